@@ -1,0 +1,287 @@
+"""The vocabulary in which a tool declares itself: parameters, outcome, feedback, and the user's errors.
+
+A tool's declaration is a frozen dataclass ``Ask`` whose fields are made by the functions below, one line a parameter.
+Nothing about a parameter is written anywhere else: the command line, ``describe --json``, the catalogue, the QGIS
+dialogs and the checks for Python callers are all rendered from it. Standard library only.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Protocol
+
+VERSION = "0.1.0"
+
+REQUIRED: Any = object()
+
+
+class UserError(Exception):
+    """The user's input is at fault: one line that names file, layer, field, row or option, and the mend (exit 2)."""
+
+
+class Cancelled(Exception):
+    """The user interrupted the tool; nothing stands under a final name (exit 130)."""
+
+
+class Feedback(Protocol):
+    """What a tool may say while it works; the caller decides where it goes."""
+
+    def progress(self, done: float, total: float, what: str) -> None: ...
+
+    def note(self, message: str) -> None: ...
+
+    def warn(self, message: str) -> None: ...
+
+    def cancelled(self) -> bool: ...
+
+
+class Quiet:
+    """A feedback that says nothing: the default for Python callers."""
+
+    def progress(self, done: float, total: float, what: str) -> None:
+        pass
+
+    def note(self, message: str) -> None:
+        pass
+
+    def warn(self, message: str) -> None:
+        pass
+
+    def cancelled(self) -> bool:
+        return False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parameter:
+    """What is known of one parameter; ``name`` is the field's name, snake_case, with the unit in it."""
+
+    kind: str
+    label: str
+    name: str = ""
+    help: str = ""
+    unit: str = ""
+    minimum: float | None = None
+    maximum: float | None = None
+    exclusive: bool = False  # the minimum itself is not allowed (a length, a diameter)
+    choices: tuple[str, ...] = ()
+    geometry: tuple[str, ...] = ()  # of a vector input: point, line, polygon
+    optional: bool = False
+    advanced: bool = False
+    default: Any = None
+
+    @property
+    def flag(self) -> str:
+        return "--" + self.name.replace("_", "-")
+
+    @property
+    def is_input(self) -> bool:
+        return self.kind in ("raster", "vector", "table", "folder", "file", "number_or_layer")
+
+    @property
+    def is_output(self) -> bool:
+        return self.kind.startswith("output_")
+
+
+def ask(kind: str, label: str, *, default: Any = REQUIRED, **facts: Any) -> Any:
+    """One parameter of a tool; a default of None makes it optional, no default makes it required."""
+    optional = default is None or bool(facts.pop("optional", False))
+    shown = None if default is REQUIRED else default
+    parameter = Parameter(kind=kind, label=label, optional=optional, default=shown, **facts)
+    metadata = {"parameter": parameter}
+    if default is REQUIRED:
+        return field(metadata=metadata)
+    return field(default=default, metadata=metadata)
+
+
+def raster(label: str, **facts: Any) -> Any:
+    """Path of a raster file."""
+    return ask("raster", label, **facts)
+
+
+def vector(label: str, *geometry: str, **facts: Any) -> Any:
+    """Path of a vector layer, ``file.gpkg|layername=trees`` names one of several; geometry: point, line, polygon."""
+    return ask("vector", label, geometry=geometry, **facts)
+
+
+def table(label: str, **facts: Any) -> Any:
+    """Path of a table or vector layer (CSV, text, GeoPackage, shapefile)."""
+    return ask("table", label, **facts)
+
+
+def number(label: str, **facts: Any) -> Any:
+    return ask("number", label, **facts)
+
+
+def integer(label: str, **facts: Any) -> Any:
+    return ask("integer", label, **facts)
+
+
+def number_or_layer(label: str, **facts: Any) -> Any:
+    """A number, or the path of a raster or polygon layer that holds it (given as text)."""
+    return ask("number_or_layer", label, **facts)
+
+
+def choice(label: str, *choices: str, **facts: Any) -> Any:
+    return ask("choice", label, choices=choices, **facts)
+
+
+def flag(label: str, **facts: Any) -> Any:
+    return ask("flag", label, default=False, **facts)
+
+
+def text(label: str, **facts: Any) -> Any:
+    return ask("text", label, **facts)
+
+
+def folder(label: str, **facts: Any) -> Any:
+    """Path of an existing folder that is read (a run)."""
+    return ask("folder", label, **facts)
+
+
+def file(label: str, **facts: Any) -> Any:
+    return ask("file", label, **facts)
+
+
+def output_raster(label: str, **facts: Any) -> Any:
+    return ask("output_raster", label, **facts)
+
+
+def output_vector(label: str, **facts: Any) -> Any:
+    return ask("output_vector", label, **facts)
+
+
+def output_table(label: str, **facts: Any) -> Any:
+    return ask("output_table", label, **facts)
+
+
+def output_folder(label: str, **facts: Any) -> Any:
+    return ask("output_folder", label, **facts)
+
+
+def overwrite() -> Any:
+    return flag("Replace an output that exists")
+
+
+def crs() -> Any:
+    return text(
+        "CRS of inputs that name none",
+        default=None,
+        advanced=True,
+        help="An authority code such as EPSG:2056, for a DEM or layer whose file holds no CRS.",
+    )
+
+
+def seed() -> Any:
+    return integer("Seed of the random draws", default=0, minimum=0, maximum=2**63 - 1)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a tool leaves: its outputs by parameter name, and the few facts worth a line on the terminal."""
+
+    outputs: Mapping[str, Path]
+    facts: Mapping[str, Any] = field(default_factory=dict)
+    lines: tuple[str, ...] = ()  # printed after the run, for a reader
+
+
+@dataclass(frozen=True)
+class Tool:
+    """One room of the toolbox: ``run(ask, feedback)`` does the work that ``Ask`` declares."""
+
+    name: str
+    group: str  # Prepare, Simulate, Evaluate
+    summary: str
+    Ask: type
+    run: Callable[[Any, Feedback], Outcome]
+
+    @property
+    def qgis_id(self) -> str:
+        return "deadwood:" + self.name.replace("-", "")
+
+    @property
+    def label(self) -> str:
+        return self.name.replace("-", " ").capitalize()
+
+    @property
+    def description(self) -> str:
+        """The docstring of the tool's file."""
+        import sys
+
+        return (sys.modules[self.Ask.__module__].__doc__ or "").strip()
+
+    def parameters(self) -> Iterator[Parameter]:
+        for each in dataclasses.fields(self.Ask):
+            yield dataclasses.replace(each.metadata["parameter"], name=each.name)
+
+    def check(self, ask: Any) -> None:
+        """Refuse what no file needs to be opened for: kinds, bounds and choices."""
+        for parameter in self.parameters():
+            check_value(parameter, getattr(ask, parameter.name))
+
+    def __call__(self, ask: Any = None, feedback: Feedback | None = None, **values: Any) -> Outcome:
+        """Run from Python: ``TOOL(Ask(...))`` or ``TOOL(dem=..., output=...)``, with the same checks as a flag gets."""
+        if ask is None:
+            ask = self.ask_from(values)
+        self.check(ask)
+        return self.run(ask, feedback or Quiet())
+
+    def ask_from(self, values: Mapping[str, Any]) -> Any:
+        """Build the ``Ask`` from a mapping; an unknown or missing name is the user's error."""
+        known = {parameter.name: parameter for parameter in self.parameters()}
+        for name in values:
+            if name not in known:
+                raise UserError(f"{self.name}: no parameter is called '{name}'; known are {', '.join(known)}")
+        required = (f.name for f in dataclasses.fields(self.Ask) if f.default is dataclasses.MISSING)
+        for name in required:
+            if values.get(name) is None:
+                raise UserError(f"{self.name}: {known[name].flag} is missing ({known[name].label})")
+        return self.Ask(**values)
+
+
+def check_value(parameter: Parameter, value: Any) -> None:
+    """Raise ``UserError`` when a value does not fit its parameter."""
+    if value is None:
+        if not parameter.optional:
+            raise UserError(f"{parameter.flag} is missing ({parameter.label})")
+        return
+    if parameter.kind in ("number", "integer"):
+        _check_number(parameter, value)
+    elif parameter.kind == "choice" and value not in parameter.choices:
+        raise UserError(f"{parameter.flag} is '{value}', but must be one of {', '.join(parameter.choices)}")
+    elif parameter.kind == "flag" and not isinstance(value, bool):
+        raise UserError(f"{parameter.flag} is '{value}', but must be true or false")
+    elif parameter.kind == "number_or_layer":
+        try:
+            number_value = float(value)
+        except (TypeError, ValueError):
+            return
+        _check_number(parameter, number_value)
+
+
+def _check_number(parameter: Parameter, value: Any) -> None:
+    whole = parameter.kind == "integer"
+    if isinstance(value, bool) or not isinstance(value, int if whole else (int, float)):
+        raise UserError(f"{parameter.flag} is '{value}', but must be a {'whole ' if whole else ''}number")
+    if not math.isfinite(value):
+        raise UserError(f"{parameter.flag} is {value}, but must be finite")
+    unit = f" {parameter.unit}" if parameter.unit else ""
+    low, high = parameter.minimum, parameter.maximum
+    if low is not None and (value < low or (parameter.exclusive and value <= low)):
+        word = "greater than" if parameter.exclusive else "at least"
+        raise UserError(f"{parameter.flag} is {value:g}{unit}, but must be {word} {low:g}{unit}")
+    if high is not None and value > high:
+        raise UserError(f"{parameter.flag} is {value:g}{unit}, but must be at most {high:g}{unit}")
+
+
+def manifest(tool: Tool, ask: Any, **facts: Any) -> dict[str, Any]:
+    """What a run was made of; the file works as ``--config`` of the same tool."""
+    values = {p.name: _plain(getattr(ask, p.name)) for p in tool.parameters()}
+    return {"tool": tool.name, "version": VERSION, "parameters": values, **facts}
+
+
+def _plain(value: Any) -> Any:
+    return str(value) if isinstance(value, Path) else value
