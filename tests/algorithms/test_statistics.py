@@ -1,0 +1,66 @@
+"""Intervals against the paper's counts, coverage by simulation, and directions across north."""
+
+import math
+
+import numpy as np
+import pytest
+
+from deadwood_algorithms.statistics import azimuth, quantile_arc, smallest_arc, unrolled, wilson_interval
+
+
+@pytest.mark.parametrize(
+    ("hits", "low_percent", "high_percent"),
+    [(1829, 8.753, 9.552), (178, 0.769, 1.030), (4658, 22.709, 23.881), (0, 0.0, 0.019)],
+)
+def test_wilson_interval_of_the_papers_counts(hits: int, low_percent: float, high_percent: float) -> None:
+    low, high = wilson_interval(hits, 20000)
+    assert 100 * low == pytest.approx(low_percent, abs=5e-4)
+    assert 100 * high == pytest.approx(high_percent, abs=5e-4)
+
+
+def test_wilson_interval_at_its_ends() -> None:
+    assert wilson_interval(0, 10)[0] == 0.0
+    assert wilson_interval(10, 10)[1] == 1.0
+    assert wilson_interval(0, 0) == (0.0, 1.0)
+    low, high = wilson_interval(3, 10)
+    assert wilson_interval(7, 10) == pytest.approx((1 - high, 1 - low))
+
+
+@pytest.mark.parametrize("share", [0.005, 0.09, 0.5, 0.97])
+def test_wilson_interval_holds_the_truth_in_95_percent_of_runs(share: float) -> None:
+    n, runs = 800, 20000
+    counts = np.random.default_rng(7).binomial(n, share, runs)
+    intervals = {int(k): wilson_interval(int(k), n) for k in np.unique(counts)}
+    held = np.mean([intervals[int(k)][0] <= share <= intervals[int(k)][1] for k in counts])
+    assert 0.935 < held < 0.975
+
+
+def test_the_smallest_arc_goes_across_north() -> None:
+    assert smallest_arc([350.0, 10.0]) == pytest.approx(20.0)
+    assert smallest_arc([10.0, 350.0, 0.0]) == pytest.approx(20.0)
+    assert smallest_arc([170.0, 190.0]) == pytest.approx(20.0)
+    assert smallest_arc([0.0, 90.0, 180.0]) == pytest.approx(180.0)
+    assert smallest_arc([0.0, 120.0, 240.0]) == pytest.approx(240.0)
+    assert smallest_arc([42.0]) == 0.0
+    assert smallest_arc([42.0, 42.0, 402.0]) == 0.0
+    assert math.isnan(smallest_arc([]))
+
+
+@pytest.mark.parametrize("turn", [0.0, 33.0, 141.5, 351.0])
+def test_arcs_do_not_care_where_north_is(turn: float) -> None:
+    angles = np.random.default_rng(3).normal(0.0, 20.0, 500)
+    assert smallest_arc(angles + turn) == pytest.approx(np.ptp(angles), abs=1e-9)
+    expected = np.quantile(angles, 0.95) - np.quantile(angles, 0.05)
+    assert quantile_arc(angles + turn) == pytest.approx(expected, abs=1e-9)
+
+
+def test_the_quantile_arc_ignores_a_stray_log() -> None:
+    assert quantile_arc(np.r_[np.linspace(-10, 10, 999), 90.0]) < 20.0
+    assert smallest_arc(np.r_[np.linspace(-10, 10, 999), 90.0]) == pytest.approx(100.0)
+    assert math.isnan(quantile_arc([]))
+    assert unrolled([5.0, 355.0, 1.0]).tolist() == pytest.approx([0.0, 6.0, 10.0])
+
+
+def test_azimuths_are_clockwise_from_north() -> None:
+    assert azimuth([0, 1, 0, -1], [1, 0, -1, 0]).tolist() == pytest.approx([0.0, 90.0, 180.0, 270.0])
+    assert azimuth(-1e-18, 1.0) == 0.0
