@@ -1,0 +1,1 @@
+"""The front door of the Deadwood Toolbox: the ``deadwood-tool`` command."""
