@@ -26,13 +26,19 @@ def test_wilson_interval_at_its_ends() -> None:
     assert wilson_interval(7, 10) == pytest.approx((1 - high, 1 - low))
 
 
-@pytest.mark.parametrize("share", [0.005, 0.09, 0.5, 0.97])
-def test_wilson_interval_holds_the_truth_in_95_percent_of_runs(share: float) -> None:
-    n, runs = 800, 20000
-    counts = np.random.default_rng(7).binomial(n, share, runs)
-    intervals = {int(k): wilson_interval(int(k), n) for k in np.unique(counts)}
-    held = np.mean([intervals[int(k)][0] <= share <= intervals[int(k)][1] for k in counts])
-    assert 0.935 < held < 0.975
+def coverage(share: float, n: int, runs: int) -> float:
+    counts, often = np.unique(np.random.default_rng(7).binomial(n, share, runs), return_counts=True)
+    intervals = [wilson_interval(int(k), n) for k in counts]
+    return sum(m for m, (low, high) in zip(often, intervals, strict=True) if low <= share <= high) / runs
+
+
+def test_wilson_interval_holds_the_truth_in_95_percent_of_runs() -> None:
+    # A count is discrete, so the coverage at one probability swings around 95 %; its mean over many does not.
+    shares = np.random.default_rng(1).uniform(0.002, 0.998, 200)
+    held = np.array([coverage(share, 800, 4000) for share in shares])
+    assert held.mean() == pytest.approx(0.95, abs=0.005)
+    assert held.min() > 0.90
+    assert coverage(0.005, 800, 20000) == pytest.approx(0.95, abs=0.025)
 
 
 def test_the_smallest_arc_goes_across_north() -> None:
