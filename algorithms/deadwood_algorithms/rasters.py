@@ -1,0 +1,421 @@
+"""Rasters in and out: a DEM as a `Grid` whose heights stand at the cell centres, row 0 in the south.
+
+Part of `layers`, which is the name to import from. What is outside (nodata, NaN, off the grid) is NaN, never a height.
+"""
+
+from __future__ import annotations
+
+import math
+import shlex
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyproj
+import rasterio
+import rasterio.warp
+from deadwood_algorithms.tool import Feedback, Quiet, UserError
+from rasterio.crs import CRS as RasterioCRS
+from rasterio.enums import Resampling
+from rasterio.transform import Affine, from_origin
+from rasterio.windows import Window
+
+# Skew, unequal cell sides or rounded headers may shift the far corner of the grid by this part of a cell: less
+# than any survey's positional accuracy, and less than a bilinear surface can tell.
+SHIFT_ALLOWED_CELLS = 0.05
+# No ground on Earth is that high or deep on land: an undeclared nodata value such as -9999, -32768 or 3.4e38.
+HEIGHT_LIMIT_M = 9000.0
+# Cells of exactly 0 m this far below all the others are an undeclared empty collar, not a chasm.
+COLLAR_DROP_M = 100.0
+STRIP_BYTES = 32 * 2**20
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """A raster on square cells.
+
+    Attributes
+    ----------
+    values : array, shape (ny, nx)
+        Row 0 is the southernmost; NaN is outside.
+    cell : float
+        Side of a cell [m].
+    x0, y0 : float
+        World coordinates [m] of the centre of ``values[0, 0]``.
+    crs : pyproj.CRS
+        Projected, in metres; it may be compound.
+    path : str
+        Where it was read from.
+    """
+
+    values: np.ndarray
+    cell: float
+    x0: float
+    y0: float
+    crs: pyproj.CRS
+    path: str = ""
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        return self.values.shape[0], self.values.shape[1]
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """West, south, east and north edge of the cells [m]."""
+        ny, nx = self.shape
+        west, south = self.x0 - self.cell / 2, self.y0 - self.cell / 2
+        return west, south, west + nx * self.cell, south + ny * self.cell
+
+    @property
+    def transform(self) -> Affine:
+        """Of the north-up raster that is written."""
+        west, _, _, north = self.bounds
+        return from_origin(west, north, self.cell, self.cell)
+
+    def height(self, x: Any, y: Any) -> np.ndarray:
+        """Bilinear height [m] between the four cell centres around each position, NaN where one of them is outside."""
+        x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
+        ny, nx = self.shape
+        u, v = (x - self.x0) / self.cell, (y - self.y0) / self.cell
+        inside = (u >= 0) & (u <= nx - 1) & (v >= 0) & (v <= ny - 1)
+        i = np.clip(np.nan_to_num(np.floor(u)), 0, nx - 2).astype(np.int64)
+        j = np.clip(np.nan_to_num(np.floor(v)), 0, ny - 2).astype(np.int64)
+        s, t = u - i, v - j
+        south = (1 - s) * self.values[j, i] + s * self.values[j, i + 1]
+        north = (1 - s) * self.values[j + 1, i] + s * self.values[j + 1, i + 1]
+        return np.where(inside, (1 - t) * south + t * north, np.nan)
+
+    def contains(self, x: Any, y: Any) -> np.ndarray:
+        """Whether the surface has a height at each position."""
+        return np.isfinite(self.height(x, y))
+
+
+def read_dem(path: str | Path, *, crs: str | None = None, feedback: Feedback | None = None) -> Grid:
+    """Read band 1 of a DEM as float32 heights, or refuse it with the command that mends it.
+
+    ``crs`` names the CRS of a file that holds none. A south-up file is read right, a rotated or non-square one refused.
+    """
+    feedback = feedback or Quiet()
+    with open_raster(path, "DEM") as source:
+        _refuse_images(source, path)
+        dem_crs = _crs_of_dem(source, path, crs, feedback)
+        transform = _square_transform(source, path)
+        if source.count > 1:
+            feedback.note(f"{path}: band 1 of {source.count} is read as the heights")
+        values = np.empty(source.shape, np.float32)
+        _refuse_foot_heights(source.units[0], 0.3048, path)
+        for rows, strip in _strips(source, feedback):
+            values[rows] = strip
+        cell, west, edge, south_up = transform.a, transform.c, transform.f, transform.e > 0
+    if not south_up:
+        values = values[::-1]  # a view; copied below, once, if at all
+    values = np.ascontiguousarray(values)
+    _empty_impossible_heights(values, path, feedback)
+    ny, nx = values.shape
+    if ny < 2 or nx < 2:
+        raise UserError(f"{path}: the DEM has {nx} x {ny} cells; it needs at least 2 x 2")
+    if not np.isfinite(values).any():
+        raise UserError(
+            f"{path}: the DEM holds no height at all, every cell is nodata; check the band and its nodata value"
+        )
+    y0 = edge + cell / 2 if south_up else edge - (ny - 0.5) * cell
+    return Grid(values, cell, west + cell / 2, y0, dem_crs, str(path))
+
+
+def read_raster_on(path: str | Path, grid: Grid, *, what: str, feedback: Feedback | None = None) -> np.ndarray:
+    """Band 1 of a raster on the cells of ``grid`` (row 0 south): the nearest value, NaN where the raster has none."""
+    feedback = feedback or Quiet()
+    with open_raster(path, what) as source:
+        if source.transform == Affine.identity():
+            raise UserError(f"{path}: the {what} raster has no georeference; mend: gdal_translate -a_ullr W N E S ...")
+        target_crs = RasterioCRS.from_wkt(horizontal(grid.crs).to_wkt())
+        if source.crs is None:
+            feedback.note(f"{path}: the {what} raster has no CRS, it is taken to be in the DEM's")
+        source_crs = source.crs or target_crs
+        values = np.empty(source.shape, np.float32)
+        for rows, strip in _strips(source, feedback):
+            values[rows] = strip
+        if values.shape == grid.shape and source_crs == target_crs and source.transform.almost_equals(grid.transform):
+            return np.ascontiguousarray(values[::-1])
+        feedback.note(f"{path}: the {what} raster is brought onto the DEM's cells (nearest value)")
+        result = np.full(grid.shape, np.nan, np.float32)
+        rasterio.warp.reproject(
+            values,
+            result,
+            src_transform=source.transform,
+            src_crs=source_crs,
+            src_nodata=np.nan,
+            dst_transform=grid.transform,
+            dst_crs=target_crs,
+            dst_nodata=np.nan,
+            resampling=Resampling.nearest,
+        )
+    return np.ascontiguousarray(result[::-1])
+
+
+def write_raster(
+    path: str | Path,
+    values: np.ndarray,
+    grid: Grid,
+    *,
+    nodata: float | None = None,
+    dtype: str,
+    units: str = "",
+    description: str = "",
+) -> None:
+    """Write a GeoTIFF (tiled, deflate) from an array whose row 0 is the southernmost, and read it back.
+
+    The reading back is what finds a full disk: GDAL writes the last tiles at closing, and closing raises nothing.
+    """
+    if values.shape != grid.shape:
+        raise ValueError(f"an array of {values.shape} for a grid of {grid.shape}")
+    north_up = np.ascontiguousarray(values[::-1], dtype=dtype)
+    profile: dict[str, Any] = {
+        "driver": "GTiff",
+        "height": grid.shape[0],
+        "width": grid.shape[1],
+        "count": 1,
+        "dtype": dtype,
+        "crs": RasterioCRS.from_wkt(grid.crs.to_wkt()),
+        "transform": grid.transform,
+        "tiled": True,
+        "blockxsize": 256,
+        "blockysize": 256,
+        "compress": "deflate",
+        "predictor": 3 if dtype.startswith("float") else 2,
+        "bigtiff": "if_safer",
+    }
+    if nodata is not None:
+        profile["nodata"] = nodata
+    with rasterio.open(path, "w", **profile) as target:
+        target.write(north_up, 1)
+        if units:
+            target.set_band_unit(1, units)
+        if description:
+            target.set_band_description(1, description)
+    with rasterio.open(path) as written:
+        for _, window in written.block_windows(1):
+            rows, columns = window.toslices()
+            if not np.array_equal(written.read(1, window=window), north_up[rows, columns], equal_nan=dtype[0] == "f"):
+                raise OSError(f"{path}: what was written does not read back")
+
+
+def open_raster(path: str | Path, what: str) -> Any:
+    """Open a raster for reading, or say in one line why not."""
+    refuse_missing(path, what)
+    try:
+        source = rasterio.open(path)
+    except rasterio.errors.RasterioError as error:
+        raise UserError(f"{path}: the {what} is no raster that can be read ({_first_line(error)})") from error
+    if source.count == 0:
+        names = [name.split(":")[-1] for name in source.subdatasets]
+        source.close()
+        inside = f"several rasters ({', '.join(names)}); write one of them out: gdal_translate" if names else "no band"
+        raise UserError(f"{path}: the {what} file holds {inside}")
+    return source
+
+
+def refuse_missing(path: str | Path, what: str) -> None:
+    """Raise ``UserError`` for an input that is missing, empty, a folder, or may not be read."""
+    place = Path(path)
+    try:
+        if place.is_dir() and place.suffix.lower() != ".gdb":
+            raise UserError(f"{path}: the {what} is a folder, but must be a file")
+        if not place.exists():
+            raise UserError(f"{path}: the {what} file does not exist (looked in {place.absolute().parent})")
+        if place.is_file() and place.stat().st_size == 0:
+            raise UserError(f"{path}: the {what} file is empty (0 bytes)")
+        if place.is_file():
+            with place.open("rb"):
+                pass
+    except OSError as error:
+        raise UserError(f"{path}: the {what} file may not be read ({error.strerror})") from error
+
+
+def horizontal(crs: pyproj.CRS) -> pyproj.CRS:
+    """The horizontal part of a CRS that may be compound or bound to a datum shift."""
+    if crs.is_bound and crs.source_crs is not None:
+        return horizontal(crs.source_crs)
+    if crs.is_compound:
+        return horizontal(crs.sub_crs_list[0])
+    return crs
+
+
+def parse_crs(name: str, where: str = "--crs") -> pyproj.CRS:
+    """A CRS from what the user wrote, such as EPSG:2056 or EPSG:2056+5728."""
+    try:
+        return pyproj.CRS.from_user_input(name)
+    except pyproj.exceptions.CRSError as error:
+        raise UserError(f"{where} is '{name}', which names no CRS; write it as EPSG:2056") from error
+
+
+def crs_name(crs: pyproj.CRS) -> str:
+    """EPSG:2056 where the CRS has a code, else its name."""
+    authority = crs.to_authority()
+    if authority:
+        return ":".join(authority)
+    if crs.is_compound:
+        return " + ".join(crs_name(part) for part in crs.sub_crs_list)
+    return crs.name
+
+
+def _crs_of_dem(source: Any, path: str | Path, given: str | None, feedback: Feedback) -> pyproj.CRS:
+    if source.crs is None:
+        if given is None:
+            raise UserError(f"{path}: the DEM has no CRS; name it, for example --crs EPSG:2056")
+        crs = parse_crs(given)
+        feedback.note(f"{path}: the DEM has no CRS, {crs_name(crs)} is taken from --crs")
+    else:
+        crs = pyproj.CRS.from_wkt(source.crs.to_wkt())
+        if given is not None and not same_crs(crs, parse_crs(given)):
+            feedback.warn(f"{path}: --crs {given} is not used for the DEM, whose file names {crs_name(crs)}")
+    _refuse_crs(crs, source, path)
+    return crs
+
+
+def same_crs(one: pyproj.CRS, other: pyproj.CRS) -> bool:
+    """Whether two CRS place a position alike, axis order and height apart."""
+    one, other = horizontal(one), horizontal(other)
+    if one.equals(other, ignore_axis_order=True):
+        return True
+    code = one.to_epsg()
+    return code is not None and code == other.to_epsg()
+
+
+def _refuse_crs(crs: pyproj.CRS, source: Any, path: str | Path) -> None:
+    flat = horizontal(crs)
+    if flat.is_projected:
+        factor = flat.axis_info[0].unit_conversion_factor if flat.axis_info else 1.0
+        if abs(factor - 1) > 1e-9:
+            size = f"{abs(source.transform.a) * factor:.3g}"
+            unit = flat.axis_info[0].unit_name
+            raise UserError(
+                f"{path}: the DEM's CRS {crs_name(crs)} counts in {unit}, but must count in metres; "
+                f"mend: {_gdalwarp(path, _metric_code(source), size)}"
+                + (" (if its heights are in feet too, multiply them by 0.3048)" if "foot" in unit else "")
+            )
+    elif flat.is_geographic:
+        size = f"{abs(source.transform.e) * 111_320:.2g}"
+        raise UserError(
+            f"{path}: the DEM's CRS {crs_name(crs)} is geographic (degrees), but must be projected in metres; "
+            f"mend: {_gdalwarp(path, _metric_code(source), size)}"
+        )
+    else:
+        raise UserError(
+            f"{path}: the DEM's CRS '{crs.name}' is not a projected one; "
+            f"mend: gdal_translate -a_srs EPSG:2056 {_quoted(path)} {_mended(path)}, with the code of its true CRS"
+        )
+    for part in crs.sub_crs_list if crs.is_compound else []:
+        if part.is_vertical and part.axis_info:
+            _refuse_foot_heights(part.axis_info[0].unit_name, part.axis_info[0].unit_conversion_factor, path)
+
+
+def _refuse_foot_heights(unit: str | None, factor: float, path: str | Path) -> None:
+    if unit and unit.strip().lower() in ("ft", "foot", "feet", "ftus", "us-ft", "us survey foot", "foot_us"):
+        raise UserError(
+            f"{path}: the DEM's heights are in {unit}, but must be in metres; "
+            f"mend: gdal_calc.py -A {_quoted(path)} --calc='A*{factor:.12g}' --outfile={_mended(path)} and then "
+            f"gdal_edit.py -unsetstats -a_srs EPSG:... {_mended(path)}, with the code of its horizontal CRS"
+        )
+
+
+def _refuse_images(source: Any, path: str | Path) -> None:
+    if np.dtype(source.dtypes[0]).kind == "c" or (source.count >= 3 and source.dtypes[0] == "uint8"):
+        raise UserError(f"{path}: {source.count} bands of {source.dtypes[0]} are a picture, not a DEM")
+    if source.transform == Affine.identity():
+        raise UserError(
+            f"{path}: the DEM has no georeference; mend: gdal_translate -a_ullr WEST NORTH EAST SOUTH "
+            f"{_quoted(path)} {_mended(path)}"
+        )
+
+
+def _square_transform(source: Any, path: str | Path) -> Affine:
+    """The transform, north-up or south-up and square to within `SHIFT_ALLOWED_CELLS` over the whole grid."""
+    t, (ny, nx) = source.transform, source.shape
+    size = math.sqrt(abs(t.a * t.e - t.b * t.d))
+    if t.a <= 0 or max(abs(t.b) * ny, abs(t.d) * nx) > SHIFT_ALLOWED_CELLS * size:
+        turned = "mirrored" if t.a <= 0 and t.b == 0 == t.d else "rotated"
+        raise UserError(
+            f"{path}: the DEM's grid is {turned}, but must be north-up; mend: {_gdalwarp(path, None, f'{size:.6g}')}"
+        )
+    if abs(t.a - abs(t.e)) * max(nx, ny) > SHIFT_ALLOWED_CELLS * t.a:
+        raise UserError(
+            f"{path}: the DEM's cells are {t.a:.9g} m x {abs(t.e):.9g} m, but must be square; "
+            f"mend: {_gdalwarp(path, None, f'{min(t.a, abs(t.e)):.6g}')}"
+        )
+    return t
+
+
+def _strips(source: Any, feedback: Feedback) -> Iterator[tuple[slice, np.ndarray]]:
+    """Rows of band 1 as float32 with scale and offset applied and NaN for what is masked or not finite."""
+    ny, nx = source.shape
+    block = max(1, source.block_shapes[0][0])
+    rows = max(1, STRIP_BYTES // (8 * nx) // block) * block
+    scale, offset = source.scales[0], source.offsets[0]
+    for start in range(0, ny, rows):
+        stop = min(ny, start + rows)
+        try:
+            raw = source.read(1, window=Window(0, start, nx, stop - start), masked=True)  # type: ignore[call-arg]
+        except rasterio.errors.RasterioError as error:
+            raise UserError(
+                f"{source.name}: the raster is damaged near row {start + 1} ({_first_line(error)})"
+            ) from error
+        values = raw.data if scale == 1 and offset == 0 else raw.data * np.float64(scale) + offset
+        with np.errstate(over="ignore", invalid="ignore"):
+            strip = values.astype(np.float32)
+        strip[np.ma.getmaskarray(raw) | ~np.isfinite(strip)] = np.nan
+        if stop < ny:
+            feedback.progress(stop, ny, "reading the DEM")
+        yield slice(start, stop), strip
+
+
+def _empty_impossible_heights(values: np.ndarray, path: str | Path, feedback: Feedback) -> None:
+    low, high = (float(f(values)) if np.isfinite(values).any() else math.nan for f in (np.nanmin, np.nanmax))
+    if max(-low, high) > HEIGHT_LIMIT_M:
+        bad = np.abs(values) > HEIGHT_LIMIT_M
+        shown = float(values[bad][0])
+        values[bad] = np.nan
+        feedback.warn(
+            f"{path}: {int(bad.sum())} cells hold {shown:g} m, which is no height on Earth; they are taken as outside"
+        )
+    zero = values == 0
+    if zero.any() and not zero.all():
+        others = values[~zero & np.isfinite(values)]
+        if others.size and float(others.min()) > COLLAR_DROP_M:
+            values[zero] = np.nan
+            feedback.warn(
+                f"{path}: {int(zero.sum())} cells hold exactly 0 m, all others more than {COLLAR_DROP_M:g} m; "
+                "they are taken as outside (an undeclared nodata value)"
+            )
+
+
+def _metric_code(source: Any) -> str:
+    """A projected CRS in metres for where the raster lies: the Swiss one, or the UTM zone."""
+    try:
+        west, south, east, north = rasterio.warp.transform_bounds(source.crs, "EPSG:4326", *source.bounds)
+    except rasterio.errors.RasterioError:
+        return "EPSG:2056"
+    x, y = (west + east) / 2, (south + north) / 2
+    if 5.9 < x < 10.5 and 45.8 < y < 47.9:
+        return "EPSG:2056"
+    zone = min(60, max(1, int((x + 180) // 6) + 1))
+    return f"EPSG:{(32600 if y >= 0 else 32700) + zone}"
+
+
+def _gdalwarp(path: str | Path, code: str | None, size: str) -> str:
+    target = f"-t_srs {code} " if code else ""
+    return f"gdalwarp {target}-tr {size} {size} -r bilinear {_quoted(path)} {_mended(path)}"
+
+
+def _quoted(path: str | Path) -> str:
+    return shlex.quote(str(path))
+
+
+def _mended(path: str | Path) -> str:
+    return shlex.quote(f"{Path(path).stem}_mended.tif")
+
+
+def _first_line(error: BaseException) -> str:
+    return str(error).splitlines()[0].rstrip(".") if str(error) else type(error).__name__

@@ -1,0 +1,238 @@
+"""The layers of the toolbox: what each column means, its unit and its bounds.
+
+Tools check and describe layers from here, and the documentation is rendered from here. Standard library only.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+ORIENTATIONS = ("upright", "lying", "tilted")
+STOP_REASONS = ("rest", "tree", "barrier", "left_dem", "time_limit", "failed")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Column:
+    """One column; ``kind`` is int, number, text, or id (a whole number or text)."""
+
+    name: str
+    kind: str
+    meaning: str
+    unit: str = ""
+    unit_in_name: str = ""
+    minimum: float | None = None
+    maximum: float | None = None
+    exclusive: bool = False  # the minimum itself is not allowed
+    required: bool = False
+    choices: tuple[str, ...] = ()
+    default: float | str | None = None  # what a missing column takes, by the tool's option of that name
+
+
+@dataclass(frozen=True, kw_only=True)
+class Layer:
+    """One layer; ``geometry`` lists what it may hold, as the file format calls it."""
+
+    name: str
+    geometry: tuple[str, ...]
+    meaning: str
+    columns: tuple[Column, ...]
+
+    def column(self, name: str) -> Column:
+        return next(each for each in self.columns if each.name == name)
+
+    @property
+    def required(self) -> tuple[str, ...]:
+        return tuple(each.name for each in self.columns if each.required)
+
+
+# Unit written after the last underscore of a name -> unit as shown. The contract's rule: units stand in the name.
+UNITS = {
+    "cm": "cm",
+    "m": "m",
+    "kg_m3": "kg/m³",
+    "deg": "°",
+    "ms": "m/s",
+    "s": "s",
+    "kj": "kJ",
+    "rel": "1",
+    "rad_s": "rad/s",
+}
+
+
+def _number(name: str, meaning: str, low: float | None = None, high: float | None = None, **facts: object) -> Column:
+    ending = next((each for each in sorted(UNITS, key=len, reverse=True) if name.endswith("_" + each)), "")
+    unit = facts.pop("unit", UNITS.get(ending, ""))
+    return Column(
+        name=name,
+        kind="number",
+        meaning=meaning,
+        unit=str(unit),
+        unit_in_name=ending,
+        minimum=low,
+        maximum=high,
+        **facts,  # type: ignore[arg-type]
+    )
+
+
+def _count(name: str, meaning: str, low: float | None = 0, **facts: object) -> Column:
+    return Column(name=name, kind="int", meaning=meaning, minimum=low, **facts)  # type: ignore[arg-type]
+
+
+def _id(name: str, meaning: str, **facts: object) -> Column:
+    return Column(name=name, kind="id", meaning=meaning, **facts)  # type: ignore[arg-type]
+
+
+def _text(name: str, meaning: str, **facts: object) -> Column:
+    return Column(name=name, kind="text", meaning=meaning, **facts)  # type: ignore[arg-type]
+
+
+_LOG = _count("log_id", "The log; unique. Missing: the row number")
+_RELEASE = _id("release_id", "The release area, point or event that the log belongs to")
+_AZIMUTH = 360.0
+
+RELEASES = Layer(
+    name="releases",
+    geometry=("Point",),
+    meaning="Where logs start: the plan position of each log's centre of mass",
+    columns=(
+        _LOG,
+        _RELEASE,
+        _number("dbh_cm", "Base diameter; the tip has half of it", 0, exclusive=True, default=75.0),
+        _number("length_m", "Length of the log", 0, exclusive=True, default=30.0),
+        _number("density_kg_m3", "Density of the wood", 0, exclusive=True, default=300.0),
+        _text(
+            "orientation",
+            "upright (base down), lying (axis in the terrain's tangent plane, tip towards azimuth_deg) or tilted "
+            "(axis tilt_deg from the vertical, tip towards azimuth_deg)",
+            choices=ORIENTATIONS,
+            default="upright",
+        ),
+        _number("tilt_deg", "Angle of the axis from the vertical, of a tilted log", 0, 180, default=0.0),
+        _number("azimuth_deg", "Where tip and speed point, clockwise from grid north", 0, _AZIMUTH, default=0.0),
+        _number("speed_ms", "Initial speed towards azimuth_deg, in the terrain's tangent plane", 0, default=0.0),
+        _number("drop_m", "Clearance of the log's lowest point above the terrain at the start", 0, default=0.0),
+    ),
+)
+
+TREES = Layer(
+    name="trees",
+    geometry=("Point",),
+    meaning="Standing trees: rigid truncated cones, base diameter DBH, top half of it",
+    columns=(
+        _id("tree_id", "The tree; unique. Missing: the row number"),
+        _number("dbh_cm", "Diameter at breast height", 0, exclusive=True, required=True),
+        _number("height_m", "Height of the tree", 0, exclusive=True, required=True),
+        _text("species", "Species as the source names it"),
+        _number("crown_diameter_m", "Diameter of the crown", 0),
+        _text(
+            "dbh_source",
+            "measured, or modelled where it was computed from the height",
+            choices=("measured", "modelled"),
+        ),
+    ),
+)
+
+BARRIERS = Layer(
+    name="barriers",
+    geometry=("LineString",),
+    meaning="Protection works: thin rigid plates, vertical from the terrain up, infinitely strong",
+    columns=(
+        _id("barrier_id", "The barrier; unique. Missing: the row number"),
+        _number("height_m", "Height of the plate above the terrain", 0, exclusive=True, required=True),
+    ),
+)
+
+LINES = Layer(
+    name="lines",
+    geometry=("LineString", "Polygon"),
+    meaning="What must not be reached: roads, railways, or the outlines of houses",
+    columns=(
+        _id("line_id", "The line; unique. Missing: name, else the row number"),
+        _text("name", "Its name, used where line_id is missing"),
+    ),
+)
+
+DEPOSITS = Layer(
+    name="deposits",
+    geometry=("Point Z",),
+    meaning="Where each released log ended: its centre of mass; every log has its row",
+    columns=(
+        _count("log_id", "The log"),
+        _RELEASE,
+        _number("release_x", "Easting of the centre of mass at the start", unit="m"),
+        _number("release_y", "Northing of the centre of mass at the start", unit="m"),
+        _number("release_z", "Height of the centre of mass at the start", unit="m"),
+        _text("stop_reason", "How the run ended", choices=STOP_REASONS),
+        _id("stop_id", "The tree or barrier that holds the log"),
+        _number("duration_s", "Time from start to end", 0),
+        _number("path_m", "Length of the path of the centre of mass", 0),
+        _number("runout_m", "Horizontal distance from start to end", 0),
+        _number("fall_m", "Height lost by the centre of mass"),
+        _number("bearing_deg", "From the release point to the deposit, clockwise from grid north", 0, _AZIMUTH),
+        _number("heading_deg", "Of the log's axis at the end, base to tip, clockwise from grid north", 0, _AZIMUTH),
+        _number("tilt_deg", "Angle of the axis from the vertical at the end", 0, 180),
+        _number("speed_max_ms", "Largest speed of the centre of mass", 0),
+        _number("speed_mean_ms", "Path over duration", 0),
+        _number("energy_max_kj", "Largest kinetic energy, of translation and rotation", 0),
+        _number("jump_max_m", "Largest clearance between the log and the terrain", 0),
+        _count("tree_hits", "Impacts on trees"),
+        _count("barrier_hits", "Impacts on barriers"),
+        _number("energy_error_rel", "Energy gained by the numbers, relative to the energy turned over"),
+        _number("penetration_max_m", "Deepest penetration of terrain, tree or barrier", 0),
+    ),
+)
+
+TRAJECTORIES = Layer(
+    name="trajectories",
+    geometry=("LineString Z",),
+    meaning="The path of the centre of mass of the logs that are kept",
+    columns=(
+        _count("log_id", "The log"),
+        _RELEASE,
+        _number("duration_s", "Time from start to end", 0),
+        _number("speed_max_ms", "Largest speed of the centre of mass", 0),
+    ),
+)
+
+POSES = Layer(
+    name="poses",
+    geometry=(),
+    meaning="poses.parquet: one row a kept pose, world coordinates; ordered by log, then time",
+    columns=(
+        _count("log_id", "The log"),
+        _number("t_s", "Time since the start", 0),
+        *(
+            _number(axis + end, f"{axis} of the {point}", unit="m")
+            for end, point in (("", "centre of mass"), ("b", "centre of the base"), ("t", "centre of the tip"))
+            for axis in "xyz"
+        ),
+        _number("speed_ms", "Speed of the centre of mass", 0),
+        _number("spin_rad_s", "Rate of rotation", 0),
+        _number("clearance_m", "Lowest gap between log and terrain"),
+    ),
+)
+
+LAYERS = {layer.name: layer for layer in (RELEASES, TREES, BARRIERS, LINES, DEPOSITS, TRAJECTORIES, POSES)}
+
+
+def columns_of(name: str) -> tuple[Column, ...]:
+    """The columns of a layer, none for a name that is not in the table."""
+    return LAYERS[name].columns if name in LAYERS else ()
+
+
+def value_fault(column: Column, value: object) -> str | None:
+    """What is wrong with one value, or None; a number is checked against its bounds, a text against its choices."""
+    if column.choices and value not in column.choices:
+        return f"'{value}' is not one of {', '.join(column.choices)}"
+    if column.kind not in ("number", "int"):
+        return None
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        return f"'{value}' is not a finite number"
+    if column.kind == "int" and value != int(value):
+        return f"{value:g} is not a whole number"
+    if column.minimum is not None and (value < column.minimum or (column.exclusive and value == column.minimum)):
+        return f"{value:g} is not {'greater than' if column.exclusive else 'at least'} {column.minimum:g}"
+    if column.maximum is not None and value > column.maximum:
+        return f"{value:g} is not at most {column.maximum:g}"
+    return None
