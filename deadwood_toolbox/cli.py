@@ -1,0 +1,178 @@
+"""``deadwood-tool TOOL --flags``, ``list`` and ``describe``: the commands are built from the tools' declarations.
+
+Exit status: 0 done; 2 the user's input is at fault, said in one line; 130 interrupted; 1 a fault of ours, its traceback
+saved to a file. Nothing slow is imported here: ``--help`` answers at once, and the variables by which another program's
+GDAL would take over ours are gone before anything could read them.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import itertools
+import json
+import logging
+import os
+import sys
+import tempfile
+import time
+import traceback
+import warnings
+from collections.abc import Sequence
+
+import click
+
+from deadwood_algorithms.tool import VERSION, Cancelled, Outcome, Tool, UserError, manifest
+from deadwood_toolbox import parameters
+from deadwood_toolbox.commands import Answer, Job, build
+from deadwood_toolbox.environment import drop_foreign_paths
+from deadwood_toolbox.feedback import Speaker, clock
+from deadwood_toolbox.interrupt import INTERRUPTED, interruptible
+
+DONE, FAULT, USER_ERROR = 0, 1, 2
+# What is the user's to mend; every other OSError that no tool foresaw is a fault of ours.
+USERS_OSERRORS = {
+    errno.ENOSPC: "the disk is full",
+    errno.EDQUOT: "the disk quota is used up",
+    errno.EFBIG: "the file is larger than the disk or quota allows",
+    errno.EROFS: "the disk is read-only",
+    errno.EACCES: "permission denied",
+    errno.EPERM: "permission denied",
+    errno.EPIPE: "the program that reads our output has closed it",
+}
+
+
+def main() -> None:
+    """The ``deadwood-tool`` script."""
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(AttributeError, ValueError):
+            stream.reconfigure(errors="replace")  # type: ignore[union-attr]
+    status = run(sys.argv[1:])
+    if status == INTERRUPTED:
+        os._exit(status)  # does not wait for the threads of the interrupted run, which write nothing
+    sys.exit(status)
+
+
+def run(arguments: Sequence[str], tools: Sequence[Tool] | None = None) -> int:
+    """Carry out one command line and return its exit status; for tests, ``tools`` takes the shelf's place."""
+    dropped = drop_foreign_paths(os.environ)
+    speaker = Speaker("json" if _wants_json(arguments) else "auto")
+    verbose = "--verbose" in arguments
+    try:
+        wanted = _understand(arguments, tools)
+        if isinstance(wanted, Job):
+            speaker = Speaker(wanted.progress, quiet=wanted.quiet, verbose=wanted.verbose)
+            if dropped:
+                speaker.detail(f"dropped from the environment: {', '.join(f'{k}={v}' for k, v in dropped.items())}")
+            return _carry_out(wanted, speaker)
+        if isinstance(wanted, Answer):
+            _say(wanted.text)
+        return DONE
+    except (Exception, KeyboardInterrupt) as error:
+        message, status = _verdict(error, speaker, verbose)
+        return _fail(speaker, message, status)
+
+
+def _carry_out(job: Job, speaker: Speaker) -> int:
+    """Run the tool of a job under the signal handlers, and report what it left."""
+    config = parameters.read_config(job.config, job.tool) if job.config is not None else {}
+    ask = parameters.ask_from(job.tool, {**config, **job.values})
+    began = time.perf_counter()
+    with interruptible(speaker.stop), warnings.catch_warnings():
+        if not job.verbose:  # libraries warn in many lines; what concerns the user comes through the feedback
+            warnings.simplefilter("ignore")
+            logging.getLogger().addHandler(logging.NullHandler())
+        speaker.detail(f"{job.tool.name} {VERSION}: {json.dumps(manifest(job.tool, ask)['parameters'])}")
+        outcome = job.tool.run(ask, speaker)
+    speaker.close()
+    _report(outcome, speaker, time.perf_counter() - began)
+    return DONE
+
+
+def _understand(arguments: Sequence[str], tools: Sequence[Tool] | None) -> Job | Answer | None:
+    """What a command line asks for; None where click has answered itself (``--help``)."""
+    if tools is None:
+        from deadwood_toolbox.shelf import TOOLS
+
+        tools = TOOLS
+    wanted = build(tools).main(list(arguments), prog_name="deadwood-tool", standalone_mode=False)
+    return wanted if isinstance(wanted, Job | Answer) else None
+
+
+def _report(outcome: Outcome, speaker: Speaker, seconds: float) -> None:
+    if not speaker.quiet:
+        facts = [f"{name.replace('_', ' ')}: {value}" for name, value in outcome.facts.items()]
+        lines = list(outcome.lines) or facts
+        if lines:
+            _say("\n".join(lines))
+    for name, path in outcome.outputs.items():
+        if not speaker.as_json:
+            speaker.note(f"{name.replace('_', ' ')}: {path}")
+    speaker.detail(f"took {clock(seconds)} ({seconds:.2f} s)")
+    outputs = {name: str(path) for name, path in outcome.outputs.items()}
+    speaker.done(outputs=outputs, facts=dict(outcome.facts), seconds=round(seconds, 3))
+
+
+def _say(text: str) -> None:
+    print(text, flush=True)
+
+
+def _wants_json(arguments: Sequence[str]) -> bool:
+    """Whether errors of the command line itself shall be JSON too, before it is understood."""
+    return "--progress=json" in arguments or ("--progress", "json") in itertools.pairwise(arguments)
+
+
+def _verdict(error: BaseException, speaker: Speaker, verbose: bool) -> tuple[str, int]:
+    """What is said of an error, and the exit status that it deserves."""
+    if isinstance(error, KeyboardInterrupt | Cancelled | click.Abort) or speaker.stop.is_set():
+        return "interrupted; nothing was left under a final name", INTERRUPTED
+    if isinstance(error, click.NoSuchOption):
+        near = error.possibilities or ()
+        return f"no such option: {error.option_name}" + (f"; did you mean {near[0]}?" if near else ""), USER_ERROR
+    if isinstance(error, click.ClickException):
+        return error.format_message(), USER_ERROR
+    if isinstance(error, UserError):
+        return str(error), USER_ERROR
+    if isinstance(error, MemoryError):
+        return f"out of memory ({error or 'no details'}); crop the DEM or run fewer logs", USER_ERROR
+    known = _users_oserror(error)
+    return (known, USER_ERROR) if known is not None else (_fault_of_ours(error, verbose), FAULT)
+
+
+def _users_oserror(error: BaseException) -> str | None:
+    """A line about a full disk and its like, also where a library has wrapped it; None for any other error."""
+    seen: BaseException | None = error
+    while seen is not None:
+        if isinstance(seen, OSError) and seen.errno in USERS_OSERRORS:
+            where = f"{seen.filename}: " if seen.filename is not None else ""
+            return f"{where}{USERS_OSERRORS[seen.errno]}"
+        if "No space left on device" in str(seen):  # GDAL's own error, which has no errno
+            return f"{USERS_OSERRORS[errno.ENOSPC]} ({str(seen).splitlines()[0]})"
+        seen = seen.__cause__ or seen.__context__
+    return None
+
+
+def _fail(speaker: Speaker, message: str, status: int) -> int:
+    try:
+        speaker.error(message, status)
+        sys.stdout.flush()
+    except OSError:
+        # Nobody reads any more: what is still buffered goes nowhere, and Python's own exit must not complain.
+        with contextlib.suppress(OSError, ValueError, AttributeError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return status
+
+
+def _fault_of_ours(error: BaseException, verbose: bool) -> str:
+    """One line on an error that no one foresaw; its traceback goes to a file, and with ``--verbose`` to the terminal."""
+    trace = "".join(traceback.format_exception(error))
+    saved = "could not be saved"
+    with contextlib.suppress(OSError):
+        handle, path = tempfile.mkstemp(prefix="deadwood-tool-", suffix=".txt")
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(f"deadwood-tool {VERSION}: {sys.argv}\n{trace}")
+        saved = f"is in {path}"
+    if verbose:
+        print(trace, file=sys.stderr, end="")
+    what = str(error).splitlines()[0] if str(error) else "no message"
+    return f"a fault of ours, please report it: {type(error).__name__}: {what} (traceback {saved})"

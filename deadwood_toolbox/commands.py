@@ -1,0 +1,195 @@
+"""The command line built from the tools' declarations: click commands whose callbacks say what is wanted.
+
+Nothing runs in here. A callback returns a ``Job`` (run this tool with these values) or an ``Answer`` (print this), so
+that click's own handling of interrupts and errors never stands between a tool and ``cli.py``.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import click
+
+from deadwood_algorithms.tool import VERSION, Parameter, Tool, UserError
+from deadwood_toolbox import parameters
+from deadwood_toolbox.feedback import PROGRESS, plain
+
+SECTIONS = ("Inputs", "Parameters", "Advanced", "Outputs")
+
+
+@dataclass(frozen=True)
+class Job:
+    """What a command line asks for: a tool, the values given for it, and how to speak while it runs."""
+
+    tool: Tool
+    values: dict[str, Any]
+    config: str | None = None
+    progress: str = "auto"
+    quiet: bool = False
+    verbose: bool = False
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a command line asks for when no tool has to run: text for standard output."""
+
+    text: str
+
+
+class _Shelf(click.Group):
+    """The top command: the tools under their groups, and a suggestion for a misspelt one."""
+
+    def __init__(self, tools: Sequence[Tool], **known: Any) -> None:
+        super().__init__(**known)
+        self.tools = tools
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        if not args[0].startswith("-") and args[0] not in self.commands:
+            known = {tool.name: tool for tool in self.tools}
+            hint = parameters.closest(args[0], self.commands) or f"; the tools are {', '.join(known)}"
+            raise UserError(f"no tool is called '{args[0]}'{hint}")
+        return super().resolve_command(ctx, args)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        for group in dict.fromkeys(tool.group for tool in self.tools):
+            with formatter.section(group):
+                formatter.write_dl([(tool.name, tool.summary) for tool in self.tools if tool.group == group])
+        with formatter.section("About the tools"):
+            formatter.write_dl([(name, self.commands[name].help or "") for name in ("list", "describe")])
+
+
+class _ToolCommand(click.Command):
+    """One tool: its options, and the help grouped into inputs, parameters, outputs and the rest."""
+
+    def __init__(self, tool: Tool) -> None:
+        self.tool = tool
+        options: list[click.Parameter] = [_option(parameter) for parameter in tool.parameters()]
+        super().__init__(tool.name, params=[*options, *_common_options()], short_help=tool.summary, callback=self._job)
+
+    def _job(self, **given: Any) -> Job:
+        common = {name: given.pop(name) for name in ("config", "progress", "quiet", "verbose")}
+        return Job(self.tool, {name: value for name, value in given.items() if value is not None}, **common)
+
+    def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        formatter.write_paragraph()
+        with formatter.indentation():
+            formatter.write_text(self.tool.summary)
+            formatter.write_paragraph()
+            for line in self.tool.description.splitlines():
+                formatter.write(f"{'':>{formatter.current_indent}}{line}".rstrip() + "\n")
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        for title in SECTIONS:
+            rows = [parameters.help_line(p) for p in self.tool.parameters() if parameters.section(p) == title]
+            if rows:
+                with formatter.section(title):
+                    formatter.write_dl(rows, col_max=28)
+        rows = [row for option in self.get_params(ctx)[-5:] if (row := option.get_help_record(ctx)) is not None]
+        with formatter.section("On every tool"):
+            formatter.write_dl(rows, col_max=28)
+
+
+class _Value(click.ParamType):
+    """Text to a value by the declaration; the error is ours, so that it reads like every other one."""
+
+    def __init__(self, parameter: Parameter) -> None:
+        self.parameter = parameter
+        self.name = parameter.kind
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        return parameters.value_from_text(self.parameter, value) if isinstance(value, str) else value
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[Any]:
+        from click.shell_completion import CompletionItem
+
+        if self.parameter.kind == "choice":
+            return [CompletionItem(word) for word in self.parameter.choices if word.startswith(incomplete)]
+        files = self.parameter.is_input or self.parameter.is_output
+        return [CompletionItem(incomplete, type="file")] if files else []
+
+
+def _option(parameter: Parameter) -> click.Option:
+    """An option without default: what is not given is told apart from what is, so that flags override ``--config``."""
+    if parameter.kind == "flag":
+        return click.Option([f"{parameter.flag}/--no-{parameter.flag[2:]}", parameter.name], default=None)
+    return click.Option([parameter.flag, parameter.name], type=_Value(parameter), default=None)
+
+
+def _common_options() -> list[click.Parameter]:
+    config = "Parameters from a JSON file, or from an earlier run's manifest.json; flags override it."
+    how = "How progress is shown on standard error [default auto: a bar on a terminal, else now and then a line]."
+    return [
+        click.Option(["--config"], metavar="FILE", help=config),
+        click.Option(["--progress"], type=click.Choice(PROGRESS), default="auto", metavar="|".join(PROGRESS), help=how),
+        click.Option(["--quiet"], is_flag=True, help="Say nothing but warnings and errors."),
+        click.Option(["--verbose"], is_flag=True, help="Say more: settings, times, libraries' warnings, tracebacks."),
+    ]
+
+
+def build(tools: Sequence[Tool]) -> click.Group:
+    """The whole command line."""
+    shelf = _Shelf(
+        tools,
+        name="deadwood-tool",
+        help="Where deadwood that starts to slide goes, what it reaches, and how much a standing forest holds back.",
+        epilog="deadwood-tool TOOL --help explains one tool.",
+        invoke_without_command=True,
+        subcommand_metavar="TOOL [FLAGS]",
+        callback=_top,
+        params=[click.Option(["--version"], is_flag=True, help="Say the version and exit.")],
+    )
+    for tool in tools:
+        shelf.add_command(_ToolCommand(tool))
+    as_json = click.Option(["--json", "as_json"], is_flag=True, help="As JSON, for programs.")
+    listing = _answering(lambda **given: _list(tools, **given))
+    telling = _answering(lambda **given: _describe(tools, shelf, **given))
+    shelf.add_command(click.Command("list", params=[as_json], help="List the tools.", callback=listing))
+    which = click.Argument(["tool"], required=False)
+    shelf.add_command(
+        click.Command(
+            "describe",
+            params=[which, as_json],
+            help="Explain one tool, or all of them; with --json its whole declaration.",
+            callback=telling,
+        )
+    )
+    return shelf
+
+
+def _answering(text_of: Callable[..., str]) -> Callable[..., Answer]:
+    return lambda **given: Answer(text_of(**given))
+
+
+@click.pass_context
+def _top(ctx: click.Context, version: bool) -> Answer | None:
+    if version:
+        return Answer(f"deadwood-tool {VERSION}")
+    return None if ctx.invoked_subcommand else Answer(ctx.get_help())
+
+
+def _list(tools: Sequence[Tool], *, as_json: bool) -> str:
+    if as_json:
+        keys = ("name", "label", "group", "qgis_id", "summary")
+        listed = [{key: getattr(tool, key) for key in keys} for tool in tools]
+        return json.dumps({"version": VERSION, "tools": listed}, indent=2)
+    width = max((len(tool.name) for tool in tools), default=0)
+    return "\n".join(f"{tool.name:<{width}}  {tool.summary}" for tool in tools)
+
+
+def _describe(tools: Sequence[Tool], shelf: click.Group, *, tool: str | None, as_json: bool) -> str:
+    known = {each.name: each for each in tools}
+    if tool is not None and tool not in known:
+        raise UserError(f"no tool is called '{tool}'{parameters.closest(tool, known) or '; see deadwood-tool list'}")
+    if as_json:
+        one = parameters.describe(known[tool]) if tool is not None else None
+        told = one or {"version": VERSION, "tools": [parameters.describe(each) for each in tools]}
+        return json.dumps(plain(told), indent=2)
+    context = click.Context(shelf, info_name="deadwood-tool")
+    names = [tool] if tool is not None else list(known)
+    helps = (shelf.commands[name].get_help(click.Context(shelf.commands[name], context, name)) for name in names)
+    return "\n\n".join(helps)

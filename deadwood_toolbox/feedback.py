@@ -1,0 +1,171 @@
+"""Where a tool's progress, notes and warnings go: a bar, sparse lines, JSON, or nowhere; always standard error."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import threading
+import time
+from collections.abc import Mapping
+from typing import Any, TextIO
+
+PROGRESS = ("auto", "bar", "plain", "json", "none")
+SECONDS_BETWEEN = {"json": 0.25, "plain": 10.0}
+
+
+class Speaker:
+    """The ``Feedback`` of the command line.
+
+    Parameters
+    ----------
+    progress
+        One of ``PROGRESS``; ``auto`` is a bar on a terminal and a plain line every ten seconds elsewhere.
+    """
+
+    def __init__(
+        self, progress: str = "auto", *, quiet: bool = False, verbose: bool = False, stream: TextIO | None = None
+    ) -> None:
+        self.stream = stream if stream is not None else sys.stderr
+        if progress == "auto":
+            progress = "bar" if self.stream.isatty() else "plain"
+        self.as_json = progress == "json"
+        self.mode = "none" if quiet and not self.as_json else progress
+        self.quiet, self.verbose = quiet, verbose
+        self.stop = threading.Event()
+        self._stage = _Stage("", 0.0)
+        self._bar: Any = None
+
+    def progress(self, done: float, total: float, what: str) -> None:
+        """Show how far a stage is; ``what`` names the stage, and another name starts another."""
+        now = time.monotonic()
+        if what != self._stage.what or done < self._stage.done:
+            self.close()
+            self._stage = _Stage(what, now, first_done=done)
+        stage = self._stage
+        stage.done = done
+        if self.mode == "bar":
+            self._show_bar(done, total, what)
+        elif self.mode in SECONDS_BETWEEN and stage.is_due(now, done >= total, SECONDS_BETWEEN[self.mode], self.mode):
+            rate, left = stage.pace(now, total)
+            if self.as_json:
+                known = {"done": done, "total": total, "rate_per_s": _tidy(rate), "left_s": _tidy(left)}
+                self._event("progress", what=what, **known)
+            else:
+                pace = "" if rate is None or left is None else f", {rate:.3g}/s, {clock(left)} left"
+                self._line(f"{what}: {done:,.0f} of {total:,.0f} ({share(done, total)}){pace}")
+
+    def note(self, message: str) -> None:
+        if not self.quiet:
+            self._event("note", message=message) if self.as_json else self._line(message)
+
+    def detail(self, message: str) -> None:
+        """What only ``--verbose`` shows."""
+        if self.verbose:
+            self.note(message)
+
+    def warn(self, message: str) -> None:
+        self._event("warning", message=message) if self.as_json else self._line(f"warning: {message}")
+
+    def error(self, message: str, status: int) -> None:
+        """The last word of a run that failed: exactly one line."""
+        self.close()
+        line = "; ".join(part.strip() for part in message.splitlines() if part.strip())
+        if self.as_json:
+            self._event("error", message=line, exit_status=status)
+        else:
+            self._line(f"deadwood-tool: {line}")
+
+    def done(self, **known: Any) -> None:
+        """The last word of a run that worked, for programs; a reader gets notes."""
+        self.close()
+        if self.as_json:
+            self._event("done", **known)
+
+    def cancelled(self) -> bool:
+        return self.stop.is_set()
+
+    def close(self) -> None:
+        """End the bar, so that the next line starts on a line of its own."""
+        if self._bar is not None:
+            self._bar.close()
+            self._bar = None
+
+    def _show_bar(self, done: float, total: float, what: str) -> None:
+        if self._bar is None:
+            from tqdm import tqdm
+
+            pace = "{desc}: {percentage:3.0f} %|{bar}| {n:,.0f} of {total:,.0f}, {rate_fmt}, {remaining} left"
+            self._bar = tqdm(
+                total=total, initial=done, desc=what, file=self.stream, unit="", bar_format=pace, dynamic_ncols=True
+            )
+        self._bar.total = total
+        self._bar.update(done - self._bar.n)
+
+    def _line(self, text: str) -> None:
+        if self._bar is not None:
+            self._bar.clear()
+        print(text, file=self.stream, flush=True)
+
+    def _event(self, event: str, **known: Any) -> None:
+        print(json.dumps(plain({"event": event, **known})), file=self.stream, flush=True)
+
+
+class _Stage:
+    """One named piece of work: since when, and when it was last shown."""
+
+    def __init__(self, what: str, began: float, first_done: float = 0.0) -> None:
+        self.what, self.began, self.first_done = what, began, first_done
+        self.done = first_done
+        self.shown: float | None = None
+
+    def is_due(self, now: float, ended: bool, every: float, mode: str) -> bool:
+        """Whether to show now; of a stage that is over before its first plain line is due nothing is said."""
+        if self.shown is None:
+            due = mode == "json" or now - self.began >= every
+        else:
+            due = ended or now - self.shown >= every
+        if not due:
+            return False
+        self.shown = now
+        return True
+
+    def pace(self, now: float, total: float) -> tuple[float | None, float | None]:
+        """Rate since the stage began [1/s] and time left at that rate [s]; None until there is one."""
+        spent, gained = now - self.began, self.done - self.first_done
+        if spent <= 0.0 or gained <= 0.0:
+            return None, None
+        rate = gained / spent
+        return rate, max(total - self.done, 0.0) / rate
+
+
+def clock(seconds: float) -> str:
+    """A time as one reads it: 42 s, 3 min 05 s, 2 h 10 min."""
+    whole = round(seconds)
+    if whole < 60:
+        return f"{whole} s"
+    if whole < 3600:
+        return f"{whole // 60} min {whole % 60:02d} s"
+    return f"{whole // 3600} h {whole % 3600 // 60:02d} min"
+
+
+def share(done: float, total: float) -> str:
+    return f"{100.0 * done / total:.0f} %" if total > 0 else "100 %"
+
+
+def plain(value: Any) -> Any:
+    """The value as JSON knows it: numbers of numpy as numbers, NaN and infinity as null, the rest as text."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(each) for each in value]
+    if hasattr(value, "tolist"):  # numpy, which is not imported here
+        return plain(value.tolist())
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value if value is None or isinstance(value, str | int) else str(value)
+
+
+def _tidy(value: float | None) -> float | None:
+    """Four significant digits are enough for a pace, and keep a line short."""
+    return None if value is None else float(f"{value:.4g}")
