@@ -164,7 +164,7 @@ def _fail(speaker: Speaker, message: str, status: int) -> int:
 
 
 def _fault_of_ours(error: BaseException, verbose: bool) -> str:
-    """One line on an error that no one foresaw; its traceback goes to a file, and with ``--verbose`` to the terminal."""
+    """One line on an error that no one foresaw; its traceback goes to a file, with ``--verbose`` also to stderr."""
     trace = "".join(traceback.format_exception(error))
     saved = "could not be saved"
     with contextlib.suppress(OSError):
