@@ -70,7 +70,7 @@ class Speaker:
     def error(self, message: str, status: int) -> None:
         """The last word of a run that failed: exactly one line."""
         self.close()
-        line = "; ".join(part.strip() for part in message.splitlines() if part.strip())
+        line = " ".join(part.strip() for part in message.splitlines() if part.strip())
         if self.as_json:
             self._event("error", message=line, exit_status=status)
         else:

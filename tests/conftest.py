@@ -1,0 +1,13 @@
+"""What every test shares: the same examples on every run, and no other program's GDAL and PROJ paths."""
+
+from __future__ import annotations
+
+import os
+
+from hypothesis import settings
+
+from deadwood_toolbox.environment import drop_foreign_paths
+
+drop_foreign_paths(os.environ)
+settings.register_profile("house", deadline=None, derandomize=True)
+settings.load_profile("house")
