@@ -1,6 +1,6 @@
-"""Rasters in and out: a DEM as a `Grid` whose heights stand at the cell centres, row 0 in the south.
+"""Rasters in and out, behind `layers`: a DEM becomes a `Grid` whose heights stand at the cell centres, row 0 south.
 
-Part of `layers`, which is the name to import from. What is outside (nodata, NaN, off the grid) is NaN, never a height.
+What is outside (nodata, NaN, off the grid) is NaN, never a height.
 """
 
 from __future__ import annotations
@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 import shlex
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +15,16 @@ import numpy as np
 import pyproj
 import rasterio
 import rasterio.warp
-from deadwood_algorithms.tool import Feedback, Quiet, UserError
 from rasterio.crs import CRS as RasterioCRS
 from rasterio.enums import Resampling
-from rasterio.transform import Affine, from_origin
+from rasterio.errors import RasterioError
+from rasterio.transform import Affine
 from rasterio.windows import Window
+
+from deadwood_algorithms.crs import crs_name, horizontal, parse_crs, same_crs
+from deadwood_algorithms.grid import Grid
+from deadwood_algorithms.inputs import refuse_missing
+from deadwood_algorithms.tool import Feedback, UserError
 
 # Skew, unequal cell sides or rounded headers may shift the far corner of the grid by this part of a cell: less
 # than any survey's positional accuracy, and less than a bilinear surface can tell.
@@ -32,72 +36,8 @@ COLLAR_DROP_M = 100.0
 STRIP_BYTES = 32 * 2**20
 
 
-@dataclass(frozen=True, eq=False)
-class Grid:
-    """A raster on square cells.
-
-    Attributes
-    ----------
-    values : array, shape (ny, nx)
-        Row 0 is the southernmost; NaN is outside.
-    cell : float
-        Side of a cell [m].
-    x0, y0 : float
-        World coordinates [m] of the centre of ``values[0, 0]``.
-    crs : pyproj.CRS
-        Projected, in metres; it may be compound.
-    path : str
-        Where it was read from.
-    """
-
-    values: np.ndarray
-    cell: float
-    x0: float
-    y0: float
-    crs: pyproj.CRS
-    path: str = ""
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        return self.values.shape[0], self.values.shape[1]
-
-    @property
-    def bounds(self) -> tuple[float, float, float, float]:
-        """West, south, east and north edge of the cells [m]."""
-        ny, nx = self.shape
-        west, south = self.x0 - self.cell / 2, self.y0 - self.cell / 2
-        return west, south, west + nx * self.cell, south + ny * self.cell
-
-    @property
-    def transform(self) -> Affine:
-        """Of the north-up raster that is written."""
-        west, _, _, north = self.bounds
-        return from_origin(west, north, self.cell, self.cell)
-
-    def height(self, x: Any, y: Any) -> np.ndarray:
-        """Bilinear height [m] between the four cell centres around each position, NaN where one of them is outside."""
-        x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
-        ny, nx = self.shape
-        u, v = (x - self.x0) / self.cell, (y - self.y0) / self.cell
-        inside = (u >= 0) & (u <= nx - 1) & (v >= 0) & (v <= ny - 1)
-        i = np.clip(np.nan_to_num(np.floor(u)), 0, nx - 2).astype(np.int64)
-        j = np.clip(np.nan_to_num(np.floor(v)), 0, ny - 2).astype(np.int64)
-        s, t = u - i, v - j
-        south = (1 - s) * self.values[j, i] + s * self.values[j, i + 1]
-        north = (1 - s) * self.values[j + 1, i] + s * self.values[j + 1, i + 1]
-        return np.where(inside, (1 - t) * south + t * north, np.nan)
-
-    def contains(self, x: Any, y: Any) -> np.ndarray:
-        """Whether the surface has a height at each position."""
-        return np.isfinite(self.height(x, y))
-
-
-def read_dem(path: str | Path, *, crs: str | None = None, feedback: Feedback | None = None) -> Grid:
-    """Read band 1 of a DEM as float32 heights, or refuse it with the command that mends it.
-
-    ``crs`` names the CRS of a file that holds none. A south-up file is read right, a rotated or non-square one refused.
-    """
-    feedback = feedback or Quiet()
+def read_dem(path: str | Path, crs: str | None, feedback: Feedback) -> Grid:
+    """See `layers.read_dem`."""
     with open_raster(path, "DEM") as source:
         _refuse_images(source, path)
         dem_crs = _crs_of_dem(source, path, crs, feedback)
@@ -124,9 +64,8 @@ def read_dem(path: str | Path, *, crs: str | None = None, feedback: Feedback | N
     return Grid(values, cell, west + cell / 2, y0, dem_crs, str(path))
 
 
-def read_raster_on(path: str | Path, grid: Grid, *, what: str, feedback: Feedback | None = None) -> np.ndarray:
-    """Band 1 of a raster on the cells of ``grid`` (row 0 south): the nearest value, NaN where the raster has none."""
-    feedback = feedback or Quiet()
+def read_raster_on(path: str | Path, grid: Grid, what: str, feedback: Feedback) -> np.ndarray:
+    """See `layers.read_raster_on`."""
     with open_raster(path, what) as source:
         if source.transform == Affine.identity():
             raise UserError(f"{path}: the {what} raster has no georeference; mend: gdal_translate -a_ullr W N E S ...")
@@ -160,12 +99,12 @@ def write_raster(
     values: np.ndarray,
     grid: Grid,
     *,
-    nodata: float | None = None,
+    nodata: float | None,
     dtype: str,
-    units: str = "",
-    description: str = "",
+    units: str,
+    description: str,
 ) -> None:
-    """Write a GeoTIFF (tiled, deflate) from an array whose row 0 is the southernmost, and read it back.
+    """See `layers.write_raster`.
 
     The reading back is what finds a full disk: GDAL writes the last tiles at closing, and closing raises nothing.
     """
@@ -207,7 +146,7 @@ def open_raster(path: str | Path, what: str) -> Any:
     refuse_missing(path, what)
     try:
         source = rasterio.open(path)
-    except rasterio.errors.RasterioError as error:
+    except RasterioError as error:
         raise UserError(f"{path}: the {what} is no raster that can be read ({_first_line(error)})") from error
     if source.count == 0:
         names = [name.split(":")[-1] for name in source.subdatasets]
@@ -215,50 +154,6 @@ def open_raster(path: str | Path, what: str) -> Any:
         inside = f"several rasters ({', '.join(names)}); write one of them out: gdal_translate" if names else "no band"
         raise UserError(f"{path}: the {what} file holds {inside}")
     return source
-
-
-def refuse_missing(path: str | Path, what: str) -> None:
-    """Raise ``UserError`` for an input that is missing, empty, a folder, or may not be read."""
-    place = Path(path)
-    try:
-        if place.is_dir() and place.suffix.lower() != ".gdb":
-            raise UserError(f"{path}: the {what} is a folder, but must be a file")
-        if not place.exists():
-            raise UserError(f"{path}: the {what} file does not exist (looked in {place.absolute().parent})")
-        if place.is_file() and place.stat().st_size == 0:
-            raise UserError(f"{path}: the {what} file is empty (0 bytes)")
-        if place.is_file():
-            with place.open("rb"):
-                pass
-    except OSError as error:
-        raise UserError(f"{path}: the {what} file may not be read ({error.strerror})") from error
-
-
-def horizontal(crs: pyproj.CRS) -> pyproj.CRS:
-    """The horizontal part of a CRS that may be compound or bound to a datum shift."""
-    if crs.is_bound and crs.source_crs is not None:
-        return horizontal(crs.source_crs)
-    if crs.is_compound:
-        return horizontal(crs.sub_crs_list[0])
-    return crs
-
-
-def parse_crs(name: str, where: str = "--crs") -> pyproj.CRS:
-    """A CRS from what the user wrote, such as EPSG:2056 or EPSG:2056+5728."""
-    try:
-        return pyproj.CRS.from_user_input(name)
-    except pyproj.exceptions.CRSError as error:
-        raise UserError(f"{where} is '{name}', which names no CRS; write it as EPSG:2056") from error
-
-
-def crs_name(crs: pyproj.CRS) -> str:
-    """EPSG:2056 where the CRS has a code, else its name."""
-    authority = crs.to_authority()
-    if authority:
-        return ":".join(authority)
-    if crs.is_compound:
-        return " + ".join(crs_name(part) for part in crs.sub_crs_list)
-    return crs.name
 
 
 def _crs_of_dem(source: Any, path: str | Path, given: str | None, feedback: Feedback) -> pyproj.CRS:
@@ -273,15 +168,6 @@ def _crs_of_dem(source: Any, path: str | Path, given: str | None, feedback: Feed
             feedback.warn(f"{path}: --crs {given} is not used for the DEM, whose file names {crs_name(crs)}")
     _refuse_crs(crs, source, path)
     return crs
-
-
-def same_crs(one: pyproj.CRS, other: pyproj.CRS) -> bool:
-    """Whether two CRS place a position alike, axis order and height apart."""
-    one, other = horizontal(one), horizontal(other)
-    if one.equals(other, ignore_axis_order=True):
-        return True
-    code = one.to_epsg()
-    return code is not None and code == other.to_epsg()
 
 
 def _refuse_crs(crs: pyproj.CRS, source: Any, path: str | Path) -> None:
@@ -358,7 +244,7 @@ def _strips(source: Any, feedback: Feedback) -> Iterator[tuple[slice, np.ndarray
         stop = min(ny, start + rows)
         try:
             raw = source.read(1, window=Window(0, start, nx, stop - start), masked=True)  # type: ignore[call-arg]
-        except rasterio.errors.RasterioError as error:
+        except RasterioError as error:
             raise UserError(
                 f"{source.name}: the raster is damaged near row {start + 1} ({_first_line(error)})"
             ) from error
@@ -395,7 +281,7 @@ def _metric_code(source: Any) -> str:
     """A projected CRS in metres for where the raster lies: the Swiss one, or the UTM zone."""
     try:
         west, south, east, north = rasterio.warp.transform_bounds(source.crs, "EPSG:4326", *source.bounds)
-    except rasterio.errors.RasterioError:
+    except RasterioError:
         return "EPSG:2056"
     x, y = (west + east) / 2, (south + north) / 2
     if 5.9 < x < 10.5 and 45.8 < y < 47.9:

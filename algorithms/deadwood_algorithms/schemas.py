@@ -26,6 +26,7 @@ class Column:
     exclusive: bool = False  # the minimum itself is not allowed
     required: bool = False
     choices: tuple[str, ...] = ()
+    usual: tuple[float, float] | None = None  # a median below, or a value above, is more likely a mistaken unit
     default: float | str | None = None  # what a missing column takes, by the tool's option of that name
 
 
@@ -87,7 +88,7 @@ def _text(name: str, meaning: str, **facts: object) -> Column:
     return Column(name=name, kind="text", meaning=meaning, **facts)  # type: ignore[arg-type]
 
 
-_LOG = _count("log_id", "The log; unique. Missing: the row number")
+_LOG = _count("log_id", "The log; unique. Missing: the row number, from 0")
 _RELEASE = _id("release_id", "The release area, point or event that the log belongs to")
 _AZIMUTH = 360.0
 
@@ -98,9 +99,9 @@ RELEASES = Layer(
     columns=(
         _LOG,
         _RELEASE,
-        _number("dbh_cm", "Base diameter; the tip has half of it", 0, exclusive=True, default=75.0),
-        _number("length_m", "Length of the log", 0, exclusive=True, default=30.0),
-        _number("density_kg_m3", "Density of the wood", 0, exclusive=True, default=300.0),
+        _number("dbh_cm", "Base diameter; the tip has half of it", 0, exclusive=True, usual=(3, 300), default=75.0),
+        _number("length_m", "Length of the log", 0, exclusive=True, usual=(0.5, 80), default=30.0),
+        _number("density_kg_m3", "Density of the wood", 0, exclusive=True, usual=(50, 1300), default=300.0),
         _text(
             "orientation",
             "upright (base down), lying (axis in the terrain's tangent plane, tip towards azimuth_deg) or tilted "
@@ -120,9 +121,9 @@ TREES = Layer(
     geometry=("Point",),
     meaning="Standing trees: rigid truncated cones, base diameter DBH, top half of it",
     columns=(
-        _id("tree_id", "The tree; unique. Missing: the row number"),
-        _number("dbh_cm", "Diameter at breast height", 0, exclusive=True, required=True),
-        _number("height_m", "Height of the tree", 0, exclusive=True, required=True),
+        _id("tree_id", "The tree; unique. Missing: the row number, from 0"),
+        _number("dbh_cm", "Diameter at breast height", 0, exclusive=True, usual=(3, 300), required=True),
+        _number("height_m", "Height of the tree", 0, exclusive=True, usual=(1.3, 80), required=True),
         _text("species", "Species as the source names it"),
         _number("crown_diameter_m", "Diameter of the crown", 0),
         _text(
@@ -138,7 +139,7 @@ BARRIERS = Layer(
     geometry=("LineString",),
     meaning="Protection works: thin rigid plates, vertical from the terrain up, infinitely strong",
     columns=(
-        _id("barrier_id", "The barrier; unique. Missing: the row number"),
+        _id("barrier_id", "The barrier; unique. Missing: the row number, from 0"),
         _number("height_m", "Height of the plate above the terrain", 0, exclusive=True, required=True),
     ),
 )

@@ -11,7 +11,8 @@ import re
 from pathlib import Path
 
 import pandas as pd
-from deadwood_algorithms.rasters import refuse_missing
+
+from deadwood_algorithms.inputs import refuse_missing
 from deadwood_algorithms.tool import UserError
 
 TEXT_SUFFIXES = (".csv", ".txt", ".tsv", ".tab", ".dat", ".xyd", ".asc", ".xyz")
@@ -110,7 +111,7 @@ def _numbers(cells: pd.Series) -> pd.Series:
     text = cells.where(~cells.str.lower().isin(MISSING_WORDS), None)
     plain = text.str.replace(GROUPED, "", regex=True)
     for candidate in (plain, plain.str.replace(",", ".", regex=False)):
-        numbers = pd.to_numeric(candidate, errors="coerce")
+        numbers = pd.Series(pd.to_numeric(candidate, errors="coerce"))
         if numbers.notna().sum() == text.notna().sum():
             return numbers
     return text

@@ -1,0 +1,233 @@
+"""Vector layers in and out, behind `layers`: opened, checked, brought into the run's CRS, written as GeoPackage 1.2."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import geopandas as gpd
+import numpy as np
+import pandas as pd
+import pyogrio
+import pyproj
+import shapely
+from pyogrio.errors import DataLayerError, DataSourceError, FeatureError
+
+from deadwood_algorithms import schemas
+from deadwood_algorithms.columns import field_names, number_column, where_of
+from deadwood_algorithms.crs import crs_name, horizontal, parse_crs, same_crs
+from deadwood_algorithms.inputs import refuse_missing
+from deadwood_algorithms.tables import is_text_table, read_text_table
+from deadwood_algorithms.tool import Feedback, UserError
+
+# GEOS's codes of Point; LineString, LinearRing, MultiLineString; Polygon, MultiPolygon. A MultiPoint of several points
+# is no single place, so it is refused.
+TYPE_CODES = {"point": (0,), "line": (1, 2, 5), "polygon": (3, 6)}
+# Pairs of column names that hold coordinates, in the order in which they are looked for.
+XY_NAMES = (
+    ("x", "y"),
+    ("easting", "northing"),
+    ("east", "north"),
+    ("e", "n"),
+    ("east_m", "north_m"),
+    ("x_m", "y_m"),
+    ("x_coord", "y_coord"),
+    ("xcoord", "ycoord"),
+    ("coord_x", "coord_y"),
+    ("rechtswert", "hochwert"),
+    ("tree_x", "tree_y"),
+    ("x_tree", "y_tree"),
+    ("lon", "lat"),
+    ("longitude", "latitude"),
+)
+DEGREE_NAMES = ("lon", "longitude", "lat", "latitude")
+
+
+def read_vector(
+    path: str | Path,
+    geometry: Sequence[str],
+    target_crs: pyproj.CRS | None,
+    crs: str | None,
+    what: str,
+    feedback: Feedback,
+    xy_fields: tuple[str | None, str | None] | None,
+) -> gpd.GeoDataFrame:
+    """See `layers.read_vector`."""
+    rows = read_table(path, what)
+    where = where_of(rows)
+    if rows.empty:
+        raise UserError(f"{where}: the {what} layer is empty (no feature)")
+    frame = rows if isinstance(rows, gpd.GeoDataFrame) and not xy_fields else _points_of_table(rows, what, xy_fields)
+    frame.geometry = _welcome(frame.geometry, geometry, what, where, feedback)
+    frame = _in_crs(frame, target_crs, crs, what, where, feedback)
+    frame = _schema_names(frame, what, where, feedback)
+    frame.attrs["where"] = where
+    return frame
+
+
+def read_table(path: str | Path, what: str) -> pd.DataFrame:
+    """See `layers.read_table`."""
+    name, _, layer = str(path).partition("|layername=")
+    if is_text_table(name) and not layer:
+        frame = read_text_table(name, what)
+        frame.attrs["where"] = name
+        return frame
+    refuse_missing(name, what)
+    try:
+        layer = _layer_of(name, layer, what)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of M values and curves, which are dropped and straightened
+            frame = pyogrio.read_dataframe(name, layer=layer)
+    except (DataSourceError, DataLayerError, FeatureError) as error:
+        reason = str(error).split(";")[0].splitlines()[0]
+        raise UserError(f"{name}: the {what} file is no vector layer that can be read ({reason})") from error
+    single = Path(name).suffix.lower() not in (".gpkg", ".gdb", ".sqlite", ".kml", ".gpx")
+    frame = frame.reset_index(drop=True)
+    frame.attrs["where"] = name if single else f"{name}, layer '{layer}'"
+    return frame
+
+
+def write_vector(path: str | Path, layers: Mapping[str, gpd.GeoDataFrame]) -> None:
+    """See `layers.write_vector`."""
+    if Path(path).suffix.lower() != ".gpkg":
+        raise UserError(f"{path}: the output must be a .gpkg file; name it {Path(path).with_suffix('.gpkg')}")
+    pyogrio.set_gdal_config_options({"OGR_CURRENT_DATE": "2000-01-01T00:00:00.000Z"})
+    try:
+        for name, frame in layers.items():
+            kinds = set(frame.geometry.geom_type.dropna())
+            kind = kinds.pop() if len(kinds) == 1 else "Unknown"
+            kind += " Z" if kind != "Unknown" and bool(frame.geometry.has_z.any()) else ""
+            pyogrio.write_dataframe(
+                frame,
+                path,
+                layer=name,
+                driver="GPKG",
+                geometry_type=kind,
+                dataset_options={"VERSION": "1.2"},
+                layer_options={"GEOMETRY_NAME": "geom", "FID": "fid"},
+            )
+    finally:
+        pyogrio.set_gdal_config_options({"OGR_CURRENT_DATE": None})
+
+
+def _layer_of(name: str, layer: str, what: str) -> str:
+    """The layer that is meant: the one named, else the only one with geometry, else the only one."""
+    found = pyogrio.list_layers(name)
+    names = [str(each) for each in found[:, 0]]
+    if layer:
+        if layer not in names:
+            raise UserError(f"{name}: there is no layer '{layer}'; it has {', '.join(names)}")
+        return layer
+    spatial = [str(each) for each, kind in found if kind is not None]
+    candidates = spatial or names
+    if not candidates:
+        raise UserError(f"{name}: the {what} file holds no layer")
+    if len(candidates) > 1:
+        raise UserError(
+            f"{name}: the {what} file holds several layers ({', '.join(candidates)}); "
+            f"name one: '{name}|layername={candidates[0]}'"
+        )
+    return candidates[0]
+
+
+def _points_of_table(frame: pd.DataFrame, what: str, fields: tuple[str | None, str | None] | None) -> gpd.GeoDataFrame:
+    where = where_of(frame)
+    names = {str(column).strip().lower(): column for column in frame.columns}
+    pairs = [(str(fields[0]).lower(), str(fields[1]).lower())] if fields else XY_NAMES
+    x, y = next(((names[x], names[y]) for x, y in pairs if x in names and y in names), (None, None))
+    if x is None or y is None:
+        asked = " and ".join(str(each) for each in fields) if fields else "x and y"
+        raise UserError(
+            f"{where}: the {what} table has no columns {asked} with the coordinates; it has {field_names(frame)}"
+        )
+    degrees = str(x).strip().lower() in DEGREE_NAMES and str(y).strip().lower() in DEGREE_NAMES
+    points = gpd.points_from_xy(number_column(frame, x), number_column(frame, y))
+    kept = pd.DataFrame(frame.drop(columns=[x, y, "geometry"], errors="ignore"))
+    own_crs = frame.crs if isinstance(frame, gpd.GeoDataFrame) else None
+    return gpd.GeoDataFrame(kept, geometry=points, crs="EPSG:4326" if degrees else own_crs)
+
+
+def _welcome(shapes: gpd.GeoSeries, kinds: Sequence[str], what: str, where: str, feedback: Feedback) -> gpd.GeoSeries:
+    """The geometries as the tool wants them, or the first row that is not of that kind."""
+    array = np.asarray(shapes.array)
+    bad = shapely.is_missing(array) | shapely.is_empty(array)
+    if bad.any():
+        raise UserError(f"{where}, row {int(np.argmax(bad)) + 1}: the geometry is empty; delete the row or draw it")
+    single = (shapely.get_type_id(array) >= 4) & (shapely.get_num_geometries(array) == 1)
+    array = np.where(single, shapely.get_geometry(array, 0), array)
+    kinds_of = shapely.get_type_id(array)
+    foreign = ~np.isin(kinds_of, [code for kind in kinds for code in TYPE_CODES[kind]])
+    if foreign.any():
+        row = int(np.argmax(foreign))
+        name = array[row].geom_type
+        mend = "; split it: 'Multipart to singleparts'" if name.startswith("Multi") and "point" in kinds else ""
+        raise UserError(f"{where}, row {row + 1}: a {name}, but the {what} must be {' or '.join(kinds)}s{mend}")
+    if not np.isfinite(shapely.get_coordinates(array)).all():
+        owners = shapely.get_coordinates(array, return_index=True)
+        row = int(owners[1][~np.isfinite(owners[0]).all(axis=1)][0])
+        raise UserError(f"{where}, row {row + 1}: a coordinate is not a finite number")
+    crossed = ~shapely.is_valid(array) & (shapely.get_dimensions(array) == 2)
+    if crossed.any():
+        array[crossed] = [_polygons_of(shapely.make_valid(each)) for each in array[crossed]]
+        feedback.note(f"{where}: {int(crossed.sum())} polygons cross themselves and were mended")
+        if shapely.is_empty(array).any():
+            raise UserError(f"{where}, row {int(np.argmax(shapely.is_empty(array))) + 1}: the polygon has no area")
+    return gpd.GeoSeries(array, index=shapes.index, crs=shapes.crs)
+
+
+def _polygons_of(shape: Any) -> Any:
+    parts = [part for part in shapely.get_parts(shape) if part.geom_type in ("Polygon", "MultiPolygon")]
+    return shapely.union_all(parts)
+
+
+def _in_crs(
+    frame: gpd.GeoDataFrame, target: pyproj.CRS | None, given: str | None, what: str, where: str, feedback: Feedback
+) -> gpd.GeoDataFrame:
+    named = parse_crs(given) if given else None
+    own = frame.crs
+    if own is None:
+        if named is None and target is None:
+            raise UserError(f"{where}: the {what} layer has no CRS; name it, for example --crs EPSG:2056")
+        own = named or target
+        assert own is not None  # for the type checker; refused above
+        source = "taken from --crs" if named else "the DEM's, is taken"
+        feedback.note(f"{where}: the {what} layer has no CRS; {crs_name(own)}, {source}")
+        own = horizontal(own)
+        frame = frame.set_crs(own)
+    if target is None:
+        return frame
+    if same_crs(own, target):
+        return frame.set_crs(horizontal(target), allow_override=True)
+    feedback.note(f"{where}: the {what} layer is reprojected from {crs_name(own)} to {crs_name(horizontal(target))}")
+    moved = frame.to_crs(horizontal(target))
+    coordinates, owner = shapely.get_coordinates(np.asarray(moved.geometry.array), return_index=True)
+    if not np.isfinite(coordinates).all():
+        row = int(owner[~np.isfinite(coordinates).all(axis=1)][0])
+        raise UserError(
+            f"{where}, row {row + 1}: the position cannot be brought from {crs_name(own)} to {crs_name(target)}; "
+            "check the layer's CRS"
+        )
+    return moved
+
+
+def _schema_names(frame: gpd.GeoDataFrame, what: str, where: str, feedback: Feedback) -> gpd.GeoDataFrame:
+    """Give columns of the schema their names back, and warn of those that only look like one of them."""
+    renamed: dict[Any, str] = {}
+    for column in schemas.columns_of(what):
+        if column.name in frame:
+            continue
+        short = column.name[:10]
+        for name in frame.columns:
+            if str(name).lower() == column.name or (len(column.name) > 10 and str(name).lower() == short):
+                renamed[name] = column.name
+                break
+        else:
+            stem = column.name.removesuffix("_" + column.unit_in_name) if column.unit_in_name else ""
+            alike = [name for name in frame.columns if stem and str(name).lower() == stem]
+            if alike:
+                feedback.warn(f"{where}: the field '{alike[0]}' is not used; rename it to {column.name} if it is meant")
+    for old, new in renamed.items():
+        feedback.note(f"{where}: the field '{old}' is read as {new}")
+    return gpd.GeoDataFrame(frame.rename(columns=renamed))
