@@ -27,7 +27,7 @@ from deadwood_toolbox import parameters
 from deadwood_toolbox.commands import Answer, Job, build
 from deadwood_toolbox.environment import drop_foreign_paths
 from deadwood_toolbox.feedback import Speaker, clock
-from deadwood_toolbox.interrupt import INTERRUPTED, interruptible
+from deadwood_toolbox.interrupt import INTERRUPTED, MESSAGE, interruptible
 
 DONE, FAULT, USER_ERROR = 0, 1, 2
 # What is the user's to mend; every other OSError that no tool foresaw is a fault of ours.
@@ -125,7 +125,7 @@ def _wants_json(arguments: Sequence[str]) -> bool:
 def _verdict(error: BaseException, speaker: Speaker, verbose: bool) -> tuple[str, int]:
     """What is said of an error, and the exit status that it deserves."""
     if isinstance(error, KeyboardInterrupt | Cancelled | click.Abort) or speaker.stop.is_set():
-        return "interrupted; nothing was left under a final name", INTERRUPTED
+        return MESSAGE, INTERRUPTED
     if isinstance(error, click.NoSuchOption):
         near = error.possibilities or ()
         return f"no such option: {error.option_name}" + (f"; did you mean {near[0]}?" if near else ""), USER_ERROR

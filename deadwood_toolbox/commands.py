@@ -17,6 +17,7 @@ from deadwood_algorithms.tool import VERSION, Parameter, Tool, UserError
 from deadwood_toolbox import parameters
 from deadwood_toolbox.feedback import PROGRESS, plain
 
+WIDE = {"max_content_width": 110}  # as wide as the terminal, but no wider than one reads
 SECTIONS = ("Inputs", "Parameters", "Advanced", "Outputs")
 
 
@@ -69,7 +70,13 @@ class _ToolCommand(click.Command):
     def __init__(self, tool: Tool) -> None:
         self.tool = tool
         options: list[click.Parameter] = [_option(parameter) for parameter in tool.parameters()]
-        super().__init__(tool.name, params=[*options, *_common_options()], short_help=tool.summary, callback=self._job)
+        super().__init__(
+            tool.name,
+            params=[*options, *_common_options()],
+            short_help=tool.summary,
+            callback=self._job,
+            context_settings=WIDE,
+        )
 
     def _job(self, **given: Any) -> Job:
         common = {name: given.pop(name) for name in ("config", "progress", "quiet", "verbose")}
@@ -78,10 +85,7 @@ class _ToolCommand(click.Command):
     def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         formatter.write_paragraph()
         with formatter.indentation():
-            formatter.write_text(self.tool.summary)
-            formatter.write_paragraph()
-            for line in self.tool.description.splitlines():
-                formatter.write(f"{'':>{formatter.current_indent}}{line}".rstrip() + "\n")
+            formatter.write_text(self.tool.description)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         for title in SECTIONS:
@@ -139,6 +143,7 @@ def build(tools: Sequence[Tool]) -> click.Group:
         help="Where deadwood that starts to slide goes, what it reaches, and how much a standing forest holds back.",
         epilog="deadwood-tool TOOL --help explains one tool.",
         invoke_without_command=True,
+        context_settings=WIDE,
         subcommand_metavar="TOOL [FLAGS]",
         callback=_top,
         params=[click.Option(["--version"], is_flag=True, help="Say the version and exit.")],

@@ -1,14 +1,15 @@
-"""Ctrl-C and SIGTERM end a run within two seconds, whatever it is doing.
+"""Ctrl-C and SIGTERM end a run within two seconds, whatever it is doing, in three steps of growing force.
 
-The handler tells the tool through ``Feedback.cancelled`` and raises ``KeyboardInterrupt`` in the main thread, so that
-every ``with`` removes what it had begun. Python runs a handler only between two bytecodes of the main thread, so a long
-native call would hold it back; the watchdog thread hears of the signal at once (by the wake-up socket, which the C side
-writes) and ends the process when the tidy way takes too long. Even then only temporary files stay: results get their
-names at the very end.
+At once ``Feedback.cancelled`` says so, and a tool that asks (the engine does, several times a second) ends in its own
+order. After ``ASKED_S`` comes ``KeyboardInterrupt`` in the main thread, so that every ``with`` removes what it had
+begun. Python runs a handler only between two bytecodes of the main thread, so a long native call holds that back too;
+after ``GRACE_S`` the watchdog thread, which the C side tells of a signal through the wake-up socket, ends the process.
+Even then only temporary files stay: results get their names at the very end.
 """
 
 from __future__ import annotations
 
+import _thread
 import contextlib
 import os
 import signal
@@ -18,19 +19,26 @@ from collections.abc import Iterator
 from types import FrameType
 
 INTERRUPTED = 130
-GRACE_S = 1.7  # of the two seconds promised; the rest is for the process to end
+MESSAGE = "interrupted; nothing was left under a final name"
+ASKED_S = 0.6
+GRACE_S = 1.5  # of the two seconds promised; the rest is for the process to end
 
 
 @contextlib.contextmanager
 def interruptible(stop: threading.Event) -> Iterator[None]:
-    """Within it a signal sets ``stop`` and raises ``KeyboardInterrupt`` once; later signals are not heard."""
+    """Within it the first signal sets ``stop`` and the second raises ``KeyboardInterrupt``; more are not heard."""
     if threading.current_thread() is not threading.main_thread():
         yield  # only the main thread may set handlers; its own signals are its caller's business
         return
 
+    raised = False
+
     def handle(signum: int, frame: FrameType | None) -> None:
-        if not stop.is_set():  # a second Ctrl-C must not interrupt the tidying up
+        nonlocal raised
+        if not stop.is_set():
             stop.set()
+        elif not raised:  # one more must not interrupt the tidying up
+            raised = True
             raise KeyboardInterrupt
 
     ears, mouth = socket.socketpair()
@@ -43,10 +51,10 @@ def interruptible(stop: threading.Event) -> Iterator[None]:
     try:
         yield
     finally:
+        finished.set()  # before the handlers go, or the watchdog's own interrupt could meet the default one
         for number, handler in before.items():
             signal.signal(number, handler)
         signal.set_wakeup_fd(before_wakeup)
-        finished.set()
         mouth.close()
         watchdog.join()
         ears.close()
@@ -54,7 +62,10 @@ def interruptible(stop: threading.Event) -> Iterator[None]:
 
 def _watch(ears: socket.socket, finished: threading.Event) -> None:
     while heard := ears.recv(64):
-        if {signal.SIGINT, signal.SIGTERM} & set(heard) and not finished.wait(GRACE_S):
+        if not {signal.SIGINT, signal.SIGTERM} & set(heard) or finished.wait(ASKED_S):
+            continue
+        _thread.interrupt_main()  # calls the handler again
+        if not finished.wait(GRACE_S - ASKED_S):
             with contextlib.suppress(OSError):
-                os.write(2, b"deadwood-tool: interrupted; nothing was left under a final name\n")
+                os.write(2, f"deadwood-tool: {MESSAGE}\n".encode())
             os._exit(INTERRUPTED)

@@ -130,16 +130,21 @@ def bounds(parameter: Parameter) -> str:
     if high is not None and high >= LARGEST_INTEGER:
         high = None
     if low is not None and high is not None:
-        return f"{low:g} {'<' if parameter.exclusive else '<='} x <= {high:g}"
+        return f"{low:.10g} {'<' if parameter.exclusive else '<='} x <= {high:.10g}"
     if low is not None:
-        return f"{'>' if parameter.exclusive else '>='} {low:g}"
-    return f"<= {high:g}" if high is not None else ""
+        return f"{'>' if parameter.exclusive else '>='} {low:.10g}"
+    return f"<= {high:.10g}" if high is not None else ""
+
+
+def default_text(parameter: Parameter) -> str:
+    """The default as one types it."""
+    return f"{parameter.default:.10g}" if isinstance(parameter.default, float) else str(parameter.default)
 
 
 def facts(parameter: Parameter) -> str:
     """What is worth knowing beside the label: unit, range, geometry, and default or that it is required."""
     if parameter.default is not None and parameter.kind != "flag":
-        last = f"default {parameter.default:g}" if _is_float(parameter.default) else f"default {parameter.default}"
+        last = f"default {default_text(parameter)}"
     elif parameter.kind == "flag" or parameter.optional:
         last = ""
     else:
@@ -186,7 +191,3 @@ def _describe_parameter(parameter: Parameter) -> dict[str, Any]:
         "required": required,
         "section": section(parameter),
     }
-
-
-def _is_float(value: Any) -> bool:
-    return isinstance(value, float)

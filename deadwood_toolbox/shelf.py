@@ -8,9 +8,25 @@ pyarrow, rasterio, pyogrio, pyproj and matplotlib are imported where they are us
 
 from __future__ import annotations
 
+from deadwood_algorithms.count_hits import TOOL as COUNT_HITS
+from deadwood_algorithms.generate_forest import TOOL as GENERATE_FOREST
+from deadwood_algorithms.import_trees import TOOL as IMPORT_TREES
+from deadwood_algorithms.lateral_spread import TOOL as LATERAL_SPREAD
+from deadwood_algorithms.reach_lines import TOOL as REACH_LINES
+from deadwood_algorithms.sample_releases import TOOL as SAMPLE_RELEASES
+from deadwood_algorithms.slide_logs import TOOL as SLIDE_LOGS
 from deadwood_algorithms.tool import Tool
 
-TOOLS: tuple[Tool, ...] = ()
+# In the order of the work.
+TOOLS: tuple[Tool, ...] = (
+    SAMPLE_RELEASES,
+    IMPORT_TREES,
+    GENERATE_FOREST,
+    SLIDE_LOGS,
+    COUNT_HITS,
+    REACH_LINES,
+    LATERAL_SPREAD,
+)
 
 
 def find(name: str) -> Tool | None:

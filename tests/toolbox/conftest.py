@@ -54,20 +54,21 @@ def toy(capsys: pytest.CaptureFixture[str]) -> Callable[..., Ran]:
     return run
 
 
-def environment(**more: str) -> dict[str, str]:
+@pytest.fixture(scope="session")
+def checkout() -> dict[str, str]:
     """The environment of a program that shall find the packages of this checkout."""
     paths = os.pathsep.join(str(ROOT / each) for each in ("", "engine", "algorithms"))
-    return {**os.environ, "PYTHONPATH": paths, **more}
+    return {**os.environ, "PYTHONPATH": paths}
 
 
 @pytest.fixture
-def start_toy() -> Callable[..., subprocess.Popen[str]]:
+def start_toy(checkout: dict[str, str]) -> Callable[..., subprocess.Popen[str]]:
     """Start a command line with the toy tool on the shelf, as a program of its own."""
 
     def start(*arguments: object, stdout: Any = subprocess.PIPE, **more: str) -> subprocess.Popen[str]:
         return subprocess.Popen(
             [sys.executable, str(HERE / "toy_tool.py"), *map(str, arguments)],
-            env=environment(**more),
+            env={**checkout, **more},
             stdin=subprocess.DEVNULL,
             stdout=stdout,
             stderr=subprocess.PIPE,

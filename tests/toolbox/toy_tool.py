@@ -32,6 +32,7 @@ class Ask:
     trajectories: str = declare.text("Logs that keep their path", default="500", help="all, none or a number.")
     fail: str = declare.choice("How to fail", *FAILURES, default="none")
     wait_s: float = declare.number("Time to wait", unit="s", minimum=0, default=0.0)
+    asks: bool = declare.flag("Ask whether the user has interrupted")
     stuck: bool = declare.flag("Wait in native code, which hears no signal", advanced=True)
     seed: int = declare.seed()
     output: Path = declare.output_folder("Result")
@@ -59,6 +60,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         naps = round(ask.wait_s / 0.05)
         for nap in range(naps):
             time.sleep(0.05)
+            if ask.asks and feedback.cancelled():
+                raise Cancelled
             feedback.progress(nap + 1, naps, "waiting")
         _fail(ask)
     return Outcome(outputs={"output": ask.output}, facts={"dbh_cm": ask.dbh_cm}, lines=("a table", "for a reader"))

@@ -1,0 +1,77 @@
+"""The catalogue of the tools, ``algorithms/README.md``, written from their declarations.
+
+``python -m deadwood_toolbox.catalogue`` in a checkout writes it; a test fails when it is stale.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from deadwood_algorithms.tool import Parameter, Tool
+from deadwood_toolbox import parameters
+
+PLACE = Path(__file__).parents[1] / "algorithms" / "README.md"
+HEAD = """\
+# The tools
+
+One room a tool: `deadwood_algorithms/<name>.py` declares its parameters once, and the command line, this page, the
+checks and `deadwood-tool describe TOOL --json` are rendered from that. Every tool also takes `--config FILE`,
+`--progress`, `--quiet` and `--verbose`. Layers and their columns: `deadwood_algorithms/schemas.py`.
+
+*Written by `python -m deadwood_toolbox.catalogue`; edit the declarations, not this page.*
+"""
+
+
+def page(tools: Sequence[Tool]) -> str:
+    """The whole page, Markdown."""
+    rows = [f"| [`{tool.name}`](#{tool.name}) | {tool.group} | {_cell(tool.summary)} |" for tool in tools]
+    overview = "\n".join(["| tool | group | does |", "|---|---|---|", *rows])
+    return "\n\n".join([HEAD.rstrip(), overview, *(_chapter(tool) for tool in tools)]) + "\n"
+
+
+def _chapter(tool: Tool) -> str:
+    table = "\n".join(_rows(list(tool.parameters())))
+    return f"## {tool.name}\n\n{tool.description}\n\n`{usage(tool)}`\n\n{table}"
+
+
+def usage(tool: Tool) -> str:
+    """The shortest command line: the required flags."""
+    required = (p for p in tool.parameters() if p.default is None and not p.optional)
+    return " ".join(["deadwood-tool", tool.name, *(parameters.help_line(p)[0] for p in required)])
+
+
+def _rows(declared: list[Parameter]) -> Iterator[str]:
+    yield "| flag | meaning | unit | range | default |"
+    yield "|---|---|---|---|---|"
+    for p in declared:
+        meaning = p.label + (f" ({' or '.join(p.geometry)})" if p.geometry else "")
+        meaning += f". {p.help}" if p.help else ""
+        if p.kind == "choice":
+            scope = ", ".join(p.choices)
+        else:
+            scope = parameters.bounds(p)
+        yield "| " + " | ".join(map(_cell, (f"`{p.flag}`", meaning, p.unit, scope, _default(p)))) + " |"
+
+
+def _default(parameter: Parameter) -> str:
+    if parameter.kind == "flag":
+        return "off"
+    if parameter.default is None:
+        return "" if parameter.optional else "**required**"
+    return parameters.default_text(parameter)
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|").replace("\n", " ")
+
+
+def main() -> None:
+    from deadwood_toolbox.shelf import TOOLS
+
+    PLACE.write_text(page(TOOLS), encoding="utf-8")
+    print(f"wrote {PLACE}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,120 @@
+"""Who may import whom: three floors, two arrows, none upward; kept by looking at the syntax trees."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+ENGINE = ROOT / "engine" / "deadwood_engine"
+ALGORITHMS = ROOT / "algorithms" / "deadwood_algorithms"
+TOOLBOX = ROOT / "deadwood_toolbox"
+HEAVY = {"geopandas", "pandas", "rasterio", "pyogrio", "pyproj", "pyarrow", "matplotlib", "numba", "deadwood_engine"}
+# A tool computes on arrays and hands tables on; files are opened by layers.py and its siblings.
+TOOL_LIBRARIES = {"numpy", "shapely", "geopandas", "pandas", "deadwood_algorithms", "deadwood_engine"}
+
+
+def imported(source: str, package: str) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Every import in a source, wherever it stands: full module name, and the names taken from it."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                yield alias.name, ()
+        elif isinstance(node, ast.ImportFrom):
+            base = package if node.level == 1 else ""
+            assert node.level <= 1, "no import from above the package"
+            yield ".".join(part for part in (base, node.module) if part), tuple(alias.name for alias in node.names)
+
+
+def foreign(source: str, package: str, allowed: set[str]) -> set[str]:
+    """The imported top-level names that are neither allowed nor of the standard library."""
+    roots = {module.split(".")[0] for module, _ in imported(source, package)}
+    return roots - allowed - sys.stdlib_module_names - {"__future__"}
+
+
+def tool_breaches(source: str, tools: set[str]) -> list[str]:
+    """What a tool's file imports against the house rules; ``tools`` are the names of the other tools' modules."""
+    breaches = sorted(foreign(source, "deadwood_algorithms", TOOL_LIBRARIES))
+    for module, names in imported(source, "deadwood_algorithms"):
+        if module.startswith("deadwood_engine."):
+            breaches.append(f"{module}: only the engine's public names")
+        if module == "deadwood_algorithms" and tools & set(names):
+            breaches.append(f"{sorted(tools & set(names))}: another tool only through its run")
+        if module.removeprefix("deadwood_algorithms.") in tools and not set(names) <= {"run", "Ask", "TOOL"}:
+            breaches.append(f"{module}: another tool only through its run")
+    return breaches
+
+
+def is_tool(path: Path) -> bool:
+    return any(line.startswith("TOOL = ") for line in path.read_text(encoding="utf-8").splitlines())
+
+
+TOOL_FILES = sorted(path for path in ALGORITHMS.glob("*.py") if is_tool(path))
+
+
+def files_of(folder: Path) -> list[object]:
+    return [pytest.param(path, id=path.relative_to(folder).as_posix()) for path in sorted(folder.rglob("*.py"))]
+
+
+@pytest.mark.parametrize("path", files_of(ENGINE))
+def test_the_engine_knows_numpy_and_numba_only(path):
+    assert foreign(path.read_text(encoding="utf-8"), "deadwood_engine", {"numpy", "numba", "deadwood_engine"}) == set()
+
+
+@pytest.mark.parametrize("name", ["tool.py", "schemas.py"])
+def test_the_vocabulary_needs_the_standard_library_only(name):
+    assert foreign((ALGORITHMS / name).read_text(encoding="utf-8"), "", set()) == set()
+
+
+@pytest.mark.parametrize("path", files_of(ALGORITHMS))
+def test_algorithms_know_nothing_of_the_front_door(path):
+    modules = {module.split(".")[0] for module, _ in imported(path.read_text(encoding="utf-8"), "deadwood_algorithms")}
+    assert not modules & {"deadwood_toolbox", "click", "tqdm"}
+
+
+@pytest.mark.parametrize("path", [pytest.param(path, id=path.stem) for path in TOOL_FILES])
+def test_a_tool_keeps_to_its_floor(path):
+    others = {other.stem for other in TOOL_FILES} - {path.stem}
+    assert tool_breaches(path.read_text(encoding="utf-8"), others) == []
+
+
+@pytest.mark.parametrize("path", files_of(TOOLBOX))
+def test_the_front_door_never_reaches_past_the_tools(path):
+    allowed = {"click", "tqdm", "deadwood_algorithms", "deadwood_toolbox"}
+    assert foreign(path.read_text(encoding="utf-8"), "deadwood_toolbox", allowed) == set()
+
+
+def test_the_checks_above_find_what_they_look_for():
+    assert foreign("def f():\n    from rasterio.warp import x\n    import numpy, os", "p", {"numpy"}) == {"rasterio"}
+    assert foreign("from .near import x", "deadwood_engine", {"deadwood_engine"}) == set()
+    assert tool_breaches("from deadwood_engine.step import x", set())
+    assert tool_breaches("import rasterio", set()) == ["rasterio"]
+    assert tool_breaches("from deadwood_algorithms.other import run", {"other"}) == []
+    assert tool_breaches("from .other import helper", {"other"})
+    assert tool_breaches("from deadwood_algorithms import other", {"other"})
+    assert len(TOOL_FILES) >= 1
+
+
+def test_the_shelf_brings_no_heavy_library_along(checkout):
+    look = "import sys, deadwood_toolbox.cli, deadwood_toolbox.shelf; print(*sys.modules)"
+    ran = subprocess.run([sys.executable, "-c", look], env=checkout, capture_output=True, text=True, check=True)
+    assert HEAVY & set(ran.stdout.split()) == set()
+
+
+def test_help_answers_at_once(checkout):
+    def fastest(*arguments: str) -> float:
+        times = []
+        for _ in range(5):
+            began = time.perf_counter()
+            subprocess.run([sys.executable, *arguments], env=checkout, capture_output=True, check=True)
+            times.append(time.perf_counter() - began)
+        return min(times)
+
+    start_of_python = fastest("-c", "pass")
+    assert fastest("-m", "deadwood_toolbox", "slide-logs", "--help") - start_of_python < 0.3

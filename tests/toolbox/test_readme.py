@@ -1,0 +1,68 @@
+"""The README's commands are the ones that are tested and that CI runs."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from deadwood_toolbox.shelf import TOOLS, find
+
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def marked(name: str) -> str:
+    """The command in the fence behind a marker."""
+    found = re.search(rf"<!-- command: {name} -->\n```\n(.+?)\n```\n", README, flags=re.DOTALL)
+    assert found is not None, name
+    return found[1]
+
+
+def said_commands() -> list[str]:
+    """Every ``deadwood-tool`` command line of the page, continued lines joined."""
+    joined = README.replace("\\\n", " ")
+    return re.findall(r"deadwood-tool (?:[a-z]+-)*[a-z]+(?: .*)?$", joined, flags=re.MULTILINE)
+
+
+def test_the_two_commands_are_one_line_each_and_stay_in_the_checkout():
+    for name in ("demo", "tests"):
+        command = marked(name)
+        assert "\n" not in command
+        assert command.startswith("python3 -m venv .venv && .venv/bin/pip install ")
+
+
+def test_ci_takes_the_test_command_from_the_readme():
+    script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+    pipeline = next(line for line in script.splitlines() if line.startswith("tests=$("))
+    ran = subprocess.run(["bash", "-c", f'{pipeline}\nprintf %s "$tests"'], cwd=ROOT, capture_output=True, text=True)
+    assert ran.stdout == marked("tests")
+    assert marked("tests").endswith("-m pytest")
+
+
+@pytest.mark.parametrize("command", said_commands())
+def test_every_command_line_of_the_page_is_understood(command):
+    name, *words = shlex.split(command)[1:]
+    if name == "list":
+        return
+    tool = find(name)
+    assert tool is not None, name
+    known = {p.flag for p in tool.parameters()} | {"--help", "--config"}
+    given = {word for word in words if word.startswith("--")}
+    assert given <= known
+    if not given & {"--help", "--config"}:
+        required = {p.flag for p in tool.parameters() if p.default is None and not p.optional}
+        assert required <= given
+
+
+def test_the_page_names_every_tool():
+    assert len(said_commands()) >= 8
+    assert [tool.name for tool in TOOLS if tool.name not in README] == []
+
+
+def test_units_of_the_page_are_those_of_the_declarations():
+    units = {p.unit for tool in TOOLS for p in tool.parameters() if p.name.endswith(("_cm", "_m", "_ms", "_kg_m3"))}
+    assert [unit for unit in units if not re.search(rf"\| {re.escape(unit)} \|", README)] == []
