@@ -9,6 +9,7 @@ pyarrow, rasterio, pyogrio, pyproj and matplotlib are imported where they are us
 from __future__ import annotations
 
 from deadwood_algorithms.count_hits import TOOL as COUNT_HITS
+from deadwood_algorithms.demo import TOOL as DEMO
 from deadwood_algorithms.generate_forest import TOOL as GENERATE_FOREST
 from deadwood_algorithms.import_trees import TOOL as IMPORT_TREES
 from deadwood_algorithms.lateral_spread import TOOL as LATERAL_SPREAD
@@ -26,6 +27,7 @@ TOOLS: tuple[Tool, ...] = (
     COUNT_HITS,
     REACH_LINES,
     LATERAL_SPREAD,
+    DEMO,
 )
 
 

@@ -16,6 +16,7 @@ ENGINE = ROOT / "engine" / "deadwood_engine"
 ALGORITHMS = ROOT / "algorithms" / "deadwood_algorithms"
 TOOLBOX = ROOT / "deadwood_toolbox"
 HEAVY = {"geopandas", "pandas", "rasterio", "pyogrio", "pyproj", "pyarrow", "matplotlib", "numba", "deadwood_engine"}
+PUBLIC = {"run", "Ask", "TOOL"}  # of a tool, for another tool
 # A tool computes on arrays and hands tables on; files are opened by layers.py and its siblings.
 TOOL_LIBRARIES = {"numpy", "shapely", "geopandas", "pandas", "deadwood_algorithms", "deadwood_engine"}
 
@@ -41,13 +42,18 @@ def foreign(source: str, package: str, allowed: set[str]) -> set[str]:
 def tool_breaches(source: str, tools: set[str]) -> list[str]:
     """What a tool's file imports against the house rules; ``tools`` are the names of the other tools' modules."""
     breaches = sorted(foreign(source, "deadwood_algorithms", TOOL_LIBRARIES))
+    whole = set()  # other tools imported as modules
     for module, names in imported(source, "deadwood_algorithms"):
         if module.startswith("deadwood_engine."):
             breaches.append(f"{module}: only the engine's public names")
-        if module == "deadwood_algorithms" and tools & set(names):
-            breaches.append(f"{sorted(tools & set(names))}: another tool only through its run")
-        if module.removeprefix("deadwood_algorithms.") in tools and not set(names) <= {"run", "Ask", "TOOL"}:
+        if module == "deadwood_algorithms":
+            whole |= tools & set(names)
+        if module.removeprefix("deadwood_algorithms.") in tools and not set(names) <= PUBLIC:
             breaches.append(f"{module}: another tool only through its run")
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in whole:
+            if node.attr not in PUBLIC:
+                breaches.append(f"{node.value.id}.{node.attr}: another tool only through its run")
     return breaches
 
 
@@ -97,7 +103,8 @@ def test_the_checks_above_find_what_they_look_for():
     assert tool_breaches("import rasterio", set()) == ["rasterio"]
     assert tool_breaches("from deadwood_algorithms.other import run", {"other"}) == []
     assert tool_breaches("from .other import helper", {"other"})
-    assert tool_breaches("from deadwood_algorithms import other", {"other"})
+    assert tool_breaches("from deadwood_algorithms import other\nother.TOOL(x=1)", {"other"}) == []
+    assert tool_breaches("from deadwood_algorithms import other\nother.helper()", {"other"})
     assert len(TOOL_FILES) >= 1
 
 
