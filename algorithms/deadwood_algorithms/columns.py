@@ -32,11 +32,12 @@ def number_column(
     exclusive: bool = False,
     maximum: float | None = None,
     gaps: bool = False,
+    missing_value: float | None = None,
 ) -> np.ndarray:
     """A column as float64, every value finite and within bounds; a missing column takes ``default`` when there is one.
 
     An empty cell in a column that exists is refused, for a gap in somebody's data is not a wish for the default;
-    with ``gaps`` it is NaN.
+    with ``gaps`` it is NaN, and so is a cell that holds ``missing_value``.
     """
     import pandas
 
@@ -46,10 +47,12 @@ def number_column(
             return np.full(len(frame), float(default))
         raise UserError(f"{where}: the field '{name}' is missing; it has {field_names(frame)}")
     column = frame[name]
-    numbers = np.asarray(pandas.Series(pandas.to_numeric(column, errors="coerce")).astype("float64"))
+    numbers = np.array(pandas.Series(pandas.to_numeric(column, errors="coerce")).astype("float64"))
     bad = ~np.isfinite(numbers)
     if gaps:
-        bad &= ~np.asarray(column.isna())
+        missing = np.asarray(column.isna()) | (numbers == missing_value)
+        numbers[missing] = np.nan
+        bad &= ~missing
     if minimum is not None:
         bad |= (numbers <= minimum) if exclusive else (numbers < minimum)
     if maximum is not None:
@@ -74,7 +77,9 @@ def id_column(frame: pandas.DataFrame, name: str) -> np.ndarray:
     return np.array([str(each).strip() for each in values], object)
 
 
-def warn_implausible(values: np.ndarray, column: schemas.Column, where: str, feedback: Feedback) -> None:
+def warn_implausible(
+    values: np.ndarray, column: schemas.Column, where: str, feedback: Feedback, *, mend: str | None = None
+) -> None:
     """Warn when most values, or single ones, lie where no tree or log does: mostly a mistaken unit."""
     values = values[np.isfinite(values)]
     if column.usual is None or not values.size:
@@ -82,10 +87,10 @@ def warn_implausible(values: np.ndarray, column: schemas.Column, where: str, fee
     low, high = column.usual
     middle = float(np.median(values))
     if middle < low:
-        mend = "if these are metres, multiply by 100" if column.unit == "cm" else "check the unit"
+        mend = mend or ("if these are metres, multiply by 100" if column.unit == "cm" else "check the unit")
         feedback.warn(f"{where}: the median {column.name} is {middle:g} {column.unit}, which is too small; {mend}")
     elif middle > high:
-        mend = "if these are millimetres, divide by 10" if column.unit == "cm" else "check the unit"
+        mend = mend or ("if these are millimetres, divide by 10" if column.unit == "cm" else "check the unit")
         feedback.warn(f"{where}: the median {column.name} is {middle:g} {column.unit}, which is too large; {mend}")
     elif float(values.max()) > high:
         count = int((values > high).sum())

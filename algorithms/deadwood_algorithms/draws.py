@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-# What is drawn: positions and sizes of the same item come from streams of their own.
-POSITION, SIZE = 0, 1
+# What is drawn. Each has a stream of its own, so that log 7 and tree 7 of the same seed have nothing in common.
+LOG_PLACE, TREE_PLACE, TREE_SIZE = range(3)
 
 _LOW = np.uint64(0xFFFFFFFF)
 _SHIFT = np.uint64(32)
@@ -31,7 +31,7 @@ def philox(counter: np.ndarray, key: tuple[int, int]) -> np.ndarray:
     return np.stack((c0, c1, c2, c3))
 
 
-def uniforms(seed: int, items: np.ndarray, stream: int, turn: int = 0) -> tuple[np.ndarray, np.ndarray]:
+def uniforms(seed: int, items: np.ndarray, stream: int, turn: int | np.ndarray = 0) -> tuple[np.ndarray, np.ndarray]:
     """Two draws in [0, 1), 53 bits each, for every item (whole numbers >= 0); another turn, another two."""
     items = np.asarray(items, np.uint64)
     counter = np.empty((4, items.size), np.uint64)
@@ -43,7 +43,7 @@ def uniforms(seed: int, items: np.ndarray, stream: int, turn: int = 0) -> tuple[
     return pair[0], pair[1]
 
 
-def normals(seed: int, items: np.ndarray, stream: int, turn: int = 0) -> tuple[np.ndarray, np.ndarray]:
+def normals(seed: int, items: np.ndarray, stream: int, turn: int | np.ndarray = 0) -> tuple[np.ndarray, np.ndarray]:
     """Two independent standard normal draws for every item (Box and Muller)."""
     u, v = uniforms(seed, items, stream, turn)
     radius = np.sqrt(-2.0 * np.log1p(-u))

@@ -192,12 +192,12 @@ def _in_crs(
             raise UserError(f"{where}: the {what} layer has no CRS; name it, for example --crs EPSG:2056")
         own = named or target
         assert own is not None  # for the type checker; refused above
-        source = "taken from --crs" if named else "the DEM's, is taken"
-        feedback.note(f"{where}: the {what} layer has no CRS; {crs_name(own)}, {source}")
+        source = "--crs" if named else "the DEM"
+        feedback.note(f"{where}: the {what} layer has no CRS, {crs_name(own)} is taken from {source}")
         own = horizontal(own)
         frame = frame.set_crs(own)
     if target is None:
-        return frame
+        return frame.set_crs(horizontal(own), allow_override=True)
     if same_crs(own, target):
         return frame.set_crs(horizontal(target), allow_override=True)
     feedback.note(f"{where}: the {what} layer is reprojected from {crs_name(own)} to {crs_name(horizontal(target))}")
