@@ -35,18 +35,22 @@ def azimuth(dx: ArrayLike, dy: ArrayLike) -> NDArray[np.float64]:
     return np.where(angle >= 360.0, 0.0, angle)  # -1e-15 % 360 is 360
 
 
-def unrolled(azimuths: ArrayLike) -> NDArray[np.float64]:
-    """The azimuths as sorted angles from the start of the smallest arc that holds them all [deg], the first 0.
+def arc_start(azimuths: ArrayLike) -> float:
+    """Azimuth at which the smallest arc that holds them all begins, going clockwise [deg]; NaN without azimuths.
 
-    The arc's start is the far end of the largest gap between neighbours around the circle.
+    It is the far end of the largest gap between neighbours around the circle.
     """
     ordered = np.sort(np.asarray(azimuths, float) % 360.0)
     if ordered.size == 0:
-        return ordered
+        return math.nan
     gaps = np.diff(ordered, append=ordered[0] + 360.0)
-    start = (int(np.argmax(gaps)) + 1) % ordered.size
-    turned = np.roll(ordered, -start)
-    return np.sort((turned - turned[0]) % 360.0)
+    return float(ordered[(int(np.argmax(gaps)) + 1) % ordered.size])
+
+
+def unrolled(azimuths: ArrayLike) -> NDArray[np.float64]:
+    """The azimuths as sorted angles from the start of their smallest arc [deg]; the first is 0."""
+    angles = np.asarray(azimuths, float) % 360.0
+    return np.sort((angles - arc_start(angles)) % 360.0)
 
 
 def smallest_arc(azimuths: ArrayLike) -> float:
@@ -65,3 +69,54 @@ def quantile_arc(azimuths: ArrayLike, low: float = 0.05, high: float = 0.95) -> 
         return math.nan
     ends = np.quantile(angles, [low, high])
     return float(ends[1] - ends[0])
+
+
+def reach_record(n_reach: int, n_total: int) -> dict[str, float]:
+    """Reach probability with its 95 % Wilson interval, under the names that every output uses."""
+    low, high = wilson_interval(n_reach, n_total)
+    share = n_reach / n_total if n_total else math.nan
+    return {"n_total": int(n_total), "n_reach": int(n_reach), "p": share, "ci_low": low, "ci_high": high}
+
+
+def percent_with_interval(record: dict[str, float]) -> str:
+    """``9.1 % (8.8 to 9.6 %)``; no hit at all is never printed as 0 %, but as what it excludes: ``< 0.02 %``."""
+    low, high = 100 * record["ci_low"], 100 * record["ci_high"]
+    if record["n_total"] == 0:
+        return "no logs"
+    if record["n_reach"] == 0:
+        return f"< {high:.2g} %"
+    return f"{100 * record['p']:.1f} % ({low:.1f} to {high:.1f} %)"
+
+
+def spread_of_release(
+    centre: tuple[float, float], x: ArrayLike, y: ArrayLike, min_runout: ArrayLike
+) -> tuple[dict[str, float], NDArray[np.float64], NDArray[np.bool_]]:
+    """Lateral spread of the deposits of one release (paper, equation 11).
+
+    Parameters
+    ----------
+    centre : (float, float)
+        From where the deposits are seen: the centre of the release area [m].
+    x, y : array, shape (n,)
+        Deposits [m].
+    min_runout : float or array, shape (n,)
+        A deposit no farther from the centre than this is left out: the azimuth of a log that hardly moved says nothing.
+
+    Returns
+    -------
+    record : dict
+        ``n``, ``n_left_out``, ``spread_deg`` and ``p05_p95_deg``.
+    azimuths : array, shape (n,)
+        Of every deposit from the centre [deg].
+    counted : array of bool, shape (n,)
+    """
+    dx, dy = np.asarray(x, float) - centre[0], np.asarray(y, float) - centre[1]
+    azimuths = azimuth(dx, dy)
+    counted = np.hypot(dx, dy) > np.asarray(min_runout, float)
+    record = {
+        "n": int(counted.size),
+        "n_left_out": int(np.count_nonzero(~counted)),
+        "spread_deg": smallest_arc(azimuths[counted]),
+        "p05_p95_deg": quantile_arc(azimuths[counted]),
+    }
+    return record, azimuths, counted

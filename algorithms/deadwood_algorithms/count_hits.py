@@ -1,0 +1,104 @@
+"""Count, from stored trajectories, how many logs pass over each cell: for any subset of logs, at any cell size.
+
+The count is the one that slide-logs makes while it runs: a log counts once in every cell that any part of its plan-view
+outline overlaps at any time (paper, section 4). With all trajectories stored, every log chosen and the run's own cell
+size it equals the run's hit_count.tif. Logs whose trajectory was not stored cannot be counted; the tool says how many.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from deadwood_algorithms import tool
+from deadwood_algorithms.tool import Cancelled, Feedback, Outcome, Tool, UserError
+
+if TYPE_CHECKING:
+    from deadwood_algorithms.layers import Grid
+
+CELLS_MOST = 4_000_000_000 // 4  # a raster of 4 GB; a finer one is a slip of the decimal point
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ask:
+    run: str = tool.folder("Folder of a run of slide-logs")
+    cell: float | None = tool.number(
+        "Cell size", unit="m", default=None, minimum=0.0, exclusive=True, help="Default: the run's."
+    )
+    release_id: str | None = tool.text("Only logs of these releases", default=None, help="Comma-separated.")
+    log_id: str | None = tool.text("Only these logs", default=None, help="Comma-separated.")
+    stop_reason: str | None = tool.text(
+        "Only logs that ended so",
+        default=None,
+        help="Comma-separated: rest, tree, barrier, left_dem, time_limit, failed.",
+    )
+    output: str = tool.output_raster("Hit counts")
+    overwrite: bool = tool.overwrite()
+
+
+def run(ask: Ask, feedback: Feedback) -> Outcome:
+    from deadwood_algorithms.layers import output_path, write_raster
+    from deadwood_algorithms.run_folder import chosen_logs, read_run
+    from deadwood_engine import sweep_hits
+
+    with output_path(ask.output, ask.overwrite, suffix=".tif") as path:
+        source = read_run(ask.run, feedback=feedback)
+        grid = with_cell(source.grid, ask.cell)
+        chosen = chosen_logs(source, release_id=ask.release_id, log_id=ask.log_id, stop_reason=ask.stop_reason)
+
+        stored = np.intersect1d(chosen, source.stored_log_ids)
+        if not stored.size:
+            raise UserError(
+                f"{ask.run}: of the {chosen.size} chosen logs none has a stored trajectory; "
+                "run slide-logs with --trajectories all"
+            )
+        if stored.size < chosen.size:
+            feedback.warn(
+                f"only {stored.size} of the {chosen.size} chosen logs have a stored trajectory and are counted"
+            )
+
+        base_radius, tip_radius = source.radii()
+        counts = np.zeros(grid.shape, np.uint32)
+        done = 0
+        for piece in source.poses(stored):
+            if feedback.cancelled():
+                raise Cancelled
+            base = np.stack([piece["xb"], piece["yb"], piece["zb"]], axis=1)
+            tip = np.stack([piece["xt"], piece["yt"], piece["zt"]], axis=1)
+            counts += sweep_hits(
+                piece["log_row"],
+                base,
+                tip,
+                base_radius,
+                tip_radius,
+                x0=grid.x0,
+                y0=grid.y0,
+                cell=grid.cell,
+                shape=grid.shape,
+            )
+            done += np.unique(piece["log_id"]).size
+            feedback.progress(done, stored.size, "counting hits")
+
+        write_raster(path, counts, grid, dtype="uint32", units="logs", description=f"Hits of {stored.size} logs")
+    facts = {"n_chosen": int(chosen.size), "n_counted": int(stored.size), "hit_count_max": int(counts.max())}
+    line = f"{stored.size} logs counted; the most that passed over one cell of {grid.cell:g} m: {counts.max()}"
+    return Outcome({"output": Path(ask.output)}, facts, (line,))
+
+
+def with_cell(grid: Grid, cell: float | None) -> Grid:
+    """A grid of another cell size over the same area, from the same south-western corner."""
+    if cell is None or cell == grid.cell:
+        return grid
+    west, south, east, north = grid.bounds
+    nx, ny = (max(1, math.ceil((high - low) / cell - 1e-9)) for low, high in ((west, east), (south, north)))
+    if nx * ny > CELLS_MOST:
+        raise UserError(f"--cell {cell:g} m makes a raster of {nx} x {ny} cells; take a larger cell")
+    values = np.broadcast_to(np.float32(np.nan), (ny, nx))
+    return replace(grid, values=values, cell=cell, x0=west + 0.5 * cell, y0=south + 0.5 * cell)
+
+
+TOOL = Tool("count-hits", "Evaluate", "Stored trajectories: how many logs pass over each cell", Ask, run)

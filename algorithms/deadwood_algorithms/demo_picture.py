@@ -1,0 +1,150 @@
+"""The demo's picture: hit counts over the hillshade, one panel a forest, with releases, road, trees and deposits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap, LogNorm
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from deadwood_algorithms.layers import Grid, read_dem, read_raster_on, read_vector
+from deadwood_algorithms.statistics import percent_with_interval
+
+# Every second step of an even ramp, its palest end cut off: on grey relief it would not be seen.
+HITS = ListedColormap(matplotlib.colormaps["magma_r"](np.linspace(0.12, 1.0, 256)))
+# Okabe and Ito's colours, which colour-blind readers tell apart, for the ways in which a run ends.
+ENDS = {
+    "tree": ("held by a tree", "#009E73", "o"),
+    "rest": ("at rest", "#56B4E9", "o"),
+    "barrier": ("held by a barrier", "#CC79A7", "o"),
+    "left_dem": ("left the terrain model", "#0072B2", "^"),
+    "time_limit": ("still moving", "#D55E00", "s"),
+    "failed": ("failed", "#000000", "x"),
+}
+TITLES = {"mapped": "Forest as mapped", "random": "Random forest, same density", "none": "No forest"}
+MARGIN_M = 30.0  # shown above the releases
+RELIEF = ((225.0, 0.35), (270.0, 0.25), (315.0, 0.40))  # lights from the west all around: (azimuth [deg], weight)
+SUN_HEIGHT_DEG = 40.0
+
+
+def draw(folder: Path, forests: Sequence[str], summaries: Mapping[str, Any], path: Path) -> None:
+    """Draw the runs in ``folder``; every panel has the same frame and the same colours."""
+    dem = read_dem(folder / "dem.tif")
+    shade = hillshade(dem.values, dem.cell)
+    hits = {name: read_raster_on(folder / f"run_{name}" / "hit_count.tif", dem, what="hits") for name in forests}
+    releases = read_vector(folder / "releases.gpkg", target_crs=dem.crs, what="releases")
+    road = read_vector(folder / "road.gpkg", geometry=("line",), target_crs=dem.crs, what="lines")
+    west, south, east, north = dem.bounds
+    top = min(north, float(releases.geometry.y.max()) + MARGIN_M)
+
+    figure, panels = plt.subplots(1, len(forests), figsize=(15.0, 9.6), sharey=True)
+    figure.subplots_adjust(left=0.02, right=0.91, bottom=0.115, top=0.90, wspace=0.03)
+    norm = LogNorm(1, max(2.0, *(float(np.nanmax(each)) for each in hits.values())))
+    image = None
+    for axes, name in zip(panels, forests, strict=True):
+        extent = (west, east, south, north)
+        axes.imshow(shade, cmap="gray", vmin=-0.25, vmax=1.0, extent=extent, origin="lower", interpolation="bilinear")
+        shown = np.ma.masked_less(np.nan_to_num(hits[name]), 1.0)
+        image = axes.imshow(
+            shown, cmap=HITS, norm=norm, extent=extent, origin="lower", interpolation="nearest", alpha=0.9
+        )
+        _trees(axes, folder / f"trees_{name}.gpkg", dem)
+        _deposits(axes, folder / f"run_{name}" / "run.gpkg", dem)
+        for line in road.geometry:
+            axes.plot(*line.xy, color="#D55E00", linewidth=2.2, zorder=3)
+        axes.plot(releases.geometry.x, releases.geometry.y, ".", color="#0072B2", markersize=0.8, zorder=5)
+        axes.set(xlim=(west, east), ylim=(south, top), xticks=[], yticks=[], aspect="equal")
+        axes.set_title(_title(name, summaries[name]), fontsize=10.5, loc="left", linespacing=1.35)
+    _scale_and_north(panels[0], west, south, top)
+    box = panels[-1].get_position()
+    bar = figure.colorbar(image, cax=figure.add_axes((0.922, box.y0, 0.013, box.height)))
+    bar.set_label("logs that passed over the cell (none: transparent)")
+    _legend(figure, {name for each in summaries.values() for name in _ends(each)})
+    figure.suptitle(
+        "Sliding deadwood on a synthetic slope of 35°: the same logs, three forests", x=0.02, ha="left", fontsize=13
+    )
+    figure.savefig(path, dpi=130)
+    plt.close(figure)
+
+
+def hillshade(heights: NDArray[np.floating], cell: float) -> NDArray[np.float64]:
+    """Relief lit from several sides, stretched to 0..1, so that a slope facing away from one light is not black."""
+    north, east = np.gradient(heights.astype(np.float64), cell)
+    length = np.sqrt(1.0 + north**2 + east**2)
+    level, rise = np.cos(np.radians(SUN_HEIGHT_DEG)), np.sin(np.radians(SUN_HEIGHT_DEG))
+    light = np.zeros(heights.shape)
+    for azimuth, weight in RELIEF:
+        x, y = level * np.sin(np.radians(azimuth)), level * np.cos(np.radians(azimuth))
+        light += weight * np.clip((rise - east * x - north * y) / length, 0.0, None)
+    low, high = np.nanpercentile(light, [1.0, 99.0])
+    return np.clip((light - low) / max(high - low, 1e-9), 0.0, 1.0)
+
+
+def _trees(axes: Axes, path: Path, dem: Grid) -> None:
+    if path.exists():
+        trees = read_vector(path, target_crs=dem.crs, what="trees")
+        size = (trees["dbh_cm"].to_numpy() / 40.0) ** 2
+        axes.scatter(trees.geometry.x, trees.geometry.y, s=size, color="#0B5D2A", linewidths=0, zorder=2, alpha=0.8)
+
+
+def _deposits(axes: Axes, path: Path, dem: Grid) -> None:
+    deposits = read_vector(f"{path}|layername=deposits", target_crs=dem.crs, what="deposits")
+    for reason, (_, colour, marker) in ENDS.items():
+        some = deposits[deposits["stop_reason"] == reason]
+        edges = {} if marker == "x" else {"edgecolors": "black", "linewidths": 0.25}
+        axes.scatter(some.geometry.x, some.geometry.y, s=7, color=colour, marker=marker, zorder=4, **edges)
+
+
+def _ends(summary: Mapping[str, Any]) -> list[str]:
+    return [name for name, count in summary["logs"]["by_stop_reason"].items() if count]
+
+
+def _title(name: str, summary: Mapping[str, Any]) -> str:
+    spread = summary["spread"][0]["spread_deg"]
+    fan = "" if spread is None else f" · lateral spread {spread:.0f}°"
+    return f"{TITLES[name]}\nreach the road: {percent_with_interval(summary['reach'][0])}{fan}"
+
+
+def _scale_and_north(axes: Axes, west: float, south: float, top: float) -> None:
+    x, y = west + 12.0, south + 14.0
+    axes.plot([x, x + 50.0], [y, y], color="black", linewidth=3.5, solid_capstyle="butt", zorder=6)
+    axes.text(x + 25.0, y + 4.0, "50 m", ha="center", va="bottom", fontsize=9, zorder=6)
+    axes.annotate(
+        "N",
+        xy=(west + 18.0, top - 8.0),
+        xytext=(west + 18.0, top - 34.0),
+        ha="center",
+        va="center",
+        fontsize=11,
+        fontweight="bold",
+        arrowprops={"arrowstyle": "-|>", "color": "black", "linewidth": 1.5},
+        zorder=6,
+    )
+
+
+def _legend(figure: Any, ends: set[str]) -> None:
+    marks: list[Line2D] = [
+        Line2D([], [], linestyle="", marker="o", markersize=8, color="#0072B2", label="releases"),
+        Line2D([], [], color="#D55E00", linewidth=2.2, label="road"),
+        Line2D([], [], linestyle="", marker="o", markersize=3, color="#0B5D2A", label="standing tree (size: DBH)"),
+    ]
+    for name, (label, colour, marker) in ENDS.items():
+        if name in ends:
+            edge = colour if marker == "x" else "black"
+            marks.append(
+                Line2D(
+                    [], [], linestyle="", marker=marker, markersize=5, color=colour, markeredgecolor=edge,
+                    markeredgewidth=0.4, label=f"deposit: {label}",
+                )
+            )  # fmt: skip
+    figure.legend(handles=marks, loc="lower left", bbox_to_anchor=(0.015, 0.0), ncols=4, frameon=False, fontsize=9.5)

@@ -1,0 +1,400 @@
+"""The results of a run as layers, rasters and a summary: the way up from the engine's arrays.
+
+Directions become azimuths from grid north, joules become kilojoules, row numbers become the ids of logs, trees,
+barriers and lines. `slide_logs` calls `write_results` once, when the last chunk of logs is finished.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import geopandas
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as parquet
+import pyproj
+import shapely
+from numpy.typing import NDArray
+
+from deadwood_algorithms import tool
+from deadwood_algorithms.layers import write_raster, write_vector
+from deadwood_algorithms.run_folder import GEOPACKAGE, MANIFEST, POSES, SUMMARY, WorkFolder, pose_schema, write_json
+from deadwood_algorithms.scene_from_layers import Items, Releases, SceneLayers
+from deadwood_algorithms.statistics import azimuth, percent_with_interval, reach_record, spread_of_release
+from deadwood_algorithms.tool import Feedback, Outcome, Tool
+from deadwood_engine import STOP_REASONS, Fidelity, Rasters
+
+if TYPE_CHECKING:
+    from deadwood_algorithms.slide_logs import Ask
+
+# A vertex of a trajectory line per so much path: at 30 m/s a flight sags 1.4 mm between two of them.
+VERTEX_SPACING_M = 1.0
+BY_LOG = (
+    "stop_reason",
+    "stop_item",
+    "duration",
+    "path",
+    "end_position",
+    "release_position",
+    "base_end",
+    "tip_end",
+    "speed_max",
+    "speed_mean",
+    "energy_max",
+    "jump_max",
+    "tree_hits",
+    "barrier_hits",
+    "energy_error",
+    "penetration_max",
+    "residual_max",
+    "unconverged",
+    "steps",
+    "started_in_contact",
+    "reach",
+    "reach_time",
+    "barrier_reached",
+    "barrier_crossed",
+)
+
+
+def arrays_of(result: Any, wall_s: float) -> dict[str, NDArray]:
+    """What is kept of a chunk: one row a log, and one row a chunk of what it cost."""
+    cost = {f"cost_{name}": np.array([value], np.float64) for name, value in result.cost.items()}
+    kept = {name: np.asarray(getattr(result, name)) for name in BY_LOG}
+    return kept | cost | {"cost_wall_s": np.array([wall_s])}
+
+
+def pose_table(poses: Any, log_id: NDArray[np.int64], crs: pyproj.CRS) -> pa.Table:
+    """The engine's poses under the names of ``poses.parquet``."""
+    columns = {"log_id": log_id[poses.log_row], "t_s": poses.time}
+    for ending, points in (("", poses.position), ("b", poses.base), ("t", poses.tip)):
+        columns |= {axis + ending: points[:, k] for k, axis in enumerate("xyz")}
+    columns |= {"speed_ms": poses.speed, "spin_rad_s": poses.spin, "clearance_m": poses.clearance}
+    schema = pose_schema(crs)
+    return pa.table([pa.array(columns[each.name], each.type) for each in schema], schema=schema)
+
+
+def write_results(
+    folder: Path,
+    made_by: Tool,
+    ask: Ask,
+    fidelity: Fidelity,
+    layers: SceneLayers,
+    releases: Releases,
+    rasters: Rasters,
+    work: WorkFolder,
+    feedback: Feedback,
+) -> Outcome:
+    """Write every file of the run's folder."""
+    feedback.progress(0, 3, "writing the results")
+    by_log = work.by_log()
+    touched = reached(layers.lines, by_log, releases)
+    deposits = deposits_frame(layers, releases, by_log)
+    tables = {"deposits": deposits, "deposited_logs": axes_frame(deposits, by_log)}
+    trajectories = _stream_poses(folder / POSES, work, deposits, layers.dem.crs)
+    if len(trajectories):
+        tables["trajectories"] = trajectories
+    if layers.lines.ids:
+        tables["reach"] = reach_frame(layers.lines, touched, deposits.crs)
+        if touched.any():
+            tables["reached_by"] = reached_by_frame(layers.lines, touched, by_log, deposits)
+    write_vector(folder / GEOPACKAGE, tables)
+    feedback.progress(1, 3, "writing the results")
+
+    outputs = write_rasters(folder, rasters, layers, len(releases))
+    feedback.progress(2, 3, "writing the results")
+
+    summary = summary_of(ask, fidelity, layers, releases, by_log, touched, deposits)
+    write_json(folder / SUMMARY, summary)
+    write_json(folder / MANIFEST, tool.manifest(made_by, ask, **_facts(layers, releases, work)))
+    feedback.progress(3, 3, "writing the results")
+    final = Path(ask.output)
+    names = {"run": GEOPACKAGE, "poses": POSES, "summary": SUMMARY, "manifest": MANIFEST} | outputs
+    paths = {"output": final} | {key: final / name for key, name in names.items()}
+    return Outcome(paths, summary, _lines(summary))
+
+
+def deposits_frame(layers: SceneLayers, releases: Releases, by_log: dict[str, NDArray]) -> geopandas.GeoDataFrame:
+    """One row a released log: where it ended, and how it went."""
+    start, end, axis = by_log["release_position"], by_log["end_position"], by_log["tip_end"] - by_log["base_end"]
+    dx, dy, dz = (end - start).T
+    columns: dict[str, Any] = {
+        "log_id": releases.logs.log_id,
+        "release_id": releases.release_id,
+        "release_x": start[:, 0],
+        "release_y": start[:, 1],
+        "release_z": start[:, 2],
+        "stop_reason": np.array(STOP_REASONS, object)[by_log["stop_reason"]],
+        "stop_id": _stop_ids(layers, by_log),
+        "duration_s": by_log["duration"],
+        "path_m": by_log["path"],
+        "runout_m": np.hypot(dx, dy),
+        "fall_m": -dz,
+        "bearing_deg": azimuth(dx, dy),
+        "heading_deg": azimuth(axis[:, 0], axis[:, 1]),
+        "tilt_deg": np.degrees(np.arctan2(np.hypot(axis[:, 0], axis[:, 1]), axis[:, 2])),
+        "speed_max_ms": by_log["speed_max"],
+        "speed_mean_ms": by_log["speed_mean"],
+        "energy_max_kj": by_log["energy_max"] / 1000.0,
+        "jump_max_m": by_log["jump_max"],
+        "tree_hits": by_log["tree_hits"],
+        "barrier_hits": by_log["barrier_hits"],
+        "energy_error_rel": by_log["energy_error"],
+        "penetration_max_m": by_log["penetration_max"],
+        "dbh_cm": releases.dbh_cm,
+        "length_m": releases.logs.length,
+        "density_kg_m3": releases.logs.density,
+    }
+    return geopandas.GeoDataFrame(columns, geometry=shapely.points(end), crs=layers.dem.plan_crs)
+
+
+def _stop_ids(layers: SceneLayers, by_log: dict[str, NDArray]) -> NDArray[Any]:
+    """Id, as text, of the tree or barrier that holds each log; None for the others."""
+    ids = np.full(by_log["stop_item"].size, None, object)
+    reason = np.array(STOP_REASONS, object)[by_log["stop_reason"]]
+    for row in np.flatnonzero(by_log["stop_item"] >= 0):
+        item = int(by_log["stop_item"][row])
+        if reason[row] == "tree":
+            ids[row] = layers.tree_ids[item]
+        elif reason[row] == "barrier":
+            ids[row] = str(layers.barriers.ids[layers.barriers.item[item]])
+    return ids
+
+
+def axes_frame(deposits: geopandas.GeoDataFrame, by_log: dict[str, NDArray]) -> geopandas.GeoDataFrame:
+    """The logs as they lie at the end: a line from base to tip."""
+    ends = np.stack([by_log["base_end"], by_log["tip_end"]], axis=1)
+    columns = deposits[["log_id", "release_id", "stop_reason", "dbh_cm", "length_m"]]
+    return geopandas.GeoDataFrame(columns, geometry=shapely.linestrings(ends), crs=deposits.crs)
+
+
+def _stream_poses(
+    path: Path, work: WorkFolder, deposits: geopandas.GeoDataFrame, crs: pyproj.CRS
+) -> geopandas.GeoDataFrame:
+    """Bring the chunks' poses into one file, one row group each, and make the trajectory lines on the way."""
+    ids: list[int] = []
+    shapes: list[Any] = []
+    with parquet.ParquetWriter(path, pose_schema(crs), compression="zstd") as writer:
+        for table in work.poses():
+            if not table.num_rows:
+                continue
+            writer.write_table(table, row_group_size=table.num_rows)
+            log_id = table.column("log_id").to_numpy()
+            points = np.stack([table.column(axis).to_numpy() for axis in "xyz"], axis=1)
+            starts = np.flatnonzero(np.diff(log_id, prepend=log_id[0] - 1))
+            for start, stop in zip(starts, [*starts[1:], log_id.size], strict=True):
+                ids.append(int(log_id[start]))
+                shapes.append(shapely.linestrings(thinned(points[start:stop])))
+    of_log = deposits.set_index("log_id").loc[ids]
+    columns = {"log_id": ids} | {
+        name: of_log[name].to_numpy() for name in ("release_id", "duration_s", "speed_max_ms", "stop_reason")
+    }
+    return geopandas.GeoDataFrame(columns, geometry=np.array(shapes, object), crs=deposits.crs)
+
+
+def thinned(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The first and last point, and the first in each further metre of path; at least two points, shape (k, 3)."""
+    if len(points) == 1:
+        return np.repeat(points, 2, axis=0)
+    path = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    keep = np.diff(np.floor(path / VERTEX_SPACING_M), prepend=-1.0) > 0.0
+    keep[-1] = True
+    return points[keep]
+
+
+def reached(lines: Items, by_log: dict[str, NDArray], releases: Releases) -> NDArray[np.bool_]:
+    """Which log reached which line, shape (n, n_lines): it touched the line, or started inside the polygon."""
+    touched = lines.any_row(by_log["reach"])
+    for column, shape in enumerate(lines.geometry):
+        if shapely.get_dimensions(shape) == 2:
+            touched[:, column] |= shapely.contains_xy(shape, releases.x, releases.y)
+    return touched
+
+
+def reach_frame(lines: Items, touched: NDArray[np.bool_], crs: Any) -> geopandas.GeoDataFrame:
+    """One row a line: how many logs reached it, and the probability with its interval."""
+    records = reach_records(lines, touched)
+    columns = {name: [record[name] for record in records] for name in records[0]}
+    return geopandas.GeoDataFrame(columns, geometry=lines.geometry, crs=crs)
+
+
+def reach_records(lines: Items, touched: NDArray[np.bool_]) -> list[dict[str, Any]]:
+    counts = touched.sum(axis=0)
+    return [
+        {"line_id": line_id, **reach_record(int(count), touched.shape[0])}
+        for line_id, count in zip(lines.ids, counts, strict=True)
+    ]
+
+
+def reached_by_frame(
+    lines: Items, touched: NDArray[np.bool_], by_log: dict[str, NDArray], deposits: geopandas.GeoDataFrame
+) -> geopandas.GeoDataFrame:
+    """One row a log and line that it reached, drawn at the log's release point: from where is the road hit?"""
+    log, line = np.nonzero(touched)
+    columns = {
+        "log_id": deposits["log_id"].to_numpy()[log],
+        "release_id": deposits["release_id"].to_numpy()[log],
+        "line_id": np.array(lines.ids)[line],
+        "t_s": np.nan_to_num(lines.first_time(by_log["reach_time"])[log, line]),  # inside from the start: 0 s
+    }
+    points = shapely.points(by_log["release_position"][log])
+    return geopandas.GeoDataFrame(columns, geometry=points, crs=deposits.crs)
+
+
+def write_rasters(folder: Path, rasters: Rasters, layers: SceneLayers, n_logs: int) -> dict[str, str]:
+    """Write the six GeoTIFFs; counts are 0 where no log was, the others NaN."""
+    grid, total = layers.dem, rasters.totals()
+    share = (total["hit_count"] / np.float32(n_logs)).astype(np.float32)
+    share[np.isnan(grid.values)] = np.nan
+    rows = [
+        ("hit_count", total["hit_count"], "uint32", "logs", "Logs whose outline overlapped the cell at any time"),
+        ("reach_probability", share, "float32", "1", "Share of the logs that overlapped the cell at any time"),
+        ("deposit_count", total["deposit_count"], "uint32", "logs", "Logs whose outline overlaps the cell at the end"),
+        ("speed_max", total["speed_max"], "float32", "m/s", "Largest speed of a log over the cell"),
+        ("energy_max", total["energy_max"] / np.float32(1000.0), "float32", "kJ", "Largest kinetic energy of a log"),
+        ("jump_max", total["jump_max"], "float32", "m", "Largest clearance between a log and the terrain"),
+    ]
+    for name, values, kind, units, meaning in rows:
+        nodata = np.nan if kind == "float32" else None
+        write_raster(folder / f"{name}.tif", values, grid, nodata=nodata, dtype=kind, units=units, description=meaning)
+    return {row[0]: f"{row[0]}.tif" for row in rows}
+
+
+def summary_of(
+    ask: Ask,
+    fidelity: Fidelity,
+    layers: SceneLayers,
+    releases: Releases,
+    by_log: dict[str, NDArray],
+    touched: NDArray[np.bool_],
+    deposits: geopandas.GeoDataFrame,
+) -> dict[str, Any]:
+    """The content of ``summary.json``."""
+    from deadwood_engine import station_spacing
+
+    reasons = np.bincount(by_log["stop_reason"], minlength=len(STOP_REASONS))
+    cpu, wall, steps = (float(by_log[f"cost_{name}"].sum()) for name in ("cpu_s", "wall_s", "steps"))
+    return {
+        "logs": {
+            "released": len(releases),
+            "by_stop_reason": {name: int(count) for name, count in zip(STOP_REASONS, reasons, strict=True)},
+            "started_in_contact": int(by_log["started_in_contact"].sum()),
+        },
+        "reach": reach_records(layers.lines, touched),
+        "spread": spread_records(releases, deposits, ask.min_runout),
+        "barriers": barrier_records(layers.barriers, by_log),
+        "speed": {
+            "mean_ms": float(by_log["speed_mean"].mean()),
+            "p95_ms": float(np.quantile(by_log["speed_max"], 0.95)),
+            "max_ms": float(by_log["speed_max"].max()),
+        },
+        "accuracy": {
+            "fidelity": ask.fidelity,
+            "time_step_s": float(fidelity.time_step),
+            "station_spacing_m": float(station_spacing(fidelity, layers.dem.cell)),
+            "penetration_max_m": float(by_log["penetration_max"].max()),
+            "energy_error_rel_max": float(by_log["energy_error"].max()),
+            "contact_residual_max": float(by_log["residual_max"].max()),
+            "unconverged_steps": int(by_log["unconverged"].sum()),
+        },
+        "modelled": modelled(ask, layers),
+        "cost": {"cpu_s": cpu, "wall_s": wall, "steps": int(steps), "logs_per_s": len(releases) / max(wall, 1e-9)},
+    }
+
+
+def modelled(ask: Ask, layers: SceneLayers) -> dict[str, str]:
+    """What of the scene was modelled, and what was not and why, in words."""
+    (ny, nx), cell, scene = layers.dem.shape, layers.dem.cell, layers.scene
+    absent = "not modelled: no layer was given"
+    mu = layers.friction
+    if isinstance(mu, float):
+        friction = f"Coulomb, {mu:g} everywhere"
+    else:
+        on_dem = mu[np.isfinite(layers.dem.values)]
+        friction = f"Coulomb, {on_dem.min():g} to {on_dem.max():g} by cell"
+    trees, beyond = len(layers.tree_ids), layers.trees_left_out
+    return {
+        "terrain": f"bilinear surface through {nx} x {ny} cells of {cell:g} m",
+        "friction": friction,
+        "restitution": f"{ask.restitution:g} at every contact",
+        "logs": "rigid truncated cones, tip half the diameter of the base; they do not break or meet each other",
+        "trees": f"{trees} rigid truncated cones; {beyond} off the DEM left out" if trees else absent,
+        "barriers": f"{len(layers.barriers.ids)} rigid thin plates" if scene.barrier_count else absent,
+        "lines": f"{len(layers.lines.ids)} lines or outlines watched" if scene.line_count else absent,
+    }
+
+
+def spread_records(
+    releases: Releases, deposits: geopandas.GeoDataFrame, min_runout: float | None
+) -> list[dict[str, Any]]:
+    """Lateral spread of each release, seen from the mean of its release points."""
+    records = []
+    x, y = deposits.geometry.x.to_numpy(), deposits.geometry.y.to_numpy()
+    nearest = releases.logs.length if min_runout is None else np.full(x.size, min_runout)
+    for release_id in dict.fromkeys(releases.release_id.tolist()):
+        rows = releases.release_id == release_id
+        centre = float(releases.x[rows].mean()), float(releases.y[rows].mean())
+        record, _, _ = spread_of_release(centre, x[rows], y[rows], nearest[rows])
+        records.append({"release_id": release_id, **record})
+    return records
+
+
+def barrier_records(barriers: Items, by_log: dict[str, NDArray]) -> list[dict[str, Any]]:
+    """What each barrier did: reached = stopped + overjumped + passed beside; each log counts once a barrier."""
+    records = []
+    crossed = barriers.any_row(by_log["barrier_crossed"])
+    met = barriers.any_row(by_log["barrier_reached"]) | crossed
+    held_by = np.full(by_log["stop_item"].size, -1)
+    held = by_log["stop_reason"] == STOP_REASONS.index("barrier")
+    held_by[held] = barriers.item[by_log["stop_item"][held]] if len(barriers.item) else -1
+    for column, barrier_id in enumerate(barriers.ids):
+        stopped = held_by == column
+        over = crossed[:, column] & ~stopped
+        beside = met[:, column] & ~stopped & ~over
+        records.append(
+            {
+                "barrier_id": barrier_id,
+                "n_reached": int((stopped | over | beside).sum()),
+                "n_stopped": int(stopped.sum()),
+                "n_overjumped": int(over.sum()),
+                "n_passed_beside": int(beside.sum()),
+            }
+        )
+    return records
+
+
+def _facts(layers: SceneLayers, releases: Releases, work: WorkFolder) -> dict[str, Any]:
+    ny, nx = layers.dem.shape
+    crs = layers.dem.plan_crs.to_wkt()
+    grid = {"nx": nx, "ny": ny, "cell": layers.dem.cell, "x0": layers.dem.x0, "y0": layers.dem.y0, "crs": crs}
+    return {"grid": grid, "digests": {"scene": layers.digest, "releases": releases.digest}}
+
+
+def _lines(summary: dict[str, Any]) -> tuple[str, ...]:
+    """What a reader wants to know first."""
+    logs, speed, accuracy = summary["logs"], summary["speed"], summary["accuracy"]
+    ends = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in logs["by_stop_reason"].items() if count)
+    lines = [f"{logs['released']} logs: {ends}"]
+    for record in summary["reach"]:
+        lines.append(
+            f"line {record['line_id']}: reached by {record['n_reach']} of {record['n_total']} logs, "
+            f"{percent_with_interval(record)}"
+        )
+    for record in summary["spread"]:
+        if np.isfinite(record["spread_deg"]):
+            lines.append(
+                f"release {record['release_id']}: lateral spread {record['spread_deg']:.0f}° "
+                f"(5 to 95 %: {record['p05_p95_deg']:.0f}°), {record['n_left_out']} of {record['n']} logs left out"
+            )
+    for record in summary["barriers"]:
+        lines.append(
+            f"barrier {record['barrier_id']}: {record['n_reached']} logs reach it, {record['n_stopped']} stopped, "
+            f"{record['n_overjumped']} overjumped, {record['n_passed_beside']} passed beside"
+        )
+    lines.append(f"speed: mean {speed['mean_ms']:.1f} m/s, max {speed['max_ms']:.1f} m/s")
+    lines.append(
+        f"accuracy: penetration up to {100 * accuracy['penetration_max_m']:.1f} cm, energy error up to "
+        f"{100 * accuracy['energy_error_rel_max']:.2g} %"
+    )
+    return tuple(lines)

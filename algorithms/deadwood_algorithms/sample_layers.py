@@ -1,0 +1,45 @@
+"""The sample slope as files: DEM, release area, forest, road, barriers. Nothing of it is measured (`sample_slope`)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import geopandas
+import shapely
+
+from deadwood_algorithms import sample_slope
+from deadwood_algorithms.layers import write_raster, write_vector
+
+
+def write_sample(folder: Path, *, dem: bool = True) -> None:
+    """Write every layer of the sample into an existing folder; ``dem`` also its terrain model, as float32 heights."""
+    if dem:
+        grid = sample_slope.terrain()
+        write_raster(folder / "dem.tif", grid.values, grid, nodata=-9999.0, dtype="float32", units="m")
+    for name, layer, frame in _layers():
+        write_vector(folder / f"{name}.gpkg", {layer: frame})
+
+
+def _layers() -> list[tuple[str, str, geopandas.GeoDataFrame]]:
+    trees = sample_slope.forest()
+    x, y = trees.pop("x"), trees.pop("y")
+    barriers = sample_slope.barriers()
+    return [
+        ("release_area", "release_area", _frame({"release_id": [1]}, [sample_slope.release_circle()])),
+        ("trees_mapped", "trees", _frame(trees, shapely.points(x, y))),
+        ("forest", "forest", _frame({"name": ["forest"]}, [sample_slope.forest_area()])),
+        ("road", "lines", _frame({"line_id": ["road"]}, [sample_slope.road()])),
+        (
+            "barriers",
+            "barriers",
+            _frame(
+                {"barrier_id": [row[0] for row in barriers], "height_m": [row[1] for row in barriers]},
+                [row[2] for row in barriers],
+            ),
+        ),
+    ]
+
+
+def _frame(columns: dict[str, Any], shapes: Any) -> geopandas.GeoDataFrame:
+    return geopandas.GeoDataFrame(columns, geometry=shapes, crs=sample_slope.CRS_NAME)

@@ -1,0 +1,378 @@
+"""From layers to the engine's arrays: a `Scene` from DEM, trees, barriers, lines and friction; `Logs` from releases.
+
+Here units change (cm to m, degrees to radians), columns find their defaults, and everything that makes no sense
+together is refused in one line: releases or lines off the DEM, friction that does not cover it, a log_id used twice.
+What a scene lacks becomes an empty array, never None.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, is_dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from deadwood_algorithms.layers import (
+    Grid,
+    id_column,
+    number_column,
+    read_dem,
+    read_raster_on,
+    read_vector,
+    warn_implausible,
+    where_of,
+)
+from deadwood_algorithms.schemas import (
+    ORIENTATIONS,  # in the order of the engine's codes 0, 1, 2
+    RELEASES,
+    TREES,
+)
+from deadwood_algorithms.tool import Feedback, UserError
+from deadwood_engine import Barriers, Lines, Logs, Scene, Trees
+
+if TYPE_CHECKING:
+    import geopandas
+
+FRICTION_COLUMNS = ("friction", "mu")
+ROWS_NAMED = 5  # an error names so many rows, then counts the rest
+
+
+@dataclass(frozen=True)
+class Paths:
+    """Lines as the engine takes them; several paths (parts, rings) may belong to one item of the layer."""
+
+    vertices: NDArray[np.float64]
+    starts: NDArray[np.int64]
+    item: NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Items:
+    """The things of a layer that results are counted for: ids, geometries (one each), and the engine's rows."""
+
+    ids: list[Any]
+    geometry: NDArray[Any]
+    item: NDArray[np.int64]  # of each row of the engine
+
+    def any_row(self, by_row: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """From (n, rows) to (n, items): true where any row of the item is."""
+        out = np.zeros((by_row.shape[0], len(self.ids)), bool)
+        for row, item in enumerate(self.item):
+            out[:, item] |= by_row[:, row]
+        return out
+
+    def first_time(self, by_row: NDArray[np.float64]) -> NDArray[np.float64]:
+        """From (n, rows) to (n, items): the earliest time, NaN where there is none."""
+        out = np.full((by_row.shape[0], len(self.ids)), np.nan)
+        for row, item in enumerate(self.item):
+            out[:, item] = np.fmin(out[:, item], by_row[:, row])
+        return out
+
+
+@dataclass(frozen=True)
+class SceneLayers:
+    """A prepared scene, and what its arrays are called in the layers."""
+
+    dem: Grid
+    scene: Scene
+    friction: float | NDArray[np.float64]
+    trees: Trees
+    tree_ids: list[str]
+    trees_left_out: int  # they stand off the DEM
+    barriers: Items
+    lines: Items
+    digest: str  # of every array that went into the scene
+
+
+@dataclass(frozen=True)
+class Releases:
+    """The logs, and the columns of the releases that results repeat."""
+
+    logs: Logs
+    release_id: NDArray[Any]
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    dbh_cm: NDArray[np.float64]
+    digest: str
+
+    def __len__(self) -> int:
+        return self.x.size
+
+
+def read_scene(
+    dem: str,
+    friction: str | float,
+    trees: str | None,
+    barriers: str | None,
+    lines: str | None,
+    *,
+    crs: str | None,
+    feedback: Feedback,
+) -> SceneLayers:
+    """Read and check every layer but the releases, and prepare the engine's scene."""
+    grid = read_dem(dem, crs=crs, feedback=feedback)
+    mu = read_friction(friction, grid, feedback)
+    standing, tree_ids, left_out = read_trees(trees, grid, feedback)
+    plates, barrier_items = read_barriers(barriers, grid, feedback)
+    marks, line_items = read_lines(lines, grid, feedback)
+    scene = Scene.prepare(
+        grid.values, grid.cell, grid.x0, grid.y0, friction=mu, trees=standing, barriers=plates, lines=marks
+    )
+    parts = (grid.values, [grid.cell, grid.x0, grid.y0], mu, standing, plates, marks)
+    return SceneLayers(grid, scene, mu, standing, tree_ids, left_out, barrier_items, line_items, digest_of(*parts))
+
+
+def read_releases(path: str, grid: Grid, defaults: Mapping[str, Any], *, feedback: Feedback) -> Releases:
+    """Read the released logs; ``defaults`` holds the value of each column that the layer may lack."""
+    frame = read_vector(path, geometry=("point",), target_crs=grid.crs, what="releases", feedback=feedback)
+    x, y = shapely.get_x(frame.geometry.array), shapely.get_y(frame.geometry.array)
+    log_id = read_log_ids(frame)
+    _refuse_off_dem(x, y, log_id, grid, where_of(frame))
+
+    def column(name: str, **bounds: Any) -> NDArray[np.float64]:
+        return number_column(frame, name, default=defaults[name], **bounds)
+
+    dbh_cm = column("dbh_cm", minimum=0.0, exclusive=True)
+    length = column("length_m", minimum=0.0, exclusive=True)
+    for name, values in (("dbh_cm", dbh_cm), ("length_m", length)):
+        warn_implausible(values, RELEASES.column(name), where_of(frame), feedback)
+    logs = Logs(
+        log_id=log_id,
+        x=x,
+        y=y,
+        diameter=dbh_cm / 100.0,
+        length=length,
+        density=column("density_kg_m3", minimum=0.0, exclusive=True),
+        orientation=_orientations(frame, defaults["orientation"]),
+        tilt=np.radians(column("tilt_deg", minimum=0.0, maximum=180.0)),
+        azimuth=np.radians(column("azimuth_deg") % 360.0),
+        speed=column("speed_ms", minimum=0.0),
+        drop=column("drop_m", minimum=0.0),
+    )
+    release_id = id_column(frame, "release_id") if "release_id" in frame else np.zeros(len(frame), np.int64)
+    return Releases(logs, release_id, x, y, dbh_cm, digest_of(logs, release_id))
+
+
+def read_log_ids(frame: geopandas.GeoDataFrame) -> NDArray[np.int64]:
+    """Whole, not negative, each used once; the row number where the layer has none."""
+    if "log_id" not in frame:
+        return np.arange(len(frame), dtype=np.int64)
+    values = number_column(frame, "log_id", minimum=0.0)
+    broken = np.flatnonzero((values != np.floor(values)) | (values >= 2.0**53))
+    if broken.size:
+        raise UserError(f"{where_of(frame)}, field 'log_id', {rows_named(broken)}: not a whole number below 2^53")
+    log_id = values.astype(np.int64)
+    _, first, count = np.unique(log_id, return_index=True, return_counts=True)
+    if (count > 1).any():
+        twice = log_id[first[count > 1][0]]
+        rows = np.flatnonzero(log_id == twice)
+        raise UserError(
+            f"{where_of(frame)}, field 'log_id': {twice} stands in {rows_named(rows)}; every log needs its own "
+            "(drop the column and the row number is taken)"
+        )
+    return log_id
+
+
+def read_friction(friction: str | float, grid: Grid, feedback: Feedback) -> float | NDArray[np.float64]:
+    """A number, or a raster or polygons that hold a friction coefficient for every cell of the DEM."""
+    try:
+        return float(friction)
+    except ValueError:
+        path = str(friction)
+    if _is_raster(path):
+        mu = np.asarray(read_raster_on(path, grid, what="friction", feedback=feedback), np.float64)
+    else:
+        mu = _friction_of_polygons(path, grid, feedback)
+    outside = np.isnan(mu) & np.isfinite(grid.values)
+    if outside.any():
+        row, column = (int(index[0]) for index in np.nonzero(outside))
+        raise UserError(
+            f"{path}: the friction does not cover the DEM, {outside.sum()} of its cells have none "
+            f"(one at {grid.x0 + column * grid.cell:.1f}, {grid.y0 + row * grid.cell:.1f}); "
+            "extend it, or clip the DEM to it"
+        )
+    if np.nanmin(mu) < 0.0:
+        raise UserError(f"{path}: the friction coefficient is {np.nanmin(mu):g} somewhere, but must not be negative")
+    return np.where(np.isnan(mu), 0.0, mu)  # cells off the DEM are outside whatever they hold
+
+
+def _is_raster(path: str) -> bool:
+    """Whether the path opens as a raster with a band; a vector file, or none at all, is left to `read_vector`."""
+    import rasterio
+
+    if "|" in path:
+        return False
+    try:
+        with rasterio.open(path) as source:
+            return source.count > 0
+    except rasterio.errors.RasterioError:
+        return False
+
+
+def _friction_of_polygons(path: str, grid: Grid, feedback: Feedback) -> NDArray[np.float64]:
+    """The value of the polygon over each cell's centre; where polygons overlap, the later row counts."""
+    import rasterio.features
+
+    frame = read_vector(path, geometry=("polygon",), target_crs=grid.crs, what="friction", feedback=feedback)
+    names = [name for name in FRICTION_COLUMNS if name in frame]
+    if not names:
+        columns = ", ".join(str(name) for name in frame.columns if name != frame.geometry.name) or "none"
+        raise UserError(f"{path}: the friction polygons need a field 'friction' or 'mu'; the fields are {columns}")
+    values = number_column(frame, names[0], minimum=0.0)
+    burnt = rasterio.features.rasterize(
+        zip(frame.geometry, values, strict=True),
+        out_shape=grid.shape,
+        transform=grid.transform,
+        fill=np.nan,
+        dtype="float64",
+    )
+    return np.ascontiguousarray(burnt[::-1])
+
+
+def read_trees(path: str | None, grid: Grid, feedback: Feedback) -> tuple[Trees, list[str], int]:
+    """Standing trees on the DEM, their ids as text, and how many stand off it and are left out: no log meets them."""
+    if path is None:
+        return Trees.none(), [], 0
+    frame = read_vector(path, geometry=("point",), target_crs=grid.crs, what="trees", feedback=feedback)
+    for name in ("dbh_cm", "height_m"):
+        if name not in frame:
+            raise UserError(
+                f"{where_of(frame)}: the trees have no field '{name}'; "
+                "deadwood-tool import-trees makes a trees layer of any table"
+            )
+    dbh_cm = number_column(frame, "dbh_cm", minimum=0.0, exclusive=True)
+    height = number_column(frame, "height_m", minimum=0.0, exclusive=True)
+    for name, values in (("dbh_cm", dbh_cm), ("height_m", height)):
+        warn_implausible(values, TREES.column(name), where_of(frame), feedback)
+    x, y = shapely.get_x(frame.geometry.array), shapely.get_y(frame.geometry.array)
+    on = grid.contains(x, y)
+    if not on.any():
+        raise UserError(f"{path}: none of the {len(frame)} trees stands on the DEM{_extents(x, y, grid)}")
+    if not on.all():
+        feedback.note(f"{path}: {np.count_nonzero(~on)} of {len(frame)} trees stand off the DEM and are left out")
+    ids = ids_of(frame, "tree_id")[on]
+    return Trees(x[on], y[on], dbh_cm[on] / 100.0, height[on]), [str(each) for each in ids], int(np.count_nonzero(~on))
+
+
+def read_barriers(path: str | None, grid: Grid, feedback: Feedback) -> tuple[Barriers, Items]:
+    """Barriers with their heights; rows of one barrier_id count as one barrier."""
+    if path is None:
+        return Barriers.none(), Items([], np.array([], object), np.array([], np.int64))
+    frame = read_vector(path, geometry=("line",), target_crs=grid.crs, what="barriers", feedback=feedback)
+    height = number_column(frame, "height_m", minimum=0.0, exclusive=True)
+    paths = paths_of(frame, grid, "barrier")
+    items = _items(frame, ("barrier_id", "name"), paths)
+    return Barriers(paths.vertices, paths.starts, height[paths.item]), items
+
+
+def read_lines(path: str | None, grid: Grid, feedback: Feedback) -> tuple[Lines, Items]:
+    """Lines, or the outlines of polygons, whose reach is counted; rows of one line_id count as one line."""
+    if path is None:
+        return Lines.none(), Items([], np.array([], object), np.array([], np.int64))
+    frame = read_vector(path, geometry=("line", "polygon"), target_crs=grid.crs, what="lines", feedback=feedback)
+    paths = paths_of(frame, grid, "line")
+    return Lines(paths.vertices, paths.starts), _items(frame, ("line_id", "name"), paths)
+
+
+def paths_of(frame: geopandas.GeoDataFrame, grid: Grid, what: str) -> Paths:
+    """Parts and rings of line and polygon rows as polylines; a row off the grid or without length is refused."""
+    geometry = np.asarray(frame.geometry.array)
+    missing = np.flatnonzero(~shapely.intersects(geometry, shapely.box(*grid.bounds)))
+    if missing.size:
+        x, y = shapely.get_coordinates(geometry[missing[0]]).T
+        raise UserError(
+            f"{where_of(frame)}, {rows_named(missing)}: the {what} does not touch the DEM{_extents(x, y, grid)}"
+        )
+    short = np.flatnonzero(shapely.length(geometry) <= 0.0)
+    if short.size:
+        raise UserError(f"{where_of(frame)}, {rows_named(short)}: the {what} has no length; delete the row")
+    parts, item = shapely.get_parts(geometry, return_index=True)
+    filled = shapely.get_type_id(parts) == 3
+    rings, owner = shapely.get_rings(parts[filled], return_index=True)
+    strings = np.concatenate([parts[~filled], rings])
+    item = np.concatenate([item[~filled], item[filled][owner]])
+    order = np.argsort(item, kind="stable")
+    vertices, string = shapely.get_coordinates(strings[order], return_index=True)
+    starts = np.concatenate([[0], np.cumsum(np.bincount(string, minlength=strings.size))]).astype(np.int64)
+    return Paths(vertices, starts, item[order].astype(np.int64))
+
+
+def _items(frame: geopandas.GeoDataFrame, names: tuple[str, ...], paths: Paths) -> Items:
+    """Rows that share an id become one item, in the order of their first row."""
+    ids = ids_of(frame, *names).tolist()
+    unique = list(dict.fromkeys(ids))
+    of_row = np.array([unique.index(each) for each in ids], np.int64)
+    geometry = np.asarray(frame.geometry.array)
+    merged = [
+        geometry[of_row == k][0] if (of_row == k).sum() == 1 else shapely.union_all(geometry[of_row == k])
+        for k in range(len(unique))
+    ]
+    out = np.empty(len(unique), object)
+    out[:] = merged
+    return Items(unique, out, of_row[paths.item])
+
+
+def ids_of(frame: geopandas.GeoDataFrame, *names: str) -> NDArray[Any]:
+    """The ids from the first of these fields that the layer has; the row numbers where it has none."""
+    name = next((name for name in names if name in frame), None)
+    return id_column(frame, name) if name else np.arange(len(frame))
+
+
+def rows_named(rows: NDArray[Any]) -> str:
+    """``row 7`` or ``rows 1, 2, 3, 4, 5 and 12 more``; the first row is row 1."""
+    shown = ", ".join(str(int(row) + 1) for row in rows[:ROWS_NAMED])
+    more = f" and {rows.size - ROWS_NAMED} more" if rows.size > ROWS_NAMED else ""
+    return f"row{'s' if rows.size > 1 else ''} {shown}{more}"
+
+
+def digest_of(*parts: Any) -> str:
+    """Fingerprint of numbers, arrays, and tuples or dataclasses of them."""
+    digest = hashlib.blake2b(digest_size=16)
+    for part in parts:
+        if isinstance(part, tuple) or is_dataclass(part):
+            members = part if isinstance(part, tuple) else tuple(getattr(part, each.name) for each in fields(part))
+            digest.update(digest_of(*members).encode())
+            continue
+        array = np.ascontiguousarray(part)
+        array = array.astype("U") if array.dtype.kind == "O" else array
+        digest.update(f"{array.dtype.str}{array.shape}".encode())
+        digest.update(array.view(np.uint8).data if array.size else b"")
+    return digest.hexdigest()
+
+
+def _orientations(frame: geopandas.GeoDataFrame, default: str) -> NDArray[np.int8]:
+    if "orientation" not in frame:
+        return np.full(len(frame), ORIENTATIONS.index(default), np.int8)
+    names = [str(name).strip().lower() for name in frame["orientation"]]
+    for row, name in enumerate(names):
+        if name not in ORIENTATIONS:
+            raise UserError(
+                f"{where_of(frame)}, field 'orientation', row {row + 1}: "
+                f"'{name}' is not one of {', '.join(ORIENTATIONS)}"
+            )
+    return np.array([ORIENTATIONS.index(name) for name in names], np.int8)
+
+
+def _refuse_off_dem(
+    x: NDArray[np.float64], y: NDArray[np.float64], log_id: NDArray[np.int64], grid: Grid, path: str
+) -> None:
+    off = np.flatnonzero(~grid.contains(x, y))
+    if off.size == x.size:
+        raise UserError(f"{path}: no release lies on the DEM{_extents(x, y, grid)}")
+    if off.size:
+        raise UserError(
+            f"{path}, {rows_named(off)}: {off.size} of {x.size} releases lie off the DEM or on its nodata "
+            f"(log_id {log_id[off[0]]} at {x[off[0]]:.1f}, {y[off[0]]:.1f}); remove them, or take a larger DEM"
+        )
+
+
+def _extents(x: NDArray[np.float64], y: NDArray[np.float64], grid: Grid) -> str:
+    west, south, east, north = grid.bounds
+    return (
+        f" ({x.min():.0f} to {x.max():.0f} east, {y.min():.0f} to {y.max():.0f} north; the DEM has {west:.0f} to "
+        f"{east:.0f}, {south:.0f} to {north:.0f}); check the CRS of both"
+    )
