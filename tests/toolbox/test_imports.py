@@ -51,9 +51,10 @@ def tool_breaches(source: str, tools: set[str]) -> list[str]:
         if module.removeprefix("deadwood_algorithms.") in tools and not set(names) <= PUBLIC:
             breaches.append(f"{module}: another tool only through its run")
     for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in whole:
-            if node.attr not in PUBLIC:
-                breaches.append(f"{node.value.id}.{node.attr}: another tool only through its run")
+        if not isinstance(node, ast.Attribute) or not isinstance(node.value, ast.Name):
+            continue
+        if node.value.id in whole and node.attr not in PUBLIC:
+            breaches.append(f"{node.value.id}.{node.attr}: another tool only through its run")
     return breaches
 
 
