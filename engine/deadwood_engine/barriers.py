@@ -1,0 +1,233 @@
+"""Barriers: thin rigid vertical plates on a plan line, which stop a log and which a log can overjump (paper, 3.4).
+
+A plate has no thickness, so penetration depth cannot say on which side a log belongs. But a log's axis is a straight
+line: it crosses a plate's plane at most once. Where it crosses inside the plate, the end nearer to the plane has
+poked through and belongs to the other end's side; where it crosses above the top or beside the plate, the log hangs
+over it and each end belongs where it is. The step length near obstacles keeps an axis from changing sides at once.
+
+Contacts: the deepest point of each end face below the top edge, against the plate's face; the log's side against the
+top edge. Vertical edges and corners are uprights of zero radius (``trees``). A barrier's line is cut into pieces
+of a few cells, so that the top follows the terrain at the given height.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .compiled import kernel
+from .contacts import BARRIER, add_contact
+from .grid_index import GridIndex, index_boxes, list_near
+from .limits import FLAT_TOLERANCE, OBSTACLE_TRAVEL
+from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
+from .terrain import friction_at
+
+Array = NDArray[np.float64]
+
+
+class Barriers(NamedTuple):
+    """Barriers as the user gives them.
+
+    vertices : [m], shape (k, 2); starts : int64, shape (n + 1,): barrier i is vertices[starts[i]:starts[i + 1]]
+    height : [m], shape (n,), above the terrain
+    """
+
+    vertices: Array
+    starts: NDArray[np.int64]
+    height: Array
+
+    @staticmethod
+    def none() -> Barriers:
+        return Barriers(np.zeros((0, 2)), np.zeros(1, np.int64), np.zeros(0))
+
+
+class Plates(NamedTuple):
+    """Straight pieces of barriers as the kernels read them, shape (n, ...).
+
+    node, offset : start point, as for ``Uprights``
+    shape : (n, 5) direction x, y [-], length [m], top height at start and end [m above reference]
+    owner : int64, row of the barrier
+    """
+
+    node: np.ndarray
+    offset: np.ndarray
+    shape: np.ndarray
+    owner: np.ndarray
+    index: GridIndex
+
+
+# Columns of the near table, in the log's frame
+START_X, START_Y, ALONG_X, ALONG_Y, WIDTH, TOP_START, TOP_END = range(7)
+
+
+def prepare(start: Array, end: Array, top_start: Array, top_end: Array, owner: np.ndarray, cell: float) -> Plates:
+    """Lay out plates; start, end [m] shape (n, 2) in plan from the centre of the DEM's cell (0, 0)."""
+    node = np.floor(start / cell).astype(np.int64)
+    width = np.hypot(*(end - start).T)
+    along = (end - start) / width[:, None]
+    return Plates(
+        node,
+        start - node * cell,
+        np.ascontiguousarray(np.column_stack([along, width, top_start, top_end])),
+        np.asarray(owner, dtype=np.int64),
+        index_boxes(np.minimum(start, end), np.maximum(start, end)),
+    )
+
+
+@kernel
+def near(plates, frame, cell, listed, table, bx, by, tx, ty, reach):
+    """List the plates within reach [m] of the log's plan box, in the log's frame; returns the count."""
+    if plates.owner.shape[0] == 0:
+        return 0
+    ox, oy = frame[0] * cell, frame[1] * cell
+    count = list_near(
+        plates.index, listed,
+        ox + min(bx, tx) - reach, oy + min(by, ty) - reach, ox + max(bx, tx) + reach, oy + max(by, ty) + reach,
+    )  # fmt: skip
+    for m in range(count):
+        item = listed[m]
+        table[m, START_X] = (plates.node[item, 0] - frame[0]) * cell + plates.offset[item, 0]
+        table[m, START_Y] = (plates.node[item, 1] - frame[1]) * cell + plates.offset[item, 1]
+        for column in range(5):
+            table[m, ALONG_X + column] = plates.shape[item, column]
+    return count
+
+
+@kernel
+def _touch(terrain, frame, contacts, keys, count, state, body, trial, item, part, px, py, pz, nx, ny, nz, gap, step):
+    """Add a contact at predicted point p with normal n; step = (dt, restitution, gravity)."""
+    before = count
+    mu = friction_at(terrain, frame[0], frame[1], px, py)
+    count = add_contact(
+        contacts, keys, count, state, body, px - trial[3], py - trial[4], pz - trial[5], nx, ny, nz, mu, gap,
+        step[0], step[1], step[2],
+    )  # fmt: skip
+    if count > before:
+        keys[before, 0], keys[before, 1], keys[before, 2] = BARRIER, item, part
+    return count
+
+
+@kernel
+def deepest_below_edge(ex, ey, ez, dx, dy, dz, sine, a, nx, ny, x, y, ax, ay, top0, rise):
+    """Point of an end face (centre e, axis d, radius a) deepest against the plate's normal n, among those below the top.
+
+    The face is a disc cut off by the top edge, and depth is linear on it, so the deepest point is the rim's deepest
+    where that lies below the edge, else one of the two rim points at the edge's height.
+    Returns (whether any of the disc lies below the edge, point).
+    """
+    nd = nx * dx + ny * dy
+    qx, qy, qz = nd * dx - nx, nd * dy - ny, nd * dz
+    size = math.sqrt(qx * qx + qy * qy + qz * qz)
+    px, py, pz = ex, ey, ez
+    if size > FLAT_TOLERANCE:
+        px, py, pz = ex + a * qx / size, ey + a * qy / size, ez + a * qz / size
+    limit = top0 + rise * ((px - x) * ax + (py - y) * ay)
+    if pz <= limit:
+        return True, px, py, pz
+    height = limit - ez
+    if sine < FLAT_TOLERANCE or abs(height) > a * sine:
+        return False, px, py, pz
+    height /= sine
+    half = math.sqrt(max(0.0, a * a - height * height))
+    best = math.inf
+    for way in range(2):
+        turn = half if way == 0 else -half
+        rx = (-turn * dy - height * dz * dx) / sine
+        ry = (turn * dx - height * dz * dy) / sine
+        depth = rx * nx + ry * ny
+        if depth < best:
+            best = depth
+            px, py = ex + rx, ey + ry
+    return True, px, py, limit
+
+
+@kernel
+def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, state, body, trial, step):
+    """Contacts with the near plates; step = (dt, restitution, gravity). Returns (count, travel) as ``trees`` does."""
+    travel = math.inf
+    dx, dy, dz, ox, oy, oz = trial[0], trial[1], trial[2], trial[3], trial[4], trial[5]
+    length, back = body[LENGTH], -body[CENTRE]
+    front = length + back
+    thick, thin = body[BASE_RADIUS], body[TIP_RADIUS]
+    taper = (thin - thick) / length
+    sine = math.sqrt(dx * dx + dy * dy)
+    for m in range(number):
+        x, y, ax, ay, width = (
+            table[m, START_X], table[m, START_Y], table[m, ALONG_X], table[m, ALONG_Y], table[m, WIDTH],
+        )  # fmt: skip
+        top0, rise = table[m, TOP_START], (table[m, TOP_END] - table[m, TOP_START]) / width
+        nx, ny = -ay, ax
+        off_base = (ox + back * dx - x) * nx + (oy + back * dy - y) * ny
+        off_tip = (ox + front * dx - x) * nx + (oy + front * dy - y) * ny
+        u_base = (ox + back * dx - x) * ax + (oy + back * dy - y) * ay
+        u_tip = (ox + front * dx - x) * ax + (oy + front * dy - y) * ay
+        z_base, z_tip = oz + back * dz, oz + front * dz
+        # how far the log's box is from the plate, in its own directions: a cheap bound of the distance
+        beside = max(min(u_base, u_tip) - width, -max(u_base, u_tip)) - thick
+        above = min(z_base, z_tip) - max(top0, table[m, TOP_END]) - thick
+        away = (min(abs(off_base), abs(off_tip)) if off_base * off_tip > 0.0 else 0.0) - thick
+        clear = max(beside, above, away)
+        least = OBSTACLE_TRAVEL * thin
+        travel = min(travel, max(least, clear))
+        if clear > 0.0:
+            continue
+        side_base = 1.0 if off_base >= 0.0 else -1.0
+        side_tip = 1.0 if off_tip >= 0.0 else -1.0
+        if side_base != side_tip:
+            share = off_base / (off_base - off_tip)
+            u = u_base + share * (u_tip - u_base)
+            if 0.0 <= u <= width and z_base + share * (z_tip - z_base) <= top0 + rise * u:
+                if abs(off_base) < abs(off_tip):
+                    side_base = side_tip
+                else:
+                    side_tip = side_base
+        item = listed[m]
+        # end faces against the plate
+        for end in range(2):
+            s = back if end == 0 else front
+            a = thick if end == 0 else thin
+            side = side_base if end == 0 else side_tip
+            ex, ey, ez = ox + s * dx, oy + s * dy, oz + s * dz
+            reach, px, py, pz = deepest_below_edge(
+                ex, ey, ez, dx, dy, dz, sine, a, side * nx, side * ny, x, y, ax, ay, top0, rise
+            )
+            u = (px - x) * ax + (py - y) * ay
+            gap = side * ((px - x) * nx + (py - y) * ny)
+            if reach and gap < 0.0 and 0.0 <= u <= width:
+                count = _touch(
+                    terrain, frame, contacts, keys, count, state, body, trial, item, end,
+                    px, py, pz, side * nx, side * ny, 0.0, gap, step,
+                )  # fmt: skip
+        # the log's side against the top edge: nearest points of two lines
+        ex, ey, ez = ax, ay, rise
+        scale = 1.0 / math.sqrt(1.0 + rise * rise)
+        ex, ey, ez = ex * scale, ey * scale, ez * scale
+        c = dx * ex + dy * ey + dz * ez
+        cross = 1.0 - c * c
+        if cross > FLAT_TOLERANCE:
+            gx, gy, gz = ox - x, oy - y, oz - top0
+            gd = gx * dx + gy * dy + gz * dz
+            ge = gx * ex + gy * ey + gz * ez
+            s = (c * ge - gd) / cross
+            t = (ge - c * gd) / cross
+            rx, ry, rz = gx + s * dx - t * ex, gy + s * dy - t * ey, gz + s * dz - t * ez
+            distance = math.sqrt(rx * rx + ry * ry + rz * rz)
+            mix = taper * taper / cross
+            if distance > 0.0 and mix < 0.5:
+                rho = distance / math.sqrt(1.0 - mix)
+                s += rho * taper / cross
+                t += rho * c * taper / cross
+                if back < s < front and 0.0 <= t * scale <= width:
+                    a = thick + taper * (s - back)
+                    rx, ry, rz = gx + s * dx - t * ex, gy + s * dy - t * ey, gz + s * dz - t * ez
+                    if rho < a:
+                        rx, ry, rz = rx / rho, ry / rho, rz / rho
+                        count = _touch(
+                            terrain, frame, contacts, keys, count, state, body, trial, item, 2,
+                            ox + s * dx - a * rx, oy + s * dy - a * ry, oz + s * dz - a * rz, rx, ry, rz,
+                            rho - a, step,
+                        )  # fmt: skip
+    return count, travel

@@ -1,0 +1,222 @@
+"""The contact solver: Signorini contact, spatial Coulomb friction and Newton's impact law in one velocity problem.
+
+Gauss-Seidel over the contacts, matrix-free on the log's six velocities. For each contact the normal impulse is
+renewed first (prox on the half line), then the friction impulse is solved exactly on its disc of radius mu P_n
+(with G_tt anisotropic a plain projection needs tens of sweeps to stick). Where normal and tangent are strongly
+coupled, mu |G_nt| / G_nn > 1/2 (steep impacts of an end face, up to the Painleve paradox), that splitting crawls,
+and the contact's whole 3 x 3 block is solved instead.
+
+symbol      in code            unit
+P           PN, PT, PU         m/s (impulse per mass)
+gamma       gn, gt, gu         m/s (relative velocity at the contact)
+G           GNN, GNT, ...      - (Delassus block times mass)
+tol         tolerance          m/s: no contact's velocity changes by more in the last sweep
+"""
+
+from __future__ import annotations
+
+import math
+
+from .compiled import kernel
+from .contacts import (
+    ANX, ANY, ANZ, ATX, ATY, ATZ, AUX, AUY, AUZ, BNX, BNY, BNZ, BTX, BTY, BTZ, BUX, BUY, BUZ,
+    GNN, GNT, GNU, GTT, GTU, GUU, MU, NX, NY, NZ, PN, PT, PU, TARGET, TX, TY, TZ, UX, UY, UZ,
+)  # fmt: skip
+from .limits import DISC_ACCURACY, DISC_ITERATIONS, EXACT_BLOCK_COUPLING
+from .rotation import VX, VY, VZ, WX, WY, WZ
+
+
+@kernel
+def disc_impulse(gtt, gtu, guu, ct, cu, radius):
+    """Friction impulse p of one contact: gamma = c + G p is zero (stick), or opposes p with |p| = radius (slip).
+
+    Slip solves (G + s I) p = -c for the s >= 0 that puts p on the disc, by Newton on 1/|p| (the trust-region secular
+    equation): from the left of the root it converges monotonically, 3-4 steps.
+    """
+    det = gtt * guu - gtu * gtu
+    pt = (gtu * cu - guu * ct) / det
+    pu = (gtu * ct - gtt * cu) / det
+    size = math.sqrt(pt * pt + pu * pu)
+    if size <= radius:
+        return pt, pu
+    if radius <= 0.0:
+        return 0.0, 0.0
+    largest = 0.5 * (gtt + guu) + math.sqrt(0.25 * (gtt - guu) ** 2 + gtu * gtu)
+    s = max(0.0, math.sqrt(ct * ct + cu * cu) / radius - largest)
+    for _ in range(DISC_ITERATIONS):
+        a, b = gtt + s, guu + s
+        det = a * b - gtu * gtu
+        pt = (gtu * cu - b * ct) / det
+        pu = (gtu * ct - a * cu) / det
+        square = pt * pt + pu * pu
+        size = math.sqrt(square)
+        if abs(size - radius) <= DISC_ACCURACY * radius:
+            break
+        slope = (b * pt * pt - 2.0 * gtu * pt * pu + a * pu * pu) / det  # p (G + s)^-1 p
+        s = max(0.0, s + square / slope * (size - radius) / radius)
+    return pt * radius / size, pu * radius / size
+
+
+@kernel
+def _slip_excess(c, cn, ct, cu, angle):
+    """Of a slip in the direction of the angle: normal impulse, cross product of gamma_t with it, and its share along it."""
+    et, eu = math.cos(angle), math.sin(angle)
+    mu = c[MU]
+    stiffness = c[GNN] - mu * (c[GNT] * et + c[GNU] * eu)
+    if stiffness <= 0.0:
+        return -1.0, 0.0, 0.0
+    pn = -cn / stiffness
+    gt = ct + pn * (c[GNT] - mu * (c[GTT] * et + c[GTU] * eu))
+    gu = cu + pn * (c[GNU] - mu * (c[GTU] * et + c[GUU] * eu))
+    return pn, et * gu - eu * gt, et * gt + eu * gu
+
+
+@kernel
+def block_impulse(c, cn, ct, cu):
+    """Exact impulse (n, t, u) of one contact from its free velocity: separate, stick, or slip.
+
+    Slip is a root in the direction of slip: scanned from the free velocity's direction, then bisected.
+    Returns (ok, pn, pt, pu); not ok where no branch fits (then the caller keeps the split solve).
+    """
+    if cn >= 0.0:
+        return True, 0.0, 0.0, 0.0
+    a, b, d, e, f, h = c[GNN], c[GNT], c[GNU], c[GTT], c[GTU], c[GUU]
+    m00, m01, m02 = e * h - f * f, d * f - b * h, b * f - d * e
+    det = a * m00 + b * m01 + d * m02
+    m11, m12, m22 = a * h - d * d, b * d - a * f, a * e - b * b
+    pn = -(m00 * cn + m01 * ct + m02 * cu) / det
+    pt = -(m01 * cn + m11 * ct + m12 * cu) / det
+    pu = -(m02 * cn + m12 * ct + m22 * cu) / det
+    mu = c[MU]
+    if pn >= 0.0 and pt * pt + pu * pu <= mu * mu * pn * pn:
+        return True, pn, pt, pu
+    start = math.atan2(cu, ct)
+    arc = math.pi / 16.0
+    for k in range(16):
+        for side in range(2):
+            low = start + (k * arc if side == 0 else -(k + 1) * arc)
+            high = low + arc
+            pn0, f0, _ = _slip_excess(c, cn, ct, cu, low)
+            pn1, f1, _ = _slip_excess(c, cn, ct, cu, high)
+            if pn0 < 0.0 or pn1 < 0.0 or (f0 > 0.0) == (f1 > 0.0):
+                continue
+            for _ in range(60):
+                middle = 0.5 * (low + high)
+                _, fm, _ = _slip_excess(c, cn, ct, cu, middle)
+                if (fm > 0.0) == (f0 > 0.0):
+                    low = middle
+                else:
+                    high = middle
+            pn, _, along = _slip_excess(c, cn, ct, cu, 0.5 * (low + high))
+            if pn >= 0.0 and along >= 0.0:
+                angle = 0.5 * (low + high)
+                return True, pn, -mu * pn * math.cos(angle), -mu * pn * math.sin(angle)
+    return False, 0.0, 0.0, 0.0
+
+
+@kernel
+def solve(contacts, count, state, tolerance, sweeps):
+    """Renew the impulses of all contacts until none changes a contact velocity by more than the tolerance.
+
+    The state's velocities must already hold the effect of the impulses in the table (warm start); they are updated
+    in place. Returns (sweeps used, largest change of a contact velocity in the last sweep [m/s]).
+    """
+    vx, vy, vz = state[VX], state[VY], state[VZ]
+    wx, wy, wz = state[WX], state[WY], state[WZ]
+    change = 0.0
+    used = 0
+    while used < sweeps:
+        used += 1
+        change = 0.0
+        for k in range(count):
+            c = contacts[k]
+            pn, pt, pu = c[PN], c[PT], c[PU]
+            gn = c[NX] * vx + c[NY] * vy + c[NZ] * vz + c[ANX] * wx + c[ANY] * wy + c[ANZ] * wz - c[TARGET]
+            if pn == 0.0 and gn >= 0.0:
+                continue
+            gt = c[TX] * vx + c[TY] * vy + c[TZ] * vz + c[ATX] * wx + c[ATY] * wy + c[ATZ] * wz
+            gu = c[UX] * vx + c[UY] * vy + c[UZ] * vz + c[AUX] * wx + c[AUY] * wy + c[AUZ] * wz
+            gnn, gnt, gnu = c[GNN], c[GNT], c[GNU]
+            mu = c[MU]
+            solved = False
+            if mu * math.sqrt(gnt * gnt + gnu * gnu) > EXACT_BLOCK_COUPLING * gnn:
+                solved, qn, qt, qu = block_impulse(
+                    c,
+                    gn - gnn * pn - gnt * pt - gnu * pu,
+                    gt - gnt * pn - c[GTT] * pt - c[GTU] * pu,
+                    gu - gnu * pn - c[GTU] * pt - c[GUU] * pu,
+                )
+            if not solved:
+                qn = max(0.0, pn - gn / gnn)
+                qt, qu = disc_impulse(
+                    c[GTT], c[GTU], c[GUU],
+                    gt + gnt * (qn - pn) - c[GTT] * pt - c[GTU] * pu,
+                    gu + gnu * (qn - pn) - c[GTU] * pt - c[GUU] * pu,
+                    mu * qn,
+                )  # fmt: skip
+            c[PN], c[PT], c[PU] = qn, qt, qu
+            qn, qt, qu = qn - pn, qt - pt, qu - pu
+            change = max(change, gnn * abs(qn), c[GTT] * abs(qt), c[GUU] * abs(qu))
+            vx += c[NX] * qn + c[TX] * qt + c[UX] * qu
+            vy += c[NY] * qn + c[TY] * qt + c[UY] * qu
+            vz += c[NZ] * qn + c[TZ] * qt + c[UZ] * qu
+            wx += c[BNX] * qn + c[BTX] * qt + c[BUX] * qu
+            wy += c[BNY] * qn + c[BTY] * qt + c[BUY] * qu
+            wz += c[BNZ] * qn + c[BTZ] * qt + c[BUZ] * qu
+        if change <= tolerance:
+            break
+    state[VX], state[VY], state[VZ] = vx, vy, vz
+    state[WX], state[WY], state[WZ] = wx, wy, wz
+    return used, change
+
+
+@kernel
+def warm_start(contacts, keys, count, state, old_keys, old_impulses, old_count, ratio):
+    """Start each contact from its impulse of the step before, turned into its new frame and put back on its cone.
+
+    Impulses scale with the ratio of the time steps. Both lists run in the same order, so the search goes on from the
+    last find.
+    """
+    at = 0
+    for k in range(count):
+        for tried in range(old_count):
+            m = at + tried
+            if m >= old_count:
+                m -= old_count
+            if old_keys[m, 1] == keys[k, 1] and old_keys[m, 0] == keys[k, 0] and old_keys[m, 2] == keys[k, 2]:
+                at = m + 1 if m + 1 < old_count else 0
+                c = contacts[k]
+                px, py, pz = ratio * old_impulses[m, 0], ratio * old_impulses[m, 1], ratio * old_impulses[m, 2]
+                pn = c[NX] * px + c[NY] * py + c[NZ] * pz
+                if pn <= 0.0:
+                    break
+                pt = c[TX] * px + c[TY] * py + c[TZ] * pz
+                pu = c[UX] * px + c[UY] * py + c[UZ] * pz
+                size = math.sqrt(pt * pt + pu * pu)
+                if size > c[MU] * pn:
+                    pt *= c[MU] * pn / size
+                    pu *= c[MU] * pn / size
+                c[PN], c[PT], c[PU] = pn, pt, pu
+                state[VX] += c[NX] * pn + c[TX] * pt + c[UX] * pu
+                state[VY] += c[NY] * pn + c[TY] * pt + c[UY] * pu
+                state[VZ] += c[NZ] * pn + c[TZ] * pt + c[UZ] * pu
+                state[WX] += c[BNX] * pn + c[BTX] * pt + c[BUX] * pu
+                state[WY] += c[BNY] * pn + c[BTY] * pt + c[BUY] * pu
+                state[WZ] += c[BNZ] * pn + c[BTZ] * pt + c[BUZ] * pu
+                break
+
+
+@kernel
+def remember(contacts, keys, count, old_keys, old_impulses):
+    """Keep the loaded contacts' world impulses for the next step's warm start; returns how many."""
+    kept = 0
+    for k in range(count):
+        c = contacts[k]
+        pn, pt, pu = c[PN], c[PT], c[PU]
+        if pn > 0.0:
+            old_keys[kept, 0], old_keys[kept, 1], old_keys[kept, 2] = keys[k, 0], keys[k, 1], keys[k, 2]
+            old_impulses[kept, 0] = c[NX] * pn + c[TX] * pt + c[UX] * pu
+            old_impulses[kept, 1] = c[NY] * pn + c[TY] * pt + c[UY] * pu
+            old_impulses[kept, 2] = c[NZ] * pn + c[TZ] * pt + c[UZ] * pu
+            kept += 1
+    return kept

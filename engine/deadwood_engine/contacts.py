@@ -1,0 +1,218 @@
+"""Contacts between the log and the terrain, and the list that every obstacle adds to (paper, sections 3.2-3.3).
+
+A contact is predicted: each candidate point of the log is looked up where it would be at the next midpoint if nothing
+held it, and is a contact when it would then lie below the surface. The solver lets it approach the plane it
+would hit, but not cross it. First touch is met, and no push ever lifts a log out of the ground (that would add energy).
+
+Candidates lie on rings (stations) along the axis: the point deepest along the local terrain normal and two at
+45 degrees beside it, which find the walls of a channel; on the end faces, eight points of the rim. They are points of
+the smooth cone, not body-fixed vertices, so a log rolls without the rolling resistance of a polygon.
+
+Layout of the contact table (one row a contact, world axes, per unit of mass):
+    R.. r, contact point from the centre of mass [m]      N.. T.. U.. normal, two tangents [-]
+    AN.. AT.. AU.. r x direction                          BN.. BT.. BU.. inverse inertia times these
+    PN, PT, PU impulse [m/s]                              TARGET least normal velocity after the step [m/s]
+    GAP gap now [m], negative = penetration               MU friction; BEFORE normal velocity before the step [m/s]
+"""
+
+from __future__ import annotations
+
+import math
+
+from .compiled import kernel
+from .limits import HOVER
+from .log_body import AXIAL, BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS, TRANSVERSE
+from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ, X, Y, Z
+from .terrain import friction_at, surface
+
+RX, RY, RZ, NX, NY, NZ, TX, TY, TZ, UX, UY, UZ = range(12)
+ANX, ANY, ANZ, ATX, ATY, ATZ, AUX, AUY, AUZ = range(12, 21)
+BNX, BNY, BNZ, BTX, BTY, BTZ, BUX, BUY, BUZ = range(21, 30)
+PN, PT, PU, GNN, GTT, GUU, GNT, GNU, GTU, TARGET, GAP, MU, BEFORE_N, BEFORE_T, BEFORE_U = range(30, 45)
+CONTACT_WIDTH = 45
+
+# Kinds of contact, first column of the keys; the second is the slot (terrain) or the item (obstacle), the third a part
+TERRAIN, TREE, BARRIER = 0, 1, 2
+KEY_WIDTH = 3
+CANDIDATES = 8  # points on the rim of an end face; the rings between use the first three
+
+_DIAGONAL = math.sqrt(0.5)
+
+
+@kernel
+def cross(ax, ay, az, bx, by, bz):
+    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+
+
+@kernel
+def add_contact(contacts, keys, count, state, body, rx, ry, rz, nx, ny, nz, mu, gap, dt, restitution, gravity):
+    """Append one contact: frame, velocities before the step, least normal velocity, and its block of the Delassus matrix.
+
+    gap is the gap predicted for the next midpoint; the gap now follows from the free velocity along the normal.
+    Returns the new count; a full table keeps what it has (it is sized for every candidate, so this cannot happen).
+    """
+    if count >= contacts.shape[0]:
+        return count
+    c = contacts[count]
+    # tangents: first along the axis least aligned with the normal, as in Leine et al. (2014)
+    if abs(nx) <= abs(ny) and abs(nx) <= abs(nz):
+        tx, ty, tz = 0.0, nz, -ny
+    elif abs(ny) <= abs(nz):
+        tx, ty, tz = -nz, 0.0, nx
+    else:
+        tx, ty, tz = ny, -nx, 0.0
+    scale = 1.0 / math.sqrt(tx * tx + ty * ty + tz * tz)
+    tx, ty, tz = tx * scale, ty * scale, tz * scale
+    ux, uy, uz = cross(nx, ny, nz, tx, ty, tz)
+    c[RX], c[RY], c[RZ] = rx, ry, rz
+    c[NX], c[NY], c[NZ] = nx, ny, nz
+    c[TX], c[TY], c[TZ] = tx, ty, tz
+    c[UX], c[UY], c[UZ] = ux, uy, uz
+    anx, any_, anz = cross(rx, ry, rz, nx, ny, nz)
+    atx, aty, atz = cross(rx, ry, rz, tx, ty, tz)
+    aux, auy, auz = cross(rx, ry, rz, ux, uy, uz)
+    c[ANX], c[ANY], c[ANZ] = anx, any_, anz
+    c[ATX], c[ATY], c[ATZ] = atx, aty, atz
+    c[AUX], c[AUY], c[AUZ] = aux, auy, auz
+    dx, dy, dz = state[DX], state[DY], state[DZ]
+    ia = 1.0 / body[TRANSVERSE]
+    ic = 1.0 / body[AXIAL] - ia
+    k = ic * (anx * dx + any_ * dy + anz * dz)
+    bnx, bny, bnz = ia * anx + k * dx, ia * any_ + k * dy, ia * anz + k * dz
+    k = ic * (atx * dx + aty * dy + atz * dz)
+    btx, bty, btz = ia * atx + k * dx, ia * aty + k * dy, ia * atz + k * dz
+    k = ic * (aux * dx + auy * dy + auz * dz)
+    bux, buy, buz = ia * aux + k * dx, ia * auy + k * dy, ia * auz + k * dz
+    c[BNX], c[BNY], c[BNZ] = bnx, bny, bnz
+    c[BTX], c[BTY], c[BTZ] = btx, bty, btz
+    c[BUX], c[BUY], c[BUZ] = bux, buy, buz
+    c[GNN] = 1.0 + anx * bnx + any_ * bny + anz * bnz
+    c[GTT] = 1.0 + atx * btx + aty * bty + atz * btz
+    c[GUU] = 1.0 + aux * bux + auy * buy + auz * buz
+    c[GNT] = anx * btx + any_ * bty + anz * btz
+    c[GNU] = anx * bux + any_ * buy + anz * buz
+    c[GTU] = atx * bux + aty * buy + atz * buz
+    vx, vy, vz, wx, wy, wz = state[VX], state[VY], state[VZ], state[WX], state[WY], state[WZ]
+    before = nx * vx + ny * vy + nz * vz + anx * wx + any_ * wy + anz * wz
+    c[BEFORE_N] = before
+    c[BEFORE_T] = tx * vx + ty * vy + tz * vz + atx * wx + aty * wy + atz * wz
+    c[BEFORE_U] = ux * vx + uy * vy + uz * vz + aux * wx + auy * wy + auz * wz
+    now = gap - dt * (before - nz * gravity * dt)
+    c[GAP] = now
+    # A gap that gravity closes within the step counts as closed, or contacts of a resting log would flicker
+    now -= HOVER * gravity * dt * dt
+    c[TARGET] = -now / dt if now > 0.0 else 0.0
+    if restitution > 0.0 and before < 0.0:
+        c[TARGET] = -restitution * before  # Newton's impact law, eq. 8
+    c[MU] = mu
+    c[PN], c[PT], c[PU] = 0.0, 0.0, 0.0
+    return count + 1
+
+
+@kernel
+def _candidate(
+    terrain, frame, contacts, keys, count, state, body, px, py, pz, rx, ry, rz, slot, dt, restitution, gravity
+):
+    """Make a contact of one candidate if its predicted place (px, py, pz) lies below the surface."""
+    height, gx, gy = surface(terrain, frame[0], frame[1], px, py)
+    if not pz < height:  # NaN height: outside the DEM there is no ground
+        return count
+    nz = 1.0 / math.sqrt(1.0 + gx * gx + gy * gy)
+    mu = friction_at(terrain, frame[0], frame[1], px, py)
+    before = count
+    count = add_contact(
+        contacts, keys, count, state, body, rx, ry, rz, -gx * nz, -gy * nz, nz, mu, (pz - height) * nz, dt,
+        restitution, gravity,
+    )  # fmt: skip
+    if count > before:
+        keys[before, 0] = TERRAIN
+        keys[before, 1] = slot
+        keys[before, 2] = 0
+        # The penetration reported is measured on the surface below the point itself, not on the predicted facet's plane
+        height, gx, gy = surface(terrain, frame[0], frame[1], state[X] + rx, state[Y] + ry)
+        contacts[before, GAP] = (state[Z] + rz - height) / math.sqrt(1.0 + gx * gx + gy * gy)
+    return count
+
+
+@kernel
+def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, dt, restitution, gravity, trial):
+    """Find the terrain contacts of this step.
+
+    stations is the number of rings; frame holds the log's node (column i0, row j0). trial[0:9] receives the predicted
+    axis (direction, centre, velocity), which the obstacles use too. Returns (count, least clearance of the rings [m]).
+    """
+    dx, dy, dz = state[DX], state[DY], state[DZ]
+    vx, vy, vz = state[VX], state[VY], state[VZ] - gravity * dt
+    tx, ty, tz = cross(state[WX], state[WY], state[WZ], dx, dy, dz)
+    qx, qy, qz = dx + dt * tx, dy + dt * ty, dz + dt * tz
+    scale = 1.0 / math.sqrt(qx * qx + qy * qy + qz * qz)
+    qx, qy, qz = qx * scale, qy * scale, qz * scale
+    ox, oy, oz = state[X] + dt * vx, state[Y] + dt * vy, state[Z] + dt * vz
+    trial[0], trial[1], trial[2] = qx, qy, qz
+    trial[3], trial[4], trial[5] = ox, oy, oz
+    length, centre = body[LENGTH], body[CENTRE]
+    taper = (body[TIP_RADIUS] - body[BASE_RADIUS]) / length
+    step = length / (stations - 1)
+    # the bound on roughness covers three cells around the ring's centre, so thicker rings are always looked at
+    thick = body[BASE_RADIUS] > terrain.cell
+    count = 0
+    least = math.inf
+    i0, j0 = frame[0], frame[1]
+    for k in range(stations):
+        along = k * step
+        s = along - centre
+        a = body[BASE_RADIUS] + taper * along
+        cx, cy, cz = ox + s * qx, oy + s * qy, oz + s * qz
+        height, gx, gy = surface(terrain, i0, j0, cx, cy)
+        above = cz - height
+        if above != above:
+            continue
+        nz = 1.0 / math.sqrt(1.0 + gx * gx + gy * gy)
+        end = k == 0 or k == stations - 1
+        # reach of the ring towards the terrain: an end face stays flat, between them the round side is what is low
+        reach = a
+        if end:
+            nd = (dz - gx * dx - gy * dy) * nz
+            reach = a * math.sqrt(max(0.0, 1.0 - nd * nd))
+        clear = above * nz - reach
+        if clear < least:
+            least = clear
+        if clear > 0.0 and not thick:
+            i = i0 + int(math.floor(cx * terrain.inverse_cell))
+            j = j0 + int(math.floor(cy * terrain.inverse_cell))
+            if clear > terrain.roughness[j, i] * nz:
+                continue
+        # support direction on the ring: against the normal, square to the axis
+        nx, ny = -gx * nz, -gy * nz
+        nd = nx * dx + ny * dy + nz * dz
+        ex, ey, ez = nd * dx - nx, nd * dy - ny, nd * dz - nz
+        size = math.sqrt(ex * ex + ey * ey + ez * ez)
+        if size < 1e-6:
+            # axis along the normal: every point of the ring is as deep as any other
+            if abs(dx) < 0.9:
+                ex, ey, ez = 1.0 - dx * dx, -dx * dy, -dx * dz
+            else:
+                ex, ey, ez = -dy * dx, 1.0 - dy * dy, -dy * dz
+            size = math.sqrt(ex * ex + ey * ey + ez * ez)
+        ex, ey, ez = a * ex / size, a * ey / size, a * ez / size
+        fx, fy, fz = cross(dx, dy, dz, ex, ey, ez)
+        for m in range(CANDIDATES if end else 3):
+            if m == 0:
+                rx, ry, rz = ex, ey, ez
+            elif m < 3:
+                side = _DIAGONAL if m == 1 else -_DIAGONAL
+                rx, ry, rz = _DIAGONAL * ex + side * fx, _DIAGONAL * ey + side * fy, _DIAGONAL * ez + side * fz
+            elif m < 5:
+                side = 1.0 if m == 3 else -1.0
+                rx, ry, rz = side * fx, side * fy, side * fz
+            elif m < 7:
+                side = _DIAGONAL if m == 5 else -_DIAGONAL
+                rx, ry, rz = side * fx - _DIAGONAL * ex, side * fy - _DIAGONAL * ey, side * fz - _DIAGONAL * ez
+            else:
+                rx, ry, rz = -ex, -ey, -ez
+            count = _candidate(
+                terrain, frame, contacts, keys, count, state, body, cx + rx, cy + ry, cz + rz,
+                s * dx + rx, s * dy + ry, s * dz + rz, k * CANDIDATES + m, dt, restitution, gravity,
+            )  # fmt: skip
+    return count, least
+

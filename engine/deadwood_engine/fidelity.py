@@ -1,0 +1,43 @@
+"""Fidelity: what a run may cost and how exact it is, as plain numbers. Kernels never learn a preset's name.
+
+The four rows are measured by ``benchmarks``; the errors that each number governs are named beside it.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Fidelity(NamedTuple):
+    """The numbers that trade speed for accuracy.
+
+    time_step : [s] longest step; governs the order-one error of impacts and friction
+    travel_cells : [DEM cells] the log's fastest point moves at most so far in a step; governs penetration
+        and what of the terrain's roughness is seen
+    station_spacing : [m] longest distance of the log's contact rings; never longer than a DEM cell
+    spacing_cells : [DEM cells] the same, in cells; governs what terrain can poke through between rings
+    tolerance : [-] of g dt; contact velocities are solved to this; governs creep
+    sweeps : most Gauss-Seidel sweeps a step; a step that needs more is counted as unconverged
+    trace_cells : [DEM cells] the log's ends move at most so far between two outlines in rasters and trajectories
+    """
+
+    time_step: float
+    travel_cells: float
+    station_spacing: float
+    spacing_cells: float
+    tolerance: float
+    sweeps: int
+    trace_cells: float
+
+
+FIDELITIES: dict[str, Fidelity] = {
+    "draft": Fidelity(0.020, 1.0, 2.0, 1.0, 1e-2, 100, 1.0),
+    "standard": Fidelity(0.010, 0.5, 1.0, 1.0, 1e-3, 200, 1.0),
+    "fine": Fidelity(0.004, 0.2, 1.0, 0.5, 1e-3, 400, 1.0),
+    "reference": Fidelity(0.001, 0.05, 0.5, 0.5, 1e-4, 1000, 0.5),
+}
+
+
+def station_spacing(fidelity: Fidelity, cell: float) -> float:
+    """Distance of the contact rings [m] on a DEM of this cell size."""
+    return min(fidelity.station_spacing, fidelity.spacing_cells * cell)

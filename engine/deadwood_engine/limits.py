@@ -1,0 +1,32 @@
+"""Every tolerance and limit of the engine, with its unit and its reason."""
+
+GRAVITY = 9.81  # m/s2, the value of the paper's framework
+
+# Contact solver
+EXACT_BLOCK_COUPLING = 0.5  # [-] mu |G_nt| / G_nn above which split sweeps crawl: the 3x3 block is solved whole
+DISC_ITERATIONS = 12  # Newton steps of the friction disc's secular equation; it needs 3-4
+DISC_ACCURACY = 1e-12  # [-] relative, of the friction force's magnitude on the disc
+
+# Step length near obstacles: how far the log's fastest point may travel in a step, as a share of the thickness
+# (radius of the log + radius of the obstacle). Beyond 1 the axes could change sides, which is passing through.
+OBSTACLE_TRAVEL = 0.3  # [-]
+NEAR_MARGIN = 2.0  # [m] obstacles this close to the log are listed; the list is made anew when the ends have moved so far
+SHORTEST_STEP = 1e-6  # [s] floor of the adaptive step; 100 m/s then travels 0.1 mm
+
+# Contact detection
+HOVER = 0.5  # [-] of g dt^2: gaps so small count as closed (0.5 mm at 10 ms); without it the contacts of a log at rest
+# differ by the rounding of the DEM, and the solver spends its sweeps on that
+
+# Geometry
+FLAT_TOLERANCE = 1e-9  # [-] sine below which two directions count as parallel
+LEAST_STATIONS = 8  # rings along a log, however short it is
+
+# Rest
+REST_WINDOW = 0.5  # [s] between two looks at a slow log
+REST_TRAVEL = 0.05  # [-] of rest_speed * REST_WINDOW (2.5 mm at the default): a log at rest moves less between looks
+REST_ACCELERATION = 1e-5  # [-] of g: the frozen log, let go, must not start faster than this (certificate)
+REST_SWEEPS = 5000  # sweeps granted to the certificate's solve
+
+# Health
+WILD_SPEED = 2000.0  # [m/s] faster than any fall on Earth's slopes: the log is reported as failed
+POLL_STEPS = 512  # steps between two looks at the stop flag (about 1 ms)

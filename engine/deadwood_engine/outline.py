@@ -1,0 +1,309 @@
+"""The log in plan: its outline, the area that it sweeps, and what that area touches (paper, section 4).
+
+The outline is the hull of the two end faces seen from above (ellipses, by eight points each). Between two poses the
+log sweeps the hull of both outlines: exact for a straight move, which poses one cell apart are close to. A cell is hit when it overlaps
+the swept hull; a log counts once a cell.
+
+Cells: cell (j, i) of a raster reaches half a cell around its centre (x0 + i cell, y0 + j cell).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .compiled import kernel
+from .grid_index import GridIndex, grid_window, index_boxes
+
+Array = NDArray[np.float64]
+
+
+class Lines(NamedTuple):
+    """Lines as the user gives them; a closed one repeats its first vertex.
+
+    vertices : [m], shape (k, 2); starts : int64, shape (n + 1,): line i is vertices[starts[i]:starts[i + 1]]
+    """
+
+    vertices: Array
+    starts: NDArray[np.int64]
+
+    @staticmethod
+    def none() -> Lines:
+        return Lines(np.zeros((0, 2)), np.zeros(1, np.int64))
+
+
+class Segments(NamedTuple):
+    """The straight pieces of lines as the kernels read them.
+
+    ends : [m], shape (m, 4), x, y of both ends from (x0, y0); owner : int64, shape (m,), row of the line
+    """
+
+    ends: Array
+    owner: NDArray[np.int64]
+    index: GridIndex
+    lines: int
+    x0: float
+    y0: float
+
+
+def segments_of(lines: Lines, x0: float = 0.0, y0: float = 0.0) -> Segments:
+    """Cut lines into indexed segments, in coordinates relative to (x0, y0) [m]."""
+    starts = np.asarray(lines.starts, np.int64)
+    number = len(starts) - 1
+    owner = np.repeat(np.arange(number), np.maximum(np.diff(starts) - 1, 0))
+    first = np.concatenate([np.arange(starts[i], starts[i + 1] - 1) for i in range(number)] or [np.zeros(0, int)])
+    plan = np.asarray(lines.vertices, float).reshape(-1, 2) - (x0, y0)
+    ends = np.ascontiguousarray(np.hstack([plan[first.astype(int)], plan[first.astype(int) + 1]]))
+    low, high = np.minimum(ends[:, :2], ends[:, 2:]), np.maximum(ends[:, :2], ends[:, 2:])
+    return Segments(ends, owner.astype(np.int64), index_boxes(low, high), number, float(x0), float(y0))
+
+
+OUTLINE_POINTS = 16
+_DIAGONAL = math.sqrt(0.5)
+
+
+@kernel
+def outline(points, at, bx, by, tx, ty, base, tip, sine, cosine, ux, uy):
+    """Write the outline's 16 points from row ``at``: base end (bx, by), tip end (tx, ty), their radii, the axis' plan
+    direction (ux, uy) and the sine and cosine of its tilt from the vertical."""
+    for end in range(2):
+        x, y, a = (bx, by, base) if end == 0 else (tx, ty, tip)
+        b = a * abs(cosine)
+        for k in range(8):
+            row = at + 8 * end + k
+            c = 1.0 if k == 0 else -1.0 if k == 4 else 0.0 if k % 4 == 2 else _DIAGONAL if k < 2 or k > 6 else -_DIAGONAL
+            s = 0.0 if k % 4 == 0 else 1.0 if k == 2 else -1.0 if k == 6 else _DIAGONAL if k < 4 else -_DIAGONAL
+            points[row, 0] = x - a * c * uy + b * s * ux
+            points[row, 1] = y + a * c * ux + b * s * uy
+
+
+@kernel
+def convex_hull(points, count, hull):
+    """Convex hull of the points (sorted in place), counter-clockwise, by Andrew's monotone chain; returns its size."""
+    for k in range(1, count):
+        x, y = points[k, 0], points[k, 1]
+        m = k
+        while m > 0 and (points[m - 1, 0] > x or (points[m - 1, 0] == x and points[m - 1, 1] > y)):
+            points[m, 0], points[m, 1] = points[m - 1, 0], points[m - 1, 1]
+            m -= 1
+        points[m, 0], points[m, 1] = x, y
+    size = 0
+    for direction in range(2):
+        floor = size
+        for step in range(count):
+            k = step if direction == 0 else count - 1 - step
+            x, y = points[k, 0], points[k, 1]
+            while size >= floor + 2 and (
+                (hull[size - 1, 0] - hull[size - 2, 0]) * (y - hull[size - 2, 1])
+                - (hull[size - 1, 1] - hull[size - 2, 1]) * (x - hull[size - 2, 0])
+                <= 0.0
+            ):
+                size -= 1
+            hull[size, 0], hull[size, 1] = x, y
+            size += 1
+        size -= 1
+    return size
+
+
+@kernel
+def hull_rows(hull, size, x0, y0, cell, columns, rows, left, right):
+    """Columns that a convex hull overlaps in each raster row: left[j] to right[j]; returns first and last row.
+
+    Rows and columns outside the raster are cut off; an empty range has first > last, an empty row left > right.
+    """
+    low, high = math.inf, -math.inf
+    for k in range(size):
+        y = (hull[k, 1] - y0) / cell + 0.5
+        low, high = min(low, y), max(high, y)
+    first, last = max(0, int(math.floor(low))), min(rows - 1, int(math.floor(high)))
+    for j in range(first, last + 1):
+        left[j], right[j] = columns, -1
+    for k in range(size):
+        m = k + 1 if k + 1 < size else 0
+        ax, ay = (hull[k, 0] - x0) / cell + 0.5, (hull[k, 1] - y0) / cell + 0.5
+        bx, by = (hull[m, 0] - x0) / cell + 0.5, (hull[m, 1] - y0) / cell + 0.5
+        if ay > by:
+            ax, ay, bx, by = bx, by, ax, ay
+        slope = (bx - ax) / (by - ay) if by > ay else 0.0
+        for j in range(max(first, int(math.floor(ay))), min(last, int(math.floor(by))) + 1):
+            p = ax if ay >= j else ax + slope * (j - ay)
+            q = bx if by <= j + 1 else ax + slope * (j + 1 - ay)
+            if p > q:
+                p, q = q, p
+            left[j] = min(left[j], max(0, int(math.floor(p))))
+            right[j] = max(right[j], min(columns - 1, int(math.floor(q))))
+    return first, last
+
+
+@kernel
+def hull_meets_segment(hull, size, ax, ay, bx, by):
+    """Whether a convex hull (counter-clockwise) and a segment have a point in common, by clipping the segment."""
+    enter, leave = 0.0, 1.0
+    ex, ey = bx - ax, by - ay
+    for k in range(size):
+        m = k + 1 if k + 1 < size else 0
+        sx, sy = hull[m, 0] - hull[k, 0], hull[m, 1] - hull[k, 1]
+        inside = sx * (ay - hull[k, 1]) - sy * (ax - hull[k, 0])
+        change = sx * ey - sy * ex
+        if change == 0.0:
+            if inside < 0.0:
+                return False
+        elif change > 0.0:
+            enter = max(enter, -inside / change)
+        else:
+            leave = min(leave, -inside / change)
+        if enter > leave:
+            return False
+    return True
+
+
+@kernel
+def segments_cross(ax, ay, bx, by, cx, cy, dx, dy):
+    """Whether the path a -> b crosses the segment c -> d from one side to the other."""
+    ex, ey = dx - cx, dy - cy
+    p = ex * (ay - cy) - ey * (ax - cx)
+    q = ex * (by - cy) - ey * (bx - cx)
+    if (p >= 0.0) == (q >= 0.0):
+        return False
+    fx, fy = bx - ax, by - ay
+    r = fx * (cy - ay) - fy * (cx - ax)
+    s = fx * (dy - ay) - fy * (dx - ax)
+    return (r >= 0.0) != (s >= 0.0)
+
+
+@kernel
+def touch_segments(index, ends, owner, hull, size, path, shift_x, shift_y, touched, crossed):
+    """Mark the owners of segments that a swept hull touches, and those that the centre's path crosses.
+
+    ends [m] shape (n, 4): x, y of both ends; hull and path are moved by the shift into the segments' frame.
+    """
+    low_x, low_y, high_x, high_y = math.inf, math.inf, -math.inf, -math.inf
+    for k in range(size):
+        low_x, high_x = min(low_x, hull[k, 0]), max(high_x, hull[k, 0])
+        low_y, high_y = min(low_y, hull[k, 1]), max(high_y, hull[k, 1])
+    i0, i1, j0, j1 = grid_window(index, low_x + shift_x, low_y + shift_y, high_x + shift_x, high_y + shift_y)
+    for j in range(j0, j1 + 1):
+        for i in range(i0, i1 + 1):
+            place = j * index.columns + i
+            for m in range(index.start[place], index.start[place + 1]):
+                item = index.items[m]
+                ax, ay = ends[item, 0] - shift_x, ends[item, 1] - shift_y
+                bx, by = ends[item, 2] - shift_x, ends[item, 3] - shift_y
+                if not touched[owner[item]] and hull_meets_segment(hull, size, ax, ay, bx, by):
+                    touched[owner[item]] = True
+                if not crossed[owner[item]] and segments_cross(path[0], path[1], path[2], path[3], ax, ay, bx, by):
+                    crossed[owner[item]] = True
+
+
+@kernel
+def _swept(points, hull, base, tip, base_radius, tip_radius, previous, k):
+    """Hull of the outlines of poses ``previous`` and ``k``; returns its size."""
+    for turn in range(2):
+        row = previous if turn == 0 else k
+        bx, by, bz = base[row, 0], base[row, 1], base[row, 2]
+        dx, dy, dz = tip[row, 0] - bx, tip[row, 1] - by, tip[row, 2] - bz
+        plan = math.sqrt(dx * dx + dy * dy)
+        length = math.sqrt(plan * plan + dz * dz)
+        ux, uy = (dx / plan, dy / plan) if plan > 0.0 else (1.0, 0.0)
+        outline(
+            points, OUTLINE_POINTS * turn, bx, by, tip[row, 0], tip[row, 1], base_radius, tip_radius,
+            plan / length, dz / length, ux, uy,
+        )  # fmt: skip
+    return convex_hull(points, 2 * OUTLINE_POINTS, hull)
+
+
+@kernel
+def _sweep_hits(log_row, base, tip, base_radius, tip_radius, x0, y0, cell, count, stamp):
+    points, hull = np.empty((2 * OUTLINE_POINTS, 2)), np.empty((2 * OUTLINE_POINTS + 2, 2))
+    rows, columns = count.shape
+    left, right = np.empty(rows, np.int64), np.empty(rows, np.int64)
+    for k in range(len(log_row)):
+        log = log_row[k]
+        previous = k - 1 if k > 0 and log_row[k - 1] == log else k
+        size = _swept(points, hull, base, tip, base_radius[log], tip_radius[log], previous, k)
+        first, last = hull_rows(hull, size, x0, y0, cell, columns, rows, left, right)
+        for j in range(first, last + 1):
+            for i in range(left[j], right[j] + 1):
+                if stamp[j, i] != log + 1:
+                    stamp[j, i] = log + 1
+                    count[j, i] += 1
+
+
+def sweep_hits(
+    log_row: NDArray[np.int64],
+    base: NDArray[np.float64],
+    tip: NDArray[np.float64],
+    base_radius: NDArray[np.float64],
+    tip_radius: NDArray[np.float64],
+    *,
+    x0: float,
+    y0: float,
+    cell: float,
+    shape: tuple[int, int],
+) -> NDArray[np.uint32]:
+    """Count the logs whose swept outline overlaps each raster cell, each log once a cell (paper, section 4).
+
+    Parameters
+    ----------
+    log_row : shape (m,), ascending; row of the log in the radii
+    base, tip : [m], shape (m, 3); ends of the log at each pose, in order of time
+    base_radius, tip_radius : [m], shape (n,)
+    x0, y0, cell, shape : centre of cell (0, 0) [m], cell size [m], rows and columns of the raster
+
+    Returns
+    -------
+    uint32, the given shape, row 0 southernmost
+    """
+    count, stamp = np.zeros(shape, np.uint32), np.zeros(shape, np.int64)
+    # far from the origin products of coordinates lose digits: compute from the raster's corner
+    origin = np.array([x0, y0, 0.0])
+    _sweep_hits(
+        np.asarray(log_row, np.int64), np.ascontiguousarray(base - origin), np.ascontiguousarray(tip - origin),
+        base_radius, tip_radius, 0.0, 0.0, cell, count, stamp,
+    )  # fmt: skip
+    return count
+
+
+@kernel
+def _sweep_touches(log_row, base, tip, base_radius, tip_radius, index, ends, owner, touched, pose_row):
+    points, hull = np.empty((2 * OUTLINE_POINTS, 2)), np.empty((2 * OUTLINE_POINTS + 2, 2))
+    crossed = np.zeros(touched.shape[1], np.bool_)
+    path = np.zeros(4)
+    for k in range(len(log_row)):
+        log = log_row[k]
+        previous = k - 1 if k > 0 and log_row[k - 1] == log else k
+        size = _swept(points, hull, base, tip, base_radius[log], tip_radius[log], previous, k)
+        touch_segments(index, ends, owner, hull, size, path, 0.0, 0.0, touched[log], crossed)
+        for line in range(touched.shape[1]):
+            if touched[log, line] and pose_row[log, line] < 0:
+                pose_row[log, line] = k
+
+
+def sweep_touches(
+    log_row: NDArray[np.int64],
+    base: NDArray[np.float64],
+    tip: NDArray[np.float64],
+    base_radius: NDArray[np.float64],
+    tip_radius: NDArray[np.float64],
+    segments: Segments,
+) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
+    """Which lines each log's swept outline touches, and the first pose at which it does.
+
+    Parameters are those of ``sweep_hits`` and the lines' segments (``segments_of``).
+
+    Returns
+    -------
+    touched : bool, shape (n, lines); pose_row : int64, shape (n, lines), -1 where not touched
+    """
+    touched = np.zeros((len(base_radius), segments.lines), np.bool_)
+    pose_row = np.full(touched.shape, -1, np.int64)
+    origin = np.array([segments.x0, segments.y0, 0.0])
+    _sweep_touches(
+        np.asarray(log_row, np.int64), np.ascontiguousarray(base - origin), np.ascontiguousarray(tip - origin),
+        base_radius, tip_radius, segments.index, segments.ends, segments.owner, touched, pose_row,
+    )  # fmt: skip
+    return touched, pose_row
+

@@ -1,0 +1,156 @@
+"""The scene that logs slide through, as plain arrays. What a scene lacks has zero rows, never a flag, and costs nothing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import barriers as barrier_file
+from . import terrain as terrain_file
+from . import trees as tree_file
+from .barriers import Barriers, Plates
+from .outline import Lines, Segments, segments_of
+from .terrain import Terrain, surface
+from .trees import Trees, Uprights
+
+Array = NDArray[np.float64]
+
+
+class SceneArrays(NamedTuple):
+    """What the kernels read."""
+
+    terrain: Terrain
+    uprights: Uprights
+    plates: Plates
+    lines: Segments
+    fences: Segments  # the barriers' lines in plan, for the ledger
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A prepared scene; ``arrays`` is for kernels, the rest says what it holds.
+
+    trees_outside, barriers_outside : int64, rows of what stands on no terrain and is therefore not modelled
+    """
+
+    arrays: SceneArrays
+    tree_count: int
+    barrier_count: int
+    line_count: int
+    trees_outside: NDArray[np.int64]
+    barriers_outside: NDArray[np.int64]
+
+    @staticmethod
+    def prepare(
+        heights: Array,
+        cell: float,
+        x0: float,
+        y0: float,
+        *,
+        friction: float | Array,
+        trees: Trees | None = None,
+        barriers: Barriers | None = None,
+        lines: Lines | None = None,
+    ) -> Scene:
+        """Check and lay out a scene.
+
+        Parameters
+        ----------
+        heights : [m], shape (rows, columns), row 0 southernmost, NaN outside; heights at cell centres
+        cell : [m]; x0, y0 : world position of the centre of cell (0, 0) [m]
+        friction : Coulomb's coefficient, one value or one a cell
+        trees, barriers, lines : world coordinates [m]
+
+        Raises
+        ------
+        ValueError
+            for a terrain, friction, tree or barrier that cannot be one
+        """
+        trees, barriers, lines = trees or Trees.none(), barriers or Barriers.none(), lines or Lines.none()
+        terrain = terrain_file.prepare(heights, cell, x0, y0, friction)
+        for name, values in (("diameter", trees.diameter), ("height", trees.height), ("height", barriers.height)):
+            if not np.all(np.isfinite(values) & (np.asarray(values) > 0)):
+                raise ValueError(f"a tree's or barrier's {name} must be positive and finite")
+        plates, posts, barriers_outside = _plates_and_posts(terrain, barriers)
+        uprights, trees_outside = _uprights(terrain, trees, posts)
+        fence = Lines(barriers.vertices, barriers.starts)
+        arrays = SceneArrays(
+            terrain, uprights, plates, segments_of(lines, terrain.x0, terrain.y0), segments_of(fence, x0, y0)
+        )
+        return Scene(
+            arrays, len(trees.x), len(barriers.height), len(lines.starts) - 1, trees_outside, barriers_outside
+        )
+
+    def terrain_height(self, x: Array, y: Array) -> Array:
+        """Height [m] of the bilinear surface; NaN outside."""
+        return self.terrain_surface(x, y)[:, 0]
+
+    def terrain_surface(self, x: Array, y: Array) -> Array:
+        """Height [m] and gradient (east, north) of the surface at world positions, shape (n, 3); NaN height outside."""
+        terrain = self.arrays.terrain
+        x, y = np.atleast_1d(x), np.atleast_1d(y)
+        found = _surfaces(terrain, np.asarray(x, float) - terrain.x0, np.asarray(y, float) - terrain.y0)
+        found[:, 0] += terrain.reference
+        return found
+
+
+@terrain_file.kernel
+def _surfaces(terrain, x, y):
+    found = np.empty((len(x), 3))
+    for k in range(len(x)):
+        found[k, 0], found[k, 1], found[k, 2] = surface(terrain, 0, 0, x[k], y[k])
+    return found
+
+
+def _uprights(terrain: Terrain, trees: Trees, posts: Array) -> tuple[Uprights, NDArray[np.int64]]:
+    """Trees on the terrain, then the barriers' posts (plan x, y, foot, top, barrier)."""
+    plan = np.column_stack([trees.x, trees.y]).astype(float).reshape(-1, 2) - (terrain.x0, terrain.y0)
+    foot = _surfaces(terrain, np.ascontiguousarray(plan[:, 0]), np.ascontiguousarray(plan[:, 1]))[:, 0]
+    standing = np.isfinite(foot)
+    radius, height = 0.5 * np.asarray(trees.diameter, float), np.asarray(trees.height, float)
+    zero = np.zeros(len(posts))
+    uprights = tree_file.prepare(
+        np.vstack([plan[standing], posts[:, :2]]),
+        np.concatenate([foot[standing], posts[:, 2]]),
+        np.concatenate([(foot + height)[standing], posts[:, 3]]),
+        np.concatenate([radius[standing], zero]),
+        np.concatenate([(-0.5 * radius / height)[standing], zero]),  # the paper: the top is half the DBH
+        np.concatenate([np.flatnonzero(standing), -1 - posts[:, 4]]).astype(np.int64),
+        terrain.cell,
+    )
+    return uprights, np.flatnonzero(~standing)
+
+
+def _plates_and_posts(terrain: Terrain, barriers: Barriers) -> tuple[Plates, Array, NDArray[np.int64]]:
+    """Cut barriers into pieces of a few cells; those with a part off the terrain lose that part."""
+    piece = max(2.0, 4.0 * terrain.cell)
+    starts, ends, tops, posts, outside = [], [], [], [], []
+    plan = np.asarray(barriers.vertices, float).reshape(-1, 2) - (terrain.x0, terrain.y0)
+    for row, height in enumerate(barriers.height):
+        corners = plan[barriers.starts[row] : barriers.starts[row + 1]]
+        cuts = [corners[:1]]
+        for a, b in zip(corners[:-1], corners[1:], strict=True):
+            number = max(1, int(np.ceil(np.hypot(*(b - a)) / piece)))
+            if np.hypot(*(b - a)) > 0:
+                cuts.append(a + (b - a) * (np.arange(1, number + 1) / number)[:, None])
+        points = np.vstack(cuts)
+        ground = _surfaces(terrain, np.ascontiguousarray(points[:, 0]), np.ascontiguousarray(points[:, 1]))[:, 0]
+        valid = np.isfinite(ground)
+        both = valid[:-1] & valid[1:]
+        if not both.any():
+            outside.append(row)
+            continue
+        top = ground + height
+        starts.append(np.column_stack([points[:-1], top[:-1], np.full(len(points) - 1, row)])[both])
+        ends.append(np.column_stack([points[1:], top[1:]])[both])
+        posts.append(np.column_stack([points, ground, top, np.full(len(points), row)])[valid])
+    first = np.vstack([np.zeros((0, 4)), *starts])
+    last = np.vstack([np.zeros((0, 3)), *ends])
+    tops = [first[:, 2], last[:, 2]]
+    plates = barrier_file.prepare(
+        first[:, :2], last[:, :2], tops[0], tops[1], first[:, 3].astype(np.int64), terrain.cell
+    )
+    return plates, np.vstack([np.zeros((0, 5)), *posts]), np.array(outside, np.int64)

@@ -1,0 +1,142 @@
+"""The terrain: one bilinear surface through the DEM's heights at cell centres.
+
+Between four cell centres the height is h = h00 + ... bilinear, its gradient follows analytically, and a contact's
+normal is that of the surface at the contact point. Nothing is triangulated (a diagonal breaks mirror symmetry) and
+nothing is smoothed (the kinks between cells dissipate energy, and the calibrated friction counts on that).
+
+Each log computes in a frame of its own: origin at the DEM node (row j0, column i0) below its release, heights
+relative to a reference. So a log's numbers do not depend on where on Earth, or where in the DEM, the slope lies.
+
+symbol  in code     unit  frame
+h       height      m     above the reference
+hx, hy  slope_x,_y  -     gradient, x east, y north
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from .compiled import kernel
+
+
+class Terrain(NamedTuple):
+    """Heights as the kernels read them.
+
+    heights : [m] above ``reference``, shape (rows, columns) float32, row 0 southernmost, NaN outside
+    roughness : [m], same shape; how far the 3 x 3 cells around a cell rise above its tangent plane, at most
+    friction : Coulomb's coefficient [-], shape (1, 1) when it is the same everywhere, else the shape of heights
+    cell, inverse_cell : cell size [m] and one over it
+    x0, y0 : world position of the centre of cell (0, 0) [m]
+    reference : [m] height that is zero in the kernels
+    """
+
+    heights: np.ndarray
+    roughness: np.ndarray
+    friction: np.ndarray
+    cell: float
+    inverse_cell: float
+    x0: float
+    y0: float
+    reference: float
+
+
+def prepare(heights: np.ndarray, cell: float, x0: float, y0: float, friction: float | np.ndarray) -> Terrain:
+    """Check the terrain and lay it out for the kernels.
+
+    Raises
+    ------
+    ValueError
+        when the grid is smaller than 2 x 2, holds no valid cell, or friction is negative or of another shape
+    """
+    heights = np.asarray(heights)
+    if heights.ndim != 2 or min(heights.shape) < 2:
+        raise ValueError(f"a terrain needs at least 2 x 2 heights, not {heights.shape}")
+    if not np.isfinite(heights).any():
+        raise ValueError("the terrain holds no valid height")
+    if not (math.isfinite(cell) and cell > 0):
+        raise ValueError(f"the cell size must be positive, not {cell}")
+    mu = np.atleast_2d(np.asarray(friction, dtype=np.float32 if np.ndim(friction) else np.float64)).astype(np.float64)
+    if mu.shape != (1, 1) and mu.shape != heights.shape:
+        raise ValueError(f"friction has shape {mu.shape}, the terrain {heights.shape}")
+    if np.any(mu < 0):
+        raise ValueError("friction must not be negative")
+    # A multiple of 64 m, so that neighbouring windows of one DEM share it and float32 keeps tenths of a millimetre.
+    reference = 64.0 * math.floor(float(np.nanmin(heights)) / 64.0)
+    relative = np.ascontiguousarray(heights - reference, dtype=np.float32)
+    relative[~np.isfinite(relative)] = np.nan
+    return Terrain(relative, roughness_of(relative), mu, float(cell), 1.0 / float(cell), float(x0), float(y0), reference)
+
+
+@kernel
+def surface(terrain, i0, j0, x, y):
+    """Height and gradient of the bilinear surface at a place in the frame of node (j0, i0); NaN outside."""
+    u = x * terrain.inverse_cell
+    v = y * terrain.inverse_cell
+    iu = math.floor(u)
+    jv = math.floor(v)
+    i = i0 + int(iu)
+    j = j0 + int(jv)
+    heights = terrain.heights
+    if i < 0 or j < 0 or i >= heights.shape[1] - 1 or j >= heights.shape[0] - 1:
+        return math.nan, 0.0, 0.0
+    fu = u - iu
+    fv = v - jv
+    h00 = float(heights[j, i])
+    h10 = float(heights[j, i + 1])
+    h01 = float(heights[j + 1, i])
+    h11 = float(heights[j + 1, i + 1])
+    bx = h10 - h00
+    by = h01 - h00
+    twist = h11 - h10 - by
+    gx = bx + twist * fv
+    gy = by + twist * fu
+    return h00 + bx * fu + gy * fv, gx * terrain.inverse_cell, gy * terrain.inverse_cell
+
+
+@kernel
+def friction_at(terrain, i0, j0, x, y):
+    """Coulomb's coefficient of the DEM cell that holds the place (nearest cell centre)."""
+    friction = terrain.friction
+    if friction.shape[0] == 1:
+        return friction[0, 0]
+    i = min(max(i0 + int(math.floor(x * terrain.inverse_cell + 0.5)), 0), friction.shape[1] - 1)
+    j = min(max(j0 + int(math.floor(y * terrain.inverse_cell + 0.5)), 0), friction.shape[0] - 1)
+    return friction[j, i]
+
+
+@kernel
+def roughness_of(heights):
+    """How far the nodes of the 3 x 3 cells around each cell rise above the tangent planes of the cell's own points.
+
+    The rise of a node over the tangent plane at (u, v) is bilinear in (u, v), so its maximum lies at a corner of the
+    cell; and a bilinear patch minus a plane has its maximum at a node. Sixteen nodes at four corners are therefore
+    a bound for every point, not a sample. Outside the DEM is no terrain, so nothing rises there.
+    """
+    rows, columns = heights.shape
+    rise = np.zeros((rows, columns), dtype=np.float32)
+    for j in range(rows - 1):
+        for i in range(columns - 1):
+            h00 = float(heights[j, i])
+            bx = float(heights[j, i + 1]) - h00
+            by = float(heights[j + 1, i]) - h00
+            twist = float(heights[j + 1, i + 1]) - h00 - bx - by
+            if twist != twist:
+                continue
+            worst = 0.0
+            for dj in range(-1, 3):
+                for di in range(-1, 3):
+                    if not (0 <= j + dj < rows and 0 <= i + di < columns):
+                        continue
+                    node = float(heights[j + dj, i + di]) - h00
+                    for corner in range(4):
+                        cu = float(corner % 2)
+                        cv = float(corner // 2)
+                        plane = bx * cu + by * cv + twist * cu * cv
+                        plane += (bx + twist * cv) * (di - cu) + (by + twist * cu) * (dj - cv)
+                        if node - plane > worst:  # a NaN node compares false
+                            worst = node - plane
+            rise[j, i] = worst
+    return rise

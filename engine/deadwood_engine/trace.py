@@ -1,0 +1,163 @@
+"""What a sliding log leaves behind: rasters, touched lines, and poses, written each time it has moved by about a cell."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from .compiled import kernel
+from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
+from .outline import OUTLINE_POINTS, convex_hull, hull_rows, outline, touch_segments
+from .rotation import DX, DY, DZ, WX, WY, WZ, X, Y, Z
+
+
+class RasterArrays(NamedTuple):
+    """One worker's rasters, shape (rows, columns) or (0, 0): nothing asked for, nothing done.
+
+    hits, deposits : uint32; stamp : uint32, last log (row + 1) that hit the cell; speed, energy, jump : float32 maxima
+    """
+
+    hits: np.ndarray
+    stamp: np.ndarray
+    deposits: np.ndarray
+    speed: np.ndarray
+    energy: np.ndarray
+    jump: np.ndarray
+
+
+class Marks(NamedTuple):
+    """What one log touches: lines, barriers' lines, and barriers' lines that its centre of mass crossed; bool (n,)."""
+
+    lines: np.ndarray
+    fences: np.ndarray
+    crossed: np.ndarray
+    line_time: np.ndarray  # [s] first touch of each line
+
+
+# Columns of a pose
+POSE_T, POSE_X, POSE_BASE, POSE_TIP, POSE_SPEED, POSE_SPIN, POSE_CLEARANCE = 0, 1, 4, 7, 10, 11, 12
+POSE_WIDTH = 13
+
+# Columns of the trace's memory: ends at the last outline, centre there, and maxima since
+LAST_BASE, LAST_TIP, LAST_X, LAST_Y, PEAK_SPEED, PEAK_ENERGY, PEAK_JUMP = 0, 3, 6, 7, 8, 9, 10
+MEMORY_WIDTH = 11
+
+
+@kernel
+def ends_moved(memory, state, body):
+    """How far [m] the farther moved end is from where the last outline saw it."""
+    back, front = -body[CENTRE], body[LENGTH] - body[CENTRE]
+    moved = 0.0
+    for end in range(2):
+        s = back if end == 0 else front
+        at = LAST_BASE if end == 0 else LAST_TIP
+        x = state[X] + s * state[DX] - memory[at]
+        y = state[Y] + s * state[DY] - memory[at + 1]
+        z = state[Z] + s * state[DZ] - memory[at + 2]
+        moved = max(moved, x * x + y * y + z * z)
+    return math.sqrt(moved)
+
+
+@kernel
+def _outline_of(points, at, memory, body):
+    """Outline of the pose in the memory, from row ``at``."""
+    ex, ey = memory[LAST_TIP] - memory[LAST_BASE], memory[LAST_TIP + 1] - memory[LAST_BASE + 1]
+    ez = memory[LAST_TIP + 2] - memory[LAST_BASE + 2]
+    plan = math.sqrt(ex * ex + ey * ey)
+    ux, uy = (ex / plan, ey / plan) if plan > 0.0 else (1.0, 0.0)
+    length = body[LENGTH]
+    outline(
+        points, at, memory[LAST_BASE], memory[LAST_BASE + 1], memory[LAST_TIP], memory[LAST_TIP + 1],
+        body[BASE_RADIUS], body[TIP_RADIUS], plan / length, ez / length, ux, uy,
+    )  # fmt: skip
+
+
+@kernel
+def remember_pose(memory, state, body):
+    """Make the present pose the last outline's, and start its maxima anew."""
+    back, front = -body[CENTRE], body[LENGTH] - body[CENTRE]
+    for axis in range(3):
+        memory[LAST_BASE + axis] = state[X + axis] + back * state[DX + axis]
+        memory[LAST_TIP + axis] = state[X + axis] + front * state[DX + axis]
+    memory[LAST_X], memory[LAST_Y] = state[X], state[Y]
+    memory[PEAK_SPEED] = memory[PEAK_ENERGY] = memory[PEAK_JUMP] = 0.0
+
+
+@kernel
+def draw(scene, frame, state, body, memory, work, rasters, row, marks, time):
+    """Draw the area swept since the last outline into the rasters and mark the lines that it touches.
+
+    work = (points, hull, left, right). On the first call the memory holds the present pose, and the area is the outline.
+    """
+    points, hull, left, right = work
+    terrain = scene.terrain
+    path = hull[2 * OUTLINE_POINTS + 1]
+    start_x, start_y = memory[LAST_X], memory[LAST_Y]
+    speed, energy, jump = memory[PEAK_SPEED], memory[PEAK_ENERGY], memory[PEAK_JUMP]
+    _outline_of(points, 0, memory, body)
+    remember_pose(memory, state, body)
+    _outline_of(points, OUTLINE_POINTS, memory, body)
+    size = convex_hull(points, 2 * OUTLINE_POINTS, hull)
+    path[0], path[1], path[2], path[3] = start_x, start_y, state[X], state[Y]
+    shift_x, shift_y = frame[0] * terrain.cell, frame[1] * terrain.cell
+    if marks.lines.shape[0] > 0:
+        lines = scene.lines
+        touch_segments(
+            lines.index, lines.ends, lines.owner, hull, size, path, shift_x, shift_y, marks.lines, marks.lines
+        )
+        for line in range(marks.lines.shape[0]):
+            if marks.lines[line] and not marks.line_time[line] <= time:
+                marks.line_time[line] = time
+    if marks.fences.shape[0] > 0:
+        fences = scene.fences
+        touch_segments(
+            fences.index, fences.ends, fences.owner, hull, size, path, shift_x, shift_y, marks.fences, marks.crossed
+        )
+    rows, columns = rasters.hits.shape
+    first, last = hull_rows(hull, size, -shift_x, -shift_y, terrain.cell, columns, rows, left, right)
+    for j in range(first, last + 1):
+        for i in range(left[j], right[j] + 1):
+            if rasters.stamp[j, i] != row + 1:
+                rasters.stamp[j, i] = row + 1
+                rasters.hits[j, i] += 1
+            rasters.speed[j, i] = max(rasters.speed[j, i], np.float32(speed))
+            rasters.energy[j, i] = max(rasters.energy[j, i], np.float32(energy * body[6]))
+            rasters.jump[j, i] = max(rasters.jump[j, i], np.float32(jump))
+
+
+@kernel
+def draw_deposit(scene, frame, state, body, memory, work, rasters):
+    """Count the log in the cells that its final outline overlaps."""
+    points, hull, left, right = work
+    remember_pose(memory, state, body)
+    _outline_of(points, 0, memory, body)
+    size = convex_hull(points, OUTLINE_POINTS, hull)
+    cell = scene.terrain.cell
+    rows, columns = rasters.deposits.shape
+    first, last = hull_rows(hull, size, -frame[0] * cell, -frame[1] * cell, cell, columns, rows, left, right)
+    for j in range(first, last + 1):
+        for i in range(left[j], right[j] + 1):
+            rasters.deposits[j, i] += 1
+
+
+@kernel
+def keep_pose(poses, kept, time, state, body, clearance):
+    """Append a pose if there is room; returns the number wanted so far."""
+    if kept < poses.shape[0]:
+        pose = poses[kept]
+        pose[POSE_T] = time
+        back, front = -body[CENTRE], body[LENGTH] - body[CENTRE]
+        speed = 0.0
+        spin = 0.0
+        for axis in range(3):
+            pose[POSE_X + axis] = state[X + axis]
+            pose[POSE_BASE + axis] = state[X + axis] + back * state[DX + axis]
+            pose[POSE_TIP + axis] = state[X + axis] + front * state[DX + axis]
+            speed += state[7 + axis] ** 2
+        spin = state[WX] ** 2 + state[WY] ** 2 + state[WZ] ** 2
+        pose[POSE_SPEED] = math.sqrt(speed)
+        pose[POSE_SPIN] = math.sqrt(spin)
+        pose[POSE_CLEARANCE] = clearance
+    return kept + 1

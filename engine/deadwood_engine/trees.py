@@ -1,0 +1,240 @@
+"""Standing trees: rigid vertical truncated cones that a log cannot pass (paper, section 3.4), and barrier posts.
+
+A tree is hard and stays: it blocks, turns and wedges a log for as long as they touch. The same three verbs as for
+every obstacle: prepare (once), near (which could touch), contacts (how far, along which normal, where). The end posts
+and corners of barriers are trees of zero radius, so a log meets a plate's vertical edge as it meets a thin stem.
+
+Log against tree, at the predicted pose:
+- side: both are cones, so the spheres that fill them are compared: minimise |c(s) - t(z)| - a(s) - b(z) over both
+  axes, in closed form with both tapers (a wedge needs the log's half angle in the normal, or it would slip through);
+- each end face: the point of the disc nearest to the tree's axis in plan (point to ellipse), normal radial from the
+  tree. A flat end stays flat: a capsule's round nose would turn head-on hits, the main way of stopping, aside.
+
+symbol        in code          unit
+a(s), ka      radius, taper     m, -   radius of the log and its change along the axis
+b(z), kb      bole, SLOPE       m, -   radius of the tree and its change with height
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .compiled import kernel
+from .contacts import TREE, add_contact
+from .grid_index import GridIndex, index_boxes, list_near
+from .limits import FLAT_TOLERANCE, OBSTACLE_TRAVEL
+from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
+from .terrain import friction_at
+
+Array = NDArray[np.float64]
+
+
+class Trees(NamedTuple):
+    """Standing trees as the user gives them; arrays of shape (n,) in metres."""
+
+    x: Array
+    y: Array
+    diameter: Array
+    height: Array
+
+    @staticmethod
+    def none() -> Trees:
+        empty = np.zeros(0)
+        return Trees(empty, empty, empty, empty)
+
+
+class Uprights(NamedTuple):
+    """Trees and barrier posts as the kernels read them, shape (n, ...).
+
+    node : int64 (n, 2), DEM column and row of the cell below; offset : [m] (n, 2) from that node
+    solid : (n, 4) foot height, top height [m above reference], radius at the foot [m], SLOPE of the radius [-]
+    owner : int64, row of the tree, or -1 - row of the barrier
+    """
+
+    node: np.ndarray
+    offset: np.ndarray
+    solid: np.ndarray
+    owner: np.ndarray
+    index: GridIndex
+
+
+# Columns of the near table, in the log's frame
+NEAR_X, NEAR_Y, FOOT, TOP, RADIUS, SLOPE = range(6)
+
+
+def prepare(
+    plan: Array, foot: Array, top: Array, radius: Array, slope: Array, owner: np.ndarray, cell: float
+) -> Uprights:
+    """Lay out vertical cones; plan [m] shape (n, 2) from the centre of the DEM's cell (0, 0)."""
+    node = np.floor(plan / cell).astype(np.int64)
+    box = np.maximum(radius, 0.0)[:, None]
+    return Uprights(
+        node,
+        plan - node * cell,
+        np.ascontiguousarray(np.column_stack([foot, top, radius, slope])),
+        np.asarray(owner, dtype=np.int64),
+        index_boxes(plan - box, plan + box),
+    )
+
+
+@kernel
+def near(uprights, frame, cell, listed, table, bx, by, tx, ty, reach):
+    """List the uprights within reach [m] of the log's plan axis (base to tip), in the log's frame; returns the count."""
+    if uprights.owner.shape[0] == 0:
+        return 0
+    ox, oy = frame[0] * cell, frame[1] * cell
+    found = list_near(
+        uprights.index, listed,
+        ox + min(bx, tx) - reach, oy + min(by, ty) - reach, ox + max(bx, tx) + reach, oy + max(by, ty) + reach,
+    )  # fmt: skip
+    ex, ey = tx - bx, ty - by
+    square = ex * ex + ey * ey
+    count = 0
+    for m in range(found):
+        item = listed[m]
+        x = (uprights.node[item, 0] - frame[0]) * cell + uprights.offset[item, 0]
+        y = (uprights.node[item, 1] - frame[1]) * cell + uprights.offset[item, 1]
+        share = 0.0
+        if square > 0.0:
+            share = min(1.0, max(0.0, ((x - bx) * ex + (y - by) * ey) / square))
+        gx, gy = bx + share * ex - x, by + share * ey - y
+        if math.sqrt(gx * gx + gy * gy) - uprights.solid[item, 2] <= reach:
+            listed[count] = item
+            table[count, NEAR_X], table[count, NEAR_Y] = x, y
+            for column in range(4):
+                table[count, FOOT + column] = uprights.solid[item, column]
+            count += 1
+    return count
+
+
+@kernel
+def _touch(terrain, frame, contacts, keys, count, state, body, trial, item, part, px, py, pz, nx, ny, nz, gap, step):
+    """Add a contact at predicted point p with normal n; step = (dt, restitution, gravity)."""
+    before = count
+    mu = friction_at(terrain, frame[0], frame[1], px, py)
+    count = add_contact(
+        contacts, keys, count, state, body, px - trial[3], py - trial[4], pz - trial[5], nx, ny, nz, mu, gap,
+        step[0], step[1], step[2],
+    )  # fmt: skip
+    if count > before:
+        keys[before, 0], keys[before, 1], keys[before, 2] = TREE, item, part
+    return count
+
+
+@kernel
+def disc_nearest(a, cosine, tl, tm):
+    """Point of a tilted disc (radius a) nearest in plan to a place (tl lateral, tm along the axis' plan direction).
+
+    In plan the disc is an ellipse with half axes a and a |cosine|. Returns (u, w): the point is u lateral and w along
+    the disc's second diameter, whose plan component is w * cosine. A place inside the ellipse returns its centre.
+    """
+    b = a * abs(cosine)
+    if (tl / a) ** 2 + (tm / max(b, 1e-300)) ** 2 <= 1.0:
+        return 0.0, 0.0
+    t = max(0.0, a * abs(tl) - a * a, b * abs(tm) - b * b)
+    for _ in range(40):
+        p, q = a * tl / (t + a * a), b * tm / (t + b * b) if b > 0.0 else 0.0
+        excess = p * p + q * q - 1.0
+        if excess <= 1e-14:
+            break
+        slope = -2.0 * (p * p / (t + a * a) + (q * q / (t + b * b) if b > 0.0 else 0.0))
+        advance = -excess / slope
+        t += advance
+        if advance <= 1e-15 * (t + a * a):
+            break
+    u = a * a * tl / (t + a * a)
+    w = a * a * cosine * tm / (t + b * b) if b > 1e-9 * a else 0.0
+    return u, w
+
+
+@kernel
+def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, state, body, trial, step):
+    """Contacts with the near uprights; step = (dt, restitution, gravity).
+
+    Returns (count, travel): how far [m] the log's fastest point may move in the next step without passing anything.
+    """
+    travel = math.inf
+    dx, dy, dz, ox, oy, oz = trial[0], trial[1], trial[2], trial[3], trial[4], trial[5]
+    length, back = body[LENGTH], -body[CENTRE]
+    front = length + back
+    thick = body[BASE_RADIUS]
+    taper = (body[TIP_RADIUS] - thick) / length
+    plan = dx * dx + dy * dy  # square of the sine of the tilt
+    for m in range(number):
+        x, y, top, radius, slope = table[m, NEAR_X], table[m, NEAR_Y], table[m, TOP], table[m, RADIUS], table[m, SLOPE]
+        gx, gy = ox - x, oy - y
+        nearest = 0.0
+        if plan > 0.0:
+            nearest = -(gx * dx + gy * dy) / plan
+        inside = min(front, max(back, nearest))
+        hx, hy = gx + inside * dx, gy + inside * dy
+        distance = math.sqrt(hx * hx + hy * hy)
+        least = OBSTACLE_TRAVEL * (thick + taper * (inside - back) + radius)
+        if distance - thick - radius > 0.0:
+            travel = min(travel, max(least, distance - thick - radius))
+            continue
+        travel = min(travel, least)
+        item = listed[m]
+        foot = table[m, FOOT]
+        if min(oz + back * dz, oz + front * dz) - thick > top:
+            continue
+        # side of the log
+        kb = slope
+        z = oz + nearest * dz
+        if z < foot:
+            kb = 0.0  # the stem goes on below the ground
+        mix = (taper * taper + kb * kb + 2.0 * dz * taper * kb) / plan if plan > FLAT_TOLERANCE else 1.0
+        across = math.sqrt((gx + nearest * dx) ** 2 + (gy + nearest * dy) ** 2)
+        if mix < 0.5 and across > 0.0:
+            rho = across / math.sqrt(1.0 - mix)
+            s = nearest + rho * (taper + dz * kb) / plan
+            z += rho * (kb + dz * taper) / plan
+            if z > top:
+                # the top's rim: nearest point of the log's axis to the end of the tree's
+                z = top
+                s = -(gx * dx + gy * dy + (oz - top) * dz)
+                ax, ay, az = gx + s * dx, gy + s * dy, oz - top + s * dz
+                s += math.sqrt(ax * ax + ay * ay + az * az) * taper / math.sqrt(1.0 - taper * taper)
+            if back < s < front:
+                ax, ay, az = gx + s * dx, gy + s * dy, oz + s * dz - z
+                rho = math.sqrt(ax * ax + ay * ay + az * az)
+                a = thick + taper * (s - back)
+                gap = rho - a - (radius + kb * (min(z, top) - foot) if z > foot else radius)
+                if gap < 0.0 and rho > 0.0:
+                    nx, ny, nz = ax / rho, ay / rho, az / rho
+                    count = _touch(
+                        terrain, frame, contacts, keys, count, state, body, trial, item, 0,
+                        ox + s * dx - a * nx, oy + s * dy - a * ny, oz + s * dz - a * nz, nx, ny, nz, gap, step,
+                    )  # fmt: skip
+        # its two end faces
+        sine = math.sqrt(plan)
+        lx, ly = 1.0, 0.0
+        if sine > FLAT_TOLERANCE:
+            lx, ly = -dy / sine, dx / sine
+        mx, my = ly, -lx  # plan direction of the axis
+        for end in range(2):
+            s = back if end == 0 else front
+            a = thick if end == 0 else body[TIP_RADIUS]
+            ex, ey, ez = ox + s * dx, oy + s * dy, oz + s * dz
+            tl, tm = (x - ex) * lx + (y - ey) * ly, (x - ex) * mx + (y - ey) * my
+            u, w = disc_nearest(a, dz, tl, tm)
+            px = ex + u * lx + w * dz * mx
+            py = ey + u * ly + w * dz * my
+            pz = ez - w * sine
+            if pz > top:
+                continue
+            ax, ay = px - x, py - y
+            rho = math.sqrt(ax * ax + ay * ay)
+            bole = radius + slope * (pz - foot) if pz > foot else radius
+            if rho - bole < 0.0 and rho > 0.0:
+                lean = -slope if pz > foot else 0.0
+                scale = 1.0 / math.sqrt(1.0 + lean * lean)
+                count = _touch(
+                    terrain, frame, contacts, keys, count, state, body, trial, item, 1 + end,
+                    px, py, pz, ax / rho * scale, ay / rho * scale, lean * scale, (rho - bole) * scale, step,
+                )  # fmt: skip
+    return count, travel
