@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import ast
+import os
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -116,13 +116,14 @@ def test_the_shelf_brings_no_heavy_library_along(checkout):
 
 
 def test_help_answers_at_once(checkout):
-    def fastest(*arguments: str) -> float:
-        times = []
+    def least_work(*arguments: str) -> float:
+        """Processor time of the quickest of five starts [s]: other programs on the machine do not count."""
+        spent = []
         for _ in range(5):
-            began = time.perf_counter()
+            before = os.times()
             subprocess.run([sys.executable, *arguments], env=checkout, capture_output=True, check=True)
-            times.append(time.perf_counter() - began)
-        return min(times)
+            after = os.times()
+            spent.append(sum(after[2:4]) - sum(before[2:4]))
+        return min(spent)
 
-    start_of_python = fastest("-c", "pass")
-    assert fastest("-m", "deadwood_toolbox", "slide-logs", "--help") - start_of_python < 0.3
+    assert least_work("-m", "deadwood_toolbox", "slide-logs", "--help") - least_work("-c", "pass") < 0.3
