@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from deadwood_toolbox.measured import filled
 from deadwood_toolbox.shelf import TOOLS, find
 
 ROOT = Path(__file__).parents[2]
@@ -66,3 +67,14 @@ def test_the_page_names_every_tool():
 def test_units_of_the_page_are_those_of_the_declarations():
     units = {p.unit for tool in TOOLS for p in tool.parameters() if p.name.endswith(("_cm", "_m", "_ms", "_kg_m3"))}
     assert [unit for unit in units if not re.search(rf"\| {re.escape(unit)} \|", README)] == []
+
+
+def test_the_measured_table_has_its_place_and_is_replaced_whole():
+    once = filled(README, "demo", "reach  9.1 %\nold")
+    twice = filled(once, "demo", "reach  8.0 %\\1")
+    assert "reach  8.0 %\\1\n```" in twice
+    assert "9.1 %\nold" not in twice
+    assert twice.partition("<!-- measured")[0] == README.partition("<!-- measured")[0]
+    assert twice.partition("<!-- end of measured")[2] == README.partition("<!-- end of measured")[2]
+    with pytest.raises(SystemExit):
+        filled(README, "nothing", "x")

@@ -23,11 +23,11 @@ NAMES = [
     "demo",
 ]
 UNITS = {
-    "_kg_m3": {"kg/m³", "kg/m3"},
-    "_per_ha": {"1/ha", "stems/ha", "trees/ha"},
+    "_kg_m3": {"kg/m³"},
+    "_per_ha": {"1/ha"},
     "_cm": {"cm"},
     "_ms": {"m/s"},
-    "_deg": {"°", "deg"},
+    "_deg": {"°"},
     "_kj": {"kJ"},
     "_m": {"m"},
     "_s": {"s"},
