@@ -97,11 +97,11 @@ def _staged(final: Path, named: str | Path) -> Iterator[Path]:
     try:
         final.parent.mkdir(parents=True, exist_ok=True)
         folder = Path(tempfile.mkdtemp(prefix=f".{final.name[:80]}.partial-", dir=final.parent))
-        (folder / "x").write_bytes(b"x")
-        (folder / "x").unlink()
     except OSError as error:
         raise _in_words(error, named, final.parent) from error
     try:
+        (folder / "x").write_bytes(b"x")
+        (folder / "x").unlink()
         yield folder
         made = []
     except UserError:

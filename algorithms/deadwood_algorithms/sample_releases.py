@@ -53,11 +53,11 @@ class Ask:
     )
     dbh_cm: float = tool.number("DBH", unit="cm", default=75.0, minimum=0.0, exclusive=True)
     length_m: float = tool.number("Length", unit="m", default=30.0, minimum=0.0, exclusive=True)
-    density_kg_m3: float = tool.number("Density", unit="kg/m3", default=300.0, minimum=0.0, exclusive=True)
+    density_kg_m3: float = tool.number("Density", unit="kg/m³", default=300.0, minimum=0.0, exclusive=True)
     orientation: str = tool.choice("Orientation at the start", *schemas.ORIENTATIONS, default="upright")
-    tilt_deg: float = tool.number("Tilt from the vertical", unit="deg", default=0.0, minimum=0.0, maximum=180.0)
+    tilt_deg: float = tool.number("Tilt from the vertical", unit="°", default=0.0, minimum=0.0, maximum=180.0)
     azimuth_deg: float = tool.number(
-        "Azimuth of tip and speed, from north", unit="deg", default=0.0, minimum=0.0, maximum=360.0
+        "Azimuth of tip and speed, from north", unit="°", default=0.0, minimum=0.0, maximum=360.0
     )
     speed_ms: float = tool.number("Initial speed", unit="m/s", default=0.0, minimum=0.0)
     drop_m: float = tool.number("Clearance above the terrain at the start", unit="m", default=0.0, minimum=0.0)
