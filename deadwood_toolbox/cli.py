@@ -13,12 +13,14 @@ import itertools
 import json
 import logging
 import os
+import signal
 import sys
 import tempfile
 import time
 import traceback
 import warnings
 from collections.abc import Sequence
+from pathlib import Path
 
 import click
 
@@ -47,6 +49,8 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         with contextlib.suppress(AttributeError, ValueError):
             stream.reconfigure(errors="replace")  # type: ignore[union-attr]
+    with contextlib.suppress(AttributeError, ValueError):
+        signal.signal(signal.SIGTERM, signal.default_int_handler)  # until the tool runs, as Ctrl-C
     status = run(sys.argv[1:])
     if status == INTERRUPTED:
         os._exit(status)  # does not wait for the threads of the interrupted run, which write nothing
@@ -105,8 +109,9 @@ def _report(outcome: Outcome, speaker: Speaker, seconds: float) -> None:
         lines = list(outcome.lines) or facts
         if lines:
             _say("\n".join(lines))
+    folders = {Path(path) for path in outcome.outputs.values()}
     for name, path in outcome.outputs.items():
-        if not speaker.as_json:
+        if not speaker.as_json and not folders & set(Path(path).parents):  # what lies in a named folder goes unsaid
             speaker.note(f"{name.replace('_', ' ')}: {path}")
     speaker.detail(f"took {clock(seconds)} ({seconds:.2f} s)")
     outputs = {name: str(path) for name, path in outcome.outputs.items()}

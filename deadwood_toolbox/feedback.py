@@ -43,6 +43,8 @@ class Speaker:
             self.close()
             self._stage = _Stage(what, now, first_done=done)
         stage = self._stage
+        if stage.shown is not None and done == stage.done:
+            return  # nothing new to say
         stage.done = done
         if self.mode == "bar":
             self._show_bar(done, total, what)

@@ -265,7 +265,7 @@ def test_progress_as_json_is_one_object_a_line(toy, out):
     assert (last["what"], last["done"], last["total"], last["left_s"]) == ("waiting", 12, 12, 0)
     left_by_rate = (middle["total"] - middle["done"]) / middle["rate_per_s"]
     assert middle["left_s"] == pytest.approx(left_by_rate, rel=1e-3)
-    assert ran.events[-1]["outputs"] == {"output": str(out)}
+    assert ran.events[-1]["outputs"] == {"output": str(out), "manifest": str(out / "manifest.json")}
     assert ran.events[-1]["facts"] == {"dbh_cm": 75.0}
 
 

@@ -64,7 +64,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
                 raise Cancelled
             feedback.progress(nap + 1, naps, "waiting")
         _fail(ask)
-    return Outcome(outputs={"output": ask.output}, facts={"dbh_cm": ask.dbh_cm}, lines=("a table", "for a reader"))
+    outputs = {"output": ask.output, "manifest": ask.output / "manifest.json"}
+    return Outcome(outputs=outputs, facts={"dbh_cm": ask.dbh_cm}, lines=("a table", "for a reader"))
 
 
 def _fail(ask: Ask) -> None:
