@@ -85,7 +85,7 @@ def _carry_out(job: Job, speaker: Speaker) -> int:
     with interruptible(speaker.stop), warnings.catch_warnings():
         if not job.verbose:  # libraries warn in many lines; what concerns the user comes through the feedback
             warnings.simplefilter("ignore")
-            logging.getLogger().addHandler(logging.NullHandler())
+            logging.lastResort = None  # rasterio and GDAL log to whoever listens; here nobody does
         speaker.detail(f"{job.tool.name} {VERSION}: {json.dumps(manifest(job.tool, ask)['parameters'])}")
         outcome = job.tool.run(ask, speaker)
     speaker.close()
