@@ -15,12 +15,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from deadwood_algorithms.layers import Grid, read_dem, read_raster_on, read_vector
 from deadwood_algorithms.statistics import percent_with_interval
 
-# Every second step of an even ramp, its palest end cut off: on grey relief it would not be seen.
+HALO = [withStroke(linewidth=3.0, foreground="white")]
+# An even ramp with its palest end cut off: on grey relief it would not be seen.
 HITS = ListedColormap(matplotlib.colormaps["magma_r"](np.linspace(0.12, 1.0, 256)))
 # Okabe and Ito's colours, which colour-blind readers tell apart, for the ways in which a run ends.
 ENDS = {
@@ -32,6 +34,8 @@ ENDS = {
     "failed": ("failed", "#000000", "x"),
 }
 TITLES = {"mapped": "Forest as mapped", "random": "Random forest, same density", "none": "No forest"}
+RELEASE = "#0072B2"
+PANEL_IN = 4.9  # width of a panel
 MARGIN_M = 30.0  # shown above the releases
 RELIEF = ((225.0, 0.35), (270.0, 0.25), (315.0, 0.40))  # lights from the west all around: (azimuth [deg], weight)
 SUN_HEIGHT_DEG = 40.0
@@ -42,13 +46,16 @@ def draw(folder: Path, forests: Sequence[str], summaries: Mapping[str, Any], pat
     dem = read_dem(folder / "dem.tif")
     shade = hillshade(dem.values, dem.cell)
     hits = {name: read_raster_on(folder / f"run_{name}" / "hit_count.tif", dem, what="hits") for name in forests}
-    releases = read_vector(folder / "releases.gpkg", target_crs=dem.crs, what="releases")
+    areas = read_vector(folder / "release_area.gpkg", geometry=("polygon",), target_crs=dem.crs, what="release areas")
     road = read_vector(folder / "road.gpkg", geometry=("line",), target_crs=dem.crs, what="lines")
     west, south, east, north = dem.bounds
-    top = min(north, float(releases.geometry.y.max()) + MARGIN_M)
+    top = min(north, float(areas.total_bounds[3]) + MARGIN_M)
 
-    figure, panels = plt.subplots(1, len(forests), figsize=(15.0, 9.6), sharey=True)
-    figure.subplots_adjust(left=0.02, right=0.91, bottom=0.115, top=0.90, wspace=0.03)
+    # The figure is as high as its panels need, with room for the titles above and the legend below.
+    panel = PANEL_IN * (top - south) / (east - west)
+    height = panel + 1.15 + 0.75
+    figure, panels = plt.subplots(1, len(forests), figsize=(PANEL_IN * 3.26, height), sharey=True)
+    figure.subplots_adjust(left=0.012, right=0.93, bottom=0.75 / height, top=1.0 - 1.15 / height, wspace=0.025)
     norm = LogNorm(1, max(2.0, *(float(np.nanmax(each)) for each in hits.values())))
     image = None
     for axes, name in zip(panels, forests, strict=True):
@@ -62,18 +69,19 @@ def draw(folder: Path, forests: Sequence[str], summaries: Mapping[str, Any], pat
         _deposits(axes, folder / f"run_{name}" / "run.gpkg", dem)
         for line in road.geometry:
             axes.plot(*line.xy, color="#D55E00", linewidth=2.2, zorder=3)
-        axes.plot(releases.geometry.x, releases.geometry.y, ".", color="#0072B2", markersize=0.8, zorder=5)
+        for area in areas.geometry:
+            axes.plot(*area.exterior.xy, color=RELEASE, linewidth=2.0, zorder=5)
         axes.set(xlim=(west, east), ylim=(south, top), xticks=[], yticks=[], aspect="equal")
         axes.set_title(_title(name, summaries[name]), fontsize=10.5, loc="left", linespacing=1.35)
     _scale_and_north(panels[0], west, south, top)
     box = panels[-1].get_position()
-    bar = figure.colorbar(image, cax=figure.add_axes((0.922, box.y0, 0.013, box.height)))
+    bar = figure.colorbar(image, cax=figure.add_axes((0.94, box.y0, 0.012, box.height)))
     bar.set_label("logs that passed over the cell (none: transparent)")
     _legend(figure, {name for each in summaries.values() for name in _ends(each)})
     figure.suptitle(
         "Sliding deadwood on a synthetic slope of 35°: the same logs, three forests", x=0.02, ha="left", fontsize=13
     )
-    figure.savefig(path, dpi=130)
+    figure.savefig(path, dpi=120)
     plt.close(figure)
 
 
@@ -118,7 +126,7 @@ def _title(name: str, summary: Mapping[str, Any]) -> str:
 def _scale_and_north(axes: Axes, west: float, south: float, top: float) -> None:
     x, y = west + 12.0, south + 14.0
     axes.plot([x, x + 50.0], [y, y], color="black", linewidth=3.5, solid_capstyle="butt", zorder=6)
-    axes.text(x + 25.0, y + 4.0, "50 m", ha="center", va="bottom", fontsize=9, zorder=6)
+    axes.text(x + 25.0, y + 4.0, "50 m", ha="center", va="bottom", fontsize=9, zorder=6, path_effects=HALO)
     axes.annotate(
         "N",
         xy=(west + 18.0, top - 8.0),
@@ -127,14 +135,15 @@ def _scale_and_north(axes: Axes, west: float, south: float, top: float) -> None:
         va="center",
         fontsize=11,
         fontweight="bold",
-        arrowprops={"arrowstyle": "-|>", "color": "black", "linewidth": 1.5},
+        arrowprops={"arrowstyle": "-|>", "color": "black", "linewidth": 1.5, "path_effects": HALO},
+        path_effects=HALO,
         zorder=6,
     )
 
 
 def _legend(figure: Any, ends: set[str]) -> None:
     marks: list[Line2D] = [
-        Line2D([], [], linestyle="", marker="o", markersize=8, color="#0072B2", label="releases"),
+        Line2D([], [], linestyle="", marker="o", markersize=8, color=RELEASE, fillstyle="none", label="release area"),
         Line2D([], [], color="#D55E00", linewidth=2.2, label="road"),
         Line2D([], [], linestyle="", marker="o", markersize=3, color="#0B5D2A", label="standing tree (size: DBH)"),
     ]
@@ -147,4 +156,4 @@ def _legend(figure: Any, ends: set[str]) -> None:
                     markeredgewidth=0.4, label=f"deposit: {label}",
                 )
             )  # fmt: skip
-    figure.legend(handles=marks, loc="lower left", bbox_to_anchor=(0.015, 0.0), ncols=4, frameon=False, fontsize=9.5)
+    figure.legend(handles=marks, loc="lower left", bbox_to_anchor=(0.006, 0.0), ncols=5, frameon=False, fontsize=9.5)

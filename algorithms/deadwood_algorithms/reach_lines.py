@@ -82,6 +82,7 @@ def arrivals_of(source: Run, lines: Lines, items: Items, feedback: Feedback) -> 
         first = first_touches(source, piece, lines, items)
         log_row, line = np.nonzero(first >= 0)
         pose = first[log_row, line]
+        piece["path_m"] = path_so_far(piece)
         pieces.append({"log_row": log_row, "line": line} | {name: piece[name][pose] for name in WANTED})
         done += np.unique(piece["log_id"]).size
         feedback.progress(done, source.stored_log_ids.size, "following trajectories")
@@ -94,6 +95,7 @@ def arrivals_of(source: Run, lines: Lines, items: Items, feedback: Feedback) -> 
         "release_id": of_log["release_id"].to_numpy(),
         "line_id": np.array(items.ids)[found["line"].to_numpy()],
         "t_s": found["t_s"].to_numpy(),
+        "path_m": found["path_m"].to_numpy(),
         "speed_ms": found["speed_ms"].to_numpy(np.float64),
         "energy_kj": energy / 1000.0,
         "stop_reason": of_log["stop_reason"].to_numpy(),
@@ -103,7 +105,7 @@ def arrivals_of(source: Run, lines: Lines, items: Items, feedback: Feedback) -> 
     return geopandas.GeoDataFrame(columns, geometry=points, crs=source.deposits.crs)
 
 
-WANTED = ("t_s", "x", "y", "z", "speed_ms")
+WANTED = ("t_s", "path_m", "x", "y", "z", "speed_ms")
 SIZES = ("dbh_cm", "length_m", "density_kg_m3")
 
 
@@ -126,6 +128,16 @@ def first_touches(source: Run, piece: dict[str, NDArray], lines: Lines, items: I
             inside = starts[shapely.contains_xy(shape, piece["x"][starts], piece["y"][starts])]
             first[piece["log_row"][inside], column] = inside
     return np.where(first == none, -1, first)
+
+
+def path_so_far(piece: dict[str, NDArray]) -> NDArray[np.float64]:
+    """Length of the path of the centre of mass up to each pose, from the first pose of its log [m]."""
+    points = np.stack([piece["x"], piece["y"], piece["z"]], axis=1)
+    steps = np.linalg.norm(np.diff(points, axis=0, prepend=points[:1]), axis=1)
+    first = np.diff(piece["log_row"], prepend=-1) != 0
+    steps[first] = 0.0
+    path = np.cumsum(steps)
+    return path - path[first][np.cumsum(first) - 1]
 
 
 def mass_of_cone(dbh_cm: NDArray, length_m: NDArray, density_kg_m3: NDArray) -> NDArray[np.float64]:

@@ -21,15 +21,15 @@ EAST, NORTH = 2_786_000.0, 1_196_000.0  # world coordinates of the local origin,
 WIDTH, LENGTH, CELL = 300.0, 500.0, 0.5  # [m]
 SEED = 2026
 
-ROAD_V, ROAD_WIDTH, ROAD_HEIGHT = 48.0, 7.0, 1050.0  # [m]
-FOOT_V = 100.0  # above this the slope is steep, below it the talus flattens towards the road
+ROAD_V, ROAD_WIDTH, ROAD_HEIGHT = 80.0, 7.0, 1050.0  # [m]
+FOOT_V = 117.0  # above this the slope is steep, below it the talus flattens towards the road
 SLOPE = np.tan(np.radians(35.0))
 TALUS = np.tan(np.radians(22.0))
-RELEASE_U, RELEASE_V, RELEASE_RADIUS = 158.0, 330.0, 10.0
-CLIFF_V, CLIFF_HEIGHT = 236.0, 9.0  # foot of the cliff band, and its height where it is whole
-GULLY_DEPTH, GULLY_WIDTH = 2.2, 9.0  # [m] depth, and the distance over which it falls off to 1/e
+RELEASE_U, RELEASE_V, RELEASE_RADIUS = 178.0, 262.0, 10.0
+CLIFF_V, CLIFF_HEIGHT = 192.0, 8.0  # foot of the cliff band, and its height where it is whole
+GULLY_DEPTH, GULLY_WIDTH = 1.2, 9.0  # [m] depth, and the distance over which it falls off to 1/e
 GULLY_FREE = 9.0  # no tree stands nearer to the gully's bed than this [m]
-FOREST_V = (72.0, 490.0)
+FOREST_V = (104.0, 490.0)
 STEMS_PER_HA = 300.0
 DBH_MEAN_CM, DBH_SD_CM, DBH_LEAST_CM = 60.23, 18.64, 10.0
 TREE_DISTANCE = 2.0  # living trees compete: no two stand nearer than this [m]
@@ -37,7 +37,12 @@ TREE_DISTANCE = 2.0  # living trees compete: no two stand nearer than this [m]
 # Roughness: (wavelength [m], standard deviation of height [m]). Micro relief of a blocky forest floor, blocks and root
 # plates, hummocks and shallow benches, and the broad undulation of a slope. A 30 m log bridges what is much shorter
 # than itself; relief of its own length makes it dive and leap, and that is where its energy goes.
-ROUGHNESS = ((2.0, 0.04), (5.0, 0.10), (14.0, 0.35), (35.0, 0.80), (90.0, 1.60))
+ROUGHNESS = ((2.0, 0.07), (5.0, 0.17), (14.0, 0.55), (35.0, 1.20), (90.0, 2.00))
+# Beyond the road: old rockfall debris under grass. On a smooth meadow a log, which has no rolling resistance, would
+# roll to and fro for minutes.
+MEADOW_ROUGHNESS = ((3.0, 0.15), (12.0, 0.40))
+BEYOND = 0.02  # slope of the meadow, towards the road
+NOISE = 0.03  # [m] of the heights even on the road, as in any laser scan
 
 
 def gully_u(v: ArrayLike) -> NDArray[np.float64]:
@@ -52,13 +57,16 @@ def terrain() -> Grid:
     u = (np.arange(columns) + 0.5) * CELL
     v = ((np.arange(rows) + 0.5) * CELL)[:, None]
     gully = np.exp(-(((u - gully_u(v)) / GULLY_WIDTH) ** 2))
-    fade = np.clip((v - ROAD_V - 6.0) / 40.0, 0.0, 1.0)  # towards the road everything becomes tame
+    fade = np.clip((v - ROAD_V - 6.0) / 25.0, 0.0, 1.0)  # towards the road everything becomes tame
     rough = np.zeros((rows, columns))
     rng = np.random.default_rng(SEED)
     for wavelength, deviation in ROUGHNESS:
         rough += deviation * waves(rng, rows, columns, wavelength)
     heights = profile(v) + cliff(u, v) * (1.0 - gully)
     heights = heights + fade * (rough * (1.0 - 0.5 * gully) - GULLY_DEPTH * gully)
+    meadow = np.clip((ROAD_V - 0.5 * ROAD_WIDTH - v) / 5.0, 0.0, 1.0)
+    heights = heights + meadow * sum(d * waves(rng, rows, columns, w) for w, d in MEADOW_ROUGHNESS)
+    heights = heights + (1.0 - fade) * NOISE * waves(rng, rows, columns, 1.5)
     return Grid(
         values=np.round(heights, 2).astype(np.float32),
         cell=CELL,
@@ -73,7 +81,7 @@ def profile(v: ArrayLike) -> NDArray[np.float64]:
     """Height of the smooth slope: valley floor, road, talus, then 35 degrees [m]."""
     v = np.asarray(v, float)
     edge = ROAD_V + 0.5 * ROAD_WIDTH
-    floor = 0.03 * (v - edge)  # the valley floor and the road drain away from the slope
+    floor = BEYOND * np.maximum(edge - ROAD_WIDTH - v, 0.0)  # the road is level, the meadow beyond it rises gently
     talus = TALUS * (np.minimum(v, FOOT_V) - edge)
     steep = SLOPE * (v - FOOT_V)
     return ROAD_HEIGHT + np.where(v <= edge, floor, talus + np.maximum(steep, 0.0))
