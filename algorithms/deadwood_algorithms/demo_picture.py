@@ -60,7 +60,7 @@ def draw(folder: Path, forests: Sequence[str], summaries: Mapping[str, Any], pat
     image = None
     for axes, name in zip(panels, forests, strict=True):
         extent = (west, east, south, north)
-        axes.imshow(shade, cmap="gray", vmin=-0.25, vmax=1.0, extent=extent, origin="lower", interpolation="bilinear")
+        axes.imshow(shade, cmap="gray", vmin=-0.6, vmax=1.05, extent=extent, origin="lower", interpolation="bilinear")
         shown = np.ma.masked_less(np.nan_to_num(hits[name]), 1.0)
         image = axes.imshow(
             shown, cmap=HITS, norm=norm, extent=extent, origin="lower", interpolation="nearest", alpha=0.9
@@ -101,7 +101,7 @@ def hillshade(heights: NDArray[np.floating], cell: float) -> NDArray[np.float64]
 def _trees(axes: Axes, path: Path, dem: Grid) -> None:
     if path.exists():
         trees = read_vector(path, target_crs=dem.crs, what="trees")
-        size = (trees["dbh_cm"].to_numpy() / 40.0) ** 2
+        size = (trees["dbh_cm"].to_numpy() / 30.0) ** 2
         axes.scatter(trees.geometry.x, trees.geometry.y, s=size, color="#0B5D2A", linewidths=0, zorder=2, alpha=0.8)
 
 

@@ -194,9 +194,9 @@ def read_run(path: str, *, feedback: Feedback) -> Run:
         manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
         facts = manifest["grid"]
         values = np.broadcast_to(np.float32(np.nan), (int(facts["ny"]), int(facts["nx"])))
-        crs = pyproj.CRS.from_wkt(facts["crs"])
+        crs = pyproj.CRS.from_user_input(facts["crs"])
         grid = Grid(values, float(facts["cell"]), float(facts["x0"]), float(facts["y0"]), crs, str(folder))
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, pyproj.exceptions.CRSError) as error:
         raise UserError(f"{folder / MANIFEST}: not the manifest of a run of slide-logs {VERSION} ({error})") from error
     layer = f"{folder / GEOPACKAGE}|layername=deposits"
     deposits = read_vector(layer, geometry=("point",), target_crs=crs, what="deposits", feedback=feedback)

@@ -366,7 +366,7 @@ def barrier_records(barriers: Items, by_log: dict[str, NDArray]) -> list[dict[st
 
 def _facts(layers: SceneLayers, releases: Releases, work: WorkFolder) -> dict[str, Any]:
     ny, nx = layers.dem.shape
-    crs = layers.dem.plan_crs.to_wkt()
+    crs = layers.dem.plan_crs.to_string()
     grid = {"nx": nx, "ny": ny, "cell": layers.dem.cell, "x0": layers.dem.x0, "y0": layers.dem.y0, "crs": crs}
     return {"grid": grid, "digests": {"scene": layers.digest, "releases": releases.digest}}
 

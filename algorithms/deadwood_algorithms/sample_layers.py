@@ -12,16 +12,16 @@ from deadwood_algorithms import sample_slope
 from deadwood_algorithms.layers import write_raster, write_vector
 
 
-def write_sample(folder: Path, *, dem: bool = True) -> None:
-    """Write every layer of the sample into an existing folder; ``dem`` also its terrain model, as float32 heights."""
-    if dem:
-        grid = sample_slope.terrain()
-        write_raster(folder / "dem.tif", grid.values, grid, nodata=-9999.0, dtype="float32", units="m")
-    for name, layer, frame in _layers():
+def write_sample(folder: Path) -> None:
+    """Write the terrain model and every layer of the sample into an existing folder, a file each."""
+    grid = sample_slope.terrain()
+    write_raster(folder / "dem.tif", grid.values, grid, nodata=-9999.0, dtype="float32", units="m")
+    for name, layer, frame in sample_layers():
         write_vector(folder / f"{name}.gpkg", {layer: frame})
 
 
-def _layers() -> list[tuple[str, str, geopandas.GeoDataFrame]]:
+def sample_layers() -> list[tuple[str, str, geopandas.GeoDataFrame]]:
+    """File name, layer name and content of each layer of the sample."""
     trees = sample_slope.forest()
     x, y = trees.pop("x"), trees.pop("y")
     barriers = sample_slope.barriers()

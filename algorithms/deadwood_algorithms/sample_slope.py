@@ -114,7 +114,7 @@ def forest() -> dict[str, NDArray]:
     taken: dict[tuple[int, int], list[tuple[float, float]]] = {}
     trees: list[tuple[float, float]] = []
     while len(trees) < wanted:
-        u, v = float(rng.uniform(0.0, WIDTH)), float(rng.uniform(low, high))
+        u, v = float(rng.uniform(1.0, WIDTH - 1.0)), float(rng.uniform(low, high))
         if abs(u - gully_u(v)) < GULLY_FREE:
             continue
         i, j = int(u / TREE_DISTANCE), int(v / TREE_DISTANCE)

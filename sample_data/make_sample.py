@@ -1,0 +1,47 @@
+"""Make the committed sample again: ``python sample_data/make_sample.py`` with the toolbox installed.
+
+The same script gives the same terrain (to the centimetre, which is what the file holds) and the same layers.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import rasterio
+
+from deadwood_algorithms import sample_slope
+from deadwood_algorithms.layers import Grid, write_vector
+from deadwood_algorithms.sample_layers import sample_layers
+
+HERE = Path(__file__).parent
+
+
+def main() -> None:
+    write_terrain(HERE / "dem.tif", sample_slope.terrain())
+    layers = {layer: frame for _, layer, frame in sample_layers()}
+    trees = layers.pop("trees")
+    table = trees.drop(columns="geometry")
+    table.insert(1, "x", trees.geometry.x.round(2))
+    table.insert(2, "y", trees.geometry.y.round(2))
+    table.to_csv(HERE / "trees.csv", index=False, lineterminator="\n")
+    (HERE / "sample.gpkg").unlink(missing_ok=True)
+    write_vector(HERE / "sample.gpkg", layers)
+
+
+def write_terrain(path: Path, grid: Grid) -> None:
+    """Centimetres above 1040 m as 16-bit numbers, with scale and offset: a quarter of the size of floats."""
+    base = 1040.0
+    centimetres = np.round((grid.values[::-1].astype(np.float64) - base) * 100.0).astype(np.uint16)
+    rows, columns = grid.shape
+    profile = {"driver": "GTiff", "height": rows, "width": columns, "count": 1, "dtype": "uint16", "nodata": 65535}
+    packing = {"compress": "deflate", "predictor": 2, "zlevel": 9, "tiled": True}
+    place = {"crs": sample_slope.CRS_NAME, "transform": grid.transform}
+    with rasterio.open(path, "w", **profile, **packing, **place) as target:
+        target.write(centimetres, 1)
+        target.scales, target.offsets = (0.01,), (base,)
+        target.set_band_unit(1, "m")
+
+
+if __name__ == "__main__":
+    main()
