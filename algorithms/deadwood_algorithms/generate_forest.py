@@ -22,13 +22,14 @@ from typing import Any
 import numpy as np
 import shapely
 
-from deadwood_algorithms import draws, tool
+from deadwood_algorithms import draws, schemas, tool
 from deadwood_algorithms.layers import (
     Grid,
     number_column,
     output_path,
     read_dem,
     read_vector,
+    warn_implausible,
     where_of,
     write_vector,
 )
@@ -37,7 +38,7 @@ from deadwood_algorithms.tool import Feedback, Outcome, Tool, UserError
 
 LEAST_DBH_CM = 1.0
 LEAST_HEIGHT_M = 1.3  # below it there is no breast height
-TURNS = 2000  # of drawing a size, before the numbers are called impossible
+TURNS = 100  # of drawing a size; whoever needs more has mistaken a unit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,6 +85,12 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         fitted = fit(ask, ground, feedback) if ask.like else {}
         density = given(ask, "stems_per_ha", fitted)
         sizes = sizes_of(ask, fitted)
+        for option, name, mean in (
+            ("dbh-mean-cm", "dbh_cm", sizes.dbh_mean),
+            ("height-mean-m", "height_m", sizes.height_mean),
+        ):
+            if getattr(ask, option.replace("-", "_")) is not None:
+                warn_implausible(np.array([mean]), schemas.TREES.column(name), f"--{option}", feedback)
         count = round(density * ground.area / 1e4)
         if not count:
             raise UserError(f"{density:g} stems/ha on {ground.area / 1e4:.4g} ha is no tree at all; enlarge the stand")
@@ -129,6 +136,8 @@ def fit(ask: Ask, ground: Ground, feedback: Feedback) -> dict[str, float]:
         raise UserError(f"{where_of(frame)}: {here.sum()} of its trees stand on the DEM and stand; a fit needs 2")
     dbh = number_column(frame, "dbh_cm", minimum=0.0, exclusive=True)[here]
     height = number_column(frame, "height_m", minimum=0.0, exclusive=True)[here]
+    warn_implausible(dbh, schemas.TREES.column("dbh_cm"), where_of(frame), feedback)
+    warn_implausible(height, schemas.TREES.column("height_m"), where_of(frame), feedback)
     alike = dbh.std() == 0 or height.std() == 0
     return {
         "stems_per_ha": here.sum() / ground.area * 1e4,

@@ -258,7 +258,8 @@ def _strips(source: Any, feedback: Feedback) -> Iterator[tuple[slice, np.ndarray
 
 
 def _empty_impossible_heights(values: np.ndarray, path: str | Path, feedback: Feedback) -> None:
-    low, high = (float(f(values)) if np.isfinite(values).any() else math.nan for f in (np.nanmin, np.nanmax))
+    """Turn what must be an undeclared nodata value into NaN, in place and without a copy, and say so."""
+    low, high = _extremes(values)
     if max(-low, high) > HEIGHT_LIMIT_M:
         bad = np.abs(values) > HEIGHT_LIMIT_M
         shown = float(values[bad][0])
@@ -266,15 +267,21 @@ def _empty_impossible_heights(values: np.ndarray, path: str | Path, feedback: Fe
         feedback.warn(
             f"{path}: {int(bad.sum())} cells hold {shown:g} m, which is no height on Earth; they are taken as outside"
         )
-    zero = values == 0
-    if zero.any() and not zero.all():
-        others = values[~zero & np.isfinite(values)]
-        if others.size and float(others.min()) > COLLAR_DROP_M:
+        low, high = _extremes(values)
+    if low == 0:
+        zero = values == 0
+        lowest = float(np.fmin.reduce(values, axis=None, where=~zero, initial=np.inf))
+        if COLLAR_DROP_M < lowest < np.inf:
             values[zero] = np.nan
             feedback.warn(
                 f"{path}: {int(zero.sum())} cells hold exactly 0 m, all others more than {COLLAR_DROP_M:g} m; "
                 "they are taken as outside (an undeclared nodata value)"
             )
+
+
+def _extremes(values: np.ndarray) -> tuple[float, float]:
+    """Lowest and highest value, NaN passed over (and given where there is nothing else)."""
+    return float(np.fmin.reduce(values, axis=None)), float(np.fmax.reduce(values, axis=None))
 
 
 def _metric_code(source: Any) -> str:

@@ -18,26 +18,6 @@ MAP = np.array([[11.0, 12, 13, 14], [21, 22, 23, 24], [31, 32, 33, 34]])
 TYROL = Path(__file__).parents[3] / "shared" / "data" / "tyrol_5m" / "terrain.asc"
 
 
-class Said:
-    """A feedback that remembers."""
-
-    def __init__(self):
-        self.notes: list[str] = []
-        self.warnings: list[str] = []
-
-    def progress(self, done, total, what):
-        pass
-
-    def note(self, message):
-        self.notes.append(message)
-
-    def warn(self, message):
-        self.warnings.append(message)
-
-    def cancelled(self):
-        return False
-
-
 def write_map(path, values=MAP, *, crs: object = "EPSG:2056", transform=None, **profile):
     """A raster whose south-west corner is (1000, 2000), cells of 2 m."""
     transform = transform or from_origin(1000.0, 2000.0 + 2.0 * values.shape[0], 2.0, 2.0)
@@ -140,17 +120,15 @@ def test_whatever_means_nothing_becomes_nan(tmp_path, dtype, nodata, hole):
 
 
 @pytest.mark.parametrize("hole", [-9999.0, -32768.0, 1e30])
-def test_undeclared_nodata_is_outside_with_a_warning(tmp_path, hole):
+def test_undeclared_nodata_is_outside_with_a_warning(tmp_path, hole, said):
     values = MAP.copy()
     values[0, 0] = hole
-    said = Said()
     grid = read_dem(write_map(tmp_path / "dem.tif", values), feedback=said)
     assert np.argwhere(np.isnan(grid.values)).tolist() == [[2, 0]]
     assert "1 cells" in said.warnings[0]
 
 
-def test_a_collar_of_zeros_round_a_mountain_is_outside_but_the_sea_is_not(tmp_path):
-    said = Said()
+def test_a_collar_of_zeros_round_a_mountain_is_outside_but_the_sea_is_not(tmp_path, said):
     mountain = MAP + 1000
     mountain[0] = 0
     grid = read_dem(write_map(tmp_path / "mountain.tif", mountain), feedback=said)
@@ -168,8 +146,7 @@ def test_a_compound_crs_in_metres_is_fine(tmp_path):
     assert grid.plan_crs.to_epsg() == 2056
 
 
-def test_a_crs_in_the_file_goes_before_the_option(tmp_path):
-    said = Said()
+def test_a_crs_in_the_file_goes_before_the_option(tmp_path, said):
     grid = read_dem(write_map(tmp_path / "dem.tif"), crs="EPSG:21781", feedback=said)
     assert grid.crs.to_epsg() == 2056
     assert "--crs EPSG:21781 is not used" in said.warnings[0]

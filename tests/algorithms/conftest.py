@@ -1,0 +1,52 @@
+"""What the tests of tools and layers share: a feedback that remembers, and a small slope to work on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rasterio
+from rasterio.transform import from_origin
+
+
+class Said:
+    """A feedback that remembers what it was told."""
+
+    def __init__(self) -> None:
+        self.notes: list[str] = []
+        self.warnings: list[str] = []
+
+    def progress(self, done: float, total: float, what: str) -> None:
+        pass
+
+    def note(self, message: str) -> None:
+        self.notes.append(message)
+
+    def warn(self, message: str) -> None:
+        self.warnings.append(message)
+
+    def cancelled(self) -> bool:
+        return False
+
+
+@pytest.fixture
+def said() -> Said:
+    return Said()
+
+
+@pytest.fixture
+def slope(tmp_path: Path) -> Callable[..., str]:
+    """Writes a DEM of 100 x 80 cells of 2 m, south-west corner (2783000, 1190000), with any cells turned to nodata."""
+
+    def write(name: str = "dem.tif", crs: str | None = "EPSG:2056", nodata_rows: int = 0) -> str:
+        heights = np.repeat(1000.0 + np.arange(80.0)[::-1, None], 100, axis=1)
+        heights[:nodata_rows] = -9999.0
+        transform = from_origin(2_783_000.0, 1_190_160.0, 2.0, 2.0)
+        profile = {"driver": "GTiff", "dtype": "float32", "count": 1, "height": 80, "width": 100, "nodata": -9999.0}
+        with rasterio.open(tmp_path / name, "w", crs=crs, transform=transform, **profile) as made:
+            made.write(heights.astype("float32"), 1)
+        return str(tmp_path / name)
+
+    return write
