@@ -26,7 +26,7 @@ CELLS_MOST = 4_000_000_000 // 4  # a raster of 4 GB; a finer one is a slip of th
 @dataclass(frozen=True, kw_only=True)
 class Ask:
     run: str = tool.folder("Folder of a run of slide-logs")
-    cell: float | None = tool.number(
+    cell_m: float | None = tool.number(
         "Cell size", unit="m", default=None, minimum=0.0, exclusive=True, help="Default: the run's."
     )
     release_id: str | None = tool.text("Only logs of these releases", default=None, help="Comma-separated.")
@@ -47,7 +47,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
     with output_path(ask.output, ask.overwrite, suffix=".tif") as path:
         source = read_run(ask.run, feedback=feedback)
-        grid = with_cell(source.grid, ask.cell)
+        grid = with_cell(source.grid, ask.cell_m)
         chosen = chosen_logs(source, release_id=ask.release_id, log_id=ask.log_id, stop_reason=ask.stop_reason)
 
         stored = np.intersect1d(chosen, source.stored_log_ids)
@@ -96,7 +96,7 @@ def with_cell(grid: Grid, cell: float | None) -> Grid:
     west, south, east, north = grid.bounds
     nx, ny = (max(1, math.ceil((high - low) / cell - 1e-9)) for low, high in ((west, east), (south, north)))
     if nx * ny > CELLS_MOST:
-        raise UserError(f"--cell {cell:g} m makes a raster of {nx} x {ny} cells; take a larger cell")
+        raise UserError(f"--cell-m {cell:g} makes a raster of {nx} x {ny} cells; take a larger cell")
     values = np.broadcast_to(np.float32(np.nan), (ny, nx))
     return replace(grid, values=values, cell=cell, x0=west + 0.5 * cell, y0=south + 0.5 * cell)
 

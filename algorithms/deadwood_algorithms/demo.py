@@ -17,6 +17,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from deadwood_algorithms import generate_forest, lateral_spread, reach_lines, sample_releases, slide_logs, tool
 from deadwood_algorithms.tool import Feedback, Outcome, Tool
 
@@ -121,7 +123,7 @@ def mean_speed_of(arrivals: Path) -> float | None:
     from deadwood_algorithms.layers import read_table
 
     rows = read_table(f"{arrivals}|layername=arrivals", what="arrivals")
-    return float((rows["path_m"] / rows["t_s"]).mean()) if len(rows) else None
+    return float(np.mean(rows["path_m"].to_numpy() / rows["t_s"].to_numpy())) if len(rows) else None
 
 
 def name_finally(folder: Path, final: Path) -> None:

@@ -13,6 +13,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
@@ -57,14 +58,11 @@ def draw(folder: Path, forests: Sequence[str], summaries: Mapping[str, Any], pat
     figure, panels = plt.subplots(1, len(forests), figsize=(PANEL_IN * 3.26, height), sharey=True)
     figure.subplots_adjust(left=0.012, right=0.93, bottom=0.75 / height, top=1.0 - 1.15 / height, wspace=0.025)
     norm = LogNorm(1, max(2.0, *(float(np.nanmax(each)) for each in hits.values())))
-    image = None
     for axes, name in zip(panels, forests, strict=True):
         extent = (west, east, south, north)
         axes.imshow(shade, cmap="gray", vmin=-0.6, vmax=1.05, extent=extent, origin="lower", interpolation="bilinear")
         shown = np.ma.masked_less(np.nan_to_num(hits[name]), 1.0)
-        image = axes.imshow(
-            shown, cmap=HITS, norm=norm, extent=extent, origin="lower", interpolation="nearest", alpha=0.9
-        )
+        axes.imshow(shown, cmap=HITS, norm=norm, extent=extent, origin="lower", interpolation="nearest", alpha=0.9)
         _trees(axes, folder / f"trees_{name}.gpkg", dem)
         _deposits(axes, folder / f"run_{name}" / "run.gpkg", dem)
         for line in road.geometry:
@@ -74,8 +72,9 @@ def draw(folder: Path, forests: Sequence[str], summaries: Mapping[str, Any], pat
         axes.set(xlim=(west, east), ylim=(south, top), xticks=[], yticks=[], aspect="equal")
         axes.set_title(_title(name, summaries[name]), fontsize=10.5, loc="left", linespacing=1.35)
     _scale_and_north(panels[0], west, south, top)
+    ramp = ScalarMappable(norm, HITS)
     box = panels[-1].get_position()
-    bar = figure.colorbar(image, cax=figure.add_axes((0.94, box.y0, 0.012, box.height)))
+    bar = figure.colorbar(ramp, cax=figure.add_axes((0.94, box.y0, 0.012, box.height)))
     bar.set_label("logs that passed over the cell (none: transparent)")
     _legend(figure, {name for each in summaries.values() for name in _ends(each)})
     figure.suptitle(

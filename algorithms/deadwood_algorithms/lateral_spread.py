@@ -100,7 +100,7 @@ def spreads(
             "distance_m": distance,
             "counted": used,
         },
-        geometry=deposits.geometry.array,
+        geometry=np.asarray(deposits.geometry),
         crs=deposits.crs,
     )
     return geopandas.GeoDataFrame(rows, geometry="geometry", crs=deposits.crs), points

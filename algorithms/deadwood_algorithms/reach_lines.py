@@ -54,14 +54,14 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
         arrivals = arrivals_of(source, lines, items, feedback)
 
-        counts = arrivals["line"].value_counts() if len(arrivals) else {}
+        counts = np.bincount(arrivals.pop("line").to_numpy(), minlength=len(items.ids))
         records = [
-            {"line_id": line_id, **reach_record(int(counts.get(k, 0)), source.stored_log_ids.size)}
+            {"line_id": line_id, **reach_record(int(counts[k]), source.stored_log_ids.size)}
             for k, line_id in enumerate(items.ids)
         ]
         columns = {name: [record[name] for record in records] for name in records[0]}
         reach = geopandas.GeoDataFrame(columns, geometry=items.geometry, crs=source.deposits.crs)
-        write_vector(path, {"reach": reach, "arrivals": arrivals.drop(columns="line")})
+        write_vector(path, {"reach": reach, "arrivals": arrivals})
     shown = tuple(
         f"{each['line_id']}: reached by {each['n_reach']} of {each['n_total']} logs, {percent_with_interval(each)}"
         for each in records

@@ -21,6 +21,7 @@ import pyarrow as pa
 import pyarrow.parquet as parquet
 import pyproj
 from numpy.typing import NDArray
+from pyproj.exceptions import CRSError
 
 from deadwood_algorithms.layers import Grid, read_vector
 from deadwood_algorithms.tool import VERSION, Feedback, UserError
@@ -81,7 +82,8 @@ class WorkFolder:
         cells = np.flatnonzero((rasters["hit_count"] > 0) | (rasters["deposit_count"] > 0))
         beside = self.path / "rasters.partial"
         with beside.open("wb") as target:
-            np.savez(target, cells=cells, **{name: values.ravel()[cells] for name, values in rasters.items()})
+            sparse = {"cells": cells} | {name: values.ravel()[cells] for name, values in rasters.items()}
+            np.savez(target, **sparse)  # type: ignore[arg-type]
         os.replace(beside, self.path / f"rasters_{finished}.npz")
         for old in self.path.glob("rasters_*.npz"):
             if old.stem != f"rasters_{finished}":
@@ -196,7 +198,7 @@ def read_run(path: str, *, feedback: Feedback) -> Run:
         values = np.broadcast_to(np.float32(np.nan), (int(facts["ny"]), int(facts["nx"])))
         crs = pyproj.CRS.from_user_input(facts["crs"])
         grid = Grid(values, float(facts["cell"]), float(facts["x0"]), float(facts["y0"]), crs, str(folder))
-    except (ValueError, KeyError, TypeError, pyproj.exceptions.CRSError) as error:
+    except (ValueError, KeyError, TypeError, CRSError) as error:
         raise UserError(f"{folder / MANIFEST}: not the manifest of a run of slide-logs {VERSION} ({error})") from error
     layer = f"{folder / GEOPACKAGE}|layername=deposits"
     deposits = read_vector(layer, geometry=("point",), target_crs=crs, what="deposits", feedback=feedback)

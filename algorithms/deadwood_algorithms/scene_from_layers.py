@@ -1,14 +1,12 @@
-"""From layers to the engine's arrays: a `Scene` from DEM, trees, barriers, lines and friction; `Logs` from releases.
+"""From layers to the engine's arrays: a `Scene` from DEM, trees, barriers, lines and friction.
 
-Here units change (cm to m, degrees to radians), columns find their defaults, and everything that makes no sense
-together is refused in one line: releases or lines off the DEM, friction that does not cover it, a log_id used twice.
-What a scene lacks becomes an empty array, never None.
+Here centimetres become metres, and what makes no sense together is refused in one line: lines off the DEM, friction
+that does not cover it, trees in another country. What a scene lacks becomes an empty array, never None.
 """
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -27,12 +25,10 @@ from deadwood_algorithms.layers import (
     where_of,
 )
 from deadwood_algorithms.schemas import (
-    ORIENTATIONS,  # in the order of the engine's codes 0, 1, 2
-    RELEASES,
     TREES,
 )
 from deadwood_algorithms.tool import Feedback, UserError
-from deadwood_engine import Barriers, Lines, Logs, Scene, Trees
+from deadwood_engine import Barriers, Lines, Scene, Trees
 
 if TYPE_CHECKING:
     import geopandas
@@ -88,21 +84,6 @@ class SceneLayers:
     digest: str  # of every array that went into the scene
 
 
-@dataclass(frozen=True)
-class Releases:
-    """The logs, and the columns of the releases that results repeat."""
-
-    logs: Logs
-    release_id: NDArray[Any]
-    x: NDArray[np.float64]
-    y: NDArray[np.float64]
-    dbh_cm: NDArray[np.float64]
-    digest: str
-
-    def __len__(self) -> int:
-        return self.x.size
-
-
 def read_scene(
     dem: str,
     friction: str | float,
@@ -124,57 +105,6 @@ def read_scene(
     )
     parts = (grid.values, [grid.cell, grid.x0, grid.y0], mu, standing, plates, marks)
     return SceneLayers(grid, scene, mu, standing, tree_ids, left_out, barrier_items, line_items, digest_of(*parts))
-
-
-def read_releases(path: str, grid: Grid, defaults: Mapping[str, Any], *, feedback: Feedback) -> Releases:
-    """Read the released logs; ``defaults`` holds the value of each column that the layer may lack."""
-    frame = read_vector(path, geometry=("point",), target_crs=grid.crs, what="releases", feedback=feedback)
-    x, y = shapely.get_x(frame.geometry.array), shapely.get_y(frame.geometry.array)
-    log_id = read_log_ids(frame)
-    _refuse_off_dem(x, y, log_id, grid, where_of(frame))
-
-    def column(name: str, **bounds: Any) -> NDArray[np.float64]:
-        return number_column(frame, name, default=defaults[name], **bounds)
-
-    dbh_cm = column("dbh_cm", minimum=0.0, exclusive=True)
-    length = column("length_m", minimum=0.0, exclusive=True)
-    for name, values in (("dbh_cm", dbh_cm), ("length_m", length)):
-        warn_implausible(values, RELEASES.column(name), where_of(frame), feedback)
-    logs = Logs(
-        log_id=log_id,
-        x=x,
-        y=y,
-        diameter=dbh_cm / 100.0,
-        length=length,
-        density=column("density_kg_m3", minimum=0.0, exclusive=True),
-        orientation=_orientations(frame, defaults["orientation"]),
-        tilt=np.radians(column("tilt_deg", minimum=0.0, maximum=180.0)),
-        azimuth=np.radians(column("azimuth_deg") % 360.0),
-        speed=column("speed_ms", minimum=0.0),
-        drop=column("drop_m", minimum=0.0),
-    )
-    release_id = id_column(frame, "release_id") if "release_id" in frame else np.zeros(len(frame), np.int64)
-    return Releases(logs, release_id, x, y, dbh_cm, digest_of(logs, release_id))
-
-
-def read_log_ids(frame: geopandas.GeoDataFrame) -> NDArray[np.int64]:
-    """Whole, not negative, each used once; the row number where the layer has none."""
-    if "log_id" not in frame:
-        return np.arange(len(frame), dtype=np.int64)
-    values = number_column(frame, "log_id", minimum=0.0)
-    broken = np.flatnonzero((values != np.floor(values)) | (values >= 2.0**53))
-    if broken.size:
-        raise UserError(f"{where_of(frame)}, field 'log_id', {rows_named(broken)}: not a whole number below 2^53")
-    log_id = values.astype(np.int64)
-    _, first, count = np.unique(log_id, return_index=True, return_counts=True)
-    if (count > 1).any():
-        twice = log_id[first[count > 1][0]]
-        rows = np.flatnonzero(log_id == twice)
-        raise UserError(
-            f"{where_of(frame)}, field 'log_id': {twice} stands in {rows_named(rows)}; every log needs its own "
-            "(drop the column and the row number is taken)"
-        )
-    return log_id
 
 
 def read_friction(friction: str | float, grid: Grid, feedback: Feedback) -> float | NDArray[np.float64]:
@@ -203,13 +133,14 @@ def read_friction(friction: str | float, grid: Grid, feedback: Feedback) -> floa
 def _is_raster(path: str) -> bool:
     """Whether the path opens as a raster with a band; a vector file, or none at all, is left to `read_vector`."""
     import rasterio
+    from rasterio.errors import RasterioError
 
     if "|" in path:
         return False
     try:
         with rasterio.open(path) as source:
             return source.count > 0
-    except rasterio.errors.RasterioError:
+    except RasterioError:
         return False
 
 
@@ -223,13 +154,8 @@ def _friction_of_polygons(path: str, grid: Grid, feedback: Feedback) -> NDArray[
         columns = ", ".join(str(name) for name in frame.columns if name != frame.geometry.name) or "none"
         raise UserError(f"{path}: the friction polygons need a field 'friction' or 'mu'; the fields are {columns}")
     values = number_column(frame, names[0], minimum=0.0)
-    burnt = rasterio.features.rasterize(
-        zip(frame.geometry, values, strict=True),
-        out_shape=grid.shape,
-        transform=grid.transform,
-        fill=np.nan,
-        dtype="float64",
-    )
+    burnt = np.full(grid.shape, np.nan)
+    rasterio.features.rasterize(zip(frame.geometry, values, strict=True), out=burnt, transform=grid.transform)
     return np.ascontiguousarray(burnt[::-1])
 
 
@@ -248,10 +174,10 @@ def read_trees(path: str | None, grid: Grid, feedback: Feedback) -> tuple[Trees,
     height = number_column(frame, "height_m", minimum=0.0, exclusive=True)
     for name, values in (("dbh_cm", dbh_cm), ("height_m", height)):
         warn_implausible(values, TREES.column(name), where_of(frame), feedback)
-    x, y = shapely.get_x(frame.geometry.array), shapely.get_y(frame.geometry.array)
+    x, y = plan_of(frame)
     on = grid.contains(x, y)
     if not on.any():
-        raise UserError(f"{path}: none of the {len(frame)} trees stands on the DEM{_extents(x, y, grid)}")
+        raise UserError(f"{path}: none of the {len(frame)} trees stands on the DEM{extents(x, y, grid)}")
     if not on.all():
         feedback.note(f"{path}: {np.count_nonzero(~on)} of {len(frame)} trees stand off the DEM and are left out")
     ids = ids_of(frame, "tree_id")[on]
@@ -280,12 +206,12 @@ def read_lines(path: str | None, grid: Grid, feedback: Feedback) -> tuple[Lines,
 
 def paths_of(frame: geopandas.GeoDataFrame, grid: Grid, what: str) -> Paths:
     """Parts and rings of line and polygon rows as polylines; a row off the grid or without length is refused."""
-    geometry = np.asarray(frame.geometry.array)
+    geometry = np.asarray(frame.geometry)
     missing = np.flatnonzero(~shapely.intersects(geometry, shapely.box(*grid.bounds)))
     if missing.size:
         x, y = shapely.get_coordinates(geometry[missing[0]]).T
         raise UserError(
-            f"{where_of(frame)}, {rows_named(missing)}: the {what} does not touch the DEM{_extents(x, y, grid)}"
+            f"{where_of(frame)}, {rows_named(missing)}: the {what} does not touch the DEM{extents(x, y, grid)}"
         )
     short = np.flatnonzero(shapely.length(geometry) <= 0.0)
     if short.size:
@@ -306,7 +232,7 @@ def _items(frame: geopandas.GeoDataFrame, names: tuple[str, ...], paths: Paths) 
     ids = ids_of(frame, *names).tolist()
     unique = list(dict.fromkeys(ids))
     of_row = np.array([unique.index(each) for each in ids], np.int64)
-    geometry = np.asarray(frame.geometry.array)
+    geometry = np.asarray(frame.geometry)
     merged = [
         geometry[of_row == k][0] if (of_row == k).sum() == 1 else shapely.union_all(geometry[of_row == k])
         for k in range(len(unique))
@@ -320,6 +246,12 @@ def ids_of(frame: geopandas.GeoDataFrame, *names: str) -> NDArray[Any]:
     """The ids from the first of these fields that the layer has; the row numbers where it has none."""
     name = next((name for name in names if name in frame), None)
     return id_column(frame, name) if name else np.arange(len(frame))
+
+
+def plan_of(frame: geopandas.GeoDataFrame) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Coordinates of a layer of points [m]."""
+    points = np.asarray(frame.geometry)
+    return shapely.get_x(points), shapely.get_y(points)
 
 
 def rows_named(rows: NDArray[Any]) -> str:
@@ -344,33 +276,7 @@ def digest_of(*parts: Any) -> str:
     return digest.hexdigest()
 
 
-def _orientations(frame: geopandas.GeoDataFrame, default: str) -> NDArray[np.int8]:
-    if "orientation" not in frame:
-        return np.full(len(frame), ORIENTATIONS.index(default), np.int8)
-    names = [str(name).strip().lower() for name in frame["orientation"]]
-    for row, name in enumerate(names):
-        if name not in ORIENTATIONS:
-            raise UserError(
-                f"{where_of(frame)}, field 'orientation', row {row + 1}: "
-                f"'{name}' is not one of {', '.join(ORIENTATIONS)}"
-            )
-    return np.array([ORIENTATIONS.index(name) for name in names], np.int8)
-
-
-def _refuse_off_dem(
-    x: NDArray[np.float64], y: NDArray[np.float64], log_id: NDArray[np.int64], grid: Grid, path: str
-) -> None:
-    off = np.flatnonzero(~grid.contains(x, y))
-    if off.size == x.size:
-        raise UserError(f"{path}: no release lies on the DEM{_extents(x, y, grid)}")
-    if off.size:
-        raise UserError(
-            f"{path}, {rows_named(off)}: {off.size} of {x.size} releases lie off the DEM or on its nodata "
-            f"(log_id {log_id[off[0]]} at {x[off[0]]:.1f}, {y[off[0]]:.1f}); remove them, or take a larger DEM"
-        )
-
-
-def _extents(x: NDArray[np.float64], y: NDArray[np.float64], grid: Grid) -> str:
+def extents(x: NDArray[np.float64], y: NDArray[np.float64], grid: Grid) -> str:
     west, south, east, north = grid.bounds
     return (
         f" ({x.min():.0f} to {x.max():.0f} east, {y.min():.0f} to {y.max():.0f} north; the DEM has {west:.0f} to "

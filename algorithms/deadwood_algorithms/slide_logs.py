@@ -22,8 +22,9 @@ from deadwood_algorithms import tool
 from deadwood_algorithms.tool import Cancelled, Feedback, Outcome, Tool, UserError
 
 if TYPE_CHECKING:
+    from deadwood_algorithms.releases_from_layer import Releases
     from deadwood_algorithms.run_folder import WorkFolder
-    from deadwood_algorithms.scene_from_layers import Releases, SceneLayers
+    from deadwood_algorithms.scene_from_layers import SceneLayers
     from deadwood_engine import Fidelity, Rasters
 
 # Logs worked on between two saved states: enough to keep 16 threads busy, little to lose or to hold in memory.
@@ -90,9 +91,10 @@ class Ask:
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.layers import output_folder
+    from deadwood_algorithms.releases_from_layer import read_releases
     from deadwood_algorithms.run_folder import WorkFolder
     from deadwood_algorithms.run_results import write_results
-    from deadwood_algorithms.scene_from_layers import read_releases, read_scene
+    from deadwood_algorithms.scene_from_layers import read_scene
     from deadwood_engine import Rasters
 
     kept_count = trajectories_wanted(ask.trajectories)
