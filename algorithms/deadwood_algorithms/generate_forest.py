@@ -85,12 +85,6 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         fitted = fit(ask, ground, feedback) if ask.like else {}
         density = given(ask, "stems_per_ha", fitted)
         sizes = sizes_of(ask, fitted)
-        for option, name, mean in (
-            ("dbh-mean-cm", "dbh_cm", sizes.dbh_mean),
-            ("height-mean-m", "height_m", sizes.height_mean),
-        ):
-            if getattr(ask, option.replace("-", "_")) is not None:
-                warn_implausible(np.array([mean]), schemas.TREES.column(name), f"--{option}", feedback)
         count = round(density * ground.area / 1e4)
         if not count:
             raise UserError(f"{density:g} stems/ha on {ground.area / 1e4:.4g} ha is no tree at all; enlarge the stand")

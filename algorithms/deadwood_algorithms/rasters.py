@@ -21,6 +21,7 @@ from rasterio.errors import RasterioError
 from rasterio.transform import Affine
 from rasterio.windows import Window
 
+from deadwood_algorithms.ascii_grid import refuse_broken_ascii
 from deadwood_algorithms.crs import crs_name, horizontal, parse_crs, same_crs
 from deadwood_algorithms.grid import Grid
 from deadwood_algorithms.inputs import refuse_missing
@@ -34,12 +35,15 @@ HEIGHT_LIMIT_M = 9000.0
 # Cells of exactly 0 m this far below all the others are an undeclared empty collar, not a chasm.
 COLLAR_DROP_M = 100.0
 STRIP_BYTES = 32 * 2**20
+# Formats whose data are the bare numbers: GDAL does not always raise when some are missing at the end.
+FLAT_FORMATS = ("ENVI", "EHdr", "SAGA", "RST", "BT")
 
 
 def read_dem(path: str | Path, crs: str | None, feedback: Feedback) -> Grid:
     """See `layers.read_dem`."""
     with open_raster(path, "DEM") as source:
         _refuse_images(source, path)
+        _refuse_cut_off(source, path)
         dem_crs = _crs_of_dem(source, path, crs, feedback)
         transform = _square_transform(source, path)
         if source.count > 1:
@@ -67,6 +71,7 @@ def read_dem(path: str | Path, crs: str | None, feedback: Feedback) -> Grid:
 def read_raster_on(path: str | Path, grid: Grid, what: str, feedback: Feedback) -> np.ndarray:
     """See `layers.read_raster_on`."""
     with open_raster(path, what) as source:
+        _refuse_cut_off(source, path)
         if source.transform == Affine.identity():
             raise UserError(f"{path}: the {what} raster has no georeference; mend: gdal_translate -a_ullr W N E S ...")
         target_crs = RasterioCRS.from_wkt(horizontal(grid.crs).to_wkt())
@@ -217,6 +222,15 @@ def _refuse_images(source: Any, path: str | Path) -> None:
         )
 
 
+def _refuse_cut_off(source: Any, path: str | Path) -> None:
+    """Where GDAL reads what is missing at the end of a file as 0 without a word (the other formats raise)."""
+    if source.driver == "AAIGrid":
+        refuse_broken_ascii(path, source.width, source.height)
+    needed = source.width * source.height * source.count * np.dtype(source.dtypes[0]).itemsize
+    if source.driver in FLAT_FORMATS and Path(path).stat().st_size < needed:
+        raise UserError(f"{path}: the file is shorter than its header promises; it is cut off, get it again")
+
+
 def _square_transform(source: Any, path: str | Path) -> Affine:
     """The transform, north-up or south-up and square to within `SHIFT_ALLOWED_CELLS` over the whole grid."""
     t, (ny, nx) = source.transform, source.shape
@@ -245,9 +259,8 @@ def _strips(source: Any, feedback: Feedback) -> Iterator[tuple[slice, np.ndarray
         try:
             raw = source.read(1, window=Window(0, start, nx, stop - start), masked=True)  # type: ignore[call-arg]
         except RasterioError as error:
-            raise UserError(
-                f"{source.name}: the raster is damaged near row {start + 1} ({_first_line(error)})"
-            ) from error
+            reason = _first_line(error.__cause__ or error)
+            raise UserError(f"{source.name}: the raster is damaged, rows {start + 1} to {stop} ({reason})") from error
         values = raw.data if scale == 1 and offset == 0 else raw.data * np.float64(scale) + offset
         with np.errstate(over="ignore", invalid="ignore"):
             strip = values.astype(np.float32)

@@ -15,7 +15,7 @@ import pandas as pd
 from deadwood_algorithms.inputs import refuse_missing
 from deadwood_algorithms.tool import UserError
 
-TEXT_SUFFIXES = (".csv", ".txt", ".tsv", ".tab", ".dat", ".xyd", ".asc", ".xyz")
+TEXT_SUFFIXES = (".csv", ".txt", ".tsv", ".tab", ".dat", ".xyd", ".xyz")
 MISSING_WORDS = ("", "na", "n/a", "nan", "null", "none", "-", "#n/a")
 SAMPLE_LINES = 50
 NUMBER = re.compile(r"[-+]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?")

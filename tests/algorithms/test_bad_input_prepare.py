@@ -118,10 +118,8 @@ def test_the_wrong_geometry(tmp_path, bad, layer):
 
 @LAYERS
 def test_a_feature_without_geometry(tmp_path, bad, layer):
-    columns = {"dbh_cm": [40.0, 40.0], "height_m": [20.0, 20.0]}
-    frame = gpd.GeoDataFrame(
-        columns, geometry=gpd.GeoSeries.from_wkt([f"POINT ({EAST + 50} {NORTH + 50})", None]), crs=2056
-    )
+    frame = gpd.read_file(points(tmp_path))
+    frame.loc[1, "geometry"] = None
     frame.to_file(tmp_path / "gap.gpkg")
     assert "layer 'gap', row 2: the geometry is empty; delete the row or draw it" in bad(layer, tmp_path / "gap.gpkg")
 

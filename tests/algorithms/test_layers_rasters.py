@@ -295,6 +295,55 @@ def test_a_damaged_raster_is_refused(tmp_path):
     refused(path)
 
 
+@pytest.mark.parametrize(("rows", "count"), [("1 2 3\n4 5", 5), ("1 2 3\n4 5 6 7", 7), ("1 2 3", 3)])
+def test_an_ascii_grid_with_too_few_or_too_many_values_is_refused(tmp_path, rows, count):
+    """GDAL reads the missing ones as 0 m without a word."""
+    path = write_asc(tmp_path / "dem.asc", "1 2 3\n4 5 6")
+    path.write_text(path.read_text().replace("1 2 3\n4 5 6", rows))
+    assert f"holds {count} values, but 2 rows of 3 make 6" in refused(path, crs="EPSG:2056")
+
+
+def test_an_ascii_header_that_mixes_corner_and_centre_is_refused(tmp_path):
+    """GDAL would put the grid at the origin without a word."""
+    path = write_asc(tmp_path / "dem.asc", "1 2\n3 4", corner="xllcenter 1000\nyllcorner 2000")
+    assert "mixes" in refused(path, crs="EPSG:2056")
+
+
+def test_ascii_grids_of_every_hand_are_read(tmp_path):
+    for number, (before, after) in enumerate(
+        [("\n", "\r\n"), (" ", "\t"), (".", ","), ("cellsize 2", "dx 2\ndy 2"), ("-9999", "nan"), ("ncols", "NCOLS")]
+    ):
+        path = write_asc(tmp_path / f"{number}.asc", "1.5 2.25 -9999\n4 5 6")
+        path.write_bytes(path.read_text().replace(before, after).encode())
+        grid = read_dem(path, crs="EPSG:2056")
+        assert np.array_equal(grid.values, [[4, 5, 6], [1.5, 2.25, np.nan]], equal_nan=True), after
+        assert (grid.x0, grid.y0) == (1001.0, 2001.0)
+
+
+def test_words_are_counted_across_pieces(tmp_path, monkeypatch):
+    from deadwood_algorithms import ascii_grid
+
+    (tmp_path / "words").write_text("one two  three\n four\tfive ")
+    for size in range(1, 9):
+        monkeypatch.setattr(ascii_grid, "CHUNK_BYTES", size)
+        assert ascii_grid.count_words(tmp_path / "words") == 5
+
+
+@pytest.mark.parametrize(
+    ("driver", "name"),
+    [("GTiff", "a.tif"), ("ENVI", "a.img"), ("EHdr", "a.bil"), ("SAGA", "a.sdat"), ("AAIGrid", "a.asc")],
+)
+def test_a_file_that_is_cut_off_is_never_read_as_zeros(tmp_path, driver, name):
+    values = np.arange(2500, dtype="float32").reshape(50, 50) + 1
+    profile = {"driver": driver, "dtype": "float32", "count": 1, "height": 50, "width": 50, "crs": "EPSG:2056"}
+    with rasterio.open(tmp_path / name, "w", transform=from_origin(0, 100, 2, 2), **profile) as made:
+        made.write(values, 1)
+    assert read_dem(tmp_path / name).values.min() == 1
+    raw = (tmp_path / name).read_bytes()
+    (tmp_path / name).write_bytes(raw[: len(raw) * 3 // 4])
+    refused(tmp_path / name)
+
+
 @pytest.mark.parametrize("content", [b"", b"not a raster\n"])
 def test_a_file_that_is_no_raster_is_refused(tmp_path, content):
     path = tmp_path / "dem.tif"
