@@ -59,10 +59,14 @@ CACHE_FOLDER = str(os.environ.get("NUMBA_CACHE_DIR") or _cache_folder())
 
 
 def kernel(function: Callable[..., Any]) -> Any:
-    """Compile for scalars and arrays: cached on disk, free of the GIL, no fastmath (the same bits are a promise)."""
+    """Compile for scalars and arrays: cached on disk, free of the GIL, no fastmath (the same bits are a promise).
+
+    Kernels allocate nothing, so Numba's reference counting is off: its atomic operations on every array handed to a
+    kernel cost more than the kernels (measured: a step with contacts took 2 to 4 times as long).
+    """
     previous = config.CACHE_DIR
     config.CACHE_DIR = CACHE_FOLDER  # read by Numba when it decorates; other users of Numba keep theirs
     try:
-        return numba.njit(function, cache=True, nogil=True, error_model="numpy")
+        return numba.njit(function, cache=True, nogil=True, error_model="numpy", _nrt=False)
     finally:
         config.CACHE_DIR = previous

@@ -110,27 +110,19 @@ def add_contact(contacts, keys, count, state, body, rx, ry, rz, nx, ny, nz, mu, 
 
 
 @kernel
-def _candidate(
-    terrain, frame, contacts, keys, count, state, body, px, py, pz, rx, ry, rz, slot, dt, restitution, gravity
-):
-    """Make a contact of one candidate if its predicted place (px, py, pz) lies below the surface."""
-    height, gx, gy = surface(terrain, frame[0], frame[1], px, py)
-    if not pz < height:  # NaN height: outside the DEM there is no ground
-        return count
-    nz = 1.0 / math.sqrt(1.0 + gx * gx + gy * gy)
-    mu = friction_at(terrain, frame[0], frame[1], px, py)
+def _ground_contact(terrain, frame, contacts, keys, count, state, body, r, gap, slope, mu, slot, step):
+    """Add the contact of point r (from the centre of mass) with the facet of gradient ``slope``."""
+    nz = 1.0 / math.sqrt(1.0 + slope[0] * slope[0] + slope[1] * slope[1])
     before = count
     count = add_contact(
-        contacts, keys, count, state, body, rx, ry, rz, -gx * nz, -gy * nz, nz, mu, (pz - height) * nz, dt,
-        restitution, gravity,
+        contacts, keys, count, state, body, r[0], r[1], r[2], -slope[0] * nz, -slope[1] * nz, nz, mu, gap * nz,
+        step[0], step[1], step[2],
     )  # fmt: skip
     if count > before:
-        keys[before, 0] = TERRAIN
-        keys[before, 1] = slot
-        keys[before, 2] = 0
+        keys[before, 0], keys[before, 1], keys[before, 2] = TERRAIN, slot, 0
         # The penetration reported is measured on the surface below the point itself, not on the predicted facet's plane
-        height, gx, gy = surface(terrain, frame[0], frame[1], state[X] + rx, state[Y] + ry)
-        contacts[before, GAP] = (state[Z] + rz - height) / math.sqrt(1.0 + gx * gx + gy * gy)
+        height, gx, gy = surface(terrain, frame[0], frame[1], state[X] + r[0], state[Y] + r[1])
+        contacts[before, GAP] = (state[Z] + r[2] - height) / math.sqrt(1.0 + gx * gx + gy * gy)
     return count
 
 
@@ -139,7 +131,8 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, dt, 
     """Find the terrain contacts of this step.
 
     stations is the number of rings; frame holds the log's node (column i0, row j0). trial[0:9] receives the predicted
-    axis (direction, centre, velocity), which the obstacles use too. Returns (count, least clearance of the rings [m]).
+    axis (direction, centre, velocity), which the obstacles use too. Returns (count, least clearance of the rings [m],
+    whether there is terrain below every ring).
     """
     dx, dy, dz = state[DX], state[DY], state[DZ]
     vx, vy, vz = state[VX], state[VY], state[VZ] - gravity * dt
@@ -156,7 +149,8 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, dt, 
     # the bound on roughness covers three cells around the ring's centre, so thicker rings are always looked at
     thick = body[BASE_RADIUS] > terrain.cell
     count = 0
-    least = math.inf
+    lowest, least = math.inf, math.inf
+    whole = True
     i0, j0 = frame[0], frame[1]
     for k in range(stations):
         along = k * step
@@ -164,55 +158,62 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, dt, 
         a = body[BASE_RADIUS] + taper * along
         cx, cy, cz = ox + s * qx, oy + s * qy, oz + s * qz
         height, gx, gy = surface(terrain, i0, j0, cx, cy)
-        above = cz - height
-        if above != above:
+        square = gx * gx + gy * gy
+        # vertical gap below the ring if the terrain were its tangent plane; 1 + g^2/2 bounds the plane's 1/n_z
+        gap = cz - height - a * (1.0 + 0.5 * square)
+        if gap != gap:
+            whole = False
             continue
-        nz = 1.0 / math.sqrt(1.0 + gx * gx + gy * gy)
-        end = k == 0 or k == stations - 1
-        # reach of the ring towards the terrain: an end face stays flat, between them the round side is what is low
-        reach = a
-        if end:
-            nd = (dz - gx * dx - gy * dy) * nz
-            reach = a * math.sqrt(max(0.0, 1.0 - nd * nd))
-        clear = above * nz - reach
-        if clear < least:
-            least = clear
-        if clear > 0.0 and not thick:
+        rise = math.inf
+        if not thick:
             i = i0 + int(math.floor(cx * terrain.inverse_cell))
             j = j0 + int(math.floor(cy * terrain.inverse_cell))
-            if clear > terrain.roughness[j, i] * nz:
-                continue
-        # support direction on the ring: against the normal, square to the axis
+            rise = terrain.roughness[j, i]
+        if gap >= lowest and gap > rise:
+            continue
+        nz = 1.0 / math.sqrt(1.0 + square)
         nx, ny = -gx * nz, -gy * nz
         nd = nx * dx + ny * dy + nz * dz
+        size = math.sqrt(max(0.0, 1.0 - nd * nd))
+        above = (cz - height) * nz
+        if gap < lowest:
+            lowest, least = gap, above - a * size
+        if gap > rise:
+            continue
+        above -= rise * nz
+        # support direction on the ring: against the normal, square to the axis
         ex, ey, ez = nd * dx - nx, nd * dy - ny, nd * dz - nz
-        size = math.sqrt(ex * ex + ey * ey + ez * ez)
         if size < 1e-6:
             # axis along the normal: every point of the ring is as deep as any other
             if abs(dx) < 0.9:
                 ex, ey, ez = 1.0 - dx * dx, -dx * dy, -dx * dz
             else:
                 ex, ey, ez = -dy * dx, 1.0 - dy * dy, -dy * dz
-            size = math.sqrt(ex * ex + ey * ey + ez * ez)
-        ex, ey, ez = a * ex / size, a * ey / size, a * ez / size
+        scale = a / math.sqrt(ex * ex + ey * ey + ez * ez)
+        ex, ey, ez = scale * ex, scale * ey, scale * ez
         fx, fy, fz = cross(dx, dy, dz, ex, ey, ez)
-        for m in range(CANDIDATES if end else 3):
+        for m in range(CANDIDATES if k == 0 or k == stations - 1 else 3):
             if m == 0:
-                rx, ry, rz = ex, ey, ez
+                ce, cf = 1.0, 0.0
             elif m < 3:
-                side = _DIAGONAL if m == 1 else -_DIAGONAL
-                rx, ry, rz = _DIAGONAL * ex + side * fx, _DIAGONAL * ey + side * fy, _DIAGONAL * ez + side * fz
+                ce, cf = _DIAGONAL, _DIAGONAL if m == 1 else -_DIAGONAL
             elif m < 5:
-                side = 1.0 if m == 3 else -1.0
-                rx, ry, rz = side * fx, side * fy, side * fz
+                ce, cf = 0.0, 1.0 if m == 3 else -1.0
             elif m < 7:
-                side = _DIAGONAL if m == 5 else -_DIAGONAL
-                rx, ry, rz = side * fx - _DIAGONAL * ex, side * fy - _DIAGONAL * ey, side * fz - _DIAGONAL * ez
+                ce, cf = -_DIAGONAL, _DIAGONAL if m == 5 else -_DIAGONAL
             else:
-                rx, ry, rz = -ex, -ey, -ez
-            count = _candidate(
-                terrain, frame, contacts, keys, count, state, body, cx + rx, cy + ry, cz + rz,
-                s * dx + rx, s * dy + ry, s * dz + rz, k * CANDIDATES + m, dt, restitution, gravity,
-            )  # fmt: skip
-    return count, least
-
+                ce, cf = -1.0, 0.0
+            # a point this far above the tangent plane is out of the terrain's reach
+            if above > a * size * ce:
+                continue
+            rx, ry, rz = ce * ex + cf * fx, ce * ey + cf * fy, ce * ez + cf * fz
+            px, py = cx + rx, cy + ry
+            height, gx, gy = surface(terrain, i0, j0, px, py)
+            # predicted below the surface (a NaN height, no ground, compares false)
+            if cz + rz < height:
+                r = (s * dx + rx, s * dy + ry, s * dz + rz)
+                count = _ground_contact(
+                    terrain, frame, contacts, keys, count, state, body, r, cz + rz - height, (gx, gy),
+                    friction_at(terrain, i0, j0, px, py), k * CANDIDATES + m, (dt, restitution, gravity),
+                )  # fmt: skip
+    return count, least, whole

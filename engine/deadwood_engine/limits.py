@@ -10,7 +10,9 @@ DISC_ACCURACY = 1e-12  # [-] relative, of the friction force's magnitude on the 
 # Step length near obstacles: how far the log's fastest point may travel in a step, as a share of the thickness
 # (radius of the log + radius of the obstacle). Beyond 1 the axes could change sides, which is passing through.
 OBSTACLE_TRAVEL = 0.3  # [-]
-NEAR_MARGIN = 2.0  # [m] obstacles this close to the log are listed; the list is made anew when the ends have moved so far
+NEAR_MARGIN = (
+    2.0  # [m] obstacles this close to the log are listed; the list is made anew when the ends have moved so far
+)
 SHORTEST_STEP = 1e-6  # [s] floor of the adaptive step; 100 m/s then travels 0.1 mm
 
 # Contact detection
@@ -25,7 +27,11 @@ LEAST_STATIONS = 8  # rings along a log, however short it is
 REST_WINDOW = 0.5  # [s] between two looks at a slow log
 REST_TRAVEL = 0.05  # [-] of rest_speed * REST_WINDOW (2.5 mm at the default): a log at rest moves less between looks
 REST_ACCELERATION = 1e-5  # [-] of g: the frozen log, let go, must not start faster than this (certificate)
-REST_SWEEPS = 5000  # sweeps granted to the certificate's solve
+REST_SWEEPS = 1000  # sweeps granted to the certificate's solve
+ROCKING_WINDOW = 5.0  # [s] a log that rocks in place (rolling costs it nothing) is watched for two of these
+ROCKING_GROWTH = (
+    1.02  # [-] its peak energy may not grow from one to the next (a log that starts to slide quadruples it)
+)
 
 # Health
 WILD_SPEED = 2000.0  # [m/s] faster than any fall on Earth's slopes: the log is reported as failed

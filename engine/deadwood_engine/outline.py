@@ -74,7 +74,17 @@ def outline(points, at, bx, by, tx, ty, base, tip, sine, cosine, ux, uy):
         b = a * abs(cosine)
         for k in range(8):
             row = at + 8 * end + k
-            c = 1.0 if k == 0 else -1.0 if k == 4 else 0.0 if k % 4 == 2 else _DIAGONAL if k < 2 or k > 6 else -_DIAGONAL
+            c = (
+                1.0
+                if k == 0
+                else -1.0
+                if k == 4
+                else 0.0
+                if k % 4 == 2
+                else _DIAGONAL
+                if k < 2 or k > 6
+                else -_DIAGONAL
+            )
             s = 0.0 if k % 4 == 0 else 1.0 if k == 2 else -1.0 if k == 6 else _DIAGONAL if k < 4 else -_DIAGONAL
             points[row, 0] = x - a * c * uy + b * s * ux
             points[row, 1] = y + a * c * ux + b * s * uy
@@ -215,11 +225,17 @@ def _swept(points, hull, base, tip, base_radius, tip_radius, previous, k):
     return convex_hull(points, 2 * OUTLINE_POINTS, hull)
 
 
+def _work(rows: int, lines: int) -> tuple[NDArray, ...]:
+    """Scratch of the sweeps: points, hull (and a path behind it), left and right columns, crossed lines."""
+    count = 2 * OUTLINE_POINTS
+    spans = (np.zeros(rows + 1, np.int64), np.zeros(rows + 1, np.int64))
+    return np.zeros((count, 2)), np.zeros((count + 3, 4)), *spans, np.zeros(lines, np.bool_)
+
+
 @kernel
-def _sweep_hits(log_row, base, tip, base_radius, tip_radius, x0, y0, cell, count, stamp):
-    points, hull = np.empty((2 * OUTLINE_POINTS, 2)), np.empty((2 * OUTLINE_POINTS + 2, 2))
+def _sweep_hits(log_row, base, tip, base_radius, tip_radius, x0, y0, cell, count, stamp, work):
+    points, hull, left, right, _ = work
     rows, columns = count.shape
-    left, right = np.empty(rows, np.int64), np.empty(rows, np.int64)
     for k in range(len(log_row)):
         log = log_row[k]
         previous = k - 1 if k > 0 and log_row[k - 1] == log else k
@@ -262,16 +278,15 @@ def sweep_hits(
     origin = np.array([x0, y0, 0.0])
     _sweep_hits(
         np.asarray(log_row, np.int64), np.ascontiguousarray(base - origin), np.ascontiguousarray(tip - origin),
-        base_radius, tip_radius, 0.0, 0.0, cell, count, stamp,
+        base_radius, tip_radius, 0.0, 0.0, cell, count, stamp, _work(shape[0], 0),
     )  # fmt: skip
     return count
 
 
 @kernel
-def _sweep_touches(log_row, base, tip, base_radius, tip_radius, index, ends, owner, touched, pose_row):
-    points, hull = np.empty((2 * OUTLINE_POINTS, 2)), np.empty((2 * OUTLINE_POINTS + 2, 2))
-    crossed = np.zeros(touched.shape[1], np.bool_)
-    path = np.zeros(4)
+def _sweep_touches(log_row, base, tip, base_radius, tip_radius, index, ends, owner, touched, pose_row, work):
+    points, hull, _, _, crossed = work
+    path = hull[2 * OUTLINE_POINTS + 2]
     for k in range(len(log_row)):
         log = log_row[k]
         previous = k - 1 if k > 0 and log_row[k - 1] == log else k
@@ -304,6 +319,6 @@ def sweep_touches(
     _sweep_touches(
         np.asarray(log_row, np.int64), np.ascontiguousarray(base - origin), np.ascontiguousarray(tip - origin),
         base_radius, tip_radius, segments.index, segments.ends, segments.owner, touched, pose_row,
+        _work(0, segments.lines),
     )  # fmt: skip
     return touched, pose_row
-

@@ -13,7 +13,7 @@ from . import terrain as terrain_file
 from . import trees as tree_file
 from .barriers import Barriers, Plates
 from .outline import Lines, Segments, segments_of
-from .terrain import Terrain, surface
+from .terrain import Terrain, surfaces
 from .trees import Trees, Uprights
 
 Array = NDArray[np.float64]
@@ -80,9 +80,7 @@ class Scene:
         arrays = SceneArrays(
             terrain, uprights, plates, segments_of(lines, terrain.x0, terrain.y0), segments_of(fence, x0, y0)
         )
-        return Scene(
-            arrays, len(trees.x), len(barriers.height), len(lines.starts) - 1, trees_outside, barriers_outside
-        )
+        return Scene(arrays, len(trees.x), len(barriers.height), len(lines.starts) - 1, trees_outside, barriers_outside)
 
     def terrain_height(self, x: Array, y: Array) -> Array:
         """Height [m] of the bilinear surface; NaN outside."""
@@ -97,18 +95,16 @@ class Scene:
         return found
 
 
-@terrain_file.kernel
-def _surfaces(terrain, x, y):
+def _surfaces(terrain: Terrain, x: Array, y: Array) -> Array:
     found = np.empty((len(x), 3))
-    for k in range(len(x)):
-        found[k, 0], found[k, 1], found[k, 2] = surface(terrain, 0, 0, x[k], y[k])
+    surfaces(terrain, np.ascontiguousarray(x, float), np.ascontiguousarray(y, float), found)
     return found
 
 
 def _uprights(terrain: Terrain, trees: Trees, posts: Array) -> tuple[Uprights, NDArray[np.int64]]:
     """Trees on the terrain, then the barriers' posts (plan x, y, foot, top, barrier)."""
     plan = np.column_stack([trees.x, trees.y]).astype(float).reshape(-1, 2) - (terrain.x0, terrain.y0)
-    foot = _surfaces(terrain, np.ascontiguousarray(plan[:, 0]), np.ascontiguousarray(plan[:, 1]))[:, 0]
+    foot = _surfaces(terrain, plan[:, 0], plan[:, 1])[:, 0]
     standing = np.isfinite(foot)
     radius, height = 0.5 * np.asarray(trees.diameter, float), np.asarray(trees.height, float)
     zero = np.zeros(len(posts))
@@ -137,7 +133,7 @@ def _plates_and_posts(terrain: Terrain, barriers: Barriers) -> tuple[Plates, Arr
             if np.hypot(*(b - a)) > 0:
                 cuts.append(a + (b - a) * (np.arange(1, number + 1) / number)[:, None])
         points = np.vstack(cuts)
-        ground = _surfaces(terrain, np.ascontiguousarray(points[:, 0]), np.ascontiguousarray(points[:, 1]))[:, 0]
+        ground = _surfaces(terrain, points[:, 0], points[:, 1])[:, 0]
         valid = np.isfinite(ground)
         both = valid[:-1] & valid[1:]
         if not both.any():

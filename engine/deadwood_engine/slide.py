@@ -15,13 +15,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from . import log_body, step, trace
+from . import step, trace
 from .fidelity import Fidelity, station_spacing
 from .limits import GRAVITY, LEAST_STATIONS
-from .log_body import BASE_RADIUS, BODY_WIDTH, CENTRE, LENGTH, MASS, TIP_RADIUS, cone_bodies
+from .log_body import BASE_RADIUS, CENTRE, LENGTH, MASS, TIP_RADIUS, cone_bodies
 from .rotation import quaternion_from_axis
 from .scene import Scene
-from .step import STOP_REASONS
 from .terrain import surface
 from .trace import RasterArrays
 
@@ -341,7 +340,7 @@ def slide(
                     break
                 # Sliding again with more room is the same to the bit, and the stamp keeps hits from counting twice.
                 room = np.zeros((2 * wanted, trace.POSE_WIDTH))
-            if rasters and summary[row, step.REASON] < step.LEFT_DEM or summary[row, step.REASON] == step.TIME_LIMIT:
+            if (rasters and summary[row, step.REASON] < step.LEFT_DEM) or summary[row, step.REASON] == step.TIME_LIMIT:
                 trace.draw_deposit(
                     arrays, start.frame[row], state[row], start.body[row], scratch.memory,
                     (scratch.points, scratch.hull, scratch.left, scratch.right), raster,

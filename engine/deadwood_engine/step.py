@@ -21,18 +21,61 @@ from . import barriers, contacts, trees
 from .compiled import kernel
 from .contact_solver import remember, solve, warm_start
 from .contacts import (
-    BEFORE_N, BEFORE_T, BEFORE_U, GAP, NX, NY, NZ, PN, PT, PU, TARGET, TERRAIN, TREE, TX, TY, TZ, UX, UY, UZ,
-    ANX, ANY, ANZ, ATX, ATY, ATZ, AUX, AUY, AUZ, add_contact, terrain_contacts,
+    ANX,
+    ANY,
+    ANZ,
+    ATX,
+    ATY,
+    ATZ,
+    AUX,
+    AUY,
+    AUZ,
+    BEFORE_N,
+    BEFORE_T,
+    BEFORE_U,
+    GAP,
+    NX,
+    NY,
+    NZ,
+    PN,
+    PT,
+    PU,
+    TARGET,
+    TERRAIN,
+    TREE,
+    TX,
+    TY,
+    TZ,
+    UX,
+    UY,
+    UZ,
+    terrain_contacts,
 )  # fmt: skip
 from .grid_index import insert_sorted
 from .limits import (
-    NEAR_MARGIN, POLL_STEPS, REST_ACCELERATION, REST_SWEEPS, REST_TRAVEL, REST_WINDOW, SHORTEST_STEP, WILD_SPEED,
+    NEAR_MARGIN,
+    POLL_STEPS,
+    REST_ACCELERATION,
+    REST_SWEEPS,
+    REST_TRAVEL,
+    REST_WINDOW,
+    ROCKING_GROWTH,
+    ROCKING_WINDOW,
+    SHORTEST_STEP,
+    WILD_SPEED,
 )  # fmt: skip
 from .log_body import AXIAL, BASE_RADIUS, CENTRE, LENGTH, TRANSVERSE
 from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ, X, Y, Z, drift, kinetic_energy, set_axis
 from .terrain import surface
 from .trace import (
-    MEMORY_WIDTH, PEAK_ENERGY, PEAK_JUMP, PEAK_SPEED, draw, ends_moved, keep_pose, remember_pose,
+    MEMORY_WIDTH,
+    PEAK_ENERGY,
+    PEAK_JUMP,
+    PEAK_SPEED,
+    draw,
+    ends_moved,
+    keep_pose,
+    remember_pose,
 )  # fmt: skip
 
 STOP_REASONS = ("rest", "tree", "barrier", "left_dem", "time_limit", "failed")
@@ -77,6 +120,7 @@ class Scratch(NamedTuple):
     anchor: np.ndarray  # plan ends for which the near lists were made; their counts; whether they exist
     memory: np.ndarray
     rest: np.ndarray  # ends at the last look at a slow log
+    rocking: np.ndarray  # ends at the last look at one that rocks
     trial_state: np.ndarray
     points: np.ndarray
     hull: np.ndarray
@@ -101,6 +145,7 @@ class Scratch(NamedTuple):
             np.zeros(7),
             np.zeros(MEMORY_WIDTH),
             np.zeros(MEMORY_WIDTH),
+            np.zeros(MEMORY_WIDTH),
             np.zeros(16),
             np.zeros((32, 2)),
             np.zeros((35, 4)),
@@ -113,10 +158,11 @@ class Scratch(NamedTuple):
 def find_contacts(scene, frame, state, body, stations, settings, dt, scratch, obstacles):
     """Contacts of the pose predicted for a step dt: terrain, then trees, then barriers (if obstacles is true).
 
-    Returns (count, least clearance of the terrain [m], travel allowed in the next step by the obstacles [m]).
+    Returns (count, least clearance of the terrain [m], travel allowed in the next step by the obstacles [m],
+    whether there is terrain below the whole log).
     """
     terrain = scene.terrain
-    count, clearance = terrain_contacts(
+    count, clearance, whole = terrain_contacts(
         terrain, frame, scratch.contacts, scratch.keys, state, body, stations, dt,
         settings.restitution, settings.gravity, scratch.trial,
     )  # fmt: skip
@@ -150,7 +196,7 @@ def find_contacts(scene, frame, state, body, stations, settings, dt, scratch, ob
             count, state, body, trial, step,
         )  # fmt: skip
         travel = min(travel, allowed)
-    return count, clearance, travel
+    return count, clearance, travel, whole
 
 
 @kernel
@@ -190,10 +236,11 @@ def fastest_point(state, body):
 
 
 @kernel
-def stays(scene, frame, state, body, stations, settings, scratch, obstacles):
+def stays(scene, frame, state, body, stations, settings, scratch, old_count, ratio, obstacles):
     """Whether the log, stopped where it is and let go, stays: the certificate of rest.
 
-    One step from zero velocity, solved far more tightly than a step of the run. Returns (stays, contacts, count of
+    One step from zero velocity, solved far more tightly than a step of the run, from the impulses that hold it now
+    (friction among several contacts has many solutions, and this is the one the log is in). Returns (stays, count of
     contacts): a log that only friction's threshold or a hair's tilt keeps moving does not stay.
     """
     trial = scratch.trial_state
@@ -201,32 +248,39 @@ def stays(scene, frame, state, body, stations, settings, scratch, obstacles):
         trial[k] = state[k]
     for k in range(VX, WZ + 1):
         trial[k] = 0.0
-    dt = 0.005
-    count, _, _ = find_contacts(scene, frame, trial, body, stations, settings, dt, scratch, obstacles)
+    dt = settings.time_step  # as in the run, or contacts that hover within its tolerance would be missed
+    count, _, _, _ = find_contacts(scene, frame, trial, body, stations, settings, dt, scratch, obstacles)
     for k in range(count):
         scratch.contacts[k, TARGET] = 0.0  # what would touch within this step counts as touching
     trial[VZ] -= settings.gravity * dt
+    warm_start(
+        scratch.contacts, scratch.keys, count, trial, scratch.old_keys, scratch.old_impulses, old_count, ratio * dt
+    )
     allowed = REST_ACCELERATION * settings.gravity * dt
     solve(scratch.contacts, count, trial, 0.01 * allowed, REST_SWEEPS)
     return count > 0 and fastest_point(trial, body) <= allowed, count
 
 
 @kernel
-def rest_reason(scene, frame, state, body, stations, settings, scratch):
-    """(reason, item) of a log that stays, or (-1, -1): on terrain alone, or held by the obstacle that pushes most."""
-    held, _ = stays(scene, frame, state, body, stations, settings, scratch, False)
-    if held:
-        return REST, -1
-    held, count = stays(scene, frame, state, body, stations, settings, scratch, True)
-    if not held:
-        return -1, -1
-    most, reason, item = -1.0, REST, -1
+def holder(scene, scratch, count):
+    """(reason, item): the obstacle that pushes most, or the terrain where none does."""
+    most, reason, item = 0.0, REST, -1
     for k in range(count):
         if scratch.keys[k, 0] != TERRAIN and scratch.contacts[k, PN] > most:
             most = scratch.contacts[k, PN]
             is_barrier, item = owner_of(scene, scratch.keys[k])
             reason = HELD_BY_BARRIER if is_barrier else HELD_BY_TREE
     return reason, item
+
+
+@kernel
+def rest_reason(scene, frame, state, body, stations, settings, scratch, old_count, ratio):
+    """(reason, item) of a log that stays, or (-1, -1): on terrain alone, or held by the obstacle that pushes most."""
+    held, _ = stays(scene, frame, state, body, stations, settings, scratch, old_count, ratio, False)
+    if held:
+        return REST, -1
+    held, count = stays(scene, frame, state, body, stations, settings, scratch, old_count, ratio, True)
+    return holder(scene, scratch, count) if held else (-1, -1)
 
 
 @kernel
@@ -254,9 +308,8 @@ def slide_log(scene, frame, state, body, stations, settings, scratch, rasters, r
     energy_start = kinetic_energy(state, transverse, axial) + gravity * state[Z]
     time, before, done_work, next_look = 0.0, 0.0, 0.0, REST_WINDOW
     kept, steps, old_count, tree_hits, barrier_hits = 0, 0, 0, 0, 0
-    count, clearance, travel = find_contacts(
-        scene, frame, state, body, stations, settings, 1e-9, scratch, True
-    )
+    next_rocking, rocking_peak, peak = ROCKING_WINDOW, 0.0, 0.0
+    count, clearance, travel, whole = find_contacts(scene, frame, state, body, stations, settings, 1e-9, scratch, True)
     for k in range(count):
         if scratch.keys[k, 0] != TERRAIN:
             summary[STARTED_IN_CONTACT] = 1.0
@@ -268,6 +321,7 @@ def slide_log(scene, frame, state, body, stations, settings, scratch, rasters, r
     summary[SPEED_MAX], summary[ENERGY_MAX], summary[JUMP_MAX] = memory[PEAK_SPEED], memory[PEAK_ENERGY], clearance
     draw(scene, frame, state, body, memory, work, rasters, row, marks, 0.0)
     remember_pose(scratch.rest, state, body)
+    remember_pose(scratch.rocking, state, body)
     if keep:
         kept = keep_pose(poses, kept, 0.0, state, body, clearance)
     reason = -1
@@ -283,7 +337,10 @@ def slide_log(scene, frame, state, body, stations, settings, scratch, rasters, r
         time += free
         steps += 1
         # 3. contacts, 4. velocities
-        count, clearance, travel = find_contacts(scene, frame, state, body, stations, settings, dt, scratch, True)
+        count, clearance, travel, on_terrain = find_contacts(
+            scene, frame, state, body, stations, settings, dt, scratch, True
+        )
+        whole = whole and on_terrain
         state[VZ] -= gravity * dt
         if count > 0:
             if settings.restitution == 0.0:
@@ -304,8 +361,11 @@ def slide_log(scene, frame, state, body, stations, settings, scratch, rasters, r
             done_work += gained
             summary[ENERGY_GAIN] += max(0.0, gained)
             for k in range(count):
-                summary[PENETRATION] = max(summary[PENETRATION], -scratch.contacts[k, GAP])
-                if scratch.keys[k, 0] != TERRAIN and scratch.contacts[k, PN] > 0.0:
+                ground = scratch.keys[k, 0] == TERRAIN
+                # not the overlap that a log was released with, nor what sank where the DEM ends
+                if whole if ground else summary[STARTED_IN_CONTACT] == 0.0:
+                    summary[PENETRATION] = max(summary[PENETRATION], -scratch.contacts[k, GAP])
+                if not ground and scratch.contacts[k, PN] > 0.0:
                     is_barrier, item = owner_of(scene, scratch.keys[k])
                     if is_barrier:
                         barrier_hits = insert_sorted(scratch.hit_barriers, barrier_hits, item)
@@ -327,6 +387,7 @@ def slide_log(scene, frame, state, body, stations, settings, scratch, rasters, r
         if not speed < WILD_SPEED:
             reason = FAILED
             break
+        peak = max(peak, energy)
         height, _, _ = surface(scene.terrain, frame[0], frame[1], state[X], state[Y])
         if height != height:
             reason = LEFT_DEM
@@ -334,14 +395,22 @@ def slide_log(scene, frame, state, body, stations, settings, scratch, rasters, r
             reason = TIME_LIMIT
         elif time >= next_look:
             next_look = time + REST_WINDOW
-            slow = REST_TRAVEL * settings.rest_speed
-            if (
-                fastest_point(state, body) < settings.rest_speed
-                and ends_moved(scratch.rest, state, body) < slow * REST_WINDOW
-            ):
-                reason, item = rest_reason(scene, frame, state, body, stations, settings, scratch)
+            if ends_moved(scratch.rest, state, body) < REST_TRAVEL * settings.rest_speed * REST_WINDOW:
+                reason, item = rest_reason(
+                    scene, frame, state, body, stations, settings, scratch, old_count, 1.0 / before
+                )
                 summary[ITEM] = item
             remember_pose(scratch.rest, state, body)
+        elif time >= next_rocking:
+            next_rocking = time + ROCKING_WINDOW
+            # A cradled log rolls to and fro for ever. It rests if it has stayed slow, has not gained, and has not left.
+            slow = peak <= settings.rest_speed**2 and rocking_peak <= settings.rest_speed**2
+            if slow and peak <= ROCKING_GROWTH * rocking_peak and time > 1.5 * ROCKING_WINDOW:
+                if ends_moved(scratch.rocking, state, body) < settings.trace_step:
+                    reason, item = holder(scene, scratch, count)
+                    summary[ITEM] = item
+            remember_pose(scratch.rocking, state, body)
+            rocking_peak, peak = peak, 0.0
         elif steps % POLL_STEPS == 0 and stop[0] != 0:
             reason = INTERRUPTED
         if reason < 0 and ends_moved(memory, state, body) >= settings.trace_step:

@@ -67,7 +67,9 @@ def prepare(heights: np.ndarray, cell: float, x0: float, y0: float, friction: fl
     reference = 64.0 * math.floor(float(np.nanmin(heights)) / 64.0)
     relative = np.ascontiguousarray(heights - reference, dtype=np.float32)
     relative[~np.isfinite(relative)] = np.nan
-    return Terrain(relative, roughness_of(relative), mu, float(cell), 1.0 / float(cell), float(x0), float(y0), reference)
+    roughness = np.zeros_like(relative)
+    roughness_of(relative, roughness)
+    return Terrain(relative, roughness, mu, float(cell), 1.0 / float(cell), float(x0), float(y0), reference)
 
 
 @kernel
@@ -97,6 +99,13 @@ def surface(terrain, i0, j0, x, y):
 
 
 @kernel
+def surfaces(terrain, x, y, found):
+    """``surface`` at many places in the frame of node (0, 0); found has shape (n, 3)."""
+    for k in range(x.shape[0]):
+        found[k, 0], found[k, 1], found[k, 2] = surface(terrain, 0, 0, x[k], y[k])
+
+
+@kernel
 def friction_at(terrain, i0, j0, x, y):
     """Coulomb's coefficient of the DEM cell that holds the place (nearest cell centre)."""
     friction = terrain.friction
@@ -108,7 +117,7 @@ def friction_at(terrain, i0, j0, x, y):
 
 
 @kernel
-def roughness_of(heights):
+def roughness_of(heights, rise):
     """How far the nodes of the 3 x 3 cells around each cell rise above the tangent planes of the cell's own points.
 
     The rise of a node over the tangent plane at (u, v) is bilinear in (u, v), so its maximum lies at a corner of the
@@ -116,7 +125,6 @@ def roughness_of(heights):
     a bound for every point, not a sample. Outside the DEM is no terrain, so nothing rises there.
     """
     rows, columns = heights.shape
-    rise = np.zeros((rows, columns), dtype=np.float32)
     for j in range(rows - 1):
         for i in range(columns - 1):
             h00 = float(heights[j, i])
@@ -139,4 +147,3 @@ def roughness_of(heights):
                         if node - plane > worst:  # a NaN node compares false
                             worst = node - plane
             rise[j, i] = worst
-    return rise
