@@ -143,6 +143,13 @@ def test_dbh_follows_the_papers_normal_cut_where_there_is_no_tree(mean, sd):
     assert stats.kstest(height, stats.norm(200, 1).cdf).pvalue > 1e-4
 
 
+def test_no_tree_is_lower_than_breast_height():
+    dbh, height, redrawn = draw_sizes(Sizes(40.0, 5.0, 3.0, 2.0, 0.0), 20_000, 1)
+    assert stats.kstest(height, stats.truncnorm((1.3 - 3) / 2, np.inf, 3, 2).cdf).pvalue > 1e-4
+    assert redrawn > 0
+    assert stats.kstest(dbh, stats.norm(40, 5).cdf).pvalue > 1e-4
+
+
 @pytest.mark.parametrize("rho", [-0.5, 0.0, 0.8, 1.0])
 def test_height_and_dbh_are_correlated_as_asked(rho):
     dbh, height, _ = draw_sizes(Sizes(60.0, 8.0, 30.0, 4.0, rho), 20_000, 1)

@@ -184,9 +184,10 @@ def test_trees_without_ids_are_numbered_and_64_bit_ids_kept_whole(imported):
 
 
 def test_a_dem_gives_the_crs_and_drops_what_stands_off_it(imported, slope, outcome):
-    trees = points(20.0, 21.0)
-    trees.loc[2] = [Point(EAST + 1000, NORTH, 22)]
-    frame = imported(trees.set_crs(2056, allow_override=True).to_crs(32632), "utm.gpkg", dem=slope(), crs=None)
+    trees = points(h=[20.0, 21.0, np.nan, 22.0])  # the third has no size at all
+    trees.loc[3, "geometry"] = Point(EAST + 1000, NORTH)
+    frame = imported(trees.to_crs(32632), "utm.gpkg", dem=slope(), crs=None)
+    assert outcome["last"].facts["dropped"] == 2
     assert frame.crs.to_epsg() == 2056
     assert frame.geometry[0].distance(Point(EAST, NORTH)) < 0.01
     assert frame["height_m"].tolist() == pytest.approx([20, 21])

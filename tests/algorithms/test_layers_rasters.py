@@ -186,10 +186,11 @@ def test_a_raster_on_the_same_cells_is_taken_as_it_is(tmp_path):
 
 def test_a_raster_on_other_cells_gives_the_nearest_value_and_nan_beyond_it(tmp_path):
     grid = read_dem(write_map(tmp_path / "dem.tif"))
-    coarse = np.array([[1.0], [2.0]])  # two cells of 6 m, from (1000, 1994) up to (1006, 2006)
-    path = write_map(tmp_path / "mu.tif", coarse, transform=from_origin(1000, 2006, 6, 6))
+    coarse = np.array([[1.0], [2.0]])  # two cells of 4 m, the northern one from (1000, 2002) to (1004, 2006)
+    path = write_map(tmp_path / "mu.tif", coarse, transform=from_origin(1000, 2006, 4, 4))
     values = read_raster_on(path, grid, what="friction")
-    assert np.array_equal(values, np.array([[1, 1, 1, np.nan]] * 3), equal_nan=True)
+    expected = np.array([[2, 2, np.nan, np.nan], [1, 1, np.nan, np.nan], [1, 1, np.nan, np.nan]])
+    assert np.array_equal(values, expected, equal_nan=True)
 
 
 def test_a_raster_in_another_crs_is_brought_over(tmp_path):

@@ -52,6 +52,10 @@ def test_any_common_encoding_and_line_end(tmp_path, encoding, newline):
     assert frame["höhe"].tolist() == [20.5, 3]
 
 
+def test_signs_that_only_windows_writes(tmp_path):
+    assert table(tmp_path, "x;art\n1;Föhre – 5 €\n".encode("cp1252"))["art"].tolist() == ["Föhre – 5 €"]
+
+
 def test_a_table_without_header_gets_numbered_columns(tmp_path):
     frame = table(tmp_path, "2600000; 1200000; 20.5; 19.9; 31.9; nan\n2600001; 1200000; 8; 8; 14; 1\n", "Ind_trees.csv")
     assert list(frame) == [f"column_{i}" for i in range(1, 7)]
