@@ -58,7 +58,7 @@ from .contacts import (
     UY,
     UZ,
 )  # fmt: skip
-from .limits import DISC_ACCURACY, DISC_ITERATIONS, EXACT_BLOCK_COUPLING
+from .limits import DISC_ACCURACY, DISC_ITERATIONS, EXACT_BLOCK_COUPLING, SLIP_ARCS
 from .rotation import VX, VY, VZ, WX, WY, WZ
 
 
@@ -94,17 +94,17 @@ def disc_impulse(gtt, gtu, guu, ct, cu, radius):
 
 
 @kernel
-def _slip_excess(c, cn, ct, cu, angle):
-    """Of a slip in the direction of the angle: normal impulse, cross product of gamma_t with it, and its share along it."""
+def _slip(c, cn, ct, cu, angle):
+    """Of a slip in the direction of the angle, all times the normal stiffness s: (s, s gamma_t x e, s gamma_t . e).
+
+    The normal impulse is -cn / s. Without the division nothing is singular where s = 0, and no root hides beside it.
+    """
     et, eu = math.cos(angle), math.sin(angle)
     mu = c[MU]
     stiffness = c[GNN] - mu * (c[GNT] * et + c[GNU] * eu)
-    if stiffness <= 0.0:
-        return -1.0, 0.0, 0.0
-    pn = -cn / stiffness
-    gt = ct + pn * (c[GNT] - mu * (c[GTT] * et + c[GTU] * eu))
-    gu = cu + pn * (c[GNU] - mu * (c[GTU] * et + c[GUU] * eu))
-    return pn, et * gu - eu * gt, et * gt + eu * gu
+    gt = stiffness * ct - cn * (c[GNT] - mu * (c[GTT] * et + c[GTU] * eu))
+    gu = stiffness * cu - cn * (c[GNU] - mu * (c[GTU] * et + c[GUU] * eu))
+    return stiffness, et * gu - eu * gt, et * gt + eu * gu
 
 
 @kernel
@@ -127,25 +127,25 @@ def block_impulse(c, cn, ct, cu):
     if pn >= 0.0 and pt * pt + pu * pu <= mu * mu * pn * pn:
         return True, pn, pt, pu
     start = math.atan2(cu, ct)
-    arc = math.pi / 16.0
-    for k in range(16):
+    arc = math.pi / SLIP_ARCS
+    for k in range(SLIP_ARCS):
         for side in range(2):
             low = start + (k * arc if side == 0 else -(k + 1) * arc)
             high = low + arc
-            pn0, f0, _ = _slip_excess(c, cn, ct, cu, low)
-            pn1, f1, _ = _slip_excess(c, cn, ct, cu, high)
-            if pn0 < 0.0 or pn1 < 0.0 or (f0 > 0.0) == (f1 > 0.0):
+            _, excess, _ = _slip(c, cn, ct, cu, low)
+            _, other, _ = _slip(c, cn, ct, cu, high)
+            if (excess > 0.0) == (other > 0.0):
                 continue
             for _ in range(60):
-                middle = 0.5 * (low + high)
-                _, fm, _ = _slip_excess(c, cn, ct, cu, middle)
-                if (fm > 0.0) == (f0 > 0.0):
-                    low = middle
-                else:
-                    high = middle
-            pn, _, along = _slip_excess(c, cn, ct, cu, 0.5 * (low + high))
-            if pn >= 0.0 and along >= 0.0:
                 angle = 0.5 * (low + high)
+                _, other, _ = _slip(c, cn, ct, cu, angle)
+                if (other > 0.0) == (excess > 0.0):
+                    low = angle
+                else:
+                    high = angle
+            stiffness, _, along = _slip(c, cn, ct, cu, angle)
+            if stiffness > 0.0 and along >= 0.0:
+                pn = -cn / stiffness
                 return True, pn, -mu * pn * math.cos(angle), -mu * pn * math.sin(angle)
     return False, 0.0, 0.0, 0.0
 

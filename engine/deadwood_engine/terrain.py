@@ -86,10 +86,11 @@ def surface(terrain, i0, j0, x, y):
         return math.nan, 0.0, 0.0
     fu = u - iu
     fv = v - jv
-    h00 = float(heights[j, i])
-    h10 = float(heights[j, i + 1])
-    h01 = float(heights[j + 1, i])
-    h11 = float(heights[j + 1, i + 1])
+    # float() of a float32 stays float32 in Numba, and differences of heights would lose seven digits
+    h00 = np.float64(heights[j, i])
+    h10 = np.float64(heights[j, i + 1])
+    h01 = np.float64(heights[j + 1, i])
+    h11 = np.float64(heights[j + 1, i + 1])
     bx = h10 - h00
     by = h01 - h00
     twist = h11 - h10 - by
@@ -127,10 +128,10 @@ def roughness_of(heights, rise):
     rows, columns = heights.shape
     for j in range(rows - 1):
         for i in range(columns - 1):
-            h00 = float(heights[j, i])
-            bx = float(heights[j, i + 1]) - h00
-            by = float(heights[j + 1, i]) - h00
-            twist = float(heights[j + 1, i + 1]) - h00 - bx - by
+            h00 = np.float64(heights[j, i])
+            bx = np.float64(heights[j, i + 1]) - h00
+            by = np.float64(heights[j + 1, i]) - h00
+            twist = np.float64(heights[j + 1, i + 1]) - h00 - bx - by
             if twist != twist:
                 continue
             worst = 0.0
@@ -138,7 +139,7 @@ def roughness_of(heights, rise):
                 for di in range(-1, 3):
                     if not (0 <= j + dj < rows and 0 <= i + di < columns):
                         continue
-                    node = float(heights[j + dj, i + di]) - h00
+                    node = np.float64(heights[j + dj, i + di]) - h00
                     for corner in range(4):
                         cu = float(corner % 2)
                         cv = float(corner // 2)

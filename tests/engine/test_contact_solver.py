@@ -1,0 +1,184 @@
+"""The contact solver alone: laws of contact on random problems, and impacts with known answers."""
+
+import numpy as np
+import pytest
+from deadwood_engine import contacts as at
+from deadwood_engine.contact_solver import block_impulse, disc_impulse, solve
+from deadwood_engine.contacts import CONTACT_WIDTH, KEY_WIDTH, add_contact
+from deadwood_engine.log_body import CENTRE, LENGTH, TRANSVERSE, cone_bodies
+from scipy.optimize import minimize
+
+LOG = cone_bodies(np.array([0.75]), np.array([30.0]), np.array([300.0]))[0]
+
+
+def problem(points, *, axis=(0, 0, 1), velocity=(0, 0, 0), spin=(0, 0, 0), body=LOG):
+    """Contact table of (r, n, mu) triples for a log with the given motion; no gravity, all gaps closed."""
+    state = np.zeros(16)
+    state[3] = 1.0
+    state[7:10], state[10:13], state[13:16] = velocity, spin, np.asarray(axis, float) / np.linalg.norm(axis)
+    table, keys = np.zeros((len(points), CONTACT_WIDTH)), np.zeros((len(points), KEY_WIDTH), np.int64)
+    count = 0
+    for r, n, mu in points:
+        n = np.asarray(n, float) / np.linalg.norm(n)
+        count = add_contact(table, keys, count, state, body, *r, *n, mu, -1.0, 1e-9, 0.0, 0.0)
+    return table, state
+
+
+def after(table, state):
+    """Relative velocities (n, t, u) of every contact."""
+    motion = np.concatenate([state[7:10], state[10:13]])
+    rows = [(at.NX, at.ANX), (at.TX, at.ATX), (at.UX, at.AUX)]
+    return np.array([[np.concatenate([c[a : a + 3], c[b : b + 3]]) @ motion for a, b in rows] for c in table])
+
+
+@pytest.mark.parametrize("seed", range(200))
+def test_laws_of_contact(seed):
+    """T63-T65 on random contact sets of one log: signs, cone, complementarity, slip against the friction, energy."""
+    rng = np.random.default_rng(seed)
+    number = rng.integers(1, 7)
+    axis = rng.standard_normal(3)
+    axis /= np.linalg.norm(axis)
+    points = []
+    for _ in range(number):
+        s = rng.uniform(-LOG[CENTRE], LOG[LENGTH] - LOG[CENTRE])
+        side = np.cross(axis, rng.standard_normal(3))
+        side /= np.linalg.norm(side)
+        points.append((s * axis + 0.3 * side, -side + 0.3 * rng.standard_normal(3), rng.choice([0.0, 0.25, 0.6])))
+    table, state = problem(
+        points, axis=axis, velocity=rng.standard_normal(3) * 5, spin=np.cross(axis, rng.standard_normal(3))
+    )
+    before = table[:, [at.BEFORE_N, at.BEFORE_T, at.BEFORE_U]].copy()
+    used, residual = solve(table, len(table), state, 1e-11, 100_000)
+    assert residual <= 1e-11, f"not solved in {used} sweeps"
+    gamma = after(table, state)
+    p = table[:, [at.PN, at.PT, at.PU]]
+    friction, slip = np.hypot(p[:, 1], p[:, 2]), np.hypot(gamma[:, 1], gamma[:, 2])
+    assert np.all(p[:, 0] >= 0)
+    assert np.all(friction <= table[:, at.MU] * p[:, 0] * (1 + 1e-12))
+    # a later contact of the last sweep moves an earlier one by at most the couplings (below 10) times the change
+    assert np.all(gamma[:, 0] >= -1e-9)
+    assert np.all(p[:, 0] * np.abs(gamma[:, 0]) <= 1e-8)
+    sliding = (slip > 1e-6) & (p[:, 0] > 1e-6) & (table[:, at.MU] > 0)
+    assert np.all(friction[sliding] == pytest.approx(table[sliding, at.MU] * p[sliding, 0], rel=1e-6))
+    cosine = (p[:, 1:] * gamma[:, 1:]).sum(axis=1)[sliding] / (friction * slip)[sliding]
+    assert np.all(cosine < -1 + 1e-6)
+    assert 0.5 * (p * (gamma + before)).sum() <= 1e-12  # plastic impact with friction only takes energy
+
+
+def test_disc_minimises_energy():
+    """The friction impulse is the minimum of a convex function on a disc: compare with a general optimiser."""
+    rng = np.random.default_rng(3)
+    for _ in range(50):
+        root = rng.standard_normal((2, 2))
+        g = root @ root.T + 0.1 * np.eye(2)
+        c, radius = rng.standard_normal(2), rng.uniform(0.01, 2.0)
+        found = np.array(disc_impulse(g[0, 0], g[0, 1], g[1, 1], c[0], c[1], radius))
+
+        def energy(x, g=g, c=c, radius=radius):
+            p = radius * np.tanh(x[0]) * np.array([np.cos(x[1]), np.sin(x[1])])
+            return 0.5 * p @ g @ p + c @ p
+
+        best = min(
+            (minimize(energy, (0.5, a), options={"gtol": 1e-10}).fun for a in np.arange(0, 6.3, 1.0)), default=np.inf
+        )
+        assert np.hypot(*found) <= radius * (1 + 1e-12)
+        assert 0.5 * found @ g @ found + c @ found <= best + 1e-8
+
+
+@pytest.mark.parametrize("end", ["base", "tip"])
+@pytest.mark.parametrize("tilt", [0.0, 30.0])
+def test_dropped_on_one_end(end, tilt):
+    """T46: frictionless drop at 5 m/s on a point of the axis' end: P = v / (1 + a^2/k^2), a the horizontal lever."""
+    arm = LOG[CENTRE] if end == "base" else LOG[LENGTH] - LOG[CENTRE]
+    k2 = LOG[TRANSVERSE]
+    sign = -1.0 if end == "base" else 1.0
+    angle = np.radians(tilt)
+    axis = np.array([np.cos(angle), 0, -sign * np.sin(angle)])
+    table, state = problem([(sign * arm * axis, (0, 0, 1), 0.0)], axis=axis, velocity=(0, 0, -5))
+    solve(table, 1, state, 1e-12, 1000)
+    lever = arm * np.cos(angle)
+    impulse = 5 / (1 + lever**2 / k2)
+    assert -state[9] == pytest.approx(5 - impulse, abs=1e-9)
+    assert np.linalg.norm(state[10:13]) == pytest.approx(impulse * lever / k2, abs=1e-9)
+    if tilt == 0.0:
+        published = {"base": (3.375733, 0.286426), "tip": (4.161623, 0.228481)}[end]
+        assert (-state[9], np.linalg.norm(state[10:13])) == pytest.approx(published, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("offset", "speed", "turn"), [(0, 0, 0), (2, 0.564696, 0.282348), (5, 2.722286, 0.544457), (8, 4.891673, 0.611459)]
+)
+def test_sideways_against_a_tree(offset, speed, turn):
+    """T47: v+ = 10 b^2/(k^2 + b^2), w+ = v+/b."""
+    table, state = problem([((offset, 0, 0), (0, -1, 0), 0.0)], axis=(1, 0, 0), velocity=(0, 10, 0))
+    solve(table, 1, state, 1e-12, 1000)
+    assert state[8] == pytest.approx(speed, abs=1e-6)
+    assert abs(state[12]) == pytest.approx(turn, abs=1e-6)
+
+
+def test_two_trees_at_once():
+    """T48: symmetric trees stop the log with equal impulses; of two on one side only the near one acts."""
+    table, state = problem(
+        [((5, 0, 0), (0, -1, 0), 0.0), ((-5, 0, 0), (0, -1, 0), 0.0)], axis=(1, 0, 0), velocity=(0, 10, 0)
+    )
+    solve(table, 2, state, 1e-12, 10_000)
+    assert state[7:13] == pytest.approx(np.zeros(6), abs=1e-9)
+    assert table[:, at.PN] == pytest.approx([5, 5], abs=1e-9)
+    table, state = problem(
+        [((8, 0, 0), (0, -1, 0), 0.0), ((2, 0, 0), (0, -1, 0), 0.0)], axis=(1, 0, 0), velocity=(0, 10, 0)
+    )
+    solve(table, 2, state, 1e-13, 10_000)
+    assert table[1, at.PN] == pytest.approx(9.435304, abs=1e-6)
+    assert table[0, at.PN] == 0
+    assert state[8] == pytest.approx(0.564696, abs=1e-6)
+    assert after(table, state)[0, 0] == pytest.approx(1.694088, abs=1e-6)
+
+
+@pytest.mark.parametrize("mu", [0.6, 1.0, 1.5, 10.0])
+def test_painleve(mu):
+    """T52: tip leading at 68 degrees from the horizontal, 5 m/s: beyond the critical mu (0.984) the contact sticks."""
+    angle = np.radians(68)
+    axis = np.array([np.cos(angle), 0, -np.sin(angle)])
+    arm = (LOG[LENGTH] - LOG[CENTRE]) * axis
+    falling = -9.81 * 0.002  # one step of gravity at 2 ms
+    table, state = problem([(arm, (0, 0, 1), mu)], axis=axis, velocity=(5, 0, falling))
+    used, residual = solve(table, 1, state, 1e-12, 1000)
+    assert residual <= 1e-12
+    assert used < 20, "the exact block should not need many sweeps"
+    p, gamma = table[0, [at.PN, at.PT, at.PU]], after(table, state)[0]
+    assert gamma[0] == pytest.approx(0, abs=1e-10)
+    sideways = np.hypot(p[1], p[2])
+    if mu == 0.6:
+        assert (p[0], sideways) == pytest.approx((0.0296, 0.0178), abs=1e-4)
+    else:
+        assert (p[0], sideways) == pytest.approx((1.4628, 1.4281), abs=1e-4)
+        assert np.hypot(gamma[1], gamma[2]) < 1e-9
+
+
+def test_block_agrees_with_the_laws():
+    """Where the exact block answers, its answer satisfies Signorini and Coulomb to rounding."""
+    rng = np.random.default_rng(5)
+    answered = 0
+    for _ in range(300):
+        table, _ = problem([(rng.standard_normal(3) * 8, rng.standard_normal(3), rng.uniform(0, 2))])
+        c = rng.standard_normal(3)
+        ok, pn, pt, pu = block_impulse(table[0], *c)
+        if not ok:
+            continue
+        answered += 1
+        t = table[0]
+        g = np.array(
+            [[t[at.GNN], t[at.GNT], t[at.GNU]], [t[at.GNT], t[at.GTT], t[at.GTU]], [t[at.GNU], t[at.GTU], t[at.GUU]]]
+        )
+        p = np.array([pn, pt, pu])
+        gamma = c + g @ p
+        friction, slip = np.hypot(pt, pu), np.hypot(gamma[1], gamma[2])
+        scale = 1e-9 * max(1.0, np.abs(p).max() * np.abs(g).max())
+        assert pn >= 0
+        assert gamma[0] >= -scale
+        assert pn * abs(gamma[0]) <= scale * max(1, pn)
+        assert friction <= t[at.MU] * pn * (1 + 1e-9)
+        if slip > 1e-6 and pn > 0:
+            assert friction == pytest.approx(t[at.MU] * pn, rel=1e-9)
+            assert p[1:] @ gamma[1:] == pytest.approx(-friction * slip, rel=1e-6, abs=scale)
+    assert answered >= 297
