@@ -1,0 +1,118 @@
+"""A small slope as files, and runs on it: what the tests of slide-logs and of the tools behind it share.
+
+30 m of flat ground, then 35 degrees up to the north; 60 x 100 cells of 1 m. Local (u, v) are metres from its corner.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import geopandas as gpd
+import numpy as np
+import pyarrow.parquet as parquet
+import rasterio
+import shapely
+from rasterio.transform import from_origin
+
+from deadwood_algorithms import slide_logs
+
+EAST, NORTH = 2_786_000.0, 1_196_000.0
+WIDTH, LENGTH = 60, 100
+FOOT = 30.0
+RASTERS = ("hit_count", "reach_probability", "deposit_count", "speed_max", "energy_max", "jump_max")
+
+
+def write_dem(path: Path, *, cell: float = 1.0, crs: str | None = "EPSG:2056", flat: bool = False, **profile) -> str:
+    rows, columns = round(LENGTH / cell), round(WIDTH / cell)
+    v = (np.arange(rows)[::-1, None] + 0.5) * cell
+    heights = 1000.0 + np.tan(np.radians(35.0)) * np.maximum(v - FOOT, 0.0) * (0.0 if flat else 1.0)
+    values = np.broadcast_to(heights, (rows, columns)).astype("float32")
+    facts = {"driver": "GTiff", "dtype": "float32", "count": 1, "nodata": -9999.0}
+    facts |= {"height": rows, "width": columns, "crs": crs, "transform": from_origin(EAST, NORTH + LENGTH, cell, cell)}
+    with rasterio.open(path, "w", **(facts | profile)) as made:
+        made.write(values, 1)
+    return str(path)
+
+
+def write_layer(path: Path, shapes: list[Any], crs: str | None = "EPSG:2056", to: str | None = None, **columns) -> str:
+    """Shapes are in local coordinates; ``to`` reprojects them."""
+    moved = [shapely.transform(shape, lambda xy: np.add(xy, (EAST, NORTH))) for shape in shapes]
+    frame = gpd.GeoDataFrame(columns, geometry=moved, crs=crs)
+    (frame.to_crs(to) if to else frame).to_file(path, layer=path.stem, driver="GPKG")
+    return str(path)
+
+
+def points(*places: tuple[float, float]) -> list[Any]:
+    return [shapely.Point(*place) for place in places]
+
+
+class Case:
+    """Files in a folder, and runs of slide-logs on them."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        folder.mkdir(parents=True, exist_ok=True)
+        self.dem = write_dem(folder / "dem.tif")
+        rng = np.random.default_rng(4)
+        places = [(20.0 + 20.0 * a, 70.0 + 10.0 * b) for a, b in rng.random((24, 2))]
+        self.releases = write_layer(
+            folder / "releases.gpkg", points(*places), log_id=np.arange(24) * 3 + 5, release_id=["a", "b"] * 12
+        )
+        stems = [(60.0 * a, 35.0 + 60.0 * b) for a, b in rng.random((60, 2))]
+        self.trees = write_layer(
+            folder / "trees.gpkg", points(*stems), tree_id=np.arange(60) + 900, dbh_cm=[50.0] * 60, height_m=[20.0] * 60
+        )
+        self.lines = write_layer(
+            folder / "lines.gpkg",
+            [shapely.LineString([(0.5, 25.0), (59.5, 25.0)]), shapely.box(10.0, 5.0, 30.0, 15.0)],
+            line_id=["road", "house"],
+        )
+        self.barriers = write_layer(
+            folder / "barriers.gpkg",
+            [shapely.LineString([(10.0, 45.0), (35.0, 45.0)]), shapely.LineString([(40.0, 40.0), (50.0, 42.0)])],
+            barrier_id=["west", "east"],
+            height_m=[1.5, 4.0],
+        )
+
+    def values(self, **changes: Any) -> dict[str, Any]:
+        values = {"dem": self.dem, "releases": self.releases, "friction": "0.25", "output": str(self.folder / "run")}
+        logs = {"dbh_cm": 40.0, "length_m": 10.0, "fidelity": "draft", "time_limit": 60.0, "trajectories": "all"}
+        return {name: value for name, value in (values | logs | changes).items() if value is not None}
+
+    def everything(self) -> dict[str, str]:
+        return {"trees": self.trees, "lines": self.lines, "barriers": self.barriers}
+
+    def run(self, feedback: Any = None, **changes: Any) -> Path:
+        values = self.values(**changes)
+        slide_logs.TOOL(feedback=feedback, **values)
+        return Path(values["output"])
+
+
+def layer(run: Path, name: str) -> gpd.GeoDataFrame:
+    return gpd.read_file(run / "run.gpkg", layer=name)
+
+
+def summary(run: Path) -> dict[str, Any]:
+    return json.loads((run / "summary.json").read_text(encoding="utf-8"))
+
+
+def raster(path: Path) -> np.ndarray:
+    with rasterio.open(path) as source:
+        return source.read(1)
+
+
+def assert_same_run(one: Path, other: Path) -> None:
+    """Every value of every result the same, bit for bit; what a run cost, and what it was called, apart."""
+    for name in ("deposits", "deposited_logs", "trajectories"):
+        a, b = layer(one, name), layer(other, name)
+        assert list(a.columns) == list(b.columns)
+        assert a.geometry.to_wkb().equals(b.geometry.to_wkb())
+        assert a.drop(columns="geometry").equals(b.drop(columns="geometry"))
+    assert parquet.read_table(one / "poses.parquet").equals(parquet.read_table(other / "poses.parquet"))
+    for name in RASTERS:
+        assert np.array_equal(raster(one / f"{name}.tif"), raster(other / f"{name}.tif"), equal_nan=True), name
+    a, b = summary(one), summary(other)
+    assert {k: v for k, v in a.items() if k != "cost"} == {k: v for k, v in b.items() if k != "cost"}
+    assert a["cost"]["steps"] == b["cost"]["steps"]
