@@ -112,7 +112,7 @@ def _touch(terrain, frame, contacts, keys, count, state, body, trial, item, part
 
 @kernel
 def deepest_below_edge(ex, ey, ez, dx, dy, dz, sine, a, nx, ny, x, y, ax, ay, top0, rise):
-    """Point of an end face (centre e, axis d, radius a) deepest against the plate's normal n, among those below the top.
+    """Point of an end face (centre e, axis d, radius a) deepest against the plate's normal n, of those below its top.
 
     The face is a disc cut off by the top edge, and depth is linear on it, so the deepest point is the rim's deepest
     where that lies below the edge, else one of the two rim points at the edge's height.

@@ -17,8 +17,9 @@ from pathlib import Path
 from typing import Any
 
 import numba
-from numba import config
 
+# Numba's settings have no type stubs
+_settings: Any = numba.config
 _KEPT_CACHES = 3
 
 
@@ -64,9 +65,10 @@ def kernel(function: Callable[..., Any]) -> Any:
     Kernels allocate nothing, so Numba's reference counting is off: its atomic operations on every array handed to a
     kernel cost more than the kernels (measured: a step with contacts took 2 to 4 times as long).
     """
-    previous = config.CACHE_DIR
-    config.CACHE_DIR = CACHE_FOLDER  # read by Numba when it decorates; other users of Numba keep theirs
+    previous = _settings.CACHE_DIR
+    _settings.CACHE_DIR = CACHE_FOLDER  # read by Numba when it decorates; other users of Numba keep theirs
     try:
-        return numba.njit(function, cache=True, nogil=True, error_model="numpy", _nrt=False)
+        options: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy", "_nrt": False}
+        return numba.njit(**options)(function)
     finally:
-        config.CACHE_DIR = previous
+        _settings.CACHE_DIR = previous

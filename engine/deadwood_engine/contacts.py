@@ -46,7 +46,7 @@ def cross(ax, ay, az, bx, by, bz):
 
 @kernel
 def add_contact(contacts, keys, count, state, body, rx, ry, rz, nx, ny, nz, mu, gap, dt, restitution, gravity):
-    """Append one contact: frame, velocities before the step, least normal velocity, and its block of the Delassus matrix.
+    """Append one contact: frame, velocities before the step, least normal velocity, and its Delassus block.
 
     gap is the gap predicted for the next midpoint; the gap now follows from the free velocity along the normal.
     Returns the new count; a full table keeps what it has (it is sized for every candidate, so this cannot happen).

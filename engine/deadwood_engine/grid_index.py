@@ -1,4 +1,4 @@
-"""A uniform grid over plan boxes: which items could lie near a place. Prepared once, read by every obstacle's kernel."""
+"""A uniform grid over plan boxes: which items could lie near a place. Prepared once, read by all kernels."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """The log in plan: its outline, the area that it sweeps, and what that area touches (paper, section 4).
 
 The outline is the hull of the two end faces seen from above (ellipses, by eight points each). Between two poses the
-log sweeps the hull of both outlines: exact for a straight move, which poses one cell apart are close to. A cell is hit when it overlaps
-the swept hull; a log counts once a cell.
+log sweeps the hull of both outlines: exact for a straight move, which poses one cell apart are close to. A cell is hit
+when it overlaps the swept hull; a log counts once a cell.
 
 Cells: cell (j, i) of a raster reaches half a cell around its centre (x0 + i cell, y0 + j cell).
 """

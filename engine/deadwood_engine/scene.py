@@ -1,8 +1,9 @@
-"""The scene that logs slide through, as plain arrays. What a scene lacks has zero rows, never a flag, and costs nothing."""
+"""The scene that logs slide through, as plain arrays. What a scene lacks has zero rows and costs nothing."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -128,7 +129,7 @@ def _plates_and_posts(terrain: Terrain, barriers: Barriers) -> tuple[Plates, Arr
     for row, height in enumerate(barriers.height):
         corners = plan[barriers.starts[row] : barriers.starts[row + 1]]
         cuts = [corners[:1]]
-        for a, b in zip(corners[:-1], corners[1:], strict=True):
+        for a, b in pairwise(corners):
             number = max(1, int(np.ceil(np.hypot(*(b - a)) / piece)))
             if np.hypot(*(b - a)) > 0:
                 cuts.append(a + (b - a) * (np.arange(1, number + 1) / number)[:, None])

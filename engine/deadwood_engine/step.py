@@ -368,6 +368,7 @@ def slide_log(scene, frame, state, body, stations, settings, scratch, rasters, r
                 if not ground and scratch.contacts[k, PN] > 0.0:
                     is_barrier, item = owner_of(scene, scratch.keys[k])
                     if is_barrier:
+                        marks.fences[item] = True
                         barrier_hits = insert_sorted(scratch.hit_barriers, barrier_hits, item)
                     else:
                         tree_hits = insert_sorted(scratch.hit_trees, tree_hits, item)
@@ -405,10 +406,10 @@ def slide_log(scene, frame, state, body, stations, settings, scratch, rasters, r
             next_rocking = time + ROCKING_WINDOW
             # A cradled log rolls to and fro for ever. It rests if it has stayed slow, has not gained, and has not left.
             slow = peak <= settings.rest_speed**2 and rocking_peak <= settings.rest_speed**2
-            if slow and peak <= ROCKING_GROWTH * rocking_peak and time > 1.5 * ROCKING_WINDOW:
-                if ends_moved(scratch.rocking, state, body) < settings.trace_step:
-                    reason, item = holder(scene, scratch, count)
-                    summary[ITEM] = item
+            stays_near = ends_moved(scratch.rocking, state, body) < settings.trace_step
+            if slow and stays_near and peak <= ROCKING_GROWTH * rocking_peak and time > 1.5 * ROCKING_WINDOW:
+                reason, item = holder(scene, scratch, count)
+                summary[ITEM] = item
             remember_pose(scratch.rocking, state, body)
             rocking_peak, peak = peak, 0.0
         elif steps % POLL_STEPS == 0 and stop[0] != 0:

@@ -1,4 +1,4 @@
-"""What a sliding log leaves behind: rasters, touched lines, and poses, written each time it has moved by about a cell."""
+"""What a sliding log leaves behind: rasters, touched lines, and poses, written whenever it has moved by a cell."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def remember_pose(memory, state, body):
 def draw(scene, frame, state, body, memory, work, rasters, row, marks, time):
     """Draw the area swept since the last outline into the rasters and mark the lines that it touches.
 
-    work = (points, hull, left, right). On the first call the memory holds the present pose, and the area is the outline.
+    work = (points, hull, left, right). On the first call the memory holds the present pose: the area is the outline.
     """
     points, hull, left, right = work
     terrain = scene.terrain

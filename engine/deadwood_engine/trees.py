@@ -83,7 +83,7 @@ def prepare(
 
 @kernel
 def near(uprights, frame, cell, listed, table, bx, by, tx, ty, reach):
-    """List the uprights within reach [m] of the log's plan axis (base to tip), in the log's frame; returns the count."""
+    """List the uprights within reach [m] of the log's plan axis (base to tip), in its frame; returns the count."""
     if uprights.owner.shape[0] == 0:
         return 0
     ox, oy = frame[0] * cell, frame[1] * cell

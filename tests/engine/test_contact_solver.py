@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize
+
 from deadwood_engine import contacts as at
 from deadwood_engine.contact_solver import block_impulse, disc_impulse, solve
 from deadwood_engine.contacts import CONTACT_WIDTH, KEY_WIDTH, add_contact
 from deadwood_engine.log_body import CENTRE, LENGTH, TRANSVERSE, cone_bodies
-from scipy.optimize import minimize
 
 LOG = cone_bodies(np.array([0.75]), np.array([30.0]), np.array([300.0]))[0]
 

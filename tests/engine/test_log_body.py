@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from deadwood_engine.log_body import AXIAL, CENTRE, MASS, TRANSVERSE, cone_bodies
 from scipy.integrate import quad
+
+from deadwood_engine.log_body import AXIAL, CENTRE, MASS, TRANSVERSE, cone_bodies
 
 
 # NUMERICS 1.2: closed forms evaluated independently, printed to the digits given

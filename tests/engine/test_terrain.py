@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from deadwood_engine import Scene
 from deadwood_engine.terrain import prepare, surface
 
