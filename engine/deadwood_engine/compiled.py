@@ -19,7 +19,7 @@ from typing import Any
 import numba
 
 # Numba's settings have no type stubs
-_settings: Any = numba.config
+_settings: Any = vars(numba)["config"]
 _KEPT_CACHES = 3
 
 

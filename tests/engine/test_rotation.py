@@ -48,7 +48,7 @@ def test_energy_and_momentum_stay():
 
 @pytest.mark.parametrize(("diameter", "length", "w3"), [(0.75, 30.0, 0.1), (0.30, 15.0, 100.0), (0.75, 0.4, 5.0)])
 def test_tumbling_does_not_become_spin(diameter, length, w3):
-    """The published 2014 scheme turns w3 = 0.1 into 36 rad/s in 5 s (T10); also fast spin (T11), an oblate log (T12)."""
+    """The published 2014 scheme turns w3 = 0.1 into 36 rad/s in 5 s (T10); also fast spin (T11), oblate (T12)."""
     state, a, c = top(diameter, length, (1.0, 0.0, w3))
     energy = kinetic_energy(state, a, c)
     for _ in range(500):
