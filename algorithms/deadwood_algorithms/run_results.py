@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 # A vertex of a trajectory line per so much path: at 30 m/s a flight sags 1.4 mm between two of them.
 VERTEX_SPACING_M = 1.0
+WORTH_A_WARNING = 0.05  # share of the logs that ran out of time
 BY_LOG = (
     "stop_reason",
     "stop_item",
@@ -108,6 +109,12 @@ def write_results(
     feedback.progress(2, 3, "writing the results")
 
     summary = summary_of(ask, fidelity, layers, releases, by_log, touched, deposits)
+    still = summary["logs"]["by_stop_reason"]["time_limit"]
+    if still > WORTH_A_WARNING * len(releases):
+        feedback.warn(
+            f"{still} of {len(releases)} logs still moved at --time-limit {ask.time_limit:g} s, so their deposits are "
+            "not final; most such logs roll on smooth ground, for the model has no rolling resistance"
+        )
     write_json(folder / SUMMARY, summary)
     write_json(folder / MANIFEST, tool.manifest(made_by, ask, **_facts(layers, releases, work)))
     feedback.progress(3, 3, "writing the results")

@@ -353,3 +353,11 @@ def test_a_high_barrier_stops_a_log(case, tmp_path):
     assert deposit.geometry.y - NORTH > 50.0
     assert summary(run)["barriers"][0]["n_overjumped"] == 0
     assert summary(run)["barriers"][0]["n_reached"] == 1
+
+
+def test_logs_that_ran_out_of_time_are_warned_of(case, tmp_path, said):
+    case.run(said, output=str(tmp_path / "short"), time_limit=1.0, trajectories="none")
+    assert any("24 of 24 logs still moved" in warning for warning in said.warnings)
+    said.warnings.clear()
+    case.run(said, output=str(tmp_path / "long"), trees=case.trees, trajectories="none", time_limit=300.0)
+    assert not said.warnings
