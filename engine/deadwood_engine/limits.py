@@ -22,6 +22,7 @@ HOVER = 0.5  # [-] of g dt^2: gaps so small count as closed (0.5 mm at 10 ms); w
 
 # Geometry
 FLAT_TOLERANCE = 1e-9  # [-] sine below which two directions count as parallel
+STEEP = 0.95  # [-] cosine of the tilt above which a log counts as standing when a tree is found inside its outline
 LEAST_STATIONS = 8  # rings along a log, however short it is
 
 # Rest

@@ -26,8 +26,9 @@ from numpy.typing import NDArray
 from .compiled import kernel
 from .contacts import TREE, add_contact
 from .grid_index import GridIndex, index_boxes, list_near
-from .limits import FLAT_TOLERANCE, OBSTACLE_TRAVEL
+from .limits import FLAT_TOLERANCE, OBSTACLE_TRAVEL, STEEP
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
+from .rotation import DX, DY, X, Y
 from .terrain import friction_at
 
 Array = NDArray[np.float64]
@@ -152,89 +153,134 @@ def disc_nearest(a, cosine, tl, tm):
 
 
 @kernel
+def _end_contact(terrain, frame, tree, item, end, contacts, keys, count, state, body, trial, step):
+    """Contact of one end face (0 base, 1 tip) with a tree; returns (count, whether the tree entered by this face).
+
+    In plan the face is an ellipse, and its outer half is the outline's end. A tree whose axis is outside meets the
+    nearest point of the ellipse. One whose axis is inside has been overrun: if it lies less deep under the end
+    than under the log's side, or was still beyond the end before this step, it entered by the face and is pushed out
+    by it. Without that a stem thinner than a step's travel impales the log and is carried along.
+    """
+    x, y, foot, top, radius, slope = tree[NEAR_X], tree[NEAR_Y], tree[FOOT], tree[TOP], tree[RADIUS], tree[SLOPE]
+    dx, dy, dz = trial[0], trial[1], trial[2]
+    outward = -1.0 if end == 0 else 1.0
+    s = -body[CENTRE] if end == 0 else body[LENGTH] - body[CENTRE]
+    a = body[BASE_RADIUS] if end == 0 else body[TIP_RADIUS]
+    ex, ey, ez = trial[3] + s * dx, trial[4] + s * dy, trial[5] + s * dz
+    sine = math.sqrt(dx * dx + dy * dy)
+    if ez - a * sine > top:
+        return count, False
+    lx, ly = 1.0, 0.0
+    if sine > FLAT_TOLERANCE:
+        lx, ly = -dy / sine, dx / sine
+    mx, my = ly, -lx  # plan direction of the axis
+    tl, tm = (x - ex) * lx + (y - ey) * ly, (x - ex) * mx + (y - ey) * my
+    entered = False
+    if abs(tl) < a and abs(dz) < STEEP:
+        w = outward * a * math.sqrt(1.0 - (tl / a) ** 2)
+        if dz < 0.0:
+            w = -w
+        edge = outward * w * dz
+        depth = edge - outward * tm
+        if depth > 0.0:
+            before_x = state[X] + s * state[DX]
+            before_y = state[Y] + s * state[DY]
+            before = outward * ((x - before_x) * mx + (y - before_y) * my)
+            if depth > a - abs(tl) and before < edge:
+                return count, False
+            entered = True
+    if entered:
+        u = tl
+        nx, ny, gap = -outward * mx, -outward * my, -depth
+    else:
+        u, w = disc_nearest(a, dz, tl, tm)
+        nx = ex + u * lx + w * dz * mx - x
+        ny = ey + u * ly + w * dz * my - y
+        gap = math.sqrt(nx * nx + ny * ny)
+        if gap == 0.0:
+            return count, False
+        nx, ny = nx / gap, ny / gap
+    pz = min(ez - w * sine, top)
+    lean = -slope if pz > foot else 0.0
+    gap -= radius - lean * (pz - foot)
+    if gap < 0.0:
+        scale = 1.0 / math.sqrt(1.0 + lean * lean)
+        count = _touch(
+            terrain, frame, contacts, keys, count, state, body, trial, item, 1 + end,
+            ex + u * lx + w * dz * mx, ey + u * ly + w * dz * my, pz,
+            nx * scale, ny * scale, lean * scale, gap * scale, step,
+        )  # fmt: skip
+    return count, entered
+
+
+@kernel
+def _side_contact(terrain, frame, tree, item, contacts, keys, count, state, body, trial, step):
+    """Contact of the log's side, strictly between its ends, with a tree's side or top; returns the new count."""
+    foot, top, radius = tree[FOOT], tree[TOP], tree[RADIUS]
+    dx, dy, dz, ox, oy, oz = trial[0], trial[1], trial[2], trial[3], trial[4], trial[5]
+    back, front = -body[CENTRE], body[LENGTH] - body[CENTRE]
+    taper = (body[TIP_RADIUS] - body[BASE_RADIUS]) / body[LENGTH]
+    gx, gy = ox - tree[NEAR_X], oy - tree[NEAR_Y]
+    plan = dx * dx + dy * dy  # square of the sine of the tilt
+    if plan <= FLAT_TOLERANCE:
+        return count
+    nearest = -(gx * dx + gy * dy) / plan
+    z = oz + nearest * dz
+    kb = tree[SLOPE] if z > foot else 0.0  # the stem goes on below the ground
+    mix = (taper * taper + kb * kb + 2.0 * dz * taper * kb) / plan
+    across = math.sqrt((gx + nearest * dx) ** 2 + (gy + nearest * dy) ** 2)
+    # nearly parallel, the tapers outweigh the angle between the axes: the end faces are what touches
+    if mix >= 0.5 or across == 0.0:
+        return count
+    rho = across / math.sqrt(1.0 - mix)
+    s = nearest + rho * (taper + dz * kb) / plan
+    z += rho * (kb + dz * taper) / plan
+    if z > top:
+        # the top's rim: nearest point of the log's axis to the end of the tree's
+        z = top
+        s = -(gx * dx + gy * dy + (oz - top) * dz)
+        ax, ay, az = gx + s * dx, gy + s * dy, oz - top + s * dz
+        s += math.sqrt(ax * ax + ay * ay + az * az) * taper / math.sqrt(1.0 - taper * taper)
+    if not back < s < front:
+        return count
+    ax, ay, az = gx + s * dx, gy + s * dy, oz + s * dz - z
+    rho = math.sqrt(ax * ax + ay * ay + az * az)
+    a = body[BASE_RADIUS] + taper * (s - back)
+    gap = rho - a - (radius + kb * (z - foot) if z > foot else radius)
+    if gap < 0.0 and rho > 0.0:
+        nx, ny, nz = ax / rho, ay / rho, az / rho
+        count = _touch(
+            terrain, frame, contacts, keys, count, state, body, trial, item, 0,
+            ox + s * dx - a * nx, oy + s * dy - a * ny, oz + s * dz - a * nz, nx, ny, nz, gap, step,
+        )  # fmt: skip
+    return count
+
+
+@kernel
 def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, state, body, trial, step):
     """Contacts with the near uprights; step = (dt, restitution, gravity).
 
     Returns (count, travel): how far [m] the log's fastest point may move in the next step without passing anything.
     """
     travel = math.inf
-    dx, dy, dz, ox, oy, oz = trial[0], trial[1], trial[2], trial[3], trial[4], trial[5]
-    length, back = body[LENGTH], -body[CENTRE]
-    front = length + back
-    thick = body[BASE_RADIUS]
-    taper = (body[TIP_RADIUS] - thick) / length
-    plan = dx * dx + dy * dy  # square of the sine of the tilt
+    dx, dy, dz, oz = trial[0], trial[1], trial[2], trial[5]
+    back, front, thick = -body[CENTRE], body[LENGTH] - body[CENTRE], body[BASE_RADIUS]
+    taper = (body[TIP_RADIUS] - thick) / body[LENGTH]
+    plan = dx * dx + dy * dy
     for m in range(number):
-        x, y, top, radius, slope = table[m, NEAR_X], table[m, NEAR_Y], table[m, TOP], table[m, RADIUS], table[m, SLOPE]
-        gx, gy = ox - x, oy - y
+        tree, item = table[m], listed[m]
+        gx, gy = trial[3] - tree[NEAR_X], trial[4] - tree[NEAR_Y]
         nearest = 0.0
         if plan > 0.0:
-            nearest = -(gx * dx + gy * dy) / plan
-        inside = min(front, max(back, nearest))
-        hx, hy = gx + inside * dx, gy + inside * dy
-        distance = math.sqrt(hx * hx + hy * hy)
-        least = OBSTACLE_TRAVEL * (thick + taper * (inside - back) + radius)
-        if distance - thick - radius > 0.0:
-            travel = min(travel, max(least, distance - thick - radius))
+            nearest = min(front, max(back, -(gx * dx + gy * dy) / plan))
+        distance = math.sqrt((gx + nearest * dx) ** 2 + (gy + nearest * dy) ** 2)
+        clear = distance - thick - tree[RADIUS]
+        least = OBSTACLE_TRAVEL * (thick + taper * (nearest - back) + tree[RADIUS])
+        travel = min(travel, max(least, clear))
+        if clear > 0.0 or min(oz + back * dz, oz + front * dz) - thick > tree[TOP]:
             continue
-        travel = min(travel, least)
-        item = listed[m]
-        foot = table[m, FOOT]
-        if min(oz + back * dz, oz + front * dz) - thick > top:
-            continue
-        # side of the log
-        kb = slope
-        z = oz + nearest * dz
-        if z < foot:
-            kb = 0.0  # the stem goes on below the ground
-        mix = (taper * taper + kb * kb + 2.0 * dz * taper * kb) / plan if plan > FLAT_TOLERANCE else 1.0
-        across = math.sqrt((gx + nearest * dx) ** 2 + (gy + nearest * dy) ** 2)
-        if mix < 0.5 and across > 0.0:
-            rho = across / math.sqrt(1.0 - mix)
-            s = nearest + rho * (taper + dz * kb) / plan
-            z += rho * (kb + dz * taper) / plan
-            if z > top:
-                # the top's rim: nearest point of the log's axis to the end of the tree's
-                z = top
-                s = -(gx * dx + gy * dy + (oz - top) * dz)
-                ax, ay, az = gx + s * dx, gy + s * dy, oz - top + s * dz
-                s += math.sqrt(ax * ax + ay * ay + az * az) * taper / math.sqrt(1.0 - taper * taper)
-            if back < s < front:
-                ax, ay, az = gx + s * dx, gy + s * dy, oz + s * dz - z
-                rho = math.sqrt(ax * ax + ay * ay + az * az)
-                a = thick + taper * (s - back)
-                gap = rho - a - (radius + kb * (min(z, top) - foot) if z > foot else radius)
-                if gap < 0.0 and rho > 0.0:
-                    nx, ny, nz = ax / rho, ay / rho, az / rho
-                    count = _touch(
-                        terrain, frame, contacts, keys, count, state, body, trial, item, 0,
-                        ox + s * dx - a * nx, oy + s * dy - a * ny, oz + s * dz - a * nz, nx, ny, nz, gap, step,
-                    )  # fmt: skip
-        # its two end faces
-        sine = math.sqrt(plan)
-        lx, ly = 1.0, 0.0
-        if sine > FLAT_TOLERANCE:
-            lx, ly = -dy / sine, dx / sine
-        mx, my = ly, -lx  # plan direction of the axis
-        for end in range(2):
-            s = back if end == 0 else front
-            a = thick if end == 0 else body[TIP_RADIUS]
-            ex, ey, ez = ox + s * dx, oy + s * dy, oz + s * dz
-            tl, tm = (x - ex) * lx + (y - ey) * ly, (x - ex) * mx + (y - ey) * my
-            u, w = disc_nearest(a, dz, tl, tm)
-            px = ex + u * lx + w * dz * mx
-            py = ey + u * ly + w * dz * my
-            pz = ez - w * sine
-            if pz > top:
-                continue
-            ax, ay = px - x, py - y
-            rho = math.sqrt(ax * ax + ay * ay)
-            bole = radius + slope * (pz - foot) if pz > foot else radius
-            if rho - bole < 0.0 and rho > 0.0:
-                lean = -slope if pz > foot else 0.0
-                scale = 1.0 / math.sqrt(1.0 + lean * lean)
-                count = _touch(
-                    terrain, frame, contacts, keys, count, state, body, trial, item, 1 + end,
-                    px, py, pz, ax / rho * scale, ay / rho * scale, lean * scale, (rho - bole) * scale, step,
-                )  # fmt: skip
+        count, by_base = _end_contact(terrain, frame, tree, item, 0, contacts, keys, count, state, body, trial, step)
+        count, by_tip = _end_contact(terrain, frame, tree, item, 1, contacts, keys, count, state, body, trial, step)
+        if not (by_base or by_tip):
+            count = _side_contact(terrain, frame, tree, item, contacts, keys, count, state, body, trial, step)
     return count, travel
