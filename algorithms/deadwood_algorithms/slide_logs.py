@@ -10,7 +10,6 @@ Logs do not break, trees and barriers do not give way, logs do not meet each oth
 
 from __future__ import annotations
 
-import os
 import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -19,6 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from deadwood_algorithms import tool
+from deadwood_algorithms.log_order import keep_by_hash
+from deadwood_algorithms.released_scene import ReleasedScene, read_released_scene, threads_of
 from deadwood_algorithms.tool import Cancelled, Feedback, Outcome, Tool, UserError
 
 if TYPE_CHECKING:
@@ -30,21 +31,10 @@ if TYPE_CHECKING:
 # Logs worked on between two saved states: enough to keep 16 threads busy, little to lose or to hold in memory.
 CHUNK = 512
 CHECKPOINT_S = 10.0  # between two saved states of the rasters: on 4000 x 4000 cells one takes half a second
-DEFAULTED = ("dbh_cm", "length_m", "density_kg_m3", "orientation", "tilt_deg", "azimuth_deg", "speed_ms", "drop_m")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ask:
-    dem: str = tool.raster("Terrain model")
-    releases: str = tool.vector("Released logs", "point")
-    trees: str | None = tool.vector("Standing trees", "point", default=None)
-    barriers: str | None = tool.vector("Barriers", "line", default=None)
-    lines: str | None = tool.vector("Roads, railways, houses to be reached", "line", "polygon", default=None)
-    friction: str = tool.number_or_layer(
-        "Friction coefficient", minimum=0.0, help="A number, a raster, or polygons with a field 'friction' or 'mu'."
-    )
-    restitution: float = tool.number("Normal restitution of impacts", default=0.0, minimum=0.0, maximum=1.0)
-    shape: str = tool.choice("Shape of the logs", "cone", default="cone", advanced=True)
+class Ask(ReleasedScene):
     fidelity: str = tool.choice("Speed against accuracy", "draft", "standard", "fine", "reference", default="standard")
     time_step: float | None = tool.number(
         "Longest time step, instead of the fidelity's", unit="s", default=None, minimum=0, exclusive=True, advanced=True
@@ -57,33 +47,9 @@ class Ask:
         exclusive=True,
         advanced=True,
     )
-    time_limit: float = tool.number("Longest run of a log", unit="s", default=300.0, minimum=0.0, exclusive=True)
-    rest_speed: float = tool.number(
-        "Speed below which a log may be at rest", unit="m/s", default=0.1, minimum=0.0, exclusive=True, advanced=True
-    )
-    dbh_cm: float = tool.number(
-        "DBH of logs whose layer names none", unit="cm", default=75.0, minimum=0, exclusive=True
-    )
-    length_m: float = tool.number("Length, likewise", unit="m", default=30.0, minimum=0.0, exclusive=True)
-    density_kg_m3: float = tool.number("Density, likewise", unit="kg/m³", default=300.0, minimum=0.0, exclusive=True)
-    orientation: str = tool.choice("Orientation, likewise", "upright", "lying", "tilted", default="upright")
-    tilt_deg: float = tool.number("Tilt from the vertical, likewise", unit="°", default=0.0, minimum=0, maximum=180)
-    azimuth_deg: float = tool.number("Azimuth of tip and speed, likewise", unit="°", default=0.0)
-    speed_ms: float = tool.number("Initial speed, likewise", unit="m/s", default=0.0, minimum=0.0)
-    drop_m: float = tool.number("Clearance at the start, likewise", unit="m", default=0.0, minimum=0.0)
-    min_runout: float | None = tool.number(
-        "Deposits nearer than this do not count for the spread",
-        unit="m",
-        default=None,
-        minimum=0.0,
-        help="Default: one log length.",
-    )
     trajectories: str = tool.text(
         "Logs whose trajectory is kept: all, none, or how many", default="1000", help="Chosen by seed and log_id alone."
     )
-    seed: int = tool.seed()
-    threads: int | None = tool.integer("Threads (default: every core)", default=None, minimum=1, advanced=True)
-    crs: str | None = tool.crs()
     resume: bool = tool.flag("Go on with an interrupted run")
     output: str = tool.output_folder("Folder of the run")
     overwrite: bool = tool.overwrite()
@@ -91,17 +57,13 @@ class Ask:
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.layers import output_folder
-    from deadwood_algorithms.releases_from_layer import read_releases
     from deadwood_algorithms.run_folder import WorkFolder
     from deadwood_algorithms.run_results import write_results
-    from deadwood_algorithms.scene_from_layers import read_scene
     from deadwood_engine import Rasters
 
     kept_count = trajectories_wanted(ask.trajectories)
     with output_folder(ask.output, ask.overwrite) as folder:
-        layers = read_scene(ask.dem, ask.friction, ask.trees, ask.barriers, ask.lines, crs=ask.crs, feedback=feedback)
-        defaults = {name: getattr(ask, name) for name in DEFAULTED}
-        releases = read_releases(ask.releases, layers.dem, defaults, feedback=feedback)
+        layers, releases = read_released_scene(ask, feedback)
         keep = keep_by_hash(releases.logs.log_id, kept_count, ask.seed)
 
         fidelity = fidelity_of(ask)
@@ -166,13 +128,6 @@ def slide_chunks(
     feedback.progress(total, total, "sliding logs")
 
 
-def threads_of(asked: int | None) -> int:
-    """The threads asked for, else one for each core that this process may use."""
-    if asked is not None:
-        return asked
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
 def trajectories_wanted(text: str) -> int | None:
     """How many logs keep their trajectory; None for all."""
     name = str(text).strip().lower()
@@ -183,24 +138,6 @@ def trajectories_wanted(text: str) -> int | None:
     if name.isdigit():
         return int(name)
     raise UserError(f"--trajectories is '{text}', but must be all, none or a whole number")
-
-
-def keep_by_hash(log_id: NDArray[np.int64], count: int | None, seed: int) -> NDArray[np.bool_]:
-    """The ``count`` logs with the smallest hash of seed and log_id: the same logs in whatever order they come."""
-    if count is None or count >= log_id.size:
-        return np.ones(log_id.size, bool)
-    hashes = mix(log_id.astype(np.uint64) ^ mix(np.array([seed], np.uint64)))
-    keep = np.zeros(log_id.size, bool)
-    keep[np.argsort(hashes, kind="stable")[:count]] = True
-    return keep
-
-
-def mix(value: NDArray[np.uint64]) -> NDArray[np.uint64]:
-    """The splitmix64 step: a bijection of 64-bit numbers whose output looks random."""
-    value = value + np.uint64(0x9E3779B97F4A7C15)
-    value = (value ^ (value >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    value = (value ^ (value >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return value ^ (value >> np.uint64(31))
 
 
 def fidelity_of(ask: Ask) -> Fidelity:
