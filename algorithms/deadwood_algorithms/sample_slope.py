@@ -25,7 +25,7 @@ ROAD_V, ROAD_WIDTH, ROAD_HEIGHT = 80.0, 7.0, 1050.0  # [m]
 FOOT_V = 117.0  # above this the slope is steep, below it the talus flattens towards the road
 SLOPE = np.tan(np.radians(35.0))
 TALUS = np.tan(np.radians(22.0))
-RELEASE_U, RELEASE_V, RELEASE_RADIUS = 178.0, 262.0, 10.0
+RELEASE_U, RELEASE_V, RELEASE_RADIUS = 174.0, 262.0, 10.0
 CLIFF_V, CLIFF_HEIGHT = 192.0, 8.0  # foot of the cliff band, and its height where it is whole
 GULLY_DEPTH, GULLY_WIDTH = 1.2, 9.0  # [m] depth, and the distance over which it falls off to 1/e
 GULLY_FREE = 9.0  # no tree stands nearer to the gully's bed than this [m]
@@ -37,7 +37,7 @@ TREE_DISTANCE = 2.0  # living trees compete: no two stand nearer than this [m]
 # Roughness: (wavelength [m], standard deviation of height [m]). Micro relief of a blocky forest floor, blocks and root
 # plates, hummocks and shallow benches, and the broad undulation of a slope. A 30 m log bridges what is much shorter
 # than itself; relief of its own length makes it dive and leap, and that is where its energy goes.
-ROUGHNESS = ((2.0, 0.07), (5.0, 0.17), (14.0, 0.55), (35.0, 1.20), (90.0, 2.00))
+ROUGHNESS = ((2.0, 0.08), (5.0, 0.22), (14.0, 0.60), (35.0, 1.00), (90.0, 1.20))
 # Beyond the road: old rockfall debris under grass. On a smooth meadow a log, which has no rolling resistance, would
 # roll to and fro for minutes.
 MEADOW_ROUGHNESS = ((3.0, 0.15), (12.0, 0.40))
