@@ -19,11 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .compiled import kernel
-from .contacts import BARRIER, add_contact
+from .contacts import BARRIER, pierced_end, touch
 from .grid_index import GridIndex, index_boxes, list_near
 from .limits import FLAT_TOLERANCE, OBSTACLE_TRAVEL
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
-from .terrain import friction_at
 
 Array = NDArray[np.float64]
 
@@ -97,20 +96,6 @@ def near(plates, frame, cell, listed, table, bx, by, tx, ty, reach):
 
 
 @kernel
-def _touch(terrain, frame, contacts, keys, count, state, body, trial, item, part, px, py, pz, nx, ny, nz, gap, step):
-    """Add a contact at predicted point p with normal n; step = (dt, restitution, gravity)."""
-    before = count
-    mu = friction_at(terrain, frame[0], frame[1], px, py)
-    count = add_contact(
-        contacts, keys, count, state, body, px - trial[3], py - trial[4], pz - trial[5], nx, ny, nz, mu, gap,
-        step[0], step[1], step[2],
-    )  # fmt: skip
-    if count > before:
-        keys[before, 0], keys[before, 1], keys[before, 2] = BARRIER, item, part
-    return count
-
-
-@kernel
 def deepest_below_edge(ex, ey, ez, dx, dy, dz, sine, a, nx, ny, x, y, ax, ay, top0, rise):
     """Point of an end face (centre e, axis d, radius a) deepest against the plate's normal n, of those below its top.
 
@@ -179,12 +164,18 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
         if side_base != side_tip:
             share = off_base / (off_base - off_tip)
             u = u_base + share * (u_tip - u_base)
-            if 0.0 <= u <= width and z_base + share * (z_tip - z_base) <= top0 + rise * u:
-                if abs(off_base) < abs(off_tip):
-                    side_base = side_tip
-                else:
+            by_tip = abs(off_tip) < abs(off_base)
+            a = thin if by_tip else thick
+            beside = max(-u, u - width)
+            # beside the plate, but by less than the end's radius and no deeper: the face overlaps the plate's edge
+            poked = beside <= 0.0 or (beside < a and min(abs(off_base), abs(off_tip)) < a)
+            if poked and z_base + share * (z_tip - z_base) <= top0 + rise * u:
+                if by_tip:
                     side_tip = side_base
+                else:
+                    side_base = side_tip
         item = listed[m]
+        by_end = False
         # end faces against the plate
         for end in range(2):
             s = back if end == 0 else front
@@ -197,9 +188,19 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
             u = (px - x) * ax + (py - y) * ay
             gap = side * ((px - x) * nx + (py - y) * ny)
             if reach and gap < 0.0 and 0.0 <= u <= width:
-                count = _touch(
-                    terrain, frame, contacts, keys, count, state, body, trial, item, end,
-                    px, py, pz, side * nx, side * ny, 0.0, gap, step,
+                count = touch(
+                    terrain, frame, contacts, keys, count, state, body, trial, (BARRIER, item, end),
+                    (px, py, pz), (side * nx, side * ny, 0.0), gap, step,
+                )  # fmt: skip
+            # the top edge under the face: a log that lands on the barrier
+            u = min(width, max(0.0, (ex - x) * ax + (ey - y) * ay))
+            gap, there = pierced_end(state, body, trial, end, x + u * ax, y + u * ay, top0 + rise * u)
+            if there:
+                by_end = True
+                outward = -1.0 if end == 0 else 1.0
+                count = touch(
+                    terrain, frame, contacts, keys, count, state, body, trial, (BARRIER, item, 3 + end),
+                    (x + u * ax, y + u * ay, top0 + rise * u), (-outward * dx, -outward * dy, -outward * dz), gap, step,
                 )  # fmt: skip
         # the log's side against the top edge: nearest points of two lines
         ex, ey, ez = ax, ay, rise
@@ -207,7 +208,7 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
         ex, ey, ez = ex * scale, ey * scale, ez * scale
         c = dx * ex + dy * ey + dz * ez
         cross = 1.0 - c * c
-        if cross > FLAT_TOLERANCE:
+        if cross > FLAT_TOLERANCE and not by_end:
             gx, gy, gz = ox - x, oy - y, oz - top0
             gd = gx * dx + gy * dy + gz * dz
             ge = gx * ex + gy * ey + gz * ez
@@ -225,9 +226,9 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
                     rx, ry, rz = gx + s * dx - t * ex, gy + s * dy - t * ey, gz + s * dz - t * ez
                     if rho < a:
                         rx, ry, rz = rx / rho, ry / rho, rz / rho
-                        count = _touch(
-                            terrain, frame, contacts, keys, count, state, body, trial, item, 2,
-                            ox + s * dx - a * rx, oy + s * dy - a * ry, oz + s * dz - a * rz, rx, ry, rz,
+                        count = touch(
+                            terrain, frame, contacts, keys, count, state, body, trial, (BARRIER, item, 2),
+                            (ox + s * dx - a * rx, oy + s * dy - a * ry, oz + s * dz - a * rz), (rx, ry, rz),
                             rho - a, step,
                         )  # fmt: skip
     return count, travel

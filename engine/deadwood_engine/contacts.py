@@ -127,6 +127,48 @@ def _ground_contact(terrain, frame, contacts, keys, count, state, body, r, gap, 
 
 
 @kernel
+def touch(terrain, frame, contacts, keys, count, state, body, trial, key, p, n, gap, step):
+    """Add the contact of an obstacle at the predicted point p with normal n; step = (dt, restitution, gravity).
+
+    The lever is taken back to the present axis: the axis turns within the step, and the present spin about it (tens
+    of rad/s) times that turn would pass for a speed along the normal.
+    """
+    rx, ry, rz = p[0] - trial[3], p[1] - trial[4], p[2] - trial[5]
+    s = rx * trial[0] + ry * trial[1] + rz * trial[2]
+    rx, ry, rz = rx + s * (state[DX] - trial[0]), ry + s * (state[DY] - trial[1]), rz + s * (state[DZ] - trial[2])
+    before = count
+    mu = friction_at(terrain, frame[0], frame[1], p[0], p[1])
+    count = add_contact(
+        contacts, keys, count, state, body, rx, ry, rz, n[0], n[1], n[2], mu, gap, step[0], step[1], step[2]
+    )
+    if count > before:
+        keys[before, 0], keys[before, 1], keys[before, 2] = key
+    return count
+
+
+@kernel
+def pierced_end(state, body, trial, end, px, py, pz):
+    """Gap of a fixed point (the top of a stump, the edge of a plate) under an end face (0 base, 1 tip), and whether
+    it is there: within the face, and less deep than under the log's side or still outside before this step."""
+    outward = -1.0 if end == 0 else 1.0
+    s = -body[CENTRE] if end == 0 else body[LENGTH] - body[CENTRE]
+    a = body[BASE_RADIUS] if end == 0 else body[TIP_RADIUS]
+    rx = px - trial[3] - s * trial[0]
+    ry = py - trial[4] - s * trial[1]
+    rz = pz - trial[5] - s * trial[2]
+    along = rx * trial[0] + ry * trial[1] + rz * trial[2]
+    aside = math.sqrt(max(0.0, rx * rx + ry * ry + rz * rz - along * along))
+    gap = outward * along
+    if gap >= 0.0 or aside >= a:
+        return gap, False
+    rx = px - state[X] - s * state[DX]
+    ry = py - state[Y] - s * state[DY]
+    rz = pz - state[Z] - s * state[DZ]
+    now = outward * (rx * state[DX] + ry * state[DY] + rz * state[DZ])
+    return gap, -gap < a - aside or now >= 0.0
+
+
+@kernel
 def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, dt, restitution, gravity, trial):
     """Find the terrain contacts of this step.
 

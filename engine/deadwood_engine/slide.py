@@ -108,7 +108,7 @@ class Result:
 
     stop_reason : int8, index into STOP_REASONS; stop_item : row of the tree or barrier that holds the log, else -1
     energy_error : [-] energy gained from contacts and lost by the books, over the energy spent
-    penetration_max : [m] deepest contact; residual_max : [m/s] of the contact solver's last sweep
+    penetration_max : [m] deepest contact, overlap_max : with a tree or barrier alone; residual_max : [m/s] of the contact solver's last sweep
     tree_hits, barrier_hits : number of different trees and barriers that pushed the log
     reach, reach_time : (n, lines), whether and when [s] the log's outline first touched a line
     barrier_reached, barrier_crossed : (n, barriers), outline touched, centre of mass crossed its line in plan
@@ -131,6 +131,7 @@ class Result:
     barrier_hits: NDArray[np.int64]
     energy_error: Array
     penetration_max: Array
+    overlap_max: Array
     residual_max: Array
     unconverged: NDArray[np.int64]
     steps: NDArray[np.int64]
@@ -320,7 +321,7 @@ def slide(
         shape = arrays.terrain.heights.shape
         raster = rasters.workers[worker] if rasters else _raster_arrays((0, 0))
         scratch = step.Scratch.allocate(
-            int(stations.max()), len(arrays.uprights.owner), len(arrays.plates.owner), shape[0]
+            int(stations.max(initial=LEAST_STATIONS)), len(arrays.uprights.owner), len(arrays.plates.owner), shape[0]
         )
         room = np.zeros((4096, trace.POSE_WIDTH))
         none = np.zeros((0, trace.POSE_WIDTH))
@@ -438,7 +439,8 @@ def _result(
         tree_hits=summary[:, step.TREE_HITS].astype(np.int64),
         barrier_hits=summary[:, step.BARRIER_HITS].astype(np.int64),
         energy_error=summary[:, step.ENERGY_ERROR],
-        penetration_max=summary[:, step.PENETRATION],
+        penetration_max=np.maximum(summary[:, step.PENETRATION], summary[:, step.OVERLAP]),
+        overlap_max=summary[:, step.OVERLAP],
         residual_max=summary[:, step.RESIDUAL],
         unconverged=summary[:, step.UNCONVERGED].astype(np.int64),
         steps=summary[:, step.STEPS].astype(np.int64),

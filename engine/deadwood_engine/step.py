@@ -82,11 +82,10 @@ STOP_REASONS = ("rest", "tree", "barrier", "left_dem", "time_limit", "failed")
 REST, HELD_BY_TREE, HELD_BY_BARRIER, LEFT_DEM, TIME_LIMIT, FAILED, INTERRUPTED = range(7)
 
 # Columns of a log's summary
-(
-    REASON, ITEM, DURATION, PATH, SPEED_MAX, ENERGY_MAX, JUMP_MAX, ENERGY_ERROR, PENETRATION, RESIDUAL, UNCONVERGED,
-    STEPS, CONTACTS, SWEEPS, TREE_HITS, BARRIER_HITS, STARTED_IN_CONTACT, ENERGY_GAIN, AIRBORNE,
-) = range(19)  # fmt: skip
-SUMMARY_WIDTH = 19
+REASON, ITEM, DURATION, PATH, SPEED_MAX, ENERGY_MAX, JUMP_MAX, ENERGY_ERROR, PENETRATION, OVERLAP = range(10)
+RESIDUAL, UNCONVERGED, STEPS, CONTACTS, SWEEPS, TREE_HITS, BARRIER_HITS, STARTED_IN_CONTACT = range(10, 18)
+ENERGY_GAIN, AIRBORNE = range(18, 20)
+SUMMARY_WIDTH = 20
 
 
 class Settings(NamedTuple):
@@ -122,6 +121,7 @@ class Scratch(NamedTuple):
     rest: np.ndarray  # ends at the last look at a slow log
     rocking: np.ndarray  # ends at the last look at one that rocks
     trial_state: np.ndarray
+    free: np.ndarray  # velocities before the solve
     points: np.ndarray
     hull: np.ndarray
     left: np.ndarray
@@ -129,7 +129,8 @@ class Scratch(NamedTuple):
 
     @staticmethod
     def allocate(stations: int, upright_count: int, plate_count: int, raster_rows: int) -> Scratch:
-        table = 3 * stations + 16 + 256
+        # every candidate of the log, and three contacts each of the obstacles that it can lean on at once
+        table = 3 * stations + 16 + min(3 * (upright_count + plate_count), 8192)
         return Scratch(
             np.zeros((table, contacts.CONTACT_WIDTH)),
             np.zeros((table, contacts.KEY_WIDTH), np.int64),
@@ -147,6 +148,7 @@ class Scratch(NamedTuple):
             np.zeros(MEMORY_WIDTH),
             np.zeros(MEMORY_WIDTH),
             np.zeros(16),
+            np.zeros(6),
             np.zeros((32, 2)),
             np.zeros((35, 4)),
             np.zeros(max(raster_rows, 1), np.int64),
@@ -222,6 +224,35 @@ def impulse_work(contacts_table, count, state):
             gu = c[UX] * vx + c[UY] * vy + c[UZ] * vz + c[AUX] * wx + c[AUY] * wy + c[AUZ] * wz
             work += 0.5 * (pn * (gn + c[BEFORE_N]) + pt * (gt + c[BEFORE_T]) + pu * (gu + c[BEFORE_U]))
     return work
+
+
+@kernel
+def take_no_energy(contacts_table, count, state, free, gained):
+    """Scale the impulses of an unfinished solve so that they do no positive work; returns the work left.
+
+    A jam between opposed normals (unbounded inner force) can hit the cap with impulses that do not fit each other and
+    push. Scaled by f, they do the work f a + f^2 b, with a + b = gained and a that of their infinitesimal part.
+    """
+    a = 0.0
+    for k in range(count):
+        c = contacts_table[k]
+        pn, pt, pu = c[PN], c[PT], c[PU]
+        if pn > 0.0:
+            gn = c[NX] * free[0] + c[NY] * free[1] + c[NZ] * free[2]
+            gn += c[ANX] * free[3] + c[ANY] * free[4] + c[ANZ] * free[5]
+            gt = c[TX] * free[0] + c[TY] * free[1] + c[TZ] * free[2]
+            gt += c[ATX] * free[3] + c[ATY] * free[4] + c[ATZ] * free[5]
+            gu = c[UX] * free[0] + c[UY] * free[1] + c[UZ] * free[2]
+            gu += c[AUX] * free[3] + c[AUY] * free[4] + c[AUZ] * free[5]
+            a += 0.5 * (pn * (gn + c[BEFORE_N]) + pt * (gt + c[BEFORE_T]) + pu * (gu + c[BEFORE_U]))
+    b = gained - a
+    share = max(0.0, -a / b) if b > 0.0 else 0.0
+    for k in range(count):
+        for column in (PN, PT, PU):
+            contacts_table[k, column] *= share
+    for k in range(6):
+        state[VX + k] = free[k] + share * (state[VX + k] - free[k])
+    return share * (a + share * b)
 
 
 @kernel
@@ -343,6 +374,8 @@ def slide_log(scene, frame, state, body, stations, settings, scratch, rasters, r
         whole = whole and on_terrain
         state[VZ] -= gravity * dt
         if count > 0:
+            for k in range(6):
+                scratch.free[k] = state[VX + k]
             if settings.restitution == 0.0:
                 warm_start(
                     scratch.contacts, scratch.keys, count, state, scratch.old_keys, scratch.old_impulses, old_count,
@@ -354,17 +387,20 @@ def slide_log(scene, frame, state, body, stations, settings, scratch, rasters, r
             summary[SWEEPS] += used
             summary[CONTACTS] += count
             summary[RESIDUAL] = max(summary[RESIDUAL], residual)
+            gained = impulse_work(scratch.contacts, count, state)
             if residual > settings.tolerance * gravity * dt + 1e-15:
                 summary[UNCONVERGED] += 1
+                if gained > 0.0:
+                    gained = take_no_energy(scratch.contacts, count, state, scratch.free, gained)
             # 5. books
-            gained = impulse_work(scratch.contacts, count, state)
             done_work += gained
             summary[ENERGY_GAIN] += max(0.0, gained)
             for k in range(count):
                 ground = scratch.keys[k, 0] == TERRAIN
                 # not the overlap that a log was released with, nor what sank where the DEM ends
                 if whole if ground else summary[STARTED_IN_CONTACT] == 0.0:
-                    summary[PENETRATION] = max(summary[PENETRATION], -scratch.contacts[k, GAP])
+                    at = PENETRATION if ground else OVERLAP
+                    summary[at] = max(summary[at], -scratch.contacts[k, GAP])
                 if not ground and scratch.contacts[k, PN] > 0.0:
                     is_barrier, item = owner_of(scene, scratch.keys[k])
                     if is_barrier:

@@ -24,12 +24,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .compiled import kernel
-from .contacts import TREE, add_contact
+from .contacts import TREE, pierced_end, touch
 from .grid_index import GridIndex, index_boxes, list_near
 from .limits import FLAT_TOLERANCE, OBSTACLE_TRAVEL, STEEP
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
 from .rotation import DX, DY, X, Y
-from .terrain import friction_at
 
 Array = NDArray[np.float64]
 
@@ -113,20 +112,6 @@ def near(uprights, frame, cell, listed, table, bx, by, tx, ty, reach):
 
 
 @kernel
-def _touch(terrain, frame, contacts, keys, count, state, body, trial, item, part, px, py, pz, nx, ny, nz, gap, step):
-    """Add a contact at predicted point p with normal n; step = (dt, restitution, gravity)."""
-    before = count
-    mu = friction_at(terrain, frame[0], frame[1], px, py)
-    count = add_contact(
-        contacts, keys, count, state, body, px - trial[3], py - trial[4], pz - trial[5], nx, ny, nz, mu, gap,
-        step[0], step[1], step[2],
-    )  # fmt: skip
-    if count > before:
-        keys[before, 0], keys[before, 1], keys[before, 2] = TREE, item, part
-    return count
-
-
-@kernel
 def disc_nearest(a, cosine, tl, tm):
     """Point of a tilted disc (radius a) nearest in plan to a place (tl lateral, tm along the axis' plan direction).
 
@@ -168,6 +153,18 @@ def _end_contact(terrain, frame, tree, item, end, contacts, keys, count, state, 
     a = body[BASE_RADIUS] if end == 0 else body[TIP_RADIUS]
     ex, ey, ez = trial[3] + s * dx, trial[4] + s * dy, trial[5] + s * dz
     sine = math.sqrt(dx * dx + dy * dy)
+    # the tree's top under the face: a log that lands on a stump
+    away = math.sqrt((ex - x) ** 2 + (ey - y) ** 2)
+    tip = radius + slope * (top - foot)
+    share = min(1.0, tip / away) if away > 0.0 else 0.0
+    px, py = x + share * (ex - x), y + share * (ey - y)
+    gap, there = pierced_end(state, body, trial, end, px, py, top)
+    if there:
+        count = touch(
+            terrain, frame, contacts, keys, count, state, body, trial, (TREE, item, 3 + end), (px, py, top),
+            (-outward * dx, -outward * dy, -outward * dz), gap, step,
+        )  # fmt: skip
+        return count, True
     if ez - a * sine > top:
         return count, False
     lx, ly = 1.0, 0.0
@@ -205,10 +202,10 @@ def _end_contact(terrain, frame, tree, item, end, contacts, keys, count, state, 
     gap -= radius - lean * (pz - foot)
     if gap < 0.0:
         scale = 1.0 / math.sqrt(1.0 + lean * lean)
-        count = _touch(
-            terrain, frame, contacts, keys, count, state, body, trial, item, 1 + end,
-            ex + u * lx + w * dz * mx, ey + u * ly + w * dz * my, pz,
-            nx * scale, ny * scale, lean * scale, gap * scale, step,
+        count = touch(
+            terrain, frame, contacts, keys, count, state, body, trial, (TREE, item, 1 + end),
+            (ex + u * lx + w * dz * mx, ey + u * ly + w * dz * my, pz),
+            (nx * scale, ny * scale, lean * scale), gap * scale, step,
         )  # fmt: skip
     return count, entered
 
@@ -249,9 +246,9 @@ def _side_contact(terrain, frame, tree, item, contacts, keys, count, state, body
     gap = rho - a - (radius + kb * (z - foot) if z > foot else radius)
     if gap < 0.0 and rho > 0.0:
         nx, ny, nz = ax / rho, ay / rho, az / rho
-        count = _touch(
-            terrain, frame, contacts, keys, count, state, body, trial, item, 0,
-            ox + s * dx - a * nx, oy + s * dy - a * ny, oz + s * dz - a * nz, nx, ny, nz, gap, step,
+        count = touch(
+            terrain, frame, contacts, keys, count, state, body, trial, (TREE, item, 0),
+            (ox + s * dx - a * nx, oy + s * dy - a * ny, oz + s * dz - a * nz), (nx, ny, nz), gap, step,
         )  # fmt: skip
     return count
 
