@@ -36,6 +36,12 @@ class Releases:
     def __len__(self) -> int:
         return self.x.size
 
+    def take(self, rows: NDArray[np.int64]) -> Releases:
+        """The logs of these rows; the digest stays that of the layer."""
+        return Releases(
+            self.logs.take(rows), self.release_id[rows], self.x[rows], self.y[rows], self.dbh_cm[rows], self.digest
+        )
+
 
 def read_releases(path: str, grid: Grid, defaults: Mapping[str, Any], *, feedback: Feedback) -> Releases:
     """Read the released logs; ``defaults`` holds the value of each column that the layer may lack."""

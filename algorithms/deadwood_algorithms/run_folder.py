@@ -100,9 +100,13 @@ class WorkFolder:
             out[name].ravel()[cells] = values
         return out
 
+    def chunk(self, chunk: int) -> dict[str, NDArray]:
+        """The results of a finished chunk's logs."""
+        return _arrays(self.path / f"logs_{chunk}.npz")
+
     def by_log(self) -> dict[str, NDArray]:
-        """The results of all logs, in their order."""
-        chunks = [_arrays(self.path / f"logs_{chunk}.npz") for chunk in range(self.finished)]
+        """The results of all finished logs, in the order in which they were slid."""
+        chunks = [self.chunk(chunk) for chunk in range(self.finished)]
         return {name: np.concatenate([each[name] for each in chunks]) for name in chunks[0]}
 
     def poses(self) -> Iterator[pa.Table]:

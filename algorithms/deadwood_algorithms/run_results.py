@@ -25,6 +25,7 @@ from deadwood_algorithms.run_summary import lines_of, reach_records, summary_of
 from deadwood_algorithms.scene_from_layers import Items, SceneLayers
 from deadwood_algorithms.statistics import azimuth
 from deadwood_algorithms.tool import Feedback, Outcome, Tool
+from deadwood_algorithms.until_ci import Queue
 from deadwood_engine import STOP_REASONS, Fidelity, Rasters
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 
 # A vertex of a trajectory line per so much path: at 30 m/s a flight sags 1.4 mm between two of them.
 VERTEX_SPACING_M = 1.0
+COST = "cost_"  # how the columns begin that have one row a chunk
 WORTH_A_WARNING = 0.05  # share of the logs that ran out of time
 BY_LOG = (
     "stop_reason",
@@ -63,9 +65,9 @@ BY_LOG = (
 
 def arrays_of(result: Any, wall_s: float) -> dict[str, NDArray]:
     """What is kept of a chunk: one row a log, and one row a chunk of what it cost."""
-    cost = {f"cost_{name}": np.array([value], np.float64) for name, value in result.cost.items()}
+    cost = {f"{COST}{name}": np.array([value], np.float64) for name, value in result.cost.items()}
     kept = {name: np.asarray(getattr(result, name)) for name in BY_LOG}
-    return kept | cost | {"cost_wall_s": np.array([wall_s])}
+    return kept | cost | {f"{COST}wall_s": np.array([wall_s])}
 
 
 def pose_table(poses: Any, log_id: NDArray[np.int64], crs: pyproj.CRS) -> pa.Table:
@@ -85,13 +87,17 @@ def write_results(
     fidelity: Fidelity,
     layers: SceneLayers,
     releases: Releases,
+    queue: Queue,
     rasters: Rasters,
     work: WorkFolder,
     feedback: Feedback,
 ) -> Outcome:
-    """Write every file of the run's folder."""
+    """Write every file of the run's folder; rows are in the order of the releases, in whatever order logs were slid."""
     feedback.progress(0, 3, "writing the results")
-    by_log = work.by_log()
+    rows, order = queue.slid_rows()
+    releases = releases.take(rows)
+    slid = work.by_log()
+    by_log = {name: slid[name] if name.startswith(COST) else slid[name][order] for name in slid}
     touched = reached(layers.lines, by_log, releases)
     deposits = deposits_frame(layers, releases, by_log)
     tables = {"deposits": deposits, "deposited_logs": axes_frame(deposits, by_log)}
@@ -108,7 +114,7 @@ def write_results(
     outputs = write_rasters(folder, rasters, layers, len(releases))
     feedback.progress(2, 3, "writing the results")
 
-    summary = summary_of(ask, fidelity, layers, releases, by_log, touched, deposits)
+    summary = summary_of(ask, fidelity, layers, releases, by_log, touched, deposits, queue)
     still = summary["logs"]["by_stop_reason"]["time_limit"]
     if still > WORTH_A_WARNING * len(releases):
         feedback.warn(
@@ -195,7 +201,10 @@ def _stream_poses(
             for start, stop in zip(starts, [*starts[1:], log_id.size], strict=True):
                 ids.append(int(log_id[start]))
                 shapes.append(shapely.linestrings(thinned(points[start:stop])))
-    of_log = deposits.set_index("log_id").loc[ids]
+    of_log = deposits.set_index("log_id")
+    place = np.argsort(of_log.index.get_indexer(ids), kind="stable")
+    ids, shapes = [ids[row] for row in place], [shapes[row] for row in place]
+    of_log = of_log.loc[ids]
     columns = {"log_id": ids} | {
         name: of_log[name].to_numpy() for name in ("release_id", "duration_s", "speed_max_ms", "stop_reason")
     }

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms.releases_from_layer import Releases
 from deadwood_algorithms.scene_from_layers import Items, SceneLayers
 from deadwood_algorithms.statistics import percent_with_interval, reach_record, spread_of_release
+from deadwood_algorithms.until_ci import Queue
 from deadwood_engine import STOP_REASONS, Fidelity, station_spacing
 
 if TYPE_CHECKING:
@@ -25,17 +26,20 @@ def summary_of(
     by_log: dict[str, NDArray],
     touched: NDArray[np.bool_],
     deposits: geopandas.GeoDataFrame,
+    queue: Queue,
 ) -> dict[str, Any]:
-    """The content of ``summary.json``."""
+    """The content of ``summary.json``; ``releases`` are the logs that were slid."""
     reasons = np.bincount(by_log["stop_reason"], minlength=len(STOP_REASONS))
     cpu, wall, steps = (float(by_log[f"cost_{name}"].sum()) for name in ("cpu_s", "wall_s", "steps"))
     return {
         "logs": {
             "released": len(releases),
+            "not_run": queue.rows.size - len(releases),
             "by_stop_reason": {name: int(count) for name, count in zip(STOP_REASONS, reasons, strict=True)},
             "started_in_contact": int(by_log["started_in_contact"].sum()),
         },
         "reach": reach_records(layers.lines, touched),
+        "until_ci": queue.rule.record() if queue.rule else None,
         "spread": spread_records(releases, deposits, ask.min_runout),
         "barriers": barrier_records(layers.barriers, by_log),
         "speed": {
@@ -136,6 +140,8 @@ def lines_of(summary: dict[str, Any]) -> tuple[str, ...]:
             f"line {record['line_id']}: reached by {record['n_reach']} of {record['n_total']} logs, "
             f"{percent_with_interval(record)}"
         )
+    if summary["until_ci"]:
+        lines.append(enough_words(summary["until_ci"]))
     for record in summary["spread"]:
         if np.isfinite(record["spread_deg"]):
             lines.append(
@@ -153,3 +159,12 @@ def lines_of(summary: dict[str, Any]) -> tuple[str, ...]:
         f"{100 * accuracy['energy_error_rel_max']:.2g} %"
     )
     return tuple(lines)
+
+
+def enough_words(record: dict[str, Any]) -> str:
+    """Whether the intervals became as narrow as was asked, and after how many logs."""
+    wide, wanted = 100 * record["half_width"], 100 * record["target_half_width"]
+    widest = f"the widest interval, of line {record['line_id']}, is ±{wide:.2g} points"
+    if record["reached"]:
+        return f"enough logs: after {record['logs']} of {record['logs_at_most']}, {widest} (wanted: ±{wanted:.2g})"
+    return f"not enough logs: after all {record['logs']}, {widest} (wanted: ±{wanted:.2g}); release more"

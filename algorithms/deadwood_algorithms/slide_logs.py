@@ -5,12 +5,14 @@ the physics, after the paper's section 3). The run's folder holds the deposits, 
 reach each line, and rasters of how often, how fast and how high logs pass. Every released log is accounted for.
 
 Logs do not break, trees and barriers do not give way, logs do not meet each other. An interrupted run goes on with
---resume where it stopped, and gives the same results, bit for bit, as one that was never interrupted.
+--resume where it stopped, and gives the same results, bit for bit, as one that was never interrupted. With --until-ci
+a run takes the logs in an even draw and ends when it has enough of them; those not run are counted apart.
 """
 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +23,7 @@ from deadwood_algorithms import tool
 from deadwood_algorithms.log_order import keep_by_hash
 from deadwood_algorithms.released_scene import ReleasedScene, read_released_scene, threads_of
 from deadwood_algorithms.tool import Cancelled, Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.until_ci import Queue
 
 if TYPE_CHECKING:
     from deadwood_algorithms.releases_from_layer import Releases
@@ -50,6 +53,15 @@ class Ask(ReleasedScene):
     trajectories: str = tool.text(
         "Logs whose trajectory is kept: all, none, or how many", default="1000", help="Chosen by seed and log_id alone."
     )
+    until_ci: float | None = tool.number(
+        "End when every line's reach interval is this narrow (half-width)",
+        default=None,
+        minimum=0.0,
+        maximum=0.5,
+        exclusive=True,
+        help="0.005 means ±0.5 points. Logs are run in an even draw, at most all; looks after 1000, 2000, 4000, ... "
+        "of them take intervals widened for the repetition; the reported 95 % ones are narrower still. Needs --lines.",
+    )
     resume: bool = tool.flag("Go on with an interrupted run")
     output: str = tool.output_folder("Folder of the run")
     overwrite: bool = tool.overwrite()
@@ -62,70 +74,102 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_engine import Rasters
 
     kept_count = trajectories_wanted(ask.trajectories)
+    if ask.until_ci is not None and ask.lines is None:
+        raise UserError("--until-ci needs --lines: it is the reach of lines whose interval it watches")
     with output_folder(ask.output, ask.overwrite) as folder:
         layers, releases = read_released_scene(ask, feedback)
-        keep = keep_by_hash(releases.logs.log_id, kept_count, ask.seed)
+        ids = releases.logs.log_id
+        queue = Queue.of(ids, CHUNK, target=ask.until_ci, line_ids=layers.lines.ids, seed=ask.seed)
+        keep = keep_by_hash(ids, kept_count, ask.seed)
 
         fidelity = fidelity_of(ask)
         work = WorkFolder(ask.output, identity(ask, fidelity, layers, releases), resume=ask.resume, feedback=feedback)
         rasters = Rasters.allocate(layers.scene, threads_of(ask.threads))
         if work.finished:
             rasters.add(work.rasters(layers.dem.shape))
-        slide_chunks(ask, fidelity, layers, releases, keep, rasters, work, feedback)
+        slide_queue(ask, fidelity, layers, releases, queue, keep, rasters, work, feedback)
 
-        outcome = write_results(folder, TOOL, ask, fidelity, layers, releases, rasters, work, feedback)
+        outcome = write_results(folder, TOOL, ask, fidelity, layers, releases, queue, rasters, work, feedback)
     work.remove()
     return outcome
 
 
-def slide_chunks(
+def slide_queue(
     ask: Ask,
     fidelity: Fidelity,
     layers: SceneLayers,
     releases: Releases,
+    queue: Queue,
     keep: NDArray[np.bool_],
     rasters: Rasters,
     work: WorkFolder,
     feedback: Feedback,
 ) -> None:
-    """Slide the logs that are not yet done, one chunk after the other, each kept as soon as it is finished."""
-    from deadwood_algorithms.run_results import arrays_of, pose_table
-    from deadwood_engine import Interrupted, slide
+    """Slide the logs that are not yet done, one chunk after the other, until all are or the rule has enough."""
+    from deadwood_algorithms.run_results import reached
+    from deadwood_engine import Interrupted
 
-    total = len(releases)
+    total = queue.rows.size
     saved = time.perf_counter()
-    for start in range(work.finished * CHUNK, total, CHUNK):
-        part = slice(start, min(start + CHUNK, total))
+    for chunk, part in enumerate(queue.parts):
+        rows = queue.rows[part]
+        logs = releases.take(rows)
+        fresh = chunk >= work.finished
+        if fresh:
 
-        def report(done: int, start: int = start) -> bool:
-            feedback.progress(start + done, total, "sliding logs")
-            return feedback.cancelled()
+            def report(done: int, start: int = part.start) -> bool:
+                feedback.progress(start + done, queue.goal, "sliding logs")
+                return feedback.cancelled()
 
-        began = time.perf_counter()
-        try:
-            result = slide(
-                layers.scene,
-                releases.logs.take(part),
-                fidelity,
-                restitution=ask.restitution,
-                time_limit=ask.time_limit,
-                rest_speed=ask.rest_speed,
-                threads=threads_of(ask.threads),
-                keep_poses=keep[part],
-                rasters=rasters,
-                report=report,
-            )
-        except (Interrupted, KeyboardInterrupt) as error:
-            kept = work.finished * CHUNK
-            feedback.note(f"{kept} of {total} logs are kept in {work.path}; --resume goes on from there")
-            raise Cancelled from error
-        ended = time.perf_counter()
-        poses = pose_table(result.poses, releases.logs.log_id[part], layers.dem.crs)
-        work.save(start // CHUNK, arrays_of(result, ended - began), poses)
-        if part.stop == total or ended - saved > CHECKPOINT_S:
-            work.checkpoint(start // CHUNK + 1, rasters.totals())
+            try:
+                slide_chunk(ask, fidelity, layers, logs, keep[rows], rasters, work, chunk, report)
+            except (Interrupted, KeyboardInterrupt) as error:
+                kept = queue.parts[work.finished].start
+                feedback.note(f"{kept} of {total} logs are kept in {work.path}; --resume goes on from there")
+                raise Cancelled from error
+        queue.slid = part.stop
+        last = part.stop == total
+        if queue.rule:
+            touched = reached(layers.lines, work.chunk(chunk), logs)
+            last = queue.rule.enough(rows.size, touched.sum(axis=0)) or last
+        if fresh and (last or time.perf_counter() - saved > CHECKPOINT_S):
+            work.checkpoint(chunk + 1, rasters.totals())
             saved = time.perf_counter()
-    feedback.progress(total, total, "sliding logs")
+        if last:
+            break
+    feedback.progress(queue.slid, queue.slid, "sliding logs")
+
+
+def slide_chunk(
+    ask: Ask,
+    fidelity: Fidelity,
+    layers: SceneLayers,
+    logs: Releases,
+    keep: NDArray[np.bool_],
+    rasters: Rasters,
+    work: WorkFolder,
+    chunk: int,
+    report: Callable[[int], bool],
+) -> None:
+    """Slide the logs of one chunk and keep what comes of them."""
+    from deadwood_algorithms.run_results import arrays_of, pose_table
+    from deadwood_engine import slide
+
+    began = time.perf_counter()
+    result = slide(
+        layers.scene,
+        logs.logs,
+        fidelity,
+        restitution=ask.restitution,
+        time_limit=ask.time_limit,
+        rest_speed=ask.rest_speed,
+        threads=threads_of(ask.threads),
+        keep_poses=keep,
+        rasters=rasters,
+        report=report,
+    )
+    wall_s = time.perf_counter() - began
+    work.save(chunk, arrays_of(result, wall_s), pose_table(result.poses, logs.logs.log_id, layers.dem.crs))
 
 
 def trajectories_wanted(text: str) -> int | None:
@@ -157,6 +201,7 @@ def identity(ask: Ask, fidelity: Fidelity, layers: SceneLayers, releases: Releas
         "fidelity": [float(number) for number in fidelity],
         "options": [ask.restitution, ask.shape, ask.time_limit, ask.rest_speed],
         "trajectories": [ask.trajectories, ask.seed, CHUNK],
+        "--until-ci": ask.until_ci,
     }
 
 
