@@ -29,6 +29,47 @@ def wilson_interval(n_hit: int, n_total: int, *, z: float = Z_95) -> tuple[float
     return low, high
 
 
+def paired_interval(n_lost: int, n_gained: int, n_total: int, *, z: float = Z_95) -> tuple[float, float]:
+    """Interval of the difference of two probabilities that were met by the same trials (Tango 1998).
+
+    It holds exactly the differences that McNemar's test, extended to differences other than 0, does not reject. Unlike
+    the textbook's d +- z*se it does not collapse when no trial changed: with 0 of n it is +-z^2/(n + z^2).
+
+    Parameters
+    ----------
+    n_lost, n_gained : int
+        Trials that met only the first, or only the second.
+    n_total : int
+        All trials; (-1, 1) when nothing was tried.
+
+    Returns
+    -------
+    low, high : float
+        Of the second probability minus the first.
+    """
+    if n_total <= 0:
+        return -1.0, 1.0
+    difference = n_gained - n_lost
+
+    def distance(delta: float) -> float:
+        """Standard errors from the observed difference down to ``delta``; falls as ``delta`` rises."""
+        b = (2 * n_total - difference) * delta - n_gained - n_lost
+        c = -n_lost * delta * (1.0 - delta)
+        lost = (math.sqrt(max(b * b - 8.0 * n_total * c, 0.0)) - b) / (4.0 * n_total)  # likeliest share, given delta
+        spread = math.sqrt(max(n_total * (2.0 * lost + delta * (1.0 - delta)), 0.0))
+        off = difference - n_total * delta
+        return off / spread if spread > 0.0 else math.copysign(math.inf, off) if off else 0.0
+
+    def where(level: float, low: float, high: float) -> float:
+        for _ in range(60):
+            middle = (low + high) / 2.0
+            low, high = (middle, high) if distance(middle) > level else (low, middle)
+        return (low + high) / 2.0
+
+    share = difference / n_total
+    return where(z, -1.0, share), where(-z, share, 1.0)
+
+
 def azimuth(dx: ArrayLike, dy: ArrayLike) -> NDArray[np.float64]:
     """Azimuth of plan vectors [deg], clockwise from grid north, 0 <= a < 360."""
     angle = np.degrees(np.arctan2(np.asarray(dx, float), np.asarray(dy, float))) % 360.0

@@ -1,4 +1,4 @@
-"""--until-ci: which logs are run, when the run ends, that its interval keeps its word, and that nothing else decides."""
+"""--until-ci: which logs are run, when the run ends, that the interval keeps its word, and that nothing else decides."""
 
 from __future__ import annotations
 
@@ -87,8 +87,8 @@ def test_the_interval_at_the_end_holds_the_truth(p):
         plain += holds(row[last], looks[last], 1.96)
     assert ended[2:4].sum() == runs
     assert 0.4 < ended[2] / runs < 0.6 or p == 0.5  # chance decides the end; at 0.5 the width hardly knows of it
-    # Of all looks at once, as promised; 3 standard errors of the simulation are 0.010, and 20 expected hits at the first
-    # look are not yet normal.
+    # Of all looks at once, as promised; 3 standard errors of the simulation are 0.010, and 20 expected hits at the
+    # first look are not yet normal.
     assert 0.93 < all_looks / runs < 0.97
     assert narrow / runs < 0.90  # the plain interval would not keep it
     assert plain / runs > 0.935  # the reported 95 % interval at the end, for the rule sees widths only
