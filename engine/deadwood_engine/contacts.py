@@ -1,6 +1,6 @@
 """Contacts between the log and the terrain, and the list that every obstacle adds to (paper, sections 3.2-3.3).
 
-A contact is predicted: each candidate point of the log is looked up where it would be at the next midpoint if nothing
+A contact is predicted: each candidate point of the log is looked up where it would be a step ahead if nothing
 held it, and is a contact when it would then lie below the surface. The solver lets it approach the plane it
 would hit, but not cross it. First touch is met, and no push ever lifts a log out of the ground (that would add energy).
 
@@ -48,7 +48,7 @@ def cross(ax, ay, az, bx, by, bz):
 def add_contact(contacts, keys, count, state, body, rx, ry, rz, nx, ny, nz, mu, gap, dt, restitution, gravity):
     """Append one contact: frame, velocities before the step, least normal velocity, and its Delassus block.
 
-    gap is the gap predicted for the next midpoint; the gap now follows from the free velocity along the normal.
+    gap is the gap predicted for the next node; the gap now follows from the free velocity along the normal.
     Returns the new count; a full table keeps what it has (it is sized for every candidate, so this cannot happen).
     """
     if count >= contacts.shape[0]:
@@ -97,13 +97,13 @@ def add_contact(contacts, keys, count, state, body, rx, ry, rz, nx, ny, nz, mu, 
     c[BEFORE_N] = before
     c[BEFORE_T] = tx * vx + ty * vy + tz * vz + atx * wx + aty * wy + atz * wz
     c[BEFORE_U] = ux * vx + uy * vy + uz * vz + aux * wx + auy * wy + auz * wz
-    now = gap - dt * (before - nz * gravity * dt)
+    now = gap - dt * (before - 0.5 * nz * gravity * dt)
     c[GAP] = now
     # A gap that gravity closes within the step counts as closed, or contacts of a resting log would flicker
     now -= HOVER * gravity * dt * dt
     c[TARGET] = -now / dt if now > 0.0 else 0.0
-    if restitution > 0.0 and before < 0.0:
-        c[TARGET] = -restitution * before  # Newton's impact law, eq. 8
+    if restitution > 0.0 and before < -2.0 * gravity * dt:
+        c[TARGET] = -restitution * before  # Newton's impact law, eq. 8; what gravity adds in two steps is no impact
     c[MU] = mu
     c[PN], c[PT], c[PU] = 0.0, 0.0, 0.0
     return count + 1
@@ -177,7 +177,7 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, dt, 
     whether there is terrain below every ring).
     """
     dx, dy, dz = state[DX], state[DY], state[DZ]
-    vx, vy, vz = state[VX], state[VY], state[VZ] - gravity * dt
+    vx, vy, vz = state[VX], state[VY], state[VZ] - 0.5 * gravity * dt
     tx, ty, tz = cross(state[WX], state[WY], state[WZ], dx, dy, dz)
     qx, qy, qz = dx + dt * tx, dy + dt * ty, dz + dt * tz
     scale = 1.0 / math.sqrt(qx * qx + qy * qy + qz * qz)

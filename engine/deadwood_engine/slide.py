@@ -108,7 +108,9 @@ class Result:
 
     stop_reason : int8, index into STOP_REASONS; stop_item : row of the tree or barrier that holds the log, else -1
     energy_error : [-] energy gained from contacts and lost by the books, over the energy spent
-    penetration_max : [m] deepest contact, overlap_max : with a tree or barrier alone; residual_max : [m/s] of the contact solver's last sweep
+    penetration_max : [m] deepest contact, overlap_max : with a tree or barrier alone
+    residual_max : [m/s] of the contact solver's last sweep
+    speed_max, speed_mean, and the velocities of last_state : [m/s] at the middle of a step
     tree_hits, barrier_hits : number of different trees and barriers that pushed the log
     reach, reach_time : (n, lines), whether and when [s] the log's outline first touched a line
     barrier_reached, barrier_crossed : (n, barriers), outline touched, centre of mass crossed its line in plan

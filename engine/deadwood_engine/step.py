@@ -1,13 +1,14 @@
 """One log's slide: Moreau's time stepping from midpoint to midpoint, until it rests, leaves, or runs out of time.
 
-A step (paper, section 3.2; engine/README.md for the equations):
-1. choose its length from the speed of the log's fastest point, the DEM's cell and the obstacles near;
-2. drift freely to the midpoint (exact parabola with step 4, exact rotation);
-3. find the contacts of the predicted pose;
-4. add gravity's impulse and solve the contact problem for the velocities;
+A step (paper, section 3.2; engine/README.md for the equations) stands at a node, where contacts act:
+1. choose how far to go from the speed of the log's fastest point, the DEM's cell and the obstacles near;
+2. find the contacts of the pose that free motion would reach at the next node;
+3. add gravity's impulse, half for the way that lies behind and half for the way ahead, and solve for the velocities;
+4. drift to the next node (the parabola and the rotation are exact, for equal steps or not);
 5. keep the books: energy, penetration, hits, outlines, rest.
 
-Two half drifts between velocity changes are one drift, so poses live at midpoints; the start and the end add a half.
+The way ahead is chosen before its contacts are found: a step that grew afterwards would carry the log past the plane
+that it may just reach.
 """
 
 from __future__ import annotations
@@ -211,10 +212,13 @@ def owner_of(scene, key):
 
 
 @kernel
-def impulse_work(contacts_table, count, state):
-    """Work of the contact impulses per mass [J/kg]: the mean of the velocities before and after, times the impulses."""
+def impulse_work(contacts_table, count, state, fall):
+    """Work of the contact impulses per mass [J/kg]: the mean of the velocities before and after, times the impulses.
+
+    fall [m/s] is what gravity has already added to the state's velocity for the time after the node.
+    """
     work = 0.0
-    vx, vy, vz, wx, wy, wz = state[VX], state[VY], state[VZ], state[WX], state[WY], state[WZ]
+    vx, vy, vz, wx, wy, wz = state[VX], state[VY], state[VZ] + fall, state[WX], state[WY], state[WZ]
     for k in range(count):
         c = contacts_table[k]
         pn, pt, pu = c[PN], c[PT], c[PU]
@@ -227,7 +231,7 @@ def impulse_work(contacts_table, count, state):
 
 
 @kernel
-def take_no_energy(contacts_table, count, state, free, gained):
+def take_no_energy(contacts_table, count, state, free, gained, fall):
     """Scale the impulses of an unfinished solve so that they do no positive work; returns the work left.
 
     A jam between opposed normals (unbounded inner force) can hit the cap with impulses that do not fit each other and
@@ -238,11 +242,11 @@ def take_no_energy(contacts_table, count, state, free, gained):
         c = contacts_table[k]
         pn, pt, pu = c[PN], c[PT], c[PU]
         if pn > 0.0:
-            gn = c[NX] * free[0] + c[NY] * free[1] + c[NZ] * free[2]
+            gn = c[NX] * free[0] + c[NY] * free[1] + c[NZ] * (free[2] + fall)
             gn += c[ANX] * free[3] + c[ANY] * free[4] + c[ANZ] * free[5]
-            gt = c[TX] * free[0] + c[TY] * free[1] + c[TZ] * free[2]
+            gt = c[TX] * free[0] + c[TY] * free[1] + c[TZ] * (free[2] + fall)
             gt += c[ATX] * free[3] + c[ATY] * free[4] + c[ATZ] * free[5]
-            gu = c[UX] * free[0] + c[UY] * free[1] + c[UZ] * free[2]
+            gu = c[UX] * free[0] + c[UY] * free[1] + c[UZ] * (free[2] + fall)
             gu += c[AUX] * free[3] + c[AUY] * free[4] + c[AUZ] * free[5]
             a += 0.5 * (pn * (gn + c[BEFORE_N]) + pt * (gt + c[BEFORE_T]) + pu * (gu + c[BEFORE_U]))
     b = gained - a
@@ -280,10 +284,11 @@ def stays(scene, frame, state, body, stations, settings, scratch, old_count, rat
     for k in range(VX, WZ + 1):
         trial[k] = 0.0
     dt = settings.time_step  # as in the run, or contacts that hover within its tolerance would be missed
+    trial[VZ] = -0.5 * settings.gravity * dt  # as of a log at rest: gravity's half of the step before
     count, _, _, _ = find_contacts(scene, frame, trial, body, stations, settings, dt, scratch, obstacles)
     for k in range(count):
         scratch.contacts[k, TARGET] = 0.0  # what would touch within this step counts as touching
-    trial[VZ] -= settings.gravity * dt
+    trial[VZ] -= 0.5 * settings.gravity * dt
     warm_start(
         scratch.contacts, scratch.keys, count, trial, scratch.old_keys, scratch.old_impulses, old_count, ratio * dt
     )
@@ -337,7 +342,7 @@ def slide_log(scene, frame, state, body, stations, settings, scratch, rasters, r
     summary[:] = 0.0
     summary[ITEM] = -1
     energy_start = kinetic_energy(state, transverse, axial) + gravity * state[Z]
-    time, before, done_work, next_look = 0.0, 0.0, 0.0, REST_WINDOW
+    time, before, last_kick, done_work, next_look = 0.0, 0.0, 0.0, 0.0, REST_WINDOW
     kept, steps, old_count, tree_hits, barrier_hits = 0, 0, 0, 0, 0
     next_rocking, rocking_peak, peak = ROCKING_WINDOW, 0.0, 0.0
     count, clearance, travel, whole = find_contacts(scene, frame, state, body, stations, settings, 1e-9, scratch, True)
@@ -357,41 +362,38 @@ def slide_log(scene, frame, state, body, stations, settings, scratch, rasters, r
         kept = keep_pose(poses, kept, 0.0, state, body, clearance)
     reason = -1
     while reason < 0:
-        # 1. length of the step
-        fastest = fastest_point(state, body) + gravity * settings.time_step
+        # 1. gravity's second half for the step before, and the length of this one
+        state[VZ] -= 0.5 * gravity * before
+        fastest = fastest_point(state, body) + 0.5 * gravity * settings.time_step
         dt = min(settings.time_step, min(settings.travel, travel) / fastest) if fastest > 0.0 else settings.time_step
         dt = max(dt, SHORTEST_STEP)
-        # 2. free motion to the midpoint
-        free = 0.5 * (before + dt)
-        summary[PATH] += free * math.sqrt(state[VX] ** 2 + state[VY] ** 2 + state[VZ] ** 2)
-        drift(state, transverse, axial, free)
-        time += free
+        kick = 0.5 * (before + dt)
         steps += 1
-        # 3. contacts, 4. velocities
+        # 2. contacts of the pose a step ahead, 3. velocities
         count, clearance, travel, on_terrain = find_contacts(
             scene, frame, state, body, stations, settings, dt, scratch, True
         )
         whole = whole and on_terrain
-        state[VZ] -= gravity * dt
+        state[VZ] -= 0.5 * gravity * dt
         if count > 0:
             for k in range(6):
                 scratch.free[k] = state[VX + k]
             if settings.restitution == 0.0:
                 warm_start(
                     scratch.contacts, scratch.keys, count, state, scratch.old_keys, scratch.old_impulses, old_count,
-                    dt / before if before > 0.0 else 0.0,
+                    kick / last_kick if last_kick > 0.0 else 0.0,
                 )  # fmt: skip
-            used, residual = solve(
-                scratch.contacts, count, state, settings.tolerance * gravity * dt + 1e-15, settings.sweeps
-            )
+            tolerance = settings.tolerance * gravity * dt + 1e-15
+            used, residual = solve(scratch.contacts, count, state, tolerance, settings.sweeps)
             summary[SWEEPS] += used
             summary[CONTACTS] += count
             summary[RESIDUAL] = max(summary[RESIDUAL], residual)
-            gained = impulse_work(scratch.contacts, count, state)
-            if residual > settings.tolerance * gravity * dt + 1e-15:
+            # the work is that of the velocities at the node, between gravity's two halves
+            gained = impulse_work(scratch.contacts, count, state, 0.5 * gravity * dt)
+            if residual > tolerance:
                 summary[UNCONVERGED] += 1
                 if gained > 0.0:
-                    gained = take_no_energy(scratch.contacts, count, state, scratch.free, gained)
+                    gained = take_no_energy(scratch.contacts, count, state, scratch.free, gained, 0.5 * gravity * dt)
             # 5. books
             done_work += gained
             summary[ENERGY_GAIN] += max(0.0, gained)
@@ -411,7 +413,7 @@ def slide_log(scene, frame, state, body, stations, settings, scratch, rasters, r
         else:
             summary[AIRBORNE] += 1
         old_count = remember(scratch.contacts, scratch.keys, count, scratch.old_keys, scratch.old_impulses)
-        before = dt
+        before, last_kick = dt, kick
         speed = math.sqrt(state[VX] ** 2 + state[VY] ** 2 + state[VZ] ** 2)
         energy = kinetic_energy(state, transverse, axial)
         clearance = max(0.0, clearance) if clearance < math.inf else 0.0
@@ -425,6 +427,10 @@ def slide_log(scene, frame, state, body, stations, settings, scratch, rasters, r
             reason = FAILED
             break
         peak = max(peak, energy)
+        # 4. free motion to the next node
+        drift(state, transverse, axial, dt)
+        time += dt
+        summary[PATH] += dt * speed
         height, _, _ = surface(scene.terrain, frame[0], frame[1], state[X], state[Y])
         if height != height:
             reason = LEFT_DEM
@@ -455,14 +461,13 @@ def slide_log(scene, frame, state, body, stations, settings, scratch, rasters, r
             if keep:
                 kept = keep_pose(poses, kept, time, state, body, clearance)
     if reason != FAILED:
-        free = 0.5 * before
-        summary[PATH] += free * math.sqrt(state[VX] ** 2 + state[VY] ** 2 + state[VZ] ** 2)
-        drift(state, transverse, axial, free)
-        time += free
         draw(scene, frame, state, body, memory, work, rasters, row, marks, time)
         if keep:
             kept = keep_pose(poses, kept, time, state, body, clearance)
+    sunk = state[VZ]
+    state[VZ] -= 0.5 * gravity * before
     change = kinetic_energy(state, transverse, axial) + gravity * state[Z] - energy_start - done_work
+    state[VZ] = sunk
     # of the energy that the run had to spend, at least that of a metre's fall
     summary[ENERGY_ERROR] = (abs(change) + summary[ENERGY_GAIN]) / max(energy_start - gravity * state[Z], 9.81)
     summary[REASON] = reason

@@ -27,7 +27,8 @@ def test_dropped_flat(physics):
     begin = physics.start(scene, log, (1, 0, 0), (0, 0, 5.375))
     result = physics.run(scene, begin)
     assert STOP_REASONS[result.stop_reason[0]] == "rest"
-    assert result.speed_max[0] == pytest.approx(9.90454, abs=0.01 * G)
+    # speeds are those of mid-steps, and the landing may take the last: a step and a half of gravity at most
+    assert 9.90454 - 0.015 * G <= result.speed_max[0] <= 9.90454
     assert result.end_position[0] == pytest.approx((0, 0, 0.375), abs=2e-3)
     # predicted contact meets the ground: nothing sinks in, where first-touch detection would leave 10 cm
     assert result.penetration_max[0] < 1e-3
@@ -45,12 +46,12 @@ def test_standing_log(physics, tilt, stands):
     assert STOP_REASONS[result.stop_reason[0]] == ("time_limit" if tilt == 1.5 else "rest")
 
 
-@pytest.mark.parametrize(("fidelity", "tolerance"), [("standard", 0.02), ("fine", 0.008), ("reference", 0.002)])
+@pytest.mark.parametrize(("fidelity", "tolerance"), [("standard", 0.008), ("fine", 0.004), ("reference", 0.001)])
 def test_toppling_about_the_rim(physics, fidelity, tolerance):
     """T37: a log tilted 5 degrees on the flat, held by friction, pivots about its rim: theta'' = m g b sin / I.
 
-    The independent answer integrates that pendulum to 1e-12. The scheme is of order one in its step (10, 4 and 1 ms),
-    and the errors allowed fall with it.
+    The independent answer integrates that pendulum to 1e-12. The scheme is of order one in its step (10, 4 and 1 ms):
+    measured errors of the spin are 0.40, 0.21 and 0.07 %, and those allowed fall with it.
     """
     scene = Scene.prepare(np.zeros((401, 401)), 0.5, -100.0, -100.0, friction=1000.0)
     log = physics.body()
@@ -72,11 +73,13 @@ def test_toppling_about_the_rim(physics, fidelity, tolerance):
     solution = solve_ivp(pendulum, (0, 20), [begin_angle, 0.0], rtol=1e-12, atol=1e-12, events=tip_touches)
     assert solution.t[-1] == pytest.approx(5.432956, abs=1e-4)  # NUMERICS T37
     logs = Logs.alike([0.0], [0.0], orientation=2, tilt=np.radians(5.0))
-    result = slide(scene, logs, FIDELITIES[fidelity], keep_poses=np.ones(1, bool), time_limit=7.0)
+    result = slide(
+        scene, logs, FIDELITIES[fidelity]._replace(trace_cells=1e-3), keep_poses=np.ones(1, bool), time_limit=7.0
+    )
     spin = result.poses.spin.max()
     assert spin == pytest.approx(solution.y[1, -1], rel=tolerance)
     landed = result.poses.time[np.argmax(result.poses.spin)]
-    assert landed == pytest.approx(solution.t[-1], rel=max(tolerance, 0.01))
+    assert landed == pytest.approx(solution.t[-1], rel=0.001, abs=FIDELITIES[fidelity].time_step)
 
 
 def rough(seed=0, rows=160, columns=120, cell=0.5, tangent=0.7):
