@@ -390,10 +390,13 @@ def slide_log(scene, frame, state, body, stations, settings, scratch, rasters, r
             summary[RESIDUAL] = max(summary[RESIDUAL], residual)
             # the work is that of the velocities at the node, between gravity's two halves
             gained = impulse_work(scratch.contacts, count, state, 0.5 * gravity * dt)
-            if residual > tolerance:
+            unfinished = residual > tolerance
+            if unfinished:
                 summary[UNCONVERGED] += 1
-                if gained > 0.0:
-                    gained = take_no_energy(scratch.contacts, count, state, scratch.free, gained, 0.5 * gravity * dt)
+            # Newton's law, contact by contact, can give energy where several act: not beyond gravity's own share
+            bouncing = settings.restitution > 0.0 and gained > 0.125 * (gravity * dt) ** 2
+            if gained > 0.0 and (unfinished or bouncing):
+                gained = take_no_energy(scratch.contacts, count, state, scratch.free, gained, 0.5 * gravity * dt)
             # 5. books
             done_work += gained
             summary[ENERGY_GAIN] += max(0.0, gained)

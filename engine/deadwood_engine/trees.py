@@ -142,9 +142,9 @@ def _end_contact(terrain, frame, tree, item, end, contacts, keys, count, state, 
     """Contact of one end face (0 base, 1 tip) with a tree; returns (count, whether the tree entered by this face).
 
     In plan the face is an ellipse, and its outer half is the outline's end. A tree whose axis is outside meets the
-    nearest point of the ellipse. One whose axis is inside has been overrun: if it lies less deep under the end
-    than under the log's side, or was still beyond the end before this step, it entered by the face and is pushed out
-    by it. Without that a stem thinner than a step's travel impales the log and is carried along.
+    nearest point of the ellipse. One whose axis is inside has been overrun: if it lies less deep under the end than
+    under the log's side, now or a step ahead, it entered by the face and is pushed out by it. Without that a stem
+    thinner than a step's travel impales the log and is carried along.
     """
     x, y, foot, top, radius, slope = tree[NEAR_X], tree[NEAR_Y], tree[FOOT], tree[TOP], tree[RADIUS], tree[SLOPE]
     dx, dy, dz = trial[0], trial[1], trial[2]
@@ -183,7 +183,7 @@ def _end_contact(terrain, frame, tree, item, end, contacts, keys, count, state, 
             before_x = state[X] + s * state[DX]
             before_y = state[Y] + s * state[DY]
             before = outward * ((x - before_x) * mx + (y - before_y) * my)
-            if depth > a - abs(tl) and before < edge:
+            if depth > a - abs(tl) and edge - before > a - abs(tl):
                 return count, False
             entered = True
     if entered:

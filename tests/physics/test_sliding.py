@@ -2,7 +2,8 @@
 
 Heights are float32: at cells of 10 m and heights below 512 m a plane is wrong by at most 1.5e-5 m at a node, so its
 slope by 3e-6 and speeds by about 1e-5 of themselves. Where a plane's heights are exact in binary, so are the tests.
-Velocities are those of the middle of a step, positions of its end (leapfrog), so a speed is compared with the closed form half a step before the end.
+Velocities are those of the middle of a step, positions of its end (leapfrog), so a speed is compared with
+the closed form half a step before the end.
 """
 
 import numpy as np
