@@ -186,9 +186,17 @@ def _end_contact(terrain, frame, tree, item, end, contacts, keys, count, state, 
             if depth > a - abs(tl) and edge - before > a - abs(tl):
                 return count, False
             entered = True
+    wide = a * abs(dz)
     if entered:
         u = tl
         nx, ny, gap = -outward * mx, -outward * my, -depth
+    elif wide > 0.0 and tl * tl / (a * a) + tm * tm / (wide * wide) < 1.0:
+        # a standing log over a tree: apart along the line of their centres
+        size = math.sqrt(tl * tl + tm * tm)
+        ul, um = (tl / size, tm / size) if size > 0.0 else (1.0, 0.0)
+        reach = 1.0 / math.sqrt(ul * ul / (a * a) + um * um / (wide * wide))
+        u, w = reach * ul, reach * um / dz
+        nx, ny, gap = -ul * lx - um * mx, -ul * ly - um * my, size - reach
     else:
         u, w = disc_nearest(a, dz, tl, tm)
         nx = ex + u * lx + w * dz * mx - x
@@ -219,19 +227,18 @@ def _side_contact(terrain, frame, tree, item, contacts, keys, count, state, body
     taper = (body[TIP_RADIUS] - body[BASE_RADIUS]) / body[LENGTH]
     gx, gy = ox - tree[NEAR_X], oy - tree[NEAR_Y]
     plan = dx * dx + dy * dy  # square of the sine of the tilt
-    if plan <= FLAT_TOLERANCE:
-        return count
-    nearest = -(gx * dx + gy * dy) / plan
-    z = oz + nearest * dz
-    kb = tree[SLOPE] if z > foot else 0.0  # the stem goes on below the ground
-    mix = (taper * taper + kb * kb + 2.0 * dz * taper * kb) / plan
-    across = math.sqrt((gx + nearest * dx) ** 2 + (gy + nearest * dy) ** 2)
-    # nearly parallel, the tapers outweigh the angle between the axes: the end faces are what touches
-    if mix >= 0.5 or across == 0.0:
-        return count
-    rho = across / math.sqrt(1.0 - mix)
-    s = nearest + rho * (taper + dz * kb) / plan
-    z += rho * (kb + dz * taper) / plan
+    # nearly parallel, the tapers outweigh the angle between the axes: what touches are the end faces and the tree's top
+    s, z, kb, mix = 0.0, math.inf, tree[SLOPE], 1.0
+    if plan > FLAT_TOLERANCE:
+        nearest = -(gx * dx + gy * dy) / plan
+        if oz + nearest * dz <= foot:
+            kb = 0.0  # the stem goes on below the ground
+        mix = (taper * taper + kb * kb + 2.0 * dz * taper * kb) / plan
+        across = math.sqrt((gx + nearest * dx) ** 2 + (gy + nearest * dy) ** 2)
+        if mix < 0.5:
+            rho = across / math.sqrt(1.0 - mix)
+            s = nearest + rho * (taper + dz * kb) / plan
+            z = oz + nearest * dz + rho * (kb + dz * taper) / plan
     if z > top:
         # the top's rim: nearest point of the log's axis to the end of the tree's
         z = top
@@ -244,8 +251,11 @@ def _side_contact(terrain, frame, tree, item, contacts, keys, count, state, body
     rho = math.sqrt(ax * ax + ay * ay + az * az)
     a = body[BASE_RADIUS] + taper * (s - back)
     gap = rho - a - (radius + kb * (z - foot) if z > foot else radius)
-    if gap < 0.0 and rho > 0.0:
-        nx, ny, nz = ax / rho, ay / rho, az / rho
+    if gap < 0.0:
+        # a log released right through a stem's axis is put to its left as well as to its right
+        nx, ny, nz = -dy / math.sqrt(plan), dx / math.sqrt(plan), 0.0
+        if rho > 0.0:
+            nx, ny, nz = ax / rho, ay / rho, az / rho
         count = touch(
             terrain, frame, contacts, keys, count, state, body, trial, (TREE, item, 0),
             (ox + s * dx - a * nx, oy + s * dy - a * ny, oz + s * dz - a * nz), (nx, ny, nz), gap, step,

@@ -212,3 +212,15 @@ def test_leaving_the_terrain():
     # the first node row with terrain is at y = 20 m; a step at most farther
     assert 19.0 < result.end_position[0, 1] < 20.0
     assert result.speed_max[0] < np.sqrt(2 * G * 0.7 * 32)
+
+
+@pytest.mark.parametrize("apart", [0.05, 0.3, 0.45, 0.6])
+def test_standing_log_over_a_tree_starts_in_contact(apart):
+    """Two vertical stems of 0.375 and 0.3 m radius overlap when their axes are closer than 0.675 m, however little."""
+    trees = Trees(np.array([apart]), np.array([0.0]), np.array([0.6]), np.array([20.0]))
+    scene = flat(trees=trees, friction=0.8)
+    result = slide(scene, Logs.alike([0.0], [0.0]), FIDELITIES["standard"], time_limit=5.0)
+    assert result.started_in_contact[0]
+    assert result.speed_max[0] < 0.01
+    clear = slide(scene, Logs.alike([-0.1 - 0.6 + apart], [0.0]), FIDELITIES["standard"], time_limit=1.0)
+    assert not clear.started_in_contact[0]
