@@ -8,6 +8,7 @@ pyarrow, rasterio, pyogrio, pyproj and matplotlib are imported where they are us
 
 from __future__ import annotations
 
+from deadwood_algorithms.compare_fidelity import TOOL as COMPARE_FIDELITY
 from deadwood_algorithms.count_hits import TOOL as COUNT_HITS
 from deadwood_algorithms.demo import TOOL as DEMO
 from deadwood_algorithms.generate_forest import TOOL as GENERATE_FOREST
@@ -27,6 +28,7 @@ TOOLS: tuple[Tool, ...] = (
     COUNT_HITS,
     REACH_LINES,
     LATERAL_SPREAD,
+    COMPARE_FIDELITY,
     DEMO,
 )
 

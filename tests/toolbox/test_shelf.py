@@ -20,6 +20,7 @@ NAMES = [
     "count-hits",
     "reach-lines",
     "lateral-spread",
+    "compare-fidelity",
     "demo",
 ]
 UNITS = {

@@ -1,0 +1,91 @@
+"""The same logs at one fidelity: what `compare-fidelity` slides, and what it keeps of it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_algorithms.fidelity_measures import Group, Hits, Slid
+from deadwood_algorithms.released_scene import ReleasedScene, threads_of
+from deadwood_algorithms.releases_from_layer import Releases
+from deadwood_algorithms.run_results import reached
+from deadwood_algorithms.scene_from_layers import SceneLayers
+from deadwood_algorithms.tool import Cancelled, Feedback
+from deadwood_engine import FIDELITIES, STOP_REASONS, Interrupted, Rasters, slide
+
+
+def compile_kernels(layers: SceneLayers, logs: Releases) -> None:
+    """Slide one log for a moment: what is compiled or loaded once must not count as the first fidelity's cost."""
+    one = logs.logs.take(slice(0, 1))
+    slide(layers.scene, one, FIDELITIES["draft"], time_limit=0.1, rasters=Rasters.allocate(layers.scene, 1))
+
+
+def slide_at(name: str, ask: ReleasedScene, layers: SceneLayers, logs: Releases, feedback: Feedback) -> Slid:
+    """Slide the logs at one fidelity, in two halves, for the hit rasters of each."""
+    n = len(logs)
+    results, counts = [], []
+    for start, stop in ((0, n // 2), (n // 2, n)):
+
+        def report(done: int, start: int = start) -> bool:
+            feedback.progress(start + done, n, f"sliding at {name}")
+            return feedback.cancelled()
+
+        rasters = Rasters.allocate(layers.scene, threads_of(ask.threads))
+        try:
+            result = slide(
+                layers.scene,
+                logs.logs.take(slice(start, stop)),
+                FIDELITIES[name],
+                restitution=ask.restitution,
+                time_limit=ask.time_limit,
+                rest_speed=ask.rest_speed,
+                threads=threads_of(ask.threads),
+                rasters=rasters,
+                report=report,
+            )
+        except (Interrupted, KeyboardInterrupt) as error:
+            raise Cancelled from error
+        results.append(result)
+        counts.append(rasters.totals()["hit_count"])
+    feedback.progress(n, n, f"sliding at {name}")
+
+    def joined(field: str) -> NDArray[Any]:
+        return np.concatenate([getattr(result, field) for result in results])
+
+    end, start_at, reason = joined("end_position"), joined("release_position"), joined("stop_reason")
+    steps = joined("steps").sum()
+    return Slid(
+        name=name,
+        cpu_ms=1000.0 * sum(result.cost["cpu_s"] for result in results) / n,
+        steps=float(steps) / n,
+        reach=reached(layers.lines, {"reach": joined("reach")}, logs),
+        x=end[:, 0],
+        y=end[:, 1],
+        runout=np.hypot(*(end - start_at)[:, :2].T),
+        speed_max=joined("speed_max"),
+        jump_max=joined("jump_max"),
+        penetration_max=joined("penetration_max"),
+        energy_error=joined("energy_error"),
+        unconverged_share=float(joined("unconverged").sum() / max(1, steps)),
+        failed=int((reason == STOP_REASONS.index("failed")).sum()),
+        still_moving=int((reason == STOP_REASONS.index("time_limit")).sum()),
+        hits=(hits_of(counts[0] + counts[1], n), hits_of(counts[0], n // 2), hits_of(counts[1], n - n // 2)),
+    )
+
+
+def hits_of(count: NDArray[np.uint32], n_logs: int) -> Hits:
+    """The cells that were hit, for these are few of a large terrain, and by what share of the logs."""
+    cells = np.flatnonzero(count)
+    return cells, count.ravel()[cells] / max(1, n_logs)
+
+
+def groups_of(logs: Releases, min_runout: float | None) -> list[Group]:
+    nearest = logs.logs.length if min_runout is None else np.full(len(logs), min_runout)
+    groups = []
+    for release_id in sorted(set(logs.release_id.tolist()), key=str):
+        rows = np.flatnonzero(logs.release_id == release_id)
+        centre = float(logs.x[rows].mean()), float(logs.y[rows].mean())
+        groups.append(Group(release_id, rows, centre, nearest[rows]))
+    return groups
