@@ -5,7 +5,15 @@ import math
 import numpy as np
 import pytest
 
-from deadwood_algorithms.statistics import azimuth, quantile_arc, smallest_arc, unrolled, wilson_interval
+from deadwood_algorithms.statistics import (
+    Z_95,
+    azimuth,
+    paired_interval,
+    quantile_arc,
+    smallest_arc,
+    unrolled,
+    wilson_interval,
+)
 
 
 @pytest.mark.parametrize(
@@ -70,3 +78,33 @@ def test_the_quantile_arc_ignores_a_stray_log() -> None:
 def test_azimuths_are_clockwise_from_north() -> None:
     assert azimuth([0, 1, 0, -1], [1, 0, -1, 0]).tolist() == pytest.approx([0.0, 90.0, 180.0, 270.0])
     assert azimuth(-1e-18, 1.0) == 0.0
+
+
+def test_paired_interval():
+    """Known ends of Tango's interval, and McNemar's test at its border."""
+    z = Z_95
+    assert paired_interval(0, 0, 100) == pytest.approx((-z * z / (100 + z * z), z * z / (100 + z * z)))
+    assert paired_interval(0, 0, 0) == (-1.0, 1.0)
+    low, high = paired_interval(5, 20, 100)
+    assert low < 0.15 < high
+    assert paired_interval(20, 5, 100) == pytest.approx((-high, -low))
+    for lost, gained in ((10, 24), (3, 12), (40, 61)):  # 0 is outside when (b - c)^2 / (b + c) > z^2, else inside
+        for n in (200, 5000):
+            low, high = paired_interval(lost, gained, n)
+            assert (low > 0.0) == ((gained - lost) ** 2 / (gained + lost) > z * z)
+    lost, gained, n = 360, 380, 20_000  # of many trials: the textbook's
+    half = z * math.sqrt((lost + gained) / n - ((gained - lost) / n) ** 2) / math.sqrt(n)
+    assert paired_interval(lost, gained, n) == pytest.approx((0.001 - half, 0.001 + half), abs=1e-5)
+
+
+@pytest.mark.parametrize(("n", "gains", "loses"), [(50, 0.1, 0.1), (200, 0.2, 0.18), (1000, 0.01, 0.005)])
+def test_the_paired_interval_holds_the_difference(n, gains, loses):
+    drawn = np.random.default_rng(0).multinomial(n, [gains, loses, 1.0 - gains - loses], size=2000)
+    known: dict[tuple[int, int], bool] = {}
+    held = 0
+    for gained, lost, _ in drawn.tolist():
+        if (gained, lost) not in known:
+            low, high = paired_interval(lost, gained, n)
+            known[gained, lost] = low <= gains - loses <= high
+        held += known[gained, lost]
+    assert held / 2000 == pytest.approx(0.95, abs=0.015)

@@ -1,4 +1,4 @@
-"""--until-ci: which logs are run, when the run ends, that the interval keeps its word, and that nothing else decides."""
+"""--until-ci: which logs are run, when the run ends, that the interval keeps its word, that nothing else decides."""
 
 from __future__ import annotations
 
