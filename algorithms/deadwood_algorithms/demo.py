@@ -12,8 +12,11 @@ than with the mapped one, and the deposits fan out wider with a forest than with
 from __future__ import annotations
 
 import json
+import os
+import platform
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -92,7 +95,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         write_json(folder / "demo.json", {"forests": summaries, "paper": " ".join(PAPER)})
         write_json(folder / "manifest.json", tool.manifest(TOOL, ask))
     outputs = {"output": final, "picture": final / "demo.png"} | {name: final / f"run_{name}" for name in FORESTS}
-    return Outcome(outputs, {"forests": summaries}, table(summaries))
+    return Outcome(outputs, {"forests": summaries}, (*table(summaries), made_with(ask, summaries)))
 
 
 def one_forest(ask: Ask, folder: Path, forest: str, feedback: Feedback) -> dict[str, Any]:
@@ -161,6 +164,16 @@ def table(summaries: Mapping[str, Mapping[str, Any]]) -> tuple[str, ...]:
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
     return (*lines, *PAPER)
+
+
+def made_with(ask: Ask, summaries: Mapping[str, Mapping[str, Any]]) -> str:
+    """What the numbers come from: they move with seed and version, and the seconds with the machine."""
+    versions = ", ".join(f"{name} {metadata.version(name)}" for name in ("numpy", "numba", "rasterio"))
+    seconds = sum(each["cost"]["cpu_s"] for each in summaries.values())
+    return (
+        f"{ask.logs} logs a forest, {ask.fidelity}, seed {ask.seed}; deadwood-tool {tool.VERSION}, {versions}; "
+        f"{seconds:.0f} CPU seconds of sliding on {os.cpu_count()} cores ({platform.machine()})"
+    )
 
 
 def _degrees(angle: float | None) -> str:

@@ -2,10 +2,14 @@
 
 from .barriers import Barriers
 from .fidelity import FIDELITIES, Fidelity, station_spacing
-from .outline import Lines, Segments, segments_of, sweep_hits, sweep_touches
+from .lines import Lines, Segments, segments_of
+from .logs import Logs, Start, place_logs
+from .outline import sweep_hits, sweep_touches
+from .rasters import Rasters
+from .rest import STOP_REASONS
+from .result import Poses, Result
 from .scene import Scene
-from .slide import Interrupted, Logs, Poses, Rasters, Result, Start, place_logs, slide
-from .step import STOP_REASONS
+from .slide import Interrupted, slide
 from .trees import Trees
 
 __all__ = [

@@ -58,7 +58,7 @@ from .contacts import (
     UY,
     UZ,
 )  # fmt: skip
-from .limits import DISC_ACCURACY, DISC_ITERATIONS, EXACT_BLOCK_COUPLING, SLIP_ARCS
+from .limits import BLOCK_SWEEPS, DISC_ACCURACY, DISC_ITERATIONS, EXACT_BLOCK_COUPLING, SLIP_ARCS
 from .rotation import VX, VY, VZ, WX, WY, WZ
 
 
@@ -175,7 +175,7 @@ def solve(contacts, count, state, tolerance, sweeps):
             gnn, gnt, gnu = c[GNN], c[GNT], c[GNU]
             mu = c[MU]
             solved = False
-            if mu * math.sqrt(gnt * gnt + gnu * gnu) > EXACT_BLOCK_COUPLING * gnn:
+            if used <= BLOCK_SWEEPS and mu * math.sqrt(gnt * gnt + gnu * gnu) > EXACT_BLOCK_COUPLING * gnn:
                 solved, qn, qt, qu = block_impulse(
                     c,
                     gn - gnn * pn - gnt * pt - gnu * pu,

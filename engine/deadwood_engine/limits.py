@@ -5,6 +5,7 @@ GRAVITY = 9.81  # m/s2, the value of the paper's framework
 # Contact solver
 EXACT_BLOCK_COUPLING = 0.5  # [-] mu |G_nt| / G_nn above which split sweeps crawl: the 3x3 block is solved whole
 SLIP_ARCS = 16  # arcs of a half circle searched for the direction of slip
+BLOCK_SWEEPS = 50  # sweeps with whole blocks; a problem still unsolved may be cycling between their several solutions
 DISC_ITERATIONS = 12  # Newton steps of the friction disc's secular equation; it needs 3-4
 DISC_ACCURACY = 1e-12  # [-] relative, of the friction force's magnitude on the disc
 

@@ -13,7 +13,7 @@ from . import barriers as barrier_file
 from . import terrain as terrain_file
 from . import trees as tree_file
 from .barriers import Barriers, Plates
-from .outline import Lines, Segments, segments_of
+from .lines import Lines, Segments, segments_of
 from .terrain import Terrain, surfaces
 from .trees import Trees, Uprights
 

@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from .compiled import kernel
+from .lines import touch_segments
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
-from .outline import OUTLINE_POINTS, convex_hull, hull_rows, outline, touch_segments
+from .outline import OUTLINE_POINTS, convex_hull, hull_rows, outline
 from .rotation import DX, DY, DZ, WX, WY, WZ, X, Y, Z
 
 

@@ -172,7 +172,7 @@ def _end_contact(terrain, frame, tree, item, end, contacts, keys, count, state, 
         lx, ly = -dy / sine, dx / sine
     mx, my = ly, -lx  # plan direction of the axis
     tl, tm = (x - ex) * lx + (y - ey) * ly, (x - ex) * mx + (y - ey) * my
-    entered = False
+    entered, w, depth = False, 0.0, 0.0
     if abs(tl) < a and abs(dz) < STEEP:
         w = outward * a * math.sqrt(1.0 - (tl / a) ** 2)
         if dz < 0.0:

@@ -1,0 +1,65 @@
+"""All contacts of a pose: terrain, then trees, then barriers, from lists of what is near."""
+
+from __future__ import annotations
+
+import math
+
+from . import barriers, trees
+from .compiled import kernel
+from .contacts import TREE, terrain_contacts
+from .limits import NEAR_MARGIN
+from .log_body import BASE_RADIUS, CENTRE, LENGTH
+
+
+@kernel
+def find_contacts(scene, frame, state, body, stations, settings, dt, scratch, obstacles):
+    """Contacts of the pose predicted for a step dt: terrain, then trees, then barriers (if obstacles is true).
+
+    Returns (count, least clearance of the terrain [m], travel allowed in the next step by the obstacles [m],
+    whether there is terrain below the whole log).
+    """
+    terrain = scene.terrain
+    count, clearance, whole = terrain_contacts(
+        terrain, frame, scratch.contacts, scratch.keys, state, body, stations, dt,
+        settings.restitution, settings.gravity, scratch.trial,
+    )  # fmt: skip
+    travel = math.inf
+    if obstacles and (scene.uprights.owner.shape[0] > 0 or scene.plates.owner.shape[0] > 0):
+        trial, anchor = scratch.trial, scratch.anchor
+        back, front = -body[CENTRE], body[LENGTH] - body[CENTRE]
+        bx, by = trial[3] + back * trial[0], trial[4] + back * trial[1]
+        tx, ty = trial[3] + front * trial[0], trial[4] + front * trial[1]
+        moved = max(abs(bx - anchor[0]), abs(by - anchor[1]), abs(tx - anchor[2]), abs(ty - anchor[3]))
+        if anchor[6] == 0.0 or moved > 0.5 * NEAR_MARGIN:
+            anchor[0], anchor[1], anchor[2], anchor[3], anchor[6] = bx, by, tx, ty, 1.0
+            reach = body[BASE_RADIUS] + NEAR_MARGIN
+            anchor[4] = trees.near(
+                scene.uprights, frame, terrain.cell, scratch.near_trees, scratch.tree_table, bx, by, tx, ty, reach
+            )
+            anchor[5] = barriers.near(
+                scene.plates, frame, terrain.cell, scratch.near_plates, scratch.plate_table, bx, by, tx, ty, reach
+            )
+            moved = 0.0
+        # what is not listed is farther away than the margin that is left
+        travel = NEAR_MARGIN * 0.25
+        step = (dt, settings.restitution, settings.gravity)
+        count, allowed = trees.contacts_with(
+            terrain, frame, scratch.tree_table, scratch.near_trees, int(anchor[4]), scratch.contacts, scratch.keys,
+            count, state, body, trial, step,
+        )  # fmt: skip
+        travel = min(travel, allowed)
+        count, allowed = barriers.contacts_with(
+            terrain, frame, scratch.plate_table, scratch.near_plates, int(anchor[5]), scratch.contacts, scratch.keys,
+            count, state, body, trial, step,
+        )  # fmt: skip
+        travel = min(travel, allowed)
+    return count, clearance, travel, whole
+
+
+@kernel
+def owner_of(scene, key):
+    """(is a barrier, row in the user's table) of an obstacle's contact."""
+    if key[0] == TREE:
+        owner = scene.uprights.owner[key[1]]
+        return (True, -1 - owner) if owner < 0 else (False, owner)
+    return True, scene.plates.owner[key[1]]

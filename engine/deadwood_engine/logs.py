@@ -1,0 +1,136 @@
+"""Released logs: what the user knows of them, and their place on the terrain when they start."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .compiled import kernel
+from .limits import LEAST_STATIONS
+from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS, cone_bodies
+from .rotation import quaternion_from_axis
+from .scene import Scene
+from .terrain import surface
+
+Array = NDArray[np.float64]
+
+UPRIGHT, LYING, TILTED = range(3)
+
+
+@dataclass(frozen=True)
+class Logs:
+    """Released logs; arrays of shape (n,).
+
+    log_id : int64; x, y : plan position of the centre of mass [m]; diameter, length [m]; density [kg/m3]
+    orientation : int8, 0 upright (base down), 1 lying (axis in the terrain's tangent plane), 2 tilted
+    tilt : [rad] from the vertical; azimuth : [rad] clockwise from north, where the tip points
+    speed : [m/s] towards the azimuth in the tangent plane; drop : [m] clearance of the lowest point
+    """
+
+    log_id: NDArray[np.int64]
+    x: Array
+    y: Array
+    diameter: Array
+    length: Array
+    density: Array
+    orientation: NDArray[np.int8]
+    tilt: Array
+    azimuth: Array
+    speed: Array
+    drop: Array
+
+    def __len__(self) -> int:
+        return len(self.x)
+
+    def take(self, rows: NDArray | slice) -> Logs:
+        """The logs of these rows."""
+        return Logs(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
+
+    @staticmethod
+    def alike(x: Array, y: Array, *, diameter: float = 0.75, length: float = 30.0, **values: float) -> Logs:
+        """Logs that differ in position only; further fields by name, else 300 kg/m3, upright, at rest on the ground."""
+        x, y = np.atleast_1d(np.asarray(x, float)), np.atleast_1d(np.asarray(y, float))
+        fields = {"density": 300.0, "orientation": UPRIGHT, "tilt": 0.0, "azimuth": 0.0, "speed": 0.0, "drop": 0.0}
+        fields |= {"diameter": diameter, "length": length} | values
+        full = {k: np.full(len(x), v, dtype=np.int8 if k == "orientation" else float) for k, v in fields.items()}
+        return Logs(log_id=np.arange(len(x)), x=x, y=y, **full)
+
+
+@dataclass(frozen=True)
+class Start:
+    """Placed logs, ready to slide.
+
+    frame : int64 (n, 2), DEM node (column, row) of each log's own frame
+    state : (n, 16), initial state in that frame (``rotation`` names the columns); body : (n, 7), ``log_body``
+    """
+
+    frame: NDArray[np.int64]
+    state: Array
+    body: Array
+
+
+def place_logs(scene: Scene, logs: Logs) -> Start:
+    """Put logs on the terrain: oriented, and lifted or lowered until the lowest gap is ``drop``.
+
+    Raises
+    ------
+    ValueError
+        when a log's centre of mass is not on the terrain, or a dimension is not positive
+    """
+    terrain = scene.arrays.terrain
+    body = cone_bodies(logs.diameter, logs.length, logs.density)
+    ground = scene.terrain_surface(logs.x, logs.y)
+    if not np.isfinite(ground[:, 0]).all():
+        raise ValueError(f"log in row {int(np.flatnonzero(~np.isfinite(ground[:, 0]))[0])} is not on the terrain")
+    east, north = np.sin(logs.azimuth), np.cos(logs.azimuth)
+    downhill = np.column_stack([east, north, ground[:, 1] * east + ground[:, 2] * north])
+    downhill /= np.linalg.norm(downhill, axis=1, keepdims=True)
+    sine = np.sin(logs.tilt)
+    axis = np.column_stack([sine * east, sine * north, np.cos(logs.tilt)])
+    axis[logs.orientation == UPRIGHT] = (0.0, 0.0, 1.0)
+    lying = logs.orientation == LYING
+    axis[lying] = downhill[lying]
+    plan = np.column_stack([logs.x - terrain.x0, logs.y - terrain.y0])
+    frame = np.floor(plan * terrain.inverse_cell).astype(np.int64)
+    state = np.zeros((len(logs), 16))
+    state[:, 0:2] = plan - frame * terrain.cell
+    state[:, 3:7] = quaternion_from_axis(axis)
+    state[:, 7:10] = logs.speed[:, None] * downhill
+    state[:, 13:16] = axis
+    _lift(terrain, frame, state, body, logs.drop)
+    return Start(frame, state, body)
+
+
+@kernel
+def _lift(terrain, frame, state, body, drop):
+    """Set each log's height so that the least vertical gap of its surface points is ``drop``."""
+    for n in range(state.shape[0]):
+        dx, dy, dz = state[n, 13], state[n, 14], state[n, 15]
+        length, centre = body[n, LENGTH], body[n, CENTRE]
+        rings = max(LEAST_STATIONS, int(np.ceil(2.0 * length / terrain.cell)) + 1)
+        plan = np.sqrt(dx * dx + dy * dy)
+        lx, ly = (-dy / plan, dx / plan) if plan > 1e-12 else (1.0, 0.0)
+        # second diameter of the rings: d x lateral
+        mx, my, mz = -dz * ly, dz * lx, dx * ly - dy * lx
+        least = np.inf
+        for k in range(rings):
+            along = length * k / (rings - 1)
+            a = body[n, BASE_RADIUS] + (body[n, TIP_RADIUS] - body[n, BASE_RADIUS]) * along / length
+            s = along - centre
+            for m in range(32):
+                c, e = a * np.cos(np.pi * m / 16), a * np.sin(np.pi * m / 16)
+                height, _, _ = surface(
+                    terrain, frame[n, 0], frame[n, 1], state[n, 0] + s * dx + c * lx + e * mx,
+                    state[n, 1] + s * dy + c * ly + e * my,
+                )  # fmt: skip
+                gap = s * dz + e * mz - height
+                if gap < least:
+                    least = gap
+        state[n, 2] = drop[n] - least
+
+
+def stations_for(length: Array, spacing: float) -> NDArray[np.int64]:
+    """Number of contact rings of logs of these lengths."""
+    return np.maximum(LEAST_STATIONS, np.ceil(length / spacing - 1e-9).astype(np.int64) + 1)

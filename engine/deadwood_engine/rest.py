@@ -1,0 +1,79 @@
+"""When a log rests, and what holds it: by a certificate, not by a threshold of speed.
+
+A speed threshold freezes logs that slide at friction's limit and standing logs that must topple.
+"""
+
+from __future__ import annotations
+
+import math
+
+from .compiled import kernel
+from .contact_solver import solve, warm_start
+from .contacts import PN, TARGET, TERRAIN
+from .detection import find_contacts, owner_of
+from .limits import REST_ACCELERATION, REST_SWEEPS
+from .log_body import BASE_RADIUS, CENTRE, LENGTH
+from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ
+
+STOP_REASONS = ("rest", "tree", "barrier", "left_dem", "time_limit", "failed")
+REST, HELD_BY_TREE, HELD_BY_BARRIER, LEFT_DEM, TIME_LIMIT, FAILED, INTERRUPTED = range(7)
+
+
+@kernel
+def fastest_point(state, body):
+    """Bound of the speed of the log's fastest point [m/s]."""
+    along = state[WX] * state[DX] + state[WY] * state[DY] + state[WZ] * state[DZ]
+    spin = state[WX] ** 2 + state[WY] ** 2 + state[WZ] ** 2
+    across = math.sqrt(max(0.0, spin - along * along))
+    arm = max(body[CENTRE], body[LENGTH] - body[CENTRE])
+    speed = math.sqrt(state[VX] ** 2 + state[VY] ** 2 + state[VZ] ** 2)
+    return speed + across * arm + abs(along) * body[BASE_RADIUS]
+
+
+@kernel
+def stays(scene, frame, state, body, stations, settings, scratch, old_count, ratio, obstacles):
+    """Whether the log, stopped where it is and let go, stays: the certificate of rest.
+
+    One step from zero velocity, solved far more tightly than a step of the run, from the impulses that hold it now
+    (friction among several contacts has many solutions, and this is the one the log is in). Returns (stays, count of
+    contacts): a log that only friction's threshold or a hair's tilt keeps moving does not stay.
+    """
+    trial = scratch.trial_state
+    for k in range(16):
+        trial[k] = state[k]
+    for k in range(VX, WZ + 1):
+        trial[k] = 0.0
+    dt = settings.time_step  # as in the run, or contacts that hover within its tolerance would be missed
+    trial[VZ] = -0.5 * settings.gravity * dt  # as of a log at rest: gravity's half of the step before
+    count, _, _, _ = find_contacts(scene, frame, trial, body, stations, settings, dt, scratch, obstacles)
+    for k in range(count):
+        scratch.contacts[k, TARGET] = 0.0  # what would touch within this step counts as touching
+    trial[VZ] -= 0.5 * settings.gravity * dt
+    warm_start(
+        scratch.contacts, scratch.keys, count, trial, scratch.old_keys, scratch.old_impulses, old_count, ratio * dt
+    )
+    allowed = REST_ACCELERATION * settings.gravity * dt
+    solve(scratch.contacts, count, trial, 0.01 * allowed, REST_SWEEPS)
+    return count > 0 and fastest_point(trial, body) <= allowed, count
+
+
+@kernel
+def holder(scene, scratch, count):
+    """(reason, item): the obstacle that pushes most, or the terrain where none does."""
+    most, reason, item = 0.0, REST, -1
+    for k in range(count):
+        if scratch.keys[k, 0] != TERRAIN and scratch.contacts[k, PN] > most:
+            most = scratch.contacts[k, PN]
+            is_barrier, item = owner_of(scene, scratch.keys[k])
+            reason = HELD_BY_BARRIER if is_barrier else HELD_BY_TREE
+    return reason, item
+
+
+@kernel
+def rest_reason(scene, frame, state, body, stations, settings, scratch, old_count, ratio):
+    """(reason, item) of a log that stays, or (-1, -1): on terrain alone, or held by the obstacle that pushes most."""
+    held, _ = stays(scene, frame, state, body, stations, settings, scratch, old_count, ratio, False)
+    if held:
+        return REST, -1
+    held, count = stays(scene, frame, state, body, stations, settings, scratch, old_count, ratio, True)
+    return holder(scene, scratch, count) if held else (-1, -1)

@@ -1,0 +1,147 @@
+"""What became of each log: the kernels' columns as named arrays in world coordinates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import step, trace
+from .log_body import CENTRE, LENGTH, MASS
+from .logs import Start
+from .scene import Scene
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Poses:
+    """Poses kept along the way, ordered by log row, then time; world coordinates [m].
+
+    log_row : int64 (m,); time [s], speed [m/s], spin [rad/s], clearance [m] (m,); position, base, tip (m, 3)
+    """
+
+    log_row: NDArray[np.int64]
+    time: Array
+    position: Array
+    base: Array
+    tip: Array
+    speed: Array
+    spin: Array
+    clearance: Array
+
+
+@dataclass(frozen=True)
+class Result:
+    """What became of each log; row i belongs to row i of the logs. World coordinates, SI units.
+
+    stop_reason : int8, index into STOP_REASONS; stop_item : row of the tree or barrier that holds the log, else -1
+    energy_error : [-] energy gained from contacts and lost by the books, over the energy spent
+    penetration_max : [m] deepest contact, overlap_max : with a tree or barrier alone
+    residual_max : [m/s] of the contact solver's last sweep
+    speed_max, speed_mean, and the velocities of last_state : [m/s] at the middle of a step
+    tree_hits, barrier_hits : number of different trees and barriers that pushed the log
+    reach, reach_time : (n, lines), whether and when [s] the log's outline first touched a line
+    barrier_reached, barrier_crossed : (n, barriers), outline touched, centre of mass crossed its line in plan
+    last_state : (n, 16) and frame (n, 2), final state for a replay
+    """
+
+    stop_reason: NDArray[np.int8]
+    stop_item: NDArray[np.int64]
+    duration: Array
+    path: Array
+    release_position: Array
+    end_position: Array
+    base_end: Array
+    tip_end: Array
+    speed_max: Array
+    speed_mean: Array
+    energy_max: Array
+    jump_max: Array
+    tree_hits: NDArray[np.int64]
+    barrier_hits: NDArray[np.int64]
+    energy_error: Array
+    penetration_max: Array
+    overlap_max: Array
+    residual_max: Array
+    unconverged: NDArray[np.int64]
+    steps: NDArray[np.int64]
+    started_in_contact: NDArray[np.bool_]
+    reach: NDArray[np.bool_]
+    reach_time: Array
+    barrier_reached: NDArray[np.bool_]
+    barrier_crossed: NDArray[np.bool_]
+    last_state: Array
+    frame: NDArray[np.int64]
+    poses: Poses
+    cost: dict[str, float]
+
+
+def result_of(
+    scene: Scene,
+    start: Start,
+    state: Array,
+    summary: Array,
+    poses: dict[int, Array],
+    touched: NDArray[np.bool_],
+    touch_time: Array,
+    fences: NDArray[np.bool_],
+    crossed: NDArray[np.bool_],
+    cpu: float,
+) -> Result:
+    terrain = scene.arrays.terrain
+    origin = np.empty((len(state), 3))
+    origin[:, 0] = terrain.x0 + start.frame[:, 0] * terrain.cell
+    origin[:, 1] = terrain.y0 + start.frame[:, 1] * terrain.cell
+    origin[:, 2] = terrain.reference
+    body = start.body
+    centre = state[:, 0:3] + origin
+    axis = state[:, 13:16]
+    duration = summary[:, step.DURATION]
+    owner = summary[:, step.ITEM].astype(np.int64)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean = np.where(duration > 0, summary[:, step.PATH] / duration, 0.0)
+    rows = sorted(poses)
+    table = np.vstack([np.zeros((0, trace.POSE_WIDTH)), *(poses[row] for row in rows)])
+    log_row = np.repeat(np.array(rows, np.int64), [len(poses[row]) for row in rows])
+    shift = origin[log_row]
+    columns = trace.POSE_X, trace.POSE_BASE, trace.POSE_TIP
+    position, base, tip = (table[:, at : at + 3] + shift for at in columns)
+    return Result(
+        stop_reason=summary[:, step.REASON].astype(np.int8),
+        stop_item=owner,
+        duration=duration,
+        path=summary[:, step.PATH],
+        release_position=start.state[:, 0:3] + origin,
+        end_position=centre,
+        base_end=centre - body[:, CENTRE, None] * axis,
+        tip_end=centre + (body[:, LENGTH] - body[:, CENTRE])[:, None] * axis,
+        speed_max=summary[:, step.SPEED_MAX],
+        speed_mean=mean,
+        energy_max=summary[:, step.ENERGY_MAX] * body[:, MASS],
+        jump_max=summary[:, step.JUMP_MAX],
+        tree_hits=summary[:, step.TREE_HITS].astype(np.int64),
+        barrier_hits=summary[:, step.BARRIER_HITS].astype(np.int64),
+        energy_error=summary[:, step.ENERGY_ERROR],
+        penetration_max=np.maximum(summary[:, step.PENETRATION], summary[:, step.OVERLAP]),
+        overlap_max=summary[:, step.OVERLAP],
+        residual_max=summary[:, step.RESIDUAL],
+        unconverged=summary[:, step.UNCONVERGED].astype(np.int64),
+        steps=summary[:, step.STEPS].astype(np.int64),
+        started_in_contact=summary[:, step.STARTED_IN_CONTACT] > 0,
+        reach=touched,
+        reach_time=np.where(np.isfinite(touch_time), touch_time, np.nan),
+        barrier_reached=fences,
+        barrier_crossed=crossed,
+        last_state=state,
+        frame=start.frame,
+        poses=Poses(log_row, table[:, 0], position, base, tip, *(table[:, k].copy() for k in (10, 11, 12))),
+        cost={
+            "steps": float(summary[:, step.STEPS].sum()),
+            "airborne_steps": float(summary[:, step.AIRBORNE].sum()),
+            "contacts": float(summary[:, step.CONTACTS].sum()),
+            "sweeps": float(summary[:, step.SWEEPS].sum()),
+            "cpu_s": cpu,
+        },
+    )

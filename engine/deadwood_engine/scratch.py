@@ -1,0 +1,78 @@
+"""A run's numbers and a worker's memory, as the kernels take them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from . import contacts
+from .trace import MEMORY_WIDTH
+
+
+class Settings(NamedTuple):
+    """A run's numbers: those of the fidelity, in metres and seconds, and the user's."""
+
+    time_step: float
+    travel: float  # [m] of the fastest point in a step
+    tolerance: float  # [-] of g dt
+    sweeps: int
+    trace_step: float  # [m] of the ends between outlines
+    restitution: float
+    time_limit: float
+    rest_speed: float
+    gravity: float
+
+
+class Scratch(NamedTuple):
+    """A worker's memory, made once: nothing is allocated while logs slide."""
+
+    contacts: np.ndarray
+    keys: np.ndarray
+    old_keys: np.ndarray
+    old_impulses: np.ndarray
+    near_trees: np.ndarray
+    tree_table: np.ndarray
+    near_plates: np.ndarray
+    plate_table: np.ndarray
+    hit_trees: np.ndarray
+    hit_barriers: np.ndarray
+    trial: np.ndarray  # predicted axis direction and centre
+    anchor: np.ndarray  # plan ends for which the near lists were made; their counts; whether they exist
+    memory: np.ndarray
+    rest: np.ndarray  # ends at the last look at a slow log
+    rocking: np.ndarray  # ends at the last look at one that rocks
+    trial_state: np.ndarray
+    free: np.ndarray  # velocities before the solve
+    points: np.ndarray
+    hull: np.ndarray
+    left: np.ndarray
+    right: np.ndarray
+
+    @staticmethod
+    def allocate(stations: int, upright_count: int, plate_count: int, raster_rows: int) -> Scratch:
+        # every candidate of the log, and three contacts each of the obstacles that it can lean on at once
+        table = 3 * stations + 16 + min(3 * (upright_count + plate_count), 8192)
+        return Scratch(
+            np.zeros((table, contacts.CONTACT_WIDTH)),
+            np.zeros((table, contacts.KEY_WIDTH), np.int64),
+            np.zeros((table, contacts.KEY_WIDTH), np.int64),
+            np.zeros((table, 3)),
+            np.zeros(upright_count + 1, np.int64),
+            np.zeros((upright_count + 1, 6)),
+            np.zeros(plate_count + 1, np.int64),
+            np.zeros((plate_count + 1, 7)),
+            np.zeros(upright_count + 1, np.int64),
+            np.zeros(plate_count + upright_count + 1, np.int64),
+            np.zeros(6),
+            np.zeros(7),
+            np.zeros(MEMORY_WIDTH),
+            np.zeros(MEMORY_WIDTH),
+            np.zeros(MEMORY_WIDTH),
+            np.zeros(16),
+            np.zeros(6),
+            np.zeros((32, 2)),
+            np.zeros((35, 4)),
+            np.zeros(max(raster_rows, 1), np.int64),
+            np.zeros(max(raster_rows, 1), np.int64),
+        )
