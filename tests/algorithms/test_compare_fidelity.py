@@ -28,7 +28,7 @@ LOGS = 60
 
 @pytest.fixture(scope="module")
 def case(tmp_path_factory) -> Case:
-    """60 logs above a road on flat ground, where the plane's logs come to rest: half of them reach it."""
+    """60 logs, more than the rule's least."""
     made = Case(tmp_path_factory.mktemp("case"))
     places = [(20.0 + 20.0 * a, 45.0 + 15.0 * b) for a, b in np.random.default_rng(4).random((LOGS, 2))]
     made.releases = write_layer(made.folder / "many.gpkg", points(*places), release_id=["a", "b"] * (LOGS // 2))
@@ -57,20 +57,26 @@ def forest(case) -> Path:
     return case.folder / "forest"
 
 
-def test_on_a_plane_without_obstacles_draft_will_do(case, tmp_path):
-    """One contact law, one slope, no impact: every fidelity is right, so the cheapest is recommended."""
-    lines = write_layer(
-        tmp_path / "lines.gpkg",
-        [shapely.LineString([(0.5, v), (59.5, v)]) for v in (40.0, -0.4 + 2.0)],
-        line_id=["near", "far"],
-    )
-    told = compare(case, tmp_path / "plane", lines=lines, friction="0.45", fidelities="draft, FINE, standard")
-    assert told["recommendation"]["fidelity"] == "draft"
+@pytest.mark.parametrize("lines", ["some reach", "silent"])
+def test_on_a_plane_without_obstacles_draft_will_do(case, tmp_path, lines):
+    """One contact law, one slope, no impact: every fidelity is right, so the cheapest is recommended.
+
+    The line that some reach lies among the releases: those above it slide over it, those below do not.
+    """
+    across = {"all reach": 36.0, "some reach": 52.0, "none reach": 2.0}
+    wanted = {name: v for name, v in across.items() if lines == "some reach" or name != "some reach"}
+    shapes = [shapely.LineString([(0.5, v), (59.5, v)]) for v in wanted.values()]
+    path = write_layer(tmp_path / "lines.gpkg", shapes, line_id=list(wanted))
+    told = compare(case, tmp_path / "plane", lines=path, friction="0.6", fidelities="draft, FINE, standard")
+    advice = told["recommendation"]
+    assert advice["fidelity"] == "draft", advice["sentence"]
+    assert advice["judged_by"] == ("reach of lines" if lines == "some reach" else "deposit distance and hit raster")
+    assert advice["silent_lines"] == ["all reach", "none reach"]
     assert told["finest"] == "fine"
     assert list(told["settings"]) == ["draft", "standard", "fine"]
-    rows = table(tmp_path / "plane")
     costs = [each["value"] for each in told["rows"] if each["quantity"] == "cpu_per_log"]
     assert costs == sorted(costs)
+    rows = table(tmp_path / "plane")
     apart = rows.loc[("draft", "deposit_distance", "")]
     assert 0.0 < apart["difference"] < apart["noise"]
     assert abs(rows.loc[("draft", "speed_max_mean", ""), "difference"]) < 0.2
