@@ -1,0 +1,1 @@
+"""The speed/accuracy study: ``python -m benchmarks --help``. Not part of the installed package."""

@@ -1,0 +1,135 @@
+"""Two small studies beside the large one: short restarts, and what the engine saves where a scene asks for less.
+
+Trajectories among bumps and trees are chaotic, so over a whole slide only distributions can be compared. Over a
+quarter of a second they can be compared log by log: that shows the order of the method itself.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_engine import Fidelity, Rasters, Result, Scene, Start, place_logs, slide
+
+from . import scenes, study
+from .settings import REFERENCE, STANDARD, UNBOUND
+
+RESTART_AT, HORIZON = (2.0, 4.0, 6.0), 0.25  # [s]
+RESTART_STEPS = (0.010, 0.005, 0.0025, 0.00125)  # [s]
+RESTART_TRUTH = HORIZON / 2560  # [s], a tenth of a millisecond
+SWITCH_REPEATS = 5
+
+
+def _node_time(step: float) -> float:
+    """Time limit at which runs with this constant step stop when they have reached HORIZON."""
+    return HORIZON - 0.75 * step
+
+
+def restarts(name: str, blocks: int, *, threads: int) -> dict[str, Any]:
+    """Moving logs, let go from the same states with different steps, and how far apart they are after HORIZON."""
+    scene = scenes.build(name).scene
+    starts = []
+    for block in range(blocks):
+        start = place_logs(scene, scenes.logs_of_block(block, study.BLOCK))
+        for moment in RESTART_AT:
+            state = slide(scene, start, REFERENCE, time_limit=moment, threads=threads)
+            moving = np.hypot(*state.last_state[:, 7:9].T) > 1.0
+            starts.append(Start(state.frame[moving], state.last_state[moving], start.body[moving]))
+    start = Start(
+        np.vstack([s.frame for s in starts]), np.vstack([s.state for s in starts]), np.vstack([s.body for s in starts])
+    )
+
+    def run(step: float) -> tuple[NDArray, Result]:
+        row = STANDARD._replace(time_step=step, travel_cells=UNBOUND, tolerance=1e-5, sweeps=5000)
+        result = slide(scene, start, row, time_limit=_node_time(step), threads=threads)
+        return np.hstack([result.base_end, result.tip_end]), result
+
+    truth, exact = run(RESTART_TRUTH)
+    points = []
+    for step in RESTART_STEPS:
+        ends, result = run(step)
+        together = np.abs(result.duration - exact.duration) < 1e-6  # neither left the DEM nor came to rest
+        apart = np.sqrt(0.5 * np.sum((ends - truth)[together] ** 2, axis=1))
+        points.append(
+            {
+                "step_ms": 1e3 * step,
+                "logs": int(together.sum()),
+                "median_m": float(np.median(apart)),
+                "p90_m": float(np.quantile(apart, 0.9)),
+            }
+        )
+    slope = np.polyfit(np.log([p["step_ms"] for p in points]), np.log([p["median_m"] for p in points]), 1)[0]
+    return {"horizon_s": HORIZON, "truth_ms": 1e3 * RESTART_TRUTH, "order": float(slope), "points": points}
+
+
+def all_restarts(*, threads: int) -> dict[str, Any]:
+    """Restarts on the scenes whose steps nothing but the time step governs: those without obstacles."""
+    return {"scenes": {name: restarts(name, 1, threads=threads) for name in ("rough", "gully")}}
+
+
+def _cost(
+    scene: Scene, start: Start, threads: int, *, row: Fidelity = STANDARD, **options: Any
+) -> tuple[float, Result]:
+    """Median CPU seconds of a few runs, and the result."""
+    spent = []
+    result = slide(scene, start, row, time_limit=study.TIME_LIMIT, threads=threads, **options)
+    for _ in range(SWITCH_REPEATS):
+        options = {k: Rasters.allocate(scene, threads) if k == "rasters" else v for k, v in options.items()}
+        result = slide(scene, start, row, time_limit=study.TIME_LIMIT, threads=threads, **options)
+        spent.append(result.cost["cpu_s"])
+    return float(np.median(spent)), result
+
+
+def _same(one: Result, other: Result) -> bool:
+    return bool(np.array_equal(one.end_position, other.end_position) and np.array_equal(one.steps, other.steps))
+
+
+def switches(*, threads: int) -> list[dict[str, Any]]:
+    """Pairs of runs at ``standard`` that differ in one thing that a scene or an analyst asks for."""
+    found = []
+
+    def pair(what: str, less: tuple[float, Result], more: tuple[float, Result]) -> None:
+        steps = [int(r.steps.sum()) for _, r in (less, more)]
+        found.append(
+            {
+                "what": what,
+                "less_ms_per_log": 1e3 * less[0] / len(less[1].steps),
+                "more_ms_per_log": 1e3 * more[0] / len(more[1].steps),
+                "less_us_per_step": 1e6 * less[0] / steps[0],
+                "more_us_per_step": 1e6 * more[0] / steps[1],
+                "same": _same(less[1], more[1]),
+            }
+        )
+
+    logs = scenes.logs_of_block(0, study.BLOCK)
+    forest, rough = scenes.build("forest").scene, scenes.build("rough").scene
+    start, open_start = place_logs(forest, logs), place_logs(rough, logs)
+    plain = _cost(forest, start, threads)
+    pair(
+        "nothing more: the same run again, for what timing on this machine can tell",
+        plain,
+        _cost(forest, start, threads),
+    )
+    pair("the five rasters", plain, _cost(forest, start, threads, rasters=Rasters.allocate(forest, threads)))
+    pair("poses of every log", plain, _cost(forest, start, threads, keep_poses=np.ones(len(logs), bool)))
+    open_run = _cost(rough, open_start, threads)
+    pair("trees where no log comes", open_run, _cost(_with_far_trees(), open_start, threads))
+    pair("trees among the logs", open_run, plain)
+    short = _cost(rough, open_start, threads)
+    pair(
+        "no certificate of rest: every log until the time limit",
+        short,
+        _cost(rough, open_start, threads, rest_speed=1e-9),
+    )
+    return found
+
+
+def _with_far_trees() -> Scene:
+    """The rough slope with as many trees as the forest has, all beyond the logs' reach at its upper end."""
+    trees = scenes.forest(scenes.STEMS_PER_HA)
+    case = scenes.CASES["rough"]
+    far = trees._replace(y=scenes.LENGTH - 1.0 - 40.0 * trees.y / scenes.LENGTH)
+    heights = scenes.ground("rough", case.cell)
+    return Scene.prepare(heights, case.cell, 0.5 * case.cell, 0.5 * case.cell, friction=case.friction, trees=far)

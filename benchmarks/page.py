@@ -1,0 +1,317 @@
+"""Write the page (README.md here), its figures, and the table in the repository's README, from the results file.
+
+Every number comes from ``results.json``; a sentence that judges is chosen by the numbers, not by a hand.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from string import Template
+from typing import Any
+
+from . import figures, study, tables
+from .settings import FACTORS
+
+HERE = Path(__file__).parent
+PAGE, TEMPLATE, README = HERE / "README.md", HERE / "page_template.md", HERE.parent / "README.md"
+MARKS = re.compile(r"(<!-- measured: benchmarks\b[^>]*-->\n).*?(<!-- end of measured: benchmarks -->)", re.S)
+Row = dict[str, Any]
+
+
+def table(head: list[str], rows: list[list[str]]) -> str:
+    """A Markdown table; says so where nothing has been measured."""
+    if not rows:
+        return "*Not measured yet.*"
+    return "\n".join("| " + " | ".join(line) + " |" for line in [head, ["---"] * len(head), *rows])
+
+
+def number(value: float) -> str:
+    """Three digits, without trailing noise."""
+    return f"{value:.3g}"
+
+
+def span(values: list[float]) -> str:
+    """Least and largest of some values."""
+    return f"{number(min(values))} to {number(max(values))}" if len(values) > 1 else number(values[0])
+
+
+def provenance(results: Row) -> str:
+    """Where the numbers come from, as a list."""
+    entries = [e for _, mine in tables.in_order(results) for e in mine.values()]
+    what = {
+        "commit": "engine's commit",
+        "engine": "digest of the engine's sources",
+        "machine": "machine",
+        "versions": "versions",
+        "date": "dates",
+    }
+    lines = [f"- {name}: " + "; ".join(sorted({e["source"][key] for e in entries})) for key, name in what.items()]
+    logs = [e["logs"] for e in entries]
+    hours = sum(e["logs"] * e["cpu_ms_per_log"] for e in entries) / 3.6e6
+    lines.append(f"- seed {results['seed']}; {min(logs)} to {max(logs)} logs a scene and setting")
+    lines.append(f"- each log at most {results['time_limit_s']:g} s; CPU time of all runs: {hours:.1f} hours")
+    return "\n".join(lines)
+
+
+def fidelity_table(results: Row) -> str:
+    """One row a fidelity: cost, difference, hit raster, penetration over the pooled scenes."""
+    rows = []
+    for name in figures.FIDELITIES:
+        entries = [mine[name] for scene, mine in tables.in_order(results) if scene in tables.POOLED and name in mine]
+        if not entries:
+            continue
+        found = tables.pooled(results, name)
+        errors = [e["error"] for e in entries if "hits_jaccard_floor" in e.get("error", {})]
+        hits = [e["hits_jaccard"] / e["hits_jaccard_floor"] for e in errors]
+        deep = [e["penetration_m"] for e in entries]
+        compared = [tables.with_interval(found), tables.worst_of(found), tables.in_friction(results, found)]
+        rows.append(
+            [
+                f"`{name}`",
+                span([e["cpu_ms_per_log"] for e in entries]),
+                f"{tables.relative_cost(results, name):.2g}",
+                *(compared if found else ["0, by definition", "", ""]),
+                span(hits) if hits else "",
+                f"{100 * max(d['median'] for d in deep):.1f} / {100 * max(d['max'] for d in deep):.0f}",
+            ]
+        )
+    head = ["fidelity", "CPU ms a log", "cost", "reach minus `reference`, mean of scenes [points]", "worst scene"]
+    head += ["as much as mu", "hit raster, distance / noise", "penetration, median / deepest [cm]"]
+    return table(head, rows)
+
+
+def factor_table(results: Row) -> str:
+    """One row a setting, apart from the fidelities."""
+    rows = [
+        [
+            FACTORS[row["group"]][0],
+            f"`{row['name']}`",
+            row["against"],
+            f"{row['cost']:.2g}",
+            tables.with_interval(row),
+            tables.worst_of(row),
+            tables.in_friction(results, row),
+            f"{100 * row['discordant']:.0f} %",
+            str(row["logs"]),
+        ]
+        for row in tables.pooled_rows(results)
+        if row["group"] != "fidelity"
+    ]
+    head = ["factor", "setting", "against", "cost", "difference of reach, mean of scenes [points]", "worst scene"]
+    return table([*head, "as much as mu", "logs that disagree", "logs a scene"], rows)
+
+
+def scene_table(results: Row) -> str:
+    """Every scene at every fidelity: cost and reach."""
+    rows = []
+    for scene, name, e in tables.fidelities_of(results):
+        p, f = e["reach"], e.get("error")
+        row = [scene, f"`{name}`", str(e["logs"]), number(e["cpu_ms_per_log"]), number(e["us_per_step"])]
+        row += [f"{e['steps_per_log']:.0f}", f"{100 * p['p']:.1f} ({100 * p['low']:.1f} to {100 * p['high']:.1f})"]
+        worst = f"{tables.points(f['worst_line']['delta'])} at y {f['worst_line']['y']:g} m" if f else ""
+        rows.append([*row, tables.with_interval(f["reach"]) if f else "", worst])
+    head = ["scene", "fidelity", "logs", "CPU ms a log", "µs a step", "steps a log", "reach [%]"]
+    return table([*head, "minus reference [points]", "largest of 13 lines"], rows)
+
+
+def _difference(record: Row, digits: int = 2) -> str:
+    return f"{record['difference']:+.{digits}f} ({record['low']:+.{digits}f} to {record['high']:+.{digits}f})"
+
+
+def field_table(results: Row) -> str:
+    """Every scene at every fidelity: distances of distributions from the reference's."""
+    rows = []
+    for scene, name, entry in tables.fidelities_of(results):
+        f = entry.get("error")
+        if not f:
+            continue
+        hits = f"{f['hits_jaccard']:.3f} / {f['hits_jaccard_floor']:.3f}" if "hits_jaccard_floor" in f else ""
+        row = [scene, f"`{name}`", str(f["logs"]), f"{f['runout_w1_m']:.2f} / {f['runout_w1_floor_m']:.2f}"]
+        row += [f"{f['deposit_energy_m']:.3f} / {f['deposit_energy_floor_m']:.3f}", hits]
+        row += [_difference(f["spread_deg"], 1), _difference(f["speed_95_ms"]), _difference(f["jump_95_m"])]
+        rows.append(row)
+    head = ["scene", "fidelity", "logs", "runout W1 / noise [m]", "deposits, energy distance / noise [m]"]
+    head += ["hit raster, Jaccard / noise", "spread 5-95 % [deg]", "top speed, 95 % of logs [m/s]"]
+    return table([*head, "jump height, 95 % of logs [m]"], rows)
+
+
+def health_table(results: Row) -> str:
+    """Every scene at every fidelity: penetration, energy, convergence."""
+    rows = []
+    for scene, name, e in tables.fidelities_of(results):
+        deep, energy = e["penetration_m"], e["energy_error"]
+        row = [scene, f"`{name}`", *(f"{100 * deep[k]:.1f}" for k in ("median", "p99", "max"))]
+        row += [f"{100 * e['overlap_m']['max']:.1f}", *(f"{energy[k]:.1g}" for k in ("median", "p99", "max"))]
+        row += [f"{100 * e['unconverged_share']:.3f} %", number(e["contacts_per_step"]), number(e["sweeps_per_step"])]
+        rows.append([*row, f"{100 * e['airborne_share']:.0f} %", str(e["stop_reasons"]["failed"])])
+    head = ["scene", "fidelity", "penetration: median [cm]", "99 %", "deepest", "deepest in trees and barriers [cm]"]
+    head += ["energy error: median", "99 %", "largest", "steps unconverged", "contacts a step", "sweeps a step"]
+    return table([*head, "steps in the air", "failed logs"], rows)
+
+
+def cell_table(results: Row) -> str:
+    """What other cells of the DEM do to reach."""
+    rows = [
+        [
+            r["scene"],
+            number(r["cell"]),
+            f"{100 * r['p']:.1f}",
+            tables.with_interval(r),
+            f"{r['friction']:+.3f}" if r["friction"] == r["friction"] else "-",
+        ]
+        for r in tables.cell_rows(results)
+    ]
+    return table(["scene", "cell [m]", "reach [%]", "minus 0.5 m [points]", "change of mu that undoes it"], rows)
+
+
+def switch_table(results: Row) -> str:
+    """What the engine saves where less is asked for."""
+    rows = [
+        [
+            r["what"],
+            *(number(r[f"{side}_{unit}"]) for unit in ("ms_per_log", "us_per_step") for side in ("less", "more")),
+            "yes" if r["same"] else "no",
+        ]
+        for r in results.get("switches", {}).get("rows", [])
+    ]
+    head = ["what is asked for", "ms a log without", "with", "µs a step without", "with", "same logs, bit for bit"]
+    return table(head, rows)
+
+
+def peer_table(results: Row) -> str:
+    """Other engines on two of our jobs."""
+    rows = [
+        [
+            r["engine"],
+            r["setting"],
+            f"{r['distance_error_m']:+.2f}",
+            number(r["ms_per_log"]),
+            f"{r['median_descent_m']:.0f}",
+            str(r["lost"]),
+        ]
+        for r in results.get("peers", {}).get("rows", [])
+    ]
+    head = ["engine", "setting", "plane: distance minus exact [m]", "rough: CPU ms a log", "rough: median descent [m]"]
+    return table([*head, "rough: lost logs"], rows)
+
+
+def yardstick(results: Row) -> str:
+    """What a hundredth of friction does."""
+    yard = tables.friction_slope(results)
+    if not yard:
+        return "*Not measured yet.*"
+    return (
+        f"One hundredth of mu moves reach by {yard[0]:+.2f} ± {tables.Z_95 * yard[1]:.2f} points in the mean of these "
+        "scenes. The column *as much as mu* is a setting's difference in these terms (with its interval): a difference "
+        "of 0.01 is smaller than what any site's friction is known to."
+    )
+
+
+def restarts(results: Row) -> str:
+    """What the short restarts show."""
+    if "restarts" not in results:
+        return "*Not measured yet.*"
+    scenes = results["restarts"]["scenes"]
+    first = next(iter(scenes.values()))
+    orders = ", ".join(f"{found['order']:.2f} ({name})" for name, found in scenes.items())
+    return (
+        f"Over a quarter of a second logs can be compared one by one. {first['points'][0]['logs']} moving logs start "
+        f"from the same states and calculated for {first['horizon_s']:g} s with constant steps, against a step of "
+        f"{first['truth_ms']:.2g} ms. The slopes of the medians are {orders}; at 1 the error halves with the step."
+    )
+
+
+def _kept(shown: bool) -> str:
+    return "**shown**" if shown else "**missed**"
+
+
+def verdicts(results: Row) -> str:
+    """What was promised of the fidelities, and what the measurements say of it, as a list."""
+    found = []
+    for name, bound in (("standard", 0.01), ("draft", 0.025)):
+        row = tables.pooled(results, name)
+        if not row:
+            continue
+        within, least = max(abs(row["low"]), abs(row["high"])), min(abs(row["low"]), abs(row["high"]))
+        if row["low"] <= 0.0 <= row["high"]:
+            judged, least = f"indistinguishable from `reference` within ±{100 * within:.1f} points", 0.0
+        else:
+            judged = f"{tables.with_interval(row)} points from `reference`"
+        kept = "**shown**" if within < bound else "**missed**" if least > bound else "**not decided by this many logs**"
+        found.append(
+            f"`{name}`, difference in reach below {100 * bound:g} points: {kept}. In the mean of {row['scenes']} "
+            f"scenes ({row['logs']} logs each) it is {judged}; the worst scene is {tables.worst_of(row)}."
+        )
+    ratio = 1.0 / tables.relative_cost(results, "draft")
+    found.append(f"`draft` at least 4 times as fast as `standard`: {_kept(ratio >= 4)}, {ratio:.1f} times.")
+    deep = {scene: e["penetration_m"] for scene, name, e in tables.fidelities_of(results) if name == "standard"}
+    if deep:
+        worst, deepest = max(deep, key=lambda n: deep[n]["median"]), max(deep, key=lambda n: deep[n]["max"])
+        median, most = deep[worst]["median"], deep[deepest]["max"]
+        found.append(
+            f"Penetration at `standard` (terrain or obstacle): median of the logs' deepest below 5 cm: {_kept(median < 0.05)}, at "
+            f"most {100 * median:.1f} cm ({worst}); none deeper than 25 cm: {_kept(most < 0.25)}, "
+            f"{100 * most:.0f} cm ({deepest})."
+        )
+    halved = tables.penetration_halving(results)
+    if halved:
+        found.append(
+            f"Penetration halves with the step: {_kept(min(halved) > 1.8)}. From 20 to 5 ms, each halving of the step "
+            f"divides the median by {span(halved)}, by scene."
+        )
+    row = tables.pooled(results, "reference halved")
+    if row:
+        moved = "within" if row["low"] <= 0.0 <= row["high"] else "beyond"
+        found.append(
+            f"`reference` with half its step, travel and spacing moves reach {moved} its interval: "
+            f"{tables.with_interval(row)} points ({row['logs']} paired logs a scene)."
+        )
+    return "\n".join(f"- {line}" for line in found)
+
+
+def page(results: Row) -> str:
+    """The whole page."""
+    titles = (f"*{name}*, {results['scenes'][name]['title']}" for name, _ in tables.in_order(results))
+    return Template(TEMPLATE.read_text(encoding="utf-8")).substitute(
+        provenance=provenance(results),
+        scenes="; ".join(titles),
+        block=results["block"],
+        fidelity_table=fidelity_table(results),
+        verdicts=verdicts(results),
+        scene_table=scene_table(results),
+        field_table=field_table(results),
+        health_table=health_table(results),
+        yardstick=yardstick(results),
+        factor_table=factor_table(results),
+        cell_table=cell_table(results),
+        restarts=restarts(results),
+        switch_table=switch_table(results),
+        peers=results.get("peers", {}).get("what", "*Not measured yet.*"),
+        peer_table=peer_table(results),
+    )
+
+
+def snippet(results: Row) -> str:
+    """The table of the repository's README."""
+    found = [row for row in (tables.pooled(results, name) for name in figures.FIDELITIES) if row]
+    logs = min((row["logs"] for row in found), default=0)
+    return (
+        f"\n{fidelity_table(results)}\n\nFive synthetic scenes, {logs} paired logs each; cost: `standard` is 1; "
+        "intervals are 95 %. [benchmarks/README.md](benchmarks/README.md) says how, and what else was measured.\n\n"
+    )
+
+
+def with_snippet(readme: str, results: Row) -> str:
+    """The README with its table replaced; as it is, where no place is marked."""
+    return MARKS.sub(lambda found: found[1] + snippet(results) + found[2], readme)
+
+
+def write() -> None:
+    """Write page, figures and the README's table."""
+    results = study.read_results()
+    figures.draw(results)
+    PAGE.write_text(page(results), encoding="utf-8")
+    readme = README.read_text(encoding="utf-8")
+    README.write_text(with_snippet(readme, results), encoding="utf-8")
+    print(f"wrote {PAGE} and the table in {README}")

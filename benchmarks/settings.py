@@ -1,0 +1,91 @@
+"""The settings that the study compares: the four fidelities, and one factor at a time around ``standard``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from deadwood_engine import FIDELITIES, Fidelity
+
+STANDARD, REFERENCE = FIDELITIES["standard"], FIDELITIES["reference"]
+UNBOUND = 1e6  # travel in cells that never shortens a step
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One way to calculate a scene.
+
+    name : unique; group : the factor that it belongs to, "fidelity" for the four rows; value : the factor's number
+    fidelity : the engine's numbers; against : name of the setting that it is compared with, log by log
+    cell, friction_change, smooth : changes of the scene (``scenes.build``)
+    """
+
+    name: str
+    group: str
+    value: float
+    fidelity: Fidelity
+    against: str = "reference"
+    cell: float | None = None
+    friction_change: float = 0.0
+    smooth: bool = False
+
+
+# What a factor is called in tables, and its unit
+FACTORS: dict[str, tuple[str, str]] = {
+    "fidelity": ("fidelity", ""),
+    "coarse": ("several at once: coarser than draft", ""),
+    "halved": ("reference with half its step, travel and spacing", ""),
+    "time step": ("time step alone (travel unbounded)", "ms"),
+    "travel": ("travel in a step", "cells"),
+    "spacing": ("station spacing", "m"),
+    "tolerance": ("solver tolerance", "of g dt"),
+    "sweeps": ("cap of solver sweeps", ""),
+    "trace": ("distance between outlines", "cells"),
+    "friction": ("friction", "change of mu"),
+    "cell": ("DEM cell", "m"),
+    "smooth": ("DEM refined by cubic splines", ""),
+}
+
+
+def _all() -> list[Setting]:
+    found = [Setting(name, "fidelity", FIDELITIES[name].time_step, FIDELITIES[name]) for name in FIDELITIES]
+    half = REFERENCE._replace(
+        time_step=0.5 * REFERENCE.time_step,
+        travel_cells=0.5 * REFERENCE.travel_cells,
+        station_spacing=0.5 * REFERENCE.station_spacing,
+        spacing_cells=0.5 * REFERENCE.spacing_cells,
+    )
+    found.append(Setting("reference halved", "halved", half.time_step, half))
+    found += [
+        Setting(
+            f"coarse {1e3 * step:g} ms",
+            "coarse",
+            1e3 * step,
+            Fidelity(step, travel, spacing, spacing / 0.5, 1e-2, 100, 1.0),
+        )
+        for step, travel, spacing in ((0.030, 2.0, 1.0), (0.050, 4.0, 1.0), (0.050, 4.0, 2.0))
+    ]
+    found[-1] = replace(found[-1], name="coarse 50 ms, 2 m")
+    found += [
+        Setting(f"step {s:g} ms", "time step", s, STANDARD._replace(time_step=1e-3 * s, travel_cells=UNBOUND))
+        for s in (40.0, 20.0, 10.0, 5.0, 2.5)
+    ]
+    found += [Setting(f"travel {n:g}", "travel", n, STANDARD._replace(travel_cells=n)) for n in (2.0, 1.0, 0.25, 0.125)]
+    found += [
+        Setting(f"spacing {s:g} m", "spacing", s, STANDARD._replace(station_spacing=s, spacing_cells=1e6))
+        for s in (2.0, 1.0, 0.25)
+    ]
+    found += [Setting(f"tolerance {t:g}", "tolerance", t, STANDARD._replace(tolerance=t)) for t in (0.1, 0.01, 0.0001)]
+    found += [Setting(f"sweeps {n}", "sweeps", n, STANDARD._replace(sweeps=n)) for n in (4, 20, 1000)]
+    found += [Setting(f"trace {n:g}", "trace", n, STANDARD._replace(trace_cells=n)) for n in (0.25, 4.0)]
+    found += [
+        Setting(f"mu {d:+.2f}", "friction", d, STANDARD, against="standard", friction_change=d)
+        for d in (-0.02, -0.01, 0.01, 0.02)
+    ]
+    found += [
+        Setting(f"cell {c:g} m", "cell", c, STANDARD, against="standard", cell=c) for c in (0.25, 0.5, 1.0, 2.0, 5.0)
+    ]
+    found.append(Setting("smooth", "smooth", 0.0, STANDARD, against="standard", smooth=True))
+    return found
+
+
+SETTINGS: dict[str, Setting] = {setting.name: setting for setting in _all()}

@@ -1,0 +1,300 @@
+"""Slide the same logs in every setting, block by block, and measure how far each setting is from its reference.
+
+What each log did is kept in ``.work`` (not committed) under a digest of all that it depends on: the engine's sources,
+the scene, the setting. So a study can be done in pieces, resumed and extended, and nothing stale is ever compared.
+The figures that come out, with where they come from, go to ``results.json``.
+"""
+
+from __future__ import annotations
+
+import datetime
+import hashlib
+import json
+import os
+import platform
+import subprocess
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+import deadwood_engine
+from deadwood_algorithms.statistics import quantile_arc, wilson_interval
+from deadwood_engine import Rasters, slide, station_spacing
+
+from . import measures, scenes
+from .settings import SETTINGS, Setting
+
+HERE = Path(__file__).parent
+RESULTS, WORK = HERE / "results.json", HERE / ".work"
+BLOCK = 200  # logs a block
+TIME_LIMIT = 36.0  # [s] of sliding: logs on the longest slopes are in the meadow by then
+LEAST_RUNOUT = 5.0  # [m] nearer deposits have no direction worth counting
+MOST_IN_ENERGY_DISTANCE = 4000  # logs; its work grows with their square
+KEPT = (
+    "reach", "end_position", "speed_max", "jump_max", "penetration_max", "overlap_max", "energy_error", "unconverged",
+    "steps", "stop_reason", "duration",
+)  # fmt: skip
+
+
+def engine_digest() -> str:
+    """Digest of the engine's sources: results of another engine are another study's.
+
+    Without fidelity.py: a setting's numbers are in the digest of its runs, so a new row does not void the others.
+    """
+    digest = hashlib.sha256()
+    for source in sorted(Path(deadwood_engine.__file__).parent.glob("*.py")):
+        if source.name != "fidelity.py":
+            digest.update(source.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def build_for(name: str, setting: Setting) -> scenes.Built:
+    """The scene as the setting wants it."""
+    return scenes.build(name, cell=setting.cell, friction_change=setting.friction_change, smooth=setting.smooth)
+
+
+def folder_of(name: str, setting: Setting) -> Path:
+    """Where the blocks of a scene in a setting are kept."""
+    built = build_for(name, setting)
+    spacing = station_spacing(setting.fidelity, built.cell)
+    what = repr((engine_digest(), built.digest, tuple(setting.fidelity), spacing, BLOCK, TIME_LIMIT))
+    return WORK / f"{name}-{setting.name.replace(' ', '_')}-{hashlib.sha256(what.encode()).hexdigest()[:12]}"
+
+
+def blocks_done(name: str, setting: Setting) -> int:
+    """Blocks from the first on that are there."""
+    folder, number = folder_of(name, setting), 0
+    while (folder / f"{number}.npz").exists():
+        number += 1
+    return number
+
+
+def slide_block(name: str, setting: Setting, block: int, threads: int) -> None:
+    """Slide one block of logs and keep what became of them."""
+    built = build_for(name, setting)
+    rasters = Rasters.allocate(built.scene, threads)
+    result = slide(
+        built.scene, scenes.logs_of_block(block, BLOCK), setting.fidelity, time_limit=TIME_LIMIT, threads=threads,
+        rasters=rasters,
+    )  # fmt: skip
+    hits = rasters.totals()["hit_count"].ravel()
+    cells = np.flatnonzero(hits)
+    kept: dict[str, Any] = {field: getattr(result, field) for field in KEPT}
+    cost = [result.cost[key] for key in ("cpu_s", "contacts", "sweeps", "airborne_steps")]
+    folder = folder_of(name, setting)
+    folder.mkdir(parents=True, exist_ok=True)
+    temporary = folder / f".{block}.npz"  # whole or not at all
+    np.savez_compressed(
+        temporary, cells=cells.astype(np.uint32), hits=hits[cells].astype(np.uint16),
+        shape=built.scene.arrays.terrain.heights.shape, cost=np.array(cost), **kept,
+    )  # fmt: skip
+    temporary.rename(folder / f"{block}.npz")
+
+
+def run(names: list[str], settings: list[Setting], logs: int, *, threads: int, until: float, say=print) -> None:
+    """Slide what is missing of ``logs`` logs, a block of each in turn, starting none after ``until`` (clock time)."""
+    wanted = -(-logs // BLOCK)
+    for block in range(wanted):
+        for setting in settings:
+            for name in names:
+                if blocks_done(name, setting) != block:
+                    continue
+                if time.time() > until:
+                    say("out of time; run again to go on")
+                    return
+                if block == 0:  # compile and warm up before anything is timed
+                    slide(build_for(name, setting).scene, scenes.logs_of_block(0, 2), setting.fidelity, time_limit=1.0)
+                began = time.time()
+                slide_block(name, setting, block, threads)
+                say(f"{name:9s} {setting.name:18s} logs {(block + 1) * BLOCK:6d}  {time.time() - began:6.1f} s")
+
+
+@dataclass(frozen=True)
+class Sample:
+    """All logs of a scene in a setting; rows are logs, except for block_hits (blocks, cells) and cost (blocks, 4)."""
+
+    fields: dict[str, NDArray]
+    block_hits: NDArray[np.uint16]
+    cost: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        return len(self.fields["steps"])
+
+    def head(self, blocks: int) -> Sample:
+        """The first blocks of it."""
+        rows = {field: values[: blocks * BLOCK] for field, values in self.fields.items()}
+        return Sample(rows, self.block_hits[:blocks], self.cost[:blocks])
+
+
+def load(name: str, setting: Setting) -> Sample | None:
+    """What has been slid so far; None if nothing."""
+    folder, number = folder_of(name, setting), blocks_done(name, setting)
+    if number == 0:
+        return None
+    parts = [dict(np.load(folder / f"{block}.npz")) for block in range(number)]
+    hits = np.zeros((number, int(np.prod(parts[0]["shape"]))), np.uint16)
+    for row, part in zip(hits, parts, strict=True):
+        row[part["cells"]] = part["hits"]
+    fields = {field: np.concatenate([part[field] for part in parts]) for field in KEPT}
+    return Sample(fields, hits, np.array([part["cost"] for part in parts]))
+
+
+def _arc(deposits: NDArray) -> float:
+    away = np.hypot(deposits[:, 0] - scenes.RELEASE[0], deposits[:, 1] - scenes.RELEASE[1]) > LEAST_RUNOUT
+    dx, dy = (deposits[away, :2] - scenes.RELEASE).T
+    return quantile_arc(np.degrees(np.arctan2(dx, dy)))
+
+
+def _top(values: NDArray) -> float:
+    return float(np.quantile(values, 0.95))
+
+
+def describe(name: str, sample: Sample) -> dict[str, Any]:
+    """What a setting gives and costs, without comparing it to anything."""
+    f, n = sample.fields, len(sample)
+    steps = float(f["steps"].sum())
+    reached = int(f["reach"][:, scenes.CASES[name].line_row].sum())
+    low, high = wilson_interval(reached, n)
+    depth = f["penetration_max"]
+    return {
+        "logs": n,
+        "cpu_ms_per_log": 1e3 * float(np.median(sample.cost[:, 0])) / BLOCK,
+        "steps_per_log": steps / n,
+        "us_per_step": 1e6 * float(np.sum(sample.cost[:, 0])) / steps,
+        "contacts_per_step": float(sample.cost[:, 1].sum()) / steps,
+        "sweeps_per_step": float(sample.cost[:, 2].sum()) / steps,
+        "airborne_share": float(sample.cost[:, 3].sum()) / steps,
+        "unconverged_share": float(f["unconverged"].sum()) / steps,
+        "reach": {"p": reached / n, "low": low, "high": high},
+        "penetration_m": {
+            "median": float(np.median(depth)), "p99": float(np.quantile(depth, 0.99)), "max": float(depth.max()),
+        },
+        "overlap_m": {"max": float(f["overlap_max"].max())},
+        "energy_error": {
+            "median": float(np.median(f["energy_error"])), "p99": float(np.quantile(f["energy_error"], 0.99)),
+            "max": float(f["energy_error"].max()),
+        },
+        "stop_reasons": {
+            reason: int(np.sum(f["stop_reason"] == k)) for k, reason in enumerate(deadwood_engine.STOP_REASONS)
+        },
+    }  # fmt: skip
+
+
+def compare(name: str, ours: Sample, theirs: Sample) -> dict[str, Any]:
+    """How far a setting is from the one that it is compared with, on the logs that both have."""
+    blocks = min(len(ours.cost), len(theirs.cost))
+    ours, theirs = ours.head(blocks), theirs.head(blocks)
+    a, b = ours.fields, theirs.fields
+    row = scenes.CASES[name].line_row
+    each = [measures.reach_difference(a["reach"][:, k], b["reach"][:, k]) for k in range(len(scenes.LINES_Y))]
+    worst = max(range(len(each)), key=lambda k: abs(each[k]["delta"]))
+    found: dict[str, Any] = {
+        "logs": len(ours),
+        "reach": each[row],
+        "worst_line": {"y": scenes.LINES_Y[worst], **each[worst]},
+        "spread_deg": measures.bootstrap_difference(_arc, a["end_position"], b["end_position"]),
+        "speed_95_ms": measures.bootstrap_difference(_top, a["speed_max"], b["speed_max"]),
+        "jump_95_m": measures.bootstrap_difference(_top, a["jump_max"], b["jump_max"]),
+    }
+    ours_at, theirs_at = a["end_position"][:, :2], b["end_position"][:, :2]
+    found["runout_w1_m"] = measures.wasserstein(ours_at[:, 1], theirs_at[:, 1])
+    found["runout_w1_floor_m"] = measures.noise_floor(
+        lambda i, j: measures.wasserstein(theirs_at[i, 1], theirs_at[j, 1]), len(theirs_at), power=0.5
+    )
+    some, those = ours_at[:MOST_IN_ENERGY_DISTANCE], theirs_at[:MOST_IN_ENERGY_DISTANCE]
+    found["deposit_energy_m"] = measures.energy_distance(some, those)
+    found["deposit_energy_floor_m"] = measures.noise_floor(
+        lambda i, j: measures.energy_distance(those[i], those[j]), len(those), power=1.0, splits=4
+    )
+    if ours.block_hits.shape[1] == theirs.block_hits.shape[1]:  # rasters of one grid
+        mine, other = (s.block_hits.sum(axis=0, dtype=np.int64) for s in (ours, theirs))
+        found["hits_jaccard"] = measures.jaccard_distance(mine, other)
+        if blocks > 1:
+            found["hits_jaccard_floor"] = measures.noise_floor(
+                lambda i, j: measures.jaccard_distance(
+                    theirs.block_hits[i].sum(axis=0, dtype=np.int64), theirs.block_hits[j].sum(axis=0, dtype=np.int64)
+                ),
+                blocks,
+                power=0.5,
+            )
+    return found
+
+
+def provenance() -> dict[str, str]:
+    """Where and with what figures were measured; the machine by its class only."""
+    commit = os.environ.get("DEADWOOD_BENCH_COMMIT") or subprocess.run(
+        ["git", "rev-parse", "HEAD"], cwd=HERE, capture_output=True, text=True, check=False
+    ).stdout.strip()  # fmt: skip
+    model = next(
+        (line.split(":")[1].strip() for line in _lines("/proc/cpuinfo") if line.startswith("model name")),
+        platform.processor(),
+    )
+    return {
+        "commit": commit[:12],
+        "engine": engine_digest(),
+        "machine": f"{os.cpu_count()} cores, {model}, {platform.system()} {platform.machine()}, shared with other work",
+        "versions": f"Python {platform.python_version()}, NumPy {np.__version__}, Numba {numba.__version__}",
+        "date": datetime.date.today().isoformat(),
+    }
+
+
+def _lines(path: str) -> list[str]:
+    try:
+        return Path(path).read_text().splitlines()
+    except OSError:
+        return []
+
+
+def read_results() -> dict[str, Any]:
+    """The results file, or an empty one."""
+    return json.loads(RESULTS.read_text()) if RESULTS.exists() else {"entries": {}}
+
+
+def rounded(value: Any) -> Any:
+    """Numbers with five digits: more are noise and make the file large."""
+    if isinstance(value, dict):
+        return {key: rounded(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [rounded(item) for item in value]
+    return float(f"{value:.5g}") if isinstance(value, float) else value
+
+
+def write_results(results: dict[str, Any]) -> None:
+    """Write the results file, keys in order, so that two of them can be compared."""
+    RESULTS.write_text(json.dumps(rounded(results), indent=1, sort_keys=True, allow_nan=False) + "\n")
+
+
+def add_section(name: str, found: dict[str, Any]) -> None:
+    """Put a small study of its own into the results file."""
+    write_results(read_results() | {name: found | {"source": provenance()}})
+
+
+def summarise(names: list[str], settings: list[Setting], say=print) -> None:
+    """Measure all that has been slid and merge it into the results file, entry by entry."""
+    results, source = read_results(), provenance()
+    common = {
+        "seed": scenes.SEED, "block": BLOCK, "time_limit_s": TIME_LIMIT,
+        "scenes": {c.name: {"title": c.title, "friction": c.friction, "line_y": c.line} for c in scenes.CASES.values()},
+    }  # fmt: skip
+    results |= common
+    for name in names:
+        loaded: dict[str, Sample | None] = {}
+        for setting in settings:
+            sample = load(name, setting)
+            if sample is None:
+                continue
+            entry: dict[str, Any] = {"fidelity": setting.fidelity._asdict(), **describe(name, sample), "source": source}
+            if setting.against != setting.name:
+                if setting.against not in loaded:
+                    loaded[setting.against] = load(name, SETTINGS[setting.against])
+                base = loaded[setting.against]
+                if base is not None:
+                    entry["against"], entry["error"] = setting.against, compare(name, sample, base)
+            results["entries"].setdefault(name, {})[setting.name] = entry
+            say(f"measured {name} {setting.name}: {entry['logs']} logs")
+        write_results(results)

@@ -1,0 +1,162 @@
+"""The page's numbers, derived from the results file: pure functions from results to rows."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from deadwood_algorithms.statistics import Z_95
+
+from . import measures
+from .scenes import CASES
+from .settings import SETTINGS
+
+Row = dict[str, Any]
+FIDELITIES = ("draft", "standard", "fine", "reference")
+# Scenes that count in means over scenes: a plane has no chaos and stands for itself
+POOLED = ("rough", "forest", "barriers", "cliff", "gully")
+
+
+def group_of(setting: str) -> str:
+    """The factor that a setting varies; empty for one that the study no longer knows."""
+    return SETTINGS[setting].group if setting in SETTINGS else ""
+
+
+def in_order(results: Row) -> list[tuple[str, Row]]:
+    """(scene, its entries), in the order of the study."""
+    return [(name, results["entries"][name]) for name in CASES if name in results["entries"]]
+
+
+def fidelities_of(results: Row) -> list[tuple[str, str, Row]]:
+    """(scene, fidelity, entry) of all that has been measured at one of the four fidelities."""
+    rows = [(scene, entries) for scene, entries in in_order(results)]
+    return [(scene, name, entries[name]) for scene, entries in rows for name in FIDELITIES if name in entries]
+
+
+def penetration_halving(results: Row) -> list[float]:
+    """By what factor a halving of the time step divides the median penetration, one a scene."""
+    coarse, finer = "step 20 ms", "step 5 ms"
+    found = [entries for scene, entries in in_order(results) if scene in POOLED and {coarse, finer} <= entries.keys()]
+    return [math.sqrt(e[coarse]["penetration_m"]["median"] / e[finer]["penetration_m"]["median"]) for e in found]
+
+
+def errors_of(results: Row, setting: str) -> list[tuple[str, Row]]:
+    """(scene, error record) of a setting, in the scenes that count in means."""
+    found = []
+    for name in POOLED:
+        entry = results["entries"].get(name, {}).get(setting, {})
+        if "error" in entry:
+            found.append((name, entry))
+    return found
+
+
+def relative_cost(results: Row, setting: str, base: str = "standard") -> float:
+    """Cost of a setting over that of another, geometric mean over the scenes that have both."""
+    ratios = [
+        entries[setting]["cpu_ms_per_log"] / entries[base]["cpu_ms_per_log"]
+        for name, entries in results["entries"].items()
+        if name in POOLED and setting in entries and base in entries
+    ]
+    return math.exp(float(np.mean(np.log(ratios)))) if ratios else math.nan
+
+
+def pooled(results: Row, setting: str) -> Row | None:
+    """Mean difference in reach over the scenes, with its interval; the worst scene; the logs behind it."""
+    found = errors_of(results, setting)
+    if not found:
+        return None
+    records = {name: entry["error"]["reach"] for name, entry in found}
+    worst = max(records, key=lambda n: abs(records[n]["delta"]))
+    return {
+        **measures.pooled_difference(list(records.values())),
+        "worst_scene": worst,
+        "worst": records[worst],
+        "logs": min(entry["error"]["logs"] for _, entry in found),
+        "scenes": len(found),
+        "discordant": float(np.mean([r["discordant"] for r in records.values()])),
+    }
+
+
+def pooled_rows(results: Row) -> list[Row]:
+    """One row a setting, in the order of the settings."""
+    rows = []
+    for name, setting in SETTINGS.items():
+        found = pooled(results, name)
+        if found and name != setting.against:
+            rows.append(
+                {
+                    "name": name,
+                    "group": setting.group,
+                    "against": setting.against,
+                    **found,
+                    "cost": relative_cost(results, name),
+                }
+            )
+    return rows
+
+
+def friction_slope(results: Row, scenes: tuple[str, ...] = POOLED) -> tuple[float, float] | None:
+    """Change of reach per unit of mu, mean over the scenes, with its standard error: the yardstick."""
+    slopes = []
+    for name in scenes:
+        entries = results["entries"].get(name, {})
+        found = [
+            (SETTINGS[s].friction_change, e["error"]["reach"]) for s, e in entries.items() if group_of(s) == "friction"
+        ]
+        if found:
+            slopes.append(
+                measures.slope_through(
+                    np.array([c for c, _ in found]),
+                    np.array([r["delta"] for _, r in found]),
+                    np.array([r["se"] for _, r in found]),
+                )
+            )
+    if not slopes:
+        return None
+    return float(np.mean([s for s, _ in slopes])), math.sqrt(sum(e * e for _, e in slopes)) / len(slopes)
+
+
+def in_friction(results: Row, record: Row | None) -> str:
+    """A difference in reach as the change of mu that would make it: estimate and interval."""
+    yard = friction_slope(results)
+    if record is None or yard is None or abs(yard[0]) < 2.0 * yard[1]:
+        return "-"
+    value = record["delta"] / yard[0]
+    relative = math.hypot(record["se"] / yard[0], record["delta"] * yard[1] / yard[0] ** 2)
+    return f"{value:+.3f} ± {Z_95 * relative:.3f}"
+
+
+def cell_rows(results: Row) -> list[Row]:
+    """Reach on other cell sizes of the same ground, against 0.5 m, and the friction that would undo it."""
+    rows = []
+    for name in POOLED:
+        entries = results["entries"].get(name, {})
+        yard = friction_slope(results, (name,))
+        for setting, entry in entries.items():
+            if group_of(setting) != "cell" or "error" not in entry:
+                continue
+            reach = entry["error"]["reach"]
+            undo = -reach["delta"] / yard[0] if yard and abs(yard[0]) > 2 * yard[1] else math.nan
+            rows.append(
+                {"scene": name, "cell": SETTINGS[setting].cell, **reach, "friction": undo, "p": entry["reach"]["p"]}
+            )
+    return sorted(rows, key=lambda r: (POOLED.index(r["scene"]), r["cell"]))
+
+
+def points(value: float) -> str:
+    """A difference of probabilities in percentage points."""
+    return f"{100 * value:+.1f}"
+
+
+def with_interval(record: Row | None) -> str:
+    """``+0.4 (-0.9 to +1.7)`` percentage points."""
+    if record is None:
+        return ""
+    return f"{points(record['delta'])} ({points(record['low'])} to {points(record['high'])})"
+
+
+def worst_of(row: Row | None) -> str:
+    """The scene whose difference is the largest, in points."""
+    return f"{with_interval(row['worst'])}, {row['worst_scene']}" if row else ""
