@@ -98,6 +98,7 @@ def test_the_rule_looks_at_its_looks_only_and_at_the_widest_line():
     rule = UntilNarrow(0.05, 5000, ["road", "house"])
     assert rule.looks == (1000, 2000, 4000, 5000)
     assert rule.goal == 1000
+    assert rule.z == pytest.approx(2.4085, abs=1e-4)  # four looks
     assert not rule.enough(600, np.array([300, 0]))
     assert rule.records == []  # 0.049 wide, but nobody looks
     assert rule.enough(400, np.array([200, 0]))
