@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 
 from .compiled import kernel
-from .limits import HOVER
+from .limits import FLAT_TOLERANCE, HOVER, MERGED, REFINED
 from .log_body import AXIAL, BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS, TRANSVERSE
 from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ, X, Y, Z
 from .terrain import friction_at, surface
@@ -124,6 +124,19 @@ def _ground_contact(terrain, frame, contacts, keys, count, state, body, r, gap, 
         height, gx, gy = surface(terrain, frame[0], frame[1], state[X] + r[0], state[Y] + r[1])
         contacts[before, GAP] = (state[Z] + r[2] - height) / math.sqrt(1.0 + gx * gx + gy * gy)
     return count
+
+
+@kernel
+def _deepest_on(terrain, i0, j0, cx, cy, cz, dx, dy, dz, a, gx, gy):
+    """Point of a ring (centre c, axis d, radius a) deepest against the slope (gx, gy), and the surface below it."""
+    nd = dz - gx * dx - gy * dy
+    ex, ey, ez = nd * dx + gx, nd * dy + gy, nd * dz - 1.0
+    size = math.sqrt(ex * ex + ey * ey + ez * ez)
+    if size < FLAT_TOLERANCE:
+        return 0.0, 0.0, math.inf, 0.0, 0.0, 0.0
+    ex, ey, ez = a * ex / size, a * ey / size, a * ez / size
+    height, gx, gy = surface(terrain, i0, j0, cx + ex, cy + ey)
+    return ex, ey, ez, height, gx, gy
 
 
 @kernel
@@ -234,6 +247,7 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, dt, 
         scale = a / math.sqrt(ex * ex + ey * ey + ez * ez)
         ex, ey, ez = scale * ex, scale * ey, scale * ez
         fx, fy, fz = cross(dx, dy, dz, ex, ey, ez)
+        ox1, oy1, oz1, ox2, oy2, oz2 = math.inf, 0.0, 0.0, math.inf, 0.0, 0.0
         for m in range(CANDIDATES if k == 0 or k == stations - 1 else 3):
             if m == 0:
                 ce, cf = 1.0, 0.0
@@ -251,6 +265,21 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, dt, 
             rx, ry, rz = ce * ex + cf * fx, ce * ey + cf * fy, ce * ez + cf * fz
             px, py = cx + rx, cy + ry
             height, gx, gy = surface(terrain, i0, j0, px, py)
+            if m < 3 and cz + rz - height < REFINED * a:
+                # once more, square to the ground found there: deeper by up to 8 % of the radius, and exact on a plane
+                hx, hy, hz, other, kx, ky = _deepest_on(terrain, i0, j0, cx, cy, cz, dx, dy, dz, a, gx, gy)
+                if cz + hz - other < cz + rz - height:
+                    rx, ry, rz, height, gx, gy = hx, hy, hz, other, kx, ky
+                    px, py = cx + rx, cy + ry
+                # two that have met at one point are one contact
+                if m == 0:
+                    ox1, oy1, oz1, ox2, oy2, oz2 = rx, ry, rz, rx, ry, rz
+                else:
+                    one = (rx - ox1) ** 2 + (ry - oy1) ** 2 + (rz - oz1) ** 2
+                    two = (rx - ox2) ** 2 + (ry - oy2) ** 2 + (rz - oz2) ** 2
+                    if min(one, two) < (MERGED * a) ** 2:
+                        continue
+                    ox2, oy2, oz2 = rx, ry, rz
             # predicted below the surface (a NaN height, no ground, compares false)
             if cz + rz < height:
                 r = (s * dx + rx, s * dy + ry, s * dz + rz)

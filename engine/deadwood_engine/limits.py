@@ -21,6 +21,11 @@ SHORTEST_STEP = 1e-6  # [s] floor of the adaptive step; 100 m/s then travels 0.1
 HOVER = 0.5  # [-] of g dt^2: gaps so small count as closed (0.5 mm at 10 ms); without it the contacts of a log at rest
 # differ by the rounding of the DEM, and the solver spends its sweeps on that
 
+MERGED = 0.3  # [-] of the radius: candidates of one ring that come to lie closer than this are one contact
+REFINED = (
+    0.3  # [-] of the radius: candidates nearer to the ground than this are sought once more, square to what is there
+)
+
 # Geometry
 FLAT_TOLERANCE = 1e-9  # [-] sine below which two directions count as parallel
 STEEP = 0.95  # [-] cosine of the tilt above which a log counts as standing when a tree is found inside its outline
