@@ -282,7 +282,10 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
             nearest = min(front, max(back, -(gx * dx + gy * dy) / plan))
         distance = math.sqrt((gx + nearest * dx) ** 2 + (gy + nearest * dy) ** 2)
         clear = distance - thick - tree[RADIUS]
-        least = OBSTACLE_TRAVEL * (thick + taper * (nearest - back) + tree[RADIUS])
+        # no farther than the axes could change sides; and, for a log thin beside its stems, than the neck between two
+        mine = thick + taper * (nearest - back)
+        both = mine + tree[RADIUS]
+        least = OBSTACLE_TRAVEL * min(both, 2.0 * math.sqrt(mine * both))
         travel = min(travel, max(least, clear))
         if clear > 0.0 or min(oz + back * dz, oz + front * dz) - thick > tree[TOP]:
             continue
