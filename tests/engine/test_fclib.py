@@ -77,7 +77,7 @@ def read(name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def gauss_seidel(
     w: np.ndarray, q: np.ndarray, mu: np.ndarray, sweeps: int, accuracy: float, *, backward: bool = False
 ) -> tuple[np.ndarray, int]:
-    """Impulses by sweeps of the engine's local solves, as ``solve`` alternates them; returns (impulses, sweeps used)."""
+    """Impulses by sweeps of the engine's local solves, as ``solve`` alternates them: (impulses, sweeps used)."""
     p = np.zeros_like(q)
     order = range(len(mu))[:: -1 if backward else 1]
     rows = np.zeros((len(mu), at.CONTACT_WIDTH))
@@ -110,7 +110,7 @@ def gauss_seidel(
 
 
 def residual(w: np.ndarray, q: np.ndarray, mu: np.ndarray, p: np.ndarray) -> float:
-    """Natural map of the second-order cone, relative to |q|: p - projection of (p - (u + mu |u_T| n)) on Coulomb's cone."""
+    """Natural map, relative to |q|: p less the projection of p - (u + mu |u_T| n) on Coulomb's cone."""
     p = p.reshape(-1, 3)
     u = (w @ p.ravel() + q).reshape(-1, 3)
     u[:, 0] += mu * np.hypot(u[:, 1], u[:, 2])
@@ -151,5 +151,5 @@ def test_residual_sees_errors():
     for q, p in [((-1, 0.2, 0), (1, -0.2, 0)), ((-1, 2.0, 0), (1, -0.5, 0)), ((1, 2.0, 0), (0, 0, 0))]:
         q, p = np.array(q, float), np.array(p, float)
         assert residual(w, q, mu, p) < 1e-15
-        assert residual(w, q, mu, p + [0.1, 0, 0]) > 0.01
-        assert residual(w, q, mu, p + [0, 0, 0.1]) > 0.01
+        assert residual(w, q, mu, p + np.array([0.1, 0, 0])) > 0.01
+        assert residual(w, q, mu, p + np.array([0, 0, 0.1])) > 0.01

@@ -230,7 +230,7 @@ def crept(at, heading: float, fidelity: str, wait: float, **options) -> float:
 @EVERY
 @pytest.mark.parametrize("heading", [0.0, 180.0])
 def test_no_creep_where_friction_holds(at, fidelity, heading):
-    """Solved tightly, a minute (10 s at 1 ms) creeps less than contacts may keep of speed, tolerance * g dt: a micrometre.
+    """Solved tightly, a minute (10 s at 1 ms) creeps less than contacts may keep of speed, tolerance * g dt: 1 um.
 
     Other engines creep 0.07 to 34 mm a second.
     """
