@@ -110,7 +110,8 @@ def healthy(scene: Scene, begin: Start, result: Result, *, gained: float = 1e-3,
     scheme = result.steps * (G * longest) ** 2 / 8
     excess = result.energy_error * np.maximum(before + fall, G) - scheme
     assert (excess <= gained * np.maximum(before + fall, G)).all(), f"{excess.max()} J/kg too much"
-    # the start's energy and what the fall gave, and nothing else
+    # the start's energy and what the fall gave, and nothing else; velocities are those of the middle of the last step
+    scheme += 0.5 * G * longest * (result.speed_max + G * longest)
     assert (after <= before + fall + scheme + gained * np.maximum(before + np.abs(fall), G)).all()
 
 
@@ -118,7 +119,7 @@ def reasons(result: Result) -> list[str]:
     return [STOP_REASONS[code] for code in result.stop_reason]
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def at() -> SimpleNamespace:
     """Everything above: ``at.flat()``, ``at.healthy(...)`` and so on."""
     tools = (flat, trees, barrier, body, start, together, run, farthest, energy, sunk, healthy, reasons)
