@@ -29,24 +29,26 @@ from .contacts import (
     UY,
     UZ,
 )  # fmt: skip
-from .rotation import VX, VY, VZ, WX, WY, WZ
+from .rotation import VX
 
 
 @kernel
-def impulse_work(contacts_table, count, state, fall):
+def impulse_work(contacts_table, count, motion, at, fall):
     """Work of the contact impulses per mass [J/kg]: the mean of the velocities before and after, times the impulses.
 
-    fall [m/s] is what gravity has already added to the state's velocity for the time after the node.
+    motion[at:at + 6] are the velocities after [m/s, rad/s]; fall [m/s] is what gravity has already added to them for
+    the time after the node.
     """
     work = 0.0
-    vx, vy, vz, wx, wy, wz = state[VX], state[VY], state[VZ] + fall, state[WX], state[WY], state[WZ]
+    vx, vy, vz = motion[at], motion[at + 1], motion[at + 2] + fall
+    wx, wy, wz = motion[at + 3], motion[at + 4], motion[at + 5]
     for k in range(count):
         c = contacts_table[k]
         pn, pt, pu = c[PN], c[PT], c[PU]
         if pn > 0.0:
-            gn = c[NX] * vx + c[NY] * vy + c[NZ] * vz + c[ANX] * wx + c[ANY] * wy + c[ANZ] * wz
-            gt = c[TX] * vx + c[TY] * vy + c[TZ] * vz + c[ATX] * wx + c[ATY] * wy + c[ATZ] * wz
-            gu = c[UX] * vx + c[UY] * vy + c[UZ] * vz + c[AUX] * wx + c[AUY] * wy + c[AUZ] * wz
+            gn = c[NX] * vx + c[NY] * vy + c[NZ] * vz + (c[ANX] * wx + c[ANY] * wy + c[ANZ] * wz)
+            gt = c[TX] * vx + c[TY] * vy + c[TZ] * vz + (c[ATX] * wx + c[ATY] * wy + c[ATZ] * wz)
+            gu = c[UX] * vx + c[UY] * vy + c[UZ] * vz + (c[AUX] * wx + c[AUY] * wy + c[AUZ] * wz)
             work += 0.5 * (pn * (gn + c[BEFORE_N]) + pt * (gt + c[BEFORE_T]) + pu * (gu + c[BEFORE_U]))
     return work
 
@@ -58,18 +60,7 @@ def take_no_energy(contacts_table, count, state, free, gained, fall):
     A jam between opposed normals (unbounded inner force) can hit the cap with impulses that do not fit each other and
     push. Scaled by f, they do the work f a + f^2 b, with a + b = gained and a that of their infinitesimal part.
     """
-    a = 0.0
-    for k in range(count):
-        c = contacts_table[k]
-        pn, pt, pu = c[PN], c[PT], c[PU]
-        if pn > 0.0:
-            gn = c[NX] * free[0] + c[NY] * free[1] + c[NZ] * (free[2] + fall)
-            gn += c[ANX] * free[3] + c[ANY] * free[4] + c[ANZ] * free[5]
-            gt = c[TX] * free[0] + c[TY] * free[1] + c[TZ] * (free[2] + fall)
-            gt += c[ATX] * free[3] + c[ATY] * free[4] + c[ATZ] * free[5]
-            gu = c[UX] * free[0] + c[UY] * free[1] + c[UZ] * (free[2] + fall)
-            gu += c[AUX] * free[3] + c[AUY] * free[4] + c[AUZ] * free[5]
-            a += 0.5 * (pn * (gn + c[BEFORE_N]) + pt * (gt + c[BEFORE_T]) + pu * (gu + c[BEFORE_U]))
+    a = impulse_work(contacts_table, count, free, 0, fall)
     b = gained - a
     share = max(0.0, -a / b) if b > 0.0 else 0.0
     for k in range(count):

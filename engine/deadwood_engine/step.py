@@ -105,7 +105,7 @@ def slide_log(scene, frame, state, body, stations, settings, scratch, rasters, r
             summary[CONTACTS] += count
             summary[RESIDUAL] = max(summary[RESIDUAL], residual)
             # the work is that of the velocities at the node, between gravity's two halves
-            gained = impulse_work(scratch.contacts, count, state, 0.5 * gravity * dt)
+            gained = impulse_work(scratch.contacts, count, state, VX, 0.5 * gravity * dt)
             unfinished = residual > tolerance
             if unfinished:
                 summary[UNCONVERGED] += 1
