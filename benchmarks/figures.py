@@ -195,7 +195,7 @@ def cells(results: dict[str, Any]) -> None:
         )
         panels[1].plot(x, [r["friction"] for r in mine], "o-", ms=4, lw=0.8, color=SCENE_COLOURS[k])
     panels[0].set_ylabel("reach minus that of 0.5 m cells [points]")
-    panels[1].set_ylabel("friction that gives the reach of 0.5 m: change of mu")
+    panels[1].set_ylabel("change of mu that undoes it")
     for axis in panels:
         axis.axhline(0, color="0.6", lw=0.7)
         axis.set_xscale("log")
@@ -231,6 +231,8 @@ def restarts(results: dict[str, Any]) -> None:
     axis.set_xlim(low, high)
     axis.set_xscale("log")
     axis.set_yscale("log")
+    axis.set_xticks([1.25, 2.5, 5, 10], ["1.25", "2.5", "5", "10"])
+    axis.minorticks_off()
     axis.set_xlabel("time step [ms]")
     axis.set_ylabel("ends apart after 0.25 s [m]")
     axis.legend(frameon=False, fontsize=7)

@@ -39,14 +39,19 @@ def span(values: list[float]) -> str:
 def provenance(results: Row) -> str:
     """Where the numbers come from, as a list."""
     entries = [e for _, mine in tables.in_order(results) for e in mine.values()]
-    what = {
-        "commit": "engine's commit",
-        "engine": "digest of the engine's sources",
-        "machine": "machine",
-        "versions": "versions",
-        "date": "dates",
-    }
-    lines = [f"- {name}: " + "; ".join(sorted({e["source"][key] for e in entries})) for key, name in what.items()]
+    lines = [
+        f"- {what}: " + "; ".join(sorted({e["source"][what] for e in entries})) for what in ("machine", "versions")
+    ]
+    engines: dict[tuple[str, str, str], set[str]] = {}
+    for _, mine in tables.in_order(results):
+        for name, entry in mine.items():
+            source = entry["source"]
+            what = tables.group_of(name) or name
+            engines.setdefault((source["date"], source["commit"], source["engine"]), set()).add(what)
+    for (date, commit, engine), what in sorted(engines.items(), key=lambda item: len(item[1])):
+        lines.append(f"- engine of commit {commit} (sources {engine}), {date}: {', '.join(sorted(what))}")
+    if len(engines) > 1:
+        lines.append("- **several engines**: rows are comparable within a line above; `python -m benchmarks` mends it")
     logs = [e["logs"] for e in entries]
     hours = sum(e["logs"] * e["cpu_ms_per_log"] for e in entries) / 3.6e6
     lines.append(f"- seed {results['seed']}; {min(logs)} to {max(logs)} logs a scene and setting")
@@ -217,7 +222,7 @@ def restarts(results: Row) -> str:
     orders = ", ".join(f"{found['order']:.2f} ({name})" for name, found in scenes.items())
     return (
         f"Over a quarter of a second logs can be compared one by one. {first['points'][0]['logs']} moving logs start "
-        f"from the same states and calculated for {first['horizon_s']:g} s with constant steps, against a step of "
+        f"from the same states and are calculated for {first['horizon_s']:g} s with constant steps, against a step of "
         f"{first['truth_ms']:.2g} ms. The slopes of the medians are {orders}; at 1 the error halves with the step."
     )
 
@@ -250,7 +255,7 @@ def verdicts(results: Row) -> str:
         worst, deepest = max(deep, key=lambda n: deep[n]["median"]), max(deep, key=lambda n: deep[n]["max"])
         median, most = deep[worst]["median"], deep[deepest]["max"]
         found.append(
-            f"Penetration at `standard` (terrain or obstacle): median of the logs' deepest below 5 cm: {_kept(median < 0.05)}, at "
+            f"Penetration at `standard`: median of the logs' deepest below 5 cm: {_kept(median < 0.05)}, at "
             f"most {100 * median:.1f} cm ({worst}); none deeper than 25 cm: {_kept(most < 0.25)}, "
             f"{100 * most:.0f} cm ({deepest})."
         )

@@ -265,8 +265,18 @@ def rounded(value: Any) -> Any:
 
 
 def write_results(results: dict[str, Any]) -> None:
-    """Write the results file, keys in order, so that two of them can be compared."""
-    RESULTS.write_text(json.dumps(rounded(results), indent=1, sort_keys=True, allow_nan=False) + "\n")
+    """Write the results file, an entry a line and keys in order, so that two of them can be compared."""
+
+    def line(key: str, value: Any) -> str:
+        return f"{json.dumps(key)}: {json.dumps(rounded(value), sort_keys=True, allow_nan=False)}"
+
+    scenes_lines = []
+    for name, mine in sorted(results["entries"].items()):
+        entries = ",\n".join(line(setting, mine[setting]) for setting in sorted(mine))
+        scenes_lines.append(f"{json.dumps(name)}: {{\n{entries}\n}}")
+    rest = [line(key, value) for key, value in sorted(results.items()) if key != "entries"]
+    entries = '"entries": {\n' + ",\n".join(scenes_lines) + "\n}"
+    RESULTS.write_text("{\n" + ",\n".join([*rest, entries]) + "\n}\n")
 
 
 def add_section(name: str, found: dict[str, Any]) -> None:

@@ -1,0 +1,77 @@
+"""The study's page holds what its results file says, and no number that a hand has typed."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from benchmarks import page, scenes, study
+from benchmarks.settings import SETTINGS
+from deadwood_engine import FIDELITIES, place_logs
+
+RESULTS = study.read_results()
+
+
+def test_page_and_readme_table_are_those_of_the_results_file():
+    assert page.PAGE.read_text(encoding="utf-8") == page.page(RESULTS)
+    readme = page.README.read_text(encoding="utf-8")
+    assert page.MARKS.search(readme)
+    assert page.with_snippet(readme, RESULTS) == readme
+
+
+def test_figures_of_the_page_are_there_and_small():
+    named = re.findall(r"\(figures/([a-z_]+\.png)\)", page.PAGE.read_text(encoding="utf-8"))
+    assert len(named) >= 5
+    for name in named:
+        assert 1_000 < (page.HERE / "figures" / name).stat().st_size < 400_000
+
+
+def test_every_fidelity_is_measured_with_the_numbers_that_it_has_today():
+    for case in scenes.CASES:
+        for name, row in FIDELITIES.items():
+            assert RESULTS["entries"][case][name]["fidelity"] == row._asdict(), (case, name)
+
+
+def test_every_number_says_where_it_comes_from():
+    for entries in RESULTS["entries"].values():
+        for entry in entries.values():
+            assert entry["logs"] >= 200
+            assert {"commit", "engine", "machine", "versions", "date"} <= entry["source"].keys()
+
+
+def test_settings_have_names_of_their_own_and_something_to_be_compared_with():
+    assert all(name == setting.name for name, setting in SETTINGS.items())
+    assert {setting.against for setting in SETTINGS.values()} <= SETTINGS.keys()
+    keys = [(s.fidelity, s.cell, s.friction_change, s.smooth) for s in SETTINGS.values()]
+    doubled = {s.name for s, key in zip(SETTINGS.values(), keys, strict=True) if keys.count(key) > 1}
+    assert not doubled
+
+
+def test_more_logs_continue_the_same_logs():
+    first, again = scenes.logs_of_block(3, 50), scenes.logs_of_block(3, 50)
+    assert np.array_equal(first.x, again.x)
+    assert first.log_id[0] == 150
+    assert not np.array_equal(first.x, scenes.logs_of_block(4, 50).x)
+
+
+@pytest.mark.parametrize("name", list(scenes.CASES))
+def test_scenes_are_what_they_are_called(name):
+    built, case = scenes.build(name), scenes.CASES[name]
+    assert case.line in scenes.LINES_Y
+    assert built.scene.tree_count == round(case.stems * scenes.WIDTH * scenes.LENGTH / 1e4)
+    assert built.scene.barrier_count == len(case.fences)
+    start = place_logs(built.scene, scenes.logs_of_block(0, 50))
+    assert np.isfinite(start.state).all()
+
+
+def test_coarser_cells_are_means_of_the_same_ground():
+    fine, coarse = scenes.ground("cliff", 0.5), scenes.ground("cliff", 2.0)
+    assert coarse.shape == (200, 120)
+    assert coarse[3, 5] == pytest.approx(fine[12:16, 20:24].mean())
+
+
+def test_a_scene_with_other_friction_is_another_scene():
+    digests = {scenes.build("rough", friction_change=d).digest for d in (0.0, 0.01)} | {scenes.build("cliff").digest}
+    assert len(digests) == 3
