@@ -45,14 +45,15 @@ def cross(ax, ay, az, bx, by, bz):
 
 
 @kernel
-def add_contact(contacts, keys, count, state, body, rx, ry, rz, nx, ny, nz, mu, gap, dt, restitution, gravity):
+def add_contact(contacts, keys, count, state, body, key, rx, ry, rz, nx, ny, nz, mu, gap, dt, restitution, gravity):
     """Append one contact: frame, velocities before the step, least normal velocity, and its Delassus block.
 
     gap is the gap predicted for the next node; the gap now follows from the free velocity along the normal.
-    Returns the new count; a full table keeps what it has (it is sized for every candidate, so this cannot happen).
+    key is (kind, slot or item, part). Returns the new count; a full table keeps what it has (``scratch`` sizes it).
     """
     if count >= contacts.shape[0]:
         return count
+    keys[count, 0], keys[count, 1], keys[count, 2] = key
     c = contacts[count]
     # tangents: first along the axis least aligned with the normal, as in Leine et al. (2014)
     if abs(nx) <= abs(ny) and abs(nx) <= abs(nz):
@@ -115,11 +116,10 @@ def _ground_contact(terrain, frame, contacts, keys, count, state, body, r, gap, 
     nz = 1.0 / math.sqrt(1.0 + slope[0] * slope[0] + slope[1] * slope[1])
     before = count
     count = add_contact(
-        contacts, keys, count, state, body, r[0], r[1], r[2], -slope[0] * nz, -slope[1] * nz, nz, mu, gap * nz,
-        step[0], step[1], step[2],
+        contacts, keys, count, state, body, (TERRAIN, slot, 0), r[0], r[1], r[2],
+        -slope[0] * nz, -slope[1] * nz, nz, mu, gap * nz, step[0], step[1], step[2],
     )  # fmt: skip
     if count > before:
-        keys[before, 0], keys[before, 1], keys[before, 2] = TERRAIN, slot, 0
         # The penetration reported is measured on the surface below the point itself, not on the predicted facet's plane
         height, gx, gy = surface(terrain, frame[0], frame[1], state[X] + r[0], state[Y] + r[1])
         contacts[before, GAP] = (state[Z] + r[2] - height) / math.sqrt(1.0 + gx * gx + gy * gy)
@@ -149,14 +149,10 @@ def touch(terrain, frame, contacts, keys, count, state, body, trial, key, p, n, 
     rx, ry, rz = p[0] - trial[3], p[1] - trial[4], p[2] - trial[5]
     s = rx * trial[0] + ry * trial[1] + rz * trial[2]
     rx, ry, rz = rx + s * (state[DX] - trial[0]), ry + s * (state[DY] - trial[1]), rz + s * (state[DZ] - trial[2])
-    before = count
     mu = friction_at(terrain, frame[0], frame[1], p[0], p[1])
-    count = add_contact(
-        contacts, keys, count, state, body, rx, ry, rz, n[0], n[1], n[2], mu, gap, step[0], step[1], step[2]
+    return add_contact(
+        contacts, keys, count, state, body, key, rx, ry, rz, n[0], n[1], n[2], mu, gap, step[0], step[1], step[2]
     )
-    if count > before:
-        keys[before, 0], keys[before, 1], keys[before, 2] = key
-    return count
 
 
 @kernel

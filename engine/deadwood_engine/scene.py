@@ -124,7 +124,7 @@ def _uprights(terrain: Terrain, trees: Trees, posts: Array) -> tuple[Uprights, N
 def _plates_and_posts(terrain: Terrain, barriers: Barriers) -> tuple[Plates, Array, NDArray[np.int64]]:
     """Cut barriers into pieces of a few cells; those with a part off the terrain lose that part."""
     piece = max(2.0, 4.0 * terrain.cell)
-    starts, ends, tops, posts, outside = [], [], [], [], []
+    starts, ends, posts, outside = [], [], [], []
     plan = np.asarray(barriers.vertices, float).reshape(-1, 2) - (terrain.x0, terrain.y0)
     for row, height in enumerate(barriers.height):
         corners = plan[barriers.starts[row] : barriers.starts[row + 1]]
@@ -146,8 +146,7 @@ def _plates_and_posts(terrain: Terrain, barriers: Barriers) -> tuple[Plates, Arr
         posts.append(np.column_stack([points, ground, top, np.full(len(points), row)])[valid])
     first = np.vstack([np.zeros((0, 4)), *starts])
     last = np.vstack([np.zeros((0, 3)), *ends])
-    tops = [first[:, 2], last[:, 2]]
     plates = barrier_file.prepare(
-        first[:, :2], last[:, :2], tops[0], tops[1], first[:, 3].astype(np.int64), terrain.cell
+        first[:, :2], last[:, :2], first[:, 2], last[:, 2], first[:, 3].astype(np.int64), terrain.cell
     )
     return plates, np.vstack([np.zeros((0, 5)), *posts]), np.array(outside, np.int64)

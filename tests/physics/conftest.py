@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from types import SimpleNamespace
 
 import numpy as np
@@ -77,6 +76,3 @@ def physics() -> SimpleNamespace:
         return slide(scene, begin, FIDELITIES[fidelity]._replace(**numbers), **options)
 
     return SimpleNamespace(plane=plane, body=body, start=start, lying=lying, run=run, G=G)
-
-
-Physics = Callable
