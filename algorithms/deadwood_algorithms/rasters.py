@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import shlex
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -35,21 +36,15 @@ HEIGHT_LIMIT_M = 9000.0
 # Cells of exactly 0 m this far below all the others are an undeclared empty collar, not a chasm.
 COLLAR_DROP_M = 100.0
 STRIP_BYTES = 32 * 2**20
+TILE_CELLS = 256
 # Formats whose data are the bare numbers: GDAL does not always raise when some are missing at the end.
 FLAT_FORMATS = ("ENVI", "EHdr", "SAGA", "RST", "BT")
 
 
 def read_dem(path: str | Path, crs: str | None, feedback: Feedback) -> Grid:
     """See `layers.read_dem`."""
-    with open_raster(path, "DEM") as source:
-        _refuse_images(source, path)
-        _refuse_cut_off(source, path)
-        dem_crs = _crs_of_dem(source, path, crs, feedback)
-        transform = _square_transform(source, path)
-        if source.count > 1:
-            feedback.note(f"{path}: band 1 of {source.count} is read as the heights")
+    with open_dem(path, crs, feedback) as (source, dem_crs, transform):
         values = np.empty(source.shape, np.float32)
-        _refuse_foot_heights(source.units[0], 0.3048, path)
         for rows, strip in _strips(source, feedback):
             values[rows] = strip
         cell, west, edge, south_up = transform.a, transform.c, transform.f, transform.e > 0
@@ -116,23 +111,7 @@ def write_raster(
     if values.shape != grid.shape:
         raise ValueError(f"an array of {values.shape} for a grid of {grid.shape}")
     north_up = np.ascontiguousarray(values[::-1], dtype=dtype)
-    profile: dict[str, Any] = {
-        "driver": "GTiff",
-        "height": grid.shape[0],
-        "width": grid.shape[1],
-        "count": 1,
-        "dtype": dtype,
-        "crs": RasterioCRS.from_wkt(grid.crs.to_wkt()),
-        "transform": grid.transform,
-        "tiled": True,
-        "blockxsize": 256,
-        "blockysize": 256,
-        "compress": "deflate",
-        "predictor": 3 if dtype.startswith("float") else 2,
-        "bigtiff": "if_safer",
-    }
-    if nodata is not None:
-        profile["nodata"] = nodata
+    profile = geotiff_profile(grid.shape, grid.crs, grid.transform, dtype, nodata)
     with rasterio.open(path, "w", **profile) as target:
         target.write(north_up, 1)
         if units:
@@ -144,6 +123,28 @@ def write_raster(
             rows, columns = window.toslices()
             if not np.array_equal(written.read(1, window=window), north_up[rows, columns], equal_nan=dtype[0] == "f"):
                 raise OSError(f"{path}: what was written does not read back")
+
+
+def geotiff_profile(
+    shape: tuple[int, int], crs: pyproj.CRS, transform: Affine, dtype: str, nodata: float | None, count: int = 1
+) -> dict[str, Any]:
+    """How every GeoTIFF of the toolbox is written: tiled and packed, for ``rasterio.open``."""
+    profile: dict[str, Any] = {
+        "driver": "GTiff",
+        "height": shape[0],
+        "width": shape[1],
+        "count": count,
+        "dtype": dtype,
+        "crs": RasterioCRS.from_wkt(crs.to_wkt()),
+        "transform": transform,
+        "tiled": True,
+        "blockxsize": TILE_CELLS,
+        "blockysize": TILE_CELLS,
+        "compress": "deflate",
+        "predictor": 3 if dtype.startswith("float") else 2,
+        "bigtiff": "if_safer",
+    }
+    return profile if nodata is None else {**profile, "nodata": nodata}
 
 
 def open_raster(path: str | Path, what: str) -> Any:
@@ -159,6 +160,20 @@ def open_raster(path: str | Path, what: str) -> Any:
         inside = f"several rasters ({', '.join(names)}); write one of them out: gdal_translate" if names else "no band"
         raise UserError(f"{path}: the {what} file holds {inside}")
     return source
+
+
+@contextmanager
+def open_dem(path: str | Path, crs: str | None, feedback: Feedback) -> Iterator[tuple[Any, pyproj.CRS, Affine]]:
+    """A DEM opened and judged by its header, with its CRS and its transform; refused as `layers.read_dem` says."""
+    with open_raster(path, "DEM") as source:
+        _refuse_images(source, path)
+        _refuse_cut_off(source, path)
+        dem_crs = _crs_of_dem(source, path, crs, feedback)
+        transform = _square_transform(source, path)
+        if source.count > 1:
+            feedback.note(f"{path}: band 1 of {source.count} is read as the heights")
+        _refuse_foot_heights(source.units[0], 0.3048, path)
+        yield source, dem_crs, transform
 
 
 def _crs_of_dem(source: Any, path: str | Path, given: str | None, feedback: Feedback) -> pyproj.CRS:
@@ -253,21 +268,28 @@ def _strips(source: Any, feedback: Feedback) -> Iterator[tuple[slice, np.ndarray
     ny, nx = source.shape
     block = max(1, source.block_shapes[0][0])
     rows = max(1, STRIP_BYTES // (8 * nx) // block) * block
-    scale, offset = source.scales[0], source.offsets[0]
     for start in range(0, ny, rows):
         stop = min(ny, start + rows)
-        try:
-            raw = source.read(1, window=Window(0, start, nx, stop - start), masked=True)  # type: ignore[call-arg]
-        except RasterioError as error:
-            reason = _first_line(error.__cause__ or error)
-            raise UserError(f"{source.name}: the raster is damaged, rows {start + 1} to {stop} ({reason})") from error
-        values = raw.data if scale == 1 and offset == 0 else raw.data * np.float64(scale) + offset
-        with np.errstate(over="ignore", invalid="ignore"):
-            strip = values.astype(np.float32)
-        strip[np.ma.getmaskarray(raw) | ~np.isfinite(strip)] = np.nan
+        strip = read_values(source, Window(0, start, nx, stop - start), np.float32)  # type: ignore[call-arg]
         if stop < ny:
             feedback.progress(stop, ny, "reading the DEM")
         yield slice(start, stop), strip
+
+
+def read_values(source: Any, window: Window, dtype: Any) -> np.ndarray:
+    """A window of band 1, scale and offset applied, NaN for what is masked or not finite; rows as in the file."""
+    try:
+        raw = source.read(1, window=window, masked=True)
+    except RasterioError as error:
+        reason, start = _first_line(error.__cause__ or error), window.row_off
+        rows = f"rows {start + 1} to {start + window.height}"
+        raise UserError(f"{source.name}: the raster is damaged, {rows} ({reason})") from error
+    scale, offset = source.scales[0], source.offsets[0]
+    values = raw.data if scale == 1 and offset == 0 else raw.data * np.float64(scale) + offset
+    with np.errstate(over="ignore", invalid="ignore"):
+        values = values.astype(dtype)
+    values[np.ma.getmaskarray(raw) | ~np.isfinite(values)] = np.nan
+    return values
 
 
 def _empty_impossible_heights(values: np.ndarray, path: str | Path, feedback: Feedback) -> None:
