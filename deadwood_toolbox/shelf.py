@@ -14,6 +14,7 @@ from deadwood_algorithms.demo import TOOL as DEMO
 from deadwood_algorithms.generate_forest import TOOL as GENERATE_FOREST
 from deadwood_algorithms.import_trees import TOOL as IMPORT_TREES
 from deadwood_algorithms.lateral_spread import TOOL as LATERAL_SPREAD
+from deadwood_algorithms.make_log import TOOL as MAKE_LOG
 from deadwood_algorithms.reach_lines import TOOL as REACH_LINES
 from deadwood_algorithms.sample_releases import TOOL as SAMPLE_RELEASES
 from deadwood_algorithms.slide_logs import TOOL as SLIDE_LOGS
@@ -24,6 +25,7 @@ TOOLS: tuple[Tool, ...] = (
     SAMPLE_RELEASES,
     IMPORT_TREES,
     GENERATE_FOREST,
+    MAKE_LOG,
     SLIDE_LOGS,
     COUNT_HITS,
     REACH_LINES,

@@ -16,6 +16,7 @@ NAMES = [
     "sample-releases",
     "import-trees",
     "generate-forest",
+    "make-log",
     "slide-logs",
     "count-hits",
     "reach-lines",
