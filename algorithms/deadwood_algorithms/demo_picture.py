@@ -21,19 +21,12 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.layers import Grid, read_dem, read_raster_on, read_vector
 from deadwood_algorithms.statistics import percent_with_interval
+from deadwood_algorithms.styles import ENDS
 
 HALO = [withStroke(linewidth=3.0, foreground="white")]
 # An even ramp with its palest end cut off: on grey relief it would not be seen.
 HITS = ListedColormap(matplotlib.colormaps["magma_r"](np.linspace(0.12, 1.0, 256)))
-# Okabe and Ito's colours, which colour-blind readers tell apart, for the ways in which a run ends.
-ENDS = {
-    "tree": ("held by a tree", "#009E73", "o"),
-    "rest": ("at rest", "#56B4E9", "o"),
-    "barrier": ("held by a barrier", "#CC79A7", "o"),
-    "left_dem": ("left the terrain model", "#0072B2", "^"),
-    "time_limit": ("still moving", "#D55E00", "s"),
-    "failed": ("failed", "#000000", "x"),
-}
+MARKERS = {"circle": "o", "triangle": "^", "square": "s", "cross2": "x"}
 TITLES = {"mapped": "Forest as mapped", "random": "Random forest, same density", "none": "No forest"}
 RELEASE = "#0072B2"
 PANEL_IN = 4.9  # width of a panel
@@ -106,7 +99,8 @@ def _trees(axes: Axes, path: Path, dem: Grid) -> None:
 
 def _deposits(axes: Axes, path: Path, dem: Grid) -> None:
     deposits = read_vector(f"{path}|layername=deposits", target_crs=dem.crs, what="deposits")
-    for reason, (_, colour, marker) in ENDS.items():
+    for reason, (_, colour, shape) in ENDS.items():
+        marker = MARKERS[shape]
         some = deposits[deposits["stop_reason"] == reason]
         edges = {} if marker == "x" else {"edgecolors": "black", "linewidths": 0.25}
         axes.scatter(some.geometry.x, some.geometry.y, s=7, color=colour, marker=marker, zorder=4, **edges)
@@ -146,8 +140,9 @@ def _legend(figure: Any, ends: set[str]) -> None:
         Line2D([], [], color="#D55E00", linewidth=2.2, label="road"),
         Line2D([], [], linestyle="", marker="o", markersize=3, color="#0B5D2A", label="standing tree (size: DBH)"),
     ]
-    for name, (label, colour, marker) in ENDS.items():
+    for name, (label, colour, shape) in ENDS.items():
         if name in ends:
+            marker = MARKERS[shape]
             edge = colour if marker == "x" else "black"
             marks.append(
                 Line2D(

@@ -69,7 +69,10 @@ def write_raster(
     units: str = "",
     description: str = "",
 ) -> None:
-    """Write a GeoTIFF (tiled, deflate) from an array whose row 0 is the southernmost, and read it back."""
+    """Write a GeoTIFF (tiled, deflate) from an array whose row 0 is the southernmost, and read it back.
+
+    Its style for QGIS stands beside it, in ``NAME.qml`` (`styles`).
+    """
     from deadwood_algorithms import rasters
 
     rasters.write_raster(path, values, grid, nodata=nodata, dtype=dtype, units=units, description=description)
@@ -121,7 +124,7 @@ def read_table(path: str | Path, *, what: str) -> pandas.DataFrame:
 
 
 def write_vector(path: str | Path, layers: Mapping[str, geopandas.GeoDataFrame]) -> None:
-    """Write a GeoPackage 1.2 with these layers; same input, same bytes (its time stamps are a fixed day)."""
+    """Write a GeoPackage 1.2 with these layers and their styles; same input, same bytes (time stamps: a fixed day)."""
     from deadwood_algorithms import vectors
 
     vectors.write_vector(path, layers)

@@ -22,6 +22,7 @@ from rasterio.errors import RasterioError
 from rasterio.transform import Affine
 from rasterio.windows import Window
 
+from deadwood_algorithms import styles
 from deadwood_algorithms.ascii_grid import refuse_broken_ascii
 from deadwood_algorithms.crs import crs_name, horizontal, parse_crs, same_crs
 from deadwood_algorithms.grid import Grid
@@ -123,6 +124,7 @@ def write_raster(
             rows, columns = window.toslices()
             if not np.array_equal(written.read(1, window=window), north_up[rows, columns], equal_nan=dtype[0] == "f"):
                 raise OSError(f"{path}: what was written does not read back")
+    styles.store_beside(Path(path), styles.of_raster(Path(path).stem, values, units, description))
 
 
 def geotiff_profile(

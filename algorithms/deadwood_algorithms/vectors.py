@@ -15,7 +15,7 @@ import pyproj
 import shapely
 from pyogrio.errors import DataLayerError, DataSourceError, FeatureError
 
-from deadwood_algorithms import schemas
+from deadwood_algorithms import schemas, styles
 from deadwood_algorithms.columns import field_names, number_column, where_of
 from deadwood_algorithms.crs import crs_name, horizontal, parse_crs, same_crs
 from deadwood_algorithms.inputs import refuse_missing
@@ -110,12 +110,13 @@ def write_vector(path: str | Path, layers: Mapping[str, gpd.GeoDataFrame]) -> No
             )
     finally:
         pyogrio.set_gdal_config_options({"OGR_CURRENT_DATE": None})
+    styles.store_in(Path(path), {name: styles.of_layer(name, frame) for name, frame in layers.items()})
 
 
 def _layer_of(name: str, layer: str, what: str) -> str:
     """The layer that is meant: the one named, else the only one with geometry, else the only one."""
-    found = pyogrio.list_layers(name)
-    names = [str(each) for each in found[:, 0]]
+    found = [each for each in pyogrio.list_layers(name) if each[0] != styles.TABLE]
+    names = [str(each) for each, _ in found]
     if layer:
         if layer not in names:
             raise UserError(f"{name}: there is no layer '{layer}'; it has {', '.join(names)}")

@@ -108,9 +108,9 @@ def test_a_table_without_geometry_beside_the_layer_makes_nothing_ambiguous(tmp_p
     path = tmp_path / "trees.gpkg"
     write_vector(path, {"trees": points()})
     with sqlite3.connect(path) as database:
-        database.execute("create table layer_styles (id integer primary key, name text)")
+        database.execute("create table notes (id integer primary key, name text)")
         database.execute(
-            "insert into gpkg_contents (table_name, data_type, identifier) values ('layer_styles', 'attributes', 's')"
+            "insert into gpkg_contents (table_name, data_type, identifier) values ('notes', 'attributes', 's')"
         )
     assert len(read_vector(path, target_crs=LV95)) == 3
 
@@ -274,8 +274,14 @@ def test_a_geopackage_is_version_1_2_holds_its_layers_and_is_the_same_every_time
     with sqlite3.connect(tmp_path / "a.gpkg") as database:
         assert database.execute("pragma user_version").fetchone() == (10200,)
         assert database.execute("pragma integrity_check").fetchone() == ("ok",)
-    assert pyogrio.list_layers(tmp_path / "a.gpkg").tolist() == [["deposits", "Point Z"], ["lines", "LineString"]]
+    assert pyogrio.list_layers(tmp_path / "a.gpkg").tolist() == [
+        ["deposits", "Point Z"],
+        ["lines", "LineString"],
+        ["layer_styles", None],
+    ]
     frame = read_vector(f"{tmp_path / 'a.gpkg'}|layername=deposits", target_crs=LV95)
+    with pytest.raises(UserError, match="it has deposits, lines$"):
+        read_vector(f"{tmp_path / 'a.gpkg'}|layername=styles", target_crs=LV95)
     assert frame["stop_id"].tolist() == ["é"]
     assert frame.geometry[0].z == 3
 
