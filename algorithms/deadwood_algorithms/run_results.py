@@ -18,6 +18,7 @@ import shapely
 from numpy.typing import NDArray
 
 from deadwood_algorithms import tool
+from deadwood_algorithms.hit_ledger import HITS, barrier_hits_frame, hit_arrays, tree_hits_frame
 from deadwood_algorithms.layers import write_raster, write_vector
 from deadwood_algorithms.releases_from_layer import Releases
 from deadwood_algorithms.run_folder import GEOPACKAGE, MANIFEST, POSES, SUMMARY, WorkFolder, pose_schema, write_json
@@ -63,11 +64,11 @@ BY_LOG = (
 )
 
 
-def arrays_of(result: Any, wall_s: float) -> dict[str, NDArray]:
-    """What is kept of a chunk: one row a log, and one row a chunk of what it cost."""
+def arrays_of(result: Any, log_id: NDArray[np.int64], wall_s: float) -> dict[str, NDArray]:
+    """What is kept of a chunk: one row a log, the ledgers of hits, and one row a chunk of what it cost."""
     cost = {f"{COST}{name}": np.array([value], np.float64) for name, value in result.cost.items()}
     kept = {name: np.asarray(getattr(result, name)) for name in BY_LOG}
-    return kept | cost | {f"{COST}wall_s": np.array([wall_s])}
+    return kept | hit_arrays(result.hits, log_id) | cost | {f"{COST}wall_s": np.array([wall_s])}
 
 
 def pose_table(poses: Any, log_id: NDArray[np.int64], crs: pyproj.CRS) -> pa.Table:
@@ -97,7 +98,7 @@ def write_results(
     rows, order = queue.slid_rows()
     releases = releases.take(rows)
     slid = work.by_log()
-    by_log = {name: slid[name] if name.startswith(COST) else slid[name][order] for name in slid}
+    by_log = {name: slid[name] if name.startswith((COST, HITS)) else slid[name][order] for name in slid}
     touched = reached(layers.lines, by_log, releases)
     deposits = deposits_frame(layers, releases, by_log)
     tables = {"deposits": deposits, "deposited_logs": axes_frame(deposits, by_log)}
@@ -108,13 +109,16 @@ def write_results(
         tables["reach"] = reach_frame(layers.lines, touched, deposits.crs)
         if touched.any():
             tables["reached_by"] = reached_by_frame(layers.lines, touched, by_log, deposits)
+    barrier_hits = barrier_hits_frame(layers, releases, by_log, deposits.crs)
+    tree_hits = tree_hits_frame(layers, by_log, deposits.crs)
+    tables |= {name: each for name, each in (("barrier_hits", barrier_hits), ("tree_hits", tree_hits)) if len(each)}
     write_vector(folder / GEOPACKAGE, tables)
     feedback.progress(1, 3, "writing the results")
 
     outputs = write_rasters(folder, rasters, layers, len(releases))
     feedback.progress(2, 3, "writing the results")
 
-    summary = summary_of(ask, fidelity, layers, releases, by_log, touched, deposits, queue)
+    summary = summary_of(ask, fidelity, layers, releases, by_log, touched, deposits, barrier_hits, tree_hits, queue)
     still = summary["logs"]["by_stop_reason"]["time_limit"]
     if still > WORTH_A_WARNING * len(releases):
         feedback.warn(

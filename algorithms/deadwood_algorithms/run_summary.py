@@ -8,6 +8,7 @@ import geopandas
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.hit_ledger import forest_record, ledger_records
 from deadwood_algorithms.releases_from_layer import Releases
 from deadwood_algorithms.scene_from_layers import Items, SceneLayers
 from deadwood_algorithms.statistics import percent_with_interval, reach_record, spread_of_release
@@ -26,6 +27,8 @@ def summary_of(
     by_log: dict[str, NDArray],
     touched: NDArray[np.bool_],
     deposits: geopandas.GeoDataFrame,
+    barrier_hits: geopandas.GeoDataFrame,
+    tree_hits: geopandas.GeoDataFrame,
     queue: Queue,
 ) -> dict[str, Any]:
     """The content of ``summary.json``; ``releases`` are the logs that were slid."""
@@ -41,7 +44,8 @@ def summary_of(
         "reach": reach_records(layers.lines, touched),
         "until_ci": queue.rule.record() if queue.rule else None,
         "spread": spread_records(releases, deposits, ask.min_runout),
-        "barriers": barrier_records(layers.barriers, by_log),
+        "barriers": ledger_records(barrier_records(layers.barriers, by_log), barrier_hits),
+        "trees": forest_record(tree_hits, len(layers.tree_ids)) if layers.tree_ids else None,
         "speed": {
             "mean_ms": float(by_log["speed_mean"].mean()),
             "p95_ms": float(np.quantile(by_log["speed_max"], 0.95)),

@@ -56,6 +56,7 @@ UNITS = {
     "ms": "m/s",
     "s": "s",
     "kj": "kJ",
+    "kns": "kN s",
     "rel": "1",
     "rad_s": "rad/s",
 }
@@ -214,7 +215,45 @@ POSES = Layer(
     ),
 )
 
+BARRIER_HITS = Layer(
+    name="barrier_hits",
+    geometry=("Point Z",),
+    meaning="Every hit of a barrier, where the log first touched it; a hit lasts until 0.1 s pass without a push",
+    columns=(
+        _count("log_id", "The log"),
+        _RELEASE,
+        _id("barrier_id", "The barrier"),
+        _number("t_s", "Time of the first push since the log's start", 0),
+        _number("duration_s", "From the first to the last push of the hit", 0),
+        _number("height_m", "Height of the place above the terrain"),
+        _number("speed_ms", "Speed of the log's centre of mass just before", 0),
+        _number("energy_kj", "Kinetic energy of the log just before, of translation and rotation", 0),
+        _number("energy_taken_kj", "Energy that the log lost to the barrier in this hit, by impact and friction"),
+        _number("impulse_kns", "Momentum that the barrier took up in blows; steady leaning is left out", 0),
+        _number("angle_deg", "Between the log's velocity and the square on what it hit: 0 is head-on", 0, 180),
+        _count("stopped", "1 for the last hit of a log that the barrier holds at the end, else 0"),
+    ),
+)
+
+TREE_HITS = Layer(
+    name="tree_hits",
+    geometry=("Point",),
+    meaning="Every tree that was hit, and what it took of the logs: its protective value",
+    columns=(
+        _id("tree_id", "The tree"),
+        _number("dbh_cm", "Diameter at breast height", 0),
+        _number("height_m", "Height of the tree", 0),
+        _count("n_logs", "Logs that hit it"),
+        _count("n_hits", "Hits; a hit lasts until 0.1 s pass without a push"),
+        _count("n_stops", "Logs that it holds at the end"),
+        _number("impulse_sum_kns", "Momentum that it took up in blows, the sum of all hits", 0),
+        _number("impulse_max_kns", "The same of its hardest hit", 0),
+        _number("energy_taken_kj", "Energy that logs lost to it, by impact and friction, the sum of all hits"),
+    ),
+)
+
 LAYERS = {layer.name: layer for layer in (RELEASES, TREES, BARRIERS, LINES, DEPOSITS, TRAJECTORIES, POSES)}
+LAYERS |= {layer.name: layer for layer in (BARRIER_HITS, TREE_HITS)}
 
 
 def columns_of(name: str) -> tuple[Column, ...]:

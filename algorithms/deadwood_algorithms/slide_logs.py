@@ -2,7 +2,8 @@
 
 Each log is a rigid truncated cone in hard frictional contact with terrain, trees and barriers (the engine's README has
 the physics, after the paper's section 3). The run's folder holds the deposits, the trajectories, the share of logs that
-reach each line, and rasters of how often, how fast and how high logs pass. Every released log is accounted for.
+reach each line, every hit of a barrier, what each tree that was hit has taken, and rasters of how often, how fast and
+how high logs pass. Every released log is accounted for.
 
 Logs do not break, trees and barriers do not give way, logs do not meet each other. An interrupted run goes on with
 --resume where it stopped, and gives the same results, bit for bit, as one that was never interrupted. With --until-ci
@@ -169,7 +170,9 @@ def slide_chunk(
         report=report,
     )
     wall_s = time.perf_counter() - began
-    work.save(chunk, arrays_of(result, wall_s), pose_table(result.poses, logs.logs.log_id, layers.dem.crs))
+    work.save(
+        chunk, arrays_of(result, logs.logs.log_id, wall_s), pose_table(result.poses, logs.logs.log_id, layers.dem.crs)
+    )
 
 
 def trajectories_wanted(text: str) -> int | None:

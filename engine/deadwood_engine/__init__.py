@@ -2,6 +2,7 @@
 
 from .barriers import Barriers
 from .fidelity import FIDELITIES, Fidelity, station_spacing
+from .ledger import Hits
 from .lines import Lines, Segments, segments_of
 from .logs import Logs, Start, place_logs
 from .outline import sweep_hits, sweep_touches
@@ -17,6 +18,7 @@ __all__ = [
     "STOP_REASONS",
     "Barriers",
     "Fidelity",
+    "Hits",
     "Interrupted",
     "Lines",
     "Logs",

@@ -33,23 +33,27 @@ from .rotation import VX
 
 
 @kernel
+def contact_work(c, motion, at, fall):
+    """Work of one contact's impulse per mass [J/kg]: the mean of the velocities before and after, times the impulse."""
+    vx, vy, vz = motion[at], motion[at + 1], motion[at + 2] + fall
+    wx, wy, wz = motion[at + 3], motion[at + 4], motion[at + 5]
+    gn = c[NX] * vx + c[NY] * vy + c[NZ] * vz + (c[ANX] * wx + c[ANY] * wy + c[ANZ] * wz)
+    gt = c[TX] * vx + c[TY] * vy + c[TZ] * vz + (c[ATX] * wx + c[ATY] * wy + c[ATZ] * wz)
+    gu = c[UX] * vx + c[UY] * vy + c[UZ] * vz + (c[AUX] * wx + c[AUY] * wy + c[AUZ] * wz)
+    return 0.5 * (c[PN] * (gn + c[BEFORE_N]) + c[PT] * (gt + c[BEFORE_T]) + c[PU] * (gu + c[BEFORE_U]))
+
+
+@kernel
 def impulse_work(contacts_table, count, motion, at, fall):
-    """Work of the contact impulses per mass [J/kg]: the mean of the velocities before and after, times the impulses.
+    """Work of the contact impulses per mass [J/kg].
 
     motion[at:at + 6] are the velocities after [m/s, rad/s]; fall [m/s] is what gravity has already added to them for
     the time after the node.
     """
     work = 0.0
-    vx, vy, vz = motion[at], motion[at + 1], motion[at + 2] + fall
-    wx, wy, wz = motion[at + 3], motion[at + 4], motion[at + 5]
     for k in range(count):
-        c = contacts_table[k]
-        pn, pt, pu = c[PN], c[PT], c[PU]
-        if pn > 0.0:
-            gn = c[NX] * vx + c[NY] * vy + c[NZ] * vz + (c[ANX] * wx + c[ANY] * wy + c[ANZ] * wz)
-            gt = c[TX] * vx + c[TY] * vy + c[TZ] * vz + (c[ATX] * wx + c[ATY] * wy + c[ATZ] * wz)
-            gu = c[UX] * vx + c[UY] * vy + c[UZ] * vz + (c[AUX] * wx + c[AUY] * wy + c[AUZ] * wz)
-            work += 0.5 * (pn * (gn + c[BEFORE_N]) + pt * (gt + c[BEFORE_T]) + pu * (gu + c[BEFORE_U]))
+        if contacts_table[k, PN] > 0.0:
+            work += contact_work(contacts_table[k], motion, at, fall)
     return work
 
 

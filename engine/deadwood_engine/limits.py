@@ -41,6 +41,11 @@ ROCKING_GROWTH = (
     1.02  # [-] its peak energy may not grow from one to the next (a log that starts to slide quadruples it)
 )
 
+# Ledger of hits
+HIT_PAUSE = 0.1  # [s] without a push after which the next push is another hit: contacts flicker for a step or two
+BLOW = 2.0  # [-] of g dt: contacts that approach faster, and are pushed harder, are struck; slower ones are leant upon
+LEAST_PUSH = 1e-6  # [m/s] per mass: a smaller first push is rounding, not a hit
+
 # Health
 WILD_SPEED = 2000.0  # [m/s] faster than any fall on Earth's slopes: the log is reported as failed
 POLL_STEPS = 512  # steps between two looks at the stop flag (about 1 ms)

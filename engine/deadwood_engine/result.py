@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import step, trace
+from .ledger import Hits, hits_of
 from .log_body import CENTRE, LENGTH, MASS
 from .logs import Start
 from .scene import Scene
@@ -44,6 +45,7 @@ class Result:
     tree_hits, barrier_hits : number of different trees and barriers that pushed the log
     reach, reach_time : (n, lines), whether and when [s] the log's outline first touched a line
     barrier_reached, barrier_crossed : (n, barriers), outline touched, centre of mass crossed its line in plan
+    hits : the ledger of trees and barriers, one row a hit
     last_state : (n, 16) and frame (n, 2), final state for a replay
     """
 
@@ -75,6 +77,7 @@ class Result:
     last_state: Array
     frame: NDArray[np.int64]
     poses: Poses
+    hits: Hits
     cost: dict[str, float]
 
 
@@ -84,6 +87,7 @@ def result_of(
     state: Array,
     summary: Array,
     poses: dict[int, Array],
+    hits: dict[int, Array],
     touched: NDArray[np.bool_],
     touch_time: Array,
     fences: NDArray[np.bool_],
@@ -137,6 +141,7 @@ def result_of(
         last_state=state,
         frame=start.frame,
         poses=Poses(log_row, table[:, 0], position, base, tip, *(table[:, k].copy() for k in (10, 11, 12))),
+        hits=hits_of(hits, origin, body[:, MASS]),
         cost={
             "steps": float(summary[:, step.STEPS].sum()),
             "airborne_steps": float(summary[:, step.AIRBORNE].sum()),

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from . import step, trace
 from .fidelity import Fidelity, station_spacing
+from .ledger import HIT_WIDTH
 from .limits import GRAVITY, LEAST_STATIONS
 from .log_body import LENGTH
 from .logs import Logs, Start, place_logs, stations_for
@@ -77,6 +78,7 @@ def slide(
     touched, fences, crossed = (np.zeros((number, n), np.bool_) for n in (lines, barriers, barriers))
     touch_time = np.full((number, lines), np.inf)
     poses: dict[int, Array] = {}
+    hits: dict[int, Array] = {}
     stop = np.zeros(1, np.uint8)
     workers = max(1, min(threads, number, len(rasters.workers) if rasters else threads))
     queue = iter(range(number))
@@ -94,6 +96,7 @@ def slide(
         )
         room = np.zeros((4096, trace.POSE_WIDTH))
         none = np.zeros((0, trace.POSE_WIDTH))
+        hit_room = np.zeros((64, HIT_WIDTH))
         while not stop[0]:
             with lock:
                 row = next(queue, -1)
@@ -104,12 +107,16 @@ def slide(
                 state[row] = start.state[row]
                 wanted = step.slide_log(
                     arrays, start.frame[row], state[row], start.body[row], stations[row], settings, scratch, raster,
-                    row_stamp[row], marks, room if keep[row] else none, keep[row], summary[row], stop,
+                    row_stamp[row], marks, room if keep[row] else none, keep[row], hit_room, summary[row], stop,
                 )  # fmt: skip
-                if not keep[row] or wanted <= len(room):
+                struck = int(summary[row, step.HITS])
+                if (not keep[row] or wanted <= len(room)) and struck <= len(hit_room):
                     break
                 # Sliding again with more room is the same to the bit, and the stamp keeps hits from counting twice.
-                room = np.zeros((2 * wanted, trace.POSE_WIDTH))
+                if keep[row] and wanted > len(room):
+                    room = np.zeros((2 * wanted, trace.POSE_WIDTH))
+                if struck > len(hit_room):
+                    hit_room = np.zeros((2 * len(hit_room), HIT_WIDTH))
             if (rasters and summary[row, step.REASON] < LEFT_DEM) or summary[row, step.REASON] == TIME_LIMIT:
                 trace.draw_deposit(
                     arrays, start.frame[row], state[row], start.body[row], scratch.memory,
@@ -117,6 +124,8 @@ def slide(
                 )  # fmt: skip
             if keep[row] and not stop[0]:
                 poses[row] = room[:wanted].copy()
+            if struck:
+                hits[row] = hit_room[:struck].copy()
             done[worker] += 1
         cpu[worker] = clock.thread_time() - began
 
@@ -146,7 +155,7 @@ def slide(
         raise failures[0]
     if stop[0]:
         raise Interrupted
-    return result_of(scene, start, state, summary, poses, touched, touch_time, fences, crossed, sum(cpu))
+    return result_of(scene, start, state, summary, poses, hits, touched, touch_time, fences, crossed, sum(cpu))
 
 
 _stamped = 0

@@ -21,6 +21,7 @@ from .contacts import GAP, PN, TERRAIN
 from .detection import find_contacts, owner_of
 from .energy import impulse_work, take_no_energy
 from .grid_index import insert_sorted
+from .ledger import note_pushes
 from .limits import POLL_STEPS, REST_TRAVEL, REST_WINDOW, ROCKING_GROWTH, ROCKING_WINDOW, SHORTEST_STEP, WILD_SPEED
 from .log_body import AXIAL, TRANSVERSE
 from .rest import FAILED, INTERRUPTED, LEFT_DEM, TIME_LIMIT, fastest_point, holder, rest_reason
@@ -31,24 +32,26 @@ from .trace import PEAK_ENERGY, PEAK_JUMP, PEAK_SPEED, draw, ends_moved, keep_po
 # Columns of a log's summary
 REASON, ITEM, DURATION, PATH, SPEED_MAX, ENERGY_MAX, JUMP_MAX, ENERGY_ERROR, PENETRATION, OVERLAP = range(10)
 RESIDUAL, UNCONVERGED, STEPS, CONTACTS, SWEEPS, TREE_HITS, BARRIER_HITS, STARTED_IN_CONTACT = range(10, 18)
-ENERGY_GAIN, AIRBORNE = range(18, 20)
-SUMMARY_WIDTH = 20
+ENERGY_GAIN, AIRBORNE, HITS = range(18, 21)
+SUMMARY_WIDTH = 21
 
 
 @kernel
-def slide_log(scene, frame, state, body, stations, settings, scratch, rasters, row, marks, poses, keep, summary, stop):
+def slide_log(
+    scene, frame, state, body, stations, settings, scratch, rasters, row, marks, poses, keep, hits, summary, stop
+):
     """Slide one log from its initial state to its end.
 
     Parameters
     ----------
     scene : SceneArrays; frame : int64 (2,), DEM node of the log's frame; body : row of the body table
     state : (16,), initial state, replaced by the final one; stations : number of rings
-    rasters, marks, poses, summary : outputs; row : the log's number, for the rasters' stamp; keep : keep poses
+    rasters, marks, poses, hits, summary : outputs; row : the log's number, for the rasters' stamp; keep : keep poses
     stop : uint8 (1,), not zero when the user interrupts
 
     Returns
     -------
-    number of poses wanted (more than ``poses`` holds: run again with more room)
+    number of poses wanted (more than ``poses`` or, in the summary, ``hits`` holds: run again with more room)
     """
     set_axis(state)
     transverse, axial, gravity = body[TRANSVERSE], body[AXIAL], settings.gravity
@@ -59,7 +62,7 @@ def slide_log(scene, frame, state, body, stations, settings, scratch, rasters, r
     summary[ITEM] = -1
     energy_start = kinetic_energy(state, transverse, axial) + gravity * state[Z]
     time, before, last_kick, done_work, next_look = 0.0, 0.0, 0.0, 0.0, REST_WINDOW
-    kept, steps, old_count, tree_hits, barrier_hits = 0, 0, 0, 0, 0
+    kept, steps, old_count, tree_hits, barrier_hits, hit_count = 0, 0, 0, 0, 0, 0
     next_rocking, rocking_peak, peak = ROCKING_WINDOW, 0.0, 0.0
     count, clearance, travel, whole = find_contacts(scene, frame, state, body, stations, settings, 1e-9, scratch, True)
     for k in range(count):
@@ -116,6 +119,7 @@ def slide_log(scene, frame, state, body, stations, settings, scratch, rasters, r
             # 5. books
             done_work += gained
             summary[ENERGY_GAIN] += max(0.0, gained)
+            pushed = False
             for k in range(count):
                 ground = scratch.keys[k, 0] == TERRAIN
                 # not the overlap that a log was released with, nor what sank where the DEM ends
@@ -123,12 +127,20 @@ def slide_log(scene, frame, state, body, stations, settings, scratch, rasters, r
                     at = PENETRATION if ground else OVERLAP
                     summary[at] = max(summary[at], -scratch.contacts[k, GAP])
                 if not ground and scratch.contacts[k, PN] > 0.0:
+                    pushed = True
                     is_barrier, item = owner_of(scene, scratch.keys[k])
                     if is_barrier:
                         marks.fences[item] = True
                         barrier_hits = insert_sorted(scratch.hit_barriers, barrier_hits, item)
                     else:
                         tree_hits = insert_sorted(scratch.hit_trees, tree_hits, item)
+            if pushed:
+                fall = 0.5 * gravity * dt
+                struck = kinetic_energy(state, transverse, axial) + fall * (state[VZ] + 0.5 * fall) - gained
+                hit_count = note_pushes(
+                    scene, frame, state, scratch.free, scratch.contacts, scratch.keys, count,
+                    (time, dt, steps, gravity), struck, hits, hit_count,
+                )  # fmt: skip
         else:
             summary[AIRBORNE] += 1
         old_count = remember(scratch.contacts, scratch.keys, count, scratch.old_keys, scratch.old_impulses)
@@ -194,4 +206,5 @@ def slide_log(scene, frame, state, body, stations, settings, scratch, rasters, r
     summary[STEPS] = steps
     summary[TREE_HITS] = tree_hits
     summary[BARRIER_HITS] = barrier_hits
+    summary[HITS] = hit_count
     return kept

@@ -163,6 +163,7 @@ def test_what_a_scene_lacks_is_said(case, tmp_path):
     for name in ("trees", "barriers", "lines"):
         assert told["modelled"][name].startswith("not modelled")
     assert told["reach"] == told["barriers"] == []
+    assert told["trees"] is None
 
 
 def test_an_undisturbed_log_slides_straight_down(case, tmp_path):
@@ -338,9 +339,8 @@ def test_an_overjumped_barrier_is_counted_so(case, tmp_path):
         drop_m=[8.0],
     )
     told = summary(case.run(releases=one, barriers=wall, output=str(tmp_path / "run"), time_limit=20.0))
-    assert told["barriers"] == [
-        {"barrier_id": 7, "n_reached": 1, "n_stopped": 0, "n_overjumped": 1, "n_passed_beside": 0}
-    ]
+    counts = {"barrier_id": 7, "n_reached": 1, "n_stopped": 0, "n_overjumped": 1, "n_passed_beside": 0, "n_hits": 0}
+    assert told["barriers"] == [{**counts, "energy_max_kj": None, "height_max_m": None}]
 
 
 def test_a_high_barrier_stops_a_log(case, tmp_path):

@@ -1,0 +1,183 @@
+"""The ledger of hits: what each tree and barrier took from each log.
+
+A hit is one uninterrupted episode of contact between a log and one tree or barrier: it begins with the first push and
+ends when nothing has pushed for HIT_PAUSE. A log that rolls along a stem hits it once; one that bounces off and
+comes back hits it again. All contacts with one barrier (its plates, top edges and posts) belong to the same hit.
+
+Of the first push: time, place, the log's speed and energy just before, and the angle between its velocity and the
+square on what it hit. Of the whole episode: the energy that the contact took (its work, friction included; the work
+of all contacts is all that a log loses, see ``energy``) and the impulse of its blows. What a log that leans on a tree
+presses is no blow: it would grow for as long as one looks. Blows are what stops a contact that approaches faster than
+gravity accounts for, so the definition does not depend on the time step.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .compiled import kernel
+from .contacts import (
+    BEFORE_N,
+    BEFORE_T,
+    BEFORE_U,
+    GAP,
+    NX,
+    NY,
+    NZ,
+    PN,
+    PT,
+    PU,
+    RX,
+    RY,
+    RZ,
+    TERRAIN,
+    TX,
+    TY,
+    TZ,
+    UX,
+    UY,
+    UZ,
+)  # fmt: skip
+from .detection import owner_of
+from .energy import contact_work
+from .limits import BLOW, HIT_PAUSE, LEAST_PUSH
+from .rotation import VX, X, Y, Z
+from .terrain import surface
+
+Array = NDArray[np.float64]
+
+# Columns of the hit table, in the log's frame and per unit of mass
+BY_BARRIER, ITEM, FIRST, LAST, PLACE, HEIGHT, SPEED, ENERGY, ANGLE = 0, 1, 2, 3, 4, 7, 8, 9, 10
+TAKEN, BLOW_X, BLOW_Y, BLOW_Z, STEP, STRONGEST = range(11, 17)
+HIT_WIDTH = 17
+
+
+@dataclass(frozen=True)
+class Hits:
+    """Hits ordered by log row, then by their beginning; shape (m,) each.
+
+    log_row, item : int64, rows of the log and of the tree or barrier; by_barrier : bool
+    time, duration : [s] of the first push, from the first to the last
+    place : [m] (m, 3), world; height : [m] of the place above the terrain
+    speed [m/s], energy [J] : of the log just before; angle : [rad] between its velocity and the square on the obstacle
+    impulse : [N s] of the blows, the length of their sum; energy_taken : [J] work taken by the contact
+    """
+
+    log_row: NDArray[np.int64]
+    item: NDArray[np.int64]
+    by_barrier: NDArray[np.bool_]
+    time: Array
+    duration: Array
+    place: Array
+    height: Array
+    speed: Array
+    energy: Array
+    angle: Array
+    impulse: Array
+    energy_taken: Array
+
+
+def hits_of(tables: dict[int, Array], origin: Array, mass: Array) -> Hits:
+    """The logs' hit tables as one, in world coordinates and with the mass; origin (n, 3), mass (n,)."""
+    rows = sorted(tables)
+    table = np.vstack([np.zeros((0, HIT_WIDTH)), *(tables[row] for row in rows)])
+    log_row = np.repeat(np.array(rows, np.int64), [len(tables[row]) for row in rows])
+    heavy = mass[log_row]
+    return Hits(
+        log_row,
+        table[:, ITEM].astype(np.int64),
+        table[:, BY_BARRIER] > 0.0,
+        table[:, FIRST].copy(),
+        table[:, LAST] - table[:, FIRST],
+        table[:, PLACE : PLACE + 3] + origin[log_row],
+        table[:, HEIGHT].copy(),
+        table[:, SPEED].copy(),
+        table[:, ENERGY] * heavy,
+        table[:, ANGLE].copy(),
+        np.linalg.norm(table[:, BLOW_X : BLOW_Z + 1], axis=1) * heavy,
+        table[:, TAKEN] * heavy,
+    )
+
+
+@kernel
+def _hit_row(hits, number, by_barrier, item, time):
+    """Row of the hit that goes on at this time, or ``number`` where a new one begins."""
+    for back in range(number):
+        row = number - 1 - back
+        if hits[row, ITEM] == item and hits[row, BY_BARRIER] == by_barrier:
+            # the latest of this owner: either it goes on, or none does
+            return row if time - hits[row, LAST] <= HIT_PAUSE else number
+    return number
+
+
+@kernel
+def note_pushes(scene, frame, state, free, contacts, keys, count, clock, energy, hits, number):
+    """Enter the pushes of this step's trees and barriers.
+
+    state, free : after the solve, and the velocities without its impulses; both lack gravity's half of the way behind
+    clock : (time of the node [s], dt [s], number of the step, gravity)
+    energy : kinetic, per mass, just before the step's impulses [J/kg]
+    Returns the number of hits; one more than there is room for when there is none (slide again with more).
+    """
+    time, dt, step, gravity = clock
+    fall = 0.5 * gravity * dt
+    if number > hits.shape[0]:
+        return number
+    approach = 0.0
+    for k in range(count):
+        approach = max(approach, -contacts[k, BEFORE_N])
+    least = BLOW * gravity * dt
+    for k in range(count):
+        c = contacts[k]
+        if keys[k, 0] == TERRAIN or c[PN] <= 0.0:
+            continue
+        is_barrier, item = owner_of(scene, keys[k])
+        by_barrier = 1.0 if is_barrier else 0.0
+        row = _hit_row(hits, number, by_barrier, item, time)
+        if row == number and c[PN] < LEAST_PUSH:
+            continue
+        if row >= hits.shape[0]:
+            return hits.shape[0] + 1
+        hit = hits[row]
+        if row == number:
+            number += 1
+            hit[:] = 0.0
+            hit[BY_BARRIER], hit[ITEM], hit[STEP], hit[ENERGY] = by_barrier, item, step, energy
+        hit[LAST] = max(hit[LAST], time)
+        if hit[STEP] == step and c[PN] > hit[STRONGEST]:
+            _first_push(scene, frame, state, free[0], free[1], free[2] + fall, c, time, dt, hit)
+        hit[TAKEN] -= contact_work(c, state, VX, fall)
+        if approach > least and c[PN] > least:
+            hit[BLOW_X] += c[NX] * c[PN] + c[TX] * c[PT] + c[UX] * c[PU]
+            hit[BLOW_Y] += c[NY] * c[PN] + c[TY] * c[PT] + c[UY] * c[PU]
+            hit[BLOW_Z] += c[NZ] * c[PN] + c[TZ] * c[PT] + c[UZ] * c[PU]
+    return number
+
+
+@kernel
+def _first_push(scene, frame, state, vx, vy, vz, c, time, dt, hit):
+    """When, where, how fast and at what angle a contact pushes first.
+
+    The contact was found a step ahead: the point flies on with its own velocity until its gap is closed.
+    """
+    hit[STRONGEST] = c[PN]
+    ahead = 0.0
+    if c[GAP] > 0.0 and c[BEFORE_N] < 0.0:
+        ahead = min(dt, -c[GAP] / c[BEFORE_N])
+    px = state[X] + c[RX] + ahead * (c[NX] * c[BEFORE_N] + c[TX] * c[BEFORE_T] + c[UX] * c[BEFORE_U])
+    py = state[Y] + c[RY] + ahead * (c[NY] * c[BEFORE_N] + c[TY] * c[BEFORE_T] + c[UY] * c[BEFORE_U])
+    pz = state[Z] + c[RZ] + ahead * (c[NZ] * c[BEFORE_N] + c[TZ] * c[BEFORE_T] + c[UZ] * c[BEFORE_U])
+    hit[FIRST] = time + ahead
+    hit[LAST] = max(hit[LAST], hit[FIRST])
+    hit[PLACE], hit[PLACE + 1], hit[PLACE + 2] = px, py, pz
+    height, _, _ = surface(scene.terrain, frame[0], frame[1], px, py)
+    hit[HEIGHT] = pz - height
+    speed = math.sqrt(vx * vx + vy * vy + vz * vz)
+    hit[SPEED] = speed
+    if speed > 0.0:
+        square = -(vx * c[NX] + vy * c[NY] + vz * c[NZ]) / speed
+        hit[ANGLE] = math.acos(min(1.0, max(-1.0, square)))
