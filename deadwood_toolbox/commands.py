@@ -85,7 +85,7 @@ class _ToolCommand(click.Command):
     def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         formatter.write_paragraph()
         with formatter.indentation():
-            formatter.write_text(self.tool.description)
+            formatter.write_text(_lists_kept(self.tool.description))
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         for title in SECTIONS:
@@ -96,6 +96,12 @@ class _ToolCommand(click.Command):
         rows = [row for option in self.get_params(ctx)[-5:] if (row := option.get_help_record(ctx)) is not None]
         with formatter.section("On every tool"):
             formatter.write_dl(rows, col_max=28)
+
+
+def _lists_kept(description: str) -> str:
+    """The description for click, which runs the lines of a paragraph together unless it is told not to (``\\b``)."""
+    paragraphs = description.split("\n\n")
+    return "\n\n".join("\b\n" + each if each.startswith(("    ", "- ")) else each for each in paragraphs)
 
 
 class _Value(click.ParamType):

@@ -60,7 +60,7 @@ def number_column(
     if bad.any():
         row = int(np.argmax(bad))
         complaint = _complaint(column.iloc[row], minimum, exclusive, maximum)
-        raise UserError(f"{where}, field '{name}', row {row + 1}: {complaint}")
+        raise UserError(f"{where}, field '{name}', row {int(frame.index[row]) + 1}: {complaint}")
     return numbers
 
 
@@ -69,7 +69,7 @@ def id_column(frame: pandas.DataFrame, name: str) -> np.ndarray:
     column = frame[name]
     gap = np.asarray(column.isna())
     if gap.any():
-        row = int(np.argmax(gap)) + 1
+        row = int(frame.index[int(np.argmax(gap))]) + 1
         raise UserError(f"{where_of(frame)}, field '{name}', row {row}: the id is empty; fill it, or drop the field")
     values = column.tolist()
     if all(isinstance(each, (int, np.integer)) or (isinstance(each, float) and each.is_integer()) for each in values):

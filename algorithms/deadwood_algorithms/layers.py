@@ -88,6 +88,7 @@ def read_vector(
     feedback: Feedback | None = None,
     x_field: str | None = None,
     y_field: str | None = None,
+    rows: pandas.DataFrame | None = None,
 ) -> geopandas.GeoDataFrame:
     """Read a layer of points, lines or polygons in ``target_crs``; rows 0..n-1, each with a valid geometry.
 
@@ -108,11 +109,13 @@ def read_vector(
         shapefile format, or in another letter case, get the name of that schema back.
     x_field, y_field : str, optional
         Columns with the coordinates, which then count instead of a geometry.
+    rows : DataFrame, optional
+        What `read_table` gave for the path, or a part of it (its index still tells the row), which is not read again.
     """
     from deadwood_algorithms import vectors
 
     return vectors.read_vector(
-        path, tuple(geometry), target_crs, crs, what, feedback or Quiet(), (x_field, y_field) if x_field else None
+        path, tuple(geometry), target_crs, crs, what, feedback or Quiet(), (x_field, y_field) if x_field else None, rows
     )
 
 

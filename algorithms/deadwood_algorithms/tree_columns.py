@@ -1,11 +1,12 @@
-"""The columns of single-tree tables: found by their usual names, brought into the units of the trees layer.
+"""The columns of single-tree tables, brought into the units of the trees layer.
 
-For `import_trees`. What is missing is NaN here; what to do about it is that tool's business.
+For `import_trees`; which column holds what is said by the table's `tree_sources.Layout`. What is missing is NaN here;
+what to do about it is that tool's business.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,35 +14,29 @@ import shapely
 
 from deadwood_algorithms.layers import id_column, number_column, where_of
 from deadwood_algorithms.tool import Feedback, UserError
+from deadwood_algorithms.tree_sources import Layout, names_of
 
 if TYPE_CHECKING:
     import geopandas
+    import pandas
 
-# Usual names in lower case, the most telling first; a name without a unit is in the unit that its source documents
-# (lidR, ForestTools, pycrown, FINT-CH, cloud2trees, lidaRtRee, spBayes, TALLO, SORTIE), or as shapefiles cut it short.
-ID_NAMES = ("tree_id", "treeid", "tree_no", "id", "dn", "baumnr", "baum_id", "individualid")
-DBH_NAMES = ("dbh_cm", "dbh_m", "dbh_mm", "dbh", "bhd_cm", "bhd_m", "bhd", "dhp", "stem_diameter_cm", "stem_diame")
-DBH_NAMES += ("stemdiameter", "diam", "d")
-HEIGHT_NAMES = ("height_m", "tree_height_m", "tree_heigh", "height", "hoehe", "höhe", "th", "tth", "h_m", "h", "z")
-SPECIES_NAMES = ("species", "spp", "baumart", "essence", "art", "s")
-# ... and how many of them make a diameter.
-CROWN_NAMES = {"crown_diameter_m": 1.0, "crown_diam": 1.0, "maxcrowndiameter": 1.0}
-CROWN_NAMES |= {"mean_crown_radius": 2.0, "mean_crown": 2.0, "crown_radius_m": 2.0, "crown_radi": 2.0}
-DBH_UNITS = {"cm": 1.0, "m": 100.0, "mm": 0.1}  # of a DBH, in cm
+# Of a DBH, in cm; girth-cm is the circumference, as French and Spanish inventories measure it.
+DBH_UNITS = {"cm": 1.0, "m": 100.0, "mm": 0.1, "in": 2.54, "girth-cm": 1 / np.pi}
 HEIGHT_UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "ft": 0.3048}  # in m
+CROWN_MEASURES = ("diameter", "radius", "area")
 # A Z of points or a column z whose median is above this is the height of the ground above the sea, not of a tree.
 TALLEST_M = 80.0
 
 
-def find(source: geopandas.GeoDataFrame, asked: str | None, option: str, names: Sequence[str]) -> str | None:
+def find(source: pandas.DataFrame, asked: str | None, option: str, names: Iterable[str]) -> str | None:
     """The column asked for, else the first of the usual names that is there, in any letter case."""
-    there = {str(name).strip().lower(): str(name) for name in source.columns if name != "geometry"}
+    there = names_of(source)
     if asked and asked.lower() not in there:
         raise UserError(f"{where_of(source)}: there is no field '{asked}' ({option}); it has {', '.join(there)}")
     return next((there[name] for name in ([asked.lower()] if asked else names) if name in there), None)
 
 
-def sizes(source: geopandas.GeoDataFrame, name: str, missing_value: float | None) -> np.ndarray:
+def sizes(source: pandas.DataFrame, name: str, missing_value: float | None) -> np.ndarray:
     """A column of sizes, NaN where it is empty or holds the missing value."""
     try:
         return number_column(source, name, minimum=0.0, exclusive=True, gaps=True, missing_value=missing_value)
@@ -50,22 +45,27 @@ def sizes(source: geopandas.GeoDataFrame, name: str, missing_value: float | None
 
 
 def dbh_column(
-    source: geopandas.GeoDataFrame, asked: str | None, unit: str | None, missing_value: float | None
+    source: pandas.DataFrame, layout: Layout, asked: str | None, unit: str | None, missing_value: float | None
 ) -> np.ndarray:
-    """DBH in cm, NaN where missing; without ``unit`` the field's name tells it (``_cm``, ``_m``, ``_mm``), else cm."""
-    name = find(source, asked, "--dbh-field", DBH_NAMES)
+    """DBH in cm, NaN where missing; without ``unit`` the field's name tells it (``_m``, ``_mm``, ``_in``), else cm."""
+    name = find(source, asked, "--dbh-field", layout.dbh)
     if name is None:
         return np.full(len(source), np.nan)
     return sizes(source, name, missing_value) * DBH_UNITS.get(unit or name.lower().rpartition("_")[2], 1.0)
 
 
 def height_column(
-    source: geopandas.GeoDataFrame, asked: str | None, unit: str, missing_value: float | None, feedback: Feedback
+    source: pandas.DataFrame,
+    layout: Layout,
+    asked: str | None,
+    unit: str,
+    missing_value: float | None,
+    feedback: Feedback,
 ) -> np.ndarray:
     """Height in m, NaN where missing: a column, else the Z of the points where that can be the height of a tree."""
     where = where_of(source)
-    name = find(source, asked, "--height-field", HEIGHT_NAMES)
-    if name is None and not (shapely.get_type_id(source.geometry) != 0).any() and source.geometry.has_z.all():
+    name = find(source, asked, "--height-field", layout.height)
+    if name is None and layout.height_in_z and has_z(source):
         name = "the Z of the points"
         source = source.copy()
         source[name] = shapely.get_z(np.asarray(source.geometry.array))
@@ -82,11 +82,36 @@ def height_column(
     return sizes(source, name, missing_value) * HEIGHT_UNITS[unit]
 
 
+def has_z(source: pandas.DataFrame) -> bool:
+    """Whether the rows are points that all have a Z."""
+    shapes = np.asarray(source.geometry.array) if "geometry" in source else np.empty(0, object)
+    return bool(shapes.size) and not (shapely.get_type_id(shapes) != 0).any() and bool(shapely.has_z(shapes).all())
+
+
+def crown_column(
+    source: geopandas.GeoDataFrame, layout: Layout, asked: str | None, measure: str | None, outlines: np.ndarray | None
+) -> np.ndarray | None:
+    """Diameter of the crown [m], NaN where missing: from a column, else of the circle as large as the outline.
+
+    ``measure`` says what a column asked for holds: diameter or radius [m], or area [m2]; else its usual meaning.
+    """
+    name = find(source, asked, "--crown-field", layout.crown)
+    if name is None:
+        if outlines is None:
+            return None
+        return 2 * np.sqrt(shapely.area(outlines) / np.pi)
+    values = number_column(source, name, minimum=0.0, gaps=True)
+    measure = measure or layout.crown.get(name.lower(), "diameter")
+    if measure == "area":
+        return 2 * np.sqrt(values / np.pi)
+    return values * (2.0 if measure == "radius" else 1.0)
+
+
 def id_columns(
-    source: geopandas.GeoDataFrame, kept: np.ndarray, asked: str | None, feedback: Feedback
+    source: pandas.DataFrame, layout: Layout, kept: np.ndarray, asked: str | None, feedback: Feedback
 ) -> dict[str, np.ndarray]:
     """The ids as they are; where two trees share one, or one has none, new ones, and the old as ``source_id``."""
-    name = find(source, asked, "--id-field", ID_NAMES)
+    name = find(source, asked, "--id-field", layout.id)
     running = np.arange(1, int(kept.sum()) + 1)
     if name is None:
         return {"tree_id": running}
@@ -102,17 +127,9 @@ def id_columns(
     return {"tree_id": running, "source_id": ids}
 
 
-def further_columns(
-    source: geopandas.GeoDataFrame, kept: np.ndarray, species_field: str | None, crown_field: str | None
-) -> dict[str, np.ndarray]:
-    """Species and crown diameter, where the source has them."""
-    columns: dict[str, np.ndarray] = {}
-    species = find(source, species_field, "--species-field", SPECIES_NAMES)
-    if species is not None:
-        words = [None if word is None or word != word else str(word) for word in source[species]]
-        columns["species"] = np.array(words, object)[kept]
-    crown = find(source, crown_field, "--crown-field", tuple(CROWN_NAMES))
-    if crown is not None:
-        diameter = number_column(source, crown, minimum=0.0, gaps=True) * CROWN_NAMES.get(crown.lower(), 1.0)
-        columns["crown_diameter_m"] = diameter[kept]
-    return columns
+def species_column(source: pandas.DataFrame, layout: Layout, asked: str | None) -> np.ndarray | None:
+    """The species as the source names it, None where empty."""
+    name = find(source, asked, "--species-field", layout.species)
+    if name is None:
+        return None
+    return np.array([None if word is None or word != word else str(word) for word in source[name]], object)

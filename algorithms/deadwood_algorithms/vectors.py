@@ -53,9 +53,10 @@ def read_vector(
     what: str,
     feedback: Feedback,
     xy_fields: tuple[str | None, str | None] | None,
+    rows: pd.DataFrame | None = None,
 ) -> gpd.GeoDataFrame:
     """See `layers.read_vector`."""
-    rows = read_table(path, what)
+    rows = read_table(path, what) if rows is None else rows
     where = where_of(rows)
     if rows.empty:
         raise UserError(f"{where}: the {what} layer is empty (no feature)")

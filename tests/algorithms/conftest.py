@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import geopandas as gpd
 import numpy as np
 import pytest
 import rasterio
 from rasterio.transform import from_origin
+
+from deadwood_algorithms import import_trees
+from deadwood_algorithms.tool import Outcome
 
 
 class Said:
@@ -50,3 +54,26 @@ def slope(tmp_path: Path) -> Callable[..., str]:
         return str(tmp_path / name)
 
     return write
+
+
+@pytest.fixture
+def outcome() -> dict[str, Outcome]:
+    """The outcome of the last run, under ``last``."""
+    return {}
+
+
+@pytest.fixture
+def imported(tmp_path, said, outcome) -> Callable[..., gpd.GeoDataFrame]:
+    """Runs import-trees on a layer, or on text that becomes a file, and gives the trees."""
+
+    def run(content, name="trees.csv", encoding="utf-8", **values) -> gpd.GeoDataFrame:
+        if isinstance(content, str):
+            (tmp_path / name).write_bytes(content.encode(encoding))
+        else:
+            content.to_file(tmp_path / name)
+        values = {"crs": "EPSG:2056", "overwrite": True} | values
+        ask = {"trees": str(tmp_path / name), "output": str(tmp_path / "out.gpkg")} | values
+        outcome["last"] = import_trees.TOOL(import_trees.TOOL.ask_from(ask), said)
+        return gpd.read_file(tmp_path / "out.gpkg")
+
+    return run

@@ -10,17 +10,12 @@ from scipy import stats
 from shapely import Polygon, box
 
 from deadwood_algorithms.generate_forest import TOOL, Sizes, draw_sizes
-from deadwood_algorithms.tool import Cancelled, Outcome, UserError
+from deadwood_algorithms.tool import Cancelled, UserError
 
 EAST, NORTH = 2_783_000.0, 1_190_000.0
 # Of 100 x 80 heights, 2 m apart: the surface spans 198 m x 158 m.
 DEM_HA = 198 * 158 / 1e4
 KLOSTERS = {"stems_per_ha": 300.0, "dbh_mean_cm": 60.23, "dbh_sd_cm": 18.64}
-
-
-@pytest.fixture
-def outcome() -> dict[str, Outcome]:
-    return {}
 
 
 @pytest.fixture

@@ -7,32 +7,9 @@ import numpy as np
 import pytest
 from shapely import Point, Polygon
 
-from deadwood_algorithms.import_trees import TOOL, fill
-from deadwood_algorithms.tool import Outcome, UserError
+from deadwood_algorithms.tool import UserError
 
 EAST, NORTH = 2_783_050.0, 1_190_050.0
-
-
-@pytest.fixture
-def outcome() -> dict[str, Outcome]:
-    return {}
-
-
-@pytest.fixture
-def imported(tmp_path, said, outcome):
-    """Runs the tool on a file, or on text that becomes one, and gives its layer."""
-
-    def run(source, name="trees.csv", encoding="utf-8", **values) -> gpd.GeoDataFrame:
-        if isinstance(source, str):
-            (tmp_path / name).write_bytes(source.encode(encoding))
-        else:
-            source.to_file(tmp_path / name)
-        values = {"crs": "EPSG:2056", "overwrite": True} | values
-        ask = {"trees": str(tmp_path / name), "output": str(tmp_path / "out.gpkg")} | values
-        outcome["last"] = TOOL(TOOL.ask_from(ask), said)
-        return gpd.read_file(tmp_path / "out.gpkg")
-
-    return run
 
 
 def points(*heights: float, crs="EPSG:2056", **columns) -> gpd.GeoDataFrame:
@@ -53,7 +30,7 @@ def test_a_plain_table_is_taken_as_it_is(imported, outcome):
     assert frame["dbh_source"].tolist() == ["measured", "measured"]
     assert frame.geometry.tolist() == [Point(EAST, NORTH), Point(EAST + 1, NORTH)]
     assert frame.crs.to_epsg() == 2056
-    assert outcome["last"].facts == {"trees": 2, "dropped": 0, "dbh_from_height": 0, "height_from_dbh": 0}
+    assert outcome["last"].facts == {"trees": 2, "dead": 0, "dropped": 0, "dbh_from_height": 0, "height_from_dbh": 0}
 
 
 @pytest.mark.parametrize(
@@ -147,18 +124,11 @@ def test_what_is_missing_is_filled_by_the_law_or_dropped_and_counted(imported, o
     assert frame["dbh_cm"].tolist() == pytest.approx([40, 40, 30])
     assert frame["height_m"].tolist() == pytest.approx([20, 20, 25])
     assert frame["dbh_source"].tolist() == ["modelled", "measured", "measured"]
-    assert outcome["last"].facts == {"trees": 3, "dropped": 1, "dbh_from_height": 1, "height_from_dbh": 1}
+    assert outcome["last"].facts == {"trees": 3, "dead": 0, "dropped": 1, "dbh_from_height": 1, "height_from_dbh": 1}
     said = " / ".join(outcome["last"].lines)
     assert "4 trees read" in said
     assert "1 DBH missing, computed from the height: DBH[cm] = 2 * H[m]^1" in said
     assert "1 trees dropped, they have neither" in said
-
-
-def test_the_law_and_its_inverse():
-    dbh, height, from_height, from_dbh = fill(np.array([np.nan, 31.2]), np.array([20.0, np.nan]), 2.52, 0.84)
-    assert dbh[0] == pytest.approx(2.52 * np.exp(0.84 * np.log(20)))
-    assert 2.52 * height[1] ** 0.84 == pytest.approx(31.2)
-    assert (from_height.tolist(), from_dbh.tolist()) == ([True, False], [False, True])
 
 
 def test_a_number_may_stand_for_a_missing_value(imported, outcome):

@@ -1,0 +1,46 @@
+"""The worked examples in the tools' descriptions: they stand in the help as they are typed, and they run."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+import pytest
+
+from deadwood_algorithms.tool import Tool
+from deadwood_toolbox import cli
+from deadwood_toolbox.shelf import TOOLS
+
+ROOT = Path(__file__).parents[2]
+
+
+def commands(description: str) -> list[list[str]]:
+    """The indented commands of a description, continued lines joined, split as a shell does; without the name."""
+    indented = "\n".join(line[4:] for line in description.splitlines() if line.startswith("    "))
+    lines = [line for line in indented.replace("\\\n", " ").splitlines() if line.startswith("deadwood-tool ")]
+    return [shlex.split(line)[1:] for line in lines]
+
+
+QUICK = [tool for tool in TOOLS if tool.group == "Prepare" and commands(tool.description)]
+
+
+@pytest.mark.parametrize("tool", QUICK, ids=lambda tool: tool.name)
+def test_the_examples_of_a_tool_run_in_an_empty_folder(tool: Tool, tmp_path: Path, monkeypatch, capsys):
+    (tmp_path / "sample_data").symlink_to(ROOT / "sample_data")
+    monkeypatch.chdir(tmp_path)
+    for command in commands(tool.description):
+        assert cli.run(command) == 0, capsys.readouterr().err
+
+
+@pytest.mark.parametrize("tool", QUICK, ids=lambda tool: tool.name)
+def test_the_help_keeps_the_lines_of_examples_and_lists(tool: Tool, capsys):
+    assert cli.run([tool.name, "--help"]) == 0
+    shown = capsys.readouterr().out
+    for line in tool.description.splitlines():
+        if line.startswith(("    ", "- ")):
+            assert f"  {line}\n" in shown
+
+
+def test_the_reading_of_examples():
+    text = "Does this.\n\n    deadwood-tool a --b 'c d' \\\n        --e f\n    deadwood-tool g\n\nNot this: deadwood-tool h\n"
+    assert commands(text) == [["a", "--b", "c d", "--e", "f"], ["g"]]
