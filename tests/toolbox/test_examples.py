@@ -42,5 +42,7 @@ def test_the_help_keeps_the_lines_of_examples_and_lists(tool: Tool, capsys):
 
 
 def test_the_reading_of_examples():
-    text = "Does this.\n\n    deadwood-tool a --b 'c d' \\\n        --e f\n    deadwood-tool g\n\nNot this: deadwood-tool h\n"
+    text = (
+        "Does this.\n\n    deadwood-tool a --b 'c d' \\\n        --e f\n    deadwood-tool g\n\nNot: deadwood-tool h\n"
+    )
     assert commands(text) == [["a", "--b", "c d", "--e", "f"], ["g"]]
