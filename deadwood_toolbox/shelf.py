@@ -8,6 +8,7 @@ pyarrow, rasterio, pyogrio, pyproj and matplotlib are imported where they are us
 
 from __future__ import annotations
 
+from deadwood_algorithms.add_structures import TOOL as ADD_STRUCTURES
 from deadwood_algorithms.compare_fidelity import TOOL as COMPARE_FIDELITY
 from deadwood_algorithms.count_hits import TOOL as COUNT_HITS
 from deadwood_algorithms.demo import TOOL as DEMO
@@ -25,6 +26,7 @@ TOOLS: tuple[Tool, ...] = (
     SAMPLE_RELEASES,
     IMPORT_TREES,
     GENERATE_FOREST,
+    ADD_STRUCTURES,
     MAKE_LOG,
     SLIDE_LOGS,
     COUNT_HITS,

@@ -172,8 +172,15 @@ class WindowWriter:
         self.target.write(values, window=window)
         self.written.append((window, zlib.crc32(np.ascontiguousarray(values).data)))
 
-    def close(self) -> None:
+    def __enter__(self) -> WindowWriter:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         self.target.close()
+        if kind is None:
+            self._read_back()
+
+    def _read_back(self) -> None:
         with rasterio.open(self.path) as made:
             for window, checksum in self.written:
                 if zlib.crc32(np.ascontiguousarray(made.read(window=window)).data) != checksum:

@@ -9,6 +9,7 @@ import math
 from dataclasses import dataclass
 
 ORIENTATIONS = ("upright", "lying", "tilted")
+STRUCTURE_KINDS = ("embankment", "ditch")
 STOP_REASONS = ("rest", "tree", "barrier", "left_dem", "time_limit", "failed")
 
 
@@ -52,6 +53,8 @@ UNITS = {
     "cm": "cm",
     "m": "m",
     "kg_m3": "kg/m³",
+    "m2": "m²",
+    "m3": "m³",
     "deg": "°",
     "ms": "m/s",
     "s": "s",
@@ -254,6 +257,45 @@ TREE_HITS = Layer(
 
 LAYERS = {layer.name: layer for layer in (RELEASES, TREES, BARRIERS, LINES, DEPOSITS, TRAJECTORIES, POSES)}
 LAYERS |= {layer.name: layer for layer in (BARRIER_HITS, TREE_HITS)}
+
+_STRUCTURE = (
+    _id("structure_id", "The embankment or ditch. Missing: name, else the row number, from 0"),
+    _text("kind", "embankment or ditch", choices=STRUCTURE_KINDS, default="embankment"),
+)
+
+STRUCTURES = Layer(
+    name="structures",
+    geometry=("LineString",),
+    meaning="Axes of embankments (their crests) and ditches (their bottoms); columns go before the options",
+    columns=(
+        *_STRUCTURE,
+        _number(
+            "height_m", "Height of the crest above the ground under the line, of a ditch its depth", 0, exclusive=True
+        ),
+        _number("elevation_m", "Elevation of the crest or bottom; goes before the height"),
+        _number("crest_width_m", "Width of the flat crest or bottom", 0, default=2.0),
+        _number("slope_deg", "Slope of both sides", 0, 90, exclusive=True, default=45.0),
+        _number("slope_left_deg", "Slope of the side on the left of the line", 0, 90, exclusive=True),
+        _number("slope_right_deg", "Slope of the side on its right", 0, 90, exclusive=True),
+    ),
+)
+
+EARTHWORKS = Layer(
+    name="earthworks",
+    geometry=("LineString",),
+    meaning="What add-structures built, and the earth that it moved",
+    columns=(
+        *_STRUCTURE,
+        _number("length_m", "Length of the line", 0),
+        _number("height_min_m", "Least height of the crest above the ground under the line, of a ditch depth"),
+        _number("height_max_m", "Largest height of the crest above the ground under the line, of a ditch depth"),
+        _number("fill_m3", "Volume between the old ground and the new above it", 0),
+        _number("cut_m3", "Volume between the new ground and the old above it", 0),
+        _number("area_m2", "Plan area of the changed cells", 0),
+    ),
+)
+
+LAYERS |= {layer.name: layer for layer in (STRUCTURES, EARTHWORKS)}
 
 
 def columns_of(name: str) -> tuple[Column, ...]:

@@ -94,11 +94,10 @@ def test_a_file_that_does_not_read_back_is_found(tmp_path, said, rough):
     with open_windows(path, crs=None, feedback=said) as dem:
         profile = geotiff_profile(dem.shape, dem.crs, NORTH_UP, "float32", -9999.0)
         window = dem.file_window(slice(0, NY), slice(0, NX))
-        good = WindowWriter(tmp_path / "good.tif", **profile)
-        good.write(rough[None], window)
-        good.close()
+        with WindowWriter(tmp_path / "good.tif", **profile) as good:
+            good.write(rough[None], window)
         bad = WindowWriter(tmp_path / "bad.tif", **profile)
         bad.write(rough[None], window)
         bad.target.write(rough[None] + 1, window=window)
-        with pytest.raises(OSError, match="does not read back"):
-            bad.close()
+        with pytest.raises(OSError, match="does not read back"), bad:
+            pass

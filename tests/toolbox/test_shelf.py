@@ -16,6 +16,7 @@ NAMES = [
     "sample-releases",
     "import-trees",
     "generate-forest",
+    "add-structures",
     "make-log",
     "slide-logs",
     "count-hits",
