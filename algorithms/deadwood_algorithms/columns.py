@@ -73,7 +73,10 @@ def id_column(frame: pandas.DataFrame, name: str) -> np.ndarray:
         raise UserError(f"{where_of(frame)}, field '{name}', row {row}: the id is empty; fill it, or drop the field")
     values = column.tolist()
     if all(isinstance(each, (int, np.integer)) or (isinstance(each, float) and each.is_integer()) for each in values):
-        return np.array([int(each) for each in values], np.int64)
+        whole = [int(each) for each in values]
+        if all(-(2**63) <= each < 2**63 for each in whole):
+            return np.array(whole, np.int64)
+        return np.array([str(each) for each in whole], object)
     return np.array([str(each).strip() for each in values], object)
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import pyproj
-from pyproj.exceptions import CRSError
+from pyproj.exceptions import CRSError, ProjError
 
 from deadwood_algorithms.tool import UserError
 
@@ -42,3 +44,25 @@ def same_crs(one: pyproj.CRS, other: pyproj.CRS) -> bool:
         return True
     code = one.to_epsg()
     return code is not None and code == other.to_epsg()
+
+
+def accuracy_words(source: pyproj.CRS, target: pyproj.CRS, bounds: Sequence[float]) -> str:
+    """How well positions within ``bounds`` (of the source) are brought over: the accuracy that PROJ states.
+
+    The operation that PROJ's default picks (and so geopandas) is the most accurate one whose grids are installed here.
+    """
+    source, target = horizontal(source), horizontal(target)
+    west, south, east, north = bounds
+    try:
+        x, y = (west + east) / 2.0, (south + north) / 2.0
+        used = pyproj.Transformer.from_crs(source, target, always_xy=True)
+        used.transform(x, y)  # only now is one of several candidates chosen
+        operation = used.get_last_used_operation()
+        accuracy, name = operation.accuracy, operation.description
+    except ProjError:
+        return "accuracy unknown"
+    if "ballpark" in name.lower():
+        return "accuracy unknown, it may err by 100 m and more: PROJ knows no transformation between the two"
+    if accuracy is None or accuracy < 0:
+        return "accuracy unknown"
+    return "accurate to the millimetre" if accuracy == 0 else f"accurate to about {accuracy:g} m"

@@ -6,13 +6,19 @@ from pathlib import Path
 
 from deadwood_algorithms.tool import UserError
 
+LONGEST_SHOWN = 300  # characters of a path in a message
+
 
 def refuse_missing(path: str | Path, what: str) -> None:
     """Raise ``UserError`` for an input that is missing, empty, a folder, or may not be read."""
     place = Path(path)
+    if not str(path).strip():
+        raise UserError(f"the {what} file has no name; give its path")
+    if "\0" in str(path):
+        raise UserError(f"the path of the {what} file holds a NUL character; write it again")
     try:
         if place.is_dir() and place.suffix.lower() != ".gdb":
-            raise UserError(f"{path}: the {what} is a folder, but must be a file")
+            raise UserError(f"{path}: this is a folder, but the {what} must be a file")
         if not place.exists():
             raise UserError(f"{path}: the {what} file does not exist (looked in {place.absolute().parent})")
         if place.is_file() and place.stat().st_size == 0:
@@ -21,4 +27,5 @@ def refuse_missing(path: str | Path, what: str) -> None:
             with place.open("rb"):
                 pass
     except OSError as error:
-        raise UserError(f"{path}: the {what} file may not be read ({error.strerror})") from error
+        shown = str(path) if len(str(path)) <= LONGEST_SHOWN else f"{str(path)[:40]} ... {str(path)[-40:]}"
+        raise UserError(f"{shown}: the {what} file may not be read ({error.strerror})") from error

@@ -259,6 +259,8 @@ def check_value(parameter: Parameter, value: Any) -> None:
             number_value = float(value)
         except (TypeError, ValueError):
             return
+        except OverflowError:
+            number_value = math.inf
         _check_number(parameter, number_value)
 
 
@@ -266,8 +268,13 @@ def _check_number(parameter: Parameter, value: Any) -> None:
     whole = parameter.kind == "integer"
     if isinstance(value, bool) or not isinstance(value, int if whole else (int, float)):
         raise UserError(f"{parameter.flag} is '{value}', but must be a {'whole ' if whole else ''}number")
-    if not math.isfinite(value):
-        raise UserError(f"{parameter.flag} is {value}, but must be finite")
+    try:
+        finite = math.isfinite(value)
+    except OverflowError:  # a Python int beyond 1.8e308
+        finite = False
+    if not finite:
+        shown = value if isinstance(value, float) else "a number too large to calculate with"
+        raise UserError(f"{parameter.flag} is {shown}, but must be finite")
     unit = f" {parameter.unit}" if parameter.unit else ""
     low, high = parameter.minimum, parameter.maximum
     if low is not None and (value < low or (parameter.exclusive and value <= low)):

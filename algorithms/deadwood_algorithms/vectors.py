@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -17,7 +18,7 @@ from pyogrio.errors import DataLayerError, DataSourceError, FeatureError
 
 from deadwood_algorithms import schemas, styles
 from deadwood_algorithms.columns import field_names, number_column, where_of
-from deadwood_algorithms.crs import crs_name, horizontal, parse_crs, same_crs
+from deadwood_algorithms.crs import accuracy_words, crs_name, horizontal, parse_crs, same_crs
 from deadwood_algorithms.inputs import refuse_missing
 from deadwood_algorithms.tables import is_text_table, read_text_table
 from deadwood_algorithms.tool import Feedback, UserError
@@ -42,6 +43,7 @@ XY_NAMES = (
     ("lon", "lat"),
     ("longitude", "latitude"),
 )
+WKT_NAMES = ("wkt", "wkt_geom", "geometry", "geom", "the_geom")  # columns that may hold shapes as text
 DEGREE_NAMES = ("lon", "longitude", "lat", "latitude")
 
 
@@ -60,7 +62,7 @@ def read_vector(
     where = where_of(rows)
     if rows.empty:
         raise UserError(f"{where}: the {what} layer is empty (no feature)")
-    frame = rows if isinstance(rows, gpd.GeoDataFrame) and not xy_fields else _points_of_table(rows, what, xy_fields)
+    frame = rows if isinstance(rows, gpd.GeoDataFrame) and not xy_fields else _shapes_of_table(rows, what, xy_fields)
     frame.geometry = _welcome(frame.geometry, geometry, what, where, feedback)
     frame = _in_crs(frame, target_crs, crs, what, where, feedback)
     frame = _schema_names(frame, what, where, feedback)
@@ -70,23 +72,83 @@ def read_vector(
 
 def read_table(path: str | Path, what: str) -> pd.DataFrame:
     """See `layers.read_table`."""
-    name, _, layer = str(path).partition("|layername=")
+    name, layer = _name_and_layer(path)
     if is_text_table(name) and not layer:
         frame = read_text_table(name, what)
         frame.attrs["where"] = name
         return frame
     refuse_missing(name, what)
+    if Path(name).suffix.lower() in (".parquet", ".geoparquet", ".feather"):
+        return _read_arrow(name, what)
+    _refuse_torn_shapefile(name, what)
     try:
-        layer = _layer_of(name, layer, what)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of M values and curves, which are dropped and straightened
+            layer = _layer_of(name, layer, what)
             frame = pyogrio.read_dataframe(name, layer=layer)
     except (DataSourceError, DataLayerError, FeatureError) as error:
-        reason = str(error).split(";")[0].splitlines()[0]
-        raise UserError(f"{name}: the {what} file is no vector layer that can be read ({reason})") from error
+        raise UserError(
+            f"{name}: the {what} file is no vector layer that can be read ({_reason(name, error)})"
+        ) from error
     single = Path(name).suffix.lower() not in (".gpkg", ".gdb", ".sqlite", ".kml", ".gpx")
     frame = frame.reset_index(drop=True)
     frame.attrs["where"] = name if single else f"{name}, layer '{layer}'"
+    return frame
+
+
+def _name_and_layer(path: str | Path) -> tuple[str, str]:
+    """File and layer of ``file.gpkg|layername=trees``; QGIS may add a number in place of the name, or a filter."""
+    name, *facts = str(path).split("|")
+    layer = ""
+    for fact in facts:
+        key, equals, value = (word.strip() for word in fact.partition("="))
+        if key.lower() == "layername" and equals:
+            layer = value
+        elif key.lower() == "layerid" and value.isdigit():
+            layer = f"#{value}"
+        elif key.lower() not in ("geometrytype", "uniquegeometrytype", "option:encoding"):
+            raise UserError(
+                f"{name}: '|{fact}' is not understood (only '|layername=NAME' is); export what is meant to a file"
+            )
+    return name.strip() if facts else name, layer
+
+
+def _reason(name: str, error: Exception) -> str:
+    """Why GDAL could not read it, short; where another word helps more, that one."""
+    suffix = Path(name).suffix.lower()
+    if suffix in (".xlsx", ".xls", ".ods"):
+        return "a spreadsheet is best saved as CSV, and that given"
+    if suffix == "" and not Path(name).is_dir():
+        return "its name has no ending; give a text table the ending .csv"
+    return str(error).split(";")[0].splitlines()[0].rstrip(".")[:200]
+
+
+def _refuse_torn_shapefile(name: str, what: str) -> None:
+    """Without its .dbf a shapefile would be read without any field, and defaults would be taken for all of them."""
+    place = Path(name)
+    if place.suffix.lower() != ".shp" or place.read_bytes()[:4] != b"\x00\x00\x27\x0a":
+        return
+    beside = {each.name.lower() for each in place.parent.iterdir()}
+    missing = [ending for ending in (".shx", ".dbf") if place.stem.lower() + ending not in beside]
+    if missing:
+        raise UserError(
+            f"{name}: of the {what} shapefile the part {place.stem}{missing[0]} is missing; "
+            "copy all its parts (.shp, .shx, .dbf, .prj) together"
+        )
+
+
+def _read_arrow(name: str, what: str) -> pd.DataFrame:
+    import pyarrow
+
+    try:
+        frame = gpd.read_feather(name) if name.lower().endswith(".feather") else gpd.read_parquet(name)
+    except (ValueError, pyarrow.ArrowException, OSError) as error:
+        reason = str(error).splitlines()[0].rstrip(".")
+        raise UserError(f"{name}: the {what} file is no layer of geometries that can be read ({reason})") from error
+    frame = frame.reset_index(drop=True)
+    if frame.geometry.name != "geometry":
+        frame = frame.rename_geometry("geometry")
+    frame.attrs["where"] = name
     return frame
 
 
@@ -118,6 +180,8 @@ def _layer_of(name: str, layer: str, what: str) -> str:
     """The layer that is meant: the one named, else the only one with geometry, else the only one."""
     found = [each for each in pyogrio.list_layers(name) if each[0] != styles.TABLE]
     names = [str(each) for each, _ in found]
+    if layer.startswith("#") and layer not in names and int(layer[1:]) < len(names):
+        return names[int(layer[1:])]
     if layer:
         if layer not in names:
             raise UserError(f"{name}: there is no layer '{layer}'; it has {', '.join(names)}")
@@ -134,11 +198,17 @@ def _layer_of(name: str, layer: str, what: str) -> str:
     return candidates[0]
 
 
-def _points_of_table(frame: pd.DataFrame, what: str, fields: tuple[str | None, str | None] | None) -> gpd.GeoDataFrame:
+def _shapes_of_table(frame: pd.DataFrame, what: str, fields: tuple[str | None, str | None] | None) -> gpd.GeoDataFrame:
+    """Points from two columns of coordinates, else the shapes of a column of well-known text."""
     where = where_of(frame)
     names = {str(column).strip().lower(): column for column in frame.columns}
+    for plain in list(names):  # X [m], Y (LV95)
+        names.setdefault(re.sub(r"\s*[\[(].*[\])]$", "", plain), names[plain])
     pairs = [(str(fields[0]).lower(), str(fields[1]).lower())] if fields else XY_NAMES
     x, y = next(((names[x], names[y]) for x, y in pairs if x in names and y in names), (None, None))
+    text = next((names[name] for name in WKT_NAMES if name in names), None)
+    if x is None and not fields and text is not None and frame[text].dtype == object:
+        return _shapes_of_text(frame, text, where)
     if x is None or y is None:
         asked = " and ".join(str(each) for each in fields) if fields else "x and y"
         raise UserError(
@@ -149,6 +219,17 @@ def _points_of_table(frame: pd.DataFrame, what: str, fields: tuple[str | None, s
     kept = pd.DataFrame(frame.drop(columns=[x, y, "geometry"], errors="ignore"))
     own_crs = frame.crs if isinstance(frame, gpd.GeoDataFrame) else None
     return gpd.GeoDataFrame(kept, geometry=points, crs="EPSG:4326" if degrees else own_crs)
+
+
+def _shapes_of_text(frame: pd.DataFrame, column: Any, where: str) -> gpd.GeoDataFrame:
+    shapes = shapely.from_wkt([str(each) for each in frame[column]], on_invalid="ignore")
+    if shapely.is_missing(shapes).any():
+        row = int(np.argmax(shapely.is_missing(shapes)))
+        raise UserError(
+            f"{where}, field '{column}', row {row + 1}: '{str(frame[column].iloc[row])[:40]}' is no geometry as text "
+            "(such as POINT (2600000 1200000))"
+        )
+    return gpd.GeoDataFrame(pd.DataFrame(frame.drop(columns=[column])), geometry=shapes)
 
 
 def _welcome(shapes: gpd.GeoSeries, kinds: Sequence[str], what: str, where: str, feedback: Feedback) -> gpd.GeoSeries:
@@ -202,7 +283,15 @@ def _in_crs(
         return frame.set_crs(horizontal(own), allow_override=True)
     if same_crs(own, target):
         return frame.set_crs(horizontal(target), allow_override=True)
-    feedback.note(f"{where}: the {what} layer is reprojected from {crs_name(own)} to {crs_name(horizontal(target))}")
+    if own.is_geographic and float(np.abs(frame.total_bounds).max()) > 360.0:
+        raise UserError(
+            f"{where}: the {what} layer names the CRS {crs_name(own)} (degrees), or none, which means the same in this "
+            f"format, but its coordinates run to {np.abs(frame.total_bounds).max():.0f}; give it its true CRS in a GIS"
+        )
+    feedback.note(
+        f"{where}: the {what} layer is reprojected from {crs_name(own)} to {crs_name(horizontal(target))} "
+        f"({accuracy_words(own, target, frame.total_bounds)})"
+    )
     moved = frame.to_crs(horizontal(target))
     coordinates, owner = shapely.get_coordinates(np.asarray(moved.geometry.array), return_index=True)
     if not np.isfinite(coordinates).all():
