@@ -1,7 +1,8 @@
 """What GDAL passes over in an ESRI ASCII grid without a word, and what would put a slope or its heights wrong.
 
-Tried with GDAL 3.10: values missing at the end of a file are read as 0 m; a header that mixes ``xllcenter`` with
-``yllcorner`` puts the grid at the origin.
+Tried with GDAL 3.10: values missing at the end of a file, and words among them, are read as 0 m; a header that mixes
+``xllcenter`` with ``yllcorner`` puts the grid at the origin. And why GDAL does not know a grid for one at all: a byte
+order mark, UTF-16, an empty first line.
 """
 
 from __future__ import annotations
@@ -14,6 +15,9 @@ from deadwood_algorithms.tool import UserError
 
 HEADER_BYTES = 2000
 CHUNK_BYTES = 2**24
+NUMBER_BYTES = np.zeros(256, bool)  # what numbers, nan and inf are written with, decimal commas and Fortran's 1d5 too
+NUMBER_BYTES[list(b" \t\r\n\v\f+-.,0123456789eEdDnNaAiIfF#")] = True
+MARKS = {b"\xef\xbb\xbf": "UTF-8 with a byte order mark", b"\xff\xfe": "UTF-16", b"\xfe\xff": "UTF-16"}
 KEYS = {"ncols", "nrows", "xllcorner", "yllcorner", "xllcenter", "yllcenter", "cellsize", "dx", "dy", "nodata_value"}
 
 
@@ -25,12 +29,48 @@ def refuse_broken_ascii(path: str | Path, columns: int, rows: int) -> None:
             f"{path}: the header mixes xll... and yll... of corner and centre; mend: write both as xllcorner and "
             "yllcorner (the centre less half a cellsize)"
         )
+    _refuse_words(path, len(keys))
     values = count_words(path) - 2 * len(keys)
     if values != columns * rows:
         raise UserError(
             f"{path}: the file holds {values} values, but {rows} rows of {columns} make {columns * rows}; "
             "it is cut off or damaged, get it again"
         )
+
+
+def why_not_ascii(path: str | Path) -> str | None:
+    """Why a file that looks like an ASCII grid is not known for one; None if it does not look like one."""
+    with Path(path).open("rb") as source:
+        head = source.read(HEADER_BYTES)
+    if b"ncols" not in head.replace(b"\0", b"").lower():
+        return None
+    coding = next((name for mark, name in MARKS.items() if head.startswith(mark)), None)
+    if coding is None and b"\0" in head:
+        coding = "UTF-16"
+    if coding:
+        return f"the ASCII grid is coded as {coding}; save it as plain text (ANSI, or UTF-8 without mark)"
+    if not head.lower().startswith((b"ncols", b"nrows")):
+        return "an ASCII grid must begin with 'ncols' in its first line; delete what stands before it"
+    lacking = [key for key in ("nrows", "cellsize") if key.encode() not in head.lower()]
+    return f"the header of the ASCII grid has no '{lacking[0]}'" if lacking else None
+
+
+def _refuse_words(path: str | Path, header_lines: int) -> None:
+    """Raise ``UserError`` for a word among the numbers, which GDAL would read as 0 m, with its row in the grid."""
+    with Path(path).open("rb") as source:
+        for _ in range(header_lines):  # where the lines end with CR alone, this is the whole file: nothing is checked
+            source.readline()
+        row = 0
+        while piece := source.read(CHUNK_BYTES):
+            letters = np.frombuffer(piece, np.uint8)
+            wrong = np.flatnonzero(~NUMBER_BYTES[letters])
+            if wrong.size:
+                at = int(wrong[0])
+                row += piece.count(b"\n", 0, at) + 1
+                before, behind = piece[max(0, at - 20) : at].split(), piece[at : at + 20].split()
+                word = (before[-1] if before and not piece[at - 1 : at].isspace() else b"") + behind[0]
+                raise UserError(f"{path}, row {row} of the grid: '{word.decode('latin-1')}' is no number; correct it")
+            row += piece.count(b"\n")
 
 
 def header_keys(path: str | Path) -> list[str]:

@@ -16,14 +16,15 @@ import numpy as np
 import pyproj
 import rasterio
 import rasterio.warp
+from pyproj.exceptions import ProjError
 from rasterio.crs import CRS as RasterioCRS
-from rasterio.enums import Resampling
+from rasterio.enums import ColorInterp, Resampling
 from rasterio.errors import RasterioError
 from rasterio.transform import Affine
 from rasterio.windows import Window
 
 from deadwood_algorithms import styles
-from deadwood_algorithms.ascii_grid import refuse_broken_ascii
+from deadwood_algorithms.ascii_grid import refuse_broken_ascii, why_not_ascii
 from deadwood_algorithms.crs import crs_name, horizontal, parse_crs, same_crs
 from deadwood_algorithms.grid import Grid
 from deadwood_algorithms.inputs import refuse_missing
@@ -36,8 +37,12 @@ SHIFT_ALLOWED_CELLS = 0.05
 HEIGHT_LIMIT_M = 9000.0
 # Cells of exactly 0 m this far below all the others are an undeclared empty collar, not a chasm.
 COLLAR_DROP_M = 100.0
+# Projections of the whole world, true to scale at the equator alone, and how much of that is let pass.
+WORLD_METHODS = ("Popular Visualisation", "Mercator (", "Equidistant Cylindrical", "Pseudo Plate")
+STRETCH_ALLOWED = 0.01
 STRIP_BYTES = 32 * 2**20
 TILE_CELLS = 256
+PACKED = (".zip", ".gz", ".7z", ".rar", ".tar", ".tgz", ".bz2", ".xz")
 # Formats whose data are the bare numbers: GDAL does not always raise when some are missing at the end.
 FLAT_FORMATS = ("ENVI", "EHdr", "SAGA", "RST", "BT")
 
@@ -155,7 +160,9 @@ def open_raster(path: str | Path, what: str) -> Any:
     try:
         source = rasterio.open(path)
     except RasterioError as error:
-        raise UserError(f"{path}: the {what} is no raster that can be read ({_first_line(error)})") from error
+        packed = "it is packed; unpack it first" if Path(path).suffix.lower() in PACKED else None
+        reason = why_not_ascii(path) or packed or _first_line(error)
+        raise UserError(f"{path}: the {what} is no raster that can be read ({reason})") from error
     if source.count == 0:
         names = [name.split(":")[-1] for name in source.subdatasets]
         source.close()
@@ -168,7 +175,7 @@ def open_raster(path: str | Path, what: str) -> Any:
 def open_dem(path: str | Path, crs: str | None, feedback: Feedback) -> Iterator[tuple[Any, pyproj.CRS, Affine]]:
     """A DEM opened and judged by its header, with its CRS and its transform; refused as `layers.read_dem` says."""
     with open_raster(path, "DEM") as source:
-        _refuse_images(source, path)
+        _refuse_images(source, path, feedback)
         _refuse_cut_off(source, path)
         dem_crs = _crs_of_dem(source, path, crs, feedback)
         transform = _square_transform(source, path)
@@ -195,20 +202,21 @@ def _crs_of_dem(source: Any, path: str | Path, given: str | None, feedback: Feed
 def _refuse_crs(crs: pyproj.CRS, source: Any, path: str | Path) -> None:
     flat = horizontal(crs)
     if flat.is_projected:
+        _refuse_stretched(flat, source, path)
         factor = flat.axis_info[0].unit_conversion_factor if flat.axis_info else 1.0
         if abs(factor - 1) > 1e-9:
             size = f"{abs(source.transform.a) * factor:.3g}"
             unit = flat.axis_info[0].unit_name
             raise UserError(
                 f"{path}: the DEM's CRS {crs_name(crs)} counts in {unit}, but must count in metres; "
-                f"mend: {_gdalwarp(path, _metric_code(source), size)}"
+                f"mend: {_gdalwarp(path, _metric_code(source, crs), size)}"
                 + (" (if its heights are in feet too, multiply them by 0.3048)" if "foot" in unit else "")
             )
     elif flat.is_geographic:
         size = f"{abs(source.transform.e) * 111_320:.2g}"
         raise UserError(
             f"{path}: the DEM's CRS {crs_name(crs)} is geographic (degrees), but must be projected in metres; "
-            f"mend: {_gdalwarp(path, _metric_code(source), size)}"
+            f"mend: {_gdalwarp(path, _metric_code(source, crs), size)}"
         )
     else:
         raise UserError(
@@ -220,6 +228,22 @@ def _refuse_crs(crs: pyproj.CRS, source: Any, path: str | Path) -> None:
             _refuse_foot_heights(part.axis_info[0].unit_name, part.axis_info[0].unit_conversion_factor, path)
 
 
+def _refuse_stretched(crs: pyproj.CRS, source: Any, path: str | Path) -> None:
+    """A map of the world in one piece counts in metres that are none: at 47 degrees north Web Mercator's are 0.68 m."""
+    method = crs.coordinate_operation.method_name if crs.coordinate_operation else ""
+    if not method.startswith(WORLD_METHODS):
+        return
+    x, y = (source.bounds.left + source.bounds.right) / 2, (source.bounds.bottom + source.bounds.top) / 2
+    _, latitude = pyproj.Transformer.from_crs(crs, crs.geodetic_crs, always_xy=True).transform(x, y)
+    shrink = math.cos(math.radians(latitude))
+    if abs(1.0 - shrink) > STRETCH_ALLOWED:
+        raise UserError(
+            f"{path}: the DEM's CRS {crs_name(crs)} is a map of the whole world: where the DEM lies, its metres are "
+            f"{shrink:.2f} m, so that every slope comes out wrong; "
+            f"mend: {_gdalwarp(path, _metric_code(source, crs), f'{abs(source.transform.a) * shrink:.3g}')}"
+        )
+
+
 def _refuse_foot_heights(unit: str | None, factor: float, path: str | Path) -> None:
     if unit and unit.strip().lower() in ("ft", "foot", "feet", "ftus", "us-ft", "us survey foot", "foot_us"):
         raise UserError(
@@ -229,10 +253,22 @@ def _refuse_foot_heights(unit: str | None, factor: float, path: str | Path) -> N
         )
 
 
-def _refuse_images(source: Any, path: str | Path) -> None:
-    if np.dtype(source.dtypes[0]).kind == "c" or (source.count >= 3 and source.dtypes[0] == "uint8"):
-        raise UserError(f"{path}: {source.count} bands of {source.dtypes[0]} are a picture, not a DEM")
+def _refuse_images(source: Any, path: str | Path, feedback: Feedback) -> None:
+    kind = source.dtypes[0]
+    if np.dtype(kind).kind == "c":
+        raise UserError(f"{path}: the DEM's values are complex numbers ({kind}), which are no heights")
+    palette = ColorInterp.palette in source.colorinterp
+    if kind == "uint8" and (palette or source.count >= 3):
+        bands = "the colours of a palette" if palette else f"{source.count} bands of uint8"
+        raise UserError(f"{path}: {bands} make a picture, not a DEM")
+    if kind == "uint8":
+        feedback.warn(f"{path}: the heights are whole numbers from 0 to 255; is it a hillshade instead of the DEM?")
     if source.transform == Affine.identity():
+        if source.gcps[0]:
+            raise UserError(
+                f"{path}: the DEM is placed by {len(source.gcps[0])} ground control points only; "
+                f"mend: {_gdalwarp(path, None, 'CELL')}, with the wanted cell size"
+            )
         raise UserError(
             f"{path}: the DEM has no georeference; mend: gdal_translate -a_ullr WEST NORTH EAST SOUTH "
             f"{_quoted(path)} {_mended(path)}"
@@ -252,6 +288,8 @@ def _square_transform(source: Any, path: str | Path) -> Affine:
     """The transform, north-up or south-up and square to within `SHIFT_ALLOWED_CELLS` over the whole grid."""
     t, (ny, nx) = source.transform, source.shape
     size = math.sqrt(abs(t.a * t.e - t.b * t.d))
+    if not (math.isfinite(size) and size > 0):
+        raise UserError(f"{path}: the DEM's cells are {t.a:g} x {t.e:g} m large; correct the cell size in its header")
     if t.a <= 0 or max(abs(t.b) * ny, abs(t.d) * nx) > SHIFT_ALLOWED_CELLS * size:
         turned = "mirrored" if t.a <= 0 and t.b == 0 == t.d else "rotated"
         raise UserError(
@@ -321,11 +359,14 @@ def _extremes(values: np.ndarray) -> tuple[float, float]:
     return float(np.fmin.reduce(values, axis=None)), float(np.fmax.reduce(values, axis=None))
 
 
-def _metric_code(source: Any) -> str:
+def _metric_code(source: Any, crs: pyproj.CRS) -> str:
     """A projected CRS in metres for where the raster lies: the Swiss one, or the UTM zone."""
     try:
-        west, south, east, north = rasterio.warp.transform_bounds(source.crs, "EPSG:4326", *source.bounds)
-    except RasterioError:
+        own = pyproj.CRS.from_wkt(source.crs.to_wkt()) if source.crs else crs
+        west, south, east, north = pyproj.Transformer.from_crs(own, 4326, always_xy=True).transform_bounds(
+            *source.bounds
+        )
+    except ProjError:
         return "EPSG:2056"
     x, y = (west + east) / 2, (south + north) / 2
     if 5.9 < x < 10.5 and 45.8 < y < 47.9:

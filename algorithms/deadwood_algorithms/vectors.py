@@ -283,14 +283,14 @@ def _in_crs(
         return frame.set_crs(horizontal(own), allow_override=True)
     if same_crs(own, target):
         return frame.set_crs(horizontal(target), allow_override=True)
-    if own.is_geographic and float(np.abs(frame.total_bounds).max()) > 360.0:
+    if own.is_geographic and np.median(np.abs(shapely.get_coordinates(np.asarray(frame.geometry)))) > 360.0:
         raise UserError(
             f"{where}: the {what} layer names the CRS {crs_name(own)} (degrees), or none, which means the same in this "
             f"format, but its coordinates run to {np.abs(frame.total_bounds).max():.0f}; give it its true CRS in a GIS"
         )
     feedback.note(
         f"{where}: the {what} layer is reprojected from {crs_name(own)} to {crs_name(horizontal(target))} "
-        f"({accuracy_words(own, target, frame.total_bounds)})"
+        f"({accuracy_words(own, target, frame.total_bounds.tolist())})"
     )
     moved = frame.to_crs(horizontal(target))
     coordinates, owner = shapely.get_coordinates(np.asarray(moved.geometry.array), return_index=True)

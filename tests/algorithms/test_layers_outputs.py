@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import subprocess
+import sys
 from pathlib import Path
 
 import geopandas as gpd
@@ -146,6 +147,40 @@ def test_a_full_disk_is_one_line_whoever_reports_it(tmp_path, error):
 def test_a_fault_of_ours_stays_one(tmp_path):
     with pytest.raises(ZeroDivisionError), output_path(tmp_path / "a.tif"):
         _ = 1 / 0
+
+
+@pytest.mark.parametrize("output", [output_path, output_folder])
+@pytest.mark.parametrize("name", ["result", "deep/er/result"])
+def test_a_second_run_into_the_same_output_is_refused_and_harms_nothing(tmp_path, output, name):
+    with output(tmp_path / name) as first:
+        assert "another run is writing this output now" in refuse_entering(output(tmp_path / name))
+        (first if output is output_path else first / "manifest.json").write_text("of the first")
+    final = tmp_path / name if output is output_path else tmp_path / name / "manifest.json"
+    assert final.read_text() == "of the first"
+    assert "exists" in refuse_entering(output(tmp_path / name))  # the lock is gone, the result is not
+    assert not list(tmp_path.rglob("*.lock"))
+
+
+def test_the_lock_of_a_killed_run_does_not_stay(tmp_path):
+    code = (
+        "import os, sys; from deadwood_algorithms.outputs import output_folder\n"
+        f"with output_folder({str(tmp_path / 'run')!r}): os.kill(os.getpid(), 9)"
+    )
+    paths = str(Path(outputs.__file__).parents[1])
+    assert subprocess.run([sys.executable, "-c", code], env={"PYTHONPATH": paths}).returncode == -9
+    with output_folder(tmp_path / "run") as folder:
+        (folder / "manifest.json").write_text("{}")
+    assert (tmp_path / "run" / "manifest.json").is_file()
+
+
+def test_what_appears_at_the_final_place_during_a_run_is_not_replaced(tmp_path):
+    run = output_folder(tmp_path / "run")
+    (run.__enter__() / "manifest.json").write_text("{}")
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "precious").write_text("x")
+    with pytest.raises(UserError, match="exists"):
+        run.__exit__(None, None, None)
+    assert (tmp_path / "run" / "precious").read_text() == "x"
 
 
 @pytest.fixture
