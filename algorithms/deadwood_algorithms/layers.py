@@ -37,6 +37,7 @@ __all__ = [
     "read_vector",
     "warn_implausible",
     "where_of",
+    "write_bands",
     "write_raster",
     "write_vector",
 ]
@@ -76,6 +77,21 @@ def write_raster(
     from deadwood_algorithms import rasters
 
     rasters.write_raster(path, values, grid, nodata=nodata, dtype=dtype, units=units, description=description)
+
+
+def write_bands(
+    path: str | Path,
+    bands: Mapping[str, np.ndarray],
+    grid: Grid,
+    *,
+    nodata: float | None = None,
+    dtype: str,
+    units: Sequence[str],
+) -> None:
+    """Write a GeoTIFF of several bands by their descriptions, as `write_raster` does one; ``units`` by band."""
+    from deadwood_algorithms import rasters
+
+    rasters.write_bands(path, bands, grid, nodata=nodata, dtype=dtype, units=units)
 
 
 def read_vector(

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import shlex
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -110,26 +110,49 @@ def write_raster(
     units: str,
     description: str,
 ) -> None:
-    """See `layers.write_raster`.
+    """See `layers.write_raster`."""
+    write_bands(path, {description: values}, grid, nodata=nodata, dtype=dtype, units=[units])
+    styles.store_beside(Path(path), styles.of_raster(Path(path).stem, values, units, description))
+
+
+def write_bands(
+    path: str | Path,
+    bands: Mapping[str, np.ndarray],
+    grid: Grid,
+    *,
+    nodata: float | None,
+    dtype: str,
+    units: Sequence[str],
+) -> None:
+    """See `layers.write_bands`.
 
     The reading back is what finds a full disk: GDAL writes the last tiles at closing, and closing raises nothing.
     """
-    if values.shape != grid.shape:
-        raise ValueError(f"an array of {values.shape} for a grid of {grid.shape}")
-    north_up = np.ascontiguousarray(values[::-1], dtype=dtype)
-    profile = geotiff_profile(grid.shape, grid.crs, grid.transform, dtype, nodata)
+    for values in bands.values():
+        if values.shape != grid.shape:
+            raise ValueError(f"an array of {values.shape} for a grid of {grid.shape}")
+    profile = geotiff_profile(grid.shape, grid.crs, grid.transform, dtype, nodata, len(bands))
+    if len(bands) > 1:
+        profile["interleave"] = "band"
     with rasterio.open(path, "w", **profile) as target:
-        target.write(north_up, 1)
-        if units:
-            target.set_band_unit(1, units)
-        if description:
-            target.set_band_description(1, description)
+        for number, (description, values) in enumerate(bands.items(), start=1):
+            target.write(_north_up(values, dtype), number)
+            if units[number - 1]:
+                target.set_band_unit(number, units[number - 1])
+            if description:
+                target.set_band_description(number, description)
     with rasterio.open(path) as written:
-        for _, window in written.block_windows(1):
-            rows, columns = window.toslices()
-            if not np.array_equal(written.read(1, window=window), north_up[rows, columns], equal_nan=dtype[0] == "f"):
-                raise OSError(f"{path}: what was written does not read back")
-    styles.store_beside(Path(path), styles.of_raster(Path(path).stem, values, units, description))
+        for number, values in enumerate(bands.values(), start=1):
+            north_up = _north_up(values, dtype)
+            for _, window in written.block_windows(1):
+                rows, columns = window.toslices()
+                back = written.read(number, window=window)
+                if not np.array_equal(back, north_up[rows, columns], equal_nan=dtype[0] == "f"):
+                    raise OSError(f"{path}: what was written does not read back")
+
+
+def _north_up(values: np.ndarray, dtype: str) -> np.ndarray:
+    return np.ascontiguousarray(values[::-1], dtype=dtype)
 
 
 def geotiff_profile(

@@ -1,0 +1,86 @@
+"""The largest that each log had over each cell that it swept: what quantiles of speed or energy in a cell are made of.
+
+The cells of a log are those of ``outline.sweep_hits``: the hull of two successive outlines overlaps them. What a log had
+there is the largest value at either pose of those hulls. One value is kept a log and cell, in places laid out by the
+hit counts, so the memory is known before the first log: 4 bytes a hit and channel.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .compiled import kernel
+from .outline import _swept, _work, hull_rows
+
+Array = NDArray[np.float64]
+
+
+@kernel
+def _sweep_peaks(log_row, base, tip, base_radius, tip_radius, values, cell, start, filled, stamp, peaks, work):
+    """Returns whether every value found its place; a log more than was counted has none."""
+    points, hull, left, right, _ = work
+    rows, columns = stamp.shape
+    bottom, top = -0.5 * cell, (rows - 0.5) * cell
+    for k in range(len(log_row)):
+        log = log_row[k]
+        previous = k - 1 if k > 0 and log_row[k - 1] == log else k
+        wide = max(base_radius[log], tip_radius[log])
+        low = min(min(base[k, 1], tip[k, 1]), min(base[previous, 1], tip[previous, 1])) - wide
+        high = max(max(base[k, 1], tip[k, 1]), max(base[previous, 1], tip[previous, 1])) + wide
+        if high < bottom or low > top:
+            continue
+        size = _swept(points, hull, base, tip, base_radius[log], tip_radius[log], previous, k)
+        first, last = hull_rows(hull, size, 0.0, 0.0, cell, columns, rows, left, right)
+        for j in range(first, last + 1):
+            for i in range(left[j], right[j] + 1):
+                place = j * columns + i
+                if stamp[j, i] != log + 1:
+                    if filled[j, i] >= start[place + 1] - start[place]:
+                        return False
+                    stamp[j, i] = log + 1
+                    filled[j, i] += 1
+                at = start[place] + filled[j, i] - 1
+                for channel in range(values.shape[0]):
+                    value = max(values[channel, previous], values[channel, k])
+                    peaks[channel, at] = max(peaks[channel, at], np.float32(value))
+    return True
+
+
+class CellPeaks:
+    """Every log's largest values in every cell of a raster (or of some rows of one).
+
+    start : int64, shape (cells + 1,): cell c = row * columns + column has peaks[:, start[c]:start[c + 1]]
+    peaks : float32, shape (channels, hits), 0 where no log was yet; within a cell in the order in which logs were added
+    """
+
+    def __init__(self, counts: NDArray[np.uint32], channels: int) -> None:
+        """``counts``: the hits of the logs that will be added, by ``sweep_hits`` on the same cells."""
+        self.start = np.concatenate([[0], np.cumsum(counts, dtype=np.int64)])
+        self.peaks = np.zeros((channels, int(self.start[-1])), np.float32)
+        self._filled, self._stamp = np.zeros(counts.shape, np.uint32), np.zeros(counts.shape, np.int64)
+        self._work = _work(counts.shape[0], 0)
+
+    def add(
+        self,
+        log_row: NDArray[np.int64],
+        base: Array,
+        tip: Array,
+        base_radius: Array,
+        tip_radius: Array,
+        values: Array,
+        *,
+        x0: float,
+        y0: float,
+        cell: float,
+    ) -> None:
+        """Add logs, each whole and once; parameters are those of ``sweep_hits``, and ``values``, shape (channels, m):
+        what is wanted of each pose, not negative. (x0, y0) is the centre of the first cell here."""
+        origin = np.array([x0, y0, 0.0])
+        complete = _sweep_peaks(
+            np.asarray(log_row, np.int64), np.ascontiguousarray(base - origin), np.ascontiguousarray(tip - origin),
+            base_radius, tip_radius, np.ascontiguousarray(values, np.float64), cell, self.start, self._filled,
+            self._stamp, self.peaks, self._work,
+        )  # fmt: skip
+        if not complete:
+            raise ValueError("more logs in a cell than were counted: the counts are not of these logs and cells")
