@@ -24,22 +24,7 @@ from deadwood_algorithms.statistics import azimuth, reach_record
 from deadwood_algorithms.tool import Cancelled, Feedback
 from deadwood_engine import Lines, segments_of, sweep_touches
 
-POSE_FACTS = (
-    "t_s",
-    "path_m",
-    "x",
-    "y",
-    "z",
-    "speed_ms",
-    "spin_rad_s",
-    "clearance_m",
-    "xb",
-    "yb",
-    "zb",
-    "xt",
-    "yt",
-    "zt",
-)
+POSE_FACTS = ("t_s", "path_m", *"xyz", "speed_ms", "clearance_m", "xb", "yb", "xt", "yt")
 
 
 @dataclass(frozen=True)
@@ -195,7 +180,7 @@ def reach_frame(source: Run, arrivals: geopandas.GeoDataFrame, items: Items) -> 
 
 def attribution_frame(source: Run, arrivals: geopandas.GeoDataFrame, items: Items) -> geopandas.GeoDataFrame:
     """One row a release and line: which release hits which object, drawn from the release to where its logs touch."""
-    stored = source.deposits[source.deposits["log_id"].isin(source.stored_log_ids)]
+    stored = source.deposits[source.deposits["log_id"].isin(source.stored_log_ids.tolist())]
     rows, shapes = [], []
     for release_id, released in stored.groupby("release_id", sort=False):
         centre = released["release_x"].mean(), released["release_y"].mean()
@@ -205,10 +190,9 @@ def attribution_frame(source: Run, arrivals: geopandas.GeoDataFrame, items: Item
             share = len(mine) / len(of_line) if len(of_line) else np.nan
             record = {"release_id": release_id, "line_id": line_id, **reach_record(len(mine), len(released))}
             rows.append(record | {"share_of_arrivals": share} | _strength(mine))
-            there = (
-                mine[["touch_x", "touch_y"]].mean() if len(mine) else items.geometry[k].representative_point().coords[0]
-            )
-            shapes.append(shapely.LineString([centre, tuple(there)]))
+            somewhere = items.geometry[k].representative_point().coords[0]
+            there = tuple(mine[["touch_x", "touch_y"]].mean()) if len(mine) else somewhere
+            shapes.append(shapely.LineString([centre, there]))
     return geopandas.GeoDataFrame(pandas.DataFrame(rows), geometry=shapes, crs=source.deposits.crs)
 
 
@@ -237,17 +221,12 @@ def origin_rasters(
     chosen |= {f"line {line_id}": reached[stored, k] for k, line_id in enumerate(items.ids)}
     bands = {name: np.bincount(place, weights=hit, minlength=released.size) / released for name, hit in chosen.items()}
     bands["logs released"] = released
-    grid = Grid(
-        np.broadcast_to(np.float32(np.nan), shape),
-        cell,
-        (i.min() + 0.5) * cell,
-        (j.min() + 0.5) * cell,
-        source.grid.crs,
-    )
+    nothing = np.broadcast_to(np.float32(np.nan), shape)
+    grid = Grid(nothing, cell, (i.min() + 0.5) * cell, (j.min() + 0.5) * cell, source.grid.crs)
     return grid, {name: band.reshape(shape).astype(np.float32) for name, band in bands.items()}
 
 
-def _strength(mine: geopandas.GeoDataFrame) -> dict[str, float]:
+def _strength(mine: Any) -> dict[str, float]:
     """Median and 95 % quantile of speed and energy of arrivals; NaN without any."""
     out = {}
     for name, unit in (("speed", "ms"), ("energy", "kj")):
@@ -257,5 +236,5 @@ def _strength(mine: geopandas.GeoDataFrame) -> dict[str, float]:
     return out
 
 
-def _largest(values: pandas.Series) -> float:
+def _largest(values: Any) -> float:
     return float(values.max()) if len(values) else np.nan

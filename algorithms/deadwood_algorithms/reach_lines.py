@@ -81,9 +81,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         reach = arrivals.reach_frame(source, frame, items)
         attribution = arrivals.attribution_frame(source, frame, items)
 
-        left = np.isin(source.deposits["log_id"], source.stored_log_ids) & (
-            source.deposits["stop_reason"] == "left_dem"
-        )
+        stored = np.isin(source.deposits["log_id"], source.stored_log_ids)
+        left = stored & (source.deposits["stop_reason"] == "left_dem").to_numpy()
         near = arrived.near_edge & ~left
         if left.any() or near.any():
             counts = int(left.sum()), int(near.sum()), source.stored_log_ids.size

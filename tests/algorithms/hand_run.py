@@ -39,7 +39,7 @@ class Track:
     more: dict[str, Any] = field(default_factory=dict)
 
     def poses(self, length: float) -> dict[str, np.ndarray]:
-        start, end = np.array(self.start) + (EAST, NORTH), np.array(self.end) + (EAST, NORTH)
+        start, end = np.add(self.start, (EAST, NORTH)), np.add(self.end, (EAST, NORTH))
         way = end - start
         far = float(np.hypot(*way))
         n = max(2, round(far / self.spacing) + 1)
@@ -79,7 +79,7 @@ def write_run(
         poses["log_id"] = np.full(poses["t_s"].size, log_id)
         tables.append(pa.table([pa.array(poses[each.name], each.type) for each in pose_schema()], schema=pose_schema()))
     parquet.write_table(pa.concat_tables(tables), folder / "poses.parquet")
-    starts, ends = (np.array([getattr(each, name) for each in tracks]) + (EAST, NORTH) for name in ("start", "end"))
+    starts, ends = (np.add([getattr(each, name) for each in tracks], (EAST, NORTH)) for name in ("start", "end"))
     columns = {
         "log_id": np.arange(len(tracks)),
         "release_id": [each.release_id for each in tracks],
