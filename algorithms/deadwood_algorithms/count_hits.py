@@ -1,13 +1,24 @@
-"""Count, from stored trajectories, how many logs pass over each cell: for any subset of logs, at any cell size.
+"""Count, from stored trajectories, how many logs pass over each cell, and how fast: any subset of logs, any cell size.
 
 The count is the one that slide-logs makes while it runs: a log counts once in every cell that any part of its plan-view
 outline overlaps at any time (paper, section 4). With all trajectories stored, every log chosen and the run's own cell
 size it equals the run's hit_count.tif. Logs whose trajectory was not stored cannot be counted; the tool says how many.
+
+--speed, --energy and --jump write quantiles a cell, a band each: of the largest value that each log had in the cell,
+over the logs that pass it. Speed is that of the centre of mass; energy that of translation and rotation, as poses tell
+it (within a few percent of the run's); jump the clearance between log and terrain.
+
+    deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
+        --count 200 --output releases.gpkg
+    deadwood-tool slide-logs --dem sample_data/dem.tif --releases releases.gpkg --friction 0.25 --trajectories all \\
+        --output run
+    deadwood-tool count-hits --run run --cell-m 2 --output hits.tif --energy energy.tif --quantiles 50,95
 """
 
 from __future__ import annotations
 
 import math
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,7 +29,10 @@ from deadwood_algorithms import tool
 from deadwood_algorithms.tool import Cancelled, Feedback, Outcome, Tool, UserError
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from deadwood_algorithms.layers import Grid
+    from deadwood_algorithms.run_folder import Run
 
 CELLS_MOST = 4_000_000_000 // 4  # a raster of 4 GB; a finer one is a slip of the decimal point
 
@@ -36,16 +50,28 @@ class Ask:
         default=None,
         help="Comma-separated: rest, tree, barrier, left_dem, time_limit, failed.",
     )
+    quantiles: str = tool.text(
+        "Quantiles of the rasters below", default="50,90,95,99", help="Percent, with commas; a band each."
+    )
+    speed: str | None = tool.output_raster("Quantiles of the logs' largest speed in each cell", default=None)
+    energy: str | None = tool.output_raster("Quantiles of their largest kinetic energy", default=None)
+    jump: str | None = tool.output_raster("Quantiles of their largest clearance above the terrain", default=None)
     output: str = tool.output_raster("Hit counts")
     overwrite: bool = tool.overwrite()
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
-    from deadwood_algorithms.layers import output_path, write_raster
+    from deadwood_algorithms.cell_quantiles import QUANTITIES, cell_quantiles, levels_of
+    from deadwood_algorithms.layers import output_path, write_bands, write_raster
     from deadwood_algorithms.run_folder import chosen_logs, read_run
-    from deadwood_engine import sweep_hits
 
-    with output_path(ask.output, ask.overwrite, suffix=".tif") as path:
+    levels = levels_of(ask.quantiles)
+    given = {name: getattr(ask, name) for name in QUANTITIES if getattr(ask, name)}
+    with ExitStack() as stack:
+        path = stack.enter_context(output_path(ask.output, ask.overwrite, suffix=".tif"))
+        more = {
+            name: stack.enter_context(output_path(place, ask.overwrite, suffix=".tif")) for name, place in given.items()
+        }
         source = read_run(ask.run, feedback=feedback)
         grid = with_cell(source.grid, ask.cell_m)
         chosen = chosen_logs(source, release_id=ask.release_id, log_id=ask.log_id, stop_reason=ask.stop_reason)
@@ -61,32 +87,35 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
                 f"only {stored.size} of the {chosen.size} chosen logs have a stored trajectory and are counted"
             )
 
-        base_radius, tip_radius = source.radii()
-        counts = np.zeros(grid.shape, np.uint32)
-        done = 0
-        for piece in source.poses(stored):
-            if feedback.cancelled():
-                raise Cancelled
-            base = np.stack([piece["xb"], piece["yb"], piece["zb"]], axis=1)
-            tip = np.stack([piece["xt"], piece["yt"], piece["zt"]], axis=1)
-            counts += sweep_hits(
-                piece["log_row"],
-                base,
-                tip,
-                base_radius,
-                tip_radius,
-                x0=grid.x0,
-                y0=grid.y0,
-                cell=grid.cell,
-                shape=grid.shape,
-            )
-            done += np.unique(piece["log_id"]).size
-            feedback.progress(done, stored.size, "counting hits")
-
+        counts = count_of(source, stored, grid, feedback)
         write_raster(path, counts, grid, dtype="uint32", units="logs", description=f"Hits of {stored.size} logs")
+        if more:
+            found = cell_quantiles(source, stored, counts, grid, list(more), levels, feedback)
+        for name, place in more.items():
+            bands = {f"{name}, {100 * level:g} %": band for level, band in zip(levels, found[name], strict=True)}
+            write_bands(place, bands, grid, nodata=np.nan, dtype="float32", units=[QUANTITIES[name]] * len(bands))
     facts = {"n_chosen": int(chosen.size), "n_counted": int(stored.size), "hit_count_max": int(counts.max())}
     line = f"{stored.size} logs counted; the most that passed over one cell of {grid.cell:g} m: {counts.max()}"
-    return Outcome({"output": Path(ask.output)}, facts, (line,))
+    outputs = {"output": Path(ask.output)} | {name: Path(place) for name, place in given.items()}
+    return Outcome(outputs, facts, (line,))
+
+
+def count_of(source: Run, wanted: NDArray[np.int64], grid: Grid, feedback: Feedback) -> NDArray[np.uint32]:
+    """How many of the wanted logs hit each cell."""
+    from deadwood_engine import sweep_hits
+
+    counts = np.zeros(grid.shape, np.uint32)
+    place = {"x0": grid.x0, "y0": grid.y0, "cell": grid.cell, "shape": grid.shape}
+    done = 0
+    for piece in source.poses(wanted):
+        if feedback.cancelled():
+            raise Cancelled
+        base = np.stack([piece["xb"], piece["yb"], piece["zb"]], axis=1)
+        tip = np.stack([piece["xt"], piece["yt"], piece["zt"]], axis=1)
+        counts += sweep_hits(piece["log_row"], base, tip, *source.radii(), **place)
+        done += np.unique(piece["log_id"]).size
+        feedback.progress(done, wanted.size, "counting hits")
+    return counts
 
 
 def with_cell(grid: Grid, cell: float | None) -> Grid:
@@ -101,4 +130,6 @@ def with_cell(grid: Grid, cell: float | None) -> Grid:
     return replace(grid, values=values, cell=cell, x0=west + 0.5 * cell, y0=south + 0.5 * cell)
 
 
-TOOL = Tool("count-hits", "Evaluate", "Stored trajectories: how many logs pass over each cell", Ask, run)
+TOOL = Tool(
+    "count-hits", "Evaluate", "Stored trajectories: how many logs pass over each cell, how fast and high", Ask, run
+)

@@ -8,17 +8,22 @@ spread are off by up to those logs. Blocks of the DEM are read where logs were, 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyproj
 import rasterio
 from numpy.typing import NDArray
 from rasterio.errors import RasterioError
-from rasterio.windows import Window
 
+from deadwood_algorithms.crs import crs_name, same_crs
+from deadwood_algorithms.dem_windows import DemWindows
 from deadwood_algorithms.grid import Grid
-from deadwood_algorithms.tool import Feedback
+from deadwood_algorithms.rasters import open_dem
+from deadwood_algorithms.run_folder import GEOPACKAGE, MANIFEST, read_manifest
+from deadwood_algorithms.tool import Feedback, UserError
 
 BLOCK = 512  # cells
 BLOCKS_KEPT = 64
@@ -33,8 +38,8 @@ class Edges:
 
     def __init__(self, grid: Grid, paths: list[Path], feedback: Feedback) -> None:
         self.grid, self.path = grid, None
-        self._source: Any = None
-        self._blocks: dict[tuple[int, int], NDArray[np.float32]] = {}
+        self._dem: DemWindows | None = None
+        self._blocks: dict[tuple[int, int], Grid] = {}
         self._near: dict[tuple[int, int, float], NDArray[np.bool_]] = {}
         for path in paths:
             try:
@@ -42,16 +47,19 @@ class Edges:
             except RasterioError:
                 continue
             if _same_grid(source, grid):
-                self._source, self.path = source, path
+                place = source.shape, grid.cell, grid.x0, grid.y0
+                self._dem = DemWindows(source, str(path), grid.crs, *place, flipped=source.transform.e < 0)
+                self.path = path
                 return
+            source.close()
         feedback.note("the run's terrain model was not found, so only the border of its grid counts as an edge")
 
     def __enter__(self) -> Edges:
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self._source:
-            self._source.close()
+        if self._dem:
+            self._dem.source.close()
 
     @property
     def words(self) -> str:
@@ -62,10 +70,9 @@ class Edges:
         """Bilinear height of the terrain [m]; NaN outside, and everywhere without a file."""
         u, v = (x - self.grid.x0) / self.grid.cell, (y - self.grid.y0) / self.grid.cell
         out = np.full(x.shape, np.nan)
-        for block, rows in self._by_block(np.floor(v), np.floor(u)):
-            j, i = block
-            corner = Grid(self._heights(block), 1.0, i * BLOCK, j * BLOCK, self.grid.crs)
-            out[rows] = corner.height(u[rows], v[rows])
+        if self._dem:
+            for block, rows in self._by_block(np.floor(v), np.floor(u)):
+                out[rows] = self._heights(self._dem, block).height(x[rows], y[rows])
         return out
 
     def near(self, x: NDArray[np.float64], y: NDArray[np.float64], distance: float) -> NDArray[np.bool_]:
@@ -103,34 +110,19 @@ class Edges:
 
     def _valid(self, row: int, column: int, size: int) -> NDArray[np.bool_]:
         """Which cells of a square window have a height; beyond the grid none has."""
-        if self._source:
-            return np.isfinite(self._window(row, column, size))
+        if self._dem:
+            return np.isfinite(self._dem.grid(slice(row, row + size), slice(column, column + size)).values)
         (ny, nx), at = self.grid.shape, np.arange(size)
         return ((at + row >= 0) & (at + row < ny))[:, None] & ((at + column >= 0) & (at + column < nx))
 
-    def _heights(self, block: tuple[int, int]) -> NDArray[np.float32]:
+    def _heights(self, dem: DemWindows, block: tuple[int, int]) -> Grid:
         """Heights of a block and of one row and column more, for the surface between it and the next."""
         if block not in self._blocks:
             if len(self._blocks) >= BLOCKS_KEPT:
                 self._blocks.pop(next(iter(self._blocks)))
-            self._blocks[block] = self._window(block[0] * BLOCK, block[1] * BLOCK, BLOCK + 1)
+            low = block[0] * BLOCK, block[1] * BLOCK
+            self._blocks[block] = dem.grid(*(slice(at, at + BLOCK + 1) for at in low))
         return self._blocks[block]
-
-    def _window(self, row: int, column: int, size: int) -> NDArray[np.float32]:
-        """Heights of a square window, row 0 south, NaN where there is none."""
-        out = np.full((size, size), np.nan, np.float32)
-        ny, nx = self.grid.shape
-        low_j, high_j, low_i, high_i = max(row, 0), min(row + size, ny), max(column, 0), min(column + size, nx)
-        if self._source is None or low_j >= high_j or low_i >= high_i:
-            return out
-        south_up = self._source.transform.e > 0
-        first = low_j if south_up else ny - high_j
-        window = Window(low_i, first, high_i - low_i, high_j - low_j)  # type: ignore[call-arg]
-        raw = self._source.read(1, window=window, masked=True)
-        values = raw.data * np.float64(self._source.scales[0]) + self._source.offsets[0]
-        values[np.ma.getmaskarray(raw) | ~np.isfinite(values)] = np.nan
-        out[low_j - row : high_j - row, low_i - column : high_i - column] = values if south_up else values[::-1]
-        return out
 
 
 def near_mask(valid: NDArray[np.bool_], margin: int, reach: float) -> NDArray[np.bool_]:
@@ -160,6 +152,29 @@ def dem_paths(run: Path, manifest: dict[str, Any]) -> list[Path]:
     """Where the DEM of a run may lie: as its manifest names it, from here, or from beside the run's folder."""
     named = str(manifest.get("parameters", {}).get("dem") or "")
     return [Path(named), run.parent / named, run.parent / Path(named).name] if named else []
+
+
+@contextmanager
+def edges_of_deposits(deposits: str, dem: str | None, crs: pyproj.CRS, feedback: Feedback) -> Iterator[Edges | None]:
+    """The edges that logs of these deposits may have met: of ``dem``, or of the run whose layer it is; else None."""
+    package = Path(deposits.partition("|")[0])
+    folder = package if package.is_dir() else package.parent
+    if dem:
+        with open_dem(dem, None, feedback) as (source, dem_crs, transform):
+            if not same_crs(dem_crs, crs):
+                raise UserError(f"{dem}: the DEM is in {crs_name(dem_crs)}, but the deposits are in {crs_name(crs)}")
+            cell, (ny, _), edge = transform.a, source.shape, transform.f
+            y0 = edge + cell / 2 if transform.e > 0 else edge - (ny - 0.5) * cell
+            nothing = np.broadcast_to(np.float32(np.nan), source.shape)
+            grid, paths = Grid(nothing, cell, transform.c + cell / 2, y0, dem_crs), [Path(dem)]
+    elif (folder / MANIFEST).is_file() and (package.is_dir() or package.name == GEOPACKAGE):
+        manifest, grid = read_manifest(folder)
+        paths = dem_paths(folder, manifest)
+    else:
+        yield None
+        return
+    with Edges(grid, paths, feedback) as edges:
+        yield edges
 
 
 def edge_words(n_left: int, n_near: int, n: int, distance: float, edges: str, what: str) -> str:

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_engine.log_body import AXIAL, MASS, TRANSVERSE, cone_bodies
+
 if TYPE_CHECKING:
     import geopandas
 
@@ -21,14 +23,9 @@ SIZES = ("dbh_cm", "length_m", "density_kg_m3")
 
 
 def bodies_of(deposits: geopandas.GeoDataFrame) -> Array:
-    """Mass properties of the logs, one row a deposit: the engine's table (`cone_bodies`)."""
-    from deadwood_engine import cone_bodies
-
+    """Mass properties of the logs, one row a deposit: the engine's table (`log_body.cone_bodies`)."""
     dbh_cm, length, density = (deposits[name].to_numpy(np.float64) for name in SIZES)
     return cone_bodies(dbh_cm / 100.0, length, density)
-
-
-TRANSVERSE, AXIAL, MASS = 4, 5, 6  # columns of that table: moments of inertia per mass [m2], mass [kg]
 
 
 def energies_kj(piece: dict[str, NDArray], bodies: Array) -> tuple[Array, Array]:

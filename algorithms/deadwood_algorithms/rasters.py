@@ -112,7 +112,6 @@ def write_raster(
 ) -> None:
     """See `layers.write_raster`."""
     write_bands(path, {description: values}, grid, nodata=nodata, dtype=dtype, units=[units])
-    styles.store_beside(Path(path), styles.of_raster(Path(path).stem, values, units, description))
 
 
 def write_bands(
@@ -149,6 +148,8 @@ def write_bands(
                 back = written.read(number, window=window)
                 if not np.array_equal(back, north_up[rows, columns], equal_nan=dtype[0] == "f"):
                     raise OSError(f"{path}: what was written does not read back")
+    description, values = next(iter(bands.items()))
+    styles.store_beside(Path(path), styles.of_raster(Path(path).stem, values, units[0], description))
 
 
 def _north_up(values: np.ndarray, dtype: str) -> np.ndarray:

@@ -196,18 +196,23 @@ def read_run(path: str, *, feedback: Feedback) -> Run:
     for name in (MANIFEST, GEOPACKAGE, POSES):
         if not (folder / name).is_file():
             raise UserError(f"{path}: this is no folder of slide-logs, it has no {name}")
+    manifest, grid = read_manifest(folder)
+    layer = f"{folder / GEOPACKAGE}|layername=deposits"
+    deposits = read_vector(layer, geometry=("point",), target_crs=grid.crs, what="deposits", feedback=feedback)
+    stored = parquet.read_table(folder / POSES, columns=["log_id"]).column("log_id").unique().to_numpy()
+    return Run(folder, deposits, grid, manifest, np.sort(stored.astype(np.int64)))
+
+
+def read_manifest(folder: Path) -> tuple[dict[str, Any], Grid]:
+    """The manifest of a run, and its grid without values."""
     try:
         manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
         facts = manifest["grid"]
         values = np.broadcast_to(np.float32(np.nan), (int(facts["ny"]), int(facts["nx"])))
         crs = pyproj.CRS.from_user_input(facts["crs"])
-        grid = Grid(values, float(facts["cell"]), float(facts["x0"]), float(facts["y0"]), crs, str(folder))
+        return manifest, Grid(values, float(facts["cell"]), float(facts["x0"]), float(facts["y0"]), crs, str(folder))
     except (ValueError, KeyError, TypeError, CRSError) as error:
         raise UserError(f"{folder / MANIFEST}: not the manifest of a run of slide-logs {VERSION} ({error})") from error
-    layer = f"{folder / GEOPACKAGE}|layername=deposits"
-    deposits = read_vector(layer, geometry=("point",), target_crs=crs, what="deposits", feedback=feedback)
-    stored = parquet.read_table(folder / POSES, columns=["log_id"]).column("log_id").unique().to_numpy()
-    return Run(folder, deposits, grid, manifest, np.sort(stored.astype(np.int64)))
 
 
 def chosen_logs(run: Run, *, release_id: str | None, log_id: str | None, stop_reason: str | None) -> NDArray[np.int64]:

@@ -297,6 +297,113 @@ EARTHWORKS = Layer(
 
 LAYERS |= {layer.name: layer for layer in (STRUCTURES, EARTHWORKS)}
 
+# What `reach-lines` and `lateral-spread` leave.
+_LINE = _id("line_id", "The line or polygon")
+_SHARE = (
+    _count("n_total", "Logs whose trajectory is stored"),
+    _count("n_reach", "Of these, the logs that reach it"),
+    _number("p", "Their share", 0, 1),
+    _number("ci_low", "Lower end of its 95 % Wilson interval", 0, 1),
+    _number("ci_high", "Upper end", 0, 1),
+)
+_STRENGTH = (
+    _number("speed_median_ms", "Median speed of the arriving logs", 0),
+    _number("speed_p95_ms", "95 % quantile of it", 0),
+    _number("energy_median_kj", "Median kinetic energy of translation of the arriving logs", 0),
+    _number("energy_p95_kj", "95 % quantile of it", 0),
+)
+
+REACH = Layer(
+    name="reach",
+    geometry=("LineString", "Polygon"),
+    meaning="Each line or polygon: how probably logs reach it, and how fast and hard they arrive",
+    columns=(_LINE, *_SHARE, *_STRENGTH, _number("clearance_max_m", "Largest clearance below an arriving log")),
+)
+
+ARRIVALS = Layer(
+    name="arrivals",
+    geometry=("Point Z",),
+    meaning="One row a log and line: the log's centre of mass when its outline first touches the line",
+    columns=(
+        _LOG,
+        _RELEASE,
+        _LINE,
+        _number("t_s", "Time since the start", 0),
+        _number("path_m", "Length of the path of the centre of mass until then", 0),
+        _number("speed_ms", "Speed of the centre of mass", 0),
+        _number("energy_kj", "Kinetic energy of translation", 0),
+        _number("rotation_kj", "Kinetic energy of rotation, as poses tell it", 0),
+        _number("clearance_m", "Lowest gap between log and terrain"),
+        _number("height_m", "Height of the centre of mass above the terrain; empty without the terrain model"),
+        _number("azimuth_deg", "Direction of travel, clockwise from grid north", 0, _AZIMUTH),
+        _number("impact_deg", "Angle in plan between direction of travel and line: 0 along it, 90 square on", 0, 90),
+        _number("axis_deg", "Angle in plan between direction of travel and log: 0 end first, 90 broadside", 0, 90),
+        _number("touch_x", "Easting of the line's place that is nearest to the log", unit="m"),
+        _number("touch_y", "Northing of it", unit="m"),
+        _number("release_x", "Easting of the centre of mass at the start", unit="m"),
+        _number("release_y", "Northing of it", unit="m"),
+        _text("stop_reason", "How the log's run ended", choices=STOP_REASONS),
+    ),
+)
+
+ATTRIBUTION = Layer(
+    name="attribution",
+    geometry=("LineString",),
+    meaning="One row a release and line: which release hits what; drawn from the release to where its logs touch",
+    columns=(
+        _RELEASE,
+        _LINE,
+        *_SHARE,
+        _number("share_of_arrivals", "Share of the line's arrivals that come from this release", 0, 1),
+        *_STRENGTH,
+    ),
+)
+
+ORIGINS = Layer(
+    name="origins",
+    geometry=("Point",),
+    meaning="The arrivals, each where its log was released: from where is a line hit",
+    columns=tuple(
+        ARRIVALS.column(name) for name in ("log_id", "release_id", "line_id", "t_s", "speed_ms", "energy_kj")
+    ),
+)
+
+SPREAD = Layer(
+    name="spread",
+    geometry=("Polygon",),
+    meaning="Each release: the sector that holds its deposits",
+    columns=(
+        _RELEASE,
+        _count("n", "Logs of the release"),
+        _count("n_left_out", "Of these, deposits nearer than the least run-out"),
+        _number("spread_deg", "Smallest angle that holds the others; it grows with the number of logs", 0, _AZIMUTH),
+        _number("p05_p95_deg", "Angle between the 5 % and the 95 % quantile of their azimuths", 0, _AZIMUTH),
+        _number("p05_p95_low_deg", "Lower end of its 95 % interval, by bootstrap over the logs", 0, _AZIMUTH),
+        _number("p05_p95_high_deg", "Upper end", 0, _AZIMUTH),
+        _number("spread_half_deg", "Mean of spread_deg over random halves of the logs", 0, _AZIMUTH),
+        _count("n_left_dem", "Logs that left the terrain model"),
+        _count("n_near_edge", "Other logs that ended near its edges"),
+        _number("from_deg", "Azimuth at which the angle begins, clockwise", 0, _AZIMUTH),
+        _number("runout_max_m", "Distance of the farthest deposit from the centre of the release", 0),
+    ),
+)
+
+AZIMUTHS = Layer(
+    name="azimuths",
+    geometry=("Point Z",),
+    meaning="Each deposit as seen from the centre of its release",
+    columns=(
+        _LOG,
+        _RELEASE,
+        _number("azimuth_deg", "Direction of the deposit, clockwise from grid north", 0, _AZIMUTH),
+        _number("distance_m", "Horizontal distance", 0),
+        _count("counted", "Whether it counts for the spread"),
+        _count("near_edge", "Whether it lies near an edge of the terrain model"),
+    ),
+)
+
+LAYERS |= {layer.name: layer for layer in (REACH, ARRIVALS, ATTRIBUTION, ORIGINS, SPREAD, AZIMUTHS)}
+
 
 def columns_of(name: str) -> tuple[Column, ...]:
     """The columns of a layer, none for a name that is not in the table."""

@@ -4,10 +4,8 @@ from .barriers import Barriers
 from .fidelity import FIDELITIES, Fidelity, station_spacing
 from .ledger import Hits
 from .lines import Lines, Segments, segments_of
-from .log_body import cone_bodies
 from .logs import Logs, Start, place_logs
 from .outline import sweep_hits, sweep_touches
-from .peaks import CellPeaks
 from .rasters import Rasters
 from .rest import STOP_REASONS
 from .result import Poses, Result
@@ -19,7 +17,6 @@ __all__ = [
     "FIDELITIES",
     "STOP_REASONS",
     "Barriers",
-    "CellPeaks",
     "Fidelity",
     "Hits",
     "Interrupted",
@@ -32,7 +29,6 @@ __all__ = [
     "Segments",
     "Start",
     "Trees",
-    "cone_bodies",
     "place_logs",
     "segments_of",
     "slide",

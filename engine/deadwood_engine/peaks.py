@@ -1,8 +1,8 @@
 """The largest that each log had over each cell that it swept: what quantiles of speed or energy are made of.
 
 The cells of a log are those of ``outline.sweep_hits``: the hull of two successive outlines overlaps them. What a log
-had there is the largest value at either pose of those hulls. One value is kept a log and cell, in places laid out by the
-hit counts, so the memory is known before the first log: 4 bytes a hit and channel.
+had there is the largest value at either pose of those hulls. One value is kept a log and cell, in places laid out by
+the hit counts, so the memory is known before the first log: 4 bytes a hit and channel.
 """
 
 from __future__ import annotations

@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 import shapely
 
-from deadwood_algorithms import lateral_spread
+from deadwood_algorithms import lateral_spread, schemas
 from deadwood_algorithms.tool import UserError
 
 sys.path.insert(0, str(Path(__file__).parent))  # importlib mode leaves siblings to us
 
-from slope_case import EAST, NORTH, Case, summary, write_layer
+from hand_run import Track, write_run
+from slope_case import EAST, NORTH, Case, summary, write_dem, write_layer
 
 
 def deposits(path: Path, azimuths: list[float], distances: list[float], **columns) -> str:
@@ -109,3 +110,73 @@ def test_what_is_missing_is_named(tmp_path):
     with pytest.raises(UserError, match="--min-runout"):
         spread(short, tmp_path / "s.gpkg")
     assert not (tmp_path / "s.gpkg").exists()
+
+
+def test_the_interval_and_the_halves(tmp_path):
+    """Normal azimuths: the interval holds 3.29 standard deviations, and the smallest angle shrinks with the logs."""
+    rng = np.random.default_rng(3)
+    angles = 180.0 + 10.0 * rng.standard_normal(400)
+    layer = deposits(tmp_path / "d.gpkg", list(angles), [100.0] * 400)
+    row = spread(layer, tmp_path / "s.gpkg")[0].iloc[0]
+    low, high = row["p05_p95_low_deg"], row["p05_p95_high_deg"]
+    assert low < row["p05_p95_deg"] < high
+    assert low < 32.9 < high
+    assert 2.0 < high - low < 8.0  # four standard errors: a quantile's is sqrt(p q / n) / density = 1.06 degrees
+    halves = [np.ptp(rng.permutation(angles)[:200]) for _ in range(400)]
+    assert row["spread_half_deg"] == pytest.approx(np.mean(halves), abs=1.0)
+    assert row["spread_half_deg"] < row["spread_deg"] - 1.0
+    # draws belong to the logs: rows in another order, or another release beside them, change nothing
+    mixed = rng.permutation(400)
+    same = {"release_x": [EAST] * 401, "release_y": [NORTH] * 401, "length_m": [10.0] * 401}
+    ids = {"log_id": [*mixed, 400], "release_id": [1] * 400 + [2]}
+    other = deposits(tmp_path / "e.gpkg", [*angles[mixed], 20.0], [100.0] * 401, **same, **ids)
+    again = spread(other, tmp_path / "t.gpkg")[0].iloc[0]
+    names = ["spread_half_deg", "p05_p95_low_deg", "p05_p95_high_deg"]
+    assert again[names].tolist() == pytest.approx(row[names].tolist(), abs=1e-9)
+    seeded = spread(other, tmp_path / "t.gpkg", seed=1)[0].iloc[0]
+    assert seeded["p05_p95_low_deg"] != again["p05_p95_low_deg"]
+
+
+def edge_case(tmp_path: Path) -> tuple[Path, str]:
+    """Four logs on 60 x 100 m: one ends 3 m from the border, one 8 m, one in the middle, one has left."""
+    dem = write_dem(tmp_path / "flat.tif", flat=True)
+    ends = ((30.0, 2.5), (30.0, 7.5), (30.0, 40.0), (59.0, 30.0))
+    reasons = ("rest", "rest", "tree", "left_dem")
+    tracks = [Track((30.0, 80.0), end, stop_reason=why) for end, why in zip(ends, reasons, strict=True)]
+    return write_run(tmp_path / "run", tracks, dem=dem), dem
+
+
+def test_deposits_near_the_edges_are_warned_of(tmp_path, said):
+    run, _ = edge_case(tmp_path)
+    for edge_m, near in ((2.0, 0), (5.0, 1), (20.0, 2)):
+        values = {"deposits": str(run), "output": str(tmp_path / "s.gpkg"), "overwrite": True, "edge_m": edge_m}
+        said.warnings.clear()
+        row = lateral_spread.TOOL(feedback=said, **values).facts["spread"][0]
+        assert (row["n_left_dem"], row["n_near_edge"]) == (1, near)
+        assert f"1 of 4 logs left the terrain model and {near} more ended within {edge_m:g} m" in said.warnings[0]
+    each = gpd.read_file(tmp_path / "s.gpkg", layer="azimuths")
+    assert each["near_edge"].tolist() == [True, True, False, False]
+
+
+def test_a_layer_of_its_own_takes_the_dem_that_is_named(tmp_path, said):
+    run, dem = edge_case(tmp_path)
+    gpd.read_file(run / "run.gpkg", layer="deposits").to_file(tmp_path / "mine.gpkg")
+    values = {"deposits": str(tmp_path / "mine.gpkg"), "output": str(tmp_path / "s.gpkg"), "overwrite": True}
+    alone = lateral_spread.TOOL(**values).facts["spread"][0]
+    assert (alone["n_left_dem"], alone["n_near_edge"]) == (1, 0)
+    known = lateral_spread.TOOL(feedback=said, dem=dem, **values).facts["spread"][0]
+    assert known["n_near_edge"] == 2
+    gpd.read_file(tmp_path / "mine.gpkg").to_crs("EPSG:21781").to_file(tmp_path / "old.gpkg")
+    with pytest.raises(UserError, match="the DEM is in EPSG:2056, but the deposits are in EPSG:21781"):
+        lateral_spread.TOOL(**(values | {"deposits": str(tmp_path / "old.gpkg")}), dem=dem)
+    with pytest.raises(UserError, match="nowhere.tif"):
+        lateral_spread.TOOL(**values, dem="nowhere.tif")
+
+
+@pytest.mark.parametrize("name", ["spread", "azimuths"])
+def test_the_layers_are_those_of_the_schema(tmp_path, name):
+    run, _ = edge_case(tmp_path)
+    written = spread(str(run), tmp_path / "s.gpkg")[["spread", "azimuths"].index(name)]
+    assert [column for column in written.columns if column != "geometry"] == [
+        column.name for column in schemas.LAYERS[name].columns
+    ]

@@ -9,9 +9,10 @@ import geopandas as gpd
 import numpy as np
 import pytest
 
-from deadwood_algorithms.pose_motion import MASS, axis_rate, bodies_of, energies_kj, path_so_far, travel
+from deadwood_algorithms.pose_motion import axis_rate, bodies_of, energies_kj, path_so_far, travel
 from deadwood_algorithms.run_folder import read_run
 from deadwood_algorithms.tool import Quiet
+from deadwood_engine.log_body import MASS
 
 sys.path.insert(0, str(Path(__file__).parent))  # importlib mode leaves siblings to us
 

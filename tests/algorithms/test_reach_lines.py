@@ -12,7 +12,7 @@ import pytest
 import rasterio
 import shapely
 
-from deadwood_algorithms import reach_lines
+from deadwood_algorithms import reach_lines, schemas
 from deadwood_algorithms.statistics import wilson_interval
 from deadwood_algorithms.tool import UserError
 
@@ -250,3 +250,15 @@ def test_both_outputs_or_none(by_hand, tmp_path):
             origins=str(tmp_path / "origins.tif"),
         )
     assert not (tmp_path / "r.gpkg").exists()
+
+
+@pytest.mark.parametrize("name", ["reach", "arrivals", "attribution", "origins"])
+def test_the_layers_are_those_of_the_schema(by_hand, tmp_path, name):
+    reach(by_hand, both(tmp_path), tmp_path / "r.gpkg")
+    written = gpd.read_file(tmp_path / "r.gpkg", layer=name)
+    assert [column for column in written.columns if column != "geometry"] == [
+        column.name for column in schemas.LAYERS[name].columns
+    ]
+    for column in schemas.LAYERS[name].columns:
+        values = written[column.name].dropna().tolist()
+        assert [schemas.value_fault(column, each) for each in values] == [None] * len(values)

@@ -43,7 +43,7 @@ def test_every_name_that_the_contract_quotes_for_a_layer_is_in_a_schema():
 def test_the_unit_stands_in_the_name():
     for layer in schemas.LAYERS.values():
         for column in layer.columns:
-            if column.unit and not re.fullmatch(r"(release_)?[xyz][bt]?", column.name):
+            if column.unit and not re.fullmatch(r"((release|touch)_)?[xyz][bt]?", column.name):
                 assert column.name.endswith("_" + column.unit_in_name)
                 assert schemas.UNITS[column.unit_in_name] == column.unit
     assert schemas.RELEASES.column("density_kg_m3").unit == "kg/m³"

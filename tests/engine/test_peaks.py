@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from deadwood_engine import CellPeaks, sweep_hits
+from deadwood_engine import sweep_hits
+from deadwood_engine.peaks import CellPeaks
 
 CELL, SHAPE = 0.7, (30, 24)
 
