@@ -96,6 +96,7 @@ def place_logs(scene: Scene, logs: Logs) -> Start:
     frame = np.floor(plan * terrain.inverse_cell).astype(np.int64)
     state = np.zeros((len(logs), 16))
     state[:, 0:2] = plan - frame * terrain.cell
+    frame -= (terrain.column, terrain.row)
     state[:, 3:7] = quaternion_from_axis(axis)
     state[:, 7:10] = logs.speed[:, None] * downhill
     state[:, 13:16] = axis

@@ -78,17 +78,20 @@ def convex_hull(points, count, hull):
 
 
 @kernel
-def hull_rows(hull, size, x0, y0, cell, columns, rows, left, right):
+def hull_rows(hull, size, x0, y0, cell, part, left, right):
     """Columns that a convex hull overlaps in each raster row: left[j] to right[j]; returns first and last row.
 
-    Rows and columns outside the raster are cut off; an empty range has first > last, an empty row left > right.
+    part : first column and row, number of columns and rows, of the raster within the whole that (x0, y0) belongs to.
+    What is returned counts from there, but is computed in the whole, so that every part of it gives the same bits.
+    Rows and columns outside the part are cut off; an empty range has first > last, an empty row left > right.
     """
+    column, row, columns, rows = part
     low, high = math.inf, -math.inf
     for k in range(size):
         y = (hull[k, 1] - y0) / cell + 0.5
         low, high = min(low, y), max(high, y)
-    first, last = max(0, int(math.floor(low))), min(rows - 1, int(math.floor(high)))
-    for j in range(first, last + 1):
+    first, last = max(row, int(math.floor(low))), min(row + rows - 1, int(math.floor(high)))
+    for j in range(first - row, last - row + 1):
         left[j], right[j] = columns, -1
     for k in range(size):
         m = k + 1 if k + 1 < size else 0
@@ -102,9 +105,9 @@ def hull_rows(hull, size, x0, y0, cell, columns, rows, left, right):
             q = bx if by <= j + 1 else ax + slope * (j + 1 - ay)
             if p > q:
                 p, q = q, p
-            left[j] = min(left[j], max(0, int(math.floor(p))))
-            right[j] = max(right[j], min(columns - 1, int(math.floor(q))))
-    return first, last
+            left[j - row] = min(left[j - row], max(0, int(math.floor(p)) - column))
+            right[j - row] = max(right[j - row], min(columns - 1, int(math.floor(q)) - column))
+    return first - row, last - row
 
 
 @kernel
@@ -132,14 +135,15 @@ def _work(rows: int, lines: int) -> tuple[NDArray, ...]:
 
 
 @kernel
-def _sweep_hits(log_row, base, tip, base_radius, tip_radius, x0, y0, cell, count, stamp, work):
+def _sweep_hits(log_row, base, tip, base_radius, tip_radius, cell, column, row, count, stamp, work):
     points, hull, left, right, _ = work
     rows, columns = count.shape
+    part = (column, row, columns, rows)
     for k in range(len(log_row)):
         log = log_row[k]
         previous = k - 1 if k > 0 and log_row[k - 1] == log else k
         size = _swept(points, hull, base, tip, base_radius[log], tip_radius[log], previous, k)
-        first, last = hull_rows(hull, size, x0, y0, cell, columns, rows, left, right)
+        first, last = hull_rows(hull, size, 0.0, 0.0, cell, part, left, right)
         for j in range(first, last + 1):
             for i in range(left[j], right[j] + 1):
                 if stamp[j, i] != log + 1:
@@ -158,6 +162,7 @@ def sweep_hits(
     y0: float,
     cell: float,
     shape: tuple[int, int],
+    first: tuple[int, int] = (0, 0),
 ) -> NDArray[np.uint32]:
     """Count the logs whose swept outline overlaps each raster cell, each log once a cell (paper, section 4).
 
@@ -167,6 +172,7 @@ def sweep_hits(
     base, tip : [m], shape (m, 3); ends of the log at each pose, in order of time
     base_radius, tip_radius : [m], shape (n,)
     x0, y0, cell, shape : centre of cell (0, 0) [m], cell size [m], rows and columns of the raster
+    first : column and row of the raster's cell (0, 0) when it is a window of the one that x0, y0 belong to
 
     Returns
     -------
@@ -177,7 +183,7 @@ def sweep_hits(
     origin = np.array([x0, y0, 0.0])
     _sweep_hits(
         np.asarray(log_row, np.int64), np.ascontiguousarray(base - origin), np.ascontiguousarray(tip - origin),
-        base_radius, tip_radius, 0.0, 0.0, cell, count, stamp, _work(shape[0], 0),
+        base_radius, tip_radius, cell, *first, count, stamp, _work(shape[0], 0),
     )  # fmt: skip
     return count
 

@@ -96,8 +96,8 @@ def result_of(
 ) -> Result:
     terrain = scene.arrays.terrain
     origin = np.empty((len(state), 3))
-    origin[:, 0] = terrain.x0 + start.frame[:, 0] * terrain.cell
-    origin[:, 1] = terrain.y0 + start.frame[:, 1] * terrain.cell
+    origin[:, 0] = terrain.x0 + (start.frame[:, 0] + terrain.column) * terrain.cell
+    origin[:, 1] = terrain.y0 + (start.frame[:, 1] + terrain.row) * terrain.cell
     origin[:, 2] = terrain.reference
     body = start.body
     centre = state[:, 0:3] + origin

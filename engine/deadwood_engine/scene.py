@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,13 +55,17 @@ class Scene:
         trees: Trees | None = None,
         barriers: Barriers | None = None,
         lines: Lines | None = None,
+        first: tuple[int, int] = (0, 0),
+        reference: float | None = None,
     ) -> Scene:
         """Check and lay out a scene.
 
         Parameters
         ----------
         heights : [m], shape (rows, columns), row 0 southernmost, NaN outside; heights at cell centres
-        cell : [m]; x0, y0 : world position of the centre of cell (0, 0) [m]
+        cell : [m]; x0, y0 : world position of the centre of cell (0, 0) of the whole DEM [m]
+        first : column and row of the whole DEM where heights[0, 0] stands, when the heights are a window of it
+        reference : [m] height that is zero in the kernels; the same for all windows of a DEM, or bits differ
         friction : Coulomb's coefficient, one value or one a cell
         trees, barriers, lines : world coordinates [m]
 
@@ -71,13 +75,14 @@ class Scene:
             for a terrain, friction, tree or barrier that cannot be one
         """
         trees, barriers, lines = trees or Trees.none(), barriers or Barriers.none(), lines or Lines.none()
-        terrain = terrain_file.prepare(heights, cell, x0, y0, friction)
+        terrain = terrain_file.prepare(heights, cell, x0, y0, friction, first, reference)
         for name, values in (("diameter", trees.diameter), ("height", trees.height), ("height", barriers.height)):
             if not np.all(np.isfinite(values) & (np.asarray(values) > 0)):
                 raise ValueError(f"a tree's or barrier's {name} must be positive and finite")
         plates, posts, barriers_outside = _plates_and_posts(terrain, barriers)
         uprights, trees_outside = _uprights(terrain, trees, posts)
         fence = Lines(barriers.vertices, barriers.starts)
+        uprights, plates = _in_window(uprights, terrain), _in_window(plates, terrain)
         arrays = SceneArrays(
             terrain, uprights, plates, segments_of(lines, terrain.x0, terrain.y0), segments_of(fence, x0, y0)
         )
@@ -94,6 +99,13 @@ class Scene:
         found = _surfaces(terrain, np.asarray(x, float) - terrain.x0, np.asarray(y, float) - terrain.y0)
         found[:, 0] += terrain.reference
         return found
+
+
+def _in_window(items: Any, terrain: Terrain) -> Any:
+    """Items laid out in the nodes of the whole DEM, in those of the window that the heights are."""
+    index, cell = items.index, terrain.cell
+    index = index._replace(x0=index.x0 - terrain.column * cell, y0=index.y0 - terrain.row * cell)
+    return items._replace(node=items.node - (terrain.column, terrain.row), index=index)
 
 
 def _surfaces(terrain: Terrain, x: Array, y: Array) -> Array:

@@ -29,7 +29,8 @@ class Terrain(NamedTuple):
     roughness : [m], same shape; how far the 3 x 3 cells around a cell rise above its tangent plane, at most
     friction : Coulomb's coefficient [-], shape (1, 1) when it is the same everywhere, else the shape of heights
     cell, inverse_cell : cell size [m] and one over it
-    x0, y0 : world position of the centre of cell (0, 0) [m]
+    x0, y0 : world position of the centre of cell (0, 0) of the whole DEM [m]
+    column, row : of the whole DEM, where heights[0, 0] stands; the heights may be a window of it
     reference : [m] height that is zero in the kernels
     """
 
@@ -40,11 +41,24 @@ class Terrain(NamedTuple):
     inverse_cell: float
     x0: float
     y0: float
+    column: int
+    row: int
     reference: float
 
 
-def prepare(heights: np.ndarray, cell: float, x0: float, y0: float, friction: float | np.ndarray) -> Terrain:
+def prepare(
+    heights: np.ndarray,
+    cell: float,
+    x0: float,
+    y0: float,
+    friction: float | np.ndarray,
+    first: tuple[int, int] = (0, 0),
+    reference: float | None = None,
+) -> Terrain:
     """Check the terrain and lay it out for the kernels.
+
+    ``first`` is the column and row of heights[0, 0] in the whole DEM, whose cell (0, 0) is at x0, y0. With the same
+    ``reference`` [m] a window gives the same bits as the whole; without, it is taken from the lowest height.
 
     Raises
     ------
@@ -64,12 +78,13 @@ def prepare(heights: np.ndarray, cell: float, x0: float, y0: float, friction: fl
     if np.any(mu < 0):
         raise ValueError("friction must not be negative")
     # A multiple of 64 m, so that neighbouring windows of one DEM share it and float32 keeps tenths of a millimetre.
-    reference = 64.0 * math.floor(float(np.nanmin(heights)) / 64.0)
+    if reference is None:
+        reference = 64.0 * math.floor(float(np.nanmin(heights)) / 64.0)
     relative = np.ascontiguousarray(heights - reference, dtype=np.float32)
     relative[~np.isfinite(relative)] = np.nan
     roughness = np.zeros_like(relative)
     roughness_of(relative, roughness)
-    return Terrain(relative, roughness, mu, float(cell), 1.0 / float(cell), float(x0), float(y0), reference)
+    return Terrain(relative, roughness, mu, float(cell), 1.0 / float(cell), float(x0), float(y0), *first, reference)
 
 
 @kernel
@@ -101,9 +116,9 @@ def surface(terrain, i0, j0, x, y):
 
 @kernel
 def surfaces(terrain, x, y, found):
-    """``surface`` at many places in the frame of node (0, 0); found has shape (n, 3)."""
+    """``surface`` at many places in the frame of the whole DEM's node (0, 0); found has shape (n, 3)."""
     for k in range(x.shape[0]):
-        found[k, 0], found[k, 1], found[k, 2] = surface(terrain, 0, 0, x[k], y[k])
+        found[k, 0], found[k, 1], found[k, 2] = surface(terrain, -terrain.column, -terrain.row, x[k], y[k])
 
 
 @kernel

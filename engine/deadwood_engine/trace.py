@@ -102,7 +102,7 @@ def draw(scene, frame, state, body, memory, work, rasters, row, marks, time):
     _outline_of(points, OUTLINE_POINTS, memory, body)
     size = convex_hull(points, 2 * OUTLINE_POINTS, hull)
     path[0], path[1], path[2], path[3] = start_x, start_y, state[X], state[Y]
-    shift_x, shift_y = frame[0] * terrain.cell, frame[1] * terrain.cell
+    shift_x, shift_y = (frame[0] + terrain.column) * terrain.cell, (frame[1] + terrain.row) * terrain.cell
     if marks.lines.shape[0] > 0:
         lines = scene.lines
         touch_segments(
@@ -117,7 +117,8 @@ def draw(scene, frame, state, body, memory, work, rasters, row, marks, time):
             fences.index, fences.ends, fences.owner, hull, size, path, shift_x, shift_y, marks.fences, marks.crossed
         )
     rows, columns = rasters.hits.shape
-    first, last = hull_rows(hull, size, -shift_x, -shift_y, terrain.cell, columns, rows, left, right)
+    part = (terrain.column, terrain.row, columns, rows)
+    first, last = hull_rows(hull, size, -shift_x, -shift_y, terrain.cell, part, left, right)
     for j in range(first, last + 1):
         for i in range(left[j], right[j] + 1):
             if rasters.stamp[j, i] != row + 1:
@@ -135,9 +136,11 @@ def draw_deposit(scene, frame, state, body, memory, work, rasters):
     remember_pose(memory, state, body)
     _outline_of(points, 0, memory, body)
     size = convex_hull(points, OUTLINE_POINTS, hull)
-    cell = scene.terrain.cell
+    terrain, cell = scene.terrain, scene.terrain.cell
     rows, columns = rasters.deposits.shape
-    first, last = hull_rows(hull, size, -frame[0] * cell, -frame[1] * cell, cell, columns, rows, left, right)
+    shift_x, shift_y = (frame[0] + terrain.column) * cell, (frame[1] + terrain.row) * cell
+    part = (terrain.column, terrain.row, columns, rows)
+    first, last = hull_rows(hull, size, -shift_x, -shift_y, cell, part, left, right)
     for j in range(first, last + 1):
         for i in range(left[j], right[j] + 1):
             rasters.deposits[j, i] += 1
