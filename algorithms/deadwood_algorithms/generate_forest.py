@@ -23,6 +23,7 @@ import numpy as np
 import shapely
 
 from deadwood_algorithms import draws, schemas, tool
+from deadwood_algorithms.drawn_sizes import draw_pair
 from deadwood_algorithms.layers import (
     Grid,
     number_column,
@@ -38,7 +39,6 @@ from deadwood_algorithms.tool import Feedback, Outcome, Tool, UserError
 
 LEAST_DBH_CM = 1.0
 LEAST_HEIGHT_M = 1.3  # below it there is no breast height
-TURNS = 100  # of drawing a size; whoever needs more has mistaken a unit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -162,21 +162,16 @@ def sizes_of(ask: Ask, fitted: dict[str, float]) -> Sizes:
 
 def draw_sizes(sizes: Sizes, count: int, seed: int) -> tuple[np.ndarray, np.ndarray, int]:
     """DBH [cm] and height [m] of each tree, to 0.01, and how many draws were no tree."""
-    tree = np.arange(1, count + 1)
-    dbh, height = np.empty(count), np.empty(count)
-    left, redrawn = np.arange(count), 0
-    rho = sizes.correlation
-    for turn in range(TURNS):
-        first, second = draws.normals(seed, tree[left], draws.TREE_SIZE, turn)
-        dbh[left] = np.round(sizes.dbh_mean + sizes.dbh_sd * first, 2)
-        height[left] = np.round(sizes.height_mean + sizes.height_sd * (rho * first + np.sqrt(1 - rho**2) * second), 2)
-        left = left[(dbh[left] < LEAST_DBH_CM) | (height[left] < LEAST_HEIGHT_M)]
-        if not left.size:
-            return dbh, height, redrawn
-        redrawn += left.size
-    raise UserError(
+    return draw_pair(
+        (sizes.dbh_mean, sizes.height_mean),
+        (sizes.dbh_sd, sizes.height_sd),
+        sizes.correlation,
+        (LEAST_DBH_CM, LEAST_HEIGHT_M),
+        seed,
+        np.arange(1, count + 1),
+        draws.TREE_SIZE,
         f"DBH {sizes.dbh_mean:g} +- {sizes.dbh_sd:g} cm and height {sizes.height_mean:g} +- {sizes.height_sd:g} m "
-        "give hardly a tree; check the numbers and their units"
+        "give hardly a tree; check the numbers and their units",
     )
 
 

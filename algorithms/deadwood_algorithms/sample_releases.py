@@ -1,14 +1,27 @@
-"""Draw the start positions of many logs inside release areas.
+"""Draw the start positions of many logs inside release areas, and what each log is like.
 
-Gives the releases layer of ``slide-logs``: for every area the same number of logs, each at a place drawn uniformly by
-area, inside the circle around a point (the paper: 10 m) or inside a polygon, holes left out. What the logs are like
-comes from the options, or from columns of the areas layer of the same names, which go first.
+Gives the releases layer of ``slide-logs``. Places are uniform by area inside the circle around a point (the paper:
+10 m) or inside a polygon or multipolygon, holes left out; or, with a raster of susceptibility (``--weights``), as dense
+as its values say, inside the areas, or without areas wherever it is above 0. Every area gets ``--count`` logs, or
+``--logs-per-ha`` times its area (without areas, times that of the cells above 0).
 
-Log k has the same id and place however many logs are drawn, for its draws come from the seed and its id alone; the ids
-go round the areas (area 1, 2, ..., 1, 2, ...), so that a larger ``--count`` only adds logs.
+The logs of an area are alike unless sizes are to be drawn: normal distributions with ``--dbh-sd-cm``, ``--length-sd-m``
+and ``--density-sd-kg-m3`` around the means (a draw that is no log is drawn again, and said), or rows of a table of
+mapped deadwood (``--deadwood``, as ``import-trees --releases`` writes it: each log is like one of its rows). Columns of
+the areas go before the options of the same names, those of the mapped deadwood before both. The axis is upright, lying,
+tilted, ``random`` (any direction in space) or ``random-lying`` (on the ground, any azimuth).
 
-It does not judge where wood could start to slide, and it draws no sizes: all logs of an area are alike.
-Source: the paper, section 3.3 (small perturbations of the position are the statistical variable).
+Log k has the same id, place and size however many logs are drawn, for its draws come from the seed and its id alone;
+the ids go round the areas (area 1, 2, ..., 1, 2, ...), so that a larger ``--count`` only adds logs.
+
+It does not judge where wood could start to slide. Source: the paper, section 3.3 (small perturbations of the position
+are the statistical variable).
+
+    deadwood-tool sample-releases --areas "sample_data/sample.gpkg|layername=release_area" --dem sample_data/dem.tif \\
+        --count 200 --output releases.gpkg
+    deadwood-tool sample-releases --areas "sample_data/sample.gpkg|layername=forest" --dem sample_data/dem.tif \\
+        --logs-per-ha 50 --dbh-cm 60 --dbh-sd-cm 19 --length-m 25 --length-sd-m 5 --orientation random-lying \\
+        --output windthrow.gpkg
 """
 
 from __future__ import annotations
@@ -20,41 +33,57 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import shapely
 
-from deadwood_algorithms import draws, schemas, tool
-from deadwood_algorithms.layers import (
-    Grid,
-    id_column,
-    number_column,
-    output_path,
-    read_dem,
-    read_vector,
-    warn_implausible,
-    where_of,
-    write_vector,
+from deadwood_algorithms import tool
+from deadwood_algorithms.layers import Grid, id_column, output_path, read_dem, read_vector, where_of, write_vector
+from deadwood_algorithms.release_logs import (
+    NUMBERS,
+    ORIENTATIONS,
+    SPREADS,
+    Drawn,
+    columns_of_rows,
+    draw_logs,
+    mapped_deadwood,
 )
+from deadwood_algorithms.release_places import Weights, area_m2, positions, read_weights, weighted_positions
 from deadwood_algorithms.tool import Cancelled, Feedback, Outcome, Tool, UserError
 
 if TYPE_CHECKING:
-    import geopandas
+    import pandas
 
-# Of the bounding box; below it the drawing would take for ever, and no release area is such a thread.
-SLIMMEST_AREA = 1e-4
-NUMBERS = ("dbh_cm", "length_m", "density_kg_m3", "tilt_deg", "azimuth_deg", "speed_ms", "drop_m")
+MOST_LOGS = 10**9
+OPTIONS = (*NUMBERS, *SPREADS, "orientation")  # that columns of the areas go before
 
 
 @dataclass(frozen=True, kw_only=True)
 class Ask:
-    areas: str = tool.vector("Release points or polygons", "point", "polygon")
+    areas: str | None = tool.vector(
+        "Release points or polygons", "point", "polygon", default=None, help="May be left out with --weights."
+    )
     dem: str = tool.raster("Terrain (DEM); its CRS is that of the output")
-    count: int = tool.integer("Logs per area", default=2000, minimum=1, maximum=10**9)
+    weights: str | None = tool.raster(
+        "Susceptibility raster: how likely logs start in a cell", default=None, help="Any numbers from 0 up."
+    )
+    count: int = tool.integer("Logs per area", default=2000, minimum=1, maximum=MOST_LOGS)
+    logs_per_ha: float | None = tool.number(
+        "Logs per hectare of each area, in place of the count", unit="1/ha", default=None, minimum=0.0, exclusive=True
+    )
     radius_m: float = tool.number("Radius of the circle around a point", unit="m", default=10.0, minimum=0.0)
     release_id_field: str | None = tool.text(
         "Field of the areas that names them", default=None, help="Without it: release_id, else the row number from 1."
     )
     dbh_cm: float = tool.number("DBH", unit="cm", default=75.0, minimum=0.0, exclusive=True)
+    dbh_sd_cm: float = tool.number("Standard deviation of the DBH", unit="cm", default=0.0, minimum=0.0)
     length_m: float = tool.number("Length", unit="m", default=30.0, minimum=0.0, exclusive=True)
+    length_sd_m: float = tool.number("Standard deviation of the length", unit="m", default=0.0, minimum=0.0)
+    correlation: float = tool.number("Correlation of DBH and length", default=0.8, minimum=-1.0, maximum=1.0)
     density_kg_m3: float = tool.number("Density", unit="kg/m³", default=300.0, minimum=0.0, exclusive=True)
-    orientation: str = tool.choice("Orientation at the start", *schemas.ORIENTATIONS, default="upright")
+    density_sd_kg_m3: float = tool.number("Standard deviation of the density", unit="kg/m³", default=0.0, minimum=0.0)
+    deadwood: str | None = tool.table(
+        "Mapped deadwood to draw the logs from",
+        default=None,
+        help="Fields dbh_cm and length_m, and any other of a log.",
+    )
+    orientation: str = tool.choice("Orientation at the start", *ORIENTATIONS, default="upright")
     tilt_deg: float = tool.number("Tilt from the vertical", unit="°", default=0.0, minimum=0.0, maximum=180.0)
     azimuth_deg: float = tool.number(
         "Azimuth of tip and speed, from north", unit="°", default=0.0, minimum=0.0, maximum=360.0
@@ -70,101 +99,116 @@ class Ask:
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     import geopandas
 
-    with output_path(ask.output, ask.overwrite, suffix=".gpkg", inputs=(ask.areas, ask.dem)) as temporary:
+    refuse_contradictions(ask)
+    inputs = (ask.areas, ask.dem, ask.weights, ask.deadwood)
+    with output_path(ask.output, ask.overwrite, suffix=".gpkg", inputs=inputs) as temporary:
         grid = read_dem(ask.dem, crs=ask.crs, feedback=feedback)
-        areas = read_vector(
-            ask.areas,
-            geometry=("point", "polygon"),
-            target_crs=grid.crs,
-            crs=ask.crs,
-            what="releases",
-            feedback=feedback,
-        )
+        weights = read_weights(ask.weights, grid, feedback) if ask.weights else None
+        areas, shapes = read_areas(ask, grid, feedback)
         names = release_ids(areas, ask.release_id_field)
-        logs = log_columns(areas, ask, feedback)
+        of_area = columns_of_rows(areas, {name: getattr(ask, name) for name in OPTIONS}, feedback)
+        deadwood = mapped_deadwood(ask.deadwood, feedback) if ask.deadwood else None
+        counts = logs_by_area(ask, shapes, weights)
 
-        places = np.empty((len(areas), ask.count, 2))
-        for row, shape in enumerate(areas.geometry):
-            if feedback.cancelled():
-                raise Cancelled
-            log_id = row + len(areas) * np.arange(ask.count)
-            places[row] = positions(shape, ask.radius_m, ask.seed, log_id, f"{where_of(areas)}, row {row + 1}")
-            refuse_off_dem(places[row], grid, f"{where_of(areas)}, row {row + 1}")
-            feedback.progress((row + 1) * ask.count, len(areas) * ask.count, "drawing release positions")
-
-        x, y = places.transpose(2, 1, 0).reshape(2, -1)
-        area_of = np.tile(np.arange(len(areas)), ask.count)
-        columns = {"log_id": np.arange(x.size, dtype=np.int64), "release_id": names[area_of]}
-        columns |= {name: values[area_of] for name, values in logs.items()}
-        frame = geopandas.GeoDataFrame(columns, geometry=shapely.points(x, y), crs=grid.plan_crs)
+        log_id, places = place_logs(ask, grid, areas, shapes, weights, counts, feedback)
+        area = log_id % len(areas)
+        drawn = draw_logs(of_area, area, log_id, ask.seed, ask.correlation, deadwood)
+        columns = {"log_id": log_id, "release_id": names[area]} | drawn.columns
+        frame = geopandas.GeoDataFrame(columns, geometry=shapely.points(places), crs=grid.plan_crs)
         write_vector(temporary, {"releases": frame})
-    return Outcome(
-        {"output": Path(ask.output)},
-        {"logs": x.size, "areas": len(areas)},
-        (f"{x.size} logs in {len(areas)} release areas, {ask.count} each",),
+    facts = {"logs": log_id.size, "areas": len(areas), "redrawn": drawn.redrawn}
+    return Outcome({"output": Path(ask.output)}, facts, lines(ask, counts, drawn))
+
+
+def refuse_contradictions(ask: Ask) -> None:
+    if not ask.areas and not ask.weights:
+        raise UserError("--areas is missing (Release points or polygons); without areas give a raster of --weights")
+    if ask.release_id_field and not ask.areas:
+        raise UserError("--release-id-field names a field of --areas, which is missing; give both or none")
+    given = next((name for name in SPREADS[:2] if getattr(ask, name)), None)
+    if ask.deadwood and given:
+        raise UserError(f"--deadwood and --{given.replace('_', '-')} both draw the sizes; give one of them")
+
+
+def read_areas(ask: Ask, grid: Grid, feedback: Feedback) -> tuple[pandas.DataFrame, list[Any]]:
+    """The areas' columns and shapes; without a layer one area, the cells that have a weight (None)."""
+    import pandas
+
+    if ask.areas is None:
+        anywhere = pandas.DataFrame(index=[0])
+        anywhere.attrs["where"] = str(ask.weights)
+        return anywhere, [None]
+    areas = read_vector(
+        ask.areas,
+        geometry=("point", "polygon"),
+        target_crs=grid.crs,
+        crs=ask.crs,
+        what="releases",
+        feedback=feedback,
     )
+    return areas, list(areas.geometry)
 
 
-def positions(area: Any, radius: float, seed: int, log_id: np.ndarray, where: str) -> np.ndarray:
-    """Places drawn uniformly in a point's circle or a polygon, for these logs [m], shape (n, 2).
+def logs_by_area(ask: Ask, shapes: list[Any], weights: Weights | None) -> np.ndarray:
+    """How many logs each area gets."""
+    if ask.logs_per_ha is None:
+        return np.full(len(shapes), ask.count)
+    area = np.array([area_m2(shape, ask.radius_m, weights) for shape in shapes])
+    counts = np.rint(area * ask.logs_per_ha / 1e4).astype(np.int64)
+    if not counts.any():
+        raise UserError(
+            f"--logs-per-ha {ask.logs_per_ha:g} on {area.sum() / 1e4:.4g} ha is no log at all; raise it, or say --count"
+        )
+    if counts.max() > MOST_LOGS:
+        raise UserError(f"--logs-per-ha {ask.logs_per_ha:g} is {counts.max()} logs in one area; lower it")
+    return counts
 
-    Each log draws from its own stream in the bounding box until it is inside: no other log has a say in it.
-    """
-    west, south, east, north = area.bounds
-    circle = area.geom_type == "Point"
-    if circle:
-        west, south, east, north = west - radius, south - radius, east + radius, north + radius
-    elif area.area <= SLIMMEST_AREA * (east - west) * (north - south):
-        raise UserError(f"{where}: the polygon is too slim ({area.area:.3g} m2 in its extent); draw it wider")
-    shapely.prepare(area)
-    place = np.empty((log_id.size, 2))
-    left, turn = np.arange(log_id.size), 0
-    while left.size:
-        u, v = draws.uniforms(seed, log_id[left], draws.LOG_PLACE, turn)
-        x, y = west + u * (east - west), south + v * (north - south)
-        if circle:
-            inside = ((2 * u - 1) ** 2 + (2 * v - 1) ** 2 <= 1) | (radius == 0)
+
+def place_logs(
+    ask: Ask,
+    grid: Grid,
+    areas: pandas.DataFrame,
+    shapes: list[Any],
+    weights: Weights | None,
+    counts: np.ndarray,
+    feedback: Feedback,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Ids and places [m] of all logs, by id; area ``row`` has the ids row, row + n, row + 2 n, ..."""
+    ids, places = [], []
+    for row, shape in enumerate(shapes):
+        if feedback.cancelled():
+            raise Cancelled
+        where = f"{where_of(areas)}, row {row + 1}" if ask.areas else where_of(areas)
+        log_id = row + len(shapes) * np.arange(counts[row])
+        if weights is None:
+            place = positions(shape, ask.radius_m, ask.seed, log_id, where)
+            refuse_off_dem(place, grid, where)
         else:
-            inside = shapely.contains_xy(area, x, y)
-        place[left[inside]] = np.column_stack((x, y))[inside]
-        left, turn = left[~inside], turn + 1
-    return place
+            place = weighted_positions(shape, ask.radius_m, weights, ask.seed, log_id, where)
+        ids.append(log_id)
+        places.append(place)
+        feedback.progress(int(counts[: row + 1].sum()), int(counts.sum()), "drawing release positions")
+    order = np.argsort(np.concatenate(ids), kind="stable")
+    return np.concatenate(ids)[order], np.concatenate(places)[order]
 
 
-def release_ids(areas: geopandas.GeoDataFrame, field: str | None) -> np.ndarray:
+def lines(ask: Ask, counts: np.ndarray, drawn: Drawn) -> tuple[str, ...]:
+    each = f"{counts.min()}" if counts.min() == counts.max() else f"{counts.min()} to {counts.max()}"
+    where = f"{counts.size} release areas" if ask.areas else f"the cells of {ask.weights} with a weight"
+    first = f"{counts.sum()} logs in {where}" + (f", {each} each" if ask.areas else "")
+    first += f" ({ask.logs_per_ha:g} a hectare)" if ask.logs_per_ha else ""
+    empty = int((counts == 0).sum())
+    said = [f"{empty} areas are too small for a log at {ask.logs_per_ha:g} a hectare"] if empty else []
+    return (first, *said, *drawn.said)
+
+
+def release_ids(areas: pandas.DataFrame, field: str | None) -> np.ndarray:
     """The name of each area: the field asked for, else ``release_id``, else the row number from 1."""
     if field and field not in areas:
         known = ", ".join(str(name) for name in areas.columns if name != "geometry") or "none"
         raise UserError(f"{where_of(areas)}: there is no field '{field}' (--release-id-field); the fields are {known}")
     field = field or ("release_id" if "release_id" in areas else None)
     return id_column(areas, field) if field else np.arange(1, len(areas) + 1)
-
-
-def log_columns(areas: geopandas.GeoDataFrame, ask: Ask, feedback: Feedback) -> dict[str, np.ndarray]:
-    """What the logs of each area are like: the areas' own columns, else the options."""
-    columns: dict[str, np.ndarray] = {}
-    for name in NUMBERS:
-        column = schemas.RELEASES.column(name)
-        columns[name] = number_column(
-            areas,
-            name,
-            default=getattr(ask, name),
-            minimum=column.minimum,
-            exclusive=column.exclusive,
-            maximum=column.maximum,
-        )
-        where = where_of(areas) if name in areas else "--" + name.replace("_", "-")
-        warn_implausible(columns[name], column, where, feedback)
-    columns["azimuth_deg"] %= 360.0
-    words = np.full(len(areas), ask.orientation, object)
-    if "orientation" in areas:
-        words = np.array([str(word).strip().lower() for word in areas["orientation"]], object)
-        for row, word in enumerate(words):
-            fault = schemas.value_fault(schemas.RELEASES.column("orientation"), word)
-            if fault:
-                raise UserError(f"{where_of(areas)}, field 'orientation', row {row + 1}: {fault}")
-    columns["orientation"] = words
-    return {name: columns[name] for name in (c.name for c in schemas.RELEASES.columns) if name in columns}
 
 
 def refuse_off_dem(place: np.ndarray, grid: Grid, where: str) -> None:

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 import rasterio
 from rasterio.transform import from_origin
+from scipy import stats
 
-from deadwood_algorithms import import_trees
+from deadwood_algorithms import import_trees, sample_releases
 from deadwood_algorithms.tool import Outcome
 
 
@@ -77,3 +78,27 @@ def imported(tmp_path, said, outcome) -> Callable[..., gpd.GeoDataFrame]:
         return gpd.read_file(tmp_path / "out.gpkg")
 
     return run
+
+
+@pytest.fixture
+def sample(tmp_path, slope, said, outcome) -> Callable[..., gpd.GeoDataFrame]:
+    """Runs sample-releases on a layer of areas, or on none, and gives the releases."""
+
+    def run(layer: str | None, **values) -> gpd.GeoDataFrame:
+        values = {"dem": slope(), "output": str(tmp_path / "releases.gpkg"), "overwrite": True} | values
+        outcome["last"] = sample_releases.TOOL(sample_releases.TOOL.ask_from({"areas": layer} | values), said)
+        return gpd.read_file(tmp_path / "releases.gpkg", layer="releases")
+
+    return run
+
+
+@pytest.fixture
+def chi_square_excess() -> Callable[[np.ndarray, np.ndarray], float]:
+    """Chi-square over the value that right draws exceed once in 10 000 seeds; above 1 is a failure."""
+
+    def excess(counts: np.ndarray, shares: np.ndarray) -> float:
+        expected = counts.sum() * shares
+        statistic = ((counts - expected) ** 2 / expected).sum()
+        return float(statistic / stats.chi2.ppf(1 - 1e-4, counts.size - 1))
+
+    return excess

@@ -6,11 +6,11 @@ import geopandas as gpd
 import numpy as np
 import pytest
 import shapely
-from scipy import stats
 from shapely import MultiPolygon, Point, Polygon
 
 from deadwood_algorithms import schemas
-from deadwood_algorithms.sample_releases import TOOL, positions
+from deadwood_algorithms.release_places import positions
+from deadwood_algorithms.sample_releases import TOOL
 from deadwood_algorithms.tool import Cancelled, UserError
 
 EAST, NORTH = 2_783_000.0, 1_190_000.0
@@ -26,25 +26,6 @@ def areas(tmp_path, shapes, name="areas.gpkg", crs="EPSG:2056", **columns) -> st
     return str(tmp_path / name)
 
 
-@pytest.fixture
-def sample(tmp_path, slope, said):
-    """Runs the tool and gives its layer."""
-
-    def run(layer: str, **values) -> gpd.GeoDataFrame:
-        values = {"dem": slope(), "output": str(tmp_path / "releases.gpkg"), "overwrite": True} | values
-        TOOL(TOOL.ask_from({"areas": layer} | values), said)
-        return gpd.read_file(tmp_path / "releases.gpkg")
-
-    return run
-
-
-def chi_square_excess(counts: np.ndarray, shares: np.ndarray) -> float:
-    """Chi-square over the value that uniform draws exceed once in 10 000 seeds; above 1 is a failure."""
-    expected = counts.sum() * shares
-    statistic = ((counts - expected) ** 2 / expected).sum()
-    return statistic / stats.chi2.ppf(1 - 1e-4, counts.size - 1)
-
-
 def in_rings_and_sectors(x, y, radius):
     """Counts in 5 rings of equal area times 8 sectors."""
     ring = np.minimum((x**2 + y**2) / radius**2 * 5, 4).astype(int)
@@ -52,7 +33,7 @@ def in_rings_and_sectors(x, y, radius):
     return np.bincount(ring * 8 + sector, minlength=40)
 
 
-def test_a_circle_is_filled_uniformly_by_area():
+def test_a_circle_is_filled_uniformly_by_area(chi_square_excess):
     n, radius = 20_000, 10.0
     x, y = (positions(MIDDLE, radius, 7, np.arange(n), "") - [MIDDLE.x, MIDDLE.y]).T
     assert np.hypot(x, y).max() <= radius
@@ -72,7 +53,7 @@ def test_a_circle_is_filled_uniformly_by_area():
         Polygon([(0, 0), (100, 0), (0, 40)]),
     ],
 )
-def test_polygons_are_filled_uniformly_by_area_and_their_holes_left_out(area):
+def test_polygons_are_filled_uniformly_by_area_and_their_holes_left_out(area, chi_square_excess):
     place = positions(area, 10.0, 7, np.arange(20_000), "")
     assert shapely.contains_xy(area, *place.T).all()
     west, south, east, north = area.bounds
