@@ -19,8 +19,8 @@ are the statistical variable).
 
     deadwood-tool sample-releases --areas "sample_data/sample.gpkg|layername=release_area" --dem sample_data/dem.tif \\
         --count 200 --output releases.gpkg
-    deadwood-tool sample-releases --areas "sample_data/sample.gpkg|layername=forest" --dem sample_data/dem.tif \\
-        --logs-per-ha 50 --dbh-cm 60 --dbh-sd-cm 19 --length-m 25 --length-sd-m 5 --orientation random-lying \\
+    deadwood-tool sample-releases --areas "sample_data/sample.gpkg|layername=release_area" --dem sample_data/dem.tif \\
+        --logs-per-ha 5000 --dbh-cm 60 --dbh-sd-cm 19 --length-m 25 --length-sd-m 5 --orientation random-lying \\
         --output windthrow.gpkg
 """
 
