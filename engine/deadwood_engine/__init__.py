@@ -5,6 +5,7 @@ from .fidelity import FIDELITIES, Fidelity, station_spacing
 from .ledger import Hits
 from .lines import Lines, Segments, segments_of
 from .logs import Logs, Start, place_logs
+from .lying_logs import LyingLogs
 from .outline import sweep_hits, sweep_touches
 from .rasters import Rasters
 from .rest import STOP_REASONS
@@ -22,6 +23,7 @@ __all__ = [
     "Interrupted",
     "Lines",
     "Logs",
+    "LyingLogs",
     "Poses",
     "Rasters",
     "Result",

@@ -32,7 +32,7 @@ PN, PT, PU, GNN, GTT, GUU, GNT, GNU, GTU, TARGET, GAP, MU, BEFORE_N, BEFORE_T, B
 CONTACT_WIDTH = 45
 
 # Kinds of contact, first column of the keys; the second is the slot (terrain) or the item (obstacle), the third a part
-TERRAIN, TREE, BARRIER = 0, 1, 2
+TERRAIN, TREE, BARRIER, LYING = 0, 1, 2, 3
 KEY_WIDTH = 3
 CANDIDATES = 8  # points on the rim of an end face; the rings between use the first three
 

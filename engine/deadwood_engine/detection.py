@@ -1,19 +1,19 @@
-"""All contacts of a pose: terrain, then trees, then barriers, from lists of what is near."""
+"""All contacts of a pose: terrain, then trees, barriers and lying logs, from lists of what is near."""
 
 from __future__ import annotations
 
 import math
 
-from . import barriers, trees
+from . import barriers, lying_logs, trees
 from .compiled import kernel
-from .contacts import TREE, terrain_contacts
+from .contacts import LYING, TREE, terrain_contacts
 from .limits import NEAR_MARGIN
 from .log_body import BASE_RADIUS, CENTRE, LENGTH
 
 
 @kernel
 def find_contacts(scene, frame, state, body, stations, settings, dt, scratch, obstacles):
-    """Contacts of the pose predicted for a step dt: terrain, then trees, then barriers (if obstacles is true).
+    """Contacts of the pose predicted for a step dt: terrain, then trees, barriers, lying logs (if obstacles is true).
 
     Returns (count, least clearance of the terrain [m], travel allowed in the next step by the obstacles [m],
     whether there is terrain below the whole log).
@@ -24,7 +24,8 @@ def find_contacts(scene, frame, state, body, stations, settings, dt, scratch, ob
         settings.restitution, settings.gravity, scratch.trial,
     )  # fmt: skip
     travel = math.inf
-    if obstacles and (scene.uprights.owner.shape[0] > 0 or scene.plates.owner.shape[0] > 0):
+    standing = scene.uprights.owner.shape[0] + scene.plates.owner.shape[0]
+    if obstacles and standing + scene.lying.owner.shape[0] > 0:
         trial, anchor = scratch.trial, scratch.anchor
         back, front = -body[CENTRE], body[LENGTH] - body[CENTRE]
         bx, by = trial[3] + back * trial[0], trial[4] + back * trial[1]
@@ -38,6 +39,9 @@ def find_contacts(scene, frame, state, body, stations, settings, dt, scratch, ob
             )
             anchor[5] = barriers.near(
                 scene.plates, frame, terrain.cell, scratch.near_plates, scratch.plate_table, bx, by, tx, ty, reach
+            )
+            anchor[7] = lying_logs.near(
+                scene.lying, frame, terrain.cell, scratch.near_lying, scratch.lying_table, bx, by, tx, ty, reach
             )
             moved = 0.0
         # what is not listed is farther away than the margin that is left
@@ -53,13 +57,20 @@ def find_contacts(scene, frame, state, body, stations, settings, dt, scratch, ob
             count, state, body, trial, step,
         )  # fmt: skip
         travel = min(travel, allowed)
+        count, allowed = lying_logs.contacts_with(
+            terrain, frame, scratch.lying_table, scratch.near_lying, int(anchor[7]), scratch.contacts, scratch.keys,
+            count, state, body, trial, step,
+        )  # fmt: skip
+        travel = min(travel, allowed)
     return count, clearance, travel, whole
 
 
 @kernel
 def owner_of(scene, key):
-    """(is a barrier, row in the user's table) of an obstacle's contact."""
+    """(is a barrier, row in the user's table) of an obstacle's contact; lying logs are numbered after the trees."""
     if key[0] == TREE:
         owner = scene.uprights.owner[key[1]]
         return (True, -1 - owner) if owner < 0 else (False, owner)
+    if key[0] == LYING:
+        return False, scene.lying.owner[key[1]]
     return True, scene.plates.owner[key[1]]

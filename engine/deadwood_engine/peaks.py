@@ -31,7 +31,7 @@ def _sweep_peaks(log_row, base, tip, base_radius, tip_radius, values, cell, star
         if high < bottom or low > top:
             continue
         size = _swept(points, hull, base, tip, base_radius[log], tip_radius[log], previous, k)
-        first, last = hull_rows(hull, size, 0.0, 0.0, cell, columns, rows, left, right)
+        first, last = hull_rows(hull, size, 0.0, 0.0, cell, (0, 0, columns, rows), left, right)
         for j in range(first, last + 1):
             for i in range(left[j], right[j] + 1):
                 place = j * columns + i

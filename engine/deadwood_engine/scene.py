@@ -10,10 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import barriers as barrier_file
+from . import lying_logs as lying_file
 from . import terrain as terrain_file
 from . import trees as tree_file
 from .barriers import Barriers, Plates
 from .lines import Lines, Segments, segments_of
+from .lying_logs import LyingLogs, Pieces
 from .terrain import Terrain, surfaces
 from .trees import Trees, Uprights
 
@@ -26,6 +28,7 @@ class SceneArrays(NamedTuple):
     terrain: Terrain
     uprights: Uprights
     plates: Plates
+    lying: Pieces
     lines: Segments
     fences: Segments  # the barriers' lines in plan, for the ledger
 
@@ -34,7 +37,7 @@ class SceneArrays(NamedTuple):
 class Scene:
     """A prepared scene; ``arrays`` is for kernels, the rest says what it holds.
 
-    trees_outside, barriers_outside : int64, rows of what stands on no terrain and is therefore not modelled
+    trees_outside, barriers_outside, lying_outside : int64, rows of what is on no terrain and is therefore not modelled
     """
 
     arrays: SceneArrays
@@ -43,6 +46,8 @@ class Scene:
     line_count: int
     trees_outside: NDArray[np.int64]
     barriers_outside: NDArray[np.int64]
+    lying_count: int
+    lying_outside: NDArray[np.int64]
 
     @staticmethod
     def prepare(
@@ -55,6 +60,7 @@ class Scene:
         trees: Trees | None = None,
         barriers: Barriers | None = None,
         lines: Lines | None = None,
+        lying_logs: LyingLogs | None = None,
         first: tuple[int, int] = (0, 0),
         reference: float | None = None,
     ) -> Scene:
@@ -67,12 +73,12 @@ class Scene:
         first : column and row of the whole DEM where heights[0, 0] stands, when the heights are a window of it
         reference : [m] height that is zero in the kernels; the same for all windows of a DEM, or bits differ
         friction : Coulomb's coefficient, one value or one a cell
-        trees, barriers, lines : world coordinates [m]
+        trees, barriers, lines, lying_logs : world coordinates [m]
 
         Raises
         ------
         ValueError
-            for a terrain, friction, tree or barrier that cannot be one
+            for a terrain, friction, tree, barrier or lying log that cannot be one
         """
         trees, barriers, lines = trees or Trees.none(), barriers or Barriers.none(), lines or Lines.none()
         terrain = terrain_file.prepare(heights, cell, x0, y0, friction, first, reference)
@@ -81,12 +87,17 @@ class Scene:
                 raise ValueError(f"a tree's or barrier's {name} must be positive and finite")
         plates, posts, barriers_outside = _plates_and_posts(terrain, barriers)
         uprights, trees_outside = _uprights(terrain, trees, posts)
+        lying_logs = lying_logs or LyingLogs.none()
+        lying, lying_outside = lying_file.prepare(terrain, lying_logs, len(trees.x))
         fence = Lines(barriers.vertices, barriers.starts)
-        uprights, plates = _in_window(uprights, terrain), _in_window(plates, terrain)
+        uprights, plates, lying = (_in_window(items, terrain) for items in (uprights, plates, lying))
         arrays = SceneArrays(
-            terrain, uprights, plates, segments_of(lines, terrain.x0, terrain.y0), segments_of(fence, x0, y0)
+            terrain, uprights, plates, lying, segments_of(lines, terrain.x0, terrain.y0), segments_of(fence, x0, y0)
         )
-        return Scene(arrays, len(trees.x), len(barriers.height), len(lines.starts) - 1, trees_outside, barriers_outside)
+        return Scene(
+            arrays, len(trees.x), len(barriers.height), len(lines.starts) - 1, trees_outside, barriers_outside,
+            len(lying_logs.diameter), lying_outside,
+        )  # fmt: skip
 
     def terrain_height(self, x: Array, y: Array) -> Array:
         """Height [m] of the bilinear surface; NaN outside."""

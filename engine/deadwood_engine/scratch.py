@@ -35,6 +35,8 @@ class Scratch(NamedTuple):
     tree_table: np.ndarray
     near_plates: np.ndarray
     plate_table: np.ndarray
+    near_lying: np.ndarray
+    lying_table: np.ndarray
     hit_trees: np.ndarray
     hit_barriers: np.ndarray
     trial: np.ndarray  # predicted axis direction and centre
@@ -50,9 +52,9 @@ class Scratch(NamedTuple):
     right: np.ndarray
 
     @staticmethod
-    def allocate(stations: int, upright_count: int, plate_count: int, raster_rows: int) -> Scratch:
+    def allocate(stations: int, upright_count: int, plate_count: int, lying_count: int, raster_rows: int) -> Scratch:
         # every candidate of the log, and three contacts each of the obstacles that it can lean on at once
-        table = 3 * stations + 16 + min(3 * (upright_count + plate_count), 8192)
+        table = 3 * stations + 16 + min(3 * (upright_count + plate_count + lying_count), 8192)
         return Scratch(
             np.zeros((table, contacts.CONTACT_WIDTH)),
             np.zeros((table, contacts.KEY_WIDTH), np.int64),
@@ -62,10 +64,12 @@ class Scratch(NamedTuple):
             np.zeros((upright_count + 1, 6)),
             np.zeros(plate_count + 1, np.int64),
             np.zeros((plate_count + 1, 7)),
-            np.zeros(upright_count + 1, np.int64),
+            np.zeros(lying_count + 1, np.int64),
+            np.zeros((lying_count + 1, 9)),
+            np.zeros(upright_count + lying_count + 1, np.int64),
             np.zeros(plate_count + upright_count + 1, np.int64),
             np.zeros(6),
-            np.zeros(7),
+            np.zeros(8),
             np.zeros(MEMORY_WIDTH),
             np.zeros(MEMORY_WIDTH),
             np.zeros(MEMORY_WIDTH),

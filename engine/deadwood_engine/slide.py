@@ -92,7 +92,11 @@ def slide(
         shape = arrays.terrain.heights.shape
         raster = rasters.workers[worker] if rasters else raster_arrays((0, 0))
         scratch = Scratch.allocate(
-            int(stations.max(initial=LEAST_STATIONS)), len(arrays.uprights.owner), len(arrays.plates.owner), shape[0]
+            int(stations.max(initial=LEAST_STATIONS)),
+            len(arrays.uprights.owner),
+            len(arrays.plates.owner),
+            len(arrays.lying.owner),
+            shape[0],
         )
         room = np.zeros((4096, trace.POSE_WIDTH))
         none = np.zeros((0, trace.POSE_WIDTH))

@@ -1,0 +1,435 @@
+"""Lying logs: rigid truncated cones along a line on the ground, which hold others back and do not move.
+
+A line of several vertices is cut into its straight pieces. Each piece lies as a stiff log would: it touches the terrain
+at two places, one on either side of its middle, and may bridge a hollow between them (``rest_line``).
+
+Sliding log against piece, at the predicted pose; the two are alike, so each test is made both ways:
+- side on side: the closed form of ``trees``, here for any direction of the second axis;
+- an end disc against the other's side: seen along that axis the disc is an ellipse, as of an end face at a tree;
+- end face against end face.
+Nearly parallel, only the ends touch: two contacts, one at each end of what lies side by side.
+
+symbol        in code            unit
+a, ka         radius, taper       m, -   of the sliding log
+A, u, H       start, along, long  m      of the piece: foot of its axis, direction, length
+b, kb         wide, slope         m, -   its radius at the start, and the change along its axis
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .compiled import kernel
+from .contacts import LYING, cross, pierced_end, touch
+from .grid_index import GridIndex, index_boxes, list_near
+from .limits import FLAT_TOLERANCE, OBSTACLE_TRAVEL, STEEP
+from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
+from .rotation import DX, DY, DZ, X, Y, Z
+from .terrain import Terrain, surfaces
+from .trees import disc_nearest
+
+Array = NDArray[np.float64]
+
+
+class LyingLogs(NamedTuple):
+    """Lying logs as the user gives them.
+
+    vertices : [m], shape (k, 2); starts : int64, shape (n + 1,): log i is vertices[starts[i]:starts[i + 1]]
+    diameter, tip_diameter : [m], shape (n,), at the first and at the last vertex
+    """
+
+    vertices: Array
+    starts: NDArray[np.int64]
+    diameter: Array
+    tip_diameter: Array
+
+    @staticmethod
+    def none() -> LyingLogs:
+        return LyingLogs(np.zeros((0, 2)), np.zeros(1, np.int64), np.zeros(0), np.zeros(0))
+
+
+class Pieces(NamedTuple):
+    """Straight pieces of lying logs as the kernels read them, shape (n, ...).
+
+    node, offset : start of the axis, as for ``Uprights``
+    solid : (n, 7) height of the start [m above reference], direction (3) [-], length [m], radius at the start [m],
+        change of the radius along the axis [-]
+    owner : int64, number of trees + row of the lying log: a lying log is a tree that fell
+    """
+
+    node: np.ndarray
+    offset: np.ndarray
+    solid: np.ndarray
+    owner: np.ndarray
+    index: GridIndex
+
+
+# Columns of the near table, in the log's frame
+START_X, START_Y, START_Z, ALONG_X, ALONG_Y, ALONG_Z, LONG, WIDE, SLOPE = range(9)
+
+
+def prepare(terrain: Terrain, lying: LyingLogs, trees: int) -> tuple[Pieces, NDArray[np.int64]]:
+    """Lay lying logs on the terrain; returns their pieces, and the rows of those that lie off it altogether.
+
+    Raises
+    ------
+    ValueError
+        when a diameter is not positive and finite
+    """
+    for values in (lying.diameter, lying.tip_diameter):
+        if not np.all(np.isfinite(values) & (np.asarray(values) > 0)):
+            raise ValueError("a lying log's diameter must be positive and finite")
+    plan = np.asarray(lying.vertices, float).reshape(-1, 2) - (terrain.x0, terrain.y0)
+    found, owner, outside = [], [], []
+    for row in range(len(lying.diameter)):
+        corners = plan[lying.starts[row] : lying.starts[row + 1]]
+        way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(corners, axis=0).T))])
+        radii = 0.5 * (lying.diameter[row] + (lying.tip_diameter[row] - lying.diameter[row]) * way / way[-1])
+        laid = [
+            _laid(terrain, start, end, *radius)
+            for (start, end), radius in zip(pairwise(corners), pairwise(radii), strict=True)
+            if np.hypot(*(end - start)) > 0.0
+        ]
+        laid = [piece for piece in laid if piece is not None]
+        found += laid
+        owner += [trees + row] * len(laid)
+        if not laid:
+            outside.append(row)
+    table = np.array(found).reshape(-1, 9)
+    start = table[:, :2]
+    end = start + table[:, LONG, None] * table[:, ALONG_X : ALONG_Y + 1]
+    wide = np.maximum(table[:, WIDE], table[:, WIDE] + table[:, LONG] * table[:, SLOPE])[:, None]
+    node = np.floor(start / terrain.cell).astype(np.int64)
+    return Pieces(
+        node,
+        start - node * terrain.cell,
+        np.ascontiguousarray(table[:, 2:]),
+        np.array(owner, np.int64),
+        index_boxes(np.minimum(start, end) - wide, np.maximum(start, end) + wide),
+    ), np.array(outside, np.int64)
+
+
+def _laid(terrain: Terrain, start: Array, end: Array, first: float, last: float) -> list[float] | None:
+    """A straight piece at rest on the terrain, as a row of the near table; None where there is no terrain."""
+    span = float(np.hypot(*(end - start)))
+    share = np.linspace(0.0, 1.0, max(3, 2 * int(np.ceil(span / terrain.cell)) + 1))
+    places = start + share[:, None] * (end - start)
+    ground = np.empty((len(share), 3))
+    surfaces(terrain, np.ascontiguousarray(places[:, 0]), np.ascontiguousarray(places[:, 1]), ground)
+    there = np.isfinite(ground[:, 0])
+    if not there.any():
+        return None
+    # the axis over a plane: a radius off it, square to it
+    lift = (first + (last - first) * share) * np.sqrt(1.0 + ground[:, 1] ** 2 + ground[:, 2] ** 2)
+    low, high = rest_line(share[there], (ground[:, 0] + lift)[there])
+    along = np.array([*(end - start), high - low])
+    length = float(np.linalg.norm(along))
+    return [*start, low, *(along / length), length, first, (last - first) / length]
+
+
+def rest_line(share: Array, height: Array) -> tuple[float, float]:
+    """Heights at 0 and 1 of a stiff straight line that rests on the points, its middle between two supports.
+
+    It is the edge of the points' upper convex hull over the middle; where all points lie on one side of the middle
+    (a log that juts out), the hull's last edge there, or the level through a single point.
+    """
+    upper: list[int] = []
+    for k in range(len(share)):
+        while len(upper) >= 2:
+            i, j = upper[-2], upper[-1]
+            turn = (share[j] - share[i]) * (height[k] - height[i]) - (height[j] - height[i]) * (share[k] - share[i])
+            if turn < 0.0:
+                break
+            upper.pop()
+        upper.append(k)
+    if len(upper) == 1:
+        return float(height[upper[0]]), float(height[upper[0]])
+    edge = next((k for k in range(1, len(upper)) if share[upper[k]] >= 0.5), len(upper) - 1)
+    i, j = upper[edge - 1], upper[edge]
+    rise = (height[j] - height[i]) / (share[j] - share[i])
+    low = height[i] - rise * share[i]
+    return float(low), float(low + rise)
+
+
+@kernel
+def near(pieces, frame, cell, listed, table, bx, by, tx, ty, reach):
+    """List the pieces within reach [m] of the log's plan box, in the log's frame; returns the count."""
+    if pieces.owner.shape[0] == 0:
+        return 0
+    ox, oy = frame[0] * cell, frame[1] * cell
+    count = list_near(
+        pieces.index, listed,
+        ox + min(bx, tx) - reach, oy + min(by, ty) - reach, ox + max(bx, tx) + reach, oy + max(by, ty) + reach,
+    )  # fmt: skip
+    for m in range(count):
+        item = listed[m]
+        table[m, START_X] = (pieces.node[item, 0] - frame[0]) * cell + pieces.offset[item, 0]
+        table[m, START_Y] = (pieces.node[item, 1] - frame[1]) * cell + pieces.offset[item, 1]
+        for column in range(7):
+            table[m, START_Z + column] = pieces.solid[item, column]
+    return count
+
+
+@kernel
+def _dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@kernel
+def _point(a, s, d):
+    """a + s d."""
+    return a[0] + s * d[0], a[1] + s * d[1], a[2] + s * d[2]
+
+
+@kernel
+def axes_nearest(c, d, back, front, start, along, long):
+    """Nearest points of the segments c + s d, s in [back, front], and start + z along, z in [0, long]: (s, z)."""
+    g = _point(c, -1.0, start)
+    b, e, f = _dot(d, along), _dot(g, d), _dot(g, along)
+    across = 1.0 - b * b
+    s = back
+    if across > FLAT_TOLERANCE:
+        s = (b * f - e) / across
+    s = min(front, max(back, s))
+    z = min(long, max(0.0, f + b * s))
+    s = min(front, max(back, b * z - e))
+    return s, min(long, max(0.0, f + b * s))
+
+
+@kernel
+def disc_on_side(e, out, a, t, before, u, start, long, wide, slope):
+    """An end disc (centre e, outward normal out, radius a) against the side of a cone (start, u, long, wide, slope).
+
+    t : from e to the cone's axis where it is nearest, at the predicted pose; before : the same now
+    Returns (touches, whether the cone entered by this face, point of the disc, normal from the cone to the disc, gap).
+    As in ``trees``: seen along the cone's axis the disc is an ellipse, whose outer half is the outline's end. An axis
+    outside it meets its nearest point; one that it has overrun, and that lies less deep under the end than under the
+    side, now or a step ahead, is pushed out by the end.
+    """
+    nothing = (0.0, 0.0, 0.0)
+    cosine = _dot(out, u)
+    sine = math.sqrt(max(0.0, 1.0 - cosine * cosine))
+    if sine > FLAT_TOLERANCE:
+        m = ((out[0] - cosine * u[0]) / sine, (out[1] - cosine * u[1]) / sine, (out[2] - cosine * u[2]) / sine)
+    else:
+        sine = 0.0
+        ux, uy, uz = abs(u[0]), abs(u[1]), abs(u[2])
+        if ux <= uy and ux <= uz:
+            m = cross(1.0, 0.0, 0.0, u[0], u[1], u[2])
+        elif uy <= uz:
+            m = cross(0.0, 1.0, 0.0, u[0], u[1], u[2])
+        else:
+            m = cross(0.0, 0.0, 1.0, u[0], u[1], u[2])
+        size = math.sqrt(_dot(m, m))
+        m = (m[0] / size, m[1] / size, m[2] / size)
+    side = cross(u[0], u[1], u[2], m[0], m[1], m[2])
+    tl, tm = _dot(t, side), _dot(t, m)
+    height = _dot(_point(e, -1.0, start), u)  # of the disc's centre along the cone's axis
+    entered, w, depth = False, 0.0, 0.0
+    if abs(tl) < a and abs(cosine) < STEEP:
+        w = a * math.sqrt(1.0 - (tl / a) ** 2)
+        if cosine < 0.0:
+            w = -w
+        edge = w * cosine
+        depth = edge - tm
+        if depth > 0.0:
+            if depth > a - abs(tl) and edge - _dot(before, m) > a - abs(tl):
+                return False, False, nothing, nothing, 0.0
+            entered = True
+    flat = a * abs(cosine)
+    if entered:
+        v, nl, nm, gap = tl, 0.0, -1.0, -depth
+    elif flat > 0.0 and tl * tl / (a * a) + tm * tm / (flat * flat) < 1.0:
+        # the cone's axis runs through the disc: apart along the line of their centres
+        size = math.sqrt(tl * tl + tm * tm)
+        nl, nm = (tl / size, tm / size) if size > 0.0 else (1.0, 0.0)
+        reach = 1.0 / math.sqrt(nl * nl / (a * a) + nm * nm / (flat * flat))
+        v, w, gap = reach * nl, reach * nm / cosine, size - reach
+        nl, nm = -nl, -nm
+    else:
+        v, w = disc_nearest(a, cosine, tl, tm)
+        nl, nm = v - tl, w * cosine - tm
+        gap = math.sqrt(nl * nl + nm * nm)
+        if gap == 0.0:
+            return False, False, nothing, nothing, 0.0
+        nl, nm = nl / gap, nm / gap
+    # the point must lie beside the cone, not beyond its ends; the disc's chord along the cone may still reach it
+    z = height - w * sine
+    kept = min(long, max(0.0, z))
+    if kept != z:
+        if sine < 0.1:
+            return False, entered, nothing, nothing, 0.0
+        moved = (height - kept) / sine
+        if v * v + moved * moved > a * a:
+            return False, entered, nothing, nothing, 0.0
+        gap += abs(w - moved) * abs(cosine)
+        w = moved
+    gap -= wide + slope * kept
+    scale = 1.0 / math.sqrt(1.0 + slope * slope)
+    n = (
+        (nl * side[0] + nm * m[0] - slope * u[0]) * scale,
+        (nl * side[1] + nm * m[1] - slope * u[1]) * scale,
+        (nl * side[2] + nm * m[2] - slope * u[2]) * scale,
+    )
+    p = _point(_point(e, v, side), w * cosine, m)
+    p = _point(p, -w * sine, u)
+    return gap < 0.0, entered, p, n, gap * scale
+
+
+@kernel
+def side_on_side(c, d, back, front, thick, taper, start, u, long, wide, slope):
+    """The sliding log's side on the piece's, both strictly between their ends: (touches, point, normal, gap).
+
+    Minimises |c(s) - l(z)| - a(s) - b(z) over both axes; the point is on the sliding log.
+    """
+    nothing = (0.0, 0.0, 0.0)
+    g = _point(c, -1.0, start)
+    cosine = _dot(d, u)
+    across = 1.0 - cosine * cosine
+    if across <= FLAT_TOLERANCE:
+        return False, nothing, nothing, 0.0
+    mix = (taper * taper + slope * slope + 2.0 * cosine * taper * slope) / across
+    if mix >= 0.5:
+        return False, nothing, nothing, 0.0
+    e, f = _dot(g, d), _dot(g, u)
+    s = (cosine * f - e) / across
+    z = f + cosine * s
+    r = _point(_point(g, s, d), -z, u)
+    rho = math.sqrt(_dot(r, r)) / math.sqrt(1.0 - mix)
+    s += rho * (taper + cosine * slope) / across
+    z += rho * (slope + cosine * taper) / across
+    if not (back < s < front and 0.0 < z < long):
+        return False, nothing, nothing, 0.0
+    r = _point(_point(g, s, d), -z, u)
+    rho = math.sqrt(_dot(r, r))
+    a = thick + taper * (s - back)
+    gap = rho - a - wide - slope * z
+    if gap >= 0.0:
+        return False, nothing, nothing, 0.0
+    if rho > 0.0:
+        n = (r[0] / rho, r[1] / rho, r[2] / rho)
+    else:
+        n = cross(d[0], d[1], d[2], u[0], u[1], u[2])
+        n = _point(nothing, 1.0 / math.sqrt(across), n)
+    return True, _point(_point(c, s, d), -a, n), n, gap
+
+
+@kernel
+def _on_disc(centre, out, radius, towards, aim):
+    """A point of a disc (centre, normal out, radius): the farthest one towards a direction, or the nearest to a place."""
+    t = _point(towards, -_dot(towards, out), out)
+    size = math.sqrt(_dot(t, t))
+    share = 0.0
+    if size > 0.0:
+        share = radius / size if aim else min(1.0, radius / size)
+    return _point(centre, share, t)
+
+
+@kernel
+def _face_on_face(state, body, trial, end, centre, out, radius):
+    """A piece's end face (centre, outward normal, radius) on an end face of the log: (touches, point, normal, gap).
+
+    Four points are tried: the piece's that lies deepest against the log's face, and the one nearest to its middle
+    (where the deepest lies beside that face), and the same of the log's against the piece's face.
+    """
+    outward = -1.0 if end == 0 else 1.0
+    s = -body[CENTRE] if end == 0 else body[LENGTH] - body[CENTRE]
+    a = body[BASE_RADIUS] if end == 0 else body[TIP_RADIUS]
+    d = (trial[0], trial[1], trial[2])
+    mine = (outward * d[0], outward * d[1], outward * d[2])
+    back = (-mine[0], -mine[1], -mine[2])
+    if _dot(mine, out) >= 0.0:
+        return False, mine, mine, 0.0
+    e = _point((trial[3], trial[4], trial[5]), s, d)
+    e_now = _point((state[X], state[Y], state[Z]), s, (state[DX], state[DY], state[DZ]))
+    for aim in range(2):
+        towards = back if aim == 0 else _point(e, -1.0, centre)
+        p = _on_disc(centre, out, radius, towards, aim == 0)
+        gap, there = pierced_end(state, body, trial, end, p[0], p[1], p[2])
+        if there:
+            return True, p, back, gap
+        towards = (-out[0], -out[1], -out[2]) if aim == 0 else _point(centre, -1.0, e)
+        p = _on_disc(e, mine, a, towards, aim == 0)
+        r = _point(p, -1.0, centre)
+        gap = _dot(r, out)
+        aside = math.sqrt(max(0.0, _dot(r, r) - gap * gap))
+        if gap < 0.0 and aside < radius:
+            now = _dot(_point(_point(p, 1.0, e_now), -1.0, e), out) - _dot(centre, out)
+            if -gap < radius - aside or now >= 0.0:
+                return True, p, out, gap
+    return False, e, out, 0.0
+
+
+@kernel
+def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, state, body, trial, step):
+    """Contacts with the near pieces; step = (dt, restitution, gravity). Returns (count, travel) as ``trees`` does."""
+    travel = math.inf
+    d, c = (trial[0], trial[1], trial[2]), (trial[3], trial[4], trial[5])
+    d_now, c_now = (state[DX], state[DY], state[DZ]), (state[X], state[Y], state[Z])
+    back, front, thick = -body[CENTRE], body[LENGTH] - body[CENTRE], body[BASE_RADIUS]
+    taper = (body[TIP_RADIUS] - thick) / body[LENGTH]
+    base = _point(c, back, d)
+    for m in range(number):
+        piece, item = table[m], listed[m]
+        start = (piece[START_X], piece[START_Y], piece[START_Z])
+        u = (piece[ALONG_X], piece[ALONG_Y], piece[ALONG_Z])
+        long, wide, slope = piece[LONG], piece[WIDE], piece[SLOPE]
+        s, z = axes_nearest(c, d, back, front, start, u, long)
+        r = _point(_point(_point(c, s, d), -1.0, start), -z, u)
+        distance = math.sqrt(_dot(r, r))
+        mine = thick + taper * (s - back)
+        both = mine + wide + slope * z
+        clear = distance - thick - max(wide, wide + slope * long)
+        least = OBSTACLE_TRAVEL * min(both, 2.0 * math.sqrt(mine * both), 2.0 * math.sqrt((both - mine) * both))
+        travel = min(travel, max(least, clear))
+        if clear > 0.0:
+            continue
+        by_end = False
+        for end in range(2):
+            # the log's end against the piece's side
+            outward, s, a = (-1.0, back, thick) if end == 0 else (1.0, front, body[TIP_RADIUS])
+            out = (outward * d[0], outward * d[1], outward * d[2])
+            e = _point(c, s, d)
+            z = _dot(_point(e, -1.0, start), u)
+            t = _point(_point(_point(start, z, u), -1.0, e), 0.0, u)
+            before = _point(_point(start, z, u), -1.0, _point(c_now, s, d_now))
+            hit, entered, p, n, gap = disc_on_side(e, out, a, t, before, u, start, long, wide, slope)
+            if hit:
+                by_end = by_end or entered
+                count = touch(
+                    terrain, frame, contacts, keys, count, state, body, trial, (LYING, item, 1 + end), p, n, gap, step
+                )
+            # the piece's end against the log's side
+            z, a = (0.0, wide) if end == 0 else (long, wide + slope * long)
+            out = (outward * u[0], outward * u[1], outward * u[2])
+            e = _point(start, z, u)
+            s = _dot(_point(e, -1.0, c), d)
+            t = _point(_point(c, s, d), -1.0, e)
+            before = _point(_point(c_now, s, d_now), -1.0, e)
+            hit, entered, p, n, gap = disc_on_side(e, out, a, t, before, d, base, body[LENGTH], thick, taper)
+            if hit:
+                by_end = by_end or entered
+                count = touch(
+                    terrain, frame, contacts, keys, count, state, body, trial, (LYING, item, 3 + end), p,
+                    (-n[0], -n[1], -n[2]), gap, step,
+                )  # fmt: skip
+            for mine_end in range(2):
+                hit, p, n, gap = _face_on_face(state, body, trial, mine_end, e, out, a)
+                if hit:
+                    by_end = True
+                    count = touch(
+                        terrain, frame, contacts, keys, count, state, body, trial,
+                        (LYING, item, 5 + 2 * end + mine_end), p, n, gap, step,
+                    )  # fmt: skip
+        if not by_end:
+            hit, p, n, gap = side_on_side(c, d, back, front, thick, taper, start, u, long, wide, slope)
+            if hit:
+                count = touch(
+                    terrain, frame, contacts, keys, count, state, body, trial, (LYING, item, 0), p, n, gap, step
+                )
+    return count, travel
