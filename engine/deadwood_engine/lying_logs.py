@@ -321,7 +321,7 @@ def side_on_side(c, d, back, front, thick, taper, start, u, long, wide, slope):
 
 @kernel
 def _on_disc(centre, out, radius, towards, aim):
-    """A point of a disc (centre, normal out, radius): the farthest one towards a direction, or the nearest to a place."""
+    """A point of a disc (centre, normal out, radius): the farthest towards a direction, or the nearest to a place."""
     t = _point(towards, -_dot(towards, out), out)
     size = math.sqrt(_dot(t, t))
     share = 0.0

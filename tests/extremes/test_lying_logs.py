@@ -127,7 +127,7 @@ def run(at, scene, begin, fidelity, **options):
     [((0.4, 8.0), 0.4), ((0.05, 6.0), 0.03), ((1.2, 10.0), 0.05), ((0.4, 8.0), 2.0), ((0.1, 12.0), 0.1)],
 )
 def test_a_lying_log_is_not_passed(at, fidelity, way, log, thick):
-    """Across the way, thick and thin, hit at any height: over it, or not at all, and never by more than a few cm in it."""
+    """Across the way, thick and thin, hit at any height: over it, or not at all, and never more than a few cm in it."""
     cell = 0.5
     count = 241
     heights = np.full((count, count), -50.0)
