@@ -4,20 +4,29 @@ Gives a trees layer for ``slide-logs`` over the DEM, or over the stand polygons 
 numbers are given, or fitted to a trees layer (``--like``): its density over the same area, the means and standard
 deviations of its DBH and height, and their correlation; a number that is given goes before the fitted one.
 
+Stands may differ: where the stand layer has columns of the names of the numbers' options (``stems_per_ha``,
+``dbh_mean_cm``, ...; or PlatRock's ``trees_density``, ``trees_dhp_mean``, ``trees_dhp_std``), each row is planted by
+its own, and where rows overlap the later one counts. A row's number goes before a given, that before a fitted one.
+
 Presets of the paper: Klosters ``--stems-per-ha 300 --dbh-mean-cm 60.23 --dbh-sd-cm 18.64``, Rothenbrunnen
 ``--stems-per-ha 315 --dbh-mean-cm 44 --dbh-sd-cm 22``. As there, a draw that is no tree (DBH below 1 cm, height below
 1.3 m) is drawn again, and the number of these is said: it narrows the distribution a little.
 
 Heights without numbers of their own: the mean follows from the mean DBH by the law of ``import-trees``, and they vary
-half as much, relatively, as the DBH. Tree k stands at the same place whatever the density, unless ``--min-spacing-m``
-moves it away from a tree before it. It knows no clusters, gaps or species.
+half as much, relatively, as the DBH. Tree k of a stand stands at the same place whatever the density, unless
+``--min-spacing-m`` moves it away from a tree before it. It knows no clusters, gaps or species.
+
+    deadwood-tool generate-forest --dem sample_data/dem.tif --stand "sample_data/sample.gpkg|layername=forest" \\
+        --stems-per-ha 300 --dbh-mean-cm 60.23 --dbh-sd-cm 18.64 --min-spacing-m 2 --output klosters.gpkg
+    deadwood-tool import-trees --trees sample_data/trees.csv --dem sample_data/dem.tif --output trees.gpkg
+    deadwood-tool generate-forest --dem sample_data/dem.tif --stand "sample_data/sample.gpkg|layername=forest" \\
+        --like trees.gpkg --output random_trees.gpkg
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import shapely
@@ -25,7 +34,6 @@ import shapely
 from deadwood_algorithms import draws, schemas, tool
 from deadwood_algorithms.drawn_sizes import draw_pair
 from deadwood_algorithms.layers import (
-    Grid,
     number_column,
     output_path,
     read_dem,
@@ -34,11 +42,13 @@ from deadwood_algorithms.layers import (
     where_of,
     write_vector,
 )
-from deadwood_algorithms.planting import Ground, ground_of, plant
+from deadwood_algorithms.planting import Ground, items_of, plant
+from deadwood_algorithms.stands import COLUMNS, Stand, read_stands, union_of
 from deadwood_algorithms.tool import Feedback, Outcome, Tool, UserError
 
 LEAST_DBH_CM = 1.0
 LEAST_HEIGHT_M = 1.3  # below it there is no breast height
+STANDS_SHOWN = 10
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,7 +63,12 @@ class Ask:
         "Correlation of DBH and height", default=None, minimum=-1.0, maximum=1.0, help="Without --like: 0.8."
     )
     like: str | None = tool.vector("Trees layer to fit the numbers to", "point", default=None)
-    stand: str | None = tool.vector("Stand polygons", "polygon", default=None, help="Without them: the whole DEM.")
+    stand: str | None = tool.vector(
+        "Stand polygons",
+        "polygon",
+        default=None,
+        help="Without them: the whole DEM. Columns may give each its numbers.",
+    )
     exclude: str | None = tool.vector("Polygons without trees", "polygon", default=None)
     min_spacing_m: float = tool.number("Smallest distance of two stems", unit="m", default=0.0, minimum=0.0)
     dbh_a: float = tool.number("a of DBH[cm] = a * H[m]^b", default=2.52, minimum=0.0, exclusive=True, advanced=True)
@@ -75,57 +90,88 @@ class Sizes:
     correlation: float
 
 
+@dataclass(frozen=True)
+class Kind:
+    """What the trees of a stand are like: density [1/ha] and sizes."""
+
+    stems_per_ha: float
+    sizes: Sizes
+
+
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     import geopandas
 
     inputs = (ask.dem, ask.like, ask.stand, ask.exclude)
     with output_path(ask.output, ask.overwrite, suffix=".gpkg", inputs=inputs) as temporary:
         grid = read_dem(ask.dem, crs=ask.crs, feedback=feedback)
-        ground = ground_of(grid, polygons(ask.stand, grid, ask, feedback), polygons(ask.exclude, grid, ask, feedback))
-        fitted = fit(ask, ground, feedback) if ask.like else {}
-        density = given(ask, "stems_per_ha", fitted)
-        sizes = sizes_of(ask, fitted)
-        count = round(density * ground.area / 1e4)
+        exclude = union_of(ask.exclude, grid, ask.crs, feedback)
+        stands = read_stands(ask.stand, grid, exclude, ask.crs, feedback)
+        fitted = fit(ask, [each.ground for each in stands], feedback) if ask.like else {}
+        kinds = [kind_of(ask, fitted, each) for each in stands]
+        counts = [round(kind.stems_per_ha * each.ground.area / 1e4) for kind, each in zip(kinds, stands, strict=True)]
+        area, count = sum(each.ground.area for each in stands), sum(counts)
         if not count:
-            raise UserError(f"{density:g} stems/ha on {ground.area / 1e4:.4g} ha is no tree at all; enlarge the stand")
+            density = max(kind.stems_per_ha for kind in kinds)
+            raise UserError(f"{density:g} stems/ha on {area / 1e4:.4g} ha is no tree at all; enlarge the stand")
 
-        x, y = plant(ground, count, ask.min_spacing_m, ask.seed, feedback)
-        dbh, height, redrawn = draw_sizes(sizes, count, ask.seed)
+        x, y = plant([each.ground for each in stands], counts, ask.min_spacing_m, ask.seed, feedback)
+        drawn = [
+            draw_sizes(kind.sizes, items, ask.seed)
+            for kind, items in zip(kinds, np.split(items_of(counts), np.cumsum(counts)[:-1]), strict=True)
+        ]
+        dbh, height = (np.concatenate([each[k] for each in drawn]) for k in (0, 1))
         columns = {"tree_id": np.arange(1, count + 1), "dbh_cm": dbh, "height_m": height}
         frame = geopandas.GeoDataFrame(columns, geometry=shapely.points(x, y), crs=grid.plan_crs)
         write_vector(temporary, {"trees": frame})
-    lines = [
-        f"{count} trees on {ground.area / 1e4:.2f} ha ({density:.4g} stems/ha)",
-        f"DBH asked {sizes.dbh_mean:.1f} +- {sizes.dbh_sd:.1f} cm, planted {dbh.mean():.1f} +- {dbh.std():.1f} cm",
-        f"height asked {sizes.height_mean:.1f} +- {sizes.height_sd:.1f} m, "
-        f"planted {height.mean():.1f} +- {height.std():.1f} m, correlation {sizes.correlation:.2f}",
-    ]
+    density, redrawn = count / area * 1e4, sum(each[2] for each in drawn)
+    if len(stands) == 1:
+        density = kinds[0].stems_per_ha
+    lines = [f"{count} trees on {area / 1e4:.2f} ha ({density:.4g} stems/ha)"]
+    if len(stands) == 1:
+        lines += asked_and_planted(kinds[0].sizes, dbh, height)
+    else:
+        lines += stand_lines(stands, kinds, counts)
+        lines.append(
+            f"planted in all: DBH {dbh.mean():.1f} +- {dbh.std():.1f} cm, height {height.mean():.1f} +- "
+            f"{height.std():.1f} m"
+        )
     if redrawn:
         lines.append(
             f"{redrawn} draws were no tree (DBH < {LEAST_DBH_CM:g} cm or height < {LEAST_HEIGHT_M:g} m), redrawn"
         )
-    facts = {"trees": count, "area_ha": ground.area / 1e4, "stems_per_ha": density, "redrawn": redrawn}
+    facts = {"trees": count, "area_ha": area / 1e4, "stems_per_ha": density, "redrawn": redrawn}
     return Outcome({"output": Path(ask.output)}, facts, tuple(lines))
 
 
-def polygons(path: str | None, grid: Grid, ask: Ask, feedback: Feedback) -> Any:
-    """The union of a polygon layer, or None."""
-    if path is None:
-        return None
-    frame = read_vector(
-        path, geometry=("polygon",), target_crs=grid.crs, crs=ask.crs, what="stand polygons", feedback=feedback
-    )
-    return shapely.force_2d(shapely.union_all(np.asarray(frame.geometry.array)))
+def asked_and_planted(sizes: Sizes, dbh: np.ndarray, height: np.ndarray) -> list[str]:
+    return [
+        f"DBH asked {sizes.dbh_mean:.1f} +- {sizes.dbh_sd:.1f} cm, planted {dbh.mean():.1f} +- {dbh.std():.1f} cm",
+        f"height asked {sizes.height_mean:.1f} +- {sizes.height_sd:.1f} m, "
+        f"planted {height.mean():.1f} +- {height.std():.1f} m, correlation {sizes.correlation:.2f}",
+    ]
 
 
-def fit(ask: Ask, ground: Ground, feedback: Feedback) -> dict[str, float]:
-    """Density and size distribution of the trees of a layer that stand on this ground."""
+def stand_lines(stands: list[Stand], kinds: list[Kind], counts: list[int]) -> list[str]:
+    """A line for each of the first stands, and how many more there are."""
+    rows = [
+        f"stand of {stand.name}: {count} trees on {stand.ground.area / 1e4:.2f} ha ({kind.stems_per_ha:.4g} stems/ha), "
+        f"DBH {kind.sizes.dbh_mean:.1f} +- {kind.sizes.dbh_sd:.1f} cm, "
+        f"height {kind.sizes.height_mean:.1f} +- {kind.sizes.height_sd:.1f} m"
+        for stand, kind, count in zip(stands, kinds, counts, strict=True)
+    ]
+    more = [f"and {len(rows) - STANDS_SHOWN} stands more"] if len(rows) > STANDS_SHOWN else []
+    return rows[:STANDS_SHOWN] + more
+
+
+def fit(ask: Ask, grounds: list[Ground], feedback: Feedback) -> dict[str, float]:
+    """Density and size distribution of the trees of a layer that stand on these grounds."""
     path = str(ask.like)
     frame = read_vector(
-        path, geometry=("point",), target_crs=ground.grid.crs, crs=ask.crs, what="trees", feedback=feedback
+        path, geometry=("point",), target_crs=grounds[0].grid.crs, crs=ask.crs, what="trees", feedback=feedback
     )
     points = np.asarray(frame.geometry.array)
-    here = ground.holds(shapely.get_x(points), shapely.get_y(points))
+    x, y = shapely.get_x(points), shapely.get_y(points)
+    here = np.any([ground.holds(x, y) for ground in grounds], axis=0)
     if here.sum() < 2:
         raise UserError(f"{where_of(frame)}: {here.sum()} of its trees stand on the DEM and stand; a fit needs 2")
     dbh = number_column(frame, "dbh_cm", minimum=0.0, exclusive=True)[here]
@@ -134,7 +180,7 @@ def fit(ask: Ask, ground: Ground, feedback: Feedback) -> dict[str, float]:
     warn_implausible(height, schemas.TREES.column("height_m"), where_of(frame), feedback)
     alike = dbh.std() == 0 or height.std() == 0
     return {
-        "stems_per_ha": here.sum() / ground.area * 1e4,
+        "stems_per_ha": here.sum() / sum(ground.area for ground in grounds) * 1e4,
         "dbh_mean_cm": float(dbh.mean()),
         "dbh_sd_cm": float(dbh.std(ddof=1)),
         "height_mean_m": float(height.mean()),
@@ -143,32 +189,29 @@ def fit(ask: Ask, ground: Ground, feedback: Feedback) -> dict[str, float]:
     }
 
 
-def given(ask: Ask, name: str, fitted: dict[str, float]) -> float:
-    value = getattr(ask, name)
-    if value is None and name not in fitted:
-        raise UserError(f"--{name.replace('_', '-')} is missing; give it, or a trees layer with --like")
-    return float(fitted[name] if value is None else value)
+def kind_of(ask: Ask, fitted: dict[str, float], stand: Stand) -> Kind:
+    """The numbers of a stand: its own, else given, else fitted, else (height only) derived from the DBH."""
+    given = {name: getattr(ask, name) for name in COLUMNS if getattr(ask, name) is not None}
+    known = fitted | given | stand.numbers
+    for name in ("stems_per_ha", "dbh_mean_cm", "dbh_sd_cm"):
+        if name not in known:
+            raise UserError(f"--{name.replace('_', '-')} is missing; give it, or a trees layer with --like")
+    height_mean = known.get("height_mean_m", (known["dbh_mean_cm"] / ask.dbh_a) ** (1 / ask.dbh_b))
+    derived = {"height_sd_m": 0.5 * height_mean * known["dbh_sd_cm"] / known["dbh_mean_cm"], "correlation": 0.8}
+    known = derived | known
+    sizes = Sizes(known["dbh_mean_cm"], known["dbh_sd_cm"], height_mean, known["height_sd_m"], known["correlation"])
+    return Kind(float(known["stems_per_ha"]), sizes)
 
 
-def sizes_of(ask: Ask, fitted: dict[str, float]) -> Sizes:
-    """The five numbers: given, else fitted, else (height only) derived from the DBH."""
-    dbh_mean, dbh_sd = given(ask, "dbh_mean_cm", fitted), given(ask, "dbh_sd_cm", fitted)
-    height_mean = (dbh_mean / ask.dbh_a) ** (1 / ask.dbh_b)
-    if ask.height_mean_m is not None or "height_mean_m" in fitted:
-        height_mean = given(ask, "height_mean_m", fitted)
-    derived = {"height_sd_m": 0.5 * height_mean * dbh_sd / dbh_mean, "correlation": 0.8} | fitted
-    return Sizes(dbh_mean, dbh_sd, height_mean, given(ask, "height_sd_m", derived), given(ask, "correlation", derived))
-
-
-def draw_sizes(sizes: Sizes, count: int, seed: int) -> tuple[np.ndarray, np.ndarray, int]:
-    """DBH [cm] and height [m] of each tree, to 0.01, and how many draws were no tree."""
+def draw_sizes(sizes: Sizes, items: np.ndarray, seed: int) -> tuple[np.ndarray, np.ndarray, int]:
+    """DBH [cm] and height [m] of each tree (`planting.items_of`), to 0.01, and how many draws were no tree."""
     return draw_pair(
         (sizes.dbh_mean, sizes.height_mean),
         (sizes.dbh_sd, sizes.height_sd),
         sizes.correlation,
         (LEAST_DBH_CM, LEAST_HEIGHT_M),
         seed,
-        np.arange(1, count + 1),
+        items,
         draws.TREE_SIZE,
         f"DBH {sizes.dbh_mean:g} +- {sizes.dbh_sd:g} cm and height {sizes.height_mean:g} +- {sizes.height_sd:g} m "
         "give hardly a tree; check the numbers and their units",

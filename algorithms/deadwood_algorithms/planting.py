@@ -5,6 +5,7 @@ For `generate_forest`. Places are drawn uniformly by area; what a tree draws com
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -50,7 +51,8 @@ def ground_of(grid: Grid, stand: Any, exclude: Any) -> Ground:
     shapely.prepare(shape)
     columns = west + (np.arange(nx - 1) + 0.5) * grid.cell
     total = on = 0
-    for row in range(ny - 1):  # by rows, so that a large DEM needs no second one in memory
+    first, last = (int((each - south) / grid.cell) for each in (shape.bounds[1], shape.bounds[3]))
+    for row in range(max(first, 0), min(last + 1, ny - 1)):  # by rows: a large DEM needs no second one in memory
         inside = shapely.contains_xy(shape, columns, south + (row + 0.5) * grid.cell)
         total, on = total + int(inside.sum()), on + int((inside & patch[row]).sum())
     area = shape.area * (on / total if total else 1.0)
@@ -59,35 +61,51 @@ def ground_of(grid: Grid, stand: Any, exclude: Any) -> Ground:
     return Ground(grid, shape, shape.bounds, area)
 
 
-def plant(ground: Ground, count: int, spacing: float, seed: int, feedback: Feedback) -> tuple[np.ndarray, np.ndarray]:
-    """Places of the trees [m]: each draws until it stands on the ground, and clear of those before it."""
-    if spacing and count * np.pi * (spacing / 2) ** 2 > DENSEST_COVER * ground.area:
-        most = DENSEST_COVER * 1e4 / (np.pi * (spacing / 2) ** 2)
-        raise UserError(
-            f"--min-spacing-m {spacing:g} leaves no room for {count / ground.area * 1e4:.0f} stems/ha, "
-            f"at most for {most:.0f}; lower one of them"
-        )
-    place = np.empty((count, 2))
-    turn = np.zeros(count, np.int64)  # of the draw that each tree has come to
-    left = np.arange(count)
+def plant(
+    grounds: Sequence[Ground], counts: Sequence[int], spacing: float, seed: int, feedback: Feedback
+) -> tuple[np.ndarray, np.ndarray]:
+    """Places of the trees [m], by ground: each draws until it stands on its ground, and clear of those before it."""
+    for ground, count in zip(grounds, counts, strict=True):
+        if spacing and count * np.pi * (spacing / 2) ** 2 > DENSEST_COVER * ground.area:
+            most = DENSEST_COVER * 1e4 / (np.pi * (spacing / 2) ** 2)
+            raise UserError(
+                f"--min-spacing-m {spacing:g} leaves no room for {count / ground.area * 1e4:.0f} stems/ha, "
+                f"at most for {most:.0f}; lower one of them"
+            )
+    total = sum(counts)
+    of_ground = np.repeat(np.arange(len(grounds)), counts)
+    tree = items_of(counts)
+    place = np.empty((total, 2))
+    turn = np.zeros(total, np.int64)  # of the draw that each tree has come to
+    left = np.arange(total)
     while left.size:
-        place[left], turn[left] = next_place(ground, left, turn[left], seed)
+        for number in np.unique(of_ground[left]):
+            these = left[of_ground[left] == number]
+            place[these], turn[these] = next_place(grounds[number], tree[these], turn[these], seed)
         left = too_near(place, spacing)
-        feedback.progress(count - left.size, count, "planting trees")
+        feedback.progress(total - left.size, total, "planting trees")
         if feedback.cancelled():
             raise Cancelled
         if left.size and turn[left].max() > TURNS:
-            raise UserError(f"--min-spacing-m {spacing:g} leaves no room for tree {left[0] + 1} of {count}; lower it")
+            raise UserError(f"--min-spacing-m {spacing:g} leaves no room for tree {left[0] + 1} of {total}; lower it")
     return place[:, 0], place[:, 1]
 
 
+def items_of(counts: Sequence[int]) -> np.ndarray:
+    """What each tree is called to the random draws: its number in its ground, from 1, and the ground's above that.
+
+    So a tree keeps its place and sizes when another ground gets more trees.
+    """
+    return np.concatenate([(number << 32) + np.arange(1, count + 1) for number, count in enumerate(counts)])
+
+
 def next_place(ground: Ground, tree: np.ndarray, turn: np.ndarray, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """For each tree the first place on the ground among its draws from ``turn`` on, and the turn after it."""
+    """The first place of each tree (`items_of`) on the ground, of its draws from ``turn`` on, and the turn after it."""
     west, south, east, north = ground.bounds
     place, turn = np.empty((tree.size, 2)), turn.copy()
     left = np.arange(tree.size)
     while left.size:
-        u, v = draws.uniforms(seed, tree[left] + 1, draws.TREE_PLACE, turn[left])
+        u, v = draws.uniforms(seed, tree[left], draws.TREE_PLACE, turn[left])
         x, y = west + u * (east - west), south + v * (north - south)
         place[left] = np.column_stack((x, y))
         turn[left] += 1

@@ -126,7 +126,7 @@ def test_spacing_that_leaves_no_room_is_refused_at_once(forest):
 
 @pytest.mark.parametrize(("mean", "sd"), [(60.23, 18.64), (44.0, 22.0)])
 def test_dbh_follows_the_papers_normal_cut_where_there_is_no_tree(mean, sd):
-    dbh, height, redrawn = draw_sizes(Sizes(mean, sd, 200.0, 1.0, 0.0), 20_000, 1)
+    dbh, height, redrawn = draw_sizes(Sizes(mean, sd, 200.0, 1.0, 0.0), np.arange(1, 20_000 + 1), 1)
     cut = stats.truncnorm((1.0 - mean) / sd, np.inf, mean, sd)
     # Rounding to 0.01 cm is far below what 20 000 draws can show.
     assert stats.kstest(dbh, cut.cdf).pvalue > 1e-4
@@ -139,7 +139,7 @@ def test_dbh_follows_the_papers_normal_cut_where_there_is_no_tree(mean, sd):
 
 
 def test_no_tree_is_lower_than_breast_height():
-    dbh, height, redrawn = draw_sizes(Sizes(40.0, 5.0, 3.0, 2.0, 0.0), 20_000, 1)
+    dbh, height, redrawn = draw_sizes(Sizes(40.0, 5.0, 3.0, 2.0, 0.0), np.arange(1, 20_000 + 1), 1)
     assert stats.kstest(height, stats.truncnorm((1.3 - 3) / 2, np.inf, 3, 2).cdf).pvalue > 1e-4
     assert redrawn > 0
     assert stats.kstest(dbh, stats.norm(40, 5).cdf).pvalue > 1e-4
@@ -147,7 +147,7 @@ def test_no_tree_is_lower_than_breast_height():
 
 @pytest.mark.parametrize("rho", [-0.5, 0.0, 0.8, 1.0])
 def test_height_and_dbh_are_correlated_as_asked(rho):
-    dbh, height, _ = draw_sizes(Sizes(60.0, 8.0, 30.0, 4.0, rho), 20_000, 1)
+    dbh, height, _ = draw_sizes(Sizes(60.0, 8.0, 30.0, 4.0, rho), np.arange(1, 20_000 + 1), 1)
     # Standard error of a correlation: (1 - rho^2) / sqrt(n); four of them, and the rounding.
     assert np.corrcoef(dbh, height)[0, 1] == pytest.approx(rho, abs=4 * (1 - rho**2) / np.sqrt(20_000) + 1e-4)
     assert height.mean() == pytest.approx(30, abs=4 * 4 / np.sqrt(20_000))
@@ -223,7 +223,7 @@ def test_numbers_that_give_hardly_a_tree_are_refused(forest):
     with pytest.raises(UserError, match=r"DBH 0\.6 .* give hardly a tree"):
         forest(stems_per_ha=300.0, dbh_mean_cm=0.6, dbh_sd_cm=0.18)  # in metres
     with pytest.raises(UserError, match="give hardly a tree; check the numbers and their units"):
-        draw_sizes(Sizes(0.4, 0.1, 20.0, 1.0, 0.0), 100, 1)
+        draw_sizes(Sizes(0.4, 0.1, 20.0, 1.0, 0.0), np.arange(1, 100 + 1), 1)
 
 
 def test_an_interrupted_run_leaves_nothing(tmp_path, slope, said):
