@@ -26,6 +26,8 @@ METAVARS = {
     "integer": "WHOLE",
     "number_or_layer": "NUMBER|LAYER",
     "text": "TEXT",
+    "field": "FIELD",
+    "crs": "CRS",
     "output_raster": "FILE.tif",
     "output_vector": "FILE.gpkg",
     "output_table": "FILE.csv",

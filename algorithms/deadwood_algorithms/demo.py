@@ -184,4 +184,4 @@ def _speed(speed: float | None) -> str:
     return "-" if speed is None else f"{speed:.1f} m/s"
 
 
-TOOL = Tool("demo", "Simulate", "A complete synthetic case: three forests, the same logs, a table, a picture", Ask, run)
+TOOL = Tool("demo", "Simulate", "A complete synthetic case: three forests, the same logs, a table, a picture", Ask, run, in_qgis=False)

@@ -69,6 +69,9 @@ class Parameter:
     exclusive: bool = False  # the minimum itself is not allowed (a length, a diameter)
     choices: tuple[str, ...] = ()
     geometry: tuple[str, ...] = ()  # of a vector input: point, line, polygon
+    parent: str = ""  # of a field: the parameter whose layer has it
+    # Of an output: the layers and files in it that other programs chain on, such as 'run.gpkg|layername=deposits'.
+    parts: tuple[str, ...] = ()
     optional: bool = False
     advanced: bool = False
     default: Any = None
@@ -137,6 +140,11 @@ def text(label: str, **facts: Any) -> Any:
     return ask("text", label, **facts)
 
 
+def field_of(parent: str, label: str, **facts: Any) -> Any:
+    """The name of a field of the layer that the parameter ``parent`` takes."""
+    return ask("field", label, parent=parent, **facts)
+
+
 def folder(label: str, **facts: Any) -> Any:
     """Path of an existing folder that is read (a run)."""
     return ask("folder", label, **facts)
@@ -167,7 +175,8 @@ def overwrite() -> Any:
 
 
 def crs() -> Any:
-    return text(
+    return ask(
+        "crs",
         "CRS of inputs that name none",
         default=None,
         advanced=True,
@@ -197,10 +206,12 @@ class Tool:
     summary: str
     Ask: type
     run: Callable[[Any, Feedback], Outcome]
+    in_qgis: bool = True
 
     @property
     def qgis_id(self) -> str:
-        return "deadwood:" + self.name.replace("-", "")
+        """Its name in QGIS's toolbox; empty for a tool that is not there."""
+        return "deadwood:" + self.name.replace("-", "") if self.in_qgis else ""
 
     @property
     def label(self) -> str:

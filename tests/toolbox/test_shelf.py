@@ -64,6 +64,8 @@ def flaws(parameter: Parameter) -> list[str]:
         found.append("no choices")
     if parameter.kind == "vector" and not set(parameter.geometry) <= {"point", "line", "polygon"}:
         found.append(f"geometry {parameter.geometry}")
+    if (parameter.kind == "field") != parameter.name.endswith("_field"):
+        found.append("a field of a layer is declared by tool.field_of and has a name that ends with _field")
     if parameter.default is not None:
         try:
             check_value(parameter, parameter.default)
@@ -86,6 +88,8 @@ def test_the_declaration_is_complete(tool: Tool):
     assert len(tool.description) > 80
     assert {p.name: flaws(p) for p in tool.parameters() if flaws(p)} == {}
     names = {p.name for p in tool.parameters()}
+    layers = {p.name for p in tool.parameters() if p.kind in ("vector", "table")}
+    assert {p.parent for p in tool.parameters() if p.kind == "field"} <= layers
     assert any(p.is_output for p in tool.parameters())
     assert "overwrite" in names
     assert not names & {"config", "progress", "quiet", "verbose", "help", "version"}
@@ -104,7 +108,7 @@ def test_the_description_is_json_and_says_the_same(tool: Tool, capsys: pytest.Ca
     assert cli.run(["describe", tool.name, "--json"]) == 0
     told = json.loads(capsys.readouterr().out, parse_constant=lambda word: pytest.fail(f"{word} is not JSON"))
     assert [each["name"] for each in told["parameters"]] == [p.name for p in tool.parameters()]
-    assert told["qgis_id"] == "deadwood:" + tool.name.replace("-", "")
+    assert told["qgis_id"] == ("" if tool.name == "demo" else "deadwood:" + tool.name.replace("-", ""))
 
 
 @every_tool
@@ -145,6 +149,7 @@ def test_the_flaws_above_are_found():
         {"default": -1.0},
         {"kind": "numbre"},
         {"help": "no sentence"},
+        {"name": "dbh_field", "kind": "text", "unit": ""},
     ):
         assert flaws(Parameter(**{**vars(good), **change})) != []
 
