@@ -16,6 +16,7 @@ import click
 from deadwood_algorithms.tool import VERSION, Parameter, Tool, UserError
 from deadwood_toolbox import parameters
 from deadwood_toolbox.feedback import PROGRESS, plain
+from deadwood_toolbox.plugin_zip import TOOL as QGIS_PLUGIN
 
 WIDE = {"max_content_width": 110}  # as wide as the terminal, but no wider than one reads
 SECTIONS = ("Inputs", "Parameters", "Advanced", "Outputs")
@@ -61,7 +62,8 @@ class _Shelf(click.Group):
             with formatter.section(group):
                 formatter.write_dl([(tool.name, tool.summary) for tool in self.tools if tool.group == group])
         with formatter.section("About the tools"):
-            formatter.write_dl([(name, self.commands[name].help or "") for name in ("list", "describe")])
+            known = [(name, self.commands[name]) for name in ("list", "describe", QGIS_PLUGIN.name)]
+            formatter.write_dl([(name, command.short_help or command.help or "") for name, command in known])
 
 
 class _ToolCommand(click.Command):
@@ -152,7 +154,10 @@ def build(tools: Sequence[Tool]) -> click.Group:
         context_settings=WIDE,
         subcommand_metavar="TOOL [FLAGS]",
         callback=_top,
-        params=[click.Option(["--version"], is_flag=True, help="Say the version and exit.")],
+        params=[
+            click.Option(["--version"], is_flag=True, help="Say the version and exit."),
+            click.Option(["--versions"], is_flag=True, help="Say also with which Python and libraries it works."),
+        ],
     )
     for tool in tools:
         shelf.add_command(_ToolCommand(tool))
@@ -169,6 +174,7 @@ def build(tools: Sequence[Tool]) -> click.Group:
             callback=telling,
         )
     )
+    shelf.add_command(_ToolCommand(QGIS_PLUGIN))
     return shelf
 
 
@@ -177,7 +183,11 @@ def _answering(text_of: Callable[..., str]) -> Callable[..., Answer]:
 
 
 @click.pass_context
-def _top(ctx: click.Context, version: bool) -> Answer | None:
+def _top(ctx: click.Context, version: bool, versions: bool) -> Answer | None:
+    if versions:
+        from deadwood_algorithms.versions import lines
+
+        return Answer("\n".join([f"deadwood-tool {VERSION}", *lines()]))
     if version:
         return Answer(f"deadwood-tool {VERSION}")
     return None if ctx.invoked_subcommand else Answer(ctx.get_help())

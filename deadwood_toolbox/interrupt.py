@@ -5,6 +5,9 @@ order. After ``ASKED_S`` comes ``KeyboardInterrupt`` in the main thread, so that
 begun. Python runs a handler only between two bytecodes of the main thread, so a long native call holds that back too;
 after ``GRACE_S`` the watchdog thread, which the C side tells of a signal through the wake-up socket, ends the process.
 Even then only temporary files stay: results get their names at the very end.
+
+A program that starts the tool (QGIS does) may set ``DEADWOOD_STOP_WITH_STDIN``: then the end of standard input counts
+as Ctrl-C. That works on Windows too, which knows no SIGTERM, and ends the tool when the program itself dies.
 """
 
 from __future__ import annotations
@@ -21,6 +24,7 @@ from types import FrameType
 INTERRUPTED = 130
 MESSAGE = "interrupted; nothing was left under a final name"
 ASKED_S = 0.6
+STOP_WITH_STDIN = "DEADWOOD_STOP_WITH_STDIN"
 GRACE_S = 1.5  # of the two seconds promised; the rest is for the process to end
 
 
@@ -48,6 +52,8 @@ def interruptible(stop: threading.Event) -> Iterator[None]:
     watchdog.start()
     before_wakeup = signal.set_wakeup_fd(mouth.fileno(), warn_on_full_buffer=False)
     before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
+    if os.environ.get(STOP_WITH_STDIN, "0") not in ("", "0"):
+        threading.Thread(target=_wait_for_end, args=(finished,), name="stdin", daemon=True).start()
     try:
         yield
     finally:
@@ -69,3 +75,12 @@ def _watch(ears: socket.socket, finished: threading.Event) -> None:
             with contextlib.suppress(OSError):
                 os.write(2, f"deadwood-tool: {MESSAGE}\n".encode())
             os._exit(INTERRUPTED)
+
+
+def _wait_for_end(finished: threading.Event) -> None:
+    """Read standard input to its end, then interrupt as Ctrl-C does."""
+    with contextlib.suppress(OSError):
+        while os.read(0, 4096):
+            pass
+    if not finished.is_set():
+        signal.raise_signal(signal.SIGINT)

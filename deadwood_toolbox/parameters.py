@@ -32,6 +32,7 @@ METAVARS = {
     "output_vector": "FILE.gpkg",
     "output_table": "FILE.csv",
     "output_folder": "FOLDER",
+    "output_file": "FILE",
 }
 LARGEST_INTEGER = 2**63 - 1
 

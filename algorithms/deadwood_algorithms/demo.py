@@ -184,4 +184,11 @@ def _speed(speed: float | None) -> str:
     return "-" if speed is None else f"{speed:.1f} m/s"
 
 
-TOOL = Tool("demo", "Simulate", "A complete synthetic case: three forests, the same logs, a table, a picture", Ask, run, in_qgis=False)
+TOOL = Tool(
+    "demo",
+    "Simulate",
+    "A complete synthetic case: three forests, the same logs, a table, a picture",
+    Ask,
+    run,
+    in_qgis=False,
+)

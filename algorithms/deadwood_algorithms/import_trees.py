@@ -68,17 +68,17 @@ class Ask:
     dem: str | None = tool.raster(
         "Terrain (DEM)", default=None, help="Gives the CRS of the output; trees off the DEM are dropped."
     )
-    x_field: str | None = tool.text("Field of the easting", default=None)
-    y_field: str | None = tool.text("Field of the northing", default=None)
-    id_field: str | None = tool.text("Field of the tree's id", default=None)
-    dbh_field: str | None = tool.text("Field of the DBH", default=None)
+    x_field: str | None = tool.field_of("trees", "Field of the easting", default=None)
+    y_field: str | None = tool.field_of("trees", "Field of the northing", default=None)
+    id_field: str | None = tool.field_of("trees", "Field of the tree's id", default=None)
+    dbh_field: str | None = tool.field_of("trees", "Field of the DBH", default=None)
     dbh_unit: str | None = tool.choice(
         "Unit of the DBH", *tree_columns.DBH_UNITS, default=None, help="Without it: as the field's name says, else cm."
     )
-    height_field: str | None = tool.text("Field of the height", default=None)
+    height_field: str | None = tool.field_of("trees", "Field of the height", default=None)
     height_unit: str = tool.choice("Unit of the height", *tree_columns.HEIGHT_UNITS, default="m")
-    species_field: str | None = tool.text("Field of the species", default=None)
-    crown_field: str | None = tool.text("Field of the crown diameter in m", default=None)
+    species_field: str | None = tool.field_of("trees", "Field of the species", default=None)
+    crown_field: str | None = tool.field_of("trees", "Field of the crown diameter in m", default=None)
     crown_measure: str | None = tool.choice(
         "What the crown field holds, in m or m²",
         *tree_columns.CROWN_MEASURES,
@@ -88,7 +88,7 @@ class Ask:
     missing_value: float | None = tool.number(
         "Number that stands for a missing value", default=None, help="For example -1 (FINT-CH) or 0."
     )
-    status_field: str | None = tool.text("Field that tells dead trees from living ones", default=None)
+    status_field: str | None = tool.field_of("trees", "Field that tells dead trees from living ones", default=None)
     dead_values: str | None = tool.text(
         "Its values of dead standing trees",
         default=None,
@@ -115,8 +115,8 @@ class Ask:
     merge_within_m: float = tool.number(
         "Trees nearer than this are one", unit="m", default=0.0, minimum=0.0, help="The tallest stays; 0 merges none."
     )
-    tile_field: str | None = tool.text(
-        "Field of the tile", default=None, advanced=True, help="Only trees of different tiles are then merged."
+    tile_field: str | None = tool.field_of(
+        "trees", "Field of the tile", default=None, advanced=True, help="Only trees of different tiles are then merged."
     )
     crs: str | None = tool.crs()
     overwrite: bool = tool.overwrite()

@@ -60,7 +60,9 @@ class Ask:
         help="Edges are its border and its nodata; more than half a log's length is wise.",
     )
     seed: int = tool.seed()
-    output: str = tool.output_vector("Spread of each release, and the azimuth of each deposit")
+    output: str = tool.output_vector(
+        "Spread of each release, and the azimuth of each deposit", parts=("|layername=spread", "|layername=azimuths")
+    )
     overwrite: bool = tool.overwrite()
 
 

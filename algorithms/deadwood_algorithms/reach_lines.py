@@ -53,7 +53,9 @@ class Ask:
     origin_cell_m: float = tool.number(
         "Cell size of that raster", unit="m", default=2.0, minimum=0.0, exclusive=True, advanced=True
     )
-    output: str = tool.output_vector("Reach, arrivals, attribution and origins")
+    output: str = tool.output_vector(
+        "Reach, arrivals, attribution and origins", parts=("|layername=reach", "|layername=arrivals")
+    )
     overwrite: bool = tool.overwrite()
 
 

@@ -68,8 +68,11 @@ class Ask:
         "Logs per hectare of each area, in place of the count", unit="1/ha", default=None, minimum=0.0, exclusive=True
     )
     radius_m: float = tool.number("Radius of the circle around a point", unit="m", default=10.0, minimum=0.0)
-    release_id_field: str | None = tool.text(
-        "Field of the areas that names them", default=None, help="Without it: release_id, else the row number from 1."
+    release_id_field: str | None = tool.field_of(
+        "areas",
+        "Field of the areas that names them",
+        default=None,
+        help="Without it: release_id, else the row number from 1.",
     )
     dbh_cm: float = tool.number("DBH", unit="cm", default=75.0, minimum=0.0, exclusive=True)
     dbh_sd_cm: float = tool.number("Standard deviation of the DBH", unit="cm", default=0.0, minimum=0.0)

@@ -36,6 +36,15 @@ if TYPE_CHECKING:
 CHUNK = 512
 CHECKPOINT_S = 10.0  # between two saved states of the rasters: on 4000 x 4000 cells one takes half a second
 
+# What other programs chain on; a run without lines, for example, has no layer reach.
+PARTS = (
+    *(f"run.gpkg|layername={name}" for name in ("deposits", "deposited_logs", "trajectories", "reach")),
+    *(f"{name}.tif" for name in ("hit_count", "reach_probability", "deposit_count")),
+    *(f"{name}.tif" for name in ("speed_max", "energy_max", "jump_max")),
+    "poses.parquet",
+    "summary.json",
+)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Ask(ReleasedScene):
@@ -64,7 +73,7 @@ class Ask(ReleasedScene):
         "of them take intervals widened for the repetition; the reported 95 % ones are narrower still. Needs --lines.",
     )
     resume: bool = tool.flag("Go on with an interrupted run")
-    output: str = tool.output_folder("Folder of the run")
+    output: str = tool.output_folder("Folder of the run", parts=PARTS)
     overwrite: bool = tool.overwrite()
 
 

@@ -170,6 +170,10 @@ def output_folder(label: str, **facts: Any) -> Any:
     return ask("output_folder", label, **facts)
 
 
+def output_file(label: str, **facts: Any) -> Any:
+    return ask("output_file", label, **facts)
+
+
 def overwrite() -> Any:
     return flag("Replace an output that exists")
 

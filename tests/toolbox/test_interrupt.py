@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import signal
+import subprocess
+import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -42,6 +45,24 @@ def test_a_second_signal_does_not_disturb_the_tidying_up(start_toy, tmp_path):
         program.send_signal(signal.SIGINT)
     assert program.wait(20) == 130
     assert not (tmp_path / "result").exists()
+
+
+def test_the_end_of_standard_input_ends_a_run_whose_starter_asks_for_that(checkout, tmp_path):
+    words = [sys.executable, str(Path(__file__).parent / "toy_tool.py"), "toy-walk", "--dem", "x", "--asks"]
+    words += ["--output", str(tmp_path / "result"), "--quiet", "--wait-s", "30"]
+    for asked, status in (("1", 130), ("0", None)):
+        program = subprocess.Popen(
+            words, env={**checkout, "DEADWOOD_STOP_WITH_STDIN": asked}, stdin=subprocess.PIPE, stderr=subprocess.PIPE
+        )
+        wait_for((tmp_path / "result.part" / "proj.txt").exists)
+        assert program.poll() is None  # an open input ends nothing
+        assert program.stdin is not None
+        program.stdin.close()
+        if status is None:
+            time.sleep(1.0)
+            assert program.poll() is None
+            program.kill()
+        assert program.wait(20) == (status or -signal.SIGKILL)
 
 
 def test_handlers_are_given_back(toy, tmp_path):

@@ -1,0 +1,69 @@
+"""``deadwood-tool qgis-plugin``: pack the QGIS plugin, with the declarations of every tool, into an installable zip."""
+
+from __future__ import annotations
+
+import json
+import sys
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from deadwood_algorithms import tool
+from deadwood_algorithms.outputs import output_path
+from deadwood_algorithms.tool import VERSION, Feedback, Outcome, Tool
+from deadwood_toolbox import parameters
+from deadwood_toolbox.feedback import plain
+
+SOURCE = Path(__file__).parent / "qgis_plugin"
+FOLDER = "deadwood"  # in the zip, and thereby the plugin's name for QGIS
+KINDS = {".py", ".svg"}
+DAY = (2000, 1, 1, 0, 0, 0)  # of every file in the zip: same version, same bytes
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ask:
+    output: Path = tool.output_file("Zip to be made")
+    portable: bool = tool.flag(
+        "Leave out where this toolbox is installed",
+        help="For a zip that is passed on; the plugin then looks on the PATH and in the usual folders.",
+    )
+    overwrite: bool = tool.overwrite()
+
+
+def run(ask: Ask, feedback: Feedback) -> Outcome:
+    with output_path(ask.output, ask.overwrite, suffix=".zip") as temporary:
+        manifest = declarations() if ask.portable else {**declarations(), "packed_in": sys.prefix}
+        pack(temporary, manifest)
+    lines = (
+        f"{ask.output}: the plugin for QGIS 3.22 to 4.x, with the tools of version {VERSION}",
+        "in QGIS: Plugins > Manage and Install Plugins > Install from ZIP; then open the Processing toolbox",
+    )
+    return Outcome({"output": ask.output}, {}, lines)
+
+
+def declarations() -> dict[str, Any]:
+    """What ``describe --json`` says of all tools: the plugin's dialogs, so that they show where the tool is missing."""
+    from deadwood_toolbox.shelf import TOOLS
+
+    return plain({"version": VERSION, "tools": [parameters.describe(each) for each in TOOLS]})
+
+
+def pack(path: Path, manifest: dict[str, Any]) -> None:
+    """Write the zip: the plugin's sources and icons, its metadata with our version, the manifest."""
+    files = {each.relative_to(SOURCE).as_posix(): each.read_text(encoding="utf-8") for each in _sources()}
+    metadata = (SOURCE / "metadata.txt").read_text(encoding="utf-8")
+    files["metadata.txt"] = metadata.replace("version=VERSION", f"version={VERSION}")
+    files["manifest.json"] = json.dumps(manifest, indent=1, ensure_ascii=False) + "\n"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as target:
+        for name, text in sorted(files.items()):
+            entry = zipfile.ZipInfo(f"{FOLDER}/{name}", DAY)
+            entry.compress_type, entry.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
+            target.writestr(entry, text)
+
+
+def _sources() -> list[Path]:
+    return sorted(each for each in SOURCE.rglob("*") if each.suffix in KINDS and each.is_file())
+
+
+TOOL = Tool("qgis-plugin", "About the tools", "Pack the plugin for QGIS into a zip", Ask, run, in_qgis=False)

@@ -1,0 +1,108 @@
+"""A tool of the toolbox as an algorithm of QGIS: everything in it comes from the tool's declaration."""
+
+from __future__ import annotations
+
+import html
+from typing import Any
+
+from qgis.core import (
+    QgsProcessingAlgorithm,
+    QgsProcessingContext,
+    QgsProcessingException,
+    QgsProcessingFeedback,
+)
+from qgis.PyQt.QtGui import QIcon
+
+from . import child, results
+from .definitions import LAYER, OPEN, definitions, help_of, is_hidden, part_name, part_outputs
+from .finding import HERE
+from .inputs import Inputs
+from .overlap import check_places
+
+
+class ToolAlgorithm(QgsProcessingAlgorithm):
+    def __init__(self, told: dict[str, Any]) -> None:
+        super().__init__()
+        self.told = told
+        self.inputs: Inputs | None = None
+
+    def createInstance(self) -> QgsProcessingAlgorithm:
+        return ToolAlgorithm(self.told)
+
+    def name(self) -> str:
+        return self.told["qgis_id"].partition(":")[2]
+
+    def displayName(self) -> str:
+        return self.told["label"]
+
+    def group(self) -> str:
+        return self.told["group"]
+
+    def groupId(self) -> str:
+        return self.told["group"].lower()
+
+    def icon(self) -> QIcon:
+        return QIcon(self.svgIconPath())
+
+    def svgIconPath(self) -> str:
+        return str(HERE / "icons" / f"{self.groupId()}.svg")
+
+    def tags(self) -> list[str]:
+        return [*self.told["name"].split("-"), "deadwood", "log", "windthrow", "natural hazard", "protection forest"]
+
+    def shortDescription(self) -> str:
+        return self.told["summary"]
+
+    def shortHelpString(self) -> str:
+        """The panel beside the dialog: the tool's description, and the help of each parameter."""
+        paragraphs = [html.escape(part) for part in self.told["description"].split("\n\n")]
+        rows = [
+            f"<b>{html.escape(each['label'])}</b>: {html.escape(help_of(each))}"
+            for each in self.told["parameters"]
+            if help_of(each) and not is_hidden(each, self.told)
+        ]
+        command = f"On the command line: deadwood-tool {self.told['name']} --help"
+        return "".join(f"<p>{each}</p>" for each in [*paragraphs, *rows, command])
+
+    def initAlgorithm(self, configuration: dict[str, Any] | None = None) -> None:
+        for definition in definitions(self.told):
+            self.addParameter(definition)
+        known = {each.name() for each in self.outputDefinitions()}
+        for output in part_outputs(self.told):
+            if output.name() not in known:
+                self.addOutput(output)
+
+    def checkParameterValues(self, parameters: dict[str, Any], context: QgsProcessingContext) -> tuple[bool, str]:
+        """Only what is missing: a wrong value is refused by the tool, in the words of the command line."""
+        for declared in self.told["parameters"]:
+            name = declared["name"].upper()
+            given = [parameters.get(name), parameters.get(name + LAYER)]
+            if declared["required"] and all(value is None or value == "" for value in given):
+                return False, f"{declared['flag']} is missing ({declared['label']})"
+        return True, ""
+
+    def prepareAlgorithm(
+        self, parameters: dict[str, Any], context: QgsProcessingContext, feedback: QgsProcessingFeedback
+    ) -> bool:
+        """In QGIS's own thread, where its layers live: see to it that everything the tool shall read is in files."""
+        child.command()  # says at once how to install what is missing
+        self.inputs = Inputs(self, parameters, context, feedback)
+        self.inputs.collect(self.told["parameters"])
+        check_places(self.inputs, context, feedback)
+        return True
+
+    def processAlgorithm(
+        self, parameters: dict[str, Any], context: QgsProcessingContext, feedback: QgsProcessingFeedback
+    ) -> dict[str, Any]:
+        inputs: Inputs = self.inputs  # type: ignore[assignment]  # made by prepareAlgorithm, without which none runs
+        try:
+            said = child.run([self.told["name"], *inputs.arguments], feedback)
+        except QgsProcessingException as error:
+            if feedback.isCanceled():
+                inputs.forget_unfinished()
+            raise QgsProcessingException(inputs.in_the_users_words(str(error))) from None
+        found = results.Results(self.told, inputs.outputs, said.outputs)
+        opens = self.parameterAsBoolean(parameters, OPEN, context) if self.parameterDefinition(OPEN) else False
+        found.load(context, opens)
+        parts = {part_name(part).upper(): place for part, place in found.parts()}
+        return {**parts, **{name.upper(): path for name, path in inputs.outputs.items()}}

@@ -1,0 +1,130 @@
+"""The tool as a child process: started, listened to, and ended when the user cancels."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from qgis.core import QgsProcessingException, QgsProcessingFeedback
+from qgis.PyQt.QtCore import QProcess
+
+from .finding import INSTALL, Missing, environment, find
+
+LOOK_MS = 100  # between two looks at the Cancel button
+GRACE_MS = 5000  # for the child to tidy up, before it is ended by force
+BETWEEN_TEXTS_S = 10.0  # each text of the progress is a line in the log
+
+
+@dataclass
+class Said:
+    """What the tool has said: its last words on standard error, and the lines for a reader."""
+
+    outputs: dict[str, str] = field(default_factory=dict)
+    facts: dict[str, Any] = field(default_factory=dict)
+    error: str = ""
+    lines: list[str] = field(default_factory=list)
+
+
+def command() -> tuple[str, ...]:
+    """The command's words, or the words on how to install it."""
+    found = find()
+    if isinstance(found, Missing):
+        raise QgsProcessingException(f"{found.why}.\n{INSTALL}")
+    return found.command
+
+
+def run(arguments: Sequence[str], feedback: QgsProcessingFeedback) -> Said:
+    """Run one tool to its end; an exit status other than 0 is an exception with the tool's own line."""
+    words = [*command(), *arguments, "--progress=json"]
+    feedback.pushCommandInfo(" ".join(_quoted(word) for word in words))
+    child = QProcess()
+    child.setProcessEnvironment(environment())
+    child.start(words[0], words[1:])
+    if not child.waitForStarted(30_000):
+        raise QgsProcessingException(f"{words[0]} could not be started: {child.errorString()}")
+    ears = _Ears(feedback)
+    while child.state() != QProcess.ProcessState.NotRunning:
+        child.waitForFinished(LOOK_MS)
+        ears.hear(bytes(child.readAllStandardError()), bytes(child.readAllStandardOutput()))
+        if feedback.isCanceled():
+            end(child)
+            raise QgsProcessingException("Canceled; the tool has ended and left nothing behind")
+    ears.hear(bytes(child.readAllStandardError()) + b"\n", bytes(child.readAllStandardOutput()) + b"\n")
+    said = ears.said
+    if child.exitStatus() != QProcess.ExitStatus.NormalExit or child.exitCode() != 0:
+        why = said.error or f"the tool ended unexpectedly (status {child.exitCode()}, {child.errorString()})"
+        raise QgsProcessingException(why)
+    for line in said.lines:
+        feedback.pushInfo(line)
+    return said
+
+
+def end(child: QProcess) -> None:
+    """End the child: ask it twice over (a closed pipe, which Windows knows too, and SIGTERM), then by force."""
+    child.closeWriteChannel()
+    child.terminate()
+    if not child.waitForFinished(GRACE_MS):
+        child.kill()
+        child.waitForFinished(GRACE_MS)
+
+
+class _Ears:
+    """Takes the child's output apart: whole lines, JSON or not."""
+
+    def __init__(self, feedback: QgsProcessingFeedback) -> None:
+        self.feedback = feedback
+        self.said = Said()
+        self.rest = [b"", b""]
+        self.stage, self.spoke = "", 0.0
+
+    def hear(self, errors: bytes, output: bytes) -> None:
+        for line in self._lines(0, errors):
+            self._event(line)
+        self.said.lines += self._lines(1, output)
+
+    def _lines(self, channel: int, more: bytes) -> list[str]:
+        *whole, self.rest[channel] = (self.rest[channel] + more).split(b"\n")
+        return [text for line in whole if (text := line.decode("utf-8", "replace").rstrip())]
+
+    def _event(self, line: str) -> None:
+        try:
+            known = json.loads(line)
+            event = known["event"]
+        except (ValueError, TypeError, KeyError):
+            self.feedback.pushConsoleInfo(line)
+            return
+        if event == "progress":
+            self._progress(known)
+        elif event == "note":
+            self.feedback.pushInfo(known["message"])
+        elif event == "warning":
+            self.feedback.pushWarning(known["message"])
+        elif event == "error":
+            self.said.error = known["message"]
+        elif event == "done":
+            self.said.outputs, self.said.facts = known["outputs"], known["facts"]
+
+    def _progress(self, known: dict[str, Any]) -> None:
+        done, total, what = known["done"] or 0, known["total"] or 0, known["what"]
+        if total:
+            self.feedback.setProgress(100.0 * done / total)
+        now = time.monotonic()
+        if what == self.stage and now - self.spoke < BETWEEN_TEXTS_S:
+            return
+        text = what
+        if what == self.stage and known.get("left_s") is not None:
+            text += f": {done:,.0f} of {total:,.0f}, {known['rate_per_s']:.3g}/s, {_clock(known['left_s'])} left"
+        self.stage, self.spoke = what, now
+        self.feedback.setProgressText(text)
+
+
+def _clock(seconds: float) -> str:
+    minutes, seconds = divmod(round(seconds), 60)
+    return f"{minutes} min {seconds:02d} s" if minutes else f"{seconds} s"
+
+
+def _quoted(word: str) -> str:
+    return f'"{word}"' if any(each in word for each in " |()&;*?'") else word

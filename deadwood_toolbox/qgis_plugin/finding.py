@@ -1,0 +1,108 @@
+"""Where the ``deadwood-tool`` command is: the setting, the variable DEADWOOD_TOOL, the PATH, then the usual folders."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from qgis.core import QgsSettings
+from qgis.PyQt.QtCore import QProcessEnvironment
+
+HERE = Path(__file__).parent
+SETTING = "deadwood/executable"
+VARIABLE = "DEADWOOD_TOOL"
+WINDOWS = sys.platform == "win32"
+SCRIPT = "deadwood-tool.exe" if WINDOWS else "deadwood-tool"
+BIN = "Scripts" if WINDOWS else "bin"
+INSTALL = (
+    "The tools live in a Python environment of their own (Python 3.11 or newer), outside QGIS. In a terminal, in the "
+    "folder of the toolbox:\n"
+    + (
+        "    py -m venv .venv\n    .venv\\Scripts\\pip install .\n"
+        if WINDOWS
+        else "    python3 -m venv .venv && .venv/bin/pip install .\n"
+    )
+    + f"Then name {BIN}{os.sep}{SCRIPT} of that environment in Settings > Options > Deadwood Toolbox, or put it on "
+    f"the PATH, or set the variable {VARIABLE}."
+)
+
+
+@dataclass(frozen=True)
+class Found:
+    """The command's words, and where they were found."""
+
+    command: tuple[str, ...]
+    how: str
+
+
+@dataclass(frozen=True)
+class Missing:
+    why: str
+
+
+def read_manifest() -> dict[str, Any]:
+    """The tools' declarations, as ``deadwood-tool describe --json`` gave them when the plugin was packed."""
+    return json.loads((HERE / "manifest.json").read_text(encoding="utf-8"))
+
+
+def find() -> Found | Missing:
+    """The command to start, in the order of the search; a place that somebody named is never passed over silently."""
+    for place, how in ((QgsSettings().value(SETTING, ""), "the setting"), (os.environ.get(VARIABLE, ""), VARIABLE)):
+        if place:
+            command = _command(Path(str(place)).expanduser())
+            return Found(command, how) if command else Missing(f"{how} names {place}, where there is no {SCRIPT}")
+    on_path = shutil.which("deadwood-tool")
+    if on_path:
+        return Found((on_path,), "the PATH")
+    for folder in _usual_folders():
+        command = _command(folder)
+        if command:
+            return Found(command, "the usual folders")
+    return Missing(f"{SCRIPT} was not found on the PATH, nor in the usual folders")
+
+
+def _command(place: Path) -> tuple[str, ...] | None:
+    """The command behind a path: the script, a Python, or a folder that has the script in it."""
+    if place.is_dir():
+        inside = (place / SCRIPT, place / BIN / SCRIPT, place / ".venv" / BIN / SCRIPT)
+        return next(((str(each),) for each in inside if each.is_file()), None)
+    if not place.is_file():
+        return None
+    if place.name.lower().startswith("python"):
+        return (str(place), "-I", "-m", "deadwood_toolbox")
+    return (str(place),)
+
+
+def _usual_folders() -> list[Path]:
+    """Of pip, pipx and uv, and the environment that packed this plugin, if that was noted."""
+    home = Path.home()
+    local = Path(os.environ.get("LOCALAPPDATA", home / "AppData" / "Local"))
+    roaming = Path(os.environ.get("APPDATA", home / "AppData" / "Roaming"))
+    tool = "deadwood-toolbox"
+    folders = [Path(noted)] if (noted := read_manifest().get("packed_in")) else []
+    folders += [home / ".local" / "bin", home / tool, home / tool / ".venv", home / ".venv", home]
+    folders += [home / ".local" / "pipx" / "venvs" / tool, home / ".local" / "share" / "pipx" / "venvs" / tool]
+    folders += [home / ".local" / "share" / "uv" / "tools" / tool]
+    if WINDOWS:
+        folders += [home / "pipx" / "venvs" / tool, local / "pipx" / "pipx" / "venvs" / tool]
+        folders += [roaming / "uv" / "tools" / tool, roaming / "Python" / "Scripts"]
+    else:
+        folders += [Path("/opt/homebrew/bin"), Path("/usr/local/bin"), Path("/opt") / tool]
+    return folders
+
+
+def environment() -> QProcessEnvironment:
+    """QGIS's environment without what would lead another Python and another GDAL astray."""
+    clean = QProcessEnvironment.systemEnvironment()
+    foreign = ("PROJ_LIB", "PROJ_DATA", "GDAL_DATA", "GDAL_DRIVER_PATH")
+    for name in clean.keys():  # noqa: SIM118 (no mapping)
+        if name in foreign or name.startswith("PYTHON"):
+            clean.remove(name)
+    clean.insert("PYTHONUTF8", "1")
+    clean.insert("DEADWOOD_STOP_WITH_STDIN", "1")  # the child ends when QGIS lets go of it, or dies
+    return clean

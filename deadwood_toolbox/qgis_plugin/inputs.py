@@ -1,0 +1,285 @@
+"""QGIS's values as the command's words: layers of the map become files, and files what the command line takes.
+
+A layer is handed over as the file that it is read from, unless the map holds what the file does not: a selection, a
+filter, unsaved edits, virtual or joined fields, another CRS, or no file at all. Then it is saved for the tool.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+from pathlib import Path
+from typing import Any
+
+from qgis.core import (
+    QgsFeatureRequest,
+    QgsMapLayer,
+    QgsProcessingAlgorithm,
+    QgsProcessingContext,
+    QgsProcessingException,
+    QgsProcessingFeatureSourceDefinition,
+    QgsProcessingFeedback,
+    QgsProcessingUtils,
+    QgsProperty,
+    QgsProviderRegistry,
+    QgsRasterFileWriter,
+    QgsRasterLayer,
+    QgsRasterPipe,
+    QgsVectorFileWriter,
+    QgsVectorLayer,
+)
+
+from .definitions import LAYER, is_hidden
+
+LAYERNAME = "|layername="
+
+
+class Inputs:
+    """The words for one start of a tool, and what they stand for.
+
+    Attributes
+    ----------
+    arguments : list of str
+        Flags and values.
+    outputs : dict
+        Declared name of each output -> its path.
+    layers : list of (declared parameter, layer or path)
+        Of every raster and vector input, for the checks before the start.
+    """
+
+    def __init__(
+        self,
+        algorithm: QgsProcessingAlgorithm,
+        parameters: dict[str, Any],
+        context: QgsProcessingContext,
+        feedback: QgsProcessingFeedback,
+    ) -> None:
+        self.algorithm, self.parameters, self.context, self.feedback = algorithm, parameters, context, feedback
+        self.arguments: list[str] = []
+        self.outputs: dict[str, str] = {}
+        self.layers: list[tuple[dict[str, Any], QgsMapLayer | str]] = []
+        self.folders: list[str] = []
+        self.saved: dict[str, str] = {}  # file made for the tool -> name of its layer
+        self.crs_of_map = ""
+
+    def collect(self, declared: list[dict[str, Any]]) -> None:
+        told = {"parameters": declared}
+        for each in declared:
+            if is_hidden(each, told):
+                self.arguments.append("--overwrite")  # QGIS has asked already
+            else:
+                self._add(each)
+        has_crs = any(each.startswith("--crs=") for each in self.arguments)
+        if self.crs_of_map and not has_crs and any(each["name"] == "crs" for each in declared):
+            self.arguments.append(f"--crs={self.crs_of_map}")
+
+    def in_the_users_words(self, message: str) -> str:
+        """The tool's line with layers in place of the files that were made of them."""
+        for path, name in self.saved.items():
+            message = message.replace(path, f"layer '{name}'")
+        return message
+
+    def forget_unfinished(self) -> None:
+        """After a cancel, remove what slide-logs keeps for --resume, unless the user has asked to resume."""
+        if "--resume" in self.arguments:
+            return
+        for folder in self.folders:
+            place = Path(folder)
+            shutil.rmtree(place.absolute().parent / f".{place.name}.part", ignore_errors=True)
+
+    def _add(self, declared: dict[str, Any]) -> None:
+        kind, flag, name = declared["kind"], declared["flag"], declared["name"].upper()
+        if kind == "flag":
+            if self.algorithm.parameterAsBoolean(self.parameters, name, self.context):
+                self.arguments.append(flag)
+            return
+        value = self._output(declared, name) if declared["direction"] == "output" else self._input(declared, name)
+        if value:
+            self.arguments.append(f"{flag}={value}")
+
+    def _output(self, declared: dict[str, Any], name: str) -> str:
+        if declared["kind"] in ("output_raster", "output_vector"):
+            path = self.algorithm.parameterAsOutputLayer(self.parameters, name, self.context)
+        else:
+            path = self.algorithm.parameterAsFileOutput(self.parameters, name, self.context)
+        if not path:
+            return ""
+        if re.match(r"^[a-zA-Z]{2,}:", path):
+            raise QgsProcessingException(f"{declared['label']}: {path} is no file; name a file of its own")
+        self.outputs[declared["name"]] = path = os.path.abspath(path)
+        if declared["kind"] == "output_folder":
+            self.folders.append(path)
+        return path
+
+    def _input(self, declared: dict[str, Any], name: str) -> str:
+        kind = declared["kind"]
+        if kind == "number_or_layer":
+            return self._number_or_layer(declared, name)
+        if kind in ("raster", "vector", "table"):
+            return self._layer(declared, self.parameters.get(name))
+        if kind == "crs":
+            crs = self.algorithm.parameterAsCrs(self.parameters, name, self.context)
+            return (crs.authid() or crs.toWkt()) if crs.isValid() else ""
+        if kind in ("folder", "file"):
+            path = self.algorithm.parameterAsFile(self.parameters, name, self.context)
+            return os.path.abspath(path) if path else ""
+        return self._plain(declared, name)
+
+    def _plain(self, declared: dict[str, Any], name: str) -> str:
+        """Numbers and words, as given where that can be: the tool's own line is the clearest on a wrong one."""
+        value = self.parameters.get(name, declared["default"])
+        if isinstance(value, QgsProperty):
+            value = value.valueAsString(self.context.expressionContext())[0]
+        if declared["kind"] == "choice" and isinstance(value, int):
+            value = self.algorithm.parameterAsEnumString(self.parameters, name, self.context)
+        if isinstance(value, (list, tuple)):
+            value = ",".join(map(str, value))
+        if value is None or value == "" or value == declared["default"]:
+            return ""
+        if declared["kind"] == "integer" and isinstance(value, float) and value.is_integer():
+            return str(int(value))
+        return repr(value) if isinstance(value, float) else str(value)
+
+    def _number_or_layer(self, declared: dict[str, Any], name: str) -> str:
+        number, layer = self.parameters.get(name), self.parameters.get(name + LAYER)
+        if layer in (None, ""):
+            return self._plain(declared, name)
+        if number not in (None, "", declared["default"]):
+            raise QgsProcessingException(
+                f"{declared['label']}: a number ({number}) and a layer are given; clear one of them"
+            )
+        return self._layer(declared, layer)
+
+    # --- layers ----------------------------------------------------------------------------------------------------
+
+    def _layer(self, declared: dict[str, Any], value: Any) -> str:
+        """The file of a layer, made for the tool where the map holds more than the file."""
+        selected, limit, condition = False, -1, ""
+        if isinstance(value, QgsProcessingFeatureSourceDefinition):
+            selected, limit = value.selectedFeaturesOnly, value.featureLimit
+            condition = getattr(value, "filterExpression", "")  # from 3.32 on
+            value = value.source
+        if isinstance(value, QgsProperty):
+            value = value.valueAsString(self.context.expressionContext())[0]
+        if value is None or value == "":
+            return ""
+        more = selected or limit > 0 or bool(condition)
+        layer = value if isinstance(value, QgsMapLayer) else self._loaded(str(value), load=more)
+        if layer is None:
+            path, _, rest = str(value).partition("|")
+            path = os.path.abspath(path) + (f"|{rest}" if rest else "")
+            self.layers.append((declared, path))
+            return path
+        self.layers.append((declared, layer))
+        if isinstance(layer, QgsRasterLayer):
+            return self._raster(declared, layer)
+        if not isinstance(layer, QgsVectorLayer):
+            raise QgsProcessingException(f"{declared['label']}: '{layer.name()}' is no raster or vector layer")
+        path = _file_of(layer)
+        why = _held_by_the_map(layer, path)
+        if not more and not why:
+            return path
+        request = QgsFeatureRequest()
+        if selected:
+            request.setFilterFids(layer.selectedFeatureIds())
+            why.append(f"{layer.selectedFeatureCount()} selected features")
+            if not layer.selectedFeatureCount():
+                raise QgsProcessingException(
+                    f"{declared['label']}: 'Selected features only' is ticked, but in the layer '{layer.name()}' "
+                    "nothing is selected"
+                )
+        if condition:
+            request.setFilterExpression(condition)
+            why.append("a filter")
+        if limit > 0:
+            request.setLimit(limit)
+            why.append(f"the first {limit} features")
+        return self._save(layer, request, why)
+
+    def _loaded(self, value: str, *, load: bool) -> QgsMapLayer | None:
+        """The layer of the map that a text names (id, name or source); a path is loaded only where that is needed."""
+        options = [each for each in value.split("|")[1:] if not each.startswith("layername=")]
+        return QgsProcessingUtils.mapLayerFromString(value, self.context, load or bool(options))
+
+    def _raster(self, declared: dict[str, Any], layer: QgsRasterLayer) -> str:
+        decoded = QgsProviderRegistry.instance().decodeUri(layer.providerType(), layer.source())
+        path = decoded.get("path", "")
+        if layer.providerType() != "gdal" or not os.path.isfile(path):
+            return self._save_raster(declared, layer)
+        own = QgsRasterLayer(path, "own").crs()
+        if layer.crs().isValid() and not own.isValid():
+            self.crs_of_map = layer.crs().authid() or layer.crs().toWkt()
+        elif own != layer.crs():
+            raise QgsProcessingException(
+                f"{declared['label']}: the map has the layer '{layer.name()}' in {layer.crs().authid()}, its file says "
+                f"{own.authid()}; write the right one to the file (Raster > Projections > Assign Projection)"
+            )
+        return os.path.abspath(path)
+
+    def _save_raster(self, declared: dict[str, Any], layer: QgsRasterLayer) -> str:
+        path = QgsProcessingUtils.generateTempFilename(f"{_plain_name(layer)}.tif")
+        provider = layer.dataProvider()
+        pipe = QgsRasterPipe()
+        size = (provider.xSize(), provider.ySize()) if provider is not None and pipe.set(provider.clone()) else (0, 0)
+        if not all(size):
+            raise QgsProcessingException(
+                f"{declared['label']}: the layer '{layer.name()}' is not in a file; save it as GeoTIFF first "
+                "(Export > Save As)"
+            )
+        writer = QgsRasterFileWriter(path)
+        error = writer.writeRaster(pipe, *size, layer.extent(), layer.crs(), self.context.transformContext())
+        if int(error) != 0:
+            raise QgsProcessingException(f"{declared['label']}: the layer '{layer.name()}' could not be saved")
+        self.saved[path] = layer.name()
+        self.feedback.pushInfo(f"{layer.name()}: saved for the tool, because it is not in a file")
+        return path
+
+    def _save(self, layer: QgsVectorLayer, request: QgsFeatureRequest, why: list[str]) -> str:
+        name = _plain_name(layer)
+        path = QgsProcessingUtils.generateTempFilename(f"{name}.gpkg")
+        copy = layer.materialize(request)
+        options = QgsVectorFileWriter.SaveVectorOptions()
+        options.driverName, options.layerName = "GPKG", name
+        fields = copy.fields()
+        options.attributes = [k for k in range(fields.count()) if fields.at(k).name().lower() != "fid"]
+        options.skipAttributeCreation = not options.attributes
+        outcome = QgsVectorFileWriter.writeAsVectorFormatV3(copy, path, self.context.transformContext(), options)
+        if outcome[0] != QgsVectorFileWriter.WriterError.NoError:
+            raise QgsProcessingException(f"The layer '{layer.name()}' could not be saved for the tool: {outcome[1]}")
+        self.saved[path] = layer.name()
+        self.feedback.pushInfo(f"{layer.name()}: saved for the tool, because of {', '.join(why)}")
+        return path
+
+
+def _file_of(layer: QgsVectorLayer) -> str:
+    """The file of a layer as the command line names it; empty where it is in none."""
+    if layer.providerType() != "ogr":
+        return ""
+    decoded = QgsProviderRegistry.instance().decodeUri("ogr", layer.source())
+    path, inner = decoded.get("path", ""), decoded.get("layerName")
+    if not os.path.exists(path):
+        return ""
+    return os.path.abspath(path) + (f"{LAYERNAME}{inner}" if inner else "")
+
+
+def _held_by_the_map(layer: QgsVectorLayer, path: str) -> list[str]:
+    """What of a layer is not in its file."""
+    if not path:
+        return [f"its source ({layer.providerType()})"]
+    why = []
+    if layer.subsetString():
+        why.append("its filter")
+    if layer.isEditable() and layer.isModified():
+        why.append("unsaved edits")
+    fields = layer.fields()
+    origins = {fields.fieldOrigin(k) for k in range(fields.count())}
+    if len(origins) > 1:
+        why.append("virtual or joined fields")
+    if QgsVectorLayer(path, "own", "ogr").crs() != layer.crs():
+        why.append("its CRS, which the map has set")
+    return why
+
+
+def _plain_name(layer: QgsMapLayer) -> str:
+    return re.sub(r"[^A-Za-z0-9_-]+", "_", layer.name())[:40].strip("_") or "layer"

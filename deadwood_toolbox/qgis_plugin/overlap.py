@@ -1,0 +1,69 @@
+"""Before the tool starts: is the terrain in metres, and does every other layer lie on it?"""
+
+from __future__ import annotations
+
+from qgis.core import (
+    QgsCoordinateTransform,
+    QgsCsException,
+    QgsMapLayer,
+    QgsProcessingContext,
+    QgsProcessingException,
+    QgsProcessingFeedback,
+    QgsRasterLayer,
+    QgsUnitTypes,
+    QgsVectorLayer,
+)
+
+from .inputs import Inputs
+
+METRES = QgsUnitTypes.DistanceUnit.DistanceMeters
+
+
+def check_places(inputs: Inputs, context: QgsProcessingContext, feedback: QgsProcessingFeedback) -> None:
+    """Refuse a terrain in degrees or feet and a layer that lies wholly beside it; say what is reprojected.
+
+    What does not open here is the tool's to judge: it reads more than QGIS does, and says more of what it cannot read.
+    """
+    layers = [(declared, _layer(source)) for declared, source in inputs.layers]
+    dem = next((layer for declared, layer in layers if declared["name"] == "dem" and layer is not None), None)
+    if dem is None or not dem.isValid() or not dem.crs().isValid():
+        return
+    if dem.crs().isGeographic() or dem.crs().mapUnits() != METRES:
+        unit = "degrees" if dem.crs().isGeographic() else QgsUnitTypes.toString(dem.crs().mapUnits())
+        raise QgsProcessingException(
+            f"The terrain model '{dem.name()}' is in {_name(dem)}, whose unit is {unit}, but must be in a projected "
+            "CRS in metres; reproject it (Raster > Projections > Warp)"
+        )
+    for declared, layer in layers:
+        if layer is None or layer is dem or not layer.isValid() or not layer.crs().isValid():
+            continue
+        extent = layer.extent()
+        if extent.isNull() or (isinstance(layer, QgsVectorLayer) and not layer.isSpatial()):
+            continue
+        move = QgsCoordinateTransform(layer.crs(), dem.crs(), context.transformContext())
+        try:
+            place = move.transformBoundingBox(extent)
+        except QgsCsException:
+            place = None
+        if place is None or not place.intersects(dem.extent()):
+            raise QgsProcessingException(
+                f"{declared['label']}: the layer '{layer.name()}' ({_name(layer)}) lies wholly outside the terrain "
+                f"model '{dem.name()}' ({_name(dem)}); choose another layer, or check its CRS"
+            )
+        if layer.crs() != dem.crs():
+            feedback.pushInfo(f"{layer.name()}: in {_name(layer)}, the tool reprojects it to {_name(dem)}")
+
+
+def _layer(source: QgsMapLayer | str) -> QgsMapLayer | None:
+    if isinstance(source, QgsMapLayer):
+        return source
+    name = source.partition("|")[0].replace("\\", "/").rpartition("/")[2]
+    raster = QgsRasterLayer(source, name)
+    if raster.isValid():
+        return raster
+    vector = QgsVectorLayer(source, name, "ogr")
+    return vector if vector.isValid() and vector.featureCount() > 0 else None
+
+
+def _name(layer: QgsMapLayer) -> str:
+    return layer.crs().authid() or layer.crs().description() or "an unnamed CRS"

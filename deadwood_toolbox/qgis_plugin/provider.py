@@ -1,0 +1,68 @@
+"""The provider: one algorithm for each declaration in the manifest, and the check of the installation."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from qgis.core import QgsProcessingProvider
+from qgis.PyQt.QtGui import QIcon
+
+from .algorithm import ToolAlgorithm
+from .finding import HERE, Missing, find
+from .installation import CheckInstallation
+
+
+def icon(name: str) -> QIcon:
+    return QIcon(str(HERE / "icons" / f"{name}.svg"))
+
+
+class Provider(QgsProcessingProvider):
+    def __init__(self, manifest: dict[str, Any]) -> None:
+        super().__init__()
+        self.manifest = manifest
+
+    def id(self) -> str:
+        return "deadwood"
+
+    def name(self) -> str:
+        return "Deadwood Toolbox"
+
+    def longName(self) -> str:
+        return f"Deadwood Toolbox {self.manifest['version']}"
+
+    def versionInfo(self) -> str:
+        return self.manifest["version"]
+
+    def icon(self) -> QIcon:
+        return icon("deadwood")
+
+    def svgIconPath(self) -> str:
+        return str(HERE / "icons" / "deadwood.svg")
+
+    def warningMessage(self) -> str:
+        """Shown above the tools in the toolbox; empty where all is well."""
+        found = find()
+        if isinstance(found, Missing):
+            return f"{found.why}. 'Check installation' says how to install it."
+        return ""
+
+    def supportsNonFileBasedOutput(self) -> bool:
+        return False
+
+    def supportedOutputRasterLayerExtensions(self) -> list[str]:
+        return ["tif"]
+
+    def supportedOutputVectorLayerExtensions(self) -> list[str]:
+        return ["gpkg"]
+
+    def defaultVectorFileExtension(self, hasGeometry: bool = True) -> str:
+        return "gpkg"
+
+    def defaultRasterFileExtension(self) -> str:
+        return "tif"
+
+    def loadAlgorithms(self) -> None:
+        for told in self.manifest["tools"]:
+            if told["qgis_id"]:
+                self.addAlgorithm(ToolAlgorithm(told))
+        self.addAlgorithm(CheckInstallation())

@@ -1,0 +1,102 @@
+"""The provider in a real QGIS: every tool is there, with the parameters that its declaration promises."""
+
+from __future__ import annotations
+
+import html
+from pathlib import Path
+
+import pytest
+
+from deadwood_toolbox.shelf import TOOLS, find
+
+IN_QGIS = [tool for tool in TOOLS if tool.in_qgis]
+
+
+@pytest.fixture(scope="module")
+def listed(qgis) -> dict:
+    ran = qgis("--json", "list")
+    assert ran.status == 0, ran.err[-3000:]
+    return ran.document["providers"]["deadwood"]
+
+
+def test_every_tool_of_the_shelf_is_listed_in_its_group(listed):
+    algorithms = listed["algorithms"]
+    expected = {tool.qgis_id: (tool.label, tool.group) for tool in IN_QGIS}
+    found = {name: (each["name"], each["group"]) for name, each in algorithms.items()}
+    assert found.pop("deadwood:checkinstallation")[0] == "Check installation"
+    assert found == expected
+    assert listed["version"] == "0.1.0"
+
+
+# One start of QGIS for each; the tool with the most parameters, one with fields, one with several layers in its output.
+@pytest.mark.parametrize("name", ["slide-logs", "import-trees", "reach-lines"])
+def test_parameters_are_those_of_the_declaration(qgis, name):
+    tool = find(name)
+    assert tool is not None
+    ran = qgis("--json", "help", tool.qgis_id)
+    assert ran.status == 0, ran.err[-3000:]
+    shown = ran.document["parameters"]
+    folder = any(p.kind == "output_folder" for p in tool.parameters())
+    for parameter in tool.parameters():
+        if parameter.name == "overwrite" and not folder:
+            assert "OVERWRITE" not in shown  # QGIS asks itself
+            continue
+        one = shown[parameter.name.upper()]
+        assert one["description"].startswith(parameter.label)
+        raw = one["raw_definition"]
+        assert (parameter.unit in one["description"]) or not parameter.unit
+        assert bool(int(raw["flags"]) & 2) == parameter.advanced
+        assert bool(int(raw["flags"]) & 8) == (parameter.optional or parameter.kind == "number_or_layer")
+        if parameter.kind in ("number", "integer") and parameter.minimum is not None:
+            assert float(raw["min"]) == parameter.minimum
+        if parameter.kind == "choice":
+            assert list(one["available_options"].values()) == list(parameter.choices)
+        if parameter.kind == "field":
+            assert raw["parent_layer"] == parameter.parent.upper()
+        for part in parameter.parts:
+            place, _, layer = part.partition("|layername=")
+            assert (layer or place.partition(".")[0]).upper() in ran.document["outputs"]
+
+
+def test_the_dialog_explains(qgis):
+    shown = " ".join(qgis("help", "deadwood:counthits").out.split())
+    assert "Count, from stored trajectories, how many logs pass over each cell" in shown
+    assert "Default: the run's." in html.unescape(shown)
+
+
+def test_the_check_tells_where_the_tool_is_and_what_it_works_with(qgis, tool):
+    said = qgis.run("deadwood:checkinstallation", {}).results["REPORT"]
+    assert str(tool) in said
+    assert "numba" in said
+    assert "All is well" in said
+
+
+@pytest.mark.parametrize(
+    ("place", "words"),
+    [("nowhere/deadwood-tool", "DEADWOOD_TOOL names nowhere/deadwood-tool"), ("/bin/false", "not the toolbox")],
+)
+def test_a_missing_tool_is_said_with_the_way_to_install_it(qgis, place, words):
+    ran = qgis("run", "deadwood:checkinstallation", DEADWOOD_TOOL=place)
+    assert ran.status == 1
+    assert words in ran.err
+    assert "-m venv .venv" in ran.err
+
+
+def test_without_the_tool_the_algorithms_are_still_there_and_say_why_they_do_not_run(qgis, tmp_path: Path):
+    out = tmp_path / "log"
+    ran = qgis("run", "deadwood:makelog", "--", f"OUTPUT={out}", DEADWOOD_TOOL="nowhere")
+    assert ran.status == 1
+    assert "where there is no deadwood-tool" in ran.err
+    assert not out.exists()
+
+
+def test_the_setting_goes_before_the_variable(qgis, tool, tmp_path: Path):
+    settings = qgis.folder / "profile" / "profiles" / "default" / "QGIS" / "QGIS3.ini"
+    before = settings.read_text(encoding="utf-8")
+    settings.write_text(before + f"\n[deadwood]\nexecutable={tool.parent}\n", encoding="utf-8")
+    try:
+        ran = qgis("run", "deadwood:makelog", "--", f"OUTPUT={tmp_path / 'log'}", DEADWOOD_TOOL="nowhere")
+    finally:
+        settings.write_text(before, encoding="utf-8")
+    assert ran.status == 0, ran.err[-3000:]
+    assert (tmp_path / "log" / "log.pts").exists()

@@ -1,0 +1,167 @@
+"""Every tool, run by QGIS on the sample, leaves what the command line leaves: the same bytes where that is promised."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+
+from deadwood_toolbox import cli
+from deadwood_toolbox.shelf import TOOLS, find
+
+SAMPLE = Path(__file__).parents[2] / "sample_data"
+DEM = SAMPLE / "dem.tif"
+LAYERS = SAMPLE / "sample.gpkg"
+# In the order of the work: what the command line has made of one is the input of the next. {work} is its folder.
+CASES: dict[str, dict[str, object]] = {
+    "sample-releases": {"areas": f"{LAYERS}|layername=release_area", "dem": DEM, "count": 24},
+    "import-trees": {"trees": SAMPLE / "trees.csv", "dem": DEM, "id_field": "tree_id"},
+    "generate-forest": {"dem": DEM, "stand": f"{LAYERS}|layername=forest", "like": "{work}/import-trees.gpkg"},
+    "make-log": {"rings": 5},
+    "slide-logs": {
+        "dem": DEM,
+        "releases": "{work}/sample-releases.gpkg",
+        "trees": "{work}/import-trees.gpkg",
+        "barriers": f"{LAYERS}|layername=barriers",
+        "lines": f"{LAYERS}|layername=lines",
+        "friction": 0.25,
+        "fidelity": "draft",
+    },
+    "count-hits": {"run": "{work}/slide-logs", "cell_m": 2.0, "stop_reason": "tree,rest,barrier"},
+    "reach-lines": {"run": "{work}/slide-logs", "lines": f"{LAYERS}|layername=lines"},
+    "lateral-spread": {"deposits": "{work}/slide-logs/run.gpkg|layername=deposits"},
+    "compare-fidelity": {
+        "dem": DEM,
+        "releases": "{work}/sample-releases.gpkg",
+        "friction": 0.25,
+        "fidelities": "draft,standard",
+        "logs": 8,
+        "time_limit": 5.0,
+    },
+}
+ENDINGS = {"output_vector": ".gpkg", "output_raster": ".tif", "output_table": ".csv", "output_folder": ""}
+# What a run cost, and files that hold it or a picture of it.
+COSTS = {"cost", "output", "seconds"}
+NOT_COMPARED = {"comparison.csv", "comparison.json", "comparison.png"}
+
+
+def test_every_tool_has_its_case():
+    assert [tool.name for tool in TOOLS if tool.in_qgis and tool.name not in CASES] == []
+
+
+@pytest.fixture(scope="module")
+def work(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What the command line makes of all cases."""
+    folder = tmp_path_factory.mktemp("command")
+    for name, values in CASES.items():
+        words = [part for key, value in filled(name, values, folder).items() for part in (flag(key), str(value))]
+        assert cli.run([name, *words, "--quiet"]) == 0, name
+    return folder
+
+
+def flag(name: str) -> str:
+    return "--" + name.replace("_", "-")
+
+
+def filled(name: str, values: Mapping[str, object], work: Path, out: Path | None = None) -> dict[str, object]:
+    """The parameters of a case, with its input from the command line's folder and its output in another."""
+    tool = find(name)
+    assert tool is not None
+    known = {key: value.format(work=work) if isinstance(value, str) else value for key, value in values.items()}
+    kinds = {p.name: p.kind for p in tool.parameters() if p.is_output and not p.optional}
+    return known | {key: f"{out or work}/{name}{ENDINGS[kind]}" for key, kind in kinds.items()}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_tool_run_by_qgis_leaves_what_the_command_line_leaves(qgis, work, tmp_path, name):
+    tool = find(name)
+    assert tool is not None
+    parameters = {key.upper(): value for key, value in filled(name, CASES[name], work, tmp_path).items()}
+    results = qgis.run(tool.qgis_id, parameters).results
+    for parameter in tool.parameters():
+        if parameter.is_output and not parameter.optional:
+            assert results[parameter.name.upper()] == str(parameters[parameter.name.upper()])
+    made = sorted(each.relative_to(tmp_path) for each in tmp_path.rglob("*") if each.is_file())
+    expected = {each.relative_to(work) for each in work.rglob("*") if each.is_file()}
+    assert made == sorted(each for each in expected if each.parts[0].partition(".")[0] == name)
+    for each in made:
+        assert_same(tmp_path / each, work / each)
+
+
+def assert_same(one: Path, other: Path) -> None:
+    """The same bytes; of a JSON file the same facts, less what the run cost and where it went."""
+    if one.name in NOT_COMPARED:
+        return
+    if one.suffix == ".json":
+        assert facts(one) == facts(other), one.name
+    else:
+        assert one.read_bytes() == other.read_bytes(), one.name
+
+
+def facts(path: Path) -> object:
+    def without(value: object) -> object:
+        if isinstance(value, dict):
+            return {key: without(each) for key, each in value.items() if key not in COSTS}
+        return value
+
+    return without(json.loads(path.read_text(encoding="utf-8")))
+
+
+def test_the_layers_of_a_run_are_results_that_models_can_chain_on(qgis, work, tmp_path):
+    case = filled("reach-lines", CASES["reach-lines"], work, tmp_path)
+    results = qgis.run("deadwood:reachlines", {key.upper(): value for key, value in case.items()}).results
+    assert results["REACH"] == f"{tmp_path / 'reach-lines.gpkg'}|layername=reach"
+    assert results["ARRIVALS"].endswith("|layername=arrivals")
+
+
+# --- wrong input -----------------------------------------------------------------------------------------------------
+
+WRONG = {
+    "out of bounds": ("slide-logs", {"friction": -1}),
+    "no number": ("sample-releases", {"count": "many"}),
+    "no such file": ("sample-releases", {"dem": "{work}/nowhere.tif"}),
+    "a layer that is not there": ("slide-logs", {"trees": f"{LAYERS}|layername=tree"}),
+    "several layers and none named": ("slide-logs", {"trees": str(LAYERS)}),
+    "a field that is missing": ("slide-logs", {"trees": f"{LAYERS}|layername=release_area"}),
+    "no choice": ("slide-logs", {"fidelity": "best"}),
+    "no run": ("count-hits", {"run": str(SAMPLE)}),
+    "a wrong ending": ("count-hits", {"output": "{work}/hits.asc"}),
+}
+
+
+@pytest.mark.parametrize("what", WRONG)
+def test_wrong_input_gives_the_line_of_the_command_line(qgis, work, tmp_path, capsys, what):
+    name, changes = WRONG[what]
+    tool = find(name)
+    assert tool is not None
+    case = filled(name, CASES[name] | changes, work, tmp_path)
+    if "output" in changes:
+        case["output"] = str(tmp_path / "hits.asc")
+    capsys.readouterr()
+    words = [part for key, value in case.items() for part in (flag(key), str(value))]
+    assert cli.run([name, *words, "--quiet"]) == 2
+    line = capsys.readouterr().err.strip().removeprefix("deadwood-tool: ")
+    assert "\n" not in line
+    ran = qgis("run", tool.qgis_id, "--", *(f"{key.upper()}={value}" for key, value in case.items()))
+    assert ran.status == 1
+    assert line in ran.err.splitlines()
+    assert "Traceback" not in ran.err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_parameter_that_is_missing_is_named(qgis, tmp_path):
+    ran = qgis("run", "deadwood:counthits", "--", f"OUTPUT={tmp_path / 'hits.tif'}")
+    assert ran.status == 1
+    assert "--run is missing (Folder of a run of slide-logs)" in ran.err
+
+
+def test_a_folder_is_only_replaced_where_the_user_says_so(qgis, work, tmp_path):
+    (tmp_path / "log").mkdir()
+    (tmp_path / "log" / "mine.txt").write_text("mine")
+    for replace in ("false", "true"):
+        ran = qgis("run", "deadwood:makelog", "--", f"OUTPUT={tmp_path / 'log'}", f"OVERWRITE={replace}")
+        assert ran.status == 1
+        assert "the output exists" in ran.err
+    assert [each.name for each in (tmp_path / "log").iterdir()] == ["mine.txt"]

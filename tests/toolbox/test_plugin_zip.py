@@ -1,0 +1,73 @@
+"""The plugin's zip: what QGIS needs to install it, with the declarations of every tool, the same every time."""
+
+from __future__ import annotations
+
+import configparser
+import io
+import json
+import sys
+import zipfile
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from deadwood_algorithms.tool import VERSION
+from deadwood_toolbox import cli
+from deadwood_toolbox.shelf import TOOLS
+
+
+@pytest.fixture
+def zipped(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> zipfile.ZipFile:
+    assert cli.run(["qgis-plugin", "--output", str(tmp_path / "deadwood.zip"), "--portable"]) == 0
+    assert "Install from ZIP" in capsys.readouterr().out
+    return zipfile.ZipFile(tmp_path / "deadwood.zip")
+
+
+def test_the_zip_has_what_qgis_looks_for(zipped):
+    assert {name.split("/")[0] for name in zipped.namelist()} == {"deadwood"}
+    metadata = configparser.ConfigParser()
+    metadata.read_file(io.TextIOWrapper(zipped.open("deadwood/metadata.txt"), encoding="utf-8"))
+    general = metadata["general"]
+    assert general["version"] == VERSION
+    assert (general["qgisMinimumVersion"], general["qgisMaximumVersion"]) == ("3.22", "4.99")
+    assert general["hasProcessingProvider"] == "yes"
+    assert f"deadwood/{general['icon']}" in zipped.namelist()
+    assert "def classFactory(" in zipped.read("deadwood/__init__.py").decode()
+    for name in zipped.namelist():
+        if name.endswith(".svg"):
+            ElementTree.fromstring(zipped.read(name))
+
+
+def test_the_zip_declares_every_tool_and_no_place_when_portable(zipped):
+    manifest = json.loads(zipped.read("deadwood/manifest.json"))
+    assert [each["name"] for each in manifest["tools"]] == [tool.name for tool in TOOLS]
+    assert {f"{each['group'].lower()}.svg" for each in manifest["tools"]} <= {
+        name.rpartition("/")[2] for name in zipped.namelist()
+    }
+    assert "packed_in" not in manifest
+
+
+def test_the_zip_is_the_same_every_time_and_knows_its_environment(tmp_path):
+    for name in ("a.zip", "b.zip"):
+        assert cli.run(["qgis-plugin", "--output", str(tmp_path / name), "--quiet"]) == 0
+    assert (tmp_path / "a.zip").read_bytes() == (tmp_path / "b.zip").read_bytes()
+    with zipfile.ZipFile(tmp_path / "a.zip") as packed:
+        assert json.loads(packed.read("deadwood/manifest.json"))["packed_in"] == sys.prefix
+
+
+def test_a_zip_that_exists_is_not_replaced_unasked(tmp_path, capsys):
+    place = tmp_path / "deadwood.zip"
+    place.write_text("mine")
+    assert cli.run(["qgis-plugin", "--output", str(place)]) == 2
+    assert "--overwrite replaces it" in capsys.readouterr().err
+    assert place.read_text() == "mine"
+    assert cli.run(["qgis-plugin", "--output", str(tmp_path / "deadwood.gpkg")]) == 2
+
+
+def test_versions_name_the_libraries_that_the_tools_load(capsys):
+    assert cli.run(["--versions"]) == 0
+    said = capsys.readouterr().out
+    assert said.startswith(f"deadwood-tool {VERSION}\n")
+    for word in (sys.executable, "GDAL", "PROJ", "numba"):
+        assert word in said
