@@ -152,10 +152,27 @@ def test_wrong_input_gives_the_line_of_the_command_line(qgis, work, tmp_path, ca
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_parameter_that_is_missing_is_named(qgis, tmp_path):
-    ran = qgis("run", "deadwood:counthits", "--", f"OUTPUT={tmp_path / 'hits.tif'}")
+def test_a_friction_that_is_missing_is_named(qgis, work, tmp_path):
+    """QGIS itself names any other parameter; this one is a number or a layer, so that it may leave out either."""
+    case = filled("slide-logs", CASES["slide-logs"], work, tmp_path)
+    words = (f"{key.upper()}={value}" for key, value in case.items() if key != "friction")
+    ran = qgis("run", "deadwood:slidelogs", "--", *words)
     assert ran.status == 1
-    assert "--run is missing (Folder of a run of slide-logs)" in ran.err
+    assert "--friction is missing (Friction coefficient)" in ran.err
+
+
+def test_friction_may_be_a_layer_but_not_both(qgis, work, tmp_path):
+    case = filled("slide-logs", CASES["slide-logs"], work, tmp_path)
+    words = [f"{key.upper()}={value}" for key, value in case.items()]
+    both = qgis("run", "deadwood:slidelogs", "--", *words, f"FRICTION_LAYER={work / 'count-hits.tif'}")
+    assert both.status == 1
+    assert "a number (0.25) and a layer are given; clear one of them" in both.err
+    layer = f"{LAYERS}|layername=forest"
+    alone = [word for word in words if not word.startswith("FRICTION=")]
+    one = qgis("run", "deadwood:slidelogs", "--", *alone, f"FRICTION_LAYER={layer}")
+    assert one.status == 1  # the forest has no field of friction: the tool has read it and says so
+    assert "friction" in one.err
+    assert "forest" in one.err
 
 
 def test_a_folder_is_only_replaced_where_the_user_says_so(qgis, work, tmp_path):
