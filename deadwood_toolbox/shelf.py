@@ -12,6 +12,7 @@ from deadwood_algorithms.add_structures import TOOL as ADD_STRUCTURES
 from deadwood_algorithms.compare_fidelity import TOOL as COMPARE_FIDELITY
 from deadwood_algorithms.count_hits import TOOL as COUNT_HITS
 from deadwood_algorithms.demo import TOOL as DEMO
+from deadwood_algorithms.fit_flight import TOOL as FIT_FLIGHT
 from deadwood_algorithms.generate_forest import TOOL as GENERATE_FOREST
 from deadwood_algorithms.import_trees import TOOL as IMPORT_TREES
 from deadwood_algorithms.lateral_spread import TOOL as LATERAL_SPREAD
@@ -32,6 +33,7 @@ TOOLS: tuple[Tool, ...] = (
     COUNT_HITS,
     REACH_LINES,
     LATERAL_SPREAD,
+    FIT_FLIGHT,
     COMPARE_FIDELITY,
     DEMO,
 )

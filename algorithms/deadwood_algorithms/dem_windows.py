@@ -119,8 +119,13 @@ class DemWindows:
 
 
 @contextmanager
-def open_windows(path: str | Path, *, crs: str | None, feedback: Feedback) -> Iterator[DemWindows]:
-    """Open a DEM for reading in windows, or refuse it with the command that mends it."""
+def open_windows(
+    path: str | Path, *, crs: str | None, feedback: Feedback, look_through: bool = True
+) -> Iterator[DemWindows]:
+    """Open a DEM for reading in windows, or refuse it with the command that mends it.
+
+    Without ``look_through`` it is not read once for an undeclared collar of 0 m: for tools that want a few spots of it.
+    """
     with open_dem(path, crs, feedback) as (source, dem_crs, transform):
         ny, nx = source.shape
         if ny < 2 or nx < 2:
@@ -128,7 +133,7 @@ def open_windows(path: str | Path, *, crs: str | None, feedback: Feedback) -> It
         cell, flipped = transform.a, transform.e < 0
         x0, y0 = transform.c + cell / 2, transform.f + (0.5 - ny if flipped else 0.5) * cell
         dem = DemWindows(source, str(path), dem_crs, (ny, nx), cell, x0, y0, flipped)
-        yield replace(dem, zero_is_outside=_has_collar(dem, feedback))
+        yield replace(dem, zero_is_outside=look_through and _has_collar(dem, feedback))
 
 
 def _has_collar(dem: DemWindows, feedback: Feedback) -> bool:

@@ -404,6 +404,50 @@ AZIMUTHS = Layer(
 
 LAYERS |= {layer.name: layer for layer in (REACH, ARRIVALS, ATTRIBUTION, ORIGINS, SPREAD, AZIMUTHS)}
 
+VERDICTS = ("possible", "above_launch_line", "cuts_terrain", "hits_barrier")
+
+FLIGHTS = Layer(
+    name="flights",
+    geometry=("LineString Z",),
+    meaning="The path of the centre of mass between take-off and landing; a straight line where no parabola joins them",
+    columns=(
+        _id("flight_id", "The flight. Missing: name, else the row number, from 0"),
+        _text("verdict", "Whether the log can have flown so, and if not, why not", choices=VERDICTS),
+        _number("distance_m", "Horizontal distance of the two points", 0),
+        _number("fall_m", "Height of the take-off above the landing"),
+        _number("takeoff_deg", "Angle of the path at the take-off, upward positive", -90, 90),
+        _text("angle_from", "Where that angle comes from", choices=("terrain", "given")),
+        _number("takeoff_speed_ms", "Speed at the take-off", 0),
+        _number("duration_s", "Time in the air", 0),
+        _number("apex_distance_m", "Horizontal distance of the highest point from the take-off", 0),
+        _number("apex_rise_m", "Height of the highest point above the take-off", 0),
+        _number("landing_speed_ms", "Speed at the landing", 0),
+        _number("landing_deg", "Angle of the path at the landing, upward positive", -90, 90),
+        _number("height_max_m", "Largest vertical distance of the centre of mass from the terrain", 0),
+        _number("cut_m", "Depth to which the terrain stands into the flight", 0),
+        _number("clearance_min_m", "Least clearance over a barrier; empty without one"),
+        _number("dbh_cm", "Diameter of the log", 0, exclusive=True),
+        _number("length_m", "Length of the log", 0, exclusive=True),
+    ),
+)
+
+CLEARANCES = Layer(
+    name="clearances",
+    geometry=("Point Z",),
+    meaning="Where a flight crosses a barrier: a point on its top",
+    columns=(
+        _id("flight_id", "The flight"),
+        _id("barrier_id", "The barrier"),
+        _number("distance_m", "Horizontal distance from the take-off", 0),
+        _number("height_m", "Height of the barrier above the terrain", 0),
+        _number("clearance_m", "Of the log's underside above the top of the barrier; negative: it hits"),
+        _number("speed_ms", "Speed of the log there", 0),
+        _count("free", "1 if the whole log is in the air while it passes, else 0"),
+    ),
+)
+
+LAYERS |= {layer.name: layer for layer in (FLIGHTS, CLEARANCES)}
+
 
 def columns_of(name: str) -> tuple[Column, ...]:
     """The columns of a layer, none for a name that is not in the table."""

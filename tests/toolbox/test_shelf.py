@@ -22,6 +22,7 @@ NAMES = [
     "count-hits",
     "reach-lines",
     "lateral-spread",
+    "fit-flight",
     "compare-fidelity",
     "demo",
 ]
