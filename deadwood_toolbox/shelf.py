@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from deadwood_algorithms.add_structures import TOOL as ADD_STRUCTURES
 from deadwood_algorithms.compare_fidelity import TOOL as COMPARE_FIDELITY
+from deadwood_algorithms.compare_scenarios import TOOL as COMPARE_SCENARIOS
 from deadwood_algorithms.count_hits import TOOL as COUNT_HITS
 from deadwood_algorithms.demo import TOOL as DEMO
 from deadwood_algorithms.fit_flight import TOOL as FIT_FLIGHT
@@ -34,6 +35,7 @@ TOOLS: tuple[Tool, ...] = (
     REACH_LINES,
     LATERAL_SPREAD,
     FIT_FLIGHT,
+    COMPARE_SCENARIOS,
     COMPARE_FIDELITY,
     DEMO,
 )

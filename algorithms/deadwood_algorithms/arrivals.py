@@ -43,8 +43,10 @@ class Arrived:
         return out
 
 
-def find_arrivals(source: Run, lines: Lines, items: Items, edges: Edges, edge_m: float, feedback: Feedback) -> Arrived:
-    """Follow the stored trajectories, piece by piece."""
+def find_arrivals(
+    source: Run, lines: Lines, items: Items, edges: Edges | None, edge_m: float, feedback: Feedback
+) -> Arrived:
+    """Follow the stored trajectories, piece by piece; without edges, nothing is near one."""
     bodies = bodies_of(source.deposits)
     near_edge = np.zeros(len(source.deposits), bool)
     pieces: list[dict[str, NDArray]] = []
@@ -52,7 +54,8 @@ def find_arrivals(source: Run, lines: Lines, items: Items, edges: Edges, edge_m:
     for piece in source.poses(source.stored_log_ids):
         if feedback.cancelled():
             raise Cancelled
-        near_edge[piece["log_row"][edges.near(piece["x"], piece["y"], edge_m)]] = True
+        if edges:
+            near_edge[piece["log_row"][edges.near(piece["x"], piece["y"], edge_m)]] = True
         first = first_touches(source, piece, lines, items)
         log, line = np.nonzero(first >= 0)
         pose = first[log, line]

@@ -70,6 +70,19 @@ def paired_interval(n_lost: int, n_gained: int, n_total: int, *, z: float = Z_95
     return where(z, -1.0, share), where(-z, share, 1.0)
 
 
+def mcnemar_p(n_lost: int, n_gained: int) -> float:
+    """Two-sided p-value of McNemar's exact test: could as many trials have changed one way by a fair coin?
+
+    1 where no trial changed: nothing speaks against equality.
+    """
+    n = n_lost + n_gained
+    term, total = 1, 0  # whole numbers: exact for any n
+    for k in range(min(n_lost, n_gained) + 1):
+        total += term
+        term = term * (n - k) // (k + 1)
+    return min(1.0, 2 * total / 2**n)
+
+
 def azimuth(dx: ArrayLike, dy: ArrayLike) -> NDArray[np.float64]:
     """Azimuth of plan vectors [deg], clockwise from grid north, 0 <= a < 360."""
     angle = np.degrees(np.arctan2(np.asarray(dx, float), np.asarray(dy, float))) % 360.0

@@ -23,6 +23,7 @@ NAMES = [
     "reach-lines",
     "lateral-spread",
     "fit-flight",
+    "compare-scenarios",
     "compare-fidelity",
     "demo",
 ]
