@@ -1,4 +1,4 @@
-"""The ledgers of a run: every hit of a barrier, and what each tree that was hit has taken (its protective value).
+"""The ledgers of a run: every hit of a barrier, and what each tree or lying log that was hit has taken.
 
 The engine tells the hits of each chunk of logs. Those of barriers are kept one by one; those of trees are summed by
 tree at once, because a forest is hit a thousand times more often, so memory grows with barriers' hits and trees only.
@@ -35,12 +35,13 @@ BARRIER = (
 )
 
 
-def hit_arrays(hits: Any, log_id: NDArray[np.int64]) -> dict[str, NDArray]:
-    """What is kept of a chunk's hits: those of barriers, and the sums of each tree."""
+def hit_arrays(hits: Any, log_id: NDArray[np.int64], layers: SceneLayers) -> dict[str, NDArray]:
+    """What is kept of a chunk's hits: those of barriers, and the sums of each tree and, after them, lying log."""
     by = hits.by_barrier
     kept = {f"{HITS}barrier_{name}": getattr(hits, name)[by] for name in BARRIER}
     kept[f"{HITS}barrier_log_id"] = log_id[kept.pop(f"{HITS}barrier_log_row")]
-    item, log_row = hits.item[~by], hits.log_row[~by]
+    of_row = np.concatenate([np.arange(len(layers.tree_ids)), len(layers.tree_ids) + layers.lying.item])
+    item, log_row = of_row[hits.item[~by]].astype(np.int64), hits.log_row[~by]
     trees, place = np.unique(item, return_inverse=True)
     pairs = np.unique(np.column_stack([place, log_row]), axis=0)[:, 0]
     largest = np.zeros(trees.size)
@@ -105,13 +106,15 @@ def _held(
     return out
 
 
-def tree_hits_frame(layers: SceneLayers, by_log: dict[str, NDArray], crs: Any) -> geopandas.GeoDataFrame:
-    """One row a tree that was hit or holds a log, in the order of the trees: hits, stops, impulse and energy taken."""
+def _totals(layers: SceneLayers, by_log: dict[str, NDArray]) -> dict[str, NDArray]:
+    """Sums of all chunks, one row a tree, then one a lying log."""
     from deadwood_engine import STOP_REASONS
 
-    number = len(layers.tree_ids)
+    trees = len(layers.tree_ids)
+    number = trees + len(layers.lying.ids)
+    of_row = np.concatenate([np.arange(trees), trees + layers.lying.item]).astype(np.int64)
+    held = of_row[by_log["stop_item"][by_log["stop_reason"] == STOP_REASONS.index("tree")]]
     item = by_log[f"{HITS}tree_item"]
-    held = by_log["stop_item"][by_log["stop_reason"] == STOP_REASONS.index("tree")]
     total = {"n_stops": np.bincount(held, minlength=number)}
     for name in ("n_logs", "n_hits", "impulse_sum", "energy_taken"):
         values = by_log[f"{HITS}tree_{name}"]
@@ -119,20 +122,38 @@ def tree_hits_frame(layers: SceneLayers, by_log: dict[str, NDArray], crs: Any) -
         np.add.at(total[name], item, values)
     largest = np.zeros(number)
     np.maximum.at(largest, item, by_log[f"{HITS}tree_impulse_max"])
+    return {
+        "n_logs": total["n_logs"],
+        "n_hits": total["n_hits"],
+        "n_stops": total["n_stops"],
+        "impulse_sum_kns": total["impulse_sum"] * UNIT / 1000.0,
+        "impulse_max_kns": largest / 1000.0,
+        "energy_taken_kj": total["energy_taken"] * UNIT / 1000.0,
+    }
+
+
+def tree_hits_frame(layers: SceneLayers, by_log: dict[str, NDArray], crs: Any) -> geopandas.GeoDataFrame:
+    """One row a tree that was hit or holds a log, in the order of the trees: hits, stops, impulse and energy taken."""
+    total = {name: values[: len(layers.tree_ids)] for name, values in _totals(layers, by_log).items()}
     tree = np.flatnonzero((total["n_hits"] > 0) | (total["n_stops"] > 0))
     columns = {
         "tree_id": np.array(layers.tree_ids, object)[tree],
         "dbh_cm": 100.0 * layers.trees.diameter[tree],
         "height_m": layers.trees.height[tree],
-        "n_logs": total["n_logs"][tree],
-        "n_hits": total["n_hits"][tree],
-        "n_stops": total["n_stops"][tree],
-        "impulse_sum_kns": total["impulse_sum"][tree] * UNIT / 1000.0,
-        "impulse_max_kns": largest[tree] / 1000.0,
-        "energy_taken_kj": total["energy_taken"][tree] * UNIT / 1000.0,
+        **{name: values[tree] for name, values in total.items()},
     }
     points = shapely.points(layers.trees.x[tree], layers.trees.y[tree])
     return geopandas.GeoDataFrame(columns, geometry=points, crs=crs)
+
+
+def lying_hits_frame(layers: SceneLayers, by_log: dict[str, NDArray], crs: Any) -> geopandas.GeoDataFrame:
+    """The same of the lying logs, as lines."""
+    total = {name: values[len(layers.tree_ids) :] for name, values in _totals(layers, by_log).items()}
+    log = np.flatnonzero((total["n_hits"] > 0) | (total["n_stops"] > 0))
+    ids = np.empty(len(layers.lying.ids), object)
+    ids[:] = [str(each) for each in layers.lying.ids]
+    columns = {"lying_id": ids[log]} | {name: values[log] for name, values in total.items()}
+    return geopandas.GeoDataFrame(columns, geometry=layers.lying.geometry[log], crs=crs)
 
 
 def ledger_records(records: list[dict[str, Any]], hits: geopandas.GeoDataFrame) -> list[dict[str, Any]]:
@@ -148,13 +169,13 @@ def ledger_records(records: list[dict[str, Any]], hits: geopandas.GeoDataFrame) 
     return out
 
 
-def forest_record(trees: geopandas.GeoDataFrame, number: int) -> dict[str, Any]:
-    """What the standing trees did together."""
+def wood_record(trees: geopandas.GeoDataFrame, number: int) -> dict[str, Any]:
+    """What the standing trees, or the lying logs, did together."""
     hits, stops = trees["n_hits"].to_numpy(), trees["n_stops"].to_numpy()
     return {
-        "n_trees": number,
-        "n_trees_hit": int(np.count_nonzero(hits)),
-        "n_trees_stopping": int(np.count_nonzero(stops)),
+        "n_total": number,
+        "n_hit": int(np.count_nonzero(hits)),
+        "n_stopping": int(np.count_nonzero(stops)),
         "n_hits": int(hits.sum()),
         "n_stops": int(stops.sum()),
         "impulse_sum_kns": float(trees["impulse_sum_kns"].to_numpy().sum()),

@@ -26,6 +26,13 @@ class ReleasedScene:
     releases: str = tool.vector("Released logs", "point")
     trees: str | None = tool.vector("Standing trees", "point", default=None)
     barriers: str | None = tool.vector("Barriers", "line", default=None)
+    lying_logs: str | None = tool.vector(
+        "Lying logs that hold others back",
+        "line",
+        default=None,
+        help="Lines from base to tip with a field 'diameter_cm' (or 'dbh_cm') and, optionally, 'tip_diameter_cm'. They "
+        "are rigid, rest on the terrain and do not move.",
+    )
     lines: str | None = tool.vector("Roads, railways, houses to be reached", "line", "polygon", default=None)
     friction: str = tool.number_or_layer(
         "Friction coefficient", minimum=0.0, help="A number, a raster, or polygons with a field 'friction' or 'mu'."
@@ -46,6 +53,9 @@ class ReleasedScene:
     azimuth_deg: float = tool.number("Azimuth of tip and speed, likewise", unit="°", default=0.0)
     speed_ms: float = tool.number("Initial speed, likewise", unit="m/s", default=0.0, minimum=0.0)
     drop_m: float = tool.number("Clearance at the start, likewise", unit="m", default=0.0, minimum=0.0)
+    lying_diameter_cm: float = tool.number(
+        "Base diameter of lying logs whose layer names none", unit="cm", default=40.0, minimum=0.0, exclusive=True
+    )
     min_runout: float | None = tool.number(
         "Deposits nearer than this do not count for the spread",
         unit="m",
@@ -63,7 +73,17 @@ def read_released_scene(ask: ReleasedScene, feedback: Feedback) -> tuple[SceneLa
     from deadwood_algorithms.releases_from_layer import read_releases
     from deadwood_algorithms.scene_from_layers import read_scene
 
-    layers = read_scene(ask.dem, ask.friction, ask.trees, ask.barriers, ask.lines, crs=ask.crs, feedback=feedback)
+    layers = read_scene(
+        ask.dem,
+        ask.friction,
+        ask.trees,
+        ask.barriers,
+        ask.lines,
+        crs=ask.crs,
+        feedback=feedback,
+        lying_logs=ask.lying_logs,
+        lying_diameter_cm=ask.lying_diameter_cm,
+    )
     defaults = {name: getattr(ask, name) for name in DEFAULTED}
     return layers, read_releases(ask.releases, layers.dem, defaults, feedback=feedback)
 

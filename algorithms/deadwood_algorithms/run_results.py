@@ -18,7 +18,7 @@ import shapely
 from numpy.typing import NDArray
 
 from deadwood_algorithms import tool
-from deadwood_algorithms.hit_ledger import HITS, barrier_hits_frame, hit_arrays, tree_hits_frame
+from deadwood_algorithms.hit_ledger import HITS, barrier_hits_frame, hit_arrays, lying_hits_frame, tree_hits_frame
 from deadwood_algorithms.layers import write_raster, write_vector
 from deadwood_algorithms.releases_from_layer import Releases
 from deadwood_algorithms.run_folder import GEOPACKAGE, MANIFEST, POSES, SUMMARY, WorkFolder, pose_schema, write_json
@@ -64,11 +64,11 @@ BY_LOG = (
 )
 
 
-def arrays_of(result: Any, log_id: NDArray[np.int64], wall_s: float) -> dict[str, NDArray]:
+def arrays_of(result: Any, layers: SceneLayers, log_id: NDArray[np.int64], wall_s: float) -> dict[str, NDArray]:
     """What is kept of a chunk: one row a log, the ledgers of hits, and one row a chunk of what it cost."""
     cost = {f"{COST}{name}": np.array([value], np.float64) for name, value in result.cost.items()}
     kept = {name: np.asarray(getattr(result, name)) for name in BY_LOG}
-    return kept | hit_arrays(result.hits, log_id) | cost | {f"{COST}wall_s": np.array([wall_s])}
+    return kept | hit_arrays(result.hits, log_id, layers) | cost | {f"{COST}wall_s": np.array([wall_s])}
 
 
 def pose_table(poses: Any, log_id: NDArray[np.int64], crs: pyproj.CRS) -> pa.Table:
@@ -109,16 +109,19 @@ def write_results(
         tables["reach"] = reach_frame(layers.lines, touched, deposits.crs)
         if touched.any():
             tables["reached_by"] = reached_by_frame(layers.lines, touched, by_log, deposits)
-    barrier_hits = barrier_hits_frame(layers, releases, by_log, deposits.crs)
-    tree_hits = tree_hits_frame(layers, by_log, deposits.crs)
-    tables |= {name: each for name, each in (("barrier_hits", barrier_hits), ("tree_hits", tree_hits)) if len(each)}
+    hits = {
+        "barrier_hits": barrier_hits_frame(layers, releases, by_log, deposits.crs),
+        "tree_hits": tree_hits_frame(layers, by_log, deposits.crs),
+        "lying_hits": lying_hits_frame(layers, by_log, deposits.crs),
+    }
+    tables |= {name: each for name, each in hits.items() if len(each)}
     write_vector(folder / GEOPACKAGE, tables)
     feedback.progress(1, 3, "writing the results")
 
     outputs = write_rasters(folder, rasters, layers, len(releases))
     feedback.progress(2, 3, "writing the results")
 
-    summary = summary_of(ask, fidelity, layers, releases, by_log, touched, deposits, barrier_hits, tree_hits, queue)
+    summary = summary_of(ask, fidelity, layers, releases, by_log, touched, deposits, hits, queue)
     still = summary["logs"]["by_stop_reason"]["time_limit"]
     if still > WORTH_A_WARNING * len(releases):
         feedback.warn(
@@ -169,13 +172,15 @@ def deposits_frame(layers: SceneLayers, releases: Releases, by_log: dict[str, ND
 
 
 def _stop_ids(layers: SceneLayers, by_log: dict[str, NDArray]) -> NDArray[Any]:
-    """Id, as text, of the tree or barrier that holds each log; None for the others."""
+    """Id, as text, of the tree, lying log (``lying:ID``) or barrier that holds each log; None for the others."""
     ids = np.full(by_log["stop_item"].size, None, object)
     reason = np.array(STOP_REASONS, object)[by_log["stop_reason"]]
     for row in np.flatnonzero(by_log["stop_item"] >= 0):
         item = int(by_log["stop_item"][row])
         if reason[row] == "tree":
-            ids[row] = layers.tree_ids[item]
+            trees = len(layers.tree_ids)  # the engine numbers lying logs after them
+            lies = item >= trees
+            ids[row] = f"lying:{layers.lying.ids[layers.lying.item[item - trees]]}" if lies else layers.tree_ids[item]
         elif reason[row] == "barrier":
             ids[row] = str(layers.barriers.ids[layers.barriers.item[item]])
     return ids

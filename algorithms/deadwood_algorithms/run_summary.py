@@ -8,7 +8,7 @@ import geopandas
 import numpy as np
 from numpy.typing import NDArray
 
-from deadwood_algorithms.hit_ledger import forest_record, ledger_records
+from deadwood_algorithms.hit_ledger import ledger_records, wood_record
 from deadwood_algorithms.releases_from_layer import Releases
 from deadwood_algorithms.scene_from_layers import Items, SceneLayers
 from deadwood_algorithms.statistics import percent_with_interval, reach_record, spread_of_release
@@ -27,8 +27,7 @@ def summary_of(
     by_log: dict[str, NDArray],
     touched: NDArray[np.bool_],
     deposits: geopandas.GeoDataFrame,
-    barrier_hits: geopandas.GeoDataFrame,
-    tree_hits: geopandas.GeoDataFrame,
+    hits: dict[str, geopandas.GeoDataFrame],
     queue: Queue,
 ) -> dict[str, Any]:
     """The content of ``summary.json``; ``releases`` are the logs that were slid."""
@@ -44,8 +43,9 @@ def summary_of(
         "reach": reach_records(layers.lines, touched),
         "until_ci": queue.rule.record() if queue.rule else None,
         "spread": spread_records(releases, deposits, ask.min_runout),
-        "barriers": ledger_records(barrier_records(layers.barriers, by_log), barrier_hits),
-        "trees": forest_record(tree_hits, len(layers.tree_ids)) if layers.tree_ids else None,
+        "barriers": ledger_records(barrier_records(layers.barriers, by_log), hits["barrier_hits"]),
+        "trees": wood_record(hits["tree_hits"], len(layers.tree_ids)) if layers.tree_ids else None,
+        "lying_logs": wood_record(hits["lying_hits"], len(layers.lying.ids)) if layers.lying.ids else None,
         "speed": {
             "mean_ms": float(by_log["speed_mean"].mean()),
             "p95_ms": float(np.quantile(by_log["speed_max"], 0.95)),
@@ -91,8 +91,14 @@ def modelled(ask: Ask, layers: SceneLayers) -> dict[str, str]:
         "logs": "rigid truncated cones, tip half the diameter of the base; they do not break or meet each other",
         "trees": f"{trees} rigid truncated cones; {beyond} off the DEM left out" if trees else absent,
         "barriers": f"{len(layers.barriers.ids)} rigid thin plates" if scene.barrier_count else absent,
+        "lying_logs": _lying_words(layers) if layers.lying.ids else absent,
         "lines": f"{len(layers.lines.ids)} lines or outlines watched" if scene.line_count else absent,
     }
+
+
+def _lying_words(layers: SceneLayers) -> str:
+    pieces = len(layers.scene.arrays.lying.owner)
+    return f"{len(layers.lying.ids)} rigid truncated cones at rest on the terrain, in {pieces} straight pieces"
 
 
 def spread_records(

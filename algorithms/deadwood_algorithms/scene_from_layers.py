@@ -28,7 +28,7 @@ from deadwood_algorithms.schemas import (
     TREES,
 )
 from deadwood_algorithms.tool import Feedback, UserError
-from deadwood_engine import Barriers, Lines, Scene, Trees
+from deadwood_engine import Barriers, Lines, LyingLogs, Scene, Trees
 
 if TYPE_CHECKING:
     import geopandas
@@ -81,6 +81,8 @@ class SceneLayers:
     trees_left_out: int  # they stand off the DEM
     barriers: Items
     lines: Items
+    lying_logs: LyingLogs
+    lying: Items
     digest: str  # of every array that went into the scene
 
 
@@ -93,18 +95,24 @@ def read_scene(
     *,
     crs: str | None,
     feedback: Feedback,
+    lying_logs: str | None = None,
+    lying_diameter_cm: float = 40.0,
 ) -> SceneLayers:
     """Read and check every layer but the releases, and prepare the engine's scene."""
+    from deadwood_algorithms.lying_from_layer import read_lying_logs
+
     grid = read_dem(dem, crs=crs, feedback=feedback)
     mu = read_friction(friction, grid, feedback)
     standing, tree_ids, left_out = read_trees(trees, grid, feedback)
     plates, barrier_items = read_barriers(barriers, grid, feedback)
     marks, line_items = read_lines(lines, grid, feedback)
-    scene = Scene.prepare(
-        grid.values, grid.cell, grid.x0, grid.y0, friction=mu, trees=standing, barriers=plates, lines=marks
+    lying, lying_items = read_lying_logs(lying_logs, grid, lying_diameter_cm, feedback)
+    obstacles = {"trees": standing, "barriers": plates, "lying_logs": lying}
+    scene = Scene.prepare(grid.values, grid.cell, grid.x0, grid.y0, friction=mu, lines=marks, **obstacles)
+    digest = digest_of(grid.values, [grid.cell, grid.x0, grid.y0], mu, standing, plates, marks, lying)
+    return SceneLayers(
+        grid, scene, mu, standing, tree_ids, left_out, barrier_items, line_items, lying, lying_items, digest
     )
-    parts = (grid.values, [grid.cell, grid.x0, grid.y0], mu, standing, plates, marks)
-    return SceneLayers(grid, scene, mu, standing, tree_ids, left_out, barrier_items, line_items, digest_of(*parts))
 
 
 def read_friction(friction: str | float, grid: Grid, feedback: Feedback) -> float | NDArray[np.float64]:
@@ -191,7 +199,7 @@ def read_barriers(path: str | None, grid: Grid, feedback: Feedback) -> tuple[Bar
     frame = read_vector(path, geometry=("line",), target_crs=grid.crs, what="barriers", feedback=feedback)
     height = number_column(frame, "height_m", minimum=0.0, exclusive=True)
     paths = paths_of(frame, grid, "barrier")
-    items = _items(frame, ("barrier_id", "name"), paths)
+    items = items_of(frame, ("barrier_id", "name"), paths)
     return Barriers(paths.vertices, paths.starts, height[paths.item]), items
 
 
@@ -201,7 +209,7 @@ def read_lines(path: str | None, grid: Grid, feedback: Feedback) -> tuple[Lines,
         return Lines.none(), Items([], np.array([], object), np.array([], np.int64))
     frame = read_vector(path, geometry=("line", "polygon"), target_crs=grid.crs, what="lines", feedback=feedback)
     paths = paths_of(frame, grid, "line")
-    return Lines(paths.vertices, paths.starts), _items(frame, ("line_id", "name"), paths)
+    return Lines(paths.vertices, paths.starts), items_of(frame, ("line_id", "name"), paths)
 
 
 def paths_of(frame: geopandas.GeoDataFrame, grid: Grid, what: str) -> Paths:
@@ -227,7 +235,7 @@ def paths_of(frame: geopandas.GeoDataFrame, grid: Grid, what: str) -> Paths:
     return Paths(vertices, starts, item[order].astype(np.int64))
 
 
-def _items(frame: geopandas.GeoDataFrame, names: tuple[str, ...], paths: Paths) -> Items:
+def items_of(frame: geopandas.GeoDataFrame, names: tuple[str, ...], paths: Paths) -> Items:
     """Rows that share an id become one item, in the order of their first row."""
     ids = ids_of(frame, *names).tolist()
     unique = list(dict.fromkeys(ids))

@@ -148,6 +148,19 @@ BARRIERS = Layer(
     ),
 )
 
+LYING_LOGS = Layer(
+    name="lying_logs",
+    geometry=("LineString",),
+    meaning="Logs that lie in the way and hold others back: drawn from base to tip, rigid, at rest on the terrain",
+    columns=(
+        _id("lying_id", "The lying log; unique. Missing: tree_id, log_id or name, else the row number"),
+        _number(
+            "diameter_cm", "Diameter at the base. Missing: dbh_cm", 0, exclusive=True, usual=(3, 300), default=40.0
+        ),
+        _number("tip_diameter_cm", "Diameter at the tip. Missing: half of the base's", 0, exclusive=True),
+    ),
+)
+
 LINES = Layer(
     name="lines",
     geometry=("LineString", "Polygon"),
@@ -169,7 +182,7 @@ DEPOSITS = Layer(
         _number("release_y", "Northing of the centre of mass at the start", unit="m"),
         _number("release_z", "Height of the centre of mass at the start", unit="m"),
         _text("stop_reason", "How the run ended", choices=STOP_REASONS),
-        _id("stop_id", "The tree or barrier that holds the log"),
+        _id("stop_id", "The tree or barrier that holds the log; lying:ID is a lying log, which counts as a tree"),
         _number("duration_s", "Time from start to end", 0),
         _number("path_m", "Length of the path of the centre of mass", 0),
         _number("runout_m", "Horizontal distance from start to end", 0),
@@ -181,8 +194,8 @@ DEPOSITS = Layer(
         _number("speed_mean_ms", "Path over duration", 0),
         _number("energy_max_kj", "Largest kinetic energy, of translation and rotation", 0),
         _number("jump_max_m", "Largest clearance between the log and the terrain", 0),
-        _count("tree_hits", "Impacts on trees"),
-        _count("barrier_hits", "Impacts on barriers"),
+        _count("tree_hits", "How many trees, standing or lying, it hit"),
+        _count("barrier_hits", "How many barriers it hit"),
         _number("energy_error_rel", "Energy gained by the numbers, relative to the energy turned over"),
         _number("penetration_max_m", "Deepest penetration of terrain, tree or barrier", 0),
     ),
@@ -256,7 +269,14 @@ TREE_HITS = Layer(
 )
 
 LAYERS = {layer.name: layer for layer in (RELEASES, TREES, BARRIERS, LINES, DEPOSITS, TRAJECTORIES, POSES)}
-LAYERS |= {layer.name: layer for layer in (BARRIER_HITS, TREE_HITS)}
+LYING_HITS = Layer(
+    name="lying_hits",
+    geometry=("LineString",),
+    meaning="Every lying log that was hit, and what it took of the sliding ones",
+    columns=(_id("lying_id", "The lying log"), *TREE_HITS.columns[3:]),
+)
+
+LAYERS |= {layer.name: layer for layer in (LYING_LOGS, BARRIER_HITS, TREE_HITS, LYING_HITS)}
 
 _STRUCTURE = (
     _id("structure_id", "The embankment or ditch. Missing: name, else the row number, from 0"),

@@ -180,7 +180,9 @@ def slide_chunk(
     )
     wall_s = time.perf_counter() - began
     work.save(
-        chunk, arrays_of(result, logs.logs.log_id, wall_s), pose_table(result.poses, logs.logs.log_id, layers.dem.crs)
+        chunk,
+        arrays_of(result, layers, logs.logs.log_id, wall_s),
+        pose_table(result.poses, logs.logs.log_id, layers.dem.crs),
     )
 
 
@@ -208,7 +210,7 @@ def identity(ask: Ask, fidelity: Fidelity, layers: SceneLayers, releases: Releas
     """What decides every result, bit for bit: a run is resumed only by one that agrees in all of it."""
     return {
         "version": tool.VERSION,
-        "DEM, friction, trees, barriers or lines": layers.digest,
+        "DEM, friction, trees, barriers, lying logs or lines": layers.digest,
         "releases": releases.digest,
         "fidelity": [float(number) for number in fidelity],
         "options": [ask.restitution, ask.shape, ask.time_limit, ask.rest_speed],
