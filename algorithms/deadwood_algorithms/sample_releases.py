@@ -227,4 +227,4 @@ def refuse_off_dem(place: np.ndarray, grid: Grid, where: str) -> None:
     )
 
 
-TOOL = Tool("sample-releases", "Prepare", "Draw release positions of logs in points or polygons", Ask, run)
+TOOL = Tool("sample-releases", "Prepare", "Draw release positions of logs in points, polygons or by a raster", Ask, run)

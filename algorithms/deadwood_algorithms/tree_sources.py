@@ -7,8 +7,7 @@ manual, but for Rockyfor3D, whose manual was not at hand: there the third column
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -39,7 +38,7 @@ class Layout:
     height: tuple[str, ...] = ()
     height_in_z: bool = False  # of the points, where no column holds it
     species: tuple[str, ...] = ()
-    crown: Mapping[str, str] = field(default_factory=dict)  # column -> diameter or radius [m], or area [m2]
+    crown: dict[str, str] = field(default_factory=dict)  # column -> diameter or radius [m], or area [m2]
     status: tuple[str, ...] = ()
     dead: tuple[str, ...] = DEAD_WORDS
     gone: tuple[str, ...] = GONE_WORDS
@@ -214,6 +213,7 @@ LAYOUTS = (
         status=("type",),
     ),
 )
+ROLES = ("id", "dbh", "height", "species", "crown", "status")
 SOURCES = ("auto", USUAL.source, *dict.fromkeys(each.source for each in LAYOUTS))
 
 
@@ -230,7 +230,26 @@ def layout_of(frame: pandas.DataFrame, path: str, source: str, *, mapped: bool) 
     """The layout asked for, or with ``auto`` the one that the table shows by its columns or its file's name.
 
     ``mapped`` says that the user named the columns of the coordinates: then nothing is guessed without a header.
+    A column that the source does not write, such as a DBH added to lidR's trees, is still found by its usual name.
     """
+    return _completed(_own_layout(frame, path, source, mapped))
+
+
+def _completed(layout: Layout) -> Layout:
+    """The layout with the usual names of what it lacks, but for names that mean something else in this source."""
+    if layout is USUAL:
+        return USUAL
+    own = {role: tuple(getattr(layout, role)) for role in ROLES}
+    claimed = {name for names in own.values() for name in names}
+    more = {
+        role: own[role] + tuple(name for name in getattr(USUAL, role) if name not in claimed)
+        for role in ("id", "dbh", "species", "status")
+    }
+    crown = layout.crown | {name: kind for name, kind in USUAL.crown.items() if name not in claimed}
+    return replace(layout, **more, crown=crown)
+
+
+def _own_layout(frame: pandas.DataFrame, path: str, source: str, mapped: bool) -> Layout:
     names, bare = names_of(frame), headerless(frame)
     if source == USUAL.source:
         return USUAL

@@ -286,6 +286,14 @@ def test_the_users_columns_go_before_those_of_the_source(imported):
     assert trees["dbh_source"].tolist() == ["measured"]
 
 
+def test_columns_that_the_source_does_not_write_are_found_by_their_usual_names(read):
+    rows = two(treeID=[1, 2], Z=[20.0, 30.0], dbh_cm=[33.0, np.nan], Baumart=["Fi", "Ta"], status=["alive", "dead"])
+    trees = read("lidr", rows, "ttops.gpkg")
+    assert trees["dbh_cm"].tolist() == [33]
+    assert trees["dbh_source"].tolist() == ["measured"]
+    assert trees["species"].tolist() == ["Fi"]
+
+
 def test_plain_names_only_when_asked_for(imported):
     rows = two(id=[5, 6], h=[20.0, 30.0], dom_radius=[2.1, 3.0], s=["spruce", "fir"])
     assert imported(rows, "apices.gpkg", source="table")["species"].tolist() == ["spruce", "fir"]
