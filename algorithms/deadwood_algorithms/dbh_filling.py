@@ -57,12 +57,15 @@ def fill(
 
 def chosen_law(name: str | None, a: float, b: float, sample: FittedLaw | None) -> Law:
     """The layer's law: fitted, or published by name, or a and b; two of them are one too many."""
-    given = PowerLaw(a, b)
-    if sample is not None and (name or given != DEFAULT):
+    if sample is not None and (name or PowerLaw(a, b) != DEFAULT):
         raise UserError("--dbh-sample fits the law that --dbh-law or --dbh-a and --dbh-b would name; give one of them")
-    if name and given not in (DEFAULT, PUBLISHED[name]):
+    refuse_two_laws(name, a, b)
+    return sample or (PUBLISHED[name] if name else PowerLaw(a, b))
+
+
+def refuse_two_laws(name: str | None, a: float, b: float) -> None:
+    if name and PowerLaw(a, b) not in (DEFAULT, PUBLISHED[name]):
         raise UserError(f"--dbh-law {name} and --dbh-a {a:g}, --dbh-b {b:g} are two laws; give one of them")
-    return sample or (PUBLISHED[name] if name else given)
 
 
 def fitted_law(

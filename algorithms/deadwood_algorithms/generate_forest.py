@@ -32,6 +32,8 @@ import numpy as np
 import shapely
 
 from deadwood_algorithms import draws, schemas, tool
+from deadwood_algorithms.allometry import PUBLISHED, PowerLaw
+from deadwood_algorithms.dbh_filling import refuse_two_laws
 from deadwood_algorithms.drawn_sizes import draw_pair
 from deadwood_algorithms.layers import (
     number_column,
@@ -49,6 +51,7 @@ from deadwood_algorithms.tool import Feedback, Outcome, Tool, UserError
 LEAST_DBH_CM = 1.0
 LEAST_HEIGHT_M = 1.3  # below it there is no breast height
 STANDS_SHOWN = 10
+POWER_LAWS = {name: law for name, law in PUBLISHED.items() if isinstance(law, PowerLaw)}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,6 +76,13 @@ class Ask:
     min_spacing_m: float = tool.number("Smallest distance of two stems", unit="m", default=0.0, minimum=0.0)
     dbh_a: float = tool.number("a of DBH[cm] = a * H[m]^b", default=2.52, minimum=0.0, exclusive=True, advanced=True)
     dbh_b: float = tool.number("b of DBH[cm] = a * H[m]^b", default=0.84, minimum=0.0, exclusive=True, advanced=True)
+    dbh_law: str | None = tool.choice(
+        "Published law in place of a and b",
+        *POWER_LAWS,
+        default=None,
+        advanced=True,
+        help="Of heights without numbers of their own; import-trees lists them.",
+    )
     seed: int = tool.seed()
     crs: str | None = tool.crs()
     overwrite: bool = tool.overwrite()
@@ -101,6 +111,7 @@ class Kind:
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     import geopandas
 
+    refuse_two_laws(ask.dbh_law, ask.dbh_a, ask.dbh_b)
     inputs = (ask.dem, ask.like, ask.stand, ask.exclude)
     with output_path(ask.output, ask.overwrite, suffix=".gpkg", inputs=inputs) as temporary:
         grid = read_dem(ask.dem, crs=ask.crs, feedback=feedback)
@@ -196,7 +207,8 @@ def kind_of(ask: Ask, fitted: dict[str, float], stand: Stand) -> Kind:
     for name in ("stems_per_ha", "dbh_mean_cm", "dbh_sd_cm"):
         if name not in known:
             raise UserError(f"--{name.replace('_', '-')} is missing; give it, or a trees layer with --like")
-    height_mean = known.get("height_mean_m", (known["dbh_mean_cm"] / ask.dbh_a) ** (1 / ask.dbh_b))
+    law = POWER_LAWS[ask.dbh_law] if ask.dbh_law else PowerLaw(ask.dbh_a, ask.dbh_b)
+    height_mean = known.get("height_mean_m", (known["dbh_mean_cm"] / float(law.a)) ** (1 / float(law.b)))
     derived = {"height_sd_m": 0.5 * height_mean * known["dbh_sd_cm"] / known["dbh_mean_cm"], "correlation": 0.8}
     known = derived | known
     sizes = Sizes(known["dbh_mean_cm"], known["dbh_sd_cm"], height_mean, known["height_sd_m"], known["correlation"])

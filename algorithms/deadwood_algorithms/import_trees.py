@@ -35,7 +35,7 @@ import numpy as np
 import shapely
 
 from deadwood_algorithms import allometry, schemas, tool, tree_columns, tree_sources, tree_status
-from deadwood_algorithms.dbh_filling import Filled, chosen_law, fill, fitted_law, zoned
+from deadwood_algorithms.dbh_filling import DEFAULT, Filled, chosen_law, fill, fitted_law, zoned
 from deadwood_algorithms.layers import (
     Grid,
     output_path,
@@ -212,6 +212,9 @@ def sizes(ask: Ask, source: Source, living: np.ndarray, crown: np.ndarray | None
         source.said.append(f"{filled.from_height.sum()} DBH missing, computed from the height: {named}")
     if filled.from_dbh.any():
         source.said.append(f"{filled.from_dbh.sum()} heights missing, computed from the DBH: {named}")
+    named_a_law = ask.dbh_law or ask.dbh_zones or ask.dbh_sample or law != DEFAULT
+    if named_a_law and not (filled.from_height | filled.from_dbh).any():
+        feedback.warn(f"{where}: every tree has a DBH and a height, the law has nothing to do; --replace-dbh lets it")
     if filled.from_height.any():
         mend = "check the law (--dbh-law, --dbh-a, --dbh-b)"
         modelled = filled.dbh[filled.from_height]

@@ -73,7 +73,7 @@ LAYOUTS = (
         id=("treeid",),
         height=("z",),
         height_in_z=True,
-        crown={"convhull_area": "area"},
+        crown={"convhull_area": "area", "convhull_a": "area"},  # the second as shapefiles cut it short
     ),
     Layout(
         source="foresttools",

@@ -163,6 +163,17 @@ def test_a_dbh_of_the_table_can_be_replaced(imported, outcome):
     assert "1 DBH of the table set aside (--replace-dbh)" in outcome["last"].lines
 
 
+def test_a_law_that_has_nothing_to_do_is_said(imported, said):
+    known = trees(20.0, dbh_cm=[33.0])
+    imported(known, "t.gpkg")
+    assert said.warnings == []
+    for values in ({"dbh_law": "fint"}, {"dbh_a": 2.0}):
+        imported(known, "t.gpkg", **values)
+        assert "the law has nothing to do; --replace-dbh lets it" in said.warnings.pop()
+        imported(known, "t.gpkg", **values, replace_dbh=True)
+        assert said.warnings == []
+
+
 def test_a_law_that_gives_no_trees_is_suspected(imported, said):
     imported(trees(20.0), "t.gpkg", dbh_a=0.05, dbh_b=1.0)
     assert "computed DBH: the median dbh_cm is 1 cm, which is too small; check the law (--dbh-law" in said.warnings[0]

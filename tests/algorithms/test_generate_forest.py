@@ -171,6 +171,14 @@ def test_heights_follow_from_the_dbh_unless_given(forest):
     assert given["height_m"].std() == pytest.approx(3, rel=0.05)
 
 
+def test_heights_may_follow_a_published_law(forest):
+    numbers = {"stems_per_ha": 2000.0, "dbh_mean_cm": 40.0, "dbh_sd_cm": 4.0}
+    mean = 40 ** (1 / 1.25)
+    assert forest(**numbers, dbh_law="fint")["height_m"].mean() == pytest.approx(mean, rel=0.01)
+    with pytest.raises(UserError, match="--dbh-law fint and --dbh-a 2, --dbh-b 0.84 are two laws"):
+        forest(**numbers, dbh_law="fint", dbh_a=2.0)
+
+
 def test_a_forest_like_another_has_its_density_sizes_and_correlation(tmp_path, forest, outcome):
     source = forest(stems_per_ha=500.0, dbh_mean_cm=50.0, dbh_sd_cm=8.0, height_mean_m=28.0, height_sd_m=4.0)
     source.to_file(tmp_path / "mapped.gpkg")
