@@ -50,7 +50,8 @@ def test_parameters_are_those_of_the_declaration(qgis, name):
         if parameter.kind in ("number", "integer") and parameter.minimum is not None:
             assert float(raw["min"]) == parameter.minimum
         if parameter.kind == "choice":
-            assert list(one["available_options"].values()) == list(parameter.choices)
+            options = one["available_options"]  # by their numbers as text, so that 10 stands before 2
+            assert [options[key] for key in sorted(options, key=int)] == list(parameter.choices)
         if parameter.kind == "field":
             assert raw["parent_layer"] == parameter.parent.upper()
         for part in parameter.parts:
