@@ -64,7 +64,8 @@ def chosen_law(name: str | None, a: float, b: float, sample: FittedLaw | None) -
 
 
 def refuse_two_laws(name: str | None, a: float, b: float) -> None:
-    if name and PowerLaw(a, b) not in (DEFAULT, PUBLISHED[name]):
+    """Beside a law with the crown, a and b have their use: they serve the trees whose crown is not known."""
+    if name and isinstance(PUBLISHED[name], PowerLaw) and PowerLaw(a, b) not in (DEFAULT, PUBLISHED[name]):
         raise UserError(f"--dbh-law {name} and --dbh-a {a:g}, --dbh-b {b:g} are two laws; give one of them")
 
 

@@ -101,7 +101,10 @@ class Ask:
     dbh_a: float = tool.number("a of DBH[cm] = a * H[m]^b", default=2.52, minimum=0.0, exclusive=True)
     dbh_b: float = tool.number("b of DBH[cm] = a * H[m]^b", default=0.84, minimum=0.0, exclusive=True)
     dbh_law: str | None = tool.choice(
-        "Published law in place of a and b", *allometry.PUBLISHED, default=None, help="The catalogue lists them."
+        "Published law in place of a and b",
+        *allometry.PUBLISHED,
+        default=None,
+        help="The description lists them. Beside a law with the crown, a and b serve trees whose crown is not known.",
     )
     dbh_zones: str | None = tool.vector(
         "Zones with laws of their own", "polygon", default=None, help="Fields dbh_a and dbh_b, or dbh_law."
@@ -116,7 +119,11 @@ class Ask:
         "Trees nearer than this are one", unit="m", default=0.0, minimum=0.0, help="The tallest stays; 0 merges none."
     )
     tile_field: str | None = tool.field_of(
-        "trees", "Field of the tile", default=None, advanced=True, help="Only trees of different tiles are then merged."
+        "trees",
+        "Field of the tile",
+        default=None,
+        advanced=True,
+        help="Only trees of different tiles are then merged. QGIS's Merge Vector Layers calls it layer.",
     )
     crs: str | None = tool.crs()
     overwrite: bool = tool.overwrite()

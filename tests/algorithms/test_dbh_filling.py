@@ -57,6 +57,12 @@ def test_the_law_with_the_crown_by_name(imported, outcome):
     assert "1 of these have no crown diameter" in said
 
 
+def test_a_and_b_serve_the_trees_without_a_crown(imported):
+    given = trees(20.0, 30.0, crown_diameter_m=[5.0, np.nan])
+    frame = imported(given, "t.gpkg", dbh_law="jucker-boreal-gymnosperm", dbh_a=2.0, dbh_b=1.0)
+    assert frame["dbh_cm"].tolist() == pytest.approx([1.43 * 100**0.649, 60])
+
+
 def test_the_crown_of_a_polygon_serves_the_law(imported):
     crown = gpd.GeoDataFrame({"height_m": [20.0]}, geometry=[box(EAST, NORTH, EAST + 4, NORTH + 5)], crs=2056)
     frame = imported(crown, "c.gpkg", dbh_law="jucker-global")
