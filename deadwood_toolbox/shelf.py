@@ -9,6 +9,7 @@ pyarrow, rasterio, pyogrio, pyproj and matplotlib are imported where they are us
 from __future__ import annotations
 
 from deadwood_algorithms.add_structures import TOOL as ADD_STRUCTURES
+from deadwood_algorithms.assess_mobilisation import TOOL as ASSESS_MOBILISATION
 from deadwood_algorithms.compare_fidelity import TOOL as COMPARE_FIDELITY
 from deadwood_algorithms.compare_scenarios import TOOL as COMPARE_SCENARIOS
 from deadwood_algorithms.count_hits import TOOL as COUNT_HITS
@@ -25,6 +26,7 @@ from deadwood_algorithms.tool import Tool
 
 # In the order of the work.
 TOOLS: tuple[Tool, ...] = (
+    ASSESS_MOBILISATION,
     SAMPLE_RELEASES,
     IMPORT_TREES,
     GENERATE_FOREST,

@@ -17,6 +17,7 @@ import numpy as np
 import pyproj
 import rasterio
 from numpy.typing import NDArray
+from rasterio.transform import Affine, from_origin
 from rasterio.windows import Window
 
 from deadwood_algorithms.crs import horizontal
@@ -63,6 +64,12 @@ class DemWindows:
         """West, south, east and north edge of the cells [m]."""
         west, south = self.x0 - self.cell / 2, self.y0 - self.cell / 2
         return west, south, west + self.shape[1] * self.cell, south + self.shape[0] * self.cell
+
+    @property
+    def transform(self) -> Affine:
+        """Of a north-up raster on these cells."""
+        west, _, _, north = self.bounds
+        return from_origin(west, north, self.cell, self.cell)
 
     def grid(self, rows: slice, columns: slice) -> Grid:
         """Heights of a window as float64 [m], NaN for what is outside; the window may reach beyond the raster."""

@@ -65,7 +65,9 @@ class Ask:
     )
     crs: str | None = tool.crs()
     overwrite: bool = tool.overwrite()
-    output: str = tool.output_vector("Flights and clearances (.gpkg)")
+    output: str = tool.output_vector(
+        "Flights and clearances (.gpkg)", parts=("|layername=flights", "|layername=clearances")
+    )
     plots: str | None = tool.output_folder("Folder of the profiles", default=None)
 
 

@@ -36,7 +36,7 @@ class Ask:
     density_kg_m3: float = tool.number("Density", unit="kg/m³", default=300.0, minimum=0.0, exclusive=True)
     vertices: int = tool.integer("Vertices of each ring", default=16, minimum=3, maximum=1000)
     rings: int = tool.integer("Rings, those of the two ends included", default=11, minimum=2, maximum=1000)
-    output: str = tool.output_folder("Folder of the log")
+    output: str = tool.output_folder("Folder of the log", parts=(POINTS,))
     overwrite: bool = tool.overwrite()
 
 

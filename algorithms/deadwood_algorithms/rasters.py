@@ -75,28 +75,50 @@ def read_raster_on(path: str | Path, grid: Grid, what: str, feedback: Feedback) 
         _refuse_cut_off(source, path)
         if source.transform == Affine.identity():
             raise UserError(f"{path}: the {what} raster has no georeference; mend: gdal_translate -a_ullr W N E S ...")
-        target_crs = RasterioCRS.from_wkt(horizontal(grid.crs).to_wkt())
         if source.crs is None:
             feedback.note(f"{path}: the {what} raster has no CRS, it is taken to be in the DEM's")
-        source_crs = source.crs or target_crs
+        plan_crs = RasterioCRS.from_wkt(grid.plan_crs.to_wkt())
+        same_cells = source.shape == grid.shape and source.transform.almost_equals(grid.transform)
+        if not (same_cells and source.crs in (None, plan_crs)):
+            feedback.note(f"{path}: the {what} raster is brought onto the DEM's cells (nearest value)")
+            return read_part_on(source, grid)
         values = np.empty(source.shape, np.float32)
         for rows, strip in _strips(source, feedback):
             values[rows] = strip
-        if values.shape == grid.shape and source_crs == target_crs and source.transform.almost_equals(grid.transform):
-            return np.ascontiguousarray(values[::-1])
-        feedback.note(f"{path}: the {what} raster is brought onto the DEM's cells (nearest value)")
-        result = np.full(grid.shape, np.nan, np.float32)
-        rasterio.warp.reproject(
-            values,
-            result,
-            src_transform=source.transform,
-            src_crs=source_crs,
-            src_nodata=np.nan,
-            dst_transform=grid.transform,
-            dst_crs=target_crs,
-            dst_nodata=np.nan,
-            resampling=Resampling.nearest,
-        )
+    return np.ascontiguousarray(values[::-1])
+
+
+def read_part_on(source: Any, grid: Grid) -> np.ndarray:
+    """Band 1 of an open raster on the cells of ``grid`` (row 0 south), of which only the part around it is read.
+
+    The nearest value, NaN where the raster has none; one without a CRS is in that of the grid.
+    """
+    target_crs = RasterioCRS.from_wkt(grid.plan_crs.to_wkt())
+    source_crs = source.crs or target_crs
+    result = np.full(grid.shape, np.nan, np.float32)
+    west, south, east, north = grid.bounds
+    share = np.linspace(0.0, 1.0, 21)  # along the edges, which another CRS bends
+    x = np.concatenate([west + share * (east - west)] * 2 + [np.full(21, west), np.full(21, east)])
+    y = np.concatenate([np.full(21, south), np.full(21, north)] + [south + share * (north - south)] * 2)
+    columns, rows = ~source.transform * np.array(rasterio.warp.transform(target_crs, source_crs, x, y)[:2])
+    if not (np.isfinite(columns).all() and np.isfinite(rows).all()):
+        return result
+    left, top = max(0, int(columns.min()) - 2), max(0, int(rows.min()) - 2)
+    right, bottom = min(source.width, int(columns.max()) + 3), min(source.height, int(rows.max()) + 3)
+    if left >= right or top >= bottom:
+        return result
+    window = Window(left, top, right - left, bottom - top)  # type: ignore[call-arg]
+    rasterio.warp.reproject(
+        read_values(source, window, np.float32),
+        result,
+        src_transform=source.window_transform(window),
+        src_crs=source_crs,
+        src_nodata=np.nan,
+        dst_transform=grid.transform,
+        dst_crs=target_crs,
+        dst_nodata=np.nan,
+        resampling=Resampling.nearest,
+    )
     return np.ascontiguousarray(result[::-1])
 
 

@@ -14,12 +14,12 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from deadwood_algorithms.friction import read_friction
 from deadwood_algorithms.layers import (
     Grid,
     id_column,
     number_column,
     read_dem,
-    read_raster_on,
     read_vector,
     warn_implausible,
     where_of,
@@ -33,7 +33,6 @@ from deadwood_engine import Barriers, Lines, LyingLogs, Scene, Trees
 if TYPE_CHECKING:
     import geopandas
 
-FRICTION_COLUMNS = ("friction", "mu")
 ROWS_NAMED = 5  # an error names so many rows, then counts the rest
 
 
@@ -113,58 +112,6 @@ def read_scene(
     return SceneLayers(
         grid, scene, mu, standing, tree_ids, left_out, barrier_items, line_items, lying, lying_items, digest
     )
-
-
-def read_friction(friction: str | float, grid: Grid, feedback: Feedback) -> float | NDArray[np.float64]:
-    """A number, or a raster or polygons that hold a friction coefficient for every cell of the DEM."""
-    try:
-        return float(friction)
-    except ValueError:
-        path = str(friction)
-    if _is_raster(path):
-        mu = np.asarray(read_raster_on(path, grid, what="friction", feedback=feedback), np.float64)
-    else:
-        mu = _friction_of_polygons(path, grid, feedback)
-    outside = np.isnan(mu) & np.isfinite(grid.values)
-    if outside.any():
-        row, column = (int(index[0]) for index in np.nonzero(outside))
-        raise UserError(
-            f"{path}: the friction does not cover the DEM, {outside.sum()} of its cells have none "
-            f"(one at {grid.x0 + column * grid.cell:.1f}, {grid.y0 + row * grid.cell:.1f}); "
-            "extend it, or clip the DEM to it"
-        )
-    if np.nanmin(mu) < 0.0:
-        raise UserError(f"{path}: the friction coefficient is {np.nanmin(mu):g} somewhere, but must not be negative")
-    return np.where(np.isnan(mu), 0.0, mu)  # cells off the DEM are outside whatever they hold
-
-
-def _is_raster(path: str) -> bool:
-    """Whether the path opens as a raster with a band; a vector file, or none at all, is left to `read_vector`."""
-    import rasterio
-    from rasterio.errors import RasterioError
-
-    if "|" in path:
-        return False
-    try:
-        with rasterio.open(path) as source:
-            return source.count > 0
-    except RasterioError:
-        return False
-
-
-def _friction_of_polygons(path: str, grid: Grid, feedback: Feedback) -> NDArray[np.float64]:
-    """The value of the polygon over each cell's centre; where polygons overlap, the later row counts."""
-    import rasterio.features
-
-    frame = read_vector(path, geometry=("polygon",), target_crs=grid.crs, what="friction", feedback=feedback)
-    names = [name for name in FRICTION_COLUMNS if name in frame]
-    if not names:
-        columns = ", ".join(str(name) for name in frame.columns if name != frame.geometry.name) or "none"
-        raise UserError(f"{path}: the friction polygons need a field 'friction' or 'mu'; the fields are {columns}")
-    values = number_column(frame, names[0], minimum=0.0)
-    burnt = np.full(grid.shape, np.nan)
-    rasterio.features.rasterize(zip(frame.geometry, values, strict=True), out=burnt, transform=grid.transform)
-    return np.ascontiguousarray(burnt[::-1])
 
 
 def read_trees(path: str | None, grid: Grid, feedback: Feedback) -> tuple[Trees, list[str], int]:

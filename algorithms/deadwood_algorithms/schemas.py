@@ -468,6 +468,58 @@ CLEARANCES = Layer(
 
 LAYERS |= {layer.name: layer for layer in (FLIGHTS, CLEARANCES)}
 
+_GROUND = (
+    _number("susceptibility", "How easily a log starts there, 0 to 1 (assess-mobilisation says how)", 0, 1),
+    _number("slope_deg", "Slope of the terrain at the scale of a log", 0, 90),
+    _number("roughness_m", "Standard deviation of the heights about the fitted surface", 0),
+    _count("gully", "1 in a gully, else 0"),
+)
+
+DEADWOOD = Layer(
+    name="deadwood",
+    geometry=("Point",),
+    meaning="Mapped dead trees, standing or lying, as assess-mobilisation judges them",
+    columns=(
+        _text("decay_stage", "Stage of Maser and Trappe, I to V or 1 to 5, with early or late before it where known"),
+        _number("years_dead", "Years since death, where the stage is not known", 0),
+        _text("species", "Latin, English, German, French or Italian; for the years"),
+    ),
+)
+
+CANDIDATES = Layer(
+    name="candidates",
+    geometry=("Point",),
+    meaning="Mapped deadwood that could start to slide; all columns of the source, and these",
+    columns=(_text("decay", "What its decay says", choices=("critical", "possible", "outside", "unknown")), *_GROUND),
+)
+
+OTHERS = Layer(
+    name="others",
+    geometry=("Point",),
+    meaning="Mapped deadwood that could not; all columns of the source, and these",
+    columns=(
+        *CANDIDATES.columns,
+        _text("reason", "Why not", choices=("off_dem", "ground", "decay", "decay and ground")),
+    ),
+)
+
+RELEASE_AREAS = Layer(
+    name="release_areas",
+    geometry=("Polygon",),
+    meaning="Connected ground on which a log could start to slide, the largest first",
+    columns=(
+        _count("release_id", "The area, from 1", 1),
+        _number("area_m2", "Plan area", 0),
+        _number("susceptibility_mean", "Mean of its cells", 0, 1),
+        _number("susceptibility_max", "Largest of its cells", 0, 1),
+        _number("slope_mean_deg", "Mean slope at the scale of a log", 0, 90),
+        _number("gully_share", "Share of its cells in a gully", 0, 1),
+        _count("n_candidates", "Mapped logs in it that could start, where deadwood was given"),
+    ),
+)
+
+LAYERS |= {layer.name: layer for layer in (DEADWOOD, CANDIDATES, OTHERS, RELEASE_AREAS)}
+
 
 def columns_of(name: str) -> tuple[Column, ...]:
     """The columns of a layer, none for a name that is not in the table."""

@@ -13,6 +13,7 @@ from deadwood_toolbox.catalogue import PLACE, page
 from deadwood_toolbox.shelf import TOOLS, find
 
 NAMES = [
+    "assess-mobilisation",
     "sample-releases",
     "import-trees",
     "generate-forest",

@@ -1,0 +1,94 @@
+"""Slope, roughness and gullies of a terrain at the scale of a log: a quadratic surface fitted around every cell.
+
+For `assess_mobilisation`. In a square window of n x n cells around each cell the heights are fitted, by least squares,
+with a + b x + c y + d x^2 + e x y + f y^2 (Evans' surface). Then, at the cell:
+
+slope      |(b, c)|, which is also the slope of the fitted plane
+roughness  root mean square of the heights about the quadratic surface: what neither slope nor gully explains [m]
+hollow     second derivative across the slope (along the contour), upward curvature positive, as the depth of the
+           cell beneath the chord between the window's sides: half the curvature times the square of half the window [m]
+
+A window that is not whole (nodata, the raster's rim) has none of them (NaN).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Relief:
+    """Tangent of the slope, roughness [m] and hollow [m] of each cell."""
+
+    slope: Array
+    roughness: Array
+    hollow: Array
+
+
+def radius_of(window_m: float, cell: float) -> int:
+    """Cells on each side of the middle one; at least 1, for a surface of six terms needs nine heights."""
+    return max(1, round((window_m / cell - 1.0) / 2.0))
+
+
+def relief(heights: Array, cell: float, radius: int) -> Relief:
+    """Of the inner cells of a window of heights [m], which has ``radius`` cells more on each side."""
+    middle = np.nanmean(heights) if np.isfinite(heights).any() else 0.0
+    z = heights - middle  # small numbers keep their digits in the sums of squares
+    n = 2 * radius + 1
+    steps = np.arange(-radius, radius + 1.0)
+    s2, s4 = float((steps**2).sum()), float((steps**4).sum())
+
+    columns = _moments(z, radius, axis=1)
+    (m1, my, myy), (mx, mxy), (mxx,) = (
+        _moments(each, radius, axis=0)[: 3 - k] for k, each in enumerate(columns)
+    )  # sums of z times 1, y, y^2; x, x y; x^2, in cells
+    squares = _sums(_sums(z**2, radius, axis=1), radius, axis=0)
+
+    b, c = mx / (n * s2), my / (n * s2)
+    e = mxy / s2**2
+    # 1, x^2 and y^2 are not orthogonal; x^2 and y^2 less their mean are, to all and to each other.
+    mean = s2 / n
+    spread = n * (s4 - s2 * mean)
+    d, f = (mxx - mean * m1) / spread, (myy - mean * m1) / spread
+    left = squares - m1**2 / n**2 - (b**2 + c**2) * (n * s2) - e**2 * s2**2 - (d**2 + f**2) * spread
+    roughness = np.sqrt(np.maximum(left, 0.0)) / n
+
+    steep = b**2 + c**2
+    with np.errstate(invalid="ignore", divide="ignore"):
+        # Along the contour (-c, b): (2 d c^2 - 2 e b c + 2 f b^2) / (b^2 + c^2); on level ground there is no contour.
+        across = np.where(steep > 0.0, (2.0 * d * c**2 - 2.0 * e * b * c + 2.0 * f * b**2) / steep, 0.0)
+    across[np.isnan(left)] = np.nan
+    return Relief(np.sqrt(steep) / cell, roughness, 0.5 * across * (n / 2.0) ** 2)
+
+
+def _moments(z: Array, radius: int, axis: int) -> tuple[Array, Array, Array]:
+    """Sums over a moving window along an axis, of z times 1, k and k^2, where k counts cells from its middle."""
+    size = z.shape[axis] - 2 * radius
+
+    def part(k: int) -> Array:
+        return z[k + radius : k + radius + size] if axis == 0 else z[:, k + radius : k + radius + size]
+
+    plain = part(0).copy()
+    first, second = np.zeros_like(plain), np.zeros_like(plain)
+    both, work = np.empty_like(plain), np.empty_like(plain)
+    for k in range(1, radius + 1):
+        np.add(part(k), part(-k), out=both)
+        plain += both
+        second += np.multiply(both, float(k * k), out=both)
+        np.subtract(part(k), part(-k), out=work)
+        first += np.multiply(work, float(k), out=work)
+    return plain, first, second
+
+
+def _sums(z: Array, radius: int, axis: int) -> Array:
+    """The first of the moments alone."""
+    size = z.shape[axis] - 2 * radius
+    total = np.zeros((size, z.shape[1]) if axis == 0 else (z.shape[0], size))
+    for k in range(2 * radius + 1):
+        total += z[k : k + size] if axis == 0 else z[:, k : k + size]
+    return total
