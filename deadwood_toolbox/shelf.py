@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from deadwood_algorithms.add_structures import TOOL as ADD_STRUCTURES
 from deadwood_algorithms.assess_mobilisation import TOOL as ASSESS_MOBILISATION
+from deadwood_algorithms.calibrate_friction import TOOL as CALIBRATE_FRICTION
 from deadwood_algorithms.compare_fidelity import TOOL as COMPARE_FIDELITY
 from deadwood_algorithms.compare_scenarios import TOOL as COMPARE_SCENARIOS
 from deadwood_algorithms.count_hits import TOOL as COUNT_HITS
@@ -38,6 +39,7 @@ TOOLS: tuple[Tool, ...] = (
     LATERAL_SPREAD,
     FIT_FLIGHT,
     COMPARE_SCENARIOS,
+    CALIBRATE_FRICTION,
     COMPARE_FIDELITY,
     DEMO,
 )

@@ -25,6 +25,7 @@ NAMES = [
     "lateral-spread",
     "fit-flight",
     "compare-scenarios",
+    "calibrate-friction",
     "compare-fidelity",
     "demo",
 ]
