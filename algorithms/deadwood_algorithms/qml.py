@@ -92,7 +92,7 @@ def labels(expression: str) -> str:
     return (
         '<labeling type="simple"><settings calloutType="simple">'
         f'<text-style fieldName={quoteattr(expression)} isExpression="1" fontSize="10" fontSizeUnit="Point" '
-        'fontFamily="Open Sans" textColor="30,30,30,255" textOpacity="1">'
+        'textColor="30,30,30,255" textOpacity="1">'
         '<text-buffer bufferDraw="1" bufferSize="0.8" bufferSizeUnits="MM" bufferColor="255,255,255,255" '
         'bufferOpacity="1"/></text-style>'
         '<placement placement="2" placementFlags="10"/><rendering drawLabels="1"/></settings></labeling>'
@@ -122,7 +122,7 @@ def cones_3d(rows: Iterable[tuple[str, float, float, float, str]]) -> str:
             f'<Option type="double" name="{name}" value="{value:.6g}"/>'
             for name, value in (("bottomRadius", base), ("topRadius", top), ("length", length))
         )
-        raised = f"1 0 0 0 0 1 0 {0.5 * length:.6g} 0 0 1 0 0 0 0 1"
+        raised = f"1 0 0 0 0 1 0 0 0 0 1 0 0 {0.5 * length:.6g} 0 1"  # column by column; the second axis is up
         rules.append(
             f'<rule key="{_key(k + 1)}" filter={quoteattr(condition)}><symbol type="point" shape="cone" '
             f'material_type="phong"><data alt-clamping="terrain"/>{_phong(colour)}'
@@ -132,20 +132,13 @@ def cones_3d(rows: Iterable[tuple[str, float, float, float, str]]) -> str:
     return f'<renderer-3d type="rulebased">{_TILING}<rules key="{_key(0)}">{"".join(rules)}</rules></renderer-3d>'
 
 
-def faces_3d(colour: str, *, height: str | None = None) -> str:
-    """Polygons, or the faces of solids, in their own heights; with an expression extruded upward by it [m]."""
-    defined = (
-        f'<Option type="Map" name="extrusionHeight"><Option type="bool" name="active" value="true"/>'
-        f'<Option type="QString" name="expression" value={quoteattr(height)}/>'
-        '<Option type="int" name="type" value="3"/></Option>'
-        if height
-        else ""
-    )
+def faces_3d(colour: str) -> str:
+    """Multipolygons whose parts are the faces of solids, in their own heights."""
     data = (
         '<data alt-clamping="absolute" alt-binding="vertex" extrusion-height="0" height="0" '
         'culling-mode="no-culling" add-back-faces="1" invert-normals="0" rendered-facade="3"/>'
     )
-    return _one_3d("polygon", data, colour, defined)
+    return _one_3d("polygon", data, colour)
 
 
 def ribbons_3d(colour: str, width_px: float) -> str:
@@ -169,16 +162,10 @@ def walls_3d(colour: str, width_m: float, height_m: float) -> str:
 _TILING = '<vector-layer-3d-tiling zoom-levels-count="3" show-bounding-boxes="0"/>'
 
 
-def _one_3d(kind: str, data: str, colour: str, defined: str = "") -> str:
-    properties = (
-        '<data-defined-properties><Option type="Map"><Option type="QString" name="name" value=""/>'
-        f'<Option type="Map" name="properties">{defined}</Option>'
-        '<Option type="QString" name="type" value="collection"/></Option></data-defined-properties>'
-    )
+def _one_3d(kind: str, data: str, colour: str) -> str:
     return (
         f'<renderer-3d type="vector">{_TILING}<symbol type="{kind}" material_type="phong">'
-        f'{data}{_phong(colour)}{properties if defined else ""}<edges width="1" enabled="0" color="0,0,0,255"/>'
-        "</symbol></renderer-3d>"
+        f'{data}{_phong(colour)}<edges width="1" enabled="0" color="0,0,0,255"/></symbol></renderer-3d>'
     )
 
 

@@ -14,7 +14,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -43,6 +44,7 @@ PARTS = (
     *(f"{name}.tif" for name in ("speed_max", "energy_max", "jump_max")),
     "poses.parquet",
     "summary.json",
+    "project.qgz",
 )
 
 
@@ -72,6 +74,18 @@ class Ask(ReleasedScene):
         help="0.005 means ±0.5 points. Logs are run in an even draw, at most all; looks after 1000, 2000, 4000, ... "
         "of them take intervals widened for the repetition; the reported 95 % ones are narrower still. Needs --lines.",
     )
+    qgis_project: bool = tool.flag(
+        "Add a QGIS project to the run",
+        help="With styled and grouped layers, animated logs and a 3-D view: project.qgz, and scene.gpkg beside it.",
+    )
+    outline_every_s: float = tool.number(
+        "Time between two outlines of the animated logs",
+        unit="s",
+        default=0.25,
+        minimum=0.02,
+        advanced=True,
+        help="Of the QGIS project, for the logs that keep their trajectory.",
+    )
     resume: bool = tool.flag("Go on with an interrupted run")
     output: str = tool.output_folder("Folder of the run", parts=PARTS)
     overwrite: bool = tool.overwrite()
@@ -100,6 +114,11 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         slide_queue(ask, fidelity, layers, releases, queue, keep, rasters, work, feedback)
 
         outcome = write_results(folder, TOOL, ask, fidelity, layers, releases, queue, rasters, work, feedback)
+        if ask.qgis_project:
+            from deadwood_algorithms.qgis_project import PROJECT, add_project
+
+            add_project(folder, ask, layers, releases, feedback)
+            outcome = replace(outcome, outputs={**outcome.outputs, "qgis_project": Path(ask.output) / PROJECT})
     work.remove()
     return outcome
 

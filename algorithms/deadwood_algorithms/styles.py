@@ -157,12 +157,12 @@ def _reach(frame: geopandas.GeoDataFrame, kind: str) -> Style:
 
 
 def _outlines(frame: geopandas.GeoDataFrame, kind: str) -> Style:
-    solid = qml.faces_3d(WOOD, height='"thickness_m"')
-    return Style(qml.single(fill(WOOD, EDGE_OF_WOOD)) + qml.intervals("t", "t_end") + solid)
+    """Without a 3-D symbol, so that the 3-D view drapes them over the terrain, where it minds the time."""
+    return Style(qml.single(fill(WOOD, EDGE_OF_WOOD)) + qml.intervals("t", "t_end"))
 
 
 def _solids(frame: geopandas.GeoDataFrame, kind: str) -> Style:
-    return Style(qml.single(fill(WOOD, EDGE_OF_WOOD)) + qml.faces_3d(WOOD))
+    return Style(qml.single(fill(WOOD, WOOD, alpha=60, edge_mm=0.1)) + qml.faces_3d(WOOD))
 
 
 def _spread(frame: geopandas.GeoDataFrame, kind: str) -> Style:

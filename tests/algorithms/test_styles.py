@@ -66,7 +66,7 @@ def test_trees_stand_in_three_dimensions_with_the_mean_size_of_their_class():
     sizes = {each.get("name"): float(each.get("value", "")) for each in rules[0].iter("Option") if each.get("name")}
     assert sizes == {"bottomRadius": pytest.approx(0.15), "topRadius": pytest.approx(0.075), "length": 12.0}
     raised = rules[0].find(".//transform").get("matrix").split()  # type: ignore[union-attr]
-    assert float(raised[7]) == 6.0  # half the length: QGIS sets the middle of a shape on the ground
+    assert float(raised[13]) == 6.0  # half the length: QGIS sets the middle of a shape on the ground
 
 
 def test_a_layer_without_a_name_in_the_table_goes_by_its_columns_and_a_mixed_one_stays_as_it_is():
