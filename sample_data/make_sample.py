@@ -5,6 +5,7 @@ The same script gives the same terrain (to the centimetre, which is what the fil
 
 from __future__ import annotations
 
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ import rasterio
 
 from deadwood_algorithms import sample_slope
 from deadwood_algorithms.layers import Grid, write_vector
-from deadwood_algorithms.sample_layers import sample_layers
+from deadwood_algorithms.sample_layers import layers_to_try, sample_layers
 
 HERE = Path(__file__).parent
 
@@ -26,7 +27,9 @@ def main() -> None:
     table.insert(2, "y", trees.geometry.y.round(2))
     table.to_csv(HERE / "trees.csv", index=False, lineterminator="\n")
     (HERE / "sample.gpkg").unlink(missing_ok=True)
-    write_vector(HERE / "sample.gpkg", layers)
+    write_vector(HERE / "sample.gpkg", layers | layers_to_try())
+    write_rock(HERE / "rock_cubic_1m3.pts", 1.0, 1.0, 1.0)
+    write_rock(HERE / "rock_platy_1m3.pts", 1.6, 1.25, 0.5)
 
 
 def write_terrain(path: Path, grid: Grid) -> None:
@@ -41,6 +44,14 @@ def write_terrain(path: Path, grid: Grid) -> None:
         target.write(centimetres, 1)
         target.scales, target.offsets = (0.01,), (base,)
         target.set_band_unit(1, "m")
+
+
+def write_rock(path: Path, *sides: float) -> None:
+    """Corners of a box around its centre [m], as a custom shape: x y z a line."""
+    corners = [
+        [0.5 * sign * side for sign, side in zip(signs, sides, strict=True)] for signs in product((-1, 1), repeat=3)
+    ]
+    path.write_text("".join("{:g} {:g} {:g}\n".format(*corner) for corner in corners), encoding="ascii")
 
 
 if __name__ == "__main__":

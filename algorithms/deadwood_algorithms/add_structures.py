@@ -13,10 +13,10 @@ once, with the first, and a ditch after an embankment cuts into it. The volumes 
 heights of the cells. Ground that a crest does not rise above stays as it is. A DEM of any size is passed in strips.
 
 Walls and nets thinner than the cells are barriers of ``slide-logs``. The paper's Klosters case (section 5.1) has both,
-two embankments and six barriers. On the sample, with its two barriers turned into dams that are steep uphill:
+two embankments and six barriers. The sample with two dams, which then are ground like any other:
 
-    deadwood-tool add-structures --dem sample_data/dem.tif --structures 'sample_data/sample.gpkg|layername=barriers' \
-        --crest-width-m 1.5 --slope-left-deg 65 --output dem_dams.tif --earthworks dams.gpkg
+    deadwood-tool add-structures --dem sample_data/dem.tif --structures 'sample_data/sample.gpkg|layername=dams' \\
+        --output dem_with_dams.tif --earthworks earthworks.gpkg
 
 Bodies of earth are taken to stand: no check of stability, of drainage or of a log's thrust.
 """

@@ -19,9 +19,12 @@ stands on susceptible ground and is in the decay window in which wood is smooth 
 III (Maser and Trappe): by a field ``decay_stage``, else by ``years_dead`` and ``species`` (spruce 2 to 5 years). A
 plain II or III, and an unknown decay, count as candidates: the tool errs on the safe side.
 
-    deadwood-tool assess-mobilisation --dem sample_data/dem.tif --output susceptibility.tif --areas zones.gpkg
+    deadwood-tool assess-mobilisation --dem sample_data/dem.tif --output susceptibility.tif --areas zones.gpkg \\
+        --deadwood 'sample_data/sample.gpkg|layername=deadwood' --assessed deadwood.gpkg
     deadwood-tool sample-releases --areas zones.gpkg --dem sample_data/dem.tif --weights susceptibility.tif \\
         --logs-per-ha 30 --output releases.gpkg
+    deadwood-tool sample-releases --areas 'deadwood.gpkg|layername=candidates' --dem sample_data/dem.tif \\
+        --count 50 --output releases_mapped.gpkg
 
 It knows no trigger (storm, snow, felling), no single block or stump that holds a log, and no probability: the numbers
 rank the ground. A DEM of any size is read in windows.

@@ -16,9 +16,8 @@ ends. Columns ``takeoff_deg``, ``dbh_cm`` and ``length_m`` go before the options
 The speed hangs on the angle: try a few degrees up and down. The paper's log flew at 24 m/s over a barrier of 3.5 m;
 this one, from the cliff band of the sample, at about the same:
 
-    printf 'flight_id,role,x,y\\na,takeoff,2786080,1196199\\na,landing,2786080,1196162\\n' > marks.csv
-    deadwood-tool fit-flight --dem sample_data/dem.tif --flights marks.csv --dbh-cm 30 --length-m 15 \\
-        --output flights.gpkg --plots profiles
+    deadwood-tool fit-flight --dem sample_data/dem.tif --flights 'sample_data/sample.gpkg|layername=flights' \\
+        --barriers 'sample_data/sample.gpkg|layername=barriers' --output flights.gpkg --plots profiles
 
 It knows no air and no spin. As in the paper the centre of mass comes down at the landing point, although the front of
 a steeply falling log touches before; and where ``free`` in ``clearances`` is 0, one end is still, or already, on the

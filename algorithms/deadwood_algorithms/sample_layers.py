@@ -41,5 +41,11 @@ def sample_layers() -> list[tuple[str, str, geopandas.GeoDataFrame]]:
     ]
 
 
+def layers_to_try() -> dict[str, geopandas.GeoDataFrame]:
+    """Layers of the sample that the demo does not need, for the other tools."""
+    rows = {"dams": sample_slope.dams(), "flights": sample_slope.flights(), "deadwood": sample_slope.deadwood()}
+    return {name: geopandas.GeoDataFrame(each, crs=sample_slope.CRS_NAME) for name, each in rows.items()}
+
+
 def _frame(columns: dict[str, Any], shapes: Any) -> geopandas.GeoDataFrame:
     return geopandas.GeoDataFrame(columns, geometry=shapes, crs=sample_slope.CRS_NAME)

@@ -159,3 +159,46 @@ def barriers() -> list[tuple[str, float, shapely.LineString]]:
         (name, height, shapely.LineString([(EAST + a, NORTH + v), (EAST + b, NORTH + v + 4.0)]))
         for name, height, a, b, v in rows
     ]
+
+
+def dams() -> list[dict[str, object]]:
+    """Two embankments above the road, as at Klosters; drawn to the east, so that the steep left side is uphill."""
+    rows = [("west", 4.0, 30.0, 120.0, 98.0), ("east", 5.0, 112.0, 250.0, 103.0)]
+    sides = {"kind": "embankment", "crest_width_m": 2.0, "slope_left_deg": 65.0, "slope_right_deg": 40.0}
+    return [
+        {"structure_id": name, "height_m": height, **sides, "geometry": _level_line(a, b, v)}
+        for name, height, a, b, v in rows
+    ]
+
+
+def flights() -> list[dict[str, object]]:
+    """A jump over the cliff band as if mapped: from the last trace above it to the first below."""
+    ends = [(EAST + 80.0, NORTH + 199.0), (EAST + 80.0, NORTH + 162.0)]
+    return [{"flight_id": "cliff", "dbh_cm": 30.0, "length_m": 15.0, "geometry": shapely.LineString(ends)}]
+
+
+def deadwood() -> list[dict[str, object]]:
+    """Dead trees as if mapped, with what one knows of their decay; by no means all of them can slide."""
+    rows = [
+        (174.0, 262.0, "late II", None, "spruce", 75.0, 30.0),
+        (160.0, 275.0, "early III", None, "spruce", 62.0, 27.0),
+        (148.0, 305.0, "II", None, "spruce", 48.0, 24.0),
+        (152.0, 340.0, None, 3.0, "spruce", 55.0, 26.0),
+        (141.0, 230.0, None, 2.0, "beech", 44.0, 22.0),
+        (60.0, 300.0, None, 4.0, "beech", 51.0, 23.0),
+        (96.0, 260.0, "I", 1.0, "spruce", 66.0, 29.0),
+        (210.0, 350.0, "IV", 9.0, "spruce", 70.0, 18.0),
+        (240.0, 180.0, None, None, "fir", 58.0, 27.0),
+        (120.0, 98.0, "late II", None, "spruce", 60.0, 28.0),
+        (200.0, 60.0, "III", None, "pine", 40.0, 20.0),
+        (262.0, 410.0, None, 7.0, "pine", 37.0, 19.0),
+    ]
+    names = ("decay_stage", "years_dead", "species", "dbh_cm", "length_m")
+    return [
+        {"deadwood_id": k, **dict(zip(names, known, strict=True)), "geometry": shapely.Point(EAST + u, NORTH + v)}
+        for k, (u, v, *known) in enumerate(rows, start=1)
+    ]
+
+
+def _level_line(start: float, end: float, v: float) -> shapely.LineString:
+    return shapely.LineString([(EAST + start, NORTH + v), (EAST + end, NORTH + v)])

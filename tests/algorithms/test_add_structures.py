@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 import subprocess
 import sys
 import tracemalloc
@@ -430,14 +431,15 @@ def test_the_dem_itself_is_never_replaced(tmp_path):
 
 def test_the_worked_example_runs(tmp_path):
     sample = ROOT / "sample_data"
-    command = [sys.executable, "-m", "deadwood_toolbox", "add-structures", "--dem", str(sample / "dem.tif")]
-    command += ["--structures", f"{sample / 'sample.gpkg'}|layername=barriers", "--crest-width-m", "1.5"]
-    command += ["--slope-left-deg", "65", "--output", "dem_dams.tif", "--earthworks", "dams.gpkg"]
+    (tmp_path / "sample_data").symlink_to(sample)
+    text = add_structures.TOOL.description.replace("\\\n", " ")
+    (line,) = [line for line in text.splitlines() if line.startswith("    deadwood-tool ")]
+    command = [sys.executable, "-m", "deadwood_toolbox", *shlex.split(line)[1:]]
     ran = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
     assert ran.returncode == 0, ran.stderr
     assert "2 structures: fill" in ran.stdout
-    with rasterio.open(tmp_path / "dem_dams.tif") as new, rasterio.open(sample / "dem.tif") as old:
+    with rasterio.open(tmp_path / "dem_with_dams.tif") as new, rasterio.open(sample / "dem.tif") as old:
         moved = (new.read(1).astype(int) - old.read(1)) * 0.01
-    fill = gpd.read_file(tmp_path / "dams.gpkg")["fill_m3"].sum()
+    fill = gpd.read_file(tmp_path / "earthworks.gpkg", layer="earthworks")["fill_m3"].sum()
     assert moved.min() == 0
     assert moved.sum() * 0.25 == pytest.approx(fill, rel=1e-3)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 import subprocess
 import sys
 import tracemalloc
@@ -448,10 +449,14 @@ def test_a_window_of_less_than_three_cells_is_widened_with_a_warning(tmp_path, s
 def test_the_worked_example_runs(tmp_path):
     (tmp_path / "sample_data").symlink_to(ROOT / "sample_data")
     text = assess_mobilisation.TOOL.description.replace("\\\n", " ")
-    lines = [line.split()[1:] for line in text.splitlines() if line.startswith("    deadwood-tool ")]
-    assert len(lines) == 2
+    lines = [shlex.split(line)[1:] for line in text.splitlines() if line.startswith("    deadwood-tool ")]
+    assert len(lines) == 3
     for words in lines:
         command = [sys.executable, "-m", "deadwood_toolbox", *words]
         ran = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
         assert ran.returncode == 0, ran.stderr
     assert len(gpd.read_file(tmp_path / "releases.gpkg", layer="releases")) > 100
+    # Of the twelve mapped ones: in the window of decay, and on the steep slope.
+    judged = gpd.read_file(tmp_path / "deadwood.gpkg", layer="candidates")
+    assert judged["deadwood_id"].tolist() == [1, 2, 4, 5]
+    assert len(gpd.read_file(tmp_path / "releases_mapped.gpkg", layer="releases")) == 200

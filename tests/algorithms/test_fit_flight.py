@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -312,15 +313,13 @@ def test_lines_with_more_vertices_are_taken_by_their_ends(tmp_path, said):
 
 
 def test_the_worked_example_runs(tmp_path):
-    text = fit_flight.TOOL.description
-    marks = text[text.index("printf '") + 8 : text.index("' > marks.csv")].replace("\\n", "\n")
-    (tmp_path / "marks.csv").write_text(marks)
-    command = [sys.executable, "-m", "deadwood_toolbox", "fit-flight", "--dem", str(ROOT / "sample_data" / "dem.tif")]
-    command += ["--flights", "marks.csv", "--dbh-cm", "30", "--length-m", "15"]
-    command += ["--output", "flights.gpkg", "--plots", "profiles"]
+    (tmp_path / "sample_data").symlink_to(ROOT / "sample_data")
+    text = fit_flight.TOOL.description.replace("\\\n", " ")
+    (line,) = [line for line in text.splitlines() if line.startswith("    deadwood-tool ")]
+    command = [sys.executable, "-m", "deadwood_toolbox", *shlex.split(line)[1:]]
     ran = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
     assert ran.returncode == 0, ran.stderr
-    assert "a: possible; take-off at 24" in ran.stdout
-    assert (tmp_path / "profiles" / "flight_a.png").stat().st_size > 10_000
+    assert "cliff: possible; take-off at 24" in ran.stdout
+    assert (tmp_path / "profiles" / "flight_cliff.png").stat().st_size > 10_000
     again = [*command[:4], "--config", "profiles/manifest.json", "--overwrite"]
     assert subprocess.run(again, cwd=tmp_path, capture_output=True).returncode == 0

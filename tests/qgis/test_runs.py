@@ -19,7 +19,9 @@ CASES: dict[str, dict[str, object]] = {
     "sample-releases": {"areas": f"{LAYERS}|layername=release_area", "dem": DEM, "count": 24},
     "import-trees": {"trees": SAMPLE / "trees.csv", "dem": DEM, "id_field": "tree_id"},
     "generate-forest": {"dem": DEM, "stand": f"{LAYERS}|layername=forest", "like": "{work}/import-trees.gpkg"},
-    "add-structures": {"dem": DEM, "structures": f"{LAYERS}|layername=barriers", "slope_left_deg": 65.0},
+    "add-structures": {"dem": DEM, "structures": f"{LAYERS}|layername=dams", "max_reach_m": 60.0},
+    "assess-mobilisation": {"dem": DEM, "friction": 0.25, "threshold": 0.35},
+    "fit-flight": {"dem": DEM, "flights": f"{LAYERS}|layername=flights", "length_m": 15.0},
     "make-log": {"rings": 5},
     "slide-logs": {
         "dem": DEM,
