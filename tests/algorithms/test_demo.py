@@ -10,6 +10,7 @@ import geopandas as gpd
 import numpy as np
 import pytest
 import rasterio
+from scipy.spatial import ConvexHull
 
 from deadwood_algorithms import demo, sample_slope
 from deadwood_algorithms.demo_picture import hillshade
@@ -125,5 +126,8 @@ def test_the_committed_sample_is_what_its_script_makes(tmp_path):
     forest = sample_slope.forest()
     for name in ("x", "y", "dbh_cm", "height_m"):
         assert np.allclose(trees[name], forest[name], atol=0.006)
-    assert set(gpd.list_layers(SAMPLE / "sample.gpkg")["name"]) == {"release_area", "lines", "barriers", "forest"}
+    layers = {"release_area", "lines", "barriers", "forest", "dams", "flights", "deadwood"}
+    assert set(gpd.list_layers(SAMPLE / "sample.gpkg")["name"]) == layers | {"layer_styles"}
+    for name in ("rock_cubic_1m3", "rock_platy_1m3"):
+        assert ConvexHull(np.loadtxt(SAMPLE / f"{name}.pts")).volume == pytest.approx(1.0)
     assert sum(each.stat().st_size for each in SAMPLE.iterdir() if each.is_file()) < 1_000_000
