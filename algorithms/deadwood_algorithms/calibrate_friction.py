@@ -109,7 +109,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         fidelity = FIDELITIES[ask.fidelity]
         slid = [friction_runs.slide_with(mu, ask, fidelity, layers, logs, feedback) for mu in sweep]
         if observed:
-            outcomes = friction_runs.outcomes_of_deposits(observed, slid)
+            outcomes = friction_runs.outcomes_of_deposits(observed, slid, ask.error_m)
         else:
             outcomes = friction_runs.outcomes_of_reach(watched, slid, ask.event_logs, did)
         warn_of_logs(slid, min(each.logs.size for each in outcomes), feedback)

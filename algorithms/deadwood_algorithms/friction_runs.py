@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -159,13 +160,15 @@ def read_observed(path: str, layers: SceneLayers, logs: Releases, feedback: Feed
     return Observed(geometry, rows, [f"{row + 1} (release {name})" for row, name in enumerate(named)])
 
 
-def outcomes_of_deposits(observed: Observed, slid: list[Slid]) -> list[Outcome]:
+def outcomes_of_deposits(observed: Observed, slid: list[Slid], error: float) -> list[Outcome]:
     """Each observed deposit, and what the logs that it may have been did with every coefficient."""
     x, y = (np.stack([np.where(each.resting, getattr(each, name), np.nan) for each in slid]) for name in "xy")
+    sides = [np.nanmax(at) - np.nanmin(at) + 4.0 * error if np.isfinite(at).any() else math.inf for at in (x, y)]
+    area = float(sides[0] * sides[1])  # two errors beyond the outermost deposits
     out = []
     for shape, rows, is_point in zip(observed.geometry, observed.logs, observed.are_points, strict=True):
         if is_point:
-            out.append(Outcome(rows, (shape.x, shape.y), x[:, rows], y[:, rows]))
+            out.append(Outcome(rows, (shape.x, shape.y), x[:, rows], y[:, rows], area=area))
         else:
             inside = shapely.contains_xy(shape, x[:, rows], y[:, rows])
             out.append(Outcome(rows, done=inside & np.isfinite(x[:, rows])))

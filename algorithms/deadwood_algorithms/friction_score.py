@@ -4,9 +4,10 @@ An event is some outcomes, each of one log: where it came to rest (a point), or 
 to rest within an area, reached one line and not another). The same logs are slid with every coefficient, so what
 differs between coefficients is the coefficient.
 
-Likelihood. A point y has the density mean_j N(y; x_j, s^2) of the simulated deposits x_j seen with an error s in both
-directions: of the mapping, and of what the model cannot know. A yes or no has the share p of the logs that do it,
-(k + 1/2) / (n + 1) for k of n, so that no coefficient is ruled out by having too few logs. Outcomes multiply.
+Likelihood. A point y has the density of the simulated deposits x_j seen with an error s in both directions, of the
+mapping and of what the model cannot know: (sum_j N(y; x_j, s^2) + 1/2 / A) / (n + 1). A yes or no has the share of the
+logs that do it: (k + 1/2) / (n + 1) for k of n. The half a log, which for points lies evenly on the ground A on which
+any log came to rest with any coefficient, keeps a coefficient from being ruled out by too few logs. Outcomes multiply.
 
 Range. A coefficient stays in the range unless the event is less likely with it, relative to the best coefficient, than
 in 95 % of events that the simulation itself makes with that coefficient, of as many logs: log j instead of an observed
@@ -50,6 +51,7 @@ class Outcome:
     x, y : simulated deposits [m], shape (coefficients, m); NaN where a log came to no rest on the DEM
     done : whether each simulated log did what was seen, shape (coefficients, m), for a yes
     yes : whether it was seen
+    area : of the ground on which any log came to rest [m2]
     """
 
     logs: NDArray[np.int64]
@@ -58,6 +60,7 @@ class Outcome:
     y: Array | None = None
     done: NDArray[np.bool_] | None = None
     yes: bool = True
+    area: float = math.inf
 
 
 @dataclass(frozen=True)
@@ -120,7 +123,7 @@ def log_densities(outcome: Outcome, place: tuple[float, float] | None, error: fl
     if outcome.done is not None:
         return log_share(outcome.done.sum(axis=1), outcome.done.shape[1], outcome.yes)
     assert place is not None  # a point
-    return log_mean_exp(log_kernels(outcome, np.array([place]), error)[:, 0])
+    return log_density(log_kernels(outcome, np.array([place]), error)[:, 0], outcome.logs.size, outcome.area)
 
 
 def log_share(hits: NDArray, n: int, yes: bool) -> Array:
@@ -136,12 +139,13 @@ def log_kernels(outcome: Outcome, places: Array, error: float) -> Array:
     return np.where(np.isnan(square), -np.inf, -square / (2.0 * error**2) - math.log(2.0 * math.pi * error**2))
 
 
-def log_mean_exp(values: Array, count: int | None = None) -> Array:
-    """Log of the mean of exponentials over the last axis; of ``count`` when some of them were set to -inf."""
-    top = values.max(axis=-1, keepdims=True)
+def log_density(kernels: Array, n: int, area: float) -> Array:
+    """Log of the density that the kernels (their logs, along the last axis) of n logs and half a log make."""
+    top = kernels.max(axis=-1, keepdims=True)
     top = np.where(np.isfinite(top), top, 0.0)
     with np.errstate(divide="ignore"):
-        return np.log(np.exp(values - top).sum(axis=-1)) + top[..., 0] - math.log(count or values.shape[-1])
+        total = np.log(np.exp(kernels - top).sum(axis=-1)) + top[..., 0]
+    return np.logaddexp(total, math.log(0.5) - math.log(area)) - math.log(n + 1.0)
 
 
 def made_densities(outcome: Outcome, k: int, number: int, log_id: NDArray[np.int64], error: float, seed: int) -> Array:
@@ -169,7 +173,6 @@ def made_densities(outcome: Outcome, k: int, number: int, log_id: NDArray[np.int
     gone = ~np.isfinite(places[:, 0])
     chosen = np.where(gone, resting[(uniforms(seed, item, EVENT_LOG, 1)[0] * resting.size).astype(np.int64)], chosen)
     places = np.stack([outcome.x[k, chosen], outcome.y[k, chosen]], axis=1) + shift
-    n = outcome.x.shape[1]
     out = np.empty((EVENTS, outcome.x.shape[0]))
     step = max(1, PAIRS_AT_ONCE // max(1, outcome.x.size))
     for start in range(0, EVENTS, step):
@@ -177,7 +180,7 @@ def made_densities(outcome: Outcome, k: int, number: int, log_id: NDArray[np.int
         kernels = log_kernels(outcome, places[part], error)
         rows = np.arange(part.stop - part.start)
         kernels[:, rows, chosen[part]] = -np.inf  # its own place would be too good a guess
-        out[part] = log_mean_exp(kernels, max(1, n - 1)).T
+        out[part] = log_density(kernels, outcome.logs.size - 1, outcome.area).T
     return out
 
 
@@ -198,7 +201,8 @@ def sampling_interval(
         top = kernels.max(axis=1)
         top = np.where(np.isfinite(top), top, 0.0)
         with np.errstate(divide="ignore"):
-            total = total + np.log(mine @ np.exp(kernels - top[:, None]).T / np.maximum(count, 1.0)) + top
+            sums = np.log(mine @ np.exp(kernels - top[:, None]).T) + top
+        total = total + np.logaddexp(sums, math.log(0.5) - math.log(each.area)) - np.log(count + 1.0)
     best = total.max(axis=1, keepdims=True)
     relative = np.where(np.isfinite(total), total - np.where(np.isfinite(best), best, 0.0), -np.inf)
     low, high = np.quantile(relative, [0.025, 0.975], axis=0, method="nearest")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
@@ -38,15 +40,18 @@ def test_a_points_density_is_the_mean_of_the_logs_kernels():
     one = Outcome(np.arange(30), (3.0, 80.0), x, y)
     for k in (0, 4, 8):
         kernels = [multivariate_normal([a, b], ERROR**2).pdf([3.0, 80.0]) for a, b in zip(x[k], y[k], strict=True)]
-        assert log_densities(one, (3.0, 80.0), ERROR)[k] == pytest.approx(np.log(np.mean(kernels)))
+        assert log_densities(one, (3.0, 80.0), ERROR)[k] == pytest.approx(np.log(np.sum(kernels) / 31.0))
+        half_a_log = log_densities(replace(one, area=5000.0), (3.0, 80.0), ERROR)[k]
+        assert half_a_log == pytest.approx(np.log((np.sum(kernels) + 0.5 / 5000.0) / 31.0))
     far = log_densities(one, (3.0, 1e5), ERROR)  # far beyond what exp can hold
     assert np.isfinite(far).all()
+    assert log_densities(replace(one, area=5000.0), (3.0, 1e5), ERROR) == pytest.approx(np.log(0.5 / 5000.0 / 31.0))
     lost = y.copy()
     lost[:, ::2] = np.nan  # logs without a deposit stay in the denominator
     half = Outcome(np.arange(30), (3.0, 80.0), np.where(np.isnan(lost), np.nan, x), lost)
     whole = Outcome(np.arange(15), (3.0, 80.0), x[:, 1::2], y[:, 1::2])
     assert log_densities(half, (3.0, 80.0), ERROR) == pytest.approx(
-        log_densities(whole, (3.0, 80.0), ERROR) - np.log(2.0)
+        log_densities(whole, (3.0, 80.0), ERROR) - np.log(31.0 / 16.0)
     )
 
 
@@ -110,7 +115,7 @@ def test_the_range_holds_the_true_coefficient_in_95_percent_of_events(observed, 
                 np.hypot(5.0, ERROR) * rng.standard_normal(),
                 20.0 / FRICTION[k] + np.hypot(6.0, ERROR) * rng.standard_normal(),
             )
-            outcomes.append(Outcome(np.arange(LOGS), place, x, y))
+            outcomes.append(Outcome(np.arange(LOGS), place, x, y, area=8000.0))
         scores = score(outcomes, np.arange(LOGS), ERROR, 0, quiet)
         held += scores.within[k]
         wide += scores.within.mean()
@@ -138,7 +143,7 @@ def test_the_range_of_yes_and_no_holds_the_true_coefficient(monkeypatch):
 def test_an_event_that_no_coefficient_makes_does_not_fit():
     x, y = deposits(np.random.default_rng(5))
     rows = np.arange(LOGS)
-    good, bad = (score([Outcome(rows, (east, 66.0), x, y)], rows, ERROR, 0, quiet) for east in (0.0, 40.0))
+    good, bad = (score([Outcome(rows, (east, 66.0), x, y, area=8000.0)], rows, ERROR, 0, quiet) for east in (0.0, 40.0))
     assert good.p_fit.max() > 0.3
     assert bad.within.any()  # the best is always best
     assert bad.p_fit.max() < 0.05
