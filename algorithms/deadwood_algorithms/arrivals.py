@@ -184,13 +184,14 @@ def reach_frame(source: Run, arrivals: geopandas.GeoDataFrame, items: Items) -> 
 def attribution_frame(source: Run, arrivals: geopandas.GeoDataFrame, items: Items) -> geopandas.GeoDataFrame:
     """One row a release and line: which release hits which object, drawn from the release to where its logs touch."""
     stored = source.deposits[source.deposits["log_id"].isin(source.stored_log_ids.tolist())]
+    of_pair = dict(list(arrivals.groupby(["release_id", "line_id"])))
+    per_line = arrivals["line_id"].value_counts()
     rows, shapes = [], []
     for release_id, released in stored.groupby("release_id", sort=False):
         centre = released["release_x"].mean(), released["release_y"].mean()
         for k, line_id in enumerate(items.ids):
-            of_line = arrivals[arrivals["line_id"] == line_id]
-            mine = of_line[of_line["release_id"] == release_id]
-            share = len(mine) / len(of_line) if len(of_line) else np.nan
+            mine = of_pair.get((release_id, line_id), arrivals[:0])
+            share = len(mine) / per_line[line_id] if line_id in per_line else np.nan
             record = {"release_id": release_id, "line_id": line_id, **reach_record(len(mine), len(released))}
             rows.append(record | {"share_of_arrivals": share} | _strength(mine))
             somewhere = items.geometry[k].representative_point().coords[0]

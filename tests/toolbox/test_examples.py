@@ -41,6 +41,17 @@ def test_the_help_keeps_the_lines_of_examples_and_lists(tool: Tool, capsys):
             assert f"  {line}\n" in shown
 
 
+@pytest.mark.parametrize("tool", [tool for tool in TOOLS if commands(tool.description)], ids=lambda tool: tool.name)
+def test_the_examples_use_flags_that_exist(tool: Tool):
+    """Those that slide logs take too long to be run here."""
+    assert tool.name in [command[0] for command in commands(tool.description)]
+    for name, *words in commands(tool.description):
+        declared = list(next(each for each in TOOLS if each.name == name).parameters())
+        given = {word for word in words if word.startswith("--")}
+        assert given <= {each.flag for each in declared}
+        assert given >= {each.flag for each in declared if each.default is None and not each.optional}
+
+
 def test_the_reading_of_examples():
     text = (
         "Does this.\n\n    deadwood-tool a --b 'c d' \\\n        --e f\n    deadwood-tool g\n\nNot: deadwood-tool h\n"
