@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms.edges import Edges
 from deadwood_algorithms.grid import Grid
 from deadwood_algorithms.pose_motion import bodies_of, energies_kj, path_so_far, travel
-from deadwood_algorithms.run_folder import Run
+from deadwood_algorithms.run_folder import Run, ends_of
 from deadwood_algorithms.scene_from_layers import Items
 from deadwood_algorithms.statistics import azimuth, reach_record
 from deadwood_algorithms.tool import Cancelled, Feedback
@@ -77,8 +77,7 @@ def first_touches(source: Run, piece: dict[str, NDArray], lines: Lines, items: I
     """Row in ``piece`` of the first pose of each log that touches each item, -1 for none; shape (n_logs, n_items)."""
     n_logs = len(source.deposits)
     segments = segments_of(lines, source.grid.x0, source.grid.y0)
-    base = np.stack([piece["xb"], piece["yb"], piece["zb"]], axis=1)
-    tip = np.stack([piece["xt"], piece["yt"], piece["zt"]], axis=1)
+    base, tip = ends_of(piece)
     _, pose = sweep_touches(piece["log_row"], base, tip, *source.radii(), segments)
     none = np.iinfo(np.int64).max
     first = np.full((n_logs, len(items.ids)), none)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.grid import Grid
 from deadwood_algorithms.pose_motion import bodies_of, energies_kj
-from deadwood_algorithms.run_folder import Run
+from deadwood_algorithms.run_folder import Run, ends_of
 from deadwood_algorithms.tool import Cancelled, Feedback, UserError
 from deadwood_engine.peaks import CellPeaks
 
@@ -61,8 +61,7 @@ def cell_quantiles(
         for piece in source.poses(wanted):
             if feedback.cancelled():
                 raise Cancelled
-            base = np.stack([piece["xb"], piece["yb"], piece["zb"]], axis=1)
-            tip = np.stack([piece["xt"], piece["yt"], piece["zt"]], axis=1)
+            base, tip = ends_of(piece)
             values = np.stack([values_of(name, piece, bodies) for name in quantities])
             place = {"x0": grid.x0, "y0": y0, "cell": grid.cell}
             peaks.add(piece["log_row"], base, tip, *source.radii(), values, **place)

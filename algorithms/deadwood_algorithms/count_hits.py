@@ -102,6 +102,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
 def count_of(source: Run, wanted: NDArray[np.int64], grid: Grid, feedback: Feedback) -> NDArray[np.uint32]:
     """How many of the wanted logs hit each cell."""
+    from deadwood_algorithms.run_folder import ends_of
     from deadwood_engine import sweep_hits
 
     counts = np.zeros(grid.shape, np.uint32)
@@ -110,8 +111,7 @@ def count_of(source: Run, wanted: NDArray[np.int64], grid: Grid, feedback: Feedb
     for piece in source.poses(wanted):
         if feedback.cancelled():
             raise Cancelled
-        base = np.stack([piece["xb"], piece["yb"], piece["zb"]], axis=1)
-        tip = np.stack([piece["xt"], piece["yt"], piece["zt"]], axis=1)
+        base, tip = ends_of(piece)
         counts += sweep_hits(piece["log_row"], base, tip, *source.radii(), **place)
         done += np.unique(piece["log_id"]).size
         feedback.progress(done, wanted.size, "counting hits")

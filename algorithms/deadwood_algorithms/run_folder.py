@@ -188,6 +188,12 @@ def _columns(table: pa.Table) -> dict[str, NDArray]:
     return {name: table.column(name).to_numpy() for name in POSE_COLUMNS}
 
 
+def ends_of(piece: Mapping[str, NDArray]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Centres of base and tip at each pose [m], shape (m, 3) each."""
+    base, tip = (np.stack([piece[f"{axis}{end}"] for axis in "xyz"], axis=1) for end in "bt")
+    return base, tip
+
+
 def read_run(path: str, *, feedback: Feedback) -> Run:
     """Open a run's folder, or say which of its parts is missing."""
     folder = Path(path)

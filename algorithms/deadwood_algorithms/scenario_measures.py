@@ -11,18 +11,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.fidelity_measures import LEAST_OF_A_RELEASE, Group
 from deadwood_algorithms.resampling import bootstrap_interval
 from deadwood_algorithms.scenario_runs import Compared, Scenario
 from deadwood_algorithms.statistics import Z_95, mcnemar_p, paired_interval, spread_of_release, wilson_interval
 from deadwood_algorithms.tool import Cancelled, Feedback
 
 Array = NDArray[np.float64]
-LEAST_OF_A_RELEASE = 20  # logs, below which the quantiles of azimuths mean nothing
 HELD = ("tree", "barrier", "left_dem", "time_limit")
 
 
@@ -50,17 +49,7 @@ class Row:
     p_mcnemar: float = math.nan
 
 
-@dataclass(frozen=True)
-class Release:
-    """The logs of one release, as the spread of their deposits is seen."""
-
-    release_id: Any
-    rows: NDArray[np.intp]
-    centre: tuple[float, float]
-    min_runout: Array
-
-
-def releases_of(compared: Compared, min_runout: float | None) -> list[Release]:
+def releases_of(compared: Compared, min_runout: float | None) -> list[Group]:
     one = compared.reference
     ids = one.column("release_id")
     x, y = one.column("release_x"), one.column("release_y")
@@ -68,7 +57,7 @@ def releases_of(compared: Compared, min_runout: float | None) -> list[Release]:
     found = []
     for each in dict.fromkeys(ids.tolist()):
         rows = np.flatnonzero(ids == each)
-        found.append(Release(each, rows, (float(x[rows].mean()), float(y[rows].mean())), nearest[rows]))
+        found.append(Group(each, rows, (float(x[rows].mean()), float(y[rows].mean())), nearest[rows]))
     return found
 
 
@@ -108,14 +97,14 @@ def share_row(name: str, quantity: str, item: str, now: NDArray[np.bool_], befor
 
 
 def spread_rows(
-    each: Scenario, other: Scenario | None, releases: list[Release], log_id: NDArray[np.int64], seed: int
+    each: Scenario, other: Scenario | None, releases: list[Group], log_id: NDArray[np.int64], seed: int
 ) -> Iterator[Row]:
     """Lateral spread of each release: the paper's, which single logs decide, and the range from 5 to 95 %."""
     for release in releases:
         name, n = str(release.release_id), release.rows.size
         everything = np.arange(n)
 
-        def spread(run: Scenario, chosen: NDArray[np.intp], release: Release = release) -> dict[str, float]:
+        def spread(run: Scenario, chosen: NDArray[np.intp], release: Group = release) -> dict[str, float]:
             x, y = run.places[release.rows[chosen]].T
             return spread_of_release(release.centre, x, y, release.min_runout[chosen])[0]
 
