@@ -55,12 +55,15 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
     names = fidelities_wanted(ask.fidelities)
     with output_folder(ask.output, ask.overwrite) as folder:
-        layers, releases = read_released_scene(ask, feedback)
+        layers, releases = read_released_scene(ask, feedback, windowed=True)
         planned = ask.planned_logs or len(releases)
         logs = releases.take(hash_order(releases.logs.log_id, ask.seed)[: ask.logs])
 
         compile_kernels(layers, logs)
-        slid = [slide_at(name, ask, layers, logs, feedback) for name in names]
+        slid = []
+        for name in names:
+            one, layers = slide_at(name, ask, layers, logs, feedback)
+            slid.append(one)
         feedback.progress(0, 1, "comparing")
         groups = groups_of(logs, ask.min_runout)
         rows = [row for one in slid for row in rows_of(one, slid[-1], layers.lines.ids, groups, planned, ask.seed)]

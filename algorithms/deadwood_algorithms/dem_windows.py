@@ -1,6 +1,6 @@
-"""A DEM that is too large to hold: opened once, read in windows, each a small `Grid` of its own.
+"""A DEM opened once and read whole, or in windows where it is too large to hold, each a small `Grid` of its own.
 
-What `rasters.read_dem` refuses is refused here, and what is outside there is outside here.
+What is refused, and what is outside, is the same either way.
 """
 
 from __future__ import annotations
@@ -21,8 +21,15 @@ from rasterio.transform import Affine, from_origin
 from rasterio.windows import Window
 
 from deadwood_algorithms.crs import horizontal
-from deadwood_algorithms.grid import Grid
-from deadwood_algorithms.rasters import COLLAR_DROP_M, HEIGHT_LIMIT_M, TILE_CELLS, open_dem, read_values
+from deadwood_algorithms.grid import Grid, Part
+from deadwood_algorithms.rasters import (
+    COLLAR_DROP_M,
+    HEIGHT_LIMIT_M,
+    TILE_CELLS,
+    empty_impossible_heights,
+    open_dem,
+    read_values,
+)
 from deadwood_algorithms.tool import Cancelled, Feedback, UserError
 
 BLOCK_CELLS = 2**22  # read at once: 32 MiB of float64
@@ -131,7 +138,8 @@ def open_windows(
 ) -> Iterator[DemWindows]:
     """Open a DEM for reading in windows, or refuse it with the command that mends it.
 
-    Without ``look_through`` it is not read once for an undeclared collar of 0 m: for tools that want a few spots of it.
+    Without ``look_through`` it is not read once for an undeclared collar of 0 m: for tools that want a few spots of it;
+    `read_part` finds out by itself.
     """
     with open_dem(path, crs, feedback) as (source, dem_crs, transform):
         ny, nx = source.shape
@@ -140,7 +148,70 @@ def open_windows(
         cell, flipped = transform.a, transform.e < 0
         x0, y0 = transform.c + cell / 2, transform.f + (0.5 - ny if flipped else 0.5) * cell
         dem = DemWindows(source, str(path), dem_crs, (ny, nx), cell, x0, y0, flipped)
-        yield replace(dem, zero_is_outside=look_through and _has_collar(dem, feedback))
+        yield replace(dem, zero_is_outside=_has_collar(dem, feedback)) if look_through else dem
+
+
+def read_dem(path: str | Path, crs: str | None, feedback: Feedback) -> Grid:
+    """See `layers.read_dem`."""
+    with open_windows(path, crs=crs, feedback=feedback, look_through=False) as dem:
+        return read_whole(dem, feedback)
+
+
+def read_whole(dem: DemWindows, feedback: Feedback) -> Grid:
+    """All heights as float32 [m]."""
+    values = _heights(dem, Part(0, 0, dem.shape[1], dem.shape[0]), feedback)
+    empty_impossible_heights(values, dem.path, feedback)
+    if not np.isfinite(values).any():
+        raise UserError(
+            f"{dem.path}: the DEM holds no height at all, every cell is nodata; check the band and its nodata value"
+        )
+    return Grid(values, dem.cell, dem.x0, dem.y0, dem.crs, dem.path)
+
+
+def read_part(dem: DemWindows, part: Part, feedback: Feedback) -> Grid:
+    """A window as `read_whole` gives the whole: the same heights, the same cells outside."""
+    values = _heights(dem, part, feedback)
+    wild = np.abs(values) > HEIGHT_LIMIT_M
+    if wild.any():
+        values[wild] = np.nan
+        feedback.warn(f"{dem.path}: {int(wild.sum())} cells hold no height on Earth; they are taken as outside")
+    zero = values == 0.0
+    if zero.any() and _zeros_mean_nothing(dem, values):
+        values[zero] = np.nan
+        feedback.warn(
+            f"{dem.path}: {int(zero.sum())} cells hold exactly 0 m, all others more than {COLLAR_DROP_M:g} m; "
+            "they are taken as outside (an undeclared nodata value)"
+        )
+    whole = Grid.empty(dem.shape, dem.cell, dem.x0, dem.y0, dem.crs, dem.path)
+    return whole.window(part, values)
+
+
+def _heights(dem: DemWindows, part: Part, feedback: Feedback) -> NDArray[np.float32]:
+    """What the file holds of a window, strip by strip of the file's blocks."""
+    values = np.empty((part.rows, part.columns), np.float32)
+    block = max(1, dem.source.block_shapes[0][0])
+    rows = max(1, BLOCK_CELLS // part.columns // block) * block
+    for start in range(0, part.rows, rows):
+        stop = min(part.rows, start + rows)
+        window = Part(part.column, part.row + start, part.columns, stop - start)
+        strip = read_values(dem.source, dem.file_window(*window.slices), np.float32)
+        values[start:stop] = strip[::-1] if dem.flipped else strip
+        feedback.progress(stop, part.rows, "reading the DEM")
+    return values
+
+
+def _zeros_mean_nothing(dem: DemWindows, values: NDArray[np.float32]) -> bool:
+    """Whether 0 m is the only height of the whole DEM below `rasters.COLLAR_DROP_M`; mostly the window tells that."""
+    if _lowest(values) <= COLLAR_DROP_M:
+        return False
+    strips = (dem.file_window(rows, slice(0, dem.shape[1])) for rows in dem.strips())
+    return all(_lowest(read_values(dem.source, strip, np.float32)) > COLLAR_DROP_M for strip in strips)
+
+
+def _lowest(values: NDArray[np.float32]) -> float:
+    """The lowest height that is not 0 and may be one."""
+    kept = (values != 0.0) & (np.abs(values) <= HEIGHT_LIMIT_M)
+    return float(np.min(values, where=kept, initial=np.inf))
 
 
 def _has_collar(dem: DemWindows, feedback: Feedback) -> bool:

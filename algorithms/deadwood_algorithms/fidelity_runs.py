@@ -8,12 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from deadwood_algorithms.fidelity_measures import Group, Hits, Slid
-from deadwood_algorithms.released_scene import ReleasedScene, threads_of
+from deadwood_algorithms.grid import Grid
+from deadwood_algorithms.released_scene import ReleasedScene
 from deadwood_algorithms.releases_from_layer import Releases
 from deadwood_algorithms.run_results import reached
 from deadwood_algorithms.scene_from_layers import SceneLayers
+from deadwood_algorithms.scene_window import wider_scene
 from deadwood_algorithms.tool import Cancelled, Feedback
 from deadwood_engine import FIDELITIES, STOP_REASONS, Interrupted, Rasters, slide
+from deadwood_engine.result import Result
 
 
 def compile_kernels(layers: SceneLayers, logs: Releases) -> None:
@@ -22,33 +25,19 @@ def compile_kernels(layers: SceneLayers, logs: Releases) -> None:
     slide(layers.scene, one, FIDELITIES["draft"], time_limit=0.1, rasters=Rasters.allocate(layers.scene, 1))
 
 
-def slide_at(name: str, ask: ReleasedScene, layers: SceneLayers, logs: Releases, feedback: Feedback) -> Slid:
-    """Slide the logs at one fidelity, in two halves, for the hit rasters of each."""
+def slide_at(
+    name: str, ask: ReleasedScene, layers: SceneLayers, logs: Releases, feedback: Feedback
+) -> tuple[Slid, SceneLayers]:
+    """Slide the logs at one fidelity, in two halves, for the hit rasters of each.
+
+    Also returns the scene that they needed: where logs come near the window of a large DEM, all begin again on a wider.
+    """
     n = len(logs)
-    results, counts = [], []
-    for start, stop in ((0, n // 2), (n // 2, n)):
-
-        def report(done: int, start: int = start) -> bool:
-            feedback.progress(start + done, n, f"sliding at {name}")
-            return feedback.cancelled()
-
-        rasters = Rasters.allocate(layers.scene, threads_of(ask.threads))
-        try:
-            result = slide(
-                layers.scene,
-                logs.logs.take(slice(start, stop)),
-                FIDELITIES[name],
-                restitution=ask.restitution,
-                time_limit=ask.time_limit,
-                rest_speed=ask.rest_speed,
-                threads=threads_of(ask.threads),
-                rasters=rasters,
-                report=report,
-            )
-        except (Interrupted, KeyboardInterrupt) as error:
-            raise Cancelled from error
-        results.append(result)
-        counts.append(rasters.totals()["hit_count"])
+    while True:
+        results, counts, sides = _slide_halves(name, ask, layers, logs, feedback)
+        if not sides:
+            break
+        layers = wider_scene(ask, layers, sides, feedback)
     feedback.progress(n, n, f"sliding at {name}")
 
     def joined(field: str) -> NDArray[Any]:
@@ -71,14 +60,53 @@ def slide_at(name: str, ask: ReleasedScene, layers: SceneLayers, logs: Releases,
         unconverged_share=float(joined("unconverged").sum() / max(1, steps)),
         failed=int((reason == STOP_REASONS.index("failed")).sum()),
         still_moving=int((reason == STOP_REASONS.index("time_limit")).sum()),
-        hits=(hits_of(counts[0] + counts[1], n), hits_of(counts[0], n // 2), hits_of(counts[1], n - n // 2)),
-    )
+        hits=(
+            hits_of(counts[0] + counts[1], n, layers.dem),
+            hits_of(counts[0], n // 2, layers.dem),
+            hits_of(counts[1], n - n // 2, layers.dem),
+        ),
+    ), layers
 
 
-def hits_of(count: NDArray[np.uint32], n_logs: int) -> Hits:
-    """The cells that were hit, for these are few of a large terrain, and by what share of the logs."""
-    cells = np.flatnonzero(count)
-    return cells, count.ravel()[cells] / max(1, n_logs)
+def _slide_halves(
+    name: str, ask: ReleasedScene, layers: SceneLayers, logs: Releases, feedback: Feedback
+) -> tuple[list[Result], list[NDArray[np.uint32]], list[str]]:
+    """Results and hit counts of both halves, or the sides of the window that a log came too near to."""
+    n = len(logs)
+    results, counts = [], []
+    for start, stop in ((0, n // 2), (n // 2, n)):
+
+        def report(done: int, start: int = start) -> bool:
+            feedback.progress(start + done, n, f"sliding at {name}")
+            return feedback.cancelled()
+
+        rasters = Rasters.allocate(layers.scene, layers.threads)
+        try:
+            result = slide(
+                layers.scene,
+                logs.logs.take(slice(start, stop)),
+                FIDELITIES[name],
+                restitution=ask.restitution,
+                time_limit=ask.time_limit,
+                rest_speed=ask.rest_speed,
+                threads=layers.threads,
+                rasters=rasters,
+                report=report,
+            )
+        except (Interrupted, KeyboardInterrupt) as error:
+            raise Cancelled from error
+        if sides := layers.escaped(result):
+            return results, counts, sides
+        results.append(layers.without_watch(result))
+        counts.append(rasters.totals()["hit_count"])
+    return results, counts, []
+
+
+def hits_of(count: NDArray[np.uint32], n_logs: int, grid: Grid) -> Hits:
+    """The cells that were hit, numbered in the whole DEM, for these are few of a large terrain; and by what share."""
+    row, column = np.nonzero(count)
+    cells = (row + grid.first[1]) * grid.frame.shape[1] + column + grid.first[0]
+    return cells, count[row, column] / max(1, n_logs)
 
 
 def groups_of(logs: Releases, min_runout: float | None) -> list[Group]:

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Grid",
     "id_column",
+    "is_raster",
     "number_column",
     "output_folder",
     "output_path",
@@ -48,9 +49,16 @@ def read_dem(path: str | Path, *, crs: str | None = None, feedback: Feedback | N
 
     ``crs`` names the CRS of a file that holds none. A south-up file is read right, a rotated or non-square one refused.
     """
+    from deadwood_algorithms import dem_windows
+
+    return dem_windows.read_dem(path, crs, feedback or Quiet())
+
+
+def is_raster(path: str | Path) -> bool:
+    """Whether the path opens as a raster with a band; a vector file, a text table, or nothing at all is none."""
     from deadwood_algorithms import rasters
 
-    return rasters.read_dem(path, crs, feedback or Quiet())
+    return rasters.is_raster(path)
 
 
 def read_raster_on(path: str | Path, grid: Grid, *, what: str, feedback: Feedback | None = None) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Rasters in and out, behind `layers`: a DEM becomes a `Grid` whose heights stand at the cell centres, row 0 south.
+"""Rasters in and out, behind `layers`: opened, judged by their headers, read onto a grid, written (DEM: `dem_windows`).
 
 What is outside (nodata, NaN, off the grid) is NaN, never a height.
 """
@@ -15,17 +15,16 @@ from typing import Any
 import numpy as np
 import pyproj
 import rasterio
-import rasterio.warp
 from pyproj.exceptions import ProjError
 from rasterio.crs import CRS as RasterioCRS
-from rasterio.enums import ColorInterp, Resampling
+from rasterio.enums import ColorInterp
 from rasterio.errors import RasterioError
 from rasterio.transform import Affine
 from rasterio.windows import Window
 
 from deadwood_algorithms import styles
 from deadwood_algorithms.ascii_grid import refuse_broken_ascii, why_not_ascii
-from deadwood_algorithms.crs import crs_name, horizontal, parse_crs, same_crs
+from deadwood_algorithms.crs import accuracy_words, crs_name, horizontal, parse_crs, same_crs
 from deadwood_algorithms.grid import Grid
 from deadwood_algorithms.inputs import refuse_missing
 from deadwood_algorithms.tool import Feedback, UserError
@@ -47,79 +46,71 @@ PACKED = (".zip", ".gz", ".7z", ".rar", ".tar", ".tgz", ".bz2", ".xz")
 FLAT_FORMATS = ("ENVI", "EHdr", "SAGA", "RST", "BT")
 
 
-def read_dem(path: str | Path, crs: str | None, feedback: Feedback) -> Grid:
-    """See `layers.read_dem`."""
-    with open_dem(path, crs, feedback) as (source, dem_crs, transform):
-        values = np.empty(source.shape, np.float32)
-        for rows, strip in _strips(source, feedback):
-            values[rows] = strip
-        cell, west, edge, south_up = transform.a, transform.c, transform.f, transform.e > 0
-    if not south_up:
-        values = values[::-1]  # a view; copied below, once, if at all
-    values = np.ascontiguousarray(values)
-    _empty_impossible_heights(values, path, feedback)
-    ny, nx = values.shape
-    if ny < 2 or nx < 2:
-        raise UserError(f"{path}: the DEM has {nx} x {ny} cells; it needs at least 2 x 2")
-    if not np.isfinite(values).any():
-        raise UserError(
-            f"{path}: the DEM holds no height at all, every cell is nodata; check the band and its nodata value"
-        )
-    y0 = edge + cell / 2 if south_up else edge - (ny - 0.5) * cell
-    return Grid(values, cell, west + cell / 2, y0, dem_crs, str(path))
-
-
 def read_raster_on(path: str | Path, grid: Grid, what: str, feedback: Feedback) -> np.ndarray:
-    """See `layers.read_raster_on`."""
+    """See `layers.read_raster_on`.
+
+    The source cell that holds each cell's centre is calculated for each alone, so a window gives what the whole gives;
+    GDAL's warper approximates along rows and does not.
+    """
     with open_raster(path, what) as source:
         _refuse_cut_off(source, path)
         if source.transform == Affine.identity():
             raise UserError(f"{path}: the {what} raster has no georeference; mend: gdal_translate -a_ullr W N E S ...")
         if source.crs is None:
             feedback.note(f"{path}: the {what} raster has no CRS, it is taken to be in the DEM's")
-        plan_crs = RasterioCRS.from_wkt(grid.plan_crs.to_wkt())
-        same_cells = source.shape == grid.shape and source.transform.almost_equals(grid.transform)
-        if not (same_cells and source.crs in (None, plan_crs)):
-            feedback.note(f"{path}: the {what} raster is brought onto the DEM's cells (nearest value)")
-            return read_part_on(source, grid)
-        values = np.empty(source.shape, np.float32)
-        for rows, strip in _strips(source, feedback):
-            values[rows] = strip
-    return np.ascontiguousarray(values[::-1])
+        own = pyproj.CRS.from_wkt(source.crs.to_wkt()) if source.crs else grid.crs
+        same = same_crs(own, grid.crs)
+        frame = grid.frame
+        if not (same and source.shape == frame.shape and source.transform.almost_equals(frame.transform)):
+            how = "" if same else f", {accuracy_words(own, grid.crs, source.bounds)}"
+            feedback.note(f"{path}: the {what} raster is brought onto the DEM's cells (nearest value{how})")
+        return read_part_on(source, grid, feedback, what)
 
 
-def read_part_on(source: Any, grid: Grid) -> np.ndarray:
+def read_part_on(source: Any, grid: Grid, feedback: Feedback | None = None, what: str = "") -> np.ndarray:
     """Band 1 of an open raster on the cells of ``grid`` (row 0 south), of which only the part around it is read.
 
     The nearest value, NaN where the raster has none; one without a CRS is in that of the grid.
     """
-    target_crs = RasterioCRS.from_wkt(grid.plan_crs.to_wkt())
-    source_crs = source.crs or target_crs
-    result = np.full(grid.shape, np.nan, np.float32)
-    west, south, east, north = grid.bounds
-    share = np.linspace(0.0, 1.0, 21)  # along the edges, which another CRS bends
-    x = np.concatenate([west + share * (east - west)] * 2 + [np.full(21, west), np.full(21, east)])
-    y = np.concatenate([np.full(21, south), np.full(21, north)] + [south + share * (north - south)] * 2)
-    columns, rows = ~source.transform * np.array(rasterio.warp.transform(target_crs, source_crs, x, y)[:2])
-    if not (np.isfinite(columns).all() and np.isfinite(rows).all()):
-        return result
-    left, top = max(0, int(columns.min()) - 2), max(0, int(rows.min()) - 2)
-    right, bottom = min(source.width, int(columns.max()) + 3), min(source.height, int(rows.max()) + 3)
-    if left >= right or top >= bottom:
-        return result
-    window = Window(left, top, right - left, bottom - top)  # type: ignore[call-arg]
-    rasterio.warp.reproject(
-        read_values(source, window, np.float32),
-        result,
-        src_transform=source.window_transform(window),
-        src_crs=source_crs,
-        src_nodata=np.nan,
-        dst_transform=grid.transform,
-        dst_crs=target_crs,
-        dst_nodata=np.nan,
-        resampling=Resampling.nearest,
-    )
-    return np.ascontiguousarray(result[::-1])
+    own = pyproj.CRS.from_wkt(source.crs.to_wkt()) if source.crs else grid.crs
+    same = same_crs(own, grid.crs)
+    moved = None if same else pyproj.Transformer.from_crs(grid.plan_crs, horizontal(own), always_xy=True)
+    values = np.full(grid.shape, np.nan, np.float32)
+    rows = max(1, STRIP_BYTES // (64 * grid.shape[1]))
+    for start in range(0, grid.shape[0], rows):
+        strip = slice(start, min(grid.shape[0], start + rows))
+        values[strip] = _nearest(source, grid, strip, moved)
+        if feedback:
+            feedback.progress(strip.stop, grid.shape[0], f"reading the {what} raster")
+    return values
+
+
+def _nearest(source: Any, grid: Grid, strip: slice, moved: Any) -> np.ndarray:
+    """Values of the source cells that hold the centres of these rows of the grid; NaN beyond the source."""
+    frame, (column, row) = grid.frame, grid.first
+    x = frame.x0 + (column + np.arange(grid.shape[1])) * frame.cell
+    y = frame.y0 + (row + np.arange(strip.start, strip.stop)) * frame.cell
+    inverse = ~source.transform
+    if (
+        moved is None and inverse.b == inverse.d == 0.0
+    ):  # columns depend on x alone and rows on y: no need for each cell
+        i, j = inverse.a * x + inverse.c, inverse.e * y + inverse.f
+        columns, rows = np.flatnonzero((i >= 0) & (i < source.width)), np.flatnonzero((j >= 0) & (j < source.height))
+        places, i, j = np.ix_(rows, columns), i[None, columns], j[rows, None]
+    else:
+        x, y = np.broadcast_arrays(x[None, :], y[:, None])
+        x, y = moved.transform(x, y) if moved else (x, y)
+        i, j = inverse.a * x + inverse.b * y + inverse.c, inverse.d * x + inverse.e * y + inverse.f
+        # inf, where PROJ knows no way, is outside
+        places = np.nonzero((i >= 0) & (i < source.width) & (j >= 0) & (j < source.height))
+        i, j = i[places], j[places]
+    values = np.full((strip.stop - strip.start, grid.shape[1]), np.nan, np.float32)
+    if i.size and j.size:
+        i, j = i.astype(np.int64), j.astype(np.int64)
+        left, top = int(i.min()), int(j.min())
+        window = Window(left, top, int(i.max()) - left + 1, int(j.max()) - top + 1)  # type: ignore[call-arg]
+        values[places] = read_values(source, window, np.float32)[j - top, i - left]
+    return values
 
 
 def write_raster(
@@ -145,19 +136,24 @@ def write_bands(
     dtype: str,
     units: Sequence[str],
 ) -> None:
-    """See `layers.write_bands`.
+    """See `layers.write_bands`. Of a window the whole grid is written, and only the window stored.
 
     The reading back is what finds a full disk: GDAL writes the last tiles at closing, and closing raises nothing.
     """
     for values in bands.values():
         if values.shape != grid.shape:
             raise ValueError(f"an array of {values.shape} for a grid of {grid.shape}")
-    profile = geotiff_profile(grid.shape, grid.crs, grid.transform, dtype, nodata, len(bands))
+    frame, part = grid.frame, grid.part
+    profile = geotiff_profile(frame.shape, frame.crs, frame.transform, dtype, nodata, len(bands))
     if len(bands) > 1:
         profile["interleave"] = "band"
+    if grid.whole is not None:
+        profile["sparse_ok"] = True  # tiles beyond the window are not stored, and read as nodata or 0
+    top = frame.shape[0] - part.row - part.rows
+    place = Window(part.column, top, part.columns, part.rows)  # type: ignore[call-arg]
     with rasterio.open(path, "w", **profile) as target:
         for number, (description, values) in enumerate(bands.items(), start=1):
-            target.write(_north_up(values, dtype), number)
+            target.write(_north_up(values, dtype), number, window=place)
             if units[number - 1]:
                 target.set_band_unit(number, units[number - 1])
             if description:
@@ -165,10 +161,10 @@ def write_bands(
     with rasterio.open(path) as written:
         for number, values in enumerate(bands.values(), start=1):
             north_up = _north_up(values, dtype)
-            for _, window in written.block_windows(1):
-                rows, columns = window.toslices()
-                back = written.read(number, window=window)
-                if not np.array_equal(back, north_up[rows, columns], equal_nan=dtype[0] == "f"):
+            for start in range(0, part.rows, TILE_CELLS):
+                rows = slice(start, min(part.rows, start + TILE_CELLS))
+                strip = Window(part.column, top + start, part.columns, rows.stop - start)  # type: ignore[call-arg]
+                if not np.array_equal(written.read(number, window=strip), north_up[rows], equal_nan=dtype[0] == "f"):
                     raise OSError(f"{path}: what was written does not read back")
     description, values = next(iter(bands.items()))
     styles.store_beside(Path(path), styles.of_raster(Path(path).stem, values, units[0], description))
@@ -215,6 +211,17 @@ def open_raster(path: str | Path, what: str) -> Any:
         inside = f"several rasters ({', '.join(names)}); write one of them out: gdal_translate" if names else "no band"
         raise UserError(f"{path}: the {what} file holds {inside}")
     return source
+
+
+def is_raster(path: str | Path) -> bool:
+    """See `layers.is_raster`."""
+    if "|" in str(path) or not Path(path).is_file():
+        return False
+    try:
+        with rasterio.open(path) as source:
+            return source.count > 0
+    except RasterioError:
+        return False
 
 
 @contextmanager
@@ -349,19 +356,6 @@ def _square_transform(source: Any, path: str | Path) -> Affine:
     return t
 
 
-def _strips(source: Any, feedback: Feedback) -> Iterator[tuple[slice, np.ndarray]]:
-    """Rows of band 1 as float32 with scale and offset applied and NaN for what is masked or not finite."""
-    ny, nx = source.shape
-    block = max(1, source.block_shapes[0][0])
-    rows = max(1, STRIP_BYTES // (8 * nx) // block) * block
-    for start in range(0, ny, rows):
-        stop = min(ny, start + rows)
-        strip = read_values(source, Window(0, start, nx, stop - start), np.float32)  # type: ignore[call-arg]
-        if stop < ny:
-            feedback.progress(stop, ny, "reading the DEM")
-        yield slice(start, stop), strip
-
-
 def read_values(source: Any, window: Window, dtype: Any) -> np.ndarray:
     """A window of band 1, scale and offset applied, NaN for what is masked or not finite; rows as in the file."""
     try:
@@ -378,7 +372,7 @@ def read_values(source: Any, window: Window, dtype: Any) -> np.ndarray:
     return values
 
 
-def _empty_impossible_heights(values: np.ndarray, path: str | Path, feedback: Feedback) -> None:
+def empty_impossible_heights(values: np.ndarray, path: str | Path, feedback: Feedback) -> None:
     """Turn what must be an undeclared nodata value into NaN, in place and without a copy, and say so."""
     low, high = _extremes(values)
     if max(-low, high) > HEIGHT_LIMIT_M:

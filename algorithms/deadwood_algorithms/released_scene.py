@@ -37,6 +37,16 @@ class ReleasedScene:
     friction: str = tool.number_or_layer(
         "Friction coefficient", minimum=0.0, help="A number, a raster, or polygons with a field 'friction' or 'mu'."
     )
+    friction_field: str | None = tool.text(
+        "Field of the friction polygons", default=None, advanced=True, help="Default: 'friction', else 'mu'."
+    )
+    friction_elsewhere: float | None = tool.number(
+        "Friction where the raster or the polygons have none",
+        default=None,
+        minimum=0.0,
+        advanced=True,
+        help="Without it, a layer that does not cover the DEM is refused.",
+    )
     restitution: float = tool.number("Normal restitution of impacts", default=0.0, minimum=0.0, maximum=1.0)
     shape: str = tool.choice("Shape of the logs", "cone", default="cone", advanced=True)
     time_limit: float = tool.number("Longest run of a log", unit="s", default=300.0, minimum=0.0, exclusive=True)
@@ -68,24 +78,27 @@ class ReleasedScene:
     crs: str | None = tool.crs()
 
 
-def read_released_scene(ask: ReleasedScene, feedback: Feedback) -> tuple[SceneLayers, Releases]:
-    """Read and check every layer."""
-    from deadwood_algorithms.releases_from_layer import read_releases
-    from deadwood_algorithms.scene_from_layers import read_scene
+def read_released_scene(
+    ask: ReleasedScene, feedback: Feedback, *, windowed: bool = False
+) -> tuple[SceneLayers, Releases]:
+    """Read and check every layer.
 
-    layers = read_scene(
-        ask.dem,
-        ask.friction,
-        ask.trees,
-        ask.barriers,
-        ask.lines,
-        crs=ask.crs,
-        feedback=feedback,
-        lying_logs=ask.lying_logs,
-        lying_diameter_cm=ask.lying_diameter_cm,
-    )
-    defaults = {name: getattr(ask, name) for name in DEFAULTED}
-    return layers, read_releases(ask.releases, layers.dem, defaults, feedback=feedback)
+    With ``windowed``, of a large DEM only the part is read that logs are expected to reach; the caller must then ask
+    `SceneLayers.escaped` after sliding, and slide again what `scene_window.wider_scene` gives.
+    """
+    from deadwood_algorithms.dem_windows import open_windows
+    from deadwood_algorithms.layers import read_vector
+    from deadwood_algorithms.releases_from_layer import releases_of
+    from deadwood_algorithms.scene_window import part_of, scene_on
+
+    with open_windows(ask.dem, crs=ask.crs, feedback=feedback, look_through=False) as dem:
+        releases = read_vector(
+            ask.releases, geometry=("point",), target_crs=dem.crs, what="releases", feedback=feedback
+        )
+        defaults = {name: getattr(ask, name) for name in DEFAULTED}
+        part = part_of(dem, releases, defaults, ask.friction) if windowed else None
+        layers = scene_on(ask, dem, part, feedback)
+    return layers, releases_of(releases, layers.dem, defaults, feedback=feedback)
 
 
 def threads_of(asked: int | None) -> int:

@@ -46,6 +46,13 @@ class Releases:
 def read_releases(path: str, grid: Grid, defaults: Mapping[str, Any], *, feedback: Feedback) -> Releases:
     """Read the released logs; ``defaults`` holds the value of each column that the layer may lack."""
     frame = read_vector(path, geometry=("point",), target_crs=grid.crs, what="releases", feedback=feedback)
+    return releases_of(frame, grid, defaults, feedback=feedback)
+
+
+def releases_of(
+    frame: geopandas.GeoDataFrame, grid: Grid, defaults: Mapping[str, Any], *, feedback: Feedback
+) -> Releases:
+    """The released logs of a layer that was read."""
     x, y = plan_of(frame)
     log_id = read_log_ids(frame)
     _refuse_off_dem(x, y, log_id, grid, where_of(frame))

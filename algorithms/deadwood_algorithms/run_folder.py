@@ -11,7 +11,7 @@ import json
 import os
 import shutil
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,7 @@ import pyproj
 from numpy.typing import NDArray
 from pyproj.exceptions import CRSError
 
+from deadwood_algorithms.grid import Part
 from deadwood_algorithms.layers import Grid, read_vector
 from deadwood_algorithms.tool import VERSION, Feedback, UserError
 
@@ -77,12 +78,17 @@ class WorkFolder:
             np.savez(target, **by_log)  # type: ignore[arg-type]
         parquet.write_table(poses, self.path / f"poses_{chunk}.parquet", compression="zstd")
 
-    def checkpoint(self, finished: int, rasters: Mapping[str, NDArray]) -> None:
-        """Keep the rasters as they are after so many finished chunks: the cells that any log has passed over."""
-        cells = np.flatnonzero((rasters["hit_count"] > 0) | (rasters["deposit_count"] > 0))
+    def checkpoint(self, finished: int, rasters: Mapping[str, NDArray], grid: Grid) -> None:
+        """Keep the rasters as they are after so many finished chunks: the cells that any log has passed over.
+
+        The cells are numbered in the whole DEM, of which ``grid`` may be a window.
+        """
+        row, column = np.nonzero((rasters["hit_count"] > 0) | (rasters["deposit_count"] > 0))
+        cells = (row + grid.first[1]) * grid.frame.shape[1] + column + grid.first[0]
         beside = self.path / "rasters.partial"
         with beside.open("wb") as target:
-            sparse = {"cells": cells} | {name: values.ravel()[cells] for name, values in rasters.items()}
+            part = np.array(astuple(grid.part), np.int64)
+            sparse = {"cells": cells, "part": part} | {name: values[row, column] for name, values in rasters.items()}
             np.savez(target, **sparse)  # type: ignore[arg-type]
         os.replace(beside, self.path / f"rasters_{finished}.npz")
         for old in self.path.glob("rasters_*.npz"):
@@ -90,14 +96,24 @@ class WorkFolder:
                 old.unlink()
         self.finished = finished
 
-    def rasters(self, shape: tuple[int, int]) -> dict[str, NDArray]:
-        """The rasters at the last checkpoint; empty cells are 0 in counts and NaN in maxima."""
-        stored = _arrays(self.path / f"rasters_{self.finished}.npz")
-        cells = stored.pop("cells")
+    @property
+    def part(self) -> Part | None:
+        """The part of the DEM that the last checkpoint's rasters are of."""
+        return Part(*_arrays(self._checkpoint)["part"].tolist()) if self.finished else None
+
+    @property
+    def _checkpoint(self) -> Path:
+        return self.path / f"rasters_{self.finished}.npz"
+
+    def rasters(self, grid: Grid) -> dict[str, NDArray]:
+        """The rasters at the last checkpoint, on a grid that holds them; empty cells are 0 in counts, NaN in maxima."""
+        stored = _arrays(self._checkpoint)
+        row, column = np.divmod(stored.pop("cells"), grid.frame.shape[1])
+        del stored["part"]
         out: dict[str, NDArray] = {}
         for name, values in stored.items():
-            out[name] = np.full(shape, np.nan if values.dtype.kind == "f" else 0, values.dtype)
-            out[name].ravel()[cells] = values
+            out[name] = np.full(grid.shape, np.nan if values.dtype.kind == "f" else 0, values.dtype)
+            out[name][row - grid.first[1], column - grid.first[0]] = values
         return out
 
     def chunk(self, chunk: int) -> dict[str, NDArray]:
@@ -214,9 +230,9 @@ def read_manifest(folder: Path) -> tuple[dict[str, Any], Grid]:
     try:
         manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
         facts = manifest["grid"]
-        values = np.broadcast_to(np.float32(np.nan), (int(facts["ny"]), int(facts["nx"])))
-        crs = pyproj.CRS.from_user_input(facts["crs"])
-        return manifest, Grid(values, float(facts["cell"]), float(facts["x0"]), float(facts["y0"]), crs, str(folder))
+        shape, crs = (int(facts["ny"]), int(facts["nx"])), pyproj.CRS.from_user_input(facts["crs"])
+        cell, x0, y0 = (float(facts[name]) for name in ("cell", "x0", "y0"))
+        return manifest, Grid.empty(shape, cell, x0, y0, crs, str(folder))
     except (ValueError, KeyError, TypeError, CRSError) as error:
         raise UserError(f"{folder / MANIFEST}: not the manifest of a run of slide-logs {VERSION} ({error})") from error
 

@@ -275,13 +275,15 @@ def write_rasters(folder: Path, rasters: Rasters, layers: SceneLayers, n_logs: i
         ("jump_max", total["jump_max"], "float32", "m", "Largest clearance between a log and the terrain"),
     ]
     for name, values, kind, units, meaning in rows:
-        nodata = np.nan if kind == "float32" else None
+        # Beyond the window of a large DEM nothing is stored. No log went there, so a share must read as 0 there, as it
+        # does within, where no log was; the others mean nothing there and within.
+        nodata = np.nan if kind == "float32" and not (grid.whole and name == "reach_probability") else None
         write_raster(folder / f"{name}.tif", values, grid, nodata=nodata, dtype=kind, units=units, description=meaning)
     return {row[0]: f"{row[0]}.tif" for row in rows}
 
 
 def _facts(layers: SceneLayers, releases: Releases, work: WorkFolder) -> dict[str, Any]:
-    ny, nx = layers.dem.shape
-    crs = layers.dem.plan_crs.to_string()
-    grid = {"nx": nx, "ny": ny, "cell": layers.dem.cell, "x0": layers.dem.x0, "y0": layers.dem.y0, "crs": crs}
+    dem = layers.dem.frame
+    crs = dem.plan_crs.to_string()
+    grid = {"nx": dem.shape[1], "ny": dem.shape[0], "cell": dem.cell, "x0": dem.x0, "y0": dem.y0, "crs": crs}
     return {"grid": grid, "digests": {"scene": layers.digest, "releases": releases.digest}}

@@ -86,19 +86,32 @@ def modelled(ask: Ask, layers: SceneLayers) -> dict[str, str]:
     trees, beyond = len(layers.tree_ids), layers.trees_left_out
     return {
         "terrain": f"bilinear surface through {nx} x {ny} cells of {cell:g} m",
+        "window": _window_words(layers),
         "friction": friction,
         "restitution": f"{ask.restitution:g} at every contact",
         "logs": "rigid truncated cones, tip half the diameter of the base; they do not break or meet each other",
         "trees": f"{trees} rigid truncated cones; {beyond} off the DEM left out" if trees else absent,
         "barriers": f"{len(layers.barriers.ids)} rigid thin plates" if scene.barrier_count else absent,
         "lying_logs": _lying_words(layers) if layers.lying.ids else absent,
-        "lines": f"{len(layers.lines.ids)} lines or outlines watched" if scene.line_count else absent,
+        "lines": f"{len(layers.lines.ids)} lines or outlines watched" if layers.lines.ids else absent,
     }
 
 
 def _lying_words(layers: SceneLayers) -> str:
     pieces = len(layers.scene.arrays.lying.owner)
     return f"{len(layers.lying.ids)} rigid truncated cones at rest on the terrain, in {pieces} straight pieces"
+
+
+def _window_words(layers: SceneLayers) -> str:
+    """Which part of the DEM was modelled, and why that is as good as all of it."""
+    if layers.dem.whole is None:
+        return "the whole DEM"
+    part, (rows, columns) = layers.dem.part, layers.dem.whole.shape
+    return (
+        f"{part.columns} x {part.rows} of the DEM's {columns} x {rows} cells, from column {part.column} and row "
+        f"{part.row} (from the south-west): as far as an energy line reaches; no log came near its sides, so results "
+        "are those of the whole DEM, and no log was anywhere else"
+    )
 
 
 def spread_records(

@@ -7,13 +7,14 @@ that does not cover it, trees in another country. What a scene lacks becomes an 
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from deadwood_algorithms.dem_reach import WHOLE_CELLS, watched_sides
 from deadwood_algorithms.friction import read_friction
 from deadwood_algorithms.layers import (
     Grid,
@@ -32,6 +33,8 @@ from deadwood_engine import Barriers, Lines, LyingLogs, Scene, Trees
 
 if TYPE_CHECKING:
     import geopandas
+
+    from deadwood_engine.result import Result
 
 ROWS_NAMED = 5  # an error names so many rows, then counts the rest
 
@@ -83,6 +86,18 @@ class SceneLayers:
     lying_logs: LyingLogs
     lying: Items
     digest: str  # of every array that went into the scene
+    watched: tuple[str, ...] = ()  # sides of the DEM's window that the engine's last lines watch, behind the layer's
+    threads: int = 1  # as many as were asked for, or as there is memory for
+
+    def escaped(self, result: Result) -> list[str]:
+        """The sides of the window that some log came too near to; they must be slid again in a wider one."""
+        count = result.reach.shape[1] - len(self.watched)
+        return [side for k, side in enumerate(self.watched) if result.reach[:, count + k].any()]
+
+    def without_watch(self, result: Result) -> Result:
+        """The result for the lines of the layer alone."""
+        count = result.reach.shape[1] - len(self.watched)
+        return replace(result, reach=result.reach[:, :count], reach_time=result.reach_time[:, :count])
 
 
 def read_scene(
@@ -96,22 +111,66 @@ def read_scene(
     feedback: Feedback,
     lying_logs: str | None = None,
     lying_diameter_cm: float = 40.0,
+    friction_field: str | None = None,
+    friction_elsewhere: float | None = None,
+    grid: Grid | None = None,
 ) -> SceneLayers:
-    """Read and check every layer but the releases, and prepare the engine's scene."""
+    """Read and check every layer but the releases, and prepare the engine's scene.
+
+    ``grid`` is the DEM, or a window of it, where that has been read already.
+    """
     from deadwood_algorithms.lying_from_layer import read_lying_logs
 
-    grid = read_dem(dem, crs=crs, feedback=feedback)
-    mu = read_friction(friction, grid, feedback)
+    grid = grid or read_dem(dem, crs=crs, feedback=feedback)
+    mu = read_friction(friction, grid, feedback, field=friction_field, elsewhere=friction_elsewhere)
     standing, tree_ids, left_out = read_trees(trees, grid, feedback)
     plates, barrier_items = read_barriers(barriers, grid, feedback)
     marks, line_items = read_lines(lines, grid, feedback)
     lying, lying_items = read_lying_logs(lying_logs, grid, lying_diameter_cm, feedback)
-    obstacles = {"trees": standing, "barriers": plates, "lying_logs": lying}
-    scene = Scene.prepare(grid.values, grid.cell, grid.x0, grid.y0, friction=mu, lines=marks, **obstacles)
+    # A lying log rests on all the terrain below it, so none that is cut by the window's side may be met.
+    watched = watched_sides(grid, beyond_m=_longest(lying))
+    frame = grid.frame
+    scene = Scene.prepare(
+        grid.values,
+        grid.cell,
+        frame.x0,
+        frame.y0,
+        friction=mu,
+        trees=standing,
+        barriers=plates,
+        lines=_with_more(marks, list(watched.values())),
+        lying_logs=lying,
+        first=grid.first,
+        reference=0.0 if frame.part.cells > WHOLE_CELLS else None,  # a large DEM's lowest height is never looked for
+    )
     digest = digest_of(grid.values, [grid.cell, grid.x0, grid.y0], mu, standing, plates, marks, lying)
     return SceneLayers(
-        grid, scene, mu, standing, tree_ids, left_out, barrier_items, line_items, lying, lying_items, digest
+        grid,
+        scene,
+        mu,
+        standing,
+        tree_ids,
+        left_out,
+        barrier_items,
+        line_items,
+        lying,
+        lying_items,
+        digest,
+        tuple(watched),
     )
+
+
+def _longest(lying: LyingLogs) -> float:
+    """How far [m] the farthest two vertices of a lying log's line are apart, at most."""
+    lines = zip(lying.starts[:-1], lying.starts[1:], strict=True)
+    return max((float(np.ptp(lying.vertices[a:b], axis=0).sum()) for a, b in lines), default=0.0)
+
+
+def _with_more(lines: Lines, more: list[NDArray[np.float64]]) -> Lines:
+    """The lines, and further ones behind them."""
+    sizes = np.array([len(each) for each in more], np.int64)
+    starts = np.concatenate([lines.starts, lines.starts[-1] + np.cumsum(sizes)])
+    return Lines(np.vstack([lines.vertices.reshape(-1, 2), *more]), starts)
 
 
 def read_trees(path: str | None, grid: Grid, feedback: Feedback) -> tuple[Trees, list[str], int]:
@@ -130,7 +189,9 @@ def read_trees(path: str | None, grid: Grid, feedback: Feedback) -> tuple[Trees,
     for name, values in (("dbh_cm", dbh_cm), ("height_m", height)):
         warn_implausible(values, TREES.column(name), where_of(frame), feedback)
     x, y = plan_of(frame)
-    on = grid.contains(x, y)
+    # Of a large DEM only a window is known, and that may grow: a tree keeps its row whatever the window, and the engine
+    # leaves out those without terrain.
+    on = grid.contains(x, y) if grid.whole is None else shapely.contains_xy(shapely.box(*grid.frame.bounds), x, y)
     if not on.any():
         raise UserError(f"{path}: none of the {len(frame)} trees stands on the DEM{extents(x, y, grid)}")
     if not on.all():
@@ -162,7 +223,7 @@ def read_lines(path: str | None, grid: Grid, feedback: Feedback) -> tuple[Lines,
 def paths_of(frame: geopandas.GeoDataFrame, grid: Grid, what: str) -> Paths:
     """Parts and rings of line and polygon rows as polylines; a row off the grid or without length is refused."""
     geometry = np.asarray(frame.geometry)
-    missing = np.flatnonzero(~shapely.intersects(geometry, shapely.box(*grid.bounds)))
+    missing = np.flatnonzero(~shapely.intersects(geometry, shapely.box(*grid.frame.bounds)))
     if missing.size:
         x, y = shapely.get_coordinates(geometry[missing[0]]).T
         raise UserError(
@@ -232,7 +293,7 @@ def digest_of(*parts: Any) -> str:
 
 
 def extents(x: NDArray[np.float64], y: NDArray[np.float64], grid: Grid) -> str:
-    west, south, east, north = grid.bounds
+    west, south, east, north = grid.frame.bounds
     return (
         f" ({x.min():.0f} to {x.max():.0f} east, {y.min():.0f} to {y.max():.0f} north; the DEM has {west:.0f} to "
         f"{east:.0f}, {south:.0f} to {north:.0f}); check the CRS of both"

@@ -13,7 +13,6 @@ a run takes the logs in an even draw and ends when it has enough of them; those 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,7 +22,7 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms import tool
 from deadwood_algorithms.log_order import keep_by_hash
-from deadwood_algorithms.released_scene import ReleasedScene, read_released_scene, threads_of
+from deadwood_algorithms.released_scene import ReleasedScene, read_released_scene
 from deadwood_algorithms.tool import Cancelled, Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.until_ci import Queue
 
@@ -95,63 +94,92 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.layers import output_folder
     from deadwood_algorithms.run_folder import WorkFolder
     from deadwood_algorithms.run_results import write_results
-    from deadwood_engine import Rasters
 
     kept_count = trajectories_wanted(ask.trajectories)
     if ask.until_ci is not None and ask.lines is None:
         raise UserError("--until-ci needs --lines: it is the reach of lines whose interval it watches")
     with output_folder(ask.output, ask.overwrite) as folder:
-        layers, releases = read_released_scene(ask, feedback)
+        layers, releases = read_released_scene(ask, feedback, windowed=True)
         ids = releases.logs.log_id
         queue = Queue.of(ids, CHUNK, target=ask.until_ci, line_ids=layers.lines.ids, seed=ask.seed)
         keep = keep_by_hash(ids, kept_count, ask.seed)
 
         fidelity = fidelity_of(ask)
         work = WorkFolder(ask.output, identity(ask, fidelity, layers, releases), resume=ask.resume, feedback=feedback)
-        rasters = Rasters.allocate(layers.scene, threads_of(ask.threads))
-        if work.finished:
-            rasters.add(work.rasters(layers.dem.shape))
-        slide_queue(ask, fidelity, layers, releases, queue, keep, rasters, work, feedback)
+        slope = Slope.on(layers, ask, work, feedback)
+        slide_queue(ask, fidelity, slope, releases, queue, keep, work, feedback)
 
-        outcome = write_results(folder, TOOL, ask, fidelity, layers, releases, queue, rasters, work, feedback)
+        outcome = write_results(
+            folder, TOOL, ask, fidelity, slope.layers, releases, queue, slope.rasters, work, feedback
+        )
         if ask.qgis_project:
             from deadwood_algorithms.qgis_project import PROJECT, add_project
 
-            add_project(folder, ask, layers, releases, feedback)
+            add_project(folder, ask, slope.layers, releases, feedback)
             outcome = replace(outcome, outputs={**outcome.outputs, "qgis_project": Path(ask.output) / PROJECT})
     work.remove()
     return outcome
 
 
+@dataclass
+class Slope:
+    """What is slid on, and the rasters that logs draw on it; both grow when logs come near a large DEM's window."""
+
+    layers: SceneLayers
+    rasters: Rasters
+
+    @staticmethod
+    def on(layers: SceneLayers, ask: Ask, work: WorkFolder, feedback: Feedback) -> Slope:
+        """With the rasters of the chunks that are finished, on a window that holds them."""
+        from deadwood_algorithms.scene_window import scene_again
+        from deadwood_engine import Rasters
+
+        if work.part and layers.dem.whole and layers.dem.part.joined(work.part) != layers.dem.part:
+            layers = scene_again(ask, layers, layers.dem.part.joined(work.part), feedback)
+        rasters = Rasters.allocate(layers.scene, layers.threads)
+        if work.finished:
+            rasters.add(work.rasters(layers.dem))
+        return Slope(layers, rasters)
+
+    def widen(self, sides: list[str], ask: Ask, work: WorkFolder, feedback: Feedback) -> None:
+        """Begin again from the last checkpoint, on a wider window."""
+        from deadwood_algorithms.scene_window import wider_scene
+
+        self.rasters.workers.clear()  # before the wider ones are made
+        wider = Slope.on(wider_scene(ask, self.layers, sides, feedback), ask, work, feedback)
+        self.layers, self.rasters = wider.layers, wider.rasters
+
+
 def slide_queue(
     ask: Ask,
     fidelity: Fidelity,
-    layers: SceneLayers,
+    slope: Slope,
     releases: Releases,
     queue: Queue,
     keep: NDArray[np.bool_],
-    rasters: Rasters,
     work: WorkFolder,
     feedback: Feedback,
 ) -> None:
-    """Slide the logs that are not yet done, one chunk after the other, until all are or the rule has enough."""
+    """Slide the logs that are not yet done, one chunk after the other, until all are or the rule has enough.
+
+    A log near the side of the DEM's window has drawn on the rasters what it may not do on the whole DEM, so all since
+    the last checkpoint is slid again on a wider one.
+    """
     from deadwood_algorithms.run_results import reached
     from deadwood_engine import Interrupted
 
     total = queue.rows.size
     saved = time.perf_counter()
     for chunk, part in enumerate(queue.parts):
-        rows = queue.rows[part]
-        logs = releases.take(rows)
         fresh = chunk >= work.finished
         if fresh:
-
-            def report(done: int, start: int = part.start) -> bool:
-                feedback.progress(start + done, queue.goal, "sliding logs")
-                return feedback.cancelled()
-
             try:
-                slide_chunk(ask, fidelity, layers, logs, keep[rows], rasters, work, chunk, report)
+                todo = [chunk]
+                while todo:
+                    sides = slide_chunk(ask, fidelity, slope, releases, queue, keep, work, todo[0], feedback)
+                    if sides:
+                        slope.widen(sides, ask, work, feedback)
+                    todo = list(range(work.finished, chunk + 1)) if sides else todo[1:]
             except (Interrupted, KeyboardInterrupt) as error:
                 kept = queue.parts[work.finished].start
                 feedback.note(f"{kept} of {total} logs are kept in {work.path}; --resume goes on from there")
@@ -159,10 +187,11 @@ def slide_queue(
         queue.slid = part.stop
         last = part.stop == total
         if queue.rule:
-            touched = reached(layers.lines, work.chunk(chunk), logs)
+            rows = queue.rows[part]
+            touched = reached(slope.layers.lines, work.chunk(chunk), releases.take(rows))
             last = queue.rule.enough(rows.size, touched.sum(axis=0)) or last
         if fresh and (last or time.perf_counter() - saved > CHECKPOINT_S):
-            work.checkpoint(chunk + 1, rasters.totals())
+            work.checkpoint(chunk + 1, slope.rasters.totals(), slope.layers.dem)
             saved = time.perf_counter()
         if last:
             break
@@ -172,37 +201,46 @@ def slide_queue(
 def slide_chunk(
     ask: Ask,
     fidelity: Fidelity,
-    layers: SceneLayers,
-    logs: Releases,
+    slope: Slope,
+    releases: Releases,
+    queue: Queue,
     keep: NDArray[np.bool_],
-    rasters: Rasters,
     work: WorkFolder,
     chunk: int,
-    report: Callable[[int], bool],
-) -> None:
-    """Slide the logs of one chunk and keep what comes of them."""
+    feedback: Feedback,
+) -> list[str]:
+    """Slide the logs of one chunk and keep what comes of them; or the sides of the window that were too near."""
     from deadwood_algorithms.run_results import arrays_of, pose_table
     from deadwood_engine import slide
 
+    part = queue.parts[chunk]
+    rows = queue.rows[part]
+    logs = releases.logs.take(rows)
+
+    def report(done: int) -> bool:
+        feedback.progress(part.start + done, queue.goal, "sliding logs")
+        return feedback.cancelled()
+
     began = time.perf_counter()
     result = slide(
-        layers.scene,
-        logs.logs,
+        slope.layers.scene,
+        logs,
         fidelity,
         restitution=ask.restitution,
         time_limit=ask.time_limit,
         rest_speed=ask.rest_speed,
-        threads=threads_of(ask.threads),
-        keep_poses=keep,
-        rasters=rasters,
+        threads=slope.layers.threads,
+        keep_poses=keep[rows],
+        rasters=slope.rasters,
         report=report,
     )
     wall_s = time.perf_counter() - began
-    work.save(
-        chunk,
-        arrays_of(result, layers, logs.logs.log_id, wall_s),
-        pose_table(result.poses, logs.logs.log_id, layers.dem.crs),
-    )
+    sides = slope.layers.escaped(result)
+    if not sides:
+        result = slope.layers.without_watch(result)
+        poses = pose_table(result.poses, logs.log_id, slope.layers.dem.crs)
+        work.save(chunk, arrays_of(result, slope.layers, logs.log_id, wall_s), poses)
+    return sides
 
 
 def trajectories_wanted(text: str) -> int | None:
