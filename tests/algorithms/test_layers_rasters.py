@@ -153,12 +153,15 @@ def test_a_crs_in_the_file_goes_before_the_option(tmp_path, said):
 
 
 def test_strips_of_a_raster_that_is_read_in_parts_are_put_together_right(tmp_path, monkeypatch):
-    from deadwood_algorithms import rasters
+    from deadwood_algorithms import dem_windows, rasters
 
     values = np.arange(37 * 11, dtype=float).reshape(37, 11)
-    path = write_map(tmp_path / "dem.tif", values)
-    monkeypatch.setattr(rasters, "STRIP_BYTES", 8 * 11 * 5)
-    assert np.array_equal(read_dem(path).values, values[::-1])
+    path = write_map(tmp_path / "dem.tif", values, blockysize=1)
+    monkeypatch.setattr(dem_windows, "BLOCK_CELLS", 11 * 5)
+    grid = read_dem(path)
+    assert np.array_equal(grid.values, values[::-1])
+    monkeypatch.setattr(rasters, "STRIP_BYTES", 64 * 11 * 5)
+    assert np.array_equal(read_raster_on(path, grid, what="friction"), values[::-1])
 
 
 @pytest.mark.parametrize("dtype", ["uint32", "float32"])
