@@ -19,22 +19,23 @@ from __future__ import annotations
 
 import math
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from deadwood_algorithms import tool
+from deadwood_algorithms.grid import Grid, Part
 from deadwood_algorithms.tool import Cancelled, Feedback, Outcome, Tool, UserError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from deadwood_algorithms.layers import Grid
     from deadwood_algorithms.run_folder import Run
 
 CELLS_MOST = 4_000_000_000 // 4  # a raster of 4 GB; a finer one is a slip of the decimal point
+CELLS_HELD = 25_000_000  # of a larger raster only the window is held in which the run's logs were
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,7 +74,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             name: stack.enter_context(output_path(place, ask.overwrite, suffix=".tif")) for name, place in given.items()
         }
         source = read_run(ask.run, feedback=feedback)
-        grid = with_cell(source.grid, ask.cell_m)
+        grid = visited(with_cell(source.grid, ask.cell_m), source)
         chosen = chosen_logs(source, release_id=ask.release_id, log_id=ask.log_id, stop_reason=ask.stop_reason)
 
         stored = np.intersect1d(chosen, source.stored_log_ids)
@@ -124,10 +125,22 @@ def with_cell(grid: Grid, cell: float | None) -> Grid:
         return grid
     west, south, east, north = grid.bounds
     nx, ny = (max(1, math.ceil((high - low) / cell - 1e-9)) for low, high in ((west, east), (south, north)))
-    if nx * ny > CELLS_MOST:
-        raise UserError(f"--cell-m {cell:g} makes a raster of {nx} x {ny} cells; take a larger cell")
-    values = np.broadcast_to(np.float32(np.nan), (ny, nx))
-    return replace(grid, values=values, cell=cell, x0=west + 0.5 * cell, y0=south + 0.5 * cell)
+    return Grid.empty((ny, nx), cell, west + 0.5 * cell, south + 0.5 * cell, grid.crs, grid.path)
+
+
+def visited(grid: Grid, source: Run) -> Grid:
+    """The window of a large grid in which any stored log ever was; a small grid as it is."""
+    part = grid.part
+    if part.cells > CELLS_HELD:
+        west, south, east, north = source.extent()
+        column, row = int((west - grid.x0) // grid.cell) - 1, int((south - grid.y0) // grid.cell) - 1
+        columns, rows = int((east - grid.x0) // grid.cell) + 3 - column, int((north - grid.y0) // grid.cell) + 3 - row
+        part = Part(column, row, columns, rows).cut_to(grid.shape)
+    if part.cells > CELLS_MOST:
+        raise UserError(
+            f"--cell-m {grid.cell:g} makes a raster of {part.columns} x {part.rows} cells; take a larger cell"
+        )
+    return grid if part == grid.part else grid.window(part)
 
 
 TOOL = Tool(

@@ -37,8 +37,8 @@ class ReleasedScene:
     friction: str = tool.number_or_layer(
         "Friction coefficient", minimum=0.0, help="A number, a raster, or polygons with a field 'friction' or 'mu'."
     )
-    friction_field: str | None = tool.text(
-        "Field of the friction polygons", default=None, advanced=True, help="Default: 'friction', else 'mu'."
+    friction_column: str | None = tool.text(
+        "Column of the friction polygons", default=None, advanced=True, help="Default: 'friction', else 'mu'."
     )
     friction_elsewhere: float | None = tool.number(
         "Friction where the raster or the polygons have none",

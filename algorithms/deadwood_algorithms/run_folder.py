@@ -194,6 +194,20 @@ class Run:
                 out["log_row"] = order[np.searchsorted(ids, out["log_id"])].astype(np.int64)
                 yield out
 
+    def extent(self) -> tuple[float, float, float, float]:
+        """West, south, east and north [m] of all that the stored logs ever covered, from the file's own statistics."""
+        facts = parquet.ParquetFile(self.path / POSES)
+        columns = {name: POSE_COLUMNS.index(name) for name in ("xb", "yb", "xt", "yt")}
+        groups = [facts.metadata.row_group(k) for k in range(facts.num_row_groups)]
+        low, high = (
+            {name: [getattr(group.column(at).statistics, end) for group in groups] for name, at in columns.items()}
+            for end in ("min", "max")
+        )
+        thick = float(self.radii()[0].max(initial=0.0))
+        west, south = (min(low[axis + "b"] + low[axis + "t"]) - thick for axis in "xy")
+        east, north = (max(high[axis + "b"] + high[axis + "t"]) + thick for axis in "xy")
+        return west, south, east, north
+
     def radii(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Base and tip radius of every log of the deposits [m]; the tip has half the diameter."""
         diameter = self.deposits["dbh_cm"].to_numpy(np.float64) / 100.0

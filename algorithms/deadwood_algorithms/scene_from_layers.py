@@ -111,7 +111,7 @@ def read_scene(
     feedback: Feedback,
     lying_logs: str | None = None,
     lying_diameter_cm: float = 40.0,
-    friction_field: str | None = None,
+    friction_column: str | None = None,
     friction_elsewhere: float | None = None,
     grid: Grid | None = None,
 ) -> SceneLayers:
@@ -122,7 +122,7 @@ def read_scene(
     from deadwood_algorithms.lying_from_layer import read_lying_logs
 
     grid = grid or read_dem(dem, crs=crs, feedback=feedback)
-    mu = read_friction(friction, grid, feedback, field=friction_field, elsewhere=friction_elsewhere)
+    mu = read_friction(friction, grid, feedback, column=friction_column, elsewhere=friction_elsewhere)
     standing, tree_ids, left_out = read_trees(trees, grid, feedback)
     plates, barrier_items = read_barriers(barriers, grid, feedback)
     marks, line_items = read_lines(lines, grid, feedback)

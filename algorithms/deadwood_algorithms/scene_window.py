@@ -69,7 +69,7 @@ def scene_on(ask: ReleasedScene, dem: DemWindows, part: Part | None, feedback: F
         feedback=feedback,
         lying_logs=ask.lying_logs,
         lying_diameter_cm=ask.lying_diameter_cm,
-        friction_field=ask.friction_field,
+        friction_column=ask.friction_column,
         friction_elsewhere=ask.friction_elsewhere,
         grid=grid,
     )

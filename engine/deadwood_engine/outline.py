@@ -135,10 +135,10 @@ def _work(rows: int, lines: int) -> tuple[NDArray, ...]:
 
 
 @kernel
-def _sweep_hits(log_row, base, tip, base_radius, tip_radius, cell, column, row, count, stamp, work):
+def _sweep_hits(log_row, base, tip, base_radius, tip_radius, cell, count, stamp, work):
     points, hull, left, right, _ = work
     rows, columns = count.shape
-    part = (column, row, columns, rows)
+    part = (0, 0, columns, rows)
     for k in range(len(log_row)):
         log = log_row[k]
         previous = k - 1 if k > 0 and log_row[k - 1] == log else k
@@ -162,7 +162,6 @@ def sweep_hits(
     y0: float,
     cell: float,
     shape: tuple[int, int],
-    first: tuple[int, int] = (0, 0),
 ) -> NDArray[np.uint32]:
     """Count the logs whose swept outline overlaps each raster cell, each log once a cell (paper, section 4).
 
@@ -172,7 +171,6 @@ def sweep_hits(
     base, tip : [m], shape (m, 3); ends of the log at each pose, in order of time
     base_radius, tip_radius : [m], shape (n,)
     x0, y0, cell, shape : centre of cell (0, 0) [m], cell size [m], rows and columns of the raster
-    first : column and row of the raster's cell (0, 0) when it is a window of the one that x0, y0 belong to
 
     Returns
     -------
@@ -183,7 +181,7 @@ def sweep_hits(
     origin = np.array([x0, y0, 0.0])
     _sweep_hits(
         np.asarray(log_row, np.int64), np.ascontiguousarray(base - origin), np.ascontiguousarray(tip - origin),
-        base_radius, tip_radius, cell, *first, count, stamp, _work(shape[0], 0),
+        base_radius, tip_radius, cell, count, stamp, _work(shape[0], 0),
     )  # fmt: skip
     return count
 

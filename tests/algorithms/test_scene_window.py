@@ -171,8 +171,14 @@ def test_the_rasters_cover_the_whole_dem_and_store_the_window(case, whole, small
             far = other.read(1)[:5, -5:]  # the north-eastern corner, where no log comes
             assert np.isnan(far).all() if name.endswith("max") else (far == 0).all(), name
     counted = tmp_path / "hits.tif"
+    held = []
+    small_is_large.setattr(count_hits, "CELLS_HELD", 100)
+    small_is_large.setattr(
+        count_hits, "visited", lambda *given, of=count_hits.visited: held.append(of(*given)) or held[0]
+    )
     count_hits.TOOL(run=str(window), output=str(counted))
     assert np.array_equal(raster(counted), raster(whole / "hit_count.tif"))
+    assert held[0].part.cells < 0.3 * SIZE**2
 
 
 def test_compare_fidelity_in_a_window_finds_what_it_finds_on_the_whole(case, small_is_large, tmp_path, said):

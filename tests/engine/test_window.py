@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from deadwood_engine import FIDELITIES, Barriers, Lines, Logs, Rasters, Scene, Trees, slide, sweep_hits
+from deadwood_engine import FIDELITIES, Barriers, Lines, Logs, Rasters, Scene, Trees, slide
 
 CELL, X0, Y0 = 0.7, 2_612_345.678, 1_163_210.987
 ROWS, COLUMNS = 260, 150
@@ -89,24 +89,6 @@ def test_the_rasters_are_the_cut_of_the_wholes(runs):
     assert whole["hit_count"].sum() == window["hit_count"].sum() > 1000
     for name, values in whole.items():
         assert np.array_equal(values[PART], window[name], equal_nan=values.dtype.kind == "f"), name
-
-
-def test_hits_counted_from_poses_in_a_window_are_those_of_the_run(runs):
-    logs, ((_, whole, rasters), _) = runs
-    radius = 0.5 * logs.diameter
-    poses = whole.poses
-    facts = {"x0": X0, "y0": Y0, "cell": CELL, "shape": rasters["hit_count"][PART].shape, "first": FIRST}
-    counted = sweep_hits(poses.log_row, poses.base, poses.tip, radius, 0.5 * radius, **facts)
-    everything = sweep_hits(
-        poses.log_row,
-        poses.base,
-        poses.tip,
-        radius,
-        0.5 * radius,
-        **(facts | {"shape": (ROWS, COLUMNS), "first": (0, 0)}),
-    )
-    assert np.array_equal(counted, everything[PART])
-    assert everything.sum() == counted.sum() > 1000
 
 
 def test_the_surface_is_the_same_at_every_place(runs):
