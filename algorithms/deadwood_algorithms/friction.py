@@ -52,7 +52,7 @@ def read_friction(
             feedback.note(f"{where}: polygons overlap over {double} cells; the later counts")
     ground = np.isfinite(grid.values)
     filled = np.isnan(mu) & ground
-    mu = _checked(mu, grid, where, elsewhere)
+    mu = _checked(mu, grid, where, elsewhere, "give the value there with --friction-elsewhere")
     if filled.any():
         share = filled.sum() / ground.sum()
         feedback.note(f"{where}: {share:.1%} of the DEM's cells have no friction and get {elsewhere:g}")
@@ -120,13 +120,13 @@ def _burnt(shapes: NDArray, values: Array, grid: Grid, *, added: bool = False) -
     corner, first = np.array(grid.frame.bounds[:2]), np.array(grid.first)
     in_cells = shapely.transform(shapes, lambda xy: (xy - corner) / grid.cell - first)
     if len(in_cells):
-        rasterize(
-            zip(in_cells, values, strict=True), out=burnt, merge_alg=MergeAlg.add if added else MergeAlg.replace
-        )
+        rasterize(zip(in_cells, values, strict=True), out=burnt, merge_alg=MergeAlg.add if added else MergeAlg.replace)
     return burnt
 
 
-def _checked(mu: Array, grid: Grid, where: str, elsewhere: float | None = None) -> Array:
+def _checked(
+    mu: Array, grid: Grid, where: str, elsewhere: float | None = None, mend: str = "clip the DEM to it"
+) -> Array:
     """Friction on every cell of the ground, the value for elsewhere in its gaps."""
     ground = np.isfinite(grid.values)
     gaps = np.isnan(mu) & ground
@@ -135,7 +135,7 @@ def _checked(mu: Array, grid: Grid, where: str, elsewhere: float | None = None) 
         raise UserError(
             f"{where}: the friction does not cover the DEM, {gaps.sum()} of its cells have none "
             f"(one at {grid.x0 + column * grid.cell:.1f}, {grid.y0 + row * grid.cell:.1f}); "
-            "extend it, or give the value there with --friction-elsewhere"
+            f"extend it, or {mend}"
         )
     mu[gaps] = elsewhere
     mu[~ground] = 0.0  # cells off the DEM are outside whatever they hold

@@ -410,7 +410,7 @@ BAD = {
     ),
     "friction that ends": (
         lambda f: {"friction": write_layer(f / "mu.gpkg", [box(0, 0, 30, 60)], mu=[0.3])},
-        "mu.gpkg: the friction does not cover the DEM",
+        "the friction does not cover the DEM",
     ),
     "negative friction": (
         lambda f: {"friction": write_raster(f / "mu.tif", np.full((NY, NX), -0.1))},

@@ -12,7 +12,7 @@ import rasterio
 import shapely
 from rasterio.transform import from_origin
 
-from deadwood_algorithms.friction_from_layers import read_friction
+from deadwood_algorithms.friction import read_friction
 from deadwood_algorithms.grid import Part
 from deadwood_algorithms.layers import read_dem
 from deadwood_algorithms.tool import UserError
@@ -31,7 +31,8 @@ def grid(tmp_path):
 
 def raster_of(path: Path, values: np.ndarray, cell: float, *, crs: str = "EPSG:2056", origin=None, **profile) -> str:
     """A friction raster as it stands on a map, its north-west corner that of the DEM."""
-    transform = from_origin(*(origin or (EAST, NORTH + LENGTH)), cell, cell)
+    west, north = origin or (EAST, NORTH + LENGTH)
+    transform = from_origin(west, north, cell, cell)
     facts = {"driver": "GTiff", "count": 1, "dtype": "float32", "crs": crs, "transform": transform}
     facts |= {"height": values.shape[0], "width": values.shape[1]}
     with rasterio.open(path, "w", **(facts | profile)) as made:
@@ -97,7 +98,7 @@ def test_polygons_with_a_hole_an_overlap_and_a_column_of_choice(grid, tmp_path, 
     later = shapely.box(35, 10, 45, 20)
     frame = gpd.GeoDataFrame({"Rauheit": [0.3, 0.5, 0.7], "mu": [9.0, 9.0, 9.0]}, geometry=[ALL, ring, later], crs=2056)
     path = write_layer(tmp_path / "f.gpkg", list(frame.geometry), Rauheit=frame["Rauheit"].tolist(), mu=[9.0] * 3)
-    mu = np.asarray(read_friction(path, grid, said, field="rauheit"))
+    mu = np.asarray(read_friction(path, grid, said, column="rauheit"))
     expected = np.full((LENGTH, WIDTH), 0.3)
     expected[10:40, 10:40] = 0.5
     expected[20:30, 20:30] = 0.3
@@ -157,17 +158,17 @@ def test_polygons_elsewhere_or_without_the_column(grid, tmp_path, said):
     far = write_layer(tmp_path / "a.gpkg", [shapely.box(5000, 0, 5010, 10)], friction=[0.3])
     assert "none of the friction polygons lies on the DEM" in refused(grid, said, far, elsewhere=0.3)
     bare = write_layer(tmp_path / "b.gpkg", [ALL], cover=["rock"])
-    assert "have no field 'friction' or 'mu'; --friction-column names another; it has the fields cover" in refused(
+    assert "need a field 'friction' or 'mu'; --friction-column names another; it has the fields cover" in refused(
         grid, said, bare
     )
-    assert "have no field 'roughness' (--friction-column)" in refused(grid, said, bare, field="roughness")
+    assert "need a field 'roughness' (--friction-column)" in refused(grid, said, bare, column="roughness")
 
 
 def test_options_that_do_not_fit_are_refused(grid, tmp_path, said):
-    assert "--friction-column belongs to friction as a layer" in refused(grid, said, "0.3", field="mu")
+    assert "--friction-column belongs to friction as a layer" in refused(grid, said, "0.3", column="mu")
     assert "--friction-elsewhere belongs to friction as a layer" in refused(grid, said, "0.3", elsewhere=0.2)
     path = raster_of(tmp_path / "f.tif", np.full((100, 60), 0.4), 1.0)
-    assert "belongs to polygons" in refused(grid, said, path, field="mu")
+    assert "belongs to polygons" in refused(grid, said, path, column="mu")
 
 
 def test_percent_or_degrees_are_suspected(grid, tmp_path, said):
