@@ -10,6 +10,7 @@ independent runs would need thousands for. The folder holds
 - `difference_NAME.tif`: how much likelier each cell is passed, and that in standard errors;
 - `changes.gpkg`: the logs that reach a line in one of two scenarios only (`changed`, at their releases), and from
   where to where each deposit moved (`moved`);
+- `comparison.png`: reach, run-outs and the maps side by side;
 - `comparison.json`: all of it, and in which parameters the runs differ.
 
     deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
@@ -39,7 +40,8 @@ if TYPE_CHECKING:
     from deadwood_algorithms.scenario_measures import Row
 
 TABLE, ROWS, FACTS, CHANGES = "table.csv", "comparison.csv", "comparison.json", "changes.gpkg"
-SHOWN = 3  # lines and releases in the printed table; the files have them all
+PICTURE = "comparison.png"
+SHOWN = 4  # lines and releases in the printed table; the files have them all
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,6 +75,7 @@ class Ask:
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     import pandas
 
+    from deadwood_algorithms.compare_scenarios_picture import draw
     from deadwood_algorithms.layers import output_folder, write_vector
     from deadwood_algorithms.run_folder import MANIFEST, write_json
     from deadwood_algorithms.scenario_maps import changed_frame, difference_map, moved_frame
@@ -86,7 +89,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         names = [each.name for each in compared.scenarios]
         differences = differing(compared)
 
-        parts = {"table": TABLE, "rows": ROWS, "facts": FACTS, "changes": CHANGES, "manifest": MANIFEST}
+        parts = {"table": TABLE, "rows": ROWS, "facts": FACTS, "changes": CHANGES, "picture": PICTURE}
+        parts |= {"manifest": MANIFEST}
+        maps: dict[str, Path] = {}
         outputs = {"output": final} | {key: final / name for key, name in parts.items()}
         for other in compared.others:
             path = folder / f"difference_{other.name}.tif"
@@ -96,7 +101,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
                 path.unlink(missing_ok=True)
                 feedback.warn(f"no map of {other.name}: {error}")
             else:
+                maps[other.name] = path
                 outputs[path.stem] = final / path.name
+        draw(folder / PICTURE, rows, compared, maps)
         pandas.DataFrame([asdict(row) for row in rows]).to_csv(folder / ROWS, index=False)
         pandas.DataFrame(wide(rows, names)).to_csv(folder / TABLE, index=False)
         layers = {"moved": moved_frame(compared)}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import struct
 import sys
 from pathlib import Path
 from typing import Any
@@ -144,6 +145,17 @@ def test_maps_lie_on_the_grid_that_holds_both(runs, tmp_path, monkeypatch):
         assert [share[40, 30], share[41, 30]] == pytest.approx([sign * 0.25, sign * 0.25])
         assert np.isfinite(share).sum() == 2
     assert (tmp_path / "out" / "difference_run_forest.qml").is_file()
+
+
+def test_the_picture_is_drawn_with_and_without_maps(runs, tmp_path):
+    compare([runs["none"], runs["forest"], runs["barriers"]], tmp_path / "maps")
+    (runs["forest"] / "hit_count.tif").unlink()
+    compare([runs["none"], runs["forest"]], tmp_path / "bare")
+    widths = []
+    for name in ("maps", "bare"):
+        head = (tmp_path / name / "comparison.png").read_bytes()[16:24]
+        widths.append(struct.unpack(">II", head)[0])
+    assert widths[0] > widths[1] > 800
 
 
 def test_the_changes_as_layers(runs, tmp_path):
