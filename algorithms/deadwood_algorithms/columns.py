@@ -64,6 +64,22 @@ def number_column(
     return numbers
 
 
+def filled_column(
+    frame: pandas.DataFrame,
+    name: str,
+    option: float | None,
+    *,
+    minimum: float | None = None,
+    exclusive: bool = False,
+    maximum: float | None = None,
+) -> np.ndarray:
+    """A column as float64 that need not be there nor be whole: its gaps take the option, and are NaN without one."""
+    values = np.full(len(frame), np.nan)
+    if name in frame:
+        values = number_column(frame, name, minimum=minimum, exclusive=exclusive, maximum=maximum, gaps=True)
+    return np.where(np.isnan(values), np.nan if option is None else option, values)
+
+
 def id_column(frame: pandas.DataFrame, name: str) -> np.ndarray:
     """Ids as int64 where all are whole numbers, else as text; 64-bit numbers stored as floats become whole again."""
     column = frame[name]

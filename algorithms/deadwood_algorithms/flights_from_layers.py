@@ -13,7 +13,7 @@ import geopandas
 import numpy as np
 import shapely
 
-from deadwood_algorithms.columns import id_column, number_column, where_of
+from deadwood_algorithms.columns import filled_column, id_column, number_column, where_of
 from deadwood_algorithms.dem_windows import DemWindows
 from deadwood_algorithms.schemas import RELEASES
 from deadwood_algorithms.tool import Feedback, UserError
@@ -49,9 +49,10 @@ def read_marks(ask: Ask, dem: DemWindows, feedback: Feedback) -> list[Mark]:
     """The flights of a layer of lines, or of one of points."""
     frame = read_vector(ask.flights, ("line", "point"), dem.crs, ask.crs, "flights", feedback, None)
     numbers = {
-        name: _column(frame, name, getattr(ask, name), minimum=0.0, exclusive=True) for name in ("dbh_cm", "length_m")
+        name: filled_column(frame, name, getattr(ask, name), minimum=0.0, exclusive=True)
+        for name in ("dbh_cm", "length_m")
     }
-    numbers["takeoff_deg"] = _column(frame, "takeoff_deg", ask.takeoff_deg, minimum=-85.0, maximum=85.0)
+    numbers["takeoff_deg"] = filled_column(frame, "takeoff_deg", ask.takeoff_deg, minimum=-85.0, maximum=85.0)
     for name in ("dbh_cm", "length_m"):
         usual = RELEASES.column(name).usual
         assert usual is not None
@@ -80,12 +81,6 @@ def read_barriers(ask: Ask, dem: DemWindows, feedback: Feedback) -> list[Barrier
     ids = _ids(frame, ("barrier_id", "name"))
     shapes = shapely.force_2d(np.asarray(frame.geometry))
     return [Barrier(*each) for each in zip(ids, shapes, heights.tolist(), strict=True)]
-
-
-def _column(frame: geopandas.GeoDataFrame, name: str, option: float | None, **bounds: Any) -> np.ndarray:
-    """A column, its gaps filled with the option; NaN where there is neither."""
-    values = number_column(frame, name, gaps=True, **bounds) if name in frame else np.full(len(frame), np.nan)
-    return np.where(np.isnan(values), np.nan if option is None else option, values)
 
 
 def _ids(frame: geopandas.GeoDataFrame, names: Sequence[str]) -> list[Any]:

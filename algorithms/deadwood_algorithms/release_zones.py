@@ -17,6 +17,7 @@ import rasterio.features
 import shapely
 from numpy.typing import NDArray
 from rasterio.windows import Window
+from shapely.geometry import shape as _shape
 
 from deadwood_algorithms.tool import Cancelled, Feedback
 
@@ -44,15 +45,11 @@ def zones(
     feedback: Feedback,
 ) -> geopandas.GeoDataFrame:
     """The polygons of the mask's cells above 0 that touch along a side and are large enough, the largest first."""
+    least = least_m2 * (1.0 - 1e-9)  # a sum of cells may round to just below
     with rasterio.open(mask) as source:
         feedback.progress(0, 1, "drawing release areas")
-        band = rasterio.band(source, 1)
-        shapes = [
-            shapely.geometry.shape(shape)
-            for shape, value in rasterio.features.shapes(band, connectivity=4)
-            if value > 0
-        ]
-    shapes = [each for each in shapes if each.area >= least_m2 * (1.0 - 1e-9)]
+        drawn = rasterio.features.shapes(rasterio.band(source, 1), connectivity=4)
+        shapes = [shape for shape in (_shape(each) for each, value in drawn if value) if shape.area >= least]
     shapes.sort(key=lambda each: (-each.area, each.bounds))
     sums = _sums(shapes, susceptibility, factors, gully_m, feedback)
     cells = np.maximum(sums.cells, 1)

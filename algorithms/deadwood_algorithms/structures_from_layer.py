@@ -15,7 +15,7 @@ import shapely
 from numpy.typing import NDArray
 
 from deadwood_algorithms import schemas
-from deadwood_algorithms.columns import id_column, number_column, where_of
+from deadwood_algorithms.columns import filled_column, id_column, where_of
 from deadwood_algorithms.dem_windows import DemWindows
 from deadwood_algorithms.earthworks import Structure, Work, stretches
 from deadwood_algorithms.tool import Feedback, UserError
@@ -114,15 +114,15 @@ def _kinds(frame: geopandas.GeoDataFrame, ask: Ask) -> list[str]:
 
 def _filled(frame: geopandas.GeoDataFrame, ask: Ask, *names: str) -> Array:
     """The first of these columns that is filled, else the first of these options that is given, else NaN."""
-    options = [getattr(ask, name) for name in names if getattr(ask, name) is not None]
-    values = np.full(len(frame), options[0] if options else np.nan, float)
-    for name in [name for name in names if name in frame][::-1]:
+    values = np.full(len(frame), np.nan)
+    for name in names:
         known = schemas.STRUCTURES.column(name)
-        column = number_column(
-            frame, name, minimum=known.minimum, exclusive=known.exclusive, maximum=known.maximum, gaps=True
+        column = filled_column(
+            frame, name, None, minimum=known.minimum, exclusive=known.exclusive, maximum=known.maximum
         )
-        values = np.where(np.isnan(column), values, column)
-    return values
+        values = np.where(np.isnan(values), column, values)
+    options = [getattr(ask, name) for name in names if getattr(ask, name) is not None]
+    return np.where(np.isnan(values), options[0] if options else np.nan, values)
 
 
 def _falls(frame: geopandas.GeoDataFrame, ask: Ask, side: str) -> Array:
