@@ -55,7 +55,7 @@ def definitions(told: dict[str, Any]) -> Iterator[QgsProcessingParameterDefiniti
             if declared["advanced"]:
                 each.setFlags(each.flags() | QgsProcessingParameterDefinition.Flag.FlagAdvanced)
             yield each
-        if declared["kind"] == "output_folder":
+        if declared["kind"] == "output_folder" and declared["required"]:
             opened = QgsProcessingParameterBoolean(OPEN, "Open the results in the map", defaultValue=True)
             opened.setHelp("Adds the layers of the folder to the map, styled and in a group of their own.")
             yield opened
@@ -63,7 +63,8 @@ def definitions(told: dict[str, Any]) -> Iterator[QgsProcessingParameterDefiniti
 
 def is_hidden(declared: dict[str, Any], told: dict[str, Any]) -> bool:
     """Whether QGIS asks for it itself: before it replaces a file, but not before it replaces a folder."""
-    return declared["name"] == "overwrite" and not any(p["kind"] == "output_folder" for p in told["parameters"])
+    folders = (p["kind"] == "output_folder" and p["required"] for p in told["parameters"])
+    return declared["name"] == "overwrite" and not any(folders)
 
 
 def part_outputs(told: dict[str, Any]) -> Iterator[QgsProcessingOutputDefinition]:

@@ -145,7 +145,7 @@ class Inputs:
         number, layer = self.parameters.get(name), self.parameters.get(name + LAYER)
         if layer in (None, ""):
             return self._plain(declared, name)
-        if number not in (None, "", declared["default"]):
+        if number not in (None, "", declared["default"]) and str(number) != str(declared["default"]):
             raise QgsProcessingException(
                 f"{declared['label']}: a number ({number}) and a layer are given; clear one of them"
             )

@@ -16,6 +16,7 @@ DEM = SAMPLE / "dem.tif"
 LAYERS = SAMPLE / "sample.gpkg"
 # In the order of the work: what the command line has made of one is the input of the next. {work} is its folder.
 CASES: dict[str, dict[str, object]] = {
+    "assess-mobilisation": {"dem": DEM, "friction": 0.3},
     "sample-releases": {"areas": f"{LAYERS}|layername=release_area", "dem": DEM, "count": 24},
     "import-trees": {"trees": SAMPLE / "trees.csv", "dem": DEM, "id_field": "tree_id"},
     "generate-forest": {"dem": DEM, "stand": f"{LAYERS}|layername=forest", "like": "{work}/import-trees.gpkg"},
@@ -31,10 +32,23 @@ CASES: dict[str, dict[str, object]] = {
         "lines": f"{LAYERS}|layername=lines",
         "friction": 0.25,
         "fidelity": "draft",
+        "qgis_project": True,
     },
     "count-hits": {"run": "{work}/slide-logs", "cell_m": 2.0, "stop_reason": "tree,rest,barrier"},
     "reach-lines": {"run": "{work}/slide-logs", "lines": f"{LAYERS}|layername=lines"},
     "lateral-spread": {"deposits": "{work}/slide-logs/run.gpkg|layername=deposits"},
+    "fit-flight": {"dem": DEM, "flights": "{work}/marks.csv", "dbh_cm": 30.0, "length_m": 15.0},
+    "compare-scenarios": {"runs": "{work}/slide-logs,{work}/slide-logs-bare"},
+    "calibrate-friction": {
+        "dem": DEM,
+        "releases": "{work}/sample-releases.gpkg",
+        "reached": f"{LAYERS}|layername=lines",
+        "event_logs": 4,
+        "event_reached": 1,
+        "friction": "0.3:0.6:0.3",
+        "fidelity": "draft",
+        "time_limit": 10.0,
+    },
     "compare-fidelity": {
         "dem": DEM,
         "releases": "{work}/sample-releases.gpkg",
@@ -58,14 +72,23 @@ def test_every_tool_has_its_case():
 def work(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """What the command line makes of all cases."""
     folder = tmp_path_factory.mktemp("command")
+    marks = "flight_id,role,x,y\na,takeoff,2786080,1196199\na,landing,2786080,1196162\n"
+    (folder / "marks.csv").write_text(marks, encoding="utf-8")
     for name, values in CASES.items():
-        words = [part for key, value in filled(name, values, folder).items() for part in (flag(key), str(value))]
-        assert cli.run([name, *words, "--quiet"]) == 0, name
+        case = filled(name, values, folder)
+        assert cli.run([name, *words_of(case), "--quiet"]) == 0, name
+        if name == "slide-logs":  # the same logs without the barriers, to compare with
+            bare = {key: value for key, value in case.items() if key not in ("barriers", "qgis_project")}
+            assert cli.run([name, *words_of(bare | {"output": f"{folder}/slide-logs-bare"}), "--quiet"]) == 0
     return folder
 
 
-def flag(name: str) -> str:
-    return "--" + name.replace("_", "-")
+def words_of(case: Mapping[str, object]) -> list[str]:
+    """The parameters as a command line."""
+    words = []
+    for name, value in case.items():
+        words += ["--" + name.replace("_", "-")] + ([] if value is True else [str(value)])
+    return words
 
 
 def filled(name: str, values: Mapping[str, object], work: Path, out: Path | None = None) -> dict[str, object]:
@@ -143,8 +166,7 @@ def test_wrong_input_gives_the_line_of_the_command_line(qgis, work, tmp_path, ca
     if "output" in changes:
         case["output"] = str(tmp_path / "hits.asc")
     capsys.readouterr()
-    words = [part for key, value in case.items() for part in (flag(key), str(value))]
-    assert cli.run([name, *words, "--quiet"]) == 2
+    assert cli.run([name, *words_of(case), "--quiet"]) == 2
     line = capsys.readouterr().err.strip().removeprefix("deadwood-tool: ")
     assert "\n" not in line
     ran = qgis("run", tool.qgis_id, "--", *(f"{key.upper()}={value}" for key, value in case.items()))

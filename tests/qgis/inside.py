@@ -1,0 +1,153 @@
+"""Run by QGIS's own Python: layers of the map that no file holds, handed to the tools through the plugin.
+
+Prints one JSON object: what each case gave, or the message with which it was refused.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from typing import Any
+
+from qgis.core import (
+    QgsApplication,
+    QgsCoordinateReferenceSystem,
+    QgsFeature,
+    QgsGeometry,
+    QgsPointXY,
+    QgsProcessingContext,
+    QgsProcessingFeatureSourceDefinition,
+    QgsProcessingFeedback,
+    QgsProject,
+    QgsRasterLayer,
+    QgsVectorFileWriter,
+    QgsVectorLayer,
+)
+
+SAMPLE, WORK, PLUGINS = sys.argv[1:4]
+application = QgsApplication([], False)
+application.initQgis()
+sys.path.insert(0, PLUGINS)
+import deadwood  # noqa: E402
+
+plugin = deadwood.classFactory(None)
+plugin.initProcessing()
+project = QgsProject.instance()
+registry = QgsApplication.processingRegistry()
+EAST, NORTH = 2_786_172.0, 1_196_268.0  # in the release area
+
+
+class Feedback(QgsProcessingFeedback):
+    def __init__(self) -> None:
+        super().__init__(False)
+        self.said: list[str] = []
+
+    def pushInfo(self, info: str) -> None:
+        self.said.append(info)
+
+    def reportError(self, error: str, fatalError: bool = False) -> None:
+        self.said.append(error)
+
+
+def run(name: str, **parameters: Any) -> dict[str, Any]:
+    """Run a tool as QGIS does: check, prepare, process; its results and what it said."""
+    algorithm = registry.createAlgorithmById(f"deadwood:{name}")
+    context, feedback = QgsProcessingContext(), Feedback()
+    context.setProject(project)
+    results, worked = algorithm.run(parameters, context, feedback)
+    waiting = {os.path.basename(uri): each.name for uri, each in context.layersToLoadOnCompletion().items()}
+    return {"worked": worked, "results": results, "said": feedback.said, "waiting": waiting}
+
+
+def memory(name: str, places: list[tuple[float, float]], crs: str = "EPSG:2056") -> QgsVectorLayer:
+    layer = QgsVectorLayer(f"Point?crs={crs}&field=release_id:string&field=dbh_cm:double", name, "memory")
+    features = []
+    for number, place in enumerate(places):
+        feature = QgsFeature(layer.fields())
+        feature.setGeometry(QgsGeometry.fromPointXY(QgsPointXY(*place)))
+        feature.setAttributes([f"area {number}", 40.0 + number])
+        features.append(feature)
+    layer.dataProvider().addFeatures(features)
+    layer.updateExtents()
+    project.addMapLayer(layer)
+    return layer
+
+
+def selected(layer: QgsVectorLayer) -> QgsProcessingFeatureSourceDefinition:
+    return QgsProcessingFeatureSourceDefinition(layer.id(), True)
+
+
+def counted(outcome: dict[str, Any]) -> dict[str, Any]:
+    """The outcome of sample-releases, with how many logs of which release are in its layer."""
+    if outcome["worked"]:
+        made = QgsVectorLayer(outcome["results"]["OUTPUT"], "made")
+        rows = [(each["release_id"], each["dbh_cm"]) for each in made.getFeatures()]
+        outcome["rows"] = {name: sum(each == name for each, _ in rows) for name, _ in rows}
+        outcome["dbh_cm"] = sorted({dbh for _, dbh in rows})
+        outcome["crs"] = made.crs().authid()
+    return outcome
+
+
+dem = QgsRasterLayer(f"{SAMPLE}/dem.tif", "terrain")
+project.addMapLayer(dem)
+spots = [(EAST, NORTH), (EAST + 20.0, NORTH), (EAST + 40.0, NORTH)]
+outcomes: dict[str, Any] = {}
+
+
+def sample(case: str, areas: Any, **more: Any) -> None:
+    given = {"AREAS": areas, "DEM": dem, "COUNT": 2, "OUTPUT": f"{WORK}/{case}.gpkg", **more}
+    outcomes[case] = counted(run("samplereleases", **given))
+
+
+layer = memory("Spots of the map", spots)
+sample("memory", layer)
+sample("layer_id", layer.id())
+layer.selectByIds([feature.id() for feature in layer.getFeatures() if feature["release_id"] == "area 1"])
+sample("selected", selected(layer))
+layer.removeSelection()
+sample("nothing_selected", selected(layer))
+
+stored = QgsVectorLayer(f"{SAMPLE}/sample.gpkg|layername=release_area", "Stored areas")
+project.addMapLayer(stored)
+sample("stored", stored)
+options = QgsVectorFileWriter.SaveVectorOptions()
+QgsVectorFileWriter.writeAsVectorFormatV3(layer, f"{WORK}/spots.gpkg", project.transformContext(), options)
+filtered = QgsVectorLayer(f"{WORK}/spots.gpkg", "Filtered spots")
+filtered.setSubsetString("\"release_id\" = 'area 2'")
+project.addMapLayer(filtered)
+sample("filtered", filtered)
+edited = QgsVectorLayer(f"{WORK}/spots.gpkg", "Edited spots")
+project.addMapLayer(edited)
+edited.startEditing()
+feature = QgsFeature(edited.fields())
+feature.setGeometry(QgsGeometry.fromPointXY(QgsPointXY(EAST, NORTH + 20.0)))
+feature["release_id"], feature["dbh_cm"] = "drawn just now", 55.0
+edited.addFeature(feature)
+sample("edited", edited)
+edited.rollBack()
+renamed = QgsVectorLayer(f"{WORK}/spots.gpkg", "Spots in another CRS")
+renamed.setCrs(QgsCoordinateReferenceSystem("EPSG:21781"))
+project.addMapLayer(renamed)
+sample("crs_of_the_map", renamed)
+
+degrees = memory("Spots in degrees", [(9.4318, 46.9)], "EPSG:4326")
+sample("elsewhere", degrees)
+sample("dem_in_degrees", layer, DEM=QgsRasterLayer(f"{WORK}/degrees.tif", "terrain in degrees"))
+unnamed = QgsRasterLayer(f"{WORK}/unnamed.tif", "terrain without CRS")
+unnamed.setCrs(QgsCoordinateReferenceSystem("EPSG:2056"))
+sample("dem_named_in_the_map", layer, DEM=unnamed)
+
+outcomes["temporary"] = run("makelog", OUTPUT="TEMPORARY_OUTPUT", OPEN_RESULTS=False)
+outcomes["folder"] = run(
+    "slidelogs",
+    DEM=dem,
+    RELEASES=f"{WORK}/memory.gpkg",
+    FRICTION=0.25,
+    FIDELITY="draft",
+    TIME_LIMIT=3.0,
+    OUTPUT=f"{WORK}/run",
+    OPEN_RESULTS=True,
+)
+print("JSON" + json.dumps(outcomes, default=str), flush=True)
+os._exit(0)  # QGIS's own tidying up at the end is not what is tested

@@ -1,0 +1,194 @@
+"""What QGIS alone can do: layers of the map, models of several tools, Cancel."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import sqlite3
+import subprocess
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rasterio
+from rasterio.transform import from_origin
+
+HERE = Path(__file__).parent
+SAMPLE = HERE.parents[1] / "sample_data"
+SYSTEM_PYTHON = "/usr/bin/python3"  # Debian's QGIS has its modules there
+
+
+def write_dem(path: Path, crs: str | None, west: float, north: float, cell: float) -> None:
+    facts = {"driver": "GTiff", "dtype": "float32", "count": 1, "height": 300, "width": 300}
+    with rasterio.open(path, "w", crs=crs, transform=from_origin(west, north, cell, cell), **facts) as made:
+        made.write(np.repeat(np.linspace(1200, 1000, 300, dtype="float32")[:, None], 300, axis=1), 1)
+
+
+@pytest.fixture(scope="module")
+def told(qgis, tmp_path_factory: pytest.TempPathFactory) -> dict:
+    """What came of the cases of ``inside.py``."""
+    work = tmp_path_factory.mktemp("inside")
+    write_dem(work / "degrees.tif", "EPSG:4326", 9.43, 46.91, 1e-5)
+    write_dem(work / "unnamed.tif", None, 2_786_000.0, 1_196_400.0, 1.0)
+    words = [SYSTEM_PYTHON, HERE / "inside.py", SAMPLE, work, qgis.folder / "plugins"]
+    ran = subprocess.run(words, env=qgis.environment, capture_output=True, text=True, timeout=200)
+    line = next((each for each in ran.stdout.splitlines() if each.startswith("JSON")), None)
+    assert line is not None, ran.stdout[-2000:] + ran.stderr[-3000:]
+    return json.loads(line.removeprefix("JSON"))
+
+
+@pytest.mark.parametrize(
+    ("case", "rows", "why"),
+    [
+        ("memory", {"area 0": 2, "area 1": 2, "area 2": 2}, "its source (memory)"),
+        ("layer_id", {"area 0": 2, "area 1": 2, "area 2": 2}, "its source (memory)"),
+        ("selected", {"area 1": 2}, "1 selected features"),
+        ("filtered", {"area 2": 2}, "its filter"),
+        ("edited", {"area 0": 2, "area 1": 2, "area 2": 2, "drawn just now": 2}, "unsaved edits"),
+    ],
+)
+def test_what_the_file_does_not_hold_is_saved_for_the_tool(told, case, rows, why):
+    outcome = told[case]
+    assert outcome["worked"], outcome["said"]
+    assert outcome["rows"] == rows
+    assert outcome["crs"] == "EPSG:2056"
+    assert any("saved for the tool" in line and why in line for line in outcome["said"])
+
+
+def test_the_fields_of_a_saved_layer_come_along(told):
+    assert told["memory"]["dbh_cm"] == [40.0, 41.0, 42.0]
+
+
+def test_a_layer_that_is_its_file_is_not_copied(told):
+    outcome = told["stored"]
+    assert outcome["worked"]
+    assert not any("saved for the tool" in line for line in outcome["said"])
+
+
+@pytest.mark.parametrize(
+    ("case", "words"),
+    [
+        ("nothing_selected", "Release points or polygons: 'Selected features only' is ticked, but in the layer 'Spots"),
+        ("crs_of_the_map", "'Spots in another CRS' (EPSG:21781) lies wholly outside"),
+        ("elsewhere", "'Spots in degrees' (EPSG:4326) lies wholly outside the terrain model 'terrain' (EPSG:2056)"),
+        ("dem_in_degrees", "'terrain in degrees' is in EPSG:4326, whose unit is degrees"),
+    ],
+)
+def test_what_cannot_work_is_refused_before_the_tool_starts(told, case, words):
+    outcome = told[case]
+    assert not outcome["worked"]
+    assert any(words in line for line in outcome["said"]), outcome["said"]
+    assert not any("sample-releases" in line for line in outcome["said"])
+
+
+def test_a_crs_that_only_the_map_knows_is_passed_on(told):
+    assert told["dem_named_in_the_map"]["worked"], told["dem_named_in_the_map"]["said"]
+    assert told["dem_named_in_the_map"]["crs"] == "EPSG:2056"
+
+
+def test_a_temporary_folder_and_the_layers_of_a_run(told):
+    assert Path(told["temporary"]["results"]["OUTPUT"]).name == "OUTPUT"
+    waiting = told["folder"]["waiting"]
+    assert waiting["run.gpkg|layername=deposits"] == "Deposits"
+    assert waiting["hit_count.tif"] == "Hit count"
+    assert told["temporary"]["waiting"] == {}
+
+
+def test_a_model_of_three_tools_runs(qgis, tmp_path):
+    model = tmp_path / "model.model3"
+    words = [SYSTEM_PYTHON, HERE / "make_model.py", qgis.folder / "plugins", model]
+    made = subprocess.run(words, env=qgis.environment, capture_output=True, text=True, timeout=100)
+    assert model.exists(), made.stderr[-3000:]
+    fan = tmp_path / "fan.gpkg"
+    areas = f"{SAMPLE / 'sample.gpkg'}|layername=release_area"
+    ran = qgis("run", model, "--", f"dem={SAMPLE / 'dem.tif'}", f"areas={areas}", f"spread:fan={fan}")
+    assert ran.status == 0, ran.err[-3000:]
+    with sqlite3.connect(fan) as database:
+        assert database.execute("select n from spread").fetchall() == [(12,)]
+
+
+# --- cancel ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def started(qgis, tool, tmp_path) -> Iterator[tuple[subprocess.Popen, Path]]:
+    """QGIS with a long run of slide-logs in it, which has begun to slide."""
+    releases = tmp_path / "releases.gpkg"
+    made = qgis.run(
+        "deadwood:samplereleases",
+        {"AREAS": f"{SAMPLE / 'sample.gpkg'}|layername=release_area", "DEM": SAMPLE / "dem.tif", "COUNT": 4000}
+        | {"OUTPUT": releases},
+    )
+    assert made.status == 0, made.err[-2000:]
+    out = tmp_path / "out"
+    out.mkdir()
+    program = shutil.which("qgis_process.bin") or shutil.which("qgis_process")
+    words = [program, "run", "deadwood:slidelogs", "--", f"DEM={SAMPLE / 'dem.tif'}", f"RELEASES={releases}"]
+    words += ["FRICTION=0.25", f"OUTPUT={out / 'run'}"]
+    process = subprocess.Popen(
+        words, env=qgis.environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    until = time.monotonic() + 60.0
+    while not (list(out.iterdir()) and children(process.pid)):
+        assert time.monotonic() < until
+        assert process.poll() is None, process.communicate()[1][-2000:]
+        time.sleep(0.1)
+    time.sleep(1.0)
+    yield process, out
+    if process.poll() is None:
+        process.kill()
+    process.communicate()
+
+
+def children(parent: int) -> list[int]:
+    """The processes that a process has started, and theirs."""
+    found = []
+    for place in Path("/proc").iterdir():
+        if not place.name.isdigit():
+            continue
+        try:
+            fields = (place / "stat").read_text().rpartition(")")[2].split()
+        except OSError:
+            continue
+        if int(fields[1]) == parent and fields[0] != "Z":
+            found += [int(place.name), *children(int(place.name))]
+    return found
+
+
+def wait_until_gone(pids: list[int]) -> None:
+    until = time.monotonic() + 15.0
+    while any(alive(pid) for pid in pids):
+        assert time.monotonic() < until, "the tool still runs"
+        time.sleep(0.1)
+
+
+def alive(pid: int) -> bool:
+    try:
+        return (Path("/proc") / str(pid) / "stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def test_a_cancelled_run_leaves_nothing_behind(started):
+    process, out = started
+    tools = children(process.pid)
+    assert tools
+    process.send_signal(signal.SIGINT)  # what qgis_process takes as Cancel
+    said = process.communicate(timeout=30)
+    assert process.returncode != 0
+    assert "Canceled" in said[1]
+    wait_until_gone(tools)
+    assert list(out.iterdir()) == []
+
+
+def test_the_tool_ends_when_qgis_dies(started):
+    process, out = started
+    tools = children(process.pid)
+    os.kill(process.pid, signal.SIGKILL)
+    process.wait(20)
+    wait_until_gone(tools)
+    assert not (out / "run").exists()
