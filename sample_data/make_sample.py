@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import rasterio
 
-from deadwood_algorithms import sample_slope
+from deadwood_algorithms import sample_slope, styles
 from deadwood_algorithms.layers import Grid, write_vector
 from deadwood_algorithms.sample_layers import layers_to_try, sample_layers
 
@@ -44,6 +44,7 @@ def write_terrain(path: Path, grid: Grid) -> None:
         target.write(centimetres, 1)
         target.scales, target.offsets = (0.01,), (base,)
         target.set_band_unit(1, "m")
+    styles.store_beside(path, styles.of_raster(path.stem, grid.values, "m"))
 
 
 def write_rock(path: Path, *sides: float) -> None:

@@ -292,7 +292,7 @@ def _view_3d(
 ) -> str:
     """A 3-D view over the terrain, seen from the south; from QGIS 3.24 on it waits closed in View > 3D Map Views."""
     west, south, east, north = extent
-    far = 1.6 * max(east - west, north - south)
+    far = 1.8 * max(east - west, north - south)
     listed = (each for each in every if each.name in SOLID or each.name in DRAPED)
     layers = "".join(f"<layer id={quoteattr(each.id)}/>" for each in listed)
     return (

@@ -13,7 +13,7 @@ from qgis.core import (
 )
 from qgis.PyQt.QtGui import QIcon
 
-from . import child, results
+from . import child, help_text, results
 from .definitions import LAYER, OPEN, definitions, help_of, is_hidden, part_name, part_outputs
 from .finding import HERE
 from .inputs import Inputs
@@ -55,7 +55,7 @@ class ToolAlgorithm(QgsProcessingAlgorithm):
 
     def shortHelpString(self) -> str:
         """The panel beside the dialog: the tool's description, and the help of each parameter."""
-        paragraphs = [html.escape(part) for part in self.told["description"].split("\n\n")]
+        paragraphs = help_text.paragraphs(self.told)
         rows = [
             f"<b>{html.escape(each['label'])}</b>: {html.escape(help_of(each))}"
             for each in self.told["parameters"]

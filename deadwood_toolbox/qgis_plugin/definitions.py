@@ -40,7 +40,7 @@ GEOMETRIES = {
     "polygon": Source.TypeVectorPolygon,
 }
 LARGEST_SPIN = 2**31 - 1  # of a spin box of whole numbers
-DECIMALS = 6
+DECIMALS = 4
 OPEN = "OPEN_RESULTS"
 LAYER = "_LAYER"  # ends the second parameter of a number that may be a layer
 

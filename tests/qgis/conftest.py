@@ -65,6 +65,7 @@ class Qgis:
         own = {"PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV", "QGIS_PREFIX_PATH"}
         self.environment = {name: value for name, value in os.environ.items() if name not in own} | {
             "QT_QPA_PLATFORM": "offscreen",
+            "GDAL_PAM_ENABLED": "NO",  # or GDAL leaves its statistics beside the sample
             "XDG_RUNTIME_DIR": str(runtime),
             "QGIS_CUSTOM_CONFIG_PATH": str(folder / "profile"),
             "QGIS_PLUGINPATH": str(folder / "plugins"),
@@ -98,15 +99,19 @@ class Qgis:
         return self("--json", "run", algorithm, "--", *(f"{name}={value}" for name, value in parameters.items()))
 
 
-@pytest.fixture(scope="session")
-def tool(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def command_of_checkout(folder: Path) -> Path:
     """A ``deadwood-tool`` that runs this checkout, as the script of an installed one would."""
-    script = tmp_path_factory.mktemp("bin") / "deadwood-tool"
+    script = folder / "deadwood-tool"
     paths = os.pathsep.join(str(ROOT / each) for each in ("", "engine", "algorithms"))
     words = ["env", f"PYTHONPATH={paths}", sys.executable, "-m", "deadwood_toolbox"]
     script.write_text(f'#!/bin/sh\nexec {shlex.join(words)} "$@"\n', encoding="utf-8")
     script.chmod(script.stat().st_mode | stat.S_IXUSR)
     return script
+
+
+@pytest.fixture(scope="session")
+def tool(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return command_of_checkout(tmp_path_factory.mktemp("bin"))
 
 
 @pytest.fixture(scope="session")

@@ -1,0 +1,97 @@
+"""A first run in QGIS's window: the toolbox, a dialog, and results that arrive styled, named and grouped."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+from PIL import Image
+
+from deadwood_toolbox.shelf import TOOLS
+
+HERE = Path(__file__).parent
+PAGE = HERE.parents[1] / "deadwood_toolbox" / "qgis_plugin"
+no_screen = shutil.which("Xvfb") is None and os.environ.get("DEADWOOD_QGIS") != "required"
+
+
+@pytest.fixture(scope="module")
+def seen(qgis, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    if no_screen:
+        pytest.skip("Xvfb is not installed")
+    spec = importlib.util.spec_from_file_location("window", HERE / "window.py")
+    assert spec is not None
+    assert spec.loader is not None
+    window = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(window)
+    work, shots = tmp_path_factory.mktemp("work"), tmp_path_factory.mktemp("shots")
+    told = window.first_run(qgis.environment, HERE.parents[1] / "sample_data", work, shots, full=False)
+    assert "error" not in told, told["error"]
+    return told | {"shots": shots}
+
+
+def named(rows: list[dict[str, Any]], name: str) -> dict[str, Any]:
+    return next(each for each in rows if each.get("name", each.get("group")) == name)
+
+
+def test_the_toolbox_shows_every_tool_in_its_group(seen):
+    expected: dict[str, list[str]] = {"Check installation": []}
+    for tool in TOOLS:
+        if tool.in_qgis:
+            expected.setdefault(tool.group, []).append(tool.label)
+    assert seen["toolbox"] == {group: sorted(labels) for group, labels in expected.items()}
+
+
+def test_the_results_of_a_run_arrive_styled_and_in_a_group_of_their_own(seen):
+    assert seen["dialog"] == "Slide logs"
+    assert seen["worked"]
+    group = seen["tree"][0]
+    assert group["group"] == "Slide logs: first_run"
+    layers = group["layers"]
+    assert all(each["valid"] for each in layers)
+    assert [each["name"] for each in layers if each["shown"]] == ["Reach", "Deposits", "Hit count"]
+    looks = {each["name"]: (each["look"], each.get("field")) for each in layers}
+    assert looks["Deposits"] == ("categorizedSymbol", "stop_reason")
+    assert looks["Trajectories"] == ("graduatedSymbol", "speed_max_ms")
+    assert looks["Hit count"][0] == "singlebandpseudocolor"
+    kinds = ["raster" if "field" not in each else "vector" for each in layers]
+    assert kinds == sorted(kinds, reverse=True)  # no raster above a layer
+    assert named(seen["tree"], "Trees")["field"] == "dbh_cm"
+
+
+def test_the_project_of_the_run_opens_with_everything_in_place(seen):
+    groups = [each["group"] for each in seen["project"] if "group" in each]
+    assert groups == ["Results", "Animation", "Scene", "Rasters"]
+    every = [each for group in seen["project"] if "group" in group for each in group["layers"]]
+    assert all(each["valid"] for each in every)
+    assert named(seen["project"], "Terrain") == {"name": "Terrain", "shown": True, "valid": True, "look": "hillshade"}
+    assert named(every, "Logs in motion")["temporal"]
+    assert {each["name"] for each in every if each.get("solid")} == {
+        "Logs at rest",
+        "Barriers",
+        "Trees",
+        "Trajectories",
+    }
+    assert seen["frames"] > 20
+    assert seen["views"] <= 1  # from 3.24 on the 3-D view waits in the menu
+
+
+@pytest.mark.parametrize("name", ["toolbox", "dialog", "log", "results", "animation"])
+def test_the_pictures_show_something(seen, name):
+    with Image.open(seen["shots"] / f"{name}.png") as picture:
+        assert min(picture.size) >= 600
+        colours = picture.convert("RGB").quantize(16).getcolors()
+    assert colours is not None
+    assert max(count for count, _ in colours) < 0.9 * picture.width * picture.height
+
+
+def test_the_pages_pictures_are_there_and_small():
+    page = (PAGE / "README.md").read_text(encoding="utf-8")
+    pictures = sorted((PAGE / "pictures").glob("*.png"))
+    assert pictures
+    for each in pictures:
+        assert f"(pictures/{each.name})" in page
+        assert each.stat().st_size < 150_000

@@ -1,0 +1,101 @@
+"""QGIS with its window on a screen that nobody sees (Xvfb), for the test of a first run and for the page's pictures.
+
+``python tests/qgis/window.py`` makes the pictures of the plugin's page anew, from a real first run.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+HERE = Path(__file__).parent
+ROOT = HERE.parents[1]
+PICTURES = ROOT / "deadwood_toolbox" / "qgis_plugin" / "pictures"
+QGIS = shutil.which("qgis.bin") or shutil.which("qgis")
+LIMIT_S = 300
+LARGEST_BYTES = 150_000
+WIDTH_PX = 1100
+
+
+@contextlib.contextmanager
+def screen() -> Iterator[str]:
+    """A screen of its own; gives the value of DISPLAY."""
+    read, write = os.pipe()
+    words = ["Xvfb", "-displayfd", str(write), "-screen", "0", "1400x900x24", "-nolisten", "tcp"]
+    server = subprocess.Popen(words, pass_fds=(write,), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    os.close(write)
+    manager = None
+    try:
+        with os.fdopen(read) as told:
+            display = f":{told.readline().strip()}"
+        if shutil.which("openbox"):  # without one windows have no frame and dialogs no place
+            quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+            manager = subprocess.Popen(["openbox"], env={**os.environ, "DISPLAY": display}, **quiet)  # type: ignore[call-overload]
+        yield display
+    finally:
+        for each in (manager, server):
+            if each is not None:
+                each.terminate()
+                each.wait(20)
+
+
+def first_run(environment: dict[str, str], sample: Path, work: Path, shots: Path, *, full: bool) -> dict[str, Any]:
+    """Drive QGIS through a first run; what was seen, the pictures in ``shots``."""
+    assert QGIS is not None
+    own = {"SAMPLE": str(sample), "WORK": str(work), "SHOTS": str(shots), "GDAL_PAM_ENABLED": "NO"}
+    with screen() as display:
+        environment = {name: value for name, value in environment.items() if name != "QT_QPA_PLATFORM"}
+        environment |= own | {"DISPLAY": display} | ({"FULL": "1"} if full else {})
+        words = [QGIS, "--nologo", "--noversioncheck", "--code", str(HERE / "first_run.py")]
+        ran = subprocess.run(words, env=environment, capture_output=True, text=True, timeout=LIMIT_S)
+    told = work / "seen.json"
+    assert told.exists(), ran.stderr[-3000:]
+    return json.loads(told.read_text(encoding="utf-8"))
+
+
+def small(source: Path, target: Path) -> None:
+    """A picture narrow enough for a page, in as many colours as fit into the limit."""
+    from PIL import Image
+
+    with Image.open(source) as taken:
+        picture = taken.convert("RGB")
+    if picture.width > WIDTH_PX:
+        picture = picture.resize((WIDTH_PX, round(picture.height * WIDTH_PX / picture.width)))
+    for colours in (256, 128, 64, 32, 16):
+        picture.quantize(colours, dither=Image.Dither.NONE).save(target, optimize=True)
+        if target.stat().st_size < LARGEST_BYTES:
+            return
+    picture = picture.resize((picture.width * 3 // 4, picture.height * 3 // 4))
+    picture.quantize(32, dither=Image.Dither.NONE).save(target, optimize=True)
+
+
+def main() -> None:
+    sys.path.insert(0, str(HERE))
+    sys.path[:0] = [str(ROOT / each) for each in ("", "engine", "algorithms")]
+    from conftest import SAMPLE, Qgis, command_of_checkout
+
+    # Not in /tmp, whose layers QGIS marks as temporary.
+    with tempfile.TemporaryDirectory(dir="/var/tmp", prefix="deadwood-") as place:
+        folder = Path(place)
+        for name in ("work", "shots"):
+            (folder / name).mkdir()
+        qgis = Qgis(folder, command_of_checkout(folder))
+        qgis.install()
+        seen = first_run(qgis.environment, SAMPLE, folder / "work", folder / "shots", full=True)
+        assert "error" not in seen, seen["error"]
+        PICTURES.mkdir(exist_ok=True)
+        for shot in sorted((folder / "shots").glob("*.png")):
+            small(shot, PICTURES / shot.name)
+            print(f"wrote {PICTURES / shot.name}")
+
+
+if __name__ == "__main__":
+    main()
