@@ -23,15 +23,10 @@ WAIT_MS = 300_000
 seen: dict[str, Any] = {}
 
 
-def picture(name: str, widget: Any = None) -> None:
-    """The whole screen, or one window of it."""
+def picture(name: str, window: Any) -> None:
     if SHOTS:
         QApplication.processEvents()
-        if widget is None:
-            shot = QApplication.primaryScreen().grabWindow(0)
-        else:
-            shot = widget.grab()
-        shot.save(f"{SHOTS}/{name}.png")
+        window.grab().save(f"{SHOTS}/{name}.png")
 
 
 def dock(name: str) -> QDockWidget:
@@ -68,7 +63,8 @@ def steps() -> Iterator[int]:
         made = QgsVectorLayer(f"{SAMPLE}/sample.gpkg|layername={layer}", title)
         made.loadDefaultStyle()
         project.addMapLayer(made)
-    iface.mainWindow().resize(1280, 860)
+    iface.mainWindow().resize(1160, 780)
+    iface.mainWindow().move(0, 20)
     iface.zoomFull()
     yield 2500
 
@@ -89,7 +85,7 @@ def steps() -> Iterator[int]:
                 child = model.index(k, 0, provider)
                 names = [model.index(i, 0, child).data() for i in range(model.rowCount(child))]
                 seen["toolbox"][child.data()] = names
-    picture("toolbox")
+    picture("toolbox", iface.mainWindow())
     yield 200
 
     ran = processing.run(
@@ -168,10 +164,12 @@ def steps() -> Iterator[int]:
         picture("animation", iface.mainWindow())
         for each in views if os.environ.get("FULL") else []:
             each.show()
-            each.resize(1240, 780)
+            each.resize(1160, 780)
             each.move(20, 40)
             yield 30_000
-            picture("view_3d")
+            # What OpenGL draws is only on the screen, not in the widget.
+            shot = QApplication.primaryScreen().grabWindow(0)
+            shot.copy(each.frameGeometry()).save(f"{SHOTS}/view_3d.png")
 
 
 def go(run: Iterator[int]) -> None:

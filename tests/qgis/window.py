@@ -22,7 +22,6 @@ PICTURES = ROOT / "deadwood_toolbox" / "qgis_plugin" / "pictures"
 QGIS = shutil.which("qgis.bin") or shutil.which("qgis")
 LIMIT_S = 300
 LARGEST_BYTES = 150_000
-WIDTH_PX = 1100
 
 
 @contextlib.contextmanager
@@ -62,19 +61,22 @@ def first_run(environment: dict[str, str], sample: Path, work: Path, shots: Path
 
 
 def small(source: Path, target: Path) -> None:
-    """A picture narrow enough for a page, in as many colours as fit into the limit."""
+    """A picture that fits into the limit: fewer colours first, among them the rare ones, then fewer pixels."""
     from PIL import Image
 
     with Image.open(source) as taken:
-        picture = taken.convert("RGB")
-    if picture.width > WIDTH_PX:
-        picture = picture.resize((WIDTH_PX, round(picture.height * WIDTH_PX / picture.width)))
-    for colours in (256, 128, 64, 32, 16):
-        picture.quantize(colours, dither=Image.Dither.NONE).save(target, optimize=True)
-        if target.stat().st_size < LARGEST_BYTES:
-            return
-    picture = picture.resize((picture.width * 3 // 4, picture.height * 3 // 4))
-    picture.quantize(32, dither=Image.Dither.NONE).save(target, optimize=True)
+        whole = taken.convert("RGB")
+    for width in (1000, 900, 800, 700, 600):
+        picture = whole
+        if picture.width > width:
+            size = (width, round(whole.height * width / whole.width))
+            picture = whole.resize(size, Image.Resampling.LANCZOS)
+        for colours in (128, 64):
+            method = Image.Quantize.MAXCOVERAGE
+            picture.quantize(colours, method=method, kmeans=10, dither=Image.Dither.NONE).save(target, optimize=True)
+            if target.stat().st_size < LARGEST_BYTES:
+                return
+    raise SystemExit(f"{source} cannot be made small enough")
 
 
 def main() -> None:
