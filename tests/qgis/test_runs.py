@@ -16,7 +16,6 @@ DEM = SAMPLE / "dem.tif"
 LAYERS = SAMPLE / "sample.gpkg"
 # In the order of the work: what the command line has made of one is the input of the next. {work} is its folder.
 CASES: dict[str, dict[str, object]] = {
-    "assess-mobilisation": {"dem": DEM, "friction": 0.3},
     "sample-releases": {"areas": f"{LAYERS}|layername=release_area", "dem": DEM, "count": 24},
     "import-trees": {"trees": SAMPLE / "trees.csv", "dem": DEM, "id_field": "tree_id"},
     "generate-forest": {"dem": DEM, "stand": f"{LAYERS}|layername=forest", "like": "{work}/import-trees.gpkg"},
@@ -37,7 +36,6 @@ CASES: dict[str, dict[str, object]] = {
     "count-hits": {"run": "{work}/slide-logs", "cell_m": 2.0, "stop_reason": "tree,rest,barrier"},
     "reach-lines": {"run": "{work}/slide-logs", "lines": f"{LAYERS}|layername=lines"},
     "lateral-spread": {"deposits": "{work}/slide-logs/run.gpkg|layername=deposits"},
-    "fit-flight": {"dem": DEM, "flights": "{work}/marks.csv", "dbh_cm": 30.0, "length_m": 15.0},
     "compare-scenarios": {"runs": "{work}/slide-logs,{work}/slide-logs-bare"},
     "calibrate-friction": {
         "dem": DEM,
@@ -72,8 +70,6 @@ def test_every_tool_has_its_case():
 def work(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """What the command line makes of all cases."""
     folder = tmp_path_factory.mktemp("command")
-    marks = "flight_id,role,x,y\na,takeoff,2786080,1196199\na,landing,2786080,1196162\n"
-    (folder / "marks.csv").write_text(marks, encoding="utf-8")
     for name, values in CASES.items():
         case = filled(name, values, folder)
         assert cli.run([name, *words_of(case), "--quiet"]) == 0, name
