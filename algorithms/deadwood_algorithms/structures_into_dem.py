@@ -16,12 +16,11 @@ from rasterio.enums import MaskFlags
 
 from deadwood_algorithms.dem_windows import DemWindows, WindowWriter
 from deadwood_algorithms.earthworks import build
-from deadwood_algorithms.grid import Grid
 from deadwood_algorithms.rasters import geotiff_profile
 from deadwood_algorithms.structures_from_layer import Plan
 from deadwood_algorithms.tool import Cancelled, Feedback, UserError
 
-WINDOW_CELLS = 2**18  # worked on at once: a dozen arrays of 2 MiB
+WINDOW_CELLS = 2**17  # worked on at once: some twenty arrays of 1 MiB
 COARSE_STEP_M = 0.1  # a DEM in steps above this shows no crest as it was meant
 
 
@@ -73,16 +72,10 @@ def _build_into(raw: NDArray[Any], rows: slice, dem: DemWindows, plans: Sequence
         for start in range(first, last, width):
             columns = slice(start, min(start + width, last))
             part = raw[near.start - rows.start : near.stop - rows.start, columns]
-            ground = _ground(part, dem.grid(near, columns), dem)
-            changed = build(plan.structure, ground, plan.work)
-            part[changed] = _stored(ground.values[changed], dem, plan.at)
-
-
-def _ground(part: NDArray[Any], original: Grid, dem: DemWindows) -> Grid:
-    """What stands there now: the numbers of the strip as heights, outside where the DEM is."""
-    scale, offset = np.float64(dem.source.scales[0]), np.float64(dem.source.offsets[0])
-    original.values[:] = np.where(np.isnan(original.values), np.nan, part * scale + offset)
-    return original
+            original = dem.grid(near, columns)
+            current = part * np.float64(dem.source.scales[0]) + dem.source.offsets[0]
+            changed = build(plan.structure, original, current, plan.work, dem.around)
+            part[changed] = _stored(current[changed], dem, plan.at)
 
 
 def _stored(heights: NDArray[np.float64], dem: DemWindows, at: str) -> NDArray[Any]:

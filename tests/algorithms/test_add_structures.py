@@ -57,6 +57,9 @@ class Built:
         self.rows = gpd.read_file(self.table)
         self.fill, self.cut = (self.outcome.facts[name] for name in ("fill_m3", "cut_m3"))
 
+    def area_of_change(self) -> float:
+        return float((self.moved != 0).sum()) * self.cell**2
+
     @property
     def moved(self) -> np.ndarray:
         return self.new.astype(float) - self.old
@@ -367,6 +370,41 @@ def test_a_side_that_never_meets_the_ground_is_refused(tmp_path):
     built = Built(tmp_path, slope_deg=44.0, **values)
     low = np.flatnonzero(built.moved[:, 110].round(6))[0]
     assert 85 - (low + 0.5) * CELL == pytest.approx(1.5 + 25.7, abs=CELL)
+
+
+@pytest.mark.parametrize("kind", ["embankment", "ditch"])
+def test_a_side_ends_where_it_first_meets_the_ground(tmp_path, kind):
+    """On a terrace above a cliff: beyond its edge the plane of the side comes into the air again, and stays empty."""
+    sign = 1.0 if kind == "embankment" else -1.0
+    y = (np.arange(NY)[::-1, None] + 0.5) * CELL
+    terrace = 1000.0 + sign * np.where(y > 40.0, 0.0, np.maximum(-60.0, 2.5 * (y - 40.0))) + np.zeros((NY, NX))
+    line = LineString([(40.0, 55.0), (80.0, 55.0)])
+    lines = write_lines(tmp_path / "lines.gpkg", [line], height_m=[4.0], kind=[kind])
+    dem = write_dem(tmp_path / "dem.tif", values=terrace)
+    built = Built(tmp_path, dem=dem, structures=lines)
+    bound = sampling_error(line, 2.0, 4.0, 1.0, CELL)
+    moved = built.fill if kind == "embankment" else built.cut
+    assert moved == pytest.approx(level_volume(line, 2.0, 4.0, 1.0), abs=bound)
+    assert (built.moved[: round(50.0 / CELL) - 1] == 0).all()
+    # Without the terrace between, the same side does reach far down.
+    near = write_lines(tmp_path / "near.gpkg", [LineString([(40.0, 42.0), (80.0, 42.0)])], height_m=[4.0], kind=[kind])
+    far = Built(tmp_path, dem=dem, structures=near)
+    assert far.area_of_change() > 2 * built.area_of_change()
+
+
+def test_many_vertices_and_a_long_reach_change_nothing(tmp_path):
+    """The same line in 2 and in 400 segments; sides are followed step by step, or at once where a window ends."""
+    dem = write_dem(tmp_path / "dem.tif", (0.0, 0.9))
+    coarse = LineString([(35.0, 70.0), (85.0, 70.0)])
+    fine = shapely.segmentize(coarse, 0.125)
+    shared = {"height_m": 2.0, "slope_deg": 44.5, "max_reach_m": 80.0}
+    one, other = (
+        Built(tmp_path, dem=dem, structures=write_lines(tmp_path / f"{k}.gpkg", [line]), **shared)
+        for k, line in enumerate((coarse, fine))
+    )
+    assert other.new == pytest.approx(one.new, abs=1e-6)
+    low = np.flatnonzero(one.moved[:, 120] > 1e-6)[0]
+    assert 70.0 - (low + 0.5) * CELL > 12.0 + 12.0  # beyond the first reach and the second
 
 
 def test_what_is_odd_is_said(tmp_path, said):
