@@ -100,14 +100,19 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     sweep = coefficients(ask.friction)
     did = refuse_unclear(ask)
     with output_folder(ask.output, ask.overwrite) as folder:
-        layers, releases = read_released_scene(replace(ask, friction=str(sweep[0]), lines=None), feedback)
-        layers, watched = friction_runs.watch(layers, ask.reached, ask.not_reached, ask.lines, feedback)
+        least = replace(ask, friction=str(sweep[0]))  # with it logs go farthest: the window that they need
+        layers, releases = read_released_scene(least, feedback, windowed=True)
+        slope = friction_runs.Slope.of(layers, ask.reached, ask.not_reached, feedback)
         logs = releases.take(hash_order(releases.logs.log_id, ask.seed)[: ask.logs])
         warn_of_cells(layers.dem.cell, feedback)
         observed = friction_runs.read_observed(ask.observed, layers, logs, feedback) if ask.observed else None
 
         fidelity = FIDELITIES[ask.fidelity]
-        slid = [friction_runs.slide_with(mu, ask, fidelity, layers, logs, feedback) for mu in sweep]
+        slid = []
+        for mu in sweep:
+            one, slope = friction_runs.slide_with(mu, least, fidelity, slope, logs, feedback)
+            slid.append(one)
+        layers, watched = slope.layers, slope.watched
         if observed:
             outcomes = friction_runs.outcomes_of_deposits(observed, slid, ask.error_m)
         else:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import shapely
@@ -12,12 +12,15 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.friction_score import Outcome
 from deadwood_algorithms.layers import id_column, read_vector, where_of
-from deadwood_algorithms.released_scene import ReleasedScene, threads_of
 from deadwood_algorithms.releases_from_layer import Releases
 from deadwood_algorithms.run_results import reached
 from deadwood_algorithms.scene_from_layers import Items, SceneLayers, read_lines
-from deadwood_algorithms.tool import Cancelled, Feedback, UserError
-from deadwood_engine import STOP_REASONS, Fidelity, Interrupted, Lines, Scene, segments_of, slide
+from deadwood_algorithms.scene_window import wider_scene
+from deadwood_algorithms.tool import Cancelled, Feedback, Quiet, UserError
+from deadwood_engine import STOP_REASONS, Fidelity, Interrupted, Lines, Result, Scene, Segments, segments_of, slide
+
+if TYPE_CHECKING:
+    from deadwood_algorithms.calibrate_friction import Ask
 
 Array = NDArray[np.float64]
 AT_REST = [STOP_REASONS.index(name) for name in ("rest", "tree", "barrier")]
@@ -51,30 +54,51 @@ class Watched:
     own: NDArray[np.int64]
 
 
-def watch(
-    layers: SceneLayers, reached_path: str | None, not_reached_path: str | None, lines: str | None, feedback: Feedback
-) -> tuple[SceneLayers, Watched]:
-    """The scene with the lines of the event besides the user's own."""
-    paths, ids, shapes, rows = [], [], [], []
-    columns = []
-    for path in (reached_path, not_reached_path, lines):
-        marks, items = read_lines(path, layers.dem, feedback)
-        columns.append(np.arange(len(ids), len(ids) + len(items.ids)))
-        rows.append(items.item + len(ids))
-        ids += items.ids
-        shapes += list(items.geometry)
-        paths.append(marks)
-    vertices = np.concatenate([each.vertices for each in paths])
-    sizes = np.concatenate([np.diff(each.starts) for each in paths])
-    starts = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
-    geometry = np.empty(len(ids), object)
-    geometry[:] = shapes
-    scene = layers.scene
-    terrain = scene.arrays.terrain
-    segments = segments_of(Lines(vertices, starts), terrain.x0, terrain.y0)
-    watched = replace(scene, arrays=scene.arrays._replace(lines=segments), line_count=starts.size - 1)
-    items = Items(ids, geometry, np.concatenate(rows))
-    return replace(layers, scene=watched, lines=items), Watched(items, *columns)
+@dataclass(frozen=True)
+class Slope:
+    """The scene with the event's lines besides the user's own; of a large DEM on the window that logs reach."""
+
+    layers: SceneLayers
+    watched: Watched
+
+    @staticmethod
+    def of(layers: SceneLayers, reached_path: str | None, not_reached_path: str | None, feedback: Feedback) -> Slope:
+        """Put the event's lines before those of the scene, whose last ones watch the sides of the window."""
+        ids, shapes, rows, columns = [], [], [], []
+        vertices, sizes = [np.zeros((0, 2))], [np.zeros(0, np.int64)]
+        for path in (reached_path, not_reached_path):
+            marks, items = read_lines(path, layers.dem, feedback)
+            columns.append(np.arange(len(ids), len(ids) + len(items.ids)))
+            rows.append(items.item + len(ids))
+            ids += items.ids
+            shapes += list(items.geometry)
+            vertices.append(marks.vertices.reshape(-1, 2))
+            sizes.append(np.diff(marks.starts))
+        own = layers.lines
+        columns.append(np.arange(len(ids), len(ids) + len(own.ids)))
+        rows.append(own.item + len(ids))
+        ids, shapes = [*ids, *own.ids], [*shapes, *own.geometry]
+        for path in paths_of_segments(layers.scene.arrays.lines):
+            vertices.append(path)
+            sizes.append(np.array([len(path)]))
+        geometry = np.empty(len(ids), object)
+        geometry[:] = shapes
+        items = Items(ids, geometry, np.concatenate(rows))
+        starts = np.concatenate([[0], np.cumsum(np.concatenate(sizes))]).astype(np.int64)
+        lines = Lines(np.concatenate(vertices), starts)
+        scene, terrain = layers.scene, layers.scene.arrays.terrain
+        arrays = scene.arrays._replace(lines=segments_of(lines, terrain.x0, terrain.y0))
+        scene = replace(scene, arrays=arrays, line_count=starts.size - 1)
+        return Slope(replace(layers, scene=scene, lines=items), Watched(items, *columns))
+
+
+def paths_of_segments(segments: Segments) -> list[Array]:
+    """The lines that were cut into these segments, in world coordinates [m]."""
+    paths = []
+    for line in range(segments.lines):
+        ends = segments.ends[segments.owner == line]
+        paths.append(np.add(np.vstack([ends[:1, :2], ends[:, 2:]]), (segments.x0, segments.y0)))
+    return paths
 
 
 def with_friction(scene: Scene, friction: float) -> Scene:
@@ -84,9 +108,36 @@ def with_friction(scene: Scene, friction: float) -> Scene:
 
 
 def slide_with(
-    friction: float, ask: ReleasedScene, fidelity: Fidelity, layers: SceneLayers, logs: Releases, feedback: Feedback
-) -> Slid:
-    """Slide the logs with one coefficient."""
+    friction: float, ask: Ask, fidelity: Fidelity, slope: Slope, logs: Releases, feedback: Feedback
+) -> tuple[Slid, Slope]:
+    """Slide the logs with one coefficient; also returns the slope that they needed, on a wider window or the same.
+
+    ``ask`` holds one coefficient, with which the scene is read; it is exchanged before the logs are slid.
+    """
+    while True:
+        result = _slide(friction, ask, fidelity, slope.layers, logs, feedback)
+        sides = slope.layers.escaped(result)
+        if not sides:
+            break
+        wider = wider_scene(ask, slope.layers, sides, feedback)
+        slope = Slope.of(wider, ask.reached, ask.not_reached, Quiet())
+    result = slope.layers.without_watch(result)
+    end, start = result.end_position, result.release_position
+    slid = Slid(
+        friction=friction,
+        x=end[:, 0],
+        y=end[:, 1],
+        runout=np.hypot(*(end - start)[:, :2].T),
+        speed_max=result.speed_max,
+        stop_reason=result.stop_reason,
+        reach=reached(slope.layers.lines, {"reach": result.reach}, logs),
+    )
+    return slid, slope
+
+
+def _slide(
+    friction: float, ask: Ask, fidelity: Fidelity, layers: SceneLayers, logs: Releases, feedback: Feedback
+) -> Result:
     what = f"sliding at friction {friction:g}"
 
     def report(done: int) -> bool:
@@ -101,22 +152,13 @@ def slide_with(
             restitution=ask.restitution,
             time_limit=ask.time_limit,
             rest_speed=ask.rest_speed,
-            threads=threads_of(ask.threads),
+            threads=layers.threads,
             report=report,
         )
     except (Interrupted, KeyboardInterrupt) as error:
         raise Cancelled from error
     feedback.progress(len(logs), len(logs), what)
-    end, start = result.end_position, result.release_position
-    return Slid(
-        friction=friction,
-        x=end[:, 0],
-        y=end[:, 1],
-        runout=np.hypot(*(end - start)[:, :2].T),
-        speed_max=result.speed_max,
-        stop_reason=result.stop_reason,
-        reach=reached(layers.lines, {"reach": result.reach}, logs),
-    )
+    return result
 
 
 @dataclass(frozen=True)

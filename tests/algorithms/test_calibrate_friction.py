@@ -16,7 +16,7 @@ import rasterio
 import shapely
 from rasterio.transform import from_origin
 
-from deadwood_algorithms import calibrate_friction
+from deadwood_algorithms import calibrate_friction, dem_reach, scene_window
 from deadwood_algorithms.calibrate_friction import coefficients
 from deadwood_algorithms.tool import Cancelled, Quiet, UserError
 
@@ -257,6 +257,25 @@ def test_observed_deposits_that_are_none(plane, tmp_path):
     line = write_layer(tmp_path / "line.gpkg", [shapely.LineString([(1, 2), (3, 4)])])
     with pytest.raises(UserError, match="must be point or polygons"):
         calibrate_friction.TOOL(**plane.values(tmp_path / "out", observed=line))
+
+
+def test_on_the_window_of_a_large_dem_it_finds_the_same(plane, tmp_path, said, monkeypatch):
+    """The first window is made too small, so it grows; lines of all three kinds are watched."""
+    v = {"reached": 70.0, "not_reached": 40.0, "lines": 60.0}
+    lines = {
+        name: write_layer(tmp_path / f"{name}.gpkg", [shapely.LineString([(1, at), (59, at)])], line_id=[name])
+        for name, at in v.items()
+    }
+    values = plane.values(tmp_path / "whole", **lines, friction="0.45,0.55", event_logs=3)
+    whole, _ = calibrate(values)
+    monkeypatch.setattr(dem_reach, "BLOCK_CELLS", 8)
+    monkeypatch.setattr(scene_window, "WHOLE_CELLS", 100)
+    monkeypatch.setattr(scene_window, "SLOPE_LEAST", 20.0)
+    monkeypatch.setattr(scene_window, "SLOPE_MOST", 20.0)
+    window, _ = calibrate(values | {"output": str(tmp_path / "window")}, said)
+    assert any("is read wider" in note for note in said.notes)
+    assert np.allclose(whole.to_numpy(float), window.to_numpy(float), rtol=1e-9, equal_nan=True)
+    assert 0.0 < window["reach_lines"].iloc[-1] <= 1.0
 
 
 class StopAt(Quiet):
