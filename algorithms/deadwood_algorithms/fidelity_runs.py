@@ -22,7 +22,14 @@ from deadwood_engine.result import Result
 def compile_kernels(layers: SceneLayers, logs: Releases) -> None:
     """Slide one log for a moment: what is compiled or loaded once must not count as the first fidelity's cost."""
     one = logs.logs.take(slice(0, 1))
-    slide(layers.scene, one, FIDELITIES["draft"], time_limit=0.1, rasters=Rasters.allocate(layers.scene, 1))
+    slide(
+        layers.scene,
+        one,
+        FIDELITIES["draft"],
+        time_limit=0.1,
+        rasters=Rasters.allocate(layers.scene, 1),
+        shape=layers.shape,
+    )
 
 
 def slide_at(
@@ -92,6 +99,7 @@ def _slide_halves(
                 threads=layers.threads,
                 rasters=rasters,
                 report=report,
+                shape=layers.shape,
             )
         except (Interrupted, KeyboardInterrupt) as error:
             raise Cancelled from error

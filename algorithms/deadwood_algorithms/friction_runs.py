@@ -154,6 +154,7 @@ def _slide(
             rest_speed=ask.rest_speed,
             threads=layers.threads,
             report=report,
+            shape=layers.shape,
         )
     except (Interrupted, KeyboardInterrupt) as error:
         raise Cancelled from error

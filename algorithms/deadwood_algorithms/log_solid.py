@@ -66,23 +66,10 @@ def frustum(diameter: float, length: float, taper: float, vertices: int, rings: 
     return points, np.concatenate([base, sides, tip])
 
 
-def of_triangles(points: Array, triangles: NDArray[np.int64]) -> tuple[float, Array, Array]:
-    """Volume [m3], centre [m] and inertia about the centre, per density [m5], of the solid in closed triangles.
-
-    Sums over the tetrahedra between the triangles and the origin, with their sign (Tonon 2004 has the moments).
-    """
-    a, b, c = points[triangles].transpose(1, 0, 2)
-    six = np.einsum("ij,ij->i", a, np.cross(b, c))  # six times the volume of each tetrahedron
-    s = a + b + c
-    volume = six.sum() / 6.0
-    centre = six @ s / 24.0 / volume
-    second = sum(np.einsum("i,ij,ik->jk", six, each, each) for each in (s, a, b, c)) / 120.0
-    second -= volume * np.outer(centre, centre)
-    return float(volume), centre, np.trace(second) * np.eye(3) - second
-
-
 def of_solid(points: Array, triangles: NDArray[np.int64], density: float) -> MassProperties:
     """Of the inscribed frustum whose base lies at z = 0."""
+    from deadwood_engine.hull import of_triangles
+
     volume, centre, inertia = of_triangles(points, triangles)
     axial, transverse = density * inertia[2, 2], density * 0.5 * (inertia[0, 0] + inertia[1, 1])
     return MassProperties(volume, density * volume, float(centre[2]), float(axial), float(transverse))

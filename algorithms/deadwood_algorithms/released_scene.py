@@ -48,7 +48,14 @@ class ReleasedScene:
         help="Without it, a layer that does not cover the DEM is refused.",
     )
     restitution: float = tool.number("Normal restitution of impacts", default=0.0, minimum=0.0, maximum=1.0)
-    shape: str = tool.choice("Shape of the logs", "cone", default="cone", advanced=True)
+    shape: str = tool.text(
+        "Shape of what slides: cone, or a file of points",
+        default="cone",
+        advanced=True,
+        help="A .pts file (x y z a line, metres, no header) lets the convex hull of its points slide instead of logs: "
+        "rocks, or logs as rings of vertices. dbh_cm and length_m of the releases then do not count, the density does; "
+        "its z axis takes the place of a log's axis.",
+    )
     time_limit: float = tool.number("Longest run of a log", unit="s", default=300.0, minimum=0.0, exclusive=True)
     rest_speed: float = tool.number(
         "Speed below which a log may be at rest", unit="m/s", default=0.1, minimum=0.0, exclusive=True, advanced=True
@@ -90,6 +97,7 @@ def read_released_scene(
     from deadwood_algorithms.layers import read_vector
     from deadwood_algorithms.releases_from_layer import releases_of
     from deadwood_algorithms.scene_window import part_of, scene_on
+    from deadwood_algorithms.shape_from_file import as_shape
 
     with open_windows(ask.dem, crs=ask.crs, feedback=feedback, look_through=False) as dem:
         releases = read_vector(
@@ -98,7 +106,8 @@ def read_released_scene(
         defaults = {name: getattr(ask, name) for name in DEFAULTED}
         part = part_of(dem, releases, defaults, ask.friction) if windowed else None
         layers = scene_on(ask, dem, part, feedback)
-    return layers, releases_of(releases, layers.dem, defaults, feedback=feedback)
+    logs = releases_of(releases, layers.dem, defaults, feedback=feedback)
+    return layers, as_shape(logs, layers.shape) if layers.shape else logs
 
 
 def threads_of(asked: int | None) -> int:

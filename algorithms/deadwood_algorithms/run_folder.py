@@ -209,9 +209,13 @@ class Run:
         return west, south, east, north
 
     def radii(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Base and tip radius of every log of the deposits [m]; the tip has half the diameter."""
-        diameter = self.deposits["dbh_cm"].to_numpy(np.float64) / 100.0
-        return 0.5 * diameter, 0.25 * diameter
+        """Base and tip radius of every log of the deposits [m]; the tip has half the diameter.
+
+        A body of another shape (``--shape``) is taken for the cylinder around it.
+        """
+        radius = self.deposits["dbh_cm"].to_numpy(np.float64) / 200.0
+        cone = str(self.manifest.get("parameters", {}).get("shape", "cone")) == "cone"
+        return radius, 0.5 * radius if cone else radius
 
 
 def _columns(table: pa.Table) -> dict[str, NDArray]:

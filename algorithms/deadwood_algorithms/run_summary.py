@@ -11,12 +11,16 @@ from numpy.typing import NDArray
 from deadwood_algorithms.hit_ledger import ledger_records, wood_record
 from deadwood_algorithms.releases_from_layer import Releases
 from deadwood_algorithms.scene_from_layers import Items, SceneLayers
+from deadwood_algorithms.shape_from_file import words_of
 from deadwood_algorithms.statistics import percent_with_interval, reach_record, spread_of_release
 from deadwood_algorithms.until_ci import Queue
 from deadwood_engine import STOP_REASONS, Fidelity, station_spacing
 
 if TYPE_CHECKING:
     from deadwood_algorithms.slide_logs import Ask
+
+
+CONES = "rigid truncated cones, tip half the diameter of the base; they do not break or meet each other"
 
 
 def summary_of(
@@ -89,7 +93,7 @@ def modelled(ask: Ask, layers: SceneLayers) -> dict[str, str]:
         "window": _window_words(layers),
         "friction": friction,
         "restitution": f"{ask.restitution:g} at every contact",
-        "logs": "rigid truncated cones, tip half the diameter of the base; they do not break or meet each other",
+        "logs": words_of(layers.shape) if layers.shape else CONES,
         "trees": f"{trees} rigid truncated cones; {beyond} off the DEM left out" if trees else absent,
         "barriers": f"{len(layers.barriers.ids)} rigid thin plates" if scene.barrier_count else absent,
         "lying_logs": _lying_words(layers) if layers.lying.ids else absent,

@@ -29,7 +29,7 @@ from deadwood_algorithms.schemas import (
     TREES,
 )
 from deadwood_algorithms.tool import Feedback, UserError
-from deadwood_engine import Barriers, Lines, LyingLogs, Scene, Trees
+from deadwood_engine import Barriers, Lines, LyingLogs, Scene, Shape, Trees
 
 if TYPE_CHECKING:
     import geopandas
@@ -86,6 +86,7 @@ class SceneLayers:
     lying_logs: LyingLogs
     lying: Items
     digest: str  # of every array that went into the scene
+    shape: Shape | None = None  # what slides in the logs' place
     watched: tuple[str, ...] = ()  # sides of the DEM's window that the engine's last lines watch, behind the layer's
     threads: int = 1  # as many as were asked for, or as there is memory for
 

@@ -14,7 +14,8 @@ from deadwood_algorithms.dem_windows import DemWindows, open_windows, read_part,
 from deadwood_algorithms.grid import Part
 from deadwood_algorithms.memory import threads_that_fit
 from deadwood_algorithms.released_scene import ReleasedScene, threads_of
-from deadwood_algorithms.scene_from_layers import SceneLayers, plan_of, read_scene
+from deadwood_algorithms.scene_from_layers import SceneLayers, digest_of, plan_of, read_scene
+from deadwood_algorithms.shape_from_file import read_shape
 from deadwood_algorithms.tool import Feedback, Quiet
 
 if TYPE_CHECKING:
@@ -73,7 +74,9 @@ def scene_on(ask: ReleasedScene, dem: DemWindows, part: Part | None, feedback: F
         friction_elsewhere=ask.friction_elsewhere,
         grid=grid,
     )
-    return replace(layers, threads=threads)
+    shape = read_shape(ask.shape, grid.cell, feedback)
+    digest = digest_of([layers.digest], shape.cloud.points, shape.axes) if shape else layers.digest
+    return replace(layers, threads=threads, shape=shape, digest=digest)
 
 
 def wider_scene(ask: ReleasedScene, layers: SceneLayers, sides: list[str], feedback: Feedback) -> SceneLayers:

@@ -1,6 +1,7 @@
 """The engine: rigid logs sliding on a bilinear terrain among trees and barriers. Arrays in, arrays out."""
 
 from .barriers import Barriers
+from .cloud import Shape
 from .fidelity import FIDELITIES, Fidelity, station_spacing
 from .ledger import Hits
 from .lines import Lines, Segments, segments_of
@@ -29,6 +30,7 @@ __all__ = [
     "Result",
     "Scene",
     "Segments",
+    "Shape",
     "Start",
     "Trees",
     "place_logs",

@@ -21,8 +21,8 @@ import math
 
 from .compiled import kernel
 from .limits import FLAT_TOLERANCE, HOVER, MERGED, REFINED
-from .log_body import AXIAL, BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS, TRANSVERSE
-from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ, X, Y, Z
+from .log_body import AXIAL, BASE_RADIUS, CENTRE, LENGTH, SKEW, TIP_RADIUS, TRANSVERSE
+from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ, X, Y, Z, first_axis
 from .terrain import friction_at, surface
 
 RX, RY, RZ, NX, NY, NZ, TX, TY, TZ, UX, UY, UZ = range(12)
@@ -84,6 +84,14 @@ def add_contact(contacts, keys, count, state, body, key, rx, ry, rz, nx, ny, nz,
     btx, bty, btz = ia * atx + k * dx, ia * aty + k * dy, ia * atz + k * dz
     k = ic * (aux * dx + auy * dy + auz * dz)
     bux, buy, buz = ia * aux + k * dx, ia * auy + k * dy, ia * auz + k * dz
+    if body[SKEW] != 0.0:
+        fx, fy, fz = first_axis(state)
+        k = body[SKEW] * (anx * fx + any_ * fy + anz * fz)
+        bnx, bny, bnz = bnx + k * fx, bny + k * fy, bnz + k * fz
+        k = body[SKEW] * (atx * fx + aty * fy + atz * fz)
+        btx, bty, btz = btx + k * fx, bty + k * fy, btz + k * fz
+        k = body[SKEW] * (aux * fx + auy * fy + auz * fz)
+        bux, buy, buz = bux + k * fx, buy + k * fy, buz + k * fz
     c[BNX], c[BNY], c[BNZ] = bnx, bny, bnz
     c[BTX], c[BTY], c[BTZ] = btx, bty, btz
     c[BUX], c[BUY], c[BUZ] = bux, buy, buz
@@ -111,7 +119,7 @@ def add_contact(contacts, keys, count, state, body, key, rx, ry, rz, nx, ny, nz,
 
 
 @kernel
-def _ground_contact(terrain, frame, contacts, keys, count, state, body, r, gap, slope, mu, slot, step):
+def ground_contact(terrain, frame, contacts, keys, count, state, body, r, gap, slope, mu, slot, step):
     """Add the contact of point r (from the centre of mass) with the facet of gradient ``slope``."""
     nz = 1.0 / math.sqrt(1.0 + slope[0] * slope[0] + slope[1] * slope[1])
     before = count
@@ -279,7 +287,7 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, dt, 
             # predicted below the surface (a NaN height, no ground, compares false)
             if cz + rz < height:
                 r = (s * dx + rx, s * dy + ry, s * dz + rz)
-                count = _ground_contact(
+                count = ground_contact(
                     terrain, frame, contacts, keys, count, state, body, r, cz + rz - height, (gx, gy),
                     friction_at(terrain, i0, j0, px, py), k * CANDIDATES + m, (dt, restitution, gravity),
                 )  # fmt: skip

@@ -5,10 +5,48 @@ from __future__ import annotations
 import math
 
 from . import barriers, lying_logs, trees
+from .cloud_contacts import cloud_terrain_contacts
+from .cloud_obstacles import cloud_obstacle_contacts
 from .compiled import kernel
 from .contacts import LYING, TREE, terrain_contacts
 from .limits import NEAR_MARGIN
 from .log_body import BASE_RADIUS, CENTRE, LENGTH
+
+
+@kernel
+def _ground(cloud, scene, frame, state, body, stations, settings, dt, scratch):
+    """Terrain contacts of a log, or of a cloud. Numba drops the branch that the type of ``cloud`` rules out, so nobody
+    waits for kernels of shapes that do not slide to be compiled."""
+    if cloud is None:
+        return terrain_contacts(
+            scene.terrain, frame, scratch.contacts, scratch.keys, state, body, stations, dt,
+            settings.restitution, settings.gravity, scratch.trial,
+        )  # fmt: skip
+    return cloud_terrain_contacts(cloud, scene, frame, state, body, settings, dt, scratch)
+
+
+@kernel
+def _near_obstacles(cloud, scene, frame, scratch, count, state, body, step):
+    """Contacts with all that is listed as near: (count, travel), as ``trees.contacts_with``."""
+    if cloud is None:
+        terrain, contacts, keys, trial, anchor = (
+            scene.terrain, scratch.contacts, scratch.keys, scratch.trial, scratch.anchor,
+        )  # fmt: skip
+        count, travel = trees.contacts_with(
+            terrain, frame, scratch.tree_table, scratch.near_trees, int(anchor[4]), contacts, keys, count, state, body,
+            trial, step,
+        )  # fmt: skip
+        count, allowed = barriers.contacts_with(
+            terrain, frame, scratch.plate_table, scratch.near_plates, int(anchor[5]), contacts, keys, count, state,
+            body, trial, step,
+        )  # fmt: skip
+        travel = min(travel, allowed)
+        count, allowed = lying_logs.contacts_with(
+            terrain, frame, scratch.lying_table, scratch.near_lying, int(anchor[7]), contacts, keys, count, state, body,
+            trial, step,
+        )  # fmt: skip
+        return count, min(travel, allowed)
+    return cloud_obstacle_contacts(cloud, scene, frame, scratch, count, state, body, step)
 
 
 @kernel
@@ -19,10 +57,7 @@ def find_contacts(scene, frame, state, body, stations, settings, dt, scratch, ob
     whether there is terrain below the whole log).
     """
     terrain = scene.terrain
-    count, clearance, whole = terrain_contacts(
-        terrain, frame, scratch.contacts, scratch.keys, state, body, stations, dt,
-        settings.restitution, settings.gravity, scratch.trial,
-    )  # fmt: skip
+    count, clearance, whole = _ground(scene.cloud, scene, frame, state, body, stations, settings, dt, scratch)
     travel = math.inf
     standing = scene.uprights.owner.shape[0] + scene.plates.owner.shape[0]
     if obstacles and standing + scene.lying.owner.shape[0] > 0:
@@ -47,20 +82,7 @@ def find_contacts(scene, frame, state, body, stations, settings, dt, scratch, ob
         # what is not listed is farther away than the margin that is left
         travel = NEAR_MARGIN * 0.25
         step = (dt, settings.restitution, settings.gravity)
-        count, allowed = trees.contacts_with(
-            terrain, frame, scratch.tree_table, scratch.near_trees, int(anchor[4]), scratch.contacts, scratch.keys,
-            count, state, body, trial, step,
-        )  # fmt: skip
-        travel = min(travel, allowed)
-        count, allowed = barriers.contacts_with(
-            terrain, frame, scratch.plate_table, scratch.near_plates, int(anchor[5]), scratch.contacts, scratch.keys,
-            count, state, body, trial, step,
-        )  # fmt: skip
-        travel = min(travel, allowed)
-        count, allowed = lying_logs.contacts_with(
-            terrain, frame, scratch.lying_table, scratch.near_lying, int(anchor[7]), scratch.contacts, scratch.keys,
-            count, state, body, trial, step,
-        )  # fmt: skip
+        count, allowed = _near_obstacles(scene.cloud, scene, frame, scratch, count, state, body, step)
         travel = min(travel, allowed)
     return count, clearance, travel, whole
 

@@ -31,6 +31,13 @@ FLAT_TOLERANCE = 1e-9  # [-] sine below which two directions count as parallel
 STEEP = 0.95  # [-] cosine of the tilt above which a log counts as standing when a tree is found inside its outline
 LEAST_STATIONS = 8  # rings along a log, however short it is
 
+# Bodies given as point clouds
+TURN = 0.2  # [rad] an asymmetric body turns at most so far in one composed step of its free rotation
+MIDPOINT_ITERATIONS = 50  # of the implicit midpoint rule's fixed point; it contracts by about 0.05
+MIDPOINT_ACCURACY = 1e-16  # [-]
+FACE_ALIGNED = 0.9986  # [-] cosine of 3 degrees: a face or edge so near to an obstacle's core lies along it
+CORE_BELOW = 3.0  # [m] a stem's core goes on below the ground for hulls that come from the side of a steep slope
+
 # Rest
 REST_WINDOW = 0.5  # [s] between two looks at a slow log
 REST_TRAVEL = 0.05  # [-] of rest_speed * REST_WINDOW (2.5 mm at the default): a log at rest moves less between looks

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 # Columns of the body table, one row a log
-BASE_RADIUS, TIP_RADIUS, LENGTH, CENTRE, TRANSVERSE, AXIAL, MASS = range(7)
-BODY_WIDTH = 7
+BASE_RADIUS, TIP_RADIUS, LENGTH, CENTRE, TRANSVERSE, AXIAL, MASS, SKEW, REACH = range(9)
+BODY_WIDTH = 9
 
 
 def cone_bodies(diameter: Array, length: Array, density: Array, *, taper: float = 0.5) -> Array:
@@ -32,8 +32,9 @@ def cone_bodies(diameter: Array, length: Array, density: Array, *, taper: float 
 
     Returns
     -------
-    shape (n, 7): base radius [m], tip radius [m], length [m], centre of mass from the base [m],
-    transverse and axial moment of inertia per mass [m2], mass [kg]
+    shape (n, 9): base radius [m], tip radius [m], length [m], centre of mass from the base [m],
+    transverse and axial moment of inertia per mass [m2], mass [kg]; and two that are zero for a cone (``cloud``):
+    1/A1 - 1/A2 of the transverse moments [1/m2], distance of the farthest point from the centre [m]
 
     Raises
     ------
@@ -53,7 +54,7 @@ def cone_bodies(diameter: Array, length: Array, density: Array, *, taper: float 
     centre = 0.25 * length * (base**2 + 2.0 * base * tip + 3.0 * tip**2) / second
     axial = 0.3 * fourth / second
     about_base = 0.5 * axial + 3.0 * length**2 * (base**2 / 30 + base * tip / 10 + tip**2 / 5) / second
-    bodies = np.empty((len(diameter), BODY_WIDTH))
+    bodies = np.zeros((len(diameter), BODY_WIDTH))
     bodies[:, BASE_RADIUS] = base
     bodies[:, TIP_RADIUS] = tip
     bodies[:, LENGTH] = length

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .cloud import Shape, lift_cloud
 from .compiled import kernel
 from .limits import LEAST_STATIONS
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS, cone_bodies
-from .rotation import quaternion_from_axis
+from .rotation import quaternion_from_axis, set_axis
 from .scene import Scene
 from .terrain import surface
 
@@ -71,8 +72,11 @@ class Start:
     body: Array
 
 
-def place_logs(scene: Scene, logs: Logs) -> Start:
+def place_logs(scene: Scene, logs: Logs, shape: Shape | None = None) -> Start:
     """Put logs on the terrain: oriented, and lifted or lowered until the lowest gap is ``drop``.
+
+    With a shape, bodies of that shape: its z axis takes the place of a log's axis, its x axis is level across the
+    azimuth (in the terrain's tangent plane when it lies). Diameters and lengths do not count, densities do.
 
     Raises
     ------
@@ -80,7 +84,7 @@ def place_logs(scene: Scene, logs: Logs) -> Start:
         when a log's centre of mass is not on the terrain, or a dimension is not positive
     """
     terrain = scene.arrays.terrain
-    body = cone_bodies(logs.diameter, logs.length, logs.density)
+    body = shape.bodies(logs.density) if shape else cone_bodies(logs.diameter, logs.length, logs.density)
     ground = scene.terrain_surface(logs.x, logs.y)
     if not np.isfinite(ground[:, 0]).all():
         raise ValueError(f"log in row {int(np.flatnonzero(~np.isfinite(ground[:, 0]))[0])} is not on the terrain")
@@ -100,7 +104,16 @@ def place_logs(scene: Scene, logs: Logs) -> Start:
     state[:, 3:7] = quaternion_from_axis(axis)
     state[:, 7:10] = logs.speed[:, None] * downhill
     state[:, 13:16] = axis
-    _lift(terrain, frame, state, body, logs.drop)
+    if shape:
+        across = np.column_stack([north, -east, 0.0 * east])
+        upward = np.column_stack([-ground[:, 1], -ground[:, 2], np.ones(len(logs))])[lying]
+        across[lying] = np.cross(axis[lying], upward / np.linalg.norm(upward, axis=1, keepdims=True))
+        state[:, 3:7] = shape.facing(across, axis)
+        for each in state:
+            set_axis(each)
+        lift_cloud(terrain, shape.cloud, frame, state, np.ascontiguousarray(logs.drop, float), np.zeros(9))
+    else:
+        _lift(terrain, frame, state, body, logs.drop)
     return Start(frame, state, body)
 
 

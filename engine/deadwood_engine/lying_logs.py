@@ -176,12 +176,12 @@ def near(pieces, frame, cell, listed, table, bx, by, tx, ty, reach):
 
 
 @kernel
-def _dot(a, b):
+def dot(a, b):
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @kernel
-def _point(a, s, d):
+def point(a, s, d):
     """a + s d."""
     return a[0] + s * d[0], a[1] + s * d[1], a[2] + s * d[2]
 
@@ -189,8 +189,8 @@ def _point(a, s, d):
 @kernel
 def axes_nearest(c, d, back, front, start, along, long):
     """Nearest points of the segments c + s d, s in [back, front], and start + z along, z in [0, long]: (s, z)."""
-    g = _point(c, -1.0, start)
-    b, e, f = _dot(d, along), _dot(g, d), _dot(g, along)
+    g = point(c, -1.0, start)
+    b, e, f = dot(d, along), dot(g, d), dot(g, along)
     across = 1.0 - b * b
     s = back
     if across > FLAT_TOLERANCE:
@@ -212,7 +212,7 @@ def disc_on_side(e, out, a, t, before, u, start, long, wide, slope):
     side, now or a step ahead, is pushed out by the end.
     """
     nothing = (0.0, 0.0, 0.0)
-    cosine = _dot(out, u)
+    cosine = dot(out, u)
     sine = math.sqrt(max(0.0, 1.0 - cosine * cosine))
     if sine > FLAT_TOLERANCE:
         m = ((out[0] - cosine * u[0]) / sine, (out[1] - cosine * u[1]) / sine, (out[2] - cosine * u[2]) / sine)
@@ -225,11 +225,11 @@ def disc_on_side(e, out, a, t, before, u, start, long, wide, slope):
             m = cross(0.0, 1.0, 0.0, u[0], u[1], u[2])
         else:
             m = cross(0.0, 0.0, 1.0, u[0], u[1], u[2])
-        size = math.sqrt(_dot(m, m))
+        size = math.sqrt(dot(m, m))
         m = (m[0] / size, m[1] / size, m[2] / size)
     side = cross(u[0], u[1], u[2], m[0], m[1], m[2])
-    tl, tm = _dot(t, side), _dot(t, m)
-    height = _dot(_point(e, -1.0, start), u)  # of the disc's centre along the cone's axis
+    tl, tm = dot(t, side), dot(t, m)
+    height = dot(point(e, -1.0, start), u)  # of the disc's centre along the cone's axis
     entered, w, depth = False, 0.0, 0.0
     if abs(tl) < a and abs(cosine) < STEEP:
         w = a * math.sqrt(1.0 - (tl / a) ** 2)
@@ -238,7 +238,7 @@ def disc_on_side(e, out, a, t, before, u, start, long, wide, slope):
         edge = w * cosine
         depth = edge - tm
         if depth > 0.0:
-            if depth > a - abs(tl) and edge - _dot(before, m) > a - abs(tl):
+            if depth > a - abs(tl) and edge - dot(before, m) > a - abs(tl):
                 return False, False, nothing, nothing, 0.0
             entered = True
     flat = a * abs(cosine)
@@ -276,8 +276,8 @@ def disc_on_side(e, out, a, t, before, u, start, long, wide, slope):
         (nl * side[1] + nm * m[1] - slope * u[1]) * scale,
         (nl * side[2] + nm * m[2] - slope * u[2]) * scale,
     )
-    p = _point(_point(e, v, side), w * cosine, m)
-    p = _point(p, -w * sine, u)
+    p = point(point(e, v, side), w * cosine, m)
+    p = point(p, -w * sine, u)
     return gap < 0.0, entered, p, n, gap * scale
 
 
@@ -288,25 +288,25 @@ def side_on_side(c, d, back, front, thick, taper, start, u, long, wide, slope):
     Minimises |c(s) - l(z)| - a(s) - b(z) over both axes; the point is on the sliding log.
     """
     nothing = (0.0, 0.0, 0.0)
-    g = _point(c, -1.0, start)
-    cosine = _dot(d, u)
+    g = point(c, -1.0, start)
+    cosine = dot(d, u)
     across = 1.0 - cosine * cosine
     if across <= FLAT_TOLERANCE:
         return False, nothing, nothing, 0.0
     mix = (taper * taper + slope * slope + 2.0 * cosine * taper * slope) / across
     if mix >= 0.5:
         return False, nothing, nothing, 0.0
-    e, f = _dot(g, d), _dot(g, u)
+    e, f = dot(g, d), dot(g, u)
     s = (cosine * f - e) / across
     z = f + cosine * s
-    r = _point(_point(g, s, d), -z, u)
-    rho = math.sqrt(_dot(r, r)) / math.sqrt(1.0 - mix)
+    r = point(point(g, s, d), -z, u)
+    rho = math.sqrt(dot(r, r)) / math.sqrt(1.0 - mix)
     s += rho * (taper + cosine * slope) / across
     z += rho * (slope + cosine * taper) / across
     if not (back < s < front and 0.0 < z < long):
         return False, nothing, nothing, 0.0
-    r = _point(_point(g, s, d), -z, u)
-    rho = math.sqrt(_dot(r, r))
+    r = point(point(g, s, d), -z, u)
+    rho = math.sqrt(dot(r, r))
     a = thick + taper * (s - back)
     gap = rho - a - wide - slope * z
     if gap >= 0.0:
@@ -315,19 +315,19 @@ def side_on_side(c, d, back, front, thick, taper, start, u, long, wide, slope):
         n = (r[0] / rho, r[1] / rho, r[2] / rho)
     else:
         n = cross(d[0], d[1], d[2], u[0], u[1], u[2])
-        n = _point(nothing, 1.0 / math.sqrt(across), n)
-    return True, _point(_point(c, s, d), -a, n), n, gap
+        n = point(nothing, 1.0 / math.sqrt(across), n)
+    return True, point(point(c, s, d), -a, n), n, gap
 
 
 @kernel
 def _on_disc(centre, out, radius, towards, aim):
     """A point of a disc (centre, normal out, radius): the farthest towards a direction, or the nearest to a place."""
-    t = _point(towards, -_dot(towards, out), out)
-    size = math.sqrt(_dot(t, t))
+    t = point(towards, -dot(towards, out), out)
+    size = math.sqrt(dot(t, t))
     share = 0.0
     if size > 0.0:
         share = radius / size if aim else min(1.0, radius / size)
-    return _point(centre, share, t)
+    return point(centre, share, t)
 
 
 @kernel
@@ -343,23 +343,23 @@ def _face_on_face(state, body, trial, end, centre, out, radius):
     d = (trial[0], trial[1], trial[2])
     mine = (outward * d[0], outward * d[1], outward * d[2])
     back = (-mine[0], -mine[1], -mine[2])
-    if _dot(mine, out) >= 0.0:
+    if dot(mine, out) >= 0.0:
         return False, mine, mine, 0.0
-    e = _point((trial[3], trial[4], trial[5]), s, d)
-    e_now = _point((state[X], state[Y], state[Z]), s, (state[DX], state[DY], state[DZ]))
+    e = point((trial[3], trial[4], trial[5]), s, d)
+    e_now = point((state[X], state[Y], state[Z]), s, (state[DX], state[DY], state[DZ]))
     for aim in range(2):
-        towards = back if aim == 0 else _point(e, -1.0, centre)
+        towards = back if aim == 0 else point(e, -1.0, centre)
         p = _on_disc(centre, out, radius, towards, aim == 0)
         gap, there = pierced_end(state, body, trial, end, p[0], p[1], p[2])
         if there:
             return True, p, back, gap
-        towards = (-out[0], -out[1], -out[2]) if aim == 0 else _point(centre, -1.0, e)
+        towards = (-out[0], -out[1], -out[2]) if aim == 0 else point(centre, -1.0, e)
         p = _on_disc(e, mine, a, towards, aim == 0)
-        r = _point(p, -1.0, centre)
-        gap = _dot(r, out)
-        aside = math.sqrt(max(0.0, _dot(r, r) - gap * gap))
+        r = point(p, -1.0, centre)
+        gap = dot(r, out)
+        aside = math.sqrt(max(0.0, dot(r, r) - gap * gap))
         if gap < 0.0 and aside < radius:
-            now = _dot(_point(_point(p, 1.0, e_now), -1.0, e), out) - _dot(centre, out)
+            now = dot(point(point(p, 1.0, e_now), -1.0, e), out) - dot(centre, out)
             if -gap < radius - aside or now >= 0.0:
                 return True, p, out, gap
     return False, e, out, 0.0
@@ -373,15 +373,15 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
     d_now, c_now = (state[DX], state[DY], state[DZ]), (state[X], state[Y], state[Z])
     back, front, thick = -body[CENTRE], body[LENGTH] - body[CENTRE], body[BASE_RADIUS]
     taper = (body[TIP_RADIUS] - thick) / body[LENGTH]
-    base = _point(c, back, d)
+    base = point(c, back, d)
     for m in range(number):
         piece, item = table[m], listed[m]
         start = (piece[START_X], piece[START_Y], piece[START_Z])
         u = (piece[ALONG_X], piece[ALONG_Y], piece[ALONG_Z])
         long, wide, slope = piece[LONG], piece[WIDE], piece[SLOPE]
         s, z = axes_nearest(c, d, back, front, start, u, long)
-        r = _point(_point(_point(c, s, d), -1.0, start), -z, u)
-        distance = math.sqrt(_dot(r, r))
+        r = point(point(point(c, s, d), -1.0, start), -z, u)
+        distance = math.sqrt(dot(r, r))
         mine = thick + taper * (s - back)
         both = mine + wide + slope * z
         clear = distance - thick - max(wide, wide + slope * long)
@@ -394,10 +394,10 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
             # the log's end against the piece's side
             outward, s, a = (-1.0, back, thick) if end == 0 else (1.0, front, body[TIP_RADIUS])
             out = (outward * d[0], outward * d[1], outward * d[2])
-            e = _point(c, s, d)
-            z = _dot(_point(e, -1.0, start), u)
-            t = _point(_point(_point(start, z, u), -1.0, e), 0.0, u)
-            before = _point(_point(start, z, u), -1.0, _point(c_now, s, d_now))
+            e = point(c, s, d)
+            z = dot(point(e, -1.0, start), u)
+            t = point(point(point(start, z, u), -1.0, e), 0.0, u)
+            before = point(point(start, z, u), -1.0, point(c_now, s, d_now))
             hit, entered, p, n, gap = disc_on_side(e, out, a, t, before, u, start, long, wide, slope)
             if hit:
                 by_end = by_end or entered
@@ -407,10 +407,10 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
             # the piece's end against the log's side
             z, a = (0.0, wide) if end == 0 else (long, wide + slope * long)
             out = (outward * u[0], outward * u[1], outward * u[2])
-            e = _point(start, z, u)
-            s = _dot(_point(e, -1.0, c), d)
-            t = _point(_point(c, s, d), -1.0, e)
-            before = _point(_point(c_now, s, d_now), -1.0, e)
+            e = point(start, z, u)
+            s = dot(point(e, -1.0, c), d)
+            t = point(point(c, s, d), -1.0, e)
+            before = point(point(c_now, s, d_now), -1.0, e)
             hit, entered, p, n, gap = disc_on_side(e, out, a, t, before, d, base, body[LENGTH], thick, taper)
             if hit:
                 by_end = by_end or entered

@@ -12,7 +12,7 @@ from .contact_solver import solve, warm_start
 from .contacts import PN, TARGET, TERRAIN
 from .detection import find_contacts, owner_of
 from .limits import REST_ACCELERATION, REST_SWEEPS
-from .log_body import BASE_RADIUS, CENTRE, LENGTH
+from .log_body import BASE_RADIUS, CENTRE, LENGTH, REACH
 from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ
 
 STOP_REASONS = ("rest", "tree", "barrier", "left_dem", "time_limit", "failed")
@@ -25,7 +25,7 @@ def fastest_point(state, body):
     along = state[WX] * state[DX] + state[WY] * state[DY] + state[WZ] * state[DZ]
     spin = state[WX] ** 2 + state[WY] ** 2 + state[WZ] ** 2
     across = math.sqrt(max(0.0, spin - along * along))
-    arm = max(body[CENTRE], body[LENGTH] - body[CENTRE])
+    arm = max(body[CENTRE], body[LENGTH] - body[CENTRE], body[REACH])
     speed = math.sqrt(state[VX] ** 2 + state[VY] ** 2 + state[VZ] ** 2)
     return speed + across * arm + abs(along) * body[BASE_RADIUS]
 

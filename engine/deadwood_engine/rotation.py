@@ -53,6 +53,13 @@ def set_axis(state):
 
 
 @kernel
+def first_axis(state):
+    """R(q) e1, the first principal axis in the world."""
+    a, b, c, e = state[Q0], state[Q1], state[Q2], state[Q3]
+    return 1.0 - 2.0 * (c * c + e * e), 2.0 * (b * c + a * e), 2.0 * (b * e - a * c)
+
+
+@kernel
 def drift(state, transverse, axial, time):
     """Move the log freely for a time [s]: straight on, and rotate as a free symmetric top."""
     state[X] += time * state[VX]

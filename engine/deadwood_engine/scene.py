@@ -14,6 +14,7 @@ from . import lying_logs as lying_file
 from . import terrain as terrain_file
 from . import trees as tree_file
 from .barriers import Barriers, Plates
+from .cloud import Cloud
 from .lines import Lines, Segments, segments_of
 from .lying_logs import LyingLogs, Pieces
 from .terrain import Terrain, surfaces
@@ -29,6 +30,8 @@ class SceneArrays(NamedTuple):
     uprights: Uprights
     plates: Plates
     lying: Pieces
+    joints: np.ndarray  # bool, of each upright: a barrier's post within a straight stretch, flush with its plates
+    cloud: Cloud | None  # the shape that slides; None where logs do: its kernels are then not even compiled
     lines: Segments
     fences: Segments  # the barriers' lines in plan, for the ledger
 
@@ -87,12 +90,20 @@ class Scene:
                 raise ValueError(f"a tree's or barrier's {name} must be positive and finite")
         plates, posts, barriers_outside = _plates_and_posts(terrain, barriers)
         uprights, trees_outside = _uprights(terrain, trees, posts)
+        joints = np.concatenate([np.zeros(len(uprights.owner) - len(posts), np.bool_), posts[:, 5] > 0.0])
         lying_logs = lying_logs or LyingLogs.none()
         lying, lying_outside = lying_file.prepare(terrain, lying_logs, len(trees.x))
         fence = Lines(barriers.vertices, barriers.starts)
         uprights, plates, lying = (_in_window(items, terrain) for items in (uprights, plates, lying))
         arrays = SceneArrays(
-            terrain, uprights, plates, lying, segments_of(lines, terrain.x0, terrain.y0), segments_of(fence, x0, y0)
+            terrain,
+            uprights,
+            plates,
+            lying,
+            joints,
+            None,
+            segments_of(lines, terrain.x0, terrain.y0),
+            segments_of(fence, x0, y0),
         )
         return Scene(
             arrays, len(trees.x), len(barriers.height), len(lines.starts) - 1, trees_outside, barriers_outside,
@@ -144,6 +155,15 @@ def _uprights(terrain: Terrain, trees: Trees, posts: Array) -> tuple[Uprights, N
     return uprights, np.flatnonzero(~standing)
 
 
+def _straight(points: Array) -> NDArray[np.bool_]:
+    """Which points of a line lie within a straight stretch of it."""
+    way = np.diff(points, axis=0)
+    way /= np.linalg.norm(way, axis=1)[:, None]
+    turn = way[:-1, 0] * way[1:, 1] - way[:-1, 1] * way[1:, 0]
+    onward = (way[:-1] * way[1:]).sum(axis=1) > 0.0
+    return np.concatenate([[False], (np.abs(turn) < 1e-6) & onward, [False]])
+
+
 def _plates_and_posts(terrain: Terrain, barriers: Barriers) -> tuple[Plates, Array, NDArray[np.int64]]:
     """Cut barriers into pieces of a few cells; those with a part off the terrain lose that part."""
     piece = max(2.0, 4.0 * terrain.cell)
@@ -166,10 +186,10 @@ def _plates_and_posts(terrain: Terrain, barriers: Barriers) -> tuple[Plates, Arr
         top = ground + height
         starts.append(np.column_stack([points[:-1], top[:-1], np.full(len(points) - 1, row)])[both])
         ends.append(np.column_stack([points[1:], top[1:]])[both])
-        posts.append(np.column_stack([points, ground, top, np.full(len(points), row)])[valid])
+        posts.append(np.column_stack([points, ground, top, np.full(len(points), row), _straight(points)])[valid])
     first = np.vstack([np.zeros((0, 4)), *starts])
     last = np.vstack([np.zeros((0, 3)), *ends])
     plates = barrier_file.prepare(
         first[:, :2], last[:, :2], first[:, 2], last[:, 2], first[:, 3].astype(np.int64), terrain.cell
     )
-    return plates, np.vstack([np.zeros((0, 5)), *posts]), np.array(outside, np.int64)
+    return plates, np.vstack([np.zeros((0, 6)), *posts]), np.array(outside, np.int64)

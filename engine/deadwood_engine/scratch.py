@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from . import contacts
+from .cloud import Cloud
+from .outline import OUTLINE_POINTS
 from .trace import MEMORY_WIDTH
 
 
@@ -50,11 +52,20 @@ class Scratch(NamedTuple):
     hull: np.ndarray
     left: np.ndarray
     right: np.ndarray
+    turned: np.ndarray  # a cloud's predicted state
+    turns: np.ndarray  # its rotation matrices, now and predicted
+    corners: np.ndarray  # its hull at the predicted pose
+    normals: np.ndarray
 
     @staticmethod
-    def allocate(stations: int, upright_count: int, plate_count: int, lying_count: int, raster_rows: int) -> Scratch:
+    def allocate(
+        stations: int, upright_count: int, plate_count: int, lying_count: int, raster_rows: int, cloud: Cloud | None
+    ) -> Scratch:
         # every candidate of the log, and three contacts each of the obstacles that it can lean on at once
         table = 3 * stations + 16 + min(3 * (upright_count + plate_count + lying_count), 8192)
+        cloud = cloud or Cloud.none()
+        table += len(cloud.points) + 64 * min(len(cloud.corners), 64)
+        outline = max(OUTLINE_POINTS, len(cloud.corners))
         return Scratch(
             np.zeros((table, contacts.CONTACT_WIDTH)),
             np.zeros((table, contacts.KEY_WIDTH), np.int64),
@@ -75,8 +86,12 @@ class Scratch(NamedTuple):
             np.zeros(MEMORY_WIDTH),
             np.zeros(16),
             np.zeros(6),
-            np.zeros((32, 2)),
-            np.zeros((35, 4)),
+            np.zeros((2 * outline, 2)),
+            np.zeros((2 * outline + 3, 4)),
             np.zeros(max(raster_rows, 1), np.int64),
             np.zeros(max(raster_rows, 1), np.int64),
+            np.zeros(16),
+            np.zeros(18),
+            np.zeros(cloud.corners.shape),
+            np.zeros(cloud.normals.shape),
         )

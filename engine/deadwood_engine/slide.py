@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import step, trace
+from .cloud import Shape
 from .fidelity import Fidelity, station_spacing
 from .ledger import HIT_WIDTH
 from .limits import GRAVITY, LEAST_STATIONS
@@ -46,6 +47,7 @@ def slide(
     rasters: Rasters | None = None,
     report: Callable[[int], bool] | None = None,
     gravity: float = GRAVITY,
+    shape: Shape | None = None,
 ) -> Result:
     """Slide logs until each rests, is held, leaves the terrain, or runs out of time.
 
@@ -55,6 +57,7 @@ def slide(
     restitution : [-] Newton's coefficient for all contacts
     time_limit : [s]; rest_speed : [m/s] below which a log is looked at for rest
     threads : workers; keep_poses : bool (n,), whose poses to keep; rasters : added to
+    shape : what slides in the logs' place; logs that are a Start must have been placed with it
     report : called about five times a second with the number of logs done; True stops the run
 
     Raises
@@ -62,9 +65,9 @@ def slide(
     Interrupted
         when ``report`` asked to stop
     """
-    start = logs if isinstance(logs, Start) else place_logs(scene, logs)
+    start = logs if isinstance(logs, Start) else place_logs(scene, logs, shape)
     number = len(start.state)
-    arrays = scene.arrays
+    arrays = scene.arrays._replace(cloud=shape.cloud) if shape else scene.arrays
     cell = arrays.terrain.cell
     settings = Settings(
         float(fidelity.time_step), float(fidelity.travel_cells * cell), float(fidelity.tolerance), int(fidelity.sweeps),
@@ -89,14 +92,15 @@ def slide(
 
     def work(worker: int) -> None:
         began = clock.thread_time()
-        shape = arrays.terrain.heights.shape
+        rows = arrays.terrain.heights.shape[0]
         raster = rasters.workers[worker] if rasters else raster_arrays((0, 0))
         scratch = Scratch.allocate(
             int(stations.max(initial=LEAST_STATIONS)),
             len(arrays.uprights.owner),
             len(arrays.plates.owner),
             len(arrays.lying.owner),
-            shape[0],
+            rows,
+            arrays.cloud,
         )
         room = np.zeros((4096, trace.POSE_WIDTH))
         none = np.zeros((0, trace.POSE_WIDTH))

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 
+from .asymmetric_top import energy_of, move_freely
 from .compiled import kernel
 from .contact_solver import remember, solve, warm_start
 from .contacts import GAP, PN, TERRAIN
@@ -23,11 +24,10 @@ from .energy import impulse_work, take_no_energy
 from .grid_index import insert_sorted
 from .ledger import note_pushes
 from .limits import POLL_STEPS, REST_TRAVEL, REST_WINDOW, ROCKING_GROWTH, ROCKING_WINDOW, SHORTEST_STEP, WILD_SPEED
-from .log_body import AXIAL, TRANSVERSE
 from .rest import FAILED, INTERRUPTED, LEFT_DEM, TIME_LIMIT, fastest_point, holder, rest_reason
-from .rotation import VX, VY, VZ, X, Y, Z, drift, kinetic_energy, set_axis
+from .rotation import VX, VY, VZ, X, Y, Z, set_axis
 from .terrain import surface
-from .trace import PEAK_ENERGY, PEAK_JUMP, PEAK_SPEED, draw, ends_moved, keep_pose, remember_pose
+from .trace import PEAK_ENERGY, PEAK_JUMP, PEAK_SPEED, draw, ends_moved, keep_pose, remember_pose, remember_turn
 
 # Columns of a log's summary
 REASON, ITEM, DURATION, PATH, SPEED_MAX, ENERGY_MAX, JUMP_MAX, ENERGY_ERROR, PENETRATION, OVERLAP = range(10)
@@ -54,13 +54,13 @@ def slide_log(
     number of poses wanted (more than ``poses`` or, in the summary, ``hits`` holds: run again with more room)
     """
     set_axis(state)
-    transverse, axial, gravity = body[TRANSVERSE], body[AXIAL], settings.gravity
+    gravity = settings.gravity
     work = (scratch.points, scratch.hull, scratch.left, scratch.right)
     memory = scratch.memory
     scratch.anchor[6] = 0.0
     summary[:] = 0.0
     summary[ITEM] = -1
-    energy_start = kinetic_energy(state, transverse, axial) + gravity * state[Z]
+    energy_start = energy_of(state, body) + gravity * state[Z]
     time, before, last_kick, done_work, next_look = 0.0, 0.0, 0.0, 0.0, REST_WINDOW
     kept, steps, old_count, tree_hits, barrier_hits, hit_count = 0, 0, 0, 0, 0, 0
     next_rocking, rocking_peak, peak = ROCKING_WINDOW, 0.0, 0.0
@@ -70,8 +70,9 @@ def slide_log(
             summary[STARTED_IN_CONTACT] = 1.0
     clearance = max(0.0, clearance)
     remember_pose(memory, state, body)
+    remember_turn(memory, state)
     memory[PEAK_SPEED] = math.sqrt(state[VX] ** 2 + state[VY] ** 2 + state[VZ] ** 2)
-    memory[PEAK_ENERGY] = kinetic_energy(state, transverse, axial)
+    memory[PEAK_ENERGY] = energy_of(state, body)
     memory[PEAK_JUMP] = clearance
     summary[SPEED_MAX], summary[ENERGY_MAX], summary[JUMP_MAX] = memory[PEAK_SPEED], memory[PEAK_ENERGY], clearance
     draw(scene, frame, state, body, memory, work, rasters, row, marks, 0.0)
@@ -136,7 +137,7 @@ def slide_log(
                         tree_hits = insert_sorted(scratch.hit_trees, tree_hits, item)
             if pushed:
                 fall = 0.5 * gravity * dt
-                struck = kinetic_energy(state, transverse, axial) + fall * (state[VZ] + 0.5 * fall) - gained
+                struck = energy_of(state, body) + fall * (state[VZ] + 0.5 * fall) - gained
                 hit_count = note_pushes(
                     scene, frame, state, scratch.free, scratch.contacts, scratch.keys, count,
                     (time, dt, steps, gravity), struck, hits, hit_count,
@@ -146,7 +147,7 @@ def slide_log(
         old_count = remember(scratch.contacts, scratch.keys, count, scratch.old_keys, scratch.old_impulses)
         before, last_kick = dt, kick
         speed = math.sqrt(state[VX] ** 2 + state[VY] ** 2 + state[VZ] ** 2)
-        energy = kinetic_energy(state, transverse, axial)
+        energy = energy_of(state, body)
         clearance = max(0.0, clearance) if clearance < math.inf else 0.0
         memory[PEAK_SPEED] = max(memory[PEAK_SPEED], speed)
         memory[PEAK_ENERGY] = max(memory[PEAK_ENERGY], energy)
@@ -159,7 +160,7 @@ def slide_log(
             break
         peak = max(peak, energy)
         # 4. free motion to the next node
-        drift(state, transverse, axial, dt)
+        move_freely(state, body, dt)
         time += dt
         summary[PATH] += dt * speed
         height, _, _ = surface(scene.terrain, frame[0], frame[1], state[X], state[Y])
@@ -197,7 +198,7 @@ def slide_log(
             kept = keep_pose(poses, kept, time, state, body, clearance)
     sunk = state[VZ]
     state[VZ] -= 0.5 * gravity * before
-    change = kinetic_energy(state, transverse, axial) + gravity * state[Z] - energy_start - done_work
+    change = energy_of(state, body) + gravity * state[Z] - energy_start - done_work
     state[VZ] = sunk
     # of the energy that the run had to spend, at least that of a metre's fall
     summary[ENERGY_ERROR] = (abs(change) + summary[ENERGY_GAIN]) / max(energy_start - gravity * state[Z], 9.81)

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .cloud import matrix_of, to_world
 from .compiled import kernel
 from .lines import touch_segments
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
@@ -42,8 +43,8 @@ POSE_T, POSE_X, POSE_BASE, POSE_TIP, POSE_SPEED, POSE_SPIN, POSE_CLEARANCE = 0, 
 POSE_WIDTH = 13
 
 # Columns of the trace's memory: ends at the last outline, centre there, and maxima since
-LAST_BASE, LAST_TIP, LAST_X, LAST_Y, PEAK_SPEED, PEAK_ENERGY, PEAK_JUMP = 0, 3, 6, 7, 8, 9, 10
-MEMORY_WIDTH = 11
+LAST_BASE, LAST_TIP, LAST_X, LAST_Y, PEAK_SPEED, PEAK_ENERGY, PEAK_JUMP, LAST_TURN = 0, 3, 6, 7, 8, 9, 10, 11
+MEMORY_WIDTH = 20
 
 
 @kernel
@@ -87,6 +88,24 @@ def remember_pose(memory, state, body):
 
 
 @kernel
+def remember_turn(memory, state):
+    """The rotation of the present pose, for a cloud's outline."""
+    matrix_of(state, memory, LAST_TURN)
+
+
+@kernel
+def _outline_at(cloud, points, at, memory, body):
+    """Outline of the pose in the memory, of a log or of a cloud's corners, from row ``at``; returns its points."""
+    if cloud is None:
+        _outline_of(points, at, memory, body)
+        return OUTLINE_POINTS
+    for k in range(cloud.corners.shape[0]):
+        p = to_world(memory, LAST_TURN, cloud.corners[k])
+        points[at + k, 0], points[at + k, 1] = memory[LAST_X] + p[0], memory[LAST_Y] + p[1]
+    return cloud.corners.shape[0]
+
+
+@kernel
 def draw(scene, frame, state, body, memory, work, rasters, row, marks, time):
     """Draw the area swept since the last outline into the rasters and mark the lines that it touches.
 
@@ -94,13 +113,14 @@ def draw(scene, frame, state, body, memory, work, rasters, row, marks, time):
     """
     points, hull, left, right = work
     terrain = scene.terrain
-    path = hull[2 * OUTLINE_POINTS + 1]
+    path = hull[hull.shape[0] - 1]
     start_x, start_y = memory[LAST_X], memory[LAST_Y]
     speed, energy, jump = memory[PEAK_SPEED], memory[PEAK_ENERGY], memory[PEAK_JUMP]
-    _outline_of(points, 0, memory, body)
+    number = _outline_at(scene.cloud, points, 0, memory, body)
     remember_pose(memory, state, body)
-    _outline_of(points, OUTLINE_POINTS, memory, body)
-    size = convex_hull(points, 2 * OUTLINE_POINTS, hull)
+    remember_turn(memory, state)
+    _outline_at(scene.cloud, points, number, memory, body)
+    size = convex_hull(points, 2 * number, hull)
     path[0], path[1], path[2], path[3] = start_x, start_y, state[X], state[Y]
     shift_x, shift_y = (frame[0] + terrain.column) * terrain.cell, (frame[1] + terrain.row) * terrain.cell
     if marks.lines.shape[0] > 0:
@@ -134,8 +154,8 @@ def draw_deposit(scene, frame, state, body, memory, work, rasters):
     """Count the log in the cells that its final outline overlaps."""
     points, hull, left, right = work
     remember_pose(memory, state, body)
-    _outline_of(points, 0, memory, body)
-    size = convex_hull(points, OUTLINE_POINTS, hull)
+    remember_turn(memory, state)
+    size = convex_hull(points, _outline_at(scene.cloud, points, 0, memory, body), hull)
     terrain, cell = scene.terrain, scene.terrain.cell
     rows, columns = rasters.deposits.shape
     shift_x, shift_y = (frame[0] + terrain.column) * cell, (frame[1] + terrain.row) * cell

@@ -1,0 +1,64 @@
+"""Contacts of a point cloud with the terrain: each of its points, predicted a step ahead as a log's rings are."""
+
+from __future__ import annotations
+
+import math
+
+from .asymmetric_top import move_freely
+from .cloud import matrix_of, to_world
+from .compiled import kernel
+from .contacts import add_contact, ground_contact
+from .rotation import DX, VZ, X, Y, Z
+from .terrain import friction_at, surface
+
+NOW, AHEAD = 0, 9  # where the rotation matrices of the present and the predicted pose stand in scratch.turns
+
+
+@kernel
+def cloud_terrain_contacts(cloud, scene, frame, state, body, settings, dt, scratch):
+    """As ``contacts.terrain_contacts``, for the cloud's points; scratch.turns receives both rotations."""
+    terrain, turned, trial = scene.terrain, scratch.turned, scratch.trial
+    for k in range(16):
+        turned[k] = state[k]
+    turned[VZ] -= 0.5 * settings.gravity * dt
+    move_freely(turned, body, dt)
+    for axis in range(3):
+        trial[axis] = turned[DX + axis]
+        trial[3 + axis] = turned[X + axis]
+    matrix_of(state, scratch.turns, NOW)
+    matrix_of(turned, scratch.turns, AHEAD)
+    count, least, whole = 0, math.inf, True
+    for k in range(cloud.points.shape[0]):
+        p = to_world(scratch.turns, AHEAD, cloud.points[k])
+        px, py, pz = turned[X] + p[0], turned[Y] + p[1], turned[Z] + p[2]
+        height, gx, gy = surface(terrain, frame[0], frame[1], px, py)
+        gap = pz - height
+        if gap != gap:
+            whole = False
+            continue
+        least = min(least, gap / math.sqrt(1.0 + gx * gx + gy * gy))
+        if gap < 0.0:
+            count = ground_contact(
+                terrain, frame, scratch.contacts, scratch.keys, count, state, body,
+                to_world(scratch.turns, NOW, cloud.points[k]), gap, (gx, gy),
+                friction_at(terrain, frame[0], frame[1], px, py), k, (dt, settings.restitution, settings.gravity),
+            )  # fmt: skip
+    return count, least, whole
+
+
+@kernel
+def touch_cloud(terrain, frame, scratch, count, state, body, key, p, n, gap, step):
+    """Add the contact of an obstacle at the predicted point p with normal n; its lever is turned back to now."""
+    trial, turns = scratch.trial, scratch.turns
+    r = (p[0] - trial[3], p[1] - trial[4], p[2] - trial[5])
+    b = (
+        turns[AHEAD] * r[0] + turns[AHEAD + 3] * r[1] + turns[AHEAD + 6] * r[2],
+        turns[AHEAD + 1] * r[0] + turns[AHEAD + 4] * r[1] + turns[AHEAD + 7] * r[2],
+        turns[AHEAD + 2] * r[0] + turns[AHEAD + 5] * r[1] + turns[AHEAD + 8] * r[2],
+    )
+    r = to_world(turns, NOW, b)
+    mu = friction_at(terrain, frame[0], frame[1], p[0], p[1])
+    return add_contact(
+        scratch.contacts, scratch.keys, count, state, body, key, r[0], r[1], r[2], n[0], n[1], n[2], mu, gap,
+        step[0], step[1], step[2],
+    )  # fmt: skip

@@ -1,0 +1,330 @@
+"""Contacts of a convex hull with trees, posts, lying logs and barriers, at the predicted pose.
+
+Round obstacles are a straight core with a radius about it (a post's radius is zero), so their free ends are rounded:
+a core stops its radius short of the end. A core outside the hull meets its nearest point: edge, corner or, from a free
+end, face. A core inside the hull (thin stems, posts, a barrier's top edge) is let out the shortest way square to the
+core, seen along which the hull is a polygon; a free end also through the nearest face. Where a face or an edge lies
+along the core there are two contacts, at the ends of what they share.
+
+A barrier's plate meets the hull's corners: one is through it when the way from it to the centre of mass crosses the
+plate, not when that way passes above or beside it. Its top edge and its real ends and bends are cores.
+"""
+
+from __future__ import annotations
+
+import math
+
+from . import barriers, lying_logs, trees
+from .cloud import to_world
+from .cloud_contacts import AHEAD, touch_cloud
+from .compiled import kernel
+from .contacts import BARRIER, LYING, TREE, cross
+from .limits import CORE_BELOW, FACE_ALIGNED, FLAT_TOLERANCE, OBSTACLE_TRAVEL
+from .log_body import REACH
+from .lying_logs import axes_nearest, dot, point
+
+_NOWHERE = (0.0, 0.0, 0.0)
+
+
+@kernel
+def lay_out(cloud, scratch):
+    """The hull's corners and normals at the predicted pose, into scratch.corners and scratch.normals."""
+    trial = scratch.trial
+    for k in range(cloud.corners.shape[0]):
+        p = to_world(scratch.turns, AHEAD, cloud.corners[k])
+        for axis in range(3):
+            scratch.corners[k, axis] = trial[3 + axis] + p[axis]
+    for k in range(cloud.normals.shape[0]):
+        p = to_world(scratch.turns, AHEAD, cloud.normals[k])
+        for axis in range(3):
+            scratch.normals[k, axis] = p[axis]
+
+
+@kernel
+def _height_over(cloud, scratch, face, p):
+    """Distance [m] of a place from a face's plane, outward."""
+    trial = scratch.trial
+    n = scratch.normals[face]
+    return (
+        n[0] * (p[0] - trial[3]) + n[1] * (p[1] - trial[4]) + n[2] * (p[2] - trial[5]) - cloud.offsets[face]
+    )  # fmt: skip
+
+
+@kernel
+def _clip_to_face(cloud, scratch, face, start, u, low, high):
+    """The part [low, high] of a line that lies within a face's outline, seen along the face's normal."""
+    n = (scratch.normals[face, 0], scratch.normals[face, 1], scratch.normals[face, 2])
+    first, last = cloud.starts[face], cloud.starts[face + 1]
+    for k in range(first, last):
+        a = scratch.corners[cloud.loops[k]]
+        b = scratch.corners[cloud.loops[k + 1 if k + 1 < last else first]]
+        out = cross(b[0] - a[0], b[1] - a[1], b[2] - a[2], n[0], n[1], n[2])
+        away = out[0] * (start[0] - a[0]) + out[1] * (start[1] - a[1]) + out[2] * (start[2] - a[2])
+        rate = dot(out, u)
+        if rate == 0.0:
+            if away > 0.0:
+                return 1.0, 0.0
+        elif rate > 0.0:
+            high = min(high, -away / rate)
+        else:
+            low = max(low, -away / rate)
+    return low, high
+
+
+@kernel
+def _way_out(cloud, scratch, start, u, long, enter, leave, free_start, free_end):
+    """Shortest way of the hull off a core inside it: (depth, hull's outward normal there, first and last along it)."""
+    corners = scratch.corners
+    centre = (scratch.trial[3], scratch.trial[4], scratch.trial[5])
+    best, m_best, first, last = math.inf, _NOWHERE, enter, leave
+    for k in range(cloud.edges.shape[0]):
+        a, b = corners[cloud.edges[k, 0]], corners[cloud.edges[k, 1]]
+        m = cross(b[0] - a[0], b[1] - a[1], b[2] - a[2], u[0], u[1], u[2])
+        size = math.sqrt(dot(m, m))
+        if size <= FLAT_TOLERANCE:
+            continue
+        side = m[0] * (a[0] - centre[0]) + m[1] * (a[1] - centre[1]) + m[2] * (a[2] - centre[2])
+        size = size if side >= 0.0 else -size
+        m = (m[0] / size, m[1] / size, m[2] / size)
+        depth = m[0] * (a[0] - start[0]) + m[1] * (a[1] - start[1]) + m[2] * (a[2] - start[2])
+        if depth < 0.0 or depth >= best:
+            continue
+        support = True
+        for j in range(corners.shape[0]):
+            c = corners[j]
+            over = m[0] * (c[0] - a[0]) + m[1] * (c[1] - a[1]) + m[2] * (c[2] - a[2])
+            if over > 1e-7 * (1.0 + abs(side)):
+                support = False
+                break
+        if support:
+            best, m_best = depth, m
+    for end in range(2):
+        free = free_start if end == 0 else free_end
+        z = 0.0 if end == 0 else long
+        if not free or not (enter <= z <= leave):
+            continue
+        p = point(start, z, u)
+        outward = -1.0 if end == 0 else 1.0
+        for k in range(cloud.normals.shape[0]):
+            n = (scratch.normals[k, 0], scratch.normals[k, 1], scratch.normals[k, 2])
+            if outward * dot(n, u) < 0.0:
+                depth = -_height_over(cloud, scratch, k, p)
+                if depth < best:
+                    best, m_best, first, last = depth, n, z, z
+    return best, m_best, first, last
+
+
+@kernel
+def _nearest(cloud, scratch, start, u, long):
+    """Nearest points of the hull and a core outside it: (distance, point of the hull, z on the core, edge or -1)."""
+    corners = scratch.corners
+    best, p_best, z_best, edge = math.inf, _NOWHERE, 0.0, -1
+    for k in range(cloud.edges.shape[0]):
+        a, b = corners[cloud.edges[k, 0]], corners[cloud.edges[k, 1]]
+        d = (b[0] - a[0], b[1] - a[1], b[2] - a[2])
+        size = math.sqrt(dot(d, d))
+        d = (d[0] / size, d[1] / size, d[2] / size)
+        s, z = axes_nearest((a[0], a[1], a[2]), d, 0.0, size, start, u, long)
+        p = point((a[0], a[1], a[2]), s, d)
+        r = point(point(p, -1.0, start), -z, u)
+        distance = math.sqrt(dot(r, r))
+        if distance < best:
+            best, p_best, z_best, edge = distance, p, z, k
+    for end in range(2):
+        z = 0.0 if end == 0 else long
+        q = point(start, z, u)
+        for k in range(cloud.normals.shape[0]):
+            distance = _height_over(cloud, scratch, k, q)
+            if 0.0 <= distance < best:
+                low, high = _clip_to_face(cloud, scratch, k, q, u, 0.0, 0.0)
+                if low <= high:
+                    n = (scratch.normals[k, 0], scratch.normals[k, 1], scratch.normals[k, 2])
+                    best, p_best, z_best, edge = distance, point(q, -distance, n), z, -1
+    return best, p_best, z_best, edge
+
+
+@kernel
+def core_contacts(cloud, scene, frame, scratch, count, state, body, key, start, u, long, wide, slope, free, step):
+    """Contacts of the hull with a round obstacle: core from start along u, radius wide + slope z; free : its ends.
+
+    Returns (count, how far [m] the hull's fastest point may move in the next step).
+    """
+    terrain = scene.terrain
+    end = point(start, long, u)
+    thick = max(wide, wide + slope * long)
+    clear, enter, leave = -math.inf, 0.0, long
+    for k in range(cloud.normals.shape[0]):
+        low, high = _height_over(cloud, scratch, k, start), _height_over(cloud, scratch, k, end)
+        clear = max(clear, min(low, high) - thick)
+        if low > 0.0 and high > 0.0:
+            leave = -1.0
+        elif low > 0.0:
+            enter = max(enter, long * low / (low - high))
+        elif high > 0.0:
+            leave = min(leave, long * low / (low - high))
+    both = cloud.thickness + thick
+    travel = max(OBSTACLE_TRAVEL * min(both, 2.0 * math.sqrt(cloud.thickness * both)), clear)
+    if clear > 0.0:
+        return count, travel
+    if enter <= leave:
+        depth, m, first, last = _way_out(cloud, scratch, start, u, long, enter, leave, free[0], free[1])
+        if depth == math.inf:
+            return count, travel
+        n = (-m[0], -m[1], -m[2])
+        apart = last - first > 0.1 * cloud.thickness
+        for part in range(2 if apart else 1):
+            z = 0.5 * (first + last)
+            if apart:
+                z = first if part == 0 else last
+            p = point(start, z, u)
+            count = touch_cloud(
+                terrain, frame, scratch, count, state, body, (key[0], key[1], key[2] + part),
+                point(p, wide + slope * z, n), n, -depth - wide - slope * z, step,
+            )  # fmt: skip
+        return count, travel
+    distance, p, z, edge = _nearest(cloud, scratch, start, u, long)
+    gap = distance - wide - slope * z
+    if gap >= 0.0 or distance == 0.0:
+        return count, travel
+    r = point(point(p, -1.0, start), -z, u)
+    n = (r[0] / distance, r[1] / distance, r[2] / distance)
+    # a face along the core: two contacts, where the core enters and leaves the face's outline
+    face, most = -1, FACE_ALIGNED
+    for k in range(cloud.normals.shape[0]):
+        aligned = -(n[0] * scratch.normals[k, 0] + n[1] * scratch.normals[k, 1] + n[2] * scratch.normals[k, 2])
+        if aligned > most:
+            face, most = k, aligned
+    low, high = 1.0, 0.0
+    if face >= 0:
+        n = (-scratch.normals[face, 0], -scratch.normals[face, 1], -scratch.normals[face, 2])
+        low, high = _clip_to_face(cloud, scratch, face, start, u, 0.0, long)
+    elif edge >= 0:
+        a, b = scratch.corners[cloud.edges[edge, 0]], scratch.corners[cloud.edges[edge, 1]]
+        d = (b[0] - a[0], b[1] - a[1], b[2] - a[2])
+        along = dot(d, u)
+        if along * along > FACE_ALIGNED * FACE_ALIGNED * dot(d, d):
+            at = u[0] * (a[0] - start[0]) + u[1] * (a[1] - start[1]) + u[2] * (a[2] - start[2])
+            low, high = max(0.0, min(at, at + along)), min(long, max(at, at + along))
+    if high > low:
+        for part in range(2):
+            z = low if part == 0 else high
+            q = point(start, z, u)
+            if face >= 0:
+                away = _height_over(cloud, scratch, face, q)
+                side = n
+            else:
+                a, b = scratch.corners[cloud.edges[edge, 0]], scratch.corners[cloud.edges[edge, 1]]
+                d = (b[0] - a[0], b[1] - a[1], b[2] - a[2])
+                share = (z - (u[0] * (a[0] - start[0]) + u[1] * (a[1] - start[1]) + u[2] * (a[2] - start[2]))) / dot(
+                    d, u
+                )
+                r = point(point((a[0], a[1], a[2]), share, d), -1.0, q)
+                away = math.sqrt(dot(r, r))
+                side = (r[0] / away, r[1] / away, r[2] / away) if away > 0.0 else n
+            if away - wide - slope * z < 0.0:
+                count = touch_cloud(
+                    terrain, frame, scratch, count, state, body, (key[0], key[1], key[2] + part),
+                    point(q, away, side), side, away - wide - slope * z, step,
+                )  # fmt: skip
+        return count, travel
+    if 0.0 < z < long:
+        # a stem's own taper leans the normal
+        scale = 1.0 / math.sqrt(1.0 + slope * slope)
+        n = ((n[0] - slope * u[0]) * scale, (n[1] - slope * u[1]) * scale, (n[2] - slope * u[2]) * scale)
+        gap *= scale
+    return touch_cloud(terrain, frame, scratch, count, state, body, key, p, n, gap, step), travel
+
+
+@kernel
+def _plate_contacts(cloud, scene, frame, scratch, count, state, body, item, plate, step):
+    """Contacts of the hull's corners with a plate; returns (count, travel)."""
+    trial = scratch.trial
+    x, y, ax, ay, width = (
+        plate[barriers.START_X], plate[barriers.START_Y], plate[barriers.ALONG_X], plate[barriers.ALONG_Y],
+        plate[barriers.WIDTH],
+    )  # fmt: skip
+    top0, rise = plate[barriers.TOP_START], (plate[barriers.TOP_END] - plate[barriers.TOP_START]) / width
+    nx, ny = -ay, ax
+    off_c = (trial[3] - x) * nx + (trial[4] - y) * ny
+    u_c = (trial[3] - x) * ax + (trial[4] - y) * ay
+    side = 1.0 if off_c >= 0.0 else -1.0
+    beside = max(-u_c, u_c - width)
+    above = trial[5] - max(top0, plate[barriers.TOP_END])
+    clear = max(abs(off_c), beside, above) - body[REACH]
+    travel = max(OBSTACLE_TRAVEL * cloud.thickness, clear)
+    if clear > 0.0:
+        return count, travel
+    for k in range(cloud.corners.shape[0]):
+        c = scratch.corners[k]
+        off = (c[0] - x) * nx + (c[1] - y) * ny
+        if off * side >= 0.0:
+            continue
+        u = (c[0] - x) * ax + (c[1] - y) * ay
+        share = off / (off - off_c)
+        at = u + share * (u_c - u)
+        if 0.0 <= at <= width and c[2] + share * (trial[5] - c[2]) <= top0 + rise * at:
+            count = touch_cloud(
+                scene.terrain, frame, scratch, count, state, body, (BARRIER, item, 8 + k), (c[0], c[1], c[2]),
+                (side * nx, side * ny, 0.0), -abs(off), step,
+            )  # fmt: skip
+    return count, travel
+
+
+@kernel
+def cloud_obstacle_contacts(cloud, scene, frame, scratch, count, state, body, step):
+    """Contacts with everything near; step = (dt, restitution, gravity). Returns (count, travel)."""
+    lay_out(cloud, scratch)
+    travel, anchor = math.inf, scratch.anchor
+    up = (0.0, 0.0, 1.0)
+    for m in range(int(anchor[4])):
+        tree, item = scratch.tree_table[m], scratch.near_trees[m]
+        if scene.joints[item]:
+            continue
+        foot, slope = tree[trees.FOOT], tree[trees.SLOPE]
+        tip = tree[trees.RADIUS] + slope * (tree[trees.TOP] - foot)
+        start = (tree[trees.NEAR_X], tree[trees.NEAR_Y], foot - CORE_BELOW)
+        count, allowed = core_contacts(
+            cloud, scene, frame, scratch, count, state, body, (TREE, item, 0), start, up,
+            max(0.1, tree[trees.TOP] - tip - start[2]), tree[trees.RADIUS] - slope * CORE_BELOW, slope, (False, True),
+            step,
+        )  # fmt: skip
+        travel = min(travel, allowed)
+    for m in range(int(anchor[5])):
+        plate, item = scratch.plate_table[m], scratch.near_plates[m]
+        count, allowed = _plate_contacts(cloud, scene, frame, scratch, count, state, body, item, plate, step)
+        travel = min(travel, allowed)
+        rise = plate[barriers.TOP_END] - plate[barriers.TOP_START]
+        long = math.sqrt(plate[barriers.WIDTH] ** 2 + rise * rise)
+        flat = plate[barriers.WIDTH] / long
+        u = (plate[barriers.ALONG_X] * flat, plate[barriers.ALONG_Y] * flat, rise / long)
+        start = (plate[barriers.START_X], plate[barriers.START_Y], plate[barriers.TOP_START])
+        count, allowed = core_contacts(
+            cloud,
+            scene,
+            frame,
+            scratch,
+            count,
+            state,
+            body,
+            (BARRIER, item, 0),
+            start,
+            u,
+            long,
+            0.0,
+            0.0,
+            (False, False),
+            step,
+        )
+        travel = min(travel, allowed)
+    for m in range(int(anchor[7])):
+        piece, item = scratch.lying_table[m], scratch.near_lying[m]
+        u = (piece[lying_logs.ALONG_X], piece[lying_logs.ALONG_Y], piece[lying_logs.ALONG_Z])
+        wide, slope, long = piece[lying_logs.WIDE], piece[lying_logs.SLOPE], piece[lying_logs.LONG]
+        first, last = min(wide, 0.5 * long), long - min(wide + slope * long, 0.5 * long)
+        start = point((piece[lying_logs.START_X], piece[lying_logs.START_Y], piece[lying_logs.START_Z]), first, u)
+        count, allowed = core_contacts(
+            cloud, scene, frame, scratch, count, state, body, (LYING, item, 0), start, u, max(1e-3, last - first),
+            wide + slope * first, slope, (True, True), step,
+        )  # fmt: skip
+        travel = min(travel, allowed)
+    return count, travel
