@@ -1,9 +1,9 @@
 """Slide the released logs down the terrain, through the standing trees, over or into the barriers.
 
-Each log is a rigid truncated cone (or, with --shape, any convex body) in hard frictional contact with terrain, trees and barriers (the engine's README has
-the physics, after the paper's section 3). The run's folder holds the deposits, the trajectories, the share of logs that
-reach each line, every hit of a barrier, what each tree that was hit has taken, and rasters of how often, how fast and
-how high logs pass. Every released log is accounted for.
+Each log is a rigid truncated cone (or, with --shape, any convex body) in hard frictional contact with terrain, trees,
+barriers and lying logs (the engine's README has the physics, after the paper's section 3). The run's folder holds the
+deposits, the trajectories, the share of logs that reach each line, every hit of a barrier, what each tree that was hit
+has taken, and rasters of how often, how fast and how high logs pass. Every released log is accounted for.
 
 Logs do not break, trees and barriers do not give way, logs do not meet each other. An interrupted run goes on with
 --resume where it stopped, and gives the same results, bit for bit, as one that was never interrupted. With --until-ci
@@ -233,7 +233,7 @@ def slide_chunk(
         keep_poses=keep[rows],
         rasters=slope.rasters,
         report=report,
-        shape=layers.shape,
+        shape=slope.layers.shape,
     )
     wall_s = time.perf_counter() - began
     sides = slope.layers.escaped(result)
