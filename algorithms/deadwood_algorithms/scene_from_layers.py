@@ -86,9 +86,9 @@ class SceneLayers:
     lying_logs: LyingLogs
     lying: Items
     digest: str  # of every array that went into the scene
-    shape: Shape | None = None  # what slides in the logs' place
     watched: tuple[str, ...] = ()  # sides of the DEM's window that the engine's last lines watch, behind the layer's
     threads: int = 1  # as many as were asked for, or as there is memory for
+    shape: Shape | None = None  # what slides in the logs' place
 
     def escaped(self, result: Result) -> list[str]:
         """The sides of the window that some log came too near to; they must be slid again in a wider one."""
