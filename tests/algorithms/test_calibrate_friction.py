@@ -28,7 +28,7 @@ from deadwood_toolbox import cli
 
 SLOPE = np.radians(20.0)
 SPEED = 12.0
-RELEASED = 120
+RELEASED = 100
 
 
 def stop_m(friction: float) -> float:
@@ -83,7 +83,7 @@ def calibrate(values: dict[str, Any], feedback=None) -> tuple[pd.DataFrame, dict
     return pd.read_csv(folder / "calibration.csv").set_index("friction"), told
 
 
-@pytest.mark.parametrize("true", [0.505, 0.57, 0.62])
+@pytest.mark.parametrize("true", [0.505, 0.62])
 def test_on_a_plane_the_true_coefficient_is_found(plane, tmp_path, true):
     """Two logs that stopped where the closed form says, seen from the middle of the releases. In 0.025 of mu the stop
     moves by 2.5 to 7 m; releases and places scatter by 1.4 m: the range is about that narrow."""
@@ -118,7 +118,7 @@ def test_a_stop_line_on_the_plane(plane, tmp_path):
     assert table["reach_reached"].is_monotonic_decreasing
     # of three logs that reached the far line among eight, a coefficient with a share of 3 in 8 is likelier
     low = {"not_reached": None, "reached": lines["not_reached"], "event_logs": 8, "event_reached": 3}
-    mixed, _ = calibrate(plane.values(tmp_path / "mixed", **low))
+    mixed, _ = calibrate(plane.values(tmp_path / "mixed", **low, friction="0.5,0.55,0.6"))
     expected = (mixed["share"] - 3 / 8).abs().idxmin()
     assert mixed["relative_likelihood"].idxmax() == expected
 
