@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rasterio.windows import Window
 
+from deadwood_algorithms import styles
 from deadwood_algorithms.dem_windows import DemWindows, WindowWriter
 from deadwood_algorithms.grid import Grid
 from deadwood_algorithms.mapped_deadwood import Deadwood
@@ -68,6 +69,7 @@ def write_rasters(
             f"{dem.path}: no cell has a whole window of {ask.window_m:g} m around it; "
             "take a larger DEM or a smaller --window-m"
         )
+    styles.store_beside(susceptible, styles.of_raster("susceptibility", np.empty(0), "1"))
     return total / known
 
 

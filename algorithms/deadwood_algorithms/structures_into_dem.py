@@ -14,6 +14,7 @@ import rasterio
 from numpy.typing import NDArray
 from rasterio.enums import MaskFlags
 
+from deadwood_algorithms import styles
 from deadwood_algorithms.dem_windows import DemWindows, WindowWriter
 from deadwood_algorithms.earthworks import build
 from deadwood_algorithms.rasters import geotiff_profile
@@ -57,6 +58,7 @@ def write_with_structures(path: Path, dem: DemWindows, plans: Sequence[Plan], fe
                 f"{plan.work.open_at[0]:.0f}, {plan.work.open_at[1]:.0f}); make the slope of the side steeper than "
                 "that of the ground, or the reach longer"
             )
+    styles.store_beside(path, styles.of_raster("dem", np.empty(0), "m"))
 
 
 def _build_into(raw: NDArray[Any], rows: slice, dem: DemWindows, plans: Sequence[Plan]) -> None:

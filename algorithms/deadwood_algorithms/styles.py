@@ -191,6 +191,12 @@ _LAYERS: dict[str, Callable[[Any, str], Style]] = {
     "reached_by": _in(ROAD, 1.4),
     "spread": _spread,
     "azimuths": _in(RELEASE, 1.2),
+    "release_areas": _in(RELEASE),
+    "candidates": _in(ROAD, 2.4),
+    "others": _in(PLAIN, 1.6),
+    "earthworks": _in(WOOD, 3.0),
+    "flights": _in(RELEASE, 2.0),
+    "clearances": _in(BARRIER, 2.4),
     "log_outlines": _outlines,
     "log_solids": _solids,
 }
@@ -212,6 +218,9 @@ def of_raster(name: str, values: NDArray[Any], units: str, description: str = ""
         return _scale(_round_steps(_largest(values), len(ENERGY)), ENERGY, "kJ")
     if "jump" in about:
         return _scale(JUMPS_M, SPEED, "m")
+    if "susceptibility" in about:
+        even = (Stop(0.1 * k, colour, f"{0.1 * k:.1f}") for k, colour in enumerate(HITS, start=1))
+        return Style(qml.ramp([Stop(0.0, HITS[0], "0", alpha=0), *even]))
     if units == "1":
         clear = Stop(0.0, HITS[0], "0 %", alpha=0)
         shares = (Stop(each, HITS[k], f"{100 * each:g} %") for k, each in enumerate(SHARES))

@@ -291,7 +291,8 @@ def test_ground_that_is_not_susceptible_gives_an_empty_layer(tmp_path):
 def test_only_what_is_asked_for_stays(tmp_path):
     dem = write_raster(tmp_path / "dem.tif", plane(40.0))
     assess_mobilisation.TOOL(dem=dem, output=str(tmp_path / "s.tif"))
-    assert sorted(each.name for each in tmp_path.iterdir()) == ["dem.tif", "s.tif"]
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["dem.tif", "s.qml", "s.tif"]
+    assert 'value="0.8"' in (tmp_path / "s.qml").read_text(encoding="utf-8")
 
 
 # --- mapped deadwood

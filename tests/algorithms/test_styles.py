@@ -104,6 +104,7 @@ def test_differences_are_symmetric_with_nothing_at_no_difference():
         ("energy_max", "kJ", ""),
         ("jump_max", "m", ""),
         ("reach_probability", "1", ""),
+        ("susceptibility", "1", ""),
         ("dem", "m", ""),
     ],
 )
