@@ -99,7 +99,7 @@ class ToolAlgorithm(QgsProcessingAlgorithm):
             said = child.run([self.told["name"], *inputs.arguments], feedback)
         except QgsProcessingException as error:
             if feedback.isCanceled():
-                inputs.forget_unfinished()
+                raise QgsProcessingException(f"Canceled; {inputs.after_cancel()}") from None
             raise QgsProcessingException(inputs.in_the_users_words(str(error))) from None
         found = results.Results(self.told, inputs.outputs, said.outputs)
         opens = self.parameterAsBoolean(parameters, OPEN, context) if self.parameterDefinition(OPEN) else False

@@ -51,7 +51,7 @@ def run(arguments: Sequence[str], feedback: QgsProcessingFeedback) -> Said:
         ears.hear(bytes(child.readAllStandardError()), bytes(child.readAllStandardOutput()))
         if feedback.isCanceled():
             end(child)
-            raise QgsProcessingException("Canceled; the tool has ended and left nothing behind")
+            raise QgsProcessingException("Canceled")
     ears.hear(bytes(child.readAllStandardError()) + b"\n", bytes(child.readAllStandardOutput()) + b"\n")
     said = ears.said
     if child.exitStatus() != QProcess.ExitStatus.NormalExit or child.exitCode() != 0:

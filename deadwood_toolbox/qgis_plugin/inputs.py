@@ -80,13 +80,14 @@ class Inputs:
             message = message.replace(path, f"layer '{name}'")
         return message
 
-    def forget_unfinished(self) -> None:
-        """After a cancel, remove what slide-logs keeps for --resume, unless the user has asked to resume."""
+    def after_cancel(self) -> str:
+        """Remove what slide-logs keeps for --resume, unless the user has asked to resume; what is left, in words."""
         if "--resume" in self.arguments:
-            return
+            return "what was finished is kept, and the same run goes on from there"
         for folder in self.folders:
             place = Path(folder)
             shutil.rmtree(place.absolute().parent / f".{place.name}.part", ignore_errors=True)
+        return "nothing was left behind"
 
     def _add(self, declared: dict[str, Any]) -> None:
         kind, flag, name = declared["kind"], declared["flag"], declared["name"].upper()
@@ -229,7 +230,7 @@ class Inputs:
             )
         writer = QgsRasterFileWriter(path)
         error = writer.writeRaster(pipe, *size, layer.extent(), layer.crs(), self.context.transformContext())
-        if int(error) != 0:
+        if getattr(error, "value", error) != 0:  # Qt 6 has enums that are no numbers
             raise QgsProcessingException(f"{declared['label']}: the layer '{layer.name()}' could not be saved")
         self.saved[path] = layer.name()
         self.feedback.pushInfo(f"{layer.name()}: saved for the tool, because it is not in a file")

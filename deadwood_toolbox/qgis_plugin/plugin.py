@@ -5,18 +5,22 @@ from __future__ import annotations
 from typing import Any
 
 from qgis.core import QgsApplication
-from qgis.PyQt.QtWidgets import QAction, QMessageBox
+from qgis.PyQt import QtGui, QtWidgets
+from qgis.PyQt.QtWidgets import QMessageBox
 
 from .finding import read_manifest
 from .installation import report
 from .provider import Provider, icon
+
+# Qt 6 has it among the GUI classes, Qt 5 among the widgets.
+QAction: Any = getattr(QtGui, "QAction", None) or QtWidgets.QAction
 
 
 class Plugin:
     def __init__(self, iface: Any) -> None:
         self.iface = iface
         self.provider: Provider | None = None
-        self.action: QAction | None = None
+        self.action: Any = None
         self.page: Any = None
 
     def initProcessing(self) -> None:

@@ -105,7 +105,9 @@ def test_a_model_of_three_tools_runs(qgis, tmp_path):
     assert model.exists(), made.stderr[-3000:]
     fan = tmp_path / "fan.gpkg"
     areas = f"{SAMPLE / 'sample.gpkg'}|layername=release_area"
-    ran = qgis("run", model, "--", f"dem={SAMPLE / 'dem.tif'}", f"areas={areas}", f"spread:fan={fan}")
+    ran = qgis(
+        "run", model, "--", f"dem={SAMPLE / 'dem.tif'}", f"areas={areas}", f"spread:fan={fan}", f"fan={fan}"
+    )  # in 3.22, later
     assert ran.status == 0, ran.err[-3000:]
     with sqlite3.connect(fan) as database:
         assert database.execute("select n from spread").fetchall() == [(12,)]
@@ -180,7 +182,7 @@ def test_a_cancelled_run_leaves_nothing_behind(started):
     process.send_signal(signal.SIGINT)  # what qgis_process takes as Cancel
     said = process.communicate(timeout=30)
     assert process.returncode != 0
-    assert "Canceled" in said[1]
+    assert "Canceled; nothing was left behind" in said[1]
     wait_until_gone(tools)
     assert list(out.iterdir()) == []
 
