@@ -87,18 +87,36 @@ def modelled(ask: Ask, layers: SceneLayers) -> dict[str, str]:
         friction = f"Coulomb, {on_dem.min():g} to {on_dem.max():g} by cell"
     else:
         friction = f"Coulomb, {mu:g} everywhere"
-    trees, beyond = len(layers.tree_ids), layers.trees_left_out
+    trees, beyond = len(layers.tree_ids) - len(scene.trees_outside), layers.trees_left_out
+    beyond_words = f"{beyond} off the DEM left out"
+    if layers.dem.whole is not None:
+        beyond_words += f", {len(scene.trees_outside)} beyond the window"
     return {
         "terrain": f"bilinear surface through {nx} x {ny} cells of {cell:g} m",
         "window": _window_words(layers),
         "friction": friction,
         "restitution": f"{ask.restitution:g} at every contact",
         "logs": words_of(layers.shape) if layers.shape else CONES,
-        "trees": f"{trees} rigid truncated cones; {beyond} off the DEM left out" if trees else absent,
+        "trees": f"{trees} rigid truncated cones; {beyond_words}" if layers.tree_ids else absent,
         "barriers": f"{len(layers.barriers.ids)} rigid thin plates" if scene.barrier_count else absent,
         "lying_logs": _lying_words(layers) if layers.lying.ids else absent,
         "lines": f"{len(layers.lines.ids)} lines or outlines watched" if layers.lines.ids else absent,
+        "outputs": _output_words(ask, layers),
     }
+
+
+def _output_words(ask: Ask, layers: SceneLayers) -> str:
+    """What was computed of each log and what was not. The rasters always are: they take 6 to 10 % of the time of
+    sliding on cells of 0.5 m (poses 1 %), less than an option to leave them out would be worth."""
+    nothing_asked = {
+        "poses and trajectories (--trajectories none)": str(ask.trajectories).strip().lower() in ("none", "0"),
+        "reach (no lines)": not layers.lines.ids,
+        "hits of trees (no trees)": not layers.tree_ids,
+        "hits of barriers (no barriers)": not layers.barriers.ids,
+    }
+    skipped = [name for name, nobody in nothing_asked.items() if nobody]
+    computed = "deposits and rasters of every log, and what the layers above ask for"
+    return f"{computed}; not computed: {', '.join(skipped)}" if skipped else computed
 
 
 def _lying_words(layers: SceneLayers) -> str:

@@ -15,6 +15,7 @@ import shapely
 from rasterio.transform import Affine, from_origin
 
 from deadwood_algorithms import run_folder
+from deadwood_algorithms.layers import output_folder
 from deadwood_algorithms.tool import UserError
 
 sys.path.insert(0, str(Path(__file__).parent))  # importlib mode leaves siblings to us
@@ -214,6 +215,19 @@ def test_an_unwritable_folder_is_found_before_the_work(case, tmp_path, monkeypat
         case.run(output=str(tmp_path / "file" / "run"))
     assert "cannot be written to" in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_two_runs_at_once_into_one_folder(case, tmp_path):
+    """The second is refused, whatever it was asked, and the work that the first has done stays."""
+    with output_folder(tmp_path / "run") as folder:
+        (tmp_path / ".run.part").mkdir()
+        (tmp_path / ".run.part" / "identity.json").write_text("of the first")
+        for changes in ({}, {"resume": True}, {"overwrite": True}):
+            with pytest.raises(UserError, match="another run is writing this output now"):
+                case.run(output=str(tmp_path / "run"), **changes)
+        (folder / "manifest.json").write_text("{}")
+    assert (tmp_path / ".run.part" / "identity.json").read_text() == "of the first"
+    assert (tmp_path / "run" / "manifest.json").read_text() == "{}"
 
 
 def test_a_full_disk_is_the_users_to_mend(case, tmp_path, monkeypatch):

@@ -5,13 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pyproj
 import pytest
 import rasterio
 from rasterio.transform import Affine, from_origin
 
 from deadwood_algorithms import dem_windows
-from deadwood_algorithms.dem_windows import WindowWriter, open_windows
-from deadwood_algorithms.layers import read_dem
+from deadwood_algorithms.dem_windows import WindowWriter, open_windows, read_part
+from deadwood_algorithms.grid import Grid, Part
+from deadwood_algorithms.layers import read_dem, write_raster
 from deadwood_algorithms.rasters import geotiff_profile
 from deadwood_algorithms.tool import UserError
 
@@ -78,6 +80,46 @@ def test_undeclared_nodata_is_outside_as_in_a_whole_dem(tmp_path, said):
     assert np.array_equal(found, read_dem(path).values, equal_nan=True)
     assert np.isnan(found).sum() == 3 * NX + 1
     assert [each.split(": ")[1][:9] for each in said.warnings] == ["1 cells h", f"{3 * NX} cells"]
+
+
+@pytest.mark.parametrize("transform", [NORTH_UP, SOUTH_UP])
+@pytest.mark.parametrize(
+    ("name", "low"),
+    [("mountain", 900.0), ("coast", 30.0), ("polder", -4.0)],
+)
+def test_a_part_is_the_cut_of_the_whole_whatever_its_zeros_mean(tmp_path, said, rough, transform, name, low):
+    """Zeros within a window all above 100 m: a collar on a mountain, the sea where lower ground lies elsewhere."""
+    values = rough.copy()
+    values[20:24], values[30, 7] = 0.0, 32767.0
+    values[45, 60] = low  # outside the window
+    path = write(tmp_path / "dem.tif", values, transform)
+    whole, part = read_dem(path), Part(5, 11, 40, 25)
+    with open_windows(path, crs=None, feedback=said, look_through=False) as dem:
+        cut = read_part(dem, part, said)
+    assert np.array_equal(cut.values, whole.values[part.slices], equal_nan=True)
+    assert cut.values.dtype == np.float32
+    assert (cut.x0, cut.y0) == (whole.x0 + 5 * CELL, whole.y0 + 11 * CELL)
+    assert (cut.frame.shape, cut.part) == (whole.shape, part)
+    assert (cut.values == 0.0).any() == (name != "mountain")
+    assert any("no height on Earth" in warning for warning in said.warnings)
+    assert any("exactly 0 m" in warning for warning in said.warnings) == (name == "mountain")
+
+
+def test_a_window_is_written_into_its_whole(tmp_path):
+    """Beyond it tiles are not stored, and read as 0, or as nodata where there is one."""
+    whole = Grid.empty((3000, 2000), CELL, 2_783_001.0, 1_190_001.0, pyproj.CRS(2056))
+    part = Part(301, 1203, 50, 40)
+    values = np.random.default_rng(1).uniform(1.0, 9.0, (40, 50)).astype(np.float32)
+    for name, nodata, beyond in (("counts", None, 0.0), ("speeds", np.nan, np.nan)):
+        path = tmp_path / f"{name}.tif"
+        write_raster(path, values, whole.window(part, values), nodata=nodata, dtype="float32")
+        with rasterio.open(path) as made:
+            found = made.read(1)[::-1]
+            assert made.transform == whole.transform
+        assert np.array_equal(found[part.slices], values)
+        found[part.slices] = beyond
+        assert np.array_equal(found, np.full(whole.shape, beyond), equal_nan=True)
+        assert path.stat().st_size < 60_000  # of 24 MB
 
 
 def test_what_is_no_dem_is_refused(tmp_path, said):

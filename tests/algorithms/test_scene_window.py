@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
 import sys
 from pathlib import Path
 
+import geopandas as gpd
 import numpy as np
 import pyarrow.parquet as parquet
 import pytest
 import rasterio
 import shapely
 from rasterio.transform import from_origin
+from rasterio.windows import Window
 
 from deadwood_algorithms import compare_fidelity, count_hits, dem_reach, scene_from_layers, scene_window, slide_logs
 from deadwood_algorithms.dem_windows import open_windows
@@ -220,6 +224,54 @@ def test_fewer_threads_where_memory_is_short_change_nothing(case, whole, small_i
     window = run(case, tmp_path / "run", said, threads=16)
     assert any("threads are used instead of 16" in note for note in said.notes)
     assert_same_results(whole, window)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="the peak of a child's memory is a matter of POSIX")
+def test_a_dem_of_14_gigabytes_costs_less_than_one(case, tmp_path):
+    """60 000 x 60 000 cells, of which a valley of 3000 x 3000 has heights; the command's peak, all libraries counted."""
+    side, low = 60_000, 28_500  # the valley's rows and columns begin there
+    facts = {"driver": "GTiff", "dtype": "float32", "count": 1, "height": side, "width": side, "crs": "EPSG:2056"}
+    facts |= {"tiled": True, "blockxsize": 512, "blockysize": 512, "compress": "deflate", "sparse_ok": True}
+    v = np.abs(np.arange(3000)[:, None] - 1500.0) * 0.5  # metres from the valley's middle
+    valley = np.broadcast_to(1000.0 + 0.7 * np.maximum(v - 30.0, 0.0), (3000, 3000)).astype(np.float32)
+    with rasterio.open(
+        tmp_path / "d.tif", "w", nodata=-9999.0, transform=from_origin(EAST, NORTH, 0.5, 0.5), **facts
+    ) as made:
+        made.write(valley, 1, window=Window(low, low, 3000, 3000))
+    x, y = EAST + (low + 1500.0) * 0.5 + np.arange(8.0), np.full(8, NORTH - (low + 1500.0) * 0.5 + 130.0)
+    gpd.GeoDataFrame(geometry=gpd.points_from_xy(x, y), crs=2056).to_file(tmp_path / "r.gpkg")
+    flags = {
+        "dem": "d.tif",
+        "releases": "r.gpkg",
+        "friction": "0.5",
+        "output": "run",
+        "fidelity": "draft",
+        "threads": "2",
+    }
+    code = (
+        "import resource, sys; from deadwood_toolbox import cli; status = cli.run(sys.argv[1:]);"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss); sys.exit(status)"
+    )
+    command = [
+        sys.executable,
+        "-c",
+        code,
+        "slide-logs",
+        *(part for key, value in flags.items() for part in (f"--{key}", value)),
+    ]
+    root = Path(__file__).parents[2]
+    paths = f"{root}:{root / 'engine'}:{root / 'algorithms'}"
+    ran = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, env=os.environ | {"PYTHONPATH": paths})
+    assert ran.returncode == 0, ran.stderr
+    peak = int(ran.stdout.split()[-1]) * (1024 if sys.platform == "linux" else 1)
+    assert peak < 1.2e9
+    told = summary(tmp_path / "run")
+    assert told["logs"]["by_stop_reason"]["left_dem"] == 0
+    assert "of the DEM's 60000 x 60000 cells" in told["modelled"]["window"]
+    with rasterio.open(tmp_path / "run" / "hit_count.tif") as hits:
+        assert hits.shape == (side, side)
+        assert hits.read(1, window=Window(low, low, 3000, 3000)).max() >= 1
+    assert (tmp_path / "run" / "hit_count.tif").stat().st_size < 5e6
 
 
 def test_the_guess_reads_little_more_than_its_answer(tmp_path, monkeypatch):
