@@ -17,9 +17,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from deadwood_algorithms.dem_windows import DemWindows
+from deadwood_algorithms.dem_windows import HEIGHT_LIMIT_M, DemWindows
 from deadwood_algorithms.grid import Grid, Part
-from deadwood_algorithms.rasters import HEIGHT_LIMIT_M
 from deadwood_algorithms.tool import UserError
 
 # A DEM of so many cells at most is read whole: 100 MB of heights, read in a second.

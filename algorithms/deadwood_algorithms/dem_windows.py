@@ -21,17 +21,15 @@ from rasterio.transform import Affine, from_origin
 from rasterio.windows import Window
 
 from deadwood_algorithms.crs import horizontal
+from deadwood_algorithms.dem_header import open_dem
 from deadwood_algorithms.grid import Grid, Part
-from deadwood_algorithms.rasters import (
-    COLLAR_DROP_M,
-    HEIGHT_LIMIT_M,
-    TILE_CELLS,
-    empty_impossible_heights,
-    open_dem,
-    read_values,
-)
+from deadwood_algorithms.rasters import TILE_CELLS, read_values
 from deadwood_algorithms.tool import Cancelled, Feedback, UserError
 
+# No ground on Earth is that high or deep on land: an undeclared nodata value such as -9999, -32768 or 3.4e38.
+HEIGHT_LIMIT_M = 9000.0
+# Cells of exactly 0 m this far below all the others are an undeclared empty collar, not a chasm.
+COLLAR_DROP_M = 100.0
 BLOCK_CELLS = 2**22  # read at once: 32 MiB of float64
 POINT_REACH_CELLS = 512  # positions within such a distance share one window
 
@@ -48,7 +46,7 @@ class DemWindows:
     cell, x0, y0 : float
         As of a `Grid` [m].
     zero_is_outside : bool
-        Whether cells of exactly 0 m are an undeclared empty collar (`rasters.COLLAR_DROP_M`).
+        Whether cells of exactly 0 m are an undeclared empty collar (`COLLAR_DROP_M`).
     """
 
     source: Any
@@ -160,7 +158,7 @@ def read_dem(path: str | Path, crs: str | None, feedback: Feedback) -> Grid:
 def read_whole(dem: DemWindows, feedback: Feedback) -> Grid:
     """All heights as float32 [m]."""
     values = _heights(dem, Part(0, 0, dem.shape[1], dem.shape[0]), feedback)
-    empty_impossible_heights(values, dem.path, feedback)
+    _empty_impossible_heights(values, dem.path, feedback)
     if not np.isfinite(values).any():
         raise UserError(
             f"{dem.path}: the DEM holds no height at all, every cell is nodata; check the band and its nodata value"
@@ -186,6 +184,33 @@ def read_part(dem: DemWindows, part: Part, feedback: Feedback) -> Grid:
     return whole.window(part, values)
 
 
+def _empty_impossible_heights(values: np.ndarray, path: str | Path, feedback: Feedback) -> None:
+    """Turn what must be an undeclared nodata value into NaN, in place and without a copy, and say so."""
+    low, high = _extremes(values)
+    if max(-low, high) > HEIGHT_LIMIT_M:
+        bad = np.abs(values) > HEIGHT_LIMIT_M
+        shown = float(values[bad][0])
+        values[bad] = np.nan
+        feedback.warn(
+            f"{path}: {int(bad.sum())} cells hold {shown:g} m, which is no height on Earth; they are taken as outside"
+        )
+        low, high = _extremes(values)
+    if low == 0:
+        zero = values == 0
+        lowest = float(np.fmin.reduce(values, axis=None, where=~zero, initial=np.inf))
+        if COLLAR_DROP_M < lowest < np.inf:
+            values[zero] = np.nan
+            feedback.warn(
+                f"{path}: {int(zero.sum())} cells hold exactly 0 m, all others more than {COLLAR_DROP_M:g} m; "
+                "they are taken as outside (an undeclared nodata value)"
+            )
+
+
+def _extremes(values: np.ndarray) -> tuple[float, float]:
+    """Lowest and highest value, NaN passed over (and given where there is nothing else)."""
+    return float(np.fmin.reduce(values, axis=None)), float(np.fmax.reduce(values, axis=None))
+
+
 def _heights(dem: DemWindows, part: Part, feedback: Feedback) -> NDArray[np.float32]:
     """What the file holds of a window, strip by strip of the file's blocks."""
     values = np.empty((part.rows, part.columns), np.float32)
@@ -201,7 +226,7 @@ def _heights(dem: DemWindows, part: Part, feedback: Feedback) -> NDArray[np.floa
 
 
 def _zeros_mean_nothing(dem: DemWindows, values: NDArray[np.float32]) -> bool:
-    """Whether 0 m is the only height of the whole DEM below `rasters.COLLAR_DROP_M`; mostly the window tells that."""
+    """Whether 0 m is the only height of the whole DEM below `COLLAR_DROP_M`; mostly the window tells that."""
     if _lowest(values) <= COLLAR_DROP_M:
         return False
     strips = (dem.file_window(rows, slice(0, dem.shape[1])) for rows in dem.strips())

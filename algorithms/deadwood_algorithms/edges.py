@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from rasterio.errors import RasterioError
 
 from deadwood_algorithms.crs import crs_name, same_crs
+from deadwood_algorithms.dem_header import open_dem
 from deadwood_algorithms.dem_windows import DemWindows
 from deadwood_algorithms.grid import Grid
-from deadwood_algorithms.rasters import open_dem
 from deadwood_algorithms.run_folder import GEOPACKAGE, MANIFEST, read_manifest
 from deadwood_algorithms.tool import Feedback, UserError
 
