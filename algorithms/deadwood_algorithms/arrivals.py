@@ -47,7 +47,7 @@ def find_arrivals(
     source: Run, lines: Lines, items: Items, edges: Edges | None, edge_m: float, feedback: Feedback
 ) -> Arrived:
     """Follow the stored trajectories, piece by piece; without edges, nothing is near one."""
-    bodies = bodies_of(source.deposits)
+    bodies = bodies_of(source)
     near_edge = np.zeros(len(source.deposits), bool)
     pieces: list[dict[str, NDArray]] = []
     done = 0

@@ -51,7 +51,7 @@ def cell_quantiles(
     """
     out = {name: np.full((len(levels), *grid.shape), np.nan, np.float32) for name in quantities}
     bands = list(row_bands(counts.sum(axis=1, dtype=np.int64), HITS_AT_ONCE))
-    bodies, reach = bodies_of(source.deposits), extents(source, chosen)
+    bodies, reach = bodies_of(source), extents(source, chosen)
     for number, rows in enumerate(bands):
         peaks = CellPeaks(counts[rows], len(quantities))
         y0 = grid.y0 + rows.start * grid.cell

@@ -22,7 +22,7 @@ from deadwood_algorithms.crs import crs_name, same_crs
 from deadwood_algorithms.dem_header import open_dem
 from deadwood_algorithms.dem_windows import DemWindows
 from deadwood_algorithms.grid import Grid
-from deadwood_algorithms.run_folder import GEOPACKAGE, MANIFEST, read_manifest
+from deadwood_algorithms.run_folder import GEOPACKAGE, MANIFEST, input_paths, read_manifest
 from deadwood_algorithms.tool import Feedback, UserError
 
 BLOCK = 512  # cells
@@ -148,12 +148,6 @@ def _same_grid(source: Any, grid: Grid) -> bool:
     return source.shape == grid.shape and all(abs(a - b) <= SAME_PLACE_CELLS * grid.cell for a, b in corners)
 
 
-def dem_paths(run: Path, manifest: dict[str, Any]) -> list[Path]:
-    """Where the DEM of a run may lie: as its manifest names it, from here, or from beside the run's folder."""
-    named = str(manifest.get("parameters", {}).get("dem") or "")
-    return [Path(named), run.parent / named, run.parent / Path(named).name] if named else []
-
-
 @contextmanager
 def edges_of_deposits(deposits: str, dem: str | None, crs: pyproj.CRS, feedback: Feedback) -> Iterator[Edges | None]:
     """The edges that logs of these deposits may have met: of ``dem``, or of the run whose layer it is; else None."""
@@ -169,7 +163,7 @@ def edges_of_deposits(deposits: str, dem: str | None, crs: pyproj.CRS, feedback:
             grid, paths = Grid(nothing, cell, transform.c + cell / 2, y0, dem_crs), [Path(dem)]
     elif (folder / MANIFEST).is_file() and (package.is_dir() or package.name == GEOPACKAGE):
         manifest, grid = read_manifest(folder)
-        paths = dem_paths(folder, manifest)
+        paths = input_paths(folder, manifest, "dem")
     else:
         yield None
         return

@@ -8,24 +8,32 @@ of that of translation for those that roll.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.run_folder import Run, input_paths
+from deadwood_algorithms.shape_from_file import CONE, read_points
+from deadwood_algorithms.tool import UserError
+from deadwood_engine import Shape
 from deadwood_engine.log_body import AXIAL, MASS, TRANSVERSE, cone_bodies
 
-if TYPE_CHECKING:
-    import geopandas
-
 Array = NDArray[np.float64]
-SIZES = ("dbh_cm", "length_m", "density_kg_m3")
 
 
-def bodies_of(deposits: geopandas.GeoDataFrame) -> Array:
-    """Mass properties of the logs, one row a deposit: the engine's table (`log_body.cone_bodies`)."""
-    dbh_cm, length, density = (deposits[name].to_numpy(np.float64) for name in SIZES)
-    return cone_bodies(dbh_cm / 100.0, length, density)
+def bodies_of(source: Run) -> Array:
+    """Mass properties of the logs, one row a deposit: the engine's table (`log_body.cone_bodies`).
+
+    Of a run with ``--shape`` those of its body, whose file must still be there.
+    """
+    density = source.deposits["density_kg_m3"].to_numpy(np.float64)
+    named = str(source.manifest.get("parameters", {}).get("shape", CONE))
+    if named == CONE:
+        dbh_cm, length = (source.deposits[name].to_numpy(np.float64) for name in ("dbh_cm", "length_m"))
+        return cone_bodies(dbh_cm / 100.0, length, density)
+    for path in input_paths(source.path, source.manifest, "shape"):
+        if path.is_file():
+            return Shape.of(read_points(str(path))).bodies(density)
+    raise UserError(f"{source.path}: the shape that slid, {named}, is not there any more; put it back, masses are its")
 
 
 def energies_kj(piece: dict[str, NDArray], bodies: Array) -> tuple[Array, Array]:

@@ -61,9 +61,9 @@ class Ask:
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms import arrivals
-    from deadwood_algorithms.edges import Edges, dem_paths, edge_words
+    from deadwood_algorithms.edges import Edges, edge_words
     from deadwood_algorithms.layers import output_path, write_bands, write_vector
-    from deadwood_algorithms.run_folder import read_run
+    from deadwood_algorithms.run_folder import input_paths, read_run
     from deadwood_algorithms.scene_from_layers import read_lines
 
     with ExitStack() as stack:
@@ -77,7 +77,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         if source.stored_log_ids.size < total:
             feedback.note(f"{source.stored_log_ids.size} of {total} logs have a stored trajectory; p is theirs")
 
-        edges = stack.enter_context(Edges(source.grid, dem_paths(source.path, source.manifest), feedback))
+        edges = stack.enter_context(Edges(source.grid, input_paths(source.path, source.manifest, "dem"), feedback))
         arrived = arrivals.find_arrivals(source, lines, items, edges, ask.edge_m, feedback)
         frame = arrivals.arrivals_frame(source, arrived, items, edges)
         reach = arrivals.reach_frame(source, frame, items)

@@ -243,6 +243,12 @@ def read_run(path: str, *, feedback: Feedback) -> Run:
     return Run(folder, deposits, grid, manifest, np.sort(stored.astype(np.int64)))
 
 
+def input_paths(run: Path, manifest: Mapping[str, Any], parameter: str) -> list[Path]:
+    """Where an input of a run may lie: as its manifest names it, from here, or from beside the run's folder."""
+    named = str(manifest.get("parameters", {}).get(parameter) or "")
+    return [Path(named), run.parent / named, run.parent / Path(named).name] if named else []
+
+
 def read_manifest(folder: Path) -> tuple[dict[str, Any], Grid]:
     """The manifest of a run, and its grid without values."""
     try:

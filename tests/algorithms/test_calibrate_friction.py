@@ -278,6 +278,17 @@ def test_on_the_window_of_a_large_dem_it_finds_the_same(plane, tmp_path, said, m
     assert 0.0 < window["reach_lines"].iloc[-1] <= 1.0
 
 
+def test_another_shape_slides_in_the_logs_place(plane, tmp_path):
+    """A flat block of rock, by the same closed form: mass and shape cancel in sliding."""
+    corners = np.array([(x, y, z) for x in (0.0, 1.0) for y in (0.0, 0.3) for z in (0.0, 2.0)])
+    np.savetxt(tmp_path / "block.pts", corners)
+    path = seen(tmp_path / "seen.gpkg", (30.0, 85.0 - stop_m(0.55)))
+    values = plane.values(tmp_path / "out", observed=path, friction="0.5,0.55,0.6", shape=str(tmp_path / "block.pts"))
+    table, told = calibrate(values)
+    assert told["best"] == 0.55
+    assert table.loc[0.55, "runout_median_m"] == pytest.approx(stop_m(0.55), rel=0.03)
+
+
 class StopAt(Quiet):
     """Asks to stop as soon as the second coefficient is at work."""
 

@@ -50,7 +50,7 @@ def brute_force(run: Path, cell: float, chosen=None) -> dict[str, np.ndarray]:
     place = {"x0": grid.x0, "y0": grid.y0, "cell": cell, "shape": grid.shape}
     held: dict[str, list[list[float]]] = {name: [[] for _ in range(grid.shape[0] * grid.shape[1])] for name in NAMES}
     for piece in source.poses(source.stored_log_ids if chosen is None else np.array(chosen)):
-        energy = np.add(*energies_kj(piece, bodies_of(source.deposits)))
+        energy = np.add(*energies_kj(piece, bodies_of(source)))
         facts = {"speed": piece["speed_ms"], "energy": energy, "jump": np.maximum(piece["clearance_m"], 0.0)}
         ends = [np.stack([piece[f"{name}{end}"] for name in "xyz"], axis=1) for end in "bt"]
         for log in np.unique(piece["log_row"]):

@@ -11,9 +11,10 @@ import rasterio
 from rasterio.transform import Affine, from_origin
 
 from deadwood_algorithms import edges
-from deadwood_algorithms.edges import Edges, dem_paths, near_mask
+from deadwood_algorithms.edges import Edges, near_mask
 from deadwood_algorithms.grid import Grid
 from deadwood_algorithms.layers import read_dem
+from deadwood_algorithms.run_folder import input_paths
 
 CELL, SHAPE = 0.5, (97, 81)
 PLACES = 4000
@@ -109,6 +110,6 @@ def test_a_reach_between_two_whole_cells():
 
 
 def test_the_dem_is_looked_for_where_it_may_lie(tmp_path):
-    found = dem_paths(tmp_path / "a" / "run", {"parameters": {"dem": "maps/dem.tif"}})
+    found = input_paths(tmp_path / "a" / "run", {"parameters": {"dem": "maps/dem.tif"}}, "dem")
     assert found == [Path("maps/dem.tif"), tmp_path / "a" / "maps" / "dem.tif", tmp_path / "a" / "dem.tif"]
-    assert dem_paths(tmp_path, {}) == []
+    assert input_paths(tmp_path, {}, "dem") == []

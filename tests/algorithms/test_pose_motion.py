@@ -3,28 +3,43 @@
 from __future__ import annotations
 
 import sys
+from itertools import product
 from pathlib import Path
 
-import geopandas as gpd
 import numpy as np
 import pytest
 
 from deadwood_algorithms.pose_motion import axis_rate, bodies_of, energies_kj, path_so_far, travel
 from deadwood_algorithms.run_folder import read_run
-from deadwood_algorithms.tool import Quiet
-from deadwood_engine.log_body import MASS
+from deadwood_algorithms.tool import Quiet, UserError
+from deadwood_engine.log_body import AXIAL, MASS
 
 sys.path.insert(0, str(Path(__file__).parent))  # importlib mode leaves siblings to us
 
+from hand_run import Track, write_run
 from slope_case import Case
 
 
-def test_the_mass_is_that_of_a_truncated_cone():
+def test_the_mass_is_that_of_a_truncated_cone(tmp_path):
     """pi L / 12 (D^2 + D d + d^2), d = D / 2: by a fine sum over discs."""
     s = (np.arange(100_000) + 0.5) / 100_000
     discs = np.pi * (0.2 * (1.0 - 0.5 * s)) ** 2 * 10.0 / 100_000
-    frame = gpd.GeoDataFrame({"dbh_cm": [40.0], "length_m": [10.0], "density_kg_m3": [300.0]})
-    assert bodies_of(frame)[0, MASS] == pytest.approx(300.0 * discs.sum(), rel=1e-8)
+    run = read_run(str(write_run(tmp_path / "run", [Track((1, 1), (9, 9))], length_m=10.0)), feedback=Quiet())
+    assert bodies_of(run)[0, MASS] == pytest.approx(300.0 * discs.sum(), rel=1e-8)
+
+
+def test_the_mass_of_another_shape_is_that_of_its_body(tmp_path):
+    """A block of 1 x 2 x 3 m beside the run's folder; without its file nobody knows the mass."""
+    corners = np.array(list(product((0.0, 1.0), (0.0, 2.0), (0.0, 3.0))))
+    np.savetxt(tmp_path / "block.pts", corners)
+    parameters = {"shape": "elsewhere/block.pts"}
+    folder = write_run(tmp_path / "run", [Track((1, 1), (9, 9))], parameters=parameters)
+    run = read_run(str(folder), feedback=Quiet())
+    assert bodies_of(run)[0, MASS] == pytest.approx(6.0 * 300.0)
+    assert bodies_of(run)[0, AXIAL] == pytest.approx((1.0 + 4.0) / 12.0)
+    (tmp_path / "block.pts").unlink()
+    with pytest.raises(UserError, match="elsewhere/block.pts, is not there any more"):
+        bodies_of(run)
 
 
 def turning(rate: float, spin: float, speed: float = 3.0) -> dict[str, np.ndarray]:
@@ -52,7 +67,7 @@ def test_the_energy_is_the_runs_own(tmp_path):
     run = read_run(str(case.run(trees=case.trees, friction="0.3")), feedback=Quiet())
     largest = np.zeros(len(run.deposits))
     for piece in run.poses(run.stored_log_ids):
-        np.maximum.at(largest, piece["log_row"], sum(energies_kj(piece, bodies_of(run.deposits))))
+        np.maximum.at(largest, piece["log_row"], sum(energies_kj(piece, bodies_of(run))))
     ratio = largest / run.deposits["energy_max_kj"].to_numpy()
     assert np.abs(np.quantile(ratio, [0.1, 0.5, 0.9]) - 1.0).max() < 0.1
     assert abs(np.median(ratio) - 1.0) < 0.05
