@@ -39,7 +39,19 @@ PROJECT, SCENE = "project.qgz", "scene.gpkg"
 DAY = (2000, 1, 1, 0, 0, 0)
 # Title, and the layers in it from the top down; what is in no group goes to the first.
 GROUPS = (
-    ("Results", ("reach", "reached_by", "barrier_hits", "tree_hits", "deposits", "deposited_logs", "trajectories")),
+    (
+        "Results",
+        (
+            "reach",
+            "reached_by",
+            "barrier_hits",
+            "tree_hits",
+            "lying_hits",
+            "deposits",
+            "deposited_logs",
+            "trajectories",
+        ),
+    ),
     ("Animation", ("log_outlines", "log_solids")),
     ("Scene", ("lines", "releases", "barriers", "trees")),
     ("Rasters", ("hit_count", "reach_probability", "deposit_count", "speed_max", "energy_max", "jump_max")),
