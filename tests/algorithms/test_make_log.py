@@ -162,6 +162,19 @@ def test_the_manifest_makes_the_same_log_again(tmp_path):
         assert (tmp_path / "again" / name).read_bytes() == (folder / name).read_bytes()
 
 
+def test_the_worked_examples_run(tmp_path):
+    lines = [
+        line.split()[2:] for line in make_log.TOOL.description.splitlines() if line.startswith("    deadwood-tool")
+    ]
+    assert len(lines) == 2
+    for words in lines:
+        command = [sys.executable, "-m", "deadwood_toolbox", "make-log", *words]
+        assert subprocess.run(command, cwd=tmp_path, capture_output=True).returncode == 0
+    masses = [facts(tmp_path / name)["cone"]["mass_kg"] for name in ("log_klosters", "log_rothenbrunnen")]
+    # pi/12 * 1.75 * rho * D^2 * L
+    assert masses == pytest.approx([math.pi / 12 * 1.75 * 300 * d**2 * h for d, h in ((0.75, 30), (0.3, 15))])
+
+
 @pytest.mark.parametrize(
     ("values", "said_of_it"),
     [
