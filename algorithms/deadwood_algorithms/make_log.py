@@ -12,9 +12,9 @@ where there is a ring. The logs of the paper, Klosters and Rothenbrunnen:
     deadwood-tool make-log --dbh-cm 75 --length-m 30 --rings 31 --output log_klosters
     deadwood-tool make-log --dbh-cm 30 --length-m 15 --rings 31 --output log_rothenbrunnen
 
-``slide-logs --shape log_klosters/log.pts`` slides the hull of the points instead of the smooth cone, for which two rings
-are enough. It makes no bark, no branches, no root plate and no bend, and no rocks: those are point clouds of their own
-(``sample_data`` has a cubic and a platy one of 1 m3, as the paper compares with).
+``slide-logs --shape log_klosters/log.pts`` slides the hull of the points instead of the smooth cone; two rings are
+enough for that. It makes no bark, no branches, no root plate and no bend, and no rocks: those are point clouds of their
+own (``sample_data`` has a cubic and a platy one of 1 m3, as the paper compares with).
 """
 
 from __future__ import annotations
