@@ -23,9 +23,8 @@ import numpy as np
 import shapely
 
 from deadwood_algorithms import log_outlines, qml, styles
-from deadwood_algorithms.layers import write_vector
+from deadwood_algorithms.layers import read_vector, write_vector
 from deadwood_algorithms.run_folder import GEOPACKAGE, Run, read_run
-from deadwood_algorithms.scene_from_layers import read_barriers
 from deadwood_algorithms.tool import Feedback, Quiet
 
 if TYPE_CHECKING:
@@ -53,10 +52,10 @@ GROUPS = (
         ),
     ),
     ("Animation", ("log_outlines", "log_solids")),
-    ("Scene", ("lines", "releases", "barriers", "trees")),
+    ("Scene", ("lines", "releases", "barriers", "lying_logs", "trees")),
     ("Rasters", ("hit_count", "reach_probability", "deposit_count", "speed_max", "energy_max", "jump_max")),
 )
-SHOWN = ("reach", "deposits", "lines", "barriers", "trees", "hit_count", "log_outlines", "log_solids")
+SHOWN = ("reach", "deposits", "lines", "barriers", "lying_logs", "trees", "hit_count", "log_outlines", "log_solids")
 # Of the 3-D view: what stands on the terrain, and what is draped over it, which is a map theme. The animation is in
 # neither: QGIS 3.22's 3-D view does not mind the time, and would show all of it at once.
 SOLID = ("trees", "barriers", "log_solids")
@@ -96,7 +95,7 @@ def add_project(folder: Path, ask: Ask, layers: SceneLayers, releases: Releases,
     entries = [*_package(folder, GEOPACKAGE), *_package(folder, SCENE), *_rasters(folder)]
     terrain = Entry("terrain", _seen_from(Path(ask.dem), Path(ask.output)), qml.hillshade())
     last_s = float(run.deposits["duration_s"].to_numpy().max()) + log_outlines.STAYS_S
-    text = project_xml(entries, terrain, layers.dem.plan_crs, _extent(run), _height(layers), last_s, step)
+    text = project_xml(entries, terrain, layers.dem.plan_crs, _extent(run), _height(run), last_s, step)
     with zipfile.ZipFile(folder / PROJECT, "w", zipfile.ZIP_DEFLATED) as target:
         entry = zipfile.ZipInfo(Path(PROJECT).with_suffix(".qgs").name, DAY)
         entry.compress_type = zipfile.ZIP_DEFLATED
@@ -115,10 +114,9 @@ def scene_frames(ask: Ask, layers: SceneLayers, releases: Releases, run: Run) ->
     if len(layers.tree_ids):
         columns = {"tree_id": layers.tree_ids, "dbh_cm": trees.diameter * 100.0, "height_m": trees.height}
         frames["trees"] = frame(columns, shapely.points(trees.x, trees.y))
-    if layers.barriers.ids:
-        plates, items = read_barriers(ask.barriers, layers.dem, Quiet())
-        height = [plates.height[items.item == k].max() for k in range(len(items.ids))]
-        frames["barriers"] = frame({"barrier_id": items.ids, "height_m": height}, items.geometry)
+    for name, path in (("barriers", ask.barriers), ("lying_logs", ask.lying_logs)):
+        if path:  # as the file has them, with their heights and diameters
+            frames[name] = read_vector(path, geometry=("line",), target_crs=layers.dem.crs, what=name, feedback=Quiet())
     if layers.lines.ids:
         frames["lines"] = frame({"line_id": layers.lines.ids}, layers.lines.geometry)
     frames["log_solids"] = _solids(run)
@@ -179,8 +177,10 @@ def _extent(run: Run) -> tuple[float, float, float, float]:
     return float(west - room), float(south - room), float(east + room), float(north + room)
 
 
-def _height(layers: SceneLayers) -> float:
-    return float(np.nanmean(layers.dem.values))
+def _height(run: Run) -> float:
+    """Halfway between where the logs start and where they end [m]."""
+    ends = shapely.get_z(np.asarray(run.deposits.geometry))
+    return float(run.deposits["release_z"].to_numpy(np.float64).mean() + ends.mean()) / 2.0
 
 
 # --- the project's XML -----------------------------------------------------------------------------------------------

@@ -182,6 +182,7 @@ _LAYERS: dict[str, Callable[[Any, str], Style]] = {
     "release_area": _in(RELEASE),
     "trees": _trees,
     "barriers": _barriers,
+    "lying_logs": _in(WOOD, 3.0),
     "lines": _in(ROAD, 3.0),
     "forest": _in(GREENS[3]),
     "deposits": lambda frame, kind: Style(_ends(kind)),

@@ -9,16 +9,19 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+import shapely
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from slope_case import Case
+from slope_case import Case, write_layer
 
 
 @pytest.fixture(scope="module")
 def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = Case(tmp_path_factory.mktemp("project"))
-    return made.run(time_limit=10.0, qgis_project=True, **made.everything())
+    axis = shapely.LineString([(20.0, 60.0), (28.0, 61.0)])
+    lying = write_layer(made.folder / "lying.gpkg", [axis], diameter_cm=[35.0])
+    return made.run(time_limit=10.0, qgis_project=True, lying_logs=lying, **made.everything())
 
 
 def project(case: Path) -> ElementTree.Element:
@@ -58,7 +61,9 @@ def test_the_scene_is_as_it_was_modelled(case):
     with sqlite3.connect(case / "scene.gpkg") as database:
         heights = dict(database.execute("select barrier_id, height_m from barriers").fetchall())
         trees = database.execute("select count(*), avg(dbh_cm) from trees").fetchone()
+        lying = database.execute("select diameter_cm from lying_logs").fetchall()
     assert heights == {"west": 1.5, "east": 4.0}
+    assert lying == [(35.0,)]
     assert trees == (59, pytest.approx(50.0))  # one of the 60 stands off the DEM, and so in no log's way
 
 
