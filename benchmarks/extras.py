@@ -6,6 +6,7 @@ quarter of a second they can be compared log by log: that shows the order of the
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -117,9 +118,29 @@ def switches(*, threads: int) -> list[dict[str, Any]]:
     open_run = _cost(rough, open_start, threads)
     pair("trees where no log comes", open_run, _cost(_with_far_trees(), open_start, threads))
     pair("trees among the logs", open_run, plain)
+    asleep = "rings of the log sleep until it could have reached the ground (with), or never (without)"
+    pair(f"{asleep}; forest", _cost(_awake(forest), start, threads), plain)
+    pair(f"{asleep}; rough", _cost(_awake(rough), open_start, threads), open_run)
+    far = "terrain's roughness spares rings a look at the ground (with), or does not (without); forest"
+    pair(far, _cost(_unculled(forest), start, threads), plain)
     endless = _cost(forest, start, threads, rest_speed=1e-9)
     pair("every log until the time limit: no certificate of rest", plain, endless)
     return found
+
+
+def _awake(scene: Scene) -> Scene:
+    """The scene without lids above its terrain: every ring is looked at in every step."""
+    terrain = scene.arrays.terrain
+    lids = np.zeros_like(terrain.lids)
+    lids[..., 3] = np.inf
+    return replace(scene, arrays=scene.arrays._replace(terrain=terrain._replace(lids=lids)))
+
+
+def _unculled(scene: Scene) -> Scene:
+    """The scene without a bound on its roughness: every ring that is awake looks for contacts."""
+    terrain = scene.arrays.terrain
+    rough = np.full_like(terrain.roughness, np.inf)
+    return replace(scene, arrays=scene.arrays._replace(terrain=terrain._replace(roughness=rough)))
 
 
 def _with_far_trees() -> Scene:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from deadwood_engine import FIDELITIES, Fidelity
 
@@ -32,7 +32,7 @@ class Setting:
 # What a factor is called in tables, and its unit
 FACTORS: dict[str, tuple[str, str]] = {
     "fidelity": ("fidelity", ""),
-    "coarse": ("several at once: coarser than draft", ""),
+    "coarse": ("several at once, between draft and standard", ""),
     "halved": ("reference with half its step, travel and spacing", ""),
     "time step": ("time step alone (travel unbounded)", "ms"),
     "travel": ("travel in a step", "cells"),
@@ -40,6 +40,8 @@ FACTORS: dict[str, tuple[str, str]] = {
     "tolerance": ("solver tolerance", "of g dt"),
     "sweeps": ("cap of solver sweeps", ""),
     "trace": ("distance between outlines", "cells"),
+    "obstacles": ("travel in a step near obstacles", "of both radii"),
+    "order": ("sweeps from the last contact to the first", ""),
     "friction": ("friction", "change of mu"),
     "cell": ("DEM cell", "m"),
     "smooth": ("DEM refined by cubic splines", ""),
@@ -62,9 +64,12 @@ def _all() -> list[Setting]:
             1e3 * step,
             Fidelity(step, travel, spacing, spacing / 0.5, 1e-2, 100, 1.0),
         )
-        for step, travel, spacing in ((0.030, 2.0, 1.0), (0.050, 4.0, 1.0), (0.050, 4.0, 2.0))
+        for step, travel, spacing in ((0.050, 1.0, 0.5), (0.060, 2.0, 1.0), (0.100, 4.0, 2.0))
     ]
-    found[-1] = replace(found[-1], name="coarse 50 ms, 2 m")
+    found += [
+        Setting(f"obstacles {n:g}", "obstacles", n, STANDARD._replace(obstacle_travel=n)) for n in (0.1, 0.6, 0.9)
+    ]
+    found.append(Setting("backward", "order", 1.0, STANDARD._replace(backward=True)))
     found += [
         Setting(f"step {s:g} ms", "time step", s, STANDARD._replace(time_step=1e-3 * s, travel_cells=UNBOUND))
         for s in (40.0, 20.0, 10.0, 5.0, 2.5)

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from .compiled import kernel
 from .contacts import BARRIER, pierced_end, touch
 from .grid_index import GridIndex, index_boxes, list_near
-from .limits import FLAT_TOLERANCE, OBSTACLE_TRAVEL
+from .limits import FLAT_TOLERANCE
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
 
 Array = NDArray[np.float64]
@@ -131,8 +131,8 @@ def deepest_below_edge(ex, ey, ez, dx, dy, dz, sine, a, nx, ny, x, y, ax, ay, to
 
 @kernel
 def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, state, body, trial, step):
-    """Contacts with the near plates; step = (dt, restitution, gravity). Returns (count, travel) as ``trees`` does."""
-    travel = math.inf
+    """Contacts with the near plates, as for ``trees``."""
+    travel, free = math.inf, math.inf
     dx, dy, dz, ox, oy, oz = trial[0], trial[1], trial[2], trial[3], trial[4], trial[5]
     length, back = body[LENGTH], -body[CENTRE]
     front = length + back
@@ -155,8 +155,9 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
         above = min(z_base, z_tip) - max(top0, table[m, TOP_END]) - thick
         away = (min(abs(off_base), abs(off_tip)) if off_base * off_tip > 0.0 else 0.0) - thick
         clear = max(beside, above, away)
-        least = OBSTACLE_TRAVEL * thin
+        least = step[3] * thin
         travel = min(travel, max(least, clear))
+        free = min(free, clear)
         if clear > 0.0:
             continue
         side_base = 1.0 if off_base >= 0.0 else -1.0
@@ -231,4 +232,4 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
                             (ox + s * dx - a * rx, oy + s * dy - a * ry, oz + s * dz - a * rz), (rx, ry, rz),
                             rho - a, step,
                         )  # fmt: skip
-    return count, travel
+    return count, travel, free

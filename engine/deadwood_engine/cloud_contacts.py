@@ -27,7 +27,7 @@ def cloud_terrain_contacts(cloud, scene, frame, state, body, settings, dt, scrat
         trial[3 + axis] = turned[X + axis]
     matrix_of(state, scratch.turns, NOW)
     matrix_of(turned, scratch.turns, AHEAD)
-    count, least, whole = 0, math.inf, True
+    count, whole = 0, True
     for k in range(cloud.points.shape[0]):
         p = to_world(scratch.turns, AHEAD, cloud.points[k])
         px, py, pz = turned[X] + p[0], turned[Y] + p[1], turned[Z] + p[2]
@@ -36,14 +36,27 @@ def cloud_terrain_contacts(cloud, scene, frame, state, body, settings, dt, scrat
         if gap != gap:
             whole = False
             continue
-        least = min(least, gap / math.sqrt(1.0 + gx * gx + gy * gy))
         if gap < 0.0:
             count = ground_contact(
                 terrain, frame, scratch.contacts, scratch.keys, count, state, body,
                 to_world(scratch.turns, NOW, cloud.points[k]), gap, (gx, gy),
                 friction_at(terrain, frame[0], frame[1], px, py), k, (dt, settings.restitution, settings.gravity),
             )  # fmt: skip
-    return count, least, whole
+    return count, whole
+
+
+@kernel
+def cloud_clearance(cloud, terrain, frame, state, turns):
+    """As ``contacts.clearance``, of the cloud's points."""
+    matrix_of(state, turns, NOW)
+    least = math.inf
+    for k in range(cloud.points.shape[0]):
+        p = to_world(turns, NOW, cloud.points[k])
+        height, gx, gy = surface(terrain, frame[0], frame[1], state[X] + p[0], state[Y] + p[1])
+        gap = (state[Z] + p[2] - height) / math.sqrt(1.0 + gx * gx + gy * gy)
+        if gap < least:
+            least = gap
+    return max(0.0, least) if least < math.inf else 0.0
 
 
 @kernel

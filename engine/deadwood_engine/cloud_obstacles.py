@@ -19,9 +19,10 @@ from .cloud import to_world
 from .cloud_contacts import AHEAD, touch_cloud
 from .compiled import kernel
 from .contacts import BARRIER, LYING, TREE, cross
-from .limits import CORE_BELOW, FACE_ALIGNED, FLAT_TOLERANCE, OBSTACLE_TRAVEL
+from .limits import CORE_BELOW, FACE_ALIGNED, FLAT_TOLERANCE
 from .log_body import REACH
 from .lying_logs import axes_nearest, dot, point
+from .surroundings import LYING_LOGS, PLATES, TREES
 
 _NOWHERE = (0.0, 0.0, 0.0)
 
@@ -163,7 +164,7 @@ def core_contacts(cloud, scene, frame, scratch, count, state, body, key, start, 
         elif high > 0.0:
             leave = min(leave, long * low / (low - high))
     both = cloud.thickness + thick
-    travel = max(OBSTACLE_TRAVEL * min(both, 2.0 * math.sqrt(cloud.thickness * both)), clear)
+    travel = max(step[3] * min(both, 2.0 * math.sqrt(cloud.thickness * both)), clear)
     if clear > 0.0:
         return count, travel
     if enter <= leave:
@@ -251,7 +252,7 @@ def _plate_contacts(cloud, scene, frame, scratch, count, state, body, item, plat
     beside = max(-u_c, u_c - width)
     above = trial[5] - max(top0, plate[barriers.TOP_END])
     clear = max(abs(off_c), beside, above) - body[REACH]
-    travel = max(OBSTACLE_TRAVEL * cloud.thickness, clear)
+    travel = max(step[3] * cloud.thickness, clear)
     if clear > 0.0:
         return count, travel
     for k in range(cloud.corners.shape[0]):
@@ -274,9 +275,9 @@ def _plate_contacts(cloud, scene, frame, scratch, count, state, body, item, plat
 def cloud_obstacle_contacts(cloud, scene, frame, scratch, count, state, body, step):
     """Contacts with everything near; step = (dt, restitution, gravity). Returns (count, travel)."""
     lay_out(cloud, scratch)
-    travel, anchor = math.inf, scratch.anchor
+    travel, near = math.inf, scratch.near
     up = (0.0, 0.0, 1.0)
-    for m in range(int(anchor[4])):
+    for m in range(int(near[TREES])):
         tree, item = scratch.tree_table[m], scratch.near_trees[m]
         if scene.joints[item]:
             continue
@@ -289,7 +290,7 @@ def cloud_obstacle_contacts(cloud, scene, frame, scratch, count, state, body, st
             step,
         )  # fmt: skip
         travel = min(travel, allowed)
-    for m in range(int(anchor[5])):
+    for m in range(int(near[PLATES])):
         plate, item = scratch.plate_table[m], scratch.near_plates[m]
         count, allowed = _plate_contacts(cloud, scene, frame, scratch, count, state, body, item, plate, step)
         travel = min(travel, allowed)
@@ -316,7 +317,7 @@ def cloud_obstacle_contacts(cloud, scene, frame, scratch, count, state, body, st
             step,
         )
         travel = min(travel, allowed)
-    for m in range(int(anchor[7])):
+    for m in range(int(near[LYING_LOGS])):
         piece, item = scratch.lying_table[m], scratch.near_lying[m]
         u = (piece[lying_logs.ALONG_X], piece[lying_logs.ALONG_Y], piece[lying_logs.ALONG_Z])
         wide, slope, long = piece[lying_logs.WIDE], piece[lying_logs.SLOPE], piece[lying_logs.LONG]

@@ -207,6 +207,17 @@ def solve(contacts, count, state, tolerance, sweeps):
 
 
 @kernel
+def turn_around(contacts, keys, count):
+    """Put the contacts into the opposite order, to see what the order of the sweeps does."""
+    for k in range(count // 2):
+        m = count - 1 - k
+        for column in range(contacts.shape[1]):
+            contacts[k, column], contacts[m, column] = contacts[m, column], contacts[k, column]
+        for column in range(keys.shape[1]):
+            keys[k, column], keys[m, column] = keys[m, column], keys[k, column]
+
+
+@kernel
 def warm_start(contacts, keys, count, state, old_keys, old_impulses, old_count, ratio):
     """Start each contact from its impulse of the step before, turned into its new frame and put back on its cone.
 

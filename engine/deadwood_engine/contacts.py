@@ -20,10 +20,10 @@ from __future__ import annotations
 import math
 
 from .compiled import kernel
-from .limits import FLAT_TOLERANCE, HOVER, MERGED, REFINED
+from .limits import FLAT_TOLERANCE, HOVER, HOVER_MOST, MERGED, REFINED
 from .log_body import AXIAL, BASE_RADIUS, CENTRE, LENGTH, SKEW, TIP_RADIUS, TRANSVERSE
 from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ, X, Y, Z, first_axis
-from .terrain import friction_at, surface
+from .terrain import friction_at, lid_distance, surface
 
 RX, RY, RZ, NX, NY, NZ, TX, TY, TZ, UX, UY, UZ = range(12)
 ANX, ANY, ANZ, ATX, ATY, ATZ, AUX, AUY, AUZ = range(12, 21)
@@ -34,7 +34,7 @@ CONTACT_WIDTH = 45
 # Kinds of contact, first column of the keys; the second is the slot (terrain) or the item (obstacle), the third a part
 TERRAIN, TREE, BARRIER, LYING = 0, 1, 2, 3
 KEY_WIDTH = 3
-CANDIDATES = 8  # points on the rim of an end face; the rings between use the first three
+CANDIDATES = 9  # eight points on the rim of an end face and its centre; the rings between use the first three
 
 _DIAGONAL = math.sqrt(0.5)
 
@@ -109,7 +109,7 @@ def add_contact(contacts, keys, count, state, body, key, rx, ry, rz, nx, ny, nz,
     now = gap - dt * (before - 0.5 * nz * gravity * dt)
     c[GAP] = now
     # A gap that gravity closes within the step counts as closed, or contacts of a resting log would flicker
-    now -= HOVER * gravity * dt * dt
+    now -= min(HOVER * gravity * dt * dt, HOVER_MOST)
     c[TARGET] = -now / dt if now > 0.0 else 0.0
     if restitution > 0.0 and before < -2.0 * gravity * dt:
         c[TARGET] = -restitution * before  # Newton's impact law, eq. 8; what gravity adds in two steps is no impact
@@ -149,7 +149,7 @@ def _deepest_on(terrain, i0, j0, cx, cy, cz, dx, dy, dz, a, gx, gy):
 
 @kernel
 def touch(terrain, frame, contacts, keys, count, state, body, trial, key, p, n, gap, step):
-    """Add the contact of an obstacle at the predicted point p with normal n; step = (dt, restitution, gravity).
+    """Add the contact of an obstacle at the predicted point p with normal n; step = (dt, restitution, gravity, ...).
 
     The lever is taken back to the present axis: the axis turns within the step, and the present spin about it (tens
     of rad/s) times that turn would pass for a speed along the normal.
@@ -186,35 +186,40 @@ def pierced_end(state, body, trial, end, px, py, pz):
 
 
 @kernel
-def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, dt, restitution, gravity, trial):
+def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, step, trial, path, advance, wake):
     """Find the terrain contacts of this step.
 
-    stations is the number of rings; frame holds the log's node (column i0, row j0). trial[0:9] receives the predicted
-    axis (direction, centre, velocity), which the obstacles use too. Returns (count, least clearance of the rings [m],
-    whether there is terrain below every ring).
+    stations is the number of rings; frame holds the log's node (column i0, row j0); step is that of the obstacles.
+    trial[0:6] holds the predicted axis (direction, centre). path [m]: how far any point of the log can have moved so
+    far; advance [m]: in this step. A ring is not looked at before the path reaches its ``wake``.
+    Returns (count, least wake of the rings [m], whether there is terrain below every ring).
     """
     dx, dy, dz = state[DX], state[DY], state[DZ]
-    vx, vy, vz = state[VX], state[VY], state[VZ] - 0.5 * gravity * dt
-    tx, ty, tz = cross(state[WX], state[WY], state[WZ], dx, dy, dz)
-    qx, qy, qz = dx + dt * tx, dy + dt * ty, dz + dt * tz
-    scale = 1.0 / math.sqrt(qx * qx + qy * qy + qz * qz)
-    qx, qy, qz = qx * scale, qy * scale, qz * scale
-    ox, oy, oz = state[X] + dt * vx, state[Y] + dt * vy, state[Z] + dt * vz
-    trial[0], trial[1], trial[2] = qx, qy, qz
-    trial[3], trial[4], trial[5] = ox, oy, oz
+    qx, qy, qz = trial[0], trial[1], trial[2]
+    ox, oy, oz = trial[3], trial[4], trial[5]
     length, centre = body[LENGTH], body[CENTRE]
     taper = (body[TIP_RADIUS] - body[BASE_RADIUS]) / length
-    step = length / (stations - 1)
+    between = length / (stations - 1)
     # the bound on roughness covers three cells around the ring's centre, so thicker rings are always looked at
     thick = body[BASE_RADIUS] > terrain.cell
+    block = terrain.lid_cells * terrain.cell
+    ahead = path + advance
     count = 0
-    lowest, least = math.inf, math.inf
+    earliest = math.inf
     whole = True
     i0, j0 = frame[0], frame[1]
     for k in range(stations):
-        along = k * step
+        if ahead < wake[k]:
+            earliest = min(earliest, wake[k])
+            continue
+        along = k * between
         s = along - centre
         a = body[BASE_RADIUS] + taper * along
+        free = lid_distance(terrain, i0, j0, state[X] + s * dx, state[Y] + s * dy, state[Z] + s * dz) - a
+        wake[k] = path + min(free, block - a)
+        earliest = min(earliest, wake[k])
+        if ahead < wake[k]:
+            continue
         cx, cy, cz = ox + s * qx, oy + s * qy, oz + s * qz
         height, gx, gy = surface(terrain, i0, j0, cx, cy)
         square = gx * gx + gy * gy
@@ -228,18 +233,13 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, dt, 
             i = i0 + int(math.floor(cx * terrain.inverse_cell))
             j = j0 + int(math.floor(cy * terrain.inverse_cell))
             rise = terrain.roughness[j, i]
-        if gap >= lowest and gap > rise:
+        if gap > rise:
             continue
         nz = 1.0 / math.sqrt(1.0 + square)
         nx, ny = -gx * nz, -gy * nz
         nd = nx * dx + ny * dy + nz * dz
         size = math.sqrt(max(0.0, 1.0 - nd * nd))
-        above = (cz - height) * nz
-        if gap < lowest:
-            lowest, least = gap, above - a * size
-        if gap > rise:
-            continue
-        above -= rise * nz
+        above = (cz - height - rise) * nz
         # support direction on the ring: against the normal, square to the axis
         ex, ey, ez = nd * dx - nx, nd * dy - ny, nd * dz - nz
         if size < 1e-6:
@@ -262,7 +262,8 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, dt, 
             elif m < 7:
                 ce, cf = -_DIAGONAL, _DIAGONAL if m == 5 else -_DIAGONAL
             else:
-                ce, cf = -1.0, 0.0
+                # the rim's last, and the middle of the face, where ground may poke into a standing log
+                ce, cf = -1.0 if m == 7 else 0.0, 0.0
             # a point this far above the tangent plane is out of the terrain's reach
             if above > a * size * ce:
                 continue
@@ -289,6 +290,38 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, dt, 
                 r = (s * dx + rx, s * dy + ry, s * dz + rz)
                 count = ground_contact(
                     terrain, frame, contacts, keys, count, state, body, r, cz + rz - height, (gx, gy),
-                    friction_at(terrain, i0, j0, px, py), k * CANDIDATES + m, (dt, restitution, gravity),
+                    friction_at(terrain, i0, j0, px, py), k * CANDIDATES + m, step,
                 )  # fmt: skip
-    return count, least, whole
+    return count, earliest, whole
+
+
+@kernel
+def predict(state, dt, gravity, trial):
+    """Axis of the log a step ahead of free motion: trial[0:3] direction, trial[3:6] centre of mass [m]."""
+    tx, ty, tz = cross(state[WX], state[WY], state[WZ], state[DX], state[DY], state[DZ])
+    qx, qy, qz = state[DX] + dt * tx, state[DY] + dt * ty, state[DZ] + dt * tz
+    scale = 1.0 / math.sqrt(qx * qx + qy * qy + qz * qz)
+    trial[0], trial[1], trial[2] = qx * scale, qy * scale, qz * scale
+    trial[3], trial[4] = state[X] + dt * state[VX], state[Y] + dt * state[VY]
+    trial[5] = state[Z] + dt * (state[VZ] - 0.5 * gravity * dt)
+
+
+@kernel
+def clearance(terrain, frame, state, body, stations):
+    """Gap [m] of the lowest ring over the tangent plane below it; not below 0, and 0 where there is no terrain."""
+    dx, dy, dz = state[DX], state[DY], state[DZ]
+    taper = (body[TIP_RADIUS] - body[BASE_RADIUS]) / body[LENGTH]
+    between = body[LENGTH] / (stations - 1)
+    lowest, least = math.inf, 0.0
+    for k in range(stations):
+        s = k * between - body[CENTRE]
+        a = body[BASE_RADIUS] + taper * k * between
+        height, gx, gy = surface(terrain, frame[0], frame[1], state[X] + s * dx, state[Y] + s * dy)
+        square = gx * gx + gy * gy
+        above = state[Z] + s * dz - height
+        gap = above - a * (1.0 + 0.5 * square)
+        if gap < lowest:
+            nz = 1.0 / math.sqrt(1.0 + square)
+            nd = nz * (dz - gx * dx - gy * dy)
+            lowest, least = gap, above * nz - a * math.sqrt(max(0.0, 1.0 - nd * nd))
+    return max(0.0, least)

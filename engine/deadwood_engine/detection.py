@@ -5,86 +5,115 @@ from __future__ import annotations
 import math
 
 from . import barriers, lying_logs, trees
-from .cloud_contacts import cloud_terrain_contacts
+from .cloud_contacts import cloud_clearance, cloud_terrain_contacts
 from .cloud_obstacles import cloud_obstacle_contacts
 from .compiled import kernel
-from .contacts import LYING, TREE, terrain_contacts
+from .contacts import LYING, TREE, clearance, predict, terrain_contacts
 from .limits import NEAR_MARGIN
 from .log_body import BASE_RADIUS, CENTRE, LENGTH
+from .surroundings import BASE_X, BESIDE, LISTED, LYING_LOGS, OBSTACLES_WAKE, PLATES, RINGS_WAKE, TIP_X, TREES
 
 
 @kernel
-def _ground(cloud, scene, frame, state, body, stations, settings, dt, scratch):
+def _ground(cloud, scene, frame, state, body, stations, settings, step, path, advance, scratch):
     """Terrain contacts of a log, or of a cloud. Numba drops the branch that the type of ``cloud`` rules out, so nobody
     waits for kernels of shapes that do not slide to be compiled."""
     if cloud is None:
-        return terrain_contacts(
-            scene.terrain, frame, scratch.contacts, scratch.keys, state, body, stations, dt,
-            settings.restitution, settings.gravity, scratch.trial,
-        )  # fmt: skip
-    return cloud_terrain_contacts(cloud, scene, frame, state, body, settings, dt, scratch)
+        predict(state, step[0], settings.gravity, scratch.trial)
+        count, whole = 0, True
+        if path + advance >= scratch.near[RINGS_WAKE]:
+            count, scratch.near[RINGS_WAKE], whole = terrain_contacts(
+                scene.terrain, frame, scratch.contacts, scratch.keys, state, body, stations, step, scratch.trial, path,
+                advance, scratch.wake,
+            )  # fmt: skip
+        return count, whole
+    return cloud_terrain_contacts(cloud, scene, frame, state, body, settings, step[0], scratch)
 
 
 @kernel
 def _near_obstacles(cloud, scene, frame, scratch, count, state, body, step):
-    """Contacts with all that is listed as near: (count, travel), as ``trees.contacts_with``."""
+    """Contacts with all that is listed as near: (count, travel, free), as ``trees.contacts_with``."""
+    near = scratch.near
     if cloud is None:
-        terrain, contacts, keys, trial, anchor = (
-            scene.terrain, scratch.contacts, scratch.keys, scratch.trial, scratch.anchor,
-        )  # fmt: skip
-        count, travel = trees.contacts_with(
-            terrain, frame, scratch.tree_table, scratch.near_trees, int(anchor[4]), contacts, keys, count, state, body,
-            trial, step,
-        )  # fmt: skip
-        count, allowed = barriers.contacts_with(
-            terrain, frame, scratch.plate_table, scratch.near_plates, int(anchor[5]), contacts, keys, count, state,
+        terrain, contacts, keys, trial = scene.terrain, scratch.contacts, scratch.keys, scratch.trial
+        near[BESIDE] = near[TREES]
+        count, travel, free = trees.contacts_with(
+            terrain, frame, scratch.tree_table, scratch.near_trees, int(near[TREES]), contacts, keys, count, state,
             body, trial, step,
         )  # fmt: skip
-        travel = min(travel, allowed)
-        count, allowed = lying_logs.contacts_with(
-            terrain, frame, scratch.lying_table, scratch.near_lying, int(anchor[7]), contacts, keys, count, state, body,
-            trial, step,
+        count, allowed, clear = barriers.contacts_with(
+            terrain, frame, scratch.plate_table, scratch.near_plates, int(near[PLATES]), contacts, keys, count, state,
+            body, trial, step,
         )  # fmt: skip
-        return count, min(travel, allowed)
-    return cloud_obstacle_contacts(cloud, scene, frame, scratch, count, state, body, step)
+        travel, free = min(travel, allowed), min(free, clear)
+        count, allowed, clear = lying_logs.contacts_with(
+            terrain, frame, scratch.lying_table, scratch.near_lying, int(near[LYING_LOGS]), contacts, keys, count,
+            state, body, trial, step,
+        )  # fmt: skip
+        return count, min(travel, allowed), min(free, clear)
+    count, travel = cloud_obstacle_contacts(cloud, scene, frame, scratch, count, state, body, step)
+    return count, travel, -math.inf  # a cloud looks at what is near in every step
 
 
 @kernel
-def find_contacts(scene, frame, state, body, stations, settings, dt, scratch, obstacles):
+def lowest_gap(scene, frame, state, body, stations, scratch):
+    """Clearance [m] of a log, or of a cloud."""
+    return _lowest_gap(scene.cloud, scene, frame, state, body, stations, scratch)
+
+
+@kernel
+def _lowest_gap(cloud, scene, frame, state, body, stations, scratch):
+    if cloud is None:
+        return clearance(scene.terrain, frame, state, body, stations)
+    return cloud_clearance(cloud, scene.terrain, frame, state, scratch.turns)
+
+
+@kernel
+def find_contacts(scene, frame, state, body, stations, settings, dt, path, advance, scratch, obstacles):
     """Contacts of the pose predicted for a step dt: terrain, then trees, barriers, lying logs (if obstacles is true).
 
-    Returns (count, least clearance of the terrain [m], travel allowed in the next step by the obstacles [m],
-    whether there is terrain below the whole log).
+    path [m]: how far any point of the log can have moved since its release; advance [m]: in this step. What is farther
+    away than that is not looked at: rings sleep (``terrain_contacts``), and so do the obstacles as a whole.
+
+    Returns (count, travel allowed in the next step by the obstacles [m], whether there is terrain below the whole log).
     """
-    terrain = scene.terrain
-    count, clearance, whole = _ground(scene.cloud, scene, frame, state, body, stations, settings, dt, scratch)
-    travel = math.inf
+    terrain, trial, near = scene.terrain, scratch.trial, scratch.near
+    step = (dt, settings.restitution, settings.gravity, settings.obstacle_travel)
+    count, whole = _ground(scene.cloud, scene, frame, state, body, stations, settings, step, path, advance, scratch)
+    travel, ahead = math.inf, path + advance
     standing = scene.uprights.owner.shape[0] + scene.plates.owner.shape[0]
     if obstacles and standing + scene.lying.owner.shape[0] > 0:
-        trial, anchor = scratch.trial, scratch.anchor
+        near[BESIDE] = 0.0
+        if ahead + settings.travel < near[OBSTACLES_WAKE]:
+            return count, near[OBSTACLES_WAKE] - ahead, whole
         back, front = -body[CENTRE], body[LENGTH] - body[CENTRE]
         bx, by = trial[3] + back * trial[0], trial[4] + back * trial[1]
         tx, ty = trial[3] + front * trial[0], trial[4] + front * trial[1]
-        moved = max(abs(bx - anchor[0]), abs(by - anchor[1]), abs(tx - anchor[2]), abs(ty - anchor[3]))
-        if anchor[6] == 0.0 or moved > 0.5 * NEAR_MARGIN:
-            anchor[0], anchor[1], anchor[2], anchor[3], anchor[6] = bx, by, tx, ty, 1.0
+        moved = max(
+            (bx - near[BASE_X]) ** 2 + (by - near[BASE_X + 1]) ** 2,
+            (tx - near[TIP_X]) ** 2 + (ty - near[TIP_X + 1]) ** 2,
+        )
+        moved = math.sqrt(moved)
+        if near[LISTED] == 0.0 or moved > 0.5 * NEAR_MARGIN:
+            near[BASE_X], near[BASE_X + 1], near[TIP_X], near[TIP_X + 1], near[LISTED] = bx, by, tx, ty, 1.0
             reach = body[BASE_RADIUS] + NEAR_MARGIN
-            anchor[4] = trees.near(
+            near[TREES] = trees.near(
                 scene.uprights, frame, terrain.cell, scratch.near_trees, scratch.tree_table, bx, by, tx, ty, reach
             )
-            anchor[5] = barriers.near(
+            near[PLATES] = barriers.near(
                 scene.plates, frame, terrain.cell, scratch.near_plates, scratch.plate_table, bx, by, tx, ty, reach
             )
-            anchor[7] = lying_logs.near(
+            near[LYING_LOGS] = lying_logs.near(
                 scene.lying, frame, terrain.cell, scratch.near_lying, scratch.lying_table, bx, by, tx, ty, reach
             )
             moved = 0.0
         # what is not listed is farther away than the margin that is left
-        travel = NEAR_MARGIN * 0.25
-        step = (dt, settings.restitution, settings.gravity)
-        count, allowed = _near_obstacles(scene.cloud, scene, frame, scratch, count, state, body, step)
-        travel = min(travel, allowed)
-    return count, clearance, travel, whole
+        free = travel = NEAR_MARGIN - moved
+        count, allowed, clear = _near_obstacles(scene.cloud, scene, frame, scratch, count, state, body, step)
+        travel, free = min(travel, allowed), min(free, clear)
+        # the distances are those of the pose ahead, and the pose now is within ``advance`` of it
+        near[OBSTACLES_WAKE] = path - advance + free
+    return count, travel, whole
 
 
 @kernel

@@ -19,6 +19,9 @@ class Fidelity(NamedTuple):
     tolerance : [-] of g dt; contact velocities are solved to this; governs creep
     sweeps : most Gauss-Seidel sweeps a step; a step that needs more is counted as unconverged
     trace_cells : [DEM cells] the log's ends move at most so far between two outlines in rasters and trajectories
+    obstacle_travel : [-] of the two thicknesses (radius of the log + radius of the obstacle) the fastest point moves
+        at most in a step near an obstacle; beyond 1 the axes could change sides, which is passing through
+    backward : sweep the contacts from last to first (for the study of what the order does)
     """
 
     time_step: float
@@ -28,11 +31,13 @@ class Fidelity(NamedTuple):
     tolerance: float
     sweeps: int
     trace_cells: float
+    obstacle_travel: float = 0.3
+    backward: bool = False
 
 
 FIDELITIES: dict[str, Fidelity] = {
-    "draft": Fidelity(0.020, 1.0, 2.0, 1.0, 1e-2, 100, 1.0),
-    "standard": Fidelity(0.010, 0.5, 1.0, 1.0, 1e-3, 200, 1.0),
+    "draft": Fidelity(0.040, 1.0, 1.0, 2.0, 1e-2, 100, 3.0),
+    "standard": Fidelity(0.025, 0.3, 1.0, 1.0, 1e-3, 200, 1.0),
     "fine": Fidelity(0.004, 0.2, 1.0, 0.5, 1e-3, 400, 1.0),
     "reference": Fidelity(0.001, 0.05, 0.5, 0.5, 1e-4, 1000, 0.5),
 }

@@ -9,9 +9,8 @@ BLOCK_SWEEPS = 50  # sweeps with whole blocks; a problem still unsolved may be c
 DISC_ITERATIONS = 12  # Newton steps of the friction disc's secular equation; it needs 3-4
 DISC_ACCURACY = 1e-12  # [-] relative, of the friction force's magnitude on the disc
 
-# Step length near obstacles: how far the log's fastest point may travel in a step, as a share of the thickness
-# (radius of the log + radius of the obstacle). Beyond 1 the axes could change sides, which is passing through.
-OBSTACLE_TRAVEL = 0.3  # [-]
+# Obstacles near the log
+THICK = 0.35  # [m] radius of log and stem together above which a step is limited by the speed sideways, not the fastest
 NEAR_MARGIN = (
     2.0  # [m] obstacles this close to the log are listed; the list is made anew when the ends have moved so far
 )
@@ -21,10 +20,16 @@ SHORTEST_STEP = 1e-6  # [s] floor of the adaptive step; 100 m/s then travels 0.1
 HOVER = 0.5  # [-] of g dt^2: gaps so small count as closed (0.5 mm at 10 ms); without it the contacts of a log at rest
 # differ by the rounding of the DEM, and the solver spends its sweeps on that
 
+HOVER_MOST = 5e-4  # [m] that, at most: long steps would let logs rest on air
+
 MERGED = 0.3  # [-] of the radius: candidates of one ring that come to lie closer than this are one contact
 REFINED = (
     0.3  # [-] of the radius: candidates nearer to the ground than this are sought once more, square to what is there
 )
+
+# Far from contact: planes above the terrain, over blocks of cells, tell how far a ring may move before it can touch
+LID_REACH = 1.0  # [m] least side of a block; a ring sleeps until the log could have moved so far, less its radius
+LID_SLACK = 1e-3  # [m] more than the rounding of a lid's float32 (0.1 mm at 1000 m above the reference)
 
 # Geometry
 FLAT_TOLERANCE = 1e-9  # [-] sine below which two directions count as parallel
@@ -42,6 +47,7 @@ CORE_BELOW = 3.0  # [m] a stem's core goes on below the ground for hulls that co
 REST_WINDOW = 0.5  # [s] between two looks at a slow log
 REST_TRAVEL = 0.05  # [-] of rest_speed * REST_WINDOW (2.5 mm at the default): a log at rest moves less between looks
 REST_ACCELERATION = 1e-5  # [-] of g: the frozen log, let go, must not start faster than this (certificate)
+REST_STEP = 0.01  # [s] longest step of the certificate
 REST_SWEEPS = 1000  # sweeps granted to the certificate's solve
 ROCKING_WINDOW = 5.0  # [s] a log that rocks in place (rolling costs it nothing) is watched for two of these
 ROCKING_GROWTH = (

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from .compiled import kernel
 from .contacts import LYING, cross, pierced_end, touch
 from .grid_index import GridIndex, index_boxes, list_near
-from .limits import FLAT_TOLERANCE, OBSTACLE_TRAVEL, STEEP
+from .limits import FLAT_TOLERANCE, STEEP
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
 from .rotation import DX, DY, DZ, X, Y, Z
 from .terrain import Terrain, surfaces
@@ -367,8 +367,8 @@ def _face_on_face(state, body, trial, end, centre, out, radius):
 
 @kernel
 def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, state, body, trial, step):
-    """Contacts with the near pieces; step = (dt, restitution, gravity). Returns (count, travel) as ``trees`` does."""
-    travel = math.inf
+    """Contacts with the near pieces, as for ``trees``."""
+    travel, free = math.inf, math.inf
     d, c = (trial[0], trial[1], trial[2]), (trial[3], trial[4], trial[5])
     d_now, c_now = (state[DX], state[DY], state[DZ]), (state[X], state[Y], state[Z])
     back, front, thick = -body[CENTRE], body[LENGTH] - body[CENTRE], body[BASE_RADIUS]
@@ -385,8 +385,9 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
         mine = thick + taper * (s - back)
         both = mine + wide + slope * z
         clear = distance - thick - max(wide, wide + slope * long)
-        least = OBSTACLE_TRAVEL * min(both, 2.0 * math.sqrt(mine * both), 2.0 * math.sqrt((both - mine) * both))
+        least = step[3] * min(both, 2.0 * math.sqrt(mine * both), 2.0 * math.sqrt((both - mine) * both))
         travel = min(travel, max(least, clear))
+        free = min(free, clear)
         if clear > 0.0:
             continue
         by_end = False
@@ -432,4 +433,4 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
                 count = touch(
                     terrain, frame, contacts, keys, count, state, body, trial, (LYING, item, 0), p, n, gap, step
                 )
-    return count, travel
+    return count, travel, free

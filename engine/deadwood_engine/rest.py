@@ -11,7 +11,7 @@ from .compiled import kernel
 from .contact_solver import solve, warm_start
 from .contacts import PN, TARGET, TERRAIN
 from .detection import find_contacts, owner_of
-from .limits import REST_ACCELERATION, REST_SWEEPS
+from .limits import REST_ACCELERATION, REST_STEP, REST_SWEEPS
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, REACH
 from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ
 
@@ -31,7 +31,7 @@ def fastest_point(state, body):
 
 
 @kernel
-def stays(scene, frame, state, body, stations, settings, scratch, old_count, ratio, obstacles):
+def stays(scene, frame, state, body, stations, settings, path, scratch, old_count, ratio, obstacles):
     """Whether the log, stopped where it is and let go, stays: the certificate of rest.
 
     One step from zero velocity, solved far more tightly than a step of the run, from the impulses that hold it now
@@ -43,9 +43,12 @@ def stays(scene, frame, state, body, stations, settings, scratch, old_count, rat
         trial[k] = state[k]
     for k in range(VX, WZ + 1):
         trial[k] = 0.0
-    dt = settings.time_step  # as in the run, or contacts that hover within its tolerance would be missed
+    # as in the run, or contacts that hover within its tolerance would be missed; but what a longer step might touch
+    # holds nothing up yet
+    dt = min(settings.time_step, REST_STEP)
     trial[VZ] = -0.5 * settings.gravity * dt  # as of a log at rest: gravity's half of the step before
-    count, _, _, _ = find_contacts(scene, frame, trial, body, stations, settings, dt, scratch, obstacles)
+    advance = settings.gravity * dt * dt
+    count, _, _ = find_contacts(scene, frame, trial, body, stations, settings, dt, path, advance, scratch, obstacles)
     for k in range(count):
         scratch.contacts[k, TARGET] = 0.0  # what would touch within this step counts as touching
     trial[VZ] -= 0.5 * settings.gravity * dt
@@ -70,10 +73,10 @@ def holder(scene, scratch, count):
 
 
 @kernel
-def rest_reason(scene, frame, state, body, stations, settings, scratch, old_count, ratio):
+def rest_reason(scene, frame, state, body, stations, settings, path, scratch, old_count, ratio):
     """(reason, item) of a log that stays, or (-1, -1): on terrain alone, or held by the obstacle that pushes most."""
-    held, _ = stays(scene, frame, state, body, stations, settings, scratch, old_count, ratio, False)
+    held, _ = stays(scene, frame, state, body, stations, settings, path, scratch, old_count, ratio, False)
     if held:
         return REST, -1
-    held, count = stays(scene, frame, state, body, stations, settings, scratch, old_count, ratio, True)
+    held, count = stays(scene, frame, state, body, stations, settings, path, scratch, old_count, ratio, True)
     return holder(scene, scratch, count) if held else (-1, -1)

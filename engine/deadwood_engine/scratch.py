@@ -6,9 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from . import contacts
+from . import contacts, trees
 from .cloud import Cloud
 from .outline import OUTLINE_POINTS
+from .surroundings import NEAR_WIDTH
 from .trace import MEMORY_WIDTH
 
 
@@ -24,6 +25,8 @@ class Settings(NamedTuple):
     time_limit: float
     rest_speed: float
     gravity: float
+    obstacle_travel: float  # [-] of the two thicknesses, of the fastest point in a step near an obstacle
+    backward: bool  # sweep the contacts from last to first
 
 
 class Scratch(NamedTuple):
@@ -42,7 +45,8 @@ class Scratch(NamedTuple):
     hit_trees: np.ndarray
     hit_barriers: np.ndarray
     trial: np.ndarray  # predicted axis direction and centre
-    anchor: np.ndarray  # plan ends for which the near lists were made; their counts; whether they exist
+    near: np.ndarray  # what is known of the surroundings (``detection``)
+    wake: np.ndarray  # path [m] before which a ring cannot touch the terrain
     memory: np.ndarray
     rest: np.ndarray  # ends at the last look at a slow log
     rocking: np.ndarray  # ends at the last look at one that rocks
@@ -72,7 +76,7 @@ class Scratch(NamedTuple):
             np.zeros((table, contacts.KEY_WIDTH), np.int64),
             np.zeros((table, 3)),
             np.zeros(upright_count + 1, np.int64),
-            np.zeros((upright_count + 1, 6)),
+            np.zeros((upright_count + 1, trees.NEAR_WIDTH)),
             np.zeros(plate_count + 1, np.int64),
             np.zeros((plate_count + 1, 7)),
             np.zeros(lying_count + 1, np.int64),
@@ -80,7 +84,8 @@ class Scratch(NamedTuple):
             np.zeros(upright_count + lying_count + 1, np.int64),
             np.zeros(plate_count + upright_count + 1, np.int64),
             np.zeros(6),
-            np.zeros(8),
+            np.zeros(NEAR_WIDTH),
+            np.zeros(stations),
             np.zeros(MEMORY_WIDTH),
             np.zeros(MEMORY_WIDTH),
             np.zeros(MEMORY_WIDTH),

@@ -17,17 +17,27 @@ import math
 
 from .asymmetric_top import energy_of, move_freely
 from .compiled import kernel
-from .contact_solver import remember, solve, warm_start
+from .contact_solver import remember, solve, turn_around, warm_start
 from .contacts import GAP, PN, TERRAIN
-from .detection import find_contacts, owner_of
+from .detection import find_contacts, lowest_gap, owner_of
 from .energy import impulse_work, take_no_energy
 from .grid_index import insert_sorted
 from .ledger import note_pushes
-from .limits import POLL_STEPS, REST_TRAVEL, REST_WINDOW, ROCKING_GROWTH, ROCKING_WINDOW, SHORTEST_STEP, WILD_SPEED
+from .limits import (
+    POLL_STEPS,
+    REST_TRAVEL,
+    REST_WINDOW,
+    ROCKING_GROWTH,
+    ROCKING_WINDOW,
+    SHORTEST_STEP,
+    WILD_SPEED,
+)
 from .rest import FAILED, INTERRUPTED, LEFT_DEM, TIME_LIMIT, fastest_point, holder, rest_reason
 from .rotation import VX, VY, VZ, X, Y, Z, set_axis
+from .surroundings import BESIDE
 from .terrain import surface
 from .trace import PEAK_ENERGY, PEAK_JUMP, PEAK_SPEED, draw, ends_moved, keep_pose, remember_pose, remember_turn
+from .trees import time_beside
 
 # Columns of a log's summary
 REASON, ITEM, DURATION, PATH, SPEED_MAX, ENERGY_MAX, JUMP_MAX, ENERGY_ERROR, PENETRATION, OVERLAP = range(10)
@@ -57,45 +67,53 @@ def slide_log(
     gravity = settings.gravity
     work = (scratch.points, scratch.hull, scratch.left, scratch.right)
     memory = scratch.memory
-    scratch.anchor[6] = 0.0
+    scratch.near[:] = 0.0
+    scratch.wake[:] = 0.0
     summary[:] = 0.0
     summary[ITEM] = -1
     energy_start = energy_of(state, body) + gravity * state[Z]
     time, before, last_kick, done_work, next_look = 0.0, 0.0, 0.0, 0.0, REST_WINDOW
     kept, steps, old_count, tree_hits, barrier_hits, hit_count = 0, 0, 0, 0, 0, 0
     next_rocking, rocking_peak, peak = ROCKING_WINDOW, 0.0, 0.0
-    count, clearance, travel, whole = find_contacts(scene, frame, state, body, stations, settings, 1e-9, scratch, True)
+    count, travel, whole = find_contacts(scene, frame, state, body, stations, settings, 1e-9, 0.0, 0.0, scratch, True)
     for k in range(count):
         if scratch.keys[k, 0] != TERRAIN:
             summary[STARTED_IN_CONTACT] = 1.0
-    clearance = max(0.0, clearance)
+    gap = lowest_gap(scene, frame, state, body, stations, scratch)
+    path = 0.0
     remember_pose(memory, state, body)
     remember_turn(memory, state)
     memory[PEAK_SPEED] = math.sqrt(state[VX] ** 2 + state[VY] ** 2 + state[VZ] ** 2)
     memory[PEAK_ENERGY] = energy_of(state, body)
-    memory[PEAK_JUMP] = clearance
-    summary[SPEED_MAX], summary[ENERGY_MAX], summary[JUMP_MAX] = memory[PEAK_SPEED], memory[PEAK_ENERGY], clearance
+    memory[PEAK_JUMP] = gap
+    summary[SPEED_MAX], summary[ENERGY_MAX], summary[JUMP_MAX] = memory[PEAK_SPEED], memory[PEAK_ENERGY], gap
     draw(scene, frame, state, body, memory, work, rasters, row, marks, 0.0)
     remember_pose(scratch.rest, state, body)
     remember_pose(scratch.rocking, state, body)
     if keep:
-        kept = keep_pose(poses, kept, 0.0, state, body, clearance)
-    reason = -1
+        kept = keep_pose(poses, kept, 0.0, state, body, gap)
+    reason, pressed = -1, False
     while reason < 0:
         # 1. gravity's second half for the step before, and the length of this one
         state[VZ] -= 0.5 * gravity * before
-        fastest = fastest_point(state, body) + 0.5 * gravity * settings.time_step
+        moving = fastest_point(state, body)
+        fastest = moving + 0.5 * gravity * settings.time_step
         dt = min(settings.time_step, min(settings.travel, travel) / fastest) if fastest > 0.0 else settings.time_step
+        dt = time_beside(scratch.tree_table, int(scratch.near[BESIDE]), state, body, gravity, dt)
         dt = max(dt, SHORTEST_STEP)
-        kick = 0.5 * (before + dt)
         steps += 1
-        # 2. contacts of the pose a step ahead, 3. velocities
-        count, clearance, travel, on_terrain = find_contacts(
-            scene, frame, state, body, stations, settings, dt, scratch, True
-        )
-        whole = whole and on_terrain
-        state[VZ] -= 0.5 * gravity * dt
-        if count > 0:
+        # 2. contacts of the pose a step ahead, 3. velocities; anew where these would pass a tree within the step
+        for attempt in range(2):
+            advance = dt * (moving + 0.5 * gravity * dt)
+            kick = 0.5 * (before + dt)
+            count, travel, on_terrain = find_contacts(
+                scene, frame, state, body, stations, settings, dt, path, advance, scratch, True
+            )
+            if settings.backward:
+                turn_around(scratch.contacts, scratch.keys, count)
+            state[VZ] -= 0.5 * gravity * dt
+            if count == 0:
+                break
             for k in range(6):
                 scratch.free[k] = state[VX + k]
             if settings.restitution == 0.0:
@@ -106,6 +124,18 @@ def slide_log(
             tolerance = settings.tolerance * gravity * dt + 1e-15
             used, residual = solve(scratch.contacts, count, state, tolerance, settings.sweeps)
             summary[SWEEPS] += used
+            beside = int(scratch.near[BESIDE])
+            if attempt == 1 or beside == 0:
+                break
+            sooner = time_beside(scratch.tree_table, beside, state, body, gravity, dt)
+            if sooner >= dt:
+                break
+            for k in range(6):
+                state[VX + k] = scratch.free[k]
+            state[VZ] += 0.5 * gravity * dt
+            dt = max(sooner, SHORTEST_STEP)
+        whole = whole and on_terrain
+        if count > 0:
             summary[CONTACTS] += count
             summary[RESIDUAL] = max(summary[RESIDUAL], residual)
             # the work is that of the velocities at the node, between gravity's two halves
@@ -120,9 +150,10 @@ def slide_log(
             # 5. books
             done_work += gained
             summary[ENERGY_GAIN] += max(0.0, gained)
-            pushed = False
+            pushed = pressed = False  # against an obstacle, on the ground
             for k in range(count):
                 ground = scratch.keys[k, 0] == TERRAIN
+                pressed = pressed or (ground and scratch.contacts[k, PN] > 0.0)
                 # not the overlap that a log was released with, nor what sank where the DEM ends
                 if whole if ground else summary[STARTED_IN_CONTACT] == 0.0:
                     at = PENETRATION if ground else OVERLAP
@@ -143,23 +174,22 @@ def slide_log(
                     (time, dt, steps, gravity), struck, hits, hit_count,
                 )  # fmt: skip
         else:
+            pressed = False
             summary[AIRBORNE] += 1
         old_count = remember(scratch.contacts, scratch.keys, count, scratch.old_keys, scratch.old_impulses)
         before, last_kick = dt, kick
         speed = math.sqrt(state[VX] ** 2 + state[VY] ** 2 + state[VZ] ** 2)
         energy = energy_of(state, body)
-        clearance = max(0.0, clearance) if clearance < math.inf else 0.0
         memory[PEAK_SPEED] = max(memory[PEAK_SPEED], speed)
         memory[PEAK_ENERGY] = max(memory[PEAK_ENERGY], energy)
-        memory[PEAK_JUMP] = max(memory[PEAK_JUMP], clearance)
         summary[SPEED_MAX] = max(summary[SPEED_MAX], speed)
         summary[ENERGY_MAX] = max(summary[ENERGY_MAX], energy)
-        summary[JUMP_MAX] = max(summary[JUMP_MAX], clearance)
         if not speed < WILD_SPEED:
             reason = FAILED
             break
         peak = max(peak, energy)
         # 4. free motion to the next node
+        path += dt * fastest_point(state, body)
         move_freely(state, body, dt)
         time += dt
         summary[PATH] += dt * speed
@@ -172,7 +202,7 @@ def slide_log(
             next_look = time + REST_WINDOW
             if ends_moved(scratch.rest, state, body) < REST_TRAVEL * settings.rest_speed * REST_WINDOW:
                 reason, item = rest_reason(
-                    scene, frame, state, body, stations, settings, scratch, old_count, 1.0 / before
+                    scene, frame, state, body, stations, settings, path, scratch, old_count, 1.0 / before
                 )
                 summary[ITEM] = item
             remember_pose(scratch.rest, state, body)
@@ -189,13 +219,17 @@ def slide_log(
         elif steps % POLL_STEPS == 0 and stop[0] != 0:
             reason = INTERRUPTED
         if reason < 0 and ends_moved(memory, state, body) >= settings.trace_step:
+            gap = 0.0 if pressed else lowest_gap(scene, frame, state, body, stations, scratch)
+            memory[PEAK_JUMP] = max(memory[PEAK_JUMP], gap)
+            summary[JUMP_MAX] = max(summary[JUMP_MAX], gap)
             draw(scene, frame, state, body, memory, work, rasters, row, marks, time)
             if keep:
-                kept = keep_pose(poses, kept, time, state, body, clearance)
+                kept = keep_pose(poses, kept, time, state, body, gap)
     if reason != FAILED:
         draw(scene, frame, state, body, memory, work, rasters, row, marks, time)
         if keep:
-            kept = keep_pose(poses, kept, time, state, body, clearance)
+            gap = 0.0 if pressed else lowest_gap(scene, frame, state, body, stations, scratch)
+            kept = keep_pose(poses, kept, time, state, body, gap)
     sunk = state[VZ]
     state[VZ] -= 0.5 * gravity * before
     change = energy_of(state, body) + gravity * state[Z] - energy_start - done_work

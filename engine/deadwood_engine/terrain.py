@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .compiled import kernel
+from .limits import LID_REACH, LID_SLACK
 
 
 class Terrain(NamedTuple):
@@ -27,6 +28,9 @@ class Terrain(NamedTuple):
 
     heights : [m] above ``reference``, shape (rows, columns) float32, row 0 southernmost, NaN outside
     roughness : [m], same shape; how far the 3 x 3 cells around a cell rise above its tangent plane, at most
+    lids : float32, shape (blocks north, blocks east, 4); over each block of ``lid_cells`` cells a plane (normal x, y,
+        z; distance from the block's south-west node) that no terrain in the 3 x 3 blocks around it rises above
+    lid_cells : cells along a block's side
     friction : Coulomb's coefficient [-], shape (1, 1) when it is the same everywhere, else the shape of heights
     cell, inverse_cell : cell size [m] and one over it
     x0, y0 : world position of the centre of cell (0, 0) of the whole DEM [m]
@@ -36,6 +40,8 @@ class Terrain(NamedTuple):
 
     heights: np.ndarray
     roughness: np.ndarray
+    lids: np.ndarray
+    lid_cells: int
     friction: np.ndarray
     cell: float
     inverse_cell: float
@@ -84,7 +90,13 @@ def prepare(
     relative[~np.isfinite(relative)] = np.nan
     roughness = np.zeros_like(relative)
     roughness_of(relative, roughness)
-    return Terrain(relative, roughness, mu, float(cell), 1.0 / float(cell), float(x0), float(y0), *first, reference)
+    lid_cells = max(1, math.ceil(LID_REACH / cell - 1e-9))
+    lids = np.zeros((-(-relative.shape[0] // lid_cells), -(-relative.shape[1] // lid_cells), 4), np.float32)
+    lids_of(relative, float(cell), lid_cells, lids)
+    return Terrain(
+        relative, roughness, lids, lid_cells, mu,
+        float(cell), 1.0 / float(cell), float(x0), float(y0), *first, reference,
+    )  # fmt: skip
 
 
 @kernel
@@ -130,6 +142,63 @@ def friction_at(terrain, i0, j0, x, y):
     i = min(max(i0 + int(math.floor(x * terrain.inverse_cell + 0.5)), 0), friction.shape[1] - 1)
     j = min(max(j0 + int(math.floor(y * terrain.inverse_cell + 0.5)), 0), friction.shape[0] - 1)
     return friction[j, i]
+
+
+@kernel
+def lid_distance(terrain, i0, j0, x, y, z):
+    """How far [m] a place in the frame of node (j0, i0) is above its block's lid; -inf where no lid holds."""
+    lids, blocks = terrain.lids, terrain.lid_cells
+    i = i0 + int(math.floor(x * terrain.inverse_cell))
+    j = j0 + int(math.floor(y * terrain.inverse_cell))
+    if i < 0 or j < 0:
+        return -math.inf
+    bi, bj = i // blocks, j // blocks
+    if bi >= lids.shape[1] or bj >= lids.shape[0]:
+        return -math.inf
+    x -= (bi * blocks - i0) * terrain.cell
+    y -= (bj * blocks - j0) * terrain.cell
+    return lids[bj, bi, 0] * x + lids[bj, bi, 1] * y + lids[bj, bi, 2] * z - lids[bj, bi, 3]
+
+
+@kernel
+def lids_of(heights, cell, blocks, lids):
+    """Planes above the terrain, one a block: fitted to the nodes of the 3 x 3 blocks around, and lifted over them all.
+
+    A bilinear patch minus a plane has its maximum at a node, so the nodes are a bound for every point. Where a window
+    holds no terrain somewhere, or reaches over the grid's edge, there is no lid.
+    """
+    rows, columns = heights.shape
+    for bj in range(lids.shape[0]):
+        for bi in range(lids.shape[1]):
+            i0, j0 = (bi - 1) * blocks, (bj - 1) * blocks
+            span = 3 * blocks
+            lids[bj, bi, 0], lids[bj, bi, 1], lids[bj, bi, 2], lids[bj, bi, 3] = 0.0, 0.0, 0.0, math.inf
+            if i0 < 0 or j0 < 0 or i0 + span >= columns or j0 + span >= rows:
+                continue
+            mean = sx = sy = 0.0
+            for j in range(j0, j0 + span + 1):
+                for i in range(i0, i0 + span + 1):
+                    h = np.float64(heights[j, i])
+                    mean += h
+                    sx += h * (i - i0 - 0.5 * span)
+                    sy += h * (j - j0 - 0.5 * span)
+            if mean != mean:
+                continue
+            number = span + 1.0
+            spread = number * number * (number * number - 1.0) / 12.0  # sum of squares of the offsets
+            mean /= number * number
+            gx, gy = sx / spread, sy / spread
+            rise = 0.0
+            for j in range(j0, j0 + span + 1):
+                for i in range(i0, i0 + span + 1):
+                    over = np.float64(heights[j, i]) - mean - gx * (i - i0 - 0.5 * span) - gy * (j - j0 - 0.5 * span)
+                    rise = max(rise, over)
+            # height of the lid above the block's own first node, half a block short of the window's middle
+            height = mean - 0.5 * blocks * (gx + gy) + rise
+            gx, gy = gx / cell, gy / cell
+            nz = 1.0 / math.sqrt(1.0 + gx * gx + gy * gy)
+            lids[bj, bi, 0], lids[bj, bi, 1], lids[bj, bi, 2] = -gx * nz, -gy * nz, nz
+            lids[bj, bi, 3] = height * nz + LID_SLACK
 
 
 @kernel

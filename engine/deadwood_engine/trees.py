@@ -24,11 +24,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .compiled import kernel
-from .contacts import TREE, pierced_end, touch
+from .contacts import TREE, cross, pierced_end, touch
 from .grid_index import GridIndex, index_boxes, list_near
-from .limits import FLAT_TOLERANCE, OBSTACLE_TRAVEL, STEEP
+from .limits import FLAT_TOLERANCE, STEEP, THICK
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
-from .rotation import DX, DY, X, Y
+from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ, X, Y
 
 Array = NDArray[np.float64]
 
@@ -63,7 +63,8 @@ class Uprights(NamedTuple):
 
 
 # Columns of the near table, in the log's frame
-NEAR_X, NEAR_Y, FOOT, TOP, RADIUS, SLOPE = range(6)
+NEAR_X, NEAR_Y, FOOT, TOP, RADIUS, SLOPE, ALONG, ROOM = range(8)
+NEAR_WIDTH = 8
 
 
 def prepare(
@@ -265,11 +266,13 @@ def _side_contact(terrain, frame, tree, item, contacts, keys, count, state, body
 
 @kernel
 def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, state, body, trial, step):
-    """Contacts with the near uprights; step = (dt, restitution, gravity).
+    """Contacts with the near uprights; step = (dt, restitution, gravity, obstacle travel).
 
-    Returns (count, travel): how far [m] the log's fastest point may move in the next step without passing anything.
+    Returns (count, travel, free): how far [m] the log's fastest point may move in the next step without passing what is
+    thin, and without touching anything (less than 0 where it may touch). For thicker stems the table receives
+    where along the log's axis it is nearest, and how far [m] the axis may move there, sideways (``time_beside``).
     """
-    travel = math.inf
+    travel, free = math.inf, math.inf
     dx, dy, dz, oz = trial[0], trial[1], trial[2], trial[5]
     back, front, thick = -body[CENTRE], body[LENGTH] - body[CENTRE], body[BASE_RADIUS]
     taper = (body[TIP_RADIUS] - thick) / body[LENGTH]
@@ -285,12 +288,48 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
         # no farther than the axes could change sides; and, for a log thin beside its stems, than the neck between two
         mine = thick + taper * (nearest - back)
         both = mine + tree[RADIUS]
-        least = OBSTACLE_TRAVEL * min(both, 2.0 * math.sqrt(mine * both))
-        travel = min(travel, max(least, clear))
+        least = step[3] * min(both, 2.0 * math.sqrt(mine * both))
+        if both > THICK:
+            table[m, ALONG], table[m, ROOM] = nearest, max(least, clear)
+        else:
+            table[m, ROOM] = math.inf
+            travel = min(travel, max(least, clear))
+        free = min(free, clear)
         if clear > 0.0 or min(oz + back * dz, oz + front * dz) - thick > tree[TOP]:
             continue
         count, by_base = _end_contact(terrain, frame, tree, item, 0, contacts, keys, count, state, body, trial, step)
         count, by_tip = _end_contact(terrain, frame, tree, item, 1, contacts, keys, count, state, body, trial, step)
         if not (by_base or by_tip):
             count = _side_contact(terrain, frame, tree, item, contacts, keys, count, state, body, trial, step)
-    return count, travel
+    return count, travel, free
+
+
+@kernel
+def time_beside(table, number, state, body, gravity, longest):
+    """The longest step [s] in which the log passes none of the listed uprights (``contacts_with``).
+
+    A log that slides along its own axis beside a stem does not come nearer to it: what counts is the axis' velocity
+    sideways, where the stem is, and what turning and falling add to it. A stem ahead of an end is met at full speed.
+    """
+    dx, dy, dz = state[DX], state[DY], state[DZ]
+    tx, ty, tz = cross(state[WX], state[WY], state[WZ], dx, dy, dz)
+    turn = math.sqrt(tx * tx + ty * ty + tz * tz)
+    sliding = state[VX] * dx + state[VY] * dy + state[VZ] * dz
+    back, front = -body[CENTRE], body[LENGTH] - body[CENTRE]
+    taper = (body[TIP_RADIUS] - body[BASE_RADIUS]) / body[LENGTH]
+    for m in range(number):
+        s, room = table[m, ALONG], table[m, ROOM]
+        if room == math.inf:
+            continue
+        vx, vy, vz = state[VX] + s * tx, state[VY] + s * ty, state[VZ] + s * tz
+        square = vx * vx + vy * vy + vz * vz
+        if back < s < front:
+            square = max(0.0, square - sliding * sliding)
+            # close by, the log's taper may wedge it: no farther along, then, than it is thick
+            both = body[BASE_RADIUS] + taper * (s - back) + table[m, RADIUS]
+            if room < both and longest * abs(sliding) > both:
+                longest = both / abs(sliding)
+        speed = math.sqrt(square)
+        bend = turn * (abs(sliding) + speed) + 0.5 * gravity
+        longest = min(longest, 2.0 * room / (speed + math.sqrt(square + 4.0 * bend * room)))
+    return longest

@@ -176,7 +176,8 @@ def caged(at, scene: Scene, shot: dict, fidelity: str):
 def test_a_ring_of_stems_keeps_its_log(at, fidelity, shot, stem):
     """Stems whose gaps are a tenth of the log's diameter, its thin end being half of it, keep the log inside.
 
-    Its centre never passes the ring; an end stays in it up to a step's travel, 0.3 of the radii of log and stem.
+    Its centre never passes the ring; an end stays in it up to a step's travel, 0.3 of the radii of log and stem. With
+    draft's long steps it is the travel along the log's own axis that counts: both radii (``trees.time_beside``).
     """
     diameter = max(0.01, shot["length"] / shot["slenderness"])
     ring = 0.5 * shot["length"] + shot["room"] + stem + diameter
@@ -186,7 +187,8 @@ def test_a_ring_of_stems_keeps_its_log(at, fidelity, shot, stem):
     poses = caged(at, at.flat(trees=trees, friction=shot["friction"], size=60.0), shot, fidelity)
     assert np.hypot(poses.position[:, 0], poses.position[:, 1]).max() < ring
     for ends in (poses.base, poses.tip):
-        assert np.hypot(ends[:, 0], ends[:, 1]).max() < ring + 0.3 * 0.5 * (stem + diameter)
+        share = 1.0 if fidelity == "draft" else 0.3
+        assert np.hypot(ends[:, 0], ends[:, 1]).max() < ring + share * 0.5 * (stem + diameter)
 
 
 @SEARCH

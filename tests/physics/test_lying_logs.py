@@ -115,7 +115,8 @@ def test_it_holds_a_log_on_a_slope_too_steep_for_friction(physics, fidelity, hea
     assert result.stop_item[0] == 1
     assert result.hits.item[0] == 1
     assert result.end_position[0, 1] > -20.0
-    assert result.penetration_max[0] < 0.03
+    # what curves within a step sinks in; draft's steps are twice as long as those of standard
+    assert result.penetration_max[0] < (0.06 if fidelity == "draft" else 0.03)
 
 
 def test_resting_on_it_does_not_creep(physics):
