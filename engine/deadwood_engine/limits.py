@@ -10,6 +10,7 @@ DISC_ITERATIONS = 12  # Newton steps of the friction disc's secular equation; it
 DISC_ACCURACY = 1e-12  # [-] relative, of the friction force's magnitude on the disc
 
 # Obstacles near the log
+OBSTACLE_ALONG = 0.3  # [-] of both radii: the way of a thin log along itself in a step beside a thicker stem
 THICK = 0.35  # [m] radius of log and stem together above which a step is limited by the speed sideways, not the fastest
 NEAR_MARGIN = (
     2.0  # [m] obstacles this close to the log are listed; the list is made anew when the ends have moved so far

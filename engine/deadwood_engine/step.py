@@ -92,7 +92,7 @@ def slide_log(
     remember_pose(scratch.rocking, state, body)
     if keep:
         kept = keep_pose(poses, kept, 0.0, state, body, gap)
-    reason, pressed = -1, False
+    reason, pressed, used, residual, tolerance = -1, False, 0, 0.0, 0.0
     while reason < 0:
         # 1. gravity's second half for the step before, and the length of this one
         state[VZ] -= 0.5 * gravity * before

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from .compiled import kernel
 from .contacts import TREE, cross, pierced_end, touch
 from .grid_index import GridIndex, index_boxes, list_near
-from .limits import FLAT_TOLERANCE, STEEP, THICK
+from .limits import FLAT_TOLERANCE, OBSTACLE_ALONG, STEEP, THICK
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
 from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ, X, Y
 
@@ -325,10 +325,12 @@ def time_beside(table, number, state, body, gravity, longest):
         square = vx * vx + vy * vy + vz * vz
         if back < s < front:
             square = max(0.0, square - sliding * sliding)
-            # close by, the log's taper may wedge it: no farther along, then, than it is thick
-            both = body[BASE_RADIUS] + taper * (s - back) + table[m, RADIUS]
-            if room < both and longest * abs(sliding) > both:
-                longest = both / abs(sliding)
+            # close by, the log's taper is a wedge between two stems: then the way along counts, too
+            along = body[BASE_RADIUS] + taper * (s - back) + table[m, RADIUS]
+            if room < OBSTACLE_ALONG * along:
+                along *= OBSTACLE_ALONG  # a log thin beside its stems
+            if room < along and longest * abs(sliding) > along:
+                longest = along / abs(sliding)
         speed = math.sqrt(square)
         bend = turn * (abs(sliding) + speed) + 0.5 * gravity
         longest = min(longest, 2.0 * room / (speed + math.sqrt(square + 4.0 * bend * room)))

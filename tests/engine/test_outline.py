@@ -126,7 +126,8 @@ def test_more_poses_than_room_are_kept_all_the_same():
     scene = Scene.prepare(heights, 0.25, 0.0, 0.0, friction=0.1)
     rasters = Rasters.allocate(scene, 1)
     logs = Logs.alike([1.0], [2030.0], length=2.0, diameter=0.4, orientation=1, azimuth=np.pi)
-    result = slide(scene, logs, FIDELITIES["draft"], rasters=rasters, keep_poses=np.ones(1, bool))
+    row = FIDELITIES["draft"]._replace(trace_cells=1.0)
+    result = slide(scene, logs, row, rasters=rasters, keep_poses=np.ones(1, bool))
     assert len(result.poses.time) > 4096
     assert rasters.totals()["hit_count"].max() == 1
     assert np.all(np.diff(result.poses.time) > 0)

@@ -176,8 +176,8 @@ def caged(at, scene: Scene, shot: dict, fidelity: str):
 def test_a_ring_of_stems_keeps_its_log(at, fidelity, shot, stem):
     """Stems whose gaps are a tenth of the log's diameter, its thin end being half of it, keep the log inside.
 
-    Its centre never passes the ring; an end stays in it up to a step's travel, 0.3 of the radii of log and stem. With
-    draft's long steps it is the travel along the log's own axis that counts: both radii (``trees.time_beside``).
+    Its centre never passes the ring; an end stays in it up to a step's travel, 0.3 of the radii of log and stem; with
+    draft's long steps up to that along the log's own axis, both radii (``trees.time_beside``).
     """
     diameter = max(0.01, shot["length"] / shot["slenderness"])
     ring = 0.5 * shot["length"] + shot["room"] + stem + diameter
