@@ -12,15 +12,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from deadwood_engine import Fidelity, Rasters, Result, Scene, Start, place_logs, slide
+from deadwood_engine import Fidelity, Rasters, Result, Scene, Shape, Start, place_logs, slide
 
-from . import scenes, study
+from . import measures, scenes, study
 from .settings import REFERENCE, STANDARD, UNBOUND
 
 RESTART_AT, HORIZON = (2.0, 4.0, 6.0), 0.25  # [s]
 RESTART_STEPS = (0.010, 0.005, 0.0025, 0.00125)  # [s]
 RESTART_TRUTH = HORIZON / 2560  # [s], a tenth of a millisecond
 SWITCH_REPEATS = 5
+RING_LOG = (0.6, 25.0)  # [m] base diameter and length of the logs made of rings
 
 
 def _node_time(step: float) -> float:
@@ -126,6 +127,36 @@ def switches(*, threads: int) -> list[dict[str, Any]]:
     endless = _cost(forest, start, threads, rest_speed=1e-9)
     pair("every log until the time limit: no certificate of rest", plain, endless)
     return found
+
+
+def rings(*, threads: int, logs: int = 100) -> list[dict[str, Any]]:
+    """The smooth cone against rings of vertices fixed to the body (the paper has such logs), on the same releases."""
+    found = []
+    for name in ("rough", "forest"):
+        built = scenes.build(name)
+        base = scenes.logs_of_block(0, study.BLOCK).take(slice(0, logs))
+        alike = replace(base, diameter=np.full(logs, RING_LOG[0]), length=np.full(logs, RING_LOG[1]))
+        line, smooth = scenes.CASES[name].line_row, None
+        for vertices in (0, 8, 16, 32):
+            shape = Shape.of(_ring_points(vertices)) if vertices else None
+            slide(built.scene, alike.take(slice(0, 2)), STANDARD, time_limit=0.2, shape=shape)
+            result = slide(built.scene, alike, STANDARD, time_limit=study.TIME_LIMIT, threads=threads, shape=shape)
+            reach = result.reach[:, line]
+            smooth = reach if smooth is None else smooth
+            row = {"scene": name, "vertices": vertices, "logs": logs, "reach": float(reach.mean())}
+            row["ms_per_log"] = 1e3 * result.cost["cpu_s"] / logs
+            found.append(row | {"difference": measures.reach_difference(reach, smooth)})
+    return found
+
+
+def _ring_points(vertices: int) -> NDArray:
+    """Points of a log's rings [m], shape (n, 3)."""
+    diameter, length = RING_LOG
+    along = np.linspace(0.0, length, round(length / 0.5) + 1)
+    radius = 0.5 * diameter * (1.0 - 0.5 * along / length)
+    turn = 2 * np.pi * np.arange(vertices) / vertices
+    rim = radius[:, None, None] * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+    return np.concatenate([rim, np.broadcast_to(along[:, None, None], (*rim.shape[:2], 1))], axis=-1).reshape(-1, 3)
 
 
 def _awake(scene: Scene) -> Scene:

@@ -184,6 +184,26 @@ def switch_table(results: Row) -> str:
     return table(head, rows)
 
 
+def ring_table(results: Row) -> str:
+    """Rings of vertices against the smooth cone."""
+    rows = [
+        [
+            row["scene"],
+            f"{row['vertices']} vertices a ring" if row["vertices"] else "smooth cone",
+            str(row["logs"]),
+            f"{100 * row['reach']:.0f}",
+            _points(row["difference"]) if row["vertices"] else "",
+            number(row["ms_per_log"]),
+        ]
+        for row in results.get("rings", {}).get("rows", [])
+    ]
+    return table(["scene", "log", "logs", "reach [%]", "minus smooth cone [points]", "CPU ms a log"], rows)
+
+
+def _points(record: Row) -> str:
+    return f"{100 * record['delta']:+.1f} ({100 * record['low']:+.1f} to {100 * record['high']:+.1f})"
+
+
 def peer_table(results: Row) -> str:
     """Other engines on two of our jobs."""
     rows = [
@@ -291,6 +311,7 @@ def page(results: Row) -> str:
         factor_table=factor_table(results),
         cell_table=cell_table(results),
         restarts=restarts(results),
+        ring_table=ring_table(results),
         switch_table=switch_table(results),
         peers=results.get("peers", {}).get("what", "*Not measured yet.*"),
         peer_table=peer_table(results),

@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 # A vertex of a trajectory line per so much path: at 30 m/s a flight sags 1.4 mm between two of them.
 VERTEX_SPACING_M = 1.0
 COST = "cost_"  # how the columns begin that have one row a chunk
+FAILED = "failed_"  # and those of logs that failed
+FAILED_STATES = "failed.json"
 WORTH_A_WARNING = 0.05  # share of the logs that ran out of time
 BY_LOG = (
     "stop_reason",
@@ -68,6 +70,8 @@ def arrays_of(result: Any, layers: SceneLayers, log_id: NDArray[np.int64], wall_
     """What is kept of a chunk: one row a log, the ledgers of hits, and one row a chunk of what it cost."""
     cost = {f"{COST}{name}": np.array([value], np.float64) for name, value in result.cost.items()}
     kept = {name: np.asarray(getattr(result, name)) for name in BY_LOG}
+    failed = result.stop_reason == STOP_REASONS.index("failed")
+    kept |= {f"{FAILED}log_id": log_id[failed], f"{FAILED}state": result.last_state[failed]}
     return kept | hit_arrays(result.hits, log_id, layers) | cost | {f"{COST}wall_s": np.array([wall_s])}
 
 
@@ -98,7 +102,7 @@ def write_results(
     rows, order = queue.slid_rows()
     releases = releases.take(rows)
     slid = work.by_log()
-    by_log = {name: slid[name] if name.startswith((COST, HITS)) else slid[name][order] for name in slid}
+    by_log = {name: slid[name] if name.startswith((COST, HITS, FAILED)) else slid[name][order] for name in slid}
     touched = reached(layers.lines, by_log, releases)
     deposits = deposits_frame(layers, releases, by_log)
     tables = {"deposits": deposits, "deposited_logs": axes_frame(deposits, by_log)}
@@ -127,6 +131,12 @@ def write_results(
         feedback.warn(
             f"{still} of {len(releases)} logs still moved at --time-limit {ask.time_limit:g} s, so their deposits are "
             "not final; most such logs roll on smooth ground, for the model has no rolling resistance"
+        )
+    if states := failed_states(deposits, by_log):
+        write_json(folder / FAILED_STATES, {"logs": states})
+        feedback.warn(
+            f"{len(states)} of {len(releases)} logs failed, the others did not suffer; {FAILED_STATES} has their last "
+            "states, from which the engine can go on (deadwood_engine.Start): please report them"
         )
     write_json(folder / SUMMARY, summary)
     write_json(folder / MANIFEST, tool.manifest(made_by, ask, **_facts(layers, releases, work)))
@@ -184,6 +194,25 @@ def _stop_ids(layers: SceneLayers, by_log: dict[str, NDArray]) -> NDArray[Any]:
         elif reason[row] == "barrier":
             ids[row] = str(layers.barriers.ids[layers.barriers.item[item]])
     return ids
+
+
+def failed_states(deposits: geopandas.GeoDataFrame, by_log: dict[str, NDArray]) -> list[dict[str, Any]]:
+    """The last finite state of each log that failed, in world coordinates and SI units, for a replay."""
+    rows = deposits.set_index("log_id")
+    return [
+        {
+            "log_id": int(log_id),
+            "t_s": float(rows.at[log_id, "duration_s"]),
+            "position_m": [rows.at[log_id, "geometry"].x, rows.at[log_id, "geometry"].y, rows.at[log_id, "geometry"].z],
+            "quaternion_wxyz": state[3:7],
+            "velocity_ms": state[7:10],
+            "angular_velocity_rad_s": state[10:13],
+            "dbh_cm": float(rows.at[log_id, "dbh_cm"]),
+            "length_m": float(rows.at[log_id, "length_m"]),
+            "density_kg_m3": float(rows.at[log_id, "density_kg_m3"]),
+        }
+        for log_id, state in zip(by_log[f"{FAILED}log_id"], by_log[f"{FAILED}state"], strict=True)
+    ]
 
 
 def axes_frame(deposits: geopandas.GeoDataFrame, by_log: dict[str, NDArray]) -> geopandas.GeoDataFrame:

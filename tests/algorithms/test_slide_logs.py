@@ -200,6 +200,24 @@ def test_columns_of_the_releases_go_before_the_options(case, tmp_path):
     assert deposits["release_id"].tolist() == [0, 0]
 
 
+def test_a_log_that_fails_leaves_its_state_and_the_others_go_on(case, tmp_path):
+    """Faster than any fall on Earth is taken for a fault: 3000 m/s from the start, among two logs at rest."""
+    three = write_layer(
+        tmp_path / "three.gpkg", points((20.0, 80.0), (30.0, 80.0), (40.0, 80.0)), log_id=[4, 7, 9],
+        speed_ms=[0.0, 3000.0, 0.0], azimuth_deg=[180.0] * 3,
+    )  # fmt: skip
+    run = case.run(releases=three, output=str(tmp_path / "run"))
+    deposits = layer(run, "deposits").set_index("log_id")
+    assert deposits["stop_reason"].eq("failed").tolist() == [False, True, False]
+    (state,) = json.loads((run / "failed.json").read_text())["logs"]
+    assert state["log_id"] == 7
+    assert state["position_m"] == pytest.approx([*deposits.geometry[7].coords[0]])
+    assert np.hypot(*state["velocity_ms"][:2]) > 2000.0
+    assert np.linalg.norm(state["quaternion_wxyz"]) == pytest.approx(1.0)
+    alone = case.run(releases=three, output=str(tmp_path / "alone"), threads=1)
+    assert_same_run(run, alone)
+
+
 def test_threads_do_not_change_a_bit(case, full, tmp_path):
     assert_same_run(full, case.run(output=str(tmp_path / "four"), threads=4, **case.everything()))
 
