@@ -16,6 +16,7 @@ import shapely
 from deadwood_algorithms import compare_fidelity
 from deadwood_algorithms.log_order import hash_order
 from deadwood_algorithms.tool import Cancelled, Quiet, UserError
+from deadwood_engine import FIDELITIES
 
 sys.path.insert(0, str(Path(__file__).parent))  # importlib mode leaves siblings to us
 
@@ -79,7 +80,8 @@ def test_on_a_plane_without_obstacles_draft_will_do(case, tmp_path, lines):
     rows = table(tmp_path / "plane")
     apart = rows.loc[("draft", "deposit_distance", "")]
     assert 0.0 < apart["difference"] < apart["noise"]
-    assert abs(rows.loc[("draft", "speed_max_mean", ""), "difference"]) < 0.2
+    # speeds stand for the middle of a step, and a standing log that falls over lands within one: a step of g
+    assert abs(rows.loc[("draft", "speed_max_mean", ""), "difference"]) < 9.81 * FIDELITIES["draft"].time_step
 
 
 def test_the_table_agrees_with_slide_logs(case, forest, tmp_path):
