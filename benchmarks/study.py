@@ -307,4 +307,7 @@ def summarise(names: list[str], settings: list[Setting], say=print) -> None:
                     entry["against"], entry["error"] = setting.against, compare(name, sample, base)
             results["entries"].setdefault(name, {})[setting.name] = entry
             say(f"measured {name} {setting.name}: {entry['logs']} logs")
+        mine = results["entries"].get(name, {})
+        for gone in mine.keys() - SETTINGS.keys():  # settings that the study no longer has
+            del mine[gone]
         write_results(results)
