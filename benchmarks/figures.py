@@ -23,7 +23,8 @@ COLOURS = {
     "smooth": "#7c2d12", "halved": "black", "obstacles": "#15803d", "order": "#4338ca",
 }  # fmt: skip
 SCENE_COLOURS = ("#6b7280", "#e08e0b", "#3a7d44", "#8e6bbf", "#d1495b", "#1b6ca8")
-plt.rcParams.update({"font.size": 8, "axes.spines.top": False, "axes.spines.right": False, "svg.hashsalt": "deadwood"})
+# for these figures alone: a process that imports this file may draw others
+LOOK = {"font.size": 8, "axes.spines.top": False, "axes.spines.right": False, "svg.hashsalt": "deadwood"}
 
 
 def _save(figure: Any, name: str) -> None:
@@ -241,6 +242,7 @@ def restarts(results: dict[str, Any]) -> None:
 
 def draw(results: dict[str, Any]) -> list[str]:
     """Draw all figures that the results allow; returns their names."""
-    for figure in (work_precision, factors, fields, penetration, cells, restarts):
-        figure(results)
+    with plt.rc_context(LOOK):
+        for figure in (work_precision, factors, fields, penetration, cells, restarts):
+            figure(results)
     return sorted(p.name for p in HERE.glob("*.png"))
