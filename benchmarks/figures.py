@@ -24,7 +24,7 @@ COLOURS = {
 }  # fmt: skip
 SCENE_COLOURS = ("#6b7280", "#e08e0b", "#3a7d44", "#8e6bbf", "#d1495b", "#1b6ca8")
 # for these figures alone: a process that imports this file may draw others
-LOOK = {"font.size": 8, "axes.spines.top": False, "axes.spines.right": False, "svg.hashsalt": "deadwood"}
+LOOK: Any = {"font.size": 8, "axes.spines.top": False, "axes.spines.right": False, "svg.hashsalt": "deadwood"}
 
 
 def _save(figure: Any, name: str) -> None:
