@@ -60,13 +60,7 @@ class Ask:
         default=None,
         help="Their reach is found from stored trajectories, of the logs that have one in every run.",
     )
-    min_runout: float | None = tool.number(
-        "Deposits nearer than this do not count for the spread",
-        unit="m",
-        default=None,
-        minimum=0.0,
-        help="Default: one log length.",
-    )
+    min_runout: float | None = tool.min_runout()
     seed: int = tool.seed()
     output: str = tool.output_folder("Folder of the comparison")
     overwrite: bool = tool.overwrite()

@@ -42,12 +42,8 @@ HALVES = 100  # random halves of the logs, for how the smallest angle grows
 @dataclass(frozen=True, kw_only=True)
 class Ask:
     deposits: str = tool.vector("Deposits of slide-logs, or the folder of its run", "point")
-    min_runout: float | None = tool.number(
-        "Deposits nearer than this do not count",
-        unit="m",
-        default=None,
-        minimum=0.0,
-        help="Default: one log length, from the field length_m.",
+    min_runout: float | None = tool.min_runout(
+        "Deposits nearer than this do not count", help="Default: one log length, from the field length_m."
     )
     dem: str | None = tool.raster(
         "Terrain model, for the distance to its edges", default=None, help="Default: the run's, where it still lies."

@@ -73,13 +73,7 @@ class ReleasedScene:
     lying_diameter_cm: float = tool.number(
         "Base diameter of lying logs whose layer names none", unit="cm", default=40.0, minimum=0.0, exclusive=True
     )
-    min_runout: float | None = tool.number(
-        "Deposits nearer than this do not count for the spread",
-        unit="m",
-        default=None,
-        minimum=0.0,
-        help="Default: one log length.",
-    )
+    min_runout: float | None = tool.min_runout()
     seed: int = tool.seed()
     threads: int | None = tool.integer("Threads (default: every core)", default=None, minimum=1, advanced=True)
     crs: str | None = tool.crs()

@@ -188,6 +188,12 @@ def crs() -> Any:
     )
 
 
+def min_runout(
+    label: str = "Deposits nearer than this do not count for the spread", help: str = "Default: one log length."
+) -> Any:
+    return number(label, unit="m", default=None, minimum=0.0, help=help)
+
+
 def seed() -> Any:
     return integer("Seed of the random draws", default=0, minimum=0, maximum=2**63 - 1)
 
