@@ -18,10 +18,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .compiled import kernel
+from .compiled import inlined, kernel
 from .contacts import BARRIER, pierced_end, touch
 from .grid_index import GridIndex, index_boxes, list_near
-from .limits import FLAT_TOLERANCE
+from .limits import FLAT_TOLERANCE, OBSTACLE_TRAVEL
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
 
 Array = NDArray[np.float64]
@@ -129,7 +129,7 @@ def deepest_below_edge(ex, ey, ez, dx, dy, dz, sine, a, nx, ny, x, y, ax, ay, to
     return True, px, py, limit
 
 
-@kernel
+@inlined
 def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, state, body, trial, step):
     """Contacts with the near plates, as for ``trees``."""
     travel, free = math.inf, math.inf
@@ -155,7 +155,7 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
         above = min(z_base, z_tip) - max(top0, table[m, TOP_END]) - thick
         away = (min(abs(off_base), abs(off_tip)) if off_base * off_tip > 0.0 else 0.0) - thick
         clear = max(beside, above, away)
-        least = step[3] * thin
+        least = min(step[3], OBSTACLE_TRAVEL) * thin
         travel = min(travel, max(least, clear))
         free = min(free, clear)
         if clear > 0.0:

@@ -40,7 +40,8 @@ def cloud_terrain_contacts(cloud, scene, frame, state, body, settings, dt, scrat
             count = ground_contact(
                 terrain, frame, scratch.contacts, scratch.keys, count, state, body,
                 to_world(scratch.turns, NOW, cloud.points[k]), gap, (gx, gy),
-                friction_at(terrain, frame[0], frame[1], px, py), k, (dt, settings.restitution, settings.gravity),
+                friction_at(terrain, frame[0], frame[1], px, py), k,
+                (dt, settings.restitution, settings.gravity), False,
             )  # fmt: skip
     return count, whole
 
@@ -73,5 +74,5 @@ def touch_cloud(terrain, frame, scratch, count, state, body, key, p, n, gap, ste
     mu = friction_at(terrain, frame[0], frame[1], p[0], p[1])
     return add_contact(
         scratch.contacts, scratch.keys, count, state, body, key, r[0], r[1], r[2], n[0], n[1], n[2], mu, gap,
-        step[0], step[1], step[2],
+        step, step[4], False,
     )  # fmt: skip

@@ -19,7 +19,7 @@ from .cloud import to_world
 from .cloud_contacts import AHEAD, touch_cloud
 from .compiled import kernel
 from .contacts import BARRIER, LYING, TREE, cross
-from .limits import CORE_BELOW, FACE_ALIGNED, FLAT_TOLERANCE
+from .limits import CORE_BELOW, FACE_ALIGNED, FLAT_TOLERANCE, OBSTACLE_TRAVEL
 from .log_body import REACH
 from .lying_logs import axes_nearest, dot, point
 from .surroundings import LYING_LOGS, PLATES, TREES
@@ -164,7 +164,7 @@ def core_contacts(cloud, scene, frame, scratch, count, state, body, key, start, 
         elif high > 0.0:
             leave = min(leave, long * low / (low - high))
     both = cloud.thickness + thick
-    travel = max(step[3] * min(both, 2.0 * math.sqrt(cloud.thickness * both)), clear)
+    travel = max(min(step[3], OBSTACLE_TRAVEL) * min(both, 2.0 * math.sqrt(cloud.thickness * both)), clear)
     if clear > 0.0:
         return count, travel
     if enter <= leave:
@@ -252,7 +252,7 @@ def _plate_contacts(cloud, scene, frame, scratch, count, state, body, item, plat
     beside = max(-u_c, u_c - width)
     above = trial[5] - max(top0, plate[barriers.TOP_END])
     clear = max(abs(off_c), beside, above) - body[REACH]
-    travel = max(step[3] * cloud.thickness, clear)
+    travel = max(min(step[3], OBSTACLE_TRAVEL) * cloud.thickness, clear)
     if clear > 0.0:
         return count, travel
     for k in range(cloud.corners.shape[0]):

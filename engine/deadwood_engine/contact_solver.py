@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 
-from .compiled import kernel
+from .compiled import inlined, kernel
 from .contacts import (
     ANX,
     ANY,
@@ -150,7 +150,7 @@ def block_impulse(c, cn, ct, cu):
     return False, 0.0, 0.0, 0.0
 
 
-@kernel
+@inlined
 def solve(contacts, count, state, tolerance, sweeps):
     """Renew the impulses of all contacts until none changes a contact velocity by more than the tolerance.
 
@@ -217,7 +217,7 @@ def turn_around(contacts, keys, count):
             keys[k, column], keys[m, column] = keys[m, column], keys[k, column]
 
 
-@kernel
+@inlined
 def warm_start(contacts, keys, count, state, old_keys, old_impulses, old_count, ratio):
     """Start each contact from its impulse of the step before, turned into its new frame and put back on its cone.
 
@@ -253,7 +253,7 @@ def warm_start(contacts, keys, count, state, old_keys, old_impulses, old_count, 
                 break
 
 
-@kernel
+@inlined
 def remember(contacts, keys, count, old_keys, old_impulses):
     """Keep the loaded contacts' world impulses for the next step's warm start; returns how many."""
     kept = 0

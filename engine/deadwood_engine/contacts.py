@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import math
 
-from .compiled import kernel
+from .compiled import inlined, kernel
 from .limits import FLAT_TOLERANCE, HOVER, HOVER_MOST, MERGED, REFINED
 from .log_body import AXIAL, BASE_RADIUS, CENTRE, LENGTH, SKEW, TIP_RADIUS, TRANSVERSE
 from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ, X, Y, Z, first_axis
@@ -45,14 +45,20 @@ def cross(ax, ay, az, bx, by, bz):
 
 
 @kernel
-def add_contact(contacts, keys, count, state, body, key, rx, ry, rz, nx, ny, nz, mu, gap, dt, restitution, gravity):
+def add_contact(contacts, keys, count, state, body, key, rx, ry, rz, nx, ny, nz, mu, gap, step, ahead, smooth):
     """Append one contact: frame, velocities before the step, least normal velocity, and its Delassus block.
 
-    gap is the gap predicted for the next node; the gap now follows from the free velocity along the normal.
+    gap is the gap predicted for the time ``ahead`` [s] within the step; the gap now follows from the free velocity
+    along the normal. step = (dt, restitution, gravity, ...).
     key is (kind, slot or item, part). Returns the new count; a full table keeps what it has (``scratch`` sizes it).
+
+    smooth: the body is round about its axis. Then its spin brings no part of it nearer to the ground, and no push along
+    a normal turns it about that axis. The lever of a candidate that is not the deepest of its ring says otherwise: by
+    it a spinning end bored itself in.
     """
     if count >= contacts.shape[0]:
         return count
+    dt, restitution, gravity = step[0], step[1], step[2]
     keys[count, 0], keys[count, 1], keys[count, 2] = key
     c = contacts[count]
     # tangents: first along the axis least aligned with the normal, as in Leine et al. (2014)
@@ -69,13 +75,16 @@ def add_contact(contacts, keys, count, state, body, key, rx, ry, rz, nx, ny, nz,
     c[NX], c[NY], c[NZ] = nx, ny, nz
     c[TX], c[TY], c[TZ] = tx, ty, tz
     c[UX], c[UY], c[UZ] = ux, uy, uz
+    dx, dy, dz = state[DX], state[DY], state[DZ]
     anx, any_, anz = cross(rx, ry, rz, nx, ny, nz)
+    if smooth:
+        k = anx * dx + any_ * dy + anz * dz
+        anx, any_, anz = anx - k * dx, any_ - k * dy, anz - k * dz
     atx, aty, atz = cross(rx, ry, rz, tx, ty, tz)
     aux, auy, auz = cross(rx, ry, rz, ux, uy, uz)
     c[ANX], c[ANY], c[ANZ] = anx, any_, anz
     c[ATX], c[ATY], c[ATZ] = atx, aty, atz
     c[AUX], c[AUY], c[AUZ] = aux, auy, auz
-    dx, dy, dz = state[DX], state[DY], state[DZ]
     ia = 1.0 / body[TRANSVERSE]
     ic = 1.0 / body[AXIAL] - ia
     k = ic * (anx * dx + any_ * dy + anz * dz)
@@ -106,7 +115,7 @@ def add_contact(contacts, keys, count, state, body, key, rx, ry, rz, nx, ny, nz,
     c[BEFORE_N] = before
     c[BEFORE_T] = tx * vx + ty * vy + tz * vz + atx * wx + aty * wy + atz * wz
     c[BEFORE_U] = ux * vx + uy * vy + uz * vz + aux * wx + auy * wy + auz * wz
-    now = gap - dt * (before - 0.5 * nz * gravity * dt)
+    now = gap - ahead * (before - 0.5 * nz * gravity * ahead)
     c[GAP] = now
     # A gap that gravity closes within the step counts as closed, or contacts of a resting log would flicker
     now -= min(HOVER * gravity * dt * dt, HOVER_MOST)
@@ -119,13 +128,13 @@ def add_contact(contacts, keys, count, state, body, key, rx, ry, rz, nx, ny, nz,
 
 
 @kernel
-def ground_contact(terrain, frame, contacts, keys, count, state, body, r, gap, slope, mu, slot, step):
+def ground_contact(terrain, frame, contacts, keys, count, state, body, r, gap, slope, mu, slot, step, smooth):
     """Add the contact of point r (from the centre of mass) with the facet of gradient ``slope``."""
     nz = 1.0 / math.sqrt(1.0 + slope[0] * slope[0] + slope[1] * slope[1])
     before = count
     count = add_contact(
         contacts, keys, count, state, body, (TERRAIN, slot, 0), r[0], r[1], r[2],
-        -slope[0] * nz, -slope[1] * nz, nz, mu, gap * nz, step[0], step[1], step[2],
+        -slope[0] * nz, -slope[1] * nz, nz, mu, gap * nz, step, step[0], smooth,
     )  # fmt: skip
     if count > before:
         # The penetration reported is measured on the surface below the point itself, not on the predicted facet's plane
@@ -149,7 +158,9 @@ def _deepest_on(terrain, i0, j0, cx, cy, cz, dx, dy, dz, a, gx, gy):
 
 @kernel
 def touch(terrain, frame, contacts, keys, count, state, body, trial, key, p, n, gap, step):
-    """Add the contact of an obstacle at the predicted point p with normal n; step = (dt, restitution, gravity, ...).
+    """Add the contact of an obstacle at the predicted point p with normal n.
+
+    step = (dt, restitution, gravity, obstacle travel, time [s] within the step for which ``trial`` is the pose).
 
     The lever is taken back to the present axis: the axis turns within the step, and the present spin about it (tens
     of rad/s) times that turn would pass for a speed along the normal.
@@ -159,7 +170,7 @@ def touch(terrain, frame, contacts, keys, count, state, body, trial, key, p, n, 
     rx, ry, rz = rx + s * (state[DX] - trial[0]), ry + s * (state[DY] - trial[1]), rz + s * (state[DZ] - trial[2])
     mu = friction_at(terrain, frame[0], frame[1], p[0], p[1])
     return add_contact(
-        contacts, keys, count, state, body, key, rx, ry, rz, n[0], n[1], n[2], mu, gap, step[0], step[1], step[2]
+        contacts, keys, count, state, body, key, rx, ry, rz, n[0], n[1], n[2], mu, gap, step, step[4], True
     )
 
 
@@ -185,11 +196,12 @@ def pierced_end(state, body, trial, end, px, py, pz):
     return gap, -gap < a - aside or now >= 0.0
 
 
-@kernel
-def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, step, trial, path, advance, wake):
+@inlined
+def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, points, step, trial, path, advance, wake):
     """Find the terrain contacts of this step.
 
-    stations is the number of rings; frame holds the log's node (column i0, row j0); step is that of the obstacles.
+    stations is the number of rings; those between the ends have 1 or 3 candidate ``points``. frame holds the log's node
+    (column i0, row j0); step is that of the obstacles.
     trial[0:6] holds the predicted axis (direction, centre). path [m]: how far any point of the log can have moved so
     far; advance [m]: in this step. A ring is not looked at before the path reaches its ``wake``.
     Returns (count, least wake of the rings [m], whether there is terrain below every ring).
@@ -252,7 +264,7 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, step
         ex, ey, ez = scale * ex, scale * ey, scale * ez
         fx, fy, fz = cross(dx, dy, dz, ex, ey, ez)
         ox1, oy1, oz1, ox2, oy2, oz2 = math.inf, 0.0, 0.0, math.inf, 0.0, 0.0
-        for m in range(CANDIDATES if k == 0 or k == stations - 1 else 3):
+        for m in range(CANDIDATES if k == 0 or k == stations - 1 else points):
             if m == 0:
                 ce, cf = 1.0, 0.0
             elif m < 3:
@@ -290,7 +302,7 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, step
                 r = (s * dx + rx, s * dy + ry, s * dz + rz)
                 count = ground_contact(
                     terrain, frame, contacts, keys, count, state, body, r, cz + rz - height, (gx, gy),
-                    friction_at(terrain, i0, j0, px, py), k * CANDIDATES + m, step,
+                    friction_at(terrain, i0, j0, px, py), k * CANDIDATES + m, step, True,
                 )  # fmt: skip
     return count, earliest, whole
 

@@ -7,14 +7,14 @@ import math
 from . import barriers, lying_logs, trees
 from .cloud_contacts import cloud_clearance, cloud_terrain_contacts
 from .cloud_obstacles import cloud_obstacle_contacts
-from .compiled import kernel
+from .compiled import inlined, kernel
 from .contacts import LYING, TREE, clearance, predict, terrain_contacts
 from .limits import NEAR_MARGIN
 from .log_body import BASE_RADIUS, CENTRE, LENGTH
 from .surroundings import BASE_X, BESIDE, LISTED, LYING_LOGS, OBSTACLES_WAKE, PLATES, RINGS_WAKE, TIP_X, TREES
 
 
-@kernel
+@inlined
 def _ground(cloud, scene, frame, state, body, stations, settings, step, path, advance, scratch):
     """Terrain contacts of a log, or of a cloud. Numba drops the branch that the type of ``cloud`` rules out, so nobody
     waits for kernels of shapes that do not slide to be compiled."""
@@ -23,23 +23,23 @@ def _ground(cloud, scene, frame, state, body, stations, settings, step, path, ad
         count, whole = 0, True
         if path + advance >= scratch.near[RINGS_WAKE]:
             count, scratch.near[RINGS_WAKE], whole = terrain_contacts(
-                scene.terrain, frame, scratch.contacts, scratch.keys, state, body, stations, step, scratch.trial, path,
-                advance, scratch.wake,
+                scene.terrain, frame, scratch.contacts, scratch.keys, state, body, stations, settings.ring_points, step,
+                scratch.trial, path, advance, scratch.wake,
             )  # fmt: skip
         return count, whole
     return cloud_terrain_contacts(cloud, scene, frame, state, body, settings, step[0], scratch)
 
 
-@kernel
-def _near_obstacles(cloud, scene, frame, scratch, count, state, body, step):
+@inlined
+def _near_obstacles(cloud, scene, frame, scratch, count, state, body, step, advance):
     """Contacts with all that is listed as near: (count, travel, free), as ``trees.contacts_with``."""
     near = scratch.near
     if cloud is None:
         terrain, contacts, keys, trial = scene.terrain, scratch.contacts, scratch.keys, scratch.trial
         near[BESIDE] = near[TREES]
         count, travel, free = trees.contacts_with(
-            terrain, frame, scratch.tree_table, scratch.near_trees, int(near[TREES]), contacts, keys, count, state,
-            body, trial, step,
+            terrain, frame, scratch.tree_table, scratch.near_trees, int(near[TREES]), scene.joints, contacts, keys,
+            count, state, body, trial, step, advance, scratch.pose,
         )  # fmt: skip
         count, allowed, clear = barriers.contacts_with(
             terrain, frame, scratch.plate_table, scratch.near_plates, int(near[PLATES]), contacts, keys, count, state,
@@ -55,20 +55,20 @@ def _near_obstacles(cloud, scene, frame, scratch, count, state, body, step):
     return count, travel, -math.inf  # a cloud looks at what is near in every step
 
 
-@kernel
+@inlined
 def lowest_gap(scene, frame, state, body, stations, scratch):
     """Clearance [m] of a log, or of a cloud."""
     return _lowest_gap(scene.cloud, scene, frame, state, body, stations, scratch)
 
 
-@kernel
+@inlined
 def _lowest_gap(cloud, scene, frame, state, body, stations, scratch):
     if cloud is None:
         return clearance(scene.terrain, frame, state, body, stations)
     return cloud_clearance(cloud, scene.terrain, frame, state, scratch.turns)
 
 
-@kernel
+@inlined
 def find_contacts(scene, frame, state, body, stations, settings, dt, path, advance, scratch, obstacles):
     """Contacts of the pose predicted for a step dt: terrain, then trees, barriers, lying logs (if obstacles is true).
 
@@ -78,7 +78,7 @@ def find_contacts(scene, frame, state, body, stations, settings, dt, path, advan
     Returns (count, travel allowed in the next step by the obstacles [m], whether there is terrain below the whole log).
     """
     terrain, trial, near = scene.terrain, scratch.trial, scratch.near
-    step = (dt, settings.restitution, settings.gravity, settings.obstacle_travel)
+    step = (dt, settings.restitution, settings.gravity, settings.obstacle_travel, dt)
     count, whole = _ground(scene.cloud, scene, frame, state, body, stations, settings, step, path, advance, scratch)
     travel, ahead = math.inf, path + advance
     standing = scene.uprights.owner.shape[0] + scene.plates.owner.shape[0]
@@ -109,7 +109,7 @@ def find_contacts(scene, frame, state, body, stations, settings, dt, path, advan
             moved = 0.0
         # what is not listed is farther away than the margin that is left
         free = travel = NEAR_MARGIN - moved
-        count, allowed, clear = _near_obstacles(scene.cloud, scene, frame, scratch, count, state, body, step)
+        count, allowed, clear = _near_obstacles(scene.cloud, scene, frame, scratch, count, state, body, step, advance)
         travel, free = min(travel, allowed), min(free, clear)
         # the distances are those of the pose ahead, and the pose now is within ``advance`` of it
         near[OBSTACLES_WAKE] = path - advance + free

@@ -19,8 +19,11 @@ class Fidelity(NamedTuple):
     tolerance : [-] of g dt; contact velocities are solved to this; governs creep
     sweeps : most Gauss-Seidel sweeps a step; a step that needs more is counted as unconverged
     trace_cells : [DEM cells] the log's ends move at most so far between two outlines in rasters and trajectories
-    obstacle_travel : [-] of the two thicknesses (radius of the log + radius of the obstacle) the fastest point moves
-        at most in a step near an obstacle; beyond 1 the axes could change sides, which is passing through
+    obstacle_travel : [-] of the two thicknesses (radius of the log + radius of a stem) the log moves at most in a step
+        beside it, sideways; beyond 1 the axes could change sides, which is passing through. Beside what is thin it
+        is 0.3 at most, of the fastest point (``limits.OBSTACLE_TRAVEL``)
+    ring_points : 3, or 1: the deepest point of a contact ring, and the two at 45 degrees beside it, which find the
+        walls of a channel; the end faces always have nine
     backward : sweep the contacts from last to first (for the study of what the order does)
     """
 
@@ -32,12 +35,13 @@ class Fidelity(NamedTuple):
     sweeps: int
     trace_cells: float
     obstacle_travel: float = 0.3
+    ring_points: int = 3
     backward: bool = False
 
 
 FIDELITIES: dict[str, Fidelity] = {
-    "draft": Fidelity(0.040, 1.0, 1.0, 2.0, 1e-2, 100, 1.0),
-    "standard": Fidelity(0.025, 0.3, 1.0, 1.0, 1e-3, 200, 1.0),
+    "draft": Fidelity(0.080, 1.0, 1.25, 2.5, 1e-2, 300, 4.0, ring_points=1),
+    "standard": Fidelity(0.015, 0.15, 1.0, 1.0, 1e-3, 200, 1.0),
     "fine": Fidelity(0.004, 0.2, 1.0, 0.5, 1e-3, 400, 1.0),
     "reference": Fidelity(0.001, 0.05, 0.5, 0.5, 1e-4, 1000, 0.5),
 }

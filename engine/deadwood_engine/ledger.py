@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .compiled import kernel
+from .compiled import inlined, kernel
 from .contacts import (
     BEFORE_N,
     BEFORE_T,
@@ -114,7 +114,7 @@ def _hit_row(hits, number, by_barrier, item, time):
     return number
 
 
-@kernel
+@inlined
 def note_pushes(scene, frame, state, free, contacts, keys, count, clock, energy, hits, number):
     """Enter the pushes of this step's trees and barriers.
 

@@ -10,6 +10,10 @@ DISC_ITERATIONS = 12  # Newton steps of the friction disc's secular equation; it
 DISC_ACCURACY = 1e-12  # [-] relative, of the friction force's magnitude on the disc
 
 # Obstacles near the log
+OBSTACLE_TRAVEL = 0.3  # [-] of both radii: beside what is thin, most of the way of the fastest point in a step
+FIRST_TOUCH = 0.1  # [-] of both radii: how far a step is followed beside a stem between two looks for its first touch
+TOUCH_DEPTH = 0.05  # [-] of both radii: how deep, at most, the pose of a first touch may be
+MOST_LOOKS = 40  # poses within a step that are looked at for the first touch of one stem
 OBSTACLE_ALONG = 0.3  # [-] of both radii: the way of a thin log along itself in a step beside a thicker stem
 THICK = 0.35  # [m] radius of log and stem together above which a step is limited by the speed sideways, not the fastest
 NEAR_MARGIN = (

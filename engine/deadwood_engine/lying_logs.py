@@ -24,10 +24,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .compiled import kernel
+from .compiled import inlined, kernel
 from .contacts import LYING, cross, pierced_end, touch
 from .grid_index import GridIndex, index_boxes, list_near
-from .limits import FLAT_TOLERANCE, STEEP
+from .limits import FLAT_TOLERANCE, OBSTACLE_TRAVEL, STEEP
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
 from .rotation import DX, DY, DZ, X, Y, Z
 from .terrain import Terrain, surfaces
@@ -365,7 +365,7 @@ def _face_on_face(state, body, trial, end, centre, out, radius):
     return False, e, out, 0.0
 
 
-@kernel
+@inlined
 def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, state, body, trial, step):
     """Contacts with the near pieces, as for ``trees``."""
     travel, free = math.inf, math.inf
@@ -385,7 +385,8 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
         mine = thick + taper * (s - back)
         both = mine + wide + slope * z
         clear = distance - thick - max(wide, wide + slope * long)
-        least = step[3] * min(both, 2.0 * math.sqrt(mine * both), 2.0 * math.sqrt((both - mine) * both))
+        narrow = min(both, 2.0 * math.sqrt(mine * both), 2.0 * math.sqrt((both - mine) * both))
+        least = min(step[3], OBSTACLE_TRAVEL) * narrow
         travel = min(travel, max(least, clear))
         free = min(free, clear)
         if clear > 0.0:

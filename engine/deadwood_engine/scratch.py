@@ -26,6 +26,7 @@ class Settings(NamedTuple):
     rest_speed: float
     gravity: float
     obstacle_travel: float  # [-] of the two thicknesses, of the fastest point in a step near an obstacle
+    ring_points: int  # candidates of a ring between the ends
     backward: bool  # sweep the contacts from last to first
 
 
@@ -45,6 +46,7 @@ class Scratch(NamedTuple):
     hit_trees: np.ndarray
     hit_barriers: np.ndarray
     trial: np.ndarray  # predicted axis direction and centre
+    pose: np.ndarray  # the same, for a time within the step
     near: np.ndarray  # what is known of the surroundings (``detection``)
     wake: np.ndarray  # path [m] before which a ring cannot touch the terrain
     memory: np.ndarray
@@ -83,6 +85,7 @@ class Scratch(NamedTuple):
             np.zeros((lying_count + 1, 9)),
             np.zeros(upright_count + lying_count + 1, np.int64),
             np.zeros(plate_count + upright_count + 1, np.int64),
+            np.zeros(6),
             np.zeros(6),
             np.zeros(NEAR_WIDTH),
             np.zeros(stations),

@@ -72,7 +72,7 @@ def slide(
     settings = Settings(
         float(fidelity.time_step), float(fidelity.travel_cells * cell), float(fidelity.tolerance), int(fidelity.sweeps),
         float(fidelity.trace_cells * cell), float(restitution), float(time_limit), float(rest_speed), float(gravity),
-        float(fidelity.obstacle_travel), bool(fidelity.backward),
+        float(fidelity.obstacle_travel), int(fidelity.ring_points), bool(fidelity.backward),
     )  # fmt: skip
     stations = stations_for(start.body[:, LENGTH], station_spacing(fidelity, cell))
     keep = np.zeros(number, np.bool_) if keep_poses is None else np.asarray(keep_poses, np.bool_)

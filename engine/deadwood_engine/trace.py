@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .cloud import matrix_of, to_world
-from .compiled import kernel
+from .compiled import inlined, kernel
 from .lines import touch_segments
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
 from .outline import OUTLINE_POINTS, convex_hull, hull_rows, outline
@@ -105,7 +105,7 @@ def _outline_at(cloud, points, at, memory, body):
     return cloud.corners.shape[0]
 
 
-@kernel
+@inlined
 def draw(scene, frame, state, body, memory, work, rasters, row, marks, time):
     """Draw the area swept since the last outline into the rasters and mark the lines that it touches.
 

@@ -23,10 +23,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .compiled import kernel
-from .contacts import TREE, cross, pierced_end, touch
+from .compiled import inlined, kernel
+from .contacts import TREE, cross, pierced_end, predict, touch
 from .grid_index import GridIndex, index_boxes, list_near
-from .limits import FLAT_TOLERANCE, OBSTACLE_ALONG, STEEP, THICK
+from .limits import FIRST_TOUCH, FLAT_TOLERANCE, MOST_LOOKS, OBSTACLE_ALONG, OBSTACLE_TRAVEL, STEEP, THICK, TOUCH_DEPTH
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
 from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ, X, Y
 
@@ -138,7 +138,7 @@ def disc_nearest(a, cosine, tl, tm):
     return u, w
 
 
-@kernel
+@inlined
 def _end_contact(terrain, frame, tree, item, end, contacts, keys, count, state, body, trial, step):
     """Contact of one end face (0 base, 1 tip) with a tree; returns (count, whether the tree entered by this face).
 
@@ -219,7 +219,7 @@ def _end_contact(terrain, frame, tree, item, end, contacts, keys, count, state, 
     return count, entered
 
 
-@kernel
+@inlined
 def _side_contact(terrain, frame, tree, item, contacts, keys, count, state, body, trial, step):
     """Contact of the log's side, strictly between its ends, with a tree's side or top; returns the new count."""
     foot, top, radius = tree[FOOT], tree[TOP], tree[RADIUS]
@@ -236,7 +236,8 @@ def _side_contact(terrain, frame, tree, item, contacts, keys, count, state, body
             kb = 0.0  # the stem goes on below the ground
         mix = (taper * taper + kb * kb + 2.0 * dz * taper * kb) / plan
         across = math.sqrt((gx + nearest * dx) ** 2 + (gy + nearest * dy) ** 2)
-        if mix < 0.5:
+        # a stem beyond an end is the end's affair, though the taper's normals may reach it from within
+        if mix < 0.5 and back < nearest < front:
             rho = across / math.sqrt(1.0 - mix)
             s = nearest + rho * (taper + dz * kb) / plan
             z = oz + nearest * dz + rho * (kb + dz * taper) / plan
@@ -265,73 +266,145 @@ def _side_contact(terrain, frame, tree, item, contacts, keys, count, state, body
 
 
 @kernel
-def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, state, body, trial, step):
-    """Contacts with the near uprights; step = (dt, restitution, gravity, obstacle travel).
+def _nearest(pose, body, tree):
+    """(place along the log's axis, distance in plan [m]) nearest to a tree's axis."""
+    gx, gy = pose[3] - tree[NEAR_X], pose[4] - tree[NEAR_Y]
+    dx, dy = pose[0], pose[1]
+    plan = dx * dx + dy * dy
+    s = 0.0
+    if plan > 0.0:
+        s = min(body[LENGTH] - body[CENTRE], max(-body[CENTRE], -(gx * dx + gy * dy) / plan))
+    return s, math.sqrt((gx + s * dx) ** 2 + (gy + s * dy) ** 2)
+
+
+@inlined
+def _contacts_at(terrain, frame, tree, item, contacts, keys, count, state, body, pose, step):
+    """Contacts of one pose with one tree."""
+    lower = min(pose[5] - body[CENTRE] * pose[2], pose[5] + (body[LENGTH] - body[CENTRE]) * pose[2])
+    if lower - body[BASE_RADIUS] > tree[TOP]:
+        return count
+    count, by_base = _end_contact(terrain, frame, tree, item, 0, contacts, keys, count, state, body, pose, step)
+    count, by_tip = _end_contact(terrain, frame, tree, item, 1, contacts, keys, count, state, body, pose, step)
+    if by_base or by_tip:
+        return count
+    return _side_contact(terrain, frame, tree, item, contacts, keys, count, state, body, pose, step)
+
+
+@inlined
+def contacts_with(
+    terrain, frame, table, listed, number, joints, contacts, keys, count, state, body, trial, step, advance, pose
+):
+    """Contacts with the near uprights; step = (dt, restitution, gravity, obstacle travel, dt).
+
+    A tree is round: where and how it is touched first decides whether it stops the log or turns it aside. So the way
+    ahead is followed in pieces, as short as the tree is near, to the first touch. ``joints`` (posts in a straight
+    stretch of a barrier, flush with its plates) are passed over.
 
     Returns (count, travel, free): how far [m] the log's fastest point may move in the next step without passing what is
     thin, and without touching anything (less than 0 where it may touch). For thicker stems the table receives
     where along the log's axis it is nearest, and how far [m] the axis may move there, sideways (``time_beside``).
     """
     travel, free = math.inf, math.inf
-    dx, dy, dz, oz = trial[0], trial[1], trial[2], trial[5]
-    back, front, thick = -body[CENTRE], body[LENGTH] - body[CENTRE], body[BASE_RADIUS]
+    thick = body[BASE_RADIUS]
     taper = (body[TIP_RADIUS] - thick) / body[LENGTH]
-    plan = dx * dx + dy * dy
+    swing = _swing(state)
     for m in range(number):
         tree, item = table[m], listed[m]
-        gx, gy = trial[3] - tree[NEAR_X], trial[4] - tree[NEAR_Y]
-        nearest = 0.0
-        if plan > 0.0:
-            nearest = min(front, max(back, -(gx * dx + gy * dy) / plan))
-        distance = math.sqrt((gx + nearest * dx) ** 2 + (gy + nearest * dy) ** 2)
+        if joints[item]:
+            table[m, ROOM] = math.inf
+            continue
+        nearest, distance = _nearest(trial, body, tree)
         clear = distance - thick - tree[RADIUS]
         # no farther than the axes could change sides; and, for a log thin beside its stems, than the neck between two
-        mine = thick + taper * (nearest - back)
+        mine = thick + taper * (nearest + body[CENTRE])
         both = mine + tree[RADIUS]
-        least = step[3] * min(both, 2.0 * math.sqrt(mine * both))
+        narrow = min(both, 2.0 * math.sqrt(mine * both))
         if both > THICK:
-            table[m, ALONG], table[m, ROOM] = nearest, max(least, clear)
+            table[m, ALONG], table[m, ROOM] = nearest, max(step[3] * narrow, clear)
         else:
             table[m, ROOM] = math.inf
-            travel = min(travel, max(least, clear))
+            travel = min(travel, max(min(step[3], OBSTACLE_TRAVEL) * narrow, clear))
         free = min(free, clear)
-        if clear > 0.0 or min(oz + back * dz, oz + front * dz) - thick > tree[TOP]:
+        if clear > advance:
             continue
-        count, by_base = _end_contact(terrain, frame, tree, item, 0, contacts, keys, count, state, body, trial, step)
-        count, by_tip = _end_contact(terrain, frame, tree, item, 1, contacts, keys, count, state, body, trial, step)
-        if not (by_base or by_tip):
-            count = _side_contact(terrain, frame, tree, item, contacts, keys, count, state, body, trial, step)
+        # follow the way ahead until they touch, then halve the time since the look before
+        before, earlier, time, pace = count, 0.0, 0.0, 0.0
+        predict(state, 0.0, step[2], pose)
+        s, distance = _nearest(pose, body, tree)
+        clear = distance - thick - tree[RADIUS]
+        for look in range(MOST_LOOKS):
+            if count == before:
+                if time >= step[0]:
+                    break
+                room = max(FIRST_TOUCH * narrow, clear)
+                lasting = _time_to(swing, state, body, step[2], s, room)
+                pace = room / lasting
+                earlier, time = time, time + lasting if look + 1 < MOST_LOOKS else step[0]
+                time = min(time, step[0])
+                at = time
+            else:
+                if (time - earlier) * pace <= TOUCH_DEPTH * narrow:
+                    break
+                at = 0.5 * (earlier + time)
+            predict(state, at, step[2], pose)
+            s, distance = _nearest(pose, body, tree)
+            clear = distance - thick - tree[RADIUS]
+            found = before
+            if clear < 0.0:
+                found = _contacts_at(
+                    terrain, frame, tree, item, contacts, keys, before, state, body, pose,
+                    (step[0], step[1], step[2], step[3], at),
+                )  # fmt: skip
+            if found > before:
+                count, time = found, at
+            elif count > before:
+                earlier = at
     return count, travel, free
 
 
 @kernel
+def _swing(state):
+    """The axis' velocity as it turns (its end, seen from a metre behind) and its size [1/s]; speed along it [m/s]."""
+    dx, dy, dz = state[DX], state[DY], state[DZ]
+    tx, ty, tz = cross(state[WX], state[WY], state[WZ], dx, dy, dz)
+    turn = math.sqrt(tx * tx + ty * ty + tz * tz)
+    return tx, ty, tz, turn, state[VX] * dx + state[VY] * dy + state[VZ] * dz
+
+
+@kernel
+def _time_to(swing, state, body, gravity, s, room):
+    """The least time [s] in which the log's axis at s moves by the room [m]: sideways, or any way at its ends."""
+    tx, ty, tz, turn, sliding = swing
+    vx, vy, vz = state[VX] + s * tx, state[VY] + s * ty, state[VZ] + s * tz
+    square = vx * vx + vy * vy + vz * vz
+    if -body[CENTRE] < s < body[LENGTH] - body[CENTRE]:
+        square = max(0.0, square - sliding * sliding)
+    speed = math.sqrt(square)
+    bend = turn * (abs(sliding) + speed) + 0.5 * gravity
+    return 2.0 * room / (speed + math.sqrt(square + 4.0 * bend * room))
+
+
+@inlined
 def time_beside(table, number, state, body, gravity, longest):
     """The longest step [s] in which the log passes none of the listed uprights (``contacts_with``).
 
     A log that slides along its own axis beside a stem does not come nearer to it: what counts is the axis' velocity
     sideways, where the stem is, and what turning and falling add to it. A stem ahead of an end is met at full speed.
     """
-    dx, dy, dz = state[DX], state[DY], state[DZ]
-    tx, ty, tz = cross(state[WX], state[WY], state[WZ], dx, dy, dz)
-    turn = math.sqrt(tx * tx + ty * ty + tz * tz)
-    sliding = state[VX] * dx + state[VY] * dy + state[VZ] * dz
+    swing = _swing(state)
+    sliding = abs(swing[4])
     back, front = -body[CENTRE], body[LENGTH] - body[CENTRE]
     taper = (body[TIP_RADIUS] - body[BASE_RADIUS]) / body[LENGTH]
     for m in range(number):
         s, room = table[m, ALONG], table[m, ROOM]
         if room == math.inf:
             continue
-        vx, vy, vz = state[VX] + s * tx, state[VY] + s * ty, state[VZ] + s * tz
-        square = vx * vx + vy * vy + vz * vz
         if back < s < front:
-            square = max(0.0, square - sliding * sliding)
             # close by, the log's taper is a wedge between two stems: then the way along counts, too
             along = body[BASE_RADIUS] + taper * (s - back) + table[m, RADIUS]
             if room < OBSTACLE_ALONG * along:
                 along *= OBSTACLE_ALONG  # a log thin beside its stems
-            if room < along and longest * abs(sliding) > along:
-                longest = along / abs(sliding)
-        speed = math.sqrt(square)
-        bend = turn * (abs(sliding) + speed) + 0.5 * gravity
-        longest = min(longest, 2.0 * room / (speed + math.sqrt(square + 4.0 * bend * room)))
+            if room < along and longest * sliding > along:
+                longest = along / sliding
+        longest = min(longest, _time_to(swing, state, body, gravity, s, room))
     return longest

@@ -21,7 +21,7 @@ def problem(points, *, axis=(0, 0, 1), velocity=(0, 0, 0), spin=(0, 0, 0), body=
     count = 0
     for r, n, mu in points:
         n = np.asarray(n, float) / np.linalg.norm(n)
-        count = add_contact(table, keys, count, state, body, (0, 0, 0), *r, *n, mu, -1.0, 1e-9, 0.0, 0.0)
+        count = add_contact(table, keys, count, state, body, (0, 0, 0), *r, *n, mu, -1.0, (1e-9, 0.0, 0.0), 1e-9, False)
     return table, state
 
 

@@ -162,8 +162,14 @@ def test_a_taller_log_leans_on_a_lower_tree(at):
     assert at.reasons(result)[0] in {"tree", "rest", "time_limit"}
 
 
-def test_certified_rest_is_rest(at):
-    """Logs that the run calls held or at rest, let go again for 60 s uncertified, stay where they are (1 cm)."""
+@pytest.mark.parametrize("fidelity", ["draft", "standard", "fine"])
+def test_certified_rest_is_rest(at, fidelity):
+    """Logs that the run calls held or at rest stay where they are in the same run without the certificate, for 60 s:
+    but for what its solver's tolerance lets them creep.
+
+    (Let go from their last pose alone one in sixty slips, in any row: friction among several contacts has many
+    solutions, and what held them is in the impulses.)
+    """
     rng = np.random.default_rng(8)
     heights = 0.55 * np.arange(140)[:, None] + 0.4 * rng.random((140, 100))
     trees = Trees(rng.uniform(5, 95, 250), rng.uniform(5, 130, 250), rng.uniform(0.1, 0.7, 250), np.full(250, 25.0))
@@ -172,14 +178,56 @@ def test_certified_rest_is_rest(at):
     )
     logs = Logs.alike(rng.uniform(20, 80, 60), rng.uniform(80, 125, 60), length=9.0, diameter=0.4)
     begin = place_logs(scene, logs)
-    result = slid(at, scene, begin, time_limit=120.0)
+    result = slid(at, scene, begin, fidelity=fidelity, time_limit=120.0)
     ended = np.flatnonzero(result.stop_reason <= 2)
-    assert len(ended) > 30
-    again = type(begin)(begin.frame[ended], result.last_state[ended].copy(), begin.body[ended])
-    again.state[:, 7:13] = 0.0
-    later = at.run(scene, again, time_limit=60.0, rest_speed=0.0)
-    moved = np.linalg.norm(later.end_position - result.end_position[ended], axis=1)
-    assert np.quantile(moved, 0.9) < 0.01
-    assert moved.max() < 0.5, (
+    assert len(ended) > 50
+    later = at.run(scene, begin, fidelity=fidelity, time_limit=180.0, rest_speed=1e-12)
+    row = FIDELITIES[fidelity]
+    creep = row.tolerance * 9.81 * row.time_step * (180.0 - result.duration[ended])
+    moved = np.linalg.norm(later.end_position - result.end_position, axis=1)[ended]
+    assert (moved < 1e-3 + creep).all(), (
         f"log {ended[moved.argmax()]} moved {moved.max():.2f} m after {at.reasons(result)[ended[moved.argmax()]]}"
     )
+
+
+@EVERY
+def test_along_a_straight_barrier(at, fidelity):
+    """A log that slides flush along a barrier without friction passes its joints: no post of its own stands in its way.
+
+    Only the plates push, square to the way, so the speed along stays: to 1 % for the taper, which the plates turn.
+    """
+    scene = at.flat(barriers=at.barrier((-50, 0), (50, 0), height=4.0), friction=0.0)
+    solid = at.body(0.4, 8.0)
+    begin = at.start(scene, solid, (1, 0, 0), (-30, 0.2, 0.2), velocity=(10, -1.0, 0))
+    result = at.run(scene, begin, fidelity=fidelity, time_limit=4.0)
+    assert result.barrier_hits[0] == 1
+    assert result.last_state[0, 7] == pytest.approx(10.0, rel=0.01)
+    assert result.end_position[0, 1] > 0.0
+
+
+def test_stem_hit_is_that_of_its_first_touch(at):
+    """The rim of a flat end against a stem, beside its axis: what speed it keeps hardly depends on the step.
+
+    The normal of the first touch decides. Over 15 offsets and 10 phases of the step the speed ahead, against a run with
+    steps of 0.1 ms, errs in the mean by 6 % of that of the hit at most; with the normal of the pose at
+    the step's end it erred by 18 % (draft, standard), and logs went farther through a forest.
+    """
+
+    def kept(row, **options):
+        scene = at.flat(trees=at.trees(20.0, 0.0, 0.6, 1e4), friction=0.25)
+        solid = at.body(0.5, 20.0)
+        front = solid[0, at.LENGTH] - solid[0, at.CENTRE]
+        begin = at.together(
+            [
+                at.start(scene, solid, (1, 0, 0), (18.0 - front - 0.037 * phase, side, 5.0), velocity=(12, 0, 0))
+                for side in np.linspace(0.14, 0.42, 15)
+                for phase in range(10)
+            ]
+        )
+        return at.run(scene, begin, fidelity=row, gravity=0.0, time_limit=0.30, **options).last_state[:, 7]
+
+    true = kept("reference", time_step=1e-4, travel_cells=0.002)
+    assert true.min() == pytest.approx(0.0, abs=0.01)  # head on: stopped
+    assert true.max() > 11.5  # at the rim's edge: hardly touched
+    for row in ("draft", "standard", "fine", "reference"):
+        assert abs(kept(row) - true).mean() < 0.08 * 12.0

@@ -155,5 +155,7 @@ def test_kink_takes_the_normal_velocity(physics, mu, kept, fidelity):
     y, speed = result.poses.position[:, 1], result.poses.speed
     after = speed[np.argmax(y < -1.0)]
     since = -1.0 - ahead  # friction on the flat since the kink
-    # poses are up to 0.3 m apart, over which friction takes 0.7 % of the speed squared
-    assert after == pytest.approx(np.sqrt((kept * arrival) ** 2 + 2 * mu * G * since), rel=0.01)
+    # The kink is felt up to a step's travel ahead, which then is not fallen, and friction acts until the pose looked
+    # at, which is as far behind. Each changes the speed by that travel's share of g, over the speed.
+    step = FIDELITIES[fidelity].time_step
+    assert after == pytest.approx(np.sqrt((kept * arrival) ** 2 + 2 * mu * G * since), rel=0.002, abs=0.6 * G * step)
