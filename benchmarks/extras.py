@@ -6,6 +6,7 @@ quarter of a second they can be compared log by log: that shows the order of the
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 from typing import Any
 
@@ -21,6 +22,7 @@ RESTART_AT, HORIZON = (2.0, 4.0, 6.0), 0.25  # [s]
 RESTART_STEPS = (0.010, 0.005, 0.0025, 0.00125)  # [s]
 RESTART_TRUTH = HORIZON / 2560  # [s], a tenth of a millisecond
 SWITCH_REPEATS = 5
+LARGE = 4000  # cells along a side of the DEM that a window is cut from
 RING_LOG = (0.6, 25.0)  # [m] base diameter and length of the logs made of rings
 
 
@@ -124,6 +126,14 @@ def switches(*, threads: int) -> list[dict[str, Any]]:
     pair(f"{asleep}; rough", _cost(_awake(rough), open_start, threads), open_run)
     far = "terrain's roughness spares rings a look at the ground (with), or does not (without); forest"
     pair(far, _cost(_unculled(forest), start, threads), plain)
+    large = [_in_a_large_dem(window) for window in (False, True)]
+    whole, part = (
+        (spent + cost, result)
+        for spent, scene in large
+        for cost, result in [_cost(scene, place_logs(scene, logs), threads, rasters=Rasters.allocate(scene, threads))]
+    )
+    of_it = f"the window that logs can reach of a DEM of {LARGE} x {LARGE} cells (with), or all of it (without)"
+    pair(f"{of_it}; forest with rasters, laying out the scene included", whole, part)
     endless = _cost(forest, start, threads, rest_speed=1e-9)
     pair("every log until the time limit: no certificate of rest", plain, endless)
     return found
@@ -172,6 +182,26 @@ def _unculled(scene: Scene) -> Scene:
     terrain = scene.arrays.terrain
     rough = np.full_like(terrain.roughness, np.inf)
     return replace(scene, arrays=scene.arrays._replace(terrain=terrain._replace(roughness=rough)))
+
+
+def _in_a_large_dem(window: bool) -> tuple[float, Scene]:
+    """The forest in the middle of a large DEM: all of it or the window that holds it, and CPU seconds to lay it out."""
+    case = scenes.CASES["forest"]
+    cell, heights = case.cell, scenes.ground("forest", case.cell)
+    row, column = ((LARGE - n) // 2 for n in heights.shape)
+    reference, first = float(np.floor(heights.min())), (column, row)
+    if not window:
+        margins = [(at, LARGE - n - at) for at, n in zip((row, column), heights.shape, strict=True)]
+        heights, first = np.pad(heights, margins, mode="edge"), (0, 0)
+    corner = 0.5 * cell - column * cell, 0.5 * cell - row * cell
+    trees, spent = scenes.forest(case.stems), []
+    for _ in range(2):  # the first may compile
+        began = time.process_time()
+        scene = Scene.prepare(
+            heights, cell, *corner, friction=case.friction, trees=trees, first=first, reference=reference
+        )
+        spent.append(time.process_time() - began)
+    return spent[-1], scene
 
 
 def _with_far_trees() -> Scene:

@@ -41,6 +41,7 @@ FACTORS: dict[str, tuple[str, str]] = {
     "sweeps": ("cap of solver sweeps", ""),
     "trace": ("distance between outlines", "cells"),
     "obstacles": ("travel in a step near obstacles", "of both radii"),
+    "flanks": ("candidate points of a ring", ""),
     "order": ("sweeps from the last contact to the first", ""),
     "friction": ("friction", "change of mu"),
     "cell": ("DEM cell", "m"),
@@ -69,6 +70,7 @@ def _all() -> list[Setting]:
     found += [
         Setting(f"obstacles {n:g}", "obstacles", n, STANDARD._replace(obstacle_travel=n)) for n in (0.1, 0.6, 0.9)
     ]
+    found.append(Setting("flanks 1", "flanks", 1.0, STANDARD._replace(ring_points=1)))
     found.append(Setting("backward", "order", 1.0, STANDARD._replace(backward=True)))
     found += [
         Setting(f"step {s:g} ms", "time step", s, STANDARD._replace(time_step=1e-3 * s, travel_cells=UNBOUND))
