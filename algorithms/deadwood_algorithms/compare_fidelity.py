@@ -49,7 +49,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     import pandas
 
     from deadwood_algorithms.compare_fidelity_picture import draw
-    from deadwood_algorithms.fidelity_runs import compile_kernels, groups_of, slide_at
+    from deadwood_algorithms.fidelity_runs import groups_of, slide_at
+    from deadwood_algorithms.kernels import load_kernels
     from deadwood_algorithms.layers import output_folder
     from deadwood_algorithms.run_folder import write_json
 
@@ -59,7 +60,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         planned = ask.planned_logs or len(releases)
         logs = releases.take(hash_order(releases.logs.log_id, ask.seed)[: ask.logs])
 
-        compile_kernels(layers, logs)
+        load_kernels(layers.shape, feedback)
         slid = []
         for name in names:
             one, layers = slide_at(name, ask, layers, logs, feedback)

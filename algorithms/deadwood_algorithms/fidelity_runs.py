@@ -19,19 +19,6 @@ from deadwood_engine import FIDELITIES, STOP_REASONS, Interrupted, Rasters, slid
 from deadwood_engine.result import Result
 
 
-def compile_kernels(layers: SceneLayers, logs: Releases) -> None:
-    """Slide one log for a moment: what is compiled or loaded once must not count as the first fidelity's cost."""
-    one = logs.logs.take(slice(0, 1))
-    slide(
-        layers.scene,
-        one,
-        FIDELITIES["draft"],
-        time_limit=0.1,
-        rasters=Rasters.allocate(layers.scene, 1),
-        shape=layers.shape,
-    )
-
-
 def slide_at(
     name: str, ask: ReleasedScene, layers: SceneLayers, logs: Releases, feedback: Feedback
 ) -> tuple[Slid, SceneLayers]:

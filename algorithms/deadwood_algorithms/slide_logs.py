@@ -165,9 +165,11 @@ def slide_queue(
     A log near the side of the DEM's window has drawn on the rasters what it may not do on the whole DEM, so all since
     the last checkpoint is slid again on a wider one.
     """
+    from deadwood_algorithms.kernels import load_kernels
     from deadwood_algorithms.run_results import reached
     from deadwood_engine import Interrupted
 
+    load_kernels(slope.layers.shape, feedback)
     total = queue.rows.size
     saved = time.perf_counter()
     for chunk, part in enumerate(queue.parts):
