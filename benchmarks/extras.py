@@ -93,6 +93,7 @@ def _same(one: Result, other: Result) -> bool:
 def switches(*, threads: int) -> list[dict[str, Any]]:
     """Pairs of runs at ``standard`` that differ in one thing that a scene or an analyst asks for."""
     found = []
+    line = scenes.CASES["forest"].line_row
 
     def pair(what: str, less: tuple[float, Result], more: tuple[float, Result]) -> None:
         steps = [int(r.steps.sum()) for _, r in (less, more)]
@@ -104,6 +105,7 @@ def switches(*, threads: int) -> list[dict[str, Any]]:
                 "less_us_per_step": 1e6 * less[0] / steps[0],
                 "more_us_per_step": 1e6 * more[0] / steps[1],
                 "same": _same(less[1], more[1]),
+                "difference": measures.reach_difference(*(r.reach[:, line] for _, r in (more, less))),
             }
         )
 

@@ -176,11 +176,12 @@ def switch_table(results: Row) -> str:
         [
             r["what"],
             *(number(r[f"{side}_{unit}"]) for unit in ("ms_per_log", "us_per_step") for side in ("less", "more")),
-            "yes" if r["same"] else "no",
+            "yes" if r["same"] else _points(r["difference"]),
         ]
         for r in results.get("switches", {}).get("rows", [])
     ]
-    head = ["what is asked for", "ms a log without", "with", "µs a step without", "with", "same logs, bit for bit"]
+    head = ["what is asked for", "ms a log without", "with", "µs a step without", "with"]
+    head += ["same bits, or reach with minus without [points]"]
     return table(head, rows)
 
 

@@ -62,15 +62,18 @@ def test_a_turning_axis_and_a_spin_about_it_are_told_apart():
 
 
 def test_the_energy_is_the_runs_own(tmp_path):
-    """The run watches every step, poses are a cell apart: the largest of each log agrees within a tenth, mostly 5 %."""
+    """The run watches every step, poses are a cell apart: the largest of each log is mostly within 5 %, and hardly ever
+    more than that cell's fall above what the poses show."""
     case = Case(tmp_path)
-    run = read_run(str(case.run(trees=case.trees, friction="0.3")), feedback=Quiet())
+    run = read_run(str(case.run(trees=case.trees, friction="0.3", fidelity="standard")), feedback=Quiet())
     largest = np.zeros(len(run.deposits))
     for piece in run.poses(run.stored_log_ids):
         np.maximum.at(largest, piece["log_row"], sum(energies_kj(piece, bodies_of(run))))
-    ratio = largest / run.deposits["energy_max_kj"].to_numpy()
-    assert np.abs(np.quantile(ratio, [0.1, 0.5, 0.9]) - 1.0).max() < 0.1
-    assert abs(np.median(ratio) - 1.0) < 0.05
+    told, mass = run.deposits["energy_max_kj"].to_numpy(), bodies_of(run)[:, MASS]
+    assert abs(np.median(largest / told) - 1.0) < 0.05
+    missed = 1000.0 * (told - largest) / mass
+    assert np.quantile(missed, 0.95) < 9.81 * 1.0
+    assert missed.min() > -0.05 * 1000.0 * (told / mass).max()
 
 
 def test_paths_and_directions_start_anew_with_each_log():
