@@ -37,6 +37,7 @@ def main() -> None:
     if ask.job == "extras":
         study.add_section("restarts", extras.all_restarts(threads=ask.threads))
         study.add_section("rings", {"rows": extras.rings(threads=ask.threads)})
+        study.add_section("speed", {"rows": extras.speed(threads=ask.threads)})
         study.add_section("switches", {"rows": extras.switches(threads=ask.threads)})
     if ask.job == "peers":
         study.add_section("peers", peers.compare())

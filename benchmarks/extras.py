@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from deadwood_engine import Fidelity, Rasters, Result, Scene, Shape, Start, place_logs, slide
+from deadwood_engine import FIDELITIES, Fidelity, Logs, Rasters, Result, Scene, Shape, Start, place_logs, slide
 
 from . import measures, scenes, study
 from .settings import REFERENCE, STANDARD, UNBOUND
@@ -22,6 +22,7 @@ RESTART_AT, HORIZON = (2.0, 4.0, 6.0), 0.25  # [s]
 RESTART_STEPS = (0.010, 0.005, 0.0025, 0.00125)  # [s]
 RESTART_TRUTH = HORIZON / 2560  # [s], a tenth of a millisecond
 SWITCH_REPEATS = 5
+MANY = 20_000
 LARGE = 4000  # cells along a side of the DEM that a window is cut from
 RING_LOG = (0.6, 25.0)  # [m] base diameter and length of the logs made of rings
 
@@ -138,6 +139,22 @@ def switches(*, threads: int) -> list[dict[str, Any]]:
     pair(f"{of_it}; forest with rasters, laying out the scene included", whole, part)
     endless = _cost(forest, start, threads, rest_speed=1e-9)
     pair("every log until the time limit: no certificate of rest", plain, endless)
+    return found
+
+
+def speed(*, threads: int) -> list[dict[str, Any]]:
+    """Wall time of MANY logs in the forest, rasters included, kernels loaded."""
+    scene = scenes.build("forest").scene
+    blocks = [scenes.logs_of_block(k, study.BLOCK) for k in range(MANY // study.BLOCK)]
+    columns = {name: np.concatenate([getattr(b, name) for b in blocks]) for name in vars(blocks[0])}
+    start, found = place_logs(scene, Logs(**columns)), []
+    for name in ("draft", "standard"):
+        rasters = Rasters.allocate(scene, threads)
+        began = time.perf_counter()
+        result = slide(scene, start, FIDELITIES[name], time_limit=study.TIME_LIMIT, threads=threads, rasters=rasters)
+        wall, depth = time.perf_counter() - began, result.penetration_max
+        row = {"fidelity": name, "logs": MANY, "threads": threads, "wall_s": wall, "cpu_s": result.cost["cpu_s"]}
+        found.append(row | {"deepest_m": float(depth.max()), "deeper_than_25_cm": int((depth > 0.25).sum())})
     return found
 
 

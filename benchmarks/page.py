@@ -271,6 +271,13 @@ def verdicts(results: Row) -> str:
         )
     ratio = 1.0 / tables.relative_cost(results, "draft")
     found.append(f"`draft` at least 4 times as fast as `standard`: {_kept(ratio >= 4)}, {ratio:.1f} times.")
+    for row in results.get("speed", {}).get("rows", []):
+        aim = {"standard": 45.0, "draft": 10.0}[row["fidelity"]]
+        found.append(
+            f"{row['logs']} logs in the forest at `{row['fidelity']}` within {aim:g} s: {_kept(row['wall_s'] < aim)}, "
+            f"{row['wall_s']:.1f} s of wall time in {row['threads']} threads, rasters included; deepest of them "
+            f"{100 * row['deepest_m']:.0f} cm."
+        )
     deep = {scene: e["penetration_m"] for scene, name, e in tables.fidelities_of(results) if name == "standard"}
     if deep:
         worst, deepest = max(deep, key=lambda n: deep[n]["median"]), max(deep, key=lambda n: deep[n]["max"])
