@@ -106,9 +106,10 @@ def switches(*, threads: int) -> list[dict[str, Any]]:
                 "less_us_per_step": 1e6 * less[0] / steps[0],
                 "more_us_per_step": 1e6 * more[0] / steps[1],
                 "same": _same(less[1], more[1]),
-                "difference": measures.reach_difference(*(r.reach[:, line] for _, r in (more, less))),
             }
         )
+        if not found[-1]["same"]:
+            found[-1]["difference"] = measures.reach_difference(more[1].reach[:, line], less[1].reach[:, line])
 
     logs = scenes.logs_of_block(0, study.BLOCK)
     forest, rough = scenes.build("forest").scene, scenes.build("rough").scene

@@ -293,12 +293,17 @@ def verdicts(results: Row) -> str:
             f"Penetration halves with the step: {_kept(min(halved) > 1.8)}. From 20 to 5 ms, each halving of the step "
             f"divides the median by {span(halved)}, by scene."
         )
-    row = tables.pooled(results, "reference halved")
-    if row:
-        moved = "within" if row["low"] <= 0.0 <= row["high"] else "beyond"
+    halves = [
+        (mine["reference halved"]["logs"], scene, mine["reference halved"]["error"]["reach"])
+        for scene, mine in tables.in_order(results)
+        if "error" in mine.get("reference halved", {})
+    ]
+    if halves:
+        logs, scene, row = max(halves, key=lambda half: half[0])
+        moved = _kept(row["low"] <= 0.0 <= row["high"])
         found.append(
-            f"`reference` with half its step, travel and spacing moves reach {moved} its interval: "
-            f"{tables.with_interval(row)} points ({row['logs']} paired logs a scene)."
+            f"`reference` with half its step, travel and spacing moves reach by less than its interval: {moved}, "
+            f"{tables.with_interval(row)} points ({scene}, {logs} paired logs)."
         )
     return "\n".join(f"- {line}" for line in found)
 
