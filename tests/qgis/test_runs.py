@@ -33,7 +33,7 @@ CASES: dict[str, dict[str, object]] = {
         "fidelity": "draft",
         "qgis_project": True,
     },
-    "count-hits": {"run": "{work}/slide-logs", "cell_m": 2.0, "stop_reason": "tree,rest,barrier"},
+    "count-hits": {"run": "{work}/slide-logs", "cell_m": 2.0, "stop_reason": "tree,barrier"},
     "reach-lines": {"run": "{work}/slide-logs", "lines": f"{LAYERS}|layername=lines"},
     "lateral-spread": {"deposits": "{work}/slide-logs/run.gpkg|layername=deposits"},
     "compare-scenarios": {"runs": "{work}/slide-logs,{work}/slide-logs-bare"},
