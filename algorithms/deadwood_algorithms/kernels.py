@@ -17,7 +17,7 @@ def load_kernels(shape: Shape | None, feedback: Feedback) -> None:
     scene = Scene.prepare(np.zeros((20, 20)), 1.0, 0.0, 0.0, friction=0.5)
     slide(
         scene,
-        Logs.alike([10.0], [10.0], length=2.0),
+        Logs.alike(np.array([10.0]), np.array([10.0]), length=2.0),
         FIDELITIES["draft"],
         time_limit=0.1,
         rasters=Rasters.allocate(scene, 1),
