@@ -22,7 +22,7 @@ RESTART_AT, HORIZON = (2.0, 4.0, 6.0), 0.25  # [s]
 RESTART_STEPS = (0.010, 0.005, 0.0025, 0.00125)  # [s]
 RESTART_TRUTH = HORIZON / 2560  # [s], a tenth of a millisecond
 SWITCH_REPEATS = 5
-MANY = 20_000
+MANY = 20_000  # logs whose wall time is taken
 LARGE = 4000  # cells along a side of the DEM that a window is cut from
 RING_LOG = (0.6, 25.0)  # [m] base diameter and length of the logs made of rings
 

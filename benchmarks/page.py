@@ -176,7 +176,7 @@ def switch_table(results: Row) -> str:
         [
             r["what"],
             *(number(r[f"{side}_{unit}"]) for unit in ("ms_per_log", "us_per_step") for side in ("less", "more")),
-            "yes" if r["same"] else _points(r["difference"]),
+            "yes" if r["same"] else tables.with_interval(r["difference"]),
         ]
         for r in results.get("switches", {}).get("rows", [])
     ]
@@ -193,16 +193,12 @@ def ring_table(results: Row) -> str:
             f"{row['vertices']} vertices a ring" if row["vertices"] else "smooth cone",
             str(row["logs"]),
             f"{100 * row['reach']:.0f}",
-            _points(row["difference"]) if row["vertices"] else "",
+            tables.with_interval(row["difference"]) if row["vertices"] else "",
             number(row["ms_per_log"]),
         ]
         for row in results.get("rings", {}).get("rows", [])
     ]
     return table(["scene", "log", "logs", "reach [%]", "minus smooth cone [points]", "CPU ms a log"], rows)
-
-
-def _points(record: Row) -> str:
-    return f"{100 * record['delta']:+.1f} ({100 * record['low']:+.1f} to {100 * record['high']:+.1f})"
 
 
 def peer_table(results: Row) -> str:
