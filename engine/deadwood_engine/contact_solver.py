@@ -50,6 +50,7 @@ from .contacts import (
     PN,
     PT,
     PU,
+    SHIFT,
     TARGET,
     TX,
     TY,
@@ -63,34 +64,31 @@ from .rotation import VX, VY, VZ, WX, WY, WZ
 
 
 @kernel
-def disc_impulse(gtt, gtu, guu, ct, cu, radius):
+def disc_impulse(gtt, gtu, guu, ct, cu, radius, s):
     """Friction impulse p of one contact: gamma = c + G p is zero (stick), or opposes p with |p| = radius (slip).
 
     Slip solves (G + s I) p = -c for the s >= 0 that puts p on the disc, by Newton on 1/|p| (the trust-region secular
-    equation): from the left of the root it converges monotonically, 3-4 steps.
+    equation). From the left of the root it converges monotonically; from the right its first step leads there. So it
+    may start from the s of the sweep before, and then needs one or two steps. Returns (pt, pu, s for the next sweep).
     """
-    det = gtt * guu - gtu * gtu
-    pt = (gtu * cu - guu * ct) / det
-    pu = (gtu * ct - gtt * cu) / det
-    size = math.sqrt(pt * pt + pu * pu)
-    if size <= radius:
-        return pt, pu
     if radius <= 0.0:
-        return 0.0, 0.0
-    largest = 0.5 * (gtt + guu) + math.sqrt(0.25 * (gtt - guu) ** 2 + gtu * gtu)
-    s = max(0.0, math.sqrt(ct * ct + cu * cu) / radius - largest)
+        return 0.0, 0.0, s
+    size, pt, pu = radius, 0.0, 0.0
     for _ in range(DISC_ITERATIONS):
         a, b = gtt + s, guu + s
-        det = a * b - gtu * gtu
-        pt = (gtu * cu - b * ct) / det
-        pu = (gtu * ct - a * cu) / det
+        scale = 1.0 / (a * b - gtu * gtu)
+        pt = (gtu * cu - b * ct) * scale
+        pu = (gtu * ct - a * cu) * scale
         square = pt * pt + pu * pu
+        if s == 0.0 and square <= radius * radius:
+            return pt, pu, 0.0
         size = math.sqrt(square)
+        slope = (b * pt * pt - 2.0 * gtu * pt * pu + a * pu * pu) * scale  # p (G + s)^-1 p
+        s = max(0.0, s + square * (size - radius) / (slope * radius))
         if abs(size - radius) <= DISC_ACCURACY * radius:
             break
-        slope = (b * pt * pt - 2.0 * gtu * pt * pu + a * pu * pu) / det  # p (G + s)^-1 p
-        s = max(0.0, s + square / slope * (size - radius) / radius)
-    return pt * radius / size, pu * radius / size
+    scale = radius / size
+    return pt * scale, pu * scale, s
 
 
 @kernel
@@ -184,11 +182,12 @@ def solve(contacts, count, state, tolerance, sweeps):
                 )
             if not solved:
                 qn = max(0.0, pn - gn / gnn)
-                qt, qu = disc_impulse(
+                qt, qu, c[SHIFT] = disc_impulse(
                     c[GTT], c[GTU], c[GUU],
                     gt + gnt * (qn - pn) - c[GTT] * pt - c[GTU] * pu,
                     gu + gnu * (qn - pn) - c[GTU] * pt - c[GUU] * pu,
                     mu * qn,
+                    c[SHIFT],
                 )  # fmt: skip
             c[PN], c[PT], c[PU] = qn, qt, qu
             qn, qt, qu = qn - pn, qt - pt, qu - pu

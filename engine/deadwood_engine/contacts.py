@@ -13,6 +13,7 @@ Layout of the contact table (one row a contact, world axes, per unit of mass):
     AN.. AT.. AU.. r x direction                          BN.. BT.. BU.. inverse inertia times these
     PN, PT, PU impulse [m/s]                              TARGET least normal velocity after the step [m/s]
     GAP gap now [m], negative = penetration               MU friction; BEFORE normal velocity before the step [m/s]
+    SHIFT s of the friction disc (``disc_impulse``) in the sweep before
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from __future__ import annotations
 import math
 
 from .compiled import inlined, kernel
+from .crests import along_side, crest
 from .limits import FLAT_TOLERANCE, HOVER, HOVER_MOST, MERGED, REFINED
 from .log_body import AXIAL, BASE_RADIUS, CENTRE, LENGTH, SKEW, TIP_RADIUS, TRANSVERSE
 from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ, X, Y, Z, first_axis
@@ -28,8 +30,8 @@ from .terrain import friction_at, lid_distance, surface
 RX, RY, RZ, NX, NY, NZ, TX, TY, TZ, UX, UY, UZ = range(12)
 ANX, ANY, ANZ, ATX, ATY, ATZ, AUX, AUY, AUZ = range(12, 21)
 BNX, BNY, BNZ, BTX, BTY, BTZ, BUX, BUY, BUZ = range(21, 30)
-PN, PT, PU, GNN, GTT, GUU, GNT, GNU, GTU, TARGET, GAP, MU, BEFORE_N, BEFORE_T, BEFORE_U = range(30, 45)
-CONTACT_WIDTH = 45
+PN, PT, PU, GNN, GTT, GUU, GNT, GNU, GTU, TARGET, GAP, MU, BEFORE_N, BEFORE_T, BEFORE_U, SHIFT = range(30, 46)
+CONTACT_WIDTH = 46
 
 # Kinds of contact, first column of the keys; the second is the slot (terrain) or the item (obstacle), the third a part
 TERRAIN, TREE, BARRIER, LYING = 0, 1, 2, 3
@@ -123,7 +125,7 @@ def add_contact(contacts, keys, count, state, body, key, rx, ry, rz, nx, ny, nz,
     if restitution > 0.0 and before < -2.0 * gravity * dt:
         c[TARGET] = -restitution * before  # Newton's impact law, eq. 8; what gravity adds in two steps is no impact
     c[MU] = mu
-    c[PN], c[PT], c[PU] = 0.0, 0.0, 0.0
+    c[PN], c[PT], c[PU], c[SHIFT] = 0.0, 0.0, 0.0, 0.0
     return count + 1
 
 
@@ -263,6 +265,10 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
         scale = a / math.sqrt(ex * ex + ey * ey + ez * ez)
         ex, ey, ez = scale * ex, scale * ey, scale * ez
         fx, fy, fz = cross(dx, dy, dz, ex, ey, ez)
+        # the stretch of the side that this ring answers for: halfway to the next, and up to the ends
+        side = 0 < k < stations - 1
+        low = -between if k == 1 else -0.5 * between
+        high = between if k == stations - 2 else 0.5 * between
         ox1, oy1, oz1, ox2, oy2, oz2 = math.inf, 0.0, 0.0, math.inf, 0.0, 0.0
         for m in range(CANDIDATES if k == 0 or k == stations - 1 else points):
             if m == 0:
@@ -297,11 +303,21 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
                     if min(one, two) < (MERGED * a) ** 2:
                         continue
                     ox2, oy2, oz2 = rx, ry, rz
+            gap, t = cz + rz - height, 0.0
+            if side:
+                gx, gy, wall = along_side(gx, gy, dx, dy, dz, taper)
+                if m == 0 and not wall:
+                    found, ct, hx, hy, hz, lower, kx, ky = crest(
+                        terrain, i0, j0, cx, cy, cz, qx, qy, qz, rx, ry, rz, a, taper, low, high, gap
+                    )
+                    if found:
+                        t, rx, ry, rz, gap, gx, gy = ct, hx, hy, hz, lower, kx, ky
+                        px, py = cx + t * qx + rx, cy + t * qy + ry
             # predicted below the surface (a NaN height, no ground, compares false)
-            if cz + rz < height:
-                r = (s * dx + rx, s * dy + ry, s * dz + rz)
+            if gap < 0.0:
+                r = ((s + t) * dx + rx, (s + t) * dy + ry, (s + t) * dz + rz)
                 count = ground_contact(
-                    terrain, frame, contacts, keys, count, state, body, r, cz + rz - height, (gx, gy),
+                    terrain, frame, contacts, keys, count, state, body, r, gap, (gx, gy),
                     friction_at(terrain, i0, j0, px, py), k * CANDIDATES + m, step, True,
                 )  # fmt: skip
     return count, earliest, whole

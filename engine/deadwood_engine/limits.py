@@ -6,8 +6,8 @@ GRAVITY = 9.81  # m/s2, the value of the paper's framework
 EXACT_BLOCK_COUPLING = 0.5  # [-] mu |G_nt| / G_nn above which split sweeps crawl: the 3x3 block is solved whole
 SLIP_ARCS = 16  # arcs of a half circle searched for the direction of slip
 BLOCK_SWEEPS = 50  # sweeps with whole blocks; a problem still unsolved may be cycling between their several solutions
-DISC_ITERATIONS = 12  # Newton steps of the friction disc's secular equation; it needs 3-4
-DISC_ACCURACY = 1e-12  # [-] relative, of the friction force's magnitude on the disc
+DISC_ITERATIONS = 12  # Newton steps of the friction disc's secular equation; it needs 1-4
+DISC_ACCURACY = 1e-6  # [-] relative, of the friction impulse before it is put on the disc; squared by each further sweep
 
 # Obstacles near the log
 OBSTACLE_TRAVEL = 0.3  # [-] of both radii: beside what is thin, most of the way of the fastest point in a step
@@ -31,6 +31,10 @@ MERGED = 0.3  # [-] of the radius: candidates of one ring that come to lie close
 REFINED = (
     0.3  # [-] of the radius: candidates nearer to the ground than this are sought once more, square to what is there
 )
+
+WALL = 0.5  # [-] sine of the ground's tilt along the axis beyond which it is a wall, not the flank of a ridge: what is so
+# steep could get between the candidates of an end's rim, and impale a log that its side's normals do not stop
+LEAST_UPWARD = 0.1  # [-] least upward part of a normal of the cone's side that is put in the place of the ground's
 
 # Far from contact: planes above the terrain, over blocks of cells, tell how far a ring may move before it can touch
 LID_REACH = 1.0  # [m] least side of a block; a ring sleeps until the log could have moved so far, less its radius

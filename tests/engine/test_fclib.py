@@ -99,8 +99,9 @@ def gauss_seidel(
             if not solved:
                 before = p[mine]
                 normal = max(0.0, -(free[0] + gnt * before[1] + gnu * before[2]) / gnn)
-                tangent = disc_impulse(
-                    gtt, gtu, guu, free[1] + gnt * normal, free[2] + gnu * normal, mu[k] * normal
+                *tangent, row[at.SHIFT] = disc_impulse(
+                    gtt, gtu, guu, free[1] + gnt * normal, free[2] + gnu * normal, mu[k] * normal,
+                    row[at.SHIFT],
                 )  # fmt: skip
                 impulse = [normal, *tangent]
             p[mine] = impulse
