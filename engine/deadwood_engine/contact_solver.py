@@ -68,8 +68,9 @@ def disc_impulse(gtt, gtu, guu, ct, cu, radius, s):
     """Friction impulse p of one contact: gamma = c + G p is zero (stick), or opposes p with |p| = radius (slip).
 
     Slip solves (G + s I) p = -c for the s >= 0 that puts p on the disc, by Newton on 1/|p| (the trust-region secular
-    equation). From the left of the root it converges monotonically; from the right its first step leads there. So it
-    may start from the s of the sweep before, and then needs one or two steps. Returns (pt, pu, s for the next sweep).
+    equation). From the left of the root it converges monotonically; from the right its first step leads there. It goes
+    on from the s of the sweep before, and no farther than a sweep is worth: the sweeps go on until nothing changes.
+    Returns (pt, pu, s for the next sweep).
     """
     if radius <= 0.0:
         return 0.0, 0.0, s

@@ -304,17 +304,18 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
                         continue
                     ox2, oy2, oz2 = rx, ry, rz
             gap, t = cz + rz - height, 0.0
-            if side:
-                gx, gy, wall = along_side(gx, gy, dx, dy, dz, taper)
-                if m == 0 and not wall:
-                    found, ct, hx, hy, hz, lower, kx, ky = crest(
-                        terrain, i0, j0, cx, cy, cz, qx, qy, qz, rx, ry, rz, a, taper, low, high, gap
-                    )
-                    if found:
-                        t, rx, ry, rz, gap, gx, gy = ct, hx, hy, hz, lower, kx, ky
-                        px, py = cx + t * qx + rx, cy + t * qy + ry
+            found = False
+            if m == 0 and side:
+                found, ct, hx, hy, hz, lower, kx, ky = crest(
+                    terrain, i0, j0, cx, cy, cz, qx, qy, qz, rx, ry, rz, a, taper, low, high, gap
+                )
+                if found:
+                    t, rx, ry, rz, gap, gx, gy = ct, hx, hy, hz, lower, kx, ky
+                    px, py = cx + t * qx + rx, cy + t * qy + ry
             # predicted below the surface (a NaN height, no ground, compares false)
             if gap < 0.0:
+                if side and not found:
+                    gx, gy = along_side(terrain, i0, j0, px, py, height, gx, gy, dx, dy, dz, a, taper, max(between, 2.0 * terrain.cell))
                 r = ((s + t) * dx + rx, (s + t) * dy + ry, (s + t) * dz + rz)
                 count = ground_contact(
                     terrain, frame, contacts, keys, count, state, body, r, gap, (gx, gy),

@@ -13,44 +13,58 @@ from __future__ import annotations
 import math
 
 from .compiled import inlined, kernel
-from .limits import FLAT_TOLERANCE, LEAST_UPWARD, REFINED, WALL
+from .limits import ALONG_GRID, BESIDE_CREST, CREST, LEAST_UPWARD, REFINED, WALL
 from .terrain import surface
 
 
 @inlined
-def along_side(gx, gy, dx, dy, dz, taper):
-    """Slope of the plane that touches the cone's side where ground of the gradient (gx, gy) does.
+def along_side(terrain, i0, j0, px, py, height, gx, gy, dx, dy, dz, a, taper, reach):
+    """Slope of the plane that touches the cone's side at p, where the ground has this height and gradient (gx, gy).
 
-    A side touches no ground that tilts along it: what is left of the gradient is its part across. Walls keep theirs.
-    Returns (slope x, slope y, whether the ground is a wall to this axis).
+    Ground that falls away from its own tangent within the reach [m] along the axis is the flank of a crest, which the
+    side touches: what is left of its gradient is the part across the axis. Other ground, and walls, keep theirs.
     """
     nz = 1.0 / math.sqrt(1.0 + gx * gx + gy * gy)
     along = nz * (dz - gx * dx - gy * dy)
     turn = taper * math.sqrt(max(0.0, 1.0 - along * along)) - along
     upward = nz + turn * dz
     if abs(along) > WALL or upward < LEAST_UPWARD:
-        return gx, gy, True
-    return (gx * nz - turn * dx) / upward, (gy * nz - turn * dy) / upward, False
+        return gx, gy
+    rise = reach * (gx * dx + gy * dy)
+    ahead, _, _ = surface(terrain, i0, j0, px + reach * dx, py + reach * dy)
+    behind, _, _ = surface(terrain, i0, j0, px - reach * dx, py - reach * dy)
+    if ahead < height + rise - CREST * a or behind < height - rise - CREST * a:
+        return (gx * nz - turn * dx) / upward, (gy * nz - turn * dy) / upward
+    return gx, gy
 
 
 @kernel
 def _highest(terrain, i0, j0, px, py, pz, lx, ly, lz, low, high, gap):
     """Of the line p + t l's crossings with grid lines for t in [low, high] the one least above ground, if below ``gap``.
 
-    Returns (gap, t, family of the grid line: 0 north-south, 1 east-west, -1 none, slope along the grid line).
+    Returns (gap, t, family of the grid line: 0 north-south, 1 east-west, -1 none, slope along the grid line). None
+    where the line goes on coming nearer to the ground on one side: it touches farther along, as on a plane.
     """
     best, slope, family = 0.0, 0.0, -1
     for way in range(2):
-        p, l = (px, lx) if way == 0 else (py, ly)
-        if abs(l) < FLAT_TOLERANCE:
-            continue
-        u, v = (p + low * l) * terrain.inverse_cell, (p + high * l) * terrain.inverse_cell
+        p, along = (px, lx) if way == 0 else (py, ly)
+        if abs(along) < ALONG_GRID:
+            continue  # it would not tell which way the crest is touched
+        to_t = terrain.cell / along
+        p *= terrain.inverse_cell
+        u, v = p + low / to_t, p + high / to_t
         for line in range(int(math.ceil(min(u, v))), int(math.floor(max(u, v))) + 1):
-            t = (line * terrain.cell - p) / l
+            t = (line - p) * to_t
             height, gx, gy = surface(terrain, i0, j0, px + t * lx, py + t * ly)
             here = pz + t * lz - height
             if here < gap:
                 gap, best, slope, family = here, t, gy if way == 0 else gx, way
+    if family >= 0:
+        for side in range(2):
+            t = best + (BESIDE_CREST if side == 0 else -BESIDE_CREST) * terrain.cell
+            height, gx, gy = surface(terrain, i0, j0, px + t * lx, py + t * ly)
+            if pz + t * lz - height < gap:
+                family = -1
     return gap, best, family, slope
 
 
@@ -61,7 +75,7 @@ def crest(terrain, i0, j0, cx, cy, cz, qx, qy, qz, ex, ey, ez, a, taper, low, hi
     e : from the axis to the ring's lowest point, square to the axis; a : its length, the ring's radius [m]
     gap : [m] vertical, of the ring's own point
 
-    Returns (found, t, e, gap, slope): whether a crest is nearer than the ring's own point; where along the axis [m];
+    Returns (found, t, e, gap, slope): whether a crest stands out over the ring's own point; where along the axis [m];
     from the axis to the point there, its vertical gap [m] and the slope (x, y) of the plane that touches log and crest.
     """
     found, place, slope_x, slope_y = False, 0.0, 0.0, 0.0
@@ -70,7 +84,7 @@ def crest(terrain, i0, j0, cx, cy, cz, qx, qy, qz, ex, ey, ez, a, taper, low, hi
         k = taper / a
         lx, ly, lz = qx + k * ex, qy + k * ey, qz + k * ez
         near, t, family, slope = _highest(
-            terrain, i0, j0, cx + ex, cy + ey, cz + ez, lx, ly, lz, low, high, math.inf if found else gap
+            terrain, i0, j0, cx + ex, cy + ey, cz + ez, lx, ly, lz, low, high, math.inf if found else gap - CREST * a
         )
         if family < 0:
             break
@@ -78,18 +92,18 @@ def crest(terrain, i0, j0, cx, cy, cz, qx, qy, qz, ex, ey, ez, a, taper, low, hi
             sx, sy = (lz - ly * slope) / lx, slope
         else:
             sx, sy = slope, (lz - lx * slope) / ly
-        nz = 1.0 / math.sqrt(1.0 + sx * sx + sy * sy)
-        if nz < LEAST_UPWARD:
+        steep = 1.0 + sx * sx + sy * sy
+        if steep * LEAST_UPWARD * LEAST_UPWARD > 1.0:
             break
         found, place, gap, slope_x, slope_y = True, t, near, sx, sy
         ox, oy, oz = ex, ey, ez
-        if gap > REFINED * a:
+        if look == 1 or gap > REFINED * a:
             break
-        # once more, with the lowest line as this crest has it
-        nx, ny = -sx * nz, -sy * nz
-        nd = nx * qx + ny * qy + nz * qz
-        ex, ey, ez = nd * qx - nx, nd * qy - ny, nd * qz - nz
+        # once more, with the lowest line as this crest has it, and only about there
+        nd = qz - sx * qx - sy * qy  # times n_z, as the rest
+        ex, ey, ez = nd * qx + sx, nd * qy + sy, nd * qz - 1.0
         scale = a / math.sqrt(ex * ex + ey * ey + ez * ez)
         ex, ey, ez = scale * ex, scale * ey, scale * ez
+        low, high = max(low, t - terrain.cell), min(high, t + terrain.cell)
     k = 1.0 + place * taper / a
     return found, place, k * ox, k * oy, k * oz, gap, slope_x, slope_y

@@ -7,7 +7,7 @@ EXACT_BLOCK_COUPLING = 0.5  # [-] mu |G_nt| / G_nn above which split sweeps craw
 SLIP_ARCS = 16  # arcs of a half circle searched for the direction of slip
 BLOCK_SWEEPS = 50  # sweeps with whole blocks; a problem still unsolved may be cycling between their several solutions
 DISC_ITERATIONS = 12  # Newton steps of the friction disc's secular equation; it needs 1-4
-DISC_ACCURACY = 1e-6  # [-] relative, of the friction impulse before it is put on the disc; squared by each further sweep
+DISC_ACCURACY = 1e-2  # [-] of the friction impulse before it is put on the disc; each further sweep squares it
 
 # Obstacles near the log
 OBSTACLE_TRAVEL = 0.3  # [-] of both radii: beside what is thin, most of the way of the fastest point in a step
@@ -32,6 +32,9 @@ REFINED = (
     0.3  # [-] of the radius: candidates nearer to the ground than this are sought once more, square to what is there
 )
 
+CREST = 2e-3  # [-] of the radius: a crest that stands out by less is flat ground, which the rings touch
+ALONG_GRID = 0.05  # [-] sine of the angle to a grid line below which a log lies along it
+BESIDE_CREST = 0.05  # [cells] how far on either side of a crest the ground must fall away from the log
 WALL = 0.5  # [-] sine of the ground's tilt along the axis beyond which it is a wall, not the flank of a ridge: what is so
 # steep could get between the candidates of an end's rim, and impale a log that its side's normals do not stop
 LEAST_UPWARD = 0.1  # [-] least upward part of a normal of the cone's side that is put in the place of the ground's

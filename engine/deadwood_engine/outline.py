@@ -21,32 +21,32 @@ Array = NDArray[np.float64]
 
 
 OUTLINE_POINTS = 16
+INNER_HIDDEN = 3.0  # base radii between the ends in plan: then the line of both sides passes outside the inner points
 _DIAGONAL = math.sqrt(0.5)
 
 
 @kernel
 def outline(points, at, bx, by, tx, ty, base, tip, sine, cosine, ux, uy):
-    """Write the outline's 16 points from row ``at``: base end (bx, by), tip end (tx, ty), their radii, the axis' plan
-    direction (ux, uy) and the sine and cosine of its tilt from the vertical."""
-    for end in range(2):
-        x, y, a = (bx, by, base) if end == 0 else (tx, ty, tip)
+    """Write the outline's points from row ``at``; returns how many, 16 at most.
+
+    Base end (bx, by), tip end (tx, ty), their radii, the axis' plan direction (ux, uy) and the sine and cosine of its
+    tilt from the vertical. Of ends far apart the inner three of eight points each lie within the hull: left out.
+    """
+    apart = (tx - bx) * ux + (ty - by) * uy > INNER_HIDDEN * base
+    row = at
+    for turn in range(2):
+        end = turn if ux >= 0.0 else 1 - turn  # from west to east: the hull's sort has less to do
+        x, y, a, outward = (bx, by, base, -1.0) if end == 0 else (tx, ty, tip, 1.0)
         b = a * abs(cosine)
-        for k in range(8):
-            row = at + 8 * end + k
-            c = (
-                1.0
-                if k == 0
-                else -1.0
-                if k == 4
-                else 0.0
-                if k % 4 == 2
-                else _DIAGONAL
-                if k < 2 or k > 6
-                else -_DIAGONAL
-            )
-            s = 0.0 if k % 4 == 0 else 1.0 if k == 2 else -1.0 if k == 6 else _DIAGONAL if k < 4 else -_DIAGONAL
+        for k in range(5 if apart else 8):
+            # across and along: the two sides, the outer three, the inner three
+            c = 1.0 if k == 0 else -1.0 if k == 1 else 0.0 if k % 3 == 2 else _DIAGONAL if k % 3 == 0 else -_DIAGONAL
+            s = 0.0 if k < 2 else 1.0 if k % 3 == 2 else _DIAGONAL
+            s = s * outward if k < 5 else -s * outward
             points[row, 0] = x - a * c * uy + b * s * ux
             points[row, 1] = y + a * c * ux + b * s * uy
+            row += 1
+    return row - at
 
 
 @kernel
@@ -113,6 +113,7 @@ def hull_rows(hull, size, x0, y0, cell, part, left, right):
 @kernel
 def _swept(points, hull, base, tip, base_radius, tip_radius, previous, k):
     """Hull of the outlines of poses ``previous`` and ``k``; returns its size."""
+    count = 0
     for turn in range(2):
         row = previous if turn == 0 else k
         bx, by, bz = base[row, 0], base[row, 1], base[row, 2]
@@ -120,11 +121,11 @@ def _swept(points, hull, base, tip, base_radius, tip_radius, previous, k):
         plan = math.sqrt(dx * dx + dy * dy)
         length = math.sqrt(plan * plan + dz * dz)
         ux, uy = (dx / plan, dy / plan) if plan > 0.0 else (1.0, 0.0)
-        outline(
-            points, OUTLINE_POINTS * turn, bx, by, tip[row, 0], tip[row, 1], base_radius, tip_radius,
+        count += outline(
+            points, count, bx, by, tip[row, 0], tip[row, 1], base_radius, tip_radius,
             plan / length, dz / length, ux, uy,
         )  # fmt: skip
-    return convex_hull(points, 2 * OUTLINE_POINTS, hull)
+    return convex_hull(points, count, hull)
 
 
 def _work(rows: int, lines: int) -> tuple[NDArray, ...]:

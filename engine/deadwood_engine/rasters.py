@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .scene import Scene
-from .trace import RasterArrays
+from .trace import ENERGY, HITS, JUMP, SPEED, RasterArrays
 
 
 class Rasters:
@@ -24,38 +24,33 @@ class Rasters:
     def totals(self) -> dict[str, NDArray]:
         """hit_count, deposit_count (uint32); speed_max [m/s], energy_max [J], jump_max [m] (float32, NaN = no log)."""
         first, *others = self.workers
-        hits, deposits = first.hits.copy(), first.deposits.copy()
-        maxima = [first.speed.copy(), first.energy.copy(), first.jump.copy()]
+        hits, deposits = first.hits[:, :, HITS].copy(), first.deposits.copy()
+        maxima = [first.maxima[:, :, k].copy() for k in (SPEED, ENERGY, JUMP)]
         for other in others:
-            hits += other.hits
+            hits += other.hits[:, :, HITS]
             deposits += other.deposits
-            for total, part in zip(maxima, (other.speed, other.energy, other.jump), strict=True):
-                np.maximum(total, part, out=total)
+            for k, total in enumerate(maxima):
+                np.maximum(total, other.maxima[:, :, k], out=total)
         for total in maxima:
             total[hits == 0] = np.nan
         return {
             "hit_count": hits,
             "deposit_count": deposits,
-            "speed_max": maxima[0],
-            "energy_max": maxima[1],
-            "jump_max": maxima[2],
+            "speed_max": maxima[SPEED],
+            "energy_max": maxima[ENERGY],
+            "jump_max": maxima[JUMP],
         }
 
     def add(self, totals: dict[str, NDArray]) -> None:
         """Add totals of an earlier run (a resumed one)."""
         first = self.workers[0]
-        first.hits[...] += totals["hit_count"]
+        first.hits[:, :, HITS] += totals["hit_count"]
         first.deposits[...] += totals["deposit_count"]
-        for mine, name in ((first.speed, "speed_max"), (first.energy, "energy_max"), (first.jump, "jump_max")):
-            np.fmax(mine, totals[name], out=mine)
+        for k, name in ((SPEED, "speed_max"), (ENERGY, "energy_max"), (JUMP, "jump_max")):
+            np.fmax(first.maxima[:, :, k], totals[name], out=first.maxima[:, :, k])
 
 
 def raster_arrays(shape: tuple[int, int]) -> RasterArrays:
     return RasterArrays(
-        np.zeros(shape, np.uint32),
-        np.zeros(shape, np.uint32),
-        np.zeros(shape, np.uint32),
-        np.zeros(shape, np.float32),
-        np.zeros(shape, np.float32),
-        np.zeros(shape, np.float32),
+        np.zeros((*shape, 2), np.uint32), np.zeros((*shape, 3), np.float32), np.zeros(shape, np.uint32)
     )

@@ -10,23 +10,27 @@ import numpy as np
 from .cloud import matrix_of, to_world
 from .compiled import inlined, kernel
 from .lines import touch_segments
-from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
-from .outline import OUTLINE_POINTS, convex_hull, hull_rows, outline
+from .log_body import BASE_RADIUS, CENTRE, LENGTH, MASS, TIP_RADIUS
+from .outline import convex_hull, hull_rows, outline
 from .rotation import DX, DY, DZ, WX, WY, WZ, X, Y, Z
 
 
 class RasterArrays(NamedTuple):
-    """One worker's rasters, shape (rows, columns) or (0, 0): nothing asked for, nothing done.
+    """One worker's rasters, rows x columns, or 0 x 0: nothing asked for, nothing done.
 
-    hits, deposits : uint32; stamp : uint32, last log (row + 1) that hit the cell; speed, energy, jump : float32 maxima
+    What a passing log changes lies together cell by cell, for a log's cells are far apart in memory.
+
+    hits : uint32 (rows, columns, 2), logs that hit the cell (HITS), and the last of them, row + 1 (STAMP)
+    maxima : float32 (rows, columns, 3), SPEED [m/s], ENERGY [J], JUMP [m]; deposits : uint32 (rows, columns)
     """
 
     hits: np.ndarray
-    stamp: np.ndarray
+    maxima: np.ndarray
     deposits: np.ndarray
-    speed: np.ndarray
-    energy: np.ndarray
-    jump: np.ndarray
+
+
+HITS, STAMP = range(2)
+SPEED, ENERGY, JUMP = range(3)
 
 
 class Marks(NamedTuple):
@@ -70,7 +74,7 @@ def _outline_of(points, at, memory, body):
     plan = math.sqrt(ex * ex + ey * ey)
     ux, uy = (ex / plan, ey / plan) if plan > 0.0 else (1.0, 0.0)
     length = body[LENGTH]
-    outline(
+    return outline(
         points, at, memory[LAST_BASE], memory[LAST_BASE + 1], memory[LAST_TIP], memory[LAST_TIP + 1],
         body[BASE_RADIUS], body[TIP_RADIUS], plan / length, ez / length, ux, uy,
     )  # fmt: skip
@@ -97,8 +101,7 @@ def remember_turn(memory, state):
 def _outline_at(cloud, points, at, memory, body):
     """Outline of the pose in the memory, of a log or of a cloud's corners, from row ``at``; returns its points."""
     if cloud is None:
-        _outline_of(points, at, memory, body)
-        return OUTLINE_POINTS
+        return _outline_of(points, at, memory, body)
     for k in range(cloud.corners.shape[0]):
         p = to_world(memory, LAST_TURN, cloud.corners[k])
         points[at + k, 0], points[at + k, 1] = memory[LAST_X] + p[0], memory[LAST_Y] + p[1]
@@ -115,12 +118,12 @@ def draw(scene, frame, state, body, memory, work, rasters, row, marks, time):
     terrain = scene.terrain
     path = hull[hull.shape[0] - 1]
     start_x, start_y = memory[LAST_X], memory[LAST_Y]
-    speed, energy, jump = memory[PEAK_SPEED], memory[PEAK_ENERGY], memory[PEAK_JUMP]
+    speed, energy, jump = memory[PEAK_SPEED], memory[PEAK_ENERGY] * body[MASS], memory[PEAK_JUMP]
     number = _outline_at(scene.cloud, points, 0, memory, body)
     remember_pose(memory, state, body)
     remember_turn(memory, state)
-    _outline_at(scene.cloud, points, number, memory, body)
-    size = convex_hull(points, 2 * number, hull)
+    number += _outline_at(scene.cloud, points, number, memory, body)
+    size = convex_hull(points, number, hull)
     path[0], path[1], path[2], path[3] = start_x, start_y, state[X], state[Y]
     shift_x, shift_y = (frame[0] + terrain.column) * terrain.cell, (frame[1] + terrain.row) * terrain.cell
     if marks.lines.shape[0] > 0:
@@ -136,17 +139,18 @@ def draw(scene, frame, state, body, memory, work, rasters, row, marks, time):
         touch_segments(
             fences.index, fences.ends, fences.owner, hull, size, path, shift_x, shift_y, marks.fences, marks.crossed
         )
-    rows, columns = rasters.hits.shape
+    rows, columns = rasters.deposits.shape
     part = (terrain.column, terrain.row, columns, rows)
     first, last = hull_rows(hull, size, -shift_x, -shift_y, terrain.cell, part, left, right)
     for j in range(first, last + 1):
         for i in range(left[j], right[j] + 1):
-            if rasters.stamp[j, i] != row + 1:
-                rasters.stamp[j, i] = row + 1
-                rasters.hits[j, i] += 1
-            rasters.speed[j, i] = max(rasters.speed[j, i], np.float32(speed))
-            rasters.energy[j, i] = max(rasters.energy[j, i], np.float32(energy * body[6]))
-            rasters.jump[j, i] = max(rasters.jump[j, i], np.float32(jump))
+            cell, most = rasters.hits[j, i], rasters.maxima[j, i]
+            if cell[STAMP] != row + 1:
+                cell[STAMP] = row + 1
+                cell[HITS] += 1
+            most[SPEED] = max(most[SPEED], np.float32(speed))
+            most[ENERGY] = max(most[ENERGY], np.float32(energy))
+            most[JUMP] = max(most[JUMP], np.float32(jump))
 
 
 @kernel

@@ -73,7 +73,10 @@ def test_disc_minimises_energy():
         root = rng.standard_normal((2, 2))
         g = root @ root.T + 0.1 * np.eye(2)
         c, radius = rng.standard_normal(2), rng.uniform(0.01, 2.0)
-        found = np.array(disc_impulse(g[0, 0], g[0, 1], g[1, 1], c[0], c[1], radius, start)[:2])
+        shift = start
+        for _ in range(20):  # as in sweeps
+            *found, shift = disc_impulse(g[0, 0], g[0, 1], g[1, 1], c[0], c[1], radius, shift)
+        found = np.array(found)
 
         def energy(x, g=g, c=c, radius=radius):
             p = radius * np.tanh(x[0]) * np.array([np.cos(x[1]), np.sin(x[1])])
