@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from deadwood_engine import FIDELITIES, Fidelity
 
 STANDARD, REFERENCE = FIDELITIES["standard"], FIDELITIES["reference"]
+REFINED = ("time_step", "travel_cells", "station_spacing", "spacing_cells")
 UNBOUND = 1e6  # travel in cells that never shortens a step
 
 
@@ -34,6 +35,7 @@ FACTORS: dict[str, tuple[str, str]] = {
     "fidelity": ("fidelity", ""),
     "coarse": ("several at once, between draft and standard", ""),
     "halved": ("reference with half its step, travel and spacing", ""),
+    "refined": ("step, travel and station spacing of standard, together", "of standard"),
     "time step": ("time step alone (travel unbounded)", "ms"),
     "travel": ("travel in a step", "cells"),
     "spacing": ("station spacing", "m"),
@@ -51,12 +53,7 @@ FACTORS: dict[str, tuple[str, str]] = {
 
 def _all() -> list[Setting]:
     found = [Setting(name, "fidelity", FIDELITIES[name].time_step, FIDELITIES[name]) for name in FIDELITIES]
-    half = REFERENCE._replace(
-        time_step=0.5 * REFERENCE.time_step,
-        travel_cells=0.5 * REFERENCE.travel_cells,
-        station_spacing=0.5 * REFERENCE.station_spacing,
-        spacing_cells=0.5 * REFERENCE.spacing_cells,
-    )
+    half = REFERENCE._replace(**{name: 0.5 * getattr(REFERENCE, name) for name in REFINED})
     found.append(Setting("reference halved", "halved", half.time_step, half))
     found += [
         Setting(
@@ -68,6 +65,13 @@ def _all() -> list[Setting]:
         for step, travel, spacing in ((0.050, 1.0, 0.5), (0.060, 2.0, 1.0), (0.100, 4.0, 2.0))
     ]
     found += [
+        Setting(
+            f"refined {share:g}", "refined", share,
+            STANDARD._replace(**{name: share * getattr(STANDARD, name) for name in REFINED}),
+        )
+        for share in (0.5, 0.25)
+    ]  # fmt: skip
+    found += [
         Setting(f"obstacles {n:g}", "obstacles", n, STANDARD._replace(obstacle_travel=n)) for n in (0.1, 0.6, 0.9)
     ]
     found.append(Setting("flanks 1", "flanks", 1.0, STANDARD._replace(ring_points=1)))
@@ -76,10 +80,10 @@ def _all() -> list[Setting]:
         Setting(f"step {s:g} ms", "time step", s, STANDARD._replace(time_step=1e-3 * s, travel_cells=UNBOUND))
         for s in (40.0, 20.0, 10.0, 5.0, 2.5)
     ]
-    found += [Setting(f"travel {n:g}", "travel", n, STANDARD._replace(travel_cells=n)) for n in (2.0, 1.0, 0.25, 0.125)]
+    found += [Setting(f"travel {n:g}", "travel", n, STANDARD._replace(travel_cells=n)) for n in (2.0, 1.0, 0.5, 0.125)]
     found += [
         Setting(f"spacing {s:g} m", "spacing", s, STANDARD._replace(station_spacing=s, spacing_cells=1e6))
-        for s in (2.0, 1.0, 0.25)
+        for s in (2.0, 0.5, 0.25)
     ]
     found += [Setting(f"tolerance {t:g}", "tolerance", t, STANDARD._replace(tolerance=t)) for t in (0.1, 0.01, 0.0001)]
     found += [Setting(f"sweeps {n}", "sweeps", n, STANDARD._replace(sweeps=n)) for n in (4, 20, 1000)]

@@ -32,7 +32,7 @@ from .settings import SETTINGS, Setting
 HERE = Path(__file__).parent
 RESULTS, WORK = HERE / "results.json", HERE / ".work"
 BLOCK = 200  # logs a block
-TIME_LIMIT = 36.0  # [s] of sliding: logs on the longest slopes are in the meadow by then
+TIME_LIMIT = 120.0  # [s] of sliding: on all slopes but the plane no log reaches another line after that
 LEAST_RUNOUT = 5.0  # [m] nearer deposits have no direction worth counting
 MOST_IN_ENERGY_DISTANCE = 4000  # logs; its work grows with their square
 KEPT = (
