@@ -36,6 +36,7 @@ def main() -> None:
         study.summarise(list(scenes.CASES), list(SETTINGS.values()))
     if ask.job == "extras":
         study.add_section("restarts", extras.all_restarts(threads=ask.threads))
+        study.add_section("crawls", extras.crawls(threads=ask.threads))
         study.add_section("rings", {"rows": extras.rings(threads=ask.threads)})
         study.add_section("speed", {"rows": extras.speed(threads=ask.threads)})
         study.add_section("switches", {"rows": extras.switches(threads=ask.threads)})

@@ -1,4 +1,4 @@
-"""Two small studies beside the large one: short restarts, and what the engine saves where a scene asks for less.
+"""Small studies beside the large one: short restarts, and what the engine saves where a scene asks for less.
 
 Trajectories among bumps and trees are chaotic, so over a whole slide only distributions can be compared. Over a
 quarter of a second they can be compared log by log: that shows the order of the method itself.
@@ -21,6 +21,9 @@ from .settings import REFERENCE, STANDARD, UNBOUND
 RESTART_AT, HORIZON = (2.0, 4.0, 6.0), 0.25  # [s]
 RESTART_STEPS = (0.010, 0.005, 0.0025, 0.00125)  # [s]
 RESTART_TRUTH = HORIZON / 2560  # [s], a tenth of a millisecond
+CRAWL_AT, CRAWL_SPEEDS, CRAWL_FOR = (5.0, 10.0, 20.0, 30.0, 40.0), (0.1, 2.0), 2.0  # [s], [m/s], [s]
+CRAWL_BLOCKS = 8
+CRAWL_SPACINGS, CRAWL_DENSE = (2.0, 1.0, 0.5, 0.25), 0.125  # [m]
 SWITCH_REPEATS = 5
 MANY = 20_000  # logs whose wall time is taken
 LARGE = 4000  # cells along a side of the DEM that a window is cut from
@@ -32,19 +35,57 @@ def _node_time(step: float) -> float:
     return HORIZON - 0.75 * step
 
 
-def restarts(name: str, blocks: int, *, threads: int) -> dict[str, Any]:
-    """Moving logs, let go from the same states with different steps, and how far apart they are after HORIZON."""
-    scene = scenes.build(name).scene
+def _on_the_way(
+    scene: Scene, row: Fidelity, moments: tuple[float, ...], speeds: tuple[float, float], blocks: int, threads: int
+) -> Start:
+    """Logs as they are some time after their release, those of them that move so fast."""
     starts = []
     for block in range(blocks):
         start = place_logs(scene, scenes.logs_of_block(block, study.BLOCK))
-        for moment in RESTART_AT:
-            state = slide(scene, start, REFERENCE, time_limit=moment, threads=threads)
-            moving = np.hypot(*state.last_state[:, 7:9].T) > 1.0
-            starts.append(Start(state.frame[moving], state.last_state[moving], start.body[moving]))
-    start = Start(
+        for moment in moments:
+            state = slide(scene, start, row, time_limit=moment, threads=threads)
+            speed = np.hypot(*state.last_state[:, 7:9].T)
+            chosen = (speed > speeds[0]) & (speed < speeds[1]) & (state.duration >= moment)
+            starts.append(Start(state.frame[chosen], state.last_state[chosen], start.body[chosen]))
+    return Start(
         np.vstack([s.frame for s in starts]), np.vstack([s.state for s in starts]), np.vstack([s.body for s in starts])
     )
+
+
+def crawls(*, threads: int) -> dict[str, Any]:
+    """Slow logs on the rough slope, let go from the same states with different rings: how far down they get.
+
+    A cone has no rings: how dense they are may not matter.
+    """
+    scene = scenes.build("rough").scene
+    start = _on_the_way(scene, STANDARD, CRAWL_AT, CRAWL_SPEEDS, CRAWL_BLOCKS, threads)
+
+    def way(spacing: float) -> tuple[NDArray, NDArray]:
+        row = STANDARD._replace(station_spacing=spacing, spacing_cells=UNBOUND)
+        result = slide(scene, start, row, time_limit=CRAWL_FOR, threads=threads)
+        return result.release_position[:, 1] - result.end_position[:, 1], result.duration >= CRAWL_FOR
+
+    dense, slid = way(CRAWL_DENSE)
+    rows = []
+    for spacing in CRAWL_SPACINGS:
+        ours, too = way(spacing)
+        both = slid & too
+        apart = (ours - dense)[both]
+        half = 1.96 * apart.std() / np.sqrt(len(apart))
+        share = apart.mean() / dense[both].mean()
+        rows.append(
+            {
+                "spacing_m": spacing, "logs": len(apart), "way_m": float(dense[both].mean()), "share": float(share),
+                "half": float(half / dense[both].mean()),
+            }
+        )  # fmt: skip
+    return {"dense_m": CRAWL_DENSE, "seconds": CRAWL_FOR, "speeds_ms": CRAWL_SPEEDS, "rows": rows}
+
+
+def restarts(name: str, blocks: int, *, threads: int) -> dict[str, Any]:
+    """Moving logs, let go from the same states with different steps, and how far apart they are after HORIZON."""
+    scene = scenes.build(name).scene
+    start = _on_the_way(scene, REFERENCE, RESTART_AT, (1.0, np.inf), blocks, threads)
 
     def run(step: float) -> tuple[NDArray, Result]:
         row = STANDARD._replace(time_step=step, travel_cells=UNBOUND, tolerance=1e-5, sweeps=5000)

@@ -244,6 +244,28 @@ def restarts(results: Row) -> str:
     )
 
 
+def crawls(results: Row) -> str:
+    """What the distance of the rings does to slow logs."""
+    if "crawls" not in results:
+        return "*Not measured yet.*"
+    found = results["crawls"]
+    rows = [
+        [
+            f"{r['spacing_m']:g}",
+            str(r["logs"]),
+            f"{r['way_m']:.2f}",
+            f"{100 * r['share']:+.2f} ± {100 * r['half']:.2f}",
+        ]
+        for r in found["rows"]
+    ]
+    low, high = found["speeds_ms"]
+    return (
+        f"Logs of {low:g} to {high:g} m/s on the rough slope, let go for {found['seconds']:g} s with rings at different "
+        f"distances, against rings {found['dense_m']:g} m apart:\n\n"
+        + table(["rings [m]", "logs", "way down [m]", "more than with dense rings [%]"], rows)
+    )
+
+
 def _kept(shown: bool) -> str:
     return "**shown**" if shown else "**missed**"
 
@@ -286,8 +308,8 @@ def verdicts(results: Row) -> str:
     halved = tables.penetration_halving(results)
     if halved:
         found.append(
-            f"Penetration halves with the step: {_kept(min(halved) > 1.8)}. From 20 to 5 ms, each halving of the step "
-            f"divides the median by {span(halved)}, by scene."
+            f"Penetration halves with the step: {_kept(min(halved) > 1.8)}. Each halving of standard's step, travel "
+            f"and spacing together divides the median by {span(halved)}, by scene (two halvings)."
         )
     halves = [
         (mine["reference halved"]["logs"], scene, mine["reference halved"]["error"]["reach"])
@@ -320,6 +342,7 @@ def page(results: Row) -> str:
         factor_table=factor_table(results),
         cell_table=cell_table(results),
         restarts=restarts(results),
+        crawls=crawls(results),
         ring_table=ring_table(results),
         switch_table=switch_table(results),
         peers=results.get("peers", {}).get("what", "*Not measured yet.*"),

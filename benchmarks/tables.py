@@ -36,8 +36,8 @@ def fidelities_of(results: Row) -> list[tuple[str, str, Row]]:
 
 
 def penetration_halving(results: Row) -> list[float]:
-    """By what factor a halving of the time step divides the median penetration, one a scene."""
-    coarse, finer = "step 20 ms", "step 5 ms"
+    """By what factor a halving of standard's step, travel and spacing divides the median penetration, one a scene."""
+    coarse, finer = "standard", "refined 0.25"
     found = [entries for scene, entries in in_order(results) if scene in POOLED and {coarse, finer} <= entries.keys()]
     return [math.sqrt(e[coarse]["penetration_m"]["median"] / e[finer]["penetration_m"]["median"]) for e in found]
 

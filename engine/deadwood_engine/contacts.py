@@ -4,9 +4,10 @@ A contact is predicted: each candidate point of the log is looked up where it wo
 held it, and is a contact when it would then lie below the surface. The solver lets it approach the plane it
 would hit, but not cross it. First touch is met, and no push ever lifts a log out of the ground (that would add energy).
 
-Candidates lie on rings (stations) along the axis: the point deepest along the local terrain normal and two at
-45 degrees beside it, which find the walls of a channel; on the end faces, eight points of the rim. They are points of
-the smooth cone, not body-fixed vertices, so a log rolls without the rolling resistance of a polygon.
+Candidates lie on rings (stations) along the axis: the point deepest along the local terrain normal, or the crest that
+stands highest under the ring's stretch of the side (``crests``), and two points at 45 degrees beside it, which find the
+walls of a channel; on the end faces, eight points of the rim. They are points of the smooth cone, not body-fixed
+vertices, so a log rolls without the rolling resistance of a polygon.
 
 Layout of the contact table (one row a contact, world axes, per unit of mass):
     R.. r, contact point from the centre of mass [m]      N.. T.. U.. normal, two tangents [-]
@@ -315,7 +316,8 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
             # predicted below the surface (a NaN height, no ground, compares false)
             if gap < 0.0:
                 if side and not found:
-                    gx, gy = along_side(terrain, i0, j0, px, py, height, gx, gy, dx, dy, dz, a, taper, max(between, 2.0 * terrain.cell))
+                    reach = max(between, 2.0 * terrain.cell)
+                    gx, gy = along_side(terrain, i0, j0, px, py, height, gx, gy, dx, dy, dz, a, taper, reach)
                 r = ((s + t) * dx + rx, (s + t) * dy + ry, (s + t) * dz + rz)
                 count = ground_contact(
                     terrain, frame, contacts, keys, count, state, body, r, gap, (gx, gy),

@@ -40,7 +40,7 @@ def along_side(terrain, i0, j0, px, py, height, gx, gy, dx, dy, dz, a, taper, re
 
 @kernel
 def _highest(terrain, i0, j0, px, py, pz, lx, ly, lz, low, high, gap):
-    """Of the line p + t l's crossings with grid lines for t in [low, high] the one least above ground, if below ``gap``.
+    """Of the line p + t l's crossings with grid lines, t in [low, high], the one least above ground, if below ``gap``.
 
     Returns (gap, t, family of the grid line: 0 north-south, 1 east-west, -1 none, slope along the grid line). None
     where the line goes on coming nearer to the ground on one side: it touches farther along, as on a plane.

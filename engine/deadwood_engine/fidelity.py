@@ -14,8 +14,8 @@ class Fidelity(NamedTuple):
     time_step : [s] longest step; governs the order-one error of impacts and friction
     travel_cells : [DEM cells] the log's fastest point moves at most so far in a step; governs penetration
         and what of the terrain's roughness is seen
-    station_spacing : [m] longest distance of the log's contact rings; never longer than a DEM cell
-    spacing_cells : [DEM cells] the same, in cells; governs what terrain can poke through between rings
+    station_spacing : [m] longest distance of the log's contact rings; each finds the highest crest of its stretch
+    spacing_cells : [DEM cells] the same, in cells; governs how deep a second crest of the same stretch may poke in
     tolerance : [-] of g dt; contact velocities are solved to this; governs creep
     sweeps : most Gauss-Seidel sweeps a step; a step that needs more is counted as unconverged
     trace_cells : [DEM cells] the log's ends move at most so far between two outlines in rasters and trajectories

@@ -51,6 +51,4 @@ class Rasters:
 
 
 def raster_arrays(shape: tuple[int, int]) -> RasterArrays:
-    return RasterArrays(
-        np.zeros((*shape, 2), np.uint32), np.zeros((*shape, 3), np.float32), np.zeros(shape, np.uint32)
-    )
+    return RasterArrays(np.zeros((*shape, 2), np.uint32), np.zeros((*shape, 3), np.float32), np.zeros(shape, np.uint32))
