@@ -260,7 +260,7 @@ def crawls(results: Row) -> str:
     ]
     low, high = found["speeds_ms"]
     return (
-        f"Logs of {low:g} to {high:g} m/s on the rough slope, let go for {found['seconds']:g} s with rings at different "
+        f"Logs of {low:g} to {high:g} m/s on the rough slope, let go for {found['seconds']:g} s with rings at several "
         f"distances, against rings {found['dense_m']:g} m apart:\n\n"
         + table(["rings [m]", "logs", "way down [m]", "more than with dense rings [%]"], rows)
     )
