@@ -308,6 +308,7 @@ def summarise(names: list[str], settings: list[Setting], say=print) -> None:
             results["entries"].setdefault(name, {})[setting.name] = entry
             say(f"measured {name} {setting.name}: {entry['logs']} logs")
         mine = results["entries"].get(name, {})
-        for gone in mine.keys() - SETTINGS.keys():  # settings that the study no longer has
+        # settings that the study no longer has, and what an engine before this one did
+        for gone in [n for n in mine if n not in SETTINGS or mine[n]["source"]["engine"] != source["engine"]]:
             del mine[gone]
         write_results(results)
