@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.statistics import Z_95
 from deadwood_engine import FIDELITIES, Fidelity, Logs, Rasters, Result, Scene, Shape, Start, place_logs, slide
 
 from . import measures, scenes, study
@@ -71,7 +72,7 @@ def crawls(*, threads: int) -> dict[str, Any]:
         ours, too = way(spacing)
         both = slid & too
         apart = (ours - dense)[both]
-        half = 1.96 * apart.std() / np.sqrt(len(apart))
+        half = Z_95 * apart.std() / np.sqrt(len(apart))
         share = apart.mean() / dense[both].mean()
         rows.append(
             {
