@@ -47,6 +47,7 @@ from .contacts import (
     NX,
     NY,
     NZ,
+    OLD_IMPULSE,
     PN,
     PT,
     PU,
@@ -61,6 +62,7 @@ from .contacts import (
 )  # fmt: skip
 from .limits import BLOCK_SWEEPS, DISC_ACCURACY, DISC_ITERATIONS, EXACT_BLOCK_COUPLING, SLIP_ARCS
 from .rotation import VX, VY, VZ, WX, WY, WZ
+from .turning import remember_plane
 
 
 @kernel
@@ -218,7 +220,7 @@ def turn_around(contacts, keys, count):
 
 
 @inlined
-def warm_start(contacts, keys, count, state, old_keys, old_impulses, old_count, ratio):
+def warm_start(contacts, keys, count, state, old_keys, old_contacts, old_count, ratio):
     """Start each contact from its impulse of the step before, turned into its new frame and put back on its cone.
 
     Impulses scale with the ratio of the time steps. Both lists run in the same order, so the search goes on from the
@@ -233,7 +235,7 @@ def warm_start(contacts, keys, count, state, old_keys, old_impulses, old_count, 
             if old_keys[m, 1] == keys[k, 1] and old_keys[m, 0] == keys[k, 0] and old_keys[m, 2] == keys[k, 2]:
                 at = m + 1 if m + 1 < old_count else 0
                 c = contacts[k]
-                px, py, pz = ratio * old_impulses[m, 0], ratio * old_impulses[m, 1], ratio * old_impulses[m, 2]
+                px, py, pz = ratio * old_contacts[m, 0], ratio * old_contacts[m, 1], ratio * old_contacts[m, 2]
                 pn = c[NX] * px + c[NY] * py + c[NZ] * pz
                 if pn <= 0.0:
                     break
@@ -254,16 +256,18 @@ def warm_start(contacts, keys, count, state, old_keys, old_impulses, old_count, 
 
 
 @inlined
-def remember(contacts, keys, count, old_keys, old_impulses):
-    """Keep the loaded contacts' world impulses for the next step's warm start; returns how many."""
+def remember(contacts, keys, count, state, old_keys, old_contacts):
+    """Keep what the next step's warm start and turns need of the loaded contacts; returns how many."""
     kept = 0
     for k in range(count):
         c = contacts[k]
         pn, pt, pu = c[PN], c[PT], c[PU]
         if pn > 0.0:
             old_keys[kept, 0], old_keys[kept, 1], old_keys[kept, 2] = keys[k, 0], keys[k, 1], keys[k, 2]
-            old_impulses[kept, 0] = c[NX] * pn + c[TX] * pt + c[UX] * pu
-            old_impulses[kept, 1] = c[NY] * pn + c[TY] * pt + c[UY] * pu
-            old_impulses[kept, 2] = c[NZ] * pn + c[TZ] * pt + c[UZ] * pu
+            old = old_contacts[kept]
+            old[OLD_IMPULSE] = c[NX] * pn + c[TX] * pt + c[UX] * pu
+            old[OLD_IMPULSE + 1] = c[NY] * pn + c[TY] * pt + c[UY] * pu
+            old[OLD_IMPULSE + 2] = c[NZ] * pn + c[TZ] * pt + c[UZ] * pu
+            remember_plane(old, c, state)
             kept += 1
     return kept

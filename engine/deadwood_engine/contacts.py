@@ -15,6 +15,8 @@ Layout of the contact table (one row a contact, world axes, per unit of mass):
     PN, PT, PU impulse [m/s]                              TARGET least normal velocity after the step [m/s]
     GAP gap now [m], negative = penetration               MU friction; BEFORE normal velocity before the step [m/s]
     SHIFT s of the friction disc (``disc_impulse``) in the sweep before
+    PLANE_N, PLANE_R normal and point of the plane ahead, three each; FROM_N, FROM_R of that which the log moves along;
+    TURN [m/s] its approach to the plane ahead that comes of the difference (``turning``); 0 where there is none
 """
 
 from __future__ import annotations
@@ -32,7 +34,10 @@ RX, RY, RZ, NX, NY, NZ, TX, TY, TZ, UX, UY, UZ = range(12)
 ANX, ANY, ANZ, ATX, ATY, ATZ, AUX, AUY, AUZ = range(12, 21)
 BNX, BNY, BNZ, BTX, BTY, BTZ, BUX, BUY, BUZ = range(21, 30)
 PN, PT, PU, GNN, GTT, GUU, GNT, GNU, GTU, TARGET, GAP, MU, BEFORE_N, BEFORE_T, BEFORE_U, SHIFT = range(30, 46)
-CONTACT_WIDTH = 46
+PLANE_N, PLANE_R, FROM_N, FROM_R, TURN, CONTACT_WIDTH = 46, 49, 52, 55, 58, 59
+# What is kept of a loaded contact for the next step: its impulse in the world, the plane that the log
+# then moves along, and the velocity along its normal
+OLD_IMPULSE, OLD_N, OLD_R, OLD_SPEED, OLD_WIDTH = 0, 3, 6, 9, 10
 
 # Kinds of contact, first column of the keys; the second is the slot (terrain) or the item (obstacle), the third a part
 TERRAIN, TREE, BARRIER, LYING = 0, 1, 2, 3
@@ -48,22 +53,14 @@ def cross(ax, ay, az, bx, by, bz):
 
 
 @kernel
-def add_contact(contacts, keys, count, state, body, key, rx, ry, rz, nx, ny, nz, mu, gap, step, ahead, smooth):
-    """Append one contact: frame, velocities before the step, least normal velocity, and its Delassus block.
-
-    gap is the gap predicted for the time ``ahead`` [s] within the step; the gap now follows from the free velocity
-    along the normal. step = (dt, restitution, gravity, ...).
-    key is (kind, slot or item, part). Returns the new count; a full table keeps what it has (``scratch`` sizes it).
+def set_frame(c, state, body, smooth):
+    """Tangents, levers, Delassus block and velocities before the step, of a contact whose point and normal are set.
 
     smooth: the body is round about its axis. Then its spin brings no part of it nearer to the ground, and no push along
     a normal turns it about that axis. The lever of a candidate that is not the deepest of its ring says otherwise: by
     it a spinning end bored itself in.
     """
-    if count >= contacts.shape[0]:
-        return count
-    dt, restitution, gravity = step[0], step[1], step[2]
-    keys[count, 0], keys[count, 1], keys[count, 2] = key
-    c = contacts[count]
+    rx, ry, rz, nx, ny, nz = c[RX], c[RY], c[RZ], c[NX], c[NY], c[NZ]
     # tangents: first along the axis least aligned with the normal, as in Leine et al. (2014)
     if abs(nx) <= abs(ny) and abs(nx) <= abs(nz):
         tx, ty, tz = 0.0, nz, -ny
@@ -74,8 +71,6 @@ def add_contact(contacts, keys, count, state, body, key, rx, ry, rz, nx, ny, nz,
     scale = 1.0 / math.sqrt(tx * tx + ty * ty + tz * tz)
     tx, ty, tz = tx * scale, ty * scale, tz * scale
     ux, uy, uz = cross(nx, ny, nz, tx, ty, tz)
-    c[RX], c[RY], c[RZ] = rx, ry, rz
-    c[NX], c[NY], c[NZ] = nx, ny, nz
     c[TX], c[TY], c[TZ] = tx, ty, tz
     c[UX], c[UY], c[UZ] = ux, uy, uz
     dx, dy, dz = state[DX], state[DY], state[DZ]
@@ -114,10 +109,29 @@ def add_contact(contacts, keys, count, state, body, key, rx, ry, rz, nx, ny, nz,
     c[GNU] = anx * bux + any_ * buy + anz * buz
     c[GTU] = atx * bux + aty * buy + atz * buz
     vx, vy, vz, wx, wy, wz = state[VX], state[VY], state[VZ], state[WX], state[WY], state[WZ]
-    before = nx * vx + ny * vy + nz * vz + anx * wx + any_ * wy + anz * wz
-    c[BEFORE_N] = before
+    c[BEFORE_N] = nx * vx + ny * vy + nz * vz + anx * wx + any_ * wy + anz * wz
     c[BEFORE_T] = tx * vx + ty * vy + tz * vz + atx * wx + aty * wy + atz * wz
     c[BEFORE_U] = ux * vx + uy * vy + uz * vz + aux * wx + auy * wy + auz * wz
+
+
+@kernel
+def add_contact(contacts, keys, count, state, body, key, rx, ry, rz, nx, ny, nz, mu, gap, step, ahead, smooth):
+    """Append one contact: its frame (``set_frame``), and the least normal velocity after the step.
+
+    gap is the gap predicted for the time ``ahead`` [s] within the step; the gap now follows from the free velocity
+    along the normal. step = (dt, restitution, gravity, ...).
+    key is (kind, slot or item, part). Returns the new count; a full table keeps what it has (``scratch`` sizes it).
+    smooth: as ``set_frame``.
+    """
+    if count >= contacts.shape[0]:
+        return count
+    dt, restitution, gravity = step[0], step[1], step[2]
+    keys[count, 0], keys[count, 1], keys[count, 2] = key
+    c = contacts[count]
+    c[RX], c[RY], c[RZ] = c[PLANE_R], c[PLANE_R + 1], c[PLANE_R + 2] = rx, ry, rz
+    c[NX], c[NY], c[NZ] = c[PLANE_N], c[PLANE_N + 1], c[PLANE_N + 2] = nx, ny, nz
+    set_frame(c, state, body, smooth)
+    before = c[BEFORE_N]
     now = gap - ahead * (before - 0.5 * nz * gravity * ahead)
     c[GAP] = now
     # A gap that gravity closes within the step counts as closed, or contacts of a resting log would flicker
@@ -125,7 +139,7 @@ def add_contact(contacts, keys, count, state, body, key, rx, ry, rz, nx, ny, nz,
     c[TARGET] = -now / dt if now > 0.0 else 0.0
     if restitution > 0.0 and before < -2.0 * gravity * dt:
         c[TARGET] = -restitution * before  # Newton's impact law, eq. 8; what gravity adds in two steps is no impact
-    c[MU] = mu
+    c[MU], c[TURN] = mu, 0.0
     c[PN], c[PT], c[PU], c[SHIFT] = 0.0, 0.0, 0.0, 0.0
     return count + 1
 

@@ -27,6 +27,8 @@ HOVER = 0.5  # [-] of g dt^2: gaps so small count as closed (0.5 mm at 10 ms); w
 
 HOVER_MOST = 5e-4  # [m] that, at most: long steps would let logs rest on air
 
+LEAST_TURN = 1e-2  # [-] of g dt: a contact plane that turns by less has not turned (``turning``)
+
 MERGED = 0.3  # [-] of the radius: candidates of one ring that come to lie closer than this are one contact
 REFINED = (
     0.3  # [-] of the radius: candidates nearer to the ground than this are sought once more, square to what is there

@@ -53,7 +53,7 @@ def stays(scene, frame, state, body, stations, settings, path, scratch, old_coun
         scratch.contacts[k, TARGET] = 0.0  # what would touch within this step counts as touching
     trial[VZ] -= 0.5 * settings.gravity * dt
     warm_start(
-        scratch.contacts, scratch.keys, count, trial, scratch.old_keys, scratch.old_impulses, old_count, ratio * dt
+        scratch.contacts, scratch.keys, count, trial, scratch.old_keys, scratch.old_contacts, old_count, ratio * dt
     )
     allowed = REST_ACCELERATION * settings.gravity * dt
     solve(scratch.contacts, count, trial, 0.01 * allowed, REST_SWEEPS)

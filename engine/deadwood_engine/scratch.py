@@ -36,7 +36,7 @@ class Scratch(NamedTuple):
     contacts: np.ndarray
     keys: np.ndarray
     old_keys: np.ndarray
-    old_impulses: np.ndarray
+    old_contacts: np.ndarray
     near_trees: np.ndarray
     tree_table: np.ndarray
     near_plates: np.ndarray
@@ -76,7 +76,7 @@ class Scratch(NamedTuple):
             np.zeros((table, contacts.CONTACT_WIDTH)),
             np.zeros((table, contacts.KEY_WIDTH), np.int64),
             np.zeros((table, contacts.KEY_WIDTH), np.int64),
-            np.zeros((table, 3)),
+            np.zeros((table, contacts.OLD_WIDTH)),
             np.zeros(upright_count + 1, np.int64),
             np.zeros((upright_count + 1, trees.NEAR_WIDTH)),
             np.zeros(plate_count + 1, np.int64),

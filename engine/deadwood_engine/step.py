@@ -24,6 +24,7 @@ from .energy import impulse_work, take_no_energy
 from .grid_index import insert_sorted
 from .ledger import note_pushes
 from .limits import (
+    LEAST_TURN,
     POLL_STEPS,
     REST_TRAVEL,
     REST_WINDOW,
@@ -38,6 +39,7 @@ from .surroundings import BESIDE
 from .terrain import surface
 from .trace import PEAK_ENERGY, PEAK_JUMP, PEAK_SPEED, draw, ends_moved, keep_pose, remember_pose, remember_turn
 from .trees import time_beside
+from .turning import turn_contacts
 
 # Columns of a log's summary
 REASON, ITEM, DURATION, PATH, SPEED_MAX, ENERGY_MAX, JUMP_MAX, ENERGY_ERROR, PENETRATION, OVERLAP = range(10)
@@ -109,6 +111,11 @@ def slide_log(
             count, travel, on_terrain = find_contacts(
                 scene, frame, state, body, stations, settings, dt, path, advance, scratch, True
             )
+            if scene.cloud is None:  # the points of a cloud turn with it
+                turn_contacts(
+                    scratch.contacts, scratch.keys, count, state, body, scratch.old_keys, scratch.old_contacts,
+                    old_count, gravity * kick, 0.5 * gravity * before, LEAST_TURN * gravity * dt,
+                )  # fmt: skip
             if settings.backward:
                 turn_around(scratch.contacts, scratch.keys, count)
             state[VZ] -= 0.5 * gravity * dt
@@ -118,7 +125,7 @@ def slide_log(
                 scratch.free[k] = state[VX + k]
             if settings.restitution == 0.0:
                 warm_start(
-                    scratch.contacts, scratch.keys, count, state, scratch.old_keys, scratch.old_impulses, old_count,
+                    scratch.contacts, scratch.keys, count, state, scratch.old_keys, scratch.old_contacts, old_count,
                     kick / last_kick if last_kick > 0.0 else 0.0,
                 )  # fmt: skip
             tolerance = settings.tolerance * gravity * dt + 1e-15
@@ -176,7 +183,7 @@ def slide_log(
         else:
             pressed = False
             summary[AIRBORNE] += 1
-        old_count = remember(scratch.contacts, scratch.keys, count, scratch.old_keys, scratch.old_impulses)
+        old_count = remember(scratch.contacts, scratch.keys, count, state, scratch.old_keys, scratch.old_contacts)
         before, last_kick = dt, kick
         speed = math.sqrt(state[VX] ** 2 + state[VY] ** 2 + state[VZ] ** 2)
         energy = energy_of(state, body)

@@ -213,7 +213,7 @@ def test_no_hopping_on_a_plane(at, fidelity, azimuth):
 
 
 def crept(at, heading: float, fidelity: str, wait: float, **options) -> float:
-    """How far [m] a log moves between 5 s and 5 + wait [s] that lies in a channel falling at 35 degrees, mu 0.8.
+    """How far [m] a log moves in ``wait`` [s], after as long to settle, in a channel that falls at 35 degrees, mu 0.8.
 
     Never certified as resting. In a channel, because on a plane a tapered log may rightly roll away.
     """
@@ -221,8 +221,8 @@ def crept(at, heading: float, fidelity: str, wait: float, **options) -> float:
     scene = ground(0.7 * y + 0.5 * np.abs(x - 30.0), friction=0.8)
     logs = Logs.alike([30.0], [40.0], orientation=1, azimuth=np.radians(heading), length=12.0, diameter=0.4)
     begin = place_logs(scene, logs)
-    settled = at.run(scene, begin, fidelity=fidelity, time_limit=5.0, rest_speed=0.0, **options)
-    later = at.run(scene, begin, fidelity=fidelity, time_limit=5.0 + wait, rest_speed=0.0, **options)
+    settled = at.run(scene, begin, fidelity=fidelity, time_limit=wait, rest_speed=0.0, **options)
+    later = at.run(scene, begin, fidelity=fidelity, time_limit=2.0 * wait, rest_speed=0.0, **options)
     assert at.reasons(later) == ["time_limit"]
     return max(np.abs(getattr(later, end) - getattr(settled, end)).max() for end in ("tip_end", "base_end"))
 
