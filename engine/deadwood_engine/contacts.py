@@ -1,13 +1,8 @@
-"""Contacts between the log and the terrain, and the list that every obstacle adds to (paper, sections 3.2-3.3).
+"""The contact table: what terrain (``rings``) and obstacles add to, and the solver reads (paper, sections 3.2-3.3).
 
-A contact is predicted: each candidate point of the log is looked up where it would be a step ahead if nothing
+A contact is predicted: a point of the log is looked up where it would be a step ahead if nothing
 held it, and is a contact when it would then lie below the surface. The solver lets it approach the plane it
 would hit, but not cross it. First touch is met, and no push ever lifts a log out of the ground (that would add energy).
-
-Candidates lie on rings (stations) along the axis: the point deepest along the local terrain normal, or the crest that
-stands highest under the ring's stretch of the side (``crests``), and two points at 45 degrees beside it, which find the
-walls of a channel; on the end faces, eight points of the rim. They are points of the smooth cone, not body-fixed
-vertices, so a log rolls without the rolling resistance of a polygon.
 
 Layout of the contact table (one row a contact, world axes, per unit of mass):
     R.. r, contact point from the centre of mass [m]      N.. T.. U.. normal, two tangents [-]
@@ -23,12 +18,11 @@ from __future__ import annotations
 
 import math
 
-from .compiled import inlined, kernel
-from .crests import along_side, crest
-from .limits import FLAT_TOLERANCE, HOVER, HOVER_MOST, MERGED, REFINED
+from .compiled import kernel
+from .limits import HOVER, HOVER_MOST
 from .log_body import AXIAL, BASE_RADIUS, CENTRE, LENGTH, SKEW, TIP_RADIUS, TRANSVERSE
 from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ, X, Y, Z, first_axis
-from .terrain import friction_at, lid_distance, surface
+from .terrain import friction_at, surface
 
 RX, RY, RZ, NX, NY, NZ, TX, TY, TZ, UX, UY, UZ = range(12)
 ANX, ANY, ANZ, ATX, ATY, ATZ, AUX, AUY, AUZ = range(12, 21)
@@ -42,9 +36,6 @@ OLD_IMPULSE, OLD_N, OLD_R, OLD_SPEED, OLD_WIDTH = 0, 3, 6, 9, 10
 # Kinds of contact, first column of the keys; the second is the slot (terrain) or the item (obstacle), the third a part
 TERRAIN, TREE, BARRIER, LYING = 0, 1, 2, 3
 KEY_WIDTH = 3
-CANDIDATES = 9  # eight points on the rim of an end face and its centre; the rings between use the first three
-
-_DIAGONAL = math.sqrt(0.5)
 
 
 @kernel
@@ -161,19 +152,6 @@ def ground_contact(terrain, frame, contacts, keys, count, state, body, r, gap, s
 
 
 @kernel
-def _deepest_on(terrain, i0, j0, cx, cy, cz, dx, dy, dz, a, gx, gy):
-    """Point of a ring (centre c, axis d, radius a) deepest against the slope (gx, gy), and the surface below it."""
-    nd = dz - gx * dx - gy * dy
-    ex, ey, ez = nd * dx + gx, nd * dy + gy, nd * dz - 1.0
-    size = math.sqrt(ex * ex + ey * ey + ez * ez)
-    if size < FLAT_TOLERANCE:
-        return 0.0, 0.0, math.inf, 0.0, 0.0, 0.0
-    ex, ey, ez = a * ex / size, a * ey / size, a * ez / size
-    height, gx, gy = surface(terrain, i0, j0, cx + ex, cy + ey)
-    return ex, ey, ez, height, gx, gy
-
-
-@kernel
 def touch(terrain, frame, contacts, keys, count, state, body, trial, key, p, n, gap, step):
     """Add the contact of an obstacle at the predicted point p with normal n.
 
@@ -213,133 +191,6 @@ def pierced_end(state, body, trial, end, px, py, pz):
     return gap, -gap < a - aside or now >= 0.0
 
 
-@inlined
-def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, points, step, trial, path, advance, wake):
-    """Find the terrain contacts of this step.
-
-    stations is the number of rings; those between the ends have 1 or 3 candidate ``points``. frame holds the log's node
-    (column i0, row j0); step is that of the obstacles.
-    trial[0:6] holds the predicted axis (direction, centre). path [m]: how far any point of the log can have moved so
-    far; advance [m]: in this step. A ring is not looked at before the path reaches its ``wake``.
-    Returns (count, least wake of the rings [m], whether there is terrain below every ring).
-    """
-    dx, dy, dz = state[DX], state[DY], state[DZ]
-    qx, qy, qz = trial[0], trial[1], trial[2]
-    ox, oy, oz = trial[3], trial[4], trial[5]
-    length, centre = body[LENGTH], body[CENTRE]
-    taper = (body[TIP_RADIUS] - body[BASE_RADIUS]) / length
-    between = length / (stations - 1)
-    # the bound on roughness covers three cells around the ring's centre, so thicker rings are always looked at
-    thick = body[BASE_RADIUS] > terrain.cell
-    block = terrain.lid_cells * terrain.cell
-    ahead = path + advance
-    count = 0
-    earliest = math.inf
-    whole = True
-    i0, j0 = frame[0], frame[1]
-    for k in range(stations):
-        if ahead < wake[k]:
-            earliest = min(earliest, wake[k])
-            continue
-        along = k * between
-        s = along - centre
-        a = body[BASE_RADIUS] + taper * along
-        free = lid_distance(terrain, i0, j0, state[X] + s * dx, state[Y] + s * dy, state[Z] + s * dz) - a
-        wake[k] = path + min(free, block - a)
-        earliest = min(earliest, wake[k])
-        if ahead < wake[k]:
-            continue
-        cx, cy, cz = ox + s * qx, oy + s * qy, oz + s * qz
-        height, gx, gy = surface(terrain, i0, j0, cx, cy)
-        square = gx * gx + gy * gy
-        # vertical gap below the ring if the terrain were its tangent plane; 1 + g^2/2 bounds the plane's 1/n_z
-        gap = cz - height - a * (1.0 + 0.5 * square)
-        if gap != gap:
-            whole = False
-            continue
-        rise = math.inf
-        if not thick:
-            i = i0 + int(math.floor(cx * terrain.inverse_cell))
-            j = j0 + int(math.floor(cy * terrain.inverse_cell))
-            rise = terrain.roughness[j, i]
-        if gap > rise:
-            continue
-        nz = 1.0 / math.sqrt(1.0 + square)
-        nx, ny = -gx * nz, -gy * nz
-        nd = nx * dx + ny * dy + nz * dz
-        size = math.sqrt(max(0.0, 1.0 - nd * nd))
-        above = (cz - height - rise) * nz
-        # support direction on the ring: against the normal, square to the axis
-        ex, ey, ez = nd * dx - nx, nd * dy - ny, nd * dz - nz
-        if size < 1e-6:
-            # axis along the normal: every point of the ring is as deep as any other
-            if abs(dx) < 0.9:
-                ex, ey, ez = 1.0 - dx * dx, -dx * dy, -dx * dz
-            else:
-                ex, ey, ez = -dy * dx, 1.0 - dy * dy, -dy * dz
-        scale = a / math.sqrt(ex * ex + ey * ey + ez * ez)
-        ex, ey, ez = scale * ex, scale * ey, scale * ez
-        fx, fy, fz = cross(dx, dy, dz, ex, ey, ez)
-        # the stretch of the side that this ring answers for: halfway to the next, and up to the ends
-        side = 0 < k < stations - 1
-        low = -between if k == 1 else -0.5 * between
-        high = between if k == stations - 2 else 0.5 * between
-        ox1, oy1, oz1, ox2, oy2, oz2 = math.inf, 0.0, 0.0, math.inf, 0.0, 0.0
-        for m in range(CANDIDATES if k == 0 or k == stations - 1 else points):
-            if m == 0:
-                ce, cf = 1.0, 0.0
-            elif m < 3:
-                ce, cf = _DIAGONAL, _DIAGONAL if m == 1 else -_DIAGONAL
-            elif m < 5:
-                ce, cf = 0.0, 1.0 if m == 3 else -1.0
-            elif m < 7:
-                ce, cf = -_DIAGONAL, _DIAGONAL if m == 5 else -_DIAGONAL
-            else:
-                # the rim's last, and the middle of the face, where ground may poke into a standing log
-                ce, cf = -1.0 if m == 7 else 0.0, 0.0
-            # a point this far above the tangent plane is out of the terrain's reach
-            if above > a * size * ce:
-                continue
-            rx, ry, rz = ce * ex + cf * fx, ce * ey + cf * fy, ce * ez + cf * fz
-            px, py = cx + rx, cy + ry
-            height, gx, gy = surface(terrain, i0, j0, px, py)
-            if m < 3 and cz + rz - height < REFINED * a:
-                # once more, square to the ground found there: deeper by up to 8 % of the radius, and exact on a plane
-                hx, hy, hz, other, kx, ky = _deepest_on(terrain, i0, j0, cx, cy, cz, dx, dy, dz, a, gx, gy)
-                if cz + hz - other < cz + rz - height:
-                    rx, ry, rz, height, gx, gy = hx, hy, hz, other, kx, ky
-                    px, py = cx + rx, cy + ry
-                # two that have met at one point are one contact
-                if m == 0:
-                    ox1, oy1, oz1, ox2, oy2, oz2 = rx, ry, rz, rx, ry, rz
-                else:
-                    one = (rx - ox1) ** 2 + (ry - oy1) ** 2 + (rz - oz1) ** 2
-                    two = (rx - ox2) ** 2 + (ry - oy2) ** 2 + (rz - oz2) ** 2
-                    if min(one, two) < (MERGED * a) ** 2:
-                        continue
-                    ox2, oy2, oz2 = rx, ry, rz
-            gap, t = cz + rz - height, 0.0
-            found = False
-            if m == 0 and side:
-                found, ct, hx, hy, hz, lower, kx, ky = crest(
-                    terrain, i0, j0, cx, cy, cz, qx, qy, qz, rx, ry, rz, a, taper, low, high, gap
-                )
-                if found:
-                    t, rx, ry, rz, gap, gx, gy = ct, hx, hy, hz, lower, kx, ky
-                    px, py = cx + t * qx + rx, cy + t * qy + ry
-            # predicted below the surface (a NaN height, no ground, compares false)
-            if gap < 0.0:
-                if side and not found:
-                    reach = max(between, 2.0 * terrain.cell)
-                    gx, gy = along_side(terrain, i0, j0, px, py, height, gx, gy, dx, dy, dz, a, taper, reach)
-                r = ((s + t) * dx + rx, (s + t) * dy + ry, (s + t) * dz + rz)
-                count = ground_contact(
-                    terrain, frame, contacts, keys, count, state, body, r, gap, (gx, gy),
-                    friction_at(terrain, i0, j0, px, py), k * CANDIDATES + m, step, True,
-                )  # fmt: skip
-    return count, earliest, whole
-
-
 @kernel
 def predict(state, dt, gravity, trial):
     """Axis of the log a step ahead of free motion: trial[0:3] direction, trial[3:6] centre of mass [m]."""
@@ -349,24 +200,3 @@ def predict(state, dt, gravity, trial):
     trial[0], trial[1], trial[2] = qx * scale, qy * scale, qz * scale
     trial[3], trial[4] = state[X] + dt * state[VX], state[Y] + dt * state[VY]
     trial[5] = state[Z] + dt * (state[VZ] - 0.5 * gravity * dt)
-
-
-@kernel
-def clearance(terrain, frame, state, body, stations):
-    """Gap [m] of the lowest ring over the tangent plane below it; not below 0, and 0 where there is no terrain."""
-    dx, dy, dz = state[DX], state[DY], state[DZ]
-    taper = (body[TIP_RADIUS] - body[BASE_RADIUS]) / body[LENGTH]
-    between = body[LENGTH] / (stations - 1)
-    lowest, least = math.inf, 0.0
-    for k in range(stations):
-        s = k * between - body[CENTRE]
-        a = body[BASE_RADIUS] + taper * k * between
-        height, gx, gy = surface(terrain, frame[0], frame[1], state[X] + s * dx, state[Y] + s * dy)
-        square = gx * gx + gy * gy
-        above = state[Z] + s * dz - height
-        gap = above - a * (1.0 + 0.5 * square)
-        if gap < lowest:
-            nz = 1.0 / math.sqrt(1.0 + square)
-            nd = nz * (dz - gx * dx - gy * dy)
-            lowest, least = gap, above * nz - a * math.sqrt(max(0.0, 1.0 - nd * nd))
-    return max(0.0, least)

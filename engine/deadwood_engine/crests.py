@@ -12,6 +12,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from .compiled import inlined, kernel
 from .limits import ALONG_GRID, BESIDE_CREST, CREST, LEAST_UPWARD, REFINED, WALL
 from .terrain import surface
@@ -45,9 +47,11 @@ def _highest(terrain, i0, j0, px, py, pz, lx, ly, lz, low, high, gap):
     Returns (gap, t, family of the grid line: 0 north-south, 1 east-west, -1 none, slope along the grid line). None
     where the line goes on coming nearer to the ground on one side: it touches farther along, as on a plane.
     """
+    heights = terrain.heights
+    rows, columns = heights.shape
     best, slope, family = 0.0, 0.0, -1
     for way in range(2):
-        p, along = (px, lx) if way == 0 else (py, ly)
+        p, q, along, across = (px, py, lx, ly) if way == 0 else (py, px, ly, lx)
         if abs(along) < ALONG_GRID:
             continue  # it would not tell which way the crest is touched
         to_t = terrain.cell / along
@@ -55,14 +59,21 @@ def _highest(terrain, i0, j0, px, py, pz, lx, ly, lz, low, high, gap):
         u, v = p + low / to_t, p + high / to_t
         for line in range(int(math.ceil(min(u, v))), int(math.floor(max(u, v))) + 1):
             t = (line - p) * to_t
-            height, gx, gy = surface(terrain, i0, j0, px + t * lx, py + t * ly)
-            here = pz + t * lz - height
+            place = (q + t * across) * terrain.inverse_cell
+            node = math.floor(place)
+            i, j = (i0 + line, j0 + int(node)) if way == 0 else (i0 + int(node), j0 + line)
+            if i < 0 or j < 0 or i >= columns - 1 or j >= rows - 1:
+                continue
+            # between its nodes a grid line is straight
+            height = np.float64(heights[j, i])
+            rise = np.float64(heights[j + 1, i] if way == 0 else heights[j, i + 1]) - height
+            here = pz + t * lz - height - rise * (place - node)
             if here < gap:
-                gap, best, slope, family = here, t, gy if way == 0 else gx, way
+                gap, best, slope, family = here, t, rise * terrain.inverse_cell, way
     if family >= 0:
         for side in range(2):
             t = best + (BESIDE_CREST if side == 0 else -BESIDE_CREST) * terrain.cell
-            height, gx, gy = surface(terrain, i0, j0, px + t * lx, py + t * ly)
+            height, _, _ = surface(terrain, i0, j0, px + t * lx, py + t * ly)
             if pz + t * lz - height < gap:
                 family = -1
     return gap, best, family, slope
@@ -80,12 +91,11 @@ def crest(terrain, i0, j0, cx, cy, cz, qx, qy, qz, ex, ey, ez, a, taper, low, hi
     """
     found, place, slope_x, slope_y = False, 0.0, 0.0, 0.0
     ox, oy, oz = ex, ey, ez
+    most = min(gap - CREST * a, REFINED * a)  # higher than that is no contact, even looked at once more
     for look in range(2):
         k = taper / a
         lx, ly, lz = qx + k * ex, qy + k * ey, qz + k * ez
-        near, t, family, slope = _highest(
-            terrain, i0, j0, cx + ex, cy + ey, cz + ez, lx, ly, lz, low, high, math.inf if found else gap - CREST * a
-        )
+        near, t, family, slope = _highest(terrain, i0, j0, cx + ex, cy + ey, cz + ez, lx, ly, lz, low, high, most)
         if family < 0:
             break
         if family == 0:
@@ -97,8 +107,9 @@ def crest(terrain, i0, j0, cx, cy, cz, qx, qy, qz, ex, ey, ez, a, taper, low, hi
             break
         found, place, gap, slope_x, slope_y = True, t, near, sx, sy
         ox, oy, oz = ex, ey, ez
-        if look == 1 or gap > REFINED * a:
+        if look == 1:
             break
+        most = math.inf
         # once more, with the lowest line as this crest has it, and only about there
         nd = qz - sx * qx - sy * qy  # times n_z, as the rest
         ex, ey, ez = nd * qx + sx, nd * qy + sy, nd * qz - 1.0

@@ -8,9 +8,10 @@ from . import barriers, lying_logs, trees
 from .cloud_contacts import cloud_clearance, cloud_terrain_contacts
 from .cloud_obstacles import cloud_obstacle_contacts
 from .compiled import inlined, kernel
-from .contacts import LYING, TREE, clearance, predict, terrain_contacts
+from .contacts import LYING, TREE, predict
 from .limits import NEAR_MARGIN
 from .log_body import BASE_RADIUS, CENTRE, LENGTH
+from .rings import clearance, terrain_contacts
 from .surroundings import BASE_X, BESIDE, LISTED, LYING_LOGS, OBSTACLES_WAKE, PLATES, RINGS_WAKE, TIP_X, TREES
 
 

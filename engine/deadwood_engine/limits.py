@@ -43,6 +43,7 @@ LEAST_UPWARD = 0.1  # [-] least upward part of a normal of the cone's side that 
 
 # Far from contact: planes above the terrain, over blocks of cells, tell how far a ring may move before it can touch
 LID_REACH = 1.0  # [m] least side of a block; a ring sleeps until the log could have moved so far, less its radius
+NEAR_WAY = 1.0  # [m] way of the log after which a ring below its lid asks for it again
 LID_SLACK = 1e-3  # [m] more than the rounding of a lid's float32 (0.1 mm at 1000 m above the reference)
 
 # Geometry

@@ -148,12 +148,9 @@ def friction_at(terrain, i0, j0, x, y):
 def lid_distance(terrain, i0, j0, x, y, z):
     """How far [m] a place in the frame of node (j0, i0) is above its block's lid; -inf where no lid holds."""
     lids, blocks = terrain.lids, terrain.lid_cells
-    i = i0 + int(math.floor(x * terrain.inverse_cell))
-    j = j0 + int(math.floor(y * terrain.inverse_cell))
-    if i < 0 or j < 0:
-        return -math.inf
-    bi, bj = i // blocks, j // blocks
-    if bi >= lids.shape[1] or bj >= lids.shape[0]:
+    bi = int(math.floor((i0 + x * terrain.inverse_cell) / blocks))
+    bj = int(math.floor((j0 + y * terrain.inverse_cell) / blocks))
+    if bi < 0 or bj < 0 or bi >= lids.shape[1] or bj >= lids.shape[0]:
         return -math.inf
     x -= (bi * blocks - i0) * terrain.cell
     y -= (bj * blocks - j0) * terrain.cell
