@@ -113,13 +113,17 @@ def place_logs(scene: Scene, logs: Logs, shape: Shape | None = None) -> Start:
             set_axis(each)
         lift_cloud(terrain, shape.cloud, frame, state, np.ascontiguousarray(logs.drop, float), np.zeros(9))
     else:
-        _lift(terrain, frame, state, body, logs.drop)
+        turn = np.pi * np.arange(32) / 16
+        _lift(terrain, frame, state, body, logs.drop, np.cos(turn), np.sin(turn))
     return Start(frame, state, body)
 
 
 @kernel
-def _lift(terrain, frame, state, body, drop):
-    """Set each log's height so that the least vertical gap of its surface points is ``drop``."""
+def _lift(terrain, frame, state, body, drop, cosine, sine):
+    """Set each log's height so that the least vertical gap of its surface points is ``drop``.
+
+    cosine, sine : of the angles of the points on a ring
+    """
     for n in range(state.shape[0]):
         dx, dy, dz = state[n, 13], state[n, 14], state[n, 15]
         length, centre = body[n, LENGTH], body[n, CENTRE]
@@ -133,8 +137,8 @@ def _lift(terrain, frame, state, body, drop):
             along = length * k / (rings - 1)
             a = body[n, BASE_RADIUS] + (body[n, TIP_RADIUS] - body[n, BASE_RADIUS]) * along / length
             s = along - centre
-            for m in range(32):
-                c, e = a * np.cos(np.pi * m / 16), a * np.sin(np.pi * m / 16)
+            for m in range(cosine.shape[0]):
+                c, e = a * cosine[m], a * sine[m]
                 height, _, _ = surface(
                     terrain, frame[n, 0], frame[n, 1], state[n, 0] + s * dx + c * lx + e * mx,
                     state[n, 1] + s * dy + c * ly + e * my,

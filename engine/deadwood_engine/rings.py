@@ -1,9 +1,9 @@
 """Contacts of a log with the terrain: candidate points on rings (stations) along its axis.
 
-On each ring, the point deepest along the local terrain normal, or the crest that stands highest under the ring's stretch
-of the side (``crests``), and two points at 45 degrees beside it, which find the walls of a channel; on the end faces,
-eight points of the rim and the middle. They are points of the smooth cone, not body-fixed vertices, so a log rolls without
-the rolling resistance of a polygon.
+On each ring, the point deepest along the local terrain normal, or the crest that stands highest under the ring's
+stretch of the side (``crests``), and two points at 45 degrees beside it, which find the walls of a channel; on the end
+faces, eight points of the rim and the middle. They are points of the smooth cone, not body-fixed vertices, so a log
+rolls without the rolling resistance of a polygon.
 """
 
 from __future__ import annotations
@@ -43,7 +43,8 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
     stations is the number of rings; those between the ends have 1 or 3 candidate ``points``. frame holds the log's node
     (column i0, row j0); step is that of the obstacles.
     trial[0:6] holds the predicted axis (direction, centre). path [m]: how far any point of the log can have moved so
-    far; advance [m]: in this step. A ring is not looked at before the path reaches its ``wake``; it is where that is negative, until the path reaches -wake.
+    far; advance [m]: in this step. A ring is not looked at before the path reaches its ``wake``; where that is negative
+    it is looked at in every step, and its lid not before the path reaches -wake.
     Returns (count, least wake of the rings [m], whether there is terrain below every ring).
     """
     dx, dy, dz = state[DX], state[DY], state[DZ]

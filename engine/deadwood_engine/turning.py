@@ -3,14 +3,15 @@
 A push works with the mean of the velocities before and after the step. Where the plane w0 = (n, r x n) that a contact
 moves along has turned to w1, the log approaches w1 by -delta = -v.(w1 - w0), and a push P along w1 works P delta / 2.
 Of P, the blow alone may do that: it takes delta^2 / (2 G), as an inelastic kink does. The rest bears the weight, square
-to the log's way. All of it along w1, a log that rocks in a hollow loses g dt delta / 2 at every turn: at 15 ms a log that
-swings in a smooth hollow for 40 s kept 70 % of its height, where the kinks of the DEM leave 94 %. So the push is along
+to the log's way. All of it along w1, a log that rocks in a hollow loses g dt delta / 2 at every turn: at 15 ms a log
+that swings in a smooth hollow for 40 s kept 70 % of its height, where the kinks of the DEM leave 94 %. So the push is
+along
 
     w = (1 - share) w0 + share w1,    share = (1 + blow) / 2,    blow = -delta / (g dt n_z - delta),
 
-with a target that keeps the log from w1 just the same. A blow without weight is along w1. Over convex ground (delta > 0)
-there is no blow while the weight holds the log down. Where a gap lets the log keep part of its approach, ``left``, to the
-next step, that part has not turned yet, and the plane that the log moves along by then is one between both.
+with a target that keeps the log from w1 just the same. A blow without weight is along w1. Over convex ground
+(delta > 0) there is no blow while the weight holds the log down. Where a gap lets the log keep part of its approach,
+``left``, to the next step, that part has not turned yet, and the plane that it moves along by then is one between both.
 """
 
 from __future__ import annotations

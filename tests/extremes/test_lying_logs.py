@@ -135,11 +135,11 @@ def test_a_lying_log_is_not_passed(at, fidelity, way, log, thick):
     scene = Scene.prepare(
         heights, cell, -60, -60, friction=0.25, lying_logs=lying(((0, -12), (0, 12), thick, 0.6 * thick))
     )
-    begin = shots(at, scene, at.body(*log), 16, 5, way=way, height=thick)
+    begin = shots(at, scene, at.body(*log), 20, 5, way=way, height=thick)
     result = run(at, scene, begin, fidelity)
     assert (result.tree_hits > 0).sum() >= 5
     thin = min(log[0], thick)
-    for row in range(16):
+    for row in range(20):
         assert not changed_sides(scene, begin, result, row)
         assert overlap(scene, begin, result, row, at) < 0.01 + 0.15 * thin
 
