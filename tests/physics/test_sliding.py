@@ -229,8 +229,8 @@ def test_a_log_swings_in_a_hollow(physics, fidelity):
     """Broadside to and fro for 40 s without friction: only the DEM's kinks take energy, at any step.
 
     Contacts whose push works while their plane turns leave 45 % (draft), 70 %, 87 % and 92 % of the height where
-    the kinks leave 94 %. Two per cent: a step of 70 ms meets a kink up to 0.2 m from where it is, and steps of 1 ms meet
-    144 kinks some 0.04 mm deep.
+    the kinks leave 94 %. Two per cent: a step of 70 ms meets a kink up to 0.2 m from where it is, and steps of 1 ms
+    meet 144 kinks some 0.04 mm deep.
     """
     nodes = np.arange(-20.0, 20.25, 0.5)
     heights, x, radius = nodes**2 / 40.0, 4.25, 0.2
@@ -239,8 +239,8 @@ def test_a_log_swings_in_a_hollow(physics, fidelity):
     centre = np.array([x, np.interp(x, nodes, heights)]) + radius * up / np.linalg.norm(up)
     begin = physics.start(scene, physics.body(2 * radius, 9.0, taper=1.0), (0, 1, 0), (centre[0], 0.0, centre[1]))
     result = physics.run(
-        scene, begin, fidelity=fidelity, time_limit=43.0, rest_speed=1e-6, keep_poses=np.ones(1, bool), trace_cells=0.01,
-        tolerance=1e-5,
+        scene, begin, fidelity=fidelity, time_limit=43.0, rest_speed=1e-6, keep_poses=np.ones(1, bool),
+        trace_cells=0.01, tolerance=1e-5,
     )  # fmt: skip
     late = np.abs(result.poses.time - 9 * np.pi * np.sqrt(20.0 / G)) < 1.0
     left = result.poses.position[late, 2].max() - centre[1] + np.interp(x, nodes, heights)
