@@ -29,7 +29,7 @@ NAMES = ("speed", "energy", "jump")
 @pytest.fixture(scope="module")
 def full(tmp_path_factory) -> Path:
     case = Case(tmp_path_factory.mktemp("case"))
-    return case.run(trees=case.trees, friction="0.3")
+    return case.run(trees=case.trees, friction="0.25")
 
 
 def made(run: Path, folder: Path, **changes) -> dict[str, np.ndarray]:
@@ -83,7 +83,7 @@ def test_every_cell_is_as_by_brute_force(full, expected, tmp_path, monkeypatch, 
     monkeypatch.setattr(cell_quantiles, "HITS_AT_ONCE", most)
     ours = made(full, tmp_path, cell_m=4.0)
     hits = raster(tmp_path / "hits.tif")[::-1]
-    assert hits.max() >= 8
+    assert hits.max() > 8
     for name in NAMES:
         assert np.array_equal(np.isnan(ours[name][0]), hits == 0), name
         assert np.allclose(ours[name], expected[name], rtol=1e-5, atol=1e-6, equal_nan=True), name
@@ -99,7 +99,7 @@ def test_a_subset_has_its_own_quantiles(full, tmp_path):
 def test_the_largest_is_the_runs_own_maximum(full, tmp_path):
     """The 100 % quantile at the run's cells, beside the rasters that watched every step: hardly ever above them, and
     mostly the same. Speed stands in the rasters at the middle of a step, in poses at its end: half a step of g apart,
-    0.4 m/s at draft's 80 ms. Where a log hits a tree just after a pose, that pose's speed counts for what follows."""
+    0.34 m/s at draft's 70 ms. Where a log hits a tree just after a pose, that pose's speed counts for what follows."""
     ours = made(full, tmp_path, quantiles="100")
     for name, slack, more in (("speed", 0.0, 0.4), ("energy", 0.25, 0.1), ("jump", 1e-5, 1e-3)):
         runs = raster(full / f"{name}_max.tif")[::-1]

@@ -169,9 +169,6 @@ def test_certified_rest_is_rest(at, fidelity):
 
     (Let go from their last pose alone one in sixty slips, in any row: friction among several contacts has many
     solutions, and what held them is in the impulses.)
-
-    One log of these sixty, at fine, rocks for 90 s by millimetres a second where a crest comes and goes as its contact,
-    and settles 2 cm farther on: without the certificate, not with it.
     """
     rng = np.random.default_rng(8)
     heights = 0.55 * np.arange(140)[:, None] + 0.4 * rng.random((140, 100))
@@ -188,8 +185,7 @@ def test_certified_rest_is_rest(at, fidelity):
     row = FIDELITIES[fidelity]
     creep = row.tolerance * 9.81 * row.time_step * (180.0 - result.duration[ended])
     moved = np.linalg.norm(later.end_position - result.end_position, axis=1)[ended]
-    assert np.sum(moved >= 1e-3 + creep) <= 1
-    assert (moved - creep).max() < 0.03, (
+    assert (moved < 1e-3 + creep).all(), (
         f"log {ended[moved.argmax()]} moved {moved.max():.2f} m after {at.reasons(result)[ended[moved.argmax()]]}"
     )
 
