@@ -64,6 +64,7 @@ REST_TRAVEL = 0.05  # [-] of rest_speed * REST_WINDOW (2.5 mm at the default): a
 REST_ACCELERATION = 1e-5  # [-] of g: the frozen log, let go, must not start faster than this (certificate)
 REST_STEP = 0.01  # [s] longest step of the certificate
 REST_SWEEPS = 1000  # sweeps granted to the certificate's solve
+REST_LOOK = 20  # of these, between two looks at whether the log will come to rest in them at all
 ROCKING_WINDOW = 5.0  # [s] a log that rocks in place (rolling costs it nothing) is watched for two of these
 ROCKING_GROWTH = (
     1.02  # [-] its peak energy may not grow from one to the next (a log that starts to slide quadruples it)

@@ -122,14 +122,15 @@ def disc_nearest(a, cosine, tl, tm):
     b = a * abs(cosine)
     if (tl / a) ** 2 + (tm / max(b, 1e-300)) ** 2 <= 1.0:
         return 0.0, 0.0
+    # the root of |point in units of the half axes| = 1; Newton on one over it, which is all but a straight line in t
     t = max(0.0, a * abs(tl) - a * a, b * abs(tm) - b * b)
     for _ in range(40):
         p, q = a * tl / (t + a * a), b * tm / (t + b * b) if b > 0.0 else 0.0
-        excess = p * p + q * q - 1.0
-        if excess <= 1e-14:
+        size = math.sqrt(p * p + q * q)
+        if size - 1.0 <= 1e-14:
             break
-        slope = -2.0 * (p * p / (t + a * a) + (q * q / (t + b * b) if b > 0.0 else 0.0))
-        advance = -excess / slope
+        slope = p * p / (t + a * a) + (q * q / (t + b * b) if b > 0.0 else 0.0)
+        advance = size * size * (size - 1.0) / slope
         t += advance
         if advance <= 1e-15 * (t + a * a):
             break
@@ -139,7 +140,7 @@ def disc_nearest(a, cosine, tl, tm):
 
 
 @inlined
-def _end_contact(terrain, frame, tree, item, end, contacts, keys, count, state, body, trial, step):
+def _end_contact(terrain, frame, tree, item, end, contacts, keys, count, state, body, trial, step, advance):
     """Contact of one end face (0 base, 1 tip) with a tree; returns (count, whether the tree entered by this face).
 
     In plan the face is an ellipse, and its outer half is the outline's end. A tree whose axis is outside meets the
@@ -153,10 +154,12 @@ def _end_contact(terrain, frame, tree, item, end, contacts, keys, count, state, 
     s = -body[CENTRE] if end == 0 else body[LENGTH] - body[CENTRE]
     a = body[BASE_RADIUS] if end == 0 else body[TIP_RADIUS]
     ex, ey, ez = trial[3] + s * dx, trial[4] + s * dy, trial[5] + s * dz
-    sine = math.sqrt(dx * dx + dy * dy)
-    # the tree's top under the face: a log that lands on a stump
     away = math.sqrt((ex - x) ** 2 + (ey - y) ** 2)
     tip = radius + slope * (top - foot)
+    if away > 2.0 * a + max(radius, tip) + advance:
+        return count, False  # neither touched nor entered in this step
+    sine = math.sqrt(dx * dx + dy * dy)
+    # the tree's top under the face: a log that lands on a stump
     share = min(1.0, tip / away) if away > 0.0 else 0.0
     px, py = x + share * (ex - x), y + share * (ey - y)
     gap, there = pierced_end(state, body, trial, end, px, py, top)
@@ -278,13 +281,15 @@ def _nearest(pose, body, tree):
 
 
 @inlined
-def _contacts_at(terrain, frame, tree, item, contacts, keys, count, state, body, pose, step):
+def _contacts_at(terrain, frame, tree, item, contacts, keys, count, state, body, pose, step, advance):
     """Contacts of one pose with one tree."""
     lower = min(pose[5] - body[CENTRE] * pose[2], pose[5] + (body[LENGTH] - body[CENTRE]) * pose[2])
     if lower - body[BASE_RADIUS] > tree[TOP]:
         return count
-    count, by_base = _end_contact(terrain, frame, tree, item, 0, contacts, keys, count, state, body, pose, step)
-    count, by_tip = _end_contact(terrain, frame, tree, item, 1, contacts, keys, count, state, body, pose, step)
+    count, by_base = _end_contact(
+        terrain, frame, tree, item, 0, contacts, keys, count, state, body, pose, step, advance
+    )
+    count, by_tip = _end_contact(terrain, frame, tree, item, 1, contacts, keys, count, state, body, pose, step, advance)
     if by_base or by_tip:
         return count
     return _side_contact(terrain, frame, tree, item, contacts, keys, count, state, body, pose, step)
@@ -353,7 +358,7 @@ def contacts_with(
             if clear < 0.0:
                 found = _contacts_at(
                     terrain, frame, tree, item, contacts, keys, before, state, body, pose,
-                    (step[0], step[1], step[2], step[3], at),
+                    (step[0], step[1], step[2], step[3], at), advance,
                 )  # fmt: skip
             if found > before:
                 count, time = found, at
