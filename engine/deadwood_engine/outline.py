@@ -81,6 +81,7 @@ def convex_hull(points, count, hull):
 def hull_rows(hull, size, x0, y0, cell, part, left, right):
     """Columns that a convex hull overlaps in each raster row: left[j] to right[j]; returns first and last row.
 
+    hull : counter-clockwise; columns 2 and 3 are room for its vertices in cells
     part : first column and row, number of columns and rows, of the raster within the whole that (x0, y0) belongs to.
     What is returned counts from there, but is computed in the whole, so that every part of it gives the same bits.
     Rows and columns outside the part are cut off; an empty range has first > last, an empty row left > right.
@@ -88,25 +89,30 @@ def hull_rows(hull, size, x0, y0, cell, part, left, right):
     column, row, columns, rows = part
     low, high = math.inf, -math.inf
     for k in range(size):
-        y = (hull[k, 1] - y0) / cell + 0.5
-        low, high = min(low, y), max(high, y)
+        hull[k, 2], hull[k, 3] = (hull[k, 0] - x0) / cell + 0.5, (hull[k, 1] - y0) / cell + 0.5
+        low, high = min(low, hull[k, 3]), max(high, hull[k, 3])
     first, last = max(row, int(math.floor(low))), min(row + rows - 1, int(math.floor(high)))
     for j in range(first - row, last - row + 1):
         left[j], right[j] = columns, -1
     for k in range(size):
         m = k + 1 if k + 1 < size else 0
-        ax, ay = (hull[k, 0] - x0) / cell + 0.5, (hull[k, 1] - y0) / cell + 0.5
-        bx, by = (hull[m, 0] - x0) / cell + 0.5, (hull[m, 1] - y0) / cell + 0.5
+        ax, ay, bx, by = hull[k, 2], hull[k, 3], hull[m, 2], hull[m, 3]
+        # counter-clockwise, what goes up is the hull's right side, what goes down its left
+        rightward, leftward = by >= ay, by <= ay
         if ay > by:
             ax, ay, bx, by = bx, by, ax, ay
         slope = (bx - ax) / (by - ay) if by > ay else 0.0
+        upper = slope >= 0.0 if rightward else slope <= 0.0  # end of a row's piece that reaches out farther
         for j in range(max(first, int(math.floor(ay))), min(last, int(math.floor(by))) + 1):
-            p = ax if ay >= j else ax + slope * (j - ay)
-            q = bx if by <= j + 1 else ax + slope * (j + 1 - ay)
-            if p > q:
-                p, q = q, p
-            left[j - row] = min(left[j - row], max(0, int(math.floor(p)) - column))
-            right[j - row] = max(right[j - row], min(columns - 1, int(math.floor(q)) - column))
+            if upper:
+                x = bx if by <= j + 1 else ax + slope * (j + 1 - ay)
+            else:
+                x = ax if ay >= j else ax + slope * (j - ay)
+            if leftward:
+                left[j - row] = min(left[j - row], max(0, int(math.floor(x if by > ay else min(ax, bx))) - column))
+            if rightward:
+                x = x if by > ay else max(ax, bx)
+                right[j - row] = max(right[j - row], min(columns - 1, int(math.floor(x)) - column))
     return first - row, last - row
 
 
