@@ -16,7 +16,7 @@ import numpy as np
 
 from .compiled import inlined, kernel
 from .limits import ALONG_GRID, BESIDE_CREST, CREST, LEAST_UPWARD, REFINED, WALL
-from .terrain import surface
+from .terrain import bilinear, surface
 
 
 @inlined
@@ -41,25 +41,24 @@ def along_side(terrain, i0, j0, px, py, height, gx, gy, dx, dy, dz, a, taper, re
 
 
 @kernel
-def _highest(terrain, i0, j0, px, py, pz, lx, ly, lz, low, high, gap):
+def _highest(heights, cell, inverse_cell, i0, j0, px, py, pz, lx, ly, lz, low, high, gap):
     """Of the line p + t l's crossings with grid lines, t in [low, high], the one least above ground, if below ``gap``.
 
     Returns (gap, t, family of the grid line: 0 north-south, 1 east-west, -1 none, slope along the grid line). None
     where the line goes on coming nearer to the ground on one side: it touches farther along, as on a plane.
     """
-    heights = terrain.heights
     rows, columns = heights.shape
     best, slope, family = 0.0, 0.0, -1
     for way in range(2):
         p, q, along, across = (px, py, lx, ly) if way == 0 else (py, px, ly, lx)
         if abs(along) < ALONG_GRID:
             continue  # it would not tell which way the crest is touched
-        to_t = terrain.cell / along
-        p *= terrain.inverse_cell
+        to_t = cell / along
+        p *= inverse_cell
         u, v = p + low / to_t, p + high / to_t
         for line in range(int(math.ceil(min(u, v))), int(math.floor(max(u, v))) + 1):
             t = (line - p) * to_t
-            place = (q + t * across) * terrain.inverse_cell
+            place = (q + t * across) * inverse_cell
             node = math.floor(place)
             i, j = (i0 + line, j0 + int(node)) if way == 0 else (i0 + int(node), j0 + line)
             if i < 0 or j < 0 or i >= columns - 1 or j >= rows - 1:
@@ -69,11 +68,11 @@ def _highest(terrain, i0, j0, px, py, pz, lx, ly, lz, low, high, gap):
             rise = np.float64(heights[j + 1, i] if way == 0 else heights[j, i + 1]) - height
             here = pz + t * lz - height - rise * (place - node)
             if here < gap:
-                gap, best, slope, family = here, t, rise * terrain.inverse_cell, way
+                gap, best, slope, family = here, t, rise * inverse_cell, way
     if family >= 0:
         for side in range(2):
-            t = best + (BESIDE_CREST if side == 0 else -BESIDE_CREST) * terrain.cell
-            height, _, _ = surface(terrain, i0, j0, px + t * lx, py + t * ly)
+            t = best + (BESIDE_CREST if side == 0 else -BESIDE_CREST) * cell
+            height, _, _ = bilinear(heights, inverse_cell, i0, j0, px + t * lx, py + t * ly)
             if pz + t * lz - height < gap:
                 family = -1
     return gap, best, family, slope
@@ -95,7 +94,10 @@ def crest(terrain, i0, j0, cx, cy, cz, qx, qy, qz, ex, ey, ez, a, taper, low, hi
     for look in range(2):
         k = taper / a
         lx, ly, lz = qx + k * ex, qy + k * ey, qz + k * ez
-        near, t, family, slope = _highest(terrain, i0, j0, cx + ex, cy + ey, cz + ez, lx, ly, lz, low, high, most)
+        near, t, family, slope = _highest(
+            terrain.heights, terrain.cell, terrain.inverse_cell, i0, j0, cx + ex, cy + ey, cz + ez, lx, ly, lz, low, high,
+            most,
+        )  # fmt: skip
         if family < 0:
             break
         if family == 0:

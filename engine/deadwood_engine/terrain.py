@@ -30,7 +30,7 @@ class Terrain(NamedTuple):
     roughness : [m], same shape; how far the 3 x 3 cells around a cell rise above its tangent plane, at most
     lids : float32, shape (blocks north, blocks east, 4); over each block of ``lid_cells`` cells a plane (normal x, y,
         z; distance from the block's south-west node) that no terrain in the 3 x 3 blocks around it rises above
-    lid_cells : cells along a block's side
+    lid_cells : cells along a block's side; inverse_block : [1/m] one over that side
     friction : Coulomb's coefficient [-], shape (1, 1) when it is the same everywhere, else the shape of heights
     cell, inverse_cell : cell size [m] and one over it
     x0, y0 : world position of the centre of cell (0, 0) of the whole DEM [m]
@@ -42,6 +42,7 @@ class Terrain(NamedTuple):
     roughness: np.ndarray
     lids: np.ndarray
     lid_cells: int
+    inverse_block: float
     friction: np.ndarray
     cell: float
     inverse_cell: float
@@ -94,7 +95,7 @@ def prepare(
     lids = np.zeros((-(-relative.shape[0] // lid_cells), -(-relative.shape[1] // lid_cells), 4), np.float32)
     lids_of(relative, float(cell), lid_cells, lids)
     return Terrain(
-        relative, roughness, lids, lid_cells, mu,
+        relative, roughness, lids, lid_cells, 1.0 / (lid_cells * float(cell)), mu,
         float(cell), 1.0 / float(cell), float(x0), float(y0), *first, reference,
     )  # fmt: skip
 
@@ -102,13 +103,18 @@ def prepare(
 @kernel
 def surface(terrain, i0, j0, x, y):
     """Height and gradient of the bilinear surface at a place in the frame of node (j0, i0); NaN outside."""
-    u = x * terrain.inverse_cell
-    v = y * terrain.inverse_cell
+    return bilinear(terrain.heights, terrain.inverse_cell, i0, j0, x, y)
+
+
+@kernel
+def bilinear(heights, inverse_cell, i0, j0, x, y):
+    """``surface``, for kernels that are not inlined: a terrain's forty words on the stack cost as much as the look."""
+    u = x * inverse_cell
+    v = y * inverse_cell
     iu = math.floor(u)
     jv = math.floor(v)
     i = i0 + int(iu)
     j = j0 + int(jv)
-    heights = terrain.heights
     if i < 0 or j < 0 or i >= heights.shape[1] - 1 or j >= heights.shape[0] - 1:
         return math.nan, 0.0, 0.0
     fu = u - iu
@@ -123,7 +129,7 @@ def surface(terrain, i0, j0, x, y):
     twist = h11 - h10 - by
     gx = bx + twist * fv
     gy = by + twist * fu
-    return h00 + bx * fu + gy * fv, gx * terrain.inverse_cell, gy * terrain.inverse_cell
+    return h00 + bx * fu + gy * fv, gx * inverse_cell, gy * inverse_cell
 
 
 @kernel
@@ -147,14 +153,15 @@ def friction_at(terrain, i0, j0, x, y):
 @kernel
 def lid_distance(terrain, i0, j0, x, y, z):
     """How far [m] a place in the frame of node (j0, i0) is above its block's lid; -inf where no lid holds."""
-    lids, blocks = terrain.lids, terrain.lid_cells
-    bi = int(math.floor((i0 + x * terrain.inverse_cell) / blocks))
-    bj = int(math.floor((j0 + y * terrain.inverse_cell) / blocks))
+    lids, block = terrain.lids, terrain.lid_cells * terrain.cell
+    x += i0 * terrain.cell
+    y += j0 * terrain.cell
+    i, j = math.floor(x * terrain.inverse_block), math.floor(y * terrain.inverse_block)
+    bi, bj = int(i), int(j)
     if bi < 0 or bj < 0 or bi >= lids.shape[1] or bj >= lids.shape[0]:
         return -math.inf
-    x -= (bi * blocks - i0) * terrain.cell
-    y -= (bj * blocks - j0) * terrain.cell
-    return lids[bj, bi, 0] * x + lids[bj, bi, 1] * y + lids[bj, bi, 2] * z - lids[bj, bi, 3]
+    lid = lids[bj, bi]
+    return lid[0] * (x - i * block) + lid[1] * (y - j * block) + lid[2] * z - lid[3]
 
 
 @kernel
