@@ -48,6 +48,7 @@ from .contacts import (
     NY,
     NZ,
     OLD_IMPULSE,
+    OLD_ROW,
     PN,
     PT,
     PU,
@@ -219,44 +220,57 @@ def turn_around(contacts, keys, count):
 
 
 @inlined
-def warm_start(contacts, keys, count, state, old_keys, old_contacts, old_count, ratio):
-    """Start each contact from its impulse of the step before, turned into its new frame and put back on its cone.
+def find_old(contacts, keys, count, old_keys, old_count):
+    """Enter each contact's row among those of the step before.
 
-    Impulses scale with the ratio of the time steps. Both lists run in the same order, so the search goes on from the
-    last find.
+    Both lists run in the same order, so the search goes on from the last find.
     """
     at = 0
     for k in range(count):
+        contacts[k, OLD_ROW] = -1.0
         for tried in range(old_count):
             m = at + tried
             if m >= old_count:
                 m -= old_count
             if old_keys[m, 1] == keys[k, 1] and old_keys[m, 0] == keys[k, 0] and old_keys[m, 2] == keys[k, 2]:
                 at = m + 1 if m + 1 < old_count else 0
-                c = contacts[k]
-                px, py, pz = ratio * old_contacts[m, 0], ratio * old_contacts[m, 1], ratio * old_contacts[m, 2]
-                pn = c[NX] * px + c[NY] * py + c[NZ] * pz
-                if pn <= 0.0:
-                    break
-                pt = c[TX] * px + c[TY] * py + c[TZ] * pz
-                pu = c[UX] * px + c[UY] * py + c[UZ] * pz
-                size = math.sqrt(pt * pt + pu * pu)
-                if size > c[MU] * pn:
-                    pt *= c[MU] * pn / size
-                    pu *= c[MU] * pn / size
-                c[PN], c[PT], c[PU] = pn, pt, pu
-                state[VX] += c[NX] * pn + c[TX] * pt + c[UX] * pu
-                state[VY] += c[NY] * pn + c[TY] * pt + c[UY] * pu
-                state[VZ] += c[NZ] * pn + c[TZ] * pt + c[UZ] * pu
-                state[WX] += c[BNX] * pn + c[BTX] * pt + c[BUX] * pu
-                state[WY] += c[BNY] * pn + c[BTY] * pt + c[BUY] * pu
-                state[WZ] += c[BNZ] * pn + c[BTZ] * pt + c[BUZ] * pu
+                contacts[k, OLD_ROW] = m
                 break
 
 
 @inlined
-def remember(contacts, keys, count, state, old_keys, old_contacts):
-    """Keep what the next step's warm start and turns need of the loaded contacts; returns how many."""
+def warm_start(contacts, count, state, old_contacts, ratio):
+    """Start each contact from its impulse of the step before, turned into its new frame and put back on its cone.
+
+    Impulses scale with the ratio of the time steps.
+    """
+    for k in range(count):
+        c = contacts[k]
+        if c[OLD_ROW] < 0.0:
+            continue
+        old = old_contacts[int(c[OLD_ROW])]
+        px, py, pz = ratio * old[OLD_IMPULSE], ratio * old[OLD_IMPULSE + 1], ratio * old[OLD_IMPULSE + 2]
+        pn = c[NX] * px + c[NY] * py + c[NZ] * pz
+        if pn <= 0.0:
+            continue
+        pt = c[TX] * px + c[TY] * py + c[TZ] * pz
+        pu = c[UX] * px + c[UY] * py + c[UZ] * pz
+        size = math.sqrt(pt * pt + pu * pu)
+        if size > c[MU] * pn:
+            pt *= c[MU] * pn / size
+            pu *= c[MU] * pn / size
+        c[PN], c[PT], c[PU] = pn, pt, pu
+        state[VX] += c[NX] * pn + c[TX] * pt + c[UX] * pu
+        state[VY] += c[NY] * pn + c[TY] * pt + c[UY] * pu
+        state[VZ] += c[NZ] * pn + c[TZ] * pt + c[UZ] * pu
+        state[WX] += c[BNX] * pn + c[BTX] * pt + c[BUX] * pu
+        state[WY] += c[BNY] * pn + c[BTY] * pt + c[BUY] * pu
+        state[WZ] += c[BNZ] * pn + c[BTZ] * pt + c[BUZ] * pu
+
+
+@inlined
+def remember(contacts, keys, count, state, old_keys, old_contacts, turning):
+    """Keep what the next step's warm start, and its turns if there are any, need of the loaded contacts: how many."""
     kept = 0
     for k in range(count):
         c = contacts[k]
@@ -267,6 +281,7 @@ def remember(contacts, keys, count, state, old_keys, old_contacts):
             old[OLD_IMPULSE] = c[NX] * pn + c[TX] * pt + c[UX] * pu
             old[OLD_IMPULSE + 1] = c[NY] * pn + c[TY] * pt + c[UY] * pu
             old[OLD_IMPULSE + 2] = c[NZ] * pn + c[TZ] * pt + c[UZ] * pu
-            remember_plane(old, c, state)
+            if turning:
+                remember_plane(old, c, state)
             kept += 1
     return kept

@@ -12,6 +12,7 @@ Layout of the contact table (one row a contact, world axes, per unit of mass):
     SHIFT s of the friction disc (``disc_impulse``) in the sweep before
     PLANE_N, PLANE_R normal and point of the plane ahead, three each; FROM_N, FROM_R of that which the log moves along;
     TURN [m/s] its approach to the plane ahead that comes of the difference (``turning``); 0 where there is none
+    OLD_ROW row of the same contact among those kept of the step before (``find_old``), -1 where it is new
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ RX, RY, RZ, NX, NY, NZ, TX, TY, TZ, UX, UY, UZ = range(12)
 ANX, ANY, ANZ, ATX, ATY, ATZ, AUX, AUY, AUZ = range(12, 21)
 BNX, BNY, BNZ, BTX, BTY, BTZ, BUX, BUY, BUZ = range(21, 30)
 PN, PT, PU, GNN, GTT, GUU, GNT, GNU, GTU, TARGET, GAP, MU, BEFORE_N, BEFORE_T, BEFORE_U, SHIFT = range(30, 46)
-PLANE_N, PLANE_R, FROM_N, FROM_R, TURN, CONTACT_WIDTH = 46, 49, 52, 55, 58, 59
+PLANE_N, PLANE_R, FROM_N, FROM_R, TURN, OLD_ROW, CONTACT_WIDTH = 46, 49, 52, 55, 58, 59, 60
 # What is kept of a loaded contact for the next step: its impulse in the world, the plane that the log
 # then moves along, and the velocity along its normal
 OLD_IMPULSE, OLD_N, OLD_R, OLD_SPEED, OLD_WIDTH = 0, 3, 6, 9, 10

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 from .compiled import kernel
-from .contact_solver import solve, warm_start
+from .contact_solver import find_old, solve, warm_start
 from .contacts import PN, TARGET, TERRAIN
 from .detection import find_contacts, owner_of
 from .limits import REST_ACCELERATION, REST_LOOK, REST_STEP, REST_SWEEPS
@@ -52,9 +52,8 @@ def stays(scene, frame, state, body, stations, settings, path, scratch, old_coun
     for k in range(count):
         scratch.contacts[k, TARGET] = 0.0  # what would touch within this step counts as touching
     trial[VZ] -= 0.5 * settings.gravity * dt
-    warm_start(
-        scratch.contacts, scratch.keys, count, trial, scratch.old_keys, scratch.old_contacts, old_count, ratio * dt
-    )
+    find_old(scratch.contacts, scratch.keys, count, scratch.old_keys, old_count)
+    warm_start(scratch.contacts, count, trial, scratch.old_contacts, ratio * dt)
     allowed = REST_ACCELERATION * settings.gravity * dt
     used, still = 0, False
     while used < REST_SWEEPS and not still:

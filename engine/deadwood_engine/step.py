@@ -17,7 +17,7 @@ import math
 
 from .asymmetric_top import energy_of, move_freely
 from .compiled import kernel
-from .contact_solver import remember, solve, turn_around, warm_start
+from .contact_solver import find_old, remember, solve, turn_around, warm_start
 from .contacts import GAP, PN, TERRAIN
 from .detection import find_contacts, lowest_gap, owner_of
 from .energy import impulse_work, take_no_energy
@@ -111,10 +111,11 @@ def slide_log(
             count, travel, on_terrain = find_contacts(
                 scene, frame, state, body, stations, settings, dt, path, advance, scratch, True
             )
+            find_old(scratch.contacts, scratch.keys, count, scratch.old_keys, old_count)
             if scene.cloud is None:  # the points of a cloud turn with it
                 turn_contacts(
-                    scratch.contacts, scratch.keys, count, state, body, scratch.old_keys, scratch.old_contacts,
-                    old_count, gravity * kick, 0.5 * gravity * before, LEAST_TURN * gravity * dt,
+                    scratch.contacts, scratch.keys, count, state, body, scratch.old_contacts,
+                    gravity * kick, 0.5 * gravity * before, LEAST_TURN * gravity * dt,
                 )  # fmt: skip
             if settings.backward:
                 turn_around(scratch.contacts, scratch.keys, count)
@@ -124,10 +125,8 @@ def slide_log(
             for k in range(6):
                 scratch.free[k] = state[VX + k]
             if settings.restitution == 0.0:
-                warm_start(
-                    scratch.contacts, scratch.keys, count, state, scratch.old_keys, scratch.old_contacts, old_count,
-                    kick / last_kick if last_kick > 0.0 else 0.0,
-                )  # fmt: skip
+                ratio = kick / last_kick if last_kick > 0.0 else 0.0
+                warm_start(scratch.contacts, count, state, scratch.old_contacts, ratio)
             tolerance = settings.tolerance * gravity * dt + 1e-15
             used, residual = solve(scratch.contacts, count, state, tolerance, settings.sweeps)
             summary[SWEEPS] += used
@@ -183,7 +182,9 @@ def slide_log(
         else:
             pressed = False
             summary[AIRBORNE] += 1
-        old_count = remember(scratch.contacts, scratch.keys, count, state, scratch.old_keys, scratch.old_contacts)
+        old_count = remember(
+            scratch.contacts, scratch.keys, count, state, scratch.old_keys, scratch.old_contacts, scene.cloud is None
+        )
         before, last_kick = dt, kick
         speed = math.sqrt(state[VX] ** 2 + state[VY] ** 2 + state[VZ] ** 2)
         energy = energy_of(state, body)

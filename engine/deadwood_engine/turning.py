@@ -27,6 +27,7 @@ from .contacts import (
     NZ,
     OLD_N,
     OLD_R,
+    OLD_ROW,
     OLD_SPEED,
     PLANE_N,
     PLANE_R,
@@ -79,34 +80,31 @@ def remember_plane(old, c, state):
 
 
 @inlined
-def turn_contacts(contacts, keys, count, state, body, old_keys, old_contacts, old_count, kick, fall, least):
+def turn_contacts(contacts, keys, count, state, body, old_contacts, kick, fall, flat):
     """Push along the plane between the last step's and the one ahead, where a ground contact of both is loaded.
 
     kick : [m/s] of gravity in this step; fall : [m/s] the part of it that the velocities hold already
-    least : [m/s] smaller turns are none
+    flat : [m/s] smaller turns are none
     """
     for k in range(count):
-        if keys[k, 0] != TERRAIN:
-            continue
         c = contacts[k]
-        for m in range(old_count):
-            if old_keys[m, 1] != keys[k, 1] or old_keys[m, 0] != TERRAIN:
-                continue
-            old, target = old_contacts[m], c[TARGET]
-            delta = c[BEFORE_N] + fall * c[NZ] - old[OLD_SPEED]
-            size = abs(delta)
-            if size <= least or target > 0.0:
-                break
-            left = max(target, -size)  # what the gap ahead has room for
-            taken = left - delta
-            blow = taken / (kick * c[NZ] + taken) if taken > 0.0 else 0.0
-            share = min(1.0, max(0.0, 0.5 * (1.0 + blow - (1.0 - blow) * left / delta)))
-            c[TURN] = delta
-            for q in range(3):
-                c[FROM_N + q], c[FROM_R + q] = old[OLD_N + q], old[OLD_R + q]
-                c[NX + q] = (1.0 - share) * old[OLD_N + q] + share * c[NX + q]
-                c[RX + q] = (1.0 - share) * old[OLD_R + q] + share * c[RX + q]
-            unit_normal(c, NX)
-            set_frame(c, state, body, True)
-            c[TARGET] = target - (1.0 - share) * delta
-            break
+        target = c[TARGET]
+        if keys[k, 0] != TERRAIN or c[OLD_ROW] < 0.0 or target > 0.0:
+            continue
+        old = old_contacts[int(c[OLD_ROW])]
+        delta = c[BEFORE_N] + fall * c[NZ] - old[OLD_SPEED]
+        size = abs(delta)
+        if size <= flat:
+            continue
+        left = max(target, -size)  # what the gap ahead has room for
+        taken = left - delta
+        blow = taken / (kick * c[NZ] + taken) if taken > 0.0 else 0.0
+        share = min(1.0, max(0.0, 0.5 * (1.0 + blow - (1.0 - blow) * left / delta)))
+        c[TURN] = delta
+        for q in range(3):
+            c[FROM_N + q], c[FROM_R + q] = old[OLD_N + q], old[OLD_R + q]
+            c[NX + q] = (1.0 - share) * old[OLD_N + q] + share * c[NX + q]
+            c[RX + q] = (1.0 - share) * old[OLD_R + q] + share * c[RX + q]
+        unit_normal(c, NX)
+        set_frame(c, state, body, True)
+        c[TARGET] = target - (1.0 - share) * delta
