@@ -95,8 +95,8 @@ def crest(terrain, i0, j0, cx, cy, cz, qx, qy, qz, ex, ey, ez, a, taper, low, hi
         k = taper / a
         lx, ly, lz = qx + k * ex, qy + k * ey, qz + k * ez
         near, t, family, slope = _highest(
-            terrain.heights, terrain.cell, terrain.inverse_cell, i0, j0, cx + ex, cy + ey, cz + ez, lx, ly, lz, low, high,
-            most,
+            terrain.heights, terrain.cell, terrain.inverse_cell, i0, j0, cx + ex, cy + ey, cz + ez, lx, ly, lz,
+            low, high, most,
         )  # fmt: skip
         if family < 0:
             break
