@@ -1,6 +1,6 @@
 """Write the page (README.md here), its figures, and the table in the repository's README, from the results file.
 
-Every number comes from ``results.json``; a sentence that judges is chosen by the numbers, not by a hand.
+Every number comes from ``results.json``; what judges them is in ``verdicts``.
 """
 
 from __future__ import annotations
@@ -10,30 +10,14 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
-from . import figures, study, tables
+from . import figures, study, tables, verdicts
 from .settings import FACTORS
+from .tables import number
 
 HERE = Path(__file__).parent
 PAGE, TEMPLATE, README = HERE / "README.md", HERE / "page_template.md", HERE.parent / "README.md"
 MARKS = re.compile(r"(<!-- measured: benchmarks\b[^>]*-->\n).*?(<!-- end of measured: benchmarks -->)", re.S)
 Row = dict[str, Any]
-
-
-def table(head: list[str], rows: list[list[str]]) -> str:
-    """A Markdown table; says so where nothing has been measured."""
-    if not rows:
-        return "*Not measured yet.*"
-    return "\n".join("| " + " | ".join(line) + " |" for line in [head, ["---"] * len(head), *rows])
-
-
-def number(value: float) -> str:
-    """Three digits, without trailing noise."""
-    return f"{value:.3g}"
-
-
-def span(values: list[float]) -> str:
-    """Least and largest of some values."""
-    return f"{number(min(values))} to {number(max(values))}" if len(values) > 1 else number(values[0])
 
 
 def provenance(results: Row) -> str:
@@ -74,16 +58,16 @@ def fidelity_table(results: Row) -> str:
         rows.append(
             [
                 f"`{name}`",
-                span([e["cpu_ms_per_log"] for e in entries]),
+                tables.span([e["cpu_ms_per_log"] for e in entries]),
                 f"{tables.relative_cost(results, name):.2g}",
                 *(compared if found else ["0, by definition", "", ""]),
-                span(hits) if hits else "",
+                tables.span(hits) if hits else "",
                 f"{100 * max(d['median'] for d in deep):.1f} / {100 * max(d['max'] for d in deep):.0f}",
             ]
         )
     head = ["fidelity", "CPU ms a log", "cost", "reach minus `reference`, mean of scenes [points]", "worst scene"]
     head += ["as much as mu", "hit raster, distance / noise", "penetration, median / deepest [cm]"]
-    return table(head, rows)
+    return tables.table(head, rows)
 
 
 def factor_table(results: Row) -> str:
@@ -104,7 +88,7 @@ def factor_table(results: Row) -> str:
         if row["group"] != "fidelity"
     ]
     head = ["factor", "setting", "against", "cost", "difference of reach, mean of scenes [points]", "worst scene"]
-    return table([*head, "as much as mu", "logs that disagree", "logs a scene"], rows)
+    return tables.table([*head, "as much as mu", "logs that disagree", "logs a scene"], rows)
 
 
 def scene_table(results: Row) -> str:
@@ -117,7 +101,7 @@ def scene_table(results: Row) -> str:
         worst = f"{tables.points(f['worst_line']['delta'])} at y {f['worst_line']['y']:g} m" if f else ""
         rows.append([*row, tables.with_interval(f["reach"]) if f else "", worst])
     head = ["scene", "fidelity", "logs", "CPU ms a log", "µs a step", "steps a log", "reach [%]"]
-    return table([*head, "minus reference [points]", "largest of 13 lines"], rows)
+    return tables.table([*head, "minus reference [points]", "largest of 13 lines"], rows)
 
 
 def _difference(record: Row, digits: int = 2) -> str:
@@ -138,7 +122,7 @@ def field_table(results: Row) -> str:
         rows.append(row)
     head = ["scene", "fidelity", "logs", "runout W1 / noise [m]", "deposits, energy distance / noise [m]"]
     head += ["hit raster, Jaccard / noise", "spread 5-95 % [deg]", "top speed, 95 % of logs [m/s]"]
-    return table([*head, "jump height, 95 % of logs [m]"], rows)
+    return tables.table([*head, "jump height, 95 % of logs [m]"], rows)
 
 
 def health_table(results: Row) -> str:
@@ -148,11 +132,15 @@ def health_table(results: Row) -> str:
         deep, energy = e["penetration_m"], e["energy_error"]
         row = [scene, f"`{name}`", *(f"{100 * deep[k]:.1f}" for k in ("median", "p99", "max"))]
         row += [f"{100 * e['overlap_m']['max']:.1f}", *(f"{energy[k]:.1g}" for k in ("median", "p99", "max"))]
-        row += [f"{100 * e['unconverged_share']:.3f} %", number(e["contacts_per_step"]), number(e["sweeps_per_step"])]
+        row += [
+            f"{100 * e['unconverged_share']:.3f} %",
+            number(e["contacts_per_step"]),
+            number(e["sweeps_per_step"]),
+        ]
         rows.append([*row, f"{100 * e['airborne_share']:.0f} %", str(e["stop_reasons"]["failed"])])
     head = ["scene", "fidelity", "penetration: median [cm]", "99 %", "deepest", "deepest in trees and barriers [cm]"]
     head += ["energy error: median", "99 %", "largest", "steps unconverged", "contacts a step", "sweeps a step"]
-    return table([*head, "steps in the air", "failed logs"], rows)
+    return tables.table([*head, "steps in the air", "failed logs"], rows)
 
 
 def cell_table(results: Row) -> str:
@@ -167,7 +155,7 @@ def cell_table(results: Row) -> str:
         ]
         for r in tables.cell_rows(results)
     ]
-    return table(["scene", "cell [m]", "reach [%]", "minus 0.5 m [points]", "change of mu that undoes it"], rows)
+    return tables.table(["scene", "cell [m]", "reach [%]", "minus 0.5 m [points]", "change of mu that undoes it"], rows)
 
 
 def switch_table(results: Row) -> str:
@@ -182,7 +170,7 @@ def switch_table(results: Row) -> str:
     ]
     head = ["what is asked for", "ms a log without", "with", "µs a step without", "with"]
     head += ["same bits, or reach with minus without [points]"]
-    return table(head, rows)
+    return tables.table(head, rows)
 
 
 def ring_table(results: Row) -> str:
@@ -198,7 +186,7 @@ def ring_table(results: Row) -> str:
         ]
         for row in results.get("rings", {}).get("rows", [])
     ]
-    return table(["scene", "log", "logs", "reach [%]", "minus smooth cone [points]", "CPU ms a log"], rows)
+    return tables.table(["scene", "log", "logs", "reach [%]", "minus smooth cone [points]", "CPU ms a log"], rows)
 
 
 def peer_table(results: Row) -> str:
@@ -215,115 +203,7 @@ def peer_table(results: Row) -> str:
         for r in results.get("peers", {}).get("rows", [])
     ]
     head = ["engine", "setting", "plane: distance minus exact [m]", "rough: CPU ms a log", "rough: median descent [m]"]
-    return table([*head, "rough: lost logs"], rows)
-
-
-def yardstick(results: Row) -> str:
-    """What a hundredth of friction does."""
-    yard = tables.friction_slope(results)
-    if not yard:
-        return "*Not measured yet.*"
-    return (
-        f"One hundredth of mu moves reach by {yard[0]:+.2f} ± {tables.Z_95 * yard[1]:.2f} points in the mean of these "
-        "scenes. The column *as much as mu* is a setting's difference in these terms (with its interval): a difference "
-        "of 0.01 is smaller than what any site's friction is known to."
-    )
-
-
-def restarts(results: Row) -> str:
-    """What the short restarts show."""
-    if "restarts" not in results:
-        return "*Not measured yet.*"
-    scenes = results["restarts"]["scenes"]
-    first = next(iter(scenes.values()))
-    orders = ", ".join(f"{found['order']:.2f} ({name})" for name, found in scenes.items())
-    return (
-        f"Over a quarter of a second logs can be compared one by one. {first['points'][0]['logs']} moving logs start "
-        f"from the same states and are calculated for {first['horizon_s']:g} s with constant steps, against a step of "
-        f"{first['truth_ms']:.2g} ms. The slopes of the medians are {orders}; at 1 the error halves with the step."
-    )
-
-
-def crawls(results: Row) -> str:
-    """What the distance of the rings does to slow logs."""
-    if "crawls" not in results:
-        return "*Not measured yet.*"
-    found = results["crawls"]
-    rows = [
-        [
-            f"{r['spacing_m']:g}",
-            str(r["logs"]),
-            f"{r['way_m']:.2f}",
-            f"{100 * r['share']:+.2f} ± {100 * r['half']:.2f}",
-        ]
-        for r in found["rows"]
-    ]
-    low, high = found["speeds_ms"]
-    return (
-        f"Logs of {low:g} to {high:g} m/s on the rough slope, let go for {found['seconds']:g} s with rings at several "
-        f"distances, against rings {found['dense_m']:g} m apart:\n\n"
-        + table(["rings [m]", "logs", "way down [m]", "more than with dense rings [%]"], rows)
-    )
-
-
-def _kept(shown: bool) -> str:
-    return "**shown**" if shown else "**missed**"
-
-
-def verdicts(results: Row) -> str:
-    """What was promised of the fidelities, and what the measurements say of it, as a list."""
-    found = []
-    for name, bound in (("standard", 0.01), ("draft", 0.025)):
-        row = tables.pooled(results, name)
-        if not row:
-            continue
-        within, least = max(abs(row["low"]), abs(row["high"])), min(abs(row["low"]), abs(row["high"]))
-        if row["low"] <= 0.0 <= row["high"]:
-            judged, least = f"indistinguishable from `reference` within ±{100 * within:.1f} points", 0.0
-        else:
-            judged = f"{tables.with_interval(row)} points from `reference`"
-        kept = "**shown**" if within < bound else "**missed**" if least > bound else "**not decided by this many logs**"
-        found.append(
-            f"`{name}`, difference in reach below {100 * bound:g} points: {kept}. In the mean of {row['scenes']} "
-            f"scenes ({row['logs']} logs each) it is {judged}; the worst scene is {tables.worst_of(row)}."
-        )
-    ratio = 1.0 / tables.relative_cost(results, "draft")
-    found.append(f"`draft` at least 4 times as fast as `standard`: {_kept(ratio >= 4)}, {ratio:.1f} times.")
-    for row in results.get("speed", {}).get("rows", []):
-        aim = {"standard": 45.0, "draft": 10.0}[row["fidelity"]]
-        found.append(
-            f"{row['logs']} logs in the forest at `{row['fidelity']}` within {aim:g} s: {_kept(row['wall_s'] < aim)}, "
-            f"{row['wall_s']:.1f} s of wall time in {row['threads']} threads, rasters included; deepest of them "
-            f"{100 * row['deepest_m']:.0f} cm."
-        )
-    deep = {scene: e["penetration_m"] for scene, name, e in tables.fidelities_of(results) if name == "standard"}
-    if deep:
-        worst, deepest = max(deep, key=lambda n: deep[n]["median"]), max(deep, key=lambda n: deep[n]["max"])
-        median, most = deep[worst]["median"], deep[deepest]["max"]
-        found.append(
-            f"Penetration at `standard`: median of the logs' deepest below 5 cm: {_kept(median < 0.05)}, at "
-            f"most {100 * median:.1f} cm ({worst}); none deeper than 25 cm: {_kept(most < 0.25)}, "
-            f"{100 * most:.0f} cm ({deepest})."
-        )
-    halved = tables.penetration_halving(results)
-    if halved:
-        found.append(
-            f"Penetration halves with the step: {_kept(min(halved) > 1.8)}. Each halving of standard's step, travel "
-            f"and spacing together divides the median by {span(halved)}, by scene (two halvings)."
-        )
-    halves = [
-        (mine["reference halved"]["logs"], scene, mine["reference halved"]["error"]["reach"])
-        for scene, mine in tables.in_order(results)
-        if "error" in mine.get("reference halved", {})
-    ]
-    if halves:
-        logs, scene, row = max(halves, key=lambda half: half[0])
-        moved = _kept(row["low"] <= 0.0 <= row["high"])
-        found.append(
-            f"`reference` with half its step, travel and spacing moves reach by less than its interval: {moved}, "
-            f"{tables.with_interval(row)} points ({scene}, {logs} paired logs)."
-        )
-    return "\n".join(f"- {line}" for line in found)
+    return tables.table([*head, "rough: lost logs"], rows)
 
 
 def page(results: Row) -> str:
@@ -334,15 +214,15 @@ def page(results: Row) -> str:
         scenes="; ".join(titles),
         block=results["block"],
         fidelity_table=fidelity_table(results),
-        verdicts=verdicts(results),
+        verdicts=verdicts.verdicts(results),
         scene_table=scene_table(results),
         field_table=field_table(results),
         health_table=health_table(results),
-        yardstick=yardstick(results),
+        yardstick=verdicts.yardstick(results),
         factor_table=factor_table(results),
         cell_table=cell_table(results),
-        restarts=restarts(results),
-        crawls=crawls(results),
+        restarts=verdicts.restarts(results),
+        crawls=verdicts.crawls(results),
         ring_table=ring_table(results),
         switch_table=switch_table(results),
         peers=results.get("peers", {}).get("what", "*Not measured yet.*"),

@@ -160,3 +160,20 @@ def with_interval(record: Row | None) -> str:
 def worst_of(row: Row | None) -> str:
     """The scene whose difference is the largest, in points."""
     return f"{with_interval(row['worst'])}, {row['worst_scene']}" if row else ""
+
+
+def table(head: list[str], rows: list[list[str]]) -> str:
+    """A Markdown table; says so where nothing has been measured."""
+    if not rows:
+        return "*Not measured yet.*"
+    return "\n".join("| " + " | ".join(line) + " |" for line in [head, ["---"] * len(head), *rows])
+
+
+def number(value: float) -> str:
+    """Three digits, without trailing noise."""
+    return f"{value:.3g}"
+
+
+def span(values: list[float]) -> str:
+    """Least and largest of some values."""
+    return f"{number(min(values))} to {number(max(values))}" if len(values) > 1 else number(values[0])
