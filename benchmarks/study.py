@@ -78,8 +78,8 @@ def slide_block(name: str, setting: Setting, block: int, threads: int) -> None:
     """Slide one block of logs and keep what became of them."""
     built = build_for(name, setting)
     rasters = Rasters.allocate(built.scene, threads)
-    # The system hands out memory when it is first written to (here 10 us a page, 0.2 ms a log). A run pays that once, not
-    # every 200 logs.
+    # The system hands out memory when it is first written to (here 10 us a page, 0.2 ms a log): what a run pays once,
+    # and a block should not
     for worker in rasters.workers:
         for array in worker:
             array.fill(0)
