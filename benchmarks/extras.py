@@ -25,6 +25,7 @@ RESTART_TRUTH = HORIZON / 2560  # [s], a tenth of a millisecond
 CRAWL_AT, CRAWL_SPEEDS, CRAWL_FOR = (5.0, 10.0, 20.0, 30.0, 40.0), (0.1, 2.0), 2.0  # [s], [m/s], [s]
 CRAWL_BLOCKS = 8
 CRAWL_SPACINGS, CRAWL_DENSE = (2.0, 1.0, 0.5, 0.25), 0.125  # [m]
+SWITCH_LOGS = 2000  # where chance among few logs would hide whether a pair differs in reach
 SWITCH_REPEATS = 5
 MANY = 20_000  # logs whose wall time is taken
 LARGE = 4000  # cells along a side of the DEM that a window is cut from
@@ -133,6 +134,12 @@ def _same(one: Result, other: Result) -> bool:
     return bool(np.array_equal(one.end_position, other.end_position) and np.array_equal(one.steps, other.steps))
 
 
+def _blocks(number: int) -> Logs:
+    """The first logs of the study."""
+    blocks = [scenes.logs_of_block(k, study.BLOCK) for k in range(number // study.BLOCK)]
+    return Logs(**{name: np.concatenate([getattr(b, name) for b in blocks]) for name in vars(blocks[0])})
+
+
 def switches(*, threads: int) -> list[dict[str, Any]]:
     """Pairs of runs at ``standard`` that differ in one thing that a scene or an analyst asks for."""
     found = []
@@ -148,6 +155,7 @@ def switches(*, threads: int) -> list[dict[str, Any]]:
                 "less_us_per_step": 1e6 * less[0] / steps[0],
                 "more_us_per_step": 1e6 * more[0] / steps[1],
                 "same": _same(less[1], more[1]),
+                "logs": len(less[1].steps),
             }
         )
         if not found[-1]["same"]:
@@ -171,7 +179,8 @@ def switches(*, threads: int) -> list[dict[str, Any]]:
     pair(f"{asleep}; forest", _cost(_awake(forest), start, threads), plain)
     pair(f"{asleep}; rough", _cost(_awake(rough), open_start, threads), open_run)
     far = "terrain's roughness spares rings a look at the ground (with), or does not (without); forest"
-    pair(far, _cost(_unculled(forest), start, threads), plain)
+    many = place_logs(forest, _blocks(SWITCH_LOGS))
+    pair(far, _cost(_unculled(forest), many, threads), _cost(forest, many, threads))
     large = [_in_a_large_dem(window) for window in (False, True)]
     whole, part = (
         (spent + cost, result)
@@ -188,9 +197,7 @@ def switches(*, threads: int) -> list[dict[str, Any]]:
 def speed(*, threads: int) -> list[dict[str, Any]]:
     """Wall time of MANY logs in the forest, rasters included, kernels loaded."""
     scene = scenes.build("forest").scene
-    blocks = [scenes.logs_of_block(k, study.BLOCK) for k in range(MANY // study.BLOCK)]
-    columns = {name: np.concatenate([getattr(b, name) for b in blocks]) for name in vars(blocks[0])}
-    start, found = place_logs(scene, Logs(**columns)), []
+    start, found = place_logs(scene, _blocks(MANY)), []
     for name in ("draft", "standard"):
         rasters = Rasters.allocate(scene, threads)
         began = time.perf_counter()

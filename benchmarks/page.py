@@ -164,7 +164,7 @@ def switch_table(results: Row) -> str:
         [
             r["what"],
             *(number(r[f"{side}_{unit}"]) for unit in ("ms_per_log", "us_per_step") for side in ("less", "more")),
-            "yes" if r["same"] else tables.with_interval(r["difference"]),
+            "yes" if r["same"] else f"{tables.with_interval(r['difference'])}, {r['logs']} logs",
         ]
         for r in results.get("switches", {}).get("rows", [])
     ]
