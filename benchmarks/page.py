@@ -12,7 +12,7 @@ from typing import Any
 
 from . import figures, study, tables, verdicts
 from .settings import FACTORS
-from .tables import number
+from .tables import number, span, table
 
 HERE = Path(__file__).parent
 PAGE, TEMPLATE, README = HERE / "README.md", HERE / "page_template.md", HERE.parent / "README.md"
@@ -58,16 +58,16 @@ def fidelity_table(results: Row) -> str:
         rows.append(
             [
                 f"`{name}`",
-                tables.span([e["cpu_ms_per_log"] for e in entries]),
+                span([e["cpu_ms_per_log"] for e in entries]),
                 f"{tables.relative_cost(results, name):.2g}",
                 *(compared if found else ["0, by definition", "", ""]),
-                tables.span(hits) if hits else "",
+                span(hits) if hits else "",
                 f"{100 * max(d['median'] for d in deep):.1f} / {100 * max(d['max'] for d in deep):.0f}",
             ]
         )
     head = ["fidelity", "CPU ms a log", "cost", "reach minus `reference`, mean of scenes [points]", "worst scene"]
     head += ["as much as mu", "hit raster, distance / noise", "penetration, median / deepest [cm]"]
-    return tables.table(head, rows)
+    return table(head, rows)
 
 
 def factor_table(results: Row) -> str:
@@ -88,7 +88,7 @@ def factor_table(results: Row) -> str:
         if row["group"] != "fidelity"
     ]
     head = ["factor", "setting", "against", "cost", "difference of reach, mean of scenes [points]", "worst scene"]
-    return tables.table([*head, "as much as mu", "logs that disagree", "logs a scene"], rows)
+    return table([*head, "as much as mu", "logs that disagree", "logs a scene"], rows)
 
 
 def scene_table(results: Row) -> str:
@@ -101,7 +101,7 @@ def scene_table(results: Row) -> str:
         worst = f"{tables.points(f['worst_line']['delta'])} at y {f['worst_line']['y']:g} m" if f else ""
         rows.append([*row, tables.with_interval(f["reach"]) if f else "", worst])
     head = ["scene", "fidelity", "logs", "CPU ms a log", "µs a step", "steps a log", "reach [%]"]
-    return tables.table([*head, "minus reference [points]", "largest of 13 lines"], rows)
+    return table([*head, "minus reference [points]", "largest of 13 lines"], rows)
 
 
 def _difference(record: Row, digits: int = 2) -> str:
@@ -122,7 +122,7 @@ def field_table(results: Row) -> str:
         rows.append(row)
     head = ["scene", "fidelity", "logs", "runout W1 / noise [m]", "deposits, energy distance / noise [m]"]
     head += ["hit raster, Jaccard / noise", "spread 5-95 % [deg]", "top speed, 95 % of logs [m/s]"]
-    return tables.table([*head, "jump height, 95 % of logs [m]"], rows)
+    return table([*head, "jump height, 95 % of logs [m]"], rows)
 
 
 def health_table(results: Row) -> str:
@@ -132,15 +132,11 @@ def health_table(results: Row) -> str:
         deep, energy = e["penetration_m"], e["energy_error"]
         row = [scene, f"`{name}`", *(f"{100 * deep[k]:.1f}" for k in ("median", "p99", "max"))]
         row += [f"{100 * e['overlap_m']['max']:.1f}", *(f"{energy[k]:.1g}" for k in ("median", "p99", "max"))]
-        row += [
-            f"{100 * e['unconverged_share']:.3f} %",
-            number(e["contacts_per_step"]),
-            number(e["sweeps_per_step"]),
-        ]
+        row += [f"{100 * e['unconverged_share']:.3f} %", number(e["contacts_per_step"]), number(e["sweeps_per_step"])]
         rows.append([*row, f"{100 * e['airborne_share']:.0f} %", str(e["stop_reasons"]["failed"])])
     head = ["scene", "fidelity", "penetration: median [cm]", "99 %", "deepest", "deepest in trees and barriers [cm]"]
     head += ["energy error: median", "99 %", "largest", "steps unconverged", "contacts a step", "sweeps a step"]
-    return tables.table([*head, "steps in the air", "failed logs"], rows)
+    return table([*head, "steps in the air", "failed logs"], rows)
 
 
 def cell_table(results: Row) -> str:
@@ -155,7 +151,7 @@ def cell_table(results: Row) -> str:
         ]
         for r in tables.cell_rows(results)
     ]
-    return tables.table(["scene", "cell [m]", "reach [%]", "minus 0.5 m [points]", "change of mu that undoes it"], rows)
+    return table(["scene", "cell [m]", "reach [%]", "minus 0.5 m [points]", "change of mu that undoes it"], rows)
 
 
 def switch_table(results: Row) -> str:
@@ -170,7 +166,7 @@ def switch_table(results: Row) -> str:
     ]
     head = ["what is asked for", "ms a log without", "with", "µs a step without", "with"]
     head += ["same bits, or reach with minus without [points]"]
-    return tables.table(head, rows)
+    return table(head, rows)
 
 
 def ring_table(results: Row) -> str:
@@ -186,7 +182,7 @@ def ring_table(results: Row) -> str:
         ]
         for row in results.get("rings", {}).get("rows", [])
     ]
-    return tables.table(["scene", "log", "logs", "reach [%]", "minus smooth cone [points]", "CPU ms a log"], rows)
+    return table(["scene", "log", "logs", "reach [%]", "minus smooth cone [points]", "CPU ms a log"], rows)
 
 
 def peer_table(results: Row) -> str:
@@ -203,7 +199,7 @@ def peer_table(results: Row) -> str:
         for r in results.get("peers", {}).get("rows", [])
     ]
     head = ["engine", "setting", "plane: distance minus exact [m]", "rough: CPU ms a log", "rough: median descent [m]"]
-    return tables.table([*head, "rough: lost logs"], rows)
+    return table([*head, "rough: lost logs"], rows)
 
 
 def page(results: Row) -> str:

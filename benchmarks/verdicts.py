@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 from . import tables
+from .tables import span, table
 
 Row = dict[str, Any]
 
@@ -56,7 +57,7 @@ def crawls(results: Row) -> str:
     return (
         f"Logs of {low:g} to {high:g} m/s on the rough slope, let go for {found['seconds']:g} s with rings at several "
         f"distances, against rings {found['dense_m']:g} m apart:\n\n"
-        + tables.table(["rings [m]", "logs", "way down [m]", "more than with dense rings [%]"], rows)
+        + table(["rings [m]", "logs", "way down [m]", "more than with dense rings [%]"], rows)
     )
 
 
@@ -103,7 +104,7 @@ def verdicts(results: Row) -> str:
     if halved:
         found.append(
             f"Penetration halves with the step: {_kept(min(halved) > 1.8)}. Each halving of standard's step, travel "
-            f"and spacing together divides the median by {tables.span(halved)}, by scene (two halvings)."
+            f"and spacing together divides the median by {span(halved)}, by scene (two halvings)."
         )
     halves = [
         (mine["reference halved"]["logs"], scene, mine["reference halved"]["error"]["reach"])
