@@ -124,7 +124,7 @@ def _cost(
     spent = []
     result = slide(scene, start, row, time_limit=study.TIME_LIMIT, threads=threads, **options)
     for _ in range(SWITCH_REPEATS):
-        options = {k: Rasters.allocate(scene, threads) if k == "rasters" else v for k, v in options.items()}
+        options = {k: study.fresh_rasters(scene, threads) if k == "rasters" else v for k, v in options.items()}
         result = slide(scene, start, row, time_limit=study.TIME_LIMIT, threads=threads, **options)
         spent.append(result.cost["cpu_s"])
     return float(np.median(spent)), result
@@ -170,7 +170,7 @@ def switches(*, threads: int) -> list[dict[str, Any]]:
         plain,
         _cost(forest, start, threads),
     )
-    pair("the five rasters", plain, _cost(forest, start, threads, rasters=Rasters.allocate(forest, threads)))
+    pair("the five rasters", plain, _cost(forest, start, threads, rasters=study.fresh_rasters(forest, threads)))
     pair("poses of every log", plain, _cost(forest, start, threads, keep_poses=np.ones(len(logs), bool)))
     open_run = _cost(rough, open_start, threads)
     pair("trees where no log comes", open_run, _cost(_with_far_trees(), open_start, threads))
@@ -185,7 +185,8 @@ def switches(*, threads: int) -> list[dict[str, Any]]:
     whole, part = (
         (spent + cost, result)
         for spent, scene in large
-        for cost, result in [_cost(scene, place_logs(scene, logs), threads, rasters=Rasters.allocate(scene, threads))]
+        for placed in [place_logs(scene, logs)]
+        for cost, result in [_cost(scene, placed, threads, rasters=study.fresh_rasters(scene, threads))]
     )
     of_it = f"the window that logs can reach of a DEM of {LARGE} x {LARGE} cells (with), or all of it (without)"
     pair(f"{of_it}; forest with rasters, laying out the scene included", whole, part)

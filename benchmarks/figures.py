@@ -109,7 +109,9 @@ def factors(results: dict[str, Any]) -> None:
                 color=COLOURS["friction"],
                 ha="center",
                 fontsize=7,
+                bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0},
             )
+    axis.margins(x=0.09)
     axis.set_xlabel(
         "reach minus reference, mean over the scenes [percentage points], 95 % interval; cost: standard = 1"
     )

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 import deadwood_engine
 from deadwood_algorithms.statistics import quantile_arc, wilson_interval
-from deadwood_engine import Rasters, slide, station_spacing
+from deadwood_engine import Rasters, Scene, slide, station_spacing
 
 from . import measures, scenes
 from .settings import SETTINGS, Setting
@@ -74,15 +74,23 @@ def blocks_done(name: str, setting: Setting) -> int:
     return number
 
 
-def slide_block(name: str, setting: Setting, block: int, threads: int) -> None:
-    """Slide one block of logs and keep what became of them."""
-    built = build_for(name, setting)
-    rasters = Rasters.allocate(built.scene, threads)
-    # The system hands out memory when it is first written to (here 10 us a page, 0.2 ms a log): what a run pays once,
-    # and a block should not
+def fresh_rasters(scene: Scene, threads: int) -> Rasters:
+    """Rasters that have been written to.
+
+    The system hands out memory when it is first written to (here 10 us a page, 0.2 ms a log of a block): what a run
+    pays once, and a block should not.
+    """
+    rasters = Rasters.allocate(scene, threads)
     for worker in rasters.workers:
         for array in worker:
             array.fill(0)
+    return rasters
+
+
+def slide_block(name: str, setting: Setting, block: int, threads: int) -> None:
+    """Slide one block of logs and keep what became of them."""
+    built = build_for(name, setting)
+    rasters = fresh_rasters(built.scene, threads)
     result = slide(
         built.scene, scenes.logs_of_block(block, BLOCK), setting.fidelity, time_limit=TIME_LIMIT, threads=threads,
         rasters=rasters,

@@ -190,7 +190,7 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
             gap = side * ((px - x) * nx + (py - y) * ny)
             if reach and gap < 0.0 and 0.0 <= u <= width:
                 count = touch(
-                    terrain, frame, contacts, keys, count, state, body, trial, (BARRIER, item, end),
+                    terrain, frame, contacts, keys, count, state, trial, (BARRIER, item, end),
                     (px, py, pz), (side * nx, side * ny, 0.0), gap, step,
                 )  # fmt: skip
             # the top edge under the face: a log that lands on the barrier
@@ -200,7 +200,7 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
                 by_end = True
                 outward = -1.0 if end == 0 else 1.0
                 count = touch(
-                    terrain, frame, contacts, keys, count, state, body, trial, (BARRIER, item, 3 + end),
+                    terrain, frame, contacts, keys, count, state, trial, (BARRIER, item, 3 + end),
                     (x + u * ax, y + u * ay, top0 + rise * u), (-outward * dx, -outward * dy, -outward * dz), gap, step,
                 )  # fmt: skip
         # the log's side against the top edge: nearest points of two lines
@@ -228,7 +228,7 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
                     if rho < a:
                         rx, ry, rz = rx / rho, ry / rho, rz / rho
                         count = touch(
-                            terrain, frame, contacts, keys, count, state, body, trial, (BARRIER, item, 2),
+                            terrain, frame, contacts, keys, count, state, trial, (BARRIER, item, 2),
                             (ox + s * dx - a * rx, oy + s * dy - a * ry, oz + s * dz - a * rz), (rx, ry, rz),
                             rho - a, step,
                         )  # fmt: skip

@@ -38,7 +38,7 @@ def cloud_terrain_contacts(cloud, scene, frame, state, body, settings, dt, scrat
             continue
         if gap < 0.0:
             count = ground_contact(
-                terrain, frame, scratch.contacts, scratch.keys, count, state, body,
+                terrain, frame, scratch.contacts, scratch.keys, count, state,
                 to_world(scratch.turns, NOW, cloud.points[k]), gap, (gx, gy),
                 friction_at(terrain, frame[0], frame[1], px, py), k,
                 (dt, settings.restitution, settings.gravity), False,
@@ -61,7 +61,7 @@ def cloud_clearance(cloud, terrain, frame, state, turns):
 
 
 @kernel
-def touch_cloud(terrain, frame, scratch, count, state, body, key, p, n, gap, step):
+def touch_cloud(terrain, frame, scratch, count, state, key, p, n, gap, step):
     """Add the contact of an obstacle at the predicted point p with normal n; its lever is turned back to now."""
     trial, turns = scratch.trial, scratch.turns
     r = (p[0] - trial[3], p[1] - trial[4], p[2] - trial[5])
@@ -73,6 +73,6 @@ def touch_cloud(terrain, frame, scratch, count, state, body, key, p, n, gap, ste
     r = to_world(turns, NOW, b)
     mu = friction_at(terrain, frame[0], frame[1], p[0], p[1])
     return add_contact(
-        scratch.contacts, scratch.keys, count, state, body, key, r[0], r[1], r[2], n[0], n[1], n[2], mu, gap,
+        scratch.contacts, scratch.keys, count, state, key, r[0], r[1], r[2], n[0], n[1], n[2], mu, gap,
         step, step[4], False,
     )  # fmt: skip

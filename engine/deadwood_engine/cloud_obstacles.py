@@ -145,7 +145,7 @@ def _nearest(cloud, scratch, start, u, long):
 
 
 @kernel
-def core_contacts(cloud, scene, frame, scratch, count, state, body, key, start, u, long, wide, slope, free, step):
+def core_contacts(cloud, scene, frame, scratch, count, state, key, start, u, long, wide, slope, free, step):
     """Contacts of the hull with a round obstacle: core from start along u, radius wide + slope z; free : its ends.
 
     Returns (count, how far [m] the hull's fastest point may move in the next step).
@@ -179,7 +179,7 @@ def core_contacts(cloud, scene, frame, scratch, count, state, body, key, start, 
                 z = first if part == 0 else last
             p = point(start, z, u)
             count = touch_cloud(
-                terrain, frame, scratch, count, state, body, (key[0], key[1], key[2] + part),
+                terrain, frame, scratch, count, state, (key[0], key[1], key[2] + part),
                 point(p, wide + slope * z, n), n, -depth - wide - slope * z, step,
             )  # fmt: skip
         return count, travel
@@ -224,7 +224,7 @@ def core_contacts(cloud, scene, frame, scratch, count, state, body, key, start, 
                 side = (r[0] / away, r[1] / away, r[2] / away) if away > 0.0 else n
             if away - wide - slope * z < 0.0:
                 count = touch_cloud(
-                    terrain, frame, scratch, count, state, body, (key[0], key[1], key[2] + part),
+                    terrain, frame, scratch, count, state, (key[0], key[1], key[2] + part),
                     point(q, away, side), side, away - wide - slope * z, step,
                 )  # fmt: skip
         return count, travel
@@ -233,7 +233,7 @@ def core_contacts(cloud, scene, frame, scratch, count, state, body, key, start, 
         scale = 1.0 / math.sqrt(1.0 + slope * slope)
         n = ((n[0] - slope * u[0]) * scale, (n[1] - slope * u[1]) * scale, (n[2] - slope * u[2]) * scale)
         gap *= scale
-    return touch_cloud(terrain, frame, scratch, count, state, body, key, p, n, gap, step), travel
+    return touch_cloud(terrain, frame, scratch, count, state, key, p, n, gap, step), travel
 
 
 @kernel
@@ -265,7 +265,7 @@ def _plate_contacts(cloud, scene, frame, scratch, count, state, body, item, plat
         at = u + share * (u_c - u)
         if 0.0 <= at <= width and c[2] + share * (trial[5] - c[2]) <= top0 + rise * at:
             count = touch_cloud(
-                scene.terrain, frame, scratch, count, state, body, (BARRIER, item, 8 + k), (c[0], c[1], c[2]),
+                scene.terrain, frame, scratch, count, state, (BARRIER, item, 8 + k), (c[0], c[1], c[2]),
                 (side * nx, side * ny, 0.0), -abs(off), step,
             )  # fmt: skip
     return count, travel
@@ -285,7 +285,7 @@ def cloud_obstacle_contacts(cloud, scene, frame, scratch, count, state, body, st
         tip = tree[trees.RADIUS] + slope * (tree[trees.TOP] - foot)
         start = (tree[trees.NEAR_X], tree[trees.NEAR_Y], foot - CORE_BELOW)
         count, allowed = core_contacts(
-            cloud, scene, frame, scratch, count, state, body, (TREE, item, 0), start, up,
+            cloud, scene, frame, scratch, count, state, (TREE, item, 0), start, up,
             max(0.1, tree[trees.TOP] - tip - start[2]), tree[trees.RADIUS] - slope * CORE_BELOW, slope, (False, True),
             step,
         )  # fmt: skip
@@ -306,7 +306,6 @@ def cloud_obstacle_contacts(cloud, scene, frame, scratch, count, state, body, st
             scratch,
             count,
             state,
-            body,
             (BARRIER, item, 0),
             start,
             u,
@@ -324,7 +323,7 @@ def cloud_obstacle_contacts(cloud, scene, frame, scratch, count, state, body, st
         first, last = min(wide, 0.5 * long), long - min(wide + slope * long, 0.5 * long)
         start = point((piece[lying_logs.START_X], piece[lying_logs.START_Y], piece[lying_logs.START_Z]), first, u)
         count, allowed = core_contacts(
-            cloud, scene, frame, scratch, count, state, body, (LYING, item, 0), start, u, max(1e-3, last - first),
+            cloud, scene, frame, scratch, count, state, (LYING, item, 0), start, u, max(1e-3, last - first),
             wide + slope * first, slope, (True, True), step,
         )  # fmt: skip
         travel = min(travel, allowed)

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import math
 
-from .compiled import kernel
+from .compiled import inlined, kernel
 from .limits import HOVER, HOVER_MOST
 from .log_body import AXIAL, BASE_RADIUS, CENTRE, LENGTH, SKEW, TIP_RADIUS, TRANSVERSE
 from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ, X, Y, Z, first_axis
@@ -45,75 +45,90 @@ def cross(ax, ay, az, bx, by, bz):
 
 
 @kernel
-def set_frame(c, state, body, smooth):
-    """Tangents, levers, Delassus block and velocities before the step, of a contact whose point and normal are set.
+def set_normal(c, state, smooth):
+    """Lever of the normal, and velocity along it before the step, of a contact whose point and normal are set.
 
     smooth: the body is round about its axis. Then its spin brings no part of it nearer to the ground, and no push along
     a normal turns it about that axis. The lever of a candidate that is not the deepest of its ring says otherwise: by
     it a spinning end bored itself in.
     """
-    rx, ry, rz, nx, ny, nz = c[RX], c[RY], c[RZ], c[NX], c[NY], c[NZ]
-    # tangents: first along the axis least aligned with the normal, as in Leine et al. (2014)
-    if abs(nx) <= abs(ny) and abs(nx) <= abs(nz):
-        tx, ty, tz = 0.0, nz, -ny
-    elif abs(ny) <= abs(nz):
-        tx, ty, tz = -nz, 0.0, nx
-    else:
-        tx, ty, tz = ny, -nx, 0.0
-    scale = 1.0 / math.sqrt(tx * tx + ty * ty + tz * tz)
-    tx, ty, tz = tx * scale, ty * scale, tz * scale
-    ux, uy, uz = cross(nx, ny, nz, tx, ty, tz)
-    c[TX], c[TY], c[TZ] = tx, ty, tz
-    c[UX], c[UY], c[UZ] = ux, uy, uz
-    dx, dy, dz = state[DX], state[DY], state[DZ]
-    anx, any_, anz = cross(rx, ry, rz, nx, ny, nz)
+    nx, ny, nz = c[NX], c[NY], c[NZ]
+    ax, ay, az = cross(c[RX], c[RY], c[RZ], nx, ny, nz)
     if smooth:
-        k = anx * dx + any_ * dy + anz * dz
-        anx, any_, anz = anx - k * dx, any_ - k * dy, anz - k * dz
-    atx, aty, atz = cross(rx, ry, rz, tx, ty, tz)
-    aux, auy, auz = cross(rx, ry, rz, ux, uy, uz)
-    c[ANX], c[ANY], c[ANZ] = anx, any_, anz
-    c[ATX], c[ATY], c[ATZ] = atx, aty, atz
-    c[AUX], c[AUY], c[AUZ] = aux, auy, auz
+        dx, dy, dz = state[DX], state[DY], state[DZ]
+        k = ax * dx + ay * dy + az * dz
+        ax, ay, az = ax - k * dx, ay - k * dy, az - k * dz
+    c[ANX], c[ANY], c[ANZ] = ax, ay, az
+    vx, vy, vz, wx, wy, wz = state[VX], state[VY], state[VZ], state[WX], state[WY], state[WZ]
+    c[BEFORE_N] = nx * vx + ny * vy + nz * vz + ax * wx + ay * wy + az * wz
+
+
+@inlined
+def set_frames(contacts, count, state, body):
+    """Tangents, their levers, Delassus blocks and velocities before the step, of contacts with a normal and its lever.
+
+    Once for all, when no normal changes any more (``turning``).
+    """
+    dx, dy, dz = state[DX], state[DY], state[DZ]
+    vx, vy, vz, wx, wy, wz = state[VX], state[VY], state[VZ], state[WX], state[WY], state[WZ]
     ia = 1.0 / body[TRANSVERSE]
     ic = 1.0 / body[AXIAL] - ia
-    k = ic * (anx * dx + any_ * dy + anz * dz)
-    bnx, bny, bnz = ia * anx + k * dx, ia * any_ + k * dy, ia * anz + k * dz
-    k = ic * (atx * dx + aty * dy + atz * dz)
-    btx, bty, btz = ia * atx + k * dx, ia * aty + k * dy, ia * atz + k * dz
-    k = ic * (aux * dx + auy * dy + auz * dz)
-    bux, buy, buz = ia * aux + k * dx, ia * auy + k * dy, ia * auz + k * dz
-    if body[SKEW] != 0.0:
-        fx, fy, fz = first_axis(state)
-        k = body[SKEW] * (anx * fx + any_ * fy + anz * fz)
-        bnx, bny, bnz = bnx + k * fx, bny + k * fy, bnz + k * fz
-        k = body[SKEW] * (atx * fx + aty * fy + atz * fz)
-        btx, bty, btz = btx + k * fx, bty + k * fy, btz + k * fz
-        k = body[SKEW] * (aux * fx + auy * fy + auz * fz)
-        bux, buy, buz = bux + k * fx, buy + k * fy, buz + k * fz
-    c[BNX], c[BNY], c[BNZ] = bnx, bny, bnz
-    c[BTX], c[BTY], c[BTZ] = btx, bty, btz
-    c[BUX], c[BUY], c[BUZ] = bux, buy, buz
-    c[GNN] = 1.0 + anx * bnx + any_ * bny + anz * bnz
-    c[GTT] = 1.0 + atx * btx + aty * bty + atz * btz
-    c[GUU] = 1.0 + aux * bux + auy * buy + auz * buz
-    c[GNT] = anx * btx + any_ * bty + anz * btz
-    c[GNU] = anx * bux + any_ * buy + anz * buz
-    c[GTU] = atx * bux + aty * buy + atz * buz
-    vx, vy, vz, wx, wy, wz = state[VX], state[VY], state[VZ], state[WX], state[WY], state[WZ]
-    c[BEFORE_N] = nx * vx + ny * vy + nz * vz + anx * wx + any_ * wy + anz * wz
-    c[BEFORE_T] = tx * vx + ty * vy + tz * vz + atx * wx + aty * wy + atz * wz
-    c[BEFORE_U] = ux * vx + uy * vy + uz * vz + aux * wx + auy * wy + auz * wz
+    for row in range(count):
+        c = contacts[row]
+        rx, ry, rz, nx, ny, nz = c[RX], c[RY], c[RZ], c[NX], c[NY], c[NZ]
+        # tangents: first along the axis least aligned with the normal, as in Leine et al. (2014)
+        if abs(nx) <= abs(ny) and abs(nx) <= abs(nz):
+            tx, ty, tz = 0.0, nz, -ny
+        elif abs(ny) <= abs(nz):
+            tx, ty, tz = -nz, 0.0, nx
+        else:
+            tx, ty, tz = ny, -nx, 0.0
+        scale = 1.0 / math.sqrt(tx * tx + ty * ty + tz * tz)
+        tx, ty, tz = tx * scale, ty * scale, tz * scale
+        ux, uy, uz = cross(nx, ny, nz, tx, ty, tz)
+        c[TX], c[TY], c[TZ] = tx, ty, tz
+        c[UX], c[UY], c[UZ] = ux, uy, uz
+        anx, any_, anz = c[ANX], c[ANY], c[ANZ]
+        atx, aty, atz = cross(rx, ry, rz, tx, ty, tz)
+        aux, auy, auz = cross(rx, ry, rz, ux, uy, uz)
+        c[ATX], c[ATY], c[ATZ] = atx, aty, atz
+        c[AUX], c[AUY], c[AUZ] = aux, auy, auz
+        k = ic * (anx * dx + any_ * dy + anz * dz)
+        bnx, bny, bnz = ia * anx + k * dx, ia * any_ + k * dy, ia * anz + k * dz
+        k = ic * (atx * dx + aty * dy + atz * dz)
+        btx, bty, btz = ia * atx + k * dx, ia * aty + k * dy, ia * atz + k * dz
+        k = ic * (aux * dx + auy * dy + auz * dz)
+        bux, buy, buz = ia * aux + k * dx, ia * auy + k * dy, ia * auz + k * dz
+        if body[SKEW] != 0.0:
+            fx, fy, fz = first_axis(state)
+            k = body[SKEW] * (anx * fx + any_ * fy + anz * fz)
+            bnx, bny, bnz = bnx + k * fx, bny + k * fy, bnz + k * fz
+            k = body[SKEW] * (atx * fx + aty * fy + atz * fz)
+            btx, bty, btz = btx + k * fx, bty + k * fy, btz + k * fz
+            k = body[SKEW] * (aux * fx + auy * fy + auz * fz)
+            bux, buy, buz = bux + k * fx, buy + k * fy, buz + k * fz
+        c[BNX], c[BNY], c[BNZ] = bnx, bny, bnz
+        c[BTX], c[BTY], c[BTZ] = btx, bty, btz
+        c[BUX], c[BUY], c[BUZ] = bux, buy, buz
+        c[GNN] = 1.0 + anx * bnx + any_ * bny + anz * bnz
+        c[GTT] = 1.0 + atx * btx + aty * bty + atz * btz
+        c[GUU] = 1.0 + aux * bux + auy * buy + auz * buz
+        c[GNT] = anx * btx + any_ * bty + anz * btz
+        c[GNU] = anx * bux + any_ * buy + anz * buz
+        c[GTU] = atx * bux + aty * buy + atz * buz
+        c[BEFORE_T] = tx * vx + ty * vy + tz * vz + atx * wx + aty * wy + atz * wz
+        c[BEFORE_U] = ux * vx + uy * vy + uz * vz + aux * wx + auy * wy + auz * wz
 
 
 @kernel
-def add_contact(contacts, keys, count, state, body, key, rx, ry, rz, nx, ny, nz, mu, gap, step, ahead, smooth):
-    """Append one contact: its frame (``set_frame``), and the least normal velocity after the step.
+def add_contact(contacts, keys, count, state, key, rx, ry, rz, nx, ny, nz, mu, gap, step, ahead, smooth):
+    """Append one contact: point, normal, and the least normal velocity after the step; its frame is left to
+    ``set_frames``.
 
     gap is the gap predicted for the time ``ahead`` [s] within the step; the gap now follows from the free velocity
     along the normal. step = (dt, restitution, gravity, ...).
     key is (kind, slot or item, part). Returns the new count; a full table keeps what it has (``scratch`` sizes it).
-    smooth: as ``set_frame``.
+    smooth: as ``set_normal``.
     """
     if count >= contacts.shape[0]:
         return count
@@ -122,7 +137,7 @@ def add_contact(contacts, keys, count, state, body, key, rx, ry, rz, nx, ny, nz,
     c = contacts[count]
     c[RX], c[RY], c[RZ] = c[PLANE_R], c[PLANE_R + 1], c[PLANE_R + 2] = rx, ry, rz
     c[NX], c[NY], c[NZ] = c[PLANE_N], c[PLANE_N + 1], c[PLANE_N + 2] = nx, ny, nz
-    set_frame(c, state, body, smooth)
+    set_normal(c, state, smooth)
     before = c[BEFORE_N]
     now = gap - ahead * (before - 0.5 * nz * gravity * ahead)
     c[GAP] = now
@@ -137,12 +152,12 @@ def add_contact(contacts, keys, count, state, body, key, rx, ry, rz, nx, ny, nz,
 
 
 @kernel
-def ground_contact(terrain, frame, contacts, keys, count, state, body, r, gap, slope, mu, slot, step, smooth):
+def ground_contact(terrain, frame, contacts, keys, count, state, r, gap, slope, mu, slot, step, smooth):
     """Add the contact of point r (from the centre of mass) with the facet of gradient ``slope``."""
     nz = 1.0 / math.sqrt(1.0 + slope[0] * slope[0] + slope[1] * slope[1])
     before = count
     count = add_contact(
-        contacts, keys, count, state, body, (TERRAIN, slot, 0), r[0], r[1], r[2],
+        contacts, keys, count, state, (TERRAIN, slot, 0), r[0], r[1], r[2],
         -slope[0] * nz, -slope[1] * nz, nz, mu, gap * nz, step, step[0], smooth,
     )  # fmt: skip
     if count > before:
@@ -153,7 +168,7 @@ def ground_contact(terrain, frame, contacts, keys, count, state, body, r, gap, s
 
 
 @kernel
-def touch(terrain, frame, contacts, keys, count, state, body, trial, key, p, n, gap, step):
+def touch(terrain, frame, contacts, keys, count, state, trial, key, p, n, gap, step):
     """Add the contact of an obstacle at the predicted point p with normal n.
 
     step = (dt, restitution, gravity, obstacle travel, time [s] within the step for which ``trial`` is the pose).
@@ -165,9 +180,7 @@ def touch(terrain, frame, contacts, keys, count, state, body, trial, key, p, n, 
     s = rx * trial[0] + ry * trial[1] + rz * trial[2]
     rx, ry, rz = rx + s * (state[DX] - trial[0]), ry + s * (state[DY] - trial[1]), rz + s * (state[DZ] - trial[2])
     mu = friction_at(terrain, frame[0], frame[1], p[0], p[1])
-    return add_contact(
-        contacts, keys, count, state, body, key, rx, ry, rz, n[0], n[1], n[2], mu, gap, step, step[4], True
-    )
+    return add_contact(contacts, keys, count, state, key, rx, ry, rz, n[0], n[1], n[2], mu, gap, step, step[4], True)
 
 
 @kernel

@@ -6,6 +6,8 @@ there is square to the cone's side and to the grid line, both of which are known
 do not matter. With those slopes for normals and rings at fixed places, rings are the teeth of a cogwheel: each falls
 between two crests and strikes the flank of the next. Measured (slow logs on a rough slope, two seconds): a log then
 moved the less the denser its rings, by 2 % for each halving of their distance, without an end.
+
+A twisted cell may be highest along the log between its grid lines: there the side touches along the ground's tangent.
 """
 
 from __future__ import annotations
@@ -15,7 +17,7 @@ import math
 import numpy as np
 
 from .compiled import inlined, kernel
-from .limits import ALONG_GRID, BESIDE_CREST, CREST, LEAST_UPWARD, REFINED, WALL
+from .limits import ALONG_GRID, BESIDE_CREST, CREST, LEAST_UPWARD, REFINED, SAME_CELL, WALL
 from .terrain import bilinear, surface
 
 
@@ -40,42 +42,73 @@ def along_side(terrain, i0, j0, px, py, height, gx, gy, dx, dy, dz, a, taper, re
     return gx, gy
 
 
+APEX = 2  # in the place of a grid line's family: between grid lines, where a twisted cell is highest along the log
+
+
+@kernel
+def _crossing(heights, cell, inverse_cell, i0, j0, px, py, pz, lx, ly, lz, way, line):
+    """Where the line p + t l crosses a grid line: (vertical gap there [m], t, slope along the grid line).
+
+    way : 0 grid lines north-south, 1 east-west; line : its column or row from the node (j0, i0). No gap, infinity,
+    outside the DEM.
+    """
+    p, q, along, across = (px, py, lx, ly) if way == 0 else (py, px, ly, lx)
+    t = (line * cell - p) / along
+    place = (q + t * across) * inverse_cell
+    node = math.floor(place)
+    i, j = (i0 + line, j0 + int(node)) if way == 0 else (i0 + int(node), j0 + line)
+    rows, columns = heights.shape
+    if i < 0 or j < 0 or i >= columns - 1 or j >= rows - 1:
+        return math.inf, t, 0.0
+    # between its nodes a grid line is straight
+    height = np.float64(heights[j, i])
+    rise = np.float64(heights[j + 1, i] if way == 0 else heights[j, i + 1]) - height
+    return pz + t * lz - height - rise * (place - node), t, rise * inverse_cell
+
+
 @kernel
 def _highest(heights, cell, inverse_cell, i0, j0, px, py, pz, lx, ly, lz, low, high, gap):
     """Of the line p + t l's crossings with grid lines, t in [low, high], the one least above ground, if below ``gap``.
 
-    Returns (gap, t, family of the grid line: 0 north-south, 1 east-west, -1 none, slope along the grid line). None
-    where the line goes on coming nearer to the ground on one side: it touches farther along, as on a plane.
+    Returns (gap, t, slope along the grid line, its family as in ``_crossing``, -1 for none, and its number). Where the
+    line goes on coming nearer to the ground on one side, the family is APEX if it touches the twisted cell there, and
+    none if it touches farther along, as on a plane.
     """
-    rows, columns = heights.shape
-    best, slope, family = 0.0, 0.0, -1
+    best, slope, family, number = 0.0, 0.0, -1, 0
     for way in range(2):
-        p, q, along, across = (px, py, lx, ly) if way == 0 else (py, px, ly, lx)
+        p, along = (px, lx) if way == 0 else (py, ly)
         if abs(along) < ALONG_GRID:
             continue  # it would not tell which way the crest is touched
-        to_t = cell / along
-        p *= inverse_cell
-        u, v = p + low / to_t, p + high / to_t
+        u, v = (p + low * along) * inverse_cell, (p + high * along) * inverse_cell
         for line in range(int(math.ceil(min(u, v))), int(math.floor(max(u, v))) + 1):
-            t = (line - p) * to_t
-            place = (q + t * across) * inverse_cell
-            node = math.floor(place)
-            i, j = (i0 + line, j0 + int(node)) if way == 0 else (i0 + int(node), j0 + line)
-            if i < 0 or j < 0 or i >= columns - 1 or j >= rows - 1:
-                continue
-            # between its nodes a grid line is straight
-            height = np.float64(heights[j, i])
-            rise = np.float64(heights[j + 1, i] if way == 0 else heights[j, i + 1]) - height
-            here = pz + t * lz - height - rise * (place - node)
+            here, t, rise = _crossing(heights, cell, inverse_cell, i0, j0, px, py, pz, lx, ly, lz, way, line)
             if here < gap:
-                gap, best, slope, family = here, t, rise * inverse_cell, way
+                gap, best, slope, family, number = here, t, rise, way, line
     if family >= 0:
         for side in range(2):
-            t = best + (BESIDE_CREST if side == 0 else -BESIDE_CREST) * cell
-            height, _, _ = bilinear(heights, inverse_cell, i0, j0, px + t * lx, py + t * ly)
-            if pz + t * lz - height < gap:
-                family = -1
-    return gap, best, family, slope
+            ahead = (BESIDE_CREST if side == 0 else -BESIDE_CREST) * cell
+            t = best + ahead
+            height, gx, gy = bilinear(heights, inverse_cell, i0, j0, px + t * lx, py + t * ly)
+            beside = pz + t * lz - height
+            if beside < gap:
+                # in a cell the gap is a parabola of t
+                rate = lz - gx * lx - gy * ly
+                bend = (gap - beside + rate * ahead) / (ahead * ahead)
+                t -= 0.5 * rate / bend
+                beside -= 0.25 * rate * rate / bend
+                height, _, _ = bilinear(heights, inverse_cell, i0, j0, px + t * lx, py + t * ly)
+                # the lowest point lies in another cell, or nowhere
+                if not (bend > 0.0 and low <= t <= high and abs(pz + t * lz - height - beside) < SAME_CELL * cell):
+                    return gap, best, slope, -1, number
+                return beside, t, 0.0, APEX, 0
+    return gap, best, slope, family, number
+
+
+@inlined
+def _plane_through(lx, ly, lz, family, slope):
+    """Slope (x, y) of the plane that holds a side's line l and a grid line of this slope; too steep, if so."""
+    sx, sy = ((lz - ly * slope) / lx, slope) if family == 0 else (slope, (lz - lx * slope) / ly)
+    return sx, sy, (1.0 + sx * sx + sy * sy) * LEAST_UPWARD * LEAST_UPWARD > 1.0
 
 
 @inlined
@@ -88,35 +121,35 @@ def crest(terrain, i0, j0, cx, cy, cz, qx, qy, qz, ex, ey, ez, a, taper, low, hi
     Returns (found, t, e, gap, slope): whether a crest stands out over the ring's own point; where along the axis [m];
     from the axis to the point there, its vertical gap [m] and the slope (x, y) of the plane that touches log and crest.
     """
-    found, place, slope_x, slope_y = False, 0.0, 0.0, 0.0
-    ox, oy, oz = ex, ey, ez
+    heights, cell, inverse_cell = terrain.heights, terrain.cell, terrain.inverse_cell
+    k = taper / a
+    lx, ly, lz = qx + k * ex, qy + k * ey, qz + k * ez
     most = min(gap - CREST * a, REFINED * a)  # higher than that is no contact, even looked at once more
-    for look in range(2):
-        k = taper / a
-        lx, ly, lz = qx + k * ex, qy + k * ey, qz + k * ez
-        near, t, family, slope = _highest(
-            terrain.heights, terrain.cell, terrain.inverse_cell, i0, j0, cx + ex, cy + ey, cz + ez, lx, ly, lz,
-            low, high, most,
-        )  # fmt: skip
-        if family < 0:
-            break
-        if family == 0:
-            sx, sy = (lz - ly * slope) / lx, slope
-        else:
-            sx, sy = slope, (lz - lx * slope) / ly
-        steep = 1.0 + sx * sx + sy * sy
-        if steep * LEAST_UPWARD * LEAST_UPWARD > 1.0:
-            break
-        found, place, gap, slope_x, slope_y = True, t, near, sx, sy
-        ox, oy, oz = ex, ey, ez
-        if look == 1:
-            break
-        most = math.inf
-        # once more, with the lowest line as this crest has it, and only about there
-        nd = qz - sx * qx - sy * qy  # times n_z, as the rest
-        ex, ey, ez = nd * qx + sx, nd * qy + sy, nd * qz - 1.0
-        scale = a / math.sqrt(ex * ex + ey * ey + ez * ez)
-        ex, ey, ez = scale * ex, scale * ey, scale * ez
-        low, high = max(low, t - terrain.cell), min(high, t + terrain.cell)
-    k = 1.0 + place * taper / a
-    return found, place, k * ox, k * oy, k * oz, gap, slope_x, slope_y
+    gap, t, slope, family, line = _highest(
+        heights, cell, inverse_cell, i0, j0, cx + ex, cy + ey, cz + ez, lx, ly, lz, low, high, most
+    )
+    if family < 0:
+        return False, 0.0, ex, ey, ez, gap, 0.0, 0.0
+    if family == APEX:
+        k = 1.0 + t * taper / a
+        _, sx, sy = surface(terrain, i0, j0, cx + ex + t * lx, cy + ey + t * ly)
+        return True, t, k * ex, k * ey, k * ez, gap, sx, sy
+    sx, sy, steep = _plane_through(lx, ly, lz, family, slope)
+    if steep:
+        return False, 0.0, ex, ey, ez, gap, 0.0, 0.0
+    # once more, with the lowest line as this crest has it
+    nd = qz - sx * qx - sy * qy  # times n_z, as the rest
+    ox, oy, oz = nd * qx + sx, nd * qy + sy, nd * qz - 1.0
+    scale = a / math.sqrt(ox * ox + oy * oy + oz * oz)
+    ox, oy, oz = scale * ox, scale * oy, scale * oz
+    lx, ly, lz = qx + k * ox, qy + k * oy, qz + k * oz
+    if abs(lx if family == 0 else ly) >= ALONG_GRID:
+        near, place, slope = _crossing(
+            heights, cell, inverse_cell, i0, j0, cx + ox, cy + oy, cz + oz, lx, ly, lz, family, line
+        )
+        if low <= place <= high and near < gap:
+            nx, ny, steep = _plane_through(lx, ly, lz, family, slope)
+            if not steep:
+                ex, ey, ez, t, gap, sx, sy = ox, oy, oz, place, near, nx, ny
+    k = 1.0 + t * taper / a
+    return True, t, k * ex, k * ey, k * ez, gap, sx, sy

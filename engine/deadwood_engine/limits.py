@@ -37,6 +37,7 @@ REFINED = (
 CREST = 2e-3  # [-] of the radius: a crest that stands out by less is flat ground, which the rings touch
 ALONG_GRID = 0.05  # [-] sine of the angle to a grid line below which a log lies along it
 BESIDE_CREST = 0.05  # [cells] how far on either side of a crest the ground must fall away from the log
+SAME_CELL = 1e-9  # [cells] a parabola that misses the ground by more at its lowest point has left its cell
 WALL = 0.5  # [-] sine of the ground's tilt along the axis beyond which it is a wall, not the flank of a ridge:
 # what is so steep could get between the candidates of an end's rim, and impale a log that its side does not stop
 LEAST_UPWARD = 0.1  # [-] least upward part of a normal of the cone's side that is put in the place of the ground's

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,11 +74,12 @@ class Start:
     body: Array
 
 
-def place_logs(scene: Scene, logs: Logs, shape: Shape | None = None) -> Start:
+def place_logs(scene: Scene, logs: Logs, shape: Shape | None = None, threads: int = 1) -> Start:
     """Put logs on the terrain: oriented, and lifted or lowered until the lowest gap is ``drop``.
 
     With a shape, bodies of that shape: its z axis takes the place of a log's axis, its x axis is level across the
-    azimuth (in the terrain's tangent plane when it lies). Diameters and lengths do not count, densities do.
+    azimuth (in the terrain's tangent plane when it lies). Diameters and lengths do not count, densities do. The result
+    does not depend on ``threads``.
 
     Raises
     ------
@@ -114,7 +117,11 @@ def place_logs(scene: Scene, logs: Logs, shape: Shape | None = None) -> Start:
         lift_cloud(terrain, shape.cloud, frame, state, np.ascontiguousarray(logs.drop, float), np.zeros(9))
     else:
         turn = np.pi * np.arange(32) / 16
-        _lift(terrain, frame, state, body, logs.drop, np.cos(turn), np.sin(turn))
+        turns = np.cos(turn), np.sin(turn)
+        cuts = np.linspace(0, len(logs), max(1, threads) + 1).astype(int)
+        with ThreadPoolExecutor(max(1, threads)) as pool:
+            parts = [slice(first, last) for first, last in pairwise(cuts)]
+            list(pool.map(lambda p: _lift(terrain, frame[p], state[p], body[p], logs.drop[p], *turns), parts))
     return Start(frame, state, body)
 
 

@@ -404,7 +404,7 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
             if hit:
                 by_end = by_end or entered
                 count = touch(
-                    terrain, frame, contacts, keys, count, state, body, trial, (LYING, item, 1 + end), p, n, gap, step
+                    terrain, frame, contacts, keys, count, state, trial, (LYING, item, 1 + end), p, n, gap, step
                 )
             # the piece's end against the log's side
             z, a = (0.0, wide) if end == 0 else (long, wide + slope * long)
@@ -417,7 +417,7 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
             if hit:
                 by_end = by_end or entered
                 count = touch(
-                    terrain, frame, contacts, keys, count, state, body, trial, (LYING, item, 3 + end), p,
+                    terrain, frame, contacts, keys, count, state, trial, (LYING, item, 3 + end), p,
                     (-n[0], -n[1], -n[2]), gap, step,
                 )  # fmt: skip
             for mine_end in range(2):
@@ -425,13 +425,11 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
                 if hit:
                     by_end = True
                     count = touch(
-                        terrain, frame, contacts, keys, count, state, body, trial,
+                        terrain, frame, contacts, keys, count, state, trial,
                         (LYING, item, 5 + 2 * end + mine_end), p, n, gap, step,
                     )  # fmt: skip
         if not by_end:
             hit, p, n, gap = side_on_side(c, d, back, front, thick, taper, start, u, long, wide, slope)
             if hit:
-                count = touch(
-                    terrain, frame, contacts, keys, count, state, body, trial, (LYING, item, 0), p, n, gap, step
-                )
+                count = touch(terrain, frame, contacts, keys, count, state, trial, (LYING, item, 0), p, n, gap, step)
     return count, travel, free

@@ -62,17 +62,18 @@ def convex_hull(points, count, hull):
     size = 0
     for direction in range(2):
         floor = size
+        px = py = qx = qy = 0.0  # the hull's last point, and the one before it
         for step in range(count):
             k = step if direction == 0 else count - 1 - step
             x, y = points[k, 0], points[k, 1]
-            while size >= floor + 2 and (
-                (hull[size - 1, 0] - hull[size - 2, 0]) * (y - hull[size - 2, 1])
-                - (hull[size - 1, 1] - hull[size - 2, 1]) * (x - hull[size - 2, 0])
-                <= 0.0
-            ):
+            while size >= floor + 2 and (px - qx) * (y - qy) - (py - qy) * (x - qx) <= 0.0:
                 size -= 1
+                px, py = qx, qy
+                if size >= floor + 2:
+                    qx, qy = hull[size - 2, 0], hull[size - 2, 1]
             hull[size, 0], hull[size, 1] = x, y
             size += 1
+            qx, qy, px, py = px, py, x, y
         size -= 1
     return size
 
@@ -94,25 +95,27 @@ def hull_rows(hull, size, x0, y0, cell, part, left, right):
     first, last = max(row, int(math.floor(low))), min(row + rows - 1, int(math.floor(high)))
     for j in range(first - row, last - row + 1):
         left[j], right[j] = columns, -1
+    ax, ay = hull[size - 1, 2], hull[size - 1, 3]
     for k in range(size):
-        m = k + 1 if k + 1 < size else 0
-        ax, ay, bx, by = hull[k, 2], hull[k, 3], hull[m, 2], hull[m, 3]
+        bx, by = hull[k, 2], hull[k, 3]
         # counter-clockwise, what goes up is the hull's right side, what goes down its left
-        rightward, leftward = by >= ay, by <= ay
-        if ay > by:
-            ax, ay, bx, by = bx, by, ax, ay
-        slope = (bx - ax) / (by - ay) if by > ay else 0.0
-        upper = slope >= 0.0 if rightward else slope <= 0.0  # end of a row's piece that reaches out farther
-        for j in range(max(first, int(math.floor(ay))), min(last, int(math.floor(by))) + 1):
-            if upper:
-                x = bx if by <= j + 1 else ax + slope * (j + 1 - ay)
-            else:
-                x = ax if ay >= j else ax + slope * (j - ay)
-            if leftward:
-                left[j - row] = min(left[j - row], max(0, int(math.floor(x if by > ay else min(ax, bx))) - column))
-            if rightward:
-                x = x if by > ay else max(ax, bx)
-                right[j - row] = max(right[j - row], min(columns - 1, int(math.floor(x)) - column))
+        low, high = min(ay, by), max(ay, by)
+        slope = (bx - ax) / (by - ay) if by != ay else 0.0
+        lower, upper = max(first, int(math.floor(low))), min(last, int(math.floor(high)))
+        # of a row's piece, the end that reaches out farther: nowhere beyond the edge's own ends
+        if by >= ay:
+            most, end = max(ax, bx), 1.0 if slope >= 0.0 else 0.0
+            side = right[lower - row : max(lower, upper + 1) - row]
+            for m in range(side.shape[0]):
+                x = min(ax + slope * (lower + m + end - ay), most)
+                side[m] = max(side[m], min(columns - 1, int(math.floor(x)) - column))
+        if by <= ay:
+            least, end = min(ax, bx), 0.0 if slope >= 0.0 else 1.0
+            side = left[lower - row : max(lower, upper + 1) - row]
+            for m in range(side.shape[0]):
+                x = max(ax + slope * (lower + m + end - ay), least)
+                side[m] = min(side[m], max(0, int(math.floor(x)) - column))
+        ax, ay = bx, by
     return first - row, last - row
 
 

@@ -9,7 +9,7 @@ import math
 
 from .compiled import kernel
 from .contact_solver import find_old, solve, warm_start
-from .contacts import PN, TARGET, TERRAIN
+from .contacts import PN, TARGET, TERRAIN, set_frames
 from .detection import find_contacts, owner_of
 from .limits import REST_ACCELERATION, REST_LOOK, REST_STEP, REST_SWEEPS
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, REACH
@@ -51,6 +51,7 @@ def stays(scene, frame, state, body, stations, settings, path, scratch, old_coun
     count, _, _ = find_contacts(scene, frame, trial, body, stations, settings, dt, path, advance, scratch, obstacles)
     for k in range(count):
         scratch.contacts[k, TARGET] = 0.0  # what would touch within this step counts as touching
+    set_frames(scratch.contacts, count, trial, body)
     trial[VZ] -= 0.5 * settings.gravity * dt
     find_old(scratch.contacts, scratch.keys, count, scratch.old_keys, old_count)
     warm_start(scratch.contacts, count, trial, scratch.old_contacts, ratio * dt)

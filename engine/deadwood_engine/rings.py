@@ -65,8 +65,15 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
         along = k * between
         s = along - centre
         a = body[BASE_RADIUS] + taper * along
+        # the stretch of the side that this ring answers for: halfway to the next, and up to the ends
+        low = -between if k == 1 else -0.5 * between
+        high = between if k == stations - 2 else 0.5 * between
+        reach = min(max(high, -low), terrain.cell)  # as far as the bound on roughness goes
         if ahead >= abs(wake[k]):
-            free = lid_distance(terrain, i0, j0, state[X] + s * dx, state[Y] + s * dy, state[Z] + s * dz) - a
+            free, tilt = lid_distance(
+                terrain, i0, j0, state[X] + s * dx, state[Y] + s * dy, state[Z] + s * dz, dx, dy, dz
+            )
+            free -= a + reach * (abs(tilt) + abs(taper))
             # below its lid a ring is awake, and not asked again for a while
             wake[k] = path + min(free, block - a) if free > 0.0 else -(path + NEAR_WAY)
         earliest = min(earliest, wake[k])
@@ -84,7 +91,8 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
         if not thick:
             i = i0 + int(math.floor(cx * terrain.inverse_cell))
             j = j0 + int(math.floor(cy * terrain.inverse_cell))
-            rise = terrain.roughness[j, i]
+            # and what the side may come down by on its stretch
+            rise = terrain.roughness[j, i] + reach * (abs(qz - gx * qx - gy * qy) + abs(taper))
         if gap > rise:
             continue
         nz = 1.0 / math.sqrt(1.0 + square)
@@ -103,10 +111,7 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
         scale = a / math.sqrt(ex * ex + ey * ey + ez * ez)
         ex, ey, ez = scale * ex, scale * ey, scale * ez
         fx, fy, fz = cross(dx, dy, dz, ex, ey, ez)
-        # the stretch of the side that this ring answers for: halfway to the next, and up to the ends
         side = 0 < k < stations - 1
-        low = -between if k == 1 else -0.5 * between
-        high = between if k == stations - 2 else 0.5 * between
         ox1, oy1, oz1, ox2, oy2, oz2 = math.inf, 0.0, 0.0, math.inf, 0.0, 0.0
         for m in range(CANDIDATES if k == 0 or k == stations - 1 else points):
             if m == 0:
@@ -153,11 +158,11 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
             # predicted below the surface (a NaN height, no ground, compares false)
             if gap < 0.0:
                 if side and not found:
-                    reach = max(between, 2.0 * terrain.cell)
-                    gx, gy = along_side(terrain, i0, j0, px, py, height, gx, gy, dx, dy, dz, a, taper, reach)
+                    far = max(between, 2.0 * terrain.cell)
+                    gx, gy = along_side(terrain, i0, j0, px, py, height, gx, gy, dx, dy, dz, a, taper, far)
                 r = ((s + t) * dx + rx, (s + t) * dy + ry, (s + t) * dz + rz)
                 count = ground_contact(
-                    terrain, frame, contacts, keys, count, state, body, r, gap, (gx, gy),
+                    terrain, frame, contacts, keys, count, state, r, gap, (gx, gy),
                     friction_at(terrain, i0, j0, px, py), k * CANDIDATES + m, step, True,
                 )  # fmt: skip
     return count, earliest, whole

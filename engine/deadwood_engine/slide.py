@@ -65,7 +65,7 @@ def slide(
     Interrupted
         when ``report`` asked to stop
     """
-    start = logs if isinstance(logs, Start) else place_logs(scene, logs, shape)
+    start = logs if isinstance(logs, Start) else place_logs(scene, logs, shape, threads)
     number = len(start.state)
     arrays = scene.arrays._replace(cloud=shape.cloud) if shape else scene.arrays
     cell = arrays.terrain.cell

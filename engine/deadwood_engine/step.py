@@ -18,7 +18,7 @@ import math
 from .asymmetric_top import energy_of, move_freely
 from .compiled import kernel
 from .contact_solver import find_old, remember, solve, turn_around, warm_start
-from .contacts import GAP, PN, TERRAIN
+from .contacts import GAP, PN, TERRAIN, set_frames
 from .detection import find_contacts, lowest_gap, owner_of
 from .energy import impulse_work, take_no_energy
 from .grid_index import insert_sorted
@@ -114,9 +114,10 @@ def slide_log(
             find_old(scratch.contacts, scratch.keys, count, scratch.old_keys, old_count)
             if scene.cloud is None:  # the points of a cloud turn with it
                 turn_contacts(
-                    scratch.contacts, scratch.keys, count, state, body, scratch.old_contacts,
+                    scratch.contacts, scratch.keys, count, state, scratch.old_contacts,
                     gravity * kick, 0.5 * gravity * before, LEAST_TURN * gravity * dt,
                 )  # fmt: skip
+            set_frames(scratch.contacts, count, state, body)
             if settings.backward:
                 turn_around(scratch.contacts, scratch.keys, count)
             state[VZ] -= 0.5 * gravity * dt

@@ -151,17 +151,19 @@ def friction_at(terrain, i0, j0, x, y):
 
 
 @kernel
-def lid_distance(terrain, i0, j0, x, y, z):
-    """How far [m] a place in the frame of node (j0, i0) is above its block's lid; -inf where no lid holds."""
+def lid_distance(terrain, i0, j0, x, y, z, dx, dy, dz):
+    """How far [m] a place in the frame of node (j0, i0) is above its block's lid, and the cosine between the lid's
+    normal and a direction d; -inf where no lid holds."""
     lids, block = terrain.lids, terrain.lid_cells * terrain.cell
     x += i0 * terrain.cell
     y += j0 * terrain.cell
     i, j = math.floor(x * terrain.inverse_block), math.floor(y * terrain.inverse_block)
     bi, bj = int(i), int(j)
     if bi < 0 or bj < 0 or bi >= lids.shape[1] or bj >= lids.shape[0]:
-        return -math.inf
+        return -math.inf, 0.0
     lid = lids[bj, bi]
-    return lid[0] * (x - i * block) + lid[1] * (y - j * block) + lid[2] * z - lid[3]
+    above = lid[0] * (x - i * block) + lid[1] * (y - j * block) + lid[2] * z - lid[3]
+    return above, lid[0] * dx + lid[1] * dy + lid[2] * dz
 
 
 @kernel

@@ -142,15 +142,20 @@ def draw(scene, frame, state, body, memory, work, rasters, row, marks, time):
     rows, columns = rasters.deposits.shape
     part = (terrain.column, terrain.row, columns, rows)
     first, last = hull_rows(hull, size, -shift_x, -shift_y, terrain.cell, part, left, right)
+    now, fast, heavy, high = np.uint32(row + 1), np.float32(speed), np.float32(energy), np.float32(jump)
     for j in range(first, last + 1):
-        for i in range(left[j], right[j] + 1):
-            cell, most = rasters.hits[j, i], rasters.maxima[j, i]
-            if cell[STAMP] != row + 1:
-                cell[STAMP] = row + 1
-                cell[HITS] += 1
-            most[SPEED] = max(most[SPEED], np.float32(speed))
-            most[ENERGY] = max(most[ENERGY], np.float32(energy))
-            most[JUMP] = max(most[JUMP], np.float32(jump))
+        cells, most = rasters.hits[j], rasters.maxima[j]
+        # unsigned: Numba then asks of no index whether it counts from the end
+        for i in range(np.uint64(left[j]), np.uint64(right[j] + 1)):
+            if cells[i, STAMP] != now:
+                cells[i, STAMP] = now
+                cells[i, HITS] += np.uint32(1)
+            if most[i, SPEED] < fast:
+                most[i, SPEED] = fast
+            if most[i, ENERGY] < heavy:
+                most[i, ENERGY] = heavy
+            if most[i, JUMP] < high:
+                most[i, JUMP] = high
 
 
 @kernel

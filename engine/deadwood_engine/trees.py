@@ -165,7 +165,7 @@ def _end_contact(terrain, frame, tree, item, end, contacts, keys, count, state, 
     gap, there = pierced_end(state, body, trial, end, px, py, top)
     if there:
         count = touch(
-            terrain, frame, contacts, keys, count, state, body, trial, (TREE, item, 3 + end), (px, py, top),
+            terrain, frame, contacts, keys, count, state, trial, (TREE, item, 3 + end), (px, py, top),
             (-outward * dx, -outward * dy, -outward * dz), gap, step,
         )  # fmt: skip
         return count, True
@@ -215,7 +215,7 @@ def _end_contact(terrain, frame, tree, item, end, contacts, keys, count, state, 
     if gap < 0.0:
         scale = 1.0 / math.sqrt(1.0 + lean * lean)
         count = touch(
-            terrain, frame, contacts, keys, count, state, body, trial, (TREE, item, 1 + end),
+            terrain, frame, contacts, keys, count, state, trial, (TREE, item, 1 + end),
             (ex + u * lx + w * dz * mx, ey + u * ly + w * dz * my, pz),
             (nx * scale, ny * scale, lean * scale), gap * scale, step,
         )  # fmt: skip
@@ -262,7 +262,7 @@ def _side_contact(terrain, frame, tree, item, contacts, keys, count, state, body
         if rho > 0.0:
             nx, ny, nz = ax / rho, ay / rho, az / rho
         count = touch(
-            terrain, frame, contacts, keys, count, state, body, trial, (TREE, item, 0),
+            terrain, frame, contacts, keys, count, state, trial, (TREE, item, 0),
             (ox + s * dx - a * nx, oy + s * dy - a * ny, oz + s * dz - a * nz), (nx, ny, nz), gap, step,
         )  # fmt: skip
     return count
@@ -398,11 +398,15 @@ def time_beside(table, number, state, body, gravity, longest):
     """
     swing = _swing(state)
     sliding = abs(swing[4])
+    # of any point: what is farther away than that within the step is not looked at more closely
+    straight = math.sqrt(state[VX] ** 2 + state[VY] ** 2 + state[VZ] ** 2)
+    speed = straight + swing[3] * max(body[CENTRE], body[LENGTH] - body[CENTRE])
+    bend = swing[3] * (sliding + speed) + 0.5 * gravity
     back, front = -body[CENTRE], body[LENGTH] - body[CENTRE]
     taper = (body[TIP_RADIUS] - body[BASE_RADIUS]) / body[LENGTH]
     for m in range(number):
         s, room = table[m, ALONG], table[m, ROOM]
-        if room == math.inf:
+        if room > longest * (speed + longest * bend) and room > longest * sliding:
             continue
         if back < s < front:
             # close by, the log's taper is a wedge between two stems: then the way along counts, too

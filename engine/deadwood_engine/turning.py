@@ -36,7 +36,7 @@ from .contacts import (
     TERRAIN,
     TURN,
     cross,
-    set_frame,
+    set_normal,
 )
 from .rotation import DX, VX, WX
 
@@ -80,7 +80,7 @@ def remember_plane(old, c, state):
 
 
 @inlined
-def turn_contacts(contacts, keys, count, state, body, old_contacts, kick, fall, flat):
+def turn_contacts(contacts, keys, count, state, old_contacts, kick, fall, flat):
     """Push along the plane between the last step's and the one ahead, where a ground contact of both is loaded.
 
     kick : [m/s] of gravity in this step; fall : [m/s] the part of it that the velocities hold already
@@ -106,5 +106,5 @@ def turn_contacts(contacts, keys, count, state, body, old_contacts, kick, fall, 
             c[NX + q] = (1.0 - share) * old[OLD_N + q] + share * c[NX + q]
             c[RX + q] = (1.0 - share) * old[OLD_R + q] + share * c[RX + q]
         unit_normal(c, NX)
-        set_frame(c, state, body, True)
+        set_normal(c, state, True)
         c[TARGET] = target - (1.0 - share) * delta

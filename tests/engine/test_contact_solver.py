@@ -6,7 +6,7 @@ from scipy.optimize import minimize
 
 from deadwood_engine import contacts as at
 from deadwood_engine.contact_solver import block_impulse, disc_impulse, solve
-from deadwood_engine.contacts import CONTACT_WIDTH, KEY_WIDTH, add_contact
+from deadwood_engine.contacts import CONTACT_WIDTH, KEY_WIDTH, add_contact, set_frames
 from deadwood_engine.log_body import CENTRE, LENGTH, TRANSVERSE, cone_bodies
 
 LOG = cone_bodies(np.array([0.75]), np.array([30.0]), np.array([300.0]))[0]
@@ -21,7 +21,8 @@ def problem(points, *, axis=(0, 0, 1), velocity=(0, 0, 0), spin=(0, 0, 0), body=
     count = 0
     for r, n, mu in points:
         n = np.asarray(n, float) / np.linalg.norm(n)
-        count = add_contact(table, keys, count, state, body, (0, 0, 0), *r, *n, mu, -1.0, (1e-9, 0.0, 0.0), 1e-9, False)
+        count = add_contact(table, keys, count, state, (0, 0, 0), *r, *n, mu, -1.0, (1e-9, 0.0, 0.0), 1e-9, False)
+    set_frames(table, count, state, body)
     return table, state
 
 

@@ -76,7 +76,7 @@ def test_no_terrain_stands_above_a_lid(cell):
     tightest = np.inf
     for _ in range(20_000):
         x, y = rng.random(2) * (side - 1) * cell
-        above = lid_distance(terrain, 0, 0, x, y, 0.0)
+        above, east = lid_distance(terrain, 0, 0, x, y, 0.0, 1.0, 0.0, 0.0)
         away, turn = block * np.sqrt(rng.random()), 2 * np.pi * rng.random()
         dx, dy = away * np.cos(turn), away * np.sin(turn)
         there = surface(terrain, 0, 0, x + dx, y + dy)[0]
@@ -87,6 +87,7 @@ def test_no_terrain_stands_above_a_lid(cell):
         z = (0.5 - above) / lid[2]  # half a metre above the lid
         distance = lid[0] * dx + lid[1] * dy + lid[2] * (there - z)
         assert distance <= -0.5 + 1e-5 * np.abs(z)  # a NaN, no terrain, would fail
+        assert east == lid[0]
         tightest = min(tightest, -0.5 - distance)
     assert tightest < 0.1  # a lid so high that it never comes close would wake every ring
 
@@ -95,11 +96,12 @@ def test_lids_hold_only_where_there_is_terrain_all_around():
     heights = np.zeros((20, 20))
     heights[10, 10] = np.nan
     terrain = prepare(heights, 1.0, 0.0, 0.0, 0.2)
+    up = 0.0, 0.0, 1.0
     for x, y in ((0.5, 5.0), (5.0, 18.5), (9.5, 9.5), (11.5, 10.5), (-3.0, 5.0), (5.0, 400.0)):
-        assert lid_distance(terrain, 0, 0, x, y, 100.0) == -np.inf
-    assert lid_distance(terrain, 0, 0, 5.0, 5.0, 100.0) == pytest.approx(100.0, abs=2e-3)
+        assert lid_distance(terrain, 0, 0, x, y, 100.0, *up)[0] == -np.inf
+    assert lid_distance(terrain, 0, 0, 5.0, 5.0, 100.0, *up)[0] == pytest.approx(100.0, abs=2e-3)
     # seen from another log's frame it is the same place
-    assert lid_distance(terrain, 3, 4, 2.0, 1.0, 100.0) == lid_distance(terrain, 0, 0, 5.0, 5.0, 100.0)
+    assert lid_distance(terrain, 3, 4, 2.0, 1.0, 100.0, *up) == lid_distance(terrain, 0, 0, 5.0, 5.0, 100.0, *up)
 
 
 @pytest.mark.parametrize(

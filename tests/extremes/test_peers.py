@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from deadwood_engine import Logs, Scene, place_logs
-from deadwood_engine.contacts import CONTACT_WIDTH, KEY_WIDTH, NX, NZ, TX, TZ, UX, UZ, add_contact
+from deadwood_engine.contacts import CONTACT_WIDTH, KEY_WIDTH, NX, NZ, TX, TZ, UX, UZ, add_contact, set_frames
 
 
 def test_contact_frames_are_orthonormal(at):
@@ -16,9 +16,9 @@ def test_contact_frames_are_orthonormal(at):
     table, keys = np.zeros((1, CONTACT_WIDTH)), np.zeros((1, KEY_WIDTH), np.int64)
     for normal in normals:
         normal = normal / np.linalg.norm(normal)
-        add_contact(
-            table, keys, 0, state, solid, (0, 0, 0), 0.1, 0.2, -0.3, *normal, 0.25, 0.0, (0.01, 0.0, 9.81), 0.01, False
-        )
+        place = 0.1, 0.2, -0.3
+        add_contact(table, keys, 0, state, (0, 0, 0), *place, *normal, 0.25, 0.0, (0.01, 0.0, 9.81), 0.01, False)
+        set_frames(table, 1, state, solid)
         frame = np.array([table[0, a : b + 1] for a, b in ((NX, NZ), (TX, TZ), (UX, UZ))])
         assert np.abs(frame @ frame.T - np.eye(3)).max() < 1e-14
         assert np.linalg.det(frame) == pytest.approx(1.0, abs=1e-14)
