@@ -25,7 +25,7 @@ from pathlib import Path
 import click
 
 from deadwood_algorithms.tool import VERSION, Cancelled, Outcome, Tool, UserError, manifest
-from deadwood_toolbox import parameters
+from deadwood_toolbox import parameters, shelf
 from deadwood_toolbox.commands import Answer, Job, build
 from deadwood_toolbox.environment import drop_foreign_paths
 from deadwood_toolbox.feedback import Speaker, clock
@@ -96,9 +96,8 @@ def _carry_out(job: Job, speaker: Speaker) -> int:
 def _understand(arguments: Sequence[str], tools: Sequence[Tool] | None) -> Job | Answer | None:
     """What a command line asks for; None where click has answered itself (``--help``)."""
     if tools is None:
-        from deadwood_toolbox.shelf import TOOLS
-
-        tools = TOOLS
+        one = shelf.find(arguments[0]) if arguments else None
+        tools = shelf.TOOLS if one is None else (one,)
     wanted = build(tools).main(list(arguments), prog_name="deadwood-tool", standalone_mode=False)
     return wanted if isinstance(wanted, Job | Answer) else None
 

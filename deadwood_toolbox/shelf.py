@@ -1,50 +1,48 @@
-"""The tools, one honest import each; a tool that is not named here does not exist for the command line.
+"""The tools by name; a tool that is not named here does not exist for the command line.
 
-``deadwood-tool TOOL --help`` imports every tool's file, so such a file imports at its top only what starts quickly:
-the standard library, numpy, shapely, and siblings that keep the same rule. The engine (numba), geopandas, pandas,
-pyarrow, rasterio, pyogrio, pyproj and matplotlib are imported where they are used: inside the functions of
-``layers.py``, and inside a tool's ``run``. A test imports this file and looks at what came with it.
+``deadwood-tool TOOL --help`` imports that tool's file alone, and ``deadwood-tool --help`` all of them. So such a file
+imports at its top only what starts quickly: the standard library, numpy, shapely, and siblings that keep the same rule.
+The engine (numba), geopandas, pandas, pyarrow, rasterio, pyogrio, pyproj and matplotlib are imported where they are
+used: inside the functions of ``layers.py``, and inside a tool's ``run``. A test imports this file with all its tools
+and looks at what came with it.
 """
 
 from __future__ import annotations
 
-from deadwood_algorithms.add_structures import TOOL as ADD_STRUCTURES
-from deadwood_algorithms.assess_mobilisation import TOOL as ASSESS_MOBILISATION
-from deadwood_algorithms.calibrate_friction import TOOL as CALIBRATE_FRICTION
-from deadwood_algorithms.compare_fidelity import TOOL as COMPARE_FIDELITY
-from deadwood_algorithms.compare_scenarios import TOOL as COMPARE_SCENARIOS
-from deadwood_algorithms.count_hits import TOOL as COUNT_HITS
-from deadwood_algorithms.demo import TOOL as DEMO
-from deadwood_algorithms.fit_flight import TOOL as FIT_FLIGHT
-from deadwood_algorithms.generate_forest import TOOL as GENERATE_FOREST
-from deadwood_algorithms.import_trees import TOOL as IMPORT_TREES
-from deadwood_algorithms.lateral_spread import TOOL as LATERAL_SPREAD
-from deadwood_algorithms.make_log import TOOL as MAKE_LOG
-from deadwood_algorithms.reach_lines import TOOL as REACH_LINES
-from deadwood_algorithms.sample_releases import TOOL as SAMPLE_RELEASES
-from deadwood_algorithms.slide_logs import TOOL as SLIDE_LOGS
+from importlib import import_module
+from typing import Any
+
 from deadwood_algorithms.tool import Tool
 
-# In the order of the work.
-TOOLS: tuple[Tool, ...] = (
-    ASSESS_MOBILISATION,
-    SAMPLE_RELEASES,
-    IMPORT_TREES,
-    GENERATE_FOREST,
-    ADD_STRUCTURES,
-    MAKE_LOG,
-    SLIDE_LOGS,
-    COUNT_HITS,
-    REACH_LINES,
-    LATERAL_SPREAD,
-    FIT_FLIGHT,
-    COMPARE_SCENARIOS,
-    CALIBRATE_FRICTION,
-    COMPARE_FIDELITY,
-    DEMO,
+# In the order of the work; make-log is TOOL of deadwood_algorithms/make_log.py, and so on.
+NAMES = (
+    "assess-mobilisation",
+    "sample-releases",
+    "import-trees",
+    "generate-forest",
+    "add-structures",
+    "make-log",
+    "slide-logs",
+    "count-hits",
+    "reach-lines",
+    "lateral-spread",
+    "fit-flight",
+    "compare-scenarios",
+    "calibrate-friction",
+    "compare-fidelity",
+    "demo",
 )
+TOOLS: tuple[Tool, ...]
 
 
 def find(name: str) -> Tool | None:
-    """The tool of that name, or None."""
-    return next((tool for tool in TOOLS if tool.name == name), None)
+    """The tool of that name, or None; no other tool is imported."""
+    return import_module(f"deadwood_algorithms.{name.replace('-', '_')}").TOOL if name in NAMES else None
+
+
+def __getattr__(name: str) -> Any:
+    if name != "TOOLS":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    found = tuple(tool for each in NAMES if (tool := find(each)) is not None)
+    globals()[name] = found
+    return found

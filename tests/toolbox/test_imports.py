@@ -120,9 +120,19 @@ def test_the_checks_above_find_what_they_look_for():
 
 
 def test_the_shelf_brings_no_heavy_library_along(checkout):
-    look = "import sys, deadwood_toolbox.cli, deadwood_toolbox.shelf; print(*sys.modules)"
+    look = "import sys, deadwood_toolbox.cli, deadwood_toolbox.shelf as shelf; shelf.TOOLS; print(*sys.modules)"
     ran = subprocess.run([sys.executable, "-c", look], env=checkout, capture_output=True, text=True, check=True)
     assert HEAVY & set(ran.stdout.split()) == set()
+
+
+def test_the_help_of_a_tool_imports_no_other(checkout):
+    look = (
+        "import sys, deadwood_toolbox.cli as cli; cli.run(['make-log', '--help']); print(*sys.modules, file=sys.stderr)"
+    )
+    ran = subprocess.run([sys.executable, "-c", look], env=checkout, capture_output=True, text=True, check=True)
+    assert "Usage: deadwood-tool make-log" in ran.stdout
+    loaded = {module.removeprefix("deadwood_algorithms.") for module in ran.stderr.split()}
+    assert loaded & {path.stem for path in TOOL_FILES} == {"make_log"}
 
 
 def test_help_answers_at_once(checkout):
