@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .compiled import inlined, kernel
-from .contacts import BARRIER, pierced_end, touch
+from .contacts import BARRIER, cross, pierced_end, touch
 from .grid_index import GridIndex, index_boxes, list_near
-from .limits import FLAT_TOLERANCE, OBSTACLE_TRAVEL
+from .limits import ACROSS_EDGE, FLAT_TOLERANCE, OBSTACLE_TRAVEL
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
 
 Array = NDArray[np.float64]
@@ -100,7 +100,9 @@ def deepest_below_edge(ex, ey, ez, dx, dy, dz, sine, a, nx, ny, x, y, ax, ay, to
     """Point of an end face (centre e, axis d, radius a) deepest against the plate's normal n, of those below its top.
 
     The face is a disc cut off by the top edge, and depth is linear on it, so the deepest point is the rim's deepest
-    where that lies below the edge, else one of the two rim points at the edge's height.
+    where that lies below the edge, else one of the two rim points at the edge's height. A disc whose middle is on its
+    own side, and that crosses the plate's plane above the edge only, hangs over the plate: what of it is below the
+    edge lies on the other side and has not come through.
     Returns (whether any of the disc lies below the edge, point).
     """
     nd = nx * dx + ny * dy
@@ -108,7 +110,21 @@ def deepest_below_edge(ex, ey, ez, dx, dy, dz, sine, a, nx, ny, x, y, ax, ay, to
     size = math.sqrt(qx * qx + qy * qy + qz * qz)
     px, py, pz = ex, ey, ez
     if size > FLAT_TOLERANCE:
-        px, py, pz = ex + a * qx / size, ey + a * qy / size, ez + a * qz / size
+        qx, qy, qz = qx / size, qy / size, qz / size
+        px, py, pz = ex + a * qx, ey + a * qy, ez + a * qz
+        off = (ex - x) * nx + (ey - y) * ny
+        if 0.0 <= off < a * size:
+            # both ends of the chord in the plate's plane
+            away = off / size
+            half = math.sqrt(a * a - away * away)
+            hx, hy, hz = cross(dx, dy, dz, qx, qy, qz)
+            hangs = True
+            for way in range(2):
+                turn = half if way == 0 else -half
+                u = (ex + away * qx + turn * hx - x) * ax + (ey + away * qy + turn * hy - y) * ay
+                hangs = hangs and ez + away * qz + turn * hz > top0 + rise * u
+            if hangs:
+                return False, px, py, pz
     limit = top0 + rise * ((px - x) * ax + (py - y) * ay)
     if pz <= limit:
         return True, px, py, pz
@@ -177,6 +193,10 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
                     side_base = side_tip
         item = listed[m]
         by_end = False
+        scale = 1.0 / math.sqrt(1.0 + rise * rise)
+        tx, ty, tz = ax * scale, ay * scale, rise * scale  # along the top edge
+        c = dx * tx + dy * ty + dz * tz
+        apart = 1.0 - c * c  # square of the sine of the angle between axis and edge
         # end faces against the plate
         for end in range(2):
             s = back if end == 0 else front
@@ -198,33 +218,32 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
             gap, there = pierced_end(state, body, trial, end, x + u * ax, y + u * ay, top0 + rise * u)
             if there:
                 by_end = True
-                outward = -1.0 if end == 0 else 1.0
+                # square to the edge, which a log may slide along without sinking on it
+                k, size = (c, math.sqrt(apart)) if apart > ACROSS_EDGE * ACROSS_EDGE else (0.0, 1.0)
+                inward = (1.0 if end == 0 else -1.0) / size
                 count = touch(
                     terrain, frame, contacts, keys, count, state, trial, (BARRIER, item, 3 + end),
-                    (x + u * ax, y + u * ay, top0 + rise * u), (-outward * dx, -outward * dy, -outward * dz), gap, step,
+                    (x + u * ax, y + u * ay, top0 + rise * u),
+                    (inward * (dx - k * tx), inward * (dy - k * ty), inward * (dz - k * tz)),
+                    gap / size, step,
                 )  # fmt: skip
         # the log's side against the top edge: nearest points of two lines
-        ex, ey, ez = ax, ay, rise
-        scale = 1.0 / math.sqrt(1.0 + rise * rise)
-        ex, ey, ez = ex * scale, ey * scale, ez * scale
-        c = dx * ex + dy * ey + dz * ez
-        cross = 1.0 - c * c
-        if cross > FLAT_TOLERANCE and not by_end:
+        if apart > FLAT_TOLERANCE and not by_end:
             gx, gy, gz = ox - x, oy - y, oz - top0
             gd = gx * dx + gy * dy + gz * dz
-            ge = gx * ex + gy * ey + gz * ez
-            s = (c * ge - gd) / cross
-            t = (ge - c * gd) / cross
-            rx, ry, rz = gx + s * dx - t * ex, gy + s * dy - t * ey, gz + s * dz - t * ez
+            ge = gx * tx + gy * ty + gz * tz
+            s = (c * ge - gd) / apart
+            t = (ge - c * gd) / apart
+            rx, ry, rz = gx + s * dx - t * tx, gy + s * dy - t * ty, gz + s * dz - t * tz
             distance = math.sqrt(rx * rx + ry * ry + rz * rz)
-            mix = taper * taper / cross
+            mix = taper * taper / apart
             if distance > 0.0 and mix < 0.5:
                 rho = distance / math.sqrt(1.0 - mix)
-                s += rho * taper / cross
-                t += rho * c * taper / cross
+                s += rho * taper / apart
+                t += rho * c * taper / apart
                 if back < s < front and 0.0 <= t * scale <= width:
                     a = thick + taper * (s - back)
-                    rx, ry, rz = gx + s * dx - t * ex, gy + s * dy - t * ey, gz + s * dz - t * ez
+                    rx, ry, rz = gx + s * dx - t * tx, gy + s * dy - t * ty, gz + s * dz - t * tz
                     if rho < a:
                         rx, ry, rz = rx / rho, ry / rho, rz / rho
                         count = touch(

@@ -15,6 +15,8 @@ FIRST_TOUCH = 0.1  # [-] of both radii: how far a step is followed beside a stem
 TOUCH_DEPTH = 0.05  # [-] of both radii: how deep, at most, the pose of a first touch may be
 MOST_LOOKS = 40  # poses within a step that are looked at for the first touch of one stem
 OBSTACLE_ALONG = 0.3  # [-] of both radii: the way of a thin log along itself in a step beside a thicker stem
+ACROSS_EDGE = 0.5  # [-] sine of the angle between a log and a barrier's top edge below which an end face is pierced along
+# the axis, else square to the edge
 THICK = 0.35  # [m] radius of log and stem together above which a step is limited by the speed sideways, not the fastest
 NEAR_MARGIN = (
     2.0  # [m] obstacles this close to the log are listed; the list is made anew when the ends have moved so far
@@ -29,7 +31,8 @@ HOVER_MOST = 5e-4  # [m] that, at most: long steps would let logs rest on air
 
 LEAST_TURN = 1e-2  # [-] of g dt: a contact plane that turns by less has not turned (``turning``)
 
-MERGED = 0.3  # [-] of the radius: candidates of one ring that come to lie closer than this are one contact
+MERGED = 0.1  # [-] of the radius: candidates of one ring that come to lie closer than this are one contact; at 0.3 a rim
+# that lay on two cells touched one of them only, and the other was found when it stood a centimetre inside
 REFINED = (
     0.3  # [-] of the radius: candidates nearer to the ground than this are sought once more, square to what is there
 )
@@ -43,8 +46,8 @@ WALL = 0.5  # [-] sine of the ground's tilt along the axis beyond which it is a 
 LEAST_UPWARD = 0.1  # [-] least upward part of a normal of the cone's side that is put in the place of the ground's
 
 # Far from contact: planes above the terrain, over blocks of cells, tell how far a ring may move before it can touch
-LID_REACH = 1.0  # [m] least side of a block; a ring sleeps until the log could have moved so far, less its radius
-NEAR_WAY = 1.0  # [m] way of the log after which a ring below its lid asks for it again
+LID_REACH = 2.0  # [m] least side of a block; a ring sleeps until the log could have moved so far, less its radius
+NEAR_WAY = 2.0  # [m] way of the log after which a ring below its lid asks for it again
 LID_SLACK = 1e-3  # [m] more than the rounding of a lid's float32 (0.1 mm at 1000 m above the reference)
 
 # Geometry

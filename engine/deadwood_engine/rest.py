@@ -56,12 +56,12 @@ def stays(scene, frame, state, body, stations, settings, path, scratch, old_coun
     find_old(scratch.contacts, scratch.keys, count, scratch.old_keys, old_count)
     warm_start(scratch.contacts, count, trial, scratch.old_contacts, ratio * dt)
     allowed = REST_ACCELERATION * settings.gravity * dt
-    used, still = 0, False
-    while used < REST_SWEEPS and not still:
+    used, decided = 0, False
+    while used < REST_SWEEPS and not decided:
         used, change = solve(scratch.contacts, count, trial, 0.01 * allowed, used + REST_LOOK, used)
         moving = fastest_point(trial, body)
         # what is still so much faster than it changes does not come to rest in the sweeps that are left
-        still = change <= 0.01 * allowed or moving > max(allowed, REST_SWEEPS * change)
+        decided = change <= 0.01 * allowed or moving > max(allowed, REST_SWEEPS * change)
     return count > 0 and moving <= allowed, count
 
 

@@ -65,10 +65,9 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
         along = k * between
         s = along - centre
         a = body[BASE_RADIUS] + taper * along
-        # the stretch of the side that this ring answers for: halfway to the next, and up to the ends
-        low = -between if k == 1 else -0.5 * between
-        high = between if k == stations - 2 else 0.5 * between
-        reach = min(max(high, -low), terrain.cell)  # as far as the bound on roughness goes
+        # of the stretch of the side that this ring answers for, as far as the bound on roughness goes
+        beside_end = k == 1 or k == stations - 2
+        reach = min(between if beside_end else 0.5 * between, terrain.cell)
         if ahead >= abs(wake[k]):
             free, tilt = lid_distance(
                 terrain, i0, j0, state[X] + s * dx, state[Y] + s * dy, state[Z] + s * dz, dx, dy, dz
@@ -149,6 +148,9 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
             gap, t = cz + rz - height, 0.0
             found = False
             if m == 0 and side:
+                # halfway to the next ring, and up to the ends
+                low = -between if k == 1 else -0.5 * between
+                high = between if k == stations - 2 else 0.5 * between
                 found, ct, hx, hy, hz, lower, kx, ky = crest(
                     terrain, i0, j0, cx, cy, cz, qx, qy, qz, rx, ry, rz, a, taper, low, high, gap
                 )

@@ -106,6 +106,8 @@ def slide(
         room = np.zeros((4096, trace.POSE_WIDTH))
         none = np.zeros((0, trace.POSE_WIDTH))
         hit_room = np.zeros((64, HIT_WIDTH))
+        # workers that wrote every step to neighbouring rows of one array would wait for each other's cache lines
+        own, told = np.zeros(state.shape[1]), np.zeros(step.SUMMARY_WIDTH)
         while not stop[0]:
             with lock:
                 row = next(queue, -1)
@@ -113,12 +115,12 @@ def slide(
                 break
             marks = trace.Marks(touched[row], fences[row], crossed[row], touch_time[row])
             while True:
-                state[row] = start.state[row]
+                own[:] = start.state[row]
                 wanted = step.slide_log(
-                    arrays, start.frame[row], state[row], start.body[row], stations[row], settings, scratch, raster,
-                    row_stamp[row], marks, room if keep[row] else none, keep[row], hit_room, summary[row], stop,
+                    arrays, start.frame[row], own, start.body[row], stations[row], settings, scratch, raster,
+                    row_stamp[row], marks, room if keep[row] else none, keep[row], hit_room, told, stop,
                 )  # fmt: skip
-                struck = int(summary[row, step.HITS])
+                struck = int(told[step.HITS])
                 if (not keep[row] or wanted <= len(room)) and struck <= len(hit_room):
                     break
                 # Sliding again with more room is the same to the bit, and the stamp keeps hits from counting twice.
@@ -126,9 +128,10 @@ def slide(
                     room = np.zeros((2 * wanted, trace.POSE_WIDTH))
                 if struck > len(hit_room):
                     hit_room = np.zeros((2 * len(hit_room), HIT_WIDTH))
-            if (rasters and summary[row, step.REASON] < LEFT_DEM) or summary[row, step.REASON] == TIME_LIMIT:
+            state[row], summary[row] = own, told
+            if (rasters and told[step.REASON] < LEFT_DEM) or told[step.REASON] == TIME_LIMIT:
                 trace.draw_deposit(
-                    arrays, start.frame[row], state[row], start.body[row], scratch.memory,
+                    arrays, start.frame[row], own, start.body[row], scratch.memory,
                     (scratch.points, scratch.hull, scratch.left, scratch.right), raster,
                 )  # fmt: skip
             if keep[row] and not stop[0]:
