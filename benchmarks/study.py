@@ -7,7 +7,9 @@ The figures that come out, with where they come from, go to ``results.json``.
 
 from __future__ import annotations
 
+import ast
 import datetime
+import functools
 import hashlib
 import json
 import os
@@ -41,15 +43,17 @@ KEPT = (
 )  # fmt: skip
 
 
+@functools.cache
 def engine_digest() -> str:
-    """Digest of the engine's sources: results of another engine are another study's.
+    """Digest of what the engine's sources say to the machine: results of another engine are another study's.
 
-    Without fidelity.py: a setting's numbers are in the digest of its runs, so a new row does not void the others.
+    Of their syntax trees, so that a comment voids nothing. Without fidelity.py: a setting's numbers are in the digest
+    of its runs, so a new row does not void the others.
     """
     digest = hashlib.sha256()
     for source in sorted(Path(deadwood_engine.__file__).parent.glob("*.py")):
         if source.name != "fidelity.py":
-            digest.update(source.read_bytes())
+            digest.update(ast.dump(ast.parse(source.read_bytes())).encode())
     return digest.hexdigest()[:16]
 
 

@@ -88,8 +88,8 @@ def verdicts(results: Row) -> str:
         aim = {"standard": 45.0, "draft": 10.0}[row["fidelity"]]
         found.append(
             f"{row['logs']} logs in the forest at `{row['fidelity']}` within {aim:g} s: {_kept(row['wall_s'] < aim)}, "
-            f"{row['wall_s']:.1f} s of wall time in {row['threads']} threads, rasters included; deepest of them "
-            f"{100 * row['deepest_m']:.0f} cm."
+            f"{row['wall_s']:.1f} s of wall time in {row['threads']} threads (median of {row['runs']} runs), rasters "
+            f"included; deepest of them {100 * row['deepest_m']:.0f} cm."
         )
     deep = {scene: e["penetration_m"] for scene, name, e in tables.fidelities_of(results) if name == "standard"}
     if deep:

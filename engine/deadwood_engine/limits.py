@@ -15,8 +15,8 @@ FIRST_TOUCH = 0.1  # [-] of both radii: how far a step is followed beside a stem
 TOUCH_DEPTH = 0.05  # [-] of both radii: how deep, at most, the pose of a first touch may be
 MOST_LOOKS = 40  # poses within a step that are looked at for the first touch of one stem
 OBSTACLE_ALONG = 0.3  # [-] of both radii: the way of a thin log along itself in a step beside a thicker stem
-ACROSS_EDGE = 0.5  # [-] sine of the angle between a log and a barrier's top edge below which an end face is pierced along
-# the axis, else square to the edge
+ACROSS_EDGE = 0.5  # [-] sine of the angle between a log and a barrier's top edge: below it an edge pierces an end face
+# along the axis, above it square to itself
 THICK = 0.35  # [m] radius of log and stem together above which a step is limited by the speed sideways, not the fastest
 NEAR_MARGIN = (
     2.0  # [m] obstacles this close to the log are listed; the list is made anew when the ends have moved so far
@@ -31,8 +31,8 @@ HOVER_MOST = 5e-4  # [m] that, at most: long steps would let logs rest on air
 
 LEAST_TURN = 1e-2  # [-] of g dt: a contact plane that turns by less has not turned (``turning``)
 
-MERGED = 0.1  # [-] of the radius: candidates of one ring that come to lie closer than this are one contact; at 0.3 a rim
-# that lay on two cells touched one of them only, and the other was found when it stood a centimetre inside
+MERGED = 0.1  # [-] of the radius: candidates of one ring that come to lie closer than this are one contact (at 0.3 a
+# rim on two cells touched one of them only)
 REFINED = (
     0.3  # [-] of the radius: candidates nearer to the ground than this are sought once more, square to what is there
 )

@@ -10,7 +10,7 @@ from deadwood_engine import FIDELITIES, Logs, Scene, place_logs, slide
 from deadwood_engine.contacts import CONTACT_WIDTH, GAP, KEY_WIDTH
 from deadwood_engine.crests import crest
 from deadwood_engine.fidelity import station_spacing
-from deadwood_engine.log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
+from deadwood_engine.log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS, cone_bodies
 from deadwood_engine.logs import stations_for
 from deadwood_engine.rings import CANDIDATES, terrain_contacts
 from deadwood_engine.terrain import prepare
@@ -73,8 +73,20 @@ def poses(number):
             state[2] -= 1.05 * (gaps.min() + DEPTH)
             gaps = gaps_of(window, points + state[:3] + shift)
         where = along[gaps.argmin() // len(angle)]
-        found.append((frame, state, body, gaps.min(), 0.0 < where < body[LENGTH]))
+        found.append((frame, state, body, 0.0 < where < body[LENGTH]))
     return terrain, found
+
+
+def found_in(terrain, frame, state, body, fidelity):
+    """Contacts that rings and crests find where the log is, and the depth of the deepest [m]."""
+    stations = int(stations_for(body[LENGTH : LENGTH + 1], station_spacing(fidelity, terrain.cell))[0])
+    table = np.zeros((CANDIDATES * stations, CONTACT_WIDTH))
+    keys = np.zeros((CANDIDATES * stations, KEY_WIDTH), np.int64)
+    count, _, _ = terrain_contacts(
+        terrain, frame, table, keys, state, body, stations, fidelity.ring_points, (1e-9, 0.0, 9.81, 0.3, 1e-9),
+        np.concatenate([state[13:16], state[:3]]), 0.0, 0.0, np.zeros(stations),
+    )  # fmt: skip
+    return count, -table[:count, GAP].min() if count else 0.0
 
 
 @pytest.fixture(scope="module")
@@ -94,16 +106,8 @@ def test_what_is_in_the_ground_is_found(rough, name, missed_most, shallow_most):
     fidelity = FIDELITIES[name]
     terrain, found = rough
     sides, missed, shallow, ends = 0, 0, 0, 0
-    for frame, state, body, deepest, side in found:
-        assert deepest == pytest.approx(-DEPTH, abs=1e-4)
-        stations = int(stations_for(body[LENGTH : LENGTH + 1], station_spacing(fidelity, terrain.cell))[0])
-        table = np.zeros((CANDIDATES * stations, CONTACT_WIDTH))
-        keys = np.zeros((CANDIDATES * stations, KEY_WIDTH), np.int64)
-        count, _, _ = terrain_contacts(
-            terrain, frame, table, keys, state, body, stations, fidelity.ring_points, (1e-9, 0.0, 9.81, 0.3, 1e-9),
-            np.concatenate([state[13:16], state[:3]]), 0.0, 0.0, np.zeros(stations),
-        )  # fmt: skip
-        depth = -table[:count, GAP].min() if count else 0.0
+    for frame, state, body, side in found:
+        count, depth = found_in(terrain, frame, state, body, fidelity)
         assert depth < DEPTH + 2e-3  # a crest with flanks of 0.2 may lie 1 cm from the places searched
         sides += side
         missed += side and count == 0
@@ -113,6 +117,30 @@ def test_what_is_in_the_ground_is_found(rough, name, missed_most, shallow_most):
     assert ends <= 2  # between the points of a rim
     assert missed / sides <= missed_most
     assert shallow / sides <= shallow_most
+
+
+@pytest.mark.parametrize("name", list(FIDELITIES))
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_rim_on_two_cells_touches_both(name, side):
+    """The end of a steep log over a kink: 1 mm deep in level ground, and 5 mm in the slope of 0.2 beside it.
+
+    The rim's deepest points against both planes are 0.23 radii apart. Taken for one contact, the first was kept.
+    """
+    x = CELL * np.arange(40)
+    heights = np.maximum(0.0, 0.2 * side * (x - 10.0))[None, :] * np.ones((40, 1))
+    terrain = prepare(heights, CELL, 0.0, 0.0, 0.3, reference=0.0)
+    tilt, radius = np.radians(30.0), 0.3
+    body = cone_bodies(np.array([2 * radius]), np.array([12.0]), np.array([300.0]))[0]
+    axis = np.array([0.0, np.cos(tilt), np.sin(tilt)])
+    normal = np.array([-0.2 * side, 0.0, 1.0]) / np.sqrt(1.04)
+    high = radius * np.cos(tilt) - 0.001
+    deep = radius * np.sqrt(1.0 - (normal @ axis) ** 2) - 0.005
+    end = np.array([10.0 + (deep - normal[2] * high) / normal[0], 10.1, high])
+    state = np.zeros(16)
+    state[:3], state[13:16] = end + body[CENTRE] * axis, axis
+    count, depth = found_in(terrain, np.zeros(2, np.int64), state, body, FIDELITIES[name])
+    assert count == 2
+    assert depth == pytest.approx(0.005, abs=1e-6)
 
 
 def test_sleeping_rings_change_no_bit():

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from deadwood_engine import FIDELITIES, Barriers, Logs, Scene, Trees, place_logs
+from deadwood_engine.barriers import deepest_below_edge
 
 G = 9.81
 EVERY = pytest.mark.parametrize("fidelity", list(FIDELITIES))
@@ -205,6 +206,40 @@ def test_along_a_straight_barrier(at, fidelity, ahead):
     assert result.barrier_hits[0] == 1
     assert result.last_state[0, 7] == pytest.approx(10.0, rel=0.01)
     assert result.end_position[0, 1] > 0.0
+
+
+@pytest.mark.parametrize(("middle", "through"), [(1.20, False), (1.10, False), (1.08, True), (0.95, True)])
+def test_end_that_hangs_over_a_plate_is_not_in_it(middle, through):
+    """A disc tilted by 30 degrees, its middle 5 cm beyond the plate and its lowest point 10 cm on the near side.
+
+    It crosses the plate's plane 10 cm from its middle, 8.7 cm lower: above the edge at 1 m nothing is in the plate.
+    """
+    tilt = np.radians(30.0)
+    inside, _, depth, _ = deepest_below_edge(
+        0.0, 0.05, middle, 0.0, np.cos(tilt), -np.sin(tilt), np.cos(tilt), 0.3, 0.0, 1.0, -5.0, 0.0, 1.0, 0.0, 1.0, 0.0
+    )
+    assert inside == through
+    if through:
+        assert depth == pytest.approx(0.05 - 0.3 * np.sin(tilt))
+
+
+@EVERY
+@pytest.mark.parametrize("speed", [-3.0, 3.0])
+def test_an_end_slides_along_a_top_edge(at, fidelity, speed):
+    """An oblique end face on a barrier's top edge, without friction: only pushes square to the edge act on it.
+
+    So its speed along the edge stays, to the rounding of a few hundred steps, and it does not sink in. Pushed along its
+    axis it was thrown up, or sank by a tenth of its way.
+    """
+    scene = at.flat(barriers=at.barrier((-40, 0), (40, 0), height=5.0), friction=0.0)
+    solid = at.body(0.4, 8.0)
+    axis = np.array([0.4, 0.3, np.sqrt(0.75)])
+    face = np.array([0.0, 0.0, 5.0]) + 1e-3 * axis
+    begin = at.start(scene, solid, axis, face + solid[0, at.CENTRE] * axis, velocity=(speed, 0, 0))
+    result = at.run(scene, begin, fidelity=fidelity, time_limit=0.2)
+    assert result.barrier_hits[0] == 1
+    assert result.last_state[0, 7] == pytest.approx(speed, abs=1e-9)
+    assert result.overlap_max[0] < 0.01
 
 
 def test_stem_hit_is_that_of_its_first_touch(at):
