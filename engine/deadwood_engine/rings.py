@@ -112,6 +112,7 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
         fx, fy, fz = cross(dx, dy, dz, ex, ey, ez)
         side = 0 < k < stations - 1
         ox1, oy1, oz1, ox2, oy2, oz2 = math.inf, 0.0, 0.0, math.inf, 0.0, 0.0
+        before, other_gap = count, math.inf
         for m in range(CANDIDATES if k == 0 or k == stations - 1 else points):
             if m == 0:
                 ce, cf = 1.0, 0.0
@@ -142,8 +143,14 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
                 else:
                     one = (rx - ox1) ** 2 + (ry - oy1) ** 2 + (rz - oz1) ** 2
                     two = (rx - ox2) ** 2 + (ry - oy2) ** 2 + (rz - oz2) ** 2
-                    if min(one, two) < (MERGED * a) ** 2:
+                    if one < (MERGED * a) ** 2:
                         continue
+                    if two < (MERGED * a) ** 2:
+                        # of the two beside the first the deeper, or a mirrored slope would give another contact
+                        if cz + rz - height >= other_gap:
+                            continue
+                        count = before
+                    before, other_gap = count, cz + rz - height
                     ox2, oy2, oz2 = rx, ry, rz
             gap, t = cz + rz - height, 0.0
             found = False
