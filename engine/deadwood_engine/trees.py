@@ -143,6 +143,8 @@ def disc_nearest(a, cosine, tl, tm):
 def _end_contact(terrain, frame, tree, item, end, contacts, keys, count, state, body, trial, step, advance):
     """Contact of one end face (0 base, 1 tip) with a tree; returns (count, whether the tree entered by this face).
 
+    advance [m]: how far any point of the log moves in this step; a tree farther away than that is not looked at.
+
     In plan the face is an ellipse, and its outer half is the outline's end. A tree whose axis is outside meets the
     nearest point of the ellipse. One whose axis is inside has been overrun: if it lies less deep under the end than
     under the log's side, now or a step ahead, it entered by the face and is pushed out by it. Without that a stem
