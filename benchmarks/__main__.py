@@ -37,6 +37,7 @@ def main() -> None:
     if ask.job == "extras":
         study.add_section("restarts", extras.all_restarts(threads=ask.threads))
         study.add_section("crawls", extras.crawls(threads=ask.threads))
+        study.add_section("plane", {"rows": extras.on_the_plane(threads=ask.threads)})
         study.add_section("rings", {"rows": extras.rings(threads=ask.threads)})
         study.add_section("speed", {"rows": extras.speed(threads=ask.threads)})
         study.add_section("switches", {"rows": extras.switches(threads=ask.threads)})

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from deadwood_algorithms.statistics import Z_95
+from deadwood_algorithms.statistics import Z_95, wilson_interval
 from deadwood_engine import FIDELITIES, Fidelity, Logs, Rasters, Result, Scene, Shape, Start, place_logs, slide
 
 from . import measures, scenes, study
@@ -25,6 +25,7 @@ RESTART_TRUTH = HORIZON / 2560  # [s], a tenth of a millisecond
 CRAWL_AT, CRAWL_SPEEDS, CRAWL_FOR = (5.0, 10.0, 20.0, 30.0, 40.0), (0.1, 2.0), 2.0  # [s], [m/s], [s]
 CRAWL_BLOCKS = 8
 CRAWL_SPACINGS, CRAWL_DENSE = (2.0, 1.0, 0.5, 0.25), 0.125  # [m]
+PLANE_SPACING = 4.0  # [m]
 SWITCH_LOGS = 2000  # where chance among few logs would hide whether a pair differs in reach
 SWITCH_REPEATS = 5
 MANY, MANY_REPEATS = 20_000, 3  # logs whose wall time is taken, and how often
@@ -82,6 +83,24 @@ def crawls(*, threads: int) -> dict[str, Any]:
             }
         )  # fmt: skip
     return {"dense_m": CRAWL_DENSE, "seconds": CRAWL_FOR, "speeds_ms": CRAWL_SPEEDS, "rows": rows}
+
+
+def on_the_plane(*, threads: int) -> list[dict[str, Any]]:
+    """The plane with each row's rings and with few: a cone on a plane touches along a line."""
+    scene, rows = scenes.build("plane").scene, []
+    for name in ("standard", "fine", "reference"):
+        few = FIDELITIES[name]._replace(station_spacing=PLANE_SPACING, spacing_cells=UNBOUND)
+        for row, rings in ((FIDELITIES[name], "its own"), (few, f"{PLANE_SPACING:g} m")):
+            result = slide(scene, _blocks(study.BLOCK), row, time_limit=study.TIME_LIMIT, threads=threads)
+            reached = int(result.reach[:, -1].sum())
+            low, high = wilson_interval(reached, study.BLOCK)
+            rows.append(
+                {
+                    "fidelity": name, "rings": rings, "contacts": result.cost["contacts"] / float(result.steps.sum()),
+                    "p": reached / study.BLOCK, "low": low, "high": high,
+                }
+            )  # fmt: skip
+    return rows
 
 
 def restarts(name: str, blocks: int, *, threads: int) -> dict[str, Any]:

@@ -154,6 +154,20 @@ def cell_table(results: Row) -> str:
     return table(["scene", "cell [m]", "reach [%]", "minus 0.5 m [points]", "change of mu that undoes it"], rows)
 
 
+def plane_table(results: Row) -> str:
+    """The plane with each row's rings and with few."""
+    rows = [
+        [
+            f"`{r['fidelity']}`",
+            r["rings"],
+            number(r["contacts"]),
+            f"{100 * r['p']:.1f} ({100 * r['low']:.1f} to {100 * r['high']:.1f})",
+        ]
+        for r in results.get("plane", {}).get("rows", [])
+    ]
+    return table(["fidelity", "rings every", "contacts a step", "reach of the lowest line [%]"], rows)
+
+
 def switch_table(results: Row) -> str:
     """What the engine saves where less is asked for."""
     rows = [
@@ -219,6 +233,7 @@ def page(results: Row) -> str:
         cell_table=cell_table(results),
         restarts=verdicts.restarts(results),
         crawls=verdicts.crawls(results),
+        plane_table=plane_table(results),
         ring_table=ring_table(results),
         switch_table=switch_table(results),
         peers=results.get("peers", {}).get("what", "*Not measured yet.*"),

@@ -15,7 +15,7 @@ from .settings import SETTINGS
 
 Row = dict[str, Any]
 FIDELITIES = ("draft", "standard", "fine", "reference")
-# Scenes that count in means over scenes: a plane has no chaos and stands for itself
+# Scenes that count in means over scenes: on a plane the number of rings decides, not the size of a step
 POOLED = ("rough", "forest", "barriers", "cliff", "gully")
 
 
