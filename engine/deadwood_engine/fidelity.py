@@ -12,8 +12,8 @@ class Fidelity(NamedTuple):
     """The numbers that trade speed for accuracy.
 
     time_step : [s] longest step; governs the order-one error of impacts and friction
-    travel_cells : [DEM cells] the log's fastest point moves at most so far in a step; governs penetration
-        and what of the terrain's roughness is seen
+    travel_cells : [DEM cells] the log moves at most so far in a step (``travel``); governs penetration and what of the
+        terrain's roughness is seen
     station_spacing : [m] longest distance of the log's contact rings; each finds the highest crest of its stretch
     spacing_cells : [DEM cells] the same, in cells; governs how deep a second crest of the same stretch may poke in
     tolerance : [-] of g dt; contact velocities are solved to this; governs creep
@@ -40,7 +40,7 @@ class Fidelity(NamedTuple):
 
 
 FIDELITIES: dict[str, Fidelity] = {
-    "draft": Fidelity(0.070, 1.0, 2.0, 4.0, 1e-2, 300, 2.0, ring_points=1),
+    "draft": Fidelity(0.070, 1.0, 2.0, 4.0, 1e-2, 300, 4.0, ring_points=1),
     "standard": Fidelity(0.016, 0.4, 0.5, 2.0, 1e-3, 400, 1.0),
     "fine": Fidelity(0.004, 0.2, 0.5, 1.0, 1e-3, 400, 1.0),
     "reference": Fidelity(0.001, 0.05, 0.5, 1.0, 1e-4, 1000, 0.5),
