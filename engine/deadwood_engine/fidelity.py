@@ -19,6 +19,7 @@ class Fidelity(NamedTuple):
     tolerance : [-] of g dt; contact velocities are solved to this; governs creep
     sweeps : most Gauss-Seidel sweeps a step; a step that needs more is counted as unconverged
     trace_cells : [DEM cells] the log's ends move at most so far between two outlines in rasters and trajectories
+    trace_spacing : [m] the same, in metres, where that is more than a cell
     obstacle_travel : [-] of the two thicknesses (radius of the log + radius of a stem) the log moves at most in a step
         beside it, sideways; beyond 1 the axes could change sides, which is passing through. Beside what is thin it
         is 0.3 at most, of the fastest point (``limits.OBSTACLE_TRAVEL``)
@@ -36,6 +37,7 @@ class Fidelity(NamedTuple):
     trace_cells: float
     obstacle_travel: float = 0.3
     ring_points: int = 3
+    trace_spacing: float = 2.0
     backward: bool = False
 
 
@@ -50,3 +52,8 @@ FIDELITIES: dict[str, Fidelity] = {
 def station_spacing(fidelity: Fidelity, cell: float) -> float:
     """Distance of the contact rings [m] on a DEM of this cell size."""
     return min(fidelity.station_spacing, fidelity.spacing_cells * cell)
+
+
+def trace_step(fidelity: Fidelity, cell: float) -> float:
+    """Most way [m] of a log's ends between two outlines on a DEM of this cell size."""
+    return min(fidelity.trace_cells * cell, max(fidelity.trace_spacing, cell))

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from . import step, trace
 from .cloud import Shape
-from .fidelity import Fidelity, station_spacing
+from .fidelity import Fidelity, station_spacing, trace_step
 from .ledger import HIT_WIDTH
 from .limits import GRAVITY, LEAST_STATIONS
 from .log_body import LENGTH
@@ -73,7 +73,7 @@ def slide(
     cell = arrays.terrain.cell
     settings = Settings(
         float(fidelity.time_step), float(fidelity.travel_cells * cell), float(fidelity.tolerance), int(fidelity.sweeps),
-        float(fidelity.trace_cells * cell), float(restitution), float(time_limit), float(rest_speed), float(gravity),
+        float(trace_step(fidelity, cell)), float(restitution), float(time_limit), float(rest_speed), float(gravity),
         float(fidelity.obstacle_travel), int(fidelity.ring_points), bool(fidelity.backward),
     )  # fmt: skip
     stations = stations_for(start.body[:, LENGTH], station_spacing(fidelity, cell))
