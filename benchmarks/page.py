@@ -91,13 +91,17 @@ def factor_table(results: Row) -> str:
     return table([*head, "as much as mu", "logs that disagree", "logs a scene"], rows)
 
 
+def _share(record: Row) -> str:
+    return f"{100 * record['p']:.1f} ({100 * record['low']:.1f} to {100 * record['high']:.1f})"
+
+
 def scene_table(results: Row) -> str:
     """Every scene at every fidelity: cost and reach."""
     rows = []
     for scene, name, e in tables.fidelities_of(results):
         p, f = e["reach"], e.get("error")
         row = [scene, f"`{name}`", str(e["logs"]), number(e["cpu_ms_per_log"]), number(e["us_per_step"])]
-        row += [f"{e['steps_per_log']:.0f}", f"{100 * p['p']:.1f} ({100 * p['low']:.1f} to {100 * p['high']:.1f})"]
+        row += [f"{e['steps_per_log']:.0f}", _share(p)]
         worst = f"{tables.points(f['worst_line']['delta'])} at y {f['worst_line']['y']:g} m" if f else ""
         rows.append([*row, tables.with_interval(f["reach"]) if f else "", worst])
     head = ["scene", "fidelity", "logs", "CPU ms a log", "µs a step", "steps a log", "reach [%]"]
@@ -161,7 +165,7 @@ def plane_table(results: Row) -> str:
             f"`{r['fidelity']}`",
             r["rings"],
             number(r["contacts"]),
-            f"{100 * r['p']:.1f} ({100 * r['low']:.1f} to {100 * r['high']:.1f})",
+            _share(r),
         ]
         for r in results.get("plane", {}).get("rows", [])
     ]
