@@ -98,8 +98,8 @@ def test_a_subset_has_its_own_quantiles(full, tmp_path):
 
 def test_the_largest_is_the_runs_own_maximum(full, tmp_path):
     """The 100 % quantile at the run's cells, beside the rasters that watched every step: nowhere above them, and mostly
-    the same. Both count the pose that a swept area starts from. How fast the axis turns is told from the poses beside it,
-    so the energy may lie above by a quarter."""
+    the same. Both count the pose that a swept area starts from. How fast the axis turns is told from poses some way
+    apart, so the energy may lie above by a quarter."""
     ours = made(full, tmp_path, quantiles="100")
     for name, slack, more in (("speed", 1e-6, 1e-6), ("energy", 0.25, 0.1), ("jump", 1e-6, 1e-6)):
         runs = raster(full / f"{name}_max.tif")[::-1]
