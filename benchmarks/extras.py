@@ -87,11 +87,11 @@ def crawls(*, threads: int) -> dict[str, Any]:
 
 def on_the_plane(*, threads: int) -> list[dict[str, Any]]:
     """The plane with each row's rings and with few: a cone on a plane touches along a line."""
-    scene, rows = scenes.build("plane").scene, []
+    scene, logs, rows = scenes.build("plane").scene, _blocks(study.BLOCK), []
     for name in ("standard", "fine", "reference"):
         few = FIDELITIES[name]._replace(station_spacing=PLANE_SPACING, spacing_cells=UNBOUND)
         for row, rings in ((FIDELITIES[name], "its own"), (few, f"{PLANE_SPACING:g} m")):
-            result = slide(scene, _blocks(study.BLOCK), row, time_limit=study.TIME_LIMIT, threads=threads)
+            result = slide(scene, logs, row, time_limit=study.TIME_LIMIT, threads=threads)
             reached = int(result.reach[:, -1].sum())
             low, high = wilson_interval(reached, study.BLOCK)
             rows.append(
@@ -218,19 +218,17 @@ def speed(*, threads: int) -> list[dict[str, Any]]:
     """Wall time of MANY logs in the forest, rasters included, kernels loaded: the median of a few runs."""
     scene = scenes.build("forest").scene
     start, found = place_logs(scene, _blocks(MANY)), []
+
+    def timed(name: str) -> tuple[float, float, NDArray]:
+        rasters = Rasters.allocate(scene, threads)
+        began = time.perf_counter()
+        result = slide(scene, start, FIDELITIES[name], time_limit=study.TIME_LIMIT, threads=threads, rasters=rasters)
+        return time.perf_counter() - began, result.cost["cpu_s"], result.penetration_max
+
     for name in ("draft", "standard"):
-        spent, result = [], None
-        for _ in range(MANY_REPEATS):
-            rasters = Rasters.allocate(scene, threads)
-            began = time.perf_counter()
-            result = slide(
-                scene, start, FIDELITIES[name], time_limit=study.TIME_LIMIT, threads=threads, rasters=rasters
-            )
-            spent.append((time.perf_counter() - began, result.cost["cpu_s"]))
-        assert result is not None
-        (wall, cpu), depth = np.median(spent, axis=0), result.penetration_max
+        walls, cpus, (depth, *_) = zip(*(timed(name) for _ in range(MANY_REPEATS)), strict=True)
         row = {"fidelity": name, "logs": MANY, "runs": MANY_REPEATS, "threads": threads}
-        row |= {"wall_s": float(wall), "cpu_s": float(cpu)}
+        row |= {"wall_s": float(np.median(walls)), "cpu_s": float(np.median(cpus))}
         found.append(row | {"deepest_m": float(depth.max()), "deeper_than_25_cm": int((depth > 0.25).sum())})
     return found
 
