@@ -9,7 +9,6 @@ import numpy as np
 from . import contacts, trees
 from .cloud import Cloud
 from .outline import OUTLINE_POINTS
-from .rings import RING_WIDTH
 from .surroundings import NEAR_WIDTH
 from .trace import MEMORY_WIDTH
 
@@ -49,7 +48,7 @@ class Scratch(NamedTuple):
     trial: np.ndarray  # predicted axis direction and centre
     pose: np.ndarray  # the same, for a time within the step
     near: np.ndarray  # what is known of the surroundings (``detection``)
-    rings: np.ndarray  # what a look at every ring found (``rings``)
+    wake: np.ndarray  # path [m] before which a ring cannot touch the terrain
     memory: np.ndarray
     rest: np.ndarray  # ends at the last look at a slow log
     rocking: np.ndarray  # ends at the last look at one that rocks
@@ -89,7 +88,7 @@ class Scratch(NamedTuple):
             np.zeros(6),
             np.zeros(6),
             np.zeros(NEAR_WIDTH),
-            np.zeros((stations, RING_WIDTH)),
+            np.zeros(stations),
             np.zeros(MEMORY_WIDTH),
             np.zeros(MEMORY_WIDTH),
             np.zeros(MEMORY_WIDTH),
