@@ -17,19 +17,18 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from deadwood_algorithms import tool
-from deadwood_algorithms.log_order import keep_by_hash
 from deadwood_algorithms.released_scene import ReleasedScene, read_released_scene
 from deadwood_algorithms.tool import Cancelled, Feedback, Outcome, Tool, UserError
-from deadwood_algorithms.until_ci import Queue
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from deadwood_algorithms.releases_from_layer import Releases
     from deadwood_algorithms.run_folder import WorkFolder
     from deadwood_algorithms.scene_from_layers import SceneLayers
+    from deadwood_algorithms.until_ci import Queue
     from deadwood_engine import Fidelity, Rasters
 
 # Logs worked on between two saved states: enough to keep 16 threads busy, little to lose or to hold in memory.
@@ -92,8 +91,10 @@ class Ask(ReleasedScene):
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.layers import output_folder
+    from deadwood_algorithms.log_order import keep_by_hash
     from deadwood_algorithms.run_folder import WorkFolder
     from deadwood_algorithms.run_results import write_results
+    from deadwood_algorithms.until_ci import Queue
 
     kept_count = trajectories_wanted(ask.trajectories)
     if ask.until_ci is not None and ask.lines is None:

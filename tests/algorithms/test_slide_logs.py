@@ -15,7 +15,7 @@ import rasterio
 import shapely
 
 from deadwood_algorithms import schemas, slide_logs
-from deadwood_algorithms.slide_logs import keep_by_hash
+from deadwood_algorithms.log_order import keep_by_hash
 from deadwood_algorithms.tool import Cancelled, Quiet, UserError
 
 sys.path.insert(0, str(Path(__file__).parent))  # importlib mode leaves siblings to us
