@@ -99,9 +99,9 @@ def scene_table(results: Row) -> str:
     """Every scene at every fidelity: cost and reach."""
     rows = []
     for scene, name, e in tables.fidelities_of(results):
-        p, f = e["reach"], e.get("error")
+        f = e.get("error")
         row = [scene, f"`{name}`", str(e["logs"]), number(e["cpu_ms_per_log"]), number(e["us_per_step"])]
-        row += [f"{e['steps_per_log']:.0f}", _share(p)]
+        row += [f"{e['steps_per_log']:.0f}", _share(e["reach"])]
         worst = f"{tables.points(f['worst_line']['delta'])} at y {f['worst_line']['y']:g} m" if f else ""
         rows.append([*row, tables.with_interval(f["reach"]) if f else "", worst])
     head = ["scene", "fidelity", "logs", "CPU ms a log", "µs a step", "steps a log", "reach [%]"]
@@ -161,12 +161,7 @@ def cell_table(results: Row) -> str:
 def plane_table(results: Row) -> str:
     """The plane with each row's rings and with few."""
     rows = [
-        [
-            f"`{r['fidelity']}`",
-            r["rings"],
-            number(r["contacts"]),
-            _share(r),
-        ]
+        [f"`{r['fidelity']}`", r["rings"], number(r["contacts"]), _share(r)]
         for r in results.get("plane", {}).get("rows", [])
     ]
     return table(["fidelity", "rings every", "contacts a step", "reach of the lowest line [%]"], rows)
