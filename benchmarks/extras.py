@@ -194,7 +194,7 @@ def switches(*, threads: int) -> list[dict[str, Any]]:
     open_run = _cost(rough, open_start, threads)
     pair("trees where no log comes", open_run, _cost(_with_far_trees(), open_start, threads))
     pair("trees among the logs", open_run, plain)
-    asleep = "rings of the log sleep until it could have reached the ground (with), or never (without)"
+    asleep = "the log's rings sleep until it could have reached the ground (with), or never (without)"
     pair(f"{asleep}; forest", _cost(_awake(forest), start, threads), plain)
     pair(f"{asleep}; rough", _cost(_awake(rough), open_start, threads), open_run)
     far = "terrain's roughness spares rings a look at the ground (with), or does not (without); forest"

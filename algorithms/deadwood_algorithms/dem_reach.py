@@ -5,8 +5,8 @@ expected. The guess walks over blocks of the DEM from the releases outwards, so 
 its answer, however large the file. It need not be right: a watched line runs inside every side of the window that is
 not a side of the DEM itself, and a log that touches it is slid again in a wider window. The line keeps such a distance
 from the window's side that nothing beyond the side can have touched a log, a bit of it included, that did not touch
-the line: its outline is drawn at each cell of travel, a step moves it by less, roughness is known from three cells
-around, and obstacles are looked for within 2 m of it.
+the line: its outline is drawn at least every four cells of travel, a step moves it by less, roughness is known from
+three cells around, and obstacles are looked for within 2 m of it.
 """
 
 from __future__ import annotations

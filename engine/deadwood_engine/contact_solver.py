@@ -77,19 +77,19 @@ def disc_impulse(gtt, gtu, guu, ct, cu, radius, s):
     """
     if radius <= 0.0:
         return 0.0, 0.0, s
-    size, pt, pu = radius, 0.0, 0.0
+    size, pt, pu = 1.0, 0.0, 0.0
     for _ in range(DISC_ITERATIONS):
+        # all times the determinant, which leaves one division a step
         a, b = gtt + s, guu + s
-        scale = 1.0 / (a * b - gtu * gtu)
-        pt = (gtu * cu - b * ct) * scale
-        pu = (gtu * ct - a * cu) * scale
-        square = pt * pt + pu * pu
-        if s == 0.0 and square <= radius * radius:
-            return pt, pu, 0.0
+        det = a * b - gtu * gtu
+        pt, pu = gtu * cu - b * ct, gtu * ct - a * cu
+        square, most = pt * pt + pu * pu, radius * det
+        if s == 0.0 and square <= most * most:
+            return pt / det, pu / det, 0.0
         size = math.sqrt(square)
-        slope = (b * pt * pt - 2.0 * gtu * pt * pu + a * pu * pu) * scale  # p (G + s)^-1 p
-        s = max(0.0, s + square * (size - radius) / (slope * radius))
-        if abs(size - radius) <= DISC_ACCURACY * radius:
+        slope = b * pt * pt - 2.0 * gtu * pt * pu + a * pu * pu  # p (G + s)^-1 p
+        s = max(0.0, s + square * (size - most) / (slope * radius))
+        if abs(size - most) <= DISC_ACCURACY * most:
             break
     scale = radius / size
     return pt * scale, pu * scale, s
@@ -177,7 +177,7 @@ def solve(contacts, count, state, tolerance, sweeps, used=0):
             gnn, gnt, gnu = c[GNN], c[GNT], c[GNU]
             mu = c[MU]
             solved = False
-            if used <= BLOCK_SWEEPS and mu * math.sqrt(gnt * gnt + gnu * gnu) > EXACT_BLOCK_COUPLING * gnn:
+            if used <= BLOCK_SWEEPS and mu * mu * (gnt * gnt + gnu * gnu) > (EXACT_BLOCK_COUPLING * gnn) ** 2:
                 solved, qn, qt, qu = block_impulse(
                     c,
                     gn - gnn * pn - gnt * pt - gnu * pu,

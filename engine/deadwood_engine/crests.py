@@ -46,16 +46,16 @@ APEX = 2  # in the place of a grid line's family: between grid lines, where a tw
 
 
 @kernel
-def _crossing(heights, cell, inverse_cell, i0, j0, px, py, pz, lx, ly, lz, way, line):
+def _crossing(heights, cell, inverse_cell, i0, j0, px, py, pz, lx, ly, lz, inverse, way, line):
     """Where the line p + t l crosses a grid line: (vertical gap there [m], t, slope along the grid line).
 
-    way : 0 grid lines north-south, 1 east-west; line : its column or row from the node (j0, i0). No gap, infinity,
-    outside the DEM.
+    inverse : [-] one over l's part across these grid lines; way : 0 grid lines north-south, 1 east-west; line : its
+    column or row from the node (j0, i0). No gap, infinity, outside the DEM.
     """
-    p, q, along, across = (px, py, lx, ly) if way == 0 else (py, px, ly, lx)
-    t = (line * cell - p) / along
+    p, q, across = (px, py, ly) if way == 0 else (py, px, lx)
+    t = (line * cell - p) * inverse
     place = (q + t * across) * inverse_cell
-    node = math.floor(place)
+    node = np.floor(place)
     i, j = (i0 + line, j0 + int(node)) if way == 0 else (i0 + int(node), j0 + line)
     rows, columns = heights.shape
     if i < 0 or j < 0 or i >= columns - 1 or j >= rows - 1:
@@ -79,9 +79,10 @@ def _highest(heights, cell, inverse_cell, i0, j0, px, py, pz, lx, ly, lz, low, h
         p, along = (px, lx) if way == 0 else (py, ly)
         if abs(along) < ALONG_GRID:
             continue  # it would not tell which way the crest is touched
+        inverse = 1.0 / along
         u, v = (p + low * along) * inverse_cell, (p + high * along) * inverse_cell
-        for line in range(int(math.ceil(min(u, v))), int(math.floor(max(u, v))) + 1):
-            here, t, rise = _crossing(heights, cell, inverse_cell, i0, j0, px, py, pz, lx, ly, lz, way, line)
+        for line in range(int(math.ceil(min(u, v))), int(np.floor(max(u, v))) + 1):
+            here, t, rise = _crossing(heights, cell, inverse_cell, i0, j0, px, py, pz, lx, ly, lz, inverse, way, line)
             if here < gap:
                 gap, best, slope, family, number = here, t, rise, way, line
     if family >= 0:
@@ -143,9 +144,10 @@ def crest(terrain, i0, j0, cx, cy, cz, qx, qy, qz, ex, ey, ez, a, taper, low, hi
     scale = a / math.sqrt(ox * ox + oy * oy + oz * oz)
     ox, oy, oz = scale * ox, scale * oy, scale * oz
     lx, ly, lz = qx + k * ox, qy + k * oy, qz + k * oz
-    if abs(lx if family == 0 else ly) >= ALONG_GRID:
+    along = lx if family == 0 else ly
+    if abs(along) >= ALONG_GRID:
         near, place, slope = _crossing(
-            heights, cell, inverse_cell, i0, j0, cx + ox, cy + oy, cz + oz, lx, ly, lz, family, line
+            heights, cell, inverse_cell, i0, j0, cx + ox, cy + oy, cz + oz, lx, ly, lz, 1.0 / along, family, line
         )
         if low <= place <= high and near < gap:
             nx, ny, steep = _plane_through(lx, ly, lz, family, slope)

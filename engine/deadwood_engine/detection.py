@@ -25,7 +25,7 @@ def _ground(cloud, scene, frame, state, body, stations, settings, step, path, ad
         if path + advance >= scratch.near[RINGS_WAKE]:
             count, scratch.near[RINGS_WAKE], whole = terrain_contacts(
                 scene.terrain, frame, scratch.contacts, scratch.keys, state, body, stations, settings.ring_points, step,
-                scratch.trial, path, advance, scratch.wake,
+                scratch.trial, path, scratch.rings,
             )  # fmt: skip
         return count, whole
     return cloud_terrain_contacts(cloud, scene, frame, state, body, settings, step[0], scratch)
@@ -73,8 +73,8 @@ def _lowest_gap(cloud, scene, frame, state, body, stations, scratch):
 def find_contacts(scene, frame, state, body, stations, settings, dt, path, advance, scratch, obstacles):
     """Contacts of the pose predicted for a step dt: terrain, then trees, barriers, lying logs (if obstacles is true).
 
-    path [m]: how far any point of the log can have moved since its release; advance [m]: in this step. What is farther
-    away than that is not looked at: rings sleep (``terrain_contacts``), and so do the obstacles as a whole.
+    path [m]: how far the log can have moved since its release; advance [m]: in this step. What is farther away than
+    that is not looked at: the rings sleep (``terrain_contacts``), and so do the obstacles as a whole.
 
     Returns (count, travel allowed in the next step by the obstacles [m], whether there is terrain below the whole log).
     """
@@ -117,12 +117,17 @@ def find_contacts(scene, frame, state, body, stations, settings, dt, path, advan
     return count, travel, whole
 
 
-@kernel
+@inlined
 def owner_of(scene, key):
     """(is a barrier, row in the user's table) of an obstacle's contact; lying logs are numbered after the trees."""
+    return _owner(scene.uprights.owner, scene.lying.owner, scene.plates.owner, key)
+
+
+@kernel
+def _owner(uprights, lying, plates, key):
     if key[0] == TREE:
-        owner = scene.uprights.owner[key[1]]
+        owner = uprights[key[1]]
         return (True, -1 - owner) if owner < 0 else (False, owner)
     if key[0] == LYING:
-        return False, scene.lying.owner[key[1]]
-    return True, scene.plates.owner[key[1]]
+        return False, lying[key[1]]
+    return True, plates[key[1]]

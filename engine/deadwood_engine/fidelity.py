@@ -12,13 +12,14 @@ class Fidelity(NamedTuple):
     """The numbers that trade speed for accuracy.
 
     time_step : [s] longest step; governs the order-one error of impacts and friction
-    travel_cells : [DEM cells] the log's fastest point moves at most so far in a step; governs penetration
-        and what of the terrain's roughness is seen
+    travel_cells : [DEM cells] the log moves at most so far in a step (``travel``); governs penetration and what of the
+        terrain's roughness is seen
     station_spacing : [m] longest distance of the log's contact rings; each finds the highest crest of its stretch
     spacing_cells : [DEM cells] the same, in cells; governs how deep a second crest of the same stretch may poke in
     tolerance : [-] of g dt; contact velocities are solved to this; governs creep
     sweeps : most Gauss-Seidel sweeps a step; a step that needs more is counted as unconverged
     trace_cells : [DEM cells] the log's ends move at most so far between two outlines in rasters and trajectories
+    trace_spacing : [m] the same, in metres, where that is more than a cell
     obstacle_travel : [-] of the two thicknesses (radius of the log + radius of a stem) the log moves at most in a step
         beside it, sideways; beyond 1 the axes could change sides, which is passing through. Beside what is thin it
         is 0.3 at most, of the fastest point (``limits.OBSTACLE_TRAVEL``)
@@ -36,11 +37,12 @@ class Fidelity(NamedTuple):
     trace_cells: float
     obstacle_travel: float = 0.3
     ring_points: int = 3
+    trace_spacing: float = 2.0
     backward: bool = False
 
 
 FIDELITIES: dict[str, Fidelity] = {
-    "draft": Fidelity(0.070, 1.0, 2.0, 4.0, 1e-2, 300, 2.0, ring_points=1),
+    "draft": Fidelity(0.070, 1.0, 2.0, 4.0, 1e-2, 300, 4.0, ring_points=1),
     "standard": Fidelity(0.016, 0.4, 0.5, 2.0, 1e-3, 400, 1.0),
     "fine": Fidelity(0.004, 0.2, 0.5, 1.0, 1e-3, 400, 1.0),
     "reference": Fidelity(0.001, 0.05, 0.5, 1.0, 1e-4, 1000, 0.5),
@@ -50,3 +52,8 @@ FIDELITIES: dict[str, Fidelity] = {
 def station_spacing(fidelity: Fidelity, cell: float) -> float:
     """Distance of the contact rings [m] on a DEM of this cell size."""
     return min(fidelity.station_spacing, fidelity.spacing_cells * cell)
+
+
+def trace_step(fidelity: Fidelity, cell: float) -> float:
+    """Most way [m] of a log's ends between two outlines on a DEM of this cell size."""
+    return min(fidelity.trace_cells * cell, max(fidelity.trace_spacing, cell))

@@ -11,6 +11,7 @@ DISC_ACCURACY = 1e-2  # [-] of the friction impulse before it is put on the disc
 
 # Obstacles near the log
 OBSTACLE_TRAVEL = 0.3  # [-] of both radii: beside what is thin, most of the way of the fastest point in a step
+LYING_TRAVEL = 0.2  # [-] of both radii: the same beside a lying log, which a log that spins may strike from any side
 FIRST_TOUCH = 0.1  # [-] of both radii: how far a step is followed beside a stem between two looks for its first touch
 TOUCH_DEPTH = 0.05  # [-] of both radii: how deep, at most, the pose of a first touch may be
 MOST_LOOKS = 40  # poses within a step that are looked at for the first touch of one stem
@@ -46,8 +47,7 @@ WALL = 0.5  # [-] sine of the ground's tilt along the axis beyond which it is a 
 LEAST_UPWARD = 0.1  # [-] least upward part of a normal of the cone's side that is put in the place of the ground's
 
 # Far from contact: planes above the terrain, over blocks of cells, tell how far a ring may move before it can touch
-LID_REACH = 2.0  # [m] least side of a block; a ring sleeps until the log could have moved so far, less its radius
-NEAR_WAY = 2.0  # [m] way of the log after which a ring below its lid asks for it again
+LID_REACH = 2.0  # [m] least side of a block; rings sleep until the log could have moved so far, at most
 LID_SLACK = 1e-3  # [m] more than the rounding of a lid's float32 (0.1 mm at 1000 m above the reference)
 
 # Geometry

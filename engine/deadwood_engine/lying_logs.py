@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from .compiled import inlined, kernel
 from .contacts import LYING, cross, pierced_end, touch
 from .grid_index import GridIndex, index_boxes, list_near
-from .limits import FLAT_TOLERANCE, OBSTACLE_TRAVEL, STEEP
+from .limits import FLAT_TOLERANCE, LYING_TRAVEL, STEEP
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
 from .rotation import DX, DY, DZ, X, Y, Z
 from .terrain import Terrain, surfaces
@@ -386,7 +386,7 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
         both = mine + wide + slope * z
         clear = distance - thick - max(wide, wide + slope * long)
         narrow = min(both, 2.0 * math.sqrt(mine * both), 2.0 * math.sqrt((both - mine) * both))
-        least = min(step[3], OBSTACLE_TRAVEL) * narrow
+        least = min(step[3], LYING_TRAVEL) * narrow
         travel = min(travel, max(least, clear))
         free = min(free, clear)
         if clear > 0.0:

@@ -5,29 +5,16 @@ A speed threshold freezes logs that slide at friction's limit and standing logs 
 
 from __future__ import annotations
 
-import math
-
 from .compiled import kernel
 from .contact_solver import find_old, solve, warm_start
 from .contacts import PN, TARGET, TERRAIN, set_frames
 from .detection import find_contacts, owner_of
 from .limits import REST_ACCELERATION, REST_LOOK, REST_STEP, REST_SWEEPS
-from .log_body import BASE_RADIUS, CENTRE, LENGTH, REACH
-from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ
+from .rotation import VX, VZ, WZ
+from .travel import fastest_point
 
 STOP_REASONS = ("rest", "tree", "barrier", "left_dem", "time_limit", "failed")
 REST, HELD_BY_TREE, HELD_BY_BARRIER, LEFT_DEM, TIME_LIMIT, FAILED, INTERRUPTED = range(7)
-
-
-@kernel
-def fastest_point(state, body):
-    """Bound of the speed of the log's fastest point [m/s]."""
-    along = state[WX] * state[DX] + state[WY] * state[DY] + state[WZ] * state[DZ]
-    spin = state[WX] ** 2 + state[WY] ** 2 + state[WZ] ** 2
-    across = math.sqrt(max(0.0, spin - along * along))
-    arm = max(body[CENTRE], body[LENGTH] - body[CENTRE], body[REACH])
-    speed = math.sqrt(state[VX] ** 2 + state[VY] ** 2 + state[VZ] ** 2)
-    return speed + across * arm + abs(along) * body[BASE_RADIUS]
 
 
 @kernel

@@ -10,10 +10,12 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from .compiled import inlined, kernel
 from .contacts import cross, ground_contact
 from .crests import along_side, crest
-from .limits import FLAT_TOLERANCE, MERGED, NEAR_WAY, REFINED
+from .limits import FLAT_TOLERANCE, MERGED, REFINED
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
 from .rotation import DX, DY, DZ, X, Y, Z
 from .terrain import friction_at, lid_distance, surface
@@ -36,16 +38,88 @@ def _deepest_on(terrain, i0, j0, cx, cy, cz, dx, dy, dz, a, gx, gy):
     return ex, ey, ez, height, gx, gy
 
 
+# What a look at every ring finds: how far [m] it is above what can touch it, and the slope below its centre
+ABOVE, SLOPE_X, SLOPE_Y = range(3)
+RING_WIDTH = 3
+
+
 @inlined
-def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, points, step, trial, path, advance, wake):
+def _look(terrain, i0, j0, body, stations, trial, rings):
+    """Look at the ground below every ring of the predicted pose.
+
+    Nothing branches here, so that the processor works on several rings at once: that costs less than to ask first
+    which of them can be left out.
+    """
+    heights, inverse_cell = terrain.heights, terrain.inverse_cell
+    rows, columns = heights.shape
+    qx, qy, qz = trial[0], trial[1], trial[2]
+    taper = (body[TIP_RADIUS] - body[BASE_RADIUS]) / body[LENGTH]
+    between = body[LENGTH] / (stations - 1)
+    # of the stretch of the side that a ring answers for, as far as the bound on roughness goes
+    inner, outer = min(0.5 * between, terrain.cell), min(between, terrain.cell)
+    # the bound on roughness covers three cells around the ring's centre, so thicker rings are always looked at
+    thick = math.inf if body[BASE_RADIUS] > terrain.cell else 0.0
+    for k in range(stations):
+        along = k * between
+        s = along - body[CENTRE]
+        x, y, z = trial[3] + s * qx, trial[4] + s * qy, trial[5] + s * qz
+        u, v = x * inverse_cell, y * inverse_cell
+        iu, jv = np.floor(u), np.floor(v)
+        i, j = i0 + int(iu), j0 + int(jv)
+        inside = i >= 0 and j >= 0 and i < columns - 1 and j < rows - 1
+        i, j = min(max(i, 0), columns - 2), min(max(j, 0), rows - 2)
+        u, v = u - iu, v - jv
+        h00 = np.float64(heights[np.uint64(j), np.uint64(i)])
+        h10 = np.float64(heights[np.uint64(j), np.uint64(i + 1)])
+        h01 = np.float64(heights[np.uint64(j + 1), np.uint64(i)])
+        h11 = np.float64(heights[np.uint64(j + 1), np.uint64(i + 1)])
+        bx, by = h10 - h00, h01 - h00
+        twist = h11 - h10 - by
+        gx, gy = bx + twist * v, by + twist * u
+        height = h00 + bx * u + gy * v
+        gx, gy = gx * inverse_cell, gy * inverse_cell
+        # vertical gap below the ring if the terrain were its tangent plane; 1 + g^2/2 bounds the plane's 1/n_z
+        gap = z - height - (body[BASE_RADIUS] + taper * along) * (1.0 + 0.5 * (gx * gx + gy * gy))
+        # what of the ground rises above that plane, and what the side may come down by on its stretch
+        reach = outer if k == 1 or k == stations - 2 else inner
+        rise = terrain.roughness[np.uint64(j), np.uint64(i)] + reach * (abs(qz - gx * qx - gy * qy) + abs(taper))
+        rings[k, ABOVE] = gap - (rise + thick) if inside else math.nan
+        rings[k, SLOPE_X], rings[k, SLOPE_Y] = gx, gy
+
+
+@kernel
+def _sleep(terrain, i0, j0, state, body, stations, first):
+    """How far [m] the log can move before it can touch the terrain; 0 where a ring is below its lid.
+
+    A ring asks for half the stretch to either side. first : the ring to ask first
+    """
+    dx, dy, dz = state[DX], state[DY], state[DZ]
+    taper = (body[TIP_RADIUS] - body[BASE_RADIUS]) / body[LENGTH]
+    between = body[LENGTH] / (stations - 1)
+    block = terrain.lid_cells * terrain.cell
+    least = math.inf
+    for number in range(stations):
+        k = first + number if first + number < stations else first + number - stations
+        along = k * between
+        s = along - body[CENTRE]
+        a = body[BASE_RADIUS] + taper * along
+        x, y, z = state[X] + s * dx, state[Y] + s * dy, state[Z] + s * dz
+        free, tilt = lid_distance(terrain, i0, j0, x, y, z, dx, dy, dz)
+        least = min(least, free - a - 0.5 * between * (abs(tilt) + abs(taper)), block - a - 0.5 * between)
+        if least <= 0.0:
+            return 0.0
+    return least
+
+
+@inlined
+def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, points, step, trial, path, rings):
     """Find the terrain contacts of this step.
 
     stations is the number of rings; those between the ends have 1 or 3 candidate ``points``. frame holds the log's node
     (column i0, row j0); step is that of the obstacles.
-    trial[0:6] holds the predicted axis (direction, centre). path [m]: how far any point of the log can have moved so
-    far; advance [m]: in this step. A ring is not looked at before the path reaches its ``wake``; where that is negative
-    it is looked at in every step, and its lid not before the path reaches -wake.
-    Returns (count, least wake of the rings [m], whether there is terrain below every ring).
+    trial[0:6] holds the predicted axis (direction, centre). path [m]: how far the log can have moved so far.
+    rings : room for what a look at them finds
+    Returns (count, path [m] before which none needs to be looked at again, whether there is terrain below every ring).
     """
     dx, dy, dz = state[DX], state[DY], state[DZ]
     qx, qy, qz = trial[0], trial[1], trial[2]
@@ -53,52 +127,31 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
     length, centre = body[LENGTH], body[CENTRE]
     taper = (body[TIP_RADIUS] - body[BASE_RADIUS]) / length
     between = length / (stations - 1)
-    # the bound on roughness covers three cells around the ring's centre, so thicker rings are always looked at
-    thick = body[BASE_RADIUS] > terrain.cell
-    block = terrain.lid_cells * terrain.cell
-    ahead = path + advance
-    count = 0
-    earliest = math.inf
-    whole = True
     i0, j0 = frame[0], frame[1]
+    _look(terrain, i0, j0, body, stations, trial, rings)
+    least, at, whole = math.inf, 0, True
     for k in range(stations):
+        above = rings[k, ABOVE]
+        if above < least:
+            least, at = above, k
+        whole = whole and above == above
+    if least > 0.0:
+        return 0, path + _sleep(terrain, i0, j0, state, body, stations, at), whole
+    count = 0
+    for k in range(stations):
+        if not rings[k, ABOVE] <= 0.0:
+            continue
         along = k * between
         s = along - centre
         a = body[BASE_RADIUS] + taper * along
-        # of the stretch of the side that this ring answers for, as far as the bound on roughness goes
-        beside_end = k == 1 or k == stations - 2
-        reach = min(between if beside_end else 0.5 * between, terrain.cell)
-        if ahead >= abs(wake[k]):
-            free, tilt = lid_distance(
-                terrain, i0, j0, state[X] + s * dx, state[Y] + s * dy, state[Z] + s * dz, dx, dy, dz
-            )
-            free -= a + reach * (abs(tilt) + abs(taper))
-            # below its lid a ring is awake, and not asked again for a while
-            wake[k] = path + min(free, block - a) if free > 0.0 else -(path + NEAR_WAY)
-        earliest = min(earliest, wake[k])
-        if ahead < wake[k]:
-            continue
         cx, cy, cz = ox + s * qx, oy + s * qy, oz + s * qz
-        height, gx, gy = surface(terrain, i0, j0, cx, cy)
+        gx, gy = rings[k, SLOPE_X], rings[k, SLOPE_Y]
         square = gx * gx + gy * gy
-        # vertical gap below the ring if the terrain were its tangent plane; 1 + g^2/2 bounds the plane's 1/n_z
-        gap = cz - height - a * (1.0 + 0.5 * square)
-        if gap != gap:
-            whole = False
-            continue
-        rise = math.inf
-        if not thick:
-            i = i0 + int(math.floor(cx * terrain.inverse_cell))
-            j = j0 + int(math.floor(cy * terrain.inverse_cell))
-            # and what the side may come down by on its stretch
-            rise = terrain.roughness[j, i] + reach * (abs(qz - gx * qx - gy * qy) + abs(taper))
-        if gap > rise:
-            continue
         nz = 1.0 / math.sqrt(1.0 + square)
         nx, ny = -gx * nz, -gy * nz
         nd = nx * dx + ny * dy + nz * dz
         size = math.sqrt(max(0.0, 1.0 - nd * nd))
-        above = (cz - height - rise) * nz
+        above = (rings[k, ABOVE] + a * (1.0 + 0.5 * square)) * nz
         # support direction on the ring: against the normal, square to the axis
         ex, ey, ez = nd * dx - nx, nd * dy - ny, nd * dz - nz
         if size < 1e-6:
@@ -174,7 +227,7 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
                     terrain, frame, contacts, keys, count, state, r, gap, (gx, gy),
                     friction_at(terrain, i0, j0, px, py), k * CANDIDATES + m, step, True,
                 )  # fmt: skip
-    return count, earliest, whole
+    return count, path, whole
 
 
 @kernel

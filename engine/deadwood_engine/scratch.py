@@ -9,6 +9,7 @@ import numpy as np
 from . import contacts, trees
 from .cloud import Cloud
 from .outline import OUTLINE_POINTS
+from .rings import RING_WIDTH
 from .surroundings import NEAR_WIDTH
 from .trace import MEMORY_WIDTH
 
@@ -48,7 +49,7 @@ class Scratch(NamedTuple):
     trial: np.ndarray  # predicted axis direction and centre
     pose: np.ndarray  # the same, for a time within the step
     near: np.ndarray  # what is known of the surroundings (``detection``)
-    wake: np.ndarray  # path [m] before which a ring cannot touch the terrain
+    rings: np.ndarray  # what a look at every ring found (``rings``)
     memory: np.ndarray
     rest: np.ndarray  # ends at the last look at a slow log
     rocking: np.ndarray  # ends at the last look at one that rocks
@@ -88,7 +89,7 @@ class Scratch(NamedTuple):
             np.zeros(6),
             np.zeros(6),
             np.zeros(NEAR_WIDTH),
-            np.zeros(stations),
+            np.zeros((stations, RING_WIDTH)),
             np.zeros(MEMORY_WIDTH),
             np.zeros(MEMORY_WIDTH),
             np.zeros(MEMORY_WIDTH),

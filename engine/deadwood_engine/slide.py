@@ -1,8 +1,8 @@
 """Slide many logs through a scene on all cores: the engine's front door.
 
-Logs are independent. Each is computed by one call of ``slide_log``, which releases the GIL, on a plain thread; workers
-take the next log as they become free. Every log's numbers depend on the log alone, maxima and counts do not depend on
-order, so results are the same bits with any number of threads.
+Logs are independent. Some at a time are computed by one call of ``slide_logs``, which releases the GIL, on a plain
+thread; workers take the next ones as they become free. Every log's numbers depend on the log alone, maxima and counts
+do not depend on order, so results are the same bits with any number of threads.
 """
 
 from __future__ import annotations
@@ -16,18 +16,20 @@ from numpy.typing import NDArray
 
 from . import step, trace
 from .cloud import Shape
-from .fidelity import Fidelity, station_spacing
+from .fidelity import Fidelity, station_spacing, trace_step
 from .ledger import HIT_WIDTH
 from .limits import GRAVITY, LEAST_STATIONS
 from .log_body import LENGTH
 from .logs import Logs, Start, place_logs, stations_for
 from .rasters import Rasters, raster_arrays
-from .rest import LEFT_DEM, TIME_LIMIT
 from .result import Result, result_of
 from .scene import Scene
 from .scratch import Scratch, Settings
 
 Array = NDArray[np.float64]
+
+
+LOGS_A_CALL = 16  # most logs a call; to hand a scene over costs as much as ten steps, and other workers wait for it
 
 
 class Interrupted(Exception):
@@ -71,7 +73,7 @@ def slide(
     cell = arrays.terrain.cell
     settings = Settings(
         float(fidelity.time_step), float(fidelity.travel_cells * cell), float(fidelity.tolerance), int(fidelity.sweeps),
-        float(fidelity.trace_cells * cell), float(restitution), float(time_limit), float(rest_speed), float(gravity),
+        float(trace_step(fidelity, cell)), float(restitution), float(time_limit), float(rest_speed), float(gravity),
         float(fidelity.obstacle_travel), int(fidelity.ring_points), bool(fidelity.backward),
     )  # fmt: skip
     stations = stations_for(start.body[:, LENGTH], station_spacing(fidelity, cell))
@@ -85,7 +87,9 @@ def slide(
     hits: dict[int, Array] = {}
     stop = np.zeros(1, np.uint8)
     workers = max(1, min(threads, number, len(rasters.workers) if rasters else threads))
-    queue = iter(range(number))
+    chunk = max(1, min(LOGS_A_CALL, number // (4 * workers)))
+    queue = iter(range(0, number, chunk))
+    marks = trace.Marks(touched, fences, crossed, touch_time)
     lock = threading.Lock()
     done = [0] * workers
     cpu = [0.0] * workers
@@ -103,42 +107,36 @@ def slide(
             rows,
             arrays.cloud,
         )
-        room = np.zeros((4096, trace.POSE_WIDTH))
-        none = np.zeros((0, trace.POSE_WIDTH))
-        hit_room = np.zeros((64, HIT_WIDTH))
+        room, hit_room = np.zeros((4096, trace.POSE_WIDTH)), np.zeros((64 * chunk, HIT_WIDTH))
         # workers that wrote every step to neighbouring rows of one array would wait for each other's cache lines
         own, told = np.zeros(state.shape[1]), np.zeros(step.SUMMARY_WIDTH)
         while not stop[0]:
             with lock:
-                row = next(queue, -1)
-            if row < 0:
+                row = next(queue, number)
+            last = min(row + chunk, number)
+            if row == last:
                 break
-            marks = trace.Marks(touched[row], fences[row], crossed[row], touch_time[row])
-            while True:
-                own[:] = start.state[row]
-                wanted = step.slide_log(
-                    arrays, start.frame[row], own, start.body[row], stations[row], settings, scratch, raster,
-                    row_stamp[row], marks, room if keep[row] else none, keep[row], hit_room, told, stop,
+            while row < last and not stop[0]:
+                reached, wanted = step.slide_logs(
+                    arrays, start.frame, start.state, start.body, stations, settings, scratch, raster, row_stamp, marks,
+                    room, keep, hit_room, own, told, state, summary, row, last, stop,
                 )  # fmt: skip
-                struck = int(told[step.HITS])
-                if (not keep[row] or wanted <= len(room)) and struck <= len(hit_room):
-                    break
-                # Sliding again with more room is the same to the bit, and the stamp keeps hits from counting twice.
-                if keep[row] and wanted > len(room):
-                    room = np.zeros((2 * wanted, trace.POSE_WIDTH))
-                if struck > len(hit_room):
-                    hit_room = np.zeros((2 * len(hit_room), HIT_WIDTH))
-            state[row], summary[row] = own, told
-            if (rasters and told[step.REASON] < LEFT_DEM) or told[step.REASON] == TIME_LIMIT:
-                trace.draw_deposit(
-                    arrays, start.frame[row], own, start.body[row], scratch.memory,
-                    (scratch.points, scratch.hull, scratch.left, scratch.right), raster,
-                )  # fmt: skip
-            if keep[row] and not stop[0]:
-                poses[row] = room[:wanted].copy()
-            if struck:
-                hits[row] = hit_room[:struck].copy()
-            done[worker] += 1
+                if reached == row:
+                    # Sliding again with more room is the same to the bit, and the stamp keeps hits from counting twice.
+                    if keep[row] and wanted > len(room):
+                        room = np.zeros((2 * wanted, trace.POSE_WIDTH))
+                    if told[step.HITS] > len(hit_room):
+                        hit_room = np.zeros((2 * len(hit_room), HIT_WIDTH))
+                first = 0
+                for each in range(row, reached):
+                    struck = int(summary[each, step.HITS])
+                    if struck:
+                        hits[each] = hit_room[first : first + struck].copy()
+                    first += struck
+                if reached > row and keep[reached - 1]:
+                    poses[reached - 1] = room[:wanted].copy()
+                done[worker] += reached - row
+                row = reached
         cpu[worker] = clock.thread_time() - began
 
     def guarded(worker: int) -> None:

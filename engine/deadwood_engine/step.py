@@ -33,11 +33,24 @@ from .limits import (
     SHORTEST_STEP,
     WILD_SPEED,
 )
-from .rest import FAILED, INTERRUPTED, LEFT_DEM, TIME_LIMIT, fastest_point, holder, rest_reason
+from .rest import FAILED, INTERRUPTED, LEFT_DEM, TIME_LIMIT, holder, rest_reason
 from .rotation import VX, VY, VZ, X, Y, Z, set_axis
 from .surroundings import BESIDE
 from .terrain import surface
-from .trace import PEAK_ENERGY, PEAK_JUMP, PEAK_SPEED, draw, ends_moved, keep_pose, remember_pose, remember_turn
+from .trace import (
+    PEAK_ENERGY,
+    PEAK_JUMP,
+    PEAK_SPEED,
+    Marks,
+    draw,
+    draw_deposit,
+    ends_moved,
+    keep_pose,
+    remember_peaks,
+    remember_pose,
+    remember_turn,
+)
+from .travel import fastest_point, travel_bound
 from .trees import time_beside
 from .turning import turn_contacts
 
@@ -70,7 +83,6 @@ def slide_log(
     work = (scratch.points, scratch.hull, scratch.left, scratch.right)
     memory = scratch.memory
     scratch.near[:] = 0.0
-    scratch.wake[:] = 0.0
     summary[:] = 0.0
     summary[ITEM] = -1
     energy_start = energy_of(state, body) + gravity * state[Z]
@@ -85,10 +97,9 @@ def slide_log(
     path = 0.0
     remember_pose(memory, state, body)
     remember_turn(memory, state)
-    memory[PEAK_SPEED] = math.sqrt(state[VX] ** 2 + state[VY] ** 2 + state[VZ] ** 2)
-    memory[PEAK_ENERGY] = energy_of(state, body)
-    memory[PEAK_JUMP] = gap
-    summary[SPEED_MAX], summary[ENERGY_MAX], summary[JUMP_MAX] = memory[PEAK_SPEED], memory[PEAK_ENERGY], gap
+    speed, energy = math.sqrt(state[VX] ** 2 + state[VY] ** 2 + state[VZ] ** 2), energy_of(state, body)
+    remember_peaks(memory, speed, energy, gap)
+    summary[SPEED_MAX], summary[ENERGY_MAX], summary[JUMP_MAX] = speed, energy, gap
     draw(scene, frame, state, body, memory, work, rasters, row, marks, 0.0)
     remember_pose(scratch.rest, state, body)
     remember_pose(scratch.rocking, state, body)
@@ -98,15 +109,20 @@ def slide_log(
     while reason < 0:
         # 1. gravity's second half for the step before, and the length of this one
         state[VZ] -= 0.5 * gravity * before
-        moving = fastest_point(state, body)
-        fastest = moving + 0.5 * gravity * settings.time_step
-        dt = min(settings.time_step, min(settings.travel, travel) / fastest) if fastest > 0.0 else settings.time_step
+        fastest, bend, roll = travel_bound(scene.cloud, state, body)
+        bend += gravity
+        pace = fastest + roll
+        pace = 0.5 * (pace + math.sqrt(pace * pace + 2.0 * bend * settings.travel))  # the mean on that way
+        dt = min(settings.time_step, settings.travel / pace) if pace > 0.0 else settings.time_step
+        if travel < settings.travel:
+            # beside what is thin, or lies: by the skin, which may strike it
+            dt = min(dt, travel / (fastest_point(state, body) + 0.5 * gravity * settings.time_step))
         dt = time_beside(scratch.tree_table, int(scratch.near[BESIDE]), state, body, gravity, dt)
         dt = max(dt, SHORTEST_STEP)
         steps += 1
         # 2. contacts of the pose a step ahead, 3. velocities; anew where these would pass a tree within the step
         for attempt in range(2):
-            advance = dt * (moving + 0.5 * gravity * dt)
+            advance = dt * (fastest + 0.5 * bend * dt)
             kick = 0.5 * (before + dt)
             count, travel, on_terrain = find_contacts(
                 scene, frame, state, body, stations, settings, dt, path, advance, scratch, True
@@ -198,7 +214,8 @@ def slide_log(
             break
         peak = max(peak, energy)
         # 4. free motion to the next node
-        path += dt * fastest_point(state, body)
+        fastest, bend, _ = travel_bound(scene.cloud, state, body)
+        path += dt * (fastest + 0.5 * bend * dt)
         move_freely(state, body, dt)
         time += dt
         summary[PATH] += dt * speed
@@ -232,6 +249,7 @@ def slide_log(
             memory[PEAK_JUMP] = max(memory[PEAK_JUMP], gap)
             summary[JUMP_MAX] = max(summary[JUMP_MAX], gap)
             draw(scene, frame, state, body, memory, work, rasters, row, marks, time)
+            remember_peaks(memory, speed, energy, gap)
             if keep:
                 kept = keep_pose(poses, kept, time, state, body, gap)
     if reason != FAILED:
@@ -252,3 +270,41 @@ def slide_log(
     summary[BARRIER_HITS] = barrier_hits
     summary[HITS] = hit_count
     return kept
+
+
+@kernel
+def slide_logs(
+    scene, frames, starts, bodies, stations, settings, scratch, rasters, stamps, marks, poses, keep, hits, own, told,
+    states, summaries, first, last, stop,
+):  # fmt: skip
+    """Slide the logs from row ``first`` to before ``last``, one after the other, up to one whose poses are kept.
+
+    Parameters are those of ``slide_log``, of all logs; own, told : room for one log's state and summary, which come to
+    lie in their rows of states and summaries. The hits of one log follow those of another in ``hits``.
+
+    Returns (row of the next log, number of poses wanted by the last one): the first row where that one found too little
+    room for its poses or, as ``told`` has it, its hits.
+    """
+    used = 0
+    for row in range(first, last):
+        for k in range(own.shape[0]):
+            own[k] = starts[row, k]
+        each = Marks(marks.lines[row], marks.fences[row], marks.crossed[row], marks.line_time[row])
+        wanted = slide_log(
+            scene, frames[row], own, bodies[row], stations[row], settings, scratch, rasters, stamps[row], each,
+            poses if keep[row] else poses[:0], keep[row], hits[used:], told, stop,
+        )  # fmt: skip
+        struck = int(told[HITS])
+        if (keep[row] and wanted > poses.shape[0]) or struck > hits.shape[0] - used:
+            return row, wanted
+        used += struck
+        for k in range(own.shape[0]):
+            states[row, k] = own[k]
+        for k in range(SUMMARY_WIDTH):
+            summaries[row, k] = told[k]
+        if told[REASON] < LEFT_DEM or told[REASON] == TIME_LIMIT:
+            work = (scratch.points, scratch.hull, scratch.left, scratch.right)
+            draw_deposit(scene, frames[row], own, bodies[row], scratch.memory, work, rasters)
+        if keep[row]:
+            return row + 1, wanted
+    return last, 0

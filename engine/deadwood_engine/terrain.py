@@ -111,8 +111,8 @@ def bilinear(heights, inverse_cell, i0, j0, x, y):
     """``surface``, for kernels that are not inlined: a terrain's forty words on the stack cost as much as the look."""
     u = x * inverse_cell
     v = y * inverse_cell
-    iu = math.floor(u)
-    jv = math.floor(v)
+    iu = np.floor(u)
+    jv = np.floor(v)
     i = i0 + int(iu)
     j = j0 + int(jv)
     if i < 0 or j < 0 or i >= heights.shape[1] - 1 or j >= heights.shape[0] - 1:
@@ -145,8 +145,8 @@ def friction_at(terrain, i0, j0, x, y):
     friction = terrain.friction
     if friction.shape[0] == 1:
         return friction[0, 0]
-    i = min(max(i0 + int(math.floor(x * terrain.inverse_cell + 0.5)), 0), friction.shape[1] - 1)
-    j = min(max(j0 + int(math.floor(y * terrain.inverse_cell + 0.5)), 0), friction.shape[0] - 1)
+    i = min(max(i0 + int(np.floor(x * terrain.inverse_cell + 0.5)), 0), friction.shape[1] - 1)
+    j = min(max(j0 + int(np.floor(y * terrain.inverse_cell + 0.5)), 0), friction.shape[0] - 1)
     return friction[j, i]
 
 
@@ -157,7 +157,7 @@ def lid_distance(terrain, i0, j0, x, y, z, dx, dy, dz):
     lids, block = terrain.lids, terrain.lid_cells * terrain.cell
     x += i0 * terrain.cell
     y += j0 * terrain.cell
-    i, j = math.floor(x * terrain.inverse_block), math.floor(y * terrain.inverse_block)
+    i, j = np.floor(x * terrain.inverse_block), np.floor(y * terrain.inverse_block)
     bi, bj = int(i), int(j)
     if bi < 0 or bj < 0 or bi >= lids.shape[1] or bj >= lids.shape[0]:
         return -math.inf, 0.0

@@ -82,13 +82,18 @@ def _outline_of(points, at, memory, body):
 
 @kernel
 def remember_pose(memory, state, body):
-    """Make the present pose the last outline's, and start its maxima anew."""
+    """Make the present pose the last outline's."""
     back, front = -body[CENTRE], body[LENGTH] - body[CENTRE]
     for axis in range(3):
         memory[LAST_BASE + axis] = state[X + axis] + back * state[DX + axis]
         memory[LAST_TIP + axis] = state[X + axis] + front * state[DX + axis]
     memory[LAST_X], memory[LAST_Y] = state[X], state[Y]
-    memory[PEAK_SPEED] = memory[PEAK_ENERGY] = memory[PEAK_JUMP] = 0.0
+
+
+@kernel
+def remember_peaks(memory, speed, energy, jump):
+    """Start the maxima anew with what the last outline's pose has: that pose is part of the area swept from it."""
+    memory[PEAK_SPEED], memory[PEAK_ENERGY], memory[PEAK_JUMP] = speed, energy, jump
 
 
 @kernel

@@ -97,16 +97,16 @@ def test_a_subset_has_its_own_quantiles(full, tmp_path):
 
 
 def test_the_largest_is_the_runs_own_maximum(full, tmp_path):
-    """The 100 % quantile at the run's cells, beside the rasters that watched every step: hardly ever above them, and
-    mostly the same. Speed stands in the rasters at the middle of a step, in poses at its end: half a step of g apart,
-    0.34 m/s at draft's 70 ms. Where a log hits a tree just after a pose, that pose's speed counts for what follows."""
+    """The 100 % quantile at the run's cells, beside the rasters that watched every step: nowhere above them, and mostly
+    the same. Both count the pose that a swept area starts from. How fast the axis turns is told from poses some way
+    apart, so the energy may lie above by a quarter."""
     ours = made(full, tmp_path, quantiles="100")
-    for name, slack, more in (("speed", 0.0, 0.4), ("energy", 0.25, 0.1), ("jump", 1e-5, 1e-3)):
+    for name, slack, more in (("speed", 1e-6, 1e-6), ("energy", 0.25, 0.1), ("jump", 1e-6, 1e-6)):
         runs = raster(full / f"{name}_max.tif")[::-1]
         known = ~np.isnan(runs)
         assert np.array_equal(known, ~np.isnan(ours[name][0]))
         a, b = ours[name][0][known], runs[known]
-        assert (a <= b * (1.0 + slack) + more).mean() > 0.95, name
+        assert (a <= b * (1.0 + slack) + more).all(), name
         high = b >= np.median(b)
         assert np.median(a[high]) >= 0.9 * np.median(b[high]), name  # the slope is too smooth for jumps
 

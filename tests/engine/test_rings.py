@@ -12,7 +12,7 @@ from deadwood_engine.crests import crest
 from deadwood_engine.fidelity import station_spacing
 from deadwood_engine.log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS, cone_bodies
 from deadwood_engine.logs import stations_for
-from deadwood_engine.rings import CANDIDATES, terrain_contacts
+from deadwood_engine.rings import CANDIDATES, RING_WIDTH, terrain_contacts
 from deadwood_engine.terrain import prepare
 
 CELL = 0.5  # [m]
@@ -84,7 +84,7 @@ def found_in(terrain, frame, state, body, fidelity):
     keys = np.zeros((CANDIDATES * stations, KEY_WIDTH), np.int64)
     count, _, _ = terrain_contacts(
         terrain, frame, table, keys, state, body, stations, fidelity.ring_points, (1e-9, 0.0, 9.81, 0.3, 1e-9),
-        np.concatenate([state[13:16], state[:3]]), 0.0, 0.0, np.zeros(stations),
+        np.concatenate([state[13:16], state[:3]]), 0.0, np.zeros((stations, RING_WIDTH)),
     )  # fmt: skip
     return count, -table[:count, GAP].min() if count else 0.0
 
@@ -94,13 +94,13 @@ def rough():
     return poses(500)
 
 
-@pytest.mark.parametrize(("name", "missed_most", "shallow_most"), [("standard", 0.02, 0.04), ("draft", 0.15, 0.2)])
+@pytest.mark.parametrize(("name", "missed_most", "shallow_most"), [("standard", 0.02, 0.04), ("draft", 0.08, 0.1)])
 def test_what_is_in_the_ground_is_found(rough, name, missed_most, shallow_most):
     """Every place of the log, 2 cm by 4 degrees apart, against what the rings and crests find.
 
     A side between two rings may still be missed: a second crest of the same stretch, a twisted cell without a grid
-    line that shows it. Measured: not found at all at standard 2 %, found less than half as deep 4 %; at draft 12 and
-    15 %. Before rings that sleep, or are passed over, asked how far their stretch of a tilted side comes down, and
+    line that shows it. Measured: not found at all at standard 2 %, found less than half as deep 4 %; at draft 7 and
+    9 %. Before rings that sleep, or are passed over, asked how far their stretch of a tilted side comes down, and
     crests were sought between grid lines, it was 8 and 13 %, and 38 and 42 %.
     """
     fidelity = FIDELITIES[name]
@@ -143,8 +143,9 @@ def test_a_rim_on_two_cells_touches_both(name, side):
     assert depth == pytest.approx(0.005, abs=1e-6)
 
 
-def test_sleeping_rings_change_no_bit():
-    """Logs whose rings sleep, and logs that look at every ring in every step: stretches are no longer than a cell.
+@pytest.mark.parametrize("name", ["standard", "draft"])
+def test_sleeping_rings_change_no_bit(name):
+    """Logs whose rings sleep, and logs that look at every ring in every step.
 
     A sleeping ring that does not count what its stretch of a tilted side comes down by changes a few logs of these.
     """
@@ -154,8 +155,8 @@ def test_sleeping_rings_change_no_bit():
     lids[..., 3] = np.inf
     awake = replace(scene, arrays=scene.arrays._replace(terrain=terrain._replace(lids=lids)))
     logs = Logs.alike(np.linspace(60.0, 140.0, 400), np.full(400, 170.0), length=20.0)
-    slides = [slide(each, logs, FIDELITIES["standard"], time_limit=60.0, threads=2) for each in (scene, awake)]
-    assert slides[0].steps.mean() > 1000
+    slides = [slide(each, logs, FIDELITIES[name], time_limit=60.0, threads=2) for each in (scene, awake)]
+    assert slides[0].steps.mean() > 500
     assert np.array_equal(slides[0].steps, slides[1].steps)
     assert np.array_equal(slides[0].last_state, slides[1].last_state)
 

@@ -25,7 +25,7 @@ def whole_slope() -> tuple[np.ndarray, np.ndarray]:
 def obstacles(rng: np.random.Generator) -> dict:
     x, y = X0 + rng.uniform(35, 80, 90), Y0 + rng.uniform(40, 75, 90)
     fence = np.array([[X0 + 40.0, Y0 + 60.0], [X0 + 62.0, Y0 + 62.0]])
-    road = np.array([[X0 + 22.0, Y0 + 45.0], [X0 + 91.0, Y0 + 46.0]])
+    road = np.array([[X0 + 22.0, Y0 + 65.0], [X0 + 91.0, Y0 + 66.0]])
     return {
         "trees": Trees(x, y, rng.uniform(0.2, 0.6, 90), rng.uniform(10, 20, 90)),
         "barriers": Barriers(fence, np.array([0, 2]), np.array([1.5])),

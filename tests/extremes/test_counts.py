@@ -5,7 +5,7 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from deadwood_engine import FIDELITIES, Logs, Rasters, Scene, slide
+from deadwood_engine import FIDELITIES, Logs, Rasters, Scene, Start, slide
 
 
 def test_no_logs(at):
@@ -66,3 +66,41 @@ def test_a_thousand_contacts_at_once(at, spacing):
     assert result.tree_hits[0] > 0.9 * 60 / spacing
     assert result.tip_end[0, 0] == pytest.approx(result.base_end[0, 0], abs=0.02)
     assert result.last_state[0, 7] == pytest.approx(0.0, abs=0.05)
+
+
+def test_logs_slid_by_the_dozen_are_as_alone(at):
+    """Bouncing for ever in a ring of stems, without friction: more hits and poses than there is room for at first.
+
+    One worker is handed three logs at a time, and hands them back early for want of room and where poses are kept.
+    """
+    turn = 2 * np.pi * np.arange(24) / 24
+    scene = at.flat(trees=at.trees(8 * np.cos(turn), 8 * np.sin(turn), 1.6, 1e4), friction=0.0)
+    number = 13
+    way = np.linspace(0.1, 6.0, number)
+    begin = at.together(
+        [
+            at.start(scene, at.body(0.4, 4.0), (1, 0, 0), (0, 0, 0.2), velocity=(20 * np.cos(a), 20 * np.sin(a), 0))
+            for a in way
+        ]
+    )
+    options = {"gravity": 0.0, "restitution": 1.0, "time_limit": 60.0}
+    row = FIDELITIES["draft"]._replace(trace_cells=1e-6, time_step=0.01)
+    kept = np.zeros(number, bool)
+    kept[[3, 4, 8]] = True
+    rasters = Rasters.allocate(scene, 1)
+    result = slide(scene, begin, row, keep_poses=kept, rasters=rasters, **options)
+    hits = np.bincount(result.hits.log_row, minlength=number)
+    assert hits.max() > 64
+    assert hits.sum() > 64 * number
+    assert np.bincount(result.poses.log_row).max() > 4096
+    deposits = np.zeros_like(rasters.totals()["deposit_count"])
+    for k in range(number):
+        alone = Start(begin.frame[k : k + 1], begin.state[k : k + 1], begin.body[k : k + 1])
+        apart = Rasters.allocate(scene, 1)
+        single = slide(scene, alone, row, keep_poses=kept[k : k + 1], rasters=apart, **options)
+        deposits += apart.totals()["deposit_count"]
+        assert np.array_equal(single.last_state[0], result.last_state[k])
+        assert np.array_equal(single.hits.time, result.hits.time[result.hits.log_row == k])
+        assert np.array_equal(single.hits.impulse, result.hits.impulse[result.hits.log_row == k])
+        assert np.array_equal(single.poses.time, result.poses.time[result.poses.log_row == k])
+    assert np.array_equal(rasters.totals()["deposit_count"], deposits)
