@@ -7,7 +7,8 @@ over it and each end belongs where it is. The step length near obstacles keeps a
 
 Contacts: the deepest point of each end face below the top edge, against the plate's face; the log's side against the
 top edge. Vertical edges and corners are uprights of zero radius (``trees``). A barrier's line is cut into pieces
-of a few cells, so that the top follows the terrain at the given height.
+of a few cells, so that the top follows the terrain at the given height; where it bends down from one piece to the next,
+the log's side against that point, which is beyond the end of either edge.
 """
 
 from __future__ import annotations
@@ -47,7 +48,8 @@ class Plates(NamedTuple):
     """Straight pieces of barriers as the kernels read them, shape (n, ...).
 
     node, offset : start point, as for ``Uprights``
-    shape : (n, 5) direction x, y [-], length [m], top height at start and end [m above reference]
+    shape : (n, 6) direction x, y [-], length [m], top height at start and end [m above reference], rise [-] of the top
+        of the piece before, in the same straight stretch (NaN: there is none)
     owner : int64, row of the barrier
     """
 
@@ -59,10 +61,13 @@ class Plates(NamedTuple):
 
 
 # Columns of the near table, in the log's frame
-START_X, START_Y, ALONG_X, ALONG_Y, WIDTH, TOP_START, TOP_END = range(7)
+START_X, START_Y, ALONG_X, ALONG_Y, WIDTH, TOP_START, TOP_END, RISE_BEFORE = range(8)
+NEAR_WIDTH = 8
 
 
-def prepare(start: Array, end: Array, top_start: Array, top_end: Array, owner: np.ndarray, cell: float) -> Plates:
+def prepare(
+    start: Array, end: Array, top_start: Array, top_end: Array, rise_before: Array, owner: np.ndarray, cell: float
+) -> Plates:
     """Lay out plates; start, end [m] shape (n, 2) in plan from the centre of the DEM's cell (0, 0)."""
     node = np.floor(start / cell).astype(np.int64)
     width = np.hypot(*(end - start).T)
@@ -70,7 +75,7 @@ def prepare(start: Array, end: Array, top_start: Array, top_end: Array, owner: n
     return Plates(
         node,
         start - node * cell,
-        np.ascontiguousarray(np.column_stack([along, width, top_start, top_end])),
+        np.ascontiguousarray(np.column_stack([along, width, top_start, top_end, rise_before])),
         np.asarray(owner, dtype=np.int64),
         index_boxes(np.minimum(start, end), np.maximum(start, end)),
     )
@@ -90,7 +95,7 @@ def near(plates, frame, cell, listed, table, bx, by, tx, ty, reach):
         item = listed[m]
         table[m, START_X] = (plates.node[item, 0] - frame[0]) * cell + plates.offset[item, 0]
         table[m, START_Y] = (plates.node[item, 1] - frame[1]) * cell + plates.offset[item, 1]
-        for column in range(5):
+        for column in range(6):
             table[m, ALONG_X + column] = plates.shape[item, column]
     return count
 
@@ -192,7 +197,7 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
                 else:
                     side_base = side_tip
         item = listed[m]
-        by_end = False
+        by_end, by_base, by_tip = False, False, False
         scale = 1.0 / math.sqrt(1.0 + rise * rise)
         tx, ty, tz = ax * scale, ay * scale, rise * scale  # along the top edge
         c = dx * tx + dy * ty + dz * tz
@@ -209,6 +214,7 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
             u = (px - x) * ax + (py - y) * ay
             gap = side * ((px - x) * nx + (py - y) * ny)
             if reach and gap < 0.0 and 0.0 <= u <= width:
+                by_base, by_tip = by_base or end == 0, by_tip or end == 1
                 count = touch(
                     terrain, frame, contacts, keys, count, state, trial, (BARRIER, item, end),
                     (px, py, pz), (side * nx, side * ny, 0.0), gap, step,
@@ -227,10 +233,27 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
                     (inward * (dx - k * tx), inward * (dy - k * ty), inward * (dz - k * tz)),
                     gap / size, step,
                 )  # fmt: skip
+        if by_end:
+            continue
+        gx, gy, gz = ox - x, oy - y, oz - top0
+        gd = gx * dx + gy * dy + gz * dz
+        before = table[m, RISE_BEFORE]
+        if before > rise:
+            # where the top bends down, the log's side against the point between the two edges
+            rx, ry, rz = gx - gd * dx, gy - gd * dy, gz - gd * dz
+            s = math.sqrt(rx * rx + ry * ry + rz * rz) * taper / math.sqrt(1.0 - taper * taper) - gd
+            rx, ry, rz = gx + s * dx, gy + s * dy, gz + s * dz
+            rho, a = math.sqrt(rx * rx + ry * ry + rz * rz), thick + taper * (s - back)
+            level = rx * ax + ry * ay
+            beyond = level + before * rz >= 0.0 and level + rise * rz <= 0.0
+            if back < s < front and 0.0 < rho < a and beyond:
+                rx, ry, rz = rx / rho, ry / rho, rz / rho
+                count = touch(
+                    terrain, frame, contacts, keys, count, state, trial, (BARRIER, item, 5),
+                    (ox + s * dx - a * rx, oy + s * dy - a * ry, oz + s * dz - a * rz), (rx, ry, rz), rho - a, step,
+                )  # fmt: skip
         # the log's side against the top edge: nearest points of two lines
-        if apart > FLAT_TOLERANCE and not by_end:
-            gx, gy, gz = ox - x, oy - y, oz - top0
-            gd = gx * dx + gy * dy + gz * dz
+        if apart > FLAT_TOLERANCE:
             ge = gx * tx + gy * ty + gz * tz
             s = (c * ge - gd) / apart
             t = (ge - c * gd) / apart
@@ -244,7 +267,9 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
                 if back < s < front and 0.0 <= t * scale <= width:
                     a = thick + taper * (s - back)
                     rx, ry, rz = gx + s * dx - t * tx, gy + s * dy - t * ty, gz + s * dz - t * tz
-                    if rho < a:
+                    # an edge that is nearer to a face than to the side left or entered by that, if the plate holds it
+                    by_face = (by_base and s - back < a - rho) or (by_tip and front - s < a - rho)
+                    if rho < a and not by_face:
                         rx, ry, rz = rx / rho, ry / rho, rz / rho
                         count = touch(
                             terrain, frame, contacts, keys, count, state, trial, (BARRIER, item, 2),

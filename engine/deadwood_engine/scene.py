@@ -184,12 +184,15 @@ def _plates_and_posts(terrain: Terrain, barriers: Barriers) -> tuple[Plates, Arr
             outside.append(row)
             continue
         top = ground + height
-        starts.append(np.column_stack([points[:-1], top[:-1], np.full(len(points) - 1, row)])[both])
+        joint = _straight(points) & np.append(False, both) & np.append(both, False)
+        rise = np.diff(top) / np.linalg.norm(np.diff(points, axis=0), axis=1)
+        rise_before = np.where(joint[:-1], np.append(np.nan, rise[:-1]), np.nan)
+        starts.append(np.column_stack([points[:-1], top[:-1], rise_before, np.full(len(points) - 1, row)])[both])
         ends.append(np.column_stack([points[1:], top[1:]])[both])
-        posts.append(np.column_stack([points, ground, top, np.full(len(points), row), _straight(points)])[valid])
-    first = np.vstack([np.zeros((0, 4)), *starts])
+        posts.append(np.column_stack([points, ground, top, np.full(len(points), row), joint])[valid])
+    first = np.vstack([np.zeros((0, 5)), *starts])
     last = np.vstack([np.zeros((0, 3)), *ends])
     plates = barrier_file.prepare(
-        first[:, :2], last[:, :2], first[:, 2], last[:, 2], first[:, 3].astype(np.int64), terrain.cell
+        first[:, :2], last[:, :2], first[:, 2], last[:, 2], first[:, 3], first[:, 4].astype(np.int64), terrain.cell
     )
     return plates, np.vstack([np.zeros((0, 6)), *posts]), np.array(outside, np.int64)
