@@ -34,6 +34,8 @@ def provenance(results: Row) -> str:
             engines.setdefault((source["date"], source["commit"], source["engine"]), set()).add(what)
     for (date, commit, engine), what in sorted(engines.items(), key=lambda item: len(item[1])):
         lines.append(f"- engine of commit {commit} (sources {engine}), {date}: {', '.join(sorted(what))}")
+    if (now := study.engine_digest()) not in {engine for _, _, engine in engines}:
+        lines.append(f"- **the engine has changed since** (sources now {now}); `python -m benchmarks` measures it anew")
     if len(engines) > 1:
         lines.append("- **several engines**: rows are comparable within a line above; `python -m benchmarks` mends it")
     logs = [e["logs"] for e in entries]

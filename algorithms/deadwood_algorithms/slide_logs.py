@@ -214,7 +214,7 @@ def slide_chunk(
 ) -> list[str]:
     """Slide the logs of one chunk and keep what comes of them; or the sides of the window that were too near."""
     from deadwood_algorithms.run_results import arrays_of, pose_table
-    from deadwood_engine import Interrupted, slide
+    from deadwood_engine import slide
 
     part = queue.parts[chunk]
     rows = queue.rows[part]
@@ -224,8 +224,6 @@ def slide_chunk(
         feedback.progress(part.start + done, queue.goal, "sliding logs")
         return feedback.cancelled()
 
-    if report(0):  # a chunk may be slid before anybody asks
-        raise Interrupted
     began = time.perf_counter()
     result = slide(
         slope.layers.scene,

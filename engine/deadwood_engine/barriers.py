@@ -152,7 +152,7 @@ def deepest_below_edge(ex, ey, ez, dx, dy, dz, sine, a, nx, ny, x, y, ax, ay, to
 
 @inlined
 def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, state, body, trial, step):
-    """Contacts with the near plates, as for ``trees``."""
+    """Contacts with the near plates, as for ``tree_contacts``."""
     travel, free = math.inf, math.inf
     dx, dy, dz, ox, oy, oz = trial[0], trial[1], trial[2], trial[3], trial[4], trial[5]
     length, back = body[LENGTH], -body[CENTRE]

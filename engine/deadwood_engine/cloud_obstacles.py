@@ -21,7 +21,7 @@ from .compiled import kernel
 from .contacts import BARRIER, LYING, TREE, cross
 from .limits import CORE_BELOW, FACE_ALIGNED, FLAT_TOLERANCE, OBSTACLE_TRAVEL
 from .log_body import REACH
-from .lying_logs import axes_nearest, dot, point
+from .lying_contacts import axes_nearest, dot, point
 from .surroundings import LYING_LOGS, PLATES, TREES
 
 _NOWHERE = (0.0, 0.0, 0.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from . import barriers, lying_logs, trees
+from . import barriers, lying_contacts, lying_logs, tree_contacts, trees
 from .cloud_contacts import cloud_clearance, cloud_terrain_contacts
 from .cloud_obstacles import cloud_obstacle_contacts
 from .compiled import inlined, kernel
@@ -33,12 +33,12 @@ def _ground(cloud, scene, frame, state, body, stations, settings, step, path, ad
 
 @inlined
 def _near_obstacles(cloud, scene, frame, scratch, count, state, body, step, advance):
-    """Contacts with all that is listed as near: (count, travel, free), as ``trees.contacts_with``."""
+    """Contacts with all that is listed as near: (count, travel, free), as ``tree_contacts.contacts_with``."""
     near = scratch.near
     if cloud is None:
         terrain, contacts, keys, trial = scene.terrain, scratch.contacts, scratch.keys, scratch.trial
         near[BESIDE] = near[TREES]
-        count, travel, free = trees.contacts_with(
+        count, travel, free = tree_contacts.contacts_with(
             terrain, frame, scratch.tree_table, scratch.near_trees, int(near[TREES]), scene.joints, contacts, keys,
             count, state, body, trial, step, advance, scratch.pose,
         )  # fmt: skip
@@ -47,7 +47,7 @@ def _near_obstacles(cloud, scene, frame, scratch, count, state, body, step, adva
             body, trial, step,
         )  # fmt: skip
         travel, free = min(travel, allowed), min(free, clear)
-        count, allowed, clear = lying_logs.contacts_with(
+        count, allowed, clear = lying_contacts.contacts_with(
             terrain, frame, scratch.lying_table, scratch.near_lying, int(near[LYING_LOGS]), contacts, keys, count,
             state, body, trial, step,
         )  # fmt: skip

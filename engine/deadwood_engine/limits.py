@@ -22,6 +22,7 @@ THICK = 0.35  # [m] radius of log and stem together above which a step is limite
 NEAR_MARGIN = (
     2.0  # [m] obstacles this close to the log are listed; the list is made anew when the ends have moved so far
 )
+MADE_ANEW = 0.7  # [-] of a step: where a contact's push leaves less than that beside a stem, the step is made anew
 SHORTEST_STEP = 1e-6  # [s] floor of the adaptive step; 100 m/s then travels 0.1 mm
 
 # Contact detection
@@ -63,13 +64,13 @@ FACE_ALIGNED = 0.9986  # [-] cosine of 3 degrees: a face or edge so near to an o
 CORE_BELOW = 3.0  # [m] a stem's core goes on below the ground for hulls that come from the side of a steep slope
 
 # Rest
-REST_WINDOW = 0.5  # [s] between two looks at a slow log
-REST_TRAVEL = 0.05  # [-] of rest_speed * REST_WINDOW (2.5 mm at the default): a log at rest moves less between looks
+REST_WINDOW = 0.25  # [s] between two looks at a slow log
+REST_TRAVEL = 0.05  # [-] of rest_speed * REST_WINDOW (1.3 mm at the default): a log at rest moves less between looks
 REST_ACCELERATION = 1e-5  # [-] of g: the frozen log, let go, must not start faster than this (certificate)
 REST_STEP = 0.01  # [s] longest step of the certificate
 REST_SWEEPS = 1000  # sweeps granted to the certificate's solve
 REST_LOOK = 20  # of these, between two looks at whether the log will come to rest in them at all
-ROCKING_WINDOW = 5.0  # [s] a log that rocks in place (rolling costs it nothing) is watched for two of these
+ROCKING_WINDOW = 2.5  # [s] a log that rocks in place (rolling costs it nothing) is watched for two of these
 ROCKING_GROWTH = (
     1.02  # [-] its peak energy may not grow from one to the next (a log that starts to slide quadruples it)
 )

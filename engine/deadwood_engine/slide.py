@@ -67,6 +67,8 @@ def slide(
     Interrupted
         when ``report`` asked to stop
     """
+    if report is not None and report(0):  # a short run may be done before anybody asks
+        raise Interrupted
     start = logs if isinstance(logs, Start) else place_logs(scene, logs, shape, threads)
     number = len(start.state)
     arrays = scene.arrays._replace(cloud=shape.cloud) if shape else scene.arrays

@@ -25,6 +25,7 @@ from .grid_index import insert_sorted
 from .ledger import note_pushes
 from .limits import (
     LEAST_TURN,
+    MADE_ANEW,
     POLL_STEPS,
     REST_TRAVEL,
     REST_WINDOW,
@@ -51,7 +52,7 @@ from .trace import (
     remember_turn,
 )
 from .travel import fastest_point, travel_bound
-from .trees import time_beside
+from .tree_contacts import time_beside
 from .turning import turn_contacts
 
 # Columns of a log's summary
@@ -120,7 +121,7 @@ def slide_log(
         dt = time_beside(scratch.tree_table, int(scratch.near[BESIDE]), state, body, gravity, dt)
         dt = max(dt, SHORTEST_STEP)
         steps += 1
-        # 2. contacts of the pose a step ahead, 3. velocities; anew where these would pass a tree within the step
+        # 2. contacts of the pose a step ahead, 3. velocities; anew where these would pass a tree well within the step
         for attempt in range(2):
             advance = dt * (fastest + 0.5 * bend * dt)
             kick = 0.5 * (before + dt)
@@ -151,7 +152,7 @@ def slide_log(
             if attempt == 1 or beside == 0:
                 break
             sooner = time_beside(scratch.tree_table, beside, state, body, gravity, dt)
-            if sooner >= dt:
+            if sooner >= MADE_ANEW * dt:
                 break
             for k in range(6):
                 state[VX + k] = scratch.free[k]
@@ -236,7 +237,7 @@ def slide_log(
             next_rocking = time + ROCKING_WINDOW
             # A cradled log rolls to and fro for ever. It rests if it has stayed slow, has not gained, and has not left.
             slow = peak <= settings.rest_speed**2 and rocking_peak <= settings.rest_speed**2
-            stays_near = ends_moved(scratch.rocking, state, body) < settings.trace_step
+            stays_near = ends_moved(scratch.rocking, state, body) < settings.rest_speed * ROCKING_WINDOW
             if slow and stays_near and peak <= ROCKING_GROWTH * rocking_peak and time > 1.5 * ROCKING_WINDOW:
                 reason, item = holder(scene, scratch, count)
                 summary[ITEM] = item

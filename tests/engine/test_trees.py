@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from deadwood_engine.trees import disc_nearest
+from deadwood_engine.tree_contacts import disc_nearest
 
 
 @pytest.mark.parametrize("cosine", [1.0, 0.7, -0.3, 0.02, 0.0])

@@ -251,9 +251,7 @@ def test_a_log_on_the_point_where_the_top_bends_down(at, fidelity, offset):
     Without it the log fell freely, 11 cm in this time. Off its middle it starts to roll, by less than 5 mm.
     """
     ridge = -0.3 * np.abs(np.arange(-60.0, 61.0)) * np.ones((121, 1))
-    scene = Scene.prepare(
-        ridge, 1.0, -60.0, -60.0, friction=0.25, barriers=at.barrier((-40, 0), (40, 0), height=5.0)
-    )
+    scene = Scene.prepare(ridge, 1.0, -60.0, -60.0, friction=0.25, barriers=at.barrier((-40, 0), (40, 0), height=5.0))
     solid = at.body(0.4, 8.0)
     radius = solid[0, at.BASE] + (solid[0, at.TIP] - solid[0, at.BASE]) * solid[0, at.CENTRE] / solid[0, at.LENGTH]
     centre = (offset, 0.0, 5.0 + np.sqrt(radius**2 - offset**2) + 1e-3)

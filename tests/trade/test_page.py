@@ -15,7 +15,11 @@ RESULTS = study.read_results()
 
 
 def test_page_and_readme_table_are_those_of_the_results_file():
-    assert page.PAGE.read_text(encoding="utf-8") == page.page(RESULTS)
+    def told(text):
+        """The page without its word on today's engine: another Python's syntax trees have another digest."""
+        return [line for line in text.splitlines() if not line.startswith("- **the engine has changed since**")]
+
+    assert told(page.PAGE.read_text(encoding="utf-8")) == told(page.page(RESULTS))
     readme = page.README.read_text(encoding="utf-8")
     assert page.MARKS.search(readme)
     assert page.with_snippet(readme, RESULTS) == readme
