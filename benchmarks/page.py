@@ -20,12 +20,15 @@ MARKS = re.compile(r"(<!-- measured: benchmarks\b[^>]*-->\n).*?(<!-- end of meas
 Row = dict[str, Any]
 
 
+def _sources(results: Row, what: str) -> str:
+    """What the entries say of where they come from: usually all the same."""
+    return "; ".join(sorted({e["source"][what] for _, mine in tables.in_order(results) for e in mine.values()}))
+
+
 def provenance(results: Row) -> str:
     """Where the numbers come from, as a list."""
     entries = [e for _, mine in tables.in_order(results) for e in mine.values()]
-    lines = [
-        f"- {what}: " + "; ".join(sorted({e["source"][what] for e in entries})) for what in ("machine", "versions")
-    ]
+    lines = [f"- {what}: {_sources(results, what)}" for what in ("machine", "versions")]
     engines: dict[tuple[str, str, str], set[str]] = {}
     for _, mine in tables.in_order(results):
         for name, entry in mine.items():
@@ -249,7 +252,8 @@ def snippet(results: Row) -> str:
     logs = f"{numbers[0]} to {numbers[-1]}" if numbers else "no"
     return (
         f"\n{fidelity_table(results)}\n\nFive synthetic scenes, {logs} paired logs each, by row; cost: `standard` "
-        "is 1; intervals are 95 %. [benchmarks/README.md](benchmarks/README.md) says how, and what else was "
+        f"is 1; intervals are 95 %. Engine of commit {_sources(results, 'commit')}, {_sources(results, 'date')}; "
+        f"{_sources(results, 'machine')}. [benchmarks/README.md](benchmarks/README.md) says how, and what else was "
         "measured.\n\n"
     )
 
