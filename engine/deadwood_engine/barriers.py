@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .compiled import inlined, kernel
-from .contacts import BARRIER, cross, pierced_end, touch
+from .contacts import BARRIER, beside_point, cross, pierced_end, touch
 from .grid_index import GridIndex, index_boxes, list_near
 from .limits import ACROSS_EDGE, FLAT_TOLERANCE, OBSTACLE_TRAVEL
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
@@ -197,7 +197,7 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
                 else:
                     side_base = side_tip
         item = listed[m]
-        by_end, by_base, by_tip = False, False, False
+        by_end, held_base, held_tip = False, False, False
         scale = 1.0 / math.sqrt(1.0 + rise * rise)
         tx, ty, tz = ax * scale, ay * scale, rise * scale  # along the top edge
         c = dx * tx + dy * ty + dz * tz
@@ -214,7 +214,7 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
             u = (px - x) * ax + (py - y) * ay
             gap = side * ((px - x) * nx + (py - y) * ny)
             if reach and gap < 0.0 and 0.0 <= u <= width:
-                by_base, by_tip = by_base or end == 0, by_tip or end == 1
+                held_base, held_tip = held_base or end == 0, held_tip or end == 1
                 count = touch(
                     terrain, frame, contacts, keys, count, state, trial, (BARRIER, item, end),
                     (px, py, pz), (side * nx, side * ny, 0.0), gap, step,
@@ -236,12 +236,10 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
         if by_end:
             continue
         gx, gy, gz = ox - x, oy - y, oz - top0
-        gd = gx * dx + gy * dy + gz * dz
         before = table[m, RISE_BEFORE]
         if before > rise:
             # where the top bends down, the log's side against the point between the two edges
-            rx, ry, rz = gx - gd * dx, gy - gd * dy, gz - gd * dz
-            s = math.sqrt(rx * rx + ry * ry + rz * rz) * taper / math.sqrt(1.0 - taper * taper) - gd
+            s = beside_point(gx, gy, gz, dx, dy, dz, taper)
             rx, ry, rz = gx + s * dx, gy + s * dy, gz + s * dz
             rho, a = math.sqrt(rx * rx + ry * ry + rz * rz), thick + taper * (s - back)
             level = rx * ax + ry * ay
@@ -254,6 +252,7 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
                 )  # fmt: skip
         # the log's side against the top edge: nearest points of two lines
         if apart > FLAT_TOLERANCE:
+            gd = gx * dx + gy * dy + gz * dz
             ge = gx * tx + gy * ty + gz * tz
             s = (c * ge - gd) / apart
             t = (ge - c * gd) / apart
@@ -268,7 +267,7 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
                     a = thick + taper * (s - back)
                     rx, ry, rz = gx + s * dx - t * tx, gy + s * dy - t * ty, gz + s * dz - t * tz
                     # an edge that is nearer to a face than to the side left or entered by that, if the plate holds it
-                    by_face = (by_base and s - back < a - rho) or (by_tip and front - s < a - rho)
+                    by_face = (held_base and s - back < a - rho) or (held_tip and front - s < a - rho)
                     if rho < a and not by_face:
                         rx, ry, rz = rx / rho, ry / rho, rz / rho
                         count = touch(

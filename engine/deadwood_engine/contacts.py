@@ -206,6 +206,15 @@ def pierced_end(state, body, trial, end, px, py, pz):
 
 
 @kernel
+def beside_point(gx, gy, gz, dx, dy, dz, taper):
+    """Place along the axis d [m] of the sphere within a cone that comes nearest to a fixed point (the top of a stump,
+    a bend of a plate's edge); g : from the point to where places are counted from."""
+    along = gx * dx + gy * dy + gz * dz
+    rx, ry, rz = gx - along * dx, gy - along * dy, gz - along * dz
+    return math.sqrt(rx * rx + ry * ry + rz * rz) * taper / math.sqrt(1.0 - taper * taper) - along
+
+
+@kernel
 def predict(state, dt, gravity, trial):
     """Axis of the log a step ahead of free motion: trial[0:3] direction, trial[3:6] centre of mass [m]."""
     tx, ty, tz = cross(state[WX], state[WY], state[WZ], state[DX], state[DY], state[DZ])

@@ -55,6 +55,7 @@ class Pieces(NamedTuple):
 
 # Columns of the near table, in the log's frame
 START_X, START_Y, START_Z, ALONG_X, ALONG_Y, ALONG_Z, LONG, WIDE, SLOPE = range(9)
+NEAR_WIDTH = 9
 
 
 def prepare(terrain: Terrain, lying: LyingLogs, trees: int) -> tuple[Pieces, NDArray[np.int64]]:

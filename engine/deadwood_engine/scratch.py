@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from . import barriers, contacts, trees
+from . import barriers, contacts, lying_logs, trees
 from .cloud import Cloud
 from .outline import OUTLINE_POINTS
 from .rings import RING_WIDTH
@@ -83,7 +83,7 @@ class Scratch(NamedTuple):
             np.zeros(plate_count + 1, np.int64),
             np.zeros((plate_count + 1, barriers.NEAR_WIDTH)),
             np.zeros(lying_count + 1, np.int64),
-            np.zeros((lying_count + 1, 9)),
+            np.zeros((lying_count + 1, lying_logs.NEAR_WIDTH)),
             np.zeros(upright_count + lying_count + 1, np.int64),
             np.zeros(plate_count + upright_count + 1, np.int64),
             np.zeros(6),

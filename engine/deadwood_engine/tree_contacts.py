@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 
 from .compiled import inlined, kernel
-from .contacts import TREE, cross, pierced_end, predict, touch
+from .contacts import TREE, beside_point, cross, pierced_end, predict, touch
 from .limits import FIRST_TOUCH, FLAT_TOLERANCE, MOST_LOOKS, OBSTACLE_ALONG, OBSTACLE_TRAVEL, STEEP, THICK, TOUCH_DEPTH
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
 from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ, X, Y
@@ -162,9 +162,7 @@ def _side_contact(terrain, frame, tree, item, contacts, keys, count, state, body
     if z > top:
         # the top's rim: nearest point of the log's axis to the end of the tree's
         z = top
-        s = -(gx * dx + gy * dy + (oz - top) * dz)
-        ax, ay, az = gx + s * dx, gy + s * dy, oz - top + s * dz
-        s += math.sqrt(ax * ax + ay * ay + az * az) * taper / math.sqrt(1.0 - taper * taper)
+        s = beside_point(gx, gy, oz - top, dx, dy, dz, taper)
     if not back < s < front:
         return count
     ax, ay, az = gx + s * dx, gy + s * dy, oz + s * dz - z
