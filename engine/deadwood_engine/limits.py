@@ -70,10 +70,12 @@ REST_ACCELERATION = 1e-5  # [-] of g: the frozen log, let go, must not start fas
 REST_STEP = 0.01  # [s] longest step of the certificate
 REST_SWEEPS = 1000  # sweeps granted to the certificate's solve
 REST_LOOK = 20  # of these, between two looks at whether the log will come to rest in them at all
-ROCKING_WINDOW = 2.5  # [s] a log that rocks in place (rolling costs it nothing) is watched for two of these
-ROCKING_GROWTH = (
-    1.02  # [-] its peak energy may not grow from one to the next (a log that starts to slide quadruples it)
-)
+ROCKING_WINDOW = 2.5  # [s] of the windows in which a log that rocks in place is watched; it may take three to swing
+ROCKING_SPEED = 10.0  # [-] of rest_speed, squared the most energy per mass of a log that is watched
+ROCKING_RANGE = 1.0  # [m] along x, y and z in which its ends stay
+ROCKING_CREEP = 0.01  # [-] of rest_speed: it may creep so fast (1 mm/s at the default). With half of that the same logs
+# rest; with five times as much one of 300 was seen to creep on for a minute and then to slide down 30 m
+ROCKING_GROWTH = 1.02  # [-] its peak energy may not grow (a log that starts to slide quadruples it)
 
 # Ledger of hits
 HIT_PAUSE = 0.1  # [s] without a push after which the next push is another hit: contacts flicker for a step or two

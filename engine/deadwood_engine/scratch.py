@@ -10,6 +10,7 @@ from . import barriers, contacts, lying_logs, trees
 from .cloud import Cloud
 from .outline import OUTLINE_POINTS
 from .rings import RING_WIDTH
+from .rocking import ROCKING_WIDTH, WINDOWS
 from .surroundings import NEAR_WIDTH
 from .trace import MEMORY_WIDTH
 
@@ -52,7 +53,7 @@ class Scratch(NamedTuple):
     rings: np.ndarray  # what a look at every ring found (``rings``)
     memory: np.ndarray
     rest: np.ndarray  # ends at the last look at a slow log
-    rocking: np.ndarray  # ends at the last look at one that rocks
+    rocking: np.ndarray  # where a slow log has been of late (``rocking``)
     trial_state: np.ndarray
     free: np.ndarray  # velocities before the solve
     points: np.ndarray
@@ -92,7 +93,7 @@ class Scratch(NamedTuple):
             np.zeros((stations, RING_WIDTH)),
             np.zeros(MEMORY_WIDTH),
             np.zeros(MEMORY_WIDTH),
-            np.zeros(MEMORY_WIDTH),
+            np.zeros((WINDOWS, ROCKING_WIDTH)),
             np.zeros(16),
             np.zeros(6),
             np.zeros((2 * outline, 2)),

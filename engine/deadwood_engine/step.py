@@ -29,12 +29,12 @@ from .limits import (
     POLL_STEPS,
     REST_TRAVEL,
     REST_WINDOW,
-    ROCKING_GROWTH,
     ROCKING_WINDOW,
     SHORTEST_STEP,
     WILD_SPEED,
 )
 from .rest import FAILED, INTERRUPTED, LEFT_DEM, TIME_LIMIT, holder, rest_reason
+from .rocking import forget_windows, rocks_in_place, watch
 from .rotation import VX, VY, VZ, X, Y, Z, set_axis
 from .surroundings import BESIDE
 from .terrain import surface
@@ -87,9 +87,8 @@ def slide_log(
     summary[:] = 0.0
     summary[ITEM] = -1
     energy_start = energy_of(state, body) + gravity * state[Z]
-    time, before, last_kick, done_work, next_look = 0.0, 0.0, 0.0, 0.0, REST_WINDOW
+    time, before, last_kick, done_work, next_look, next_rocking = 0.0, 0.0, 0.0, 0.0, REST_WINDOW, ROCKING_WINDOW
     kept, steps, old_count, tree_hits, barrier_hits, hit_count = 0, 0, 0, 0, 0, 0
-    next_rocking, rocking_peak, peak = ROCKING_WINDOW, 0.0, 0.0
     count, travel, whole = find_contacts(scene, frame, state, body, stations, settings, 1e-9, 0.0, 0.0, scratch, True)
     for k in range(count):
         if scratch.keys[k, 0] != TERRAIN:
@@ -103,7 +102,7 @@ def slide_log(
     summary[SPEED_MAX], summary[ENERGY_MAX], summary[JUMP_MAX] = speed, energy, gap
     draw(scene, frame, state, body, memory, work, rasters, row, marks, 0.0)
     remember_pose(scratch.rest, state, body)
-    remember_pose(scratch.rocking, state, body)
+    forget_windows(scratch.rocking)
     if keep:
         kept = keep_pose(poses, kept, 0.0, state, body, gap)
     reason, pressed, used, residual, tolerance = -1, False, 0, 0.0, 0.0
@@ -213,13 +212,13 @@ def slide_log(
         if not speed < WILD_SPEED:
             reason = FAILED
             break
-        peak = max(peak, energy)
         # 4. free motion to the next node
         fastest, bend, _ = travel_bound(scene.cloud, state, body)
         path += dt * (fastest + 0.5 * bend * dt)
         move_freely(state, body, dt)
         time += dt
         summary[PATH] += dt * speed
+        watch(scratch.rocking, state, body, energy, settings.rest_speed)
         height, _, _ = surface(scene.terrain, frame[0], frame[1], state[X], state[Y])
         if height != height:
             reason = LEFT_DEM
@@ -235,14 +234,9 @@ def slide_log(
             remember_pose(scratch.rest, state, body)
         elif time >= next_rocking:
             next_rocking = time + ROCKING_WINDOW
-            # A cradled log rolls to and fro for ever. It rests if it has stayed slow, has not gained, and has not left.
-            slow = peak <= settings.rest_speed**2 and rocking_peak <= settings.rest_speed**2
-            stays_near = ends_moved(scratch.rocking, state, body) < settings.rest_speed * ROCKING_WINDOW
-            if slow and stays_near and peak <= ROCKING_GROWTH * rocking_peak and time > 1.5 * ROCKING_WINDOW:
+            if rocks_in_place(scratch.rocking, settings.rest_speed):
                 reason, item = holder(scene, scratch, count)
                 summary[ITEM] = item
-            remember_pose(scratch.rocking, state, body)
-            rocking_peak, peak = peak, 0.0
         elif steps % POLL_STEPS == 0 and stop[0] != 0:
             reason = INTERRUPTED
         if reason < 0 and ends_moved(memory, state, body) >= settings.trace_step:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from deadwood_engine import FIDELITIES, STOP_REASONS, Logs, Scene, Trees, place_logs, slide
+from deadwood_engine.limits import ROCKING_RANGE
 from deadwood_engine.log_body import AXIAL, TRANSVERSE
 
 G = 9.81
@@ -245,3 +246,25 @@ def test_a_log_swings_in_a_hollow(physics, fidelity):
     late = np.abs(result.poses.time - 9 * np.pi * np.sqrt(20.0 / G)) < 1.0
     left = result.poses.position[late, 2].max() - centre[1] + np.interp(x, nodes, heights)
     assert left == pytest.approx(height_after_swings(x, nodes, heights, 9), rel=0.02)
+
+
+@pytest.mark.parametrize("fidelity", ["draft", "standard", "fine"])
+def test_a_log_in_a_hollow_rests_there(physics, fidelity):
+    """Broadside in a trough, a third of a metre off its bottom: unwatched it rolls on to the end, watched it rests.
+
+    What it does afterwards stays in the box: its centre never leaves the metre.
+    """
+    x = np.arange(-20.0, 20.25, 0.5)
+    scene = Scene.prepare(np.tile(x**2 / 8.0, (81, 1)), 0.5, -20.0, -20.0, friction=0.4)
+    begin = physics.start(scene, physics.body(0.4, 9.0, taper=1.0), (0, 1, 0), (0.35, 0.0, 0.25))
+    watched = physics.run(scene, begin, fidelity=fidelity, time_limit=120.0)
+    assert STOP_REASONS[watched.stop_reason[0]] == "rest"
+    assert watched.duration[0] < 15.0
+    endless = physics.run(
+        scene, begin, fidelity=fidelity, time_limit=120.0, rest_speed=1e-9, keep_poses=np.ones(1, bool),
+        trace_cells=0.02,
+    )  # fmt: skip
+    assert STOP_REASONS[endless.stop_reason[0]] == "time_limit"
+    late = endless.poses.time >= watched.duration[0]
+    away = np.abs(endless.poses.position[late, :2] - watched.end_position[0, :2]).max()
+    assert 0.01 < away < ROCKING_RANGE
