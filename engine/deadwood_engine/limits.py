@@ -73,8 +73,8 @@ REST_LOOK = 20  # of these, between two looks at whether the log will come to re
 ROCKING_WINDOW = 2.5  # [s] of the windows in which a log that rocks in place is watched; it may take three to swing
 ROCKING_SPEED = 10.0  # [-] of rest_speed, squared the most energy per mass of a log that is watched
 ROCKING_RANGE = 1.0  # [m] along x, y and z in which its ends stay
-ROCKING_CREEP = 0.01  # [-] of rest_speed: it may creep so fast (1 mm/s at the default). With half of that the same logs
-# rest; with five times as much one of 300 was seen to creep on for a minute and then to slide down 30 m
+ROCKING_CREEP = 0.01  # [-] of rest_speed: it may creep so fast (1 mm/s at the default). With a quarter of that 302 of
+# 304 logs rest; with five times as much one of 308 was seen to creep on for a minute and then to slide down 30 m
 ROCKING_GROWTH = 1.02  # [-] its peak energy may not grow (a log that starts to slide quadruples it)
 
 # Ledger of hits
