@@ -12,6 +12,7 @@ import datetime
 import functools
 import hashlib
 import json
+import math
 import os
 import platform
 import subprocess
@@ -322,6 +323,10 @@ def summarise(names: list[str], settings: list[Setting], say=print) -> None:
                 base = loaded[setting.against]
                 if base is not None:
                     entry["against"], entry["error"] = setting.against, compare(name, sample, base)
+            if setting.group == "refined" and (coarse := load(name, SETTINGS["standard"])) is not None:
+                blocks = min(len(coarse.cost), len(sample.cost))
+                depth, finer = (each.head(blocks).fields["penetration_max"] for each in (coarse, sample))
+                entry["penetration_fall"] = measures.fall_of_median(depth, finer, round(-math.log2(setting.value)))
             results["entries"].setdefault(name, {})[setting.name] = entry
             say(f"measured {name} {setting.name}: {entry['logs']} logs")
         mine = results["entries"].get(name, {})

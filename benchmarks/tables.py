@@ -35,11 +35,10 @@ def fidelities_of(results: Row) -> list[tuple[str, str, Row]]:
     return [(scene, name, entries[name]) for scene, entries in rows for name in FIDELITIES if name in entries]
 
 
-def penetration_halving(results: Row) -> list[float]:
-    """By what factor a halving of standard's step, travel and spacing divides the median penetration, one a scene."""
-    coarse, finer = "standard", "refined 0.25"
-    found = [entries for scene, entries in in_order(results) if scene in POOLED and {coarse, finer} <= entries.keys()]
-    return [math.sqrt(e[coarse]["penetration_m"]["median"] / e[finer]["penetration_m"]["median"]) for e in found]
+def penetration_falls(results: Row) -> dict[str, Row]:
+    """By what factor a halving of standard's step, travel and spacing divides the median penetration, by scene."""
+    found = {scene: mine.get("refined 0.25", {}) for scene, mine in in_order(results) if scene in POOLED}
+    return {scene: entry["penetration_fall"] for scene, entry in found.items() if "penetration_fall" in entry}
 
 
 def errors_of(results: Row, setting: str) -> list[tuple[str, Row]]:

@@ -7,10 +7,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from . import tables
-from .tables import span, table
+from . import measures, tables
+from .tables import table
 
 Row = dict[str, Any]
+HALVES = 1.8  # what passes for halving: 0.85 of the first order in the step
+UNDECIDED = "**not decided by this many logs**"
 
 
 def yardstick(results: Row) -> str:
@@ -77,7 +79,7 @@ def verdicts(results: Row) -> str:
             judged, least = f"indistinguishable from `reference` within ±{100 * within:.1f} points", 0.0
         else:
             judged = f"{tables.with_interval(row)} points from `reference`"
-        kept = "**shown**" if within < bound else "**missed**" if least > bound else "**not decided by this many logs**"
+        kept = "**shown**" if within < bound else "**missed**" if least > bound else UNDECIDED
         found.append(
             f"`{name}`, difference in reach below {100 * bound:g} points: {kept}. In the mean of {row['scenes']} "
             f"scenes ({row['logs']} logs each) it is {judged}; the worst scene is {tables.worst_of(row)}."
@@ -100,11 +102,16 @@ def verdicts(results: Row) -> str:
             f"most {100 * median:.1f} cm ({worst}); none deeper than 25 cm: {_kept(most < 0.25)}, "
             f"{100 * most:.0f} cm ({deepest})."
         )
-    halved = tables.penetration_halving(results)
-    if halved:
+    falls = tables.penetration_falls(results)
+    if falls:
+        row, least = measures.pooled_fall(list(falls.values())), min(falls, key=lambda scene: falls[scene]["factor"])
+        kept = "**shown**" if row["low"] > HALVES else "**missed**" if row["high"] < HALVES else UNDECIDED
+        worst, logs = falls[least], results["entries"][least]["refined 0.25"]["logs"]
         found.append(
-            f"Penetration halves with the step: {_kept(min(halved) > 1.8)}. Each halving of standard's step, travel "
-            f"and spacing together divides the median by {span(halved)}, by scene (two halvings)."
+            f"Penetration halves with the step (divided by more than {HALVES:g}): {kept}. Each halving of standard's "
+            f"step, travel and spacing together divides the median of the same logs by {row['factor']:.2f} "
+            f"({row['low']:.2f} to {row['high']:.2f}), mean of {len(falls)} scenes, two halvings, {logs} logs each; "
+            f"the least is {worst['factor']:.2f} ({worst['low']:.2f} to {worst['high']:.2f}), {least}."
         )
     halves = [
         (mine["reference halved"]["logs"], scene, mine["reference halved"]["error"]["reach"])

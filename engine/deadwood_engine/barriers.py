@@ -5,10 +5,10 @@ line: it crosses a plate's plane at most once. Where it crosses inside the plate
 poked through and belongs to the other end's side; where it crosses above the top or beside the plate, the log hangs
 over it and each end belongs where it is. The step length near obstacles keeps an axis from changing sides at once.
 
-Contacts: the deepest point of each end face below the top edge, against the plate's face; the log's side against the
-top edge. Vertical edges and corners are uprights of zero radius (``trees``). A barrier's line is cut into pieces
-of a few cells, so that the top follows the terrain at the given height; where it bends down from one piece to the next,
-the log's side against that point, which is beyond the end of either edge.
+Contacts: the deepest point of each end face below the top edge, against the plate's face; the log's side, and the rims
+of its ends, against the top edge. Vertical edges and corners are uprights of zero radius (``trees``). A barrier's line
+is cut into pieces of a few cells, so that the top follows the terrain at the given height; where it bends down from one
+piece to the next, the log's side against that point, which is beyond the end of either edge.
 """
 
 from __future__ import annotations
@@ -20,10 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .compiled import inlined, kernel
-from .contacts import BARRIER, beside_point, cross, pierced_end, touch
+from .contacts import BARRIER, beside_point, cross, touch
 from .grid_index import GridIndex, index_boxes, list_near
-from .limits import ACROSS_EDGE, FLAT_TOLERANCE, OBSTACLE_TRAVEL
+from .limits import FLAT_TOLERANCE, OBSTACLE_TRAVEL
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
+from .rotation import DX, DY, DZ, X, Y, Z
 
 Array = NDArray[np.float64]
 
@@ -101,13 +102,14 @@ def near(plates, frame, cell, listed, table, bx, by, tx, ty, reach):
 
 
 @kernel
-def deepest_below_edge(ex, ey, ez, dx, dy, dz, sine, a, nx, ny, x, y, ax, ay, top0, rise):
+def deepest_below_edge(ex, ey, ez, dx, dy, dz, sine, a, nx, ny, x, y, ax, ay, top0, rise, over):
     """Point of an end face (centre e, axis d, radius a) deepest against the plate's normal n, of those below its top.
 
     The face is a disc cut off by the top edge, and depth is linear on it, so the deepest point is the rim's deepest
     where that lies below the edge, else one of the two rim points at the edge's height. A disc whose middle is on its
     own side, and that crosses the plate's plane above the edge only, hangs over the plate: what of it is below the
-    edge lies on the other side and has not come through.
+    edge lies on the other side and has not come through. Where the log itself lies over the edge, one of those two
+    points above it is enough: what bears the log is the edge.
     Returns (whether any of the disc lies below the edge, point).
     """
     nd = nx * dx + ny * dy
@@ -123,12 +125,13 @@ def deepest_below_edge(ex, ey, ez, dx, dy, dz, sine, a, nx, ny, x, y, ax, ay, to
             away = off / size
             half = math.sqrt(a * a - away * away)
             hx, hy, hz = cross(dx, dy, dz, qx, qy, qz)
-            hangs = True
+            above = 0
             for way in range(2):
                 turn = half if way == 0 else -half
                 u = (ex + away * qx + turn * hx - x) * ax + (ey + away * qy + turn * hy - y) * ay
-                hangs = hangs and ez + away * qz + turn * hz > top0 + rise * u
-            if hangs:
+                if ez + away * qz + turn * hz > top0 + rise * u:
+                    above += 1
+            if above == 2 or (over and above == 1):
                 return False, px, py, pz
     limit = top0 + rise * ((px - x) * ax + (py - y) * ay)
     if pz <= limit:
@@ -148,6 +151,65 @@ def deepest_below_edge(ex, ey, ez, dx, dy, dz, sine, a, nx, ny, x, y, ax, ay, to
             best = depth
             px, py = ex + rx, ey + ry
     return True, px, py, limit
+
+
+@kernel
+def edge_in_end(state, body, trial, end, x, y, z, tx, ty, tz):
+    """Contact of a line (through x, y, z; direction t) with an end's rim (0 base, 1 tip).
+
+    Seen along the line a log is a band between two ellipses, the outlines of its ends (half axes a and a |d . t|), and
+    the line is a point. In the outer half of an ellipse the rim is nearest; inboard of its middle the rim counts only
+    where the line lies less deep under it than under the log's side, or was still outside before this step.
+    Returns (whether there is one, point of the rim, normal, gap [m]).
+    """
+    outward = -1.0 if end == 0 else 1.0
+    s = -body[CENTRE] if end == 0 else body[LENGTH] - body[CENTRE]
+    a = body[BASE_RADIUS] if end == 0 else body[TIP_RADIUS]
+    dx, dy, dz = trial[0], trial[1], trial[2]
+    c = dx * tx + dy * ty + dz * tz
+    sine = math.sqrt(max(0.0, 1.0 - c * c))
+    ex, ey, ez = trial[3] + s * dx, trial[4] + s * dy, trial[5] + s * dz
+    if sine < FLAT_TOLERANCE:
+        return False, ex, ey, ez, 0.0, 0.0, 1.0, 0.0
+    mx, my, mz = (dx - c * tx) / sine, (dy - c * ty) / sine, (dz - c * tz) / sine
+    lx, ly, lz = cross(tx, ty, tz, mx, my, mz)
+    rx, ry, rz = x - ex, y - ey, z - ez
+    tl, tm = rx * lx + ry * ly + rz * lz, outward * (rx * mx + ry * my + rz * mz)
+    b = a * abs(c)
+    if abs(tl) >= a or tm >= b:
+        return False, ex, ey, ez, 0.0, 0.0, 1.0, 0.0
+    edge = b * math.sqrt(1.0 - (tl / a) ** 2)
+    under = edge - tm  # along m, to the ellipse
+    if under <= 0.0:
+        return False, ex, ey, ez, 0.0, 0.0, 1.0, 0.0
+    u, v = tl, edge
+    if tm > 0.0:
+        aside = a * math.sqrt(1.0 - (tm / b) ** 2)
+        if aside - abs(tl) < under:
+            u, v = math.copysign(aside, tl), tm
+    # the ellipse's normal there; a flat end's is the axis
+    gl, gm = u * b * b, v * a * a
+    size = math.sqrt(gl * gl + gm * gm)
+    if size > FLAT_TOLERANCE * a * a * a:
+        gl, gm = gl / size, gm / size
+    else:
+        gl, gm = 0.0, 1.0
+    gap = (tl - u) * gl + (tm - v) * gm
+    if tm <= 0.0 and -gap >= a - abs(tl):
+        bx = x - state[X] - s * state[DX]
+        by = y - state[Y] - s * state[DY]
+        bz = z - state[Z] - s * state[DZ]
+        if edge - outward * (bx * mx + by * my + bz * mz) >= a - abs(tl):
+            return False, ex, ey, ez, 0.0, 0.0, 1.0, 0.0
+    # on the disc: v along m is v / c along its second diameter, which leans along the line
+    lean = -outward * v * sine / c if abs(c) > FLAT_TOLERANCE else 0.0
+    px, py, pz = (
+        ex + u * lx + outward * v * mx + lean * tx,
+        ey + u * ly + outward * v * my + lean * ty,
+        ez + u * lz + outward * v * mz + lean * tz,
+    )
+    gm *= outward
+    return True, px, py, pz, -gl * lx - gm * mx, -gl * ly - gm * my, -gl * lz - gm * mz, gap
 
 
 @inlined
@@ -183,6 +245,7 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
             continue
         side_base = 1.0 if off_base >= 0.0 else -1.0
         side_tip = 1.0 if off_tip >= 0.0 else -1.0
+        over = False  # whether the log lies over the top edge
         if side_base != side_tip:
             share = off_base / (off_base - off_tip)
             u = u_base + share * (u_tip - u_base)
@@ -191,7 +254,9 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
             beside = max(-u, u - width)
             # beside the plate, but by less than the end's radius and no deeper: the face overlaps the plate's edge
             poked = beside <= 0.0 or (beside < a and min(abs(off_base), abs(off_tip)) < a)
-            if poked and z_base + share * (z_tip - z_base) <= top0 + rise * u:
+            higher = z_base + share * (z_tip - z_base) > top0 + rise * u
+            over = higher and beside <= 0.0
+            if poked and not higher:
                 if by_tip:
                     side_tip = side_base
                 else:
@@ -209,29 +274,27 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
             side = side_base if end == 0 else side_tip
             ex, ey, ez = ox + s * dx, oy + s * dy, oz + s * dz
             reach, px, py, pz = deepest_below_edge(
-                ex, ey, ez, dx, dy, dz, sine, a, side * nx, side * ny, x, y, ax, ay, top0, rise
+                ex, ey, ez, dx, dy, dz, sine, a, side * nx, side * ny, x, y, ax, ay, top0, rise, over
             )
             u = (px - x) * ax + (py - y) * ay
             gap = side * ((px - x) * nx + (py - y) * ny)
-            if reach and gap < 0.0 and 0.0 <= u <= width:
+            held = reach and gap < 0.0 and 0.0 <= u <= width
+            # the top edge under the end: a log that lands on the barrier, or whose end has just come over it
+            there, qx, qy, qz, mx, my, mz, under = edge_in_end(state, body, trial, end, x, y, top0, tx, ty, tz)
+            u = (qx - x) * ax + (qy - y) * ay
+            there = there and 0.0 <= u <= width
+            # the shorter way out; below the edge is the plate, so that an edge does not push down
+            if held and not (there and mz >= 0.0 and under > gap):
                 held_base, held_tip = held_base or end == 0, held_tip or end == 1
                 count = touch(
                     terrain, frame, contacts, keys, count, state, trial, (BARRIER, item, end),
                     (px, py, pz), (side * nx, side * ny, 0.0), gap, step,
                 )  # fmt: skip
-            # the top edge under the face: a log that lands on the barrier
-            u = min(width, max(0.0, (ex - x) * ax + (ey - y) * ay))
-            gap, there = pierced_end(state, body, trial, end, x + u * ax, y + u * ay, top0 + rise * u)
-            if there:
+            elif there:
                 by_end = True
-                # square to the edge, which a log may slide along without sinking on it
-                k, size = (c, math.sqrt(apart)) if apart > ACROSS_EDGE * ACROSS_EDGE else (0.0, 1.0)
-                inward = (1.0 if end == 0 else -1.0) / size
                 count = touch(
                     terrain, frame, contacts, keys, count, state, trial, (BARRIER, item, 3 + end),
-                    (x + u * ax, y + u * ay, top0 + rise * u),
-                    (inward * (dx - k * tx), inward * (dy - k * ty), inward * (dz - k * tz)),
-                    gap / size, step,
+                    (qx, qy, qz), (mx, my, mz), under, step,
                 )  # fmt: skip
         if by_end:
             continue
@@ -261,14 +324,16 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
             mix = taper * taper / apart
             if distance > 0.0 and mix < 0.5:
                 rho = distance / math.sqrt(1.0 - mix)
-                s += rho * taper / apart
+                abeam = back < s < front  # beyond that it is the rim's
+                s = max(back, s + rho * taper / apart)
                 t += rho * c * taper / apart
-                if back < s < front and 0.0 <= t * scale <= width:
+                if abeam and 0.0 <= t * scale <= width:
                     a = thick + taper * (s - back)
                     rx, ry, rz = gx + s * dx - t * tx, gy + s * dy - t * ty, gz + s * dz - t * tz
                     # an edge that is nearer to a face than to the side left or entered by that, if the plate holds it
                     by_face = (held_base and s - back < a - rho) or (held_tip and front - s < a - rho)
-                    if rho < a and not by_face:
+                    # below the edge is the plate, which holds by its faces: an edge does not push down
+                    if rho < a and rz >= 0.0 and not by_face:
                         rx, ry, rz = rx / rho, ry / rho, rz / rho
                         count = touch(
                             terrain, frame, contacts, keys, count, state, trial, (BARRIER, item, 2),

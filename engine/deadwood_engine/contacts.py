@@ -185,8 +185,8 @@ def touch(terrain, frame, contacts, keys, count, state, trial, key, p, n, gap, s
 
 @kernel
 def pierced_end(state, body, trial, end, px, py, pz):
-    """Gap of a fixed point (the top of a stump, the edge of a plate) under an end face (0 base, 1 tip), and whether
-    it is there: within the face, and less deep than under the log's side or still outside before this step."""
+    """Gap of a fixed point (on a stump's top, on a lying log's end) under an end face (0 base, 1 tip), and whether it
+    is there: within the face, and less deep than under the log's side or still outside before this step."""
     outward = -1.0 if end == 0 else 1.0
     s = -body[CENTRE] if end == 0 else body[LENGTH] - body[CENTRE]
     a = body[BASE_RADIUS] if end == 0 else body[TIP_RADIUS]

@@ -98,3 +98,20 @@ def test_slope_through_the_origin_weighs_by_certainty():
     assert error == pytest.approx(0.01 / math.hypot(0.02, 0.01))
     slope, _ = measures.slope_through(np.array([0.01, 0.02]), np.array([0.01, 0.2]), np.array([1e-6, 1.0]))
     assert slope == pytest.approx(1.0, rel=1e-3)
+
+
+def test_fall_of_the_median_covers_the_truth_as_often_as_it_says():
+    """Depths of first order in the step with noise of their own: two halvings divide their median by four."""
+    rng, covered = np.random.default_rng(6), 0
+    for _ in range(300):
+        coarse = rng.lognormal(0.0, 0.5, 200)
+        record = measures.fall_of_median(coarse, 0.25 * coarse * rng.lognormal(0.0, 0.3, 200), 2)
+        covered += record["low"] <= 2.0 <= record["high"]
+    assert 0.91 < covered / 300 < 0.99
+
+
+def test_pooled_fall_of_the_same_scene_twice_is_the_scene_with_less_noise():
+    row = {"factor": 1.9, "se": 0.02}
+    pooled = measures.pooled_fall([row, row])
+    assert pooled["factor"] == pytest.approx(1.9)
+    assert math.log(pooled["high"] / pooled["low"]) == pytest.approx(2 * 1.96 * 0.02 / math.sqrt(2), rel=1e-3)
