@@ -51,13 +51,18 @@ def errors_of(results: Row, setting: str) -> list[tuple[str, Row]]:
     return found
 
 
-def relative_cost(results: Row, setting: str, base: str = "standard") -> float:
-    """Cost of a setting over that of another, geometric mean over the scenes that have both."""
-    ratios = [
-        entries[setting]["cpu_ms_per_log"] / entries[base]["cpu_ms_per_log"]
-        for name, entries in results["entries"].items()
+def relative_costs(results: Row, setting: str, base: str = "standard") -> dict[str, float]:
+    """Cost of a setting over that of another, by scene, in the scenes that count in means."""
+    return {
+        name: entries[setting]["cpu_ms_per_log"] / entries[base]["cpu_ms_per_log"]
+        for name, entries in in_order(results)
         if name in POOLED and setting in entries and base in entries
-    ]
+    }
+
+
+def relative_cost(results: Row, setting: str, base: str = "standard") -> float:
+    """The same, geometric mean over these scenes."""
+    ratios = list(relative_costs(results, setting, base).values())
     return math.exp(float(np.mean(np.log(ratios)))) if ratios else math.nan
 
 
