@@ -90,6 +90,15 @@ def verdicts(results: Row) -> str:
         f"`draft` at least 4 times as fast as `standard`: {_kept(gains[slow] >= 4.0)}, {gains[slow]:.1f} times "
         f"where it gains least ({slow}), {mean:.1f} times in the mean of scenes."
     )
+    hits = {
+        scene: (e["error"]["hits_jaccard"] / e["error"]["hits_jaccard_floor"], e["error"]["logs"])
+        for scene, name, e in tables.fidelities_of(results)
+        if name == "standard" and scene in tables.POOLED and "hits_jaccard_floor" in e.get("error", {})
+    }
+    if hits:
+        each = ", ".join(f"{ratio:.2f} of it ({scene}, {logs} logs)" for scene, (ratio, logs) in hits.items())
+        kept = _kept(max(ratio for ratio, _ in hits.values()) < 1.0)
+        found.append(f"Hit raster of `standard` nearer to the reference's than other logs' would be: {kept}, {each}.")
     for row in results.get("speed", {}).get("rows", []):
         aim = {"standard": 45.0, "draft": 10.0}[row["fidelity"]]
         found.append(
