@@ -45,15 +45,16 @@ KEPT = (
 
 
 @functools.cache
-def engine_digest() -> str:
+def engine_digest(*, barriers: bool = True) -> str:
     """Digest of what the engine's sources say to the machine: results of another engine are another study's.
 
     Of their syntax trees, so that a comment voids nothing. Without fidelity.py: a setting's numbers are in the digest
-    of its runs, so a new row does not void the others.
+    of its runs, so a new row does not void the others. On request without barriers.py, which scenes without barriers
+    do not run.
     """
-    digest = hashlib.sha256()
+    digest, left_out = hashlib.sha256(), {"fidelity.py"} | (set() if barriers else {"barriers.py"})
     for source in sorted(Path(deadwood_engine.__file__).parent.glob("*.py")):
-        if source.name != "fidelity.py":
+        if source.name not in left_out:
             digest.update(ast.dump(ast.parse(source.read_bytes())).encode())
     return digest.hexdigest()[:16]
 
@@ -67,7 +68,8 @@ def folder_of(name: str, setting: Setting) -> Path:
     """Where the blocks of a scene in a setting are kept."""
     built = build_for(name, setting)
     spacing = station_spacing(setting.fidelity, built.cell)
-    what = repr((engine_digest(), built.digest, tuple(setting.fidelity), spacing, BLOCK, TIME_LIMIT))
+    engine = engine_digest(barriers=bool(built.case.fences))
+    what = repr((engine, built.digest, tuple(setting.fidelity), spacing, BLOCK, TIME_LIMIT))
     return WORK / f"{name}-{setting.name.replace(' ', '_')}-{hashlib.sha256(what.encode()).hexdigest()[:12]}"
 
 

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .compiled import inlined, kernel
-from .contacts import BARRIER, beside_point, cross, touch
+from .contacts import BARRIER, beside_point, cross, pierced_end, touch
 from .grid_index import GridIndex, index_boxes, list_near
 from .limits import FLAT_TOLERANCE, OBSTACLE_TRAVEL
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
@@ -102,14 +102,13 @@ def near(plates, frame, cell, listed, table, bx, by, tx, ty, reach):
 
 
 @kernel
-def deepest_below_edge(ex, ey, ez, dx, dy, dz, sine, a, nx, ny, x, y, ax, ay, top0, rise, over):
+def deepest_below_edge(ex, ey, ez, dx, dy, dz, sine, a, nx, ny, x, y, ax, ay, top0, rise):
     """Point of an end face (centre e, axis d, radius a) deepest against the plate's normal n, of those below its top.
 
     The face is a disc cut off by the top edge, and depth is linear on it, so the deepest point is the rim's deepest
     where that lies below the edge, else one of the two rim points at the edge's height. A disc whose middle is on its
     own side, and that crosses the plate's plane above the edge only, hangs over the plate: what of it is below the
-    edge lies on the other side and has not come through. Where the log itself lies over the edge, one of those two
-    points above it is enough: what bears the log is the edge.
+    edge lies on the other side and has not come through.
     Returns (whether any of the disc lies below the edge, point).
     """
     nd = nx * dx + ny * dy
@@ -125,13 +124,12 @@ def deepest_below_edge(ex, ey, ez, dx, dy, dz, sine, a, nx, ny, x, y, ax, ay, to
             away = off / size
             half = math.sqrt(a * a - away * away)
             hx, hy, hz = cross(dx, dy, dz, qx, qy, qz)
-            above = 0
+            hangs = True
             for way in range(2):
                 turn = half if way == 0 else -half
                 u = (ex + away * qx + turn * hx - x) * ax + (ey + away * qy + turn * hy - y) * ay
-                if ez + away * qz + turn * hz > top0 + rise * u:
-                    above += 1
-            if above == 2 or (over and above == 1):
+                hangs = hangs and ez + away * qz + turn * hz > top0 + rise * u
+            if hangs:
                 return False, px, py, pz
     limit = top0 + rise * ((px - x) * ax + (py - y) * ay)
     if pz <= limit:
@@ -227,6 +225,7 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
             table[m, START_X], table[m, START_Y], table[m, ALONG_X], table[m, ALONG_Y], table[m, WIDTH],
         )  # fmt: skip
         top0, rise = table[m, TOP_START], (table[m, TOP_END] - table[m, TOP_START]) / width
+        before = table[m, RISE_BEFORE]
         nx, ny = -ay, ax
         off_base = (ox + back * dx - x) * nx + (oy + back * dy - y) * ny
         off_tip = (ox + front * dx - x) * nx + (oy + front * dy - y) * ny
@@ -255,7 +254,7 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
             # beside the plate, but by less than the end's radius and no deeper: the face overlaps the plate's edge
             poked = beside <= 0.0 or (beside < a and min(abs(off_base), abs(off_tip)) < a)
             higher = z_base + share * (z_tip - z_base) > top0 + rise * u
-            over = higher and beside <= 0.0
+            over = higher and beside < a
             if poked and not higher:
                 if by_tip:
                     side_tip = side_base
@@ -274,15 +273,23 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
             side = side_base if end == 0 else side_tip
             ex, ey, ez = ox + s * dx, oy + s * dy, oz + s * dz
             reach, px, py, pz = deepest_below_edge(
-                ex, ey, ez, dx, dy, dz, sine, a, side * nx, side * ny, x, y, ax, ay, top0, rise, over
+                ex, ey, ez, dx, dy, dz, sine, a, side * nx, side * ny, x, y, ax, ay, top0, rise
             )
             u = (px - x) * ax + (py - y) * ay
             gap = side * ((px - x) * nx + (py - y) * ny)
-            held = reach and gap < 0.0 and 0.0 <= u <= width
+            # what lies over the edge reaches the plate nowhere but through the edge, for it is convex
+            held = reach and gap < 0.0 and 0.0 <= u <= width and not over
             # the top edge under the end: a log that lands on the barrier, or whose end has just come over it
             there, qx, qy, qz, mx, my, mz, under = edge_in_end(state, body, trial, end, x, y, top0, tx, ty, tz)
             u = (qx - x) * ax + (qy - y) * ay
-            there = there and 0.0 <= u <= width
+            if there and not 0.0 <= u <= width:
+                # where the rim is, there is the next piece or nothing; between two pieces may be a bend, in the face
+                by_end, there = True, False
+                if u < 0.0 and before > rise:
+                    qx, qy, qz = x, y, top0
+                    under, there = pierced_end(state, body, trial, end, qx, qy, qz)
+                    inward = 1.0 if end == 0 else -1.0
+                    mx, my, mz = inward * dx, inward * dy, inward * dz
             # the shorter way out; below the edge is the plate, so that an edge does not push down
             if held and not (there and mz >= 0.0 and under > gap):
                 held_base, held_tip = held_base or end == 0, held_tip or end == 1
@@ -299,7 +306,6 @@ def contacts_with(terrain, frame, table, listed, number, contacts, keys, count, 
         if by_end:
             continue
         gx, gy, gz = ox - x, oy - y, oz - top0
-        before = table[m, RISE_BEFORE]
         if before > rise:
             # where the top bends down, the log's side against the point between the two edges
             s = beside_point(gx, gy, gz, dx, dy, dz, taper)
