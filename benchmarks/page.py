@@ -251,8 +251,9 @@ def snippet(results: Row) -> str:
     numbers = sorted(row["logs"] for row in found)
     logs = f"{numbers[0]} to {numbers[-1]}" if numbers else "no"
     return (
-        f"\n{fidelity_table(results)}\n\nFive synthetic scenes, {logs} paired logs each, by row; cost: `standard` "
-        f"is 1; intervals are 95 %. Engine of commit {_sources(results, 'commit')}, {_sources(results, 'date')}; "
+        f"\n{fidelity_table(results)}\n\nFive synthetic scenes, {logs} paired logs or more each, by row; cost: "
+        "`standard` is 1; intervals are 95 %. "
+        f"Engine of commit {_sources(results, 'commit')}, {_sources(results, 'date')}; "
         f"{_sources(results, 'machine')}. [benchmarks/README.md](benchmarks/README.md) says how, and what else was "
         "measured.\n\n"
     )

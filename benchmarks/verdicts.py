@@ -82,7 +82,7 @@ def verdicts(results: Row) -> str:
         kept = "**shown**" if within < bound else "**missed**" if least > bound else UNDECIDED
         found.append(
             f"`{name}`, difference in reach below {100 * bound:g} points: {kept}. In the mean of {row['scenes']} "
-            f"scenes ({row['logs']} logs each) it is {judged}; the worst scene is {tables.worst_of(row)}."
+            f"scenes ({row['logs']} logs or more each) it is {judged}; the worst scene is {tables.worst_of(row)}."
         )
     gains = {scene: 1.0 / cost for scene, cost in tables.relative_costs(results, "draft").items()}
     slow, mean = min(gains, key=lambda scene: gains[scene]), 1.0 / tables.relative_cost(results, "draft")
