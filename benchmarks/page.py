@@ -56,8 +56,7 @@ def fidelity_table(results: Row) -> str:
         if not entries:
             continue
         found = tables.pooled(results, name)
-        errors = [e["error"] for e in entries if "hits_jaccard_floor" in e.get("error", {})]
-        hits = [e["hits_jaccard"] / e["hits_jaccard_floor"] for e in errors]
+        hits = list(tables.raster_ratios(results, name).values())
         deep = [e["penetration_m"] for e in entries]
         compared = [tables.with_interval(found), tables.worst_of(found), tables.in_friction(results, found)]
         rows.append(

@@ -313,19 +313,17 @@ def summarise(names: list[str], settings: list[Setting], say=print) -> None:
     }  # fmt: skip
     results |= common
     for name in names:
-        loaded: dict[str, Sample | None] = {}
+        loaded = functools.cache(lambda which, name=name: load(name, SETTINGS[which]))
         for setting in settings:
             sample = load(name, setting)
             if sample is None:
                 continue
             entry: dict[str, Any] = {"fidelity": setting.fidelity._asdict(), **describe(name, sample), "source": source}
             if setting.against != setting.name:
-                if setting.against not in loaded:
-                    loaded[setting.against] = load(name, SETTINGS[setting.against])
-                base = loaded[setting.against]
+                base = loaded(setting.against)
                 if base is not None:
                     entry["against"], entry["error"] = setting.against, compare(name, sample, base)
-            if setting.group == "refined" and (coarse := load(name, SETTINGS["standard"])) is not None:
+            if setting.group == "refined" and (coarse := loaded("standard")) is not None:
                 blocks = min(len(coarse.cost), len(sample.cost))
                 depth, finer = (each.head(blocks).fields["penetration_max"] for each in (coarse, sample))
                 entry["penetration_fall"] = measures.fall_of_median(depth, finer, round(-math.log2(setting.value)))

@@ -51,6 +51,12 @@ def errors_of(results: Row, setting: str) -> list[tuple[str, Row]]:
     return found
 
 
+def raster_ratios(results: Row, setting: str) -> dict[str, float]:
+    """Distance of the hit rasters over its noise, by scene."""
+    found = {scene: entry["error"] for scene, entry in errors_of(results, setting)}
+    return {s: e["hits_jaccard"] / e["hits_jaccard_floor"] for s, e in found.items() if "hits_jaccard_floor" in e}
+
+
 def relative_costs(results: Row, setting: str, base: str = "standard") -> dict[str, float]:
     """Cost of a setting over that of another, by scene, in the scenes that count in means."""
     return {

@@ -12,7 +12,6 @@ from .tables import table
 
 Row = dict[str, Any]
 HALVES = 1.8  # what passes for halving: 0.85 of the first order in the step
-UNDECIDED = "**not decided by this many logs**"
 
 
 def yardstick(results: Row) -> str:
@@ -63,8 +62,8 @@ def crawls(results: Row) -> str:
     )
 
 
-def _kept(shown: bool) -> str:
-    return "**shown**" if shown else "**missed**"
+def _kept(shown: bool, undecided: bool = False) -> str:
+    return "**shown**" if shown else "**not decided by this many logs**" if undecided else "**missed**"
 
 
 def verdicts(results: Row) -> str:
@@ -79,7 +78,7 @@ def verdicts(results: Row) -> str:
             judged, least = f"indistinguishable from `reference` within ±{100 * within:.1f} points", 0.0
         else:
             judged = f"{tables.with_interval(row)} points from `reference`"
-        kept = "**shown**" if within < bound else "**missed**" if least > bound else UNDECIDED
+        kept = _kept(within < bound, undecided=least <= bound)
         found.append(
             f"`{name}`, difference in reach below {100 * bound:g} points: {kept}. In the mean of {row['scenes']} "
             f"scenes ({row['logs']} logs or more each) it is {judged}; the worst scene is {tables.worst_of(row)}."
@@ -90,14 +89,11 @@ def verdicts(results: Row) -> str:
         f"`draft` at least 4 times as fast as `standard`: {_kept(gains[slow] >= 4.0)}, {gains[slow]:.1f} times "
         f"where it gains least ({slow}), {mean:.1f} times in the mean of scenes."
     )
-    hits = {
-        scene: (e["error"]["hits_jaccard"] / e["error"]["hits_jaccard_floor"], e["error"]["logs"])
-        for scene, name, e in tables.fidelities_of(results)
-        if name == "standard" and scene in tables.POOLED and "hits_jaccard_floor" in e.get("error", {})
-    }
+    hits = tables.raster_ratios(results, "standard")
     if hits:
-        each = ", ".join(f"{ratio:.2f} of it ({scene}, {logs} logs)" for scene, (ratio, logs) in hits.items())
-        kept = _kept(max(ratio for ratio, _ in hits.values()) < 1.0)
+        logs = {scene: results["entries"][scene]["standard"]["error"]["logs"] for scene in hits}
+        each = ", ".join(f"{ratio:.2f} of it ({scene}, {logs[scene]} logs)" for scene, ratio in hits.items())
+        kept = _kept(max(hits.values()) < 1.0)
         found.append(f"Hit raster of `standard` nearer to the reference's than other logs' would be: {kept}, {each}.")
     for row in results.get("speed", {}).get("rows", []):
         aim = {"standard": 45.0, "draft": 10.0}[row["fidelity"]]
@@ -118,12 +114,12 @@ def verdicts(results: Row) -> str:
     falls = tables.penetration_falls(results)
     if falls:
         row, last = measures.pooled_fall(list(falls.values())), min(falls, key=lambda scene: falls[scene]["factor"])
-        kept = "**shown**" if row["low"] > HALVES else "**missed**" if row["high"] < HALVES else UNDECIDED
-        worst, logs = falls[last], results["entries"][last]["refined 0.25"]["logs"]
+        kept = _kept(row["low"] > HALVES, undecided=row["high"] >= HALVES)
+        worst, number = falls[last], results["entries"][last]["refined 0.25"]["logs"]
         found.append(
             f"Penetration halves with the step (divided by more than {HALVES:g}): {kept}. Each halving of standard's "
             f"step, travel and spacing together divides the median of the same logs by {row['factor']:.2f} "
-            f"({row['low']:.2f} to {row['high']:.2f}), mean of {len(falls)} scenes, two halvings, {logs} logs each; "
+            f"({row['low']:.2f} to {row['high']:.2f}), mean of {len(falls)} scenes, two halvings, {number} logs each; "
             f"the least is {worst['factor']:.2f} ({worst['low']:.2f} to {worst['high']:.2f}), {last}."
         )
     halves = [

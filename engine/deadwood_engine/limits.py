@@ -16,7 +16,6 @@ FIRST_TOUCH = 0.1  # [-] of both radii: how far a step is followed beside a stem
 TOUCH_DEPTH = 0.05  # [-] of both radii: how deep, at most, the pose of a first touch may be
 MOST_LOOKS = 40  # poses within a step that are looked at for the first touch of one stem
 OBSTACLE_ALONG = 0.3  # [-] of both radii: the way of a thin log along itself in a step beside a thicker stem
-# along the axis, above it square to itself
 THICK = 0.35  # [m] radius of log and stem together above which a step is limited by the speed sideways, not the fastest
 NEAR_MARGIN = (
     2.0  # [m] obstacles this close to the log are listed; the list is made anew when the ends have moved so far
