@@ -22,8 +22,9 @@ from rasterio.windows import Window
 
 from deadwood_algorithms.files.crs import horizontal
 from deadwood_algorithms.files.dem_header import open_dem
+from deadwood_algorithms.files.geotiff import TILE_CELLS, Statistics, lay_out
 from deadwood_algorithms.files.grid import Grid, Part
-from deadwood_algorithms.files.rasters import TILE_CELLS, read_values
+from deadwood_algorithms.files.rasters import read_values
 from deadwood_algorithms.tool import Cancelled, Feedback, Quiet, UserError
 
 # No ground on Earth is that high or deep on land: an undeclared nodata value such as -9999, -32768 or 3.4e38.
@@ -274,22 +275,30 @@ def _has_collar(dem: DemWindows, feedback: Feedback) -> bool:
 class WindowWriter:
     """A GeoTIFF written window by window and then read back, which is what finds a full disk (see `write_raster`)."""
 
-    def __init__(self, path: Path, **profile: Any) -> None:
+    def __init__(self, path: Path, *, with_statistics: bool = True, **profile: Any) -> None:
         self.path = path
+        self.cells, self.sparse = profile["height"] * profile["width"], bool(profile.get("SPARSE_OK"))
         self.target = rasterio.open(path, "w", **profile)
         self.written: list[tuple[Window, int]] = []
+        count = self.target.count if with_statistics else 0
+        self.statistics = [Statistics(self.target.nodata) for _ in range(count)]
 
     def write(self, values: NDArray[Any], window: Window) -> None:
         """``values`` as they stand in the file, shape (bands, rows, columns), of the file's type."""
         self.target.write(values, window=window)
         self.written.append((window, zlib.crc32(np.ascontiguousarray(values).data)))
+        for of_band, band in zip(self.statistics, values, strict=False):
+            of_band.take(band)
 
     def __enter__(self) -> WindowWriter:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        for number, of_band in enumerate(self.statistics, start=1):
+            self.target.update_tags(number, **of_band.tags())
         self.target.close()
         if kind is None:
+            lay_out(self.path, self.cells, sparse=self.sparse)
             self._read_back()
 
     def _read_back(self) -> None:

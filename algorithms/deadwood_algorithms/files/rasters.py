@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import pyproj
 import rasterio
-from rasterio.crs import CRS as RasterioCRS
 from rasterio.errors import RasterioError
 from rasterio.transform import Affine
 from rasterio.windows import Window
@@ -20,12 +19,12 @@ from rasterio.windows import Window
 from deadwood_algorithms.files import styles
 from deadwood_algorithms.files.ascii_grid import refuse_broken_ascii, why_not_ascii
 from deadwood_algorithms.files.crs import accuracy_words, horizontal, same_crs
+from deadwood_algorithms.files.geotiff import TILE_CELLS, Statistics, geotiff_profile, lay_out
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.inputs import refuse_missing
 from deadwood_algorithms.tool import Feedback, Quiet, UserError
 
 STRIP_BYTES = 32 * 2**20
-TILE_CELLS = 256
 PACKED = (".zip", ".gz", ".7z", ".rar", ".tar", ".tgz", ".bz2", ".xz")
 # Formats whose data are the bare numbers: GDAL does not always raise when some are missing at the end.
 FLAT_FORMATS = ("ENVI", "EHdr", "SAGA", "RST", "BT")
@@ -107,12 +106,13 @@ def write_raster(
     dtype: str,
     units: str = "",
     description: str = "",
+    style: str = "",
 ) -> None:
     """Write a GeoTIFF (tiled, deflate) from an array whose row 0 is the southernmost, and read it back.
 
-    Its style for QGIS stands beside it, in ``NAME.qml`` (`styles`).
+    Its style for QGIS stands beside it, in ``NAME.qml``; ``style`` says what it is (a name of `styles.RASTERS`).
     """
-    write_bands(path, {description: values}, grid, nodata=nodata, dtype=dtype, units=[units])
+    write_bands(path, {description: values}, grid, nodata=nodata, dtype=dtype, units=[units], style=style)
 
 
 def write_bands(
@@ -123,10 +123,11 @@ def write_bands(
     nodata: float | None = None,
     dtype: str,
     units: Sequence[str],
+    style: str = "",
 ) -> None:
     """Write a GeoTIFF of several bands by their descriptions, as `write_raster` does one; ``units`` by band.
 
-    Of a window the whole grid is written, and only the window stored.
+    Of a window the whole grid is written, and only the window stored; the statistics are those of the window.
 
     The reading back is what finds a full disk: GDAL writes the last tiles at closing, and closing raises nothing.
     """
@@ -143,11 +144,16 @@ def write_bands(
     place = Window(part.column, top, part.columns, part.rows)  # type: ignore[call-arg]
     with rasterio.open(path, "w", **profile) as target:
         for number, (description, values) in enumerate(bands.items(), start=1):
-            target.write(_north_up(values, dtype), number, window=place)
+            north_up = _north_up(values, dtype)
+            target.write(north_up, number, window=place)
+            of_band = Statistics(nodata)
+            of_band.take(north_up)
+            target.update_tags(number, **of_band.tags())
             if units[number - 1]:
                 target.set_band_unit(number, units[number - 1])
             if description:
                 target.set_band_description(number, description)
+    lay_out(Path(path), frame.shape[0] * frame.shape[1], sparse=grid.whole is not None)
     with rasterio.open(path) as written:
         for number, values in enumerate(bands.values(), start=1):
             north_up = _north_up(values, dtype)
@@ -156,34 +162,12 @@ def write_bands(
                 strip = Window(part.column, top + start, part.columns, rows.stop - start)  # type: ignore[call-arg]
                 if not np.array_equal(written.read(number, window=strip), north_up[rows], equal_nan=dtype[0] == "f"):
                     raise OSError(f"{path}: what was written does not read back")
-    description, values = next(iter(bands.items()))
-    styles.store_beside(Path(path), styles.of_raster(Path(path).stem, values, units[0], description))
+    if style:
+        styles.store_beside(Path(path), styles.of_raster(style, next(iter(bands.values()))))
 
 
 def _north_up(values: np.ndarray, dtype: str) -> np.ndarray:
     return np.ascontiguousarray(values[::-1], dtype=dtype)
-
-
-def geotiff_profile(
-    shape: tuple[int, int], crs: pyproj.CRS, transform: Affine, dtype: str, nodata: float | None, count: int = 1
-) -> dict[str, Any]:
-    """How every GeoTIFF of the toolbox is written: tiled and packed, for ``rasterio.open``."""
-    profile: dict[str, Any] = {
-        "driver": "GTiff",
-        "height": shape[0],
-        "width": shape[1],
-        "count": count,
-        "dtype": dtype,
-        "crs": RasterioCRS.from_wkt(crs.to_wkt()),
-        "transform": transform,
-        "tiled": True,
-        "blockxsize": TILE_CELLS,
-        "blockysize": TILE_CELLS,
-        "compress": "deflate",
-        "predictor": 3 if dtype.startswith("float") else 2,
-        "bigtiff": "if_safer",
-    }
-    return profile if nodata is None else {**profile, "nodata": nodata}
 
 
 def open_raster(path: str | Path, what: str) -> Any:

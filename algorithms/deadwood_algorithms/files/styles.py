@@ -207,29 +207,19 @@ _LAYERS: dict[str, Callable[[Any, str], Style]] = {
 # --- rasters --------------------------------------------------------------------------------------------------------
 
 
-def of_raster(name: str, values: NDArray[Any], units: str, description: str = "") -> Style | None:
-    """The style of a raster, by its name, description and unit; None where there is nothing to say."""
-    about = f"{name} {description}".lower()
-    if "difference" in about:
-        return _difference(values, units)
-    if units == "logs":
-        return _counts(values)
-    if units == "m/s":
-        return _scale(SPEEDS_MS, SPEED, "m/s")
-    if units == "kJ":
-        return _scale(_round_steps(_largest(values), len(ENERGY)), ENERGY, "kJ")
-    if "jump" in about:
-        return _scale(JUMPS_M, SPEED, "m")
-    if "susceptibility" in about:
-        even = (Stop(0.1 * k, colour, f"{0.1 * k:.1f}") for k, colour in enumerate(HITS, start=1))
-        return Style(qml.ramp([Stop(0.0, HITS[0], "0", alpha=0), *even]))
-    if units == "1":
-        clear = Stop(0.0, HITS[0], "0 %", alpha=0)
-        shares = (Stop(each, HITS[k], f"{100 * each:g} %") for k, each in enumerate(SHARES))
-        return Style(qml.ramp([clear, *shares]))
-    if units == "m" and ("terrain" in about or "dem" in about):
-        return Style(qml.relief_shading())
-    return None
+def of_raster(kind: str, values: NDArray[Any] | None = None) -> Style:
+    """The style of a raster that is of this kind, a name of `RASTERS`; ``values`` set the ends of some colours."""
+    return RASTERS[kind](np.empty(0) if values is None else values)
+
+
+def _shares(values: NDArray[Any]) -> Style:
+    clear = Stop(0.0, HITS[0], "0 %", alpha=0)
+    return Style(qml.ramp([clear, *(Stop(each, HITS[k], f"{100 * each:g} %") for k, each in enumerate(SHARES))]))
+
+
+def _susceptibility(values: NDArray[Any]) -> Style:
+    even = (Stop(0.1 * k, colour, f"{0.1 * k:.1f}") for k, colour in enumerate(HITS, start=1))
+    return Style(qml.ramp([Stop(0.0, HITS[0], "0", alpha=0), *even]))
 
 
 def _counts(values: NDArray[Any]) -> Style:
@@ -241,7 +231,7 @@ def _counts(values: NDArray[Any]) -> Style:
     return Style(qml.ramp([Stop(0.0, HITS[0], "0", alpha=0), *stops]))
 
 
-def _difference(values: NDArray[Any], units: str) -> Style:
+def _difference(values: NDArray[Any]) -> Style:
     """Blue for less, red for more, and no difference transparent."""
     finite = np.abs(np.asarray(values, np.float64)[np.isfinite(values)])
     far = float(np.quantile(finite, 0.999)) if finite.size and finite.any() else 1.0
@@ -250,7 +240,7 @@ def _difference(values: NDArray[Any], units: str) -> Style:
     stops = []
     for k, colour in enumerate(DIFFERENCE):
         value = far * (k - middle) / middle
-        stops.append(Stop(value, colour, f"{value:+.3g} {units}".rstrip(" 1"), alpha=0 if k == middle else 255))
+        stops.append(Stop(value, colour, f"{value:+.3g}", alpha=0 if k == middle else 255))
     return Style(qml.ramp(stops))
 
 
@@ -268,6 +258,18 @@ def _round_steps(largest: float, count: int) -> list[float]:
 
 def _largest(values: NDArray[Any]) -> float:
     return float(np.fmax.reduce(values, axis=None)) if values.size and np.isfinite(values).any() else 1.0
+
+
+RASTERS: dict[str, Callable[[NDArray[Any]], Style]] = {
+    "counts": _counts,
+    "shares": _shares,
+    "speed": lambda values: _scale(SPEEDS_MS, SPEED, "m/s"),
+    "energy": lambda values: _scale(_round_steps(_largest(values), len(ENERGY)), ENERGY, "kJ"),
+    "jump": lambda values: _scale(JUMPS_M, SPEED, "m"),
+    "susceptibility": _susceptibility,
+    "difference of shares": _difference,
+    "terrain": lambda values: Style(qml.relief_shading()),
+}
 
 
 # --- storing --------------------------------------------------------------------------------------------------------

@@ -13,8 +13,8 @@ from rasterio.windows import Window
 
 from deadwood_algorithms.files import styles
 from deadwood_algorithms.files.dem_windows import DemWindows, WindowWriter
+from deadwood_algorithms.files.geotiff import geotiff_profile
 from deadwood_algorithms.files.grid import Grid
-from deadwood_algorithms.files.rasters import geotiff_profile
 from deadwood_algorithms.mobilisation.deadwood import Deadwood
 from deadwood_algorithms.mobilisation.relief import radius_of, relief
 from deadwood_algorithms.tool import Cancelled, Feedback, UserError
@@ -80,7 +80,7 @@ def write_susceptibility(
             f"{dem.path}: no cell has a whole window of {limits.window_m:g} m around it; "
             "take a larger DEM or a smaller --window-m"
         )
-    styles.store_beside(susceptible, styles.of_raster("susceptibility", np.empty(0), "1"))
+    styles.store_beside(susceptible, styles.of_raster("susceptibility"))
     return total / known
 
 

@@ -20,7 +20,8 @@ from rasterio.windows import Window
 
 from deadwood_algorithms.files import styles
 from deadwood_algorithms.files.dem_windows import WindowWriter
-from deadwood_algorithms.files.rasters import TILE_CELLS, geotiff_profile, open_raster
+from deadwood_algorithms.files.geotiff import TILE_CELLS, geotiff_profile
+from deadwood_algorithms.files.rasters import open_raster
 from deadwood_algorithms.scenarios.runs import Compared, Scenario
 from deadwood_algorithms.tool import Cancelled, Feedback, UserError
 
@@ -59,7 +60,7 @@ def difference_map(one: Scenario, other: Scenario, path: Path, feedback: Feedbac
             writer.target.set_band_description(2, "The same in standard errors of unpaired runs")
             writer.target.set_band_unit(1, "1")
     values = np.concatenate([*kept, np.zeros(1, np.float32)])
-    styles.store_beside(path, styles.of_raster(path.stem, values, "1", "difference"))
+    styles.store_beside(path, styles.of_raster("difference of shares", values))
 
 
 def difference_of(p: NDArray, q: NDArray, n: int, m: int) -> NDArray[np.float32]:

@@ -16,7 +16,7 @@ from rasterio.enums import MaskFlags
 
 from deadwood_algorithms.files import styles
 from deadwood_algorithms.files.dem_windows import DemWindows, WindowWriter
-from deadwood_algorithms.files.rasters import geotiff_profile
+from deadwood_algorithms.files.geotiff import geotiff_profile
 from deadwood_algorithms.structures.earthworks import build
 from deadwood_algorithms.structures.from_layer import Plan
 from deadwood_algorithms.tool import Cancelled, Feedback, UserError
@@ -36,7 +36,10 @@ def write_with_structures(path: Path, dem: DemWindows, plans: Sequence[Plan], fe
         )
     profile = geotiff_profile(source.shape, dem.crs, source.transform, dtype.name, source.nodata)
     masked = MaskFlags.per_dataset in source.mask_flag_enums[0]
-    with rasterio.Env(GDAL_TIFF_INTERNAL_MASK=True), WindowWriter(path, **profile) as writer:
+    with (
+        rasterio.Env(GDAL_TIFF_INTERNAL_MASK=True),
+        WindowWriter(path, with_statistics=not masked, **profile) as writer,
+    ):
         writer.target.scales, writer.target.offsets = source.scales[:1], source.offsets[:1]
         if source.units[0]:
             writer.target.set_band_unit(1, source.units[0])
@@ -58,7 +61,7 @@ def write_with_structures(path: Path, dem: DemWindows, plans: Sequence[Plan], fe
                 f"{plan.work.open_at[0]:.0f}, {plan.work.open_at[1]:.0f}); make the slope of the side steeper than "
                 "that of the ground, or the reach longer"
             )
-    styles.store_beside(path, styles.of_raster("dem", np.empty(0), "m"))
+    styles.store_beside(path, styles.of_raster("terrain"))
 
 
 def _build_into(raw: NDArray[Any], rows: slice, dem: DemWindows, plans: Sequence[Plan]) -> None:

@@ -12,8 +12,9 @@ from rasterio.transform import Affine, from_origin
 
 from deadwood_algorithms.files import dem_windows
 from deadwood_algorithms.files.dem_windows import WindowWriter, open_windows, read_dem, read_part
+from deadwood_algorithms.files.geotiff import geotiff_profile
 from deadwood_algorithms.files.grid import Grid, Part
-from deadwood_algorithms.files.rasters import geotiff_profile, write_raster
+from deadwood_algorithms.files.rasters import write_raster
 from deadwood_algorithms.tool import UserError
 
 NX, NY, CELL = 70, 50, 2.0

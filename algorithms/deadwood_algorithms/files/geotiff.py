@@ -1,0 +1,109 @@
+"""What every GeoTIFF of the toolbox has: tiles, packing, statistics, and for large ones overviews in the COG layout.
+
+A colour table is for bands of classes in 8 or 16 bits, of which no tool writes one; the colours of counts and
+quantities stand in the style beside the file (`styles`).
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyproj
+from numpy.typing import NDArray
+from rasterio.crs import CRS as RasterioCRS
+from rasterio.shutil import copy
+from rasterio.transform import Affine
+
+TILE_CELLS = 256
+# Up to 2 x 2 tiles a map shows a raster as quickly without overviews. A cloud-optimised file is made by copying, which
+# costs as much as writing did; beyond the second limit (a DEM of 16 000 x 16 000 cells) that is left to the user.
+COG_FROM_CELLS, COG_UP_TO_CELLS = 4 * TILE_CELLS**2, 2**28
+
+
+def geotiff_profile(
+    shape: tuple[int, int], crs: pyproj.CRS, transform: Affine, dtype: str, nodata: float | None, count: int = 1
+) -> dict[str, Any]:
+    """How every GeoTIFF of the toolbox is written: tiled and packed, for ``rasterio.open``."""
+    profile: dict[str, Any] = {
+        "driver": "GTiff",
+        "height": shape[0],
+        "width": shape[1],
+        "count": count,
+        "dtype": dtype,
+        "crs": RasterioCRS.from_wkt(crs.to_wkt()),
+        "transform": transform,
+        "tiled": True,
+        "blockxsize": TILE_CELLS,
+        "blockysize": TILE_CELLS,
+        "compress": "deflate",
+        "predictor": 3 if dtype.startswith("float") else 2,
+        "bigtiff": "if_safer",
+    }
+    return profile if nodata is None else {**profile, "nodata": nodata}
+
+
+@dataclass
+class Statistics:
+    """Least, largest, mean and standard deviation of a band's values, taken in window by window (Chan's update)."""
+
+    nodata: float | None = None
+    count: int = 0
+    cells: int = 0
+    least: float = math.inf
+    largest: float = -math.inf
+    mean: float = 0.0
+    squares: float = 0.0  # of the deviations from the mean
+
+    def take(self, values: NDArray[Any]) -> None:
+        known = values[np.isfinite(values)] if values.dtype.kind == "f" else values.ravel()
+        if self.nodata is not None and math.isfinite(self.nodata):
+            known = known[known != self.nodata]
+        self.cells += values.size
+        if not known.size:
+            return
+        mean, n = float(known.mean(dtype=np.float64)), known.size
+        squares = float(known.var(dtype=np.float64)) * n
+        total, apart = self.count + n, mean - self.mean
+        self.squares += squares + apart * apart * self.count * n / total
+        self.mean += apart * n / total
+        self.count = total
+        self.least, self.largest = min(self.least, float(known.min())), max(self.largest, float(known.max()))
+
+    def tags(self) -> dict[str, str]:
+        """As GDAL writes them, so that a map need not read the raster to stretch its colours; none of no values."""
+        if not self.count:
+            return {}
+        found = {"MINIMUM": self.least, "MAXIMUM": self.largest, "MEAN": self.mean}
+        found |= {"STDDEV": math.sqrt(self.squares / self.count), "VALID_PERCENT": 100.0 * self.count / self.cells}
+        return {f"STATISTICS_{name}": f"{value:.8g}" for name, value in found.items()}
+
+
+def lay_out(path: Path, cells: int, *, sparse: bool) -> None:
+    """Turn a large GeoTIFF into a cloud-optimised one with overviews; small and sparse ones stay as they are.
+
+    An overview holds values that stand in the raster (the nearest), so that a count stays a count. Of a raster that
+    stores only a window of a very large DEM, overviews would take longer than everything else.
+    """
+    if sparse or not COG_FROM_CELLS < cells <= COG_UP_TO_CELLS:
+        return
+    beside = path.with_name(f".{path.name}.cog")
+    try:
+        copy(
+            path,
+            beside,
+            driver="COG",
+            compress="DEFLATE",
+            predictor="YES",
+            blocksize=TILE_CELLS,
+            overview_resampling="NEAREST",
+            overviews="IGNORE_EXISTING",
+            bigtiff="IF_SAFER",
+        )
+        os.replace(beside, path)
+    finally:
+        beside.unlink(missing_ok=True)
