@@ -147,11 +147,12 @@ def test_the_picture_is_drawn_with_and_without_maps(runs, tmp_path):
     compare([runs["none"], runs["forest"], runs["barriers"]], tmp_path / "maps")
     (runs["forest"] / "hit_count.tif").unlink()
     compare([runs["none"], runs["forest"]], tmp_path / "bare")
-    widths = []
+    sizes = []
     for name in ("maps", "bare"):
         head = (tmp_path / name / "comparison.png").read_bytes()[16:24]
-        widths.append(struct.unpack(">II", head)[0])
-    assert widths[0] > widths[1] > 800
+        sizes.append(struct.unpack(">II", head))
+    assert sizes[0][0] == sizes[1][0] > 800  # as wide, and the maps below
+    assert sizes[0][1] > 1.5 * sizes[1][1]
 
 
 def test_the_changes_as_layers(runs, tmp_path):

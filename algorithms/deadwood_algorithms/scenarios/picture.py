@@ -1,4 +1,7 @@
-"""The picture of `compare-scenarios`: reach and run-outs side by side, and where logs pass more often or less."""
+"""The picture of `compare-scenarios`: reach and run-outs, and below them maps of where logs pass more often or less.
+
+The maps have one size, frame and colour scale; under them lies the relief of the reference's DEM, where it is found.
+"""
 
 from __future__ import annotations
 
@@ -12,11 +15,19 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
 import numpy as np
+import pyogrio
 import rasterio
+import shapely
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter
 from rasterio.enums import Resampling
 
+from deadwood_algorithms.files.rasters import is_raster
+from deadwood_algorithms.pictures import ROAD, scale_and_north, show_relief
+from deadwood_algorithms.runs.folder import GEOPACKAGE, Run, input_paths
 from deadwood_algorithms.scenarios.measures import ScenarioRow
 from deadwood_algorithms.scenarios.runs import Compared
 
@@ -25,28 +36,82 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
 LINES_SHOWN = 6
 CELLS_DRAWN = 700  # along the longer side of the map
 MARGIN = 0.04
+# Inches: a map's width and greatest height, the charts, margins.
+MAP_IN, MOST_MAP_IN, CHARTS_IN = 4.6, 9.0, 4.2
+MARGIN_IN, GAP_IN, TITLE_IN, LEGEND_IN, FOOT_IN, BAR_IN = 0.6, 0.35, 0.75, 0.35, 0.1, 0.9
+MAPS_ABREAST = 3
+OPAQUE = 0.15  # of the largest difference: from there on a map hides the relief
+Extent = tuple[float, float, float, float]  # west, east, south, north [m]
+Band = tuple[np.ndarray, Extent]
 
 
 def draw(path: Path, rows: Sequence[ScenarioRow], compared: Compared, maps: dict[str, Path]) -> None:
     """Reach of the lines (without lines, how logs ended), run-outs, and a map for each scenario but the first."""
-    shown = dict(list(maps.items())[:3])
-    figure, panels = plt.subplots(1, 2 + len(shown), figsize=(8.6 + 4.2 * len(shown), 5.2))
+    bands = {name: read_band(place) for name, place in maps.items()}
+    frame = frame_of(list(bands.values()))
+    columns = max(2, min(len(bands), MAPS_ABREAST))
+    width = MARGIN_IN + columns * (MAP_IN + GAP_IN) + BAR_IN
+    map_in = min(MAP_IN * (frame[3] - frame[2]) / (frame[1] - frame[0]), MOST_MAP_IN) if frame else 0.0
+    tall = math.ceil(len(bands) / columns) * (map_in + GAP_IN)
+    height = TITLE_IN + CHARTS_IN + (TITLE_IN + tall + LEGEND_IN if frame else 0.0) + FOOT_IN
+    figure = plt.figure(figsize=(width, height))
+
+    def panel(left: float, top: float, wide: float, high: float) -> Axes:
+        """Axes whose top left corner lies so many inches from the figure's."""
+        return figure.add_axes((left / width, 1.0 - (top + high) / height, wide / width, high / height))
+
     names = [each.name for each in compared.scenarios]
-    _shares_panel(panels[0], rows, names)
-    _runouts_panel(panels[1], compared)
-    far = max((float(np.nanquantile(np.abs(band), 0.995)) for band, _ in map(read_band, shown.values())), default=1.0)
-    for axes, (name, place) in zip(panels[2:], shown.items(), strict=True):
-        difference(axes, place, far or 1.0, f"{name} minus {names[0]}", compared)
-    if shown:
-        bar = figure.colorbar(panels[-1].images[0], ax=panels[-1], fraction=0.05, pad=0.02)
-        bar.ax.yaxis.set_major_formatter(FuncFormatter(percent))
+    chart = (width - 3.0 * MARGIN_IN) / 2.0
+    _shares_panel(panel(MARGIN_IN, TITLE_IN, chart, CHARTS_IN - 0.5), rows, names)
+    _runouts_panel(panel(2.0 * MARGIN_IN + chart, TITLE_IN, chart, CHARTS_IN - 0.5), compared)
     title = f"{compared.log_id.size} logs in each scenario, bars: 95 % intervals"
-    figure.suptitle(
-        title + ("; maps: share of the logs that pass, difference" if shown else ""), x=0.01, ha="left", fontsize=11
-    )
-    figure.tight_layout(rect=(0.0, 0.0, 1.0, 0.97), w_pad=1.2)
+    figure.text(0.15 / width, 1.0 - 0.3 / height, title, fontsize=11)
+    if frame:
+        top = TITLE_IN + CHARTS_IN + TITLE_IN
+        places = [
+            (MARGIN_IN + k % columns * (MAP_IN + GAP_IN), top + k // columns * (map_in + GAP_IN), MAP_IN, map_in)
+            for k in range(len(bands))
+        ]
+        panels = [panel(*place) for place in places]
+        _maps(panels, bands, frame, compared)
+        bar_at = panel(places[min(columns, len(places)) - 1][0] + MAP_IN + 0.15, top, 0.16, map_in)
+        bar = figure.colorbar(panels[0].images[-1], cax=bar_at)
+        bar.ax.yaxis.set_major_formatter(FuncFormatter(percent))
+        bar.set_label("share of the logs that pass a cell, difference")
+        _legend(figure, names[0])
     figure.savefig(path, dpi=110)
     plt.close(figure)
+
+
+def _maps(panels: list[Axes], bands: dict[str, Band], frame: Extent, compared: Compared) -> None:
+    """The differences of one colour scale and frame, on the relief, with the lines and the releases."""
+    one = compared.reference
+    far = max(float(np.nanquantile(np.abs(band), 0.995)) for band, _ in bands.values()) or 1.0
+    ground, roads = read_relief(one.run, frame), lines_of_run(one.run)
+    for axes, (name, (band, extent)) in zip(panels, bands.items(), strict=True):
+        if ground is not None:
+            show_relief(axes, *ground)
+        # The less a cell differs, the more of the relief is seen through it.
+        seen = np.clip(np.nan_to_num(np.abs(band)) / (OPAQUE * far), 0.0, 0.9)
+        axes.imshow(
+            band, cmap="RdBu_r", vmin=-far, vmax=far, extent=extent, alpha=seen, interpolation="nearest", zorder=2
+        )
+        for road in roads:
+            axes.plot(*road, color=ROAD, linewidth=1.8, zorder=3)
+        axes.scatter(one.column("release_x"), one.column("release_y"), s=2, color="black", linewidths=0, zorder=4)
+        axes.set(xlim=frame[:2], ylim=frame[2:], xticks=[], yticks=[], aspect="equal", facecolor="#F2F2F2")
+        axes.set_title(f"{name} minus {one.name}", fontsize=10, loc="left")
+    scale_and_north(panels[0])
+
+
+def _legend(figure: Figure, reference: str) -> None:
+    marks = [
+        Line2D([], [], linestyle="", marker="o", markersize=4, color="black", label="releases"),
+        Line2D([], [], color=ROAD, linewidth=1.8, label="lines to be reached"),
+        Patch(color=matplotlib.colormaps["RdBu_r"](0.9), label=f"more logs pass than in {reference}"),
+        Patch(color=matplotlib.colormaps["RdBu_r"](0.1), label="fewer"),
+    ]
+    figure.legend(handles=marks, loc="lower left", ncols=4, frameon=False, fontsize=9)
 
 
 def _shares_panel(axes: Axes, rows: Sequence[ScenarioRow], names: Sequence[str]) -> None:
@@ -89,7 +154,7 @@ def _runouts_panel(axes: Axes, compared: Compared) -> None:
     axes.set_axisbelow(True)
 
 
-def read_band(path: Path) -> tuple[np.ndarray, tuple[float, float, float, float]]:
+def read_band(path: Path) -> Band:
     """The map in as many cells as are drawn, and its extent (west, east, south, north)."""
     with rasterio.open(path) as source:
         step = max(1, math.ceil(max(source.shape) / CELLS_DRAWN))
@@ -101,20 +166,60 @@ def read_band(path: Path) -> tuple[np.ndarray, tuple[float, float, float, float]
     return band, (bounds.left, bounds.right, bounds.bottom, bounds.top)
 
 
-def difference(axes: Axes, path: Path, far: float, title: str, compared: Compared) -> None:
-    """Blue where logs pass less often, red where more often; deposits of both as the frame."""
-    band, extent = read_band(path)
-    axes.imshow(band, cmap="RdBu_r", vmin=-far, vmax=far, extent=extent, interpolation="nearest")
-    known = np.isfinite(band)
-    rows, columns = np.flatnonzero(known.any(axis=1)), np.flatnonzero(known.any(axis=0))
-    cell_x, cell_y = (extent[1] - extent[0]) / band.shape[1], (extent[3] - extent[2]) / band.shape[0]
-    side = MARGIN * max(np.ptp(rows) * cell_y, np.ptp(columns) * cell_x) + 5.0
-    axes.set_xlim(extent[0] + columns[0] * cell_x - side, extent[0] + (columns[-1] + 1) * cell_x + side)
-    axes.set_ylim(extent[3] - (rows[-1] + 1) * cell_y - side, extent[3] - rows[0] * cell_y + side)
-    one = compared.reference
-    axes.scatter(one.column("release_x"), one.column("release_y"), s=1, color="black", linewidths=0)
-    axes.set(xticks=[], yticks=[], facecolor="#F2F2F2")
-    axes.set_title(title, fontsize=10, loc="left")
+def frame_of(bands: Sequence[Band]) -> Extent | None:
+    """West, east, south and north [m] of all cells that differ in any of the maps, with a margin."""
+    found = []
+    for band, extent in bands:
+        known = np.isfinite(band)
+        rows, columns = np.flatnonzero(known.any(axis=1)), np.flatnonzero(known.any(axis=0))
+        x, y = (extent[1] - extent[0]) / band.shape[1], (extent[3] - extent[2]) / band.shape[0]
+        west, east = extent[0] + columns[0] * x, extent[0] + (columns[-1] + 1) * x
+        found.append((west, east, extent[3] - (rows[-1] + 1) * y, extent[3] - rows[0] * y))
+    if not found:
+        return None
+    low, high = np.min(found, axis=0), np.max(found, axis=0)
+    side = MARGIN * max(high[1] - low[0], high[3] - low[2]) + 5.0
+    # no farther than the terrain
+    least, most = np.min([extent for _, extent in bands], axis=0), np.max([extent for _, extent in bands], axis=0)
+    west, east = max(low[0] - side, least[0]), min(high[1] + side, most[1])
+    south, north = max(low[2] - side, least[2]), min(high[3] + side, most[3])
+    return float(west), float(east), float(south), float(north)
+
+
+def read_relief(run: Run, frame: Extent) -> tuple[np.ndarray, float, Extent] | None:
+    """Heights of the run's DEM (row 0 south) in the frame, thinned; None where the DEM is no longer there."""
+    place = next((each for each in input_paths(run.path, run.manifest, "dem") if is_raster(each)), None)
+    if place is None:
+        return None
+    with rasterio.open(place) as source:
+        if source.transform.e > 0.0:  # a south-up file: the map does without
+            return None
+        whole = source.bounds
+        west, east = max(frame[0], whole.left), min(frame[1], whole.right)
+        south, north = max(frame[2], whole.bottom), min(frame[3], whole.top)
+        if west >= east or south >= north:
+            return None
+        window = source.window(west, south, east, north).round_offsets().round_lengths()
+        step = max(1.0, max(window.height, window.width) / CELLS_DRAWN)
+        shape = max(2, round(window.height / step)), max(2, round(window.width / step))
+        heights = source.read(1, window=window, out_shape=shape, masked=True, resampling=Resampling.average)
+        bounds = source.window_bounds(window)
+    values = np.asarray(heights.astype(np.float64).filled(np.nan))[::-1]
+    if not np.isfinite(values).any():
+        return None
+    extent = (bounds[0], bounds[2], bounds[1], bounds[3])
+    return values, (extent[1] - extent[0]) / shape[1], extent
+
+
+def lines_of_run(run: Run) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Plan coordinates of the lines whose reach the run counted, and of the outlines of its polygons."""
+    package = run.path / GEOPACKAGE
+    if "reach" not in pyogrio.list_layers(package)[:, 0]:
+        return []
+    shapes = pyogrio.read_dataframe(package, layer="reach").geometry.to_numpy()
+    filled = shapely.get_dimensions(shapes) == 2
+    strings = shapely.get_parts(np.where(filled, shapely.boundary(shapes), shapes))
+    return [tuple(shapely.get_coordinates(each).T) for each in strings]
 
 
 def percent(share: float, _: object) -> str:
