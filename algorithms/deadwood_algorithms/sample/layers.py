@@ -23,7 +23,6 @@ def write_sample(folder: Path) -> None:
         nodata=-9999.0,
         dtype="float32",
         units="m",
-        description="Height",
         style="terrain",
     )
     for name, layer, frame in sample_layers():

@@ -61,9 +61,7 @@ DEPOSITS = Layer(
         a_number("heading_deg", "Of the log's axis at the end, base to tip, clockwise from grid north", 0, FULL_CIRCLE),
         a_number("tilt_deg", "Angle of the axis from the vertical at the end", 0, 180),
         a_number("speed_max_ms", "Largest speed of the centre of mass", 0),
-        a_number(
-            "speed_mean_ms", "Path over duration; of a log at its time limit also the minutes of slow rolling", 0
-        ),
+        a_number("speed_mean_ms", "Path over duration; of a log at its time limit also the minutes of slow rolling", 0),
         a_number("energy_max_kj", "Largest kinetic energy, of translation and rotation", 0),
         a_number("jump_max_m", "Largest clearance between the log and the terrain", 0),
         a_count("tree_hits", "How many trees, standing or lying, it hit"),
