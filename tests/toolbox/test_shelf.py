@@ -28,6 +28,7 @@ NAMES = [
     "compare-scenarios",
     "calibrate-friction",
     "compare-fidelity",
+    "reproduce-paper",
     "demo",
 ]
 UNITS = {
