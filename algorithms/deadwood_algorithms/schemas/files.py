@@ -234,6 +234,11 @@ _SHARE_KEYS = (
     _key("reach[].p", "Their share"),
     _key("reach[].ci_low", "Lower end of its 95 % Wilson interval"),
     _key("reach[].ci_high", "Upper end"),
+    _key("reach[].n_lost", "Logs that left the terrain model without having reached it"),
+    _key("reach[].p_low_if_lost", "The share if none of the lost logs reaches it"),
+    _key("reach[].p_high_if_lost", "The share if all of them do"),
+    _key("reach[].ci_low_if_lost", "Lower end of the 95 % interval if none does"),
+    _key("reach[].ci_high_if_lost", "Upper end if all do"),
 )
 
 
@@ -288,7 +293,8 @@ SUMMARY = JsonFile(
         *_wood("trees", "trees"),
         *_wood("lying_logs", "lying logs"),
         _key("speed", "Speeds of the logs' centres of mass"),
-        _key("speed.mean_ms", "Mean over the logs of their mean speed [m/s]"),
+        _key("speed.mean_ms", "Mean over the logs that ended before the time limit of their mean speed [m/s]"),
+        _key("speed.n_mean", "How many logs that mean is of"),
         _key("speed.p95_ms", "95 % quantile of their largest speeds [m/s]"),
         _key("speed.max_ms", "Largest of all [m/s]"),
         _key("accuracy", "What the calculation says of itself"),
