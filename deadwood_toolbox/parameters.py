@@ -10,7 +10,6 @@ import dataclasses
 import difflib
 import json
 import os
-import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ from typing import Any
 from deadwood_algorithms.tool import VERSION, Parameter, Tool, UserError, is_path, moved_paths
 
 LARGEST_INTEGER = 2**63 - 1
+LARGEST_CONFIG = 64 * 2**20  # bytes
 
 
 def value_from_text(parameter: Parameter, text: str) -> Any:
@@ -44,10 +44,16 @@ def read_config(path: str, tool: Tool, note: Callable[[str], None]) -> dict[str,
     manifest that is not there is looked for where it lies if all was moved together; ``note`` is told of it.
     """
     try:
-        content = json.loads(Path(path).read_text(encoding="utf-8"))
+        if Path(path).exists() and not Path(path).is_file():
+            raise UserError(f"--config {path} is no file (a folder, a pipe or a device); write it to a file first")
+        if Path(path).stat().st_size > LARGEST_CONFIG:
+            raise UserError(f"--config {path} is larger than {LARGEST_CONFIG // 2**20} MB; it is no file of parameters")
+        content = json.loads(Path(path).read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise UserError(f"--config {path} cannot be read: {error.strerror or error}") from None
-    except (ValueError, RecursionError) as error:
+    except RecursionError:
+        raise UserError(f"--config {path} is nested too deep; it must hold a JSON object of parameters") from None
+    except ValueError as error:
         raise UserError(f"--config {path} is not JSON: {error}") from None
     then = None
     if isinstance(content, dict) and isinstance(content.get("parameters"), dict):

@@ -81,7 +81,7 @@ def contacts() -> dict[str, str]:
 
 
 def licence() -> str:
-    """The text of the licence, which plugins.qgis.org wants in the zip: of the checkout, or of the installed package."""
+    """The licence, which plugins.qgis.org wants in the zip: of the checkout, or of the installed package."""
     beside = SOURCE.parents[1] / "LICENSE"
     if beside.is_file():
         return beside.read_text(encoding="utf-8")

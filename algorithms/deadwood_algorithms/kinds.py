@@ -84,7 +84,9 @@ def _number(parameter: Parameter, text: str) -> float:
     try:
         return float(text)
     except ValueError:
-        raise UserError(f"{parameter.flag} is '{text}', but must be a number") from None
+        pointed = text.strip().replace(",", ".")
+        hint = f"; write it with a point, {pointed}" if re.fullmatch(r"[+-]?\d*\.\d+", pointed) else ""
+        raise UserError(f"{parameter.flag} is '{text}', but must be a number{hint}") from None
 
 
 def _whole(parameter: Parameter, text: str) -> int:

@@ -12,16 +12,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.inputs import refuse_missing
+from deadwood_algorithms.schemas import TREE_M
 from deadwood_algorithms.tool import Feedback, UserError
 from deadwood_engine import Shape
-from deadwood_engine.limits import SHAPE_SIZE
 
 if TYPE_CHECKING:
     from deadwood_algorithms.scene.releases import Releases
 
 CONE = "cone"
 MOST_POINTS = 20_000
-USUAL_M = (0.05, 100.0)  # a body smaller or larger than this is more likely given in another unit
+USUAL_M = (0.05, 60.0)  # a body smaller or larger than this is more likely given in another unit
+# Beyond this it is refused: no stone below 1 cm is worth the steps that it asks for, no log is longer than a tree.
+LIMITS_M = (0.01, TREE_M[1])
+FARTHEST_M = 1e8  # of the points from their origin; beyond, numbers no longer tell millimetres from nothing
 
 
 def read_points(path: str) -> NDArray[np.float64]:
@@ -57,9 +60,14 @@ def read_shape(name: str, cell: float, feedback: Feedback) -> Shape | None:
         return None
     points = read_points(name)
     size = float(np.ptp(points, axis=0).max(initial=0.0)) if len(points) else 0.0
-    least, most = SHAPE_SIZE
-    if 0.0 < size < least or size > most:
-        raise UserError(f"{name}: the body is {size:g} m long, but must be {least:g} to {most:g} m; is it in metres?")
+    far = float(np.abs(points).max(initial=0.0))
+    if far > FARTHEST_M:
+        raise UserError(f"{name}: a point lies {far:g} m from the origin; give the points around it, in metres")
+    if len(points) and not LIMITS_M[0] <= size <= LIMITS_M[1]:
+        raise UserError(
+            f"{name}: the body is {size:g} m long, but must be {LIMITS_M[0]:g} to {LIMITS_M[1]:g} m; give the points "
+            "in metres"
+        )
     try:
         shape = Shape.of(points)
     except ValueError as error:

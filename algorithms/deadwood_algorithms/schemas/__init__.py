@@ -6,15 +6,21 @@ that list against what is there. ``docs/layers.md`` is rendered from here. Stand
 """
 
 from deadwood_algorithms.schemas.brought import (
+    BARRIER_M,
     BARRIERS,
     BROUGHT,
+    DBH_CM,
     DEADWOOD,
+    DENSITY_KG_M3,
+    DROP_M,
     LINES,
     LYING_LOGS,
     ORIENTATIONS,
     RELEASES,
+    SPEED_MS,
     STRUCTURE_KINDS,
     STRUCTURES,
+    TREE_M,
     TREES,
 )
 from deadwood_algorithms.schemas.results import DEPOSITS, POSES, RESULTS, STOP_REASONS, TRAJECTORIES, VERDICTS
@@ -22,19 +28,25 @@ from deadwood_algorithms.schemas.words import UNITS, Column, Layer, value_fault
 
 __all__ = [
     "BARRIERS",
+    "BARRIER_M",
+    "DBH_CM",
     "DEADWOOD",
+    "DENSITY_KG_M3",
     "DEPOSITS",
+    "DROP_M",
     "LAYERS",
     "LINES",
     "LYING_LOGS",
     "ORIENTATIONS",
     "POSES",
     "RELEASES",
+    "SPEED_MS",
     "STOP_REASONS",
     "STRUCTURES",
     "STRUCTURE_KINDS",
     "TRAJECTORIES",
     "TREES",
+    "TREE_M",
     "UNITS",
     "VERDICTS",
     "Column",

@@ -6,11 +6,20 @@ from deadwood_algorithms.schemas.words import FULL_CIRCLE, Layer, a_count, a_num
 
 ORIENTATIONS = ("upright", "lying", "tilted")
 STRUCTURE_KINDS = ("embankment", "ditch")
+# Beyond these a size is a slip, and no log, tree or work on Earth; a scene of such would be computed in vain, or hang.
+# The stoutest trunk is 14 m across (Tule), the tallest tree 116 m (Hyperion), the highest dam 305 m (Jinping); the
+# densest matter that may stand for a body (--shape) weighs 22 600 kg/m³; a log falls through air at 100 m/s or less.
+DBH_CM = (0.1, 1500.0)
+TREE_M = (0.05, 150.0)
+BARRIER_M = 350.0
+DENSITY_KG_M3 = 25_000.0
+SPEED_MS = 300.0
+DROP_M = 1000.0
 
-LOG = a_count("log_id", "The log; unique. Missing: the row number, from 0")
+LOG = a_count("log_id", "The log; unique. Missing: the row number, from 1")
 RELEASE = an_id("release_id", "The release area, point or event that the log belongs to")
 STRUCTURE = (
-    an_id("structure_id", "The embankment or ditch. Missing: name, else the row number, from 0"),
+    an_id("structure_id", "The embankment or ditch. Missing: name, else the row number, from 1"),
     a_text("kind", "embankment or ditch", choices=STRUCTURE_KINDS, default="embankment"),
 )
 
@@ -21,9 +30,36 @@ RELEASES = Layer(
     columns=(
         LOG,
         RELEASE,
-        a_number("dbh_cm", "Base diameter; the tip has half of it", 0, exclusive=True, usual=(3, 300), default=75.0),
-        a_number("length_m", "Length of the log", 0, exclusive=True, usual=(0.5, 80), default=30.0),
-        a_number("density_kg_m3", "Density of the wood", 0, exclusive=True, usual=(50, 1300), default=300.0),
+        a_number(
+            "dbh_cm",
+            "Base diameter; the tip has half of it",
+            0,
+            DBH_CM[1],
+            exclusive=True,
+            least=DBH_CM[0],
+            usual=(3, 300),
+            default=75.0,
+        ),
+        a_number(
+            "length_m",
+            "Length of the log",
+            0,
+            TREE_M[1],
+            exclusive=True,
+            least=TREE_M[0],
+            usual=(0.5, 80),
+            default=30.0,
+        ),
+        a_number(
+            "density_kg_m3",
+            "Density of the wood",
+            0,
+            DENSITY_KG_M3,
+            exclusive=True,
+            least=1.0,
+            usual=(50, 1300),
+            default=300.0,
+        ),
         a_text(
             "orientation",
             "upright (base down), lying (axis in the terrain's tangent plane, tip towards azimuth_deg) or tilted "
@@ -33,8 +69,20 @@ RELEASES = Layer(
         ),
         a_number("tilt_deg", "Angle of the axis from the vertical, of a tilted log", 0, 180, default=0.0),
         a_number("azimuth_deg", "Where tip and speed point, clockwise from grid north", 0, FULL_CIRCLE, default=0.0),
-        a_number("speed_ms", "Initial speed towards azimuth_deg, in the terrain's tangent plane", 0, default=0.0),
-        a_number("drop_m", "Clearance of the log's lowest point above the terrain at the start", 0, default=0.0),
+        a_number(
+            "speed_ms",
+            "Initial speed towards azimuth_deg, in the terrain's tangent plane",
+            0,
+            SPEED_MS,
+            default=0.0,
+        ),
+        a_number(
+            "drop_m",
+            "Clearance of the log's lowest point above the terrain at the start",
+            0,
+            DROP_M,
+            default=0.0,
+        ),
     ),
 )
 
@@ -43,9 +91,27 @@ TREES = Layer(
     geometry=("Point",),
     meaning="Standing trees: rigid truncated cones, base diameter DBH, top half of it",
     columns=(
-        an_id("tree_id", "The tree; unique. Missing: the row number, from 0"),
-        a_number("dbh_cm", "Diameter at breast height", 0, exclusive=True, usual=(3, 300), required=True),
-        a_number("height_m", "Height of the tree", 0, exclusive=True, usual=(1.3, 80), required=True),
+        an_id("tree_id", "The tree; unique. Missing: the row number, from 1"),
+        a_number(
+            "dbh_cm",
+            "Diameter at breast height",
+            0,
+            DBH_CM[1],
+            exclusive=True,
+            least=DBH_CM[0],
+            usual=(3, 300),
+            required=True,
+        ),
+        a_number(
+            "height_m",
+            "Height of the tree",
+            0,
+            TREE_M[1],
+            exclusive=True,
+            least=TREE_M[0],
+            usual=(1.3, 80),
+            required=True,
+        ),
         a_text("species", "Species as the source names it"),
         a_number("crown_diameter_m", "Diameter of the crown", 0),
         a_text(
@@ -72,8 +138,16 @@ BARRIERS = Layer(
     geometry=("LineString",),
     meaning="Protection works: thin rigid plates, vertical from the terrain up, infinitely strong",
     columns=(
-        an_id("barrier_id", "The barrier; unique. Missing: the row number, from 0"),
-        a_number("height_m", "Height of the plate above the terrain", 0, exclusive=True, required=True),
+        an_id("barrier_id", "The barrier; unique. Missing: the row number, from 1"),
+        a_number(
+            "height_m",
+            "Height of the plate above the terrain",
+            0,
+            BARRIER_M,
+            exclusive=True,
+            usual=(0.2, 30),
+            required=True,
+        ),
     ),
 )
 
@@ -84,9 +158,14 @@ LYING_LOGS = Layer(
     columns=(
         an_id("lying_id", "The lying log; unique. Missing: tree_id, log_id or name, else the row number"),
         a_number(
-            "diameter_cm", "Diameter at the base. Missing: dbh_cm", 0, exclusive=True, usual=(3, 300), default=40.0
+            "diameter_cm",
+            "Diameter at the base. Missing: dbh_cm",
+            *DBH_CM,
+            exclusive=True,
+            usual=(3, 300),
+            default=40.0,
         ),
-        a_number("tip_diameter_cm", "Diameter at the tip. Missing: half of the base's", 0, exclusive=True),
+        a_number("tip_diameter_cm", "Diameter at the tip. Missing: half of the base's", 0, DBH_CM[1], exclusive=True),
     ),
 )
 
@@ -107,7 +186,10 @@ STRUCTURES = Layer(
     columns=(
         *STRUCTURE,
         a_number(
-            "height_m", "Height of the crest above the ground under the line, of a ditch its depth", 0, exclusive=True
+            "height_m",
+            "Height of the crest above the ground under the line, of a ditch its depth",
+            0,
+            exclusive=True,
         ),
         a_number("elevation_m", "Elevation of the crest or bottom; goes before the height"),
         a_number("crest_width_m", "Width of the flat crest or bottom", 0, default=2.0),

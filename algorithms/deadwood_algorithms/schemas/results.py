@@ -289,7 +289,7 @@ FLIGHTS = Layer(
     geometry=("LineString Z",),
     meaning="The path of the centre of mass between take-off and landing; a straight line where no parabola joins them",
     columns=(
-        an_id("flight_id", "The flight. Missing: name, else the row number, from 0"),
+        an_id("flight_id", "The flight. Missing: name, else the row number, from 1"),
         a_text("verdict", "Whether the log can have flown so, and if not, why not", choices=VERDICTS),
         a_number("distance_m", "Horizontal distance of the two points", 0),
         a_number("fall_m", "Height of the take-off above the landing"),

@@ -20,6 +20,7 @@ class Column:
     minimum: float | None = None
     maximum: float | None = None
     exclusive: bool = False  # the minimum itself is not allowed
+    least: float | None = None  # what lies between the minimum and this is no size of the thing
     required: bool = False
     choices: tuple[str, ...] = ()
     usual: tuple[float, float] | None = None  # a median below, or a value above, is more likely a mistaken unit
