@@ -52,7 +52,7 @@ DEPOSITS = Layer(
         a_number("release_y", "Northing of the centre of mass at the start", unit="m"),
         a_number("release_z", "Height of the centre of mass at the start", unit="m"),
         ENDED,
-        an_id("stop_id", "The tree or barrier that holds the log; lying:ID is a lying log, which counts as a tree"),
+        an_id("stop_id", "The tree, barrier or, as lying:ID, lying log that holds the log"),
         a_number("duration_s", "Time from start to end", 0),
         a_number("path_m", "Length of the path of the centre of mass", 0),
         a_number("runout_m", "Horizontal distance from start to end", 0),
