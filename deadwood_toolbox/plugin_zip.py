@@ -68,7 +68,7 @@ def declarations() -> dict[str, Any]:
 def contacts() -> dict[str, str]:
     """What the package says of its authors' address and its places on the web, as lines of ``metadata.txt``."""
     try:
-        told = metadata.metadata(DISTRIBUTION)
+        told: Any = metadata.metadata(DISTRIBUTION)
     except metadata.PackageNotFoundError:  # run from a checkout that is not installed
         return {}
     urls = {}

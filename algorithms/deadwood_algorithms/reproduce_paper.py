@@ -295,7 +295,9 @@ class Steps:
             "comparing", runs=",".join(runs), names=",".join(names), seed=self.ask.seed,
         )  # fmt: skip
         rows = json.loads((place / "comparison.json").read_text(encoding="utf-8"))["rows"]
-        plain = [{key: float("nan") if value is None else value for key, value in row.items()} for row in rows]
+        plain: list[dict[str, Any]] = [
+            {key: float("nan") if value is None else value for key, value in row.items()} for row in rows
+        ]
         return {(row["scenario"], row["quantity"], str(row["item"])): row for row in plain}
 
     def evidence(self, convention: str) -> Evidence:
@@ -370,7 +372,8 @@ class Steps:
         path = self.prepared / f"line_{fact}.gpkg"
         if not path.is_file():
             frame = read_vector(str(self.site.layers["lines"]), geometry=ANY_SHAPE, target_crs=None, what="lines")
-            write_vector(path, {"lines": frame[frame["line_id"] == name][["line_id", "geometry"]]})
+            one: Any = frame[frame["line_id"] == name][["line_id", "geometry"]]
+            write_vector(path, {"lines": one})
         return str(path)
 
     def spread(self, scenario: str) -> dict[str, Any]:

@@ -277,7 +277,7 @@ def is_path(parameter: Parameter, value: Any) -> bool:
         return False
     if parameter.kind == "number_or_layer":
         try:
-            float(value)
+            float(str(value))
         except ValueError:
             pass
         else:

@@ -75,7 +75,7 @@ def test_tiles_are_joined_and_a_table_of_trees_is_taken(data, tmp_path):
     (place / "dem").mkdir()
     with rasterio.open(place / "dem.tif") as whole:
         for k, rows in enumerate(((0, 400), (400, 400))):
-            window = Window(0, rows[0], whole.width, rows[1])
+            window = Window(0, rows[0], whole.width, rows[1])  # type: ignore[call-arg]
             profile = whole.profile | {"height": rows[1], "transform": whole.window_transform(window)}
             with rasterio.open(place / "dem" / f"tile_{k}.tif", "w", **profile) as tile:
                 tile.write(whole.read(window=window))

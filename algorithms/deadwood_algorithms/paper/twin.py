@@ -76,7 +76,8 @@ class Frame:
     def axes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """u of the columns, shape (nx,), and v of the rows, shape (ny, 1) [m]."""
         rows, columns = self.shape
-        return (np.arange(columns) + 0.5) * CELL, ((np.arange(rows) + 0.5) * CELL)[:, None]
+        u, v = (np.arange(0.5, many, dtype=np.float64) * CELL for many in (columns, rows))
+        return u, v[:, None]
 
     def grid(self, heights: NDArray[np.float64], name: str) -> Grid:
         """The terrain model, rounded to a centimetre."""

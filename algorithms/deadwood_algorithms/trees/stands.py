@@ -62,7 +62,8 @@ def with_usual_names(frame: geopandas.GeoDataFrame) -> geopandas.GeoDataFrame:
             taken[ours] = name
             columns[name] = (ours, times)
     for name, (_, times) in columns.items():
-        frame = frame.assign(**{str(name): scaled(frame[name], times)})
+        field: Any = frame[name]
+        frame = cast("geopandas.GeoDataFrame", frame.assign(**{str(name): scaled(field, times)}))
     return cast("geopandas.GeoDataFrame", frame.rename(columns={name: ours for name, (ours, _) in columns.items()}))
 
 
