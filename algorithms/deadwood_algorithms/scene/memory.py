@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 from deadwood_algorithms.files import mends
 from deadwood_algorithms.files.free_memory import GIB, SHARE, free_bytes
 from deadwood_algorithms.tool import Feedback, UserError
@@ -11,12 +13,13 @@ from deadwood_algorithms.tool import Feedback, UserError
 SCENE_BYTES, WRITING_BYTES, FRICTION_BYTES = 12, 28, 16
 RASTER_BYTES = 24  # a cell and thread
 LOG_BYTES = 1500  # a released log: read, slid, written
+MOST_THREADS, MOST_A_CORE = 64, 4  # or, on a large machine, so many for each core; more gain nothing
 
 
 def threads_that_fit(
     wanted: int, cells: int, *, friction_by_cell: bool, what: str, feedback: Feedback, cell: float = 1.0
 ) -> int:
-    """The threads wanted, or as many as there is memory for; results are the same with any number.
+    """The threads wanted, or as many as help and as there is memory for; results are the same with any number.
 
     ``what`` is the DEM's path, ``cell`` the side of its cells [m], for the mend.
 
@@ -25,6 +28,11 @@ def threads_that_fit(
     UserError
         where not even one fits: what is needed, what there is, and the mend
     """
+    cores = os.cpu_count() or 1
+    most = max(MOST_THREADS, MOST_A_CORE * cores)
+    if wanted > most:
+        feedback.note(f"--threads {wanted}: {most} threads are used, for more gain nothing on {cores} cores")
+        wanted = most
     free = free_bytes()
     base = cells * (SCENE_BYTES + WRITING_BYTES + (FRICTION_BYTES if friction_by_cell else 0))
     if free is None or base + wanted * cells * RASTER_BYTES <= SHARE * free:
