@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 
@@ -15,7 +16,6 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
 import numpy as np
-import pyogrio
 import rasterio
 import shapely
 from matplotlib.axes import Axes
@@ -27,7 +27,7 @@ from rasterio.enums import Resampling
 
 from deadwood_algorithms.files.rasters import is_raster
 from deadwood_algorithms.pictures import ROAD, scale_and_north, show_relief
-from deadwood_algorithms.runs.folder import GEOPACKAGE, Run, input_paths
+from deadwood_algorithms.runs.folder import Run, input_paths
 from deadwood_algorithms.scenarios.measures import ScenarioRow
 from deadwood_algorithms.scenarios.runs import Compared
 
@@ -87,7 +87,7 @@ def _maps(panels: list[Axes], bands: dict[str, Band], frame: Extent, compared: C
     """The differences of one colour scale and frame, on the relief, with the lines and the releases."""
     one = compared.reference
     far = max(float(np.nanquantile(np.abs(band), 0.995)) for band, _ in bands.values()) or 1.0
-    ground, roads = read_relief(one.run, frame), lines_of_run(one.run)
+    ground, roads = read_relief(one.run, frame), coordinates_of(compared.lines)
     for axes, (name, (band, extent)) in zip(panels, bands.items(), strict=True):
         if ground is not None:
             show_relief(axes, *ground)
@@ -211,12 +211,9 @@ def read_relief(run: Run, frame: Extent) -> tuple[np.ndarray, float, Extent] | N
     return values, (extent[1] - extent[0]) / shape[1], extent
 
 
-def lines_of_run(run: Run) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Plan coordinates of the lines whose reach the run counted, and of the outlines of its polygons."""
-    package = run.path / GEOPACKAGE
-    if "reach" not in pyogrio.list_layers(package)[:, 0]:
-        return []
-    shapes = pyogrio.read_dataframe(package, layer="reach").geometry.to_numpy()
+def coordinates_of(lines: Sequence[Any]) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Plan coordinates of lines, and of the outlines of polygons."""
+    shapes = np.asarray(lines, object)
     filled = shapely.get_dimensions(shapes) == 2
     strings = shapely.get_parts(np.where(filled, shapely.boundary(shapes), shapes))
     return [tuple(shapely.get_coordinates(each).T) for each in strings]
