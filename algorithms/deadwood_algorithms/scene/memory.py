@@ -12,6 +12,7 @@ from deadwood_algorithms.tool import Feedback, UserError
 # numpy makes on the way (28, measured on 16 million cells); friction that differs by cell (8, and 8 while it is read).
 SCENE_BYTES, WRITING_BYTES, FRICTION_BYTES = 12, 28, 16
 RASTER_BYTES = 24  # a cell and thread
+LOG_BYTES = 1500  # a released log: read, slid, written
 MOST_THREADS, MOST_A_CORE = 64, 4  # or, on a large machine, so many for each core; more gain nothing
 
 
