@@ -109,7 +109,7 @@ def _standing(tool: Tool, ask: Any) -> list[tuple[int, int] | None]:
     for parameter in tool.parameters():
         place = getattr(ask, parameter.name)
         if parameter.is_output and place:
-            place = Path(place, "manifest.json") if parameter.kind == "output_folder" else Path(place)
+            place = Path(place, "manifest.json") if Path(place).is_dir() else Path(place)
             try:
                 stat = place.stat()
                 found.append((stat.st_ino, stat.st_mtime_ns))

@@ -78,7 +78,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.scenarios.measures import compared_rows
     from deadwood_algorithms.scenarios.picture import draw
     from deadwood_algorithms.scenarios.runs import differing, read_compared
-    from deadwood_algorithms.scenarios.tables import lines_of, long_table
+    from deadwood_algorithms.scenarios.tables import long_table, table_lines
 
     final = Path(ask.output)
     with output_folder(ask.output, ask.overwrite) as folder:
@@ -111,7 +111,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         facts = {"reference": names[0], "logs": compared.log_id.size, "parameters_that_differ": differences}
         write_json(folder / FACTS, {**facts, "rows": [asdict(row) for row in rows]})
         write_json(folder / MANIFEST, tool.manifest(TOOL, ask))
-    return Outcome(outputs, facts, lines_of(rows, names, differences, compared.log_id.size, TABLE))
+    return Outcome(outputs, facts, table_lines(rows, names, differences, compared.log_id.size, TABLE))
 
 
 def warn_of_lost(rows: Sequence[ScenarioRow], compared: Compared, feedback: Feedback) -> None:

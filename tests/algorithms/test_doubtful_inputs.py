@@ -81,7 +81,7 @@ def test_a_barrier_of_300_m_is_said(grid, tmp_path, said, height, words):
 IMPOSSIBLE: dict[str, tuple[dict[str, Any], str]] = {
     "a log of 1 km": (
         {"dbh_cm": [1e5]},
-        "field 'dbh_cm', row 1: 100000 is not a number greater than 0 and at most 2000",
+        "field 'dbh_cm', row 1: 100000 is not a number greater than 0 and at most 1500",
     ),
     "a thread": ({"dbh_cm": [1e-30]}, "field 'dbh_cm', row 1: 1e-30 cm is thinner or shorter than anything"),
     "a log of 200 m": ({"length_m": [200.0]}, "at most 150"),
@@ -104,7 +104,7 @@ def test_impossible_logs_are_refused(case, tmp_path, name):
 @pytest.mark.parametrize(
     ("values", "words"),
     [
-        ({"dbh_cm": 1e5}, "--dbh-cm is 100000 cm, but must be at most 2000 cm"),
+        ({"dbh_cm": 1e5}, "--dbh-cm is 100000 cm, but must be at most 1500 cm"),
         ({"length_m": 1e5}, "--length-m is 100000 m, but must be at most 150 m"),
         ({"length_m": 1e-9}, "length_m: 1e-09 m is thinner or shorter"),
     ],

@@ -120,7 +120,7 @@ def test_the_direction_makes_no_difference(tmp_path, towards):
     row = fitted(tmp_path, dem=dem, flights=lines, takeoff_deg=10.0)[0].iloc[0]
     angle = math.radians(10.0)
     expected = math.sqrt(GRAVITY_MS2 * 15.0**2 / (2 * math.cos(angle) ** 2 * (15.0 * math.tan(angle) + 0.4 * 15.0)))
-    assert (row["flight_id"], row["angle_from"], row["verdict"]) == (0, "given", "possible")
+    assert (row["flight_id"], row["angle_from"], row["verdict"]) == (1, "given", "possible")
     assert row["takeoff_speed_ms"] == pytest.approx(expected, rel=1e-9)
 
 
@@ -218,7 +218,7 @@ def test_no_speed_leads_to_a_landing_above_the_launch_line(tmp_path):
     assert row["takeoff_deg"] == pytest.approx(-math.degrees(math.atan(0.7)), abs=1e-6)
     ends = shapely.get_coordinates(row.geometry, include_z=True)[[0, -1], :2]
     assert ends == pytest.approx(np.array([at(0.0), at(30.0)]))
-    assert sorted(each.name for each in plots.iterdir()) == ["flight_0.png", "flight_1.png", "manifest.json"]
+    assert sorted(each.name for each in plots.iterdir()) == ["flight_1.png", "flight_2.png", "manifest.json"]
 
 
 def test_a_slope_that_goes_on_is_no_place_to_fly(tmp_path):
@@ -274,7 +274,7 @@ BAD = {
     "no length": (LineString([at(0.0), at(9.0), at(0.0)]), {}, {}, "row 1: take-off and landing are the same place"),
     "a polygon": (shapely.box(*at(9.0), *at(0.0, aside=5.0)), {}, {}, "row 1: a Polygon"),
     "one point": (Point(at(0.0)), {}, {}, "1 points need a field 'role'"),
-    "a lonely role": (Point(at(0.0)), {"role": ["takeoff"]}, {}, "flight '0' has 0 points of the role landing"),
+    "a lonely role": (Point(at(0.0)), {"role": ["takeoff"]}, {}, "flight '1' has 0 points of the role landing"),
     "a foreign role": (Point(at(0.0)), {"role": ["start"]}, {}, "field 'role', row 1: 'start' is neither"),
     "a bad DBH": (LineString([at(0.0), at(9.0)]), {"dbh_cm": [0.0]}, {}, "field 'dbh_cm', row 1: 0 is not"),
     "a steep angle": (LineString([at(0.0), at(9.0)]), {"takeoff_deg": [90.0]}, {}, "field 'takeoff_deg', row 1: 90"),

@@ -168,7 +168,7 @@ def test_an_undisturbed_log_slides_straight_down(case, tmp_path):
     deposit = layer(case.run(releases=one, output=str(tmp_path / "run")), "deposits").iloc[0]
     assert deposit["bearing_deg"] == pytest.approx(180.0, abs=0.01)
     assert deposit["heading_deg"] == pytest.approx(180.0, abs=0.1)
-    assert deposit["log_id"] == 0
+    assert deposit["log_id"] == 1
     assert deposit["stop_reason"] in ("rest", "left_dem")
 
 
@@ -193,7 +193,7 @@ def test_columns_of_the_releases_go_before_the_options(case, tmp_path):
     assert deposits["dbh_cm"].tolist() == [30.0, 60.0]
     assert deposits["length_m"].tolist() == [12.0, 12.0]
     assert deposits["density_kg_m3"].tolist() == [400.0, 400.0]
-    assert deposits["release_id"].tolist() == [0, 0]
+    assert deposits["release_id"].tolist() == [1, 1]
 
 
 def test_a_log_that_fails_leaves_its_state_and_the_others_go_on(case, tmp_path):

@@ -266,7 +266,7 @@ def test_a_flag_switched_on_in_a_file_can_be_switched_off(toy, tmp_path, out):
     ("content", "said"),
     [
         ("{", "is not JSON"),
-        ("[" * 100_000, "is not JSON"),
+        ("[" * 100_000, "is nested too deep; it must hold a JSON object"),
         ("[1, 2]", "must hold a JSON object"),
         ('{"dbh_mc": 3}', "toy-walk has no parameter 'dbh_mc'; did you mean 'dbh_cm'?"),
         ('{"tool": "other", "parameters": {}}', "belongs to the tool 'other', not to 'toy-walk'"),

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import rasterio
 
 NODATA = -9999
 
@@ -91,6 +90,8 @@ def _copy(path: str | Path, ending: str = "mended") -> str:
 
 def _masked(path: str | Path) -> str:
     """``rio calc`` leaves nodata as it is, and fails where a raster has none."""
+    import rasterio  # not for those who only want the words
+
     with rasterio.open(path) as source:
         return " --not-masked" if source.nodata is None else ""
 

@@ -94,7 +94,7 @@ def ratio_interval(one: Row, other: Row) -> tuple[float, float, float]:
     return value, low, high
 
 
-def percent(row: Row) -> str:
+def _percent(row: Row) -> str:
     return f"{100 * row['value']:.1f} % ({100 * row['low']:.1f} to {100 * row['high']:.1f})"
 
 
@@ -135,14 +135,14 @@ def forest_findings(of: Evidence) -> list[Finding]:
             "5.1, 6.2" if klosters else "6.2, A",
             "74.5 % against 9.1 %: 8.2 times" if klosters else "100 % against 23.3 %: 4.3 times",
             value, low, high, above(low, high, 2.0),
-            f"runs none and als: {percent(none)} against {percent(als)}",
+            f"runs none and als: {_percent(none)} against {_percent(als)}",
         )
     ]  # fmt: skip
     names = of.randoms()
     if not names:
         return found
     rows = [of.reach(name) for name in names]
-    told = "; ".join(f"{name} {percent(row)}" for name, row in zip(names, rows, strict=True))
+    told = "; ".join(f"{name} {_percent(row)}" for name, row in zip(names, rows, strict=True))
     mean = float(np.mean([row["difference"] for row in rows]))
     ends = min(row["diff_low"] for row in rows), max(row["diff_high"] for row in rows)
     if klosters:
@@ -153,7 +153,7 @@ def forest_findings(of: Evidence) -> list[Finding]:
                 "Where the mapped forest leaves gullies free, more logs reach the road than in a random one (points; "
                 "holds if so for every random forest drawn)",
                 "6.2", "9.1 - 7.0 = +2.1 points", -100 * mean, -100 * ends[1], -100 * ends[0], holds,
-                f"run als {percent(als)}; {told}; paired over the same logs (Tango)",
+                f"run als {_percent(als)}; {told}; paired over the same logs (Tango)",
             )
         )  # fmt: skip
     else:
@@ -167,7 +167,7 @@ def forest_findings(of: Evidence) -> list[Finding]:
                 "6.2, A", "23.8 against 23.3 %: +2 %", mean / als["value"] if als["value"] else math.nan,
                 min((each[0] for each in bounds), default=math.nan),
                 max((each[1] for each in bounds), default=math.nan), holds,
-                f"run als {percent(als)}; {told}; paired over the same logs (Tango)",
+                f"run als {_percent(als)}; {told}; paired over the same logs (Tango)",
             )
         )  # fmt: skip
     return found
@@ -236,7 +236,7 @@ def protection_findings(of: Evidence) -> list[Finding]:
             f"The structures hold the logs back (share of the reach that is left; holds below {100 * least:g} %)",
             "5.1" if klosters else "5.2", "0 % reach the road" if klosters else "23.3 % without, at least 0.9 % with",
             value, low, high, above(-high, -low, -least),
-            f"runs {name} and als: {percent(with_it)} against {percent(als)}",
+            f"runs {name} and als: {_percent(with_it)} against {_percent(als)}",
         )
     ]  # fmt: skip
     barrier = next(

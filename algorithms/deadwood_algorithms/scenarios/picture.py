@@ -76,7 +76,7 @@ def draw(path: Path, rows: Sequence[ScenarioRow], compared: Compared, maps: dict
         _maps(panels, bands, frame, compared)
         bar_at = panel(places[min(columns, len(places)) - 1][0] + MAP_IN + 0.15, top, 0.16, map_in)
         bar = figure.colorbar(panels[0].images[-1], cax=bar_at)
-        bar.ax.yaxis.set_major_formatter(FuncFormatter(percent))
+        bar.ax.yaxis.set_major_formatter(FuncFormatter(_percent))
         bar.set_label("share of the logs that pass a cell, difference")
         _legend(figure, names[0])
     figure.savefig(path, dpi=110)
@@ -130,7 +130,7 @@ def _shares_panel(axes: Axes, rows: Sequence[ScenarioRow], names: Sequence[str])
             place, value, 0.9 * width, yerr=bars, color=colour, capsize=2.5, label=name, error_kw={"linewidth": 1.0}
         )
     axes.set_xticks(np.arange(len(items[:LINES_SHOWN])), [each.replace("_", " ") for each in items[:LINES_SHOWN]])
-    axes.yaxis.set_major_formatter(FuncFormatter(percent))
+    axes.yaxis.set_major_formatter(FuncFormatter(_percent))
     axes.set_ylim(0.0, 1.05 * max([*(row.high for row in of.values()), 0.01]))
     axes.set_title("logs that reach" if quantity == "reach" else "how logs ended", fontsize=10, loc="left")
     axes.legend(fontsize=8.5, framealpha=0.85, edgecolor="none")
@@ -148,7 +148,7 @@ def _runouts_panel(axes: Axes, compared: Compared) -> None:
         )
     axes.set(xlabel="run-out, horizontal [m]", ylim=(0.0, 1.02))
     axes.set_xlim(left=0.0)
-    axes.yaxis.set_major_formatter(FuncFormatter(percent))
+    axes.yaxis.set_major_formatter(FuncFormatter(_percent))
     axes.set_title("logs that go farther than", fontsize=10, loc="left")
     axes.grid(color="#E5E5E5", linewidth=0.6)
     axes.set_axisbelow(True)
@@ -219,5 +219,5 @@ def coordinates_of(lines: Sequence[Any]) -> list[tuple[np.ndarray, np.ndarray]]:
     return [tuple(shapely.get_coordinates(each).T) for each in strings]
 
 
-def percent(share: float, _: object) -> str:
+def _percent(share: float, _: object) -> str:
     return f"{100 * share:g} %"

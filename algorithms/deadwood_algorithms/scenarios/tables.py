@@ -52,7 +52,7 @@ def table_row(row: ScenarioRow) -> dict[str, Any]:
     return record
 
 
-def lines_of(
+def table_lines(
     rows: Sequence[ScenarioRow], names: Sequence[str], differences: dict[str, dict[str, Any]], n_logs: int, file: str
 ) -> tuple[str, ...]:
     """A table with a line a scenario, and what makes the scenarios differ."""

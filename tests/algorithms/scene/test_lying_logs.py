@@ -80,7 +80,7 @@ def test_diameters_come_from_the_column_the_other_column_or_the_option(tmp_path,
     lying, items = read("own", diameter_cm=[50.0, 60.0], tip_diameter_cm=[20.0, 60.0], dbh_cm=[1.0, 1.0])
     assert lying.diameter.tolist() == [0.5, 0.6]
     assert lying.tip_diameter.tolist() == [0.2, 0.6]
-    assert items.ids == [0, 1]
+    assert items.ids == [1, 2]
     lying, items = read("dbh", dbh_cm=[30.0, 80.0], tree_id=["a", "b"])
     assert lying.diameter.tolist() == [0.3, 0.8]
     assert lying.tip_diameter.tolist() == [0.15, 0.4]

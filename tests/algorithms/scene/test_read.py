@@ -49,14 +49,14 @@ def test_releases_change_units_and_find_their_defaults(grid, tmp_path, said):
     assert logs.orientation.tolist() == [1, 0, 2]
     assert np.degrees(logs.azimuth).tolist() == pytest.approx([270.0, 0.0, 5.0])
     assert logs.x.tolist() == pytest.approx([EAST + 30, EAST + 31, EAST + 32])
-    assert releases.release_id.tolist() == [0, 0, 0]
+    assert releases.release_id.tolist() == [1, 1, 1]
     assert said.warnings == []
 
 
 def test_without_log_id_the_row_number_is_taken(grid, tmp_path, said):
     path = write_layer(tmp_path / "r.gpkg", points((30, 80), (31, 80)), release_id=["north", "south"])
     releases = read_releases(path, grid, DEFAULTS, feedback=said)
-    assert releases.logs.log_id.tolist() == [0, 1]
+    assert releases.logs.log_id.tolist() == [1, 2]
     assert releases.release_id.tolist() == ["north", "south"]
 
 
@@ -104,7 +104,7 @@ def test_parts_and_rings_belong_to_their_item(grid, tmp_path, said):
 def test_names_stand_in_for_missing_ids(grid, tmp_path, said):
     line = shapely.LineString([(1, 5), (20, 5)])
     assert read_lines(write_layer(tmp_path / "a.gpkg", [line], name=["A13"]), grid, said)[1].ids == ["A13"]
-    assert read_lines(write_layer(tmp_path / "b.gpkg", [line, line]), grid, said)[1].ids == [0, 1]
+    assert read_lines(write_layer(tmp_path / "b.gpkg", [line, line]), grid, said)[1].ids == [1, 2]
 
 
 def test_barriers_keep_the_height_of_their_row(grid, tmp_path, said):

@@ -149,7 +149,7 @@ def test_what_is_odd_is_said(tmp_path, said):
     read_shape(pts(tmp_path / "c.pts", CORNERS * 120), 1.0, said)
     assert "120 m long; the file must be in metres" in said.warnings[-1]
     for size in (1000.0, 1e-30):  # no log and no rock
-        with pytest.raises(UserError, match=f"d.pts: the body is {size:g} m long, but must be 0.001 to 150 m"):
+        with pytest.raises(UserError, match=f"d.pts: the body is {size:g} m long, but must be 0.01 to 150 m"):
             read_shape(pts(tmp_path / "d.pts", CORNERS * size), 1.0, said)
 
 
