@@ -192,7 +192,7 @@ def test_threads_order_and_the_config_decide_nothing(case, tmp_path):
     path = seen(tmp_path / "seen.gpkg", (30.0, 20.0), (33.0, 40.0))
     one, _ = calibrate(of_case(case, observed=path, output=str(tmp_path / "one"), threads=1, friction="0.2,0.4"))
     frame = gpd.read_file(case.releases)
-    frame["log_id"] = np.arange(150)
+    frame["log_id"] = np.arange(1, 151)  # as rows are numbered
     frame.sample(frac=1.0, random_state=3).to_file(tmp_path / "shuffled.gpkg")
     changes = {"output": str(tmp_path / "two"), "threads": 3, "releases": str(tmp_path / "shuffled.gpkg")}
     two, _ = calibrate(of_case(case, observed=path, **changes) | {"friction": "0.4,0.2"})

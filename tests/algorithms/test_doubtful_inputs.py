@@ -83,7 +83,7 @@ IMPOSSIBLE: dict[str, tuple[dict[str, Any], str]] = {
         {"dbh_cm": [1e5]},
         "field 'dbh_cm', row 1: 100000 is not a number greater than 0 and at most 1500",
     ),
-    "a thread": ({"dbh_cm": [1e-30]}, "field 'dbh_cm', row 1: 1e-30 cm is thinner or shorter than anything"),
+    "a thread": ({"dbh_cm": [1e-30]}, "field 'dbh_cm', row 1: 1e-30 cm is less than anything that slides"),
     "a log of 200 m": ({"length_m": [200.0]}, "at most 150"),
     "heavier than matter": ({"density_kg_m3": [1e5]}, "at most 25000"),
     "faster than falling": ({"speed_ms": [1e4]}, "at most 300"),
@@ -106,7 +106,7 @@ def test_impossible_logs_are_refused(case, tmp_path, name):
     [
         ({"dbh_cm": 1e5}, "--dbh-cm is 100000 cm, but must be at most 1500 cm"),
         ({"length_m": 1e5}, "--length-m is 100000 m, but must be at most 150 m"),
-        ({"length_m": 1e-9}, "length_m: 1e-09 m is thinner or shorter"),
+        ({"length_m": 1e-9}, "--length-m: 1e-09 is not 0.01 to 150; check the unit"),
     ],
 )
 def test_impossible_options_are_refused(case, tmp_path, values, words):

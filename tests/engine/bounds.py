@@ -84,7 +84,8 @@ def logs(place: Scene, number: int) -> Logs:
     numbers = rng.random((4, number))
     return Logs(
         np.arange(number), x, y, 0.1 + 0.6 * numbers[0], 0.5 + 9.0 * numbers[1], np.full(number, 300.0),
-        kind.astype(np.int8), numbers[2], 6.0 * numbers[3], np.where(kind == 2, 8.0, 0.0), np.where(kind == 1, 0.5, 0.0),
+        kind.astype(np.int8), numbers[2], 6.0 * numbers[3],
+        np.where(kind == 2, 8.0, 0.0), np.where(kind == 1, 0.5, 0.0),
     ).take(there)  # fmt: skip
 
 

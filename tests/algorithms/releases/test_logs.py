@@ -144,4 +144,4 @@ def test_distributions_that_give_no_logs(sample, areas):
     with pytest.raises(UserError, match="give hardly a log; check the numbers and their units"):
         sample(areas(), count=100, dbh_cm=0.6, dbh_sd_cm=0.05)
     with pytest.raises(UserError, match="the distribution of the density gives hardly a log"):
-        sample(areas(), count=100, density_kg_m3=0.3, density_sd_kg_m3=0.05)
+        sample(areas(), count=100, density_kg_m3=3.0, density_sd_kg_m3=0.05)
