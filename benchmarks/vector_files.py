@@ -173,7 +173,8 @@ def main() -> None:
     from . import study
 
     versions = f"pyogrio {pyogrio.__version__}, fiona {fiona.__version__}"
-    table = f"\n{measured()}\n{versions}, GeoPackage, medians of {ROUNDS} runs in turn; {study.provenance()['machine']}.\n\n"
+    told = f"{versions}, GeoPackage, medians of {ROUNDS} runs in turn; {study.provenance()['machine']}."
+    table = f"\n{measured()}\n{told}\n\n"
     readme = README.read_text(encoding="utf-8")
     README.write_text(MARKS.sub(lambda found: found[1] + table + found[2], readme), encoding="utf-8")
     print(table)

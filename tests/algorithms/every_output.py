@@ -161,6 +161,7 @@ def run_every_tool(folder: Path) -> list[Found]:
     of_lines = {"reached": sample("lines"), "event_logs": 4, "event_reached": 1, "friction": "0.3,0.4", "logs": 10}
     run("calibrate-friction", **of_event, **of_lines, output=folder / "calibrate-lines")
     run("compare-fidelity", **scene, fidelities="draft,standard", logs=20, output=folder / "compare-fidelity")
+    run("reproduce-paper", quick=True, logs=8, output=folder / "reproduce-paper")
     run("demo", logs=20, fidelity="draft", output=folder / "demo")
     return [each for tool, given in done for each in written_by(tool, given)]
 
@@ -174,10 +175,13 @@ def written_by(tool: Tool, given: dict[str, Any]) -> Iterator[Found]:
         if path.is_file():
             yield from _inside(tool.name, parameter.flag, path)
             continue
-        prefix = "" if parameter.name == "output" else f"{parameter.flag}/"
         for file in sorted(each for each in path.rglob("*") if each.is_file() and each.suffix != ".qml"):
             home = next(each for each in file.parents if (each / "manifest.json").is_file())
             made_by = json.loads((home / "manifest.json").read_text(encoding="utf-8"))["tool"]
+            maker = find(made_by)
+            assert maker is not None, made_by
+            flag = next(each.flag for each in maker.parameters() if each.kind == "output_folder")
+            prefix = "" if flag == "--output" else f"{flag}/"
             yield from _inside(made_by, f"{prefix}{file.relative_to(home).as_posix()}", file)
 
 

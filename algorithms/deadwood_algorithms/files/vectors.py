@@ -23,6 +23,7 @@ from deadwood_algorithms.files.free_memory import GIB, SHARE, free_bytes
 from deadwood_algorithms.files.inputs import refuse_missing
 from deadwood_algorithms.files.tables import is_text_table, read_text_table
 from deadwood_algorithms.files.units import with_schema_names
+from deadwood_algorithms.schemas.written import geometry_named
 from deadwood_algorithms.tool import Feedback, Quiet, UserError
 
 # GEOS's codes of Point; LineString, LinearRing, MultiLineString; Polygon, MultiPolygon. A MultiPoint of several points
@@ -214,8 +215,9 @@ def write_vector(path: str | Path, layers: Mapping[str, gpd.GeoDataFrame]) -> No
     try:
         for name, frame in layers.items():
             kinds = set(frame.geometry.geom_type.dropna())
-            kind = kinds.pop() if len(kinds) == 1 else "Unknown"
-            kind += " Z" if kind != "Unknown" and bool(frame.geometry.has_z.any()) else ""
+            kind = "Unknown" if kinds else geometry_named(name)
+            if len(kinds) == 1:
+                kind = kinds.pop() + (" Z" if bool(frame.geometry.has_z.any()) else "")
             pyogrio.write_dataframe(
                 frame,
                 path,

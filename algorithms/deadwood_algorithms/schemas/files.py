@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from deadwood_algorithms.schemas.words import (
     Band,
-    Column,
     JsonFile,
     Key,
     OtherFile,
@@ -128,49 +127,37 @@ COMPARISON = TableFile(
         a_number("n_only_reference", "Of a share: logs that do so in the first scenario only", 0),
         a_number("n_only_scenario", "Of a share: logs that do so in this one only", 0),
         a_number("p_mcnemar", "Probability that chance alone changes as many, by McNemar's exact test", 0, 1),
+        a_number("n_lost", "Logs that left the terrain model before it was seen what they do", 0),
+        a_number("value_low_if_lost", "The value if none of these had done it"),
+        a_number("value_high_if_lost", "The value if all had"),
+        a_number("difference_low_if_lost", "The least difference, whatever they did"),
+        a_number("difference_high_if_lost", "The largest"),
+        a_number("diff_low_if_lost", "Lower end of the 95 % interval of the least"),
+        a_number("diff_high_if_lost", "Upper end of that of the largest"),
     ),
 )
 
 
-def _measures() -> tuple[Column, ...]:
-    """What the reader's table has of speed, energy, clearance and run-out: mean, 95 % quantile and largest."""
-    words = {"mean": "Mean over the logs", "p95": "95 % quantile over the logs", "largest": "Largest of all logs"}
-    of = {
-        "speed_max": ("ms", "the largest speed of each"),
-        "energy_max": ("kj", "the largest kinetic energy of each"),
-        "jump_max": ("m", "the largest clearance of each"),
-        "runout": ("m", "the run-out of each"),
-    }
-    return tuple(
-        a_number(f"{name}_{kind}_{ending}", f"{word}: {what}")
-        for name, (ending, what) in of.items()
-        for kind, word in words.items()
-    )
-
-
 OVERVIEW = TableFile(
     name="table.csv",
-    meaning="One row a scenario, for a reader; differences are to the first scenario",
+    meaning="The same for a spreadsheet: shares in percent, rounded as far as the intervals allow",
     columns=(
+        a_text("quantity", "What was measured"),
+        a_text("of", "Of what: a line, a release, a way to end; empty for all logs"),
         a_text("scenario", "Name of the scenario"),
-        a_number("logs", "Logs that are compared", 0),
-        a_number("reach_LINE_percent", "Share of the logs that reach this line", unit="%"),
-        a_number("reach_LINE_low_percent", "Lower end of its 95 % interval", unit="%"),
-        a_number("reach_LINE_high_percent", "Upper end", unit="%"),
-        a_number("reach_LINE_difference_points", "Its difference, in points", unit="points"),
-        a_number("reach_LINE_diff_low_points", "Lower end of the difference's 95 % interval", unit="points"),
-        a_number("reach_LINE_diff_high_points", "Upper end", unit="points"),
-        a_number("ended_REASON_percent", "Share of the logs that ended so", unit="%"),
-        a_number("spread_RELEASE_deg", "Smallest angle that holds the deposits of this release"),
-        a_number("spread_p05_p95_RELEASE_deg", "Angle between the 5 % and the 95 % quantile of their azimuths"),
-        a_number("spread_p05_p95_RELEASE_low_deg", "Lower end of its 95 % interval"),
-        a_number("spread_p05_p95_RELEASE_high_deg", "Upper end"),
-        a_number("spread_p05_p95_RELEASE_difference_deg", "Its difference"),
-        a_number("spread_p05_p95_RELEASE_diff_low_deg", "Lower end of the difference's 95 % interval"),
-        a_number("spread_p05_p95_RELEASE_diff_high_deg", "Upper end"),
-        a_number("speed_mean_mean_ms", "Mean over the logs of their mean speed"),
-        *_measures(),
-        a_number("deposit_moved_median_m", "Median distance of a log's deposits in the two scenarios"),
+        a_text("unit", "Unit of the values"),
+        a_number("logs", "Logs, or releases, behind it", 0),
+        a_number("value", "The value"),
+        a_number("from", "Lower end of its 95 % interval"),
+        a_number("to", "Upper end"),
+        a_number("difference", "The value less that of the first scenario"),
+        a_number("difference_from", "Lower end of the difference's 95 % interval, over the same logs"),
+        a_number("difference_to", "Upper end"),
+        a_number("logs_lost", "Logs that left the terrain model before it was seen what they do", 0),
+        a_number("if_lost_from", "The value if none of these had done it"),
+        a_number("if_lost_to", "The value if all had"),
+        a_number("difference_if_lost_from", "The least difference, whatever they did"),
+        a_number("difference_if_lost_to", "The largest"),
     ),
 )
 CALIBRATION = TableFile(
@@ -194,6 +181,9 @@ CALIBRATION = TableFile(
         a_number("share", "Share of the logs that do as was observed, where the event is one of lines or areas", 0, 1),
         a_number("share_low", "Lower end of its 95 % Wilson interval", 0, 1),
         a_number("share_high", "Upper end", 0, 1),
+        a_number("n_lost", "Logs that went out of sight before it was seen whether they do", 0),
+        a_number("share_low_if_lost", "The share if none of these did", 0, 1),
+        a_number("share_high_if_lost", "The share if all did", 0, 1),
         a_number("reach_LINE", "Share of the logs that reach this line", 0, 1),
     ),
 )
@@ -279,6 +269,9 @@ SUMMARY = JsonFile(
         _key("spread[].release_id", "The release"),
         _key("spread[].n", "Its logs"),
         _key("spread[].n_left_out", "Of these, deposits nearer than --min-runout"),
+        _key("spread[].n_left_dem", "Logs that left the terrain model: their last places stand for deposits"),
+        _key("spread[].spread_without_lost_deg", "spread_deg of the others alone [°]"),
+        _key("spread[].p05_p95_without_lost_deg", "p05_p95_deg of the others alone [°]"),
         _key("spread[].spread_deg", "Smallest angle that holds the others [°]"),
         _key("spread[].p05_p95_deg", "Angle between the 5 % and the 95 % quantile of their azimuths [°]"),
         _key("barriers", "One a barrier"),
@@ -319,6 +312,8 @@ MANIFEST = JsonFile(
     keys=(
         _key("tool", "Name of the tool"),
         _key("version", "Version of the toolbox"),
+        _key("engine", "Digest of the engine's sources and compiler: the same engine, the same bits"),
+        _key("folder", "Where the manifest was to stand; inputs that moved together with it are found from there"),
         _whole("parameters", "Every parameter, as it was given or by default"),
     ),
 )
@@ -449,6 +444,37 @@ OBJ = OtherFile(name="log.obj", meaning="The closed solid, for 3-D programs")
 STL = OtherFile(name="log.stl", meaning="The same")
 PROFILE = OtherFile(name="flight_FLIGHT.png", meaning="The profile of one flight")
 PROJECT = OtherFile(name="project.qgz", meaning="A QGIS project: styled layers, the logs in motion, a 3-D view")
+_FINDING = (
+    ("id", "Site and finding; .cloud: of the log as the paper's point cloud"),
+    ("statement", "What is judged, and by what rule"),
+    ("section", "Section of the paper"),
+    ("paper", "The paper's figure"),
+    ("ours", "The figure of these runs"),
+    ("ci_low", "Lower end of its 95 % interval"),
+    ("ci_high", "Upper end"),
+    ("holds", "Whether the finding holds; empty where it is not decided or not judged"),
+    ("why", "The runs and figures that show it"),
+)
+FINDINGS = JsonFile(
+    name="findings.json",
+    meaning="The findings of the paper, one by one",
+    keys=tuple(_key(f"[].{name}", meaning) for name, meaning in _FINDING),
+)
+FINDINGS_TABLE = TableFile(
+    name="findings.csv",
+    meaning="The same as a table",
+    columns=tuple(
+        (a_number if name in ("ours", "ci_low", "ci_high") else a_text)(name, meaning) for name, meaning in _FINDING
+    ),
+)
+FINDINGS_PAGE = OtherFile(name="findings.md", meaning="The same to read")
+FINDINGS_REPORT = OtherFile(name="report.html", meaning="The same with the figures beside the paper's")
+FINDINGS_FIGURE = OtherFile(name="FIGURE.png", meaning="A figure of the same kind as the paper's")
+SITE_FACTS = JsonFile(
+    name="site.json",
+    meaning="The numbers of a site: friction, size and density of its logs, its circles of release",
+    keys=(_key("NAME", "A number by its name"),),
+)
 COMPARISON_PICTURE = OtherFile(name="comparison.png", meaning="Reach, run-outs and maps of the scenarios side by side")
 CALIBRATION_PICTURE = OtherFile(name="calibration.png", meaning="Likelihood by coefficient, and a map of the likeliest")
 FIDELITY_PICTURE = OtherFile(name="comparison.png", meaning="Error against cost")

@@ -402,6 +402,13 @@ SIMULATED = Layer(
     ),
 )
 
+NO_DEPOSIT = Layer(
+    name="no_deposit",
+    geometry=SIMULATED.geometry,
+    meaning="The last places of logs that have no deposit: they left the terrain model, failed, or still moved",
+    columns=SIMULATED.columns,
+)
+
 OBSERVED = Layer(
     name="observed",
     geometry=("Point", "Point Z", "Polygon"),
@@ -473,4 +480,22 @@ RESULTS = (
     OBSERVED,
     RELEASE_AREA,
     FOREST,
+)
+
+MAPPED_RELEASES = Layer(
+    name="releases",
+    geometry=("Point",),
+    meaning="The mapped places of a site where logs start",
+    columns=(RELEASE,),
+)
+
+MAPPED_FLIGHT = Layer(
+    name="flight",
+    geometry=("LineString",),
+    meaning="The mapped flight of a site, from take-off to landing",
+    columns=(
+        a_text("flight_id", "Its name"),
+        a_number("dbh_cm", "Diameter of the log", 0),
+        a_number("length_m", "Its length", 0),
+    ),
 )

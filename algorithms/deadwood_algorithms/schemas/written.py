@@ -26,6 +26,13 @@ def _in_folder(tool: str, *found: Named, folder: str = "") -> Iterator[Output]:
         yield Output(tool=tool, place=folder + name, what=each)
 
 
+def geometry_named(layer: str) -> str:
+    """The one geometry that layers of this name have, for a layer without rows; ``Unknown`` where it may be another."""
+    kinds = {kind for each in WRITTEN if isinstance(each.what, Layer) and each.what.name == layer
+             for kind in each.what.geometry}  # fmt: skip
+    return kinds.pop() if len(kinds) == 1 else "Unknown"
+
+
 WRITTEN = (
     _by_flag("assess-mobilisation", "--output", files.SUSCEPTIBILITY),
     *_layers("assess-mobilisation", "--areas", [results.RELEASE_AREAS]),
@@ -87,7 +94,7 @@ WRITTEN = (
     *_in_folder(
         "calibrate-friction", files.CALIBRATION, files.CALIBRATION_FACTS, files.CALIBRATION_PICTURE, files.MANIFEST
     ),
-    *_layers("calibrate-friction", "calibration.gpkg", [results.SIMULATED, results.OBSERVED]),
+    *_layers("calibrate-friction", "calibration.gpkg", [results.SIMULATED, results.NO_DEPOSIT, results.OBSERVED]),
     *_in_folder(
         "compare-fidelity",
         files.FIDELITIES,
@@ -108,4 +115,33 @@ WRITTEN = (
         "arrivals_FOREST.gpkg",
         [results.REACH, results.ARRIVALS, results.ATTRIBUTION, results.ORIGINS],
     ),
+    *_in_folder(
+        "reproduce-paper",
+        files.FINDINGS,
+        files.FINDINGS_TABLE,
+        files.FINDINGS_PAGE,
+        files.FINDINGS_REPORT,
+        files.MANIFEST,
+    ),
+    *_in_folder("reproduce-paper", files.DEM, files.SITE_FACTS, folder="SITE/data/"),
+    *_layers("reproduce-paper", "SITE/data/releases.gpkg", [results.MAPPED_RELEASES]),
+    *_layers("reproduce-paper", "SITE/data/trees.gpkg", [brought.TREES]),
+    *_layers("reproduce-paper", "SITE/data/barriers.gpkg", [brought.BARRIERS]),
+    *_layers("reproduce-paper", "SITE/data/lines.gpkg", [brought.LINES]),
+    *_layers("reproduce-paper", "SITE/data/forest.gpkg", [results.FOREST]),
+    *_layers("reproduce-paper", "SITE/data/flight.gpkg", [results.MAPPED_FLIGHT]),
+    _by_flag("reproduce-paper", "SITE/data/dams.gpkg|layername=dams", brought.STRUCTURES),
+    _by_flag("reproduce-paper", "SITE/prepared/dem_CHANGE.tif", files.DEM),
+    _by_flag("reproduce-paper", "SITE/prepared/ROCK.pts", files.POINTS),
+    *_layers("reproduce-paper", "SITE/prepared/releases_PART.gpkg", [brought.RELEASES]),
+    *_layers("reproduce-paper", "SITE/prepared/trees_random_NUMBER.gpkg", [brought.TREES]),
+    *_layers("reproduce-paper", "SITE/prepared/line_LINE.gpkg", [brought.LINES]),
+    _by_flag("reproduce-paper", "SITE/results/FIGURE.png", files.FINDINGS_FIGURE),
+    *_layers(
+        "reproduce-paper",
+        "SITE/results/arrivals_RUN.gpkg",
+        [results.REACH, results.ARRIVALS, results.ATTRIBUTION, results.ORIGINS],
+    ),
+    *_layers("reproduce-paper", "SITE/results/spread_RUN.gpkg", [results.SPREAD, results.AZIMUTHS]),
+    *_layers("reproduce-paper", "SITE/results/flight.gpkg", [results.FLIGHTS, results.CLEARANCES]),
 )
