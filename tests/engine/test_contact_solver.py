@@ -20,8 +20,10 @@ def problem(points, *, axis=(0, 0, 1), velocity=(0, 0, 0), spin=(0, 0, 0), body=
     table, keys = np.zeros((len(points), CONTACT_WIDTH)), np.zeros((len(points), KEY_WIDTH), np.int64)
     count = 0
     for r, n, mu in points:
-        n = np.asarray(n, float) / np.linalg.norm(n)
-        count = add_contact(table, keys, count, state, (0, 0, 0), *r, *n, mu, -1.0, (1e-9, 0.0, 0.0), 1e-9, False)
+        (rx, ry, rz), (nx, ny, nz) = r, np.asarray(n, float) / np.linalg.norm(n)
+        count = add_contact(
+            table, keys, count, state, (0, 0, 0), rx, ry, rz, nx, ny, nz, mu, -1.0, (1e-9, 0.0, 0.0), 1e-9, False
+        )
     set_frames(table, count, state, body)
     return table, state
 

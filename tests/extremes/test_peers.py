@@ -15,9 +15,10 @@ def test_contact_frames_are_orthonormal(at):
     state[3], state[15] = 1.0, 1.0
     table, keys = np.zeros((1, CONTACT_WIDTH)), np.zeros((1, KEY_WIDTH), np.int64)
     for normal in normals:
-        normal = normal / np.linalg.norm(normal)
-        place = 0.1, 0.2, -0.3
-        add_contact(table, keys, 0, state, (0, 0, 0), *place, *normal, 0.25, 0.0, (0.01, 0.0, 9.81), 0.01, False)
+        nx, ny, nz = normal / np.linalg.norm(normal)
+        add_contact(
+            table, keys, 0, state, (0, 0, 0), 0.1, 0.2, -0.3, nx, ny, nz, 0.25, 0.0, (0.01, 0.0, 9.81), 0.01, False
+        )
         set_frames(table, 1, state, solid)
         frame = np.array([table[0, a : b + 1] for a, b in ((NX, NZ), (TX, TZ), (UX, UZ))])
         assert np.abs(frame @ frame.T - np.eye(3)).max() < 1e-14
