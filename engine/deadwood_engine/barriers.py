@@ -101,7 +101,7 @@ def prepare(terrain: Terrain, barriers: Barriers) -> tuple[Any, NDArray[np.int64
                 after=goes_on[1:][both],
                 first_post=~joint[:-1][both],
                 last_post=~joint[1:][both],
-            )  # fmt: skip
+            )
         )
     return np.concatenate(parts), np.array(outside, np.int64)
 

@@ -291,7 +291,8 @@ def cloud_obstacle_contacts(cloud, scene, frame, scratch, count, state, body, st
                 if (core.first_post if post == 0 else core.last_post) > 0.0:
                     count, allowed = core_contacts(
                         cloud, scene, frame, scratch, count, state, (core.kind, row, 2 + 2 * post),
-                        point(start, core.long * post, u), (0.0, 0.0, -1.0), POST_LENGTH, 0.0, 0.0, (False, False), step,
+                        point(start, core.long * post, u), (0.0, 0.0, -1.0), POST_LENGTH, 0.0, 0.0, (False, False),
+                        step,
                     )  # fmt: skip
                     travel = min(travel, allowed)
     return count, travel

@@ -50,7 +50,7 @@ class Cores(NamedTuple):
 def lay_out(
     kind: int, item: NDArray[np.int64], start: Array, end: Array, wide: Array, slope: Array, **ends: Any
 ) -> Any:
-    """Cores from start to end [m], shape (n, 3), in plan from the centre of the DEM's cell (0, 0); ends: fields of CORE.
+    """Cores from start to end [m], shape (n, 3), in plan from the centre of the DEM's cell (0, 0); ends: fields.
 
     wide : [m] radius at the start; slope : [-] its change along the core
     """

@@ -107,7 +107,7 @@ def prepare(terrain: Terrain, lying: LyingLogs, first: int) -> tuple[Any, NDArra
                 before_y=before[:, 1],
                 before_z=before[:, 2],
                 after=meets,
-            )  # fmt: skip
+            )
         )
     return np.concatenate(parts), np.array(outside, np.int64)
 

@@ -37,7 +37,7 @@ from .vectors import across, blend, cross, dot, point
 
 @kernel
 def cone_of(body):
-    """(back, front, thick, thin, taper, cosine of the half angle): the trapezoid that turned about the axis is a log."""
+    """(back, front, thick, thin, taper, cosine of the half angle) of the trapezoid that is a log when turned."""
     taper = (body[TIP_RADIUS] - body[BASE_RADIUS]) / body[LENGTH]
     cosine = 1.0 / math.sqrt(1.0 + taper * taper)
     back = -body[CENTRE]
@@ -156,8 +156,7 @@ def deepest(cone, c, d, start, u, long, wide, slope, within):
                     break
             share = rise_high / (rise_high - rise_low) if rise_high > rise_low else 0.5
             g = blend(share, g_low, 1.0 - share, g_high)
-            z = share * low + (1.0 - share) * high
-            f = min(f_low, f_high)
+            z, f = (low, f_low) if f_low < f_high else (high, f_high)
     if f >= within:
         return f, z, g, False
     size = math.sqrt(dot(g, g))
@@ -168,7 +167,7 @@ def deepest(cone, c, d, start, u, long, wide, slope, within):
 
 @inlined
 def line_ends(cone, c, d, start, u, long, z, n):
-    """(first, last) place of the core that shares a line with the log's side or face; both are z where there is none."""
+    """(first, last) place of the core that lies along the log's side or face; both are z where there is none."""
     g0 = point(start, -1.0, c)
     s0, beta = dot(g0, d), dot(u, d)
     p0, pu = point(g0, -s0, d), point(u, -beta, d)

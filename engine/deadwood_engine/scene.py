@@ -44,7 +44,8 @@ class SceneArrays(NamedTuple):
 class Scene:
     """A prepared scene; ``arrays`` is for kernels, the rest says what it holds.
 
-    trees_outside, barriers_outside, lying_outside, blocks_outside : int64, rows of what is on no terrain and is therefore not modelled
+    trees_outside, barriers_outside, lying_outside, blocks_outside : int64, rows of what is on no terrain and is
+        therefore not modelled
     """
 
     arrays: SceneArrays

@@ -140,7 +140,7 @@ def surfaces(terrain, x, y, found):
 
 
 def surfaces_at(terrain: Terrain, plan: np.ndarray) -> np.ndarray:
-    """Height [m above reference, NaN outside] and gradient at places (n, 2) from the whole DEM's node (0, 0): (n, 3)."""
+    """Height [m above reference, NaN outside] and gradient at places (n, 2) from the whole DEM's first node."""
     found = np.empty((len(plan), 3))
     surfaces(terrain, np.ascontiguousarray(plan[:, 0], float), np.ascontiguousarray(plan[:, 1], float), found)
     return found
