@@ -183,7 +183,9 @@ def sides_of(cone, pose, edge):
         # beside the plate, but by less than the end's radius and no deeper: the face overlaps the plate's edge
         poked = past <= 0.0 or (past < a and min(abs(off_base), abs(off_tip)) < a)
         higher = z_base + share * (z_tip - z_base) > rise * u
-        over = higher and past < a
+        # a straight stretch goes on beyond its joints: what lies over it there lies over it here
+        joined = (u < 0.0 and edge.first_post == 0.0) or (u > width and edge.last_post == 0.0)
+        over = higher and (past < a or joined)
         if poked and not higher:
             if by_tip:
                 tip = base
@@ -205,8 +207,21 @@ def face_of_end(cone, pose, edge, end, side):
         edge.x, edge.y, ax, ay, edge.z, edge.uz / level,
     )  # fmt: skip
     u = (px - edge.x) * ax + (py - edge.y) * ay
+    gap = (px - edge.x) * nx + (py - edge.y) * ny
     there = there and 0.0 <= u <= edge.long * level
-    return there, (px, py, pz), (nx, ny, 0.0), (px - edge.x) * nx + (py - edge.y) * ny
+    if there and gap < 0.0 and edge.first_post + edge.last_post > 0.0:
+        # a disc whose middle is on its own side, and that crosses the plane beside a post only, hangs beside the plate
+        ex, ey = pose[3] + s * dx - edge.x, pose[4] + s * dy - edge.y
+        off = ex * nx + ey * ny
+        size = math.sqrt(max(0.0, 1.0 - (nx * dx + ny * dy) ** 2))
+        if 0.0 <= off < a * size:
+            # the chord in the plane: its middle, and half its length along the plate
+            nd = nx * dx + ny * dy
+            middle = ex * ax + ey * ay + off / (size * size) * nd * (dx * ax + dy * ay)
+            half = math.sqrt(a * a - (off / size) ** 2) * abs(dz) / size
+            there = not (edge.first_post > 0.0 and middle + half < 0.0)
+            there = there and not (edge.last_post > 0.0 and middle - half > edge.long * level)
+    return there, (px, py, pz), (nx, ny, 0.0), gap
 
 
 @kernel
