@@ -195,6 +195,42 @@ def sides_of(cone, pose, edge):
 
 
 @kernel
+def _below(low, high, at, rate):
+    """The part of [low, high] where at + rate t <= 0."""
+    if rate == 0.0:
+        return (low, high) if at <= 0.0 else (1.0, 0.0)
+    return (low, min(high, -at / rate)) if rate > 0.0 else (max(low, -at / rate), high)
+
+
+@kernel
+def _reaches_plate(ex, ey, ez, dx, dy, dz, a, nx, ny, edge):
+    """Whether a disc (centre e, axis d) whose middle is on the side n of a plate's plane reaches the plate itself.
+
+    Where it crosses the plane above the edge or beside a post only, it hangs over or beside the plate.
+    """
+    level = math.sqrt(edge.ux * edge.ux + edge.uy * edge.uy)
+    ax, ay, rise = edge.ux / level, edge.uy / level, edge.uz / level
+    gx, gy = ex - edge.x, ey - edge.y
+    off, nd = gx * nx + gy * ny, nx * dx + ny * dy
+    size = math.sqrt(max(0.0, 1.0 - nd * nd))
+    if not 0.0 <= off < a * size:
+        return True
+    # the chord in the plane, from its middle by t
+    away = off / size
+    qx, qy, qz = (nd * dx - nx) / size, (nd * dy - ny) / size, nd * dz / size
+    hx, hy, hz = cross(dx, dy, dz, qx, qy, qz)
+    u, along = (gx + away * qx) * ax + (gy + away * qy) * ay, hx * ax + hy * ay
+    high = math.sqrt(a * a - away * away)
+    low = -high
+    low, high = _below(low, high, ez + away * qz - edge.z - rise * u, hz - rise * along)
+    if edge.first_post > 0.0:
+        low, high = _below(low, high, -u, -along)
+    if edge.last_post > 0.0:
+        low, high = _below(low, high, u - edge.long * level, along)
+    return low <= high
+
+
+@kernel
 def face_of_end(cone, pose, edge, end, side):
     """An end face (0 base, 1 tip) against the plate on its side: (whether it may touch it, point, normal, gap)."""
     level = math.sqrt(edge.ux * edge.ux + edge.uy * edge.uy)
@@ -209,18 +245,8 @@ def face_of_end(cone, pose, edge, end, side):
     u = (px - edge.x) * ax + (py - edge.y) * ay
     gap = (px - edge.x) * nx + (py - edge.y) * ny
     there = there and 0.0 <= u <= edge.long * level
-    if there and gap < 0.0 and edge.first_post + edge.last_post > 0.0:
-        # a disc whose middle is on its own side, and that crosses the plane beside a post only, hangs beside the plate
-        ex, ey = pose[3] + s * dx - edge.x, pose[4] + s * dy - edge.y
-        off = ex * nx + ey * ny
-        size = math.sqrt(max(0.0, 1.0 - (nx * dx + ny * dy) ** 2))
-        if 0.0 <= off < a * size:
-            # the chord in the plane: its middle, and half its length along the plate
-            nd = nx * dx + ny * dy
-            middle = ex * ax + ey * ay + off / (size * size) * nd * (dx * ax + dy * ay)
-            half = math.sqrt(a * a - (off / size) ** 2) * abs(dz) / size
-            there = not (edge.first_post > 0.0 and middle + half < 0.0)
-            there = there and not (edge.last_post > 0.0 and middle - half > edge.long * level)
+    if there and gap < 0.0:
+        there = _reaches_plate(pose[3] + s * dx, pose[4] + s * dy, pose[5] + s * dz, dx, dy, dz, a, nx, ny, edge)
     return there, (px, py, pz), (nx, ny, 0.0), gap
 
 
