@@ -26,7 +26,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import deadwood_engine
-from deadwood_algorithms.statistics import quantile_arc, wilson_interval
+from deadwood_algorithms.numbers.directions import quantile_arc
+from deadwood_algorithms.numbers.statistics import wilson_interval
 from deadwood_engine import Rasters, Scene, slide, station_spacing
 
 from . import measures, scenes

@@ -185,7 +185,7 @@ def _answering(text_of: Callable[..., str]) -> Callable[..., Answer]:
 @click.pass_context
 def _top(ctx: click.Context, version: bool, versions: bool) -> Answer | None:
     if versions:
-        from deadwood_algorithms.versions import lines
+        from deadwood_algorithms.files.versions import lines
 
         return Answer("\n".join([f"deadwood-tool {VERSION}", *lines()]))
     if version:

@@ -32,13 +32,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from deadwood_algorithms import schemas, tool
-from deadwood_algorithms.layers import output_path, read_vector, write_vector
+from deadwood_algorithms.files.outputs import output_path
 from deadwood_algorithms.tool import Feedback, Outcome, Tool
 
 if TYPE_CHECKING:
     import geopandas
 
-    from deadwood_algorithms.structures_from_layer import Plan
+    from deadwood_algorithms.structures.from_layer import Plan
 
 LINES_SHOWN = 20
 
@@ -84,9 +84,10 @@ class Ask:
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
-    from deadwood_algorithms.dem_windows import open_windows
-    from deadwood_algorithms.structures_from_layer import plans_of
-    from deadwood_algorithms.structures_into_dem import write_with_structures
+    from deadwood_algorithms.files.dem_windows import open_windows
+    from deadwood_algorithms.files.vectors import read_vector, write_vector
+    from deadwood_algorithms.structures.from_layer import StructureDefaults, plans_of
+    from deadwood_algorithms.structures.into_dem import write_with_structures
 
     with ExitStack() as stack:
         inputs = (ask.dem, ask.structures)
@@ -103,7 +104,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             what="structures",
             feedback=feedback,
         )
-        plans = plans_of(frame, ask, dem, feedback)
+        plans = plans_of(frame, tool.taken(ask, StructureDefaults), dem, feedback)
         write_with_structures(path, dem, plans, feedback)
         report = report_of(plans, frame)
         if table:

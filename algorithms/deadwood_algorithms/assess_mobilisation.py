@@ -40,7 +40,7 @@ import numpy as np
 import shapely
 
 from deadwood_algorithms import tool
-from deadwood_algorithms.layers import output_path, write_vector
+from deadwood_algorithms.files.outputs import output_path
 from deadwood_algorithms.tool import Feedback, Outcome, Tool, UserError
 
 
@@ -100,11 +100,12 @@ class Ask:
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
-    from deadwood_algorithms.dem_windows import open_windows
-    from deadwood_algorithms.friction import open_friction
-    from deadwood_algorithms.mapped_deadwood import read_deadwood
-    from deadwood_algorithms.mobilisation_rasters import write_rasters
-    from deadwood_algorithms.release_zones import zones
+    from deadwood_algorithms.files.dem_windows import open_windows
+    from deadwood_algorithms.files.vectors import write_vector
+    from deadwood_algorithms.mobilisation.deadwood import DecayFields, read_deadwood
+    from deadwood_algorithms.mobilisation.rasters import Limits, write_susceptibility
+    from deadwood_algorithms.mobilisation.zones import zones
+    from deadwood_algorithms.scene.friction import open_friction
 
     refuse_contradictions(ask)
     inputs = (ask.dem, ask.deadwood, None if is_number(ask.friction) else ask.friction)
@@ -118,10 +119,11 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         assert output is not None
         dem = stack.enter_context(open_windows(ask.dem, crs=ask.crs, feedback=feedback))
         friction = stack.enter_context(open_friction(ask.friction, dem.crs, feedback))
-        deadwood = read_deadwood(ask, dem, feedback)
+        deadwood = read_deadwood(ask.deadwood, ask.crs, tool.taken(ask, DecayFields), dem, feedback)
 
+        limits = tool.taken(ask, Limits)
         beside, mask = factors or output.with_name("factors.tif"), output.with_name("mask.tif")
-        mean = write_rasters(output, beside, mask, dem, friction, deadwood, ask, feedback)
+        mean = write_susceptibility(output, beside, mask, dem, friction, deadwood, limits, feedback)
         lines = [f"susceptibility {mean:.3f} on average; {ask.threshold:g} and more counts as susceptible"]
         facts: dict[str, object] = {"susceptibility_mean": mean}
         judged = deadwood.split(ask.threshold) if deadwood else {}

@@ -2,7 +2,7 @@
 
 The released logs, the same for all, are slid with one coefficient after the other. Each is scored by the likelihood of
 what was observed, and the range of those that reproduce it holds the true one in 95 % of events, if all else is right
-(the scores are defined in `friction_score.py`). Observed is one of
+(the scores are defined in `calibration/score.py`). Observed is one of
 
 - --observed: deposits, as points (with --error-m, the error of the place and of what the model cannot know) or as
   areas in which logs came to rest (the width of a road). A field release_id says which release each came from;
@@ -33,14 +33,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from deadwood_algorithms import tool
-from deadwood_algorithms.log_order import hash_order
-from deadwood_algorithms.released_scene import ReleasedScene, read_released_scene
-from deadwood_algorithms.statistics import reach_record
+from deadwood_algorithms.numbers.log_order import hash_order
+from deadwood_algorithms.numbers.statistics import reach_record
+from deadwood_algorithms.scene.released_scene import ReleasedScene
 from deadwood_algorithms.tool import Cancelled, Feedback, Outcome, Tool, UserError
 
 if TYPE_CHECKING:
-    from deadwood_algorithms.friction_runs import Slid, Watched
-    from deadwood_algorithms.friction_score import Range, Scores
+    from deadwood_algorithms.calibration.runs import FrictionRun, Watched
+    from deadwood_algorithms.calibration.score import Range, Scores
 
 TABLE, FACTS, PICTURE, LAYERS, MANIFEST = (
     "calibration.csv", "calibration.json", "calibration.png", "calibration.gpkg", "manifest.json",
@@ -91,10 +91,13 @@ class Ask(ReleasedScene):
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     import pandas
 
-    from deadwood_algorithms import friction_runs, friction_score
-    from deadwood_algorithms.calibrate_friction_picture import draw
-    from deadwood_algorithms.layers import output_folder, write_vector
-    from deadwood_algorithms.run_folder import write_json
+    from deadwood_algorithms.calibration import runs as friction_runs
+    from deadwood_algorithms.calibration import score as friction_score
+    from deadwood_algorithms.calibration.picture import draw
+    from deadwood_algorithms.files.outputs import output_folder
+    from deadwood_algorithms.files.vectors import write_vector
+    from deadwood_algorithms.runs.folder import write_json
+    from deadwood_algorithms.scene.window import read_released_scene
     from deadwood_engine import FIDELITIES
 
     sweep = coefficients(ask.friction)
@@ -102,7 +105,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     with output_folder(ask.output, ask.overwrite) as folder:
         least = replace(ask, friction=str(sweep[0]))  # with it logs go farthest: the window that they need
         layers, releases = read_released_scene(least, feedback, windowed=True)
-        slope = friction_runs.Slope.of(layers, ask.reached, ask.not_reached, feedback)
+        event = friction_runs.Event(ask.reached, ask.not_reached)
+        _, watched = event.watched_on(layers, feedback)  # what is wrong with its layers is said before anything slides
         logs = releases.take(hash_order(releases.logs.log_id, ask.seed)[: ask.logs])
         warn_of_cells(layers.dem.cell, feedback)
         observed = friction_runs.read_observed(ask.observed, layers, logs, feedback) if ask.observed else None
@@ -110,9 +114,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         fidelity = FIDELITIES[ask.fidelity]
         slid = []
         for mu in sweep:
-            one, slope = friction_runs.slide_with(mu, least, fidelity, slope, logs, feedback)
+            one, layers = friction_runs.slide_with(mu, least, fidelity, event, layers, logs, feedback)
             slid.append(one)
-        layers, watched = slope.layers, slope.watched
         if observed:
             outcomes = friction_runs.outcomes_of_deposits(observed, slid, ask.error_m)
         else:
@@ -128,7 +131,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         found = friction_score.range_of(np.array(sweep), scores)
         best = int(np.argmax(scores.log_likelihood))
         fits = found is not None and bool((scores.p_fit[scores.within] >= friction_score.LEVEL).any())
-        rows = rows_of(slid, scores, outcomes, watched)
+        rows = records_of(slid, scores, outcomes, watched)
         feedback.progress(1, 1, "scoring")
 
         pandas.DataFrame(rows).to_csv(folder / TABLE, index=False)
@@ -143,7 +146,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         }
         write_json(folder / FACTS, {**facts, "rows": rows})
         sentence = sentence_of(found, fits, sweep[best])
-        draw(folder / PICTURE, rows, found, sentence, slid[best], layers, logs, observed, watched, ask)
+        shares_seen = None if observed else did / ask.event_logs
+        draw(folder / PICTURE, rows, found, sentence, slid[best], layers, logs, observed, watched, shares_seen)
         write_json(folder / MANIFEST, tool.manifest(TOOL, ask))
     final = Path(ask.output)
     parts = {"table": TABLE, "facts": FACTS, "picture": PICTURE, "layers": LAYERS, "manifest": MANIFEST}
@@ -196,7 +200,7 @@ def warn_of_cells(cell: float, feedback: Feedback) -> None:
         )
 
 
-def warn_of_logs(slid: list[Slid], fewest: int, feedback: Feedback) -> None:
+def warn_of_logs(slid: list[FrictionRun], fewest: int, feedback: Feedback) -> None:
     if fewest < FEW_LOGS:
         feedback.warn(f"an observed deposit is compared with {fewest} logs only; release some hundreds at least")
     for each in slid:
@@ -208,9 +212,9 @@ def warn_of_logs(slid: list[Slid], fewest: int, feedback: Feedback) -> None:
             )
 
 
-def rows_of(slid: list[Slid], scores: Scores, outcomes: list[Any], watched: Watched) -> list[dict[str, Any]]:
+def records_of(slid: list[FrictionRun], scores: Scores, outcomes: list[Any], watched: Watched) -> list[dict[str, Any]]:
     """One record a coefficient."""
-    from deadwood_algorithms.friction_score import energy_score
+    from deadwood_algorithms.calibration.score import energy_score
 
     points = [each for each in outcomes if each.place]
     distance = np.mean([energy_score(each, each.place) for each in points], axis=0) if points else None

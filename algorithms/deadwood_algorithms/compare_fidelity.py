@@ -20,10 +20,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from deadwood_algorithms import tool
-from deadwood_algorithms.fidelity_measures import Row, rows_of
-from deadwood_algorithms.fidelity_rule import Recommendation, recommend
-from deadwood_algorithms.log_order import hash_order
-from deadwood_algorithms.released_scene import ReleasedScene, read_released_scene
+from deadwood_algorithms.fidelity.records import FidelityRow
+from deadwood_algorithms.fidelity.rule import Recommendation, recommend
+from deadwood_algorithms.numbers.log_order import hash_order
+from deadwood_algorithms.scene.released_scene import ReleasedScene
 from deadwood_algorithms.tool import Feedback, Outcome, Tool, UserError
 
 NAMES = ("draft", "standard", "fine", "reference")  # from the cheapest to the finest
@@ -48,11 +48,13 @@ class Ask(ReleasedScene):
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     import pandas
 
-    from deadwood_algorithms.compare_fidelity_picture import draw
-    from deadwood_algorithms.fidelity_runs import groups_of, slide_at
-    from deadwood_algorithms.kernels import load_kernels
-    from deadwood_algorithms.layers import output_folder
-    from deadwood_algorithms.run_folder import write_json
+    from deadwood_algorithms.fidelity.measures import rows_of
+    from deadwood_algorithms.fidelity.picture import draw
+    from deadwood_algorithms.fidelity.runs import groups_of, slide_at
+    from deadwood_algorithms.files.outputs import output_folder
+    from deadwood_algorithms.runs.folder import write_json
+    from deadwood_algorithms.scene.warm_up import load_kernels
+    from deadwood_algorithms.scene.window import read_released_scene
 
     names = fidelities_wanted(ask.fidelities)
     with output_folder(ask.output, ask.overwrite) as folder:
@@ -102,7 +104,7 @@ def settings_of(names: list[str]) -> dict[str, dict[str, float]]:
     return {name: {key: float(value) for key, value in FIDELITIES[name]._asdict().items()} for name in names}
 
 
-def lines_of(rows: list[Row], names: list[str], advice: Recommendation, n_logs: int) -> tuple[str, ...]:
+def lines_of(rows: list[FidelityRow], names: list[str], advice: Recommendation, n_logs: int) -> tuple[str, ...]:
     """A table with a line a fidelity, and the recommendation in one sentence."""
     head = ["fidelity", "CPU", "reach of lines, points", "run-outs", "hit raster", "top speed", "deepest"]
     table = [head]
@@ -130,7 +132,7 @@ def lines_of(rows: list[Row], names: list[str], advice: Recommendation, n_logs: 
     return (f"{n_logs} logs, each fidelity against {names[-1]}:", *lines, advice.sentence)
 
 
-def points(row: Row) -> str:
+def points(row: FidelityRow) -> str:
     return f"{100 * row.difference:+.2g} [{100 * row.ci_low:+.2g}, {100 * row.ci_high:+.2g}]"
 
 

@@ -37,7 +37,7 @@ from deadwood_algorithms import tool
 from deadwood_algorithms.tool import Feedback, Outcome, Tool, UserError
 
 if TYPE_CHECKING:
-    from deadwood_algorithms.scenario_measures import Row
+    from deadwood_algorithms.scenarios.measures import ScenarioRow
 
 TABLE, ROWS, FACTS, CHANGES = "table.csv", "comparison.csv", "comparison.json", "changes.gpkg"
 PICTURE = "comparison.png"
@@ -69,17 +69,18 @@ class Ask:
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     import pandas
 
-    from deadwood_algorithms.compare_scenarios_picture import draw
-    from deadwood_algorithms.layers import output_folder, write_vector
-    from deadwood_algorithms.run_folder import MANIFEST, write_json
-    from deadwood_algorithms.scenario_maps import changed_frame, difference_map, moved_frame
-    from deadwood_algorithms.scenario_measures import rows_of
-    from deadwood_algorithms.scenario_runs import differing, read_compared
+    from deadwood_algorithms.files.outputs import output_folder
+    from deadwood_algorithms.files.vectors import write_vector
+    from deadwood_algorithms.runs.folder import MANIFEST, write_json
+    from deadwood_algorithms.scenarios.maps import changed_frame, difference_map, moved_frame
+    from deadwood_algorithms.scenarios.measures import compared_rows
+    from deadwood_algorithms.scenarios.picture import draw
+    from deadwood_algorithms.scenarios.runs import differing, read_compared
 
     final = Path(ask.output)
     with output_folder(ask.output, ask.overwrite) as folder:
         compared = read_compared(ask.runs, ask.names, ask.lines, feedback)
-        rows = rows_of(compared, ask.min_runout, ask.seed, feedback)
+        rows = compared_rows(compared, ask.min_runout, ask.seed, feedback)
         names = [each.name for each in compared.scenarios]
         differences = differing(compared)
 
@@ -109,7 +110,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     return Outcome(outputs, facts, lines_of(rows, names, differences, compared.log_id.size))
 
 
-def wide(rows: Sequence[Row], names: Sequence[str]) -> list[dict[str, Any]]:
+def wide(rows: Sequence[ScenarioRow], names: Sequence[str]) -> list[dict[str, Any]]:
     """One record a scenario: reach, spread, speeds and what held the logs, as the paper tells them."""
     records = []
     for name in names:
@@ -129,7 +130,7 @@ def wide(rows: Sequence[Row], names: Sequence[str]) -> list[dict[str, Any]]:
 
 
 def lines_of(
-    rows: Sequence[Row], names: Sequence[str], differences: dict[str, dict[str, Any]], n_logs: int
+    rows: Sequence[ScenarioRow], names: Sequence[str], differences: dict[str, dict[str, Any]], n_logs: int
 ) -> tuple[str, ...]:
     """A table with a line a scenario, and what makes the scenarios differ."""
     of = {(row.scenario, row.quantity, row.item): row for row in rows}
@@ -167,11 +168,11 @@ def lines_of(
     return (f"{n_logs} logs in each scenario, intervals 95 %{more}:", *shown)
 
 
-def percent(row: Row) -> str:
+def percent(row: ScenarioRow) -> str:
     return f"{100 * row.value:.1f} % ({100 * row.low:.1f} to {100 * row.high:.1f})"
 
 
-def points(row: Row) -> str:
+def points(row: ScenarioRow) -> str:
     return f"{100 * row.difference:+.1f} ({100 * row.diff_low:+.1f} to {100 * row.diff_high:+.1f})"
 
 

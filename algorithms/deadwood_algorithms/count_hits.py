@@ -26,13 +26,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from deadwood_algorithms import tool
-from deadwood_algorithms.grid import Grid, Part
+from deadwood_algorithms.files.grid import Grid, Part
 from deadwood_algorithms.tool import Cancelled, Feedback, Outcome, Tool, UserError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from deadwood_algorithms.run_folder import Run
+    from deadwood_algorithms.runs.folder import Run
 
 CELLS_MOST = 4_000_000_000 // 4  # a raster of 4 GB; a finer one is a slip of the decimal point
 CELLS_HELD = 25_000_000  # of a larger raster only the window is held in which the run's logs were
@@ -62,9 +62,10 @@ class Ask:
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
-    from deadwood_algorithms.cell_quantiles import QUANTITIES, cell_quantiles, levels_of
-    from deadwood_algorithms.layers import output_path, write_bands, write_raster
-    from deadwood_algorithms.run_folder import chosen_logs, read_run
+    from deadwood_algorithms.files.outputs import output_path
+    from deadwood_algorithms.files.rasters import write_bands, write_raster
+    from deadwood_algorithms.runs.cell_quantiles import QUANTITIES, cell_quantiles, levels_of
+    from deadwood_algorithms.runs.folder import chosen_logs, read_run
 
     levels = levels_of(ask.quantiles)
     given = {name: getattr(ask, name) for name in QUANTITIES if getattr(ask, name)}
@@ -103,7 +104,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
 def count_of(source: Run, wanted: NDArray[np.int64], grid: Grid, feedback: Feedback) -> NDArray[np.uint32]:
     """How many of the wanted logs hit each cell."""
-    from deadwood_algorithms.run_folder import ends_of
+    from deadwood_algorithms.runs.folder import ends_of
     from deadwood_engine import sweep_hits
 
     counts = np.zeros(grid.shape, np.uint32)

@@ -63,10 +63,10 @@ class Stage:
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
-    from deadwood_algorithms.demo_picture import draw
-    from deadwood_algorithms.layers import output_folder
-    from deadwood_algorithms.run_folder import write_json
-    from deadwood_algorithms.sample_layers import write_sample
+    from deadwood_algorithms.files.outputs import output_folder
+    from deadwood_algorithms.runs.folder import write_json
+    from deadwood_algorithms.sample.layers import write_sample
+    from deadwood_algorithms.sample.picture import draw
 
     final = Path(ask.output)
     with output_folder(ask.output, ask.overwrite) as folder:
@@ -123,7 +123,7 @@ def one_forest(ask: Ask, folder: Path, forest: str, feedback: Feedback) -> dict[
 
 def mean_speed_of(arrivals: Path) -> float | None:
     """Mean, over the logs that arrive, of their mean speed on the way; after it they only roll to and fro [m/s]."""
-    from deadwood_algorithms.layers import read_table
+    from deadwood_algorithms.files.vectors import read_table
 
     rows = read_table(f"{arrivals}|layername=arrivals", what="arrivals")
     return float(np.mean(rows["path_m"].to_numpy() / rows["t_s"].to_numpy())) if len(rows) else None
@@ -142,7 +142,7 @@ def name_finally(folder: Path, final: Path) -> None:
 
 def table(summaries: Mapping[str, Mapping[str, Any]]) -> tuple[str, ...]:
     """The three forests side by side, and the paper's finding under them."""
-    from deadwood_algorithms.statistics import percent_with_interval
+    from deadwood_algorithms.numbers.statistics import percent_with_interval
 
     rows = [
         ("forest", "reach the road (95 % interval)", "spread", "5-95 %", "held by trees", "mean to road", "max speed")

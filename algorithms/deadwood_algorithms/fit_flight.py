@@ -31,7 +31,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from deadwood_algorithms import tool
-from deadwood_algorithms.layers import output_folder, output_path, write_vector
+from deadwood_algorithms.files.outputs import output_folder, output_path
 from deadwood_algorithms.tool import Feedback, Outcome, Tool
 
 
@@ -73,20 +73,23 @@ class Ask:
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     import geopandas
 
-    from deadwood_algorithms.dem_windows import open_windows
-    from deadwood_algorithms.flights_from_layers import read_barriers, read_marks
-    from deadwood_algorithms.flights_on_terrain import follow
-    from deadwood_algorithms.run_folder import write_json
+    from deadwood_algorithms.files.dem_windows import open_windows
+    from deadwood_algorithms.files.vectors import write_vector
+    from deadwood_algorithms.flights.from_layers import FlightDefaults, read_flight_barriers, read_marks
+    from deadwood_algorithms.flights.on_terrain import follow
+    from deadwood_algorithms.runs.folder import write_json
 
     with ExitStack() as stack:
         inputs = (ask.dem, ask.flights, ask.barriers)
         path = stack.enter_context(output_path(ask.output, ask.overwrite, suffix=".gpkg", inputs=inputs))
         folder = stack.enter_context(output_folder(ask.plots, ask.overwrite)) if ask.plots else None
         dem = stack.enter_context(open_windows(ask.dem, crs=ask.crs, feedback=feedback, look_through=False))
-        marks = read_marks(ask, dem, feedback)
-        barriers = read_barriers(ask, dem, feedback)
+        marks = read_marks(ask.flights, ask.crs, tool.taken(ask, FlightDefaults), dem, feedback)
+        barriers = read_flight_barriers(ask.barriers, ask.crs, dem, feedback)
 
-        followed = [follow(mark, barriers, dem, ask) for mark in marks]
+        followed = [
+            follow(mark, barriers, dem, slope_over_m=ask.slope_over_m, tolerance_m=ask.tolerance_m) for mark in marks
+        ]
 
         crossings = [crossing for each in followed for crossing in each.crossings]
         layers = {"flights": geopandas.GeoDataFrame(
@@ -98,7 +101,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             )
         write_vector(path, layers)
         if folder:
-            from deadwood_algorithms.flight_picture import draw, file_name
+            from deadwood_algorithms.flights.picture import draw, file_name
 
             for each in followed:
                 draw(each, folder / file_name(each.mark.flight_id))

@@ -31,22 +31,16 @@ from pathlib import Path
 import numpy as np
 import shapely
 
-from deadwood_algorithms import draws, schemas, tool
-from deadwood_algorithms.allometry import PUBLISHED, PowerLaw
-from deadwood_algorithms.dbh_filling import refuse_two_laws
-from deadwood_algorithms.drawn_sizes import draw_pair
-from deadwood_algorithms.layers import (
-    number_column,
-    output_path,
-    read_dem,
-    read_vector,
-    warn_implausible,
-    where_of,
-    write_vector,
-)
-from deadwood_algorithms.planting import Ground, items_of, plant
-from deadwood_algorithms.stands import COLUMNS, Stand, read_stands, union_of
+from deadwood_algorithms import schemas, tool
+from deadwood_algorithms.files.columns import number_column, warn_implausible, where_of
+from deadwood_algorithms.files.outputs import output_path
+from deadwood_algorithms.numbers import draws
+from deadwood_algorithms.numbers.drawn_sizes import draw_pair
 from deadwood_algorithms.tool import Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.trees.allometry import PUBLISHED, PowerLaw
+from deadwood_algorithms.trees.dbh_filling import refuse_two_laws
+from deadwood_algorithms.trees.planting import Ground, numbers_of_trees, plant
+from deadwood_algorithms.trees.stands import COLUMNS, Stand, read_stands, union_of
 
 LEAST_DBH_CM = 1.0
 LEAST_HEIGHT_M = 1.3  # below it there is no breast height
@@ -111,14 +105,17 @@ class Kind:
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     import geopandas
 
+    from deadwood_algorithms.files.dem_windows import read_dem
+    from deadwood_algorithms.files.vectors import write_vector
+
     refuse_two_laws(ask.dbh_law, ask.dbh_a, ask.dbh_b)
     inputs = (ask.dem, ask.like, ask.stand, ask.exclude)
     with output_path(ask.output, ask.overwrite, suffix=".gpkg", inputs=inputs) as temporary:
         grid = read_dem(ask.dem, crs=ask.crs, feedback=feedback)
         exclude = union_of(ask.exclude, grid, ask.crs, feedback)
         stands = read_stands(ask.stand, grid, exclude, ask.crs, feedback)
-        fitted = fit(ask, [each.ground for each in stands], feedback) if ask.like else {}
-        kinds = [kind_of(ask, fitted, each) for each in stands]
+        fitted = fitted_numbers(ask, [each.ground for each in stands], feedback) if ask.like else {}
+        kinds = [kind_of_stand(ask, fitted, each) for each in stands]
         counts = [round(kind.stems_per_ha * each.ground.area / 1e4) for kind, each in zip(kinds, stands, strict=True)]
         area, count = sum(each.ground.area for each in stands), sum(counts)
         if not count:
@@ -128,7 +125,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         x, y = plant([each.ground for each in stands], counts, ask.min_spacing_m, ask.seed, feedback)
         drawn = [
             draw_sizes(kind.sizes, items, ask.seed)
-            for kind, items in zip(kinds, np.split(items_of(counts), np.cumsum(counts)[:-1]), strict=True)
+            for kind, items in zip(kinds, np.split(numbers_of_trees(counts), np.cumsum(counts)[:-1]), strict=True)
         ]
         dbh, height = (np.concatenate([each[k] for each in drawn]) for k in (0, 1))
         columns = {"tree_id": np.arange(1, count + 1), "dbh_cm": dbh, "height_m": height}
@@ -174,8 +171,10 @@ def stand_lines(stands: list[Stand], kinds: list[Kind], counts: list[int]) -> li
     return rows[:STANDS_SHOWN] + more
 
 
-def fit(ask: Ask, grounds: list[Ground], feedback: Feedback) -> dict[str, float]:
+def fitted_numbers(ask: Ask, grounds: list[Ground], feedback: Feedback) -> dict[str, float]:
     """Density and size distribution of the trees of a layer that stand on these grounds."""
+    from deadwood_algorithms.files.vectors import read_vector
+
     path = str(ask.like)
     frame = read_vector(
         path, geometry=("point",), target_crs=grounds[0].grid.crs, crs=ask.crs, what="trees", feedback=feedback
@@ -200,7 +199,7 @@ def fit(ask: Ask, grounds: list[Ground], feedback: Feedback) -> dict[str, float]
     }
 
 
-def kind_of(ask: Ask, fitted: dict[str, float], stand: Stand) -> Kind:
+def kind_of_stand(ask: Ask, fitted: dict[str, float], stand: Stand) -> Kind:
     """The numbers of a stand: its own, else given, else fitted, else (height only) derived from the DBH."""
     given = {name: getattr(ask, name) for name in COLUMNS if getattr(ask, name) is not None}
     known = fitted | given | stand.numbers
@@ -216,7 +215,7 @@ def kind_of(ask: Ask, fitted: dict[str, float], stand: Stand) -> Kind:
 
 
 def draw_sizes(sizes: Sizes, items: np.ndarray, seed: int) -> tuple[np.ndarray, np.ndarray, int]:
-    """DBH [cm] and height [m] of each tree (`planting.items_of`), to 0.01, and how many draws were no tree."""
+    """DBH [cm] and height [m] of each tree (`planting.numbers_of_trees`), to 0.01, and how many draws were no tree."""
     return draw_pair(
         (sizes.dbh_mean, sizes.height_mean),
         (sizes.dbh_sd, sizes.height_sd),

@@ -34,28 +34,27 @@ from pathlib import Path
 import numpy as np
 import shapely
 
-from deadwood_algorithms import allometry, schemas, tool, tree_columns, tree_sources, tree_status
-from deadwood_algorithms.dbh_filling import DEFAULT, Filled, chosen_law, fill, fitted_law, zoned
-from deadwood_algorithms.layers import (
-    Grid,
-    output_path,
-    read_dem,
-    warn_implausible,
-    where_of,
-    write_vector,
-)
+from deadwood_algorithms import schemas, tool
+from deadwood_algorithms.files.columns import warn_implausible, where_of
+from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.files.outputs import output_path
 from deadwood_algorithms.tool import Feedback, Outcome, Tool, UserError
-from deadwood_algorithms.tree_merging import duplicates
-from deadwood_algorithms.trees_from_table import Source, measured_trees, read_source, refuse_nothing_known
+from deadwood_algorithms.trees import allometry
+from deadwood_algorithms.trees import columns as tree_columns
+from deadwood_algorithms.trees import sources as tree_sources
+from deadwood_algorithms.trees import status as tree_status
+from deadwood_algorithms.trees.dbh_filling import DEFAULT, Filled, chosen_law, fill_sizes, fitted_law, zoned
+from deadwood_algorithms.trees.merging import duplicates
+from deadwood_algorithms.trees.table import Source, measured_trees, read_source, refuse_nothing_known
 
 __doc__ = f"""{__doc__}
 Sources:
 
-{tree_sources.described()}
+{tree_sources.sources_described()}
 
 Laws of DBH[cm] from the height H[m] (the module ``allometry`` names their sources):
 
-{allometry.described()}
+{allometry.laws_described()}
 """
 
 
@@ -132,6 +131,8 @@ class Ask:
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
+    from deadwood_algorithms.files.dem_windows import read_dem
+
     refuse_contradictions(ask)
     inputs = (ask.trees, ask.dem, ask.dbh_zones, ask.dbh_sample)
     with ExitStack() as outputs:
@@ -214,7 +215,7 @@ def sizes(ask: Ask, source: Source, living: np.ndarray, crown: np.ndarray | None
         replaced = np.isfinite(dbh) & np.isfinite(height)
         source.said.append(f"{replaced.sum()} DBH of the table set aside (--replace-dbh)")
         dbh = np.where(replaced, np.nan, dbh)
-    filled = fill(dbh, height, law, crown, otherwise=allometry.PowerLaw(ask.dbh_a, ask.dbh_b))
+    filled = fill_sizes(dbh, height, law, crown, otherwise=allometry.PowerLaw(ask.dbh_a, ask.dbh_b))
     if filled.from_height.any():
         source.said.append(f"{filled.from_height.sum()} DBH missing, computed from the height: {named}")
     if filled.from_dbh.any():
@@ -266,6 +267,8 @@ def write(
     path: Path, layer: str, columns: dict[str, np.ndarray], points: np.ndarray, chosen: np.ndarray, source: Source
 ) -> None:
     import geopandas
+
+    from deadwood_algorithms.files.vectors import write_vector
 
     of_chosen = {name: values[chosen] for name, values in columns.items()}
     write_vector(path, {layer: geopandas.GeoDataFrame(of_chosen, geometry=points[chosen], crs=source.frame.crs)})

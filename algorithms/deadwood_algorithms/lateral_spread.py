@@ -26,8 +26,8 @@ import numpy as np
 import shapely
 
 from deadwood_algorithms import tool
-from deadwood_algorithms.resampling import bootstrap_interval, halves
-from deadwood_algorithms.statistics import arc_start, quantile_arc, smallest_arc, spread_of_release
+from deadwood_algorithms.numbers.directions import arc_start, quantile_arc, smallest_arc, spread_of_release
+from deadwood_algorithms.numbers.resampling import bootstrap_interval, halves
 from deadwood_algorithms.tool import Feedback, Outcome, Tool, UserError
 
 if TYPE_CHECKING:
@@ -63,7 +63,9 @@ class Ask:
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
-    from deadwood_algorithms.layers import id_column, number_column, output_path, read_vector, where_of, write_vector
+    from deadwood_algorithms.files.columns import id_column, number_column, where_of
+    from deadwood_algorithms.files.outputs import output_path
+    from deadwood_algorithms.files.vectors import read_vector, write_vector
 
     with output_path(ask.output, ask.overwrite, suffix=".gpkg", inputs=[ask.deposits]) as path:
         source = layer_of(ask.deposits)
@@ -111,7 +113,7 @@ def at_edges(
     ask: Ask, deposits: geopandas.GeoDataFrame, feedback: Feedback
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Which logs left the terrain model, and which others ended near its edges; warned of."""
-    from deadwood_algorithms.edges import edge_words, edges_of_deposits
+    from deadwood_algorithms.runs.edges import edge_words, edges_of_deposits
 
     left = np.zeros(len(deposits), bool)
     if "stop_reason" in deposits:

@@ -19,11 +19,17 @@ own (``sample_data`` has a cubic and a platy one of 1 m3, as the paper compares 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from deadwood_algorithms import log_solid, tool
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_algorithms import tool
 from deadwood_algorithms.tool import Feedback, Outcome, Tool
+
+Array = NDArray[np.float64]
 
 POINTS, OBJ, STL, FACTS, MANIFEST = "log.pts", "log.obj", "log.stl", "log.json", "manifest.json"
 
@@ -43,8 +49,9 @@ class Ask:
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
-    from deadwood_algorithms.layers import output_folder
-    from deadwood_algorithms.run_folder import write_json
+    from deadwood_algorithms.files.outputs import output_folder
+    from deadwood_algorithms.numbers.log_solid import frustum, properties_of_cone, properties_of_solid
+    from deadwood_algorithms.runs.folder import write_json
 
     with output_folder(ask.output, ask.overwrite) as folder:
         diameter = ask.dbh_cm / 100.0
@@ -52,14 +59,14 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             feedback.warn(
                 f"--length-m {ask.length_m:g} is less than the DBH, {diameter:g} m: this is a slice, not a log"
             )
-        cone = log_solid.of_cone(diameter, ask.length_m, ask.taper, ask.density_kg_m3)
-        points, triangles = log_solid.frustum(diameter, ask.length_m, ask.taper, ask.vertices, ask.rings)
-        solid = log_solid.of_solid(points, triangles, ask.density_kg_m3)
+        cone = properties_of_cone(diameter, ask.length_m, ask.taper, ask.density_kg_m3)
+        points, triangles = frustum(diameter, ask.length_m, ask.taper, ask.vertices, ask.rings)
+        solid = properties_of_solid(points, triangles, ask.density_kg_m3)
         points[:, 2] -= solid.centre_from_base_m
 
-        log_solid.write_points(folder / POINTS, points)
-        log_solid.write_obj(folder / OBJ, points, triangles)
-        log_solid.write_stl(folder / STL, points, triangles)
+        write_points(folder / POINTS, points)
+        write_obj(folder / OBJ, points, triangles)
+        write_stl(folder / STL, points, triangles)
         facts = {
             "frame": "origin at the centre of mass, z along the axis from the base to the tip, metres",
             "cone": cone.as_dict(),
@@ -78,6 +85,40 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         ),
     )
     return Outcome({"output": final} | {key: final / name for key, name in parts.items()}, facts, lines)
+
+
+def write_points(path: Path, points: Array) -> None:
+    """The custom shape of RAMMS::Rockfall: ``x y z`` a line, without a header."""
+    _write(path, (f"{x:.9g} {y:.9g} {z:.9g}" for x, y, z in points))
+
+
+def write_obj(path: Path, points: Array, triangles: NDArray[np.int64]) -> None:
+    """Wavefront OBJ; its indices count from 1."""
+    lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in points]
+    _write(path, iter(lines + [f"f {i} {j} {k}" for i, j, k in triangles + 1]))
+
+
+def write_stl(path: Path, points: Array, triangles: NDArray[np.int64]) -> None:
+    """STL as text, the normals pointing outwards."""
+    corners = points[triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+
+    def lines() -> Iterator[str]:
+        yield "solid log"
+        for normal, triangle in zip(normals, corners, strict=True):
+            yield "facet normal {:.9g} {:.9g} {:.9g}".format(*normal)
+            yield "outer loop"
+            yield from ("vertex {:.9g} {:.9g} {:.9g}".format(*corner) for corner in triangle)
+            yield "endloop"
+            yield "endfacet"
+        yield "endsolid log"
+
+    _write(path, lines())
+
+
+def _write(path: Path, lines: Iterator[str]) -> None:
+    path.write_text("".join(f"{line}\n" for line in lines), encoding="ascii", newline="\n")
 
 
 TOOL = Tool("make-log", "Prepare", "The solid of a log and its mass properties: .pts, OBJ, STL", Ask, run)

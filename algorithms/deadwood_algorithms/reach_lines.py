@@ -30,7 +30,7 @@ from pathlib import Path
 import numpy as np
 
 from deadwood_algorithms import tool
-from deadwood_algorithms.statistics import percent_with_interval
+from deadwood_algorithms.numbers.statistics import percent_with_interval
 from deadwood_algorithms.tool import Feedback, Outcome, Tool, UserError
 
 
@@ -60,11 +60,13 @@ class Ask:
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
-    from deadwood_algorithms import arrivals
-    from deadwood_algorithms.edges import Edges, edge_words
-    from deadwood_algorithms.layers import output_path, write_bands, write_vector
-    from deadwood_algorithms.run_folder import input_paths, read_run
-    from deadwood_algorithms.scene_from_layers import read_lines
+    from deadwood_algorithms.files.outputs import output_path
+    from deadwood_algorithms.files.rasters import write_bands
+    from deadwood_algorithms.files.vectors import write_vector
+    from deadwood_algorithms.runs import arrivals
+    from deadwood_algorithms.runs.edges import Edges, edge_words
+    from deadwood_algorithms.runs.folder import input_paths, read_run
+    from deadwood_algorithms.scene.read import read_lines
 
     with ExitStack() as stack:
         path = stack.enter_context(output_path(ask.output, ask.overwrite, suffix=".gpkg", inputs=[ask.lines]))
@@ -80,7 +82,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         edges = stack.enter_context(Edges(source.grid, input_paths(source.path, source.manifest, "dem"), feedback))
         arrived = arrivals.find_arrivals(source, lines, items, edges, ask.edge_m, feedback)
         frame = arrivals.arrivals_frame(source, arrived, items, edges)
-        reach = arrivals.reach_frame(source, frame, items)
+        reach = arrivals.arrival_counts_frame(source, frame, items)
         attribution = arrivals.attribution_frame(source, frame, items)
 
         stored = np.isin(source.deposits["log_id"], source.stored_log_ids)

@@ -34,8 +34,10 @@ import numpy as np
 import shapely
 
 from deadwood_algorithms import tool
-from deadwood_algorithms.layers import Grid, id_column, output_path, read_dem, read_vector, where_of, write_vector
-from deadwood_algorithms.release_logs import (
+from deadwood_algorithms.files.columns import id_column, where_of
+from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.files.outputs import output_path
+from deadwood_algorithms.releases.logs import (
     NUMBERS,
     ORIENTATIONS,
     SPREADS,
@@ -44,7 +46,7 @@ from deadwood_algorithms.release_logs import (
     draw_logs,
     mapped_deadwood,
 )
-from deadwood_algorithms.release_places import Weights, area_m2, positions, read_weights, weighted_positions
+from deadwood_algorithms.releases.places import Weights, area_m2, positions, read_weights, weighted_positions
 from deadwood_algorithms.tool import Cancelled, Feedback, Outcome, Tool, UserError
 
 if TYPE_CHECKING:
@@ -102,6 +104,9 @@ class Ask:
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     import geopandas
 
+    from deadwood_algorithms.files.dem_windows import read_dem
+    from deadwood_algorithms.files.vectors import write_vector
+
     refuse_contradictions(ask)
     inputs = (ask.areas, ask.dem, ask.weights, ask.deadwood)
     with output_path(ask.output, ask.overwrite, suffix=".gpkg", inputs=inputs) as temporary:
@@ -136,6 +141,8 @@ def refuse_contradictions(ask: Ask) -> None:
 def read_areas(ask: Ask, grid: Grid, feedback: Feedback) -> tuple[pandas.DataFrame, list[Any]]:
     """The areas' columns and shapes; without a layer one area, the cells that have a weight (None)."""
     import pandas
+
+    from deadwood_algorithms.files.vectors import read_vector
 
     if ask.areas is None:
         anywhere = pandas.DataFrame(index=[0])

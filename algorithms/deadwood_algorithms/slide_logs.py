@@ -18,17 +18,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from deadwood_algorithms import tool
-from deadwood_algorithms.released_scene import ReleasedScene, read_released_scene
+from deadwood_algorithms.scene.released_scene import ReleasedScene
 from deadwood_algorithms.tool import Cancelled, Feedback, Outcome, Tool, UserError
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from deadwood_algorithms.releases_from_layer import Releases
-    from deadwood_algorithms.run_folder import WorkFolder
-    from deadwood_algorithms.scene_from_layers import SceneLayers
-    from deadwood_algorithms.until_ci import Queue
+    from deadwood_algorithms.runs.folder import WorkFolder
+    from deadwood_algorithms.runs.queue import Queue
+    from deadwood_algorithms.scene.read import SceneLayers
+    from deadwood_algorithms.scene.releases import Releases
     from deadwood_engine import Fidelity, Rasters
 
 # Logs worked on between two saved states: enough to keep 16 threads busy, little to lose or to hold in memory.
@@ -90,11 +90,13 @@ class Ask(ReleasedScene):
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
-    from deadwood_algorithms.layers import output_folder
-    from deadwood_algorithms.log_order import keep_by_hash
-    from deadwood_algorithms.run_folder import WorkFolder
-    from deadwood_algorithms.run_results import write_results
-    from deadwood_algorithms.until_ci import Queue
+    from deadwood_algorithms.files.outputs import output_folder
+    from deadwood_algorithms.numbers.log_order import keep_by_hash
+    from deadwood_algorithms.runs.folder import WorkFolder
+    from deadwood_algorithms.runs.queue import Queue
+    from deadwood_algorithms.runs.results import write_results
+    from deadwood_algorithms.runs.summary import Asked
+    from deadwood_algorithms.scene.window import read_released_scene
 
     kept_count = trajectories_wanted(ask.trajectories)
     if ask.until_ci is not None and ask.lines is None:
@@ -107,32 +109,43 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
         fidelity = fidelity_of(ask)
         work = WorkFolder(ask.output, identity(ask, fidelity, layers, releases), resume=ask.resume, feedback=feedback)
-        slope = Slope.on(layers, ask, work, feedback)
+        slope = DrawnScene.on(layers, ask, work, feedback)
         slide_queue(ask, fidelity, slope, releases, queue, keep, work, feedback)
 
+        asked = Asked(scene=ask, fidelity=ask.fidelity, keeps_poses=kept_count != 0)
         outcome = write_results(
-            folder, TOOL, ask, fidelity, slope.layers, releases, queue, slope.rasters, work, feedback
+            folder,
+            Path(ask.output),
+            tool.manifest(TOOL, ask),
+            asked,
+            fidelity,
+            slope.layers,
+            releases,
+            queue,
+            slope.rasters,
+            work,
+            feedback,
         )
         if ask.qgis_project:
-            from deadwood_algorithms.qgis_project import PROJECT, add_project
+            from deadwood_algorithms.runs.qgis_project import PROJECT, add_project
 
-            add_project(folder, ask, slope.layers, releases, feedback)
+            add_project(folder, Path(ask.output), ask, slope.layers, releases, ask.outline_every_s, feedback)
             outcome = replace(outcome, outputs={**outcome.outputs, "qgis_project": Path(ask.output) / PROJECT})
     work.remove()
     return outcome
 
 
 @dataclass
-class Slope:
+class DrawnScene:
     """What is slid on, and the rasters that logs draw on it; both grow when logs come near a large DEM's window."""
 
     layers: SceneLayers
     rasters: Rasters
 
     @staticmethod
-    def on(layers: SceneLayers, ask: Ask, work: WorkFolder, feedback: Feedback) -> Slope:
+    def on(layers: SceneLayers, ask: Ask, work: WorkFolder, feedback: Feedback) -> DrawnScene:
         """With the rasters of the chunks that are finished, on a window that holds them."""
-        from deadwood_algorithms.scene_window import scene_again
+        from deadwood_algorithms.scene.window import scene_again
         from deadwood_engine import Rasters
 
         if work.part and layers.dem.whole and layers.dem.part.joined(work.part) != layers.dem.part:
@@ -140,21 +153,21 @@ class Slope:
         rasters = Rasters.allocate(layers.scene, layers.threads)
         if work.finished:
             rasters.add(work.rasters(layers.dem))
-        return Slope(layers, rasters)
+        return DrawnScene(layers, rasters)
 
     def widen(self, sides: list[str], ask: Ask, work: WorkFolder, feedback: Feedback) -> None:
         """Begin again from the last checkpoint, on a wider window."""
-        from deadwood_algorithms.scene_window import wider_scene
+        from deadwood_algorithms.scene.window import wider_scene
 
         self.rasters.workers.clear()  # before the wider ones are made
-        wider = Slope.on(wider_scene(ask, self.layers, sides, feedback), ask, work, feedback)
+        wider = DrawnScene.on(wider_scene(ask, self.layers, sides, feedback), ask, work, feedback)
         self.layers, self.rasters = wider.layers, wider.rasters
 
 
 def slide_queue(
     ask: Ask,
     fidelity: Fidelity,
-    slope: Slope,
+    slope: DrawnScene,
     releases: Releases,
     queue: Queue,
     keep: NDArray[np.bool_],
@@ -166,9 +179,8 @@ def slide_queue(
     A log near the side of the DEM's window has drawn on the rasters what it may not do on the whole DEM, so all since
     the last checkpoint is slid again on a wider one.
     """
-    from deadwood_algorithms.kernels import load_kernels
-    from deadwood_algorithms.run_results import reached
-    from deadwood_engine import Interrupted
+    from deadwood_algorithms.scene.releases import reached
+    from deadwood_algorithms.scene.warm_up import load_kernels
 
     load_kernels(slope.layers.shape, feedback)
     total = queue.rows.size
@@ -183,7 +195,7 @@ def slide_queue(
                     if sides:
                         slope.widen(sides, ask, work, feedback)
                     todo = list(range(work.finished, chunk + 1)) if sides else todo[1:]
-            except (Interrupted, KeyboardInterrupt) as error:
+            except (Cancelled, KeyboardInterrupt) as error:
                 kept = queue.parts[work.finished].start
                 feedback.note(f"{kept} of {total} logs are kept in {work.path}; --resume goes on from there")
                 raise Cancelled from error
@@ -204,7 +216,7 @@ def slide_queue(
 def slide_chunk(
     ask: Ask,
     fidelity: Fidelity,
-    slope: Slope,
+    slope: DrawnScene,
     releases: Releases,
     queue: Queue,
     keep: NDArray[np.bool_],
@@ -213,35 +225,18 @@ def slide_chunk(
     feedback: Feedback,
 ) -> list[str]:
     """Slide the logs of one chunk and keep what comes of them; or the sides of the window that were too near."""
-    from deadwood_algorithms.run_results import arrays_of, pose_table
-    from deadwood_engine import slide
+    from deadwood_algorithms.runs.results import arrays_of, pose_table
+    from deadwood_algorithms.scene.sliding import reporter, slide_once
 
     part = queue.parts[chunk]
     rows = queue.rows[part]
     logs = releases.logs.take(rows)
 
-    def report(done: int) -> bool:
-        feedback.progress(part.start + done, queue.goal, "sliding logs")
-        return feedback.cancelled()
-
+    report = reporter(feedback, queue.goal, "sliding logs", before=part.start)
     began = time.perf_counter()
-    result = slide(
-        slope.layers.scene,
-        logs,
-        fidelity,
-        restitution=ask.restitution,
-        time_limit=ask.time_limit,
-        rest_speed=ask.rest_speed,
-        threads=slope.layers.threads,
-        keep_poses=keep[rows],
-        rasters=slope.rasters,
-        report=report,
-        shape=slope.layers.shape,
-    )
+    result, sides = slide_once(slope.layers, logs, fidelity, ask, report, keep_poses=keep[rows], rasters=slope.rasters)
     wall_s = time.perf_counter() - began
-    sides = slope.layers.escaped(result)
     if not sides:
-        result = slope.layers.without_watch(result)
         poses = pose_table(result.poses, logs.log_id, slope.layers.dem.crs)
         work.save(chunk, arrays_of(result, slope.layers, logs.log_id, wall_s), poses)
     return sides

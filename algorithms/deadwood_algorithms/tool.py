@@ -12,11 +12,12 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 VERSION = "0.1.0"
 
 REQUIRED: Any = object()
+Record = TypeVar("Record")  # a small dataclass of parameters
 
 
 class UserError(Exception):
@@ -303,6 +304,11 @@ def _check_number(parameter: Parameter, value: Any) -> None:
         raise UserError(f"{parameter.flag} is {value:g}{unit}, but must be {word} {low:g}{unit}")
     if high is not None and value > high:
         raise UserError(f"{parameter.flag} is {value:g}{unit}, but must be at most {high:g}{unit}")
+
+
+def taken(ask: Any, record: type[Record]) -> Record:
+    """The parameters that a small record names, for a helper: it need not know the tool's ``Ask``."""
+    return record(**{each.name: getattr(ask, each.name) for each in dataclasses.fields(record)})  # type: ignore[arg-type]
 
 
 def manifest(tool: Tool, ask: Any, **facts: Any) -> dict[str, Any]:

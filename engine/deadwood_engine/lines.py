@@ -27,6 +27,13 @@ class Lines(NamedTuple):
     def none() -> Lines:
         return Lines(np.zeros((0, 2)), np.zeros(1, np.int64))
 
+    def then(self, *more: Lines) -> Lines:
+        """These lines, and further ones behind them."""
+        everything = (self, *more)
+        sizes = np.concatenate([np.diff(each.starts) for each in everything])
+        starts = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+        return Lines(np.vstack([np.reshape(each.vertices, (-1, 2)) for each in everything]), starts)
+
 
 class Segments(NamedTuple):
     """The straight pieces of lines as the kernels read them.

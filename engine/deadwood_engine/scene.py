@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -109,6 +109,17 @@ class Scene:
             arrays, len(trees.x), len(barriers.height), len(lines.starts) - 1, trees_outside, barriers_outside,
             len(lying_logs.diameter), lying_outside,
         )  # fmt: skip
+
+    def with_friction(self, friction: float) -> Scene:
+        """The scene with one coefficient everywhere; the rest of it is shared."""
+        terrain = self.arrays.terrain._replace(friction=np.array([[friction]], np.float64))
+        return replace(self, arrays=self.arrays._replace(terrain=terrain))
+
+    def with_lines(self, lines: Lines) -> Scene:
+        """The scene with these lines watched in place of its own; the rest of it is shared."""
+        terrain = self.arrays.terrain
+        arrays = self.arrays._replace(lines=segments_of(lines, terrain.x0, terrain.y0))
+        return replace(self, arrays=arrays, line_count=len(lines.starts) - 1)
 
     def terrain_height(self, x: Array, y: Array) -> Array:
         """Height [m] of the bilinear surface; NaN outside."""

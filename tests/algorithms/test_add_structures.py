@@ -18,7 +18,8 @@ from rasterio.transform import Affine, from_origin
 from scipy.integrate import quad
 from shapely import LineString, MultiLineString
 
-from deadwood_algorithms import add_structures, dem_windows
+from deadwood_algorithms import add_structures
+from deadwood_algorithms.files import dem_windows
 from deadwood_algorithms.tool import UserError
 
 ROOT = Path(__file__).parents[2]

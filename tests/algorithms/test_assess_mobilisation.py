@@ -18,7 +18,9 @@ from rasterio.transform import Affine, from_origin
 from rasterio.vrt import WarpedVRT
 from shapely import Point, box
 
-from deadwood_algorithms import assess_mobilisation, decay, mobilisation_rasters, sample_releases
+from deadwood_algorithms import assess_mobilisation, sample_releases
+from deadwood_algorithms.mobilisation import decay
+from deadwood_algorithms.mobilisation import rasters as mobilisation_rasters
 from deadwood_algorithms.tool import UserError
 
 ROOT = Path(__file__).parents[2]
@@ -250,8 +252,8 @@ def test_nodata_spreads_by_half_a_window_and_no_further(tmp_path):
 def test_a_large_dem_is_never_held_whole(tmp_path, monkeypatch):
     """2000 x 2000 cells: one copy as float64 is 32 MB, and the tool may hold no more than half of that."""
     monkeypatch.setattr(mobilisation_rasters, "BLOCK", 128)
-    monkeypatch.setattr("deadwood_algorithms.release_zones.BLOCK", 256)
-    monkeypatch.setattr("deadwood_algorithms.dem_windows.BLOCK_CELLS", 2**18)
+    monkeypatch.setattr("deadwood_algorithms.mobilisation.zones.BLOCK", 256)
+    monkeypatch.setattr("deadwood_algorithms.files.dem_windows.BLOCK_CELLS", 2**18)
     heights = (np.arange(2000, dtype="float32") * 0.5)[:, None] * np.ones(2000, "float32")
     dem = write_raster(tmp_path / "dem.tif", heights, dtype="float32", tiled=True)
     del heights

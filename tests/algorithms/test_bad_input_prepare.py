@@ -20,7 +20,8 @@ import rasterio
 from rasterio.transform import Affine, from_origin
 from shapely import LineString, Point, box
 
-from deadwood_algorithms import generate_forest, import_trees, sample_releases, vectors
+from deadwood_algorithms import generate_forest, import_trees, sample_releases
+from deadwood_algorithms.files import vectors
 from deadwood_algorithms.tool import UserError
 
 EAST, NORTH = 2_783_000.0, 1_190_000.0

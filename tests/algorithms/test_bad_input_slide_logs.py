@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import os
-import sys
 from pathlib import Path
 
 import geopandas as gpd
@@ -13,15 +12,11 @@ import pytest
 import rasterio
 import shapely
 from rasterio.transform import Affine, from_origin
-
-from deadwood_algorithms import run_folder
-from deadwood_algorithms.layers import output_folder
-from deadwood_algorithms.tool import UserError
-
-sys.path.insert(0, str(Path(__file__).parent))  # importlib mode leaves siblings to us
-
 from slope_case import EAST, NORTH, Case, points, write_dem, write_layer
 
+from deadwood_algorithms.files.outputs import output_folder
+from deadwood_algorithms.runs import folder as run_folder
+from deadwood_algorithms.tool import UserError
 from deadwood_toolbox import cli
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import struct
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -15,15 +14,13 @@ import pytest
 import rasterio
 import shapely
 from rasterio.transform import from_origin
-
-from deadwood_algorithms import calibrate_friction, dem_reach, scene_window
-from deadwood_algorithms.calibrate_friction import coefficients
-from deadwood_algorithms.tool import Cancelled, Quiet, UserError
-
-sys.path.insert(0, str(Path(__file__).parent))  # importlib mode leaves siblings to us
-
 from slope_case import EAST, NORTH, Case, layer, points, summary, write_layer
 
+from deadwood_algorithms import calibrate_friction
+from deadwood_algorithms.calibrate_friction import coefficients
+from deadwood_algorithms.scene import reach as dem_reach
+from deadwood_algorithms.scene import window as scene_window
+from deadwood_algorithms.tool import Cancelled, Quiet, UserError
 from deadwood_toolbox import cli
 
 SLOPE = np.radians(20.0)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import struct
-import sys
 from pathlib import Path
 
 import geopandas as gpd
@@ -12,16 +11,12 @@ import numpy as np
 import pandas as pd
 import pytest
 import shapely
-
-from deadwood_algorithms import compare_fidelity
-from deadwood_algorithms.log_order import hash_order
-from deadwood_algorithms.tool import Cancelled, Quiet, UserError
-from deadwood_engine import FIDELITIES
-
-sys.path.insert(0, str(Path(__file__).parent))  # importlib mode leaves siblings to us
-
 from slope_case import Case, layer, points, summary, write_layer
 
+from deadwood_algorithms import compare_fidelity
+from deadwood_algorithms.numbers.log_order import hash_order
+from deadwood_algorithms.tool import Cancelled, Quiet, UserError
+from deadwood_engine import FIDELITIES
 from deadwood_toolbox import cli
 
 LOGS = 60

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import struct
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -14,17 +13,14 @@ import pandas as pd
 import pytest
 import rasterio
 import shapely
-from scipy.stats import binomtest
-
-from deadwood_algorithms import compare_scenarios, scenario_maps
-from deadwood_algorithms.statistics import mcnemar_p, paired_interval, wilson_interval
-from deadwood_algorithms.tool import Cancelled, Quiet, UserError
-
-sys.path.insert(0, str(Path(__file__).parent))  # importlib mode leaves siblings to us
-
 from hand_run import Track, write_run, write_values
+from scipy.stats import binomtest
 from slope_case import EAST, LENGTH, NORTH, WIDTH, Case, layer, summary
 
+from deadwood_algorithms import compare_scenarios
+from deadwood_algorithms.numbers.statistics import mcnemar_p, paired_interval, wilson_interval
+from deadwood_algorithms.scenarios import maps as scenario_maps
+from deadwood_algorithms.tool import Cancelled, Quiet, UserError
 from deadwood_toolbox import cli
 
 LOGS = 40

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from itertools import pairwise
 from pathlib import Path
 
@@ -11,13 +10,11 @@ import pyarrow.parquet as parquet
 import pytest
 import rasterio
 import shapely
-
-from deadwood_algorithms import count_hits, run_folder
-from deadwood_algorithms.tool import UserError
-
-sys.path.insert(0, str(Path(__file__).parent))  # importlib mode leaves siblings to us
-
 from slope_case import EAST, NORTH, Case, layer, points, raster, write_dem, write_layer
+
+from deadwood_algorithms import count_hits
+from deadwood_algorithms.runs import folder as run_folder
+from deadwood_algorithms.tool import UserError
 
 
 @pytest.fixture(scope="module")

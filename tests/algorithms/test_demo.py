@@ -12,9 +12,10 @@ import pytest
 import rasterio
 from scipy.spatial import ConvexHull
 
-from deadwood_algorithms import demo, sample_slope
-from deadwood_algorithms.demo_picture import hillshade
-from deadwood_algorithms.layers import read_dem
+from deadwood_algorithms import demo
+from deadwood_algorithms.files.dem_windows import read_dem
+from deadwood_algorithms.pictures import hillshade
+from deadwood_algorithms.sample import slope as sample_slope
 
 SAMPLE = Path(__file__).parents[2] / "sample_data"
 

@@ -19,7 +19,7 @@ from scipy.integrate import solve_ivp
 from shapely import LineString, Point
 
 from deadwood_algorithms import fit_flight
-from deadwood_algorithms.flight import GRAVITY_MS2, Flight, outline
+from deadwood_algorithms.flights.parabola import GRAVITY_MS2, Flight, outline
 from deadwood_algorithms.tool import UserError
 
 ROOT = Path(__file__).parents[2]

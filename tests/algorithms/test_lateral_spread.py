@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import geopandas as gpd
 import numpy as np
 import pytest
 import shapely
+from hand_run import Track, write_run
+from slope_case import EAST, NORTH, Case, summary, write_dem, write_layer
 
 from deadwood_algorithms import lateral_spread, schemas
 from deadwood_algorithms.tool import UserError
-
-sys.path.insert(0, str(Path(__file__).parent))  # importlib mode leaves siblings to us
-
-from hand_run import Track, write_run
-from slope_case import EAST, NORTH, Case, summary, write_dem, write_layer
 
 
 def deposits(path: Path, azimuths: list[float], distances: list[float], **columns) -> str:

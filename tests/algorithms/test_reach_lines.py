@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import geopandas as gpd
@@ -11,15 +10,12 @@ import pyarrow.parquet as parquet
 import pytest
 import rasterio
 import shapely
-
-from deadwood_algorithms import reach_lines, schemas
-from deadwood_algorithms.statistics import wilson_interval
-from deadwood_algorithms.tool import UserError
-
-sys.path.insert(0, str(Path(__file__).parent))  # importlib mode leaves siblings to us
-
 from hand_run import Track, write_run
 from slope_case import EAST, NORTH, Case, layer, write_dem, write_layer
+
+from deadwood_algorithms import reach_lines, schemas
+from deadwood_algorithms.numbers.statistics import wilson_interval
+from deadwood_algorithms.tool import UserError
 
 
 @pytest.fixture(scope="module")

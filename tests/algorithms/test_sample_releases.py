@@ -9,7 +9,7 @@ import shapely
 from shapely import MultiPolygon, Point, Polygon
 
 from deadwood_algorithms import schemas
-from deadwood_algorithms.release_places import positions
+from deadwood_algorithms.releases.places import positions
 from deadwood_algorithms.sample_releases import TOOL
 from deadwood_algorithms.tool import Cancelled, UserError
 

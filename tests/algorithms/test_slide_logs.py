@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import sqlite3
-import sys
 from pathlib import Path
 
 import geopandas as gpd
@@ -13,13 +12,6 @@ import pyarrow.parquet as parquet
 import pytest
 import rasterio
 import shapely
-
-from deadwood_algorithms import schemas, slide_logs
-from deadwood_algorithms.log_order import keep_by_hash
-from deadwood_algorithms.tool import Cancelled, Quiet, UserError
-
-sys.path.insert(0, str(Path(__file__).parent))  # importlib mode leaves siblings to us
-
 from slope_case import (
     NORTH,
     RASTERS,
@@ -33,6 +25,9 @@ from slope_case import (
     write_layer,
 )
 
+from deadwood_algorithms import schemas, slide_logs
+from deadwood_algorithms.numbers.log_order import keep_by_hash
+from deadwood_algorithms.tool import Cancelled, Quiet, UserError
 from deadwood_toolbox import cli
 
 

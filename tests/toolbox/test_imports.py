@@ -19,6 +19,12 @@ HEAVY = {"geopandas", "pandas", "rasterio", "pyogrio", "pyproj", "pyarrow", "mat
 PUBLIC = {"run", "Ask", "TOOL"}  # of a tool, for another tool
 # A tool computes on arrays and hands tables on; files are opened by layers.py and its siblings.
 TOOL_LIBRARIES = {"numpy", "shapely", "geopandas", "pandas", "deadwood_algorithms", "deadwood_engine"}
+# The rooms, from the ground up: each may use those before it. The subject rooms never use one another.
+VOCABULARY = ("tool", "schemas", "pictures")
+ROOMS = ("numbers", "files", "scene", "runs")
+SUBJECTS = (
+    "trees", "releases", "mobilisation", "structures", "flights", "calibration", "fidelity", "scenarios", "sample",
+)  # fmt: skip
 
 
 def imported(source: str, package: str) -> Iterator[tuple[str, tuple[str, ...]]]:
@@ -58,6 +64,25 @@ def tool_breaches(source: str, tools: set[str]) -> list[str]:
     return breaches
 
 
+def room_of(module: str) -> str:
+    """The room in which a module of the algorithms is; "vocabulary", or "" for a tool."""
+    first = module.removeprefix("deadwood_algorithms").removeprefix(".").split(".")[0]
+    return "vocabulary" if first in VOCABULARY else first if first in (*ROOMS, *SUBJECTS) else ""
+
+
+def room_breaches(source: str, room: str) -> list[str]:
+    """What a helper in a room, or a word of the vocabulary, imports from rooms that are not below its own."""
+    below = ("vocabulary", *ROOMS)
+    allowed = {room, *(below if room in SUBJECTS else below[: below.index(room)])}
+    modules = set()
+    for module, names in imported(source, "deadwood_algorithms"):
+        if module == "deadwood_algorithms":
+            modules |= {f"{module}.{name}" for name in names}
+        elif module.startswith("deadwood_algorithms."):
+            modules.add(module)
+    return sorted(module for module in modules if room_of(module) not in allowed)
+
+
 def is_tool(path: Path) -> bool:
     return any(line.startswith("TOOL = ") for line in path.read_text(encoding="utf-8").splitlines())
 
@@ -83,6 +108,31 @@ def test_the_vocabulary_needs_the_standard_library_only(name):
 def test_algorithms_know_nothing_of_the_front_door(path):
     modules = {module.split(".")[0] for module, _ in imported(path.read_text(encoding="utf-8"), "deadwood_algorithms")}
     assert not modules & {"deadwood_toolbox", "click", "tqdm"}
+
+
+@pytest.mark.parametrize("path", [case for case in files_of(ALGORITHMS) if case.values[0] not in TOOL_FILES])
+def test_rooms_are_built_on_those_below_them(path):
+    place = path.relative_to(ALGORITHMS)
+    room = room_of(".".join(("deadwood_algorithms", *place.with_suffix("").parts)))
+    assert room, f"{place}: neither a tool, nor a word of the vocabulary, nor in a room"
+    assert room_breaches(path.read_text(encoding="utf-8"), room) == []
+
+
+def public_names(path: Path) -> set[str]:
+    """The functions and classes that a file defines for others."""
+    kinds = (ast.FunctionDef, ast.ClassDef)
+    body = ast.parse(path.read_text(encoding="utf-8")).body
+    return {node.name for node in body if isinstance(node, kinds) and not node.name.startswith("_")}
+
+
+def test_a_public_name_of_a_helper_has_one_meaning():
+    """`draw` draws a room's picture; a declaration of the vocabulary is called like what it declares."""
+    owners: dict[str, list[str]] = {}
+    for path in sorted(ALGORITHMS.rglob("*.py")):
+        if path not in TOOL_FILES and path.name != "tool.py":
+            for name in public_names(path) - {"draw"}:
+                owners.setdefault(name, []).append(path.relative_to(ALGORITHMS).as_posix())
+    assert {name: files for name, files in owners.items() if len(files) > 1} == {}
 
 
 @pytest.mark.parametrize("path", [pytest.param(path, id=path.stem) for path in TOOL_FILES])
@@ -117,6 +167,12 @@ def test_the_checks_above_find_what_they_look_for():
     assert tool_breaches("from deadwood_algorithms import other\nother.TOOL(x=1)", {"other"}) == []
     assert tool_breaches("from deadwood_algorithms import other\nother.helper()", {"other"})
     assert len(TOOL_FILES) >= 1
+    assert room_breaches("from deadwood_algorithms.runs.folder import x", "scene") == [
+        "deadwood_algorithms.runs.folder"
+    ]
+    assert room_breaches("from deadwood_algorithms import slide_logs", "runs") == ["deadwood_algorithms.slide_logs"]
+    assert room_breaches("from deadwood_algorithms.trees.columns import x", "releases")
+    assert room_breaches("def f():\n    from deadwood_algorithms import tool\n", "numbers") == []
 
 
 def test_the_shelf_brings_no_heavy_library_along(checkout):

@@ -1,0 +1,129 @@
+"""Columns of a layer as arrays, or the file, layer, field and row where one is wrong."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from deadwood_algorithms import schemas
+from deadwood_algorithms.tool import Feedback, UserError
+
+if TYPE_CHECKING:
+    import pandas
+
+
+def where_of(frame: pandas.DataFrame) -> str:
+    """How messages name the file and layer of a frame that `vectors` read."""
+    return str(frame.attrs.get("where", "layer"))
+
+
+def number_column(
+    frame: pandas.DataFrame,
+    name: str,
+    *,
+    where: str | None = None,
+    default: float | None = None,
+    minimum: float | None = None,
+    exclusive: bool = False,
+    maximum: float | None = None,
+    gaps: bool = False,
+    missing_value: float | None = None,
+) -> np.ndarray:
+    """A column as float64, every value finite and within bounds; a missing column takes ``default`` when there is one.
+
+    An empty cell in a column that exists is refused, for a gap in somebody's data is not a wish for the default;
+    with ``gaps`` it is NaN, and so is a cell that holds ``missing_value``.
+    """
+    import pandas
+
+    where = where or where_of(frame)
+    if name not in frame:
+        if default is not None:
+            return np.full(len(frame), float(default))
+        raise UserError(f"{where}: the field '{name}' is missing; it has {field_names(frame)}")
+    column = frame[name]
+    numbers = np.array(pandas.Series(pandas.to_numeric(column, errors="coerce")).astype("float64"))
+    bad = ~np.isfinite(numbers)
+    if gaps:
+        missing = np.asarray(column.isna()) | (numbers == missing_value)
+        numbers[missing] = np.nan
+        bad &= ~missing
+    if minimum is not None:
+        bad |= (numbers <= minimum) if exclusive else (numbers < minimum)
+    if maximum is not None:
+        bad |= numbers > maximum
+    if bad.any():
+        row = int(np.argmax(bad))
+        complaint = _complaint(column.iloc[row], minimum, exclusive, maximum)
+        raise UserError(f"{where}, field '{name}', row {int(frame.index[row]) + 1}: {complaint}")
+    return numbers
+
+
+def filled_column(
+    frame: pandas.DataFrame,
+    name: str,
+    option: float | None,
+    *,
+    minimum: float | None = None,
+    exclusive: bool = False,
+    maximum: float | None = None,
+) -> np.ndarray:
+    """A column as float64 that need not be there nor be whole: its gaps take the option, and are NaN without one."""
+    values = np.full(len(frame), np.nan)
+    if name in frame:
+        values = number_column(frame, name, minimum=minimum, exclusive=exclusive, maximum=maximum, gaps=True)
+    return np.where(np.isnan(values), np.nan if option is None else option, values)
+
+
+def id_column(frame: pandas.DataFrame, name: str) -> np.ndarray:
+    """Ids as int64 where all are whole numbers, else as text; 64-bit numbers stored as floats become whole again."""
+    column = frame[name]
+    gap = np.asarray(column.isna())
+    if gap.any():
+        row = int(frame.index[int(np.argmax(gap))]) + 1
+        raise UserError(f"{where_of(frame)}, field '{name}', row {row}: the id is empty; fill it, or drop the field")
+    values = column.tolist()
+    if all(isinstance(each, (int, np.integer)) or (isinstance(each, float) and each.is_integer()) for each in values):
+        whole = [int(each) for each in values]
+        if all(-(2**63) <= each < 2**63 for each in whole):
+            return np.array(whole, np.int64)
+        return np.array([str(each) for each in whole], object)
+    return np.array([str(each).strip() for each in values], object)
+
+
+def warn_implausible(
+    values: np.ndarray, column: schemas.Column, where: str, feedback: Feedback, *, mend: str | None = None
+) -> None:
+    """Warn when most values, or single ones, lie where no tree or log does: mostly a mistaken unit."""
+    values = values[np.isfinite(values)]
+    if column.usual is None or not values.size:
+        return
+    low, high = column.usual
+    middle = float(np.median(values))
+    if middle < low:
+        mend = mend or ("if these are metres, multiply by 100" if column.unit == "cm" else "check the unit")
+        feedback.warn(f"{where}: the median {column.name} is {middle:g} {column.unit}, which is too small; {mend}")
+    elif middle > high:
+        mend = mend or ("if these are millimetres, divide by 10" if column.unit == "cm" else "check the unit")
+        feedback.warn(f"{where}: the median {column.name} is {middle:g} {column.unit}, which is too large; {mend}")
+    elif float(values.max()) > high:
+        count = int((values > high).sum())
+        feedback.warn(f"{where}: {column.name} exceeds {high:g} {column.unit} in {count} rows, up to {values.max():g}")
+
+
+def field_names(frame: pandas.DataFrame) -> str:
+    names = [str(name) for name in frame.columns if name != "geometry"]
+    return "the fields " + ", ".join(names) if names else "no field"
+
+
+def _complaint(value: Any, minimum: float | None, exclusive: bool, maximum: float | None) -> str:
+    bounds = [f"greater than {minimum:g}" if exclusive else f"at least {minimum:g}"] if minimum is not None else []
+    bounds += [f"at most {maximum:g}"] if maximum is not None else []
+    wanted = "a number " + " and ".join(bounds) if bounds else "a finite number"
+    if value is None or value != value or str(value) in ("<NA>", ""):
+        return f"the value is empty; fill in {wanted}"
+    shown = f"{float(value):g}" if isinstance(value, (int, float, np.number)) else f"'{value}'"
+    mend = "check the field" if isinstance(value, float) and math.isinf(value) else "correct it or delete the row"
+    return f"{shown} is not {wanted}; {mend}"

@@ -1,0 +1,182 @@
+"""A DEM judged by its header: what would put heights or slopes wrong is refused with the command that mends it.
+
+For `dem_windows`, which reads the heights.
+"""
+
+from __future__ import annotations
+
+import math
+import shlex
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyproj
+from pyproj.exceptions import ProjError
+from rasterio.enums import ColorInterp
+from rasterio.transform import Affine
+
+from deadwood_algorithms.files.crs import crs_name, horizontal, parse_crs, same_crs
+from deadwood_algorithms.files.rasters import open_raster, refuse_cut_off
+from deadwood_algorithms.tool import Feedback, UserError
+
+# Skew, unequal cell sides or rounded headers may shift the far corner of the grid by this part of a cell: less
+# than any survey's positional accuracy, and less than a bilinear surface can tell.
+SHIFT_ALLOWED_CELLS = 0.05
+# Projections of the whole world, true to scale at the equator alone, and how much of that is let pass.
+WORLD_METHODS = ("Popular Visualisation", "Mercator (", "Equidistant Cylindrical", "Pseudo Plate")
+STRETCH_ALLOWED = 0.01
+
+
+@contextmanager
+def open_dem(path: str | Path, crs: str | None, feedback: Feedback) -> Iterator[tuple[Any, pyproj.CRS, Affine]]:
+    """A DEM opened and judged by its header, with its CRS and its transform; refused as `dem_windows.read_dem` says."""
+    with open_raster(path, "DEM") as source:
+        _refuse_images(source, path, feedback)
+        refuse_cut_off(source, path)
+        dem_crs = _crs_of_dem(source, path, crs, feedback)
+        transform = _square_transform(source, path)
+        if source.count > 1:
+            feedback.note(f"{path}: band 1 of {source.count} is read as the heights")
+        _refuse_foot_heights(source.units[0], 0.3048, path)
+        yield source, dem_crs, transform
+
+
+def _crs_of_dem(source: Any, path: str | Path, given: str | None, feedback: Feedback) -> pyproj.CRS:
+    if source.crs is None:
+        if given is None:
+            raise UserError(f"{path}: the DEM has no CRS; name it, for example --crs EPSG:2056")
+        crs = parse_crs(given)
+        feedback.note(f"{path}: the DEM has no CRS, {crs_name(crs)} is taken from --crs")
+    else:
+        crs = pyproj.CRS.from_wkt(source.crs.to_wkt())
+        if given is not None and not same_crs(crs, parse_crs(given)):
+            feedback.warn(f"{path}: --crs {given} is not used for the DEM, whose file names {crs_name(crs)}")
+    _refuse_crs(crs, source, path)
+    return crs
+
+
+def _refuse_crs(crs: pyproj.CRS, source: Any, path: str | Path) -> None:
+    flat = horizontal(crs)
+    if flat.is_projected:
+        _refuse_stretched(flat, source, path)
+        factor = flat.axis_info[0].unit_conversion_factor if flat.axis_info else 1.0
+        if abs(factor - 1) > 1e-9:
+            size = f"{abs(source.transform.a) * factor:.3g}"
+            unit = flat.axis_info[0].unit_name
+            raise UserError(
+                f"{path}: the DEM's CRS {crs_name(crs)} counts in {unit}, but must count in metres; "
+                f"mend: {_gdalwarp(path, _metric_code(source, crs), size)}"
+                + (" (if its heights are in feet too, multiply them by 0.3048)" if "foot" in unit else "")
+            )
+    elif flat.is_geographic:
+        size = f"{abs(source.transform.e) * 111_320:.2g}"
+        raise UserError(
+            f"{path}: the DEM's CRS {crs_name(crs)} is geographic (degrees), but must be projected in metres; "
+            f"mend: {_gdalwarp(path, _metric_code(source, crs), size)}"
+        )
+    else:
+        raise UserError(
+            f"{path}: the DEM's CRS '{crs.name}' is not a projected one; "
+            f"mend: gdal_translate -a_srs EPSG:2056 {_quoted(path)} {_mended(path)}, with the code of its true CRS"
+        )
+    for part in crs.sub_crs_list if crs.is_compound else []:
+        if part.is_vertical and part.axis_info:
+            _refuse_foot_heights(part.axis_info[0].unit_name, part.axis_info[0].unit_conversion_factor, path)
+
+
+def _refuse_stretched(crs: pyproj.CRS, source: Any, path: str | Path) -> None:
+    """A map of the world in one piece counts in metres that are none: at 47 degrees north Web Mercator's are 0.68 m."""
+    method = crs.coordinate_operation.method_name if crs.coordinate_operation else ""
+    if not method.startswith(WORLD_METHODS):
+        return
+    x, y = (source.bounds.left + source.bounds.right) / 2, (source.bounds.bottom + source.bounds.top) / 2
+    _, latitude = pyproj.Transformer.from_crs(crs, crs.geodetic_crs, always_xy=True).transform(x, y)
+    shrink = math.cos(math.radians(latitude))
+    if abs(1.0 - shrink) > STRETCH_ALLOWED:
+        raise UserError(
+            f"{path}: the DEM's CRS {crs_name(crs)} is a map of the whole world: where the DEM lies, its metres are "
+            f"{shrink:.2f} m, so that every slope comes out wrong; "
+            f"mend: {_gdalwarp(path, _metric_code(source, crs), f'{abs(source.transform.a) * shrink:.3g}')}"
+        )
+
+
+def _refuse_foot_heights(unit: str | None, factor: float, path: str | Path) -> None:
+    if unit and unit.strip().lower() in ("ft", "foot", "feet", "ftus", "us-ft", "us survey foot", "foot_us"):
+        raise UserError(
+            f"{path}: the DEM's heights are in {unit}, but must be in metres; "
+            f"mend: gdal_calc.py -A {_quoted(path)} --calc='A*{factor:.12g}' --outfile={_mended(path)} and then "
+            f"gdal_edit.py -unsetstats -a_srs EPSG:... {_mended(path)}, with the code of its horizontal CRS"
+        )
+
+
+def _refuse_images(source: Any, path: str | Path, feedback: Feedback) -> None:
+    kind = source.dtypes[0]
+    if np.dtype(kind).kind == "c":
+        raise UserError(f"{path}: the DEM's values are complex numbers ({kind}), which are no heights")
+    palette = ColorInterp.palette in source.colorinterp
+    if kind == "uint8" and (palette or source.count >= 3):
+        bands = "the colours of a palette" if palette else f"{source.count} bands of uint8"
+        raise UserError(f"{path}: {bands} make a picture, not a DEM")
+    if kind == "uint8":
+        feedback.warn(f"{path}: the heights are whole numbers from 0 to 255; is it a hillshade instead of the DEM?")
+    if source.transform == Affine.identity():
+        if source.gcps[0]:
+            raise UserError(
+                f"{path}: the DEM is placed by {len(source.gcps[0])} ground control points only; "
+                f"mend: {_gdalwarp(path, None, 'CELL')}, with the wanted cell size"
+            )
+        raise UserError(
+            f"{path}: the DEM has no georeference; mend: gdal_translate -a_ullr WEST NORTH EAST SOUTH "
+            f"{_quoted(path)} {_mended(path)}"
+        )
+
+
+def _square_transform(source: Any, path: str | Path) -> Affine:
+    """The transform, north-up or south-up and square to within `SHIFT_ALLOWED_CELLS` over the whole grid."""
+    t, (ny, nx) = source.transform, source.shape
+    size = math.sqrt(abs(t.a * t.e - t.b * t.d))
+    if not (math.isfinite(size) and size > 0):
+        raise UserError(f"{path}: the DEM's cells are {t.a:g} x {t.e:g} m large; correct the cell size in its header")
+    if t.a <= 0 or max(abs(t.b) * ny, abs(t.d) * nx) > SHIFT_ALLOWED_CELLS * size:
+        turned = "mirrored" if t.a <= 0 and t.b == 0 == t.d else "rotated"
+        raise UserError(
+            f"{path}: the DEM's grid is {turned}, but must be north-up; mend: {_gdalwarp(path, None, f'{size:.6g}')}"
+        )
+    if abs(t.a - abs(t.e)) * max(nx, ny) > SHIFT_ALLOWED_CELLS * t.a:
+        raise UserError(
+            f"{path}: the DEM's cells are {t.a:.9g} m x {abs(t.e):.9g} m, but must be square; "
+            f"mend: {_gdalwarp(path, None, f'{min(t.a, abs(t.e)):.6g}')}"
+        )
+    return t
+
+
+def _metric_code(source: Any, crs: pyproj.CRS) -> str:
+    """A projected CRS in metres for where the raster lies: the Swiss one, or the UTM zone."""
+    try:
+        own = pyproj.CRS.from_wkt(source.crs.to_wkt()) if source.crs else crs
+        west, south, east, north = pyproj.Transformer.from_crs(own, 4326, always_xy=True).transform_bounds(
+            *source.bounds
+        )
+    except ProjError:
+        return "EPSG:2056"
+    x, y = (west + east) / 2, (south + north) / 2
+    if 5.9 < x < 10.5 and 45.8 < y < 47.9:
+        return "EPSG:2056"
+    zone = min(60, max(1, int((x + 180) // 6) + 1))
+    return f"EPSG:{(32600 if y >= 0 else 32700) + zone}"
+
+
+def _gdalwarp(path: str | Path, code: str | None, size: str) -> str:
+    target = f"-t_srs {code} " if code else ""
+    return f"gdalwarp {target}-tr {size} {size} -r bilinear {_quoted(path)} {_mended(path)}"
+
+
+def _quoted(path: str | Path) -> str:
+    return shlex.quote(str(path))
+
+
+def _mended(path: str | Path) -> str:
+    return shlex.quote(f"{Path(path).stem}_mended.tif")

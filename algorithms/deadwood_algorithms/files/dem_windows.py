@@ -1,0 +1,299 @@
+"""A DEM opened once and read whole, or in windows where it is too large to hold, each a small `Grid` of its own.
+
+What is refused, and what is outside, is the same either way.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyproj
+import rasterio
+from numpy.typing import NDArray
+from rasterio.transform import Affine, from_origin
+from rasterio.windows import Window
+
+from deadwood_algorithms.files.crs import horizontal
+from deadwood_algorithms.files.dem_header import open_dem
+from deadwood_algorithms.files.grid import Grid, Part
+from deadwood_algorithms.files.rasters import TILE_CELLS, read_values
+from deadwood_algorithms.tool import Cancelled, Feedback, Quiet, UserError
+
+# No ground on Earth is that high or deep on land: an undeclared nodata value such as -9999, -32768 or 3.4e38.
+HEIGHT_LIMIT_M = 9000.0
+# Cells of exactly 0 m this far below all the others are an undeclared empty collar, not a chasm.
+COLLAR_DROP_M = 100.0
+BLOCK_CELLS = 2**22  # read at once: 32 MiB of float64
+POINT_REACH_CELLS = 512  # positions within such a distance share one window
+
+
+@dataclass(frozen=True)
+class DemWindows:
+    """A DEM open for reading in windows; rows count from the south, as in a `Grid`.
+
+    Attributes
+    ----------
+    source : rasterio dataset
+        As it stands in the file; ``flipped`` where its first row is the northernmost.
+    shape : (ny, nx)
+    cell, x0, y0 : float
+        As of a `Grid` [m].
+    zero_is_outside : bool
+        Whether cells of exactly 0 m are an undeclared empty collar (`COLLAR_DROP_M`).
+    """
+
+    source: Any
+    path: str
+    crs: pyproj.CRS
+    shape: tuple[int, int]
+    cell: float
+    x0: float
+    y0: float
+    flipped: bool
+    zero_is_outside: bool = False
+
+    @property
+    def plan_crs(self) -> pyproj.CRS:
+        """The CRS without its heights: that of the layers in the plan."""
+        return horizontal(self.crs)
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """West, south, east and north edge of the cells [m]."""
+        west, south = self.x0 - self.cell / 2, self.y0 - self.cell / 2
+        return west, south, west + self.shape[1] * self.cell, south + self.shape[0] * self.cell
+
+    @property
+    def transform(self) -> Affine:
+        """Of a north-up raster on these cells."""
+        west, _, _, north = self.bounds
+        return from_origin(west, north, self.cell, self.cell)
+
+    def grid(self, rows: slice, columns: slice) -> Grid:
+        """Heights of a window as float64 [m], NaN for what is outside; the window may reach beyond the raster."""
+        height, width = rows.stop - rows.start, columns.stop - columns.start
+        values = np.full((height, width), np.nan)
+        bottom, top = max(rows.start, 0), min(rows.stop, self.shape[0])
+        left, right = max(columns.start, 0), min(columns.stop, self.shape[1])
+        if bottom < top and left < right:
+            window = self.file_window(slice(bottom, top), slice(left, right))
+            heights = read_values(self.source, window, np.float64)
+            heights[np.abs(heights) > HEIGHT_LIMIT_M] = np.nan
+            if self.zero_is_outside:
+                heights[heights == 0.0] = np.nan
+            within = slice(bottom - rows.start, top - rows.start), slice(left - columns.start, right - columns.start)
+            values[within] = heights[::-1] if self.flipped else heights
+        x0, y0 = self.x0 + columns.start * self.cell, self.y0 + rows.start * self.cell
+        return Grid(values, self.cell, x0, y0, self.crs, self.path)
+
+    def around(self, west: float, south: float, east: float, north: float) -> Grid:
+        """The window in which the surface is known over an extent [m], with a cell of margin."""
+        columns = slice(int((west - self.x0) // self.cell) - 1, int((east - self.x0) // self.cell) + 3)
+        rows = slice(int((south - self.y0) // self.cell) - 1, int((north - self.y0) // self.cell) + 3)
+        return self.grid(rows, columns)
+
+    def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Bilinear height [m] at positions, best in their order along a line; NaN outside."""
+        heights = np.full(x.shape, np.nan)
+        start, reach = 0, POINT_REACH_CELLS * self.cell
+        while start < x.size:
+            far = np.maximum(np.abs(x[start:] - x[start]), np.abs(y[start:] - y[start])) > reach
+            stop = start + int(np.argmax(far)) if far.any() else x.size
+            part = slice(start, stop)
+            window = self.around(x[part].min(), y[part].min(), x[part].max(), y[part].max())
+            heights[part] = window.height(x[part], y[part])
+            start = stop
+        return heights
+
+    def strips(self) -> list[slice]:
+        """Rows of the whole raster in turn, from the south, so many at once that `BLOCK_CELLS` hold them.
+
+        They begin and end where the tiles of the file, or of one written like it, do.
+        """
+        ny, nx = self.shape
+        step = max(1, BLOCK_CELLS // nx // TILE_CELLS) * TILE_CELLS
+        edges = [*range(0, ny, step), ny]  # in the file
+        strips = [slice(start, stop) for start, stop in pairwise(edges)]
+        return [slice(ny - each.stop, ny - each.start) for each in strips[::-1]] if self.flipped else strips
+
+    def file_window(self, rows: slice, columns: slice) -> Window:
+        """Where a window lies in the file."""
+        first = self.shape[0] - rows.stop if self.flipped else rows.start
+        height, width = rows.stop - rows.start, columns.stop - columns.start
+        return Window(columns.start, first, width, height)  # type: ignore[call-arg]
+
+
+@contextmanager
+def open_windows(
+    path: str | Path, *, crs: str | None, feedback: Feedback, look_through: bool = True
+) -> Iterator[DemWindows]:
+    """Open a DEM for reading in windows, or refuse it with the command that mends it.
+
+    Without ``look_through`` it is not read once for an undeclared collar of 0 m: for tools that want a few spots of it;
+    `read_part` finds out by itself.
+    """
+    with open_dem(path, crs, feedback) as (source, dem_crs, transform):
+        ny, nx = source.shape
+        if ny < 2 or nx < 2:
+            raise UserError(f"{path}: the DEM has {nx} x {ny} cells; it needs at least 2 x 2")
+        cell, flipped = transform.a, transform.e < 0
+        x0, y0 = transform.c + cell / 2, transform.f + (0.5 - ny if flipped else 0.5) * cell
+        dem = DemWindows(source, str(path), dem_crs, (ny, nx), cell, x0, y0, flipped)
+        yield replace(dem, zero_is_outside=_has_collar(dem, feedback)) if look_through else dem
+
+
+def read_dem(path: str | Path, *, crs: str | None = None, feedback: Feedback | None = None) -> Grid:
+    """Read band 1 of a DEM as float32 heights, or refuse it with the command that mends it.
+
+    ``crs`` names the CRS of a file that holds none. A south-up file is read right, a rotated or non-square one refused.
+    """
+    feedback = feedback or Quiet()
+    with open_windows(path, crs=crs, feedback=feedback, look_through=False) as dem:
+        return read_whole(dem, feedback)
+
+
+def read_whole(dem: DemWindows, feedback: Feedback) -> Grid:
+    """All heights as float32 [m]."""
+    values = _heights(dem, Part(0, 0, dem.shape[1], dem.shape[0]), feedback)
+    _empty_impossible_heights(values, dem.path, feedback)
+    if not np.isfinite(values).any():
+        raise UserError(
+            f"{dem.path}: the DEM holds no height at all, every cell is nodata; check the band and its nodata value"
+        )
+    return Grid(values, dem.cell, dem.x0, dem.y0, dem.crs, dem.path)
+
+
+def read_part(dem: DemWindows, part: Part, feedback: Feedback) -> Grid:
+    """A window as `read_whole` gives the whole: the same heights, the same cells outside."""
+    values = _heights(dem, part, feedback)
+    wild = np.abs(values) > HEIGHT_LIMIT_M
+    if wild.any():
+        values[wild] = np.nan
+        feedback.warn(f"{dem.path}: {int(wild.sum())} cells hold no height on Earth; they are taken as outside")
+    zero = values == 0.0
+    if zero.any() and _zeros_mean_nothing(dem, values):
+        values[zero] = np.nan
+        feedback.warn(
+            f"{dem.path}: {int(zero.sum())} cells hold exactly 0 m, all others more than {COLLAR_DROP_M:g} m; "
+            "they are taken as outside (an undeclared nodata value)"
+        )
+    whole = Grid.empty(dem.shape, dem.cell, dem.x0, dem.y0, dem.crs, dem.path)
+    return whole.window(part, values)
+
+
+def _empty_impossible_heights(values: np.ndarray, path: str | Path, feedback: Feedback) -> None:
+    """Turn what must be an undeclared nodata value into NaN, in place and without a copy, and say so."""
+    low, high = _extremes(values)
+    if max(-low, high) > HEIGHT_LIMIT_M:
+        bad = np.abs(values) > HEIGHT_LIMIT_M
+        shown = float(values[bad][0])
+        values[bad] = np.nan
+        feedback.warn(
+            f"{path}: {int(bad.sum())} cells hold {shown:g} m, which is no height on Earth; they are taken as outside"
+        )
+        low, high = _extremes(values)
+    if low == 0:
+        zero = values == 0
+        lowest = float(np.fmin.reduce(values, axis=None, where=~zero, initial=np.inf))
+        if COLLAR_DROP_M < lowest < np.inf:
+            values[zero] = np.nan
+            feedback.warn(
+                f"{path}: {int(zero.sum())} cells hold exactly 0 m, all others more than {COLLAR_DROP_M:g} m; "
+                "they are taken as outside (an undeclared nodata value)"
+            )
+
+
+def _extremes(values: np.ndarray) -> tuple[float, float]:
+    """Lowest and highest value, NaN passed over (and given where there is nothing else)."""
+    return float(np.fmin.reduce(values, axis=None)), float(np.fmax.reduce(values, axis=None))
+
+
+def _heights(dem: DemWindows, part: Part, feedback: Feedback) -> NDArray[np.float32]:
+    """What the file holds of a window, strip by strip of the file's blocks."""
+    values = np.empty((part.rows, part.columns), np.float32)
+    block = max(1, dem.source.block_shapes[0][0])
+    rows = max(1, BLOCK_CELLS // part.columns // block) * block
+    for start in range(0, part.rows, rows):
+        stop = min(part.rows, start + rows)
+        window = Part(part.column, part.row + start, part.columns, stop - start)
+        strip = read_values(dem.source, dem.file_window(*window.slices), np.float32)
+        values[start:stop] = strip[::-1] if dem.flipped else strip
+        feedback.progress(stop, part.rows, "reading the DEM")
+    return values
+
+
+def _zeros_mean_nothing(dem: DemWindows, values: NDArray[np.float32]) -> bool:
+    """Whether 0 m is the only height of the whole DEM below `COLLAR_DROP_M`; mostly the window tells that."""
+    if _lowest(values) <= COLLAR_DROP_M:
+        return False
+    strips = (dem.file_window(rows, slice(0, dem.shape[1])) for rows in dem.strips())
+    return all(_lowest(read_values(dem.source, strip, np.float32)) > COLLAR_DROP_M for strip in strips)
+
+
+def _lowest(values: NDArray[np.float32]) -> float:
+    """The lowest height that is not 0 and may be one."""
+    kept = (values != 0.0) & (np.abs(values) <= HEIGHT_LIMIT_M)
+    return float(np.min(values, where=kept, initial=np.inf))
+
+
+def _has_collar(dem: DemWindows, feedback: Feedback) -> bool:
+    """Look once through the whole DEM for heights that are none, and say whether cells of 0 m are such."""
+    lowest, zeros, impossible, heights = np.inf, 0, 0, 0
+    strips = dem.strips()
+    for done, rows in enumerate(strips):
+        if feedback.cancelled():
+            raise Cancelled
+        values = read_values(dem.source, dem.file_window(rows, slice(0, dem.shape[1])), np.float32)
+        zero, wild = values == 0.0, np.abs(values) > HEIGHT_LIMIT_M
+        zeros, impossible = zeros + int(zero.sum()), impossible + int(wild.sum())
+        heights += int(np.isfinite(values).sum())
+        lowest = min(lowest, float(np.fmin.reduce(values, axis=None, where=~(zero | wild), initial=np.inf)))
+        feedback.progress(done + 1, len(strips), "looking through the DEM")
+    if heights == impossible:
+        raise UserError(
+            f"{dem.path}: the DEM holds no height at all, every cell is nodata; check the band and its nodata value"
+        )
+    if impossible:
+        feedback.warn(f"{dem.path}: {impossible} cells hold no height on Earth; they are taken as outside")
+    if not (zeros and COLLAR_DROP_M < lowest < np.inf):
+        return False
+    feedback.warn(
+        f"{dem.path}: {zeros} cells hold exactly 0 m, all others more than {COLLAR_DROP_M:g} m; "
+        "they are taken as outside (an undeclared nodata value)"
+    )
+    return True
+
+
+class WindowWriter:
+    """A GeoTIFF written window by window and then read back, which is what finds a full disk (see `write_raster`)."""
+
+    def __init__(self, path: Path, **profile: Any) -> None:
+        self.path = path
+        self.target = rasterio.open(path, "w", **profile)
+        self.written: list[tuple[Window, int]] = []
+
+    def write(self, values: NDArray[Any], window: Window) -> None:
+        """``values`` as they stand in the file, shape (bands, rows, columns), of the file's type."""
+        self.target.write(values, window=window)
+        self.written.append((window, zlib.crc32(np.ascontiguousarray(values).data)))
+
+    def __enter__(self) -> WindowWriter:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        self.target.close()
+        if kind is None:
+            self._read_back()
+
+    def _read_back(self) -> None:
+        with rasterio.open(self.path) as made:
+            for window, checksum in self.written:
+                if zlib.crc32(np.ascontiguousarray(made.read(window=window)).data) != checksum:
+                    raise OSError(f"{self.path}: what was written does not read back")

@@ -1,0 +1,242 @@
+"""Results that appear whole or not at all: written under a hidden name beside the final one, then renamed.
+
+Everything that can be known before the work starts (an existing
+output, a folder that cannot be written to, another run that writes the same output) is said before it starts.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import shutil
+import tempfile
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from deadwood_algorithms.tool import UserError
+
+try:
+    import fcntl
+except ImportError:  # Windows, where two runs into one output are not found out
+    fcntl = None
+
+STAGED, LOCK = ".partial-", ".lock"  # how the hidden names beside an output go on
+
+FULL = (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))
+FULL_WORDS = ("disk is full", "disk full", "no space left", "quota exceeded", "disk quota")
+# Below this many free bytes, a failed write of GDAL (which often tells no reason) is put down to the disk.
+NEARLY_FULL_BYTES = 256 * 1024
+
+
+@contextmanager
+def output_path(
+    path: str | Path,
+    overwrite: bool = False,
+    *,
+    suffix: str | None = None,
+    inputs: Iterable[str | Path | None] = (),
+) -> Iterator[Path]:
+    """Give a temporary path of the same name; at success it takes the final place, at failure nothing stays.
+
+    Parameters
+    ----------
+    suffix : str, optional
+        The only file ending accepted, such as ``.gpkg``.
+    inputs : iterable of path
+        Files that the tool reads, which it never replaces, ``overwrite`` or not.
+    """
+    final = Path(path)
+    if suffix and final.suffix.lower() != suffix:
+        raise UserError(f"{path}: the output must be a {suffix} file; name it {final.with_suffix(suffix)}")
+    inputs = list(inputs)
+
+    def check() -> None:
+        if final.is_dir():
+            raise UserError(f"{path}: the output is a folder that exists, but must be a file")
+        if _exists(final, path) and not overwrite:
+            raise UserError(f"{path}: the output exists; --overwrite replaces it")
+        for each in inputs:
+            if each and _same_file(Path(str(each).split("|", 1)[0]), final):
+                raise UserError(f"{path}: the output is also an input, which is never replaced; name another file")
+
+    with _staged(final, path, check) as folder:
+        temporary = folder / final.name
+        yield temporary
+        for made in sorted(folder.iterdir(), key=lambda each: each == temporary):  # the sidecars first
+            _flush(made)
+            os.replace(made, final.with_name(made.name))
+
+
+@contextmanager
+def output_folder(path: str | Path, overwrite: bool = False) -> Iterator[Path]:
+    """Give a temporary folder that takes the final place at success and vanishes at failure.
+
+    ``overwrite`` replaces only a folder that holds a ``manifest.json``, that is, an earlier result: a slip such as
+    ``--output ~ --overwrite`` must not cost anybody their files.
+    """
+    final = Path(path)
+
+    def occupied() -> bool:
+        return _exists(final, path) and (not final.is_dir() or any(not _is_ours(each) for each in final.iterdir()))
+
+    def check() -> None:
+        if occupied() and not overwrite:
+            raise UserError(f"{path}: the output exists; --overwrite replaces it")
+        if occupied() and not (final / "manifest.json").is_file():
+            raise UserError(
+                f"{path}: the output exists and is no result folder (no manifest.json); name another folder"
+            )
+
+    with _staged(final / "x" if final.is_dir() and not occupied() else final, path, check) as folder:
+        yield folder
+        for made in folder.rglob("*"):
+            if made.is_file():
+                _flush(made)
+        if not overwrite:
+            check()  # somebody may have put something there in the meantime
+        if not final.is_dir():
+            folder.chmod(0o777 & ~_umask())
+            os.replace(folder, final)
+        elif (
+            not occupied()
+        ):  # a folder made beforehand, perhaps a mount point, which cannot be renamed: filled in place
+            for made in sorted(folder.iterdir(), key=lambda each: each.name == "manifest.json"):
+                os.replace(made, final / made.name)
+        else:
+            old = folder.with_name(folder.name + "-old")
+            os.replace(final, old)
+            folder.chmod(0o777 & ~_umask())
+            os.replace(folder, final)
+            shutil.rmtree(old, ignore_errors=True)
+
+
+@contextmanager
+def _staged(final: Path, named: str | Path, check: Callable[[], None]) -> Iterator[Path]:
+    """A hidden folder beside ``final``, removed in the end; its making is the check that one can write there.
+
+    ``check`` refuses an output that may not be replaced; it is asked before anything is made, and again once no other
+    run can write the same output any more.
+    """
+    check()
+    made = [each for each in final.parents if not _exists(each, named)]
+    lock = None
+    try:
+        final.parent.mkdir(parents=True, exist_ok=True)
+        lock = _lock(final, named)
+        check()
+        folder = Path(tempfile.mkdtemp(prefix=f".{final.name[:80]}{STAGED}", dir=final.parent))
+    except BaseException as error:
+        _unlock(lock, final)
+        _remove_empty(made)
+        if isinstance(error, OSError):
+            raise _in_words(error, named, final.parent) from error
+        raise
+    try:
+        (folder / "x").write_bytes(b"x")
+        (folder / "x").unlink()
+        yield folder
+        made = []
+    except UserError:
+        raise
+    except Exception as error:
+        if _is_full(error, final.parent):
+            raise UserError(
+                f"{named}: the disk is full, nothing was written; free some space in {final.parent}"
+            ) from error
+        if isinstance(error, OSError) and error.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
+            raise _in_words(error, named, final.parent) from error
+        raise
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+        _unlock(lock, final)
+        _remove_empty(made)
+
+
+def _remove_empty(folders: Iterable[Path]) -> None:
+    for each in folders:
+        if each.is_dir() and not any(each.iterdir()):
+            each.rmdir()
+
+
+def _lock_of(final: Path) -> Path:
+    return final.with_name(f".{final.name[:80]}{LOCK}")
+
+
+def _is_ours(place: Path) -> bool:
+    """Whether a hidden name is that of a lock or of a result in the making, which make no folder occupied."""
+    return place.name.startswith(".") and (place.name.endswith(LOCK) or STAGED in place.name)
+
+
+def _lock(final: Path, named: str | Path) -> int | None:
+    """A lock on the output that dies with this process, however that ends; refused where another run holds it."""
+    if fcntl is None:
+        return None
+    place = _lock_of(final)
+    while True:
+        handle = os.open(place, os.O_RDWR | os.O_CREAT, 0o666)
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if place.exists() and os.path.samestat(os.fstat(handle), place.stat()):
+                return handle
+        except OSError as error:
+            if error.errno in (errno.EWOULDBLOCK, errno.EACCES):
+                os.close(handle)
+                raise UserError(
+                    f"{named}: another run is writing this output now; wait until it ends, or name another output"
+                ) from error
+            return handle  # a file system without locks
+        os.close(handle)  # its last holder removed it between our opening and our locking: once more
+
+
+def _unlock(handle: int | None, final: Path) -> None:
+    if handle is not None:
+        _lock_of(final).unlink(missing_ok=True)
+        os.close(handle)
+
+
+def _in_words(error: OSError, named: str | Path, folder: Path) -> UserError:
+    if error.errno in FULL:
+        return UserError(f"{named}: the disk is full, nothing was written; free some space in {folder}")
+    why = error.strerror or str(error)
+    return UserError(f"{named}: the folder {folder} cannot be written to ({why}); name an output in another one")
+
+
+def _is_full(error: BaseException | None, folder: Path) -> bool:
+    """Whether a failure, or what caused it, is a full disk; GDAL and SQLite say so in words, or not at all."""
+    library = False
+    while error is not None:
+        if isinstance(error, OSError) and error.errno in FULL:
+            return True
+        if any(word in str(error).lower() for word in FULL_WORDS):
+            return True
+        library = library or type(error).__module__.split(".")[0] in ("rasterio", "pyogrio", "pyarrow", "sqlite3")
+        library = library or "read back" in str(error)
+        error = error.__cause__ or error.__context__
+    return library and shutil.disk_usage(folder).free < NEARLY_FULL_BYTES
+
+
+def _same_file(one: Path, other: Path) -> bool:
+    try:
+        return one.exists() and other.exists() and one.samefile(other)
+    except (OSError, ValueError):  # a name too long, a NUL in it: said when it is opened
+        return False
+
+
+def _exists(place: Path, named: str | Path) -> bool:
+    try:
+        return place.exists()
+    except OSError as error:
+        raise _in_words(error, named, place.parent) from error
+
+
+def _flush(made: Path) -> None:
+    """Bring a file to the disk before it gets its name: some file systems find only now that they are full."""
+    with made.open("rb+") as handle:
+        os.fsync(handle.fileno())
+
+
+def _umask() -> int:
+    current = os.umask(0)
+    os.umask(current)
+    return current

@@ -1,0 +1,243 @@
+"""Rasters in and out: opened, read onto a grid, written. A DEM is the matter of `dem_windows`.
+
+What is outside (nodata, NaN, off the grid) is NaN, never a height.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyproj
+import rasterio
+from rasterio.crs import CRS as RasterioCRS
+from rasterio.errors import RasterioError
+from rasterio.transform import Affine
+from rasterio.windows import Window
+
+from deadwood_algorithms.files import styles
+from deadwood_algorithms.files.ascii_grid import refuse_broken_ascii, why_not_ascii
+from deadwood_algorithms.files.crs import accuracy_words, horizontal, same_crs
+from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.files.inputs import refuse_missing
+from deadwood_algorithms.tool import Feedback, Quiet, UserError
+
+STRIP_BYTES = 32 * 2**20
+TILE_CELLS = 256
+PACKED = (".zip", ".gz", ".7z", ".rar", ".tar", ".tgz", ".bz2", ".xz")
+# Formats whose data are the bare numbers: GDAL does not always raise when some are missing at the end.
+FLAT_FORMATS = ("ENVI", "EHdr", "SAGA", "RST", "BT")
+
+
+def read_raster_on(path: str | Path, grid: Grid, *, what: str, feedback: Feedback | None = None) -> np.ndarray:
+    """Band 1 of a raster on the cells of ``grid`` (row 0 south): the nearest value, NaN where the raster has none.
+
+    The source cell that holds each cell's centre is calculated for each alone, so a window gives what the whole gives;
+    GDAL's warper approximates along rows and does not.
+    """
+    feedback = feedback or Quiet()
+    with open_raster(path, what) as source:
+        refuse_cut_off(source, path)
+        if source.transform == Affine.identity():
+            raise UserError(f"{path}: the {what} raster has no georeference; mend: gdal_translate -a_ullr W N E S ...")
+        if source.crs is None:
+            feedback.note(f"{path}: the {what} raster has no CRS, it is taken to be in the DEM's")
+        own = pyproj.CRS.from_wkt(source.crs.to_wkt()) if source.crs else grid.crs
+        same = same_crs(own, grid.crs)
+        frame = grid.frame
+        if not (same and source.shape == frame.shape and source.transform.almost_equals(frame.transform)):
+            how = "" if same else f", {accuracy_words(own, grid.crs, source.bounds)}"
+            feedback.note(f"{path}: the {what} raster is brought onto the DEM's cells (nearest value{how})")
+        return read_part_on(source, grid, feedback, what)
+
+
+def read_part_on(source: Any, grid: Grid, feedback: Feedback | None = None, what: str = "") -> np.ndarray:
+    """Band 1 of an open raster on the cells of ``grid`` (row 0 south), of which only the part around it is read.
+
+    The nearest value, NaN where the raster has none; one without a CRS is in that of the grid.
+    """
+    own = pyproj.CRS.from_wkt(source.crs.to_wkt()) if source.crs else grid.crs
+    same = same_crs(own, grid.crs)
+    moved = None if same else pyproj.Transformer.from_crs(grid.plan_crs, horizontal(own), always_xy=True)
+    values = np.full(grid.shape, np.nan, np.float32)
+    rows = max(1, STRIP_BYTES // (64 * grid.shape[1]))
+    for start in range(0, grid.shape[0], rows):
+        strip = slice(start, min(grid.shape[0], start + rows))
+        values[strip] = _nearest(source, grid, strip, moved)
+        if feedback:
+            feedback.progress(strip.stop, grid.shape[0], f"reading the {what} raster")
+    return values
+
+
+def _nearest(source: Any, grid: Grid, strip: slice, moved: Any) -> np.ndarray:
+    """Values of the source cells that hold the centres of these rows of the grid; NaN beyond the source."""
+    frame, (column, row) = grid.frame, grid.first
+    x = frame.x0 + (column + np.arange(grid.shape[1])) * frame.cell
+    y = frame.y0 + (row + np.arange(strip.start, strip.stop)) * frame.cell
+    inverse = ~source.transform
+    # Mostly columns depend on x alone and rows on y, and need not be found for each cell.
+    if moved is None and inverse.b == inverse.d == 0.0:
+        i, j = inverse.a * x + inverse.c, inverse.e * y + inverse.f
+        columns, rows = np.flatnonzero((i >= 0) & (i < source.width)), np.flatnonzero((j >= 0) & (j < source.height))
+        places, i, j = np.ix_(rows, columns), i[None, columns], j[rows, None]
+    else:
+        x, y = np.broadcast_arrays(x[None, :], y[:, None])
+        x, y = moved.transform(x, y) if moved else (x, y)
+        i, j = inverse.a * x + inverse.b * y + inverse.c, inverse.d * x + inverse.e * y + inverse.f
+        # inf, where PROJ knows no way, is outside
+        places = np.nonzero((i >= 0) & (i < source.width) & (j >= 0) & (j < source.height))
+        i, j = i[places], j[places]
+    values = np.full((strip.stop - strip.start, grid.shape[1]), np.nan, np.float32)
+    if i.size and j.size:
+        i, j = i.astype(np.int64), j.astype(np.int64)
+        left, top = int(i.min()), int(j.min())
+        window = Window(left, top, int(i.max()) - left + 1, int(j.max()) - top + 1)  # type: ignore[call-arg]
+        values[places] = read_values(source, window, np.float32)[j - top, i - left]
+    return values
+
+
+def write_raster(
+    path: str | Path,
+    values: np.ndarray,
+    grid: Grid,
+    *,
+    nodata: float | None = None,
+    dtype: str,
+    units: str = "",
+    description: str = "",
+) -> None:
+    """Write a GeoTIFF (tiled, deflate) from an array whose row 0 is the southernmost, and read it back.
+
+    Its style for QGIS stands beside it, in ``NAME.qml`` (`styles`).
+    """
+    write_bands(path, {description: values}, grid, nodata=nodata, dtype=dtype, units=[units])
+
+
+def write_bands(
+    path: str | Path,
+    bands: Mapping[str, np.ndarray],
+    grid: Grid,
+    *,
+    nodata: float | None = None,
+    dtype: str,
+    units: Sequence[str],
+) -> None:
+    """Write a GeoTIFF of several bands by their descriptions, as `write_raster` does one; ``units`` by band.
+
+    Of a window the whole grid is written, and only the window stored.
+
+    The reading back is what finds a full disk: GDAL writes the last tiles at closing, and closing raises nothing.
+    """
+    for values in bands.values():
+        if values.shape != grid.shape:
+            raise ValueError(f"an array of {values.shape} for a grid of {grid.shape}")
+    frame, part = grid.frame, grid.part
+    profile = geotiff_profile(frame.shape, frame.crs, frame.transform, dtype, nodata, len(bands))
+    if len(bands) > 1:
+        profile["interleave"] = "band"
+    if grid.whole is not None:
+        profile["sparse_ok"] = True  # tiles beyond the window are not stored, and read as nodata or 0
+    top = frame.shape[0] - part.row - part.rows
+    place = Window(part.column, top, part.columns, part.rows)  # type: ignore[call-arg]
+    with rasterio.open(path, "w", **profile) as target:
+        for number, (description, values) in enumerate(bands.items(), start=1):
+            target.write(_north_up(values, dtype), number, window=place)
+            if units[number - 1]:
+                target.set_band_unit(number, units[number - 1])
+            if description:
+                target.set_band_description(number, description)
+    with rasterio.open(path) as written:
+        for number, values in enumerate(bands.values(), start=1):
+            north_up = _north_up(values, dtype)
+            for start in range(0, part.rows, TILE_CELLS):
+                rows = slice(start, min(part.rows, start + TILE_CELLS))
+                strip = Window(part.column, top + start, part.columns, rows.stop - start)  # type: ignore[call-arg]
+                if not np.array_equal(written.read(number, window=strip), north_up[rows], equal_nan=dtype[0] == "f"):
+                    raise OSError(f"{path}: what was written does not read back")
+    description, values = next(iter(bands.items()))
+    styles.store_beside(Path(path), styles.of_raster(Path(path).stem, values, units[0], description))
+
+
+def _north_up(values: np.ndarray, dtype: str) -> np.ndarray:
+    return np.ascontiguousarray(values[::-1], dtype=dtype)
+
+
+def geotiff_profile(
+    shape: tuple[int, int], crs: pyproj.CRS, transform: Affine, dtype: str, nodata: float | None, count: int = 1
+) -> dict[str, Any]:
+    """How every GeoTIFF of the toolbox is written: tiled and packed, for ``rasterio.open``."""
+    profile: dict[str, Any] = {
+        "driver": "GTiff",
+        "height": shape[0],
+        "width": shape[1],
+        "count": count,
+        "dtype": dtype,
+        "crs": RasterioCRS.from_wkt(crs.to_wkt()),
+        "transform": transform,
+        "tiled": True,
+        "blockxsize": TILE_CELLS,
+        "blockysize": TILE_CELLS,
+        "compress": "deflate",
+        "predictor": 3 if dtype.startswith("float") else 2,
+        "bigtiff": "if_safer",
+    }
+    return profile if nodata is None else {**profile, "nodata": nodata}
+
+
+def open_raster(path: str | Path, what: str) -> Any:
+    """Open a raster for reading, or say in one line why not."""
+    refuse_missing(path, what)
+    try:
+        source = rasterio.open(path)
+    except RasterioError as error:
+        packed = "it is packed; unpack it first" if Path(path).suffix.lower() in PACKED else None
+        reason = why_not_ascii(path) or packed or first_line(error)
+        raise UserError(f"{path}: the {what} is no raster that can be read ({reason})") from error
+    if source.count == 0:
+        names = [name.split(":")[-1] for name in source.subdatasets]
+        source.close()
+        inside = f"several rasters ({', '.join(names)}); write one of them out: gdal_translate" if names else "no band"
+        raise UserError(f"{path}: the {what} file holds {inside}")
+    return source
+
+
+def is_raster(path: str | Path) -> bool:
+    """Whether the path opens as a raster with a band; a vector file, a text table, or nothing at all is none."""
+    if "|" in str(path) or not Path(path).is_file():
+        return False
+    try:
+        with rasterio.open(path) as source:
+            return source.count > 0
+    except RasterioError:
+        return False
+
+
+def refuse_cut_off(source: Any, path: str | Path) -> None:
+    """Where GDAL reads what is missing at the end of a file as 0 without a word (the other formats raise)."""
+    if source.driver == "AAIGrid":
+        refuse_broken_ascii(path, source.width, source.height)
+    needed = source.width * source.height * source.count * np.dtype(source.dtypes[0]).itemsize
+    if source.driver in FLAT_FORMATS and Path(path).stat().st_size < needed:
+        raise UserError(f"{path}: the file is shorter than its header promises; it is cut off, get it again")
+
+
+def read_values(source: Any, window: Window, dtype: Any) -> np.ndarray:
+    """A window of band 1, scale and offset applied, NaN for what is masked or not finite; rows as in the file."""
+    try:
+        raw = source.read(1, window=window, masked=True)
+    except RasterioError as error:
+        reason, start = first_line(error.__cause__ or error), window.row_off
+        rows = f"rows {start + 1} to {start + window.height}"
+        raise UserError(f"{source.name}: the raster is damaged, {rows} ({reason})") from error
+    scale, offset = source.scales[0], source.offsets[0]
+    values = raw.data if scale == 1 and offset == 0 else raw.data * np.float64(scale) + offset
+    with np.errstate(over="ignore", invalid="ignore"):
+        values = values.astype(dtype)
+    values[np.ma.getmaskarray(raw) | ~np.isfinite(values)] = np.nan
+    return values
+
+
+def first_line(error: BaseException) -> str:
+    return str(error).splitlines()[0].rstrip(".") if str(error) else type(error).__name__

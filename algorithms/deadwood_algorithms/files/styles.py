@@ -1,0 +1,307 @@
+"""How each layer and raster of the toolbox looks, and how that is stored beside the data.
+
+A GeoPackage carries its styles in the table ``layer_styles``, which QGIS applies by itself; a raster has them in a file
+``NAME.qml`` beside it. Both are written without QGIS, so results look right wherever they are opened, with or without
+the plugin. Colours that tell kinds apart are Okabe and Ito's, ramps are perceptually even; both survive colour-blind
+eyes and a grey printer. Classes of speed, DBH and probability are fixed, so that two runs can be compared by eye.
+"""
+
+from __future__ import annotations
+
+import math
+import sqlite3
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_algorithms import schemas
+from deadwood_algorithms.files import qml
+from deadwood_algorithms.files.qml import Stop, Symbol, fill, line, marker
+
+if TYPE_CHECKING:
+    import geopandas
+
+# For the ways in which a run ends: (label, colour, shape of the marker).
+ENDS = {
+    "tree": ("held by a tree", "#009e73", "circle"),
+    "rest": ("at rest", "#56b4e9", "circle"),
+    "barrier": ("held by a barrier", "#cc79a7", "circle"),
+    "left_dem": ("left the terrain model", "#0072b2", "triangle"),
+    "time_limit": ("still moving", "#d55e00", "square"),
+    "failed": ("failed", "#000000", "cross2"),
+}
+# Eight even steps each, of the ramps magma (its palest end cut off, which grey relief would swallow), viridis, plasma.
+HITS = ("#fec68a", "#fc8a62", "#e75263", "#b73779", "#832681", "#51127c", "#1d1147", "#000004")
+SPEED = ("#fde725", "#a0da39", "#4ac16d", "#1fa187", "#277f8e", "#365c8d", "#46327e", "#440154")
+ENERGY = ("#f7e425", "#fdac33", "#ef7c51", "#d5536f", "#b32c8e", "#8606a6", "#5002a2", "#0d0887")
+GREENS = ("#a1d99b", "#74c476", "#41ab5d", "#238b45", "#00682a", "#00441b")
+DIFFERENCE = ("#2166ac", "#67a9cf", "#d1e5f0", "#f7f7f7", "#fddbc7", "#ef8a62", "#b2182b")
+ROAD, RELEASE, BARRIER, WOOD, PLAIN = "#d55e00", "#0072b2", "#aa3377", "#9c6b3f", "#666666"
+
+SPEEDS_MS = (0.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 40.0)
+DBH_CM = (0.0, 20.0, 40.0, 60.0, 80.0, 100.0)
+SHARES = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
+JUMPS_M = (0.0, 0.5, 1.0, 2.0, 4.0, 6.0, 10.0, 20.0)
+HEIGHT_STEP_M = 5.0
+STAMP = "2000-01-01T00:00:00.000Z"  # as the rest of a GeoPackage: same input, same bytes
+
+
+@dataclass(frozen=True)
+class Style:
+    """The pieces of a style; ``labelled`` switches its labels on."""
+
+    inner: str
+    labelled: bool = False
+
+    def document(self) -> str:
+        return qml.document(self.inner, labelled=self.labelled)
+
+
+# --- vector layers --------------------------------------------------------------------------------------------------
+
+
+def of_layer(name: str, frame: geopandas.GeoDataFrame) -> Style | None:
+    """The style of a layer, by its name and, for a name that is not in the table, by what its columns hold."""
+    kind = kind_of(frame)
+    if kind is None:
+        return None
+    if name in _LAYERS:
+        return _LAYERS[name](frame, kind)
+    if "stop_reason" in frame:
+        return Style(_ends(kind))
+    speed = next((each for each in ("speed_ms", "speed_max_ms") if each in frame), None)
+    if speed:
+        return Style(_speeds(speed, kind))
+    return Style(qml.single(_plain(kind, PLAIN)))
+
+
+def kind_of(frame: geopandas.GeoDataFrame) -> str | None:
+    """Which kind of symbol the geometries take; None for a mixed or empty layer."""
+    kinds = {str(each).removeprefix("Multi") for each in frame.geometry.geom_type.dropna().unique()}
+    names = {"Point": "marker", "LineString": "line", "LinearRing": "line", "Polygon": "fill"}
+    return names.get(kinds.pop()) if len(kinds) == 1 else None
+
+
+def _plain(kind: str, colour: str, size_mm: float = 2.0) -> Symbol:
+    if kind == "marker":
+        return marker(colour, size_mm)
+    return line(colour, 0.3 * size_mm) if kind == "line" else fill(colour, colour, alpha=60, edge_mm=0.3 * size_mm)
+
+
+def _ends(kind: str) -> str:
+    rows = []
+    for reason in schemas.STOP_REASONS:
+        label, colour, shape = ENDS[reason]
+        symbol = marker(colour, 1.8, shape=shape) if kind == "marker" else _plain(kind, colour)
+        rows.append((reason, label, symbol))
+    return qml.categorized("stop_reason", rows)
+
+
+def _classes(field: str, bounds: Sequence[float], unit: str, symbol: Callable[[int], Symbol]) -> str:
+    """One class from each bound to the next, and an open one above the last."""
+    rows = []
+    for k, low in enumerate(bounds):
+        last = k == len(bounds) - 1
+        high = 1e9 if last else bounds[k + 1]
+        label = f"over {low:g} {unit}" if last else f"{low:g} to {high:g} {unit}"
+        rows.append((low, high, label, symbol(k)))
+    return qml.graduated(field, rows)
+
+
+def _speeds(field: str, kind: str) -> str:
+    return _classes(field, SPEEDS_MS, "m/s", lambda k: _plain(kind, SPEED[k], 1.4))
+
+
+def _trees(frame: geopandas.GeoDataFrame, kind: str) -> Style:
+    if kind != "marker" or "dbh_cm" not in frame:
+        return Style(qml.single(_plain(kind, GREENS[3])))
+    flat = _classes(
+        "dbh_cm", DBH_CM, "cm DBH", lambda k: marker(GREENS[k], 0.8 + 0.4 * k, edge=GREENS[-1], edge_mm=0.1)
+    )
+    return Style(flat + qml.cones_3d(_trunks(frame)) if "height_m" in frame else flat)
+
+
+def _trunks(frame: geopandas.GeoDataFrame) -> Iterable[tuple[str, float, float, float, str]]:
+    """A cone for each class of height, with the mean height and DBH of its trees; the top has half the diameter."""
+    height = frame["height_m"].to_numpy(np.float64)
+    dbh = frame["dbh_cm"].to_numpy(np.float64)
+    step = np.floor(height / HEIGHT_STEP_M)
+    for each in np.unique(step[np.isfinite(step) & np.isfinite(dbh)]):
+        inside = step == each
+        low, radius = each * HEIGHT_STEP_M, float(np.nanmean(dbh[inside])) / 200.0
+        condition = f'"height_m" >= {low:g} and "height_m" < {low + HEIGHT_STEP_M:g}'
+        yield condition, radius, 0.5 * radius, float(np.nanmean(height[inside])), GREENS[3]
+
+
+def _trajectories(frame: geopandas.GeoDataFrame, kind: str) -> Style:
+    return Style(_speeds("speed_max_ms", kind) + qml.ribbons_3d(ENERGY[3], 1.5))
+
+
+def _barriers(frame: geopandas.GeoDataFrame, kind: str) -> Style:
+    height = float(np.nanmean(frame["height_m"])) if "height_m" in frame and len(frame) else 3.0
+    return Style(qml.single(_plain(kind, BARRIER, 4.0)) + qml.walls_3d(BARRIER, 0.3, height))
+
+
+def _reach(frame: geopandas.GeoDataFrame, kind: str) -> Style:
+    widths = np.linspace(2.0, 6.0, len(SHARES))
+    rows = [(0.0, SHARES[0], "up to 0.1 %", _plain(kind, PLAIN))]
+    for k, low in enumerate(SHARES[:-1]):
+        label = f"{100 * low:g} to {100 * SHARES[k + 1]:g} %"
+        rows.append((low, SHARES[k + 1], label, _plain(kind, HITS[k + 1], float(widths[k]))))
+    text = "\"line_id\" || ': ' || format_number(100 * \"p\", 1) || ' %'"
+    return Style(qml.graduated("p", rows) + qml.labels(text), labelled=True)
+
+
+def _outlines(frame: geopandas.GeoDataFrame, kind: str) -> Style:
+    """Without a 3-D symbol, so that the 3-D view drapes them over the terrain, where it minds the time."""
+    return Style(qml.single(fill(WOOD, EDGE_OF_WOOD)) + qml.intervals("t", "t_end"))
+
+
+def _solids(frame: geopandas.GeoDataFrame, kind: str) -> Style:
+    return Style(qml.single(fill(WOOD, WOOD, alpha=60, edge_mm=0.1)) + qml.faces_3d(WOOD))
+
+
+def _spread(frame: geopandas.GeoDataFrame, kind: str) -> Style:
+    text = "format_number(\"spread_deg\", 0) || '°'"
+    return Style(qml.single(_plain(kind, RELEASE)) + qml.labels(text), labelled=True)
+
+
+EDGE_OF_WOOD = "#4a3320"
+
+
+def _in(colour: str, size_mm: float = 2.0) -> Callable[[Any, str], Style]:
+    return lambda frame, kind: Style(qml.single(_plain(kind, colour, size_mm)))
+
+
+_LAYERS: dict[str, Callable[[Any, str], Style]] = {
+    "releases": _in(RELEASE, 1.2),
+    "release_area": _in(RELEASE),
+    "trees": _trees,
+    "barriers": _barriers,
+    "lying_logs": _in(WOOD, 3.0),
+    "lines": _in(ROAD, 3.0),
+    "forest": _in(GREENS[3]),
+    "deposits": lambda frame, kind: Style(_ends(kind)),
+    "deposited_logs": lambda frame, kind: Style(_ends(kind)),
+    "trajectories": _trajectories,
+    "reach": _reach,
+    "reached_by": _in(ROAD, 1.4),
+    "spread": _spread,
+    "azimuths": _in(RELEASE, 1.2),
+    "release_areas": _in(RELEASE),
+    "candidates": _in(ROAD, 2.4),
+    "others": _in(PLAIN, 1.6),
+    "earthworks": _in(WOOD, 3.0),
+    "flights": _in(RELEASE, 2.0),
+    "clearances": _in(BARRIER, 2.4),
+    "log_outlines": _outlines,
+    "log_solids": _solids,
+}
+
+
+# --- rasters --------------------------------------------------------------------------------------------------------
+
+
+def of_raster(name: str, values: NDArray[Any], units: str, description: str = "") -> Style | None:
+    """The style of a raster, by its name, description and unit; None where there is nothing to say."""
+    about = f"{name} {description}".lower()
+    if "difference" in about:
+        return _difference(values, units)
+    if units == "logs":
+        return _counts(values)
+    if units == "m/s":
+        return _scale(SPEEDS_MS, SPEED, "m/s")
+    if units == "kJ":
+        return _scale(_round_steps(_largest(values), len(ENERGY)), ENERGY, "kJ")
+    if "jump" in about:
+        return _scale(JUMPS_M, SPEED, "m")
+    if "susceptibility" in about:
+        even = (Stop(0.1 * k, colour, f"{0.1 * k:.1f}") for k, colour in enumerate(HITS, start=1))
+        return Style(qml.ramp([Stop(0.0, HITS[0], "0", alpha=0), *even]))
+    if units == "1":
+        clear = Stop(0.0, HITS[0], "0 %", alpha=0)
+        shares = (Stop(each, HITS[k], f"{100 * each:g} %") for k, each in enumerate(SHARES))
+        return Style(qml.ramp([clear, *shares]))
+    if units == "m" and ("terrain" in about or "dem" in about):
+        return Style(qml.relief_shading())
+    return None
+
+
+def _counts(values: NDArray[Any]) -> Style:
+    """Zero transparent, then even steps of the logarithm, because the most and the least visited cells differ a lot."""
+    largest = max(_largest(values), 2.0)
+    steps = np.unique(np.round(np.geomspace(1.0, largest, len(HITS))))
+    colours = [HITS[round(k)] for k in np.linspace(0, len(HITS) - 1, steps.size)]
+    stops = [Stop(float(step), colour, f"{step:.0f}") for step, colour in zip(steps, colours, strict=True)]
+    return Style(qml.ramp([Stop(0.0, HITS[0], "0", alpha=0), *stops]))
+
+
+def _difference(values: NDArray[Any], units: str) -> Style:
+    """Blue for less, red for more, and no difference transparent."""
+    finite = np.abs(np.asarray(values, np.float64)[np.isfinite(values)])
+    far = float(np.quantile(finite, 0.999)) if finite.size and finite.any() else 1.0
+    far = far if far > 0.0 else float(finite.max())
+    middle = len(DIFFERENCE) // 2
+    stops = []
+    for k, colour in enumerate(DIFFERENCE):
+        value = far * (k - middle) / middle
+        stops.append(Stop(value, colour, f"{value:+.3g} {units}".rstrip(" 1"), alpha=0 if k == middle else 255))
+    return Style(qml.ramp(stops))
+
+
+def _scale(steps: Sequence[float], colours: Sequence[str], unit: str) -> Style:
+    return Style(qml.ramp([Stop(v, colour, f"{v:g} {unit}") for v, colour in zip(steps, colours, strict=True)]))
+
+
+def _round_steps(largest: float, count: int) -> list[float]:
+    """Steps from 0 of a round size that just cover the largest value."""
+    raw = max(largest, 1e-9) / (count - 1)
+    size = 10.0 ** math.floor(math.log10(raw))
+    step = next(size * each for each in (1.0, 2.0, 2.5, 5.0, 10.0) if size * each >= raw)
+    return [step * k for k in range(count)]
+
+
+def _largest(values: NDArray[Any]) -> float:
+    return float(np.fmax.reduce(values, axis=None)) if values.size and np.isfinite(values).any() else 1.0
+
+
+# --- storing --------------------------------------------------------------------------------------------------------
+
+
+def store_beside(raster: Path, style: Style | None) -> None:
+    """Write ``NAME.qml`` beside a raster."""
+    if style:
+        raster.with_suffix(".qml").write_text(style.document(), encoding="utf-8")
+
+
+TABLE = "layer_styles"  # QGIS's name for it
+
+
+def store_in(package: Path, styles: Mapping[str, Style | None]) -> None:
+    """Write the table ``layer_styles`` of a GeoPackage, from which QGIS takes the style of each layer."""
+    rows = [(name, style) for name, style in styles.items() if style]
+    if not rows:
+        return
+    with closing(sqlite3.connect(package)) as connection, connection:
+        connection.execute(_COLUMNS)
+        connection.executemany(
+            f"INSERT INTO {TABLE} VALUES (?, '', '', ?, 'geom', ?, ?, '', 1, '', '', '', ?)",
+            [(k + 1, name, name, style.document(), STAMP) for k, (name, style) in enumerate(rows)],
+        )
+        connection.execute(
+            "INSERT INTO gpkg_contents (table_name, data_type, identifier, description, last_change, srs_id) "
+            "VALUES (?, 'attributes', ?, 'Styles of the layers, for QGIS', ?, 0)",
+            (TABLE, TABLE, STAMP),
+        )
+
+
+# As QGIS itself makes it.
+_COLUMNS = """CREATE TABLE layer_styles (
+    id INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, f_table_catalog TEXT(256), f_table_schema TEXT(256),
+    f_table_name TEXT(256), f_geometry_column TEXT(256), styleName TEXT(30), styleQML TEXT, styleSLD TEXT,
+    useAsDefault BOOLEAN, description TEXT, owner TEXT(30), ui TEXT(30), update_time DATETIME)"""

@@ -1,0 +1,171 @@
+"""Text tables as people have them: any separator, decimal commas, BOM, UTF-8, UTF-16 or latin-1, header or none.
+
+Numbers may be grouped (2'600'000, 2.600.000,5 or 2,600,000.5). Where a column alone cannot tell (1.234), a point or a
+comma is decimal.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pandas as pd
+
+from deadwood_algorithms.files.inputs import refuse_missing
+from deadwood_algorithms.tool import UserError
+
+TEXT_SUFFIXES = (".csv", ".txt", ".tsv", ".tab", ".dat", ".xyd", ".xyz")
+MISSING_WORDS = ("", "na", "n/a", "nan", "null", "none", "-", "#n/a")
+SAMPLE_LINES = 50
+NUMBER = re.compile(r"[-+]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?")
+GROUPED = r"(?<=\d)['’ \u00a0\u202f](?=\d{3}(\D|$))"  # 2'600'000, as Swiss spreadsheets write it; 2 600 000
+# 2.600.000,5 (and 2,600,000.5 with point and comma exchanged): one cell that can be nothing else tells the whole column
+GROUPED_POINTS = r"[-+]?\d{1,3}(\.\d{3})+(,\d*)?"
+SURELY_GROUPED_POINTS = r"[-+]?\d{1,3}((\.\d{3})+,\d*|(\.\d{3}){2,})"
+PLAIN_COMMA = r"[-+]?\d+(,\d*)?"
+EXCHANGED = str.maketrans(".,", ",.")
+csv.field_size_limit(2**30)  # a polygon as text is longer than the 131 072 characters that the module allows
+
+
+def is_text_table(path: str | Path) -> bool:
+    """Whether the name says a text table; a .tab may also be the head of a MapInfo layer."""
+    place = Path(path)
+    if place.suffix.lower() == ".tab" and place.is_file():
+        with place.open("rb") as source:
+            return not source.read(20).lstrip().lower().startswith(b"!table")
+    return place.suffix.lower() in TEXT_SUFFIXES
+
+
+def read_text_table(path: str | Path, what: str) -> pd.DataFrame:
+    """Read a delimited text file; columns of numbers become numbers, everything else stays text (missing: NaN).
+
+    A file without header gets the columns ``column_1``, ``column_2``, ... Row i of the frame is data row i + 1.
+    """
+    refuse_missing(path, what)
+    lines = [line for line in _decoded(Path(path), what).split("\n") if line.strip(" \t;,\r")]
+    said = re.fullmatch(r'"?sep=(.)"?', lines[0].strip(), re.IGNORECASE) if lines else None  # for spreadsheets
+    lines = lines[1:] if said else lines
+    while lines and lines[0].lstrip().startswith("#"):
+        lines = lines[1:]
+    if not lines:
+        raise UserError(f"{path}: the {what} table holds no row")
+    separator = said.group(1) if said else _separator(lines[:SAMPLE_LINES])
+    if separator == " ":
+        lines = [re.sub(r"[ \t]+", " ", line.strip()) for line in lines]
+    first = next(csv.reader([lines[0]], delimiter=separator, skipinitialspace=True))
+    while len(first) > 1 and not first[-1].strip():
+        first = first[:-1]
+    has_header = not any(_is_number(cell) or cell.strip().lower() == "nan" for cell in first)
+    if has_header:
+        names = [cell.strip() or f"column_{i + 1}" for i, cell in enumerate(first)]
+        double = next((name for i, name in enumerate(names) if name in names[:i]), None)
+        if double:
+            raise UserError(f"{path}: two columns of the {what} table are called '{double}'; rename one")
+        lines = lines[1:]
+    else:
+        names = [f"column_{i + 1}" for i in range(len(first))]
+    if not lines:
+        raise UserError(f"{path}: the {what} table holds a header but no row")
+    return pd.DataFrame({name: _numbers(cells) for name, cells in _columns(lines, separator, names, path).items()})
+
+
+def _decoded(path: Path, what: str) -> str:
+    raw = path.read_bytes()
+    encodings = ["utf-8-sig", "cp1252", "latin-1"]
+    if raw[:4] in (b"\xff\xfe\0\0", b"\0\0\xfe\xff"):
+        encodings = ["utf-32"]
+    elif raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        encodings = ["utf-16"]
+    elif len(raw) > 3:  # UTF-16 without its mark: every second byte of a table of numbers is 0, no other one is
+        even, odd = raw[::2].count(0) / (len(raw) / 2), raw[1::2].count(0) / (len(raw) / 2)
+        if max(even, odd) > 0.8 and min(even, odd) == 0.0:
+            encodings = ["utf-16-le" if odd > even else "utf-16-be"]
+    for encoding in encodings:
+        try:
+            text = raw.decode(encoding)
+            break
+        except UnicodeDecodeError:
+            continue
+    else:
+        raise UserError(f"{path}: the {what} table is not readable text; save it as UTF-8")
+    if "\0" in text:
+        raise UserError(f"{path}: the {what} table is no text file (it holds NUL bytes); save it as text, UTF-8")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _separator(lines: list[str]) -> str:
+    """The separator that cuts the sample into the same number of cells everywhere; a comma last, it may be decimal."""
+    best, best_score = ",", (0.0, 0)
+    for separator in (";", "\t", "|", ","):
+        counts = [len(row) for row in csv.reader(lines, delimiter=separator)]
+        usual = max(set(counts), key=counts.count)
+        if usual > 1:
+            score = (counts.count(usual) / len(counts), 1)
+            if score > best_score:
+                best, best_score = separator, score
+    if best_score == (0.0, 0) or best_score[0] < 0.5:
+        counts = [len(line.split()) for line in lines]
+        if min(counts) > 1:
+            return " "
+    return best
+
+
+def _columns(lines: list[str], separator: str, names: list[str], path: str | Path) -> dict[str, pd.Series]:
+    columns: list[list[str]] = [[] for _ in names]
+    for row_number, row in enumerate(_rows(lines, separator, path), start=1):
+        if len(row) > len(names) and not any(cell.strip() for cell in row[len(names) :]):
+            row = row[: len(names)]
+        if len(row) != len(names):
+            raise UserError(
+                f"{path}: row {row_number} has {len(row)} cells, the first line has {len(names)} (separator "
+                f"'{separator}'); mend that row, or quote cells that hold the separator"
+            )
+        for cells, cell in zip(columns, row, strict=True):
+            cells.append(cell.strip())
+    return {name: pd.Series(cells, dtype=object) for name, cells in zip(names, columns, strict=True)}
+
+
+def _rows(lines: list[str], separator: str, path: str | Path) -> Iterator[list[str]]:
+    """The cells of each row; a quote that is never closed would swallow the rows behind it, so it is refused."""
+    reader = csv.reader(io.StringIO("\n".join(lines)), delimiter=separator, skipinitialspace=True, strict=True)
+    number = 1
+    try:
+        for row in reader:
+            yield row
+            number += 1
+    except csv.Error as error:
+        raise UserError(f'{path}: row {number} cannot be cut into cells ({error}); look for a stray " in it') from error
+
+
+def _numbers(cells: pd.Series) -> pd.Series:
+    """A column as numbers when each cell that is not missing is one, else as text.
+
+    So is one with leading zeros (007), which is an id and would lose them; `columns` makes a number of it if need be.
+    """
+    text = cells.where(~cells.str.lower().isin(MISSING_WORDS), None)
+    if text.str.fullmatch(r"0\d+").any():
+        return text
+    plain = text.str.replace(GROUPED, "", regex=True).str.replace("\u2212", "-", regex=False)
+    known = plain.dropna()
+    if _grouped_by_points(known):
+        plain = plain.str.replace(".", "", regex=False)
+    elif _grouped_by_points(known.str.translate(EXCHANGED)):
+        plain = plain.str.replace(",", "", regex=False)
+    elif known.str.contains(",", regex=False).any() and known.str.contains(".", regex=False).any():
+        return text  # 1.234 beside 35,5 in one column: what the point means, nobody can tell
+    numbers = pd.Series(pd.to_numeric(plain.str.replace(",", ".", regex=False), errors="coerce"))
+    return numbers if numbers.notna().sum() == text.notna().sum() else text
+
+
+def _grouped_by_points(cells: pd.Series) -> bool:
+    """Whether points stand before every third digit of these cells, a comma before the decimals, beyond doubt."""
+    if not cells.str.fullmatch(SURELY_GROUPED_POINTS).any():
+        return False
+    return bool((cells.str.fullmatch(GROUPED_POINTS) | cells.str.fullmatch(PLAIN_COMMA)).all())
+
+
+def _is_number(cell: str) -> bool:
+    return NUMBER.fullmatch(re.sub(GROUPED, "", cell.strip())) is not None

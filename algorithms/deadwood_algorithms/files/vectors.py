@@ -1,0 +1,350 @@
+"""Vector layers in and out: opened, checked, brought into the run's CRS, written as GeoPackage 1.2."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import geopandas as gpd
+import numpy as np
+import pandas as pd
+import pyogrio
+import pyproj
+import shapely
+from pyogrio.errors import DataLayerError, DataSourceError, FeatureError
+
+from deadwood_algorithms import schemas
+from deadwood_algorithms.files import styles
+from deadwood_algorithms.files.columns import field_names, number_column, where_of
+from deadwood_algorithms.files.crs import accuracy_words, crs_name, horizontal, parse_crs, same_crs
+from deadwood_algorithms.files.inputs import refuse_missing
+from deadwood_algorithms.files.tables import is_text_table, read_text_table
+from deadwood_algorithms.tool import Feedback, Quiet, UserError
+
+# GEOS's codes of Point; LineString, LinearRing, MultiLineString; Polygon, MultiPolygon. A MultiPoint of several points
+# is no single place, so it is refused.
+TYPE_CODES = {"point": (0,), "line": (1, 2, 5), "polygon": (3, 6)}
+# Pairs of column names that hold coordinates, in the order in which they are looked for.
+XY_NAMES = (
+    ("x", "y"),
+    ("easting", "northing"),
+    ("east", "north"),
+    ("e", "n"),
+    ("east_m", "north_m"),
+    ("x_m", "y_m"),
+    ("x_coord", "y_coord"),
+    ("xcoord", "ycoord"),
+    ("coord_x", "coord_y"),
+    ("rechtswert", "hochwert"),
+    ("tree_x", "tree_y"),
+    ("x_tree", "y_tree"),
+    ("lon", "lat"),
+    ("longitude", "latitude"),
+)
+WKT_NAMES = ("wkt", "wkt_geom", "geometry", "geom", "the_geom")  # columns that may hold shapes as text
+DEGREE_NAMES = ("lon", "longitude", "lat", "latitude")
+
+
+def read_vector(
+    path: str | Path,
+    *,
+    geometry: Sequence[str] = ("point",),
+    target_crs: pyproj.CRS | None,
+    crs: str | None = None,
+    what: str = "releases",
+    feedback: Feedback | None = None,
+    x_field: str | None = None,
+    y_field: str | None = None,
+    rows: pd.DataFrame | None = None,
+) -> gpd.GeoDataFrame:
+    """Read a layer of points, lines or polygons in ``target_crs``; rows 0..n-1, each with a valid geometry.
+
+    Parameters
+    ----------
+    path : path
+        Any vector format, or a text table with x and y columns; ``file.gpkg|layername=trees`` names one of several
+        layers, and a file with several is refused without it.
+    geometry : sequence of str
+        Which of ``point``, ``line`` and ``polygon`` are welcome. Points come as Point, lines as LineString or, of
+        several parts, MultiLineString, polygons as Polygon or MultiPolygon.
+    target_crs : pyproj.CRS or None
+        Mostly ``grid.crs``. None keeps the layer's own CRS, which it must then have, or ``crs`` must name.
+    crs : str, optional
+        CRS of a layer that names none; without it such a layer is taken to be in ``target_crs``.
+    what : str
+        What the layer is to the tool: a name of `schemas.LAYERS`, or any word for messages. Columns cut short by the
+        shapefile format, or in another letter case, get the name of that schema back.
+    x_field, y_field : str, optional
+        Columns with the coordinates, which then count instead of a geometry.
+    rows : DataFrame, optional
+        What `read_table` gave for the path, or a part of it (its index still tells the row), which is not read again.
+    """
+    feedback = feedback or Quiet()
+    xy_fields = (x_field, y_field) if x_field else None
+    rows = read_table(path, what=what) if rows is None else rows
+    where = where_of(rows)
+    if rows.empty:
+        raise UserError(f"{where}: the {what} layer is empty (no feature)")
+    frame = rows if isinstance(rows, gpd.GeoDataFrame) and not xy_fields else _shapes_of_table(rows, what, xy_fields)
+    frame.geometry = _welcome(frame.geometry, geometry, what, where, feedback)
+    frame = _in_crs(frame, target_crs, crs, what, where, feedback)
+    frame = _schema_names(frame, what, where, feedback)
+    frame.attrs["where"] = where
+    return frame
+
+
+def read_table(path: str | Path, *, what: str) -> pd.DataFrame:
+    """Read the rows of a text table or vector layer as they are: a GeoDataFrame where the file holds geometries."""
+    name, layer = _name_and_layer(path)
+    if is_text_table(name) and not layer:
+        frame = read_text_table(name, what)
+        frame.attrs["where"] = name
+        return frame
+    refuse_missing(name, what)
+    if Path(name).suffix.lower() in (".parquet", ".geoparquet", ".feather"):
+        return _read_arrow(name, what)
+    _refuse_torn_shapefile(name, what)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of M values and curves, which are dropped and straightened
+            layer = _layer_of(name, layer, what)
+            frame = pyogrio.read_dataframe(name, layer=layer)
+    except (DataSourceError, DataLayerError, FeatureError) as error:
+        raise UserError(
+            f"{name}: the {what} file is no vector layer that can be read ({_reason(name, error)})"
+        ) from error
+    single = Path(name).suffix.lower() not in (".gpkg", ".gdb", ".sqlite", ".kml", ".gpx")
+    frame = frame.reset_index(drop=True)
+    frame.attrs["where"] = name if single else f"{name}, layer '{layer}'"
+    return frame
+
+
+def _name_and_layer(path: str | Path) -> tuple[str, str]:
+    """File and layer of ``file.gpkg|layername=trees``; QGIS may add a number in place of the name, or a filter."""
+    name, *facts = str(path).split("|")
+    layer = ""
+    for fact in facts:
+        key, equals, value = (word.strip() for word in fact.partition("="))
+        if key.lower() == "layername" and equals:
+            layer = value
+        elif key.lower() == "layerid" and value.isdigit():
+            layer = f"#{value}"
+        elif key.lower() not in ("geometrytype", "uniquegeometrytype", "option:encoding"):
+            raise UserError(
+                f"{name}: '|{fact}' is not understood (only '|layername=NAME' is); export what is meant to a file"
+            )
+    return name.strip() if facts else name, layer
+
+
+def _reason(name: str, error: Exception) -> str:
+    """Why GDAL could not read it, short; where another word helps more, that one."""
+    suffix = Path(name).suffix.lower()
+    if suffix in (".xlsx", ".xls", ".ods"):
+        return "a spreadsheet is best saved as CSV, and that given"
+    if suffix == "" and not Path(name).is_dir():
+        return "its name has no ending; give a text table the ending .csv"
+    return str(error).split(";")[0].splitlines()[0].rstrip(".")[:200]
+
+
+def _refuse_torn_shapefile(name: str, what: str) -> None:
+    """Without its .dbf a shapefile would be read without any field, and defaults would be taken for all of them."""
+    place = Path(name)
+    if place.suffix.lower() != ".shp" or place.read_bytes()[:4] != b"\x00\x00\x27\x0a":
+        return
+    beside = {each.name.lower() for each in place.parent.iterdir()}
+    missing = [ending for ending in (".shx", ".dbf") if place.stem.lower() + ending not in beside]
+    if missing:
+        raise UserError(
+            f"{name}: of the {what} shapefile the part {place.stem}{missing[0]} is missing; "
+            "copy all its parts (.shp, .shx, .dbf, .prj) together"
+        )
+
+
+def _read_arrow(name: str, what: str) -> pd.DataFrame:
+    import pyarrow
+
+    try:
+        frame = gpd.read_feather(name) if name.lower().endswith(".feather") else gpd.read_parquet(name)
+    except (ValueError, pyarrow.ArrowException, OSError) as error:
+        reason = str(error).splitlines()[0].rstrip(".")
+        raise UserError(f"{name}: the {what} file is no layer of geometries that can be read ({reason})") from error
+    frame = frame.reset_index(drop=True)
+    if frame.geometry.name != "geometry":
+        frame = frame.rename_geometry("geometry")
+    frame.attrs["where"] = name
+    return frame
+
+
+def write_vector(path: str | Path, layers: Mapping[str, gpd.GeoDataFrame]) -> None:
+    """Write a GeoPackage 1.2 with these layers and their styles; same input, same bytes (time stamps: a fixed day)."""
+    if Path(path).suffix.lower() != ".gpkg":
+        raise UserError(f"{path}: the output must be a .gpkg file; name it {Path(path).with_suffix('.gpkg')}")
+    pyogrio.set_gdal_config_options({"OGR_CURRENT_DATE": "2000-01-01T00:00:00.000Z"})
+    try:
+        for name, frame in layers.items():
+            kinds = set(frame.geometry.geom_type.dropna())
+            kind = kinds.pop() if len(kinds) == 1 else "Unknown"
+            kind += " Z" if kind != "Unknown" and bool(frame.geometry.has_z.any()) else ""
+            pyogrio.write_dataframe(
+                frame,
+                path,
+                layer=name,
+                driver="GPKG",
+                geometry_type=kind,
+                dataset_options={"VERSION": "1.2"},
+                layer_options={"GEOMETRY_NAME": "geom", "FID": "fid"},
+            )
+    finally:
+        pyogrio.set_gdal_config_options({"OGR_CURRENT_DATE": None})
+    styles.store_in(Path(path), {name: styles.of_layer(name, frame) for name, frame in layers.items()})
+
+
+def _layer_of(name: str, layer: str, what: str) -> str:
+    """The layer that is meant: the one named, else the only one with geometry, else the only one."""
+    found = [each for each in pyogrio.list_layers(name) if each[0] != styles.TABLE]
+    names = [str(each) for each, _ in found]
+    if layer.startswith("#") and layer not in names and int(layer[1:]) < len(names):
+        return names[int(layer[1:])]
+    if layer:
+        if layer not in names:
+            raise UserError(f"{name}: there is no layer '{layer}'; it has {', '.join(names)}")
+        return layer
+    spatial = [str(each) for each, kind in found if kind is not None]
+    candidates = spatial or names
+    if not candidates:
+        raise UserError(f"{name}: the {what} file holds no layer")
+    if len(candidates) > 1:
+        raise UserError(
+            f"{name}: the {what} file holds several layers ({', '.join(candidates)}); "
+            f"name one: '{name}|layername={candidates[0]}'"
+        )
+    return candidates[0]
+
+
+def _shapes_of_table(frame: pd.DataFrame, what: str, fields: tuple[str | None, str | None] | None) -> gpd.GeoDataFrame:
+    """Points from two columns of coordinates, else the shapes of a column of well-known text."""
+    where = where_of(frame)
+    names = {str(column).strip().lower(): column for column in frame.columns}
+    for plain in list(names):  # X [m], Y (LV95)
+        names.setdefault(re.sub(r"\s*[\[(].*[\])]$", "", plain), names[plain])
+    pairs = [(str(fields[0]).lower(), str(fields[1]).lower())] if fields else XY_NAMES
+    x, y = next(((names[x], names[y]) for x, y in pairs if x in names and y in names), (None, None))
+    text = next((names[name] for name in WKT_NAMES if name in names), None)
+    if x is None and not fields and text is not None and frame[text].dtype == object:
+        return _shapes_of_text(frame, text, where)
+    if x is None or y is None:
+        asked = " and ".join(str(each) for each in fields) if fields else "x and y"
+        raise UserError(
+            f"{where}: the {what} table has no columns {asked} with the coordinates; it has {field_names(frame)}"
+        )
+    degrees = str(x).strip().lower() in DEGREE_NAMES and str(y).strip().lower() in DEGREE_NAMES
+    points = gpd.points_from_xy(number_column(frame, x), number_column(frame, y))
+    kept = pd.DataFrame(frame.drop(columns=[x, y, "geometry"], errors="ignore"))
+    own_crs = frame.crs if isinstance(frame, gpd.GeoDataFrame) else None
+    return gpd.GeoDataFrame(kept, geometry=points, crs="EPSG:4326" if degrees else own_crs)
+
+
+def _shapes_of_text(frame: pd.DataFrame, column: Any, where: str) -> gpd.GeoDataFrame:
+    shapes = shapely.from_wkt([str(each) for each in frame[column]], on_invalid="ignore")
+    if shapely.is_missing(shapes).any():
+        row = int(np.argmax(shapely.is_missing(shapes)))
+        raise UserError(
+            f"{where}, field '{column}', row {row + 1}: '{str(frame[column].iloc[row])[:40]}' is no geometry as text "
+            "(such as POINT (2600000 1200000))"
+        )
+    return gpd.GeoDataFrame(pd.DataFrame(frame.drop(columns=[column])), geometry=shapes)
+
+
+def _welcome(shapes: gpd.GeoSeries, kinds: Sequence[str], what: str, where: str, feedback: Feedback) -> gpd.GeoSeries:
+    """The geometries as the tool wants them, or the first row that is not of that kind."""
+    array = np.asarray(shapes.array)
+    bad = shapely.is_missing(array) | shapely.is_empty(array)
+    if bad.any():
+        raise UserError(f"{where}, row {int(np.argmax(bad)) + 1}: the geometry is empty; delete the row or draw it")
+    single = (shapely.get_type_id(array) >= 4) & (shapely.get_num_geometries(array) == 1)
+    array = np.where(single, shapely.get_geometry(array, 0), array)
+    kinds_of = shapely.get_type_id(array)
+    foreign = ~np.isin(kinds_of, [code for kind in kinds for code in TYPE_CODES[kind]])
+    if foreign.any():
+        row = int(np.argmax(foreign))
+        name = array[row].geom_type
+        mend = "; split it: 'Multipart to singleparts'" if name.startswith("Multi") and "point" in kinds else ""
+        raise UserError(f"{where}, row {row + 1}: a {name}, but the {what} must be {' or '.join(kinds)}s{mend}")
+    if not np.isfinite(shapely.get_coordinates(array)).all():
+        owners = shapely.get_coordinates(array, return_index=True)
+        row = int(owners[1][~np.isfinite(owners[0]).all(axis=1)][0])
+        raise UserError(f"{where}, row {row + 1}: a coordinate is not a finite number")
+    crossed = ~shapely.is_valid(array) & (shapely.get_dimensions(array) == 2)
+    if crossed.any():
+        array[crossed] = [_polygons_of(shapely.make_valid(each)) for each in array[crossed]]
+        feedback.note(f"{where}: {int(crossed.sum())} polygons cross themselves and were mended")
+        if shapely.is_empty(array).any():
+            raise UserError(f"{where}, row {int(np.argmax(shapely.is_empty(array))) + 1}: the polygon has no area")
+    return gpd.GeoSeries(array, index=shapes.index, crs=shapes.crs)
+
+
+def _polygons_of(shape: Any) -> Any:
+    parts = [part for part in shapely.get_parts(shape) if part.geom_type in ("Polygon", "MultiPolygon")]
+    return shapely.union_all(parts)
+
+
+def _in_crs(
+    frame: gpd.GeoDataFrame, target: pyproj.CRS | None, given: str | None, what: str, where: str, feedback: Feedback
+) -> gpd.GeoDataFrame:
+    named = parse_crs(given) if given else None
+    own = frame.crs
+    if own is None:
+        if named is None and target is None:
+            raise UserError(f"{where}: the {what} layer has no CRS; name it, for example --crs EPSG:2056")
+        own = named or target
+        assert own is not None  # for the type checker; refused above
+        source = "--crs" if named else "the DEM"
+        feedback.note(f"{where}: the {what} layer has no CRS, {crs_name(own)} is taken from {source}")
+        own = horizontal(own)
+        frame = frame.set_crs(own)
+    if target is None:
+        return frame.set_crs(horizontal(own), allow_override=True)
+    if same_crs(own, target):
+        return frame.set_crs(horizontal(target), allow_override=True)
+    if own.is_geographic and np.median(np.abs(shapely.get_coordinates(np.asarray(frame.geometry)))) > 360.0:
+        raise UserError(
+            f"{where}: the {what} layer names the CRS {crs_name(own)} (degrees), or none, which means the same in this "
+            f"format, but its coordinates run to {np.abs(frame.total_bounds).max():.0f}; give it its true CRS in a GIS"
+        )
+    feedback.note(
+        f"{where}: the {what} layer is reprojected from {crs_name(own)} to {crs_name(horizontal(target))} "
+        f"({accuracy_words(own, target, frame.total_bounds.tolist())})"
+    )
+    moved = frame.to_crs(horizontal(target))
+    coordinates, owner = shapely.get_coordinates(np.asarray(moved.geometry.array), return_index=True)
+    if not np.isfinite(coordinates).all():
+        row = int(owner[~np.isfinite(coordinates).all(axis=1)][0])
+        raise UserError(
+            f"{where}, row {row + 1}: the position cannot be brought from {crs_name(own)} to {crs_name(target)}; "
+            "check the layer's CRS"
+        )
+    return moved
+
+
+def _schema_names(frame: gpd.GeoDataFrame, what: str, where: str, feedback: Feedback) -> gpd.GeoDataFrame:
+    """Give columns of the schema their names back, and warn of those that only look like one of them."""
+    renamed: dict[Any, str] = {}
+    for column in schemas.columns_of(what):
+        if column.name in frame:
+            continue
+        short = column.name[:10]
+        for name in frame.columns:
+            if str(name).lower() == column.name or (len(column.name) > 10 and str(name).lower() == short):
+                renamed[name] = column.name
+                break
+        else:
+            stem = column.name.removesuffix("_" + column.unit_in_name) if column.unit_in_name else ""
+            alike = [name for name in frame.columns if stem and str(name).lower() == stem]
+            if alike:
+                feedback.warn(f"{where}: the field '{alike[0]}' is not used; rename it to {column.name} if it is meant")
+    for old, new in renamed.items():
+        feedback.note(f"{where}: the field '{old}' is read as {new}")
+    return gpd.GeoDataFrame(frame.rename(columns=renamed))

@@ -1,0 +1,73 @@
+"""The solid of a log as points and triangles, and its mass properties.
+
+Body frame: z along the axis from the base to the tip, z = 0 at the base.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class MassProperties:
+    """Mass properties of a log; the moments of inertia are about its centre of mass, along and across its axis."""
+
+    volume_m3: float
+    mass_kg: float
+    centre_from_base_m: float
+    inertia_axial_kg_m2: float
+    inertia_transverse_kg_m2: float
+
+    def as_dict(self) -> dict[str, float]:
+        return asdict(self)
+
+
+def properties_of_cone(diameter: float, length: float, taper: float, density: float) -> MassProperties:
+    """Of the smooth truncated cone, exactly; diameter of the base and length [m], density [kg/m3]."""
+    from deadwood_engine.log_body import AXIAL, CENTRE, MASS, TRANSVERSE, cone_bodies
+
+    body = cone_bodies(np.array([diameter]), np.array([length]), np.array([density]), taper=taper)[0]
+    mass = float(body[MASS])
+    axial, transverse = mass * float(body[AXIAL]), mass * float(body[TRANSVERSE])
+    return MassProperties(mass / density, mass, float(body[CENTRE]), axial, transverse)
+
+
+def frustum(diameter: float, length: float, taper: float, vertices: int, rings: int) -> tuple[Array, NDArray[np.int64]]:
+    """The frustum inscribed in the cone: its points and its triangles.
+
+    Returns
+    -------
+    points : [m], shape (rings * vertices, 3)
+        Ring by ring from the base, each counterclockwise seen from the tip; z = 0 at the base.
+    triangles : shape (2 * rings * vertices - 4, 3)
+        Rows of ``points``, counterclockwise seen from outside; every edge belongs to two of them.
+    """
+    turn = 2.0 * np.pi * np.arange(vertices) / vertices
+    share = np.linspace(0.0, 1.0, rings)[:, None]
+    radius = 0.5 * diameter * (1.0 + (taper - 1.0) * share)
+    x, y = radius * np.cos(turn), radius * np.sin(turn)
+    points = np.stack([x, y, np.broadcast_to(length * share, x.shape)], axis=-1).reshape(-1, 3)
+
+    here = np.arange(vertices)
+    after = np.roll(here, -1)
+    below = (vertices * np.arange(rings - 1))[:, None]
+    a, b, c, d = below + here, below + after, below + vertices + after, below + vertices + here
+    sides = np.concatenate([np.stack([a, b, c], axis=-1), np.stack([a, c, d], axis=-1)]).reshape(-1, 3)
+    fan, zero = np.arange(1, vertices - 1), np.zeros(vertices - 2, np.int64)
+    base = np.stack([zero, fan + 1, fan], axis=-1)
+    tip = np.stack([zero, fan, fan + 1], axis=-1) + vertices * (rings - 1)
+    return points, np.concatenate([base, sides, tip])
+
+
+def properties_of_solid(points: Array, triangles: NDArray[np.int64], density: float) -> MassProperties:
+    """Of the inscribed frustum whose base lies at z = 0."""
+    from deadwood_engine.hull import of_triangles
+
+    volume, centre, inertia = of_triangles(points, triangles)
+    axial, transverse = density * inertia[2, 2], density * 0.5 * (inertia[0, 0] + inertia[1, 1])
+    return MassProperties(volume, density * volume, float(centre[2]), float(axial), float(transverse))

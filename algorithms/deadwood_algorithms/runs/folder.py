@@ -1,0 +1,280 @@
+"""A run's folder: what `slide-logs` leaves in it, and how the evaluating tools read it again.
+
+Also the hidden working folder ``.NAME.part`` beside it, in which a run keeps its finished chunks of logs, so that an
+interrupted run can go on with ``--resume``. A checkpoint holds the rasters after so many chunks; chunks that came later
+are slid again, so what is resumed is the run that was interrupted, bit for bit.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from collections.abc import Iterator, Mapping
+from dataclasses import astuple, dataclass
+from pathlib import Path
+from typing import Any
+
+import geopandas
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as parquet
+import pyproj
+from numpy.typing import NDArray
+from pyproj.exceptions import CRSError
+
+from deadwood_algorithms.files.grid import Grid, Part
+from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.tool import VERSION, Feedback, UserError
+
+GEOPACKAGE, POSES, SUMMARY, MANIFEST = "run.gpkg", "poses.parquet", "summary.json", "manifest.json"
+POSE_COLUMNS = ("log_id", "t_s", *"xyz", "xb", "yb", "zb", "xt", "yt", "zt", "speed_ms", "spin_rad_s", "clearance_m")
+SINGLE = ("speed_ms", "spin_rad_s", "clearance_m")  # float32 is plenty; positions in world coordinates need float64
+
+
+def pose_schema(crs: pyproj.CRS | None = None) -> pa.Schema:
+    """The columns of ``poses.parquet``; the CRS stands in the file's metadata."""
+    kinds = {name: pa.float32() if name in SINGLE else pa.float64() for name in POSE_COLUMNS} | {"log_id": pa.int64()}
+    facts = {"crs": crs.to_wkt()} if crs else None
+    return pa.schema(list(kinds.items()), metadata=facts)
+
+
+class WorkFolder:
+    """The finished chunks of a run, and the rasters after the last of them."""
+
+    def __init__(self, output: str, identity: Mapping[str, Any], *, resume: bool, feedback: Feedback) -> None:
+        final = Path(output)
+        self.path = final.absolute().parent / f".{final.name}.part"
+        self.finished = 0
+        if self.path.is_dir() and resume:
+            self._continue(dict(identity), feedback)
+        else:
+            if self.path.is_dir():
+                feedback.note(
+                    f"{self.path}: the unfinished work of an earlier run is dropped (--resume goes on with it)"
+                )
+                shutil.rmtree(self.path)
+            elif resume:
+                feedback.note(f"{self.path}: there is no unfinished work to resume; the run starts from its beginning")
+            self.path.mkdir(parents=True)
+            _write_whole(self.path / "identity.json", json.dumps(dict(identity), indent=1).encode())
+
+    def _continue(self, identity: dict[str, Any], feedback: Feedback) -> None:
+        place = self.path / "identity.json"
+        before = json.loads(place.read_text()) if place.is_file() else {}
+        changed = [name for name in identity if before.get(name) != identity[name]]
+        if changed:
+            raise UserError(
+                f"--resume: the unfinished work in {self.path} was begun with other {', '.join(changed)}; "
+                "give the same inputs and parameters, or leave out --resume to start again"
+            )
+        states = [int(each.stem.split("_")[1]) for each in self.path.glob("rasters_*.npz")]
+        self.finished = max(states, default=0)
+        feedback.note(f"{self.path}: {self.finished} finished chunks of logs are taken over")
+
+    def save(self, chunk: int, by_log: Mapping[str, NDArray], poses: pa.Table) -> None:
+        """Keep what a finished chunk says of its logs; it counts as finished from the next `checkpoint` on."""
+        with (self.path / f"logs_{chunk}.npz").open("wb") as target:
+            np.savez(target, **by_log)  # type: ignore[arg-type]
+        parquet.write_table(poses, self.path / f"poses_{chunk}.parquet", compression="zstd")
+
+    def checkpoint(self, finished: int, rasters: Mapping[str, NDArray], grid: Grid) -> None:
+        """Keep the rasters as they are after so many finished chunks: the cells that any log has passed over.
+
+        The cells are numbered in the whole DEM, of which ``grid`` may be a window.
+        """
+        row, column = np.nonzero((rasters["hit_count"] > 0) | (rasters["deposit_count"] > 0))
+        cells = (row + grid.first[1]) * grid.frame.shape[1] + column + grid.first[0]
+        beside = self.path / "rasters.partial"
+        with beside.open("wb") as target:
+            part = np.array(astuple(grid.part), np.int64)
+            sparse = {"cells": cells, "part": part} | {name: values[row, column] for name, values in rasters.items()}
+            np.savez(target, **sparse)  # type: ignore[arg-type]
+        os.replace(beside, self.path / f"rasters_{finished}.npz")
+        for old in self.path.glob("rasters_*.npz"):
+            if old.stem != f"rasters_{finished}":
+                old.unlink()
+        self.finished = finished
+
+    @property
+    def part(self) -> Part | None:
+        """The part of the DEM that the last checkpoint's rasters are of."""
+        return Part(*_arrays(self._checkpoint)["part"].tolist()) if self.finished else None
+
+    @property
+    def _checkpoint(self) -> Path:
+        return self.path / f"rasters_{self.finished}.npz"
+
+    def rasters(self, grid: Grid) -> dict[str, NDArray]:
+        """The rasters at the last checkpoint, on a grid that holds them; empty cells are 0 in counts, NaN in maxima."""
+        stored = _arrays(self._checkpoint)
+        row, column = np.divmod(stored.pop("cells"), grid.frame.shape[1])
+        del stored["part"]
+        out: dict[str, NDArray] = {}
+        for name, values in stored.items():
+            out[name] = np.full(grid.shape, np.nan if values.dtype.kind == "f" else 0, values.dtype)
+            out[name][row - grid.first[1], column - grid.first[0]] = values
+        return out
+
+    def chunk(self, chunk: int) -> dict[str, NDArray]:
+        """The results of a finished chunk's logs."""
+        return _arrays(self.path / f"logs_{chunk}.npz")
+
+    def by_log(self) -> dict[str, NDArray]:
+        """The results of all finished logs, in the order in which they were slid."""
+        chunks = [self.chunk(chunk) for chunk in range(self.finished)]
+        return {name: np.concatenate([each[name] for each in chunks]) for name in chunks[0]}
+
+    def poses(self) -> Iterator[pa.Table]:
+        """The kept poses, chunk by chunk in the order of the logs."""
+        for chunk in range(self.finished):
+            yield parquet.read_table(self.path / f"poses_{chunk}.parquet")
+
+    def remove(self) -> None:
+        shutil.rmtree(self.path, ignore_errors=True)
+
+
+def _write_whole(path: Path, content: bytes) -> None:
+    beside = path.with_name(path.name + ".partial")
+    beside.write_bytes(content)
+    os.replace(beside, path)
+
+
+def _arrays(path: Path) -> dict[str, NDArray]:
+    with np.load(path) as stored:
+        return {name: stored[name] for name in stored.files}
+
+
+def write_json(path: Path, content: Mapping[str, Any]) -> None:
+    """Readable JSON; what is not a number stands as null, because NaN is no JSON."""
+    path.write_text(json.dumps(_plain(content), indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _plain(each) for key, each in value.items()}
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return [_plain(each) for each in value]
+    if isinstance(value, np.generic):
+        return _plain(value.item())
+    if isinstance(value, float):
+        return value if np.isfinite(value) else None
+    return value
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run that was read back: its deposits (one row a log), its grid without values, and where its poses are."""
+
+    path: Path
+    deposits: geopandas.GeoDataFrame
+    grid: Grid
+    manifest: dict[str, Any]
+    stored_log_ids: NDArray[np.int64]
+
+    def poses(self, wanted: NDArray[np.int64]) -> Iterator[dict[str, NDArray]]:
+        """Poses of the wanted logs in bounded pieces; no log is split between two of them.
+
+        Each piece holds the columns as arrays, and ``log_row``: the row of the log in ``deposits``.
+        """
+        order = np.argsort(self.deposits["log_id"].to_numpy())
+        ids = self.deposits["log_id"].to_numpy()[order]
+        source = parquet.ParquetFile(self.path / POSES)
+        held: dict[str, NDArray] = {}
+        for group in range(source.num_row_groups):
+            piece = _columns(source.read_row_group(group))
+            if held:
+                piece = {name: np.concatenate([held[name], piece[name]]) for name in piece}
+            last = group == source.num_row_groups - 1
+            cut = piece["log_id"].size if last else int(np.argmax(piece["log_id"] == piece["log_id"][-1]))
+            held = {name: column[cut:] for name, column in piece.items()}
+            chosen = np.isin(piece["log_id"][:cut], wanted)
+            out = {name: column[:cut][chosen] for name, column in piece.items()}
+            if out["log_id"].size:
+                out["log_row"] = order[np.searchsorted(ids, out["log_id"])].astype(np.int64)
+                yield out
+
+    def extent(self) -> tuple[float, float, float, float]:
+        """West, south, east and north [m] of all that the stored logs ever covered, from the file's own statistics."""
+        facts = parquet.ParquetFile(self.path / POSES)
+        columns = {name: POSE_COLUMNS.index(name) for name in ("xb", "yb", "xt", "yt")}
+        groups = [facts.metadata.row_group(k) for k in range(facts.num_row_groups)]
+        low, high = (
+            {name: [getattr(group.column(at).statistics, end) for group in groups] for name, at in columns.items()}
+            for end in ("min", "max")
+        )
+        thick = float(self.radii()[0].max(initial=0.0))
+        west, south = (min(low[axis + "b"] + low[axis + "t"]) - thick for axis in "xy")
+        east, north = (max(high[axis + "b"] + high[axis + "t"]) + thick for axis in "xy")
+        return west, south, east, north
+
+    def radii(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Base and tip radius of every log of the deposits [m]; the tip has half the diameter.
+
+        A body of another shape (``--shape``) is taken for the cylinder around it.
+        """
+        radius = self.deposits["dbh_cm"].to_numpy(np.float64) / 200.0
+        cone = str(self.manifest.get("parameters", {}).get("shape", "cone")) == "cone"
+        return radius, 0.5 * radius if cone else radius
+
+
+def _columns(table: pa.Table) -> dict[str, NDArray]:
+    return {name: table.column(name).to_numpy() for name in POSE_COLUMNS}
+
+
+def ends_of(piece: Mapping[str, NDArray]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Centres of base and tip at each pose [m], shape (m, 3) each."""
+    base, tip = (np.stack([piece[f"{axis}{end}"] for axis in "xyz"], axis=1) for end in "bt")
+    return base, tip
+
+
+def read_run(path: str, *, feedback: Feedback) -> Run:
+    """Open a run's folder, or say which of its parts is missing."""
+    folder = Path(path)
+    if not folder.is_dir():
+        raise UserError(f"{path}: the run's folder does not exist; deadwood-tool slide-logs --output makes one")
+    for name in (MANIFEST, GEOPACKAGE, POSES):
+        if not (folder / name).is_file():
+            raise UserError(f"{path}: this is no folder of slide-logs, it has no {name}")
+    manifest, grid = read_manifest(folder)
+    layer = f"{folder / GEOPACKAGE}|layername=deposits"
+    deposits = read_vector(layer, geometry=("point",), target_crs=grid.crs, what="deposits", feedback=feedback)
+    stored = parquet.read_table(folder / POSES, columns=["log_id"]).column("log_id").unique().to_numpy()
+    return Run(folder, deposits, grid, manifest, np.sort(stored.astype(np.int64)))
+
+
+def input_paths(run: Path, manifest: Mapping[str, Any], parameter: str) -> list[Path]:
+    """Where an input of a run may lie: as its manifest names it, from here, or from beside the run's folder."""
+    named = str(manifest.get("parameters", {}).get(parameter) or "")
+    return [Path(named), run.parent / named, run.parent / Path(named).name] if named else []
+
+
+def read_manifest(folder: Path) -> tuple[dict[str, Any], Grid]:
+    """The manifest of a run, and its grid without values."""
+    try:
+        manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+        facts = manifest["grid"]
+        shape, crs = (int(facts["ny"]), int(facts["nx"])), pyproj.CRS.from_user_input(facts["crs"])
+        cell, x0, y0 = (float(facts[name]) for name in ("cell", "x0", "y0"))
+        return manifest, Grid.empty(shape, cell, x0, y0, crs, str(folder))
+    except (ValueError, KeyError, TypeError, CRSError) as error:
+        raise UserError(f"{folder / MANIFEST}: not the manifest of a run of slide-logs {VERSION} ({error})") from error
+
+
+def chosen_logs(run: Run, *, release_id: str | None, log_id: str | None, stop_reason: str | None) -> NDArray[np.int64]:
+    """The log_ids of a subset: comma-separated values of each column that was given, joined by AND."""
+    chosen = np.ones(len(run.deposits), bool)
+    for column, wanted in (("release_id", release_id), ("log_id", log_id), ("stop_reason", stop_reason)):
+        if wanted is None:
+            continue
+        have = run.deposits[column].astype(str).to_numpy()
+        names = [name.strip() for name in str(wanted).split(",") if name.strip()]
+        unknown = [name for name in names if name not in have]
+        if unknown or not names:
+            known = sorted(set(have))
+            listed = ", ".join(known[:10]) + (" ..." if len(known) > 10 else "")
+            raise UserError(
+                f"--{column.replace('_', '-')}: the run has no {column} '{', '.join(unknown)}'; it has {listed}"
+            )
+        chosen &= np.isin(have, names)
+    return run.deposits["log_id"].to_numpy(np.int64)[chosen]

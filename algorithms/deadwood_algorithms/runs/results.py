@@ -1,0 +1,311 @@
+"""The results of a run as layers, rasters and a summary: the way up from the engine's arrays.
+
+Directions become azimuths from grid north, joules become kilojoules, row numbers become the ids of logs, trees,
+barriers and lines. `slide_logs` calls `write_results` once, when the last chunk of logs is finished.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import geopandas
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as parquet
+import pyproj
+import shapely
+from numpy.typing import NDArray
+
+from deadwood_algorithms.files.rasters import write_raster
+from deadwood_algorithms.files.vectors import write_vector
+from deadwood_algorithms.numbers.directions import azimuth
+from deadwood_algorithms.runs.folder import GEOPACKAGE, MANIFEST, POSES, SUMMARY, WorkFolder, pose_schema, write_json
+from deadwood_algorithms.runs.hits import HITS, barrier_hits_frame, hit_arrays, lying_hits_frame, tree_hits_frame
+from deadwood_algorithms.runs.queue import Queue
+from deadwood_algorithms.runs.summary import Asked, lines_of, reach_records, summary_of
+from deadwood_algorithms.scene.items import Items
+from deadwood_algorithms.scene.read import SceneLayers
+from deadwood_algorithms.scene.releases import Releases, reached
+from deadwood_algorithms.tool import Feedback, Outcome
+from deadwood_engine import STOP_REASONS, Fidelity, Rasters
+
+# A vertex of a trajectory line per so much path: at 30 m/s a flight sags 1.4 mm between two of them.
+VERTEX_SPACING_M = 1.0
+COST = "cost_"  # how the columns begin that have one row a chunk
+FAILED = "failed_"  # and those of logs that failed
+FAILED_STATES = "failed.json"
+WORTH_A_WARNING = 0.05  # share of the logs that ran out of time
+BY_LOG = (
+    "stop_reason",
+    "stop_item",
+    "duration",
+    "path",
+    "end_position",
+    "release_position",
+    "base_end",
+    "tip_end",
+    "speed_max",
+    "speed_mean",
+    "energy_max",
+    "jump_max",
+    "tree_hits",
+    "barrier_hits",
+    "energy_error",
+    "penetration_max",
+    "residual_max",
+    "unconverged",
+    "steps",
+    "started_in_contact",
+    "reach",
+    "reach_time",
+    "barrier_reached",
+    "barrier_crossed",
+)
+
+
+def arrays_of(result: Any, layers: SceneLayers, log_id: NDArray[np.int64], wall_s: float) -> dict[str, NDArray]:
+    """What is kept of a chunk: one row a log, the ledgers of hits, and one row a chunk of what it cost."""
+    cost = {f"{COST}{name}": np.array([value], np.float64) for name, value in result.cost.items()}
+    kept = {name: np.asarray(getattr(result, name)) for name in BY_LOG}
+    failed = result.stop_reason == STOP_REASONS.index("failed")
+    kept |= {f"{FAILED}log_id": log_id[failed], f"{FAILED}state": result.last_state[failed]}
+    return kept | hit_arrays(result.hits, log_id, layers) | cost | {f"{COST}wall_s": np.array([wall_s])}
+
+
+def pose_table(poses: Any, log_id: NDArray[np.int64], crs: pyproj.CRS) -> pa.Table:
+    """The engine's poses under the names of ``poses.parquet``."""
+    columns = {"log_id": log_id[poses.log_row], "t_s": poses.time}
+    for ending, points in (("", poses.position), ("b", poses.base), ("t", poses.tip)):
+        columns |= {axis + ending: points[:, k] for k, axis in enumerate("xyz")}
+    columns |= {"speed_ms": poses.speed, "spin_rad_s": poses.spin, "clearance_m": poses.clearance}
+    schema = pose_schema(crs)
+    return pa.table([pa.array(columns[each.name], each.type) for each in schema], schema=schema)
+
+
+def write_results(
+    folder: Path,
+    final: Path,
+    manifest: Mapping[str, Any],
+    asked: Asked,
+    fidelity: Fidelity,
+    layers: SceneLayers,
+    releases: Releases,
+    queue: Queue,
+    rasters: Rasters,
+    work: WorkFolder,
+    feedback: Feedback,
+) -> Outcome:
+    """Write every file of the run's folder, which will stand at ``final``.
+
+    Rows are in the order of the releases, in whatever order logs were slid.
+    """
+    feedback.progress(0, 3, "writing the results")
+    rows, order = queue.slid_rows()
+    releases = releases.take(rows)
+    slid = work.by_log()
+    by_log = {name: slid[name] if name.startswith((COST, HITS, FAILED)) else slid[name][order] for name in slid}
+    touched = reached(layers.lines, by_log, releases)
+    deposits = deposits_frame(layers, releases, by_log)
+    tables = {"deposits": deposits, "deposited_logs": axes_frame(deposits, by_log)}
+    trajectories = _stream_poses(folder / POSES, work, deposits, layers.dem.crs)
+    if len(trajectories):
+        tables["trajectories"] = trajectories
+    if layers.lines.ids:
+        tables["reach"] = reach_frame(layers.lines, touched, deposits.crs)
+        if touched.any():
+            tables["reached_by"] = reached_by_frame(layers.lines, touched, by_log, deposits)
+    hits = {
+        "barrier_hits": barrier_hits_frame(layers, releases, by_log, deposits.crs),
+        "tree_hits": tree_hits_frame(layers, by_log, deposits.crs),
+        "lying_hits": lying_hits_frame(layers, by_log, deposits.crs),
+    }
+    tables |= {name: each for name, each in hits.items() if len(each)}
+    write_vector(folder / GEOPACKAGE, tables)
+    feedback.progress(1, 3, "writing the results")
+
+    outputs = write_run_rasters(folder, rasters, layers, len(releases))
+    feedback.progress(2, 3, "writing the results")
+
+    summary = summary_of(asked, fidelity, layers, releases, by_log, touched, deposits, hits, queue)
+    still = summary["logs"]["by_stop_reason"]["time_limit"]
+    if still > WORTH_A_WARNING * len(releases):
+        feedback.warn(
+            f"{still} of {len(releases)} logs still moved at --time-limit {asked.scene.time_limit:g} s, so their "
+            "deposits are not final; most such logs roll on smooth ground, for the model has no rolling resistance"
+        )
+    if states := failed_states(deposits, by_log):
+        write_json(folder / FAILED_STATES, {"logs": states})
+        feedback.warn(
+            f"{len(states)} of {len(releases)} logs failed, the others did not suffer; {FAILED_STATES} has their last "
+            "states, from which the engine can go on (deadwood_engine.Start): please report them"
+        )
+    write_json(folder / SUMMARY, summary)
+    write_json(folder / MANIFEST, {**manifest, **_facts(layers, releases)})
+    feedback.progress(3, 3, "writing the results")
+    names = {"run": GEOPACKAGE, "poses": POSES, "summary": SUMMARY, "manifest": MANIFEST} | outputs
+    paths = {"output": final} | {key: final / name for key, name in names.items()}
+    return Outcome(paths, summary, lines_of(summary))
+
+
+def deposits_frame(layers: SceneLayers, releases: Releases, by_log: dict[str, NDArray]) -> geopandas.GeoDataFrame:
+    """One row a released log: where it ended, and how it went."""
+    start, end, axis = by_log["release_position"], by_log["end_position"], by_log["tip_end"] - by_log["base_end"]
+    dx, dy, dz = (end - start).T
+    columns: dict[str, Any] = {
+        "log_id": releases.logs.log_id,
+        "release_id": releases.release_id,
+        "release_x": start[:, 0],
+        "release_y": start[:, 1],
+        "release_z": start[:, 2],
+        "stop_reason": np.array(STOP_REASONS, object)[by_log["stop_reason"]],
+        "stop_id": _stop_ids(layers, by_log),
+        "duration_s": by_log["duration"],
+        "path_m": by_log["path"],
+        "runout_m": np.hypot(dx, dy),
+        "fall_m": -dz,
+        "bearing_deg": azimuth(dx, dy),
+        "heading_deg": azimuth(axis[:, 0], axis[:, 1]),
+        "tilt_deg": np.degrees(np.arctan2(np.hypot(axis[:, 0], axis[:, 1]), axis[:, 2])),
+        "speed_max_ms": by_log["speed_max"],
+        "speed_mean_ms": by_log["speed_mean"],
+        "energy_max_kj": by_log["energy_max"] / 1000.0,
+        "jump_max_m": by_log["jump_max"],
+        "tree_hits": by_log["tree_hits"],
+        "barrier_hits": by_log["barrier_hits"],
+        "energy_error_rel": by_log["energy_error"],
+        "penetration_max_m": by_log["penetration_max"],
+        "dbh_cm": releases.dbh_cm,
+        "length_m": releases.logs.length,
+        "density_kg_m3": releases.logs.density,
+    }
+    return geopandas.GeoDataFrame(columns, geometry=shapely.points(end), crs=layers.dem.plan_crs)
+
+
+def _stop_ids(layers: SceneLayers, by_log: dict[str, NDArray]) -> NDArray[Any]:
+    """Id, as text, of the tree, lying log (``lying:ID``) or barrier that holds each log; None for the others."""
+    ids = np.full(by_log["stop_item"].size, None, object)
+    reason = np.array(STOP_REASONS, object)[by_log["stop_reason"]]
+    for row in np.flatnonzero(by_log["stop_item"] >= 0):
+        item = int(by_log["stop_item"][row])
+        if reason[row] == "tree":
+            trees = len(layers.tree_ids)  # the engine numbers lying logs after them
+            lies = item >= trees
+            ids[row] = f"lying:{layers.lying.ids[layers.lying.item[item - trees]]}" if lies else layers.tree_ids[item]
+        elif reason[row] == "barrier":
+            ids[row] = str(layers.barriers.ids[layers.barriers.item[item]])
+    return ids
+
+
+def failed_states(deposits: geopandas.GeoDataFrame, by_log: dict[str, NDArray]) -> list[dict[str, Any]]:
+    """The last finite state of each log that failed, in world coordinates and SI units, for a replay."""
+    rows = deposits.set_index("log_id")
+    return [
+        {
+            "log_id": int(log_id),
+            "t_s": float(rows.at[log_id, "duration_s"]),
+            "position_m": [rows.at[log_id, "geometry"].x, rows.at[log_id, "geometry"].y, rows.at[log_id, "geometry"].z],
+            "quaternion_wxyz": state[3:7],
+            "velocity_ms": state[7:10],
+            "angular_velocity_rad_s": state[10:13],
+            "dbh_cm": float(rows.at[log_id, "dbh_cm"]),
+            "length_m": float(rows.at[log_id, "length_m"]),
+            "density_kg_m3": float(rows.at[log_id, "density_kg_m3"]),
+        }
+        for log_id, state in zip(by_log[f"{FAILED}log_id"], by_log[f"{FAILED}state"], strict=True)
+    ]
+
+
+def axes_frame(deposits: geopandas.GeoDataFrame, by_log: dict[str, NDArray]) -> geopandas.GeoDataFrame:
+    """The logs as they lie at the end: a line from base to tip."""
+    ends = np.stack([by_log["base_end"], by_log["tip_end"]], axis=1)
+    columns = deposits[["log_id", "release_id", "stop_reason", "dbh_cm", "length_m"]]
+    return geopandas.GeoDataFrame(columns, geometry=shapely.linestrings(ends), crs=deposits.crs)
+
+
+def _stream_poses(
+    path: Path, work: WorkFolder, deposits: geopandas.GeoDataFrame, crs: pyproj.CRS
+) -> geopandas.GeoDataFrame:
+    """Bring the chunks' poses into one file, one row group each, and make the trajectory lines on the way."""
+    ids: list[int] = []
+    shapes: list[Any] = []
+    with parquet.ParquetWriter(path, pose_schema(crs), compression="zstd") as writer:
+        for table in work.poses():
+            if not table.num_rows:
+                continue
+            writer.write_table(table, row_group_size=table.num_rows)
+            log_id = table.column("log_id").to_numpy()
+            points = np.stack([table.column(axis).to_numpy() for axis in "xyz"], axis=1)
+            starts = np.flatnonzero(np.diff(log_id, prepend=log_id[0] - 1))
+            for start, stop in zip(starts, [*starts[1:], log_id.size], strict=True):
+                ids.append(int(log_id[start]))
+                shapes.append(shapely.linestrings(thinned(points[start:stop])))
+    of_log = deposits.set_index("log_id")
+    place = np.argsort(of_log.index.get_indexer(ids), kind="stable")
+    ids, shapes = [ids[row] for row in place], [shapes[row] for row in place]
+    of_log = of_log.loc[ids]
+    columns = {"log_id": ids} | {
+        name: of_log[name].to_numpy() for name in ("release_id", "duration_s", "speed_max_ms", "stop_reason")
+    }
+    return geopandas.GeoDataFrame(columns, geometry=np.array(shapes, object), crs=deposits.crs)
+
+
+def thinned(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The first and last point, and the first in each further metre of path; at least two points, shape (k, 3)."""
+    if len(points) == 1:
+        return np.repeat(points, 2, axis=0)
+    path = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    keep = np.diff(np.floor(path / VERTEX_SPACING_M), prepend=-1.0) > 0.0
+    keep[-1] = True
+    return points[keep]
+
+
+def reach_frame(lines: Items, touched: NDArray[np.bool_], crs: Any) -> geopandas.GeoDataFrame:
+    """One row a line: how many logs reached it, and the probability with its interval."""
+    records = reach_records(lines, touched)
+    columns = {name: [record[name] for record in records] for name in records[0]}
+    return geopandas.GeoDataFrame(columns, geometry=lines.geometry, crs=crs)
+
+
+def reached_by_frame(
+    lines: Items, touched: NDArray[np.bool_], by_log: dict[str, NDArray], deposits: geopandas.GeoDataFrame
+) -> geopandas.GeoDataFrame:
+    """One row a log and line that it reached, drawn at the log's release point: from where is the road hit?"""
+    log, line = np.nonzero(touched)
+    columns = {
+        "log_id": deposits["log_id"].to_numpy()[log],
+        "release_id": deposits["release_id"].to_numpy()[log],
+        "line_id": np.array(lines.ids)[line],
+        "t_s": np.nan_to_num(lines.first_time(by_log["reach_time"])[log, line]),  # inside from the start: 0 s
+    }
+    points = shapely.points(by_log["release_position"][log])
+    return geopandas.GeoDataFrame(columns, geometry=points, crs=deposits.crs)
+
+
+def write_run_rasters(folder: Path, rasters: Rasters, layers: SceneLayers, n_logs: int) -> dict[str, str]:
+    """Write the six GeoTIFFs; counts are 0 where no log was, the others NaN."""
+    grid, total = layers.dem, rasters.totals()
+    share = (total["hit_count"] / np.float32(n_logs)).astype(np.float32)
+    share[np.isnan(grid.values)] = np.nan
+    rows = [
+        ("hit_count", total["hit_count"], "uint32", "logs", "Logs whose outline overlapped the cell at any time"),
+        ("reach_probability", share, "float32", "1", "Share of the logs that overlapped the cell at any time"),
+        ("deposit_count", total["deposit_count"], "uint32", "logs", "Logs whose outline overlaps the cell at the end"),
+        ("speed_max", total["speed_max"], "float32", "m/s", "Largest speed of a log over the cell"),
+        ("energy_max", total["energy_max"] / np.float32(1000.0), "float32", "kJ", "Largest kinetic energy of a log"),
+        ("jump_max", total["jump_max"], "float32", "m", "Largest clearance between a log and the terrain"),
+    ]
+    for name, values, kind, units, meaning in rows:
+        # Beyond the window of a large DEM nothing is stored. No log went there, so a share must read as 0 there, as it
+        # does within, where no log was; the others mean nothing there and within.
+        nodata = np.nan if kind == "float32" and not (grid.whole and name == "reach_probability") else None
+        write_raster(folder / f"{name}.tif", values, grid, nodata=nodata, dtype=kind, units=units, description=meaning)
+    return {row[0]: f"{row[0]}.tif" for row in rows}
+
+
+def _facts(layers: SceneLayers, releases: Releases) -> dict[str, Any]:
+    dem = layers.dem.frame
+    crs = dem.plan_crs.to_string()
+    grid = {"nx": dem.shape[1], "ny": dem.shape[0], "cell": dem.cell, "x0": dem.x0, "y0": dem.y0, "crs": crs}
+    return {"grid": grid, "digests": {"scene": layers.digest, "releases": releases.digest}}

@@ -1,0 +1,227 @@
+"""What a run comes to: the content of ``summary.json``, and the few lines of it that a reader wants to see first."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import geopandas
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_algorithms.numbers.directions import spread_of_release
+from deadwood_algorithms.numbers.statistics import percent_with_interval, reach_record
+from deadwood_algorithms.runs.hits import ledger_records, wood_record
+from deadwood_algorithms.runs.queue import Queue
+from deadwood_algorithms.scene.items import Items
+from deadwood_algorithms.scene.read import SceneLayers
+from deadwood_algorithms.scene.releases import Releases
+from deadwood_algorithms.scene.shape import words_of
+from deadwood_engine import STOP_REASONS, Fidelity, station_spacing
+
+if TYPE_CHECKING:
+    from deadwood_algorithms.scene.released_scene import ReleasedScene
+
+
+@dataclass(frozen=True, kw_only=True)
+class Asked:
+    """What a run was asked: the scene, the fidelity by name, and whether any trajectory is kept."""
+
+    scene: ReleasedScene
+    fidelity: str
+    keeps_poses: bool
+
+
+CONES = "rigid truncated cones, tip half the diameter of the base; they do not break or meet each other"
+
+
+def summary_of(
+    asked: Asked,
+    fidelity: Fidelity,
+    layers: SceneLayers,
+    releases: Releases,
+    by_log: dict[str, NDArray],
+    touched: NDArray[np.bool_],
+    deposits: geopandas.GeoDataFrame,
+    hits: dict[str, geopandas.GeoDataFrame],
+    queue: Queue,
+) -> dict[str, Any]:
+    """The content of ``summary.json``; ``releases`` are the logs that were slid."""
+    reasons = np.bincount(by_log["stop_reason"], minlength=len(STOP_REASONS))
+    cpu, wall, steps = (float(by_log[f"cost_{name}"].sum()) for name in ("cpu_s", "wall_s", "steps"))
+    return {
+        "logs": {
+            "released": len(releases),
+            "not_run": queue.rows.size - len(releases),
+            "by_stop_reason": {name: int(count) for name, count in zip(STOP_REASONS, reasons, strict=True)},
+            "started_in_contact": int(by_log["started_in_contact"].sum()),
+        },
+        "reach": reach_records(layers.lines, touched),
+        "until_ci": queue.rule.record() if queue.rule else None,
+        "spread": spread_records(releases, deposits, asked.scene.min_runout),
+        "barriers": ledger_records(barrier_records(layers.barriers, by_log), hits["barrier_hits"]),
+        "trees": wood_record(hits["tree_hits"], len(layers.tree_ids)) if layers.tree_ids else None,
+        "lying_logs": wood_record(hits["lying_hits"], len(layers.lying.ids)) if layers.lying.ids else None,
+        "speed": {
+            "mean_ms": float(by_log["speed_mean"].mean()),
+            "p95_ms": float(np.quantile(by_log["speed_max"], 0.95)),
+            "max_ms": float(by_log["speed_max"].max()),
+        },
+        "accuracy": {
+            "fidelity": asked.fidelity,
+            "time_step_s": float(fidelity.time_step),
+            "station_spacing_m": float(station_spacing(fidelity, layers.dem.cell)),
+            "penetration_max_m": float(by_log["penetration_max"].max()),
+            "energy_error_rel_max": float(by_log["energy_error"].max()),
+            "contact_residual_max": float(by_log["residual_max"].max()),
+            "unconverged_steps": int(by_log["unconverged"].sum()),
+        },
+        "modelled": modelled(asked, layers),
+        "cost": {"cpu_s": cpu, "wall_s": wall, "steps": int(steps), "logs_per_s": len(releases) / max(wall, 1e-9)},
+    }
+
+
+def reach_records(lines: Items, touched: NDArray[np.bool_]) -> list[dict[str, Any]]:
+    counts = touched.sum(axis=0)
+    return [
+        {"line_id": line_id, **reach_record(int(count), touched.shape[0])}
+        for line_id, count in zip(lines.ids, counts, strict=True)
+    ]
+
+
+def modelled(asked: Asked, layers: SceneLayers) -> dict[str, str]:
+    """What of the scene was modelled, and what was not and why, in words."""
+    (ny, nx), cell, scene = layers.dem.shape, layers.dem.cell, layers.scene
+    absent = "not modelled: no layer was given"
+    mu = layers.friction
+    if isinstance(mu, np.ndarray):
+        on_dem = mu[np.isfinite(layers.dem.values)]
+        friction = f"Coulomb, {on_dem.min():g} to {on_dem.max():g} by cell"
+    else:
+        friction = f"Coulomb, {mu:g} everywhere"
+    trees, beyond = len(layers.tree_ids) - len(scene.trees_outside), layers.trees_left_out
+    beyond_words = f"{beyond} off the DEM left out"
+    if layers.dem.whole is not None:
+        beyond_words += f", {len(scene.trees_outside)} beyond the window"
+    return {
+        "terrain": f"bilinear surface through {nx} x {ny} cells of {cell:g} m",
+        "window": _window_words(layers),
+        "friction": friction,
+        "restitution": f"{asked.scene.restitution:g} at every contact",
+        "logs": words_of(layers.shape) if layers.shape else CONES,
+        "trees": f"{trees} rigid truncated cones; {beyond_words}" if layers.tree_ids else absent,
+        "barriers": f"{len(layers.barriers.ids)} rigid thin plates" if scene.barrier_count else absent,
+        "lying_logs": _lying_words(layers) if layers.lying.ids else absent,
+        "lines": f"{len(layers.lines.ids)} lines or outlines watched" if layers.lines.ids else absent,
+        "outputs": _output_words(asked, layers),
+    }
+
+
+def _output_words(asked: Asked, layers: SceneLayers) -> str:
+    """What was computed of each log and what was not. The rasters always are: they take 6 to 10 % of the time of
+    sliding on cells of 0.5 m (poses 1 %), less than an option to leave them out would be worth."""
+    nothing_asked = {
+        "poses and trajectories (--trajectories none)": not asked.keeps_poses,
+        "reach (no lines)": not layers.lines.ids,
+        "hits of trees (no trees)": not layers.tree_ids,
+        "hits of barriers (no barriers)": not layers.barriers.ids,
+    }
+    skipped = [name for name, nobody in nothing_asked.items() if nobody]
+    computed = "deposits and rasters of every log, and what the layers above ask for"
+    return f"{computed}; not computed: {', '.join(skipped)}" if skipped else computed
+
+
+def _lying_words(layers: SceneLayers) -> str:
+    pieces = len(layers.scene.arrays.lying.owner)
+    return f"{len(layers.lying.ids)} rigid truncated cones at rest on the terrain, in {pieces} straight pieces"
+
+
+def _window_words(layers: SceneLayers) -> str:
+    """Which part of the DEM was modelled, and why that is as good as all of it."""
+    if layers.dem.whole is None:
+        return "the whole DEM"
+    part, (rows, columns) = layers.dem.part, layers.dem.whole.shape
+    return (
+        f"{part.columns} x {part.rows} of the DEM's {columns} x {rows} cells, from column {part.column} and row "
+        f"{part.row} (from the south-west): as far as an energy line reaches; no log came near its sides, so results "
+        "are those of the whole DEM, and no log was anywhere else"
+    )
+
+
+def spread_records(
+    releases: Releases, deposits: geopandas.GeoDataFrame, min_runout: float | None
+) -> list[dict[str, Any]]:
+    """Lateral spread of each release, seen from the mean of its release points."""
+    records = []
+    x, y = deposits.geometry.x.to_numpy(), deposits.geometry.y.to_numpy()
+    nearest = releases.logs.length if min_runout is None else np.full(x.size, min_runout)
+    for release_id in dict.fromkeys(releases.release_id.tolist()):
+        rows = releases.release_id == release_id
+        centre = float(releases.x[rows].mean()), float(releases.y[rows].mean())
+        record, _, _ = spread_of_release(centre, x[rows], y[rows], nearest[rows])
+        records.append({"release_id": release_id, **record})
+    return records
+
+
+def barrier_records(barriers: Items, by_log: dict[str, NDArray]) -> list[dict[str, Any]]:
+    """What each barrier did: reached = stopped + overjumped + passed beside; each log counts once a barrier."""
+    records = []
+    crossed = barriers.any_row(by_log["barrier_crossed"])
+    met = barriers.any_row(by_log["barrier_reached"]) | crossed
+    held_by = np.full(by_log["stop_item"].size, -1)
+    held = by_log["stop_reason"] == STOP_REASONS.index("barrier")
+    held_by[held] = barriers.item[by_log["stop_item"][held]] if len(barriers.item) else -1
+    for column, barrier_id in enumerate(barriers.ids):
+        stopped = held_by == column
+        over = crossed[:, column] & ~stopped
+        beside = met[:, column] & ~stopped & ~over
+        records.append(
+            {
+                "barrier_id": barrier_id,
+                "n_reached": int((stopped | over | beside).sum()),
+                "n_stopped": int(stopped.sum()),
+                "n_overjumped": int(over.sum()),
+                "n_passed_beside": int(beside.sum()),
+            }
+        )
+    return records
+
+
+def lines_of(summary: dict[str, Any]) -> tuple[str, ...]:
+    """What a reader wants to know first."""
+    logs, speed, accuracy = summary["logs"], summary["speed"], summary["accuracy"]
+    ends = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in logs["by_stop_reason"].items() if count)
+    lines = [f"{logs['released']} logs: {ends}"]
+    for record in summary["reach"]:
+        lines.append(
+            f"line {record['line_id']}: reached by {record['n_reach']} of {record['n_total']} logs, "
+            f"{percent_with_interval(record)}"
+        )
+    if summary["until_ci"]:
+        lines.append(enough_words(summary["until_ci"]))
+    for record in summary["spread"]:
+        if np.isfinite(record["spread_deg"]):
+            lines.append(
+                f"release {record['release_id']}: lateral spread {record['spread_deg']:.0f}° "
+                f"(5 to 95 %: {record['p05_p95_deg']:.0f}°), {record['n_left_out']} of {record['n']} logs left out"
+            )
+    for record in summary["barriers"]:
+        lines.append(
+            f"barrier {record['barrier_id']}: {record['n_reached']} logs reach it, {record['n_stopped']} stopped, "
+            f"{record['n_overjumped']} overjumped, {record['n_passed_beside']} passed beside"
+        )
+    lines.append(f"speed: mean {speed['mean_ms']:.1f} m/s, max {speed['max_ms']:.1f} m/s")
+    lines.append(
+        f"accuracy: penetration up to {100 * accuracy['penetration_max_m']:.1f} cm, energy error up to "
+        f"{100 * accuracy['energy_error_rel_max']:.2g} %"
+    )
+    return tuple(lines)
+
+
+def enough_words(record: dict[str, Any]) -> str:
+    """Whether the intervals became as narrow as was asked, and after how many logs."""
+    wide, wanted = 100 * record["half_width"], 100 * record["target_half_width"]
+    widest = f"the widest interval, of line {record['line_id']}, is ±{wide:.2g} points"
+    if record["reached"]:
+        return f"enough logs: after {record['logs']} of {record['logs_at_most']}, {widest} (wanted: ±{wanted:.2g})"
+    return f"not enough logs: after all {record['logs']}, {widest} (wanted: ±{wanted:.2g}); release more"

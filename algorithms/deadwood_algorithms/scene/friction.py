@@ -1,0 +1,145 @@
+"""Friction as one value, a raster, or polygons with a column: Coulomb's coefficient for every cell of the DEM.
+
+A cell takes the value at its centre: of the raster's cell that holds it, or of the polygon over it. Where polygons
+overlap, the later row counts. Cells that neither covers are refused, unless a value for elsewhere is given.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import numpy as np
+import pyproj
+import shapely
+from numpy.typing import NDArray
+
+from deadwood_algorithms.files.columns import field_names, number_column, where_of
+from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.files.rasters import is_raster, open_raster, read_part_on, read_raster_on
+from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.tool import Feedback, UserError
+
+COLUMNS = ("friction", "mu")  # looked for in this order, in any letter case
+# Wood on soil, rock, snow or litter slides with 0.1 to 1; a median beyond this is a slip of the unit.
+IMPLAUSIBLE = 2.0
+
+Array = NDArray[np.float64]
+
+
+def read_friction(
+    friction: str | float, grid: Grid, feedback: Feedback, *, column: str | None = None, elsewhere: float | None = None
+) -> float | Array:
+    """A number, or one for each cell of the grid (row 0 south); finite and not negative."""
+    value = number_of(friction)
+    if value is not None:
+        given = "--friction-column" if column else "--friction-elsewhere" if elsewhere is not None else None
+        if given:
+            raise UserError(f"{given} belongs to friction as a layer, but --friction is the number {value:g}")
+        return value
+    path = str(friction)
+    if is_raster(path):
+        if column:
+            raise UserError(f"--friction-column belongs to polygons, but {path} is a raster, whose band 1 is read")
+        mu, where = np.asarray(read_raster_on(path, grid, what="friction", feedback=feedback), np.float64), path
+    else:
+        shapes, values, where = _polygons(path, grid.crs, column, feedback)
+        if not shapely.intersects(shapes, shapely.box(*grid.frame.bounds)).any():
+            raise UserError(f"{where}: none of the friction polygons lies on the DEM; check the CRS of both")
+        mu = _burnt(shapes, values, grid)
+        double = int((_burnt(shapes, np.ones(len(shapes)), grid, added=True) > 1).sum())
+        if double:
+            feedback.note(f"{where}: polygons overlap over {double} cells; the later counts")
+    ground = np.isfinite(grid.values)
+    filled = np.isnan(mu) & ground
+    mu = _checked(mu, grid, where, elsewhere, "give the value there with --friction-elsewhere")
+    if filled.any():
+        share = filled.sum() / ground.sum()
+        feedback.note(f"{where}: {share:.1%} of the DEM's cells have no friction and get {elsewhere:g}")
+    middle = float(np.median(mu[ground])) if ground.any() else 0.0
+    if middle > IMPLAUSIBLE:
+        feedback.warn(
+            f"{where}: the median friction coefficient is {middle:g}; is it in percent or degrees? "
+            "It is the tangent of the angle of friction, such as 0.4"
+        )
+    return mu
+
+
+@contextmanager
+def open_friction(
+    friction: str | float, crs: pyproj.CRS, feedback: Feedback
+) -> Iterator[Callable[[Grid], float | Array]]:
+    """The same for windows of a DEM that is too large to hold: gives a function from a window to its friction."""
+    number, path = number_of(friction), str(friction)
+    if number is not None:
+        yield lambda _: number
+    elif is_raster(path):
+        with open_raster(path, "friction") as source:
+            if source.crs is None:
+                feedback.note(f"{path}: the friction raster has no CRS, it is taken to be in the DEM's")
+            yield lambda grid: _checked(np.asarray(read_part_on(source, grid), np.float64), grid, path)
+    else:
+        shapes, values, where = _polygons(path, crs, None, feedback)
+        tree = shapely.STRtree(shapes)
+
+        def on(grid: Grid) -> Array:
+            rows = np.sort(tree.query(shapely.box(*grid.bounds)))
+            return _checked(_burnt(shapes[rows], values[rows], grid), grid, where)
+
+        yield on
+
+
+def number_of(friction: str | float) -> float | None:
+    """The coefficient that is the same everywhere, or None where a layer holds it."""
+    try:
+        return float(friction)
+    except ValueError:
+        return None
+
+
+def _polygons(path: str, crs: pyproj.CRS, column: str | None, feedback: Feedback) -> tuple[NDArray, Array, str]:
+    """Polygons, their values, and how messages name the layer."""
+    frame = read_vector(path, geometry=("polygon",), target_crs=crs, what="friction", feedback=feedback)
+    names = {str(name).strip().lower(): str(name) for name in frame.columns if name != "geometry"}
+    name = next((names[each.lower()] for each in ([column] if column else COLUMNS) if each.lower() in names), None)
+    if name is None:
+        asked = f"'{column}' (--friction-column)" if column else "'friction' or 'mu'; --friction-column names another"
+        raise UserError(f"{where_of(frame)}: the friction polygons need a field {asked}; it has {field_names(frame)}")
+    return np.asarray(frame.geometry.array), number_column(frame, name, minimum=0.0), where_of(frame)
+
+
+def _burnt(shapes: NDArray, values: Array, grid: Grid, *, added: bool = False) -> Array:
+    """The value of the polygon over each cell's centre, or the sum of all there; NaN, or 0, where there is none.
+
+    Calculated in cells from the corner of the whole DEM, less whole numbers: a window gives what the whole gives.
+    """
+    from rasterio.enums import MergeAlg
+    from rasterio.features import rasterize
+
+    burnt = np.full(grid.shape, 0.0 if added else np.nan)
+    corner, first = np.array(grid.frame.bounds[:2]), np.array(grid.first)
+    in_cells = shapely.transform(shapes, lambda xy: (xy - corner) / grid.cell - first)
+    if len(in_cells):
+        rasterize(zip(in_cells, values, strict=True), out=burnt, merge_alg=MergeAlg.add if added else MergeAlg.replace)
+    return burnt
+
+
+def _checked(
+    mu: Array, grid: Grid, where: str, elsewhere: float | None = None, mend: str = "clip the DEM to it"
+) -> Array:
+    """Friction on every cell of the ground, the value for elsewhere in its gaps."""
+    ground = np.isfinite(grid.values)
+    gaps = np.isnan(mu) & ground
+    if gaps.any() and elsewhere is None:
+        row, column = (int(index[0]) for index in np.nonzero(gaps))
+        raise UserError(
+            f"{where}: the friction does not cover the DEM, {gaps.sum()} of its cells have none "
+            f"(one at {grid.x0 + column * grid.cell:.1f}, {grid.y0 + row * grid.cell:.1f}); "
+            f"extend it, or {mend}"
+        )
+    mu[gaps] = elsewhere
+    mu[~ground] = 0.0  # cells off the DEM are outside whatever they hold
+    least = float(mu.min(initial=np.inf))
+    if least < 0.0:
+        raise UserError(f"{where}: the friction coefficient is {least:g} somewhere, but must not be negative")
+    return mu

@@ -1,0 +1,137 @@
+"""The things of a layer that results are counted for: their ids, geometries and rows, and words that name them."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, fields, is_dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from deadwood_algorithms.files.columns import id_column, where_of
+from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.tool import UserError
+
+if TYPE_CHECKING:
+    import geopandas
+
+ROWS_NAMED = 5  # an error names so many rows, then counts the rest
+
+
+@dataclass(frozen=True)
+class Paths:
+    """Lines as the engine takes them; several paths (parts, rings) may belong to one item of the layer."""
+
+    vertices: NDArray[np.float64]
+    starts: NDArray[np.int64]
+    item: NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Items:
+    """The things of a layer that results are counted for: ids, geometries (one each), and the engine's rows."""
+
+    ids: list[Any]
+    geometry: NDArray[Any]
+    item: NDArray[np.int64]  # of each row of the engine
+
+    def any_row(self, by_row: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """From (n, rows) to (n, items): true where any row of the item is."""
+        out = np.zeros((by_row.shape[0], len(self.ids)), bool)
+        for row, item in enumerate(self.item):
+            out[:, item] |= by_row[:, row]
+        return out
+
+    def then(self, more: Items) -> Items:
+        """These things, and further ones behind them."""
+        geometry = np.concatenate([self.geometry, more.geometry])
+        return Items([*self.ids, *more.ids], geometry, np.concatenate([self.item, more.item + len(self.ids)]))
+
+    def first_time(self, by_row: NDArray[np.float64]) -> NDArray[np.float64]:
+        """From (n, rows) to (n, items): the earliest time, NaN where there is none."""
+        out = np.full((by_row.shape[0], len(self.ids)), np.nan)
+        for row, item in enumerate(self.item):
+            out[:, item] = np.fmin(out[:, item], by_row[:, row])
+        return out
+
+
+def paths_of(frame: geopandas.GeoDataFrame, grid: Grid, what: str) -> Paths:
+    """Parts and rings of line and polygon rows as polylines; a row off the grid or without length is refused."""
+    geometry = np.asarray(frame.geometry)
+    missing = np.flatnonzero(~shapely.intersects(geometry, shapely.box(*grid.frame.bounds)))
+    if missing.size:
+        x, y = shapely.get_coordinates(geometry[missing[0]]).T
+        raise UserError(
+            f"{where_of(frame)}, {rows_named(missing)}: the {what} does not touch the DEM{extent_words(x, y, grid)}"
+        )
+    short = np.flatnonzero(shapely.length(geometry) <= 0.0)
+    if short.size:
+        raise UserError(f"{where_of(frame)}, {rows_named(short)}: the {what} has no length; delete the row")
+    parts, item = shapely.get_parts(geometry, return_index=True)
+    filled = shapely.get_type_id(parts) == 3
+    rings, owner = shapely.get_rings(parts[filled], return_index=True)
+    strings = np.concatenate([parts[~filled], rings])
+    item = np.concatenate([item[~filled], item[filled][owner]])
+    order = np.argsort(item, kind="stable")
+    vertices, string = shapely.get_coordinates(strings[order], return_index=True)
+    starts = np.concatenate([[0], np.cumsum(np.bincount(string, minlength=strings.size))]).astype(np.int64)
+    return Paths(vertices, starts, item[order].astype(np.int64))
+
+
+def items_of(frame: geopandas.GeoDataFrame, names: tuple[str, ...], paths: Paths) -> Items:
+    """Rows that share an id become one item, in the order of their first row."""
+    ids = ids_of(frame, *names).tolist()
+    unique = list(dict.fromkeys(ids))
+    of_row = np.array([unique.index(each) for each in ids], np.int64)
+    geometry = np.asarray(frame.geometry)
+    merged = [
+        geometry[of_row == k][0] if (of_row == k).sum() == 1 else shapely.union_all(geometry[of_row == k])
+        for k in range(len(unique))
+    ]
+    out = np.empty(len(unique), object)
+    out[:] = merged
+    return Items(unique, out, of_row[paths.item])
+
+
+def ids_of(frame: geopandas.GeoDataFrame, *names: str) -> NDArray[Any]:
+    """The ids from the first of these fields that the layer has; the row numbers where it has none."""
+    name = next((name for name in names if name in frame), None)
+    return id_column(frame, name) if name else np.arange(len(frame))
+
+
+def plan_of(frame: geopandas.GeoDataFrame) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Coordinates of a layer of points [m]."""
+    points = np.asarray(frame.geometry)
+    return shapely.get_x(points), shapely.get_y(points)
+
+
+def rows_named(rows: NDArray[Any]) -> str:
+    """``row 7`` or ``rows 1, 2, 3, 4, 5 and 12 more``; the first row is row 1."""
+    shown = ", ".join(str(int(row) + 1) for row in rows[:ROWS_NAMED])
+    more = f" and {rows.size - ROWS_NAMED} more" if rows.size > ROWS_NAMED else ""
+    return f"row{'s' if rows.size > 1 else ''} {shown}{more}"
+
+
+def digest_of(*parts: Any) -> str:
+    """Fingerprint of numbers, arrays, and tuples or dataclasses of them."""
+    digest = hashlib.blake2b(digest_size=16)
+    for part in parts:
+        if isinstance(part, tuple) or is_dataclass(part):
+            members = part if isinstance(part, tuple) else tuple(getattr(part, each.name) for each in fields(part))
+            digest.update(digest_of(*members).encode())
+            continue
+        array = np.ascontiguousarray(part)
+        array = array.astype("U") if array.dtype.kind == "O" else array
+        digest.update(f"{array.dtype.str}{array.shape}".encode())
+        digest.update(array.view(np.uint8).data if array.size else b"")
+    return digest.hexdigest()
+
+
+def extent_words(x: NDArray[np.float64], y: NDArray[np.float64], grid: Grid) -> str:
+    west, south, east, north = grid.frame.bounds
+    return (
+        f" ({x.min():.0f} to {x.max():.0f} east, {y.min():.0f} to {y.max():.0f} north; the DEM has {west:.0f} to "
+        f"{east:.0f}, {south:.0f} to {north:.0f}); check the CRS of both"
+    )

@@ -1,0 +1,40 @@
+"""Lying logs as obstacles, from a layer of lines: where they lie, how thick they are, what they are called."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from deadwood_algorithms.files.columns import number_column, warn_implausible, where_of
+from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.scene.items import Items, items_of, paths_of, rows_named
+from deadwood_algorithms.schemas import LYING_LOGS
+from deadwood_algorithms.tool import Feedback, UserError
+from deadwood_engine import LyingLogs
+
+DIAMETERS = ("diameter_cm", "dbh_cm")
+TIP = "tip_diameter_cm"
+
+
+def read_lying_logs(path: str | None, grid: Grid, default_cm: float, feedback: Feedback) -> tuple[LyingLogs, Items]:
+    """Lying logs with their diameters, drawn from base to tip; rows of one lying_id count as one log.
+
+    The diameter is taken from ``diameter_cm``, else ``dbh_cm``, else it is the default; the tip's from
+    ``tip_diameter_cm``, else it is half the base's, as of every log here.
+    """
+    if path is None:
+        return LyingLogs.none(), Items([], np.array([], object), np.array([], np.int64))
+    frame = read_vector(path, geometry=("line",), target_crs=grid.crs, what="lying_logs", feedback=feedback)
+    name = next((each for each in DIAMETERS if each in frame), DIAMETERS[0])
+    base = number_column(frame, name, default=default_cm, minimum=0.0, exclusive=True)
+    warn_implausible(base, LYING_LOGS.column("diameter_cm"), where_of(frame), feedback)
+    tip = number_column(frame, TIP, minimum=0.0, exclusive=True) if TIP in frame else 0.5 * base
+    swapped = np.flatnonzero(tip > 2.0 * base)
+    if swapped.size:
+        raise UserError(
+            f"{where_of(frame)}, field '{TIP}', {rows_named(swapped)}: the tip is more than twice as thick as "
+            "the base; draw the line from base to tip, or correct the field"
+        )
+    paths = paths_of(frame, grid, "lying log")
+    lying = LyingLogs(paths.vertices, paths.starts, base[paths.item] / 100.0, tip[paths.item] / 100.0)
+    return lying, items_of(frame, ("lying_id", "tree_id", "log_id", "name"), paths)

@@ -1,0 +1,186 @@
+"""From layers to the engine's arrays: a `Scene` from DEM, trees, barriers, lines and friction.
+
+Here centimetres become metres, and what makes no sense together is refused in one line: lines off the DEM, friction
+that does not cover it, trees in another country. What a scene lacks becomes an empty array, never None.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from deadwood_algorithms.files.columns import number_column, warn_implausible, where_of
+from deadwood_algorithms.files.dem_windows import read_dem
+from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.scene.friction import read_friction
+from deadwood_algorithms.scene.items import Items, digest_of, extent_words, ids_of, items_of, paths_of, plan_of
+from deadwood_algorithms.scene.reach import WHOLE_CELLS, watched_sides
+from deadwood_algorithms.schemas import TREES
+from deadwood_algorithms.tool import Feedback, UserError
+from deadwood_engine import Barriers, Lines, LyingLogs, Scene, Shape, Trees
+
+if TYPE_CHECKING:
+    from deadwood_engine.result import Result
+
+
+@dataclass(frozen=True)
+class SceneLayers:
+    """A prepared scene, and what its arrays are called in the layers."""
+
+    dem: Grid
+    scene: Scene
+    friction: float | NDArray[np.float64]
+    trees: Trees
+    tree_ids: list[str]
+    trees_left_out: int  # they stand off the DEM
+    barriers: Items
+    lines: Items
+    marks: Lines  # the lines as the engine takes them, before those that watch the window's sides
+    lying_logs: LyingLogs
+    lying: Items
+    digest: str  # of every array that went into the scene
+    # Sides of the DEM's window, and the lines along them, which the engine watches behind those of the layer.
+    watched: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    threads: int = 1  # as many as were asked for, or as there is memory for
+    shape: Shape | None = None  # what slides in the logs' place
+
+    def escaped(self, result: Result) -> list[str]:
+        """The sides of the window that some log came too near to; they must be slid again in a wider one."""
+        count = result.reach.shape[1] - len(self.watched)
+        return [side for k, side in enumerate(self.watched) if result.reach[:, count + k].any()]
+
+    def without_watch(self, result: Result) -> Result:
+        """The result for the lines of the layer alone."""
+        count = result.reach.shape[1] - len(self.watched)
+        return replace(result, reach=result.reach[:, :count], reach_time=result.reach_time[:, :count])
+
+    def with_lines_before(self, marks: Lines, items: Items) -> SceneLayers:
+        """The scene with further lines, which come before its own."""
+        marks, items = marks.then(self.marks), items.then(self.lines)
+        scene = self.scene.with_lines(_watched_too(marks, self.watched))
+        return replace(self, scene=scene, marks=marks, lines=items)
+
+
+def read_scene(
+    dem: str,
+    friction: str | float,
+    trees: str | None,
+    barriers: str | None,
+    lines: str | None,
+    *,
+    crs: str | None,
+    feedback: Feedback,
+    lying_logs: str | None = None,
+    lying_diameter_cm: float = 40.0,
+    friction_column: str | None = None,
+    friction_elsewhere: float | None = None,
+    grid: Grid | None = None,
+) -> SceneLayers:
+    """Read and check every layer but the releases, and prepare the engine's scene.
+
+    ``grid`` is the DEM, or a window of it, where that has been read already.
+    """
+    from deadwood_algorithms.scene.lying_logs import read_lying_logs
+
+    grid = grid or read_dem(dem, crs=crs, feedback=feedback)
+    mu = read_friction(friction, grid, feedback, column=friction_column, elsewhere=friction_elsewhere)
+    standing, tree_ids, left_out = read_trees(trees, grid, feedback)
+    plates, barrier_items = read_barriers(barriers, grid, feedback)
+    marks, line_items = read_lines(lines, grid, feedback)
+    lying, lying_items = read_lying_logs(lying_logs, grid, lying_diameter_cm, feedback)
+    # A lying log rests on all the terrain below it, so none that is cut by the window's side may be met.
+    watched = watched_sides(grid, beyond_m=_longest(lying))
+    frame = grid.frame
+    scene = Scene.prepare(
+        grid.values,
+        grid.cell,
+        frame.x0,
+        frame.y0,
+        friction=mu,
+        trees=standing,
+        barriers=plates,
+        lines=_watched_too(marks, watched),
+        lying_logs=lying,
+        first=grid.first,
+        reference=0.0 if frame.part.cells > WHOLE_CELLS else None,  # a large DEM's lowest height is never looked for
+    )
+    digest = digest_of(grid.values, [grid.cell, grid.x0, grid.y0], mu, standing, plates, marks, lying)
+    return SceneLayers(
+        grid,
+        scene,
+        mu,
+        standing,
+        tree_ids,
+        left_out,
+        barrier_items,
+        line_items,
+        marks,
+        lying,
+        lying_items,
+        digest,
+        watched,
+    )
+
+
+def _watched_too(marks: Lines, watched: Mapping[str, NDArray[np.float64]]) -> Lines:
+    """The lines of the layer, then those that watch the sides of the window."""
+    return marks.then(*(Lines(side, np.array([0, len(side)])) for side in watched.values()))
+
+
+def _longest(lying: LyingLogs) -> float:
+    """How far [m] the farthest two vertices of a lying log's line are apart, at most."""
+    lines = zip(lying.starts[:-1], lying.starts[1:], strict=True)
+    return max((float(np.ptp(lying.vertices[a:b], axis=0).sum()) for a, b in lines), default=0.0)
+
+
+def read_trees(path: str | None, grid: Grid, feedback: Feedback) -> tuple[Trees, list[str], int]:
+    """Standing trees on the DEM, their ids as text, and how many stand off it and are left out: no log meets them."""
+    if path is None:
+        return Trees.none(), [], 0
+    frame = read_vector(path, geometry=("point",), target_crs=grid.crs, what="trees", feedback=feedback)
+    for name in ("dbh_cm", "height_m"):
+        if name not in frame:
+            raise UserError(
+                f"{where_of(frame)}: the trees have no field '{name}'; "
+                "deadwood-tool import-trees makes a trees layer of any table"
+            )
+    dbh_cm = number_column(frame, "dbh_cm", minimum=0.0, exclusive=True)
+    height = number_column(frame, "height_m", minimum=0.0, exclusive=True)
+    for name, values in (("dbh_cm", dbh_cm), ("height_m", height)):
+        warn_implausible(values, TREES.column(name), where_of(frame), feedback)
+    x, y = plan_of(frame)
+    # Of a large DEM only a window is known, and that may grow: a tree keeps its row whatever the window, and the engine
+    # leaves out those without terrain.
+    on = grid.contains(x, y) if grid.whole is None else shapely.contains_xy(shapely.box(*grid.frame.bounds), x, y)
+    if not on.any():
+        raise UserError(f"{path}: none of the {len(frame)} trees stands on the DEM{extent_words(x, y, grid)}")
+    if not on.all():
+        feedback.note(f"{path}: {np.count_nonzero(~on)} of {len(frame)} trees stand off the DEM and are left out")
+    ids = ids_of(frame, "tree_id")[on]
+    return Trees(x[on], y[on], dbh_cm[on] / 100.0, height[on]), [str(each) for each in ids], int(np.count_nonzero(~on))
+
+
+def read_barriers(path: str | None, grid: Grid, feedback: Feedback) -> tuple[Barriers, Items]:
+    """Barriers with their heights; rows of one barrier_id count as one barrier."""
+    if path is None:
+        return Barriers.none(), Items([], np.array([], object), np.array([], np.int64))
+    frame = read_vector(path, geometry=("line",), target_crs=grid.crs, what="barriers", feedback=feedback)
+    height = number_column(frame, "height_m", minimum=0.0, exclusive=True)
+    paths = paths_of(frame, grid, "barrier")
+    items = items_of(frame, ("barrier_id", "name"), paths)
+    return Barriers(paths.vertices, paths.starts, height[paths.item]), items
+
+
+def read_lines(path: str | None, grid: Grid, feedback: Feedback) -> tuple[Lines, Items]:
+    """Lines, or the outlines of polygons, whose reach is counted; rows of one line_id count as one line."""
+    if path is None:
+        return Lines.none(), Items([], np.array([], object), np.array([], np.int64))
+    frame = read_vector(path, geometry=("line", "polygon"), target_crs=grid.crs, what="lines", feedback=feedback)
+    paths = paths_of(frame, grid, "line")
+    return Lines(paths.vertices, paths.starts), items_of(frame, ("line_id", "name"), paths)

@@ -1,0 +1,84 @@
+"""What every tool asks that slides logs itself: the layers of the scene, the released logs, and how to slide them.
+
+Declared once, as the base of the ``Ask`` of `slide-logs` and of `compare-fidelity`, so that one manifest's values mean
+the same in the other.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from deadwood_algorithms import tool
+
+if TYPE_CHECKING:
+    pass
+
+DEFAULTED = ("dbh_cm", "length_m", "density_kg_m3", "orientation", "tilt_deg", "azimuth_deg", "speed_ms", "drop_m")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReleasedScene:
+    dem: str = tool.raster("Terrain model")
+    releases: str = tool.vector("Released logs", "point")
+    trees: str | None = tool.vector("Standing trees", "point", default=None)
+    barriers: str | None = tool.vector("Barriers", "line", default=None)
+    lying_logs: str | None = tool.vector(
+        "Lying logs that hold others back",
+        "line",
+        default=None,
+        help="Lines from base to tip with a field 'diameter_cm' (or 'dbh_cm') and, optionally, 'tip_diameter_cm'. They "
+        "are rigid, rest on the terrain and do not move.",
+    )
+    lines: str | None = tool.vector("Roads, railways, houses to be reached", "line", "polygon", default=None)
+    friction: str = tool.number_or_layer(
+        "Friction coefficient", minimum=0.0, help="A number, a raster, or polygons with a field 'friction' or 'mu'."
+    )
+    friction_column: str | None = tool.text(
+        "Column of the friction polygons", default=None, advanced=True, help="Default: 'friction', else 'mu'."
+    )
+    friction_elsewhere: float | None = tool.number(
+        "Friction where the raster or the polygons have none",
+        default=None,
+        minimum=0.0,
+        advanced=True,
+        help="Without it, a layer that does not cover the DEM is refused.",
+    )
+    restitution: float = tool.number("Normal restitution of impacts", default=0.0, minimum=0.0, maximum=1.0)
+    shape: str = tool.text(
+        "Shape of what slides: cone, or a file of points",
+        default="cone",
+        advanced=True,
+        help="A .pts file (x y z a line, metres, no header) lets the convex hull of its points slide instead of logs: "
+        "rocks, or logs as rings of vertices. dbh_cm and length_m of the releases then do not count, the density does; "
+        "its z axis takes the place of a log's axis.",
+    )
+    time_limit: float = tool.number("Longest run of a log", unit="s", default=300.0, minimum=0.0, exclusive=True)
+    rest_speed: float = tool.number(
+        "Speed below which a log may be at rest", unit="m/s", default=0.1, minimum=0.0, exclusive=True, advanced=True
+    )
+    dbh_cm: float = tool.number(
+        "DBH of logs whose layer names none", unit="cm", default=75.0, minimum=0, exclusive=True
+    )
+    length_m: float = tool.number("Length, likewise", unit="m", default=30.0, minimum=0.0, exclusive=True)
+    density_kg_m3: float = tool.number("Density, likewise", unit="kg/m³", default=300.0, minimum=0.0, exclusive=True)
+    orientation: str = tool.choice("Orientation, likewise", "upright", "lying", "tilted", default="upright")
+    tilt_deg: float = tool.number("Tilt from the vertical, likewise", unit="°", default=0.0, minimum=0, maximum=180)
+    azimuth_deg: float = tool.number("Azimuth of tip and speed, likewise", unit="°", default=0.0)
+    speed_ms: float = tool.number("Initial speed, likewise", unit="m/s", default=0.0, minimum=0.0)
+    drop_m: float = tool.number("Clearance at the start, likewise", unit="m", default=0.0, minimum=0.0)
+    lying_diameter_cm: float = tool.number(
+        "Base diameter of lying logs whose layer names none", unit="cm", default=40.0, minimum=0.0, exclusive=True
+    )
+    min_runout: float | None = tool.min_runout()
+    seed: int = tool.seed()
+    threads: int | None = tool.integer("Threads (default: every core)", default=None, minimum=1, advanced=True)
+    crs: str | None = tool.crs()
+
+
+def threads_of(asked: int | None) -> int:
+    """The threads asked for, else one for each core that this process may use."""
+    if asked is not None:
+        return asked
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -1,0 +1,149 @@
+"""From a releases layer to the engine's `Logs`: columns or their defaults, units, and what cannot be released."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from deadwood_algorithms.files.columns import id_column, number_column, warn_implausible, where_of
+from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.scene.items import Items, digest_of, extent_words, plan_of, rows_named
+from deadwood_algorithms.schemas import ORIENTATIONS, RELEASES
+from deadwood_algorithms.tool import Feedback, UserError
+from deadwood_engine import Logs
+
+if TYPE_CHECKING:
+    import geopandas
+
+Array = NDArray[np.float64]
+LEAST_OF_A_RELEASE = 20  # logs, below which the quantiles of its azimuths mean nothing
+
+
+@dataclass(frozen=True)
+class Releases:
+    """The logs, and the columns of the releases that results repeat."""
+
+    logs: Logs
+    release_id: NDArray[Any]
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    dbh_cm: NDArray[np.float64]
+    digest: str
+
+    def __len__(self) -> int:
+        return self.x.size
+
+    def take(self, rows: NDArray[np.int64]) -> Releases:
+        """The logs of these rows; the digest stays that of the layer."""
+        return Releases(
+            self.logs.take(rows), self.release_id[rows], self.x[rows], self.y[rows], self.dbh_cm[rows], self.digest
+        )
+
+
+@dataclass(frozen=True)
+class Group:
+    """The logs of one release, as the spread of their deposits is seen."""
+
+    release_id: Any
+    rows: NDArray[np.int64]
+    centre: tuple[float, float]
+    min_runout: Array
+
+
+def read_releases(path: str, grid: Grid, defaults: Mapping[str, Any], *, feedback: Feedback) -> Releases:
+    """Read the released logs; ``defaults`` holds the value of each column that the layer may lack."""
+    frame = read_vector(path, geometry=("point",), target_crs=grid.crs, what="releases", feedback=feedback)
+    return releases_of(frame, grid, defaults, feedback=feedback)
+
+
+def releases_of(
+    frame: geopandas.GeoDataFrame, grid: Grid, defaults: Mapping[str, Any], *, feedback: Feedback
+) -> Releases:
+    """The released logs of a layer that was read."""
+    x, y = plan_of(frame)
+    log_id = read_log_ids(frame)
+    _refuse_off_dem(x, y, log_id, grid, where_of(frame))
+
+    def column(name: str, **bounds: Any) -> NDArray[np.float64]:
+        return number_column(frame, name, default=defaults[name], **bounds)
+
+    dbh_cm = column("dbh_cm", minimum=0.0, exclusive=True)
+    length = column("length_m", minimum=0.0, exclusive=True)
+    for name, values in (("dbh_cm", dbh_cm), ("length_m", length)):
+        warn_implausible(values, RELEASES.column(name), where_of(frame), feedback)
+    logs = Logs(
+        log_id=log_id,
+        x=x,
+        y=y,
+        diameter=dbh_cm / 100.0,
+        length=length,
+        density=column("density_kg_m3", minimum=0.0, exclusive=True),
+        orientation=_orientations(frame, defaults["orientation"]),
+        tilt=np.radians(column("tilt_deg", minimum=0.0, maximum=180.0)),
+        azimuth=np.radians(column("azimuth_deg") % 360.0),
+        speed=column("speed_ms", minimum=0.0),
+        drop=column("drop_m", minimum=0.0),
+    )
+    release_id = id_column(frame, "release_id") if "release_id" in frame else np.zeros(len(frame), np.int64)
+    return Releases(logs, release_id, x, y, dbh_cm, digest_of(logs, release_id))
+
+
+def read_log_ids(frame: geopandas.GeoDataFrame) -> NDArray[np.int64]:
+    """Whole, not negative, each used once; the row number where the layer has none."""
+    if "log_id" not in frame:
+        return np.arange(len(frame), dtype=np.int64)
+    values = number_column(frame, "log_id", minimum=0.0)
+    broken = np.flatnonzero((values != np.floor(values)) | (values >= 2.0**53))
+    if broken.size:
+        raise UserError(f"{where_of(frame)}, field 'log_id', {rows_named(broken)}: not a whole number below 2^53")
+    log_id = values.astype(np.int64)
+    _, first, count = np.unique(log_id, return_index=True, return_counts=True)
+    if (count > 1).any():
+        twice = log_id[first[count > 1][0]]
+        rows = np.flatnonzero(log_id == twice)
+        raise UserError(
+            f"{where_of(frame)}, field 'log_id': {twice} stands in {rows_named(rows)}; every log needs its own "
+            "(drop the column and the row number is taken)"
+        )
+    return log_id
+
+
+def _orientations(frame: geopandas.GeoDataFrame, default: str) -> NDArray[np.int8]:
+    if "orientation" not in frame:
+        return np.full(len(frame), ORIENTATIONS.index(default), np.int8)
+    names = [str(name).strip().lower() for name in frame["orientation"]]
+    for row, name in enumerate(names):
+        if name not in ORIENTATIONS:
+            raise UserError(
+                f"{where_of(frame)}, field 'orientation', row {row + 1}: "
+                f"'{name}' is not one of {', '.join(ORIENTATIONS)}"
+            )
+    return np.array([ORIENTATIONS.index(name) for name in names], np.int8)
+
+
+def _refuse_off_dem(
+    x: NDArray[np.float64], y: NDArray[np.float64], log_id: NDArray[np.int64], grid: Grid, path: str
+) -> None:
+    off = np.flatnonzero(~grid.contains(x, y))
+    if off.size == x.size:
+        raise UserError(f"{path}: no release lies on the DEM{extent_words(x, y, grid)}")
+    if off.size:
+        raise UserError(
+            f"{path}, {rows_named(off)}: {off.size} of {x.size} releases lie off the DEM or on its nodata "
+            f"(log_id {log_id[off[0]]} at {x[off[0]]:.1f}, {y[off[0]]:.1f}); remove them, or take a larger DEM"
+        )
+
+
+def reached(lines: Items, by_log: dict[str, NDArray], releases: Releases) -> NDArray[np.bool_]:
+    """Which log reached which line, shape (n, n_lines): it touched the line, or started inside the polygon."""
+    touched = lines.any_row(by_log["reach"])
+    for column, shape in enumerate(lines.geometry):
+        if shapely.get_dimensions(shape) == 2:
+            touched[:, column] |= shapely.contains_xy(shape, releases.x, releases.y)
+    return touched

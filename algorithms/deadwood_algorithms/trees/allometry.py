@@ -1,0 +1,175 @@
+"""DBH and height of a tree from each other: power laws, the law with the crown, and a law fitted to measured trees.
+
+Arrays only, NaN is missing. For `import_trees` (through `dbh_filling`).
+
+Sources: DBH[cm] = a H[m]^b, FINT-CH and FINT (HAFL-WWI/pyFINT: ``FINT_CH_Process``, and the default ``H^1.25`` of
+``pyfintcontroller.py``). The rows of Chablais 3 (French Alps, 1350 m; the inventory in lidaRtRee) and of Oregon (the
+WEF inventory in spBayes) are log-log fits made for this project, corrected by exp(s^2 / 2).
+DBH[cm] = a (H CD)^b exp(g^2 / 2) with the crown's diameter CD [m]: Jucker et al. 2017, Global Change Biology 23:177, as
+coded in itcSegment; its rows for biomes have g = 0.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+FEWEST_TO_FIT = 3  # two trees fix a power law and leave nothing to judge it by
+FEW_TO_FIT = 20  # below it the exponent is a guess; said, not refused
+
+
+class Law(Protocol):
+    """Gives DBH [cm] from height [m] (and crown diameter [m]), and height from DBH; NaN where it cannot."""
+
+    def dbh(self, height: np.ndarray, crown: np.ndarray) -> np.ndarray: ...
+
+    def height(self, dbh: np.ndarray, crown: np.ndarray) -> np.ndarray: ...
+
+
+@dataclass(frozen=True)
+class PowerLaw:
+    """DBH[cm] = a H[m]^b, and its inverse; a and b are numbers, or one each a tree."""
+
+    a: float | np.ndarray
+    b: float | np.ndarray
+
+    def dbh(self, height: np.ndarray, crown: np.ndarray) -> np.ndarray:
+        return self.a * height**self.b
+
+    def height(self, dbh: np.ndarray, crown: np.ndarray) -> np.ndarray:
+        return (dbh / self.a) ** (1 / self.b)
+
+    def __str__(self) -> str:
+        return f"DBH[cm] = {self.a:.4g} * H[m]^{self.b:.4g}"
+
+
+@dataclass(frozen=True)
+class CrownLaw:
+    """DBH[cm] = a (H CD)^b exp(g^2 / 2), and its inverse in H (Jucker et al. 2017)."""
+
+    a: float
+    b: float
+    g: float = 0.0
+
+    @property
+    def factor(self) -> float:
+        return self.a * float(np.exp(self.g**2 / 2))
+
+    def dbh(self, height: np.ndarray, crown: np.ndarray) -> np.ndarray:
+        return self.factor * (height * _known(crown)) ** self.b
+
+    def height(self, dbh: np.ndarray, crown: np.ndarray) -> np.ndarray:
+        return (dbh / self.factor) ** (1 / self.b) / _known(crown)
+
+    def __str__(self) -> str:
+        return f"DBH[cm] = {self.factor:.4g} * (H[m] * crown diameter[m])^{self.b:.4g}"
+
+
+@dataclass(frozen=True)
+class FittedLaw:
+    """Two power laws of one sample, DBH from height and height from DBH: the one's inverse is not the other."""
+
+    dbh_law: PowerLaw
+    a_height: float
+    b_height: float
+    count: int
+    spread: float  # s, the residual standard deviation of ln DBH
+    r2: float  # of ln DBH on ln H
+    heights: tuple[float, float]  # the range that the sample covers [m]
+
+    def dbh(self, height: np.ndarray, crown: np.ndarray) -> np.ndarray:
+        return self.dbh_law.dbh(height, crown)
+
+    def height(self, dbh: np.ndarray, crown: np.ndarray) -> np.ndarray:
+        return self.a_height * dbh**self.b_height
+
+    def __str__(self) -> str:
+        return f"{self.dbh_law} (fitted to {self.count} trees, s {self.spread:.2g}, r2 {self.r2:.2g})"
+
+
+@dataclass(frozen=True)
+class LawsByTree:
+    """A law for each of several zones; ``zone`` says which, one a tree."""
+
+    laws: tuple[Law, ...]
+    zone: np.ndarray
+
+    def dbh(self, height: np.ndarray, crown: np.ndarray) -> np.ndarray:
+        return self._by_tree([law.dbh(height, crown) for law in self.laws])
+
+    def height(self, dbh: np.ndarray, crown: np.ndarray) -> np.ndarray:
+        return self._by_tree([law.height(dbh, crown) for law in self.laws])
+
+    def _by_tree(self, sizes: list[np.ndarray]) -> np.ndarray:
+        return np.stack(sizes)[self.zone, np.arange(self.zone.size)]
+
+
+PUBLISHED: dict[str, PowerLaw | CrownLaw] = {
+    "fint-ch": PowerLaw(2.52, 0.84),
+    "fint": PowerLaw(1.0, 1.25),
+    "chablais-spruce": PowerLaw(1.357, 1.071),
+    "chablais-fir": PowerLaw(0.786, 1.256),
+    "chablais-beech": PowerLaw(3.823, 0.551),
+    "chablais-all": PowerLaw(1.527, 0.987),
+    "oregon-silver-fir": PowerLaw(0.868, 1.111),
+    "oregon-western-hemlock": PowerLaw(1.729, 0.972),
+    "oregon-douglas-fir": PowerLaw(0.820, 1.244),
+    "jucker-global": CrownLaw(0.557, 0.809, 0.056),
+    "jucker-conifer-forest-gymnosperm": CrownLaw(0.974, 0.748),
+    "jucker-conifer-forest-angiosperm": CrownLaw(0.273, 0.927),
+    "jucker-mixed-forest-gymnosperm": CrownLaw(1.004, 0.730),
+    "jucker-mixed-forest-angiosperm": CrownLaw(0.694, 0.730),
+    "jucker-boreal-gymnosperm": CrownLaw(1.43, 0.649),
+    "jucker-boreal-angiosperm": CrownLaw(0.467, 0.839),
+}
+ABOUT = {
+    "fint-ch": "FINT-CH, for all of Switzerland; the default",
+    "fint": "pyFINT's own default, H^1.25",
+    "chablais-spruce": "Chablais 3, spruce, 29 trees, rmse 6.4 cm",
+    "chablais-fir": "fir, 21 trees, 4.3 cm",
+    "chablais-beech": "beech, 47 trees, 3.8 cm",
+    "chablais-all": "all species, 110 trees, 6.5 cm",
+    "oregon-silver-fir": "Oregon WEF, SF, rmse 1.7 cm (its heights look modelled)",
+    "oregon-western-hemlock": "WH, 7.0 cm",
+    "oregon-douglas-fir": "DF, 18.5 cm",
+    "jucker-global": "Jucker et al. 2017, with the crown: global",
+    "jucker-conifer-forest-gymnosperm": "Palearctic temperate coniferous forests",
+    "jucker-conifer-forest-angiosperm": "the same",
+    "jucker-mixed-forest-gymnosperm": "Palearctic temperate mixed forests",
+    "jucker-mixed-forest-angiosperm": "the same",
+    "jucker-boreal-gymnosperm": "Palearctic boreal forests",
+    "jucker-boreal-angiosperm": "the same",
+}
+
+
+def fit(dbh: np.ndarray, height: np.ndarray) -> FittedLaw:
+    """Least squares of the logarithms, each way, brought back by exp(s^2 / 2): else the mean would come out low.
+
+    ``dbh`` [cm] and ``height`` [m] of at least ``FEWEST_TO_FIT`` trees that are not all of one height.
+    """
+    x, y = np.log(height), np.log(dbh)
+    slope, offset, spread = _line(x, y)
+    back, start, rest = _line(y, x)
+    total = float(((y - y.mean()) ** 2).sum())
+    r2 = 1.0 - spread**2 * (x.size - 2) / total if total else 1.0
+    law = PowerLaw(float(np.exp(offset + spread**2 / 2)), slope)
+    reach = (float(height.min()), float(height.max()))
+    return FittedLaw(law, float(np.exp(start + rest**2 / 2)), back, x.size, spread, r2, reach)
+
+
+def _line(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float]:
+    """Slope and offset of the least-squares line, and the residual standard deviation with n - 2 in the divisor."""
+    slope = float(((x - x.mean()) * (y - y.mean())).sum() / ((x - x.mean()) ** 2).sum())
+    offset = float(y.mean() - slope * x.mean())
+    return slope, offset, float(np.sqrt(((y - offset - slope * x) ** 2).sum() / (x.size - 2)))
+
+
+def _known(crown: np.ndarray) -> np.ndarray:
+    return np.where(crown > 0, crown, np.nan)
+
+
+def laws_described() -> str:
+    """The published laws as lines of a list, for the tool's description."""
+    return "\n".join(f"- ``{name}``: {law}; {ABOUT[name]}" for name, law in PUBLISHED.items())

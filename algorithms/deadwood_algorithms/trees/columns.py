@@ -1,0 +1,135 @@
+"""The columns of single-tree tables, brought into the units of the trees layer.
+
+For `import_trees`; which column holds what is said by the table's `sources.Layout`. What is missing is NaN here;
+what to do about it is that tool's business.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import numpy as np
+import shapely
+
+from deadwood_algorithms.files.columns import id_column, number_column, where_of
+from deadwood_algorithms.tool import Feedback, UserError
+from deadwood_algorithms.trees.sources import Layout, names_of
+
+if TYPE_CHECKING:
+    import geopandas
+    import pandas
+
+# Of a DBH, in cm; girth-cm is the circumference, as French and Spanish inventories measure it.
+DBH_UNITS = {"cm": 1.0, "m": 100.0, "mm": 0.1, "in": 2.54, "girth-cm": 1 / np.pi}
+HEIGHT_UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "ft": 0.3048}  # in m
+CROWN_MEASURES = ("diameter", "radius", "area")
+# A Z of points or a column z whose median is above this is the height of the ground above the sea, not of a tree.
+TALLEST_M = 80.0
+
+
+def find(source: pandas.DataFrame, asked: str | None, option: str, names: Iterable[str]) -> str | None:
+    """The column asked for, else the first of the usual names that is there, in any letter case."""
+    there = names_of(source)
+    if asked and asked.lower() not in there:
+        raise UserError(f"{where_of(source)}: there is no field '{asked}' ({option}); it has {', '.join(there)}")
+    return next((there[name] for name in ([asked.lower()] if asked else names) if name in there), None)
+
+
+def sizes(source: pandas.DataFrame, name: str, missing_value: float | None) -> np.ndarray:
+    """A column of sizes, NaN where it is empty or holds the missing value."""
+    try:
+        return number_column(source, name, minimum=0.0, exclusive=True, gaps=True, missing_value=missing_value)
+    except UserError as error:
+        raise UserError(f"{error}, or say --missing-value if the number means missing") from error
+
+
+def dbh_column(
+    source: pandas.DataFrame, layout: Layout, asked: str | None, unit: str | None, missing_value: float | None
+) -> np.ndarray:
+    """DBH in cm, NaN where missing; without ``unit`` the field's name tells it (``_m``, ``_mm``, ``_in``), else cm."""
+    name = find(source, asked, "--dbh-field", layout.dbh)
+    if name is None:
+        return np.full(len(source), np.nan)
+    return sizes(source, name, missing_value) * DBH_UNITS.get(unit or name.lower().rpartition("_")[2], 1.0)
+
+
+def height_column(
+    source: pandas.DataFrame,
+    layout: Layout,
+    asked: str | None,
+    unit: str,
+    missing_value: float | None,
+    feedback: Feedback,
+) -> np.ndarray:
+    """Height in m, NaN where missing: a column, else the Z of the points where that can be the height of a tree."""
+    where = where_of(source)
+    name = find(source, asked, "--height-field", layout.height)
+    if name is None and layout.height_in_z and has_z(source):
+        name = "the Z of the points"
+        source = source.copy()
+        source[name] = shapely.get_z(np.asarray(source.geometry.array))
+    if name is None:
+        return np.full(len(source), np.nan)
+    if asked is None and name.lower() in ("z", "the z of the points"):
+        middle = float(np.nanmedian(number_column(source, name, gaps=True))) * HEIGHT_UNITS[unit]
+        if middle == 0:
+            return np.full(len(source), np.nan)  # as some programs write a Z that they do not have
+        if not middle <= TALLEST_M:
+            feedback.warn(f"{where}: {name} (median {middle:.0f} m) is not the height of trees, and is not used")
+            return np.full(len(source), np.nan)
+        feedback.note(f"{where}: the height is taken from {name}")
+    return sizes(source, name, missing_value) * HEIGHT_UNITS[unit]
+
+
+def has_z(source: pandas.DataFrame) -> bool:
+    """Whether the rows are points that all have a Z."""
+    shapes = np.asarray(source.geometry.array) if "geometry" in source else np.empty(0, object)
+    return bool(shapes.size) and not (shapely.get_type_id(shapes) != 0).any() and bool(shapely.has_z(shapes).all())
+
+
+def crown_column(
+    source: geopandas.GeoDataFrame, layout: Layout, asked: str | None, measure: str | None, outlines: np.ndarray | None
+) -> np.ndarray | None:
+    """Diameter of the crown [m], NaN where missing: from a column, else of the circle as large as the outline.
+
+    ``measure`` says what a column asked for holds: diameter or radius [m], or area [m2]; else its usual meaning.
+    """
+    name = find(source, asked, "--crown-field", layout.crown)
+    if name is None:
+        if outlines is None:
+            return None
+        return 2 * np.sqrt(shapely.area(outlines) / np.pi)
+    values = number_column(source, name, minimum=0.0, gaps=True)
+    measure = measure or layout.crown.get(name.lower(), "diameter")
+    if measure == "area":
+        return 2 * np.sqrt(values / np.pi)
+    return values * (2.0 if measure == "radius" else 1.0)
+
+
+def id_columns(
+    source: pandas.DataFrame, layout: Layout, kept: np.ndarray, asked: str | None, feedback: Feedback
+) -> dict[str, np.ndarray]:
+    """The ids as they are; where two trees share one, or one has none, new ones, and the old as ``source_id``."""
+    name = find(source, asked, "--id-field", layout.id)
+    running = np.arange(1, int(kept.sum()) + 1)
+    if name is None:
+        return {"tree_id": running}
+    empty = int(np.count_nonzero(source[name].isna()))
+    ids = source[name].astype(str).to_numpy()[kept] if empty else id_column(source, name)[kept]
+    repeated = ids.size - np.unique(ids.astype(str)).size
+    if not (repeated or empty):
+        return {"tree_id": ids}
+    what = f"{empty} trees have no id" if empty else f"{repeated} trees have an id that another one has"
+    feedback.warn(
+        f"{where_of(source)}, field '{name}': {what}; all are numbered anew from 1, the old ids are kept as source_id"
+    )
+    return {"tree_id": running, "source_id": ids}
+
+
+def species_column(source: pandas.DataFrame, layout: Layout, asked: str | None) -> np.ndarray | None:
+    """The species as the source names it, None where empty."""
+    name = find(source, asked, "--species-field", layout.species)
+    if name is None:
+        return None
+    return np.array([None if word is None or word != word else str(word) for word in source[name]], object)

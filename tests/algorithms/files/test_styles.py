@@ -1,0 +1,139 @@
+"""Styles stored beside the data: complete for what the data hold, well-formed, and in the places QGIS looks into."""
+
+from __future__ import annotations
+
+import itertools
+import sqlite3
+from pathlib import Path
+from xml.etree import ElementTree
+
+import geopandas as gpd
+import numpy as np
+import pytest
+import shapely
+
+from deadwood_algorithms import schemas
+from deadwood_algorithms.files import styles
+from deadwood_algorithms.files.crs import parse_crs
+from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.files.rasters import write_raster
+from deadwood_algorithms.files.vectors import write_vector
+
+
+def frame(*shapes, **columns) -> gpd.GeoDataFrame:
+    return gpd.GeoDataFrame(columns, geometry=list(shapes), crs="EPSG:2056")
+
+
+def points(count: int, **columns) -> gpd.GeoDataFrame:
+    return frame(*(shapely.Point(k, k) for k in range(count)), **columns)
+
+
+def parsed(style: styles.Style | None) -> ElementTree.Element:
+    assert style is not None
+    return ElementTree.fromstring(style.document().partition("\n")[2])
+
+
+def test_every_way_to_end_has_its_colour_and_label():
+    assert set(styles.ENDS) == set(schemas.STOP_REASONS)
+    root = parsed(styles.of_layer("deposits", points(2, stop_reason=["rest", "tree"])))
+    renderer = root.find("renderer-v2")
+    assert renderer is not None
+    assert renderer.get("attr") == "stop_reason"
+    values = [each.get("value") for each in renderer.iter("category")]
+    assert values == list(schemas.STOP_REASONS)  # also those that this run has none of: legends of two runs agree
+    symbols = {each.get("name") for each in renderer.iter("symbol")}
+    assert {each.get("symbol") for each in renderer.iter("category")} == symbols
+
+
+def test_classes_join_and_cover_everything():
+    for name, data, field in (
+        ("trajectories", frame(shapely.LineString([(0, 0), (1, 1)]), speed_max_ms=[8.0]), "speed_max_ms"),
+        ("trees", points(1, dbh_cm=[30.0], height_m=[20.0]), "dbh_cm"),
+        ("reach", frame(shapely.LineString([(0, 0), (1, 1)]), line_id=["road"], p=[0.2]), "p"),
+    ):
+        root = parsed(styles.of_layer(name, data))
+        ranges = [(float(each.get("lower", "")), float(each.get("upper", ""))) for each in root.iter("range")]
+        assert ranges[0][0] == 0.0
+        assert all(high == low for (_, high), (low, _) in itertools.pairwise(ranges))
+        assert ranges[-1][1] >= (1.0 if field == "p" else 1e9)
+        assert root.find("renderer-v2").get("attr") == field  # type: ignore[union-attr]
+
+
+def test_trees_stand_in_three_dimensions_with_the_mean_size_of_their_class():
+    trees = points(3, dbh_cm=[20.0, 40.0, 60.0], height_m=[11.0, 13.0, 31.0])
+    rules = list(parsed(styles.of_layer("trees", trees)).iter("rule"))
+    assert [each.get("filter") for each in rules] == [
+        '"height_m" >= 10 and "height_m" < 15',
+        '"height_m" >= 30 and "height_m" < 35',
+    ]
+    sizes = {each.get("name"): float(each.get("value", "")) for each in rules[0].iter("Option") if each.get("name")}
+    assert sizes == {"bottomRadius": pytest.approx(0.15), "topRadius": pytest.approx(0.075), "length": 12.0}
+    raised = rules[0].find(".//transform").get("matrix").split()  # type: ignore[union-attr]
+    assert float(raised[13]) == 6.0  # half the length: QGIS sets the middle of a shape on the ground
+
+
+def test_a_layer_without_a_name_in_the_table_goes_by_its_columns_and_a_mixed_one_stays_as_it_is():
+    assert parsed(styles.of_layer("barrier_hits", points(1, speed_ms=[3.0]))).find(".//range") is not None
+    assert parsed(styles.of_layer("held", points(1, stop_reason=["tree"]))).find(".//category") is not None
+    assert parsed(styles.of_layer("anything", points(1))).find("renderer-v2") is not None
+    assert styles.of_layer("mixed", frame(shapely.Point(0, 0), shapely.box(0, 0, 1, 1))) is None
+
+
+def stops(style: styles.Style | None) -> list[tuple[float, int]]:
+    return [(float(each.get("value", "")), int(each.get("alpha", ""))) for each in parsed(style).iter("item")]
+
+
+def test_counts_are_transparent_at_zero_and_even_on_the_logarithm():
+    found = stops(styles.of_raster("hit_count", np.array([[0, 1], [7, 10_000]], np.uint32), "logs"))
+    assert found[0] == (0.0, 0)
+    assert found[1] == (1.0, 255)
+    assert found[-1] == (10_000.0, 255)
+    even = np.geomspace(1.0, 10_000.0, len(styles.HITS))
+    assert np.abs(np.array([value for value, _ in found[1:]]) - even).max() <= 0.5  # rounded to whole logs
+    assert stops(styles.of_raster("hit_count", np.zeros((2, 2), np.uint32), "logs"))[0] == (0.0, 0)
+
+
+def test_differences_are_symmetric_with_nothing_at_no_difference():
+    found = stops(styles.of_raster("hit_difference", np.array([[np.nan, -4.0], [0.0, 1.0]]), "logs"))
+    assert [value for value, _ in found] == pytest.approx([-value for value, _ in found[::-1]])
+    assert found[0][0] == pytest.approx(-4.0, rel=0.01)
+    assert [alpha for _, alpha in found].index(0) == len(found) // 2
+
+
+@pytest.mark.parametrize(
+    ("name", "units", "description"),
+    [
+        ("speed_max", "m/s", ""),
+        ("energy_max", "kJ", ""),
+        ("jump_max", "m", ""),
+        ("reach_probability", "1", ""),
+        ("susceptibility", "1", ""),
+        ("dem", "m", ""),
+    ],
+)
+def test_rasters_of_a_run_have_a_style_with_rising_stops(name, units, description):
+    values = np.array([[0.5, np.nan], [3.0, 160.0]], np.float32)
+    root = parsed(styles.of_raster(name, values, units, description))
+    found = [float(each.get("value", "")) for each in root.iter("item")]
+    assert found == sorted(set(found))
+    if units == "kJ":
+        assert found[-1] >= 160.0
+    assert root.find(".//rasterrenderer").get("band") == "1"  # type: ignore[union-attr]
+
+
+def test_styles_stand_where_qgis_looks_for_them(tmp_path: Path):
+    package = tmp_path / "a.gpkg"
+    write_vector(package, {"deposits": points(1, stop_reason=["rest"]), "releases": points(2)})
+    with sqlite3.connect(package) as database:
+        rows = database.execute("SELECT f_table_name, f_geometry_column, useAsDefault, styleQML FROM layer_styles")
+        stored = {name: (column, default, text) for name, column, default, text in rows}
+    assert set(stored) == {"deposits", "releases"}
+    for column, default, text in stored.values():
+        assert (column, default) == ("geom", 1)
+        ElementTree.fromstring(text.partition("\n")[2])
+    crs = parse_crs("EPSG:2056")
+    grid = Grid(np.ones((3, 4), np.float32), 1.0, 0.0, 0.0, crs, "test")
+    write_raster(tmp_path / "hits.tif", np.ones((3, 4)), grid, dtype="uint32", units="logs")
+    assert "singlebandpseudocolor" in (tmp_path / "hits.qml").read_text(encoding="utf-8")
+    write_raster(tmp_path / "other.tif", np.ones((3, 4)), grid, dtype="float32", units="km")
+    assert not (tmp_path / "other.qml").exists()

@@ -1,0 +1,79 @@
+"""The QGIS project of a run, as XML: every layer of the folder is in it, and where it says. QGIS opens it elsewhere."""
+
+from __future__ import annotations
+
+import sqlite3
+import zipfile
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+import shapely
+from slope_case import Case, write_layer
+
+
+@pytest.fixture(scope="module")
+def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = Case(tmp_path_factory.mktemp("project"))
+    axis = shapely.LineString([(20.0, 60.0), (28.0, 61.0)])
+    lying = write_layer(made.folder / "lying.gpkg", [axis], diameter_cm=[35.0])
+    return made.run(time_limit=10.0, qgis_project=True, lying_logs=lying, **made.everything())
+
+
+def project(case: Path) -> ElementTree.Element:
+    with zipfile.ZipFile(case / "project.qgz") as packed:
+        assert packed.namelist() == ["project.qgs"]
+        return ElementTree.fromstring(packed.read("project.qgs").decode().partition("\n")[2])
+
+
+def test_every_layer_of_the_run_is_in_the_project_and_is_found_from_it(case):
+    root = project(case)
+    sources = {each.findtext("id"): each.findtext("datasource") or "" for each in root.iter("maplayer")}
+    nodes = [each.get("id") for each in root.iter("layer-tree-layer")]
+    assert sorted(nodes) == sorted(sources)
+    assert len(set(nodes)) == len(nodes)
+    expected = {f"./{path.name}" for path in case.glob("*.tif")}
+    for name in ("run.gpkg", "scene.gpkg"):
+        with sqlite3.connect(case / name) as database:
+            layers = database.execute("select table_name from gpkg_geometry_columns").fetchall()
+        expected |= {f"./{name}|layername={layer}" for (layer,) in layers}
+    terrain = sources.pop("deadwood_terrain")
+    assert set(sources.values()) == expected
+    assert (case / terrain).resolve() == (case.parent / "dem.tif").resolve()
+    groups = [each.get("name") for each in root.findall("layer-tree-group/layer-tree-group")]
+    assert groups == ["Results", "Animation", "Scene", "Rasters"]
+
+
+def test_the_project_is_in_the_runs_crs_and_knows_the_time(case):
+    root = project(case)
+    assert {each.text for each in root.iter("authid")} == {"EPSG:2056"}
+    assert root.findtext("ProjectTimeSettings/TemporalRange/start") == "2000-01-01T00:00:00.000Z"
+    assert root.find("ProjectTimeSettings").get("timeStep") == "0.25"  # type: ignore[union-attr]
+    outlines = next(each for each in root.iter("maplayer") if each.findtext("id") == "deadwood_log_outlines")
+    assert outlines.find("temporal").get("startField") == "t"  # type: ignore[union-attr]
+
+
+def test_the_scene_is_as_it_was_modelled(case):
+    with sqlite3.connect(case / "scene.gpkg") as database:
+        heights = dict(database.execute("select barrier_id, height_m from barriers").fetchall())
+        trees = database.execute("select count(*), avg(dbh_cm) from trees").fetchone()
+        lying = database.execute("select diameter_cm from lying_logs").fetchall()
+    assert heights == {"west": 1.5, "east": 4.0}
+    assert lying == [(35.0,)]
+    assert trees == (59, pytest.approx(50.0))  # one of the 60 stands off the DEM, and so in no log's way
+
+
+def test_a_bare_run_without_trajectories_has_its_project_too(tmp_path):
+    made = Case(tmp_path)
+    run = made.run(time_limit=5.0, trajectories="none", qgis_project=True)
+    with sqlite3.connect(run / "scene.gpkg") as database:
+        layers = {name for (name,) in database.execute("select table_name from gpkg_geometry_columns")}
+    assert layers == {"releases", "log_solids"}
+    assert project(run) is not None
+
+
+def test_without_the_request_there_is_no_project(tmp_path):
+    made = Case(tmp_path)
+    run = made.run(time_limit=2.0)
+    assert not (run / "project.qgz").exists()
+    assert not (run / "scene.gpkg").exists()

@@ -1,0 +1,123 @@
+"""Lying logs through files: they hold what slides onto them, are counted and named, and bad layers are refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import geopandas as gpd
+import numpy as np
+import pytest
+import shapely
+from slope_case import Case, assert_same_run, layer, points, summary, write_layer
+
+from deadwood_algorithms import schemas
+from deadwood_algorithms.files.dem_windows import read_dem
+from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.scene.lying_logs import read_lying_logs
+from deadwood_algorithms.tool import Quiet, UserError
+
+ACROSS = [shapely.LineString([(12.0, 50.0), (48.0, 50.0)])]
+
+
+@pytest.fixture(scope="module")
+def case(tmp_path_factory) -> Case:
+    return Case(tmp_path_factory.mktemp("case"))
+
+
+@pytest.fixture(scope="module")
+def grid(case) -> Grid:
+    return read_dem(case.dem, feedback=Quiet())
+
+
+@pytest.fixture(scope="module")
+def held(case) -> Path:
+    """24 logs above one long lying log across the slope, and a standing tree that nobody meets."""
+    tree = write_layer(case.folder / "tree.gpkg", points((2.0, 95.0)), tree_id=[77], dbh_cm=[30.0], height_m=[10.0])
+    lying = write_layer(case.folder / "lying.gpkg", ACROSS, lying_id=["old spruce"], diameter_cm=[150.0])
+    logs = {"orientation": "lying", "azimuth_deg": 90.0}
+    return case.run(lying_logs=lying, trees=tree, output=str(case.folder / "held"), threads=1, **logs)
+
+
+def test_it_holds_logs_and_says_so(held):
+    deposits, hits, told = layer(held, "deposits"), layer(held, "lying_hits"), summary(held)
+    stopped = deposits["stop_reason"] == "tree"
+    assert stopped.sum() > 15
+    assert set(deposits.loc[stopped, "stop_id"]) == {"lying:old spruce"}
+    assert hits["lying_id"].tolist() == ["old spruce"]
+    assert hits["n_stops"][0] == stopped.sum()
+    assert hits["n_logs"][0] == (deposits["tree_hits"] > 0).sum() >= stopped.sum()
+    assert hits.geometry[0].length == pytest.approx(36.0)
+    assert [each.name for each in schemas.LAYERS["lying_hits"].columns] == [c for c in hits.columns if c != "geometry"]
+    assert told["modelled"]["lying_logs"] == "1 rigid truncated cones at rest on the terrain, in 1 straight pieces"
+    assert told["lying_logs"]["n_stops"] == stopped.sum()
+    assert told["trees"]["n_hits"] == 0
+    assert "tree_hits" not in set(gpd.list_layers(held / "run.gpkg")["name"])
+
+
+def test_without_it_they_go_on(case, held):
+    logs = {"orientation": "lying", "azimuth_deg": 90.0}
+    free = case.run(output=str(case.folder / "free"), **logs)
+    assert layer(free, "deposits")["runout_m"].median() > layer(held, "deposits")["runout_m"].median() + 10.0
+    assert summary(free)["modelled"]["lying_logs"].startswith("not modelled")
+    assert summary(free)["lying_logs"] is None
+
+
+def test_threads_do_not_change_a_bit(case, held, tmp_path):
+    logs = {"orientation": "lying", "azimuth_deg": 90.0}
+    files = {"lying_logs": str(case.folder / "lying.gpkg"), "trees": str(case.folder / "tree.gpkg")}
+    again = case.run(output=str(tmp_path / "again"), threads=4, **files, **logs)
+    assert_same_run(held, again)
+    assert layer(held, "lying_hits").equals(layer(again, "lying_hits"))
+
+
+def test_diameters_come_from_the_column_the_other_column_or_the_option(tmp_path, grid):
+    two = [*ACROSS, shapely.LineString([(10, 60), (20, 61), (25, 70)])]
+
+    def read(name: str, **columns):
+        path = write_layer(tmp_path / f"{name}.gpkg", two, **columns)
+        return read_lying_logs(path, grid, 40.0, Quiet())
+
+    lying, items = read("own", diameter_cm=[50.0, 60.0], tip_diameter_cm=[20.0, 60.0], dbh_cm=[1.0, 1.0])
+    assert lying.diameter.tolist() == [0.5, 0.6]
+    assert lying.tip_diameter.tolist() == [0.2, 0.6]
+    assert items.ids == [0, 1]
+    lying, items = read("dbh", dbh_cm=[30.0, 80.0], tree_id=["a", "b"])
+    assert lying.diameter.tolist() == [0.3, 0.8]
+    assert lying.tip_diameter.tolist() == [0.15, 0.4]
+    assert items.ids == ["a", "b"]
+    lying, _ = read("none", species=["x", "y"])
+    assert lying.diameter.tolist() == [0.4, 0.4]
+    assert np.diff(lying.starts).tolist() == [2, 3]
+
+
+@pytest.mark.parametrize(
+    ("columns", "message"),
+    [
+        ({"diameter_cm": [0.0]}, "field 'diameter_cm', row 1: 0 is not a number greater than 0"),
+        ({"diameter_cm": ["thick"]}, "field 'diameter_cm', row 1: 'thick' is not a number"),
+        (
+            {"diameter_cm": [20.0], "tip_diameter_cm": [60.0]},
+            "field 'tip_diameter_cm', row 1: the tip is more than twice",
+        ),
+    ],
+)
+def test_a_bad_diameter_is_named(tmp_path, grid, columns, message):
+    path = write_layer(tmp_path / "bad.gpkg", ACROSS, **columns)
+    with pytest.raises(UserError, match=message) as error:
+        read_lying_logs(path, grid, 40.0, Quiet())
+    assert "\n" not in str(error.value)
+
+
+def test_off_the_dem_or_no_line_is_refused(tmp_path, grid):
+    off = write_layer(tmp_path / "off.gpkg", [shapely.LineString([(500, 500), (510, 500)])])
+    with pytest.raises(UserError, match="row 1: the lying log does not touch the DEM"):
+        read_lying_logs(off, grid, 40.0, Quiet())
+    dots = write_layer(tmp_path / "dots.gpkg", points((20, 20)))
+    with pytest.raises(UserError, match="row 1: a Point, but the lying_logs must be lines"):
+        read_lying_logs(dots, grid, 40.0, Quiet())
+
+
+def test_diameters_in_metres_are_warned_of(tmp_path, grid, said):
+    path = write_layer(tmp_path / "m.gpkg", ACROSS, diameter_cm=[0.5])
+    read_lying_logs(path, grid, 40.0, said)
+    assert any("multiply by 100" in each for each in said.warnings)

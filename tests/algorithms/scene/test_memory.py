@@ -1,0 +1,37 @@
+"""How many threads fit the memory, and the refusal where none does."""
+
+from __future__ import annotations
+
+import pytest
+
+from deadwood_algorithms.scene import memory
+from deadwood_algorithms.scene.memory import free_bytes, threads_that_fit
+from deadwood_algorithms.tool import UserError
+
+CELLS = 10_000_000
+
+
+@pytest.mark.parametrize(("free_gb", "threads"), [(100.0, 16), (2.0, 5), (0.8, 1)])
+def test_as_many_threads_as_there_is_memory_for(monkeypatch, said, free_gb, threads):
+    """40 bytes a cell for the scene and the writing, 24 more for each thread, of nine tenths of what is free."""
+    monkeypatch.setattr(memory, "free_bytes", lambda: int(free_gb * 1e9))
+    expected = min(16, int((0.9 * free_gb * 1e9 / CELLS - 40) // 24))
+    assert threads_that_fit(16, CELLS, friction_by_cell=False, what="dem.tif", feedback=said) == expected == threads
+    assert len(said.notes) == (threads < 16)
+
+
+def test_friction_by_cell_takes_its_share(monkeypatch, said):
+    monkeypatch.setattr(memory, "free_bytes", lambda: int(CELLS * 70 / 0.9))
+    assert threads_that_fit(2, CELLS, friction_by_cell=False, what="dem.tif", feedback=said) == 1
+    with pytest.raises(UserError, match=r"dem.tif: 10 million cells need 0.7 GB of memory, .* free; .*gdalwarp"):
+        threads_that_fit(2, CELLS, friction_by_cell=True, what="dem.tif", feedback=said)
+
+
+def test_where_nobody_tells_nothing_is_refused(monkeypatch, said):
+    monkeypatch.setattr(memory, "free_bytes", lambda: None)
+    assert threads_that_fit(7, 10**12, friction_by_cell=True, what="dem.tif", feedback=said) == 7
+
+
+def test_this_machine_has_some_memory():
+    free = free_bytes()
+    assert free is None or 10**7 < free < 10**14
