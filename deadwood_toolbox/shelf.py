@@ -30,6 +30,8 @@ NAMES = (
     "compare-scenarios",
     "calibrate-friction",
     "compare-fidelity",
+    "make-report",
+    "view",
     "demo",
 )
 TOOLS: tuple[Tool, ...]
