@@ -86,11 +86,88 @@ def reach_record(n_reach: int, n_total: int) -> dict[str, float]:
     return {"n_total": int(n_total), "n_reach": int(n_reach), "p": share, "ci_low": low, "ci_high": high}
 
 
+def bounds_if_lost(n_reach: int, n_total: int, n_lost: int) -> dict[str, float]:
+    """What a reach probability may be for the logs that were lost from sight before they reached: none or all may.
+
+    Parameters
+    ----------
+    n_lost : int
+        Logs that left the terrain model without having reached the line; ``n_reach`` does not hold them.
+
+    Returns
+    -------
+    record : dict
+        ``n_lost``; ``p_low_if_lost`` (none of them reaches) and ``p_high_if_lost`` (all do); ``ci_low_if_lost`` and
+        ``ci_high_if_lost``, the outer ends of the intervals of these two.
+    """
+    none, everyone = reach_record(n_reach, n_total), reach_record(n_reach + n_lost, n_total)
+    return {
+        "n_lost": int(n_lost),
+        "p_low_if_lost": none["p"],
+        "p_high_if_lost": everyone["p"],
+        "ci_low_if_lost": none["ci_low"],
+        "ci_high_if_lost": everyone["ci_high"],
+    }
+
+
+def loss_matters(record: dict[str, float]) -> bool:
+    """Whether the logs lost from sight could move a probability out of the interval that is printed beside it."""
+    return record["p_high_if_lost"] > record["ci_high"]
+
+
+def decimals_of(low: float, high: float) -> int:
+    """Decimals of a number that its interval allows: so many that its half-width has two digits, and at least none.
+
+    12 +- 1.8 has one, 0.15 +- 0.19 two, 75 +- 13 none.
+    """
+    half = (high - low) / 2.0
+    if not (math.isfinite(half) and half > 0.0):
+        return 0
+    return min(max(0, 1 - math.floor(math.log10(half))), 6)
+
+
+def percent(share: float, low: float, high: float, *, sign: bool = False) -> str:
+    """A share in percent without its unit, rounded as far as its interval (a share as well) allows; ``-`` for NaN."""
+    if not math.isfinite(share):
+        return "-"
+    decimals = decimals_of(100 * low, 100 * high)
+    text = f"{100 * share:{'+' if sign else ''}.{decimals}f}"
+    return text.lstrip("-+") if float(text) == 0.0 else text
+
+
+def percent_of(n_hit: int, n_total: int) -> str:
+    """``0.15 %``: a count of logs as a share, rounded as far as its Wilson interval allows; 0 and all stand exactly."""
+    if n_total and n_hit in (0, n_total):
+        return "100 %" if n_hit else "0 %"
+    record = reach_record(n_hit, n_total)
+    return f"{percent(record['p'], record['ci_low'], record['ci_high'])} %" if n_total else "-"
+
+
 def percent_with_interval(record: dict[str, float]) -> str:
-    """``9.1 % (8.8 to 9.6 %)``; no hit at all is never printed as 0 %, but as what it excludes: ``< 0.02 %``."""
-    low, high = 100 * record["ci_low"], 100 * record["ci_high"]
+    """``0.15 % (0.05 to 0.44 %)``, of a `reach_record`, rounded as far as the interval allows.
+
+    No hit at all is never printed as 0 %, but as what it excludes: ``< 0.19 %``; nothing but hits as ``> 99.81 %``.
+    """
+    low, high = record["ci_low"], record["ci_high"]
     if record["n_total"] == 0:
         return "no logs"
     if record["n_reach"] == 0:
-        return f"< {high:.2g} %"
-    return f"{100 * record['p']:.1f} % ({low:.1f} to {high:.1f} %)"
+        return f"< {percent(high, 0.0, 2.0 * high)} %"  # two digits of what is left of the share
+    if record["n_reach"] == record["n_total"]:
+        return f"> {percent(low, 0.0, 2.0 * (high - low))} %"
+    p, low, high = (percent(each, low, high) for each in (record["p"], low, high))
+    return f"{p} % ({low} to {high} %)"
+
+
+def points_with_interval(difference: float, low: float, high: float) -> str:
+    """``-2.1 (-3.5 to -0.7)``: a difference of shares in percentage points, rounded as far as its interval allows."""
+    points, bottom, top = (percent(each, low, high, sign=True) for each in (difference, low, high))
+    return f"{points} ({bottom} to {top})" if math.isfinite(low) else points
+
+
+def lost_words(record: dict[str, float]) -> str:
+    """``; 12 more left the terrain model before it: 51 % if all of them reach it``; empty where none was lost."""
+    if not record.get("n_lost"):
+        return ""
+    up_to = percent(record["p_high_if_lost"], record["ci_low_if_lost"], record["ci_high_if_lost"])
+    return f"; {record['n_lost']} others left the terrain model before it: up to {up_to} % if all of them reach it"

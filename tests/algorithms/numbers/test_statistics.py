@@ -6,7 +6,18 @@ import numpy as np
 import pytest
 
 from deadwood_algorithms.numbers.directions import azimuth, quantile_arc, smallest_arc, unrolled
-from deadwood_algorithms.numbers.statistics import Z_95, paired_interval, wilson_interval
+from deadwood_algorithms.numbers.statistics import (
+    Z_95,
+    bounds_if_lost,
+    loss_matters,
+    lost_words,
+    paired_interval,
+    percent_of,
+    percent_with_interval,
+    points_with_interval,
+    reach_record,
+    wilson_interval,
+)
 
 
 @pytest.mark.parametrize(
@@ -101,3 +112,44 @@ def test_the_paired_interval_holds_the_difference(n, gains, loses):
             known[gained, lost] = low <= gains - loses <= high
         held += known[gained, lost]
     assert held / 2000 == pytest.approx(0.95, abs=0.015)
+
+
+@pytest.mark.parametrize(
+    ("n_reach", "n_total", "text"),
+    [
+        (3, 2000, "0.15 % (0.05 to 0.44 %)"),
+        (427, 2000, "21.3 % (19.6 to 23.2 %)"),
+        (30, 40, "75 % (60 to 86 %)"),
+        (1829, 20_000, "9.14 % (8.75 to 9.55 %)"),
+        (0, 2000, "< 0.19 %"),
+        (2000, 2000, "> 99.81 %"),
+        (0, 0, "no logs"),
+    ],
+)
+def test_a_percentage_is_rounded_as_far_as_its_interval_allows(n_reach, n_total, text):
+    assert percent_with_interval(reach_record(n_reach, n_total)) == text
+
+
+def test_shares_and_differences_are_rounded_alike():
+    assert [percent_of(*each) for each in ((3, 2000), (1523, 2000), (0, 7), (7, 7))] == [
+        "0.15 %",
+        "76.1 %",
+        "0 %",
+        "100 %",
+    ]
+    assert points_with_interval(-0.45, -0.616, -0.247) == "-45 (-62 to -25)"
+    assert points_with_interval(0.0001, -0.0012, 0.0014) == "+0.01 (-0.12 to +0.14)"
+    assert points_with_interval(-1e-9, -0.0012, 0.0012) == "0.00 (-0.12 to +0.12)"
+    assert points_with_interval(math.nan, math.nan, math.nan) == "-"
+
+
+def test_bounds_of_a_probability_where_logs_left_before_they_reached():
+    """20 of 60 reach a line, 20 of the others were lost before it: at least a third, at most two."""
+    found = bounds_if_lost(20, 60, 20)
+    assert (found["p_low_if_lost"], found["p_high_if_lost"]) == pytest.approx((1 / 3, 2 / 3))
+    assert found["ci_low_if_lost"] == wilson_interval(20, 60)[0]
+    assert found["ci_high_if_lost"] == wilson_interval(40, 60)[1]
+    assert loss_matters(reach_record(20, 60) | found)
+    assert not loss_matters(reach_record(20, 60) | bounds_if_lost(20, 60, 2))  # less than chance does
+    assert "20 others left the terrain model before it: up to 67 %" in lost_words(found)
+    assert lost_words(bounds_if_lost(20, 60, 0)) == ""
