@@ -18,7 +18,8 @@ releases: the share of each cell's logs that reach each line.
         --origins origins.tif
 
 Logs that left the terrain model, or passed near its edge, would have gone on otherwise on a larger one: the tool warns
-of them. It counts what the run did; it does not say how likely a log starts at all.
+of them, and `p_low_if_lost` to `p_high_if_lost` are the bounds if none or all of those reach the line that left before
+they did. It counts what the run did; it does not say how likely a log starts at all.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from pathlib import Path
 import numpy as np
 
 from deadwood_algorithms import tool
-from deadwood_algorithms.numbers.statistics import percent_with_interval
+from deadwood_algorithms.numbers.statistics import lost_words, percent_with_interval
 from deadwood_algorithms.tool import Feedback, Outcome, Tool, UserError
 
 
@@ -113,6 +114,7 @@ def lines_of(facts: dict) -> tuple[str, ...]:
         how = f", median {each['speed_median_ms']:.1f} m/s and {each['energy_median_kj']:.0f} kJ"
         shown.append(
             f"{each['line_id']}: reached by {each['n_reach']} of {each['n_total']} logs, {percent_with_interval(each)}"
+            + lost_words(each)
             + (how if each["n_reach"] else "")
         )
         of_line = [row for row in facts["attribution"] if row["line_id"] == each["line_id"]]

@@ -191,7 +191,7 @@ DEPOSITS = Layer(
         _number("heading_deg", "Of the log's axis at the end, base to tip, clockwise from grid north", 0, _AZIMUTH),
         _number("tilt_deg", "Angle of the axis from the vertical at the end", 0, 180),
         _number("speed_max_ms", "Largest speed of the centre of mass", 0),
-        _number("speed_mean_ms", "Path over duration", 0),
+        _number("speed_mean_ms", "Path over duration; of a log at its time limit also the minutes of slow rolling", 0),
         _number("energy_max_kj", "Largest kinetic energy, of translation and rotation", 0),
         _number("jump_max_m", "Largest clearance between the log and the terrain", 0),
         _count("tree_hits", "How many trees, standing or lying, it hit"),
@@ -325,6 +325,11 @@ _SHARE = (
     _number("p", "Their share", 0, 1),
     _number("ci_low", "Lower end of its 95 % Wilson interval", 0, 1),
     _number("ci_high", "Upper end", 0, 1),
+    _count("n_lost", "Logs that left the terrain model without having reached it"),
+    _number("p_low_if_lost", "The share if none of the lost logs reaches it", 0, 1),
+    _number("p_high_if_lost", "The share if all of them do", 0, 1),
+    _number("ci_low_if_lost", "Lower end of the 95 % interval if none does", 0, 1),
+    _number("ci_high_if_lost", "Upper end if all do", 0, 1),
 )
 _STRENGTH = (
     _number("speed_median_ms", "Median speed of the arriving logs", 0),

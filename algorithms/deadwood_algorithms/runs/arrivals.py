@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.numbers.directions import azimuth
-from deadwood_algorithms.numbers.statistics import reach_record
+from deadwood_algorithms.numbers.statistics import bounds_if_lost, reach_record
 from deadwood_algorithms.runs.edges import Edges
 from deadwood_algorithms.runs.folder import Run, ends_of
 from deadwood_algorithms.runs.motion import bodies_of, energies_kj, path_so_far, travel
@@ -174,9 +174,10 @@ def _direction_at(shape: Any, place: NDArray[np.float64]) -> NDArray[np.float64]
 def arrival_counts_frame(source: Run, arrivals: geopandas.GeoDataFrame, items: Items) -> geopandas.GeoDataFrame:
     """One row a line: its probability, and how fast, hard and high logs arrive there."""
     rows = []
+    stored = source.deposits[source.deposits["log_id"].isin(source.stored_log_ids.tolist())]
     for line_id in items.ids:
         mine = arrivals[arrivals["line_id"] == line_id]
-        record = {"line_id": line_id, **reach_record(len(mine), source.stored_log_ids.size)}
+        record = {"line_id": line_id, **_share(mine, stored)}
         rows.append(record | _strength(mine) | {"clearance_max_m": _largest(mine["clearance_m"])})
     return geopandas.GeoDataFrame(pandas.DataFrame(rows), geometry=items.geometry, crs=source.deposits.crs)
 
@@ -192,7 +193,7 @@ def attribution_frame(source: Run, arrivals: geopandas.GeoDataFrame, items: Item
         for k, line_id in enumerate(items.ids):
             mine = of_pair.get((release_id, line_id), arrivals[:0])
             share = len(mine) / per_line[line_id] if line_id in per_line else np.nan
-            record = {"release_id": release_id, "line_id": line_id, **reach_record(len(mine), len(released))}
+            record = {"release_id": release_id, "line_id": line_id, **_share(mine, released)}
             rows.append(record | {"share_of_arrivals": share} | _strength(mine))
             somewhere = items.geometry[k].representative_point().coords[0]
             there = tuple(mine[["touch_x", "touch_y"]].mean()) if len(mine) else somewhere
@@ -228,6 +229,13 @@ def origin_rasters(
     nothing = np.broadcast_to(np.float32(np.nan), shape)
     grid = Grid(nothing, cell, (i.min() + 0.5) * cell, (j.min() + 0.5) * cell, source.grid.crs)
     return grid, {name: band.reshape(shape).astype(np.float32) for name, band in bands.items()}
+
+
+def _share(mine: Any, logs: Any) -> dict[str, float]:
+    """Reach probability of these logs by their arrivals, and its bounds for those that left before they arrived."""
+    lost = logs.loc[logs["stop_reason"] == "left_dem", "log_id"]
+    n_lost = int((~lost.isin(mine["log_id"])).sum())
+    return reach_record(len(mine), len(logs)) | bounds_if_lost(len(mine), len(logs), n_lost)
 
 
 def _strength(mine: Any) -> dict[str, float]:

@@ -24,7 +24,15 @@ from deadwood_algorithms.numbers.directions import azimuth
 from deadwood_algorithms.runs.folder import GEOPACKAGE, MANIFEST, POSES, SUMMARY, WorkFolder, pose_schema, write_json
 from deadwood_algorithms.runs.hits import HITS, barrier_hits_frame, hit_arrays, lying_hits_frame, tree_hits_frame
 from deadwood_algorithms.runs.queue import Queue
-from deadwood_algorithms.runs.summary import Asked, lines_of, reach_records, summary_of
+from deadwood_algorithms.runs.summary import (
+    WORTH_A_WARNING,
+    Asked,
+    left_dem,
+    lines_of,
+    lost_warning,
+    reach_records,
+    summary_of,
+)
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.read import SceneLayers
 from deadwood_algorithms.scene.releases import Releases, reached
@@ -36,7 +44,6 @@ VERTEX_SPACING_M = 1.0
 COST = "cost_"  # how the columns begin that have one row a chunk
 FAILED = "failed_"  # and those of logs that failed
 FAILED_STATES = "failed.json"
-WORTH_A_WARNING = 0.05  # share of the logs that ran out of time
 BY_LOG = (
     "stop_reason",
     "stop_item",
@@ -113,7 +120,7 @@ def write_results(
     if len(trajectories):
         tables["trajectories"] = trajectories
     if layers.lines.ids:
-        tables["reach"] = reach_frame(layers.lines, touched, deposits.crs)
+        tables["reach"] = reach_frame(layers.lines, touched, left_dem(by_log), deposits.crs)
         if touched.any():
             tables["reached_by"] = reached_by_frame(layers.lines, touched, by_log, deposits)
     hits = {
@@ -135,6 +142,8 @@ def write_results(
             f"{still} of {len(releases)} logs still moved at --time-limit {asked.scene.time_limit:g} s, so their "
             "deposits are not final; most such logs roll on smooth ground, for the model has no rolling resistance"
         )
+    if told := lost_warning(summary):
+        feedback.warn(told)
     if states := failed_states(deposits, by_log):
         write_json(folder / FAILED_STATES, {"logs": states})
         feedback.warn(
@@ -261,9 +270,9 @@ def thinned(points: NDArray[np.float64]) -> NDArray[np.float64]:
     return points[keep]
 
 
-def reach_frame(lines: Items, touched: NDArray[np.bool_], crs: Any) -> geopandas.GeoDataFrame:
+def reach_frame(lines: Items, touched: NDArray[np.bool_], left: NDArray[np.bool_], crs: Any) -> geopandas.GeoDataFrame:
     """One row a line: how many logs reached it, and the probability with its interval."""
-    records = reach_records(lines, touched)
+    records = reach_records(lines, touched, left)
     columns = {name: [record[name] for record in records] for name in records[0]}
     return geopandas.GeoDataFrame(columns, geometry=lines.geometry, crs=crs)
 

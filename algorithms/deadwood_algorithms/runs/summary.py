@@ -10,7 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from deadwood_algorithms.numbers.directions import spread_of_release
-from deadwood_algorithms.numbers.statistics import percent_with_interval, reach_record
+from deadwood_algorithms.numbers.statistics import (
+    bounds_if_lost,
+    loss_matters,
+    lost_words,
+    percent,
+    percent_of,
+    percent_with_interval,
+    reach_record,
+)
 from deadwood_algorithms.runs.hits import ledger_records, wood_record
 from deadwood_algorithms.runs.queue import Queue
 from deadwood_algorithms.scene.items import Items
@@ -32,6 +40,8 @@ class Asked:
     keeps_poses: bool
 
 
+WORTH_A_WARNING = 0.05  # share of the logs that have no deposit
+SPREAD_MOVED_DEG = 1.0  # by the logs that left the terrain model: worth a warning
 CONES = "rigid truncated cones, tip half the diameter of the base; they do not break or meet each other"
 
 
@@ -56,17 +66,13 @@ def summary_of(
             "by_stop_reason": {name: int(count) for name, count in zip(STOP_REASONS, reasons, strict=True)},
             "started_in_contact": int(by_log["started_in_contact"].sum()),
         },
-        "reach": reach_records(layers.lines, touched),
+        "reach": reach_records(layers.lines, touched, left_dem(by_log)),
         "until_ci": queue.rule.record() if queue.rule else None,
-        "spread": spread_records(releases, deposits, asked.scene.min_runout),
+        "spread": spread_records(releases, deposits, left_dem(by_log), asked.scene.min_runout),
         "barriers": ledger_records(barrier_records(layers.barriers, by_log), hits["barrier_hits"]),
         "trees": wood_record(hits["tree_hits"], len(layers.tree_ids)) if layers.tree_ids else None,
         "lying_logs": wood_record(hits["lying_hits"], len(layers.lying.ids)) if layers.lying.ids else None,
-        "speed": {
-            "mean_ms": float(by_log["speed_mean"].mean()),
-            "p95_ms": float(np.quantile(by_log["speed_max"], 0.95)),
-            "max_ms": float(by_log["speed_max"].max()),
-        },
+        "speed": speed_record(by_log),
         "accuracy": {
             "fidelity": asked.fidelity,
             "time_step_s": float(fidelity.time_step),
@@ -81,12 +87,32 @@ def summary_of(
     }
 
 
-def reach_records(lines: Items, touched: NDArray[np.bool_]) -> list[dict[str, Any]]:
-    counts = touched.sum(axis=0)
+def left_dem(by_log: dict[str, NDArray]) -> NDArray[np.bool_]:
+    """Which logs went out of sight: beyond the terrain model, or onto its nodata."""
+    return by_log["stop_reason"] == STOP_REASONS.index("left_dem")
+
+
+def reach_records(lines: Items, touched: NDArray[np.bool_], left: NDArray[np.bool_]) -> list[dict[str, Any]]:
+    """One record a line, with the bounds for the logs that left the terrain model before they reached it."""
+    n = touched.shape[0]
+    counts, lost = touched.sum(axis=0), (left[:, None] & ~touched).sum(axis=0)
     return [
-        {"line_id": line_id, **reach_record(int(count), touched.shape[0])}
-        for line_id, count in zip(lines.ids, counts, strict=True)
+        {"line_id": line_id, **reach_record(int(hit), n), **bounds_if_lost(int(hit), n, int(gone))}
+        for line_id, hit, gone in zip(lines.ids, counts, lost, strict=True)
     ]
+
+
+def speed_record(by_log: dict[str, NDArray]) -> dict[str, float]:
+    """Speeds over the logs. The mean leaves out those that still moved at the time limit: they roll slowly for
+    minutes, so their path over time tells the limit and not how fast they went; NaN where every log did.
+    """
+    ended = by_log["stop_reason"] != STOP_REASONS.index("time_limit")
+    return {
+        "mean_ms": float(by_log["speed_mean"][ended].mean()) if ended.any() else np.nan,
+        "n_mean": int(ended.sum()),
+        "p95_ms": float(np.quantile(by_log["speed_max"], 0.95)),
+        "max_ms": float(by_log["speed_max"].max()),
+    }
 
 
 def modelled(asked: Asked, layers: SceneLayers) -> dict[str, str]:
@@ -149,9 +175,9 @@ def _window_words(layers: SceneLayers) -> str:
 
 
 def spread_records(
-    releases: Releases, deposits: geopandas.GeoDataFrame, min_runout: float | None
+    releases: Releases, deposits: geopandas.GeoDataFrame, left: NDArray[np.bool_], min_runout: float | None
 ) -> list[dict[str, Any]]:
-    """Lateral spread of each release, seen from the mean of its release points."""
+    """Lateral spread of each release, seen from the mean of its release points; also without the logs that left."""
     records = []
     x, y = deposits.geometry.x.to_numpy(), deposits.geometry.y.to_numpy()
     nearest = releases.logs.length if min_runout is None else np.full(x.size, min_runout)
@@ -159,7 +185,11 @@ def spread_records(
         rows = releases.release_id == release_id
         centre = float(releases.x[rows].mean()), float(releases.y[rows].mean())
         record, _, _ = spread_of_release(centre, x[rows], y[rows], nearest[rows])
-        records.append({"release_id": release_id, **record})
+        seen = rows & ~left
+        without, _, _ = spread_of_release(centre, x[seen], y[seen], nearest[seen])
+        lost = {"n_left_dem": int((rows & left).sum())}
+        lost |= {f"{name}_without_lost_deg": without[f"{name}_deg"] for name in ("spread", "p05_p95")}
+        records.append({"release_id": release_id, **record, **lost})
     return records
 
 
@@ -195,7 +225,7 @@ def lines_of(summary: dict[str, Any]) -> tuple[str, ...]:
     for record in summary["reach"]:
         lines.append(
             f"line {record['line_id']}: reached by {record['n_reach']} of {record['n_total']} logs, "
-            f"{percent_with_interval(record)}"
+            f"{percent_with_interval(record)}{lost_words(record)}"
         )
     if summary["until_ci"]:
         lines.append(enough_words(summary["until_ci"]))
@@ -204,18 +234,63 @@ def lines_of(summary: dict[str, Any]) -> tuple[str, ...]:
             lines.append(
                 f"release {record['release_id']}: lateral spread {record['spread_deg']:.0f}° "
                 f"(5 to 95 %: {record['p05_p95_deg']:.0f}°), {record['n_left_out']} of {record['n']} logs left out"
+                f"{spread_words(record)}"
             )
     for record in summary["barriers"]:
         lines.append(
             f"barrier {record['barrier_id']}: {record['n_reached']} logs reach it, {record['n_stopped']} stopped, "
             f"{record['n_overjumped']} overjumped, {record['n_passed_beside']} passed beside"
         )
-    lines.append(f"speed: mean {speed['mean_ms']:.1f} m/s, max {speed['max_ms']:.1f} m/s")
+    lines.append(f"speed: {mean_words(speed, logs['released'])}, max {speed['max_ms']:.1f} m/s")
     lines.append(
         f"accuracy: penetration up to {100 * accuracy['penetration_max_m']:.1f} cm, energy error up to "
         f"{100 * accuracy['energy_error_rel_max']:.2g} %"
     )
     return tuple(lines)
+
+
+def mean_words(speed: dict[str, Any], n_logs: int) -> str:
+    """The mean speed, and which logs it leaves out."""
+    if not speed["n_mean"]:
+        return "no mean (every log still moved at the time limit)"
+    left_out = n_logs - speed["n_mean"]
+    told = f" (without {left_out} logs that still moved at the time limit)" if left_out else ""
+    return f"mean {speed['mean_ms']:.1f} m/s{told}"
+
+
+def spread_words(record: dict[str, Any]) -> str:
+    """What the logs that left the terrain model have to do with a spread; empty where none left."""
+    if not record["n_left_dem"]:
+        return ""
+    without = record["spread_without_lost_deg"]
+    told = f" ({without:.0f}° without them)" if np.isfinite(without) else ""
+    return f"; {record['n_left_dem']} left the terrain model{told}"
+
+
+def lost_warning(summary: dict[str, Any]) -> str | None:
+    """What in a summary hangs on logs that left the terrain model; None where nothing of weight does."""
+    logs = summary["logs"]
+    lost, released = logs["by_stop_reason"]["left_dem"], logs["released"]
+    told = []
+    for record in summary["reach"]:
+        if loss_matters(record):
+            low, high = record["ci_low_if_lost"], record["ci_high_if_lost"]
+            told.append(
+                f"the reach of line {record['line_id']} may be anything from {percent(low, low, high)} to "
+                f"{percent(high, low, high)} %"
+            )
+    for record in summary["spread"]:
+        moved = abs(record["spread_deg"] - record["spread_without_lost_deg"]) >= SPREAD_MOVED_DEG
+        if moved or record["n_left_dem"] > WORTH_A_WARNING * record["n"]:
+            told.append(f"the spread of release {record['release_id']} is as far as they were seen")
+    if lost > WORTH_A_WARNING * released:
+        told.append("their deposits and run-outs are where they left")
+    if not told:
+        return None
+    return (
+        f"{lost} of {released} logs ({percent_of(lost, released)}) left the terrain model or came onto its nodata, and "
+        f"what they did beyond is not known: {'; '.join(told)}; take a larger terrain model"
+    )
 
 
 def enough_words(record: dict[str, Any]) -> str:
