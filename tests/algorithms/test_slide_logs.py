@@ -374,4 +374,4 @@ def test_logs_that_ran_out_of_time_are_warned_of(case, tmp_path, said):
     assert any("24 of 24 logs still moved" in warning for warning in said.warnings)
     said.warnings.clear()
     case.run(said, output=str(tmp_path / "long"), trees=case.trees, trajectories="none", time_limit=300.0)
-    assert not said.warnings
+    assert not any("still moved" in warning for warning in said.warnings)  # of those that left it is warned
