@@ -67,7 +67,7 @@ def test_a_log_that_reached_a_line_before_it_left_is_not_lost_for_it(cut, tmp_pa
 
 def test_where_none_left_nothing_is_said_of_it(tmp_path, said):
     case = Case(tmp_path / "case")
-    case.run(feedback=said, lines=case.lines, trees=case.trees, friction="0.65")
+    case.run(feedback=said, lines=case.lines, trees=case.trees, friction="0.9")
     told = summary(tmp_path / "case" / "run")
     assert told["logs"]["by_stop_reason"]["left_dem"] == 0
     assert [each["n_lost"] for each in told["reach"]] == [0, 0]
