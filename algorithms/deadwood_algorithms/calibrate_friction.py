@@ -10,7 +10,8 @@ what was observed, and the range of those that reproduce it holds the true one i
   are a stop line: with too little friction logs go beyond, with too much they do not come so far.
 
 The folder holds `calibration.csv` (a row a coefficient), `calibration.json`, `calibration.png`, and
-`calibration.gpkg` with the simulated deposits of every coefficient and the observed ones.
+`calibration.gpkg` with the simulated deposits of every coefficient (`no_deposit`: the last places of logs that have
+none) and the observed ones.
 
     deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
         --count 200 --output releases.gpkg
@@ -34,11 +35,13 @@ import numpy as np
 
 from deadwood_algorithms import tool
 from deadwood_algorithms.numbers.log_order import hash_order
-from deadwood_algorithms.numbers.statistics import reach_record
+from deadwood_algorithms.numbers.statistics import percent, percent_of, reach_record
 from deadwood_algorithms.scene.released_scene import ReleasedScene
 from deadwood_algorithms.tool import Cancelled, Feedback, Outcome, Tool, UserError
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from deadwood_algorithms.calibration.runs import FrictionRun, Watched
     from deadwood_algorithms.calibration.score import Range, Scores
 
@@ -120,7 +123,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             outcomes = friction_runs.outcomes_of_deposits(observed, slid, ask.error_m)
         else:
             outcomes = friction_runs.outcomes_of_reach(watched, slid, ask.event_logs, did)
-        warn_of_logs(slid, min(each.logs.size for each in outcomes), feedback)
+        lost = None if observed else [friction_runs.lost_for(watched, each) for each in slid]
+        warn_of_logs(slid, min(each.logs.size for each in outcomes), lost, feedback)
 
         def report(share: float) -> None:
             feedback.progress(share, 1.0, "scoring")
@@ -131,7 +135,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         found = friction_score.range_of(np.array(sweep), scores)
         best = int(np.argmax(scores.log_likelihood))
         fits = found is not None and bool((scores.p_fit[scores.within] >= friction_score.LEVEL).any())
-        rows = records_of(slid, scores, outcomes, watched)
+        rows = records_of(slid, scores, outcomes, watched, lost)
         feedback.progress(1, 1, "scoring")
 
         pandas.DataFrame(rows).to_csv(folder / TABLE, index=False)
@@ -200,19 +204,33 @@ def warn_of_cells(cell: float, feedback: Feedback) -> None:
         )
 
 
-def warn_of_logs(slid: list[FrictionRun], fewest: int, feedback: Feedback) -> None:
+def warn_of_logs(
+    slid: list[FrictionRun], fewest: int, lost: list[NDArray[np.bool_]] | None, feedback: Feedback
+) -> None:
+    """``lost``, of an event that was seen at lines: logs that left before it was known whether they did the same."""
     if fewest < FEW_LOGS:
         feedback.warn(f"an observed deposit is compared with {fewest} logs only; release some hundreds at least")
-    for each in slid:
+    for k, each in enumerate(slid):
+        if lost is not None:
+            gone = int(lost[k].sum())
+            if gone > WORTH_A_WARNING * each.x.size:
+                feedback.warn(
+                    f"at friction {each.friction:g} {gone} of {each.x.size} logs left the terrain model before it "
+                    "was seen whether they reach the lines; they count as far as they were seen; take a larger one"
+                )
+            continue
         without = int((~each.resting).sum())
         if without > WORTH_A_WARNING * each.x.size:
             feedback.warn(
                 f"at friction {each.friction:g} {without} of {each.x.size} logs left the terrain model, failed, or "
-                "still moved at the time limit: they have no deposit that could be compared"
+                "still moved at the time limit: they are no deposits, which speaks against this coefficient as far as "
+                "all logs of the event were found on the terrain model; if not, take a larger one"
             )
 
 
-def records_of(slid: list[FrictionRun], scores: Scores, outcomes: list[Any], watched: Watched) -> list[dict[str, Any]]:
+def records_of(
+    slid: list[FrictionRun], scores: Scores, outcomes: list[Any], watched: Watched, lost: list[NDArray[np.bool_]] | None
+) -> list[dict[str, Any]]:
     """One record a coefficient."""
     from deadwood_algorithms.calibration.score import energy_score
 
@@ -242,6 +260,11 @@ def records_of(slid: list[FrictionRun], scores: Scores, outcomes: list[Any], wat
         if yes_no:
             record = reach_record(sum(int(one.done[k].sum()) for one in yes_no), sum(one.logs.size for one in yes_no))
             row |= {"share": record["p"], "share_low": record["ci_low"], "share_high": record["ci_high"]}
+        if lost is not None:
+            done, n = outcomes[0].done[k], each.x.size
+            row |= {"n_lost": int(lost[k].sum())}
+            row |= {"share_low_if_lost": int((done & ~lost[k]).sum()) / n}
+            row |= {"share_high_if_lost": int((done | lost[k]).sum()) / n}
         for column in watched.own:
             row[f"reach_{watched.items.ids[column]}"] = float(each.reach[:, column].mean())
         rows.append(row)
@@ -263,17 +286,23 @@ def sentence_of(found: Range | None, fits: bool, best: float) -> str:
 
 def lines_of(rows: list[dict[str, Any]], sentence: str, n_logs: int) -> tuple[str, ...]:
     """A table with a line a coefficient, and what it comes to."""
-    with_share, with_score = "share" in rows[0], math.isfinite(rows[0]["energy_score_m"])
+    with_share, with_score = "share" in rows[0], any(math.isfinite(row["energy_score_m"]) for row in rows)
+    with_lost, with_bounds = any(row["without_deposit"] for row in rows), any(row.get("n_lost") for row in rows)
     head = ["friction", "relative likelihood", "p", "run-out (5-95 %)"]
-    head += ["energy score"] * with_score + ["logs that do as observed"] * with_share + ["in range"]
+    head += ["no deposit"] * with_lost + ["energy score"] * with_score + ["logs that do as observed"] * with_share
+    head += ["if lost ones do"] * with_bounds + ["in range"]
     table = [head]
     for row in rows:
         spread = f"{row['relative_low']:.2g} to {row['relative_high']:.2g}"
         cells = [f"{row['friction']:g}", f"{row['relative_likelihood']:.2g} ({spread})", f"{row['p_range']:.2f}"]
         cells.append(f"{row['runout_median_m']:.0f} m ({row['runout_p05_m']:.0f} to {row['runout_p95_m']:.0f})")
+        cells += [percent_of(row["without_deposit"], n_logs)] * with_lost
         cells += [f"{row['energy_score_m']:.1f} m"] * with_score
         if with_share:
-            cells.append(f"{100 * row['share']:.1f} %")
+            cells.append(f"{percent(row['share'], row['share_low'], row['share_high'])} %")
+        if with_bounds:
+            ends = (row[f"share_{end}_if_lost"] for end in ("low", "high"))
+            cells.append(f"{' to '.join(percent(each, row['share_low'], row['share_high']) for each in ends)} %")
         table.append([*cells, "yes" if row["in_range"] else "no"])
     widths = [max(len(row[k]) for row in table) for k in range(len(head))]
     shown = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table]

@@ -164,8 +164,8 @@ def test_an_event_that_was_simulated_is_found_again(case, tmp_path, said):
     assert told["range"]["low"] <= 0.3 <= told["range"]["high"]
     assert not table["in_range"].all()
     assert told["fits"]
-    deposits = gpd.read_file(tmp_path / "out" / "calibration.gpkg", layer="deposits")
-    assert len(deposits) == 6 * 150
+    parts = [gpd.read_file(tmp_path / "out" / "calibration.gpkg", layer=name) for name in ("deposits", "no_deposit")]
+    assert sum(map(len, parts)) == 6 * 150
     observed = gpd.read_file(tmp_path / "out" / "calibration.gpkg", layer="observed")
     assert observed["name"].tolist()[:2] == ["1 (release a)", "2 (release b)"]
     # the terrain model has cells of 1 m, and 75 logs of each release are few
@@ -313,3 +313,52 @@ def test_the_coefficients_of_a_sweep():
     assert coefficients("0.4, 0.2,0.3") == [0.2, 0.3, 0.4]
     with pytest.raises(UserError):
         coefficients("0.2,0.2")
+
+
+def test_logs_out_of_sight_are_no_deposits(plane, tmp_path, said):
+    """The plane ends 5 m below where logs stop at 0.5: with less friction most leave it. Six logs stopped at 0.6."""
+    cut = tmp_path / "cut.tif"
+    with rasterio.open(plane.dem) as dem:
+        heights, profile = dem.read(1), dem.profile
+    end = 85.0 - stop_m(0.5) - 5.0
+    heights[round((100.0 - end) / 0.5) :] = -9999.0
+    with rasterio.open(cut, "w", **(profile | {"nodata": -9999.0})) as made:
+        made.write(heights, 1)
+    rng = np.random.default_rng(3)
+    places = [(30.0 + rng.normal(0.0, 1.0), 85.0 - stop_m(0.6) + rng.normal(0.0, 1.0)) for _ in range(6)]
+    values = plane.values(tmp_path / "out", observed=seen(tmp_path / "seen.gpkg", *places), dem=str(cut))
+    values |= {"friction": "0.4,0.45,0.5,0.55,0.6,0.65", "error_m": 8.0}
+    outcome = calibrate_friction.TOOL(feedback=said, **values)
+    table = pd.read_csv(tmp_path / "out" / "calibration.csv").set_index("friction")
+    assert table.loc[0.4, "without_deposit"] == table.loc[0.45, "without_deposit"] == RELEASED
+    assert not table.loc[[0.4, 0.45], "in_range"].any()  # p was 1: every made event had no likelihood at all
+    assert table.loc[0.6, "in_range"]
+    assert any("at friction 0.45 100 of 100 logs left" in each for each in said.warnings)
+    assert "no deposit" in outcome.lines[1]
+    assert "100 %" in outcome.lines[2]
+    layers = {
+        name: gpd.read_file(tmp_path / "out" / "calibration.gpkg", layer=name) for name in ("deposits", "no_deposit")
+    }
+    assert set(layers["no_deposit"]["stop_reason"]) == {"left_dem"}
+    assert "left_dem" not in set(layers["deposits"]["stop_reason"])
+    assert sum(map(len, layers.values())) == 6 * RELEASED
+
+
+def test_a_share_has_bounds_where_logs_left_before_the_line(plane, tmp_path, said):
+    """The line lies beyond the end of the terrain model for most logs: whether they cross it, nobody has seen."""
+    cut = tmp_path / "cut.tif"
+    with rasterio.open(plane.dem) as dem:
+        heights, profile = dem.read(1), dem.profile
+    heights[80:] = -9999.0  # up to 60 m from the south, but for a strip in the west
+    with rasterio.open(plane.dem) as dem:
+        heights[80:, :20] = dem.read(1)[80:, :20]
+    with rasterio.open(cut, "w", **(profile | {"nodata": -9999.0})) as made:
+        made.write(heights, 1)
+    line = write_layer(tmp_path / "line.gpkg", [shapely.LineString([(1, 50), (59, 50)])], line_id=["road"])
+    values = plane.values(tmp_path / "out", not_reached=line, dem=str(cut), friction="0.45,0.7", event_logs=3)
+    outcome = calibrate_friction.TOOL(feedback=said, **values)
+    table = pd.read_csv(tmp_path / "out" / "calibration.csv").set_index("friction")
+    assert table.loc[0.45, "n_lost"] == 100
+    assert (table.loc[0.45, "share_low_if_lost"], table.loc[0.45, "share_high_if_lost"]) == (0.0, 1.0)
+    assert any("before it was seen whether they reach the lines" in each for each in said.warnings)
+    assert "if lost ones do" in outcome.lines[1]

@@ -120,6 +120,7 @@ def ground(
     axes: Axes, best: FrictionRun, layers: SceneLayers, logs: Releases, observed: Observed | None, watched: Watched
 ) -> None:
     """Releases, simulated deposits of the likeliest coefficient, and what was observed, on the relief."""
+    rests = best.resting
     x, y = (np.concatenate([getattr(logs, name), getattr(best, name)]) for name in "xy")
     if observed:
         west, south, east, north = shapely.total_bounds(observed.geometry)
@@ -140,8 +141,11 @@ def ground(
         for part in shapely.get_parts(shape.boundary if shapely.get_dimensions(shape) == 2 else shape):
             axes.plot(*part.xy, color=SEEN if k not in watched.own else "black", linewidth=1.5, zorder=3)
     axes.scatter(logs.x, logs.y, s=4, color=START, linewidths=0, zorder=2, label="released")
-    axes.scatter(best.x, best.y, s=7, color=SLID, edgecolors="black", linewidths=0.2, zorder=4,
+    axes.scatter(best.x[rests], best.y[rests], s=7, color=SLID, edgecolors="black", linewidths=0.2, zorder=4,
                  label=f"deposits at {best.friction:g}")  # fmt: skip
+    if not rests.all():
+        axes.scatter(best.x[~rests], best.y[~rests], s=9, marker="x", color="#444444", linewidths=0.5, zorder=4,
+                     label="left, or no rest")  # fmt: skip
     if observed:
         points = observed.geometry[observed.are_points]
         for shape in observed.geometry[~observed.are_points]:

@@ -174,13 +174,22 @@ def outcomes_of_reach(watched: Watched, slid: list[FrictionRun], logs: int, did:
 
 
 def did_it(watched: Watched, slid: FrictionRun) -> NDArray[np.bool_]:
-    """Which logs reached what the event reached, and not what it did not."""
+    """Which logs reached what the event reached, and not what it did not, as far as they were seen."""
     done = np.logical_not(slid.reach[:, watched.not_reached].any(axis=1))
     return done & slid.reach[:, watched.reached].any(axis=1) if watched.reached.size else done
 
 
+def lost_for(watched: Watched, slid: FrictionRun) -> NDArray[np.bool_]:
+    """Which logs left the terrain model before it was known whether they would do what the event did."""
+    left = slid.stop_reason == STOP_REASONS.index("left_dem")
+    beyond = slid.reach[:, watched.not_reached].any(axis=1)  # it did what the event did not, whatever came then
+    arrived = slid.reach[:, watched.reached].any(axis=1)
+    settled = beyond | (arrived & (watched.not_reached.size == 0))
+    return left & ~settled
+
+
 def layers_of(slid: list[FrictionRun], logs: Releases, observed: Observed | None, crs: Any) -> dict[str, Any]:
-    """The simulated deposits of every coefficient, and the observed ones."""
+    """The simulated deposits of every coefficient, and the observed ones; logs without a deposit apart."""
     import geopandas
 
     columns = {
@@ -192,7 +201,11 @@ def layers_of(slid: list[FrictionRun], logs: Releases, observed: Observed | None
         "speed_max_ms": np.concatenate([each.speed_max for each in slid]),
     }
     places = shapely.points(*(np.concatenate([getattr(each, name) for each in slid]) for name in "xy"))
-    layers = {"deposits": geopandas.GeoDataFrame(columns, geometry=places, crs=crs)}
+    everything = geopandas.GeoDataFrame(columns, geometry=places, crs=crs)
+    rests = np.concatenate([each.resting for each in slid])
+    layers = {"deposits": everything[rests].reset_index(drop=True)}
+    if not rests.all():
+        layers["no_deposit"] = everything[~rests].reset_index(drop=True)
     if observed:
         layers["observed"] = geopandas.GeoDataFrame({"name": observed.names}, geometry=observed.geometry, crs=crs)
     return layers

@@ -8,6 +8,10 @@ Likelihood. A point y has the density of the simulated deposits x_j seen with an
 mapping and of what the model cannot know: (sum_j N(y; x_j, s^2) + 1/2 / A) / (n + 1). A yes or no has the share of the
 logs that do it: (k + 1/2) / (n + 1) for k of n. The half a log, which for points lies evenly on the ground A on which
 any log came to rest with any coefficient, keeps a coefficient from being ruled out by too few logs. Outcomes multiply.
+A log that came to no rest in sight (it left the terrain model, failed, or still moved at the time limit) is no deposit:
+it stays in n, and in the events that the simulation makes it is an outcome of its own, with the share of such logs,
+(k + 1/2) / (n + 1). So a coefficient with which many logs leave must explain why none of the observed ones did. Where
+logs may have gone on unseen, that is no evidence: take a larger terrain model.
 
 Range. A coefficient stays in the range unless the event is less likely with it, relative to the best coefficient, than
 in 95 % of events that the simulation itself makes with that coefficient, of as many logs: log j instead of an observed
@@ -168,13 +172,6 @@ def made_densities(
     assert outcome.y is not None
     shift = error * np.stack(normals(seed, item, EVENT_ERROR), axis=1)
     places = np.stack([outcome.x[k, chosen], outcome.y[k, chosen]], axis=1) + shift
-    # An event is a deposit: a log that came to no rest on the DEM is none, and another is drawn from those that did.
-    resting = order[np.isfinite(outcome.x[k, order])]
-    if not resting.size:
-        return np.full((EVENTS, outcome.x.shape[0]), -np.inf)
-    gone = ~np.isfinite(places[:, 0])
-    chosen = np.where(gone, resting[(uniforms(seed, item, EVENT_LOG, 1)[0] * resting.size).astype(np.int64)], chosen)
-    places = np.stack([outcome.x[k, chosen], outcome.y[k, chosen]], axis=1) + shift
     out = np.empty((EVENTS, outcome.x.shape[0]))
     step = max(1, PAIRS_AT_ONCE // max(1, outcome.x.size))
     for start in range(0, EVENTS, step):
@@ -183,6 +180,11 @@ def made_densities(
         rows = np.arange(part.stop - part.start)
         kernels[:, rows, chosen[part]] = -np.inf  # its own place would be too good a guess
         out[part] = log_density(kernels, outcome.logs.size - 1, outcome.area).T
+    # A log without a deposit is no deposit elsewhere, and no other log takes its place: it is an outcome of its own.
+    lost = np.isnan(outcome.x)
+    gone = chosen[lost[k, chosen]]
+    others = lost.sum(axis=1) - lost[:, gone].T
+    out[lost[k, chosen]] = log_share(others, outcome.logs.size - 1, True)
     return out
 
 

@@ -200,3 +200,39 @@ def test_the_ends_of_a_range():
     assert (ends.low, ends.high, ends.open_low, ends.open_high, ends.gaps) == (0.1, 0.4, True, True, True)
     assert "below and above: the sweep ends there" in ends.words()
     assert range_of(friction, scores_of([0.01, 0.02, 0.01, 0.0])) is None
+
+
+def with_losses(rng: np.random.Generator, lost_share: float) -> tuple[np.ndarray, np.ndarray]:
+    """Two coefficients whose deposits scatter alike; with the first, this share of the logs leaves the terrain."""
+    x, y = (np.repeat(6.0 * rng.standard_normal((1, LOGS)), 2, axis=0) for _ in "xy")
+    gone = rng.random(LOGS) < lost_share
+    x[0, gone] = y[0, gone] = np.nan
+    return x, y
+
+
+@pytest.mark.parametrize("lost_share", [0.6, 1.0])
+def test_a_coefficient_with_which_most_logs_leave_did_not_make_an_event_that_stayed(lost_share):
+    """Ten deposits, all on the terrain model. With 60 % lost that is 0.4^10 = 1e-4 as likely as without, and fewer
+    than one in a thousand of its own events look so. Its made events used to put another deposit in the place of each
+    log that was out of sight, so that it stayed in the range, with none in sight at p = 1."""
+    rng = np.random.default_rng(8)
+    x, y = with_losses(rng, lost_share)
+    rows = np.arange(LOGS)
+    places = 6.0 * rng.standard_normal((10, 2)) + ERROR * rng.standard_normal((10, 2))
+    outcomes = [Observation(rows, (a, b), x, y, area=3000.0) for a, b in places]
+    found = score(outcomes, rows, ERROR, 0, quiet)
+    assert found.relative[0] < 1e-3
+    assert found.within.tolist() == [False, True]
+
+
+def test_a_log_out_of_sight_is_an_outcome_of_its_own():
+    """The shares of deposits and of logs out of sight come to 1, and made events hold both as often."""
+    rng = np.random.default_rng(9)
+    x, y = with_losses(rng, 0.6)
+    rows = np.arange(LOGS)
+    one = Observation(rows, (0.0, 0.0), x, y, area=3000.0)
+    gone = int(np.isnan(x[0]).sum())
+    made = made_densities(one, 0, 0, rows, ERROR, 0)
+    out_of_sight = np.isclose(made[:, 0], np.log((gone - 1 + 0.5) / LOGS))
+    assert np.allclose(made[out_of_sight, 1], np.log(0.5 / LOGS))  # the other coefficient loses none
+    assert out_of_sight.mean() == pytest.approx(gone / LOGS, abs=0.1)
