@@ -1,8 +1,9 @@
 """The scenes of the study: synthetic, seeded, built here, so that nobody needs data to repeat it.
 
 Local frame: x to the east (0 to WIDTH), y up the slope to the north (0 to LENGTH); slopes fall to the south. Every
-terrain is made at FINEST cells and averaged to coarser ones, as a laser scan is: so the same ground can be had with any
-cell size. Relief is a sum of random waves with the wavelengths that matter to a log of 30 m (as in ``sample/slope.py``).
+terrain is made at FINEST cells and averaged to coarser ones, as a laser scan is: so the same ground can be had with
+any cell size. Relief is a sum of random waves with the wavelengths that matter to a log of 30 m (as in
+``sample/slope.py``).
 """
 
 from __future__ import annotations

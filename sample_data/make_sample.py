@@ -46,7 +46,7 @@ def write_terrain(path: Path, grid: Grid) -> None:
         target.write(centimetres, 1)
         target.scales, target.offsets = (0.01,), (base,)
         target.set_band_unit(1, "m")
-    styles.store_beside(path, styles.of_raster(path.stem, grid.values, "m"))
+    styles.store_beside(path, styles.of_raster("terrain", grid.values, "m"))
 
 
 def write_rock(path: Path, *sides: float) -> None:

@@ -90,12 +90,16 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             )
 
         counts = count_of(source, stored, grid, feedback)
-        write_raster(path, counts, grid, dtype="uint32", units="logs", description=f"Hits of {stored.size} logs")
+        write_raster(
+            path, counts, grid, dtype="uint32", units="logs", description=f"Hits of {stored.size} logs", kind="count"
+        )
         if more:
             found = cell_quantiles(source, stored, counts, grid, list(more), levels, feedback)
         for name, place in more.items():
             bands = {f"{name}, {100 * level:g} %": band for level, band in zip(levels, found[name], strict=True)}
-            write_bands(place, bands, grid, nodata=np.nan, dtype="float32", units=[QUANTITIES[name]] * len(bands))
+            write_bands(
+                place, bands, grid, nodata=np.nan, dtype="float32", units=[QUANTITIES[name]] * len(bands), kind=name
+            )
     facts = {"n_chosen": int(chosen.size), "n_counted": int(stored.size), "hit_count_max": int(counts.max())}
     line = f"{stored.size} logs counted; the most that passed over one cell of {grid.cell:g} m: {counts.max()}"
     outputs = {"output": Path(ask.output)} | {name: Path(place) for name, place in given.items()}

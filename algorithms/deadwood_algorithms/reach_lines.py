@@ -97,7 +97,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         if raster:
             reached = arrived.reached(total, len(items.ids))
             grid, bands = arrivals.origin_rasters(source, reached, items, ask.origin_cell_m)
-            write_bands(raster, bands, grid, nodata=np.nan, dtype="float32", units=["1"] * (len(bands) - 1) + ["logs"])
+            units = ["1"] * (len(bands) - 1) + ["logs"]
+            write_bands(raster, bands, grid, nodata=np.nan, dtype="float32", units=units, kind="share")
     facts = {
         "reach": reach.drop(columns="geometry").to_dict("records"),
         "attribution": attribution.drop(columns="geometry").to_dict("records"),

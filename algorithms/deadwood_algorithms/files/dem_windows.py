@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from rasterio.transform import Affine, from_origin
 from rasterio.windows import Window
 
+from deadwood_algorithms.files.cog import GeoTiff
 from deadwood_algorithms.files.crs import horizontal
 from deadwood_algorithms.files.dem_header import open_dem
 from deadwood_algorithms.files.grid import Grid, Part
@@ -272,25 +273,35 @@ def _has_collar(dem: DemWindows, feedback: Feedback) -> bool:
 
 
 class WindowWriter:
-    """A GeoTIFF written window by window and then read back, which is what finds a full disk (see `write_raster`)."""
+    """A GeoTIFF written window by window and then read back, which is what finds a full disk (see `write_raster`).
 
-    def __init__(self, path: Path, **profile: Any) -> None:
+    ``kind`` says what the raster is (`styles.RASTERS`).
+    """
+
+    def __init__(self, path: Path, kind: str | None = None, **profile: Any) -> None:
         self.path = path
-        self.target = rasterio.open(path, "w", **profile)
+        self.made = GeoTiff(path, profile, kind)
+        self.target = self.made.target
         self.written: list[tuple[Window, int]] = []
 
-    def write(self, values: NDArray[Any], window: Window) -> None:
-        """``values`` as they stand in the file, shape (bands, rows, columns), of the file's type."""
+    def write(self, values: NDArray[Any], window: Window, mask: NDArray[np.uint8] | None = None) -> None:
+        """``values`` as they stand in the file, shape (bands, rows, columns), of the file's type; ``mask`` 0: none."""
         self.target.write(values, window=window)
+        if mask is not None:
+            self.target.write_mask(mask, window=window)
+        for band, each in enumerate(values):
+            self.made.statistics.add(band, each if mask is None else each[mask > 0])
         self.written.append((window, zlib.crc32(np.ascontiguousarray(values).data)))
 
     def __enter__(self) -> WindowWriter:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        self.target.close()
-        if kind is None:
-            self._read_back()
+        if kind is not None:
+            self.made.discard()
+            return
+        self.made.finish()
+        self._read_back()
 
     def _read_back(self) -> None:
         with rasterio.open(self.path) as made:

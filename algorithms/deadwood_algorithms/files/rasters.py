@@ -19,6 +19,7 @@ from rasterio.windows import Window
 
 from deadwood_algorithms.files import styles
 from deadwood_algorithms.files.ascii_grid import refuse_broken_ascii, why_not_ascii
+from deadwood_algorithms.files.cog import GeoTiff
 from deadwood_algorithms.files.crs import accuracy_words, horizontal, same_crs
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.inputs import refuse_missing
@@ -107,12 +108,13 @@ def write_raster(
     dtype: str,
     units: str = "",
     description: str = "",
+    kind: str | None = None,
 ) -> None:
-    """Write a GeoTIFF (tiled, deflate) from an array whose row 0 is the southernmost, and read it back.
+    """Write a GeoTIFF (`cog`) from an array whose row 0 is the southernmost, and read it back.
 
-    Its style for QGIS stands beside it, in ``NAME.qml`` (`styles`).
+    ``kind`` says what the raster is (`styles.RASTERS`); its style for QGIS stands beside it, in ``NAME.qml``.
     """
-    write_bands(path, {description: values}, grid, nodata=nodata, dtype=dtype, units=[units])
+    write_bands(path, {description: values}, grid, nodata=nodata, dtype=dtype, units=[units], kind=kind)
 
 
 def write_bands(
@@ -123,6 +125,7 @@ def write_bands(
     nodata: float | None = None,
     dtype: str,
     units: Sequence[str],
+    kind: str | None = None,
 ) -> None:
     """Write a GeoTIFF of several bands by their descriptions, as `write_raster` does one; ``units`` by band.
 
@@ -141,13 +144,21 @@ def write_bands(
         profile["sparse_ok"] = True  # tiles beyond the window are not stored, and read as nodata or 0
     top = frame.shape[0] - part.row - part.rows
     place = Window(part.column, top, part.columns, part.rows)  # type: ignore[call-arg]
-    with rasterio.open(path, "w", **profile) as target:
+    made = GeoTiff(Path(path), profile, kind)
+    try:
         for number, (description, values) in enumerate(bands.items(), start=1):
-            target.write(_north_up(values, dtype), number, window=place)
+            north_up = _north_up(values, dtype)
+            made.target.write(north_up, number, window=place)
+            made.statistics.add(number - 1, north_up)
             if units[number - 1]:
-                target.set_band_unit(number, units[number - 1])
+                made.target.set_band_unit(number, units[number - 1])
             if description:
-                target.set_band_description(number, description)
+                made.target.set_band_description(number, description)
+        if nodata is None:
+            made.statistics.add_zeros(made.cells - part.cells)
+        made.finish()
+    finally:
+        made.discard()
     with rasterio.open(path) as written:
         for number, values in enumerate(bands.values(), start=1):
             north_up = _north_up(values, dtype)
@@ -156,8 +167,8 @@ def write_bands(
                 strip = Window(part.column, top + start, part.columns, rows.stop - start)  # type: ignore[call-arg]
                 if not np.array_equal(written.read(number, window=strip), north_up[rows], equal_nan=dtype[0] == "f"):
                     raise OSError(f"{path}: what was written does not read back")
-    description, values = next(iter(bands.items()))
-    styles.store_beside(Path(path), styles.of_raster(Path(path).stem, values, units[0], description))
+    if kind:
+        styles.store_beside(Path(path), styles.of_raster(kind, next(iter(bands.values())), units[0]))
 
 
 def _north_up(values: np.ndarray, dtype: str) -> np.ndarray:

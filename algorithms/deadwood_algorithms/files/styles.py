@@ -147,14 +147,21 @@ def _barriers(frame: geopandas.GeoDataFrame, kind: str) -> Style:
     return Style(qml.single(_plain(kind, BARRIER, 4.0)) + qml.walls_3d(BARRIER, 0.3, height))
 
 
+# As `statistics.percent_with_interval` rounds: so many decimals that half the interval has two digits.
+REACH_LABEL = (
+    "\"line_id\" || ': ' || CASE WHEN \"n_reach\" = 0 THEN '< ' || "
+    'format_number(100 * "ci_high", max(0, 1 - floor(log10(100 * "ci_high")))) '
+    'ELSE format_number(100 * "p", max(0, 1 - floor(log10(50 * ("ci_high" - "ci_low"))))) END || \' %\''
+)
+
+
 def _reach(frame: geopandas.GeoDataFrame, kind: str) -> Style:
     widths = np.linspace(2.0, 6.0, len(SHARES))
     rows = [(0.0, SHARES[0], "up to 0.1 %", _plain(kind, PLAIN))]
     for k, low in enumerate(SHARES[:-1]):
         label = f"{100 * low:g} to {100 * SHARES[k + 1]:g} %"
         rows.append((low, SHARES[k + 1], label, _plain(kind, HITS[k + 1], float(widths[k]))))
-    text = "\"line_id\" || ': ' || format_number(100 * \"p\", 1) || ' %'"
-    return Style(qml.graduated("p", rows) + qml.labels(text), labelled=True)
+    return Style(qml.graduated("p", rows) + qml.labels(REACH_LABEL), labelled=True)
 
 
 def _outlines(frame: geopandas.GeoDataFrame, kind: str) -> Style:
@@ -207,29 +214,46 @@ _LAYERS: dict[str, Callable[[Any, str], Style]] = {
 # --- rasters --------------------------------------------------------------------------------------------------------
 
 
-def of_raster(name: str, values: NDArray[Any], units: str, description: str = "") -> Style | None:
-    """The style of a raster, by its name, description and unit; None where there is nothing to say."""
-    about = f"{name} {description}".lower()
-    if "difference" in about:
-        return _difference(values, units)
-    if units == "logs":
-        return _counts(values)
-    if units == "m/s":
-        return _scale(SPEEDS_MS, SPEED, "m/s")
-    if units == "kJ":
-        return _scale(_round_steps(_largest(values), len(ENERGY)), ENERGY, "kJ")
-    if "jump" in about:
-        return _scale(JUMPS_M, SPEED, "m")
-    if "susceptibility" in about:
-        even = (Stop(0.1 * k, colour, f"{0.1 * k:.1f}") for k, colour in enumerate(HITS, start=1))
-        return Style(qml.ramp([Stop(0.0, HITS[0], "0", alpha=0), *even]))
-    if units == "1":
-        clear = Stop(0.0, HITS[0], "0 %", alpha=0)
-        shares = (Stop(each, HITS[k], f"{100 * each:g} %") for k, each in enumerate(SHARES))
-        return Style(qml.ramp([clear, *shares]))
-    if units == "m" and ("terrain" in about or "dem" in about):
-        return Style(qml.relief_shading())
-    return None
+# What a raster may be: how it looks, by its values and unit. Its file's name is the user's and says nothing.
+RASTERS: dict[str, Callable[[NDArray[Any], str], Style | None]] = {
+    "terrain": lambda values, units: Style(qml.relief_shading()),
+    "count": lambda values, units: _counts(values),
+    "share": lambda values, units: _shares(),
+    "difference": lambda values, units: _difference(values, units),
+    "speed": lambda values, units: _scale(SPEEDS_MS, SPEED, "m/s"),
+    "energy": lambda values, units: _scale(_round_steps(_largest(values), len(ENERGY)), ENERGY, "kJ"),
+    "jump": lambda values, units: _scale(JUMPS_M, SPEED, "m"),
+    "susceptibility": lambda values, units: _susceptibility(),
+    "mask": lambda values, units: None,  # it has a colour table
+}
+MASK = {0: (255, 255, 255, 255), 1: (213, 94, 0, 255)}
+# Of overviews: the mean of what is known; of counts the root of the mean square, which keeps the tracks of single logs.
+RESAMPLING = {"count": "RMS", "mask": "MODE"}
+
+
+def of_raster(kind: str, values: NDArray[Any], units: str) -> Style | None:
+    """The style of a raster of a kind of `RASTERS`."""
+    return RASTERS[kind](values, units)
+
+
+def overview_resampling(kind: str | None) -> str:
+    """How GDAL makes the overviews of a raster of this kind."""
+    return RESAMPLING.get(kind or "", "AVERAGE")
+
+
+def colour_table(kind: str | None) -> dict[int, tuple[int, int, int, int]]:
+    """Value -> (r, g, b, a) of a raster of classes; empty for one that has none."""
+    return MASK if kind == "mask" else {}
+
+
+def _shares() -> Style:
+    clear = Stop(0.0, HITS[0], "0 %", alpha=0)
+    return Style(qml.ramp([clear, *(Stop(each, HITS[k], f"{100 * each:g} %") for k, each in enumerate(SHARES))]))
+
+
+def _susceptibility() -> Style:
+    even = (Stop(0.1 * k, colour, f"{0.1 * k:.1f}") for k, colour in enumerate(HITS, start=1))
+    return Style(qml.ramp([Stop(0.0, HITS[0], "0", alpha=0), *even]))
 
 
 def _counts(values: NDArray[Any]) -> Style:

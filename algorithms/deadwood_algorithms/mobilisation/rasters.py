@@ -47,9 +47,9 @@ def write_susceptibility(
     total, known = 0.0, 0
     windows = _windows(dem.shape)
     with (
-        _writer(susceptible, dem, "float32", np.nan, ("susceptibility",), ("1",)) as output,
-        _writer(factors, dem, "float32", np.nan, *zip(*FACTORS, strict=True)) as beside,
-        _writer(mask, dem, "uint8", None, ("susceptible",), ("1",)) as above,
+        _writer(susceptible, "susceptibility", dem, "float32", np.nan, ("susceptibility",), ("1",)) as output,
+        _writer(factors, None, dem, "float32", np.nan, *zip(*FACTORS, strict=True)) as beside,
+        _writer(mask, "mask", dem, "uint8", None, ("susceptible",), ("1",)) as above,
     ):
         for done, (rows, columns) in enumerate(windows):
             if feedback.cancelled():
@@ -120,9 +120,11 @@ def _inner(values: NDArray[np.float64], rim: int) -> NDArray[np.float64]:
     return values[rim : values.shape[0] - rim, rim : values.shape[1] - rim]
 
 
-def _writer(path: Path, dem: DemWindows, dtype: str, nodata: float | None, names: Any, units: Any) -> WindowWriter:
+def _writer(
+    path: Path, kind: str | None, dem: DemWindows, dtype: str, nodata: float | None, names: Any, units: Any
+) -> WindowWriter:
     profile = geotiff_profile(dem.shape, dem.crs, dem.transform, dtype, nodata, len(names))
-    writer = WindowWriter(path, **profile)
+    writer = WindowWriter(path, kind, **profile)
     for band, (name, unit) in enumerate(zip(names, units, strict=True), start=1):
         writer.target.set_band_description(band, name)
         writer.target.set_band_unit(band, unit)

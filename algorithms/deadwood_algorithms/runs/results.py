@@ -298,18 +298,40 @@ def write_run_rasters(folder: Path, rasters: Rasters, layers: SceneLayers, n_log
     share = (total["hit_count"] / np.float32(n_logs)).astype(np.float32)
     share[np.isnan(grid.values)] = np.nan
     rows = [
-        ("hit_count", total["hit_count"], "uint32", "logs", "Logs whose outline overlapped the cell at any time"),
-        ("reach_probability", share, "float32", "1", "Share of the logs that overlapped the cell at any time"),
-        ("deposit_count", total["deposit_count"], "uint32", "logs", "Logs whose outline overlaps the cell at the end"),
-        ("speed_max", total["speed_max"], "float32", "m/s", "Largest speed of a log over the cell"),
-        ("energy_max", total["energy_max"] / np.float32(1000.0), "float32", "kJ", "Largest kinetic energy of a log"),
-        ("jump_max", total["jump_max"], "float32", "m", "Largest clearance between a log and the terrain"),
+        (
+            "hit_count",
+            "count",
+            total["hit_count"],
+            "uint32",
+            "logs",
+            "Logs whose outline overlapped the cell at any time",
+        ),
+        ("reach_probability", "share", share, "float32", "1", "Share of the logs that overlapped the cell at any time"),
+        (
+            "deposit_count",
+            "count",
+            total["deposit_count"],
+            "uint32",
+            "logs",
+            "Logs whose outline overlaps the cell at the end",
+        ),
+        ("speed_max", "speed", total["speed_max"], "float32", "m/s", "Largest speed of a log over the cell"),
+        (
+            "energy_max",
+            "energy",
+            total["energy_max"] / np.float32(1000.0),
+            "float32",
+            "kJ",
+            "Largest kinetic energy of a log",
+        ),
+        ("jump_max", "jump", total["jump_max"], "float32", "m", "Largest clearance between a log and the terrain"),
     ]
-    for name, values, kind, units, meaning in rows:
+    for name, kind, values, dtype, units, meaning in rows:
         # Beyond the window of a large DEM nothing is stored. No log went there, so a share must read as 0 there, as it
         # does within, where no log was; the others mean nothing there and within.
-        nodata = np.nan if kind == "float32" and not (grid.whole and name == "reach_probability") else None
-        write_raster(folder / f"{name}.tif", values, grid, nodata=nodata, dtype=kind, units=units, description=meaning)
+        nodata = np.nan if dtype == "float32" and not (grid.whole and name == "reach_probability") else None
+        facts = {"nodata": nodata, "dtype": dtype, "units": units, "description": meaning, "kind": kind}
+        write_raster(folder / f"{name}.tif", values, grid, **facts)
     return {row[0]: f"{row[0]}.tif" for row in rows}
 
 

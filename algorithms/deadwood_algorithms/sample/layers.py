@@ -16,7 +16,7 @@ from deadwood_algorithms.sample import slope as sample_slope
 def write_sample(folder: Path) -> None:
     """Write the terrain model and every layer of the sample into an existing folder, a file each."""
     grid = sample_slope.terrain()
-    write_raster(folder / "dem.tif", grid.values, grid, nodata=-9999.0, dtype="float32", units="m")
+    write_raster(folder / "dem.tif", grid.values, grid, nodata=-9999.0, dtype="float32", units="m", kind="terrain")
     for name, layer, frame in sample_layers():
         write_vector(folder / f"{name}.gpkg", {layer: frame})
 

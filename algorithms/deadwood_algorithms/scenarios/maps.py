@@ -42,7 +42,7 @@ def difference_map(one: Scenario, other: Scenario, path: Path, feedback: Feedbac
         crs = one.run.grid.crs
         profile = geotiff_profile(shape, crs, transform, "float32", math.nan, 2) | {"SPARSE_OK": True}
         kept: list[NDArray[np.float32]] = []
-        with WindowWriter(path, **profile) as writer:
+        with WindowWriter(path, "difference", **profile) as writer:
             for start in range(0, shape[0], ROWS_AT_ONCE):
                 if feedback.cancelled():
                     raise Cancelled
@@ -59,7 +59,7 @@ def difference_map(one: Scenario, other: Scenario, path: Path, feedback: Feedbac
             writer.target.set_band_description(2, "The same in standard errors of unpaired runs")
             writer.target.set_band_unit(1, "1")
     values = np.concatenate([*kept, np.zeros(1, np.float32)])
-    styles.store_beside(path, styles.of_raster(path.stem, values, "1", "difference"))
+    styles.store_beside(path, styles.of_raster("difference", values, "1"))
 
 
 def difference_of(p: NDArray, q: NDArray, n: int, m: int) -> NDArray[np.float32]:

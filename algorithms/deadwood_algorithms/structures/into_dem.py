@@ -36,7 +36,7 @@ def write_with_structures(path: Path, dem: DemWindows, plans: Sequence[Plan], fe
         )
     profile = geotiff_profile(source.shape, dem.crs, source.transform, dtype.name, source.nodata)
     masked = MaskFlags.per_dataset in source.mask_flag_enums[0]
-    with rasterio.Env(GDAL_TIFF_INTERNAL_MASK=True), WindowWriter(path, **profile) as writer:
+    with rasterio.Env(GDAL_TIFF_INTERNAL_MASK=True), WindowWriter(path, "terrain", **profile) as writer:
         writer.target.scales, writer.target.offsets = source.scales[:1], source.offsets[:1]
         if source.units[0]:
             writer.target.set_band_unit(1, source.units[0])
@@ -47,9 +47,7 @@ def write_with_structures(path: Path, dem: DemWindows, plans: Sequence[Plan], fe
             window = dem.file_window(rows, slice(0, dem.shape[1]))
             raw = source.read(1, window=window)
             _build_into(raw[::-1] if dem.flipped else raw, rows, dem, plans)
-            writer.write(raw[None], window)
-            if masked:
-                writer.target.write_mask(source.read_masks(1, window=window), window=window)
+            writer.write(raw[None], window, source.read_masks(1, window=window) if masked else None)
             feedback.progress(done + 1, len(strips), "writing the DEM")
     for plan in plans:
         if plan.work.open_at:
@@ -58,7 +56,7 @@ def write_with_structures(path: Path, dem: DemWindows, plans: Sequence[Plan], fe
                 f"{plan.work.open_at[0]:.0f}, {plan.work.open_at[1]:.0f}); make the slope of the side steeper than "
                 "that of the ground, or the reach longer"
             )
-    styles.store_beside(path, styles.of_raster("dem", np.empty(0), "m"))
+    styles.store_beside(path, styles.of_raster("terrain", np.empty(0), "m"))
 
 
 def _build_into(raw: NDArray[Any], rows: slice, dem: DemWindows, plans: Sequence[Plan]) -> None:

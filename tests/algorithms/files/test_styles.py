@@ -84,39 +84,29 @@ def stops(style: styles.Style | None) -> list[tuple[float, int]]:
 
 
 def test_counts_are_transparent_at_zero_and_even_on_the_logarithm():
-    found = stops(styles.of_raster("hit_count", np.array([[0, 1], [7, 10_000]], np.uint32), "logs"))
+    found = stops(styles.of_raster("count", np.array([[0, 1], [7, 10_000]], np.uint32), "logs"))
     assert found[0] == (0.0, 0)
     assert found[1] == (1.0, 255)
     assert found[-1] == (10_000.0, 255)
     even = np.geomspace(1.0, 10_000.0, len(styles.HITS))
     assert np.abs(np.array([value for value, _ in found[1:]]) - even).max() <= 0.5  # rounded to whole logs
-    assert stops(styles.of_raster("hit_count", np.zeros((2, 2), np.uint32), "logs"))[0] == (0.0, 0)
+    assert stops(styles.of_raster("count", np.zeros((2, 2), np.uint32), "logs"))[0] == (0.0, 0)
 
 
 def test_differences_are_symmetric_with_nothing_at_no_difference():
-    found = stops(styles.of_raster("hit_difference", np.array([[np.nan, -4.0], [0.0, 1.0]]), "logs"))
+    found = stops(styles.of_raster("difference", np.array([[np.nan, -4.0], [0.0, 1.0]]), "logs"))
     assert [value for value, _ in found] == pytest.approx([-value for value, _ in found[::-1]])
     assert found[0][0] == pytest.approx(-4.0, rel=0.01)
     assert [alpha for _, alpha in found].index(0) == len(found) // 2
 
 
-@pytest.mark.parametrize(
-    ("name", "units", "description"),
-    [
-        ("speed_max", "m/s", ""),
-        ("energy_max", "kJ", ""),
-        ("jump_max", "m", ""),
-        ("reach_probability", "1", ""),
-        ("susceptibility", "1", ""),
-        ("dem", "m", ""),
-    ],
-)
-def test_rasters_of_a_run_have_a_style_with_rising_stops(name, units, description):
+@pytest.mark.parametrize("kind", sorted(set(styles.RASTERS) - {"difference", "mask"}))
+def test_rasters_of_a_run_have_a_style_with_rising_stops(kind):
     values = np.array([[0.5, np.nan], [3.0, 160.0]], np.float32)
-    root = parsed(styles.of_raster(name, values, units, description))
+    root = parsed(styles.of_raster(kind, values, ""))
     found = [float(each.get("value", "")) for each in root.iter("item")]
     assert found == sorted(set(found))
-    if units == "kJ":
+    if kind == "energy":
         assert found[-1] >= 160.0
     assert root.find(".//rasterrenderer").get("band") == "1"  # type: ignore[union-attr]
 
@@ -133,7 +123,19 @@ def test_styles_stand_where_qgis_looks_for_them(tmp_path: Path):
         ElementTree.fromstring(text.partition("\n")[2])
     crs = parse_crs("EPSG:2056")
     grid = Grid(np.ones((3, 4), np.float32), 1.0, 0.0, 0.0, crs, "test")
-    write_raster(tmp_path / "hits.tif", np.ones((3, 4)), grid, dtype="uint32", units="logs")
+    write_raster(tmp_path / "hits.tif", np.ones((3, 4)), grid, dtype="uint32", units="logs", kind="count")
     assert "singlebandpseudocolor" in (tmp_path / "hits.qml").read_text(encoding="utf-8")
     write_raster(tmp_path / "other.tif", np.ones((3, 4)), grid, dtype="float32", units="km")
     assert not (tmp_path / "other.qml").exists()
+
+
+def test_a_raster_looks_like_what_it_is_whatever_its_file_is_called(tmp_path: Path):
+    """`hits_difference.tif` was painted as a difference, `demolition.tif` in metres as a terrain model."""
+    grid = Grid(np.ones((3, 4), np.float32), 1.0, 0.0, 0.0, parse_crs("EPSG:2056"), "test")
+    drawn = set()
+    for name in ("hits", "hits_difference", "susceptibility", "jump"):
+        write_raster(tmp_path / f"{name}.tif", np.ones((3, 4)), grid, dtype="uint32", units="logs", kind="count")
+        drawn.add((tmp_path / f"{name}.qml").read_text(encoding="utf-8"))
+    assert len(drawn) == 1
+    write_raster(tmp_path / "demolition.tif", np.ones((3, 4)), grid, dtype="float32", units="m", kind="jump")
+    assert "hillshade" not in (tmp_path / "demolition.qml").read_text(encoding="utf-8")
