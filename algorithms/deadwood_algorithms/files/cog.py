@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms.files import styles
 
 WALKED_CELLS = 100_000_000
+ROWS_AT_ONCE = 64  # of which statistics are made: what a processor's cache holds
 
 
 class BandStatistics:
@@ -36,10 +37,14 @@ class BandStatistics:
 
     def add(self, band: int, values: NDArray[Any]) -> None:
         """Values of a band, from 0; NaN and nodata are none."""
+        for start in range(0, len(values), ROWS_AT_ONCE):
+            self._add(band, values[start : start + ROWS_AT_ONCE])
+
+    def _add(self, band: int, values: NDArray[Any]) -> None:
         known = np.isfinite(values) if values.dtype.kind == "f" else np.ones(values.shape, bool)
         if self.nodata is not None and np.isfinite(self.nodata):
             known &= values != self.nodata
-        some = values[known].astype(np.float64)
+        some = (values if known.all() else values[known]).astype(np.float64)
         if some.size:
             self.count[band] += some.size
             self.low[band] = min(self.low[band], some.min())
@@ -81,9 +86,10 @@ class GeoTiff:
         self.plain = self.sparse and self.cells > WALKED_CELLS
         self.profile = profile
         self.staged = path if self.plain else path.with_name(f".{path.name[:80]}.staged")
-        quick = {} if self.plain else {"zlevel": 1}  # it is packed anew when it is copied
         self.statistics = BandStatistics(profile["count"], profile.get("nodata"))
-        self.target = rasterio.open(self.staged, "w", **(profile | quick))
+        # It is packed anew when it is copied; until then a file of moderate size need not be at all.
+        packing = {"zlevel": 1} if self.cells > WALKED_CELLS else {"compress": "none", "predictor": 1}
+        self.target = rasterio.open(self.staged, "w", **(profile if self.plain else profile | packing))
         if colours := styles.colour_table(kind):
             self.target.write_colormap(1, colours)
 
