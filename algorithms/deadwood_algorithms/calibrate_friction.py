@@ -98,6 +98,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.calibration import score as friction_score
     from deadwood_algorithms.calibration.picture import draw
     from deadwood_algorithms.files.outputs import output_folder
+    from deadwood_algorithms.files.tables import write_csv
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.runs.folder import write_json
     from deadwood_algorithms.scene.window import read_released_scene
@@ -138,7 +139,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         rows = records_of(slid, scores, outcomes, watched, lost)
         feedback.progress(1, 1, "scoring")
 
-        pandas.DataFrame(rows).to_csv(folder / TABLE, index=False)
+        write_csv(folder / TABLE, pandas.DataFrame(rows))
         write_vector(folder / LAYERS, friction_runs.layers_of(slid, logs, observed, layers.dem.plan_crs))
         facts: dict[str, Any] = {
             "range": asdict(found) if found else None,

@@ -52,6 +52,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.fidelity.picture import draw
     from deadwood_algorithms.fidelity.runs import groups_of, slide_at
     from deadwood_algorithms.files.outputs import output_folder
+    from deadwood_algorithms.files.tables import write_csv
     from deadwood_algorithms.runs.folder import write_json
     from deadwood_algorithms.scene.warm_up import load_kernels
     from deadwood_algorithms.scene.window import read_released_scene
@@ -73,7 +74,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         advice = recommend(rows, names, len(logs), len(releases), planned)
         feedback.progress(1, 1, "comparing")
 
-        pandas.DataFrame([asdict(row) for row in rows]).to_csv(folder / TABLE, index=False)
+        write_csv(folder / TABLE, pandas.DataFrame([asdict(row) for row in rows]))
         counts = {"compared": len(logs), "in_layer": len(releases), "planned": planned}
         facts = {"finest": names[-1], "logs": counts, "recommendation": asdict(advice), "settings": settings_of(names)}
         write_json(folder / FACTS, {**facts, "rows": [asdict(row) for row in rows]})

@@ -3,10 +3,10 @@
 Every scenario is compared with the first, log by log: each log is its own control, so a few hundred logs show what
 independent runs would need thousands for. The folder holds
 
-- `table.csv`: one row a scenario, as in the paper's section 5: reach, its difference to the first, lateral spread,
-  speed, what held the logs;
-- `comparison.csv`: every quantity with its 95 % interval, its difference and the interval of that; shares with the
-  number of logs that changed either way and the p-value of McNemar's exact test;
+- `table.csv`: for a spreadsheet, a row a quantity and scenario: reach, how logs ended, lateral spread, speed, run-out,
+  each with its 95 % interval and its difference to the first, rounded as far as these allow;
+- `comparison.csv`: the same in full precision; shares also with the number of logs that changed either way, the p-value
+  of McNemar's exact test, and their bounds where logs left the terrain model before (`..._if_lost`);
 - `difference_NAME.tif`: how much likelier each cell is passed, and that in standard errors;
 - `changes.gpkg`: the logs that reach a line in one of two scenarios only (`changed`, at their releases), and from
   where to where each deposit moved (`moved`);
@@ -27,21 +27,21 @@ much another would differ, only other runs can tell.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from deadwood_algorithms import tool
 from deadwood_algorithms.tool import Feedback, Outcome, Tool, UserError
 
 if TYPE_CHECKING:
     from deadwood_algorithms.scenarios.measures import ScenarioRow
+    from deadwood_algorithms.scenarios.runs import Compared
 
 TABLE, ROWS, FACTS, CHANGES = "table.csv", "comparison.csv", "comparison.json", "changes.gpkg"
 PICTURE = "comparison.png"
-SHOWN = 4  # lines and releases in the printed table; the files have them all
+WORTH_A_WARNING = 0.05  # share of the logs that left the terrain model
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,12 +70,14 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     import pandas
 
     from deadwood_algorithms.files.outputs import output_folder
+    from deadwood_algorithms.files.tables import write_csv
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.runs.folder import MANIFEST, write_json
     from deadwood_algorithms.scenarios.maps import changed_frame, difference_map, moved_frame
     from deadwood_algorithms.scenarios.measures import compared_rows
     from deadwood_algorithms.scenarios.picture import draw
     from deadwood_algorithms.scenarios.runs import differing, read_compared
+    from deadwood_algorithms.scenarios.tables import lines_of, long_table
 
     final = Path(ask.output)
     with output_folder(ask.output, ask.overwrite) as folder:
@@ -98,86 +100,32 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             else:
                 maps[other.name] = path
                 outputs[path.stem] = final / path.name
-        draw(folder / PICTURE, rows, compared, maps)
-        pandas.DataFrame([asdict(row) for row in rows]).to_csv(folder / ROWS, index=False)
-        pandas.DataFrame(wide(rows, names)).to_csv(folder / TABLE, index=False)
+        warn_of_lost(rows, compared, feedback)
+        draw(folder / PICTURE, rows, compared, maps, feedback)
+        write_csv(folder / ROWS, pandas.DataFrame([asdict(row) for row in rows]))
+        write_csv(folder / TABLE, pandas.DataFrame(long_table(rows)).astype({"logs_lost": "Int64"}))
         layers = {"moved": moved_frame(compared)}
         changed = changed_frame(compared)
         write_vector(folder / CHANGES, layers | ({"changed": changed} if len(changed) else {}))
         facts = {"reference": names[0], "logs": compared.log_id.size, "parameters_that_differ": differences}
         write_json(folder / FACTS, {**facts, "rows": [asdict(row) for row in rows]})
         write_json(folder / MANIFEST, tool.manifest(TOOL, ask))
-    return Outcome(outputs, facts, lines_of(rows, names, differences, compared.log_id.size))
+    return Outcome(outputs, facts, lines_of(rows, names, differences, compared.log_id.size, TABLE))
 
 
-def wide(rows: Sequence[ScenarioRow], names: Sequence[str]) -> list[dict[str, Any]]:
-    """One record a scenario: reach, spread, speeds and what held the logs, as the paper tells them."""
-    records = []
-    for name in names:
-        record: dict[str, Any] = {"scenario": name}
-        for row in (row for row in rows if row.scenario == name):
-            key = "_".join(part for part in (row.quantity, row.item) if part).replace(" ", "_")
-            scale, unit = (100.0, "percent") if row.unit == "1" else (1.0, row.unit.replace("/", "").lower())
-            record.setdefault("logs", row.n)
-            record[f"{key}_{unit}"] = scale * row.value
-            if row.quantity == "reach" or row.quantity == "spread_p05_p95":
-                word = "points" if row.unit == "1" else unit
-                record |= {f"{key}_low_{unit}": scale * row.low, f"{key}_high_{unit}": scale * row.high}
-                for part in ("difference", "diff_low", "diff_high"):
-                    record[f"{key}_{part}_{word}"] = scale * getattr(row, part)
-        records.append(record)
-    return records
-
-
-def lines_of(
-    rows: Sequence[ScenarioRow], names: Sequence[str], differences: dict[str, dict[str, Any]], n_logs: int
-) -> tuple[str, ...]:
-    """A table with a line a scenario, and what makes the scenarios differ."""
-    of = {(row.scenario, row.quantity, row.item): row for row in rows}
-    lines = list(dict.fromkeys(row.item for row in rows if row.quantity == "reach"))
-    releases = list(dict.fromkeys(row.item for row in rows if row.quantity == "spread"))
-    head = ["scenario"]
-    for line in lines[:SHOWN]:
-        head += [f"reach {line}", f"minus {names[0]} [points]"]
-    head += [f"spread {release} (5-95 %)" for release in releases[:SHOWN]]
-    head += ["mean speed", "max speed", "held by trees", "by barriers"]
-    table = [head]
-    for name in names:
-        cells = [name]
-        for line in lines[:SHOWN]:
-            row = of[name, "reach", line]
-            cells += [percent(row), points(row) if name != names[0] else "-"]
-        for release in releases[:SHOWN]:
-            row, middle = of[name, "spread", release], of.get((name, "spread_p05_p95", release))
-            cells.append(f"{degrees(row.value)} ({degrees(middle.value if middle else math.nan)})")
-        cells += [
-            f"{of[name, 'speed_mean', 'mean'].value:.1f} m/s",
-            f"{of[name, 'speed_max', 'largest'].value:.1f} m/s",
-        ]
-        cells += [f"{100 * of[name, 'ended', each].value:.1f} %" for each in ("tree", "barrier")]
-        table.append(cells)
-    widths = [max(len(row[k]) for row in table) for k in range(len(head))]
-    shown = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table]
-    for parameter, values in differences.items():
-        told = ", ".join(f"{name}: {Path(str(value)).name if value else 'none'}" for name, value in values.items())
-        shown.append(f"--{parameter.replace('_', '-')} differs: {told}")
-    if not differences:
-        shown.append("the runs differ in no parameter of slide-logs (their layers may)")
-    hidden = max(len(lines) - SHOWN, 0) + max(len(releases) - SHOWN, 0)
-    more = f"; {hidden} more lines or releases in {TABLE}" if hidden else ""
-    return (f"{n_logs} logs in each scenario, intervals 95 %{more}:", *shown)
-
-
-def percent(row: ScenarioRow) -> str:
-    return f"{100 * row.value:.1f} % ({100 * row.low:.1f} to {100 * row.high:.1f})"
-
-
-def points(row: ScenarioRow) -> str:
-    return f"{100 * row.difference:+.1f} ({100 * row.diff_low:+.1f} to {100 * row.diff_high:+.1f})"
-
-
-def degrees(angle: float) -> str:
-    return f"{angle:.0f}°" if math.isfinite(angle) else "-"
+def warn_of_lost(rows: Sequence[ScenarioRow], compared: Compared, feedback: Feedback) -> None:
+    """Say which of the numbers hang on logs that left the terrain model, if any do."""
+    told = [f"reach of {row.item} in {row.scenario}" for row in rows if row.quantity == "reach" and row.loss_matters]
+    few = WORTH_A_WARNING * compared.log_id.size
+    if any(each.left_dem.sum() > few for each in compared.scenarios):
+        told.append("spread, run-outs and deposits, which are as far as the logs were seen")
+    if not told:
+        return
+    counts = ", ".join(f"{int(each.left_dem.sum())} in {each.name}" for each in compared.scenarios)
+    feedback.warn(
+        f"of {compared.log_id.size} logs some left the terrain model ({counts}), and what they did beyond is not "
+        f"known; on them hang: {'; '.join(told)}; run slide-logs on a larger terrain model"
+    )
 
 
 TOOL = Tool(

@@ -94,8 +94,8 @@ def test_reach_and_its_paired_difference(runs, tmp_path):
     assert (same["difference"], same["p_mcnemar"]) == (0.0, 1.0)
     assert same["diff_low"] < 0.0 < same["diff_high"]
     assert table.loc[("forest", "ended", "tree"), "difference"] == 1.0
-    assert "none      75.0 % (59.8 to 85.8)  -" in outcome.lines[2]
-    assert "forest    30.0 % (18.1 to 45.4)  -45.0 (-61.6 to -24.7)" in outcome.lines[3]
+    assert "none      75 % (60 to 86 %)  -" in outcome.lines[2]
+    assert "forest    30 % (18 to 45 %)  -45 (-62 to -25)" in outcome.lines[3]
     assert outcome.lines[-1] == "--trees differs: none: none, forest: forest.gpkg, barriers: none"
 
 
@@ -116,11 +116,85 @@ def test_spread_speed_and_deposits(runs, tmp_path):
     turns = np.radians(40.0 * np.abs(np.arange(20) / 19 - 0.5))
     expected = np.median(2.0 * 30.0 * np.sin(turns / 2.0))
     assert table.loc[("run_forest", "deposit_moved", "median"), "value"] == pytest.approx(expected)
-    wide = pd.read_csv(tmp_path / "out" / "table.csv").set_index("scenario")
-    assert wide.loc["run_forest", "reach_road_percent"] == pytest.approx(30.0)
-    assert wide.loc["run_forest", "reach_road_difference_points"] == pytest.approx(-45.0)
-    assert wide.loc["run_forest", "spread_a_deg"] == pytest.approx(60.0)
-    assert wide.loc["run_none", "speed_max_largest_ms"] == 20.0
+    long = pd.read_csv(tmp_path / "out" / "table.csv").set_index(["quantity", "of", "scenario"]).sort_index()
+    forest = long.loc[("reach", "road", "run_forest")]
+    assert (forest["value"], forest["from"], forest["to"], forest["unit"]) == (30.0, 18.0, 45.0, "%")
+    assert (forest["difference"], forest["difference_from"], forest["difference_to"]) == (-45.0, -62.0, -25.0)
+    assert long.loc[("spread", "a", "run_forest"), "value"] == pytest.approx(60.0)
+    assert long.loc[("speed_max", "largest", "run_none"), "value"] == 20.0
+
+
+def test_the_table_is_one_for_a_spreadsheet(tmp_path):
+    """It had a row a scenario and 102 columns for 14 lines and releases, 17 digits, and Straße as StraÃŸe."""
+    runs = [
+        write_run(tmp_path / name, tracks(20.0), digest="same", lines={"Straße": (ROAD, hits)})
+        for name, hits in (("ohne", list(range(11))), ("mit", [1, 2, 3]))
+    ]
+    compare(runs, tmp_path / "out")
+    raw = (tmp_path / "out" / "table.csv").read_bytes()
+    assert raw.startswith(b"\xef\xbb\xbf")
+    assert (tmp_path / "out" / "comparison.csv").read_bytes().startswith(b"\xef\xbb\xbf")
+    lines = raw.decode("utf-8-sig").splitlines()
+    assert len(lines[0].split(",")) == 16
+    assert lines[1].startswith("reach,Straße,ohne,%,40,28.0,16.0,43.0,")
+    assert lines[2].startswith("reach,Straße,mit,%,40,7.5,2.6,19.9,-20.0,-35.0,-9.0,")
+    digits = [
+        cell.strip("-").replace(".", "").lstrip("0") for line in lines[1:] for cell in line.split(",")[4:] if cell
+    ]
+    assert max(map(len, digits)) <= 6
+
+
+def lost_runs(tmp_path: Path) -> list[Path]:
+    """Without: 10 of 40 reach the road and 20 leave before. With: 5 reach it and none leaves."""
+    made = []
+    for name, hits, gone in (("without", range(10), range(10, 30)), ("with", range(5), ())):
+        ways = tracks(20.0)
+        for row in (*gone, *(range(5) if gone else ())):  # five left after they had reached it
+            ways[row].stop_reason = "left_dem"
+        made.append(write_run(tmp_path / name, ways, digest="same", lines={"road": (ROAD, list(hits))}))
+    return made
+
+
+def test_logs_that_left_before_a_line_bound_its_reach_and_the_difference(tmp_path, said):
+    """The table said 25 % (14 to 40) and -12.5 (-24.9 to -1.9), and not a word of the 20 logs nobody knows of."""
+    table, outcome = compare(lost_runs(tmp_path), tmp_path / "out", said)
+    before, now = table.loc[("without", "reach", "road")], table.loc[("with", "reach", "road")]
+    assert (before["n_lost"], now["n_lost"]) == (20, 20)
+    assert (before["value_low_if_lost"], before["value_high_if_lost"]) == (0.25, 0.75)
+    assert (now["value_low_if_lost"], now["value_high_if_lost"]) == (0.125, 0.125)
+    assert (now["difference_low_if_lost"], now["difference_high_if_lost"]) == (-0.625, -0.125)
+    assert now["diff_low_if_lost"] == paired_interval(25, 0, 40)[0]
+    assert now["diff_high_if_lost"] == paired_interval(5, 0, 40)[1]
+    assert "25 % (14 to 40 %) [14 to 86 %]" in outcome.lines[2]
+    assert "] " not in outcome.lines[3].split("with")[0]
+    assert outcome.lines[3].count("[") == 1
+    assert any(line.startswith("[]: all that it may be") for line in outcome.lines)
+    warned = [each for each in said.warnings if "left the terrain model (25 in without, 0 in with)" in each]
+    assert len(warned) == 1
+    assert "reach of road in without; reach of road in with; spread, run-outs and deposits" in warned[0]
+    assert table.loc[("with", "spread", "a"), "n_lost"] > 0
+
+
+def test_where_no_log_left_the_bounds_are_the_values(runs, tmp_path, said):
+    table, outcome = compare([runs["none"], runs["forest"]], tmp_path / "out", said)
+    row = table.loc[("run_forest", "reach", "road")]
+    assert row["n_lost"] == 0
+    assert row["difference_low_if_lost"] == row["difference_high_if_lost"] == row["difference"]
+    assert (row["diff_low_if_lost"], row["diff_high_if_lost"]) == (row["diff_low"], row["diff_high"])
+    assert not any("left the terrain model" in each for each in said.warnings)
+    assert not any("[" in each for each in outcome.lines[2:])
+
+
+def test_the_mean_speed_leaves_out_logs_that_still_moved_in_either_run(tmp_path):
+    """Without forest half of the logs rolled on at 1 m/s to the limit: 8 m/s on average against 9, and were 15."""
+    ways = [tracks(20.0, speed=speed) for speed in (15.0, 9.0)]
+    for row in range(0, LOGS, 2):
+        ways[0][row].speed, ways[0][row].stop_reason = 1.0, "time_limit"
+    runs = [write_run(tmp_path / name, each, digest="same") for name, each in zip(("none", "wood"), ways, strict=True)]
+    table, _ = compare(runs, tmp_path / "out")
+    none, wood = table.loc[("none", "speed_mean", "mean")], table.loc[("wood", "speed_mean", "mean")]
+    assert (none["value"], none["n"]) == (15.0, LOGS // 2)
+    assert (wood["value"], wood["difference"], wood["n"]) == (9.0, -6.0, LOGS // 2)
 
 
 def test_maps_lie_on_the_grid_that_holds_both(runs, tmp_path, monkeypatch):
@@ -152,6 +226,22 @@ def test_the_picture_is_drawn_with_and_without_maps(runs, tmp_path):
         head = (tmp_path / name / "comparison.png").read_bytes()[16:24]
         widths.append(struct.unpack(">II", head)[0])
     assert widths[0] > widths[1] > 800
+
+
+def test_every_panel_of_the_picture_has_one_size_and_the_maps_one_frame(runs, tmp_path, monkeypatch):
+    from deadwood_algorithms.scenarios import picture
+
+    kept = []
+    monkeypatch.setattr(picture.plt, "close", kept.append)
+    compare([runs["none"], runs["forest"], runs["barriers"]], tmp_path / "out")
+    panels = [axes for axes in kept[0].axes if axes.get_title(loc="left")]
+    assert len(panels) == 4
+    assert len({tuple(np.round(axes.get_position().size, 6)) for axes in panels}) == 1
+    assert panels[2].get_xlim() == panels[3].get_xlim()
+    assert panels[2].get_ylim() == panels[3].get_ylim()
+    assert any(text.get_text().endswith(" m") for text in panels[2].texts)  # the scale
+    shown = {text.get_text() for text in kept[0].legends[0].get_texts()}
+    assert shown == {"logs pass more often", "less often", "release", "line, house"}
 
 
 def test_the_changes_as_layers(runs, tmp_path):

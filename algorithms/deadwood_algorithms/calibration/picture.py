@@ -6,24 +6,19 @@ import textwrap
 from pathlib import Path
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("Agg")
-
 import matplotlib.pyplot as plt
 import numpy as np
 import shapely
 from matplotlib.axes import Axes
-from matplotlib.ticker import FuncFormatter
 
 from deadwood_algorithms.calibration.runs import FrictionRun, Observed, Watched
 from deadwood_algorithms.calibration.score import LEVEL, Range
-from deadwood_algorithms.pictures import hillshade
+from deadwood_algorithms.pictures import COLOURS, PERCENT, draw_outlines, draw_relief, scale_and_north
 from deadwood_algorithms.scene.read import SceneLayers
 from deadwood_algorithms.scene.releases import Releases
 
-# Okabe and Ito's colours, which colour-blind readers tell apart.
-LIKELY, TESTED, WITHIN, SEEN, SLID, START = "#0072B2", "#D55E00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7"
+LIKELY, TESTED, WITHIN, START, SLID = COLOURS[:5]
+SEEN = TESTED
 MARGIN_M = 20.0
 CELLS_DRAWN = 900  # along the longer side of the map
 
@@ -91,7 +86,7 @@ def _shares_panel(axes: Axes, friction: np.ndarray, rows: list[dict[str, Any]], 
         axes.annotate("observed", (0.0, seen), xycoords=("axes fraction", "data"), xytext=(4, 3),
                       textcoords="offset points", va="bottom", fontsize=8.5, color=SEEN)  # fmt: skip
     axes.set_ylim(0.0, max(1.12 * high.max(), 1.08 * (seen or 0.0), 1e-3))
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda share, _: f"{100 * share:g} %"))
+    axes.yaxis.set_major_formatter(PERCENT)
     axes.set_title("simulated logs that do what was observed", fontsize=10, loc="left")
 
 
@@ -132,14 +127,10 @@ def ground(
     rows = slice(max(0, int((frame[2] - dem.y0) / cell)), min(ny, int((frame[3] - dem.y0) / cell) + 2))
     step = max(1, max(columns.stop - columns.start, rows.stop - rows.start) // CELLS_DRAWN)
     heights = dem.values[rows, columns][::step, ::step]
-    if min(heights.shape) > 1:
-        west, south = dem.x0 + (columns.start - 0.5) * cell, dem.y0 + (rows.start - 0.5) * cell
-        size = heights.shape[1] * step * cell, heights.shape[0] * step * cell
-        extent = (west, west + size[0], south, south + size[1])
-        axes.imshow(hillshade(heights, step * cell), cmap="gray", origin="lower", extent=extent, vmin=-0.4, vmax=1.15)
+    corner = dem.x0 + (columns.start - 0.5) * cell, dem.y0 + (rows.start - 0.5) * cell
+    draw_relief(axes, heights, step * cell, *corner)
     for k, shape in enumerate(watched.items.geometry):
-        for part in shapely.get_parts(shape.boundary if shapely.get_dimensions(shape) == 2 else shape):
-            axes.plot(*part.xy, color=SEEN if k not in watched.own else "black", linewidth=1.5, zorder=3)
+        draw_outlines(axes, [shape], SEEN if k not in watched.own else "black", 1.5)
     axes.scatter(logs.x, logs.y, s=4, color=START, linewidths=0, zorder=2, label="released")
     axes.scatter(best.x[rests], best.y[rests], s=7, color=SLID, edgecolors="black", linewidths=0.2, zorder=4,
                  label=f"deposits at {best.friction:g}")  # fmt: skip
@@ -148,11 +139,10 @@ def ground(
                      label="left, or no rest")  # fmt: skip
     if observed:
         points = observed.geometry[observed.are_points]
-        for shape in observed.geometry[~observed.are_points]:
-            for part in shapely.get_parts(shape.boundary):
-                axes.plot(*part.xy, color=SEEN, linewidth=1.5, zorder=5)
+        draw_outlines(axes, observed.geometry[~observed.are_points], SEEN, 1.5, zorder=5.0)
         if points.size:
             axes.scatter(shapely.get_x(points), shapely.get_y(points), s=70, marker="X", color=SEEN,
                          edgecolors="white", linewidths=0.8, zorder=6, label="observed")  # fmt: skip
     axes.set(xlim=frame[:2], ylim=frame[2:], xticks=[], yticks=[], aspect="equal")
+    scale_and_north(axes)
     axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.01), ncol=3, frameon=False)

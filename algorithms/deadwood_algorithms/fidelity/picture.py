@@ -8,10 +8,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("Agg")
-
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
@@ -20,9 +16,8 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.fidelity.records import FidelityRow
 from deadwood_algorithms.fidelity.rule import Recommendation
+from deadwood_algorithms.pictures import COLOURS
 
-# Okabe and Ito's colours, which colour-blind readers tell apart.
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
 MARKERS = "osD^vP"
 NOISE = "#BBBBBB"
 ITEMS_SHOWN = len(COLOURS)  # lines or releases a panel; the table has them all

@@ -169,3 +169,8 @@ def _grouped_by_points(cells: pd.Series) -> bool:
 
 def _is_number(cell: str) -> bool:
     return NUMBER.fullmatch(re.sub(GROUPED, "", cell.strip())) is not None
+
+
+def write_csv(path: Path, frame: pd.DataFrame) -> None:
+    """A table as text, UTF-8 with its mark: without it a spreadsheet takes the ö of an id for two other letters."""
+    frame.to_csv(path, index=False, encoding="utf-8-sig", lineterminator="\n")

@@ -7,6 +7,7 @@ spread are off by up to those logs. Blocks of the DEM are read where logs were, 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -36,7 +37,7 @@ class Edges:
     grid : of the run, without values; path : the DEM, or None where no file with that grid was found
     """
 
-    def __init__(self, grid: Grid, paths: list[Path], feedback: Feedback) -> None:
+    def __init__(self, grid: Grid, paths: list[Path], feedback: Feedback | None) -> None:
         self.grid, self.path = grid, None
         self._dem: DemWindows | None = None
         self._blocks: dict[tuple[int, int], Grid] = {}
@@ -52,7 +53,8 @@ class Edges:
                 self.path = path
                 return
             source.close()
-        feedback.note("the run's terrain model was not found, so only the border of its grid counts as an edge")
+        if feedback:
+            feedback.note("the run's terrain model was not found, so only the border of its grid counts as an edge")
 
     def __enter__(self) -> Edges:
         return self
@@ -74,6 +76,34 @@ class Edges:
             for block, rows in self._by_block(np.floor(v), np.floor(u)):
                 out[rows] = self._heights(self._dem, block).height(x[rows], y[rows])
         return out
+
+    def ground(
+        self, frame: tuple[float, float, float, float], cells: int
+    ) -> tuple[NDArray, float, float, float] | None:
+        """Heights for a picture of a frame (west, east, south, north [m]), in about so many cells along it.
+
+        Row 0 is the southernmost, NaN is outside. Also their cell [m], and the place of their south-western corner;
+        None without a file, or where the frame holds nothing of it.
+        """
+        if not self._dem:
+            return None
+        west, east, south, north = frame
+        grid, (ny, nx) = self.grid, self.grid.shape
+        left, bottom = (int(max(0, (low - at) // grid.cell)) for low, at in ((west, grid.x0), (south, grid.y0)))
+        right, top = (
+            int(min(most, (high - at) // grid.cell + 2))
+            for high, at, most in ((east, grid.x0, nx), (north, grid.y0, ny))
+        )
+        if right - left < 2 or top - bottom < 2:
+            return None
+        window = self._dem.file_window(slice(bottom, top), slice(left, right))
+        step = max(1, math.ceil(max(window.width, window.height) / cells))
+        shape = (math.ceil(window.height / step), math.ceil(window.width / step))
+        source = self._dem.source
+        raw = source.read(1, window=window, out_shape=shape, masked=True)
+        heights = np.ma.filled(raw.astype(np.float64) * source.scales[0] + source.offsets[0], np.nan)
+        place = grid.x0 + (left - 0.5) * grid.cell, grid.y0 + (bottom - 0.5) * grid.cell
+        return heights[::-1] if self._dem.flipped else heights, step * grid.cell, *place
 
     def near(self, x: NDArray[np.float64], y: NDArray[np.float64], distance: float) -> NDArray[np.bool_]:
         """Whether positions are within a distance [m] of a cell without height, from cell centre to cell centre."""

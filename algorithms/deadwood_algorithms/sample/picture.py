@@ -7,16 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib
-
-matplotlib.use("Agg")
-
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.lines import Line2D
-from matplotlib.patheffects import withStroke
 
 from deadwood_algorithms.files.dem_windows import read_dem
 from deadwood_algorithms.files.grid import Grid
@@ -24,14 +20,11 @@ from deadwood_algorithms.files.rasters import read_raster_on
 from deadwood_algorithms.files.styles import ENDS
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.numbers.statistics import percent_with_interval
-from deadwood_algorithms.pictures import hillshade
+from deadwood_algorithms.pictures import MARKERS, RELEASE, ROAD, draw_outlines, draw_relief, scale_and_north
 
-HALO = [withStroke(linewidth=3.0, foreground="white")]
 # An even ramp with its palest end cut off: on grey relief it would not be seen.
 HITS = ListedColormap(matplotlib.colormaps["magma_r"](np.linspace(0.12, 1.0, 256)))
-MARKERS = {"circle": "o", "triangle": "^", "square": "s", "cross2": "x"}
 TITLES = {"mapped": "Forest as mapped", "random": "Random forest, same density", "none": "No forest"}
-RELEASE = "#0072B2"
 PANEL_IN = 4.9  # width of a panel
 MARGIN_M = 30.0  # shown above the releases
 
@@ -39,7 +32,6 @@ MARGIN_M = 30.0  # shown above the releases
 def draw(folder: Path, forests: Sequence[str], summaries: Mapping[str, Any], path: Path) -> None:
     """Draw the runs in ``folder``; every panel has the same frame and the same colours."""
     dem = read_dem(folder / "dem.tif")
-    shade = hillshade(dem.values, dem.cell)
     hits = {name: read_raster_on(folder / f"run_{name}" / "hit_count.tif", dem, what="hits") for name in forests}
     areas = read_vector(folder / "release_area.gpkg", geometry=("polygon",), target_crs=dem.crs, what="release areas")
     road = read_vector(folder / "road.gpkg", geometry=("line",), target_crs=dem.crs, what="lines")
@@ -54,18 +46,16 @@ def draw(folder: Path, forests: Sequence[str], summaries: Mapping[str, Any], pat
     norm = LogNorm(1, max(2.0, *(float(np.nanmax(each)) for each in hits.values())))
     for axes, name in zip(panels, forests, strict=True):
         extent = (west, east, south, north)
-        axes.imshow(shade, cmap="gray", vmin=-0.6, vmax=1.05, extent=extent, origin="lower", interpolation="bilinear")
+        draw_relief(axes, dem.values, dem.cell, west, south)
         shown = np.ma.masked_less(np.nan_to_num(hits[name]), 1.0)
         axes.imshow(shown, cmap=HITS, norm=norm, extent=extent, origin="lower", interpolation="nearest", alpha=0.9)
         _trees(axes, folder / f"trees_{name}.gpkg", dem)
         _deposits(axes, folder / f"run_{name}" / "run.gpkg", dem)
-        for line in road.geometry:
-            axes.plot(*line.xy, color="#D55E00", linewidth=2.2, zorder=3)
-        for area in areas.geometry:
-            axes.plot(*area.exterior.xy, color=RELEASE, linewidth=2.0, zorder=5)
+        draw_outlines(axes, road.geometry, ROAD, 2.2)
+        draw_outlines(axes, areas.geometry, RELEASE, 2.0, zorder=5.0)
         axes.set(xlim=(west, east), ylim=(south, top), xticks=[], yticks=[], aspect="equal")
         axes.set_title(_title(name, summaries[name]), fontsize=10.5, loc="left", linespacing=1.35)
-    _scale_and_north(panels[0], west, south, top)
+    scale_and_north(panels[0])
     ramp = ScalarMappable(norm, HITS)
     box = panels[-1].get_position()
     bar = figure.colorbar(ramp, cax=figure.add_axes((0.94, box.y0, 0.012, box.height)))
@@ -104,28 +94,10 @@ def _title(name: str, summary: Mapping[str, Any]) -> str:
     return f"{TITLES[name]}\nreach the road: {percent_with_interval(summary['reach'][0])}{fan}"
 
 
-def _scale_and_north(axes: Axes, west: float, south: float, top: float) -> None:
-    x, y = west + 12.0, south + 14.0
-    axes.plot([x, x + 50.0], [y, y], color="black", linewidth=3.5, solid_capstyle="butt", zorder=6)
-    axes.text(x + 25.0, y + 4.0, "50 m", ha="center", va="bottom", fontsize=9, zorder=6, path_effects=HALO)
-    axes.annotate(
-        "N",
-        xy=(west + 18.0, top - 8.0),
-        xytext=(west + 18.0, top - 34.0),
-        ha="center",
-        va="center",
-        fontsize=11,
-        fontweight="bold",
-        arrowprops={"arrowstyle": "-|>", "color": "black", "linewidth": 1.5, "path_effects": HALO},
-        path_effects=HALO,
-        zorder=6,
-    )
-
-
 def _legend(figure: Any, ends: set[str]) -> None:
     marks: list[Line2D] = [
         Line2D([], [], linestyle="", marker="o", markersize=8, color=RELEASE, fillstyle="none", label="release area"),
-        Line2D([], [], color="#D55E00", linewidth=2.2, label="road"),
+        Line2D([], [], color=ROAD, linewidth=2.2, label="road"),
         Line2D([], [], linestyle="", marker="o", markersize=3, color="#0B5D2A", label="standing tree (size: DBH)"),
     ]
     for name, (label, colour, shape) in ENDS.items():

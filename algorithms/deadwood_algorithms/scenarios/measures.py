@@ -3,6 +3,10 @@
 Every log is its own control, so a difference is told by the logs that changed: a share by Tango's interval and
 McNemar's exact test, a mean by the changes' own scatter, a spread or quantile by a bootstrap that draws the same logs
 in both.
+A log that left the terrain model before it reached a line, or before anything held it, may have done so beyond. Shares
+and their differences come with bounds for such logs: none did in the one scenario and all did in the other, and the
+other way round. A mean speed leaves out logs that still moved at the time limit in any of the scenarios compared: they
+roll slowly for minutes, so their path over time tells the limit.
 These intervals are over logs. Another random forest, friction or DEM is another scenario, which they do not cover.
 """
 
@@ -10,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +36,9 @@ class ScenarioRow:
 
     low, high : 95 % interval of the value; diff_low, diff_high : of the difference, over the same logs
     n_only_reference, n_only_scenario, p_mcnemar : of shares: logs that changed, and whether chance would do as much
+    n_lost : logs that left the terrain model before it was seen what they do
+    value_..., difference_..._if_lost : the least and the most of both, whatever these did
+    diff_..._if_lost : the outer ends of the intervals of the least and the most difference
     """
 
     scenario: str
@@ -48,6 +55,20 @@ class ScenarioRow:
     n_only_reference: float = math.nan
     n_only_scenario: float = math.nan
     p_mcnemar: float = math.nan
+    n_lost: float = math.nan
+    value_low_if_lost: float = math.nan
+    value_high_if_lost: float = math.nan
+    difference_low_if_lost: float = math.nan
+    difference_high_if_lost: float = math.nan
+    diff_low_if_lost: float = math.nan
+    diff_high_if_lost: float = math.nan
+
+    @property
+    def loss_matters(self) -> bool:
+        """Whether the lost logs could move the value or the difference out of the interval beside it."""
+        if self.value_high_if_lost > self.high:
+            return True
+        return self.difference_low_if_lost < self.diff_low or self.difference_high_if_lost > self.diff_high
 
 
 def groups_by_release(compared: Compared, min_runout: float | None) -> list[Group]:
@@ -72,31 +93,59 @@ def compared_rows(compared: Compared, min_runout: float | None, seed: int, feedb
         feedback.progress(number, len(compared.scenarios), "comparing")
         other = None if each is compared.reference else compared.reference
         for column, line_id in enumerate(compared.line_ids):
-            before = other.reach[:, column] if other else None
-            rows.append(share_row(each.name, "reach", str(line_id), each.reach[:, column], before))
+            shares = [Share.of(run.reach[:, column], run.left_dem) for run in (each, other) if run]
+            rows.append(share_row(each.name, "reach", str(line_id), *shares))
         for reason in HELD:
-            before = other.column("stop_reason") == reason if other else None
-            rows.append(share_row(each.name, "ended", reason, each.column("stop_reason") == reason, before))
+            shares = [
+                Share.of(run.column("stop_reason") == reason, run.left_dem & (reason != "time_limit"))
+                for run in (each, other)
+                if run
+            ]
+            rows.append(share_row(each.name, "ended", reason, *shares))
         rows += spread_differences(each, other, releases, compared.log_id, seed)
         rows += number_rows(each, other, compared.log_id, seed)
     feedback.progress(1, 1, "comparing")
     return rows
 
 
-def share_row(
-    name: str, quantity: str, item: str, now: NDArray[np.bool_], before: NDArray[np.bool_] | None
-) -> ScenarioRow:
-    """A share of the logs with its Wilson interval, and the paired difference."""
-    n, hit = now.size, int(now.sum())
-    low, high = wilson_interval(hit, n)
-    if before is None:
-        return ScenarioRow(name, quantity, item, "1", n, hit / n, low, high)
+@dataclass(frozen=True)
+class Share:
+    """Which logs did something; ``lost`` are those that left the terrain model without having done it."""
+
+    did: NDArray[np.bool_]
+    lost: NDArray[np.bool_]
+
+    @staticmethod
+    def of(did: NDArray[np.bool_], left: NDArray[np.bool_]) -> Share:
+        return Share(did, left & ~did)
+
+    @property
+    def most(self) -> NDArray[np.bool_]:
+        """Which logs may have done it."""
+        return self.did | self.lost
+
+
+def share_row(name: str, quantity: str, item: str, now: Share, before: Share | None = None) -> ScenarioRow:
+    """A share of the logs with its Wilson interval, the paired difference, and the bounds of both for lost logs."""
+    n, hit = now.did.size, int(now.did.sum())
+    facts = {"value": hit / n, "value_low_if_lost": hit / n, "value_high_if_lost": int(now.most.sum()) / n}
+    facts |= dict(zip(("low", "high"), wilson_interval(hit, n), strict=True))
+    facts["n_lost"] = int(now.lost.sum())
+    if before is not None:
+        facts["n_lost"] = int((now.lost | before.lost).sum())
+        facts |= dict(zip(("difference", "diff_low", "diff_high"), _paired(before.did, now.did), strict=True))
+        lost, gained = int((before.did & ~now.did).sum()), int((now.did & ~before.did).sum())
+        facts |= {"n_only_reference": lost, "n_only_scenario": gained, "p_mcnemar": mcnemar_p(lost, gained)}
+        least, most = _paired(before.most, now.did), _paired(before.did, now.most)
+        facts |= {"difference_low_if_lost": least[0], "diff_low_if_lost": least[1]}
+        facts |= {"difference_high_if_lost": most[0], "diff_high_if_lost": most[2]}
+    return ScenarioRow(name, quantity, item, "1", n, **facts)
+
+
+def _paired(before: NDArray[np.bool_], now: NDArray[np.bool_]) -> tuple[float, float, float]:
+    """Difference of two shares of the same logs, and its interval."""
     lost, gained = int((before & ~now).sum()), int((now & ~before).sum())
-    bounds = paired_interval(lost, gained, n)
-    return ScenarioRow(
-        name, quantity, item, "1", n, hit / n, low, high, (gained - lost) / n, *bounds, lost, gained,
-        mcnemar_p(lost, gained),
-    )  # fmt: skip
+    return (gained - lost) / now.size, *paired_interval(lost, gained, now.size)
 
 
 def spread_differences(
@@ -114,7 +163,9 @@ def spread_differences(
         now = spread(each, everything)
         before = spread(other, everything) if other else {"spread_deg": math.nan, "p05_p95_deg": math.nan}
         change = now["spread_deg"] - before["spread_deg"]
-        yield ScenarioRow(each.name, "spread", name, "deg", n, now["spread_deg"], difference=change)
+        left = each.left_dem | other.left_dem if other else each.left_dem
+        lost = int(left[release.rows].sum())
+        yield ScenarioRow(each.name, "spread", name, "deg", n, now["spread_deg"], difference=change, n_lost=lost)
         if n < LEAST_OF_A_RELEASE:
             continue
 
@@ -128,7 +179,9 @@ def spread_differences(
         own = bootstrap_interval(middle, ids, seed)
         bounds = bootstrap_interval(difference, ids, seed) if other else (math.nan, math.nan)
         change = now["p05_p95_deg"] - before["p05_p95_deg"]
-        yield ScenarioRow(each.name, "spread_p05_p95", name, "deg", n, now["p05_p95_deg"], *own, change, *bounds)
+        yield ScenarioRow(
+            each.name, "spread_p05_p95", name, "deg", n, now["p05_p95_deg"], *own, change, *bounds, n_lost=lost
+        )
 
 
 def number_rows(each: Scenario, other: Scenario | None, log_id: NDArray[np.int64], seed: int) -> Iterator[ScenarioRow]:
@@ -142,19 +195,36 @@ def number_rows(each: Scenario, other: Scenario | None, log_id: NDArray[np.int64
     ):
         now = each.column(column).astype(float)
         before = other.column(column).astype(float) if other else None
+        if name == "speed_mean":
+            yield speed_row(each, other, now, before)
+            continue
         change = math.nan if before is None else float((now - before).mean())
         bounds = (math.nan, math.nan) if before is None else around(change, now - before)
         yield ScenarioRow(
             each.name, name, "mean", unit, now.size, float(now.mean()), *around(now.mean(), now), change, *bounds
         )
-        if name == "speed_mean":
-            continue
         yield tail_row(each.name, name, unit, now, before, log_id, seed)
         top = math.nan if before is None else float(now.max() - before.max())
         yield ScenarioRow(each.name, name, "largest", unit, now.size, float(now.max()), difference=top)
     if other:
         moved = np.hypot(*(each.places - other.places).T)
         yield ScenarioRow(each.name, "deposit_moved", "median", "m", moved.size, float(np.median(moved)))
+
+
+def speed_row(each: Scenario, other: Scenario | None, now: Array, before: Array | None) -> ScenarioRow:
+    """The mean over the logs of their path over time, without those that still moved at the time limit in either."""
+    ended = ~each.still_moving if other is None else ~(each.still_moving | other.still_moving)
+    n = int(ended.sum())
+    if not n:
+        return ScenarioRow(each.name, "speed_mean", "mean", "m/s", 0, math.nan)
+    values = now[ended]
+    mean = float(values.mean())
+    row = ScenarioRow(each.name, "speed_mean", "mean", "m/s", n, mean, *around(mean, values))
+    if before is None:
+        return row
+    change = values - before[ended]
+    low, high = around(float(change.mean()), change)
+    return replace(row, difference=float(change.mean()), diff_low=low, diff_high=high)
 
 
 def tail_row(

@@ -50,6 +50,16 @@ class Scenario:
         return self.run.deposits[name].to_numpy()[self.rows]
 
     @cached_property
+    def left_dem(self) -> NDArray[np.bool_]:
+        """Logs that went out of sight, beyond the terrain model."""
+        return np.asarray(self.column("stop_reason") == "left_dem", bool)
+
+    @cached_property
+    def still_moving(self) -> NDArray[np.bool_]:
+        """Logs that had not come to rest at the time limit."""
+        return np.asarray(self.column("stop_reason") == "time_limit", bool)
+
+    @cached_property
     def places(self) -> NDArray[np.float64]:
         """Deposits in plan [m], shape (n, 2)."""
         points = self.run.deposits.geometry
@@ -62,6 +72,7 @@ class Compared:
 
     scenarios: list[Scenario]
     line_ids: list[Any]
+    lines: list[Any]  # their shapes
     log_id: NDArray[np.int64]
 
     @property
@@ -115,11 +126,12 @@ def read_compared(runs: str, names: str | None, lines: str | None, feedback: Fee
         feedback.note(f"{common.size} of up to {most} logs {why} in all runs and are compared")
     rows = [rows_by_log_id(run, common) for run in found]
     if lines:
-        line_ids, reach = reach_of_lines(found, lines, feedback)
+        line_ids, shapes, reach = reach_of_lines(found, lines, feedback)
     else:
-        line_ids, reach = reach_of_runs(found, feedback)
+        line_ids, shapes, reach = reach_of_runs(found, feedback)
     parts = zip(called, found, rows, reach, strict=True)
-    return Compared([Scenario(name, run, row, each[row]) for name, run, row, each in parts], line_ids, common)
+    scenarios = [Scenario(name, run, row, each[row]) for name, run, row, each in parts]
+    return Compared(scenarios, line_ids, shapes, common)
 
 
 def rows_by_log_id(run: Run, log_id: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -164,13 +176,13 @@ def refuse_other_releases(one: Run, other: Run) -> None:
         raise UserError(f"{other.path}: its releases are not those of {one.path}: {what}; {mend}")
 
 
-def reach_of_runs(runs: Sequence[Run], feedback: Feedback) -> tuple[list[Any], list[NDArray[np.bool_]]]:
-    """What the runs say themselves of the lines that all of them watched; by row of their deposits."""
+def reach_of_runs(runs: Sequence[Run], feedback: Feedback) -> tuple[list[Any], list[Any], list[NDArray[np.bool_]]]:
+    """What the runs say themselves of the lines that all of them watched: ids, shapes, reach by row of deposits."""
     layers = [{str(name) for name in pyogrio.list_layers(run.path / GEOPACKAGE)[:, 0]} for run in runs]
     if not all("reach" in each for each in layers):
         without = [str(run.path) for run, each in zip(runs, layers, strict=True) if "reach" not in each]
         feedback.note(f"{', '.join(without)}: run without --lines, so no reach is compared; --lines names some")
-        return [], [np.zeros((len(run.deposits), 0), bool) for run in runs]
+        return [], [], [np.zeros((len(run.deposits), 0), bool) for run in runs]
     frames = [
         read_vector(
             f"{run.path / GEOPACKAGE}|layername=reach", geometry=("line", "polygon"), target_crs=run.grid.crs,
@@ -203,18 +215,20 @@ def reach_of_runs(runs: Sequence[Run], feedback: Feedback) -> tuple[list[Any], l
             column = np.array([shared.index(each) for each in rows["line_id"]], np.int64)
             touched[rows_by_log_id(run, np.asarray(rows["log_id"], np.int64)), column] = True
         reach.append(touched)
-    return shared, reach
+    return shared, [frames[0].geometry[line_id] for line_id in shared], reach
 
 
-def reach_of_lines(runs: Sequence[Run], lines: str, feedback: Feedback) -> tuple[list[Any], list[NDArray[np.bool_]]]:
-    """Which stored trajectories reach other lines; by row of the deposits."""
-    reach, ids = [], []
+def reach_of_lines(
+    runs: Sequence[Run], lines: str, feedback: Feedback
+) -> tuple[list[Any], list[Any], list[NDArray[np.bool_]]]:
+    """Which stored trajectories reach other lines: ids, shapes, reach by row of deposits."""
+    reach, ids, shapes = [], [], []
     for run in runs:
         marks, items = read_lines(lines, run.grid, feedback)
         arrived = find_arrivals(run, marks, items, None, 0.0, feedback)
         reach.append(arrived.reached(len(run.deposits), len(items.ids)))
-        ids = items.ids
-    return ids, reach
+        ids, shapes = items.ids, list(items.geometry)
+    return ids, shapes, reach
 
 
 def differing(compared: Compared) -> dict[str, dict[str, Any]]:
