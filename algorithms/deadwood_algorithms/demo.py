@@ -142,21 +142,20 @@ def name_finally(folder: Path, final: Path) -> None:
 
 def table(summaries: Mapping[str, Mapping[str, Any]]) -> tuple[str, ...]:
     """The three forests side by side, and the paper's finding under them."""
-    from deadwood_algorithms.numbers.statistics import percent_with_interval
+    from deadwood_algorithms.numbers.statistics import percent_of, percent_with_interval
 
     rows = [
         ("forest", "reach the road (95 % interval)", "spread", "5-95 %", "held by trees", "mean to road", "max speed")
     ]
     for forest, each in summaries.items():
         spread, speed, logs = each["spread"][0], each["speed"], each["logs"]
-        held = logs["by_stop_reason"]["tree"] / logs["released"]
         rows.append(
             (
                 forest,
                 percent_with_interval(each["reach"][0]),
                 _degrees(spread["spread_deg"]),
                 _degrees(spread["p05_p95_deg"]),
-                f"{100 * held:.0f} %",
+                percent_of(logs["by_stop_reason"]["tree"], logs["released"]),
                 _speed(speed["mean_to_road_ms"]),
                 _speed(speed["max_ms"]),
             )

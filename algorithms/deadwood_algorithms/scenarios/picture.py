@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter
 from rasterio.enums import Resampling
 
 from deadwood_algorithms.pictures import (
@@ -77,12 +78,13 @@ def draw(
         end = left + len(shown) * (PANEL + BETWEEN_MAPS)
         box = figure.add_axes((end / width, BELOW / height, 0.14 / width, high / height))
         bar = figure.colorbar(ScalarMappable(Normalize(-far, far), RAMP), cax=box)
-        bar.ax.yaxis.set_major_formatter(PERCENT)
+        bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda share, _: f"{100 * share:+g}" if share else "0"))
+        bar.set_label("percentage points", fontsize=8.5)
         bar.ax.tick_params(labelsize=8.5)
         _legend(figure, left / width, bool(compared.lines))
     title = f"{compared.log_id.size} logs in each scenario, bars: 95 % intervals"
     if shown:
-        title += "; maps: share of the logs that pass, difference in points"
+        title += "; maps: difference of the share of logs that pass"
     if len(maps) > len(shown):
         title += f" (the first {len(shown)} of {len(maps)})"
     figure.suptitle(title, x=0.15 / width, y=1.0 - 0.12 / height, ha="left", va="top", fontsize=11)
@@ -160,7 +162,11 @@ def _frame(compared: Compared, bands: Sequence[tuple[np.ndarray, Frame]]) -> Fra
     if not bands:
         return 0.0, 1.0, 0.0, 1.15
     x, y = np.concatenate(x), np.concatenate(y)
-    return frame_around(x, y, margin=MARGIN * max(np.ptp(x), np.ptp(y)) + 5.0, low=0.9, high=1.6)
+    margin = MARGIN * max(np.ptp(x), np.ptp(y)) + 5.0
+    west, south, east, north = one.run.grid.bounds  # beyond it there is nothing to see
+    x = np.clip([x.min() - margin, x.max() + margin], west, east)
+    y = np.clip([y.min() - margin, y.max() + margin], south, north)
+    return frame_around(x, y, margin=0.0, low=0.9, high=1.6)
 
 
 def _ground(compared: Compared, frame: Frame, feedback: Feedback) -> Any:
@@ -176,8 +182,10 @@ def _ground(compared: Compared, frame: Frame, feedback: Feedback) -> Any:
 
 def difference(axes: Axes, band: np.ndarray, extent: Frame, far: float, compared: Compared) -> None:
     """Blue where logs pass less often, red where more often; lines and releases above."""
-    shown = np.ma.masked_where(~(np.abs(band) >= NOTHING * far), band)
-    axes.imshow(shown, cmap=RAMP, vmin=-far, vmax=far, extent=extent, interpolation="nearest", zorder=1.5)
+    size = np.nan_to_num(np.abs(band) / far)
+    shown = np.ma.masked_where(size < NOTHING, band)
+    axes.imshow(shown, cmap=RAMP, vmin=-far, vmax=far, extent=extent, interpolation="nearest", zorder=1.5,
+                alpha=np.clip(0.35 + 1.5 * size, 0.0, 0.95))  # fmt: skip
     draw_outlines(axes, compared.lines, LINE, 1.8)
     one = compared.reference
     axes.scatter(one.column("release_x"), one.column("release_y"), s=2, color=COLOURS[2], linewidths=0, zorder=4)
