@@ -93,8 +93,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         write_raster(
             path, counts, grid, dtype="uint32", units="logs", description=f"Hits of {stored.size} logs", kind="count"
         )
-        if more:
-            found = cell_quantiles(source, stored, counts, grid, list(more), levels, feedback)
+        found = cell_quantiles(source, stored, counts, grid, list(more), levels, feedback) if more else {}
         for name, place in more.items():
             bands = {f"{name}, {100 * level:g} %": band for level, band in zip(levels, found[name], strict=True)}
             write_bands(

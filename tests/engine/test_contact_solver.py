@@ -74,7 +74,7 @@ def test_disc_minimises_energy():
         root = rng.standard_normal((2, 2))
         g = root @ root.T + 0.1 * np.eye(2)
         c, radius = rng.standard_normal(2), rng.uniform(0.01, 2.0)
-        shift = start
+        shift, found = start, []
         for _ in range(20):  # as in sweeps
             *found, shift = disc_impulse(g[0, 0], g[0, 1], g[1, 1], c[0], c[1], radius, shift)
         found = np.array(found)

@@ -93,7 +93,7 @@ def gauss_seidel(
             gnn, gnt, gnu, gtt, gtu, guu = row[columns]
             block = np.array([[gnn, gnt, gnu], [gnt, gtt, gtu], [gnu, gtu, guu]])
             free = q[mine] + w[mine] @ p - block @ p[mine]
-            solved = False
+            solved, impulse = False, []
             if used <= BLOCK_SWEEPS and mu[k] * np.hypot(gnt, gnu) > EXACT_BLOCK_COUPLING * gnn:
                 solved, *impulse = block_impulse(row, *free)
             if not solved:

@@ -88,8 +88,9 @@ class GeoTiff:
         self.staged = path if self.plain else path.with_name(f".{path.name[:80]}.staged")
         self.statistics = BandStatistics(profile["count"], profile.get("nodata"))
         # It is packed anew when it is copied; until then a file of moderate size need not be at all.
-        packing = {"zlevel": 1} if self.cells > WALKED_CELLS else {"compress": "none", "predictor": 1}
-        self.target = rasterio.open(self.staged, "w", **(profile if self.plain else profile | packing))
+        packing: dict[str, Any] = {"zlevel": 1} if self.cells > WALKED_CELLS else {"compress": "none", "predictor": 1}
+        facts: dict[str, Any] = profile if self.plain else profile | packing
+        self.target: Any = rasterio.open(self.staged, "w", **facts)
         if colours := styles.colour_table(kind):
             self.target.write_colormap(1, colours)
 
