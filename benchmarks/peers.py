@@ -132,9 +132,8 @@ def compare() -> dict[str, Any]:
 
     slide(plane, one, STANDARD, time_limit=0.1)
     on_plane = slide(plane, one, STANDARD, time_limit=SECONDS)
-    cost = []
     results = [slide(rough.scene, start, STANDARD, time_limit=ROUGH_SECONDS) for _ in range(REPEATS)]
-    cost += [each.cost["cpu_s"] for each in results]
+    cost = [each.cost["cpu_s"] for each in results]
     result = results[-1]
     shift = on_plane.duration[0] / SECONDS  # ours ends at the first node after the limit
     ours = [
