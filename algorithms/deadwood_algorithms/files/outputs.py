@@ -7,22 +7,25 @@ output, a folder that cannot be written to, another run that writes the same out
 from __future__ import annotations
 
 import errno
+import glob
 import os
 import shutil
 import tempfile
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from deadwood_algorithms.tool import UserError
 
-try:
-    import fcntl
-except ImportError:  # Windows, where two runs into one output are not found out
-    fcntl = None
+if TYPE_CHECKING:
+    from filelock import BaseFileLock
 
 STAGED, LOCK = ".partial-", ".lock"  # how the hidden names beside an output go on
+REPLACED, WHOLE = "-old", "-whole"  # and those of a result that is about to be replaced, and of one about to appear
 
+# Of file systems that know no locks; there two runs into one output are not found out.
+LOCKLESS = tuple(getattr(errno, name) for name in ("ENOLCK", "ENOTSUP", "EOPNOTSUPP", "ENOSYS") if hasattr(errno, name))
 FULL = (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))
 FULL_WORDS = ("disk is full", "disk full", "no space left", "quota exceeded", "disk quota")
 # Below this many free bytes, a failed write of GDAL (which often tells no reason) is put down to the disk.
@@ -98,16 +101,19 @@ def output_folder(path: str | Path, overwrite: bool = False) -> Iterator[Path]:
         if not final.is_dir():
             folder.chmod(0o777 & ~_umask())
             os.replace(folder, final)
-        elif (
-            not occupied()
-        ):  # a folder made beforehand, perhaps a mount point, which cannot be renamed: filled in place
-            for made in sorted(folder.iterdir(), key=lambda each: each.name == "manifest.json"):
-                os.replace(made, final / made.name)
+        elif not occupied():  # made beforehand, perhaps a mount point, which cannot be renamed: filled in place
+            whole = folder.with_name(folder.name + WHOLE)
+            os.replace(folder, whole)
+            _fill(final, whole)
         else:
-            old = folder.with_name(folder.name + "-old")
-            os.replace(final, old)
+            old = folder.with_name(folder.name + REPLACED)
             folder.chmod(0o777 & ~_umask())
-            os.replace(folder, final)
+            try:
+                os.replace(final, old)
+                os.replace(folder, final)
+            finally:
+                if not final.exists():  # interrupted between the two
+                    os.replace(old, final)
             shutil.rmtree(old, ignore_errors=True)
 
 
@@ -124,10 +130,12 @@ def _staged(final: Path, named: str | Path, check: Callable[[], None]) -> Iterat
     try:
         final.parent.mkdir(parents=True, exist_ok=True)
         lock = _lock(final, named)
+        if lock:  # whoever left something here is gone
+            _tidy(final)
         check()
-        folder = Path(tempfile.mkdtemp(prefix=f".{final.name[:80]}{STAGED}", dir=final.parent))
+        folder = Path(tempfile.mkdtemp(prefix=_hidden(final, STAGED), dir=final.parent))
     except BaseException as error:
-        _unlock(lock, final)
+        _unlock(lock)
         _remove_empty(made)
         if isinstance(error, OSError):
             raise _in_words(error, named, final.parent) from error
@@ -149,7 +157,7 @@ def _staged(final: Path, named: str | Path, check: Callable[[], None]) -> Iterat
         raise
     finally:
         shutil.rmtree(folder, ignore_errors=True)
-        _unlock(lock, final)
+        _unlock(lock)
         _remove_empty(made)
 
 
@@ -159,8 +167,26 @@ def _remove_empty(folders: Iterable[Path]) -> None:
             each.rmdir()
 
 
-def _lock_of(final: Path) -> Path:
-    return final.with_name(f".{final.name[:80]}{LOCK}")
+def _tidy(final: Path) -> None:
+    """Clear away what a run that was killed has left of this output, and finish the last step that it had begun."""
+    for left in sorted(final.parent.glob(f"{glob.escape(_hidden(final, STAGED))}*")):
+        if left.name.endswith(REPLACED) and not final.exists():
+            os.replace(left, final)
+        elif left.name.endswith(WHOLE):
+            _fill(final.parent, left)
+        else:
+            shutil.rmtree(left, ignore_errors=True)
+
+
+def _fill(final: Path, whole: Path) -> None:
+    """Move a whole result into a folder that stands, the manifest last."""
+    for made in sorted(whole.iterdir(), key=lambda each: each.name == "manifest.json"):
+        os.replace(made, final / made.name)
+    whole.rmdir()
+
+
+def _hidden(final: Path, ending: str) -> str:
+    return f".{final.name[:80]}{ending}"
 
 
 def _is_ours(place: Path) -> bool:
@@ -168,31 +194,34 @@ def _is_ours(place: Path) -> bool:
     return place.name.startswith(".") and (place.name.endswith(LOCK) or STAGED in place.name)
 
 
-def _lock(final: Path, named: str | Path) -> int | None:
+def _lock(final: Path, named: str | Path) -> BaseFileLock | None:
     """A lock on the output that dies with this process, however that ends; refused where another run holds it."""
-    if fcntl is None:
+    from filelock import FileLock, Timeout
+
+    lock = FileLock(final.with_name(_hidden(final, LOCK)), timeout=0)
+    try:
+        lock.acquire()
+    except Timeout:
+        raise UserError(
+            f"{named}: another run is writing this output now; wait until it ends, or name another output"
+        ) from None
+    except (OSError, NotImplementedError) as error:
+        if isinstance(error, OSError) and error.errno not in LOCKLESS:
+            raise
         return None
-    place = _lock_of(final)
-    while True:
-        handle = os.open(place, os.O_RDWR | os.O_CREAT, 0o666)
-        try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            if place.exists() and os.path.samestat(os.fstat(handle), place.stat()):
-                return handle
-        except OSError as error:
-            if error.errno in (errno.EWOULDBLOCK, errno.EACCES):
-                os.close(handle)
-                raise UserError(
-                    f"{named}: another run is writing this output now; wait until it ends, or name another output"
-                ) from error
-            return handle  # a file system without locks
-        os.close(handle)  # its last holder removed it between our opening and our locking: once more
+    return lock
 
 
-def _unlock(handle: int | None, final: Path) -> None:
-    if handle is not None:
-        _lock_of(final).unlink(missing_ok=True)
-        os.close(handle)
+def _unlock(lock: BaseFileLock | None) -> None:
+    if lock is None:
+        return
+    place = Path(lock.lock_file)
+    with suppress(OSError):  # while it is held, so that nobody holds a file that has no name any more
+        place.unlink()
+    lock.release()
+    if os.name == "nt":  # where an open file cannot be removed, and none that another run has opened since
+        with suppress(OSError):
+            place.unlink()
 
 
 def _in_words(error: OSError, named: str | Path, folder: Path) -> UserError:
