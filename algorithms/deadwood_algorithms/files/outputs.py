@@ -198,18 +198,23 @@ def _lock(final: Path, named: str | Path) -> BaseFileLock | None:
     """A lock on the output that dies with this process, however that ends; refused where another run holds it."""
     from filelock import FileLock, Timeout
 
-    lock = FileLock(final.with_name(_hidden(final, LOCK)), timeout=0)
-    try:
-        lock.acquire()
-    except Timeout:
-        raise UserError(
-            f"{named}: another run is writing this output now; wait until it ends, or name another output"
-        ) from None
-    except (OSError, NotImplementedError) as error:
-        if isinstance(error, OSError) and error.errno not in LOCKLESS:
-            raise
-        return None
-    return lock
+    place = final.with_name(_hidden(final, LOCK))
+    lock = FileLock(place, timeout=0)
+    for _ in range(3):
+        try:
+            lock.acquire()
+            return lock
+        except Timeout:
+            if place.exists():
+                raise UserError(
+                    f"{named}: another run is writing this output now; wait until it ends, or name another output"
+                ) from None
+            # It ended just now, or nothing can be made here, which is found out next.
+        except (OSError, NotImplementedError) as error:
+            if isinstance(error, OSError) and error.errno not in LOCKLESS:
+                raise
+            break
+    return None
 
 
 def _unlock(lock: BaseFileLock | None) -> None:
