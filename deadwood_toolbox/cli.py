@@ -21,6 +21,7 @@ import traceback
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -29,7 +30,7 @@ from deadwood_toolbox import parameters, shelf
 from deadwood_toolbox.commands import Answer, Job, build
 from deadwood_toolbox.environment import drop_foreign_paths
 from deadwood_toolbox.feedback import Speaker, clock
-from deadwood_toolbox.interrupt import INTERRUPTED, MESSAGE, interruptible
+from deadwood_toolbox.interrupt import INTERRUPTED, LATE, MESSAGE, deaf, interruptible
 
 DONE, FAULT, USER_ERROR = 0, 1, 2
 # What is the user's to mend; every other OSError that no tool foresaw is a fault of ours.
@@ -52,6 +53,7 @@ def main() -> None:
     with contextlib.suppress(AttributeError, ValueError):
         signal.signal(signal.SIGTERM, signal.default_int_handler)  # until the tool runs, as Ctrl-C
     status = run(sys.argv[1:])
+    deaf()
     if status == INTERRUPTED:
         os._exit(status)  # does not wait for the threads of the interrupted run, which write nothing
     sys.exit(status)
@@ -79,18 +81,29 @@ def run(arguments: Sequence[str], tools: Sequence[Tool] | None = None) -> int:
 
 def _carry_out(job: Job, speaker: Speaker) -> int:
     """Run the tool of a job under the signal handlers, and report what it left."""
-    config = parameters.read_config(job.config, job.tool) if job.config is not None else {}
+    config = parameters.read_config(job.config, job.tool, speaker.note) if job.config is not None else {}
     ask = parameters.ask_from(job.tool, {**config, **job.values})
-    began = time.perf_counter()
-    with interruptible(speaker.stop), warnings.catch_warnings():
-        if not job.verbose:  # libraries warn in many lines; what concerns the user comes through the feedback
-            warnings.simplefilter("ignore")
-            logging.lastResort = None  # rasterio and GDAL log to whoever listens; here nobody does
-        speaker.detail(f"{job.tool.name} {VERSION}: {json.dumps(manifest(job.tool, ask)['parameters'])}")
-        outcome = job.tool.run(ask, speaker)
-    speaker.close()
-    _report(outcome, speaker, time.perf_counter() - began)
+    began, before = time.perf_counter(), _standing(job.tool, ask)
+    try:
+        with interruptible(speaker.stop), warnings.catch_warnings():
+            if not job.verbose:  # libraries warn in many lines; what concerns the user comes through the feedback
+                warnings.simplefilter("ignore")
+                logging.lastResort = None  # rasterio and GDAL log to whoever listens; here nobody does
+            speaker.detail(f"{job.tool.name} {VERSION}: {json.dumps(manifest(job.tool, ask)['parameters'])}")
+            outcome = job.tool.run(ask, speaker)
+        speaker.close()
+        _report(outcome, speaker, time.perf_counter() - began)
+    except KeyboardInterrupt:
+        raise Cancelled(LATE if _standing(job.tool, ask) != before else MESSAGE) from None
     return DONE
+
+
+def _standing(tool: Tool, ask: Any) -> list[tuple[int, int] | None]:
+    """Which files and folders stand where a tool's outputs shall: other ones than before, once it has put them there."""
+    outputs = (getattr(ask, each.name) for each in tool.parameters() if each.is_output)
+    places = [Path(each) for each in outputs if each]
+    stats = [place.stat() if place.exists() else None for place in places]
+    return [(each.st_ino, each.st_mtime_ns) if each else None for each in stats]
 
 
 def _understand(arguments: Sequence[str], tools: Sequence[Tool] | None) -> Job | Answer | None:
@@ -129,7 +142,7 @@ def _wants_json(arguments: Sequence[str]) -> bool:
 def _verdict(error: BaseException, speaker: Speaker, verbose: bool) -> tuple[str, int]:
     """What is said of an error, and the exit status that it deserves."""
     if isinstance(error, KeyboardInterrupt | Cancelled | click.Abort) or speaker.stop.is_set():
-        return MESSAGE, INTERRUPTED
+        return str(error) if isinstance(error, Cancelled) and error.args else MESSAGE, INTERRUPTED
     if isinstance(error, click.NoSuchOption):
         near = error.possibilities or ()
         return f"no such option: {error.option_name}" + (f"; did you mean {near[0]}?" if near else ""), USER_ERROR

@@ -23,6 +23,7 @@ from types import FrameType
 
 INTERRUPTED = 130
 MESSAGE = "interrupted; nothing was left under a final name"
+LATE = "interrupted after the work was done; the results are whole"
 ASKED_S = 0.6
 STOP_WITH_STDIN = "DEADWOOD_STOP_WITH_STDIN"
 GRACE_S = 1.5  # of the two seconds promised; the rest is for the process to end
@@ -64,6 +65,13 @@ def interruptible(stop: threading.Event) -> Iterator[None]:
         mouth.close()
         watchdog.join()
         ears.close()
+
+
+def deaf() -> None:
+    """From here on no signal is heard: what there was to do is done, and Python's own end must not turn into -15."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        with contextlib.suppress(AttributeError, ValueError):
+            signal.signal(number, signal.SIG_IGN)
 
 
 def _watch(ears: socket.socket, finished: threading.Event) -> None:

@@ -9,12 +9,13 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import json
+import os
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from deadwood_algorithms.tool import VERSION, Parameter, Tool, UserError
+from deadwood_algorithms.tool import VERSION, Parameter, Tool, UserError, is_path, moved_paths
 
 METAVARS = {
     "raster": "RASTER",
@@ -68,22 +69,24 @@ def value_from_json(parameter: Parameter, value: Any) -> Any:
     return value
 
 
-def read_config(path: str, tool: Tool) -> dict[str, Any]:
+def read_config(path: str, tool: Tool, note: Callable[[str], None]) -> dict[str, Any]:
     """The parameters in a JSON file: a plain object of names and values, or the manifest of an earlier run.
 
-    Relative paths in it are taken from the folder in which the command runs, as those of flags are.
+    Relative paths in it are taken from the folder in which the command runs, as those of flags are. An input of a
+    manifest that is not there is looked for where it lies if all was moved together; ``note`` is told of it.
     """
     try:
         content = json.loads(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
         raise UserError(f"--config {path} cannot be read: {error.strerror or error}") from None
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise UserError(f"--config {path} is not JSON: {error}") from None
+    then = None
     if isinstance(content, dict) and isinstance(content.get("parameters"), dict):
         made_by = content.get("tool", tool.name)
         if made_by != tool.name:
             raise UserError(f"--config {path} belongs to the tool '{made_by}', not to '{tool.name}'")
-        content = content["parameters"]
+        then, content = content.get("folder"), content["parameters"]
     if not isinstance(content, dict):
         raise UserError(f'--config {path} must hold a JSON object of parameters, such as {{"seed": 0}}')
     known = {parameter.name: parameter for parameter in tool.parameters()}
@@ -96,7 +99,25 @@ def read_config(path: str, tool: Tool) -> dict[str, Any]:
                 values[name] = value_from_json(known[name], value)
             except UserError as error:
                 raise UserError(f"--config {path}: {error}") from None
+            if is_path(known[name], values[name]) and not known[name].is_output:
+                parts = values[name].split(",") if known[name].path_like else [values[name]]
+                now = Path(path).absolute().parent
+                values[name] = ",".join(_found(part, now, then, note) for part in parts)
     return values
+
+
+def _found(named: str, now: Path, then: Any, note: Callable[[str], None]) -> str:
+    """An input's path as a manifest names it, or, where nothing is there, where it has been moved to.
+
+    ``now`` and ``then`` are the manifest's folder and the one that it names.
+    """
+    file, bar, layer = named.partition("|")
+    if not os.path.exists(file):
+        for other in moved_paths(file, now, then if isinstance(then, str) else None):
+            if other.exists():
+                note(f"{file} is not there; {other}, which lies as it did to the manifest, is read in its place")
+                return f"{other}{bar}{layer}"
+    return named
 
 
 def closest(word: str, known: Mapping[str, Any]) -> str:

@@ -48,6 +48,7 @@ SHOWN = 4  # lines and releases in the printed table; the files have them all
 class Ask:
     runs: str = tool.text(
         "Folders of the runs, with commas; the first is what the others are compared with",
+        path_like=True,
         help="Each a folder of slide-logs, of the same releases: run_none,run_forest,run_barriers.",
     )
     names: str | None = tool.text(

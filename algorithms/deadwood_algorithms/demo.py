@@ -131,13 +131,9 @@ def mean_speed_of(arrivals: Path) -> float | None:
 
 def name_finally(folder: Path, final: Path) -> None:
     """In the manifests, put the place where the folder will stand for the hidden one in which it was made."""
+    hidden, stands = (json.dumps(os.path.abspath(each))[1:-1] for each in (folder, final))
     for manifest in folder.glob("run_*/manifest.json"):
-        written = json.loads(manifest.read_text(encoding="utf-8"))
-        values = written["parameters"]
-        for name, value in values.items():
-            if isinstance(value, str) and value.startswith(str(folder)):
-                values[name] = str(final / Path(value).relative_to(folder))
-        manifest.write_text(json.dumps(written, indent=2) + "\n", encoding="utf-8")
+        manifest.write_text(manifest.read_text(encoding="utf-8").replace(hidden, stands), encoding="utf-8")
 
 
 def table(summaries: Mapping[str, Mapping[str, Any]]) -> tuple[str, ...]:

@@ -25,15 +25,19 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from deadwood_algorithms.runs.folder import WorkFolder
     from deadwood_algorithms.runs.queue import Queue
+    from deadwood_algorithms.runs.work_folder import WorkFolder
     from deadwood_algorithms.scene.read import SceneLayers
     from deadwood_algorithms.scene.releases import Releases
     from deadwood_engine import Fidelity, Rasters
 
 # Logs worked on between two saved states: enough to keep 16 threads busy, little to lose or to hold in memory.
 CHUNK = 512
-CHECKPOINT_S = 10.0  # between two saved states of the rasters: on 4000 x 4000 cells one takes half a second
+# The first chunks are smaller, so that a run that is soon interrupted keeps something, however slow its logs are.
+FIRST_CHUNKS = (32, 64, 128, 256)  # logs after which they end
+# A state of the rasters is saved after a chunk as often as that costs so much of the time (on 4000 x 4000 cells half a
+# second, on others next to nothing), and at least so often: what an interruption loses, beside the chunk at work.
+CHECKPOINT_SHARE, CHECKPOINT_S = 0.05, 10.0
 
 # What other programs chain on; a run without lines, for example, has no layer reach.
 PARTS = (
@@ -92,10 +96,10 @@ class Ask(ReleasedScene):
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.outputs import output_folder
     from deadwood_algorithms.numbers.log_order import keep_by_hash
-    from deadwood_algorithms.runs.folder import WorkFolder
     from deadwood_algorithms.runs.queue import Queue
     from deadwood_algorithms.runs.results import write_results
     from deadwood_algorithms.runs.summary import Asked
+    from deadwood_algorithms.runs.work_folder import WorkFolder
     from deadwood_algorithms.scene.window import read_released_scene
 
     kept_count = trajectories_wanted(ask.trajectories)
@@ -104,7 +108,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     with output_folder(ask.output, ask.overwrite) as folder:
         layers, releases = read_released_scene(ask, feedback, windowed=True)
         ids = releases.logs.log_id
-        queue = Queue.of(ids, CHUNK, target=ask.until_ci, line_ids=layers.lines.ids, seed=ask.seed)
+        queue = Queue.of(ids, CHUNK, FIRST_CHUNKS, target=ask.until_ci, line_ids=layers.lines.ids, seed=ask.seed)
         keep = keep_by_hash(ids, kept_count, ask.seed)
 
         fidelity = fidelity_of(ask)
@@ -184,17 +188,18 @@ def slide_queue(
 
     load_kernels(slope.layers.shape, feedback)
     total = queue.rows.size
-    saved = time.perf_counter()
+    saved, saving_s = time.perf_counter(), 0.05  # how long it takes, until that has been measured
     for chunk, part in enumerate(queue.parts):
         fresh = chunk >= work.finished
-        if fresh:
+        if fresh or chunk in work.lost:
+            first = work.finished if fresh else chunk
             try:
                 todo = [chunk]
                 while todo:
                     sides = slide_chunk(ask, fidelity, slope, releases, queue, keep, work, todo[0], feedback)
                     if sides:
                         slope.widen(sides, ask, work, feedback)
-                    todo = list(range(work.finished, chunk + 1)) if sides else todo[1:]
+                    todo = list(range(first, chunk + 1)) if sides else todo[1:]
             except (Cancelled, KeyboardInterrupt) as error:
                 kept = queue.parts[work.finished].start
                 feedback.note(f"{kept} of {total} logs are kept in {work.path}; --resume goes on from there")
@@ -205,9 +210,11 @@ def slide_queue(
             rows = queue.rows[part]
             touched = reached(slope.layers.lines, work.chunk(chunk), releases.take(rows))
             last = queue.rule.enough(rows.size, touched.sum(axis=0)) or last
-        if fresh and (last or time.perf_counter() - saved > CHECKPOINT_S):
+        since = time.perf_counter() - saved
+        due = last or since > min(CHECKPOINT_S, saving_s / CHECKPOINT_SHARE) or feedback.cancelled()
+        if fresh and due:
             work.checkpoint(chunk + 1, slope.rasters.totals(), slope.layers.dem)
-            saved = time.perf_counter()
+            saving_s, saved = time.perf_counter() - saved - since, time.perf_counter()
         if last:
             break
     feedback.progress(queue.slid, queue.slid, "sliding logs")
@@ -224,7 +231,10 @@ def slide_chunk(
     chunk: int,
     feedback: Feedback,
 ) -> list[str]:
-    """Slide the logs of one chunk and keep what comes of them; or the sides of the window that were too near."""
+    """Slide the logs of one chunk and keep what comes of them; or the sides of the window that were too near.
+
+    The rasters of the last checkpoint hold all chunks before it, so one of those that was lost is not drawn again.
+    """
     from deadwood_algorithms.runs.results import arrays_of, pose_table
     from deadwood_algorithms.scene.sliding import reporter, slide_once
 
@@ -234,7 +244,8 @@ def slide_chunk(
 
     report = reporter(feedback, queue.goal, "sliding logs", before=part.start)
     began = time.perf_counter()
-    result, sides = slide_once(slope.layers, logs, fidelity, ask, report, keep_poses=keep[rows], rasters=slope.rasters)
+    rasters = slope.rasters if chunk >= work.finished else None
+    result, sides = slide_once(slope.layers, logs, fidelity, ask, report, keep_poses=keep[rows], rasters=rasters)
     wall_s = time.perf_counter() - began
     if not sides:
         poses = pose_table(result.poses, logs.log_id, slope.layers.dem.crs)
@@ -266,11 +277,12 @@ def identity(ask: Ask, fidelity: Fidelity, layers: SceneLayers, releases: Releas
     """What decides every result, bit for bit: a run is resumed only by one that agrees in all of it."""
     return {
         "version": tool.VERSION,
+        "engine": tool.engine_digest(),
         "DEM, friction, trees, barriers, lying logs or lines": layers.digest,
         "releases": releases.digest,
         "fidelity": [float(number) for number in fidelity],
         "options": [ask.restitution, ask.shape, ask.time_limit, ask.rest_speed],
-        "trajectories": [ask.trajectories, ask.seed, CHUNK],
+        "trajectories": [ask.trajectories, ask.seed, CHUNK, list(FIRST_CHUNKS)],
         "--until-ci": ask.until_ci,
     }
 

@@ -8,13 +8,16 @@ dialogs and the checks for Python callers are all rendered from it. Standard lib
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import math
+import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
-VERSION = "0.1.0"
+VERSION = "0.2.0"  # the one place: pyproject.toml, the QGIS plugin and every manifest take it from here
 
 REQUIRED: Any = object()
 Record = TypeVar("Record")  # a small dataclass of parameters
@@ -71,6 +74,7 @@ class Parameter:
     choices: tuple[str, ...] = ()
     geometry: tuple[str, ...] = ()  # of a vector input: point, line, polygon
     parent: str = ""  # of a field: the parameter whose layer has it
+    path_like: bool = False  # of a text: it may be a path, or several with commas
     # Of an output: the layers and files in it that other programs chain on, such as 'run.gpkg|layername=deposits'.
     parts: tuple[str, ...] = ()
     optional: bool = False
@@ -312,10 +316,74 @@ def taken(ask: Any, record: type[Record]) -> Record:
 
 
 def manifest(tool: Tool, ask: Any, **facts: Any) -> dict[str, Any]:
-    """What a run was made of; the file works as ``--config`` of the same tool."""
-    values = {p.name: _plain(getattr(ask, p.name)) for p in tool.parameters()}
-    return {"tool": tool.name, "version": VERSION, "parameters": values, **facts}
+    """What a run was made of, and by which version and engine; the file works as ``--config`` of the same tool.
+
+    Paths are absolute, so it does from any folder. ``folder`` says where the manifest was to stand, so that inputs are
+    found again where all has been moved together.
+    """
+    values = {each.name: _anywhere(each, getattr(ask, each.name)) for each in tool.parameters()}
+    places = [values[each.name] for each in tool.parameters() if each.kind == "output_folder" and values[each.name]]
+    where = {"folder": places[0]} if places else {}
+    said = {"tool": tool.name, "version": VERSION, "engine": engine_digest(), **where}
+    return {**said, "parameters": values, **facts}
 
 
-def _plain(value: Any) -> Any:
-    return str(value) if isinstance(value, Path) else value
+@cache
+def engine_digest() -> str:
+    """Of the engine's sources and its compiler: two runs with the same one are slid alike, bit for bit.
+
+    The one that names the engine's cache of kernels, found without importing either. It is asked once a process: what
+    is edited while a run works does not work in it.
+    """
+    from importlib import metadata, util
+
+    found = util.find_spec("deadwood_engine")
+    assert found is not None
+    assert found.origin is not None
+    digest = hashlib.sha256(metadata.version("numba").encode())
+    for source in sorted(Path(found.origin).parent.glob("*.py")):
+        digest.update(source.name.encode())
+        digest.update(source.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def is_path(parameter: Parameter, value: Any) -> bool:
+    """Whether a value names a file or folder of this machine: no number, no address on a network."""
+    if not isinstance(value, str | Path) or not (parameter.is_input or parameter.is_output or parameter.path_like):
+        return False
+    if parameter.kind == "number_or_layer":
+        try:
+            float(value)
+        except ValueError:
+            pass
+        else:
+            return False
+    return "://" not in str(value) and value != parameter.default
+
+
+def _anywhere(parameter: Parameter, value: Any) -> Any:
+    """A value as it means the same in any folder: paths are absolute, the rest stays."""
+    if not is_path(parameter, value):
+        return str(value) if isinstance(value, Path) else value
+    if parameter.path_like and not os.path.exists(value):
+        parts = str(value).split(",")
+        return ",".join(os.path.abspath(part.strip()) if os.path.exists(part.strip()) else part for part in parts)
+    file, bar, layer = str(value).partition("|")
+    return os.path.abspath(file) + bar + layer
+
+
+def moved_paths(named: str, now: Path, then: str | None) -> list[Path]:
+    """Where a path that a manifest names may lie, now that the manifest stands in another folder than at first.
+
+    Parameters
+    ----------
+    now, then
+        The manifest's folder, and the one that it names; manifests of version 0.1.0 name none, and their relative
+        paths were mostly seen from beside the run's folder.
+    """
+    if not os.path.isabs(named):
+        return [now.parent / named]
+    try:
+        return [Path(os.path.normpath(now / os.path.relpath(named, then)))] if then else []
+    except ValueError:  # another drive
+        return []

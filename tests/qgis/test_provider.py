@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from deadwood_algorithms.tool import VERSION
 from deadwood_toolbox.shelf import TOOLS, find
 
 IN_QGIS = [tool for tool in TOOLS if tool.in_qgis]
@@ -25,7 +26,7 @@ def test_every_tool_of_the_shelf_is_listed_in_its_group(listed):
     found = {name: (each["name"], each["group"]) for name, each in algorithms.items()}
     assert found.pop("deadwood:checkinstallation")[0] == "Check installation"
     assert found == expected
-    assert listed["version"] == "0.1.0"
+    assert listed["version"] == VERSION
 
 
 # One start of QGIS for each; the tool with the most parameters, one with fields, one with several layers in its output.

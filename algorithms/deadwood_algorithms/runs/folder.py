@@ -1,17 +1,10 @@
-"""A run's folder: what `slide-logs` leaves in it, and how the evaluating tools read it again.
-
-Also the hidden working folder ``.NAME.part`` beside it, in which a run keeps its finished chunks of logs, so that an
-interrupted run can go on with ``--resume``. A checkpoint holds the rasters after so many chunks; chunks that came later
-are slid again, so what is resumed is the run that was interrupted, bit for bit.
-"""
+"""A run's folder: what `slide-logs` leaves in it, and how the evaluating tools read it again."""
 
 from __future__ import annotations
 
 import json
-import os
-import shutil
 from collections.abc import Iterator, Mapping
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -23,9 +16,9 @@ import pyproj
 from numpy.typing import NDArray
 from pyproj.exceptions import CRSError
 
-from deadwood_algorithms.files.grid import Grid, Part
+from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.vectors import read_vector
-from deadwood_algorithms.tool import VERSION, Feedback, UserError
+from deadwood_algorithms.tool import VERSION, Feedback, UserError, moved_paths
 
 GEOPACKAGE, POSES, SUMMARY, MANIFEST = "run.gpkg", "poses.parquet", "summary.json", "manifest.json"
 POSE_COLUMNS = ("log_id", "t_s", *"xyz", "xb", "yb", "zb", "xt", "yt", "zt", "speed_ms", "spin_rad_s", "clearance_m")
@@ -37,112 +30,6 @@ def pose_schema(crs: pyproj.CRS | None = None) -> pa.Schema:
     kinds = {name: pa.float32() if name in SINGLE else pa.float64() for name in POSE_COLUMNS} | {"log_id": pa.int64()}
     facts = {"crs": crs.to_wkt()} if crs else None
     return pa.schema(list(kinds.items()), metadata=facts)
-
-
-class WorkFolder:
-    """The finished chunks of a run, and the rasters after the last of them."""
-
-    def __init__(self, output: str, identity: Mapping[str, Any], *, resume: bool, feedback: Feedback) -> None:
-        final = Path(output)
-        self.path = final.absolute().parent / f".{final.name}.part"
-        self.finished = 0
-        if self.path.is_dir() and resume:
-            self._continue(dict(identity), feedback)
-        else:
-            if self.path.is_dir():
-                feedback.note(
-                    f"{self.path}: the unfinished work of an earlier run is dropped (--resume goes on with it)"
-                )
-                shutil.rmtree(self.path)
-            elif resume:
-                feedback.note(f"{self.path}: there is no unfinished work to resume; the run starts from its beginning")
-            self.path.mkdir(parents=True)
-            _write_whole(self.path / "identity.json", json.dumps(dict(identity), indent=1).encode())
-
-    def _continue(self, identity: dict[str, Any], feedback: Feedback) -> None:
-        place = self.path / "identity.json"
-        before = json.loads(place.read_text()) if place.is_file() else {}
-        changed = [name for name in identity if before.get(name) != identity[name]]
-        if changed:
-            raise UserError(
-                f"--resume: the unfinished work in {self.path} was begun with other {', '.join(changed)}; "
-                "give the same inputs and parameters, or leave out --resume to start again"
-            )
-        states = [int(each.stem.split("_")[1]) for each in self.path.glob("rasters_*.npz")]
-        self.finished = max(states, default=0)
-        feedback.note(f"{self.path}: {self.finished} finished chunks of logs are taken over")
-
-    def save(self, chunk: int, by_log: Mapping[str, NDArray], poses: pa.Table) -> None:
-        """Keep what a finished chunk says of its logs; it counts as finished from the next `checkpoint` on."""
-        with (self.path / f"logs_{chunk}.npz").open("wb") as target:
-            np.savez(target, **by_log)  # type: ignore[arg-type]
-        parquet.write_table(poses, self.path / f"poses_{chunk}.parquet", compression="zstd")
-
-    def checkpoint(self, finished: int, rasters: Mapping[str, NDArray], grid: Grid) -> None:
-        """Keep the rasters as they are after so many finished chunks: the cells that any log has passed over.
-
-        The cells are numbered in the whole DEM, of which ``grid`` may be a window.
-        """
-        row, column = np.nonzero((rasters["hit_count"] > 0) | (rasters["deposit_count"] > 0))
-        cells = (row + grid.first[1]) * grid.frame.shape[1] + column + grid.first[0]
-        beside = self.path / "rasters.partial"
-        with beside.open("wb") as target:
-            part = np.array(astuple(grid.part), np.int64)
-            sparse = {"cells": cells, "part": part} | {name: values[row, column] for name, values in rasters.items()}
-            np.savez(target, **sparse)  # type: ignore[arg-type]
-        os.replace(beside, self.path / f"rasters_{finished}.npz")
-        for old in self.path.glob("rasters_*.npz"):
-            if old.stem != f"rasters_{finished}":
-                old.unlink()
-        self.finished = finished
-
-    @property
-    def part(self) -> Part | None:
-        """The part of the DEM that the last checkpoint's rasters are of."""
-        return Part(*_arrays(self._checkpoint)["part"].tolist()) if self.finished else None
-
-    @property
-    def _checkpoint(self) -> Path:
-        return self.path / f"rasters_{self.finished}.npz"
-
-    def rasters(self, grid: Grid) -> dict[str, NDArray]:
-        """The rasters at the last checkpoint, on a grid that holds them; empty cells are 0 in counts, NaN in maxima."""
-        stored = _arrays(self._checkpoint)
-        row, column = np.divmod(stored.pop("cells"), grid.frame.shape[1])
-        del stored["part"]
-        out: dict[str, NDArray] = {}
-        for name, values in stored.items():
-            out[name] = np.full(grid.shape, np.nan if values.dtype.kind == "f" else 0, values.dtype)
-            out[name][row - grid.first[1], column - grid.first[0]] = values
-        return out
-
-    def chunk(self, chunk: int) -> dict[str, NDArray]:
-        """The results of a finished chunk's logs."""
-        return _arrays(self.path / f"logs_{chunk}.npz")
-
-    def by_log(self) -> dict[str, NDArray]:
-        """The results of all finished logs, in the order in which they were slid."""
-        chunks = [self.chunk(chunk) for chunk in range(self.finished)]
-        return {name: np.concatenate([each[name] for each in chunks]) for name in chunks[0]}
-
-    def poses(self) -> Iterator[pa.Table]:
-        """The kept poses, chunk by chunk in the order of the logs."""
-        for chunk in range(self.finished):
-            yield parquet.read_table(self.path / f"poses_{chunk}.parquet")
-
-    def remove(self) -> None:
-        shutil.rmtree(self.path, ignore_errors=True)
-
-
-def _write_whole(path: Path, content: bytes) -> None:
-    beside = path.with_name(path.name + ".partial")
-    beside.write_bytes(content)
-    os.replace(beside, path)
-
-
-def _arrays(path: Path) -> dict[str, NDArray]:
-    with np.load(path) as stored:
-        return {name: stored[name] for name in stored.files}
 
 
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
@@ -244,9 +131,11 @@ def read_run(path: str, *, feedback: Feedback) -> Run:
 
 
 def input_paths(run: Path, manifest: Mapping[str, Any], parameter: str) -> list[Path]:
-    """Where an input of a run may lie: as its manifest names it, from here, or from beside the run's folder."""
+    """Where an input of a run may lie: as its manifest names it, as from the run's folder, or beside that."""
     named = str(manifest.get("parameters", {}).get(parameter) or "")
-    return [Path(named), run.parent / named, run.parent / Path(named).name] if named else []
+    if not named:
+        return []
+    return [Path(named), *moved_paths(named, run, manifest.get("folder")), run.parent / Path(named).name]
 
 
 def read_manifest(folder: Path) -> tuple[dict[str, Any], Grid]:

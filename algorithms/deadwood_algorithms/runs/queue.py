@@ -43,12 +43,24 @@ class Queue:
     slid: int = 0
 
     @staticmethod
-    def of(log_id: NDArray[np.int64], chunk: int, *, target: float | None, line_ids: list[Any], seed: int) -> Queue:
-        """All logs in the order of their rows, or, with a target, in the order of the hash."""
+    def of(
+        log_id: NDArray[np.int64],
+        chunk: int,
+        borders: tuple[int, ...] = (),
+        *,
+        target: float | None,
+        line_ids: list[Any],
+        seed: int,
+    ) -> Queue:
+        """All logs in the order of their rows, or, with a target, in the order of the hash.
+
+        ``borders`` are numbers of logs after which a chunk ends early.
+        """
+        early = tuple(border for border in borders if border < min(chunk, log_id.size))
         if target is None:
-            return Queue(np.arange(log_id.size), parts_of(log_id.size, chunk))
+            return Queue(np.arange(log_id.size), parts_of(log_id.size, chunk, early))
         rule = UntilNarrow(target, log_id.size, line_ids)
-        return Queue(hash_order(log_id, seed), parts_of(log_id.size, chunk, rule.looks), rule)
+        return Queue(hash_order(log_id, seed), parts_of(log_id.size, chunk, (*early, *rule.looks)), rule)
 
     @property
     def goal(self) -> int:
@@ -115,9 +127,9 @@ def looks_of(total: int) -> tuple[int, ...]:
     return (*looks[:-1], total)
 
 
-def parts_of(total: int, chunk: int, looks: tuple[int, ...] = ()) -> list[slice]:
-    """Chunks of at most so many logs, with a border at every look."""
-    ends = sorted({*looks, total})
+def parts_of(total: int, chunk: int, borders: tuple[int, ...] = ()) -> list[slice]:
+    """Chunks of at most so many logs, with a border after so many logs each."""
+    ends = sorted({*borders, total})
     spans = zip([0, *ends], ends, strict=False)
     return [slice(start, min(start + chunk, end)) for begin, end in spans for start in range(begin, end, chunk)]
 

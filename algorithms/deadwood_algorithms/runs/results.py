@@ -21,10 +21,11 @@ from numpy.typing import NDArray
 from deadwood_algorithms.files.rasters import write_raster
 from deadwood_algorithms.files.vectors import write_vector
 from deadwood_algorithms.numbers.directions import azimuth
-from deadwood_algorithms.runs.folder import GEOPACKAGE, MANIFEST, POSES, SUMMARY, WorkFolder, pose_schema, write_json
+from deadwood_algorithms.runs.folder import GEOPACKAGE, MANIFEST, POSES, SUMMARY, pose_schema, write_json
 from deadwood_algorithms.runs.hits import HITS, barrier_hits_frame, hit_arrays, lying_hits_frame, tree_hits_frame
 from deadwood_algorithms.runs.queue import Queue
 from deadwood_algorithms.runs.summary import Asked, lines_of, reach_records, summary_of
+from deadwood_algorithms.runs.work_folder import WorkFolder
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.read import SceneLayers
 from deadwood_algorithms.scene.releases import Releases, reached

@@ -50,6 +50,7 @@ class ReleasedScene:
         "Shape of what slides: cone, or a file of points",
         default="cone",
         advanced=True,
+        path_like=True,
         help="A .pts file (x y z a line, metres, no header) lets the convex hull of its points slide instead of logs: "
         "rocks, or logs as rings of vertices. dbh_cm and length_m of the releases then do not count, the density does; "
         "its z axis takes the place of a log's axis.",
