@@ -52,8 +52,11 @@ def main() -> None:
             stream.reconfigure(errors="replace")  # type: ignore[union-attr]
     with contextlib.suppress(AttributeError, ValueError):
         signal.signal(signal.SIGTERM, signal.default_int_handler)  # until the tool runs, as Ctrl-C
-    status = run(sys.argv[1:])
-    deaf()
+    try:
+        status = run(sys.argv[1:])
+        deaf()
+    except KeyboardInterrupt:  # between the two
+        status = INTERRUPTED
     if status == INTERRUPTED:
         os._exit(status)  # does not wait for the threads of the interrupted run, which write nothing
     sys.exit(status)
@@ -99,11 +102,18 @@ def _carry_out(job: Job, speaker: Speaker) -> int:
 
 
 def _standing(tool: Tool, ask: Any) -> list[tuple[int, int] | None]:
-    """Which files and folders stand where a tool's outputs shall: other ones than before, once it has put them there."""
-    outputs = (getattr(ask, each.name) for each in tool.parameters() if each.is_output)
-    places = [Path(each) for each in outputs if each]
-    stats = [place.stat() if place.exists() else None for place in places]
-    return [(each.st_ino, each.st_mtime_ns) if each else None for each in stats]
+    """What stands where a tool's outputs shall (of a folder its manifest): another than before, once all is done."""
+    found: list[tuple[int, int] | None] = []
+    for parameter in tool.parameters():
+        place = getattr(ask, parameter.name)
+        if parameter.is_output and place:
+            place = Path(place, "manifest.json") if parameter.kind == "output_folder" else Path(place)
+            try:
+                stat = place.stat()
+                found.append((stat.st_ino, stat.st_mtime_ns))
+            except (OSError, ValueError):
+                found.append(None)
+    return found
 
 
 def _understand(arguments: Sequence[str], tools: Sequence[Tool] | None) -> Job | Answer | None:

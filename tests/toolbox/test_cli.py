@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
-from deadwood_algorithms.tool import VERSION, manifest
+from deadwood_algorithms.tool import VERSION, engine_digest, manifest
 
 
 @pytest.fixture
@@ -140,7 +142,8 @@ def test_values_that_look_like_flags_or_paths_reach_the_tool(toy, out):
     given = ["--offset-m", "-2.5", "--friction", "mu.tif", "--trajectories", "all", "--trees", "f.gpkg|layername=trees"]
     assert toy("toy-walk", "--dem", "x", "--output", out, *given).status == 0
     values = json.loads((out / "manifest.json").read_text())["parameters"]
-    wanted = {"offset_m": -2.5, "friction": "mu.tif", "trajectories": "all", "trees": "f.gpkg|layername=trees"}
+    wanted = {"offset_m": -2.5, "friction": os.path.abspath("mu.tif"), "trajectories": "all"}
+    wanted |= {"trees": f"{os.path.abspath('f.gpkg')}|layername=trees"}
     assert {name: values[name] for name in wanted} == wanted
 
 
@@ -189,6 +192,67 @@ def test_a_manifest_repeats_its_run_and_flags_override_it(toy, tmp_path):
     assert after == {**before, "output": str(second), "seed": 8}
 
 
+def test_a_manifest_works_from_any_folder(toy, tmp_path, monkeypatch):
+    """Its paths are absolute; of what has been moved together with it, the inputs are found again, and it is said."""
+    here = tmp_path / "here"
+    (here / "maps").mkdir(parents=True)
+    (here / "maps" / "trees.gpkg").write_text("")
+    monkeypatch.chdir(here)
+    given = ["--trees", "maps/trees.gpkg|layername=a", "--friction", "0.3"]
+    assert toy("toy-walk", "--dem", "https://example.org/dem.tif", "--output", "runs", *given).status == 0
+    told = json.loads((here / "runs" / "manifest.json").read_text())
+    assert told["folder"] == told["parameters"]["output"] == str(here / "runs")
+    assert told["parameters"]["trees"] == f"{here / 'maps' / 'trees.gpkg'}|layername=a"
+    assert told["parameters"]["friction"] == "0.3"
+    assert told["parameters"]["dem"] == "https://example.org/dem.tif"
+
+    monkeypatch.chdir(tmp_path)
+    assert toy("toy-walk", "--config", here / "runs" / "manifest.json", "--output", tmp_path / "a").status == 0
+    again = json.loads((tmp_path / "a" / "manifest.json").read_text())["parameters"]
+    assert again == {**told["parameters"], "output": str(tmp_path / "a")}
+
+    here.rename(tmp_path / "there")
+    ran = toy("toy-walk", "--config", "there/runs/manifest.json", "--output", tmp_path / "b")
+    moved = json.loads((tmp_path / "b" / "manifest.json").read_text())["parameters"]
+    assert moved["trees"] == f"{tmp_path / 'there' / 'maps' / 'trees.gpkg'}|layername=a"
+    assert "is read in its place" in ran.err
+
+
+def test_a_manifest_of_the_first_version_still_works(toy, tmp_path, monkeypatch):
+    """Its paths are as they were given; from elsewhere they are looked for beside the run."""
+    (tmp_path / "run").mkdir()
+    (tmp_path / "trees.gpkg").write_text("")
+    old = {"tool": "toy-walk", "version": "0.1.0"}
+    values = {"dem": "x", "trees": "trees.gpkg", "output": "run", "seed": 3}
+    (tmp_path / "run" / "manifest.json").write_text(json.dumps({**old, "parameters": values}))
+    for folder, moved in ((tmp_path, False), (tmp_path / "run", True)):
+        monkeypatch.chdir(folder)
+        output = tmp_path / f"again_{moved}"
+        ran = toy("toy-walk", "--config", tmp_path / "run" / "manifest.json", "--output", output)
+        assert ran.status == 0
+        told = json.loads((output / "manifest.json").read_text())["parameters"]
+        assert (told["trees"], told["seed"]) == (str(tmp_path / "trees.gpkg"), 3)
+        assert ("is read in its place" in ran.err) == moved
+
+
+def test_every_manifest_names_version_and_engine(toy, out):
+    assert toy("toy-walk", "--dem", "x", "--output", out).status == 0
+    told = json.loads((out / "manifest.json").read_text())
+    assert (told["version"], told["engine"]) == (VERSION, engine_digest())
+
+
+def test_the_engines_digest_is_that_of_its_cache_and_costs_no_import(checkout):
+    look = (
+        "import sys; from deadwood_algorithms.tool import engine_digest; print(engine_digest());"
+        "print('numba' in sys.modules);"
+        "from deadwood_engine import compiled; print(compiled._digest())"
+    )
+    ran = subprocess.run([sys.executable, "-c", look], env=checkout, capture_output=True, text=True, check=True)
+    ours, imported, theirs = ran.stdout.split()
+    assert ours == theirs
+    assert imported == "False"
+
+
 def test_a_flag_switched_on_in_a_file_can_be_switched_off(toy, tmp_path, out):
     config = tmp_path / "ask.json"
     config.write_text(json.dumps({"dem": "x", "output": str(out), "overwrite": True, "friction": 0.5, "trees": None}))
@@ -202,6 +266,7 @@ def test_a_flag_switched_on_in_a_file_can_be_switched_off(toy, tmp_path, out):
     ("content", "said"),
     [
         ("{", "is not JSON"),
+        ("[" * 100_000, "is not JSON"),
         ("[1, 2]", "must hold a JSON object"),
         ('{"dbh_mc": 3}', "toy-walk has no parameter 'dbh_mc'; did you mean 'dbh_cm'?"),
         ('{"tool": "other", "parameters": {}}', "belongs to the tool 'other', not to 'toy-walk'"),

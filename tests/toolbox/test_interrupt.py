@@ -9,6 +9,9 @@ import time
 from pathlib import Path
 
 import pytest
+import toy_tool
+
+from deadwood_toolbox import cli
 
 pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGTERM"), reason="signals of POSIX")
 
@@ -63,6 +66,31 @@ def test_the_end_of_standard_input_ends_a_run_whose_starter_asks_for_that(checko
             assert program.poll() is None
             program.kill()
         assert program.wait(20) == (status or -signal.SIGKILL)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_while_python_ends_changes_nothing(start_toy, tmp_path, number):
+    program = start_toy("toy-walk", "--dem", "x", "--output", tmp_path / "result", TOY_END_S="1.5")
+    assert "output:" in program.stderr.readline() + program.stderr.readline()
+    time.sleep(0.5)
+    program.send_signal(number)
+    _, said = program.communicate(timeout=20)
+    assert (program.returncode, said) == (0, "")
+    assert (tmp_path / "result" / "manifest.json").is_file()
+
+
+def test_an_interrupt_when_the_results_stand_says_so(toy, tmp_path, monkeypatch):
+    """Nothing was left under a final name: that would be untrue of results that have just got theirs."""
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli, "_report", interrupted)
+    ran = toy("toy-walk", "--dem", "x", "--output", tmp_path / "result", "--quiet")
+    assert (ran.status, ran.line) == (130, "deadwood-tool: interrupted after the work was done; the results are whole")
+    monkeypatch.setattr(toy_tool, "_fail", interrupted)
+    ran = toy("toy-walk", "--dem", "x", "--output", tmp_path / "other", "--quiet")
+    assert (ran.status, ran.line) == (130, "deadwood-tool: interrupted; nothing was left under a final name")
 
 
 def test_handlers_are_given_back(toy, tmp_path):

@@ -90,5 +90,15 @@ if __name__ == "__main__":
     from deadwood_toolbox import cli, shelf
 
     shelf.TOOLS = (TOOL,)
+
+    END_S = float(os.environ.get("TOY_END_S", "0"))
+
+    class SlowEnd:
+        """What takes its time while Python ends, as large libraries do."""
+
+        def __del__(self, sleep=time.sleep, seconds=END_S) -> None:
+            sleep(seconds)
+
+    slow_end = SlowEnd()
     sys.argv[0] = "deadwood-tool"
     cli.main()
