@@ -28,7 +28,7 @@ import click
 from deadwood_algorithms.tool import VERSION, Cancelled, Outcome, Tool, UserError, manifest
 from deadwood_toolbox import parameters, shelf
 from deadwood_toolbox.commands import Answer, Job, build
-from deadwood_toolbox.environment import drop_foreign_paths
+from deadwood_toolbox.environment import drop_foreign_paths, refuse_small_address_space
 from deadwood_toolbox.feedback import Speaker, clock
 from deadwood_toolbox.interrupt import INTERRUPTED, LATE, MESSAGE, deaf, interruptible
 
@@ -86,6 +86,7 @@ def _carry_out(job: Job, speaker: Speaker) -> int:
     """Run the tool of a job under the signal handlers, and report what it left."""
     config = parameters.read_config(job.config, job.tool, speaker.note) if job.config is not None else {}
     ask = parameters.ask_from(job.tool, {**config, **job.values})
+    refuse_small_address_space()
     began, before = time.perf_counter(), _standing(job.tool, ask)
     try:
         with interruptible(speaker.stop), warnings.catch_warnings():

@@ -1,4 +1,4 @@
-"""Drop the variables by which another program's GDAL and PROJ would take over ours.
+"""What of its surroundings the command mends or refuses before it starts: foreign paths, and too little address space.
 
 With the PROJ_LIB of a QGIS or conda shell rasterio loses every CRS without a word (it logs one line and goes on with
 ``crs = None``), so this runs before any GIS library is imported.
@@ -8,7 +8,11 @@ from __future__ import annotations
 
 from collections.abc import MutableMapping
 
+from deadwood_algorithms.tool import UserError
+
 FOREIGN = ("PROJ_LIB", "PROJ_DATA", "GDAL_DATA", "GDAL_DRIVER_PATH")
+# Measured: below 2.2 GB the libraries' threads find no stacks, and the compiler aborts or never ends.
+LEAST_ADDRESS_SPACE = int(2.5 * 2**30)
 KEEP = "DEADWOOD_KEEP_GDAL_ENV"  # set to anything but 0 by those who point these variables at files of their own
 
 
@@ -17,3 +21,17 @@ def drop_foreign_paths(environ: MutableMapping[str, str]) -> dict[str, str]:
     if environ.get(KEEP, "0") not in ("", "0"):
         return {}
     return {name: environ.pop(name) for name in FOREIGN if name in environ}
+
+
+def refuse_small_address_space() -> None:
+    """Refuse to work under a limit (``ulimit -v``) in which the libraries would abort, or hang, without a word."""
+    try:
+        import resource
+    except ImportError:  # Windows has no such limit
+        return
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if limit != resource.RLIM_INFINITY and limit < LEAST_ADDRESS_SPACE:
+        raise UserError(
+            f"the address space is limited to {limit / 2**30:.2g} GB (ulimit -v), but the libraries need "
+            f"{LEAST_ADDRESS_SPACE / 2**30:.2g} GB of it, of which they use a fifth; lift the limit: ulimit -v unlimited"
+        )

@@ -97,6 +97,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.outputs import output_folder
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.runs.folder import write_json
+    from deadwood_algorithms.scene.warm_up import load_kernels
     from deadwood_algorithms.scene.window import read_released_scene
     from deadwood_engine import FIDELITIES
 
@@ -112,6 +113,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         observed = friction_runs.read_observed(ask.observed, layers, logs, feedback) if ask.observed else None
 
         fidelity = FIDELITIES[ask.fidelity]
+        load_kernels(layers.shape, feedback)
         slid = []
         for mu in sweep:
             one, layers = friction_runs.slide_with(mu, least, fidelity, event, layers, logs, feedback)

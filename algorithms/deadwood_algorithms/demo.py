@@ -67,9 +67,11 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.runs.folder import write_json
     from deadwood_algorithms.sample.layers import write_sample
     from deadwood_algorithms.sample.picture import draw
+    from deadwood_algorithms.scene.warm_up import load_kernels
 
     final = Path(ask.output)
     with output_folder(ask.output, ask.overwrite) as folder:
+        load_kernels(None, feedback)  # here, for what the steps say is not passed on
         write_sample(folder)
         sample_releases.TOOL(
             feedback=Stage(feedback, "releases"),

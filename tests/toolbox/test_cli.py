@@ -245,7 +245,7 @@ def test_the_engines_digest_is_that_of_its_cache_and_costs_no_import(checkout):
     look = (
         "import sys; from deadwood_algorithms.tool import engine_digest; print(engine_digest());"
         "print('numba' in sys.modules);"
-        "from deadwood_engine import compiled; print(compiled._digest())"
+        "from deadwood_engine import compiled; print((getattr(compiled, 'engine_digest', None) or compiled._digest)())"
     )
     ran = subprocess.run([sys.executable, "-c", look], env=checkout, capture_output=True, text=True, check=True)
     ours, imported, theirs = ran.stdout.split()
@@ -351,6 +351,23 @@ def test_foreign_gdal_paths_are_dropped_unless_ours_says_not(start_toy, tmp_path
         _, said = program.communicate(timeout=30)
         assert program.returncode == 0, said
         assert (out / "proj.txt").read_text() == seen
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="a limit that Linux keeps to")
+def test_an_address_space_that_is_too_small_is_refused_at_the_start(start_toy, tmp_path):
+    """One of 1 GB let the compiler abort, or never end and hear no signal."""
+    import resource
+
+    both = resource.getrlimit(resource.RLIMIT_AS)
+    resource.setrlimit(resource.RLIMIT_AS, (1_000_000 * 1024, both[1]))
+    try:
+        program = start_toy("toy-walk", "--dem", "x", "--output", tmp_path / "result")
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, both)
+    _, said = program.communicate(timeout=30)
+    assert program.returncode == 2
+    assert "limited to 0.95 GB (ulimit -v)" in said
+    assert said.count("\n") == 1
 
 
 def test_a_reader_that_stops_early_gets_no_traceback(start_toy):

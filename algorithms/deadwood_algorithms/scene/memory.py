@@ -13,16 +13,22 @@ SCENE_BYTES, WRITING_BYTES, FRICTION_BYTES = 12, 28, 16
 RASTER_BYTES = 24  # a cell and thread
 SHARE = 0.9  # of the free memory may be asked for
 GIB = 2.0**30
+MOST_THREADS, MOST_A_CORE = 64, 4  # or, on a large machine, so many for each core; more gain nothing
 
 
 def threads_that_fit(wanted: int, cells: int, *, friction_by_cell: bool, what: str, feedback: Feedback) -> int:
-    """The threads wanted, or as many as there is memory for; results are the same with any number.
+    """The threads wanted, or as many as help and as there is memory for; results are the same with any number.
 
     Raises
     ------
     UserError
         where not even one fits: what is needed, what there is, and the mend
     """
+    cores = os.cpu_count() or 1
+    most = max(MOST_THREADS, MOST_A_CORE * cores)
+    if wanted > most:
+        feedback.note(f"--threads {wanted}: {most} threads are used, for more gain nothing on {cores} cores")
+        wanted = most
     free = free_bytes()
     base = cells * (SCENE_BYTES + WRITING_BYTES + (FRICTION_BYTES if friction_by_cell else 0))
     if free is None or base + wanted * cells * RASTER_BYTES <= SHARE * free:
