@@ -33,5 +33,5 @@ def refuse_small_address_space() -> None:
     if limit != resource.RLIM_INFINITY and limit < LEAST_ADDRESS_SPACE:
         raise UserError(
             f"the address space is limited to {limit / 2**30:.2g} GB (ulimit -v), but the libraries need "
-            f"{LEAST_ADDRESS_SPACE / 2**30:.2g} GB of it, of which they use a fifth; lift the limit: ulimit -v unlimited"
+            f"{LEAST_ADDRESS_SPACE / 2**30:.2g} GB; lift the limit: ulimit -v unlimited"
         )

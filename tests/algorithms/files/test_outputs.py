@@ -176,6 +176,89 @@ def test_the_lock_of_a_killed_run_does_not_stay(tmp_path):
     assert (tmp_path / "run" / "manifest.json").is_file()
 
 
+KILLED = """
+import os, sys
+from deadwood_algorithms.files import outputs
+from deadwood_algorithms.files.outputs import output_folder, output_path
+{before}
+with {context} as made:
+    (made / "manifest.json" if made.is_dir() else made).write_text("new")
+    {inside}
+"""
+DIE = "os.kill(os.getpid(), 9)"
+
+
+def killed(context: str, *, before: str = "", inside: str = "") -> None:
+    """Die by SIGKILL within an output."""
+    code = KILLED.format(context=context, before=before, inside=inside)
+    paths = str(Path(outputs.__file__).parents[2])
+    assert subprocess.run([sys.executable, "-c", code], env={"PYTHONPATH": paths}).returncode == -9
+
+
+def test_what_a_killed_run_left_is_cleared_away_by_the_next(tmp_path):
+    killed(f"output_folder({str(tmp_path / 'run')!r})", inside=DIE)
+    killed(f"output_path({str(tmp_path / 'a.tif')!r})", inside=DIE)
+    assert len([name for name in listing(tmp_path) if ".partial-" in name]) == 2
+    with output_folder(tmp_path / "run") as folder:
+        (folder / "manifest.json").write_text("{}")
+    with output_path(tmp_path / "a.tif") as temporary:
+        temporary.write_text("x")
+    assert listing(tmp_path) == ["a.tif", "run"]
+
+
+def test_what_another_run_is_making_is_not_cleared_away(tmp_path):
+    with output_folder(tmp_path / "run") as other:
+        refuse_entering(output_folder(tmp_path / "run"))
+        assert other.is_dir()
+        (other / "manifest.json").write_text("{}")
+
+
+DIE_AT_SECOND = f"""
+real, done = os.replace, []
+def replace(*paths):
+    if done and done[-1]: {DIE}
+    done.append("-old" in str(paths[1]) or "-whole" in str(paths[0]))
+    real(*paths)
+os.replace = replace
+"""
+
+
+def test_a_kill_between_the_two_renames_loses_no_result(tmp_path):
+    with output_folder(tmp_path / "run") as folder:
+        (folder / "manifest.json").write_text("old")
+    killed(f"output_folder({str(tmp_path / 'run')!r}, True)", before=DIE_AT_SECOND)
+    assert not (tmp_path / "run").exists()
+    assert "--overwrite" in refuse_entering(output_folder(tmp_path / "run"))  # it stands again, and is kept
+    assert (tmp_path / "run" / "manifest.json").read_text() == "old"
+    assert listing(tmp_path) == ["run"]
+
+
+def test_an_interrupt_between_the_two_renames_loses_no_result(tmp_path, monkeypatch):
+    with output_folder(tmp_path / "run") as folder:
+        (folder / "manifest.json").write_text("old")
+    real = os.replace
+
+    def replace(source, target):
+        real(source, target)
+        if str(target).endswith("-old"):
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(os, "replace", replace)
+    with pytest.raises(KeyboardInterrupt), output_folder(tmp_path / "run", overwrite=True) as folder:
+        (folder / "manifest.json").write_text("new")
+    assert (tmp_path / "run" / "manifest.json").read_text() == "old"
+    assert listing(tmp_path) == ["run"]
+
+
+def test_a_kill_while_an_empty_folder_is_filled_leaves_the_result_whole(tmp_path):
+    (tmp_path / "run").mkdir()
+    more = "[(made / name).write_text('new') for name in 'ab']"
+    killed(f"output_folder({str(tmp_path / 'run')!r})", before=DIE_AT_SECOND, inside=more)
+    assert not (tmp_path / "run" / "manifest.json").exists()
+    refuse_entering(output_folder(tmp_path / "run"))  # finishes what was begun
+    assert listing(tmp_path / "run") == ["a", "b", "manifest.json"]
+
+
 def test_what_appears_at_the_final_place_during_a_run_is_not_replaced(tmp_path):
     run = output_folder(tmp_path / "run")
     (run.__enter__() / "manifest.json").write_text("{}")

@@ -35,3 +35,10 @@ def test_where_nobody_tells_nothing_is_refused(monkeypatch, said):
 def test_this_machine_has_some_memory():
     free = free_bytes()
     assert free is None or 10**7 < free < 10**14
+
+
+def test_more_threads_than_help_are_not_used(monkeypatch, said):
+    monkeypatch.setattr(memory, "free_bytes", lambda: None)
+    used = threads_that_fit(1_000_000, 100, friction_by_cell=False, what="dem.tif", feedback=said)
+    assert 64 <= used < 10_000
+    assert f"--threads 1000000: {used} threads are used" in said.notes[0]

@@ -1,0 +1,35 @@
+"""That kernels are compiled is said before it begins, and only where they are."""
+
+from __future__ import annotations
+
+import pytest
+from numba.core import event
+
+from deadwood_algorithms.scene import warm_up
+from deadwood_algorithms.scene.warm_up import COMPILING, compiling_said, load_kernels
+
+
+@pytest.mark.parametrize("kernels", [0, 1, 3])
+def test_the_first_kernel_that_is_compiled_is_announced(said, kernels):
+    with compiling_said(said):
+        for _ in range(kernels):
+            with event.trigger_event("numba:compile", data={"dispatcher": None}):
+                assert said.notes == [COMPILING]  # before it begins
+    assert len(said.notes) == (2 if kernels else 0)
+    assert all("compiled (0 s)" in each for each in said.notes[1:])
+
+
+def test_kernels_that_are_loaded_are_not_announced(said):
+    load_kernels(None, said)
+    said.notes.clear()
+    load_kernels(None, said)
+    assert said.notes == []
+
+
+def test_numba_says_so_when_it_compiles(said):
+    """The event is Numba's own, of a kernel that is in no cache."""
+    import numba
+
+    with compiling_said(said):
+        numba.njit(lambda x: x + 1)(1)
+    assert said.notes[0] == warm_up.COMPILING
