@@ -27,8 +27,8 @@ import click
 from deadwood_algorithms.tool import VERSION, Cancelled, Outcome, Tool, UserError, manifest
 from deadwood_toolbox import parameters, shelf
 from deadwood_toolbox.commands import Answer, Job, build
-from deadwood_toolbox.environment import drop_foreign_paths
-from deadwood_toolbox.feedback import Speaker, clock
+from deadwood_toolbox.environment import drop_foreign_paths, stay_offline
+from deadwood_toolbox.feedback import Speaker, clock, printable
 from deadwood_toolbox.interrupt import INTERRUPTED, MESSAGE, interruptible
 
 DONE, FAULT, USER_ERROR = 0, 1, 2
@@ -60,6 +60,7 @@ def main() -> None:
 def run(arguments: Sequence[str], tools: Sequence[Tool] | None = None) -> int:
     """Carry out one command line and return its exit status; for tests, ``tools`` takes the shelf's place."""
     dropped = drop_foreign_paths(os.environ)
+    stay_offline(os.environ)
     speaker = Speaker("json" if _wants_json(arguments) else "auto")
     verbose = "--verbose" in arguments
     try:
@@ -118,7 +119,7 @@ def _report(outcome: Outcome, speaker: Speaker, seconds: float) -> None:
 
 
 def _say(text: str) -> None:
-    print(text, flush=True)
+    print(printable(text), flush=True)
 
 
 def _wants_json(arguments: Sequence[str]) -> bool:

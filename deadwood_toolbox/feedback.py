@@ -94,6 +94,7 @@ class Speaker:
             self._bar = None
 
     def _show_bar(self, done: float, total: float, what: str) -> None:
+        what = printable(what)
         if self._bar is None:
             from tqdm import tqdm
 
@@ -107,7 +108,7 @@ class Speaker:
     def _line(self, text: str) -> None:
         if self._bar is not None:
             self._bar.clear()
-        print(text, file=self.stream, flush=True)
+        print(printable(text), file=self.stream, flush=True)
 
     def _event(self, event: str, **known: Any) -> None:
         print(json.dumps(plain({"event": event, **known})), file=self.stream, flush=True)
@@ -149,6 +150,19 @@ def clock(seconds: float) -> str:
     if whole < 3600:
         return f"{whole // 60} min {whole % 60:02d} s"
     return f"{whole // 3600} h {whole % 3600 // 60:02d} min"
+
+
+def printable(text: str) -> str:
+    """The text without what a terminal would obey: an id out of a file must not clear the screen or retitle it.
+
+    Control characters but the ends of lines and tabs, and those that turn the direction of writing, stand as \\x1b.
+    """
+    return "".join(each if each in "\n\t" or not _is_obeyed(each) else ascii(each)[1:-1] for each in text)
+
+
+def _is_obeyed(letter: str) -> bool:
+    code = ord(letter)
+    return code < 32 or 127 <= code < 160 or 0x202A <= code <= 0x202E or 0x2066 <= code <= 0x2069
 
 
 def share(done: float, total: float) -> str:

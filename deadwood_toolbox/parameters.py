@@ -35,6 +35,7 @@ METAVARS = {
     "output_file": "FILE",
 }
 LARGEST_INTEGER = 2**63 - 1
+LARGEST_CONFIG = 64 * 2**20  # bytes
 
 
 def value_from_text(parameter: Parameter, text: str) -> Any:
@@ -47,7 +48,10 @@ def value_from_text(parameter: Parameter, text: str) -> Any:
         try:
             return float(text)
         except ValueError:
-            raise UserError(f"{parameter.flag} is '{text}', but must be a number") from None
+            pointed = text.strip().replace(",", ".")
+            comma = re.fullmatch(r"[+-]?\d*\.\d+", pointed) is not None
+            hint = f"; write it with a point, {pointed}" if comma else ""
+            raise UserError(f"{parameter.flag} is '{text}', but must be a number{hint}") from None
     if not text.strip():
         raise UserError(f"{parameter.flag} is empty ({parameter.label})")
     return text
@@ -74,9 +78,15 @@ def read_config(path: str, tool: Tool) -> dict[str, Any]:
     Relative paths in it are taken from the folder in which the command runs, as those of flags are.
     """
     try:
-        content = json.loads(Path(path).read_text(encoding="utf-8"))
+        if Path(path).exists() and not Path(path).is_file():
+            raise UserError(f"--config {path} is no file (a folder, a pipe or a device); write it to a file first")
+        if Path(path).stat().st_size > LARGEST_CONFIG:
+            raise UserError(f"--config {path} is larger than {LARGEST_CONFIG // 2**20} MB; it is no file of parameters")
+        content = json.loads(Path(path).read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise UserError(f"--config {path} cannot be read: {error.strerror or error}") from None
+    except RecursionError:
+        raise UserError(f"--config {path} is nested too deep; it must hold a JSON object of parameters") from None
     except ValueError as error:
         raise UserError(f"--config {path} is not JSON: {error}") from None
     if isinstance(content, dict) and isinstance(content.get("parameters"), dict):

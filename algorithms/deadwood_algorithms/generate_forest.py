@@ -32,29 +32,38 @@ import numpy as np
 import shapely
 
 from deadwood_algorithms import schemas, tool
-from deadwood_algorithms.files.columns import number_column, warn_implausible, where_of
+from deadwood_algorithms.files.columns import schema_column, warn_implausible, where_of
 from deadwood_algorithms.files.outputs import output_path
 from deadwood_algorithms.numbers import draws
 from deadwood_algorithms.numbers.drawn_sizes import draw_pair
+from deadwood_algorithms.scene.memory import refuse_too_many
+from deadwood_algorithms.schemas import DBH_CM, TREE_M
 from deadwood_algorithms.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.trees.allometry import PUBLISHED, PowerLaw
 from deadwood_algorithms.trees.dbh_filling import refuse_two_laws
 from deadwood_algorithms.trees.planting import Ground, numbers_of_trees, plant
-from deadwood_algorithms.trees.stands import COLUMNS, Stand, read_stands, union_of
+from deadwood_algorithms.trees.stands import COLUMNS, DENSEST_PER_HA, Stand, read_stands, union_of
 
 LEAST_DBH_CM = 1.0
 LEAST_HEIGHT_M = 1.3  # below it there is no breast height
 STANDS_SHOWN = 10
+TREE_BYTES = 400  # a tree, drawn and written
 POWER_LAWS = {name: law for name, law in PUBLISHED.items() if isinstance(law, PowerLaw)}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Ask:
     dem: str = tool.raster("Terrain (DEM)")
-    stems_per_ha: float | None = tool.number("Density", unit="1/ha", default=None, minimum=0.0, exclusive=True)
-    dbh_mean_cm: float | None = tool.number("Mean DBH", unit="cm", default=None, minimum=0.0, exclusive=True)
+    stems_per_ha: float | None = tool.number(
+        "Density", unit="1/ha", default=None, minimum=0.0, maximum=DENSEST_PER_HA, exclusive=True
+    )
+    dbh_mean_cm: float | None = tool.number(
+        "Mean DBH", unit="cm", default=None, minimum=0.0, maximum=DBH_CM[1], exclusive=True
+    )
     dbh_sd_cm: float | None = tool.number("Standard deviation of the DBH", unit="cm", default=None, minimum=0.0)
-    height_mean_m: float | None = tool.number("Mean height", unit="m", default=None, minimum=0.0, exclusive=True)
+    height_mean_m: float | None = tool.number(
+        "Mean height", unit="m", default=None, minimum=0.0, maximum=TREE_M[1], exclusive=True
+    )
     height_sd_m: float | None = tool.number("Standard deviation of the height", unit="m", default=None, minimum=0.0)
     correlation: float | None = tool.number(
         "Correlation of DBH and height", default=None, minimum=-1.0, maximum=1.0, help="Without --like: 0.8."
@@ -122,6 +131,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             density = max(kind.stems_per_ha for kind in kinds)
             raise UserError(f"{density:g} stems/ha on {area / 1e4:.4g} ha is no tree at all; enlarge the stand")
 
+        mend = "lower --stems-per-ha, or take a smaller --stand"
+        refuse_too_many(count, "trees", ask.output, each=TREE_BYTES, mend=mend)
         x, y = plant([each.ground for each in stands], counts, ask.min_spacing_m, ask.seed, feedback)
         drawn = [
             draw_sizes(kind.sizes, items, ask.seed)
@@ -184,8 +195,8 @@ def fitted_numbers(ask: Ask, grounds: list[Ground], feedback: Feedback) -> dict[
     here = np.any([ground.holds(x, y) for ground in grounds], axis=0)
     if here.sum() < 2:
         raise UserError(f"{where_of(frame)}: {here.sum()} of its trees stand on the DEM and stand; a fit needs 2")
-    dbh = number_column(frame, "dbh_cm", minimum=0.0, exclusive=True)[here]
-    height = number_column(frame, "height_m", minimum=0.0, exclusive=True)[here]
+    dbh = schema_column(frame, schemas.TREES.column("dbh_cm"))[here]
+    height = schema_column(frame, schemas.TREES.column("height_m"))[here]
     warn_implausible(dbh, schemas.TREES.column("dbh_cm"), where_of(frame), feedback)
     warn_implausible(height, schemas.TREES.column("height_m"), where_of(frame), feedback)
     alike = dbh.std() == 0 or height.std() == 0

@@ -45,7 +45,13 @@ from deadwood_algorithms.trees import sources as tree_sources
 from deadwood_algorithms.trees import status as tree_status
 from deadwood_algorithms.trees.dbh_filling import DEFAULT, Filled, chosen_law, fill_sizes, fitted_law, zoned
 from deadwood_algorithms.trees.merging import duplicates
-from deadwood_algorithms.trees.table import Source, measured_trees, read_source, refuse_nothing_known
+from deadwood_algorithms.trees.table import (
+    Source,
+    measured_trees,
+    read_source,
+    refuse_nothing_known,
+    warn_of_idle_fields,
+)
 
 __doc__ = f"""{__doc__}
 Sources:
@@ -75,7 +81,12 @@ class Ask:
         "Unit of the DBH", *tree_columns.DBH_UNITS, default=None, help="Without it: as the field's name says, else cm."
     )
     height_field: str | None = tool.field_of("trees", "Field of the height", default=None)
-    height_unit: str = tool.choice("Unit of the height", *tree_columns.HEIGHT_UNITS, default="m")
+    height_unit: str | None = tool.choice(
+        "Unit of the height",
+        *tree_columns.HEIGHT_UNITS,
+        default=None,
+        help="Without it: as the field's name says, else m.",
+    )
     species_field: str | None = tool.field_of("trees", "Field of the species", default=None)
     crown_field: str | None = tool.field_of("trees", "Field of the crown diameter in m", default=None)
     crown_measure: str | None = tool.choice(
@@ -196,9 +207,13 @@ def sizes(ask: Ask, source: Source, living: np.ndarray, crown: np.ndarray | None
     frame, layout = source.frame, source.layout
     where = where_of(frame)
     missing = layout.missing_value if ask.missing_value is None else ask.missing_value
-    dbh = tree_columns.dbh_column(frame, layout, ask.dbh_field, ask.dbh_unit, missing)
+    dbh = tree_columns.dbh_column(frame, layout, ask.dbh_field, ask.dbh_unit, missing, feedback)
     height = tree_columns.height_column(frame, layout, ask.height_field, ask.height_unit, missing, feedback)
     refuse_nothing_known(frame, dbh, height)
+    asked = (ask.id_field, ask.dbh_field, ask.height_field, ask.crown_field, ask.status_field, ask.tile_field)
+    for what, values, other in (("DBH", dbh, "height"), ("height", height, "DBH")):
+        if np.isnan(values).all():
+            warn_of_idle_fields(frame, layout, what, other, asked, feedback)
     warn_implausible(dbh, schemas.TREES.column("dbh_cm"), where, feedback, mend="--dbh-unit names the unit")
     warn_implausible(height, schemas.TREES.column("height_m"), where, feedback, mend="--height-unit names the unit")
 
@@ -258,7 +273,7 @@ def what_stays(
 
 def releases_columns(columns: dict[str, np.ndarray], dead: np.ndarray) -> dict[str, np.ndarray]:
     """The columns of the releases layer, of all kept trees: each dead one is a log that stands upright in its place."""
-    made = {"log_id": np.cumsum(dead) - 1, "release_id": columns["tree_id"], "dbh_cm": columns["dbh_cm"]}
+    made = {"log_id": np.cumsum(dead), "release_id": columns["tree_id"], "dbh_cm": columns["dbh_cm"]}
     made |= {"length_m": columns["height_m"], "orientation": np.full(dead.size, "upright", object)}
     return made | {name: columns[name] for name in ("species", "dbh_source") if name in columns}
 

@@ -77,8 +77,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             nearest = number_column(deposits, "length_m", minimum=0.0)
         else:
             nearest = np.full(len(deposits), ask.min_runout)
-        release_id = id_column(deposits, "release_id") if "release_id" in deposits else np.zeros(len(deposits))
-        log_id = number_column(deposits, "log_id") if "log_id" in deposits else np.arange(len(deposits))
+        release_id = id_column(deposits, "release_id") if "release_id" in deposits else np.ones(len(deposits), np.int64)
+        log_id = number_column(deposits, "log_id") if "log_id" in deposits else np.arange(1, len(deposits) + 1)
         left, near = at_edges(ask, deposits, feedback)
 
         at = Deposits(log_id.astype(np.int64), release_id, release_x, release_y, nearest, left, near)
@@ -102,10 +102,17 @@ class Deposits:
 
 
 def words_of(row: dict[str, Any]) -> str:
+    """A line on one release; without deposits that count there is no angle to tell."""
+    counted = row["n"] - row["n_left_out"]
+    if not counted:
+        return (
+            f"release {row['release_id']}: no spread, none of {row['n']} deposits lies farther than --min-runout from "
+            "the release"
+        )
     return (
         f"release {row['release_id']}: spread {row['spread_deg']:.1f}° ({row['spread_half_deg']:.1f}° with half the "
         f"logs), 5 to 95 %: {row['p05_p95_deg']:.1f}° ({row['p05_p95_low_deg']:.1f} to {row['p05_p95_high_deg']:.1f}°)"
-        f", {row['n'] - row['n_left_out']} of {row['n']} deposits"
+        f", {counted} of {row['n']} deposits"
     )
 
 

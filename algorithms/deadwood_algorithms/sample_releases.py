@@ -12,7 +12,7 @@ the areas go before the options of the same names, those of the mapped deadwood 
 tilted, ``random`` (any direction in space) or ``random-lying`` (on the ground, any azimuth).
 
 Log k has the same id, place and size however many logs are drawn, for its draws come from the seed and its id alone;
-the ids go round the areas (area 1, 2, ..., 1, 2, ...), so that a larger ``--count`` only adds logs.
+the ids, from 1, go round the areas (area 1, 2, ..., 1, 2, ...), so that a larger ``--count`` only adds logs.
 
 It does not judge where wood could start to slide. Source: the paper, section 3.3 (small perturbations of the position
 are the statistical variable).
@@ -47,12 +47,15 @@ from deadwood_algorithms.releases.logs import (
     mapped_deadwood,
 )
 from deadwood_algorithms.releases.places import Weights, area_m2, positions, read_weights, weighted_positions
+from deadwood_algorithms.scene.memory import refuse_too_many
+from deadwood_algorithms.schemas import DBH_CM, DENSITY_KG_M3, DROP_M, SPEED_MS, TREE_M
 from deadwood_algorithms.tool import Cancelled, Feedback, Outcome, Tool, UserError
 
 if TYPE_CHECKING:
     import pandas
 
 MOST_LOGS = 10**9
+BYTES = 650  # a log, measured on a million: drawn and written
 OPTIONS = (*NUMBERS, *SPREADS, "orientation")  # that columns of the areas go before
 
 
@@ -76,12 +79,14 @@ class Ask:
         default=None,
         help="Without it: release_id, else the row number from 1.",
     )
-    dbh_cm: float = tool.number("DBH", unit="cm", default=75.0, minimum=0.0, exclusive=True)
+    dbh_cm: float = tool.number("DBH", unit="cm", default=75.0, minimum=0.0, maximum=DBH_CM[1], exclusive=True)
     dbh_sd_cm: float = tool.number("Standard deviation of the DBH", unit="cm", default=0.0, minimum=0.0)
-    length_m: float = tool.number("Length", unit="m", default=30.0, minimum=0.0, exclusive=True)
+    length_m: float = tool.number("Length", unit="m", default=30.0, minimum=0.0, maximum=TREE_M[1], exclusive=True)
     length_sd_m: float = tool.number("Standard deviation of the length", unit="m", default=0.0, minimum=0.0)
     correlation: float = tool.number("Correlation of DBH and length", default=0.8, minimum=-1.0, maximum=1.0)
-    density_kg_m3: float = tool.number("Density", unit="kg/m³", default=300.0, minimum=0.0, exclusive=True)
+    density_kg_m3: float = tool.number(
+        "Density", unit="kg/m³", default=300.0, minimum=0.0, maximum=DENSITY_KG_M3, exclusive=True
+    )
     density_sd_kg_m3: float = tool.number("Standard deviation of the density", unit="kg/m³", default=0.0, minimum=0.0)
     deadwood: str | None = tool.table(
         "Mapped deadwood to draw the logs from",
@@ -93,8 +98,10 @@ class Ask:
     azimuth_deg: float = tool.number(
         "Azimuth of tip and speed, from north", unit="°", default=0.0, minimum=0.0, maximum=360.0
     )
-    speed_ms: float = tool.number("Initial speed", unit="m/s", default=0.0, minimum=0.0)
-    drop_m: float = tool.number("Clearance above the terrain at the start", unit="m", default=0.0, minimum=0.0)
+    speed_ms: float = tool.number("Initial speed", unit="m/s", default=0.0, minimum=0.0, maximum=SPEED_MS)
+    drop_m: float = tool.number(
+        "Clearance above the terrain at the start", unit="m", default=0.0, minimum=0.0, maximum=DROP_M
+    )
     seed: int = tool.seed()
     crs: str | None = tool.crs()
     overwrite: bool = tool.overwrite()
@@ -117,11 +124,13 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         of_area = columns_of_rows(areas, {name: getattr(ask, name) for name in OPTIONS}, feedback)
         deadwood = mapped_deadwood(ask.deadwood, feedback) if ask.deadwood else None
         counts = logs_by_area(ask, shapes, weights)
+        mend = "lower --count or --logs-per-ha, or sample the areas in parts"
+        refuse_too_many(int(counts.sum()), "logs", ask.output, each=BYTES, mend=mend)
 
         log_id, places = place_logs(ask, grid, areas, shapes, weights, counts, feedback)
         area = log_id % len(areas)
         drawn = draw_logs(of_area, area, log_id, ask.seed, ask.correlation, deadwood)
-        columns = {"log_id": log_id, "release_id": names[area]} | drawn.columns
+        columns = {"log_id": log_id + 1, "release_id": names[area]} | drawn.columns
         frame = geopandas.GeoDataFrame(columns, geometry=shapely.points(places), crs=grid.plan_crs)
         write_vector(temporary, {"releases": frame})
     facts = {"logs": log_id.size, "areas": len(areas), "redrawn": drawn.redrawn}
@@ -183,7 +192,7 @@ def place_logs(
     counts: np.ndarray,
     feedback: Feedback,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Ids and places [m] of all logs, by id; area ``row`` has the ids row, row + n, row + 2 n, ..."""
+    """Numbers from 0 and places [m] of all logs, in order; area ``row`` has the numbers row, row + n, row + 2 n, ..."""
     ids, places = [], []
     for row, shape in enumerate(shapes):
         if feedback.cancelled():

@@ -10,6 +10,15 @@ from dataclasses import dataclass
 
 ORIENTATIONS = ("upright", "lying", "tilted")
 STRUCTURE_KINDS = ("embankment", "ditch")
+# Beyond these a size is a slip, and no log, tree or work on Earth; a scene of such would be computed in vain, or hang.
+# The stoutest trunk is 14 m across (Tule), the tallest tree 116 m (Hyperion), the highest dam 305 m (Jinping); the
+# densest matter that may stand for a body (--shape) weighs 22 600 kg/m³; a log falls through air at 100 m/s or less.
+DBH_CM = (0.1, 2000.0)
+TREE_M = (0.05, 150.0)
+BARRIER_M = 350.0
+DENSITY_KG_M3 = 25_000.0
+SPEED_MS = 300.0
+DROP_M = 1000.0
 STOP_REASONS = ("rest", "tree", "barrier", "left_dem", "time_limit", "failed")
 
 
@@ -27,6 +36,7 @@ class Column:
     exclusive: bool = False  # the minimum itself is not allowed
     required: bool = False
     choices: tuple[str, ...] = ()
+    least: float | None = None  # what lies between the minimum and this is no size of the thing
     usual: tuple[float, float] | None = None  # a median below, or a value above, is more likely a mistaken unit
     default: float | str | None = None  # what a missing column takes, by the tool's option of that name
 
@@ -92,7 +102,7 @@ def _text(name: str, meaning: str, **facts: object) -> Column:
     return Column(name=name, kind="text", meaning=meaning, **facts)  # type: ignore[arg-type]
 
 
-_LOG = _count("log_id", "The log; unique. Missing: the row number, from 0")
+_LOG = _count("log_id", "The log; unique. Missing: the row number, from 1")
 _RELEASE = _id("release_id", "The release area, point or event that the log belongs to")
 _AZIMUTH = 360.0
 
@@ -103,9 +113,29 @@ RELEASES = Layer(
     columns=(
         _LOG,
         _RELEASE,
-        _number("dbh_cm", "Base diameter; the tip has half of it", 0, exclusive=True, usual=(3, 300), default=75.0),
-        _number("length_m", "Length of the log", 0, exclusive=True, usual=(0.5, 80), default=30.0),
-        _number("density_kg_m3", "Density of the wood", 0, exclusive=True, usual=(50, 1300), default=300.0),
+        _number(
+            "dbh_cm",
+            "Base diameter; the tip has half of it",
+            0,
+            DBH_CM[1],
+            exclusive=True,
+            least=DBH_CM[0],
+            usual=(3, 300),
+            default=75.0,
+        ),
+        _number(
+            "length_m",
+            "Length of the log",
+            0,
+            TREE_M[1],
+            exclusive=True,
+            least=TREE_M[0],
+            usual=(0.5, 80),
+            default=30.0,
+        ),
+        _number(
+            "density_kg_m3", "Density of the wood", 0, DENSITY_KG_M3, exclusive=True, usual=(50, 1300), default=300.0
+        ),
         _text(
             "orientation",
             "upright (base down), lying (axis in the terrain's tangent plane, tip towards azimuth_deg) or tilted "
@@ -115,8 +145,10 @@ RELEASES = Layer(
         ),
         _number("tilt_deg", "Angle of the axis from the vertical, of a tilted log", 0, 180, default=0.0),
         _number("azimuth_deg", "Where tip and speed point, clockwise from grid north", 0, _AZIMUTH, default=0.0),
-        _number("speed_ms", "Initial speed towards azimuth_deg, in the terrain's tangent plane", 0, default=0.0),
-        _number("drop_m", "Clearance of the log's lowest point above the terrain at the start", 0, default=0.0),
+        _number(
+            "speed_ms", "Initial speed towards azimuth_deg, in the terrain's tangent plane", 0, SPEED_MS, default=0.0
+        ),
+        _number("drop_m", "Clearance of the log's lowest point above the terrain at the start", 0, DROP_M, default=0.0),
     ),
 )
 
@@ -125,9 +157,27 @@ TREES = Layer(
     geometry=("Point",),
     meaning="Standing trees: rigid truncated cones, base diameter DBH, top half of it",
     columns=(
-        _id("tree_id", "The tree; unique. Missing: the row number, from 0"),
-        _number("dbh_cm", "Diameter at breast height", 0, exclusive=True, usual=(3, 300), required=True),
-        _number("height_m", "Height of the tree", 0, exclusive=True, usual=(1.3, 80), required=True),
+        _id("tree_id", "The tree; unique. Missing: the row number, from 1"),
+        _number(
+            "dbh_cm",
+            "Diameter at breast height",
+            0,
+            DBH_CM[1],
+            exclusive=True,
+            least=DBH_CM[0],
+            usual=(3, 300),
+            required=True,
+        ),
+        _number(
+            "height_m",
+            "Height of the tree",
+            0,
+            TREE_M[1],
+            exclusive=True,
+            least=TREE_M[0],
+            usual=(1.3, 80),
+            required=True,
+        ),
         _text("species", "Species as the source names it"),
         _number("crown_diameter_m", "Diameter of the crown", 0),
         _text(
@@ -143,8 +193,16 @@ BARRIERS = Layer(
     geometry=("LineString",),
     meaning="Protection works: thin rigid plates, vertical from the terrain up, infinitely strong",
     columns=(
-        _id("barrier_id", "The barrier; unique. Missing: the row number, from 0"),
-        _number("height_m", "Height of the plate above the terrain", 0, exclusive=True, required=True),
+        _id("barrier_id", "The barrier; unique. Missing: the row number, from 1"),
+        _number(
+            "height_m",
+            "Height of the plate above the terrain",
+            0,
+            BARRIER_M,
+            exclusive=True,
+            usual=(0.2, 30),
+            required=True,
+        ),
     ),
 )
 
@@ -155,9 +213,14 @@ LYING_LOGS = Layer(
     columns=(
         _id("lying_id", "The lying log; unique. Missing: tree_id, log_id or name, else the row number"),
         _number(
-            "diameter_cm", "Diameter at the base. Missing: dbh_cm", 0, exclusive=True, usual=(3, 300), default=40.0
+            "diameter_cm",
+            "Diameter at the base. Missing: dbh_cm",
+            *DBH_CM,
+            exclusive=True,
+            usual=(3, 300),
+            default=40.0,
         ),
-        _number("tip_diameter_cm", "Diameter at the tip. Missing: half of the base's", 0, exclusive=True),
+        _number("tip_diameter_cm", "Diameter at the tip. Missing: half of the base's", 0, DBH_CM[1], exclusive=True),
     ),
 )
 
@@ -279,7 +342,7 @@ LYING_HITS = Layer(
 LAYERS |= {layer.name: layer for layer in (LYING_LOGS, BARRIER_HITS, TREE_HITS, LYING_HITS)}
 
 _STRUCTURE = (
-    _id("structure_id", "The embankment or ditch. Missing: name, else the row number, from 0"),
+    _id("structure_id", "The embankment or ditch. Missing: name, else the row number, from 1"),
     _text("kind", "embankment or ditch", choices=STRUCTURE_KINDS, default="embankment"),
 )
 
@@ -431,7 +494,7 @@ FLIGHTS = Layer(
     geometry=("LineString Z",),
     meaning="The path of the centre of mass between take-off and landing; a straight line where no parabola joins them",
     columns=(
-        _id("flight_id", "The flight. Missing: name, else the row number, from 0"),
+        _id("flight_id", "The flight. Missing: name, else the row number, from 1"),
         _text("verdict", "Whether the log can have flown so, and if not, why not", choices=VERDICTS),
         _number("distance_m", "Horizontal distance of the two points", 0),
         _number("fall_m", "Height of the take-off above the landing"),

@@ -70,7 +70,7 @@ def test_a_log_keeps_its_place_and_area_when_the_number_grows(tmp_path, sample):
     few, many = sample(layer, count=20), sample(layer, count=50)
     assert (len(few), len(many)) == (60, 150)
     assert many.iloc[:60].equals(few)
-    assert few["log_id"].tolist() == list(range(60))
+    assert few["log_id"].tolist() == list(range(1, 61))
     assert few["release_id"].value_counts().to_dict() == {1: 20, 2: 20, 3: 20}
 
 

@@ -13,6 +13,12 @@ from deadwood_algorithms.tool import Feedback, UserError
 if TYPE_CHECKING:
     import pandas
 
+# What a median that is too large mostly is, by the unit that was wanted.
+WRONG_UNITS = {
+    "cm": "if these are millimetres, divide by 10",
+    "m": "if these are centimetres, divide by 100; if feet, multiply by 0.3048",
+}
+
 
 def where_of(frame: pandas.DataFrame) -> str:
     """How messages name the file and layer of a frame that `vectors` read."""
@@ -61,6 +67,26 @@ def number_column(
     return numbers
 
 
+def schema_column(frame: pandas.DataFrame, column: schemas.Column, default: Any = None) -> np.ndarray:
+    """A column within the bounds of its schema; also the option that stands for it must be of a possible size."""
+    values = number_column(
+        frame,
+        column.name,
+        default=default,
+        minimum=column.minimum,
+        exclusive=column.exclusive,
+        maximum=column.maximum,
+    )
+    if column.least is not None and (values < column.least).any():
+        row = int(np.argmax(values < column.least))
+        place = f"field '{column.name}', row {int(frame.index[row]) + 1}" if column.name in frame else column.name
+        raise UserError(
+            f"{where_of(frame)}, {place}: {values[row]:g} {column.unit} is thinner or shorter than anything that slides "
+            f"or stands ({column.least:g} {column.unit}); check the unit"
+        )
+    return values
+
+
 def filled_column(
     frame: pandas.DataFrame,
     name: str,
@@ -106,11 +132,14 @@ def warn_implausible(
         mend = mend or ("if these are metres, multiply by 100" if column.unit == "cm" else "check the unit")
         feedback.warn(f"{where}: the median {column.name} is {middle:g} {column.unit}, which is too small; {mend}")
     elif middle > high:
-        mend = mend or ("if these are millimetres, divide by 10" if column.unit == "cm" else "check the unit")
+        mend = mend or WRONG_UNITS.get(column.unit, "check the unit")
         feedback.warn(f"{where}: the median {column.name} is {middle:g} {column.unit}, which is too large; {mend}")
     elif float(values.max()) > high:
         count = int((values > high).sum())
-        feedback.warn(f"{where}: {column.name} exceeds {high:g} {column.unit} in {count} rows, up to {values.max():g}")
+        feedback.warn(
+            f"{where}: {column.name} exceeds {high:g} {column.unit} in {count} rows, up to {values.max():g}; "
+            "check these, and their unit"
+        )
 
 
 def field_names(frame: pandas.DataFrame) -> str:
@@ -119,6 +148,8 @@ def field_names(frame: pandas.DataFrame) -> str:
 
 
 def _complaint(value: Any, minimum: float | None, exclusive: bool, maximum: float | None) -> str:
+    below = isinstance(value, (int, float)) and minimum is not None and value <= minimum
+    maximum = None if below else maximum  # one bound is broken; the other is no news
     bounds = [f"greater than {minimum:g}" if exclusive else f"at least {minimum:g}"] if minimum is not None else []
     bounds += [f"at most {maximum:g}"] if maximum is not None else []
     wanted = "a number " + " and ".join(bounds) if bounds else "a finite number"

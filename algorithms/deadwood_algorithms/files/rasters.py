@@ -207,6 +207,7 @@ def is_raster(path: str | Path) -> bool:
     """Whether the path opens as a raster with a band; a vector file, a text table, or nothing at all is none."""
     if "|" in str(path) or not Path(path).is_file():
         return False
+    refuse_missing(path, "raster")
     try:
         with rasterio.open(path) as source:
             return source.count > 0

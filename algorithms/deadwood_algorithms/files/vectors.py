@@ -14,14 +14,15 @@ import pandas as pd
 import pyogrio
 import pyproj
 import shapely
-from pyogrio.errors import DataLayerError, DataSourceError, FeatureError
+from pyogrio.errors import CRSError, DataLayerError, DataSourceError, FeatureError
 
-from deadwood_algorithms import schemas
 from deadwood_algorithms.files import styles
 from deadwood_algorithms.files.columns import field_names, number_column, where_of
 from deadwood_algorithms.files.crs import accuracy_words, crs_name, horizontal, parse_crs, same_crs
+from deadwood_algorithms.files.free_memory import GIB, SHARE, free_bytes
 from deadwood_algorithms.files.inputs import refuse_missing
 from deadwood_algorithms.files.tables import is_text_table, read_text_table
+from deadwood_algorithms.files.units import with_schema_names
 from deadwood_algorithms.tool import Feedback, Quiet, UserError
 
 # GEOS's codes of Point; LineString, LinearRing, MultiLineString; Polygon, MultiPolygon. A MultiPoint of several points
@@ -44,7 +45,15 @@ XY_NAMES = (
     ("lon", "lat"),
     ("longitude", "latitude"),
 )
+CURVES = re.compile(
+    r"\s*(CIRCULARSTRING|COMPOUNDCURVE|CURVEPOLYGON|MULTICURVE|MULTISURFACE|CURVE|SURFACE)\b|.*\b"
+    r"(CIRCULARSTRING|COMPOUNDCURVE|CURVEPOLYGON)\b",
+    re.IGNORECASE | re.DOTALL,
+)
 WKT_NAMES = ("wkt", "wkt_geom", "geometry", "geom", "the_geom")  # columns that may hold shapes as text
+# Memory of a layer as it is read, measured on a million releases of 13 fields (620 a row).
+ROW_BYTES, FIELD_BYTES = 150, 60
+FARTHEST = 1e9  # a coordinate beyond this is in no CRS on Earth, in whatever unit
 DEGREE_NAMES = ("lon", "longitude", "lat", "latitude")
 
 
@@ -76,7 +85,7 @@ def read_vector(
         CRS of a layer that names none; without it such a layer is taken to be in ``target_crs``.
     what : str
         What the layer is to the tool: a name of `schemas.LAYERS`, or any word for messages. Columns cut short by the
-        shapefile format, or in another letter case, get the name of that schema back.
+        shapefile format, in another letter case, or with another unit, get the name of that schema back.
     x_field, y_field : str, optional
         Columns with the coordinates, which then count instead of a geometry.
     rows : DataFrame, optional
@@ -91,7 +100,7 @@ def read_vector(
     frame = rows if isinstance(rows, gpd.GeoDataFrame) and not xy_fields else _shapes_of_table(rows, what, xy_fields)
     frame.geometry = _welcome(frame.geometry, geometry, what, where, feedback)
     frame = _in_crs(frame, target_crs, crs, what, where, feedback)
-    frame = _schema_names(frame, what, where, feedback)
+    frame = gpd.GeoDataFrame(with_schema_names(frame, what, where, feedback))
     frame.attrs["where"] = where
     return frame
 
@@ -111,15 +120,27 @@ def read_table(path: str | Path, *, what: str) -> pd.DataFrame:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of M values and curves, which are dropped and straightened
             layer = _layer_of(name, layer, what)
+            _refuse_too_many_rows(name, layer, what)
             frame = pyogrio.read_dataframe(name, layer=layer)
-    except (DataSourceError, DataLayerError, FeatureError) as error:
+    except (DataSourceError, DataLayerError, FeatureError, CRSError, UnicodeDecodeError) as error:
         raise UserError(
             f"{name}: the {what} file is no vector layer that can be read ({_reason(name, error)})"
         ) from error
+    _refuse_twins(frame, name)
     single = Path(name).suffix.lower() not in (".gpkg", ".gdb", ".sqlite", ".kml", ".gpx")
     frame = frame.reset_index(drop=True)
     frame.attrs["where"] = name if single else f"{name}, layer '{layer}'"
     return frame
+
+
+def _refuse_too_many_rows(name: str, layer: str, what: str) -> None:
+    facts, free = pyogrio.read_info(name, layer=layer), free_bytes()
+    needed = facts["features"] * (ROW_BYTES + FIELD_BYTES * len(facts["fields"]))
+    if free is not None and needed > SHARE * free:
+        raise UserError(
+            f"{name}: the {facts['features']} rows of the {what} layer need {needed / GIB:.1f} GB of memory, "
+            f"{free / GIB:.1f} GB are free; take a part of it"
+        )
 
 
 def _name_and_layer(path: str | Path) -> tuple[str, str]:
@@ -137,6 +158,12 @@ def _name_and_layer(path: str | Path) -> tuple[str, str]:
                 f"{name}: '|{fact}' is not understood (only '|layername=NAME' is); export what is meant to a file"
             )
     return name.strip() if facts else name, layer
+
+
+def _refuse_twins(frame: pd.DataFrame, name: str) -> None:
+    twins = frame.columns[frame.columns.duplicated()]
+    if len(twins):
+        raise UserError(f"{name}: two fields are called '{twins[0]}'; rename one")
 
 
 def _reason(name: str, error: Exception) -> str:
@@ -168,10 +195,11 @@ def _read_arrow(name: str, what: str) -> pd.DataFrame:
 
     try:
         frame = gpd.read_feather(name) if name.lower().endswith(".feather") else gpd.read_parquet(name)
-    except (ValueError, pyarrow.ArrowException, OSError) as error:
-        reason = str(error).splitlines()[0].rstrip(".")
+    except (ValueError, KeyError, TypeError, NotImplementedError, pyarrow.ArrowException, OSError) as error:
+        reason = (str(error) or type(error).__name__).splitlines()[0].rstrip(".")
         raise UserError(f"{name}: the {what} file is no layer of geometries that can be read ({reason})") from error
     frame = frame.reset_index(drop=True)
+    _refuse_twins(frame, name)
     if frame.geometry.name != "geometry":
         frame = frame.rename_geometry("geometry")
     frame.attrs["where"] = name
@@ -248,7 +276,14 @@ def _shapes_of_table(frame: pd.DataFrame, what: str, fields: tuple[str | None, s
 
 
 def _shapes_of_text(frame: pd.DataFrame, column: Any, where: str) -> gpd.GeoDataFrame:
-    shapes = shapely.from_wkt([str(each) for each in frame[column]], on_invalid="ignore")
+    texts = [str(each) for each in frame[column]]
+    curved = next((row for row, each in enumerate(texts) if CURVES.match(each)), None)
+    if curved is not None:
+        raise UserError(
+            f"{where}, field '{column}', row {curved + 1}: '{texts[curved][:40]}' is a curve, which a table cannot "
+            "give; give straight lines (in QGIS: Segmentize), or the layer as a GeoPackage"
+        )
+    shapes = shapely.from_wkt(texts, on_invalid="ignore")
     if shapely.is_missing(shapes).any():
         row = int(np.argmax(shapely.is_missing(shapes)))
         raise UserError(
@@ -277,6 +312,7 @@ def _welcome(shapes: gpd.GeoSeries, kinds: Sequence[str], what: str, where: str,
         owners = shapely.get_coordinates(array, return_index=True)
         row = int(owners[1][~np.isfinite(owners[0]).all(axis=1)][0])
         raise UserError(f"{where}, row {row + 1}: a coordinate is not a finite number")
+    _refuse_far(array, where)
     crossed = ~shapely.is_valid(array) & (shapely.get_dimensions(array) == 2)
     if crossed.any():
         array[crossed] = [_polygons_of(shapely.make_valid(each)) for each in array[crossed]]
@@ -284,6 +320,17 @@ def _welcome(shapes: gpd.GeoSeries, kinds: Sequence[str], what: str, where: str,
         if shapely.is_empty(array).any():
             raise UserError(f"{where}, row {int(np.argmax(shapely.is_empty(array))) + 1}: the polygon has no area")
     return gpd.GeoSeries(array, index=shapes.index, crs=shapes.crs)
+
+
+def _refuse_far(array: np.ndarray, where: str) -> None:
+    coordinates, owner = shapely.get_coordinates(array, return_index=True)
+    far = np.abs(coordinates).max(axis=1, initial=0.0) > FARTHEST
+    if far.any():
+        at = int(np.argmax(far))
+        x, y = coordinates[at]
+        raise UserError(
+            f"{where}, row {int(owner[at]) + 1}: the place {x:g}, {y:g} is nowhere on Earth; correct it, or drop the row"
+        )
 
 
 def _polygons_of(shape: Any) -> Any:
@@ -327,24 +374,3 @@ def _in_crs(
             "check the layer's CRS"
         )
     return moved
-
-
-def _schema_names(frame: gpd.GeoDataFrame, what: str, where: str, feedback: Feedback) -> gpd.GeoDataFrame:
-    """Give columns of the schema their names back, and warn of those that only look like one of them."""
-    renamed: dict[Any, str] = {}
-    for column in schemas.columns_of(what):
-        if column.name in frame:
-            continue
-        short = column.name[:10]
-        for name in frame.columns:
-            if str(name).lower() == column.name or (len(column.name) > 10 and str(name).lower() == short):
-                renamed[name] = column.name
-                break
-        else:
-            stem = column.name.removesuffix("_" + column.unit_in_name) if column.unit_in_name else ""
-            alike = [name for name in frame.columns if stem and str(name).lower() == stem]
-            if alike:
-                feedback.warn(f"{where}: the field '{alike[0]}' is not used; rename it to {column.name} if it is meant")
-    for old, new in renamed.items():
-        feedback.note(f"{where}: the field '{old}' is read as {new}")
-    return gpd.GeoDataFrame(frame.rename(columns=renamed))

@@ -5,7 +5,6 @@ For `fit_flight`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,10 +12,11 @@ import geopandas
 import numpy as np
 import shapely
 
-from deadwood_algorithms.files.columns import filled_column, id_column, number_column, where_of
+from deadwood_algorithms.files.columns import filled_column, schema_column, where_of
 from deadwood_algorithms.files.dem_windows import DemWindows
 from deadwood_algorithms.files.vectors import read_vector
-from deadwood_algorithms.schemas import RELEASES
+from deadwood_algorithms.scene.items import ids_of
+from deadwood_algorithms.schemas import BARRIERS, RELEASES
 from deadwood_algorithms.tool import Feedback, UserError
 
 ROLES = ("takeoff", "landing")
@@ -85,15 +85,10 @@ def read_flight_barriers(path: str | None, crs: str | None, dem: DemWindows, fee
     if path is None:
         return []
     frame = read_vector(path, geometry=("line",), target_crs=dem.crs, crs=crs, what="barriers", feedback=feedback)
-    heights = number_column(frame, "height_m", minimum=0.0, exclusive=True)
-    ids = _ids(frame, ("barrier_id", "name"))
+    heights = schema_column(frame, BARRIERS.column("height_m"))
+    ids = ids_of(frame, "barrier_id", "name").tolist()
     shapes = shapely.force_2d(np.asarray(frame.geometry))
     return [Barrier(*each) for each in zip(ids, shapes, heights.tolist(), strict=True)]
-
-
-def _ids(frame: geopandas.GeoDataFrame, names: Sequence[str]) -> list[Any]:
-    name = next((name for name in names if name in frame), None)
-    return (id_column(frame, name) if name else np.arange(len(frame))).tolist()
 
 
 Pair = tuple[Any, int, tuple[float, float], tuple[float, float]]
@@ -101,7 +96,9 @@ Pair = tuple[Any, int, tuple[float, float], tuple[float, float]]
 
 def _of_lines(frame: geopandas.GeoDataFrame, feedback: Feedback) -> list[Pair]:
     pairs = []
-    for row, (flight_id, line) in enumerate(zip(_ids(frame, ("flight_id", "name")), frame.geometry, strict=True)):
+    for row, (flight_id, line) in enumerate(
+        zip(ids_of(frame, "flight_id", "name").tolist(), frame.geometry, strict=True)
+    ):
         if line.geom_type == "MultiLineString":
             raise UserError(f"{where_of(frame)}, row {row + 1}: a line in several parts; split it")
         x, y = shapely.get_coordinates(line).T
@@ -116,7 +113,7 @@ def _of_points(frame: geopandas.GeoDataFrame) -> list[Pair]:
     where = where_of(frame)
     places = [(float(point.x), float(point.y)) for point in frame.geometry]
     if len(frame) == 2 and "role" not in frame:
-        return [(_ids(frame, ("flight_id",))[0], 0, places[0], places[1])]
+        return [(ids_of(frame, "flight_id").tolist()[0], 0, places[0], places[1])]
     if "role" not in frame:
         raise UserError(f"{where}: {len(frame)} points need a field 'role', takeoff or landing, and 'flight_id'")
     roles = [str(word).strip().lower().replace("-", "") for word in frame["role"]]
@@ -125,7 +122,7 @@ def _of_points(frame: geopandas.GeoDataFrame) -> list[Pair]:
             raise UserError(
                 f"{where}, field 'role', row {row + 1}: '{frame['role'][row]}' is neither takeoff nor landing"
             )
-    ids = _ids(frame, ("flight_id",)) if "flight_id" in frame else [0] * len(frame)
+    ids = ids_of(frame, "flight_id").tolist() if "flight_id" in frame else [1] * len(frame)
     pairs = []
     for flight_id in dict.fromkeys(ids):
         rows = {role: [k for k, each in enumerate(ids) if each == flight_id and roles[k] == role] for role in ROLES}

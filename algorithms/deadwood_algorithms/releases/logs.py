@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from deadwood_algorithms import schemas
-from deadwood_algorithms.files.columns import number_column, warn_implausible, where_of
+from deadwood_algorithms.files.columns import number_column, schema_column, warn_implausible, where_of
+from deadwood_algorithms.files.units import say_defaults, with_schema_names
 from deadwood_algorithms.numbers import draws
 from deadwood_algorithms.numbers.drawn_sizes import TURNS, draw_pair
 from deadwood_algorithms.tool import Feedback, UserError
@@ -42,6 +43,9 @@ def columns_of_rows(frame: pandas.DataFrame, options: Mapping[str, Any], feedbac
     """What the logs of each row (an area) are like: its own columns, else the options."""
     columns = {name: numbers(frame, name, options, feedback) for name in NUMBERS}
     columns["azimuth_deg"] %= 360.0
+    if "geometry" in frame:
+        sizes = {name: options[name] for name in ("dbh_cm", "length_m", "density_kg_m3")}
+        say_defaults(frame, "releases", sizes, where_of(frame), feedback)
     columns |= {name: number_column(frame, name, default=options[name], minimum=0.0) for name in SPREADS}
     columns["orientation"] = np.full(len(frame), options["orientation"], object)
     if "orientation" in frame:
@@ -51,14 +55,7 @@ def columns_of_rows(frame: pandas.DataFrame, options: Mapping[str, Any], feedbac
 
 def numbers(frame: pandas.DataFrame, name: str, options: Mapping[str, Any], feedback: Feedback) -> np.ndarray:
     column = schemas.RELEASES.column(name)
-    values = number_column(
-        frame,
-        name,
-        default=options.get(name),
-        minimum=column.minimum,
-        exclusive=column.exclusive,
-        maximum=column.maximum,
-    )
+    values = schema_column(frame, column, options.get(name))
     warn_implausible(values, column, where_of(frame) if name in frame else "--" + name.replace("_", "-"), feedback)
     return values
 
@@ -82,6 +79,9 @@ def mapped_deadwood(path: str, feedback: Feedback) -> dict[str, np.ndarray]:
     if not len(rows):
         raise UserError(f"{where_of(rows)}: the mapped deadwood layer is empty (no feature)")
     rows = rows.rename(columns={name: str(name).lower() for name in rows.columns})
+    if "length_m" not in rows and "height_m" not in rows:
+        rows = with_schema_names(rows, "trees", where_of(rows), feedback)
+    rows = with_schema_names(rows, "releases", where_of(rows), feedback)
     if "length_m" not in rows and "height_m" in rows:
         feedback.note(f"{where_of(rows)}: the field 'height_m' is read as the length")
         rows = rows.rename(columns={"height_m": "length_m"})

@@ -6,8 +6,11 @@ overlap, the later row counts. Cells that neither covers are refused, unless a v
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 import pyproj
@@ -36,6 +39,7 @@ def read_friction(
         given = "--friction-column" if column else "--friction-elsewhere" if elsewhere is not None else None
         if given:
             raise UserError(f"{given} belongs to friction as a layer, but --friction is the number {value:g}")
+        warn_of_large(value, "--friction", feedback)
         return value
     path = str(friction)
     if is_raster(path):
@@ -56,12 +60,7 @@ def read_friction(
     if filled.any():
         share = filled.sum() / ground.sum()
         feedback.note(f"{where}: {share:.1%} of the DEM's cells have no friction and get {elsewhere:g}")
-    middle = float(np.median(mu[ground])) if ground.any() else 0.0
-    if middle > IMPLAUSIBLE:
-        feedback.warn(
-            f"{where}: the median friction coefficient is {middle:g}; is it in percent or degrees? "
-            "It is the tangent of the angle of friction, such as 0.4"
-        )
+    warn_of_large(float(np.median(mu[ground])) if ground.any() else 0.0, where, feedback)
     return mu
 
 
@@ -72,6 +71,7 @@ def open_friction(
     """The same for windows of a DEM that is too large to hold: gives a function from a window to its friction."""
     number, path = number_of(friction), str(friction)
     if number is not None:
+        warn_of_large(number, "--friction", feedback)
         yield lambda _: number
     elif is_raster(path):
         with open_raster(path, "friction") as source:
@@ -94,7 +94,27 @@ def number_of(friction: str | float) -> float | None:
     try:
         return float(friction)
     except ValueError:
-        return None
+        pass
+    text = str(friction).strip()
+    if re.fullmatch(r"[+-]?\d*,\d+", text) and not Path(text).exists():
+        raise UserError(f"--friction is '{text}'; write the number with a point, {text.replace(',', '.')}")
+    unit = re.fullmatch(r"([+-]?\d+[.,]?\d*)\s*(%|°|deg)", text)
+    if unit and not Path(text).exists():
+        given = float(unit[1].replace(",", "."))
+        mu = given / 100.0 if unit[2] == "%" else math.tan(math.radians(given))
+        raise UserError(f"--friction is '{text}'; give the coefficient, the tangent of the angle: {mu:.3g}")
+    return None
+
+
+def warn_of_large(middle: float, where: str, feedback: Feedback) -> None:
+    """Warn of a coefficient, or the median of many, that no wood on soil has."""
+    if middle > IMPLAUSIBLE:
+        what = "friction coefficient" if where.startswith("--") else "median friction coefficient"
+        tangent = math.tan(math.radians(middle))
+        feedback.warn(
+            f"{where}: the {what} is {middle:g}; is it in percent or degrees? Then {middle / 100.0:.3g} or {tangent:.3g} "
+            "is meant: it is the tangent of the angle of friction, such as 0.4"
+        )
 
 
 def _polygons(path: str, crs: pyproj.CRS, column: str | None, feedback: Feedback) -> tuple[NDArray, Array, str]:

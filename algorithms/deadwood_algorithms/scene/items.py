@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.files.columns import id_column, where_of
 from deadwood_algorithms.files.grid import Grid
-from deadwood_algorithms.tool import UserError
+from deadwood_algorithms.tool import Feedback, UserError
 
 if TYPE_CHECKING:
     import geopandas
@@ -80,25 +80,43 @@ def paths_of(frame: geopandas.GeoDataFrame, grid: Grid, what: str) -> Paths:
     return Paths(vertices, starts, item[order].astype(np.int64))
 
 
-def items_of(frame: geopandas.GeoDataFrame, names: tuple[str, ...], paths: Paths) -> Items:
-    """Rows that share an id become one item, in the order of their first row."""
+def items_of(frame: geopandas.GeoDataFrame, names: tuple[str, ...], paths: Paths, feedback: Feedback) -> Items:
+    """Rows that share an id become one item, in the order of their first row, and that is said.
+
+    The first of ``names`` is the id proper; where another field serves as one, its twins may well be different things.
+    """
     ids = ids_of(frame, *names).tolist()
-    unique = list(dict.fromkeys(ids))
-    of_row = np.array([unique.index(each) for each in ids], np.int64)
+    place = {each: k for k, each in enumerate(dict.fromkeys(ids))}
+    unique, of_row = list(place), np.array([place[each] for each in ids], np.int64)
+    if len(unique) < len(ids):
+        _say_shared(frame, names, ids, feedback)
     geometry = np.asarray(frame.geometry)
     merged = [
-        geometry[of_row == k][0] if (of_row == k).sum() == 1 else shapely.union_all(geometry[of_row == k])
-        for k in range(len(unique))
+        geometry[rows[0]] if rows.size == 1 else shapely.union_all(geometry[rows])
+        for rows in np.split(np.argsort(of_row, kind="stable"), np.cumsum(np.bincount(of_row))[:-1])
     ]
     out = np.empty(len(unique), object)
     out[:] = merged
     return Items(unique, out, of_row[paths.item])
 
 
+def _say_shared(frame: geopandas.GeoDataFrame, names: tuple[str, ...], ids: list[Any], feedback: Feedback) -> None:
+    field = next(name for name in names if name in frame)
+    twins = next(each for each in ids if ids.count(each) > 1)
+    rows = rows_named(np.array([row for row, each in enumerate(ids) if each == twins]))
+    told = f"{where_of(frame)}, field '{field}': {rows} are called '{twins}' and count as one"
+    more = len(ids) - len(set(ids)) - ids.count(twins) + 1
+    told += f"; {more} more rows likewise" if more else ""
+    if field == names[0]:
+        feedback.note(told)
+    else:
+        feedback.warn(f"{told}; to count each for itself, give each a {names[0]} of its own")
+
+
 def ids_of(frame: geopandas.GeoDataFrame, *names: str) -> NDArray[Any]:
-    """The ids from the first of these fields that the layer has; the row numbers where it has none."""
+    """The ids from the first of these fields that the layer has; the row numbers, from 1, where it has none."""
     name = next((name for name in names if name in frame), None)
-    return id_column(frame, name) if name else np.arange(len(frame))
+    return id_column(frame, name) if name else np.arange(1, len(frame) + 1)
 
 
 def plan_of(frame: geopandas.GeoDataFrame) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

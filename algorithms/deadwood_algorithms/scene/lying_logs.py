@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from deadwood_algorithms.files.columns import number_column, warn_implausible, where_of
+from deadwood_algorithms.files.columns import schema_column, warn_implausible, where_of
 from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.files.units import say_defaults
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.scene.items import Items, items_of, paths_of, rows_named
 from deadwood_algorithms.schemas import LYING_LOGS
 from deadwood_algorithms.tool import Feedback, UserError
 from deadwood_engine import LyingLogs
 
-DIAMETERS = ("diameter_cm", "dbh_cm")
 TIP = "tip_diameter_cm"
 
 
@@ -25,10 +25,10 @@ def read_lying_logs(path: str | None, grid: Grid, default_cm: float, feedback: F
     if path is None:
         return LyingLogs.none(), Items([], np.array([], object), np.array([], np.int64))
     frame = read_vector(path, geometry=("line",), target_crs=grid.crs, what="lying_logs", feedback=feedback)
-    name = next((each for each in DIAMETERS if each in frame), DIAMETERS[0])
-    base = number_column(frame, name, default=default_cm, minimum=0.0, exclusive=True)
+    base = schema_column(frame, LYING_LOGS.column("diameter_cm"), default_cm)
+    say_defaults(frame, "lying_logs", {"diameter_cm": default_cm}, where_of(frame), feedback)
     warn_implausible(base, LYING_LOGS.column("diameter_cm"), where_of(frame), feedback)
-    tip = number_column(frame, TIP, minimum=0.0, exclusive=True) if TIP in frame else 0.5 * base
+    tip = schema_column(frame, LYING_LOGS.column(TIP)) if TIP in frame else 0.5 * base
     swapped = np.flatnonzero(tip > 2.0 * base)
     if swapped.size:
         raise UserError(
@@ -37,4 +37,4 @@ def read_lying_logs(path: str | None, grid: Grid, default_cm: float, feedback: F
         )
     paths = paths_of(frame, grid, "lying log")
     lying = LyingLogs(paths.vertices, paths.starts, base[paths.item] / 100.0, tip[paths.item] / 100.0)
-    return lying, items_of(frame, ("lying_id", "tree_id", "log_id", "name"), paths)
+    return lying, items_of(frame, ("lying_id", "tree_id", "log_id", "name"), paths, feedback)

@@ -14,14 +14,14 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from deadwood_algorithms.files.columns import number_column, warn_implausible, where_of
+from deadwood_algorithms.files.columns import schema_column, warn_implausible, where_of
 from deadwood_algorithms.files.dem_windows import read_dem
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.scene.friction import read_friction
 from deadwood_algorithms.scene.items import Items, digest_of, extent_words, ids_of, items_of, paths_of, plan_of
 from deadwood_algorithms.scene.reach import WHOLE_CELLS, watched_sides
-from deadwood_algorithms.schemas import TREES
+from deadwood_algorithms.schemas import BARRIERS, TREES
 from deadwood_algorithms.tool import Feedback, UserError
 from deadwood_engine import Barriers, Lines, LyingLogs, Scene, Shape, Trees
 
@@ -150,8 +150,7 @@ def read_trees(path: str | None, grid: Grid, feedback: Feedback) -> tuple[Trees,
                 f"{where_of(frame)}: the trees have no field '{name}'; "
                 "deadwood-tool import-trees makes a trees layer of any table"
             )
-    dbh_cm = number_column(frame, "dbh_cm", minimum=0.0, exclusive=True)
-    height = number_column(frame, "height_m", minimum=0.0, exclusive=True)
+    dbh_cm, height = (schema_column(frame, TREES.column(name)) for name in ("dbh_cm", "height_m"))
     for name, values in (("dbh_cm", dbh_cm), ("height_m", height)):
         warn_implausible(values, TREES.column(name), where_of(frame), feedback)
     x, y = plan_of(frame)
@@ -167,20 +166,24 @@ def read_trees(path: str | None, grid: Grid, feedback: Feedback) -> tuple[Trees,
 
 
 def read_barriers(path: str | None, grid: Grid, feedback: Feedback) -> tuple[Barriers, Items]:
-    """Barriers with their heights; rows of one barrier_id count as one barrier."""
+    """Barriers with their heights; rows of one barrier_id (without it: of one name) count as one, which is said."""
     if path is None:
         return Barriers.none(), Items([], np.array([], object), np.array([], np.int64))
     frame = read_vector(path, geometry=("line",), target_crs=grid.crs, what="barriers", feedback=feedback)
-    height = number_column(frame, "height_m", minimum=0.0, exclusive=True)
+    height = schema_column(frame, BARRIERS.column("height_m"))
+    warn_implausible(height, BARRIERS.column("height_m"), where_of(frame), feedback)
     paths = paths_of(frame, grid, "barrier")
-    items = items_of(frame, ("barrier_id", "name"), paths)
+    items = items_of(frame, ("barrier_id", "name"), paths, feedback)
     return Barriers(paths.vertices, paths.starts, height[paths.item]), items
 
 
 def read_lines(path: str | None, grid: Grid, feedback: Feedback) -> tuple[Lines, Items]:
-    """Lines, or the outlines of polygons, whose reach is counted; rows of one line_id count as one line."""
+    """Lines, or the outlines of polygons, whose reach is counted; rows of one line_id count as one.
+
+    Without that field rows of one name do. Either is said.
+    """
     if path is None:
         return Lines.none(), Items([], np.array([], object), np.array([], np.int64))
     frame = read_vector(path, geometry=("line", "polygon"), target_crs=grid.crs, what="lines", feedback=feedback)
     paths = paths_of(frame, grid, "line")
-    return Lines(paths.vertices, paths.starts), items_of(frame, ("line_id", "name"), paths)
+    return Lines(paths.vertices, paths.starts), items_of(frame, ("line_id", "name"), paths, feedback)

@@ -8,12 +8,9 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from deadwood_algorithms import tool
-
-if TYPE_CHECKING:
-    pass
+from deadwood_algorithms.schemas import DBH_CM, DENSITY_KG_M3, DROP_M, SPEED_MS, TREE_M
 
 DEFAULTED = ("dbh_cm", "length_m", "density_kg_m3", "orientation", "tilt_deg", "azimuth_deg", "speed_ms", "drop_m")
 
@@ -59,17 +56,36 @@ class ReleasedScene:
         "Speed below which a log may be at rest", unit="m/s", default=0.1, minimum=0.0, exclusive=True, advanced=True
     )
     dbh_cm: float = tool.number(
-        "DBH of logs whose layer names none", unit="cm", default=75.0, minimum=0, exclusive=True
+        "DBH of logs whose layer names none",
+        unit="cm",
+        default=75.0,
+        minimum=0.0,
+        maximum=DBH_CM[1],
+        exclusive=True,
     )
-    length_m: float = tool.number("Length, likewise", unit="m", default=30.0, minimum=0.0, exclusive=True)
-    density_kg_m3: float = tool.number("Density, likewise", unit="kg/m³", default=300.0, minimum=0.0, exclusive=True)
+    length_m: float = tool.number(
+        "Length, likewise", unit="m", default=30.0, minimum=0.0, maximum=TREE_M[1], exclusive=True
+    )
+    density_kg_m3: float = tool.number(
+        "Density, likewise",
+        unit="kg/m³",
+        default=300.0,
+        minimum=0.0,
+        maximum=DENSITY_KG_M3,
+        exclusive=True,
+    )
     orientation: str = tool.choice("Orientation, likewise", "upright", "lying", "tilted", default="upright")
     tilt_deg: float = tool.number("Tilt from the vertical, likewise", unit="°", default=0.0, minimum=0, maximum=180)
     azimuth_deg: float = tool.number("Azimuth of tip and speed, likewise", unit="°", default=0.0)
-    speed_ms: float = tool.number("Initial speed, likewise", unit="m/s", default=0.0, minimum=0.0)
-    drop_m: float = tool.number("Clearance at the start, likewise", unit="m", default=0.0, minimum=0.0)
+    speed_ms: float = tool.number("Initial speed, likewise", unit="m/s", default=0.0, minimum=0.0, maximum=SPEED_MS)
+    drop_m: float = tool.number("Clearance at the start, likewise", unit="m", default=0.0, minimum=0.0, maximum=DROP_M)
     lying_diameter_cm: float = tool.number(
-        "Base diameter of lying logs whose layer names none", unit="cm", default=40.0, minimum=0.0, exclusive=True
+        "Base diameter of lying logs whose layer names none",
+        unit="cm",
+        default=40.0,
+        minimum=0.0,
+        maximum=DBH_CM[1],
+        exclusive=True,
     )
     min_runout: float | None = tool.min_runout()
     seed: int = tool.seed()

@@ -10,8 +10,9 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from deadwood_algorithms.files.columns import id_column, number_column, warn_implausible, where_of
+from deadwood_algorithms.files.columns import id_column, number_column, schema_column, warn_implausible, where_of
 from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.files.units import say_defaults
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.scene.items import Items, digest_of, extent_words, plan_of, rows_named
 from deadwood_algorithms.schemas import ORIENTATIONS, RELEASES
@@ -70,34 +71,35 @@ def releases_of(
     log_id = read_log_ids(frame)
     _refuse_off_dem(x, y, log_id, grid, where_of(frame))
 
-    def column(name: str, **bounds: Any) -> NDArray[np.float64]:
-        return number_column(frame, name, default=defaults[name], **bounds)
+    def column(name: str) -> NDArray[np.float64]:
+        return schema_column(frame, RELEASES.column(name), defaults[name])
 
-    dbh_cm = column("dbh_cm", minimum=0.0, exclusive=True)
-    length = column("length_m", minimum=0.0, exclusive=True)
+    dbh_cm, length = column("dbh_cm"), column("length_m")
     for name, values in (("dbh_cm", dbh_cm), ("length_m", length)):
         warn_implausible(values, RELEASES.column(name), where_of(frame), feedback)
+    sizes = {name: defaults[name] for name in ("dbh_cm", "length_m", "density_kg_m3")}
+    say_defaults(frame, "releases", sizes, where_of(frame), feedback)
     logs = Logs(
         log_id=log_id,
         x=x,
         y=y,
         diameter=dbh_cm / 100.0,
         length=length,
-        density=column("density_kg_m3", minimum=0.0, exclusive=True),
+        density=column("density_kg_m3"),
         orientation=_orientations(frame, defaults["orientation"]),
-        tilt=np.radians(column("tilt_deg", minimum=0.0, maximum=180.0)),
-        azimuth=np.radians(column("azimuth_deg") % 360.0),
-        speed=column("speed_ms", minimum=0.0),
-        drop=column("drop_m", minimum=0.0),
+        tilt=np.radians(column("tilt_deg")),
+        azimuth=np.radians(number_column(frame, "azimuth_deg", default=defaults["azimuth_deg"]) % 360.0),
+        speed=column("speed_ms"),
+        drop=column("drop_m"),
     )
-    release_id = id_column(frame, "release_id") if "release_id" in frame else np.zeros(len(frame), np.int64)
+    release_id = id_column(frame, "release_id") if "release_id" in frame else np.ones(len(frame), np.int64)
     return Releases(logs, release_id, x, y, dbh_cm, digest_of(logs, release_id))
 
 
 def read_log_ids(frame: geopandas.GeoDataFrame) -> NDArray[np.int64]:
     """Whole, not negative, each used once; the row number where the layer has none."""
     if "log_id" not in frame:
-        return np.arange(len(frame), dtype=np.int64)
+        return np.arange(1, len(frame) + 1, dtype=np.int64)
     values = number_column(frame, "log_id", minimum=0.0)
     broken = np.flatnonzero((values != np.floor(values)) | (values >= 2.0**53))
     if broken.size:

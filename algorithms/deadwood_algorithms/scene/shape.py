@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.inputs import refuse_missing
+from deadwood_algorithms.schemas import TREE_M
 from deadwood_algorithms.tool import Feedback, UserError
 from deadwood_engine import Shape
 
@@ -20,7 +21,10 @@ if TYPE_CHECKING:
 
 CONE = "cone"
 MOST_POINTS = 20_000
-USUAL_M = (0.05, 100.0)  # a body smaller or larger than this is more likely given in another unit
+USUAL_M = (0.05, 60.0)  # a body smaller or larger than this is more likely given in another unit
+# Beyond this it is refused: no stone below 1 cm is worth the steps that it asks for, no log is longer than a tree.
+LIMITS_M = (0.01, TREE_M[1])
+FARTHEST_M = 1e8  # of the points from their origin; beyond, numbers no longer tell millimetres from nothing
 
 
 def read_points(path: str) -> NDArray[np.float64]:
@@ -55,11 +59,19 @@ def read_shape(name: str, cell: float, feedback: Feedback) -> Shape | None:
     if str(name).strip().lower() == CONE:
         return None
     points = read_points(name)
+    size = float(np.ptp(points, axis=0).max(initial=0.0)) if len(points) else 0.0
+    far = float(np.abs(points).max(initial=0.0))
+    if far > FARTHEST_M:
+        raise UserError(f"{name}: a point lies {far:g} m from the origin; give the points around it, in metres")
+    if len(points) and not LIMITS_M[0] <= size <= LIMITS_M[1]:
+        raise UserError(
+            f"{name}: the body is {size:g} m long, but must be {LIMITS_M[0]:g} to {LIMITS_M[1]:g} m; give the points "
+            "in metres"
+        )
     try:
         shape = Shape.of(points)
     except ValueError as error:
         raise UserError(f"{name}: {error}; give at least four points that span a body") from error
-    size = float(np.ptp(points, axis=0).max())
     if not USUAL_M[0] <= size <= USUAL_M[1]:
         feedback.warn(f"{name}: the body is {size:g} m long; the file must be in metres")
     if shape.inside:

@@ -12,6 +12,8 @@ from deadwood_algorithms.files.columns import number_column
 from deadwood_algorithms.files.dem_windows import DemWindows, open_windows, read_part, read_whole
 from deadwood_algorithms.files.grid import Part
 from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.scene.friction import number_of
+from deadwood_algorithms.scene.ground import warn_of_ground
 from deadwood_algorithms.scene.items import digest_of, plan_of
 from deadwood_algorithms.scene.memory import threads_that_fit
 from deadwood_algorithms.scene.reach import WHOLE_CELLS, first_part, wider
@@ -45,6 +47,7 @@ def read_released_scene(
         defaults = {name: getattr(ask, name) for name in DEFAULTED}
         part = part_of(dem, releases, defaults, ask.friction) if windowed else None
         layers = scene_on(ask, dem, part, feedback)
+    warn_of_ground(layers.dem, *plan_of(releases), feedback)
     logs = releases_of(releases, layers.dem, defaults, feedback=feedback)
     return layers, as_shape(logs, layers.shape) if layers.shape else logs
 
@@ -64,15 +67,15 @@ def part_of(
 
 
 def energy_slope(friction: str | float) -> float:
-    try:
-        return float(np.clip(SLOPE_SHARE * float(friction), SLOPE_LEAST, SLOPE_MOST))
-    except ValueError:  # a layer, which is read on the window alone
+    number = number_of(friction)
+    if number is None:  # a layer, which is read on the window alone
         return 0.5 * (SLOPE_LEAST + SLOPE_MOST)
+    return float(np.clip(SLOPE_SHARE * number, SLOPE_LEAST, SLOPE_MOST))
 
 
 def scene_on(ask: ReleasedScene, dem: DemWindows, part: Part | None, feedback: Feedback) -> SceneLayers:
     """The scene of a tool that slides logs, on a part of the DEM or on the whole."""
-    by_cell = not _is_number(ask.friction)
+    by_cell = number_of(ask.friction) is None
     cells = part.cells if part else dem.shape[0] * dem.shape[1]
     threads = threads_that_fit(
         threads_of(ask.threads), cells, friction_by_cell=by_cell, what=ask.dem, feedback=feedback
@@ -119,14 +122,6 @@ def window_words(part: Part, shape: tuple[int, int]) -> str:
     """How much of the DEM is read."""
     share = part.cells / (shape[0] * shape[1])
     return f"{part.columns} x {part.rows} of {shape[1]} x {shape[0]} cells are read ({share:.2g} of the DEM)"
-
-
-def _is_number(friction: str | float) -> bool:
-    try:
-        float(friction)
-    except ValueError:
-        return False
-    return True
 
 
 class _ProgressOnly(Quiet):

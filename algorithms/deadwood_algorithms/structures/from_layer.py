@@ -15,8 +15,9 @@ import shapely
 from numpy.typing import NDArray
 
 from deadwood_algorithms import schemas
-from deadwood_algorithms.files.columns import filled_column, id_column, where_of
+from deadwood_algorithms.files.columns import filled_column, where_of
 from deadwood_algorithms.files.dem_windows import DemWindows
+from deadwood_algorithms.scene.items import ids_of
 from deadwood_algorithms.structures.earthworks import Structure, Work, stretches
 from deadwood_algorithms.tool import Feedback, UserError
 
@@ -55,8 +56,7 @@ def plans_of(
     frame: geopandas.GeoDataFrame, defaults: StructureDefaults, dem: DemWindows, feedback: Feedback
 ) -> list[Plan]:
     """The structure of every row; one that tells too little, or lies wholly off the DEM, is refused."""
-    name = next((name for name in ("structure_id", "name") if name in frame), None)
-    ids = id_column(frame, name) if name else np.arange(len(frame))
+    ids = ids_of(frame, "structure_id", "name")
     kinds = _kinds(frame, defaults)
     heights, elevations, widths = (
         _filled(frame, defaults, each) for each in ("height_m", "elevation_m", "crest_width_m")

@@ -13,8 +13,9 @@ import numpy as np
 import shapely
 
 from deadwood_algorithms.files.columns import id_column, number_column, where_of
+from deadwood_algorithms.files.units import named
 from deadwood_algorithms.tool import Feedback, UserError
-from deadwood_algorithms.trees.sources import Layout, names_of
+from deadwood_algorithms.trees.sources import ROLES, Layout, names_of
 
 if TYPE_CHECKING:
     import geopandas
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 # Of a DBH, in cm; girth-cm is the circumference, as French and Spanish inventories measure it.
 DBH_UNITS = {"cm": 1.0, "m": 100.0, "mm": 0.1, "in": 2.54, "girth-cm": 1 / np.pi}
 HEIGHT_UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "ft": 0.3048}  # in m
+AREA_UNITS = ("m2", "m²", "qm", "sqm")  # of a crown, whose area is read in m2
 CROWN_MEASURES = ("diameter", "radius", "area")
 # A Z of points or a column z whose median is above this is the height of the ground above the sea, not of a tree.
 TALLEST_M = 80.0
@@ -32,7 +34,8 @@ def find(source: pandas.DataFrame, asked: str | None, option: str, names: Iterab
     """The column asked for, else the first of the usual names that is there, in any letter case."""
     there = names_of(source)
     if asked and asked.lower() not in there:
-        raise UserError(f"{where_of(source)}: there is no field '{asked}' ({option}); it has {', '.join(there)}")
+        has = ", ".join(dict.fromkeys(there.values()))
+        raise UserError(f"{where_of(source)}: there is no field '{asked}' ({option}); it has {has}")
     return next((there[name] for name in ([asked.lower()] if asked else names) if name in there), None)
 
 
@@ -44,42 +47,70 @@ def sizes(source: pandas.DataFrame, name: str, missing_value: float | None) -> n
         raise UserError(f"{error}, or say --missing-value if the number means missing") from error
 
 
+def unit_of(name: str, units: dict[str, float], given: str | None, usual: str, where: str, feedback: Feedback) -> float:
+    """By what a field is multiplied: the unit given, else the one in its name, else the usual one, which is said."""
+    told = named(name)
+    if given is None and told.word and told.unit not in units:
+        feedback.warn(f"{where}: the unit '{told.word}' of the field '{name}' is not known, {usual} is taken")
+    return units[given or (told.unit if told.unit in units else usual)]
+
+
 def dbh_column(
-    source: pandas.DataFrame, layout: Layout, asked: str | None, unit: str | None, missing_value: float | None
+    source: pandas.DataFrame,
+    layout: Layout,
+    asked: str | None,
+    unit: str | None,
+    missing_value: float | None,
+    feedback: Feedback,
 ) -> np.ndarray:
-    """DBH in cm, NaN where missing; without ``unit`` the field's name tells it (``_m``, ``_mm``, ``_in``), else cm."""
+    """DBH in cm, NaN where missing; without ``unit`` the field's name tells it (``BHD [mm]``, ``dbh_in``), else cm."""
     name = find(source, asked, "--dbh-field", layout.dbh)
     if name is None:
         return np.full(len(source), np.nan)
-    return sizes(source, name, missing_value) * DBH_UNITS.get(unit or name.lower().rpartition("_")[2], 1.0)
+    return sizes(source, name, missing_value) * unit_of(name, DBH_UNITS, unit, "cm", where_of(source), feedback)
 
 
 def height_column(
     source: pandas.DataFrame,
     layout: Layout,
     asked: str | None,
-    unit: str,
+    unit: str | None,
     missing_value: float | None,
     feedback: Feedback,
 ) -> np.ndarray:
-    """Height in m, NaN where missing: a column, else the Z of the points where that can be the height of a tree."""
+    """Height in m, NaN where missing: a column, else the Z of the points where that can be the height of a tree.
+
+    Without ``unit`` the field's name tells it, else it is m.
+    """
     where = where_of(source)
     name = find(source, asked, "--height-field", layout.height)
-    if name is None and layout.height_in_z and has_z(source):
+    in_z = name is None and layout.height_in_z and has_z(source)
+    if in_z:
         name = "the Z of the points"
         source = source.copy()
         source[name] = shapely.get_z(np.asarray(source.geometry.array))
     if name is None:
         return np.full(len(source), np.nan)
-    if asked is None and name.lower() in ("z", "the z of the points"):
-        middle = float(np.nanmedian(number_column(source, name, gaps=True))) * HEIGHT_UNITS[unit]
+    times = HEIGHT_UNITS[unit or "m"] if in_z else unit_of(name, HEIGHT_UNITS, unit, "m", where, feedback)
+    if asked is None and (in_z or named(name).plain == "z"):
+        middle = float(np.nanmedian(number_column(source, name, gaps=True))) * times
         if middle == 0:
             return np.full(len(source), np.nan)  # as some programs write a Z that they do not have
         if not middle <= TALLEST_M:
             feedback.warn(f"{where}: {name} (median {middle:.0f} m) is not the height of trees, and is not used")
             return np.full(len(source), np.nan)
         feedback.note(f"{where}: the height is taken from {name}")
-    return sizes(source, name, missing_value) * HEIGHT_UNITS[unit]
+    return sizes(source, name, missing_value) * times
+
+
+def not_understood(source: pandas.DataFrame, layout: Layout, asked: Iterable[str | None]) -> list[str]:
+    """The fields of numbers that nothing is read from: one of them may hold what is about to be computed."""
+    import pandas
+
+    used = {find(source, None, "", getattr(layout, role)) for role in ROLES}
+    used |= {names_of(source).get(name.lower()) for name in asked if name}
+    numbers = (name for name in source.columns if name != "geometry" and name not in used)
+    return [str(name) for name in numbers if pandas.api.types.is_numeric_dtype(source[name])]
 
 
 def has_z(source: pandas.DataFrame) -> bool:
@@ -101,10 +132,12 @@ def crown_column(
             return None
         return 2 * np.sqrt(shapely.area(outlines) / np.pi)
     values = number_column(source, name, minimum=0.0, gaps=True)
-    measure = measure or layout.crown.get(name.lower(), "diameter")
+    told = named(name)
+    measure = measure or layout.crown.get(name.lower(), layout.crown.get(told.plain, "diameter"))
     if measure == "area":
         return 2 * np.sqrt(values / np.pi)
-    return values * (2.0 if measure == "radius" else 1.0)
+    times = 1.0 if told.word in AREA_UNITS else HEIGHT_UNITS.get(told.unit, 1.0)
+    return values * times * (2.0 if measure == "radius" else 1.0)
 
 
 def id_columns(

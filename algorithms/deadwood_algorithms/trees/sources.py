@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from deadwood_algorithms.files.units import named
 from deadwood_algorithms.tool import UserError
 
 if TYPE_CHECKING:
@@ -218,8 +219,11 @@ SOURCES = ("auto", USUAL.source, *dict.fromkeys(each.source for each in LAYOUTS)
 
 
 def names_of(frame: pandas.DataFrame) -> dict[str, str]:
-    """The columns in lower case -> as they are written."""
-    return {str(name).strip().lower(): str(name) for name in frame.columns if name != "geometry"}
+    """The columns in lower case -> as they are written; one with a unit behind it, Höhe (m), also without that."""
+    names = {str(name).strip().lower(): str(name) for name in frame.columns if name != "geometry"}
+    for name in list(names.values()):
+        names.setdefault(named(name, joined=False).plain, name)
+    return names
 
 
 def headerless(frame: pandas.DataFrame) -> bool:
@@ -260,7 +264,11 @@ def _own_layout(frame: pandas.DataFrame, path: str, source: str, mapped: bool) -
     own = [each for each in LAYOUTS if each.source == source]
     fitting = [each for each in own if (len(frame.columns) in each.columns if bare else bool(each.sign))]
     if not fitting:
-        kind = f"{len(frame.columns)} columns without header" if bare else f"the columns {', '.join(names.values())}"
+        kind = (
+            f"{len(frame.columns)} columns without header"
+            if bare
+            else f"the columns {', '.join(dict.fromkeys(names.values()))}"
+        )
         raise UserError(f"{path}: this is not {own[0].what} (--source {source}); the file has {kind}")
     return max(fitting, key=lambda each: len(set(each.sign) & set(names)) / max(len(each.sign), 1))
 

@@ -13,18 +13,21 @@ import shapely
 
 from deadwood_algorithms.files.columns import number_column, where_of
 from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.files.units import factor, named, scaled
+from deadwood_algorithms.schemas import DBH_CM, TREE_M
 from deadwood_algorithms.tool import Feedback, UserError
 from deadwood_algorithms.trees.planting import Ground, ground_of
 
 if TYPE_CHECKING:
     import geopandas
 
+DENSEST_PER_HA = 1e6  # 100 seedlings on each m2; no forest, and a slip of the unit
 # Column -> its least and largest value, and whether the least itself is allowed; and the names of PlatRock's zones.
 COLUMNS: dict[str, tuple[float, float | None, bool]] = {
-    "stems_per_ha": (0.0, None, True),
-    "dbh_mean_cm": (0.0, None, False),
+    "stems_per_ha": (0.0, DENSEST_PER_HA, True),
+    "dbh_mean_cm": (0.0, DBH_CM[1], False),
     "dbh_sd_cm": (0.0, None, True),
-    "height_mean_m": (0.0, None, False),
+    "height_mean_m": (0.0, TREE_M[1], False),
     "height_sd_m": (0.0, None, True),
     "correlation": (-1.0, 1.0, True),
 }
@@ -43,14 +46,38 @@ class Stand:
 
 
 def with_usual_names(frame: geopandas.GeoDataFrame) -> geopandas.GeoDataFrame:
-    """The columns of numbers under our names, whatever the letter case, the shapefile or PlatRock made of them."""
-    renamed: dict[Any, str] = {}
+    """The columns of numbers under our names and units, whatever letter case or format made of them.
+
+    Two columns for one number are refused: nobody can tell which of them counts.
+    """
+    taken: dict[str, Any] = {}
+    columns = {}
     for name in frame.columns:
-        short = str(name).lower()
-        ours = short if short in COLUMNS else OTHER_NAMES.get(short)
-        if ours and ours not in frame and ours not in renamed.values():
-            renamed[name] = ours
-    return cast("geopandas.GeoDataFrame", frame.rename(columns=renamed))
+        ours, times = _ours(str(name))
+        if ours in taken:
+            raise UserError(
+                f"{where_of(frame)}: the fields '{taken[ours]}' and '{name}' both hold {ours}; delete one of them"
+            )
+        if ours is not None:
+            taken[ours] = name
+            columns[name] = (ours, times)
+    for name, (_, times) in columns.items():
+        frame = frame.assign(**{str(name): scaled(frame[name], times)})
+    return cast("geopandas.GeoDataFrame", frame.rename(columns={name: ours for name, (ours, _) in columns.items()}))
+
+
+def _ours(name: str) -> tuple[str | None, float]:
+    """Which of our columns a field is, and by what its values are multiplied."""
+    short = name.strip().lower()
+    if short in COLUMNS or short in OTHER_NAMES:
+        return OTHER_NAMES.get(short, short), 1.0
+    told = named(name)
+    for ours in COLUMNS:
+        stem, _, unit = ours.rpartition("_")
+        times = factor(told.unit, unit) if told.unit and told.plain in (stem, ours) else None
+        if times is not None:
+            return ours, times
+    return None, 1.0
 
 
 def union_of(path: str | None, grid: Grid, crs: str | None, feedback: Feedback) -> Any:
@@ -78,9 +105,7 @@ def read_stands(path: str | None, grid: Grid, exclude: Any, crs: str | None, fee
         path, geometry=("polygon",), target_crs=grid.crs, crs=crs, what="stand polygons", feedback=feedback
     )
     shapes = shapely.force_2d(np.asarray(frame.geometry.array))
-    frame = frame.rename(
-        columns={name: OTHER_NAMES.get(str(name).lower(), str(name).lower()) for name in frame.columns}
-    )
+    frame = with_usual_names(frame)
     told = [name for name in COLUMNS if name in frame]
     if not told:
         return [Stand(ground_of(grid, shapely.union_all(shapes), exclude), {})]

@@ -5,13 +5,14 @@ For `import_trees`.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely
 
-from deadwood_algorithms.files.columns import where_of
+from deadwood_algorithms.files.columns import field_names, where_of
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.tool import Feedback, UserError
 from deadwood_algorithms.trees import columns as tree_columns
@@ -131,17 +132,33 @@ def measured_trees(path: str, feedback: Feedback) -> tuple[np.ndarray, np.ndarra
     rows = read_table(path, what="sample of trees")
     layout = tree_sources.layout_of(rows, path, "auto", mapped=False)
     living = tree_status.status_of(rows, layout, None, None, None, feedback) == tree_status.LIVE
-    dbh = tree_columns.dbh_column(rows, layout, None, None, layout.missing_value)
-    height = tree_columns.height_column(rows, layout, None, "m", layout.missing_value, feedback)
+    dbh = tree_columns.dbh_column(rows, layout, None, None, layout.missing_value, feedback)
+    height = tree_columns.height_column(rows, layout, None, None, layout.missing_value, feedback)
     return dbh[living], height[living]
 
 
 def refuse_nothing_known(source: geopandas.GeoDataFrame, dbh: np.ndarray, height: np.ndarray) -> None:
     if np.isnan(dbh).all() and np.isnan(height).all():
-        fields = ", ".join(str(each) for each in source.columns if each != "geometry") or "none"
         raise UserError(
             f"{where_of(source)}: neither a DBH nor a height is found; name its field: --dbh-field, --height-field "
-            f"(the fields are {fields})"
+            f"(it has {field_names(source)})"
+        )
+
+
+def warn_of_idle_fields(
+    source: geopandas.GeoDataFrame,
+    layout: Layout,
+    what: str,
+    other: str,
+    asked: Iterable[str | None],
+    feedback: Feedback,
+) -> None:
+    """Warn where all of one size is about to be computed, while some field of numbers is not understood."""
+    idle = tree_columns.not_understood(source, layout, asked)
+    if idle:
+        feedback.warn(
+            f"{where_of(source)}: no field is understood as the {what}, so that each is computed from the {other}; "
+            f"if one of {', '.join(idle)} holds it, say --{what.lower()}-field NAME"
         )
 
 

@@ -147,7 +147,7 @@ def test_logs_per_hectare(tmp_path, sample, outcome):
     assert frame["release_id"].value_counts().to_dict() == {1: 200, 2: 8, 3: round(200 * np.pi * 100 / 1e4)}
     assert outcome["last"].lines[0] == "214 logs in 3 release areas, 6 to 200 each (200 a hectare)"
     # The ids are those that --count would give, so that the same logs stand at the same places.
-    assert (frame["log_id"] % 3 + 1 == frame["release_id"]).all()
+    assert ((frame["log_id"] - 1) % 3 + 1 == frame["release_id"]).all()
     assert frame["log_id"].is_monotonic_increasing
     by_count = sample(areas(tmp_path, big, small, circle), count=6)
     shared = frame.set_index("log_id").loc[by_count["log_id"]]

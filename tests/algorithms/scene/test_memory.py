@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from deadwood_algorithms.files.free_memory import free_bytes
 from deadwood_algorithms.scene import memory
-from deadwood_algorithms.scene.memory import free_bytes, threads_that_fit
+from deadwood_algorithms.scene.memory import threads_that_fit
 from deadwood_algorithms.tool import UserError
 
 CELLS = 10_000_000
@@ -23,7 +24,7 @@ def test_as_many_threads_as_there_is_memory_for(monkeypatch, said, free_gb, thre
 def test_friction_by_cell_takes_its_share(monkeypatch, said):
     monkeypatch.setattr(memory, "free_bytes", lambda: int(CELLS * 70 / 0.9))
     assert threads_that_fit(2, CELLS, friction_by_cell=False, what="dem.tif", feedback=said) == 1
-    with pytest.raises(UserError, match=r"dem.tif: 10 million cells need 0.7 GB of memory, .* free; .*gdalwarp"):
+    with pytest.raises(UserError, match=r"dem.tif: 10 million cells need 0.7 GB of memory, .* free; .*rio warp"):
         threads_that_fit(2, CELLS, friction_by_cell=True, what="dem.tif", feedback=said)
 
 

@@ -82,7 +82,7 @@ def test_the_releases_are_a_layer_of_the_contract(imported, tmp_path, slope, sai
         releases=str(path),
     )
     snags = gpd.read_file(path)
-    assert snags["log_id"].tolist() == [0, 1]
+    assert snags["log_id"].tolist() == [1, 2]
     assert snags["release_id"].tolist() == ["B", "C"]
     assert snags["length_m"].tolist() == pytest.approx([20, (60 / 2.52) ** (1 / 0.84)])
     assert snags["orientation"].tolist() == ["upright"] * 2

@@ -1,0 +1,112 @@
+"""No input is taken from the network unless the user allows it: results shall hang on files that are there tomorrow.
+
+A path that names the network is refused, always. A file that points to it (a GDAL virtual raster or layer, the
+description of a map service) is refused unless the variable `ALLOWED` is set: whoever sends such a file would else
+have this computer ask addresses of his choice. What no look into the file can find, the command forbids GDAL itself
+(`deadwood_toolbox.environment`).
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import stat
+from pathlib import Path
+from xml.etree import ElementTree
+
+from deadwood_algorithms.tool import UserError
+
+ALLOWED = "DEADWOOD_NETWORK"
+# How GDAL and OGR name what is not a file here: addresses, file systems of clouds, servers.
+ELSEWHERE = re.compile(
+    r"\b(https?|ftps?|s3|gs|az|abfss?)://|/vsi(curl|s3|gs|az|adls|oss|swift|hdfs|webhdfs)(_streaming)?[/?]"
+    r"|^\s*(PG|PGeo|MySQL|MSSQL|OCI|MongoDBv3|ES|Carto|WFS3?|OAPIF|OGCAPI|WMS|WMTS|WCS|TMS|NGW|EEDAI?|PLScenes|DAAS):",
+    re.IGNORECASE,
+)
+VIRTUAL = ("vrtdataset", "ogrvrtdatasource")
+SERVICES = ("gdal_wms", "gdal_wmts", "wcs_gdal", "wmt_ms_capabilities", "wms_capabilities", "tms", "tilemap")
+SERVICES += ("ogrwfsdatasource", "wfs_capabilities", "capabilities", "tilemapservice")
+FREE_TEXT = ("metadata", "srs", "layersrs", "description", "gcplist", "categorynames", "colortable")
+HEAD_BYTES = 4096
+
+
+def refuse_elsewhere(path: str | Path, what: str) -> None:
+    """Raise ``UserError`` for a path that is an address of the network."""
+    if ELSEWHERE.search(str(path)) and not Path(path).exists():
+        raise UserError(
+            f"{path}: the {what} must be a file on this computer, no address of the network; download it, and give "
+            "the file"
+        )
+
+
+def refuse_pointers(path: str | Path, what: str) -> None:
+    """Raise ``UserError`` for a file that points to the network, or by which a pipe or device would be read."""
+    _look_into(Path(path), str(path), what, set(), os.environ.get(ALLOWED, "0") not in ("", "0"))
+
+
+def is_special(path: Path) -> bool:
+    """Whether reading it may wait or go on for ever: a pipe, a socket or a device."""
+    try:
+        mode = path.stat().st_mode
+    except (OSError, ValueError):
+        return False
+    return not (stat.S_ISREG(mode) or stat.S_ISDIR(mode))
+
+
+def _look_into(file: Path, named: str, what: str, seen: set[Path], allowed: bool) -> None:
+    root = _root_of(file)
+    if root is None or file in seen:
+        return
+    seen.add(file)
+    kind = root.tag.rpartition("}")[2].lower()
+    if kind in SERVICES and not allowed:
+        raise UserError(_refusal(named, what, "a service of the network"))
+    if kind not in VIRTUAL:
+        return
+    for element, inside in _elements(root):
+        text = (element.text or "").strip()
+        if ELSEWHERE.search(text) or element.tag.lower() in SERVICES:
+            if not allowed:
+                raise UserError(_refusal(named, what, text[:100] or "a service of the network"))
+            continue
+        if not text or len(text) > HEAD_BYTES or "\n" in text or inside == "sql":
+            continue
+        relative = element.get("relativeToVRT") == "1" or element.get("relativetoVRT") == "1"
+        source = file.parent / text if relative else Path(text)
+        if is_special(source):
+            raise UserError(f"{named}: the {what} file points to {text}, which is a pipe or a device and no file")
+        if source.is_file():
+            _look_into(source, named, what, seen, allowed)
+
+
+def _elements(root: ElementTree.Element) -> list[tuple[ElementTree.Element, str]]:
+    """Every element but those of free text, such as metadata, which may well name an address."""
+    found, todo = [], [root]
+    while todo:
+        element = todo.pop()
+        kind = element.tag.rpartition("}")[2].lower()
+        if kind in FREE_TEXT:
+            continue
+        found.append((element, "sql" if kind in ("srcsql", "expression") else kind))
+        todo += list(element)
+    return found
+
+
+def _root_of(file: Path) -> ElementTree.Element | None:
+    """The XML of a virtual raster or layer, or of a service; None for any other file."""
+    try:
+        with file.open("rb") as source:
+            head = source.read(HEAD_BYTES)
+            low = head.lower()
+            if b"<" not in head[:64] or not any(f"<{kind}".encode() in low for kind in (*VIRTUAL, *SERVICES)):
+                return None
+            return ElementTree.fromstring(head + source.read())
+    except (OSError, ElementTree.ParseError, ValueError):
+        return None  # GDAL says what is wrong with it
+
+
+def _refusal(named: str, what: str, address: str) -> str:
+    return (
+        f"{named}: the {what} file points to the network ({address}), and that is not followed; download what it "
+        f"points to, or set {ALLOWED}=1 to allow it"
+    )
