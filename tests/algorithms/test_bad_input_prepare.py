@@ -207,11 +207,11 @@ def test_a_missing_dem_and_one_that_is_none(tmp_path, bad, layer):
 @pytest.mark.parametrize(
     ("crs", "transform", "words"),
     [
-        ("EPSG:4326", from_origin(9.8, 46.9, 2e-5, 2e-5), "gdalwarp -t_srs EPSG:2056"),
-        ("EPSG:2229", None, "counts in US survey foot, but must count in metres; mend: gdalwarp"),
+        ("EPSG:4326", from_origin(9.8, 46.9, 2e-5, 2e-5), "--dst-crs EPSG:2056"),
+        ("EPSG:2229", None, "counts in US survey foot, but must count in metres; mend: rio warp"),
         (None, None, "--crs EPSG:2056"),
-        ("EPSG:2056", Affine(2, 0, EAST, 0, -3, NORTH + 240), "must be square; mend: gdalwarp -tr 2 2"),
-        ("EPSG:2056", Affine(1.9, 0.6, EAST, 0.6, -1.9, NORTH), "rotated, but must be north-up; mend: gdalwarp"),
+        ("EPSG:2056", Affine(2, 0, EAST, 0, -3, NORTH + 240), "must be square; mend: rio warp"),
+        ("EPSG:2056", Affine(1.9, 0.6, EAST, 0.6, -1.9, NORTH), "rotated, but must be north-up; mend: rio warp"),
     ],
 )
 def test_a_dem_that_cannot_be_used_comes_with_its_mend(tmp_path, bad, layer, crs, transform, words):

@@ -84,17 +84,17 @@ MATRIX = {
     "releases are text": (lambda f: {"releases": text(f)}, ["bad.gpkg", "no vector layer"]),
     "geographic CRS": (
         lambda f: {"dem": write_dem(f / "d.tif", crs="EPSG:4326", transform=from_origin(9.8, 46.9, 1e-5, 1e-5))},
-        ["d.tif", "geographic", "gdalwarp"],
+        ["d.tif", "geographic", "rio warp"],
     ),
     "foot CRS": (lambda f: {"dem": write_dem(f / "d.tif", crs="EPSG:2263")}, ["d.tif", "must count in metres"]),
     "no CRS": (lambda f: {"dem": write_dem(f / "d.tif", crs=None)}, ["d.tif", "--crs EPSG:2056"]),
     "not square": (
         lambda f: {"dem": write_dem(f / "d.tif", transform=Affine(1.0, 0.0, EAST, 0.0, -2.0, NORTH + 100))},
-        ["d.tif", "must be square", "gdalwarp"],
+        ["d.tif", "must be square", "rio warp"],
     ),
     "rotated": (
         lambda f: {"dem": write_dem(f / "d.tif", transform=SQUARE * Affine.rotation(20.0))},
-        ["d.tif", "rotated", "gdalwarp"],
+        ["d.tif", "rotated", "rio warp"],
     ),
     "no release on the DEM": (lambda f: releases(f, (-500.0, 50.0)), ["no release lies on the DEM", "CRS"]),
     "releases partly off": (

@@ -6,7 +6,6 @@ For `dem_windows`, which reads the heights.
 from __future__ import annotations
 
 import math
-import shlex
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,6 +17,7 @@ from pyproj.exceptions import ProjError
 from rasterio.enums import ColorInterp
 from rasterio.transform import Affine
 
+from deadwood_algorithms.files import mends
 from deadwood_algorithms.files.crs import crs_name, horizontal, parse_crs, same_crs
 from deadwood_algorithms.files.rasters import open_raster, refuse_cut_off
 from deadwood_algorithms.tool import Feedback, UserError
@@ -25,6 +25,7 @@ from deadwood_algorithms.tool import Feedback, UserError
 # Skew, unequal cell sides or rounded headers may shift the far corner of the grid by this part of a cell: less
 # than any survey's positional accuracy, and less than a bilinear surface can tell.
 SHIFT_ALLOWED_CELLS = 0.05
+FEET = ("ft", "ftus", "us-ft", "us_ft", "ftintl")  # how a band calls them
 # Projections of the whole world, true to scale at the equator alone, and how much of that is let pass.
 WORLD_METHODS = ("Popular Visualisation", "Mercator (", "Equidistant Cylindrical", "Pseudo Plate")
 STRETCH_ALLOWED = 0.01
@@ -37,7 +38,7 @@ def open_dem(path: str | Path, crs: str | None, feedback: Feedback) -> Iterator[
         _refuse_images(source, path, feedback)
         refuse_cut_off(source, path)
         dem_crs = _crs_of_dem(source, path, crs, feedback)
-        transform = _square_transform(source, path)
+        transform = _square_transform(source, path, crs)
         if source.count > 1:
             feedback.note(f"{path}: band 1 of {source.count} is read as the heights")
         _refuse_foot_heights(source.units[0], 0.3048, path)
@@ -54,40 +55,42 @@ def _crs_of_dem(source: Any, path: str | Path, given: str | None, feedback: Feed
         crs = pyproj.CRS.from_wkt(source.crs.to_wkt())
         if given is not None and not same_crs(crs, parse_crs(given)):
             feedback.warn(f"{path}: --crs {given} is not used for the DEM, whose file names {crs_name(crs)}")
-    _refuse_crs(crs, source, path)
+    _refuse_crs(crs, source, path, given)
     return crs
 
 
-def _refuse_crs(crs: pyproj.CRS, source: Any, path: str | Path) -> None:
+def _refuse_crs(crs: pyproj.CRS, source: Any, path: str | Path, given: str | None) -> None:
     flat = horizontal(crs)
     if flat.is_projected:
-        _refuse_stretched(flat, source, path)
+        _refuse_stretched(flat, source, path, given)
         factor = flat.axis_info[0].unit_conversion_factor if flat.axis_info else 1.0
         if abs(factor - 1) > 1e-9:
             size = f"{abs(source.transform.a) * factor:.3g}"
             unit = flat.axis_info[0].unit_name
             raise UserError(
                 f"{path}: the DEM's CRS {crs_name(crs)} counts in {unit}, but must count in metres; "
-                f"mend: {_gdalwarp(path, _metric_code(source, crs), size)}"
+                f"mend: {mends.warp(source, path, size, _metric_code(source, crs), crs=given or '')}"
                 + (" (if its heights are in feet too, multiply them by 0.3048)" if "foot" in unit else "")
             )
     elif flat.is_geographic:
         size = f"{abs(source.transform.e) * 111_320:.2g}"
         raise UserError(
             f"{path}: the DEM's CRS {crs_name(crs)} is geographic (degrees), but must be projected in metres; "
-            f"mend: {_gdalwarp(path, _metric_code(source, crs), size)}"
+            f"mend: {mends.warp(source, path, size, _metric_code(source, crs), crs=given or '')}"
         )
     else:
         raise UserError(
             f"{path}: the DEM's CRS '{crs.name}' is not a projected one; "
-            f"mend: gdal_translate -a_srs EPSG:2056 {_quoted(path)} {_mended(path)}, with the code of its true CRS"
+            f"mend: {mends.with_crs(path, 'EPSG:2056')}, with the code of its true CRS"
         )
     for part in crs.sub_crs_list if crs.is_compound else []:
         if part.is_vertical and part.axis_info:
-            _refuse_foot_heights(part.axis_info[0].unit_name, part.axis_info[0].unit_conversion_factor, path)
+            _refuse_foot_heights(
+                part.axis_info[0].unit_name, part.axis_info[0].unit_conversion_factor, path, crs_name(flat)
+            )
 
 
-def _refuse_stretched(crs: pyproj.CRS, source: Any, path: str | Path) -> None:
+def _refuse_stretched(crs: pyproj.CRS, source: Any, path: str | Path, given: str | None) -> None:
     """A map of the world in one piece counts in metres that are none: at 47 degrees north Web Mercator's are 0.68 m."""
     method = crs.coordinate_operation.method_name if crs.coordinate_operation else ""
     if not method.startswith(WORLD_METHODS):
@@ -95,20 +98,20 @@ def _refuse_stretched(crs: pyproj.CRS, source: Any, path: str | Path) -> None:
     x, y = (source.bounds.left + source.bounds.right) / 2, (source.bounds.bottom + source.bounds.top) / 2
     _, latitude = pyproj.Transformer.from_crs(crs, crs.geodetic_crs, always_xy=True).transform(x, y)
     shrink = math.cos(math.radians(latitude))
+    size = f"{abs(source.transform.a) * shrink:.3g}"
     if abs(1.0 - shrink) > STRETCH_ALLOWED:
         raise UserError(
             f"{path}: the DEM's CRS {crs_name(crs)} is a map of the whole world: where the DEM lies, its metres are "
             f"{shrink:.2f} m, so that every slope comes out wrong; "
-            f"mend: {_gdalwarp(path, _metric_code(source, crs), f'{abs(source.transform.a) * shrink:.3g}')}"
+            f"mend: {mends.warp(source, path, size, _metric_code(source, crs), crs=given or '')}"
         )
 
 
-def _refuse_foot_heights(unit: str | None, factor: float, path: str | Path) -> None:
-    if unit and unit.strip().lower() in ("ft", "foot", "feet", "ftus", "us-ft", "us survey foot", "foot_us"):
+def _refuse_foot_heights(unit: str | None, factor: float, path: str | Path, code: str | None = None) -> None:
+    """``code`` of the horizontal CRS, where the heights' unit is told by the CRS and must go with them."""
+    if unit and ("foot" in unit.lower() or "feet" in unit.lower() or unit.strip().lower() in FEET):
         raise UserError(
-            f"{path}: the DEM's heights are in {unit}, but must be in metres; "
-            f"mend: gdal_calc.py -A {_quoted(path)} --calc='A*{factor:.12g}' --outfile={_mended(path)} and then "
-            f"gdal_edit.py -unsetstats -a_srs EPSG:... {_mended(path)}, with the code of its horizontal CRS"
+            f"{path}: the DEM's heights are in {unit}, but must be in metres; mend: {mends.times(path, factor, code)}"
         )
 
 
@@ -126,15 +129,12 @@ def _refuse_images(source: Any, path: str | Path, feedback: Feedback) -> None:
         if source.gcps[0]:
             raise UserError(
                 f"{path}: the DEM is placed by {len(source.gcps[0])} ground control points only; "
-                f"mend: {_gdalwarp(path, None, 'CELL')}, with the wanted cell size"
+                f"mend: {mends.warp(source, path, '1')}, with the wanted cell size in place of 1"
             )
-        raise UserError(
-            f"{path}: the DEM has no georeference; mend: gdal_translate -a_ullr WEST NORTH EAST SOUTH "
-            f"{_quoted(path)} {_mended(path)}"
-        )
+        raise UserError(f"{path}: the DEM has no georeference; mend, with its own numbers: {mends.placed(path)}")
 
 
-def _square_transform(source: Any, path: str | Path) -> Affine:
+def _square_transform(source: Any, path: str | Path, given: str | None) -> Affine:
     """The transform, north-up or south-up and square to within `SHIFT_ALLOWED_CELLS` over the whole grid."""
     t, (ny, nx) = source.transform, source.shape
     size = math.sqrt(abs(t.a * t.e - t.b * t.d))
@@ -142,13 +142,12 @@ def _square_transform(source: Any, path: str | Path) -> Affine:
         raise UserError(f"{path}: the DEM's cells are {t.a:g} x {t.e:g} m large; correct the cell size in its header")
     if t.a <= 0 or max(abs(t.b) * ny, abs(t.d) * nx) > SHIFT_ALLOWED_CELLS * size:
         turned = "mirrored" if t.a <= 0 and t.b == 0 == t.d else "rotated"
-        raise UserError(
-            f"{path}: the DEM's grid is {turned}, but must be north-up; mend: {_gdalwarp(path, None, f'{size:.6g}')}"
-        )
+        mend = mends.warp(source, path, f"{size:.6g}", crs=given or "")
+        raise UserError(f"{path}: the DEM's grid is {turned}, but must be north-up; mend: {mend}")
     if abs(t.a - abs(t.e)) * max(nx, ny) > SHIFT_ALLOWED_CELLS * t.a:
         raise UserError(
             f"{path}: the DEM's cells are {t.a:.9g} m x {abs(t.e):.9g} m, but must be square; "
-            f"mend: {_gdalwarp(path, None, f'{min(t.a, abs(t.e)):.6g}')}"
+            f"mend: {mends.warp(source, path, f'{min(t.a, abs(t.e)):.6g}', crs=given or '')}"
         )
     return t
 
@@ -167,16 +166,3 @@ def _metric_code(source: Any, crs: pyproj.CRS) -> str:
         return "EPSG:2056"
     zone = min(60, max(1, int((x + 180) // 6) + 1))
     return f"EPSG:{(32600 if y >= 0 else 32700) + zone}"
-
-
-def _gdalwarp(path: str | Path, code: str | None, size: str) -> str:
-    target = f"-t_srs {code} " if code else ""
-    return f"gdalwarp {target}-tr {size} {size} -r bilinear {_quoted(path)} {_mended(path)}"
-
-
-def _quoted(path: str | Path) -> str:
-    return shlex.quote(str(path))
-
-
-def _mended(path: str | Path) -> str:
-    return shlex.quote(f"{Path(path).stem}_mended.tif")

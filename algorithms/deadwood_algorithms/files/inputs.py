@@ -25,7 +25,7 @@ def refuse_missing(path: str | Path, what: str) -> None:
             raise UserError(f"{path}: the {what} file does not exist (looked in {place.absolute().parent})")
         if is_special(place):
             raise UserError(
-                f"{path}: this is a pipe or a device, but the {what} must be a file; write what it gives to a file first"
+                f"{path}: this is a pipe or a device, but the {what} must be a file; write it to a file first"
             )
         if place.is_file() and place.stat().st_size == 0:
             raise UserError(f"{path}: the {what} file is empty (0 bytes)")

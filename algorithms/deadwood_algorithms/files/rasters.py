@@ -17,7 +17,7 @@ from rasterio.errors import RasterioError
 from rasterio.transform import Affine
 from rasterio.windows import Window
 
-from deadwood_algorithms.files import styles
+from deadwood_algorithms.files import mends, styles
 from deadwood_algorithms.files.ascii_grid import refuse_broken_ascii, why_not_ascii
 from deadwood_algorithms.files.crs import accuracy_words, horizontal, same_crs
 from deadwood_algorithms.files.grid import Grid
@@ -41,7 +41,9 @@ def read_raster_on(path: str | Path, grid: Grid, *, what: str, feedback: Feedbac
     with open_raster(path, what) as source:
         refuse_cut_off(source, path)
         if source.transform == Affine.identity():
-            raise UserError(f"{path}: the {what} raster has no georeference; mend: gdal_translate -a_ullr W N E S ...")
+            raise UserError(
+                f"{path}: the {what} raster has no georeference; mend, with its own numbers: {mends.placed(path)}"
+            )
         if source.crs is None:
             feedback.note(f"{path}: the {what} raster has no CRS, it is taken to be in the DEM's")
         own = pyproj.CRS.from_wkt(source.crs.to_wkt()) if source.crs else grid.crs
@@ -196,9 +198,12 @@ def open_raster(path: str | Path, what: str) -> Any:
         reason = why_not_ascii(path) or packed or first_line(error)
         raise UserError(f"{path}: the {what} is no raster that can be read ({reason})") from error
     if source.count == 0:
-        names = [name.split(":")[-1] for name in source.subdatasets]
+        whole = source.subdatasets
+        names = ", ".join(name.split(":")[-1] for name in whole)
         source.close()
-        inside = f"several rasters ({', '.join(names)}); write one of them out: gdal_translate" if names else "no band"
+        inside = (
+            f"several rasters ({names}); write one of them out: {mends.one_of(path, whole[0])}" if whole else "no band"
+        )
         raise UserError(f"{path}: the {what} file holds {inside}")
     return source
 

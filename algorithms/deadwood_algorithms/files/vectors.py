@@ -328,9 +328,7 @@ def _refuse_far(array: np.ndarray, where: str) -> None:
     if far.any():
         at = int(np.argmax(far))
         x, y = coordinates[at]
-        raise UserError(
-            f"{where}, row {int(owner[at]) + 1}: the place {x:g}, {y:g} is nowhere on Earth; correct it, or drop the row"
-        )
+        raise UserError(f"{where}, row {int(owner[at]) + 1}: the place {x:g}, {y:g} is nowhere on Earth; correct it")
 
 
 def _polygons_of(shape: Any) -> Any:

@@ -112,8 +112,8 @@ def warn_of_large(middle: float, where: str, feedback: Feedback) -> None:
         what = "friction coefficient" if where.startswith("--") else "median friction coefficient"
         tangent = math.tan(math.radians(middle))
         feedback.warn(
-            f"{where}: the {what} is {middle:g}; is it in percent or degrees? Then {middle / 100.0:.3g} or {tangent:.3g} "
-            "is meant: it is the tangent of the angle of friction, such as 0.4"
+            f"{where}: the {what} is {middle:g}; is it in percent or degrees? Then {middle / 100.0:.3g} or "
+            f"{tangent:.3g} is meant: it is the tangent of the angle of friction, such as 0.4"
         )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.files import mends
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.tool import Feedback
 
@@ -31,8 +32,8 @@ def warn_of_ground(grid: Grid, x: NDArray[np.float64], y: NDArray[np.float64], f
         where = "over its cells" if slope > STEEPEST_DEG else "where the logs start"
         feedback.warn(
             f"{grid.path}: the median slope {where} is {steeper:.0f} degrees, as hardly any ground has; are its "
-            f"heights in feet (then it is {true:.0f} degrees), or in another unit than metres? Mend: rio calc "
-            f"'(* {FOOT_M} (read 1))' DEM.tif DEM_m.tif"
+            f"heights in feet (then it is {true:.0f} degrees), or in another unit than metres? Mend: "
+            f"{mends.times(grid.path, FOOT_M)}"
         )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from deadwood_algorithms.files import mends
 from deadwood_algorithms.files.free_memory import GIB, SHARE, free_bytes
 from deadwood_algorithms.tool import Feedback, UserError
 
@@ -12,8 +13,12 @@ RASTER_BYTES = 24  # a cell and thread
 LOG_BYTES = 1500  # a released log: read, slid, written
 
 
-def threads_that_fit(wanted: int, cells: int, *, friction_by_cell: bool, what: str, feedback: Feedback) -> int:
+def threads_that_fit(
+    wanted: int, cells: int, *, friction_by_cell: bool, what: str, feedback: Feedback, cell: float = 1.0
+) -> int:
     """The threads wanted, or as many as there is memory for; results are the same with any number.
+
+    ``what`` is the DEM's path, ``cell`` the side of its cells [m], for the mend.
 
     Raises
     ------
@@ -29,7 +34,7 @@ def threads_that_fit(wanted: int, cells: int, *, friction_by_cell: bool, what: s
         raise UserError(
             f"{what}: {cells / 1e6:.0f} million cells need {(base + cells * RASTER_BYTES) / GIB:.1f} GB of memory, "
             f"{free / GIB:.1f} GB are free; slide the releases of each area apart, or take a coarser DEM "
-            "(rio warp DEM.tif COARSE.tif --res 2 --resampling average)"
+            f"({mends.coarser(what, 2.0 * cell)})"
         )
     feedback.note(f"{fitting} threads are used instead of {wanted}, for which the memory does not suffice")
     return fitting

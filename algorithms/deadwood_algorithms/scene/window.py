@@ -78,7 +78,7 @@ def scene_on(ask: ReleasedScene, dem: DemWindows, part: Part | None, feedback: F
     by_cell = number_of(ask.friction) is None
     cells = part.cells if part else dem.shape[0] * dem.shape[1]
     threads = threads_that_fit(
-        threads_of(ask.threads), cells, friction_by_cell=by_cell, what=ask.dem, feedback=feedback
+        threads_of(ask.threads), cells, friction_by_cell=by_cell, what=ask.dem, feedback=feedback, cell=dem.cell
     )
     if part is None:
         grid = read_whole(dem, feedback)

@@ -14,7 +14,7 @@ import rasterio
 from numpy.typing import NDArray
 from rasterio.enums import MaskFlags
 
-from deadwood_algorithms.files import styles
+from deadwood_algorithms.files import mends, styles
 from deadwood_algorithms.files.dem_windows import DemWindows, WindowWriter
 from deadwood_algorithms.files.rasters import geotiff_profile
 from deadwood_algorithms.structures.earthworks import build
@@ -32,7 +32,7 @@ def write_with_structures(path: Path, dem: DemWindows, plans: Sequence[Plan], fe
     if dtype.kind in "iu" and scale > COARSE_STEP_M:
         feedback.warn(
             f"{dem.path}: the heights stand in steps of {scale:g} m, and so will the structures; "
-            "for finer ones: gdal_translate -unscale -ot Float32"
+            f"for finer ones: {mends.unscaled(dem.path, source.scales[0], source.offsets[0])}"
         )
     profile = geotiff_profile(source.shape, dem.crs, source.transform, dtype.name, source.nodata)
     masked = MaskFlags.per_dataset in source.mask_flag_enums[0]
@@ -91,6 +91,6 @@ def _stored(heights: NDArray[np.float64], dem: DemWindows, at: str) -> NDArray[A
     if bad.any():
         raise UserError(
             f"{at}: the height {heights[bad][0]:.2f} m cannot be stored in the DEM's type ({dtype}); "
-            f"mend: gdal_translate -unscale -ot Float32 {dem.path} ..., and take that DEM"
+            f"mend: {mends.unscaled(dem.path, dem.source.scales[0], dem.source.offsets[0])}, and take that DEM"
         )
     return numbers.astype(dtype)

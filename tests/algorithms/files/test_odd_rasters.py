@@ -230,18 +230,21 @@ TURNED = Affine.translation(E, N) @ Affine.rotation(20.0) @ Affine.scale(2.0, -2
 REFUSED: dict[str, tuple[Any, tuple[str, ...]]] = {
     "no CRS": (lambda f: asc(f / "a.asc"), ("has no CRS", "--crs EPSG:2056")),
     "a .prj of nonsense": (lambda f: asc(f / "a.asc", prj="nonsense"), ("has no CRS",)),
-    "geographic in three dimensions": (lambda f: tif(f / "d.tif", **GEOGRAPHIC), ("degrees", "gdalwarp -t_srs EPSG:")),
-    "feet": (lambda f: tif(f / "d.tif", crs="EPSG:2225"), ("US survey foot", "gdalwarp -t_srs EPSG:")),
+    "geographic in three dimensions": (
+        lambda f: tif(f / "d.tif", **GEOGRAPHIC),
+        ("degrees", "rio warp", "--dst-crs EPSG:"),
+    ),
+    "feet": (lambda f: tif(f / "d.tif", crs="EPSG:2225"), ("US survey foot", "rio warp", "--dst-crs EPSG:")),
     "heights in feet": (
         lambda f: tif(f / "d.tif", crs="EPSG:32611+6360"),
-        ("heights are in US survey foot", "gdal_calc"),
+        ("heights are in US survey foot", "rio calc"),
     ),
     "Web Mercator": (
         lambda f: tif(f / "d.tif", crs="EPSG:3857", transform=from_origin(1.1e6, 5.9e6, 2.0, 2.0)),
-        ("map of the whole world", "its metres are 0.69 m", "gdalwarp -t_srs EPSG:2056 -tr 1.37 1.37"),
+        ("map of the whole world", "its metres are 0.69 m", "--dst-crs EPSG:2056", "--res 1.37"),
     ),
     "no CRS on Earth": (lambda f: tif(f / "d.tif", crs='LOCAL_CS["quarry",UNIT["metre",1]]'), ("not a projected one",)),
-    "rotated": (lambda f: tif(f / "d.tif", transform=TURNED), ("rotated", "gdalwarp -tr 2 2")),
+    "rotated": (lambda f: tif(f / "d.tif", transform=TURNED), ("rotated", "rio warp", "--res 2")),
     "rows and columns exchanged": (lambda f: tif(f / "d.tif", transform=Affine(0, 2, E, 2, 0, N)), ("rotated",)),
     "mirrored": (lambda f: tif(f / "d.tif", transform=Affine(-2, 0, E, 0, -2, N)), ("mirrored",)),
     "oblong cells": (
@@ -252,8 +255,8 @@ REFUSED: dict[str, tuple[Any, tuple[str, ...]]] = {
         lambda f: asc(f / "a.asc", HEADER.replace("size 2", "size 0"), prj=ESRI_PRJ),
         ("0 x -0 m large",),
     ),
-    "no georeference": (lambda f: tif(f / "d.tif", transform=Affine.identity()), ("no georeference", "-a_ullr")),
-    "control points": (lambda f: gcps(f / "d.tif"), ("3 ground control points", "gdalwarp")),
+    "no georeference": (lambda f: tif(f / "d.tif", transform=Affine.identity()), ("no georeference", "edit-info")),
+    "control points": (lambda f: gcps(f / "d.tif"), ("3 ground control points", "rio warp")),
     "a picture": (lambda f: tif(f / "d.tif", MAP - 500, dtype="uint8", count=3), ("3 bands of uint8", "picture")),
     "a picture with a palette": (lambda f: palette(f / "d.tif"), ("palette", "picture")),
     "complex numbers": (lambda f: tif(f / "d.tif", dtype="complex64"), ("complex numbers",)),

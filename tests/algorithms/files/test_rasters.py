@@ -244,10 +244,10 @@ def test_a_missing_crs_names_the_option(tmp_path):
 @pytest.mark.parametrize(
     ("crs", "place", "mend"),
     [
-        ("EPSG:4326", (9.8, 46.9, 1e-4), "gdalwarp -t_srs EPSG:2056 -tr 11 11 "),
-        ("EPSG:4326", (15.2, 47.1, 1e-5), "gdalwarp -t_srs EPSG:32633 -tr 1.1 1.1 "),
-        ("EPSG:4979", (9.8, -46.9, 1e-4), "gdalwarp -t_srs EPSG:32732 "),
-        ("EPSG:2229", (6_500_000, 1_800_000, 3.0), "gdalwarp -t_srs EPSG:32611 -tr 0.914 0.914 "),
+        ("EPSG:4326", (9.8, 46.9, 1e-4), "--dst-crs EPSG:2056 --res 11 "),
+        ("EPSG:4326", (15.2, 47.1, 1e-5), "--dst-crs EPSG:32633 --res 1.1 "),
+        ("EPSG:4979", (9.8, -46.9, 1e-4), "--dst-crs EPSG:32732 "),
+        ("EPSG:2229", (6_500_000, 1_800_000, 3.0), "--dst-crs EPSG:32611 --res 0.914 "),
     ],
 )
 def test_degrees_and_feet_are_refused_with_the_command_that_mends_them(tmp_path, crs, place, mend):
@@ -259,7 +259,7 @@ def test_degrees_and_feet_are_refused_with_the_command_that_mends_them(tmp_path,
 
 
 def test_heights_in_feet_are_refused(tmp_path):
-    assert "A*0.3048" in refused(write_map(tmp_path / "dem.tif", crs="EPSG:26910+6360"))
+    assert "(* 0.3048006" in refused(write_map(tmp_path / "dem.tif", crs="EPSG:26910+6360"))
     path = write_map(tmp_path / "unit.tif")
     with rasterio.open(path, "r+") as made:
         made.set_band_unit(1, "ft")
@@ -272,7 +272,7 @@ def test_rotated_mirrored_and_oblong_grids_are_refused(tmp_path):
     mirrored = Affine(-2, 0, 1008, 0, -2, 2006)
     assert "mirrored" in refused(write_map(tmp_path / "mirrored.tif", transform=mirrored))
     oblong = Affine(2, 0, 1000, 0, -2.5, 2006)
-    assert "gdalwarp -tr 2 2 -r bilinear" in refused(write_map(tmp_path / "oblong.tif", transform=oblong))
+    assert "--res 2 --resampling bilinear" in refused(write_map(tmp_path / "oblong.tif", transform=oblong))
 
 
 def test_rounding_in_a_header_is_not_held_against_a_grid(tmp_path):

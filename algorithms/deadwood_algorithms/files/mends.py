@@ -1,0 +1,99 @@
+"""Commands that mend a raster, for messages: by ``rio``, which comes with rasterio and so is there wherever we are."""
+
+from __future__ import annotations
+
+import shlex
+import shutil
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import rasterio
+
+NODATA = -9999
+
+
+def rio() -> str:
+    """How ``rio`` is called here: by its name where that finds it, else where it stands beside this Python."""
+    beside = shutil.which("rio", path=str(Path(sys.executable).parent))
+    return "rio" if beside is None or shutil.which("rio") else shlex.quote(beside)
+
+
+def warp(source: Any, path: str | Path, size: str, code: str | None = None, *, crs: str = "") -> str:
+    """Brought into a CRS (by its code; None: its own) and onto square north-up cells of this size.
+
+    ``crs`` names the CRS of a file that holds none: it is then written into a copy first.
+    """
+    first, steps = quoted(path), ""
+    if source.crs is None and not source.gcps[0]:
+        first = _copy(path, "with_crs")
+        steps = f"{rio()} convert {quoted(path)} {first} && {rio()} edit-info {first} --crs {shlex.quote(crs)} && "
+        code = code or crs
+    target = f" --dst-crs {code or own_code(source)} --res {size} --resampling bilinear"
+    if not source.gcps[0] and (
+        source.transform.a < 0 or source.transform.e > 0
+    ):  # rio finds no extent of its own for these
+        xs, ys = zip(*(source.transform @ corner for corner in _corners(source)), strict=True)
+        target += f" --bounds {min(xs):.12g} {min(ys):.12g} {max(xs):.12g} {max(ys):.12g}"
+    kind = np.dtype(source.dtypes[0])
+    if source.nodata is None and (kind.kind == "f" or (kind.kind == "i" and kind.itemsize > 1)):
+        target += f" --src-nodata {NODATA} --dst-nodata {NODATA}"  # else what lies around it would be 0 m
+    return f"{steps}{rio()} warp {first} {_copy(path)}{target}"
+
+
+def coarser(path: str | Path, cell: float) -> str:
+    """Averaged to cells of this size [m]."""
+    return f"{rio()} warp {quoted(path)} {_copy(path, 'coarser')} --res {cell:g} --resampling average"
+
+
+def times(path: str | Path, factor: float, code: str | None = None) -> str:
+    """With other heights, and where a code is given another CRS."""
+    command = f"{rio()} calc{_masked(path)} '(* {factor:.12g} (read 1))' {quoted(path)} {_copy(path)}"
+    return command if code is None else f"{command} && {rio()} edit-info {_copy(path)} --crs {code}"
+
+
+def unscaled(path: str | Path, scale: float, offset: float) -> str:
+    """The heights themselves as floats, in place of numbers with a scale and an offset."""
+    formula = f"'(+ {offset:.12g} (* {scale:.12g} (read 1)))'"
+    return f"{rio()} calc{_masked(path)} --dtype float32 {formula} {quoted(path)} {_copy(path)}"
+
+
+def with_crs(path: str | Path, code: str) -> str:
+    return f"{rio()} convert {quoted(path)} {_copy(path)} && {rio()} edit-info {_copy(path)} --crs {code}"
+
+
+def placed(path: str | Path) -> str:
+    """With a georeference, whose numbers the user must know."""
+    matrix = shlex.quote("[CELL, 0, WEST, 0, -CELL, NORTH]")
+    return f"{rio()} convert {quoted(path)} {_copy(path)} && {rio()} edit-info {_copy(path)} --transform {matrix}"
+
+
+def one_of(path: str | Path, inside: str) -> str:
+    """One of several rasters in a file."""
+    return f"{rio()} convert {shlex.quote(inside)} {_copy(path)}"
+
+
+def own_code(source: Any) -> str:
+    """The CRS of a raster, or of its ground control points, as ``rio`` takes it."""
+    crs = source.crs or source.gcps[1]
+    authority = crs.to_authority() if crs else None
+    return ":".join(authority) if authority else shlex.quote(crs.to_wkt() if crs else "EPSG:...")
+
+
+def quoted(path: str | Path) -> str:
+    return shlex.quote(str(path))
+
+
+def _copy(path: str | Path, ending: str = "mended") -> str:
+    return shlex.quote(f"{Path(path).stem}_{ending}.tif")
+
+
+def _masked(path: str | Path) -> str:
+    """``rio calc`` leaves nodata as it is, and fails where a raster has none."""
+    with rasterio.open(path) as source:
+        return " --not-masked" if source.nodata is None else ""
+
+
+def _corners(source: Any) -> list[tuple[int, int]]:
+    return [(0, 0), (source.width, 0), (0, source.height), (source.width, source.height)]
