@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections import Counter
 from dataclasses import dataclass, fields, is_dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -88,8 +89,12 @@ def items_of(frame: geopandas.GeoDataFrame, names: tuple[str, ...], paths: Paths
     ids = ids_of(frame, *names).tolist()
     place = {each: k for k, each in enumerate(dict.fromkeys(ids))}
     unique, of_row = list(place), np.array([place[each] for each in ids], np.int64)
-    if len(unique) < len(ids):
-        _say_shared(frame, names, ids, feedback)
+    field = next((name for name in names if name in frame), "")
+    twins = shared_words(frame, field, ids)
+    if twins and field == names[0]:
+        feedback.note(f"{twins} and count as one")
+    elif twins:
+        feedback.warn(f"{twins} and count as one; to count each for itself, give each a {names[0]} of its own")
     geometry = np.asarray(frame.geometry)
     merged = [
         geometry[rows[0]] if rows.size == 1 else shapely.union_all(geometry[rows])
@@ -100,17 +105,16 @@ def items_of(frame: geopandas.GeoDataFrame, names: tuple[str, ...], paths: Paths
     return Items(unique, out, of_row[paths.item])
 
 
-def _say_shared(frame: geopandas.GeoDataFrame, names: tuple[str, ...], ids: list[Any], feedback: Feedback) -> None:
-    field = next(name for name in names if name in frame)
-    twins = next(each for each in ids if ids.count(each) > 1)
+def shared_words(frame: geopandas.GeoDataFrame, field: str, ids: list[Any]) -> str:
+    """Which rows share an id, in words; empty where each has its own."""
+    count = Counter(ids)
+    twins = next((each for each in ids if count[each] > 1), None)
+    if twins is None:
+        return ""
     rows = rows_named(np.array([row for row, each in enumerate(ids) if each == twins]))
-    told = f"{where_of(frame)}, field '{field}': {rows} are called '{twins}' and count as one"
-    more = len(ids) - len(set(ids)) - ids.count(twins) + 1
-    told += f"; {more} more rows likewise" if more else ""
-    if field == names[0]:
-        feedback.note(told)
-    else:
-        feedback.warn(f"{told}; to count each for itself, give each a {names[0]} of its own")
+    more = sum(times for times in count.values() if times > 1) - count[twins]
+    told = f"{where_of(frame)}, field '{field}': {rows} are called '{twins}'"
+    return told + (f", {more} more share others" if more else "")
 
 
 def ids_of(frame: geopandas.GeoDataFrame, *names: str) -> NDArray[Any]:

@@ -19,7 +19,16 @@ from deadwood_algorithms.files.dem_windows import read_dem
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.scene.friction import read_friction
-from deadwood_algorithms.scene.items import Items, digest_of, extent_words, ids_of, items_of, paths_of, plan_of
+from deadwood_algorithms.scene.items import (
+    Items,
+    digest_of,
+    extent_words,
+    ids_of,
+    items_of,
+    paths_of,
+    plan_of,
+    shared_words,
+)
 from deadwood_algorithms.scene.reach import WHOLE_CELLS, watched_sides
 from deadwood_algorithms.schemas import BARRIERS, TREES
 from deadwood_algorithms.tool import Feedback, UserError
@@ -161,7 +170,11 @@ def read_trees(path: str | None, grid: Grid, feedback: Feedback) -> tuple[Trees,
         raise UserError(f"{path}: none of the {len(frame)} trees stands on the DEM{extent_words(x, y, grid)}")
     if not on.all():
         feedback.note(f"{path}: {np.count_nonzero(~on)} of {len(frame)} trees stand off the DEM and are left out")
-    ids = ids_of(frame, "tree_id")[on]
+    ids = ids_of(frame, "tree_id")
+    twins = shared_words(frame, "tree_id", ids.tolist())
+    if twins:
+        feedback.warn(f"{twins}; no result can tell them apart. deadwood-tool import-trees numbers them anew")
+    ids = ids[on]
     return Trees(x[on], y[on], dbh_cm[on] / 100.0, height[on]), [str(each) for each in ids], int(np.count_nonzero(~on))
 
 

@@ -15,7 +15,7 @@ from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.scene.friction import number_of
 from deadwood_algorithms.scene.ground import warn_of_ground
 from deadwood_algorithms.scene.items import digest_of, plan_of
-from deadwood_algorithms.scene.memory import threads_that_fit
+from deadwood_algorithms.scene.memory import LOG_BYTES, refuse_too_many, threads_that_fit
 from deadwood_algorithms.scene.reach import WHOLE_CELLS, first_part, wider
 from deadwood_algorithms.scene.read import SceneLayers, read_scene
 from deadwood_algorithms.scene.released_scene import DEFAULTED, ReleasedScene, threads_of
@@ -45,6 +45,8 @@ def read_released_scene(
             ask.releases, geometry=("point",), target_crs=dem.crs, what="releases", feedback=feedback
         )
         defaults = {name: getattr(ask, name) for name in DEFAULTED}
+        mend = "slide them in parts, or release fewer (--until-ci draws as many as it needs)"
+        refuse_too_many(len(releases), "logs", ask.releases, each=LOG_BYTES, mend=mend)
         part = part_of(dem, releases, defaults, ask.friction) if windowed else None
         layers = scene_on(ask, dem, part, feedback)
     warn_of_ground(layers.dem, *plan_of(releases), feedback)
