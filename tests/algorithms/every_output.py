@@ -1,0 +1,184 @@
+"""Every tool once, on the sample, with all that it can write switched on; and a look at what it wrote.
+
+Few logs and the draft fidelity: what is written matters here, not how well it is calculated.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pyarrow.parquet as parquet
+import pyogrio
+import rasterio
+import shapely
+
+from deadwood_algorithms.files import styles
+from deadwood_toolbox.shelf import find
+
+SAMPLE = Path(__file__).parents[2] / "sample_data"
+DEM = str(SAMPLE / "dem.tif")
+
+
+def sample(layer: str) -> str:
+    return f"{SAMPLE / 'sample.gpkg'}|layername={layer}"
+
+
+def run_every_tool(folder: Path) -> list[str]:
+    """Run the tools in ``folder``, each into a folder of its own name; gives those names."""
+    done = []
+
+    def run(name: str, **values: Any) -> Path:
+        place = folder / name
+        given = {key: str(value) if isinstance(value, Path) else value for key, value in values.items()}
+        tool = find(name)
+        assert tool is not None, name
+        tool(**given)
+        done.append(name)
+        return place
+
+    def at(name: str, file: str) -> str:
+        (folder / name).mkdir(exist_ok=True)
+        return str(folder / name / file)
+
+    run(
+        "assess-mobilisation",
+        dem=DEM,
+        deadwood=sample("deadwood"),
+        output=at("assess-mobilisation", "susceptibility.tif"),
+        areas=at("assess-mobilisation", "areas.gpkg"),
+        assessed=at("assess-mobilisation", "assessed.gpkg"),
+        factors=at("assess-mobilisation", "factors.tif"),
+    )
+    releases = at("sample-releases", "releases.gpkg")
+    run("sample-releases", dem=DEM, areas=sample("release_area"), count=40, azimuth_deg=180.0, output=releases)
+    inventory = folder / "inventory.csv"
+    rows = [line.split(",") for line in (SAMPLE / "trees.csv").read_text(encoding="utf-8").splitlines()]
+    kinds = ["species,crown,status", *("spruce,4.5,dead" if k % 20 == 0 else "fir,5.0,living" for k in range(1, 200))]
+    ids = [row if k == 0 else [str(k % 100), *row[1:]] for k, row in enumerate(rows[:200])]  # each id twice
+    inventory.write_text("\n".join(",".join([*row, kind]) for row, kind in zip(ids, kinds, strict=True)) + "\n")
+    run(
+        "import-trees",
+        trees=str(inventory),
+        dem=DEM,
+        crown_field="crown",
+        status_field="status",
+        output=at("import-trees", "trees.gpkg"),
+        releases=at("import-trees", "snags.gpkg"),
+    )
+    run(
+        "generate-forest",
+        dem=DEM,
+        stand=sample("forest"),
+        stems_per_ha=300.0,
+        dbh_mean_cm=60.0,
+        dbh_sd_cm=18.0,
+        output=at("generate-forest", "trees.gpkg"),
+    )
+    run(
+        "add-structures",
+        dem=DEM,
+        structures=sample("dams"),
+        output=at("add-structures", "dem.tif"),
+        earthworks=at("add-structures", "earthworks.gpkg"),
+    )
+    run("make-log", output=folder / "make-log")
+    lying = folder / "lying.gpkg"
+    frame = pyogrio.read_dataframe(SAMPLE / "sample.gpkg", layer="barriers")
+    frame = frame.rename(columns={"barrier_id": "lying_id"}).drop(columns="height_m").assign(diameter_cm=80.0)
+    frame.geometry = shapely.transform(frame.geometry.to_numpy(), lambda xy: xy + [0.0, 30.0])
+    frame.to_file(lying, layer="lying_logs", driver="GPKG")
+    common = {"dem": DEM, "releases": releases, "friction": "0.25", "fidelity": "draft", "trajectories": "all"}
+    common |= {"barriers": sample("barriers"), "lines": sample("lines"), "time_limit": 60.0}
+    slid = run(
+        "slide-logs",
+        **common,
+        trees=str(SAMPLE / "trees.csv"),
+        lying_logs=str(lying),
+        qgis_project=True,
+        output=folder / "slide-logs",
+    )
+    without = find("slide-logs")(**common, output=str(folder / "without")).outputs["output"]
+    run(
+        "count-hits",
+        run=slid,
+        output=at("count-hits", "hits.tif"),
+        speed=at("count-hits", "speed.tif"),
+        energy=at("count-hits", "energy.tif"),
+        jump=at("count-hits", "jump.tif"),
+        quantiles="50,95",
+    )
+    run(
+        "reach-lines",
+        run=without,
+        lines=sample("lines"),
+        output=at("reach-lines", "reached.gpkg"),
+        origins=at("reach-lines", "origins.tif"),
+    )
+    run("lateral-spread", deposits=str(slid), output=at("lateral-spread", "spread.gpkg"))
+    run(
+        "fit-flight",
+        dem=DEM,
+        flights=sample("flights"),
+        barriers=sample("barriers"),
+        output=at("fit-flight", "flights.gpkg"),
+        plots=at("fit-flight", "profiles"),
+    )
+    run("compare-scenarios", runs=f"{without},{slid}", output=folder / "compare-scenarios")
+    of_event = {key: common[key] for key in ("dem", "releases", "fidelity", "time_limit")}
+    observed = str(slid / "run.gpkg") + "|layername=deposits"
+    run(
+        "calibrate-friction",
+        **of_event,
+        lines=sample("lines"),
+        friction="0.3,0.4",
+        logs=20,
+        observed=observed,
+        output=folder / "calibrate-friction",
+    )
+    scene = {key: common[key] for key in ("dem", "releases", "friction", "lines", "time_limit")}
+    run("compare-fidelity", **scene, fidelities="draft,standard", logs=20, output=folder / "compare-fidelity")
+    run("demo", logs=20, fidelity="draft", output=folder / "demo")
+    return done
+
+
+def layers_of(path: Path) -> dict[str, tuple[str, set[str]]]:
+    """Layer -> its geometry as the file says it, and its columns."""
+    found = {}
+    for name, geometry in pyogrio.list_layers(path):
+        if name != styles.TABLE:
+            info = pyogrio.read_info(path, layer=name)
+            found[str(name)] = (str(geometry).replace(" Z", "Z"), set(info["fields"]))
+    return found
+
+
+def bands_of(path: Path) -> list[tuple[str, str, str]]:
+    """Description, unit and number type of each band."""
+    with rasterio.open(path) as source:
+        return [
+            (str(source.descriptions[k]), str(source.units[k] or ""), source.dtypes[k]) for k in range(source.count)
+        ]
+
+
+def columns_of(path: Path) -> list[str]:
+    if path.suffix == ".parquet":
+        return parquet.read_schema(path).names
+    return path.read_text(encoding="utf-8-sig").splitlines()[0].split(",")
+
+
+def keys_of(path: Path) -> set[str]:
+    return set(_keys(json.loads(path.read_text(encoding="utf-8")), ""))
+
+
+def _keys(value: Any, place: str) -> Iterator[str]:
+    """Dotted names of what is in a JSON value; ``[]`` stands for any element of a list."""
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            name = f"{place}.{key}" if place else key
+            yield name
+            yield from _keys(inner, name)
+    elif isinstance(value, list):
+        for inner in value:
+            yield from _keys(inner, f"{place}[]")
