@@ -1,0 +1,51 @@
+"""Every layer, raster, table and JSON file of the toolbox: what each column, band and key means, its unit, its bounds.
+
+`words` is how that is said, `brought` has the layers that users bring, `results` those that results have, `files` the
+rasters, tables and JSON files, and `written` says which tool writes what, and where: a test runs every tool and holds
+that list against what is there. ``docs/layers.md`` is rendered from here. Standard library only.
+"""
+
+from deadwood_algorithms.schemas.brought import (
+    BARRIERS,
+    BROUGHT,
+    DEADWOOD,
+    LINES,
+    LYING_LOGS,
+    ORIENTATIONS,
+    RELEASES,
+    STRUCTURE_KINDS,
+    STRUCTURES,
+    TREES,
+)
+from deadwood_algorithms.schemas.results import DEPOSITS, POSES, RESULTS, STOP_REASONS, TRAJECTORIES, VERDICTS
+from deadwood_algorithms.schemas.words import UNITS, Column, Layer, value_fault
+
+__all__ = [
+    "BARRIERS",
+    "DEADWOOD",
+    "DEPOSITS",
+    "LAYERS",
+    "LINES",
+    "LYING_LOGS",
+    "ORIENTATIONS",
+    "POSES",
+    "RELEASES",
+    "STOP_REASONS",
+    "STRUCTURES",
+    "STRUCTURE_KINDS",
+    "TRAJECTORIES",
+    "TREES",
+    "UNITS",
+    "VERDICTS",
+    "Column",
+    "Layer",
+    "columns_of",
+    "value_fault",
+]
+
+LAYERS = {layer.name: layer for layer in (*BROUGHT, *RESULTS)}
+
+
+def columns_of(name: str) -> tuple[Column, ...]:
+    """The columns of a layer, none for a name that is not in the table."""
+    return LAYERS[name].columns if name in LAYERS else ()

@@ -1,0 +1,128 @@
+"""The layers that users bring, and that some tools make for others."""
+
+from __future__ import annotations
+
+from deadwood_algorithms.schemas.words import FULL_CIRCLE, Layer, a_count, an_id, a_number, a_text
+
+ORIENTATIONS = ("upright", "lying", "tilted")
+STRUCTURE_KINDS = ("embankment", "ditch")
+
+LOG = a_count("log_id", "The log; unique. Missing: the row number, from 0")
+RELEASE = an_id("release_id", "The release area, point or event that the log belongs to")
+STRUCTURE = (
+    an_id("structure_id", "The embankment or ditch. Missing: name, else the row number, from 0"),
+    a_text("kind", "embankment or ditch", choices=STRUCTURE_KINDS, default="embankment"),
+)
+
+RELEASES = Layer(
+    name="releases",
+    geometry=("Point",),
+    meaning="Where logs start: the plan position of each log's centre of mass",
+    columns=(
+        LOG,
+        RELEASE,
+        a_number("dbh_cm", "Base diameter; the tip has half of it", 0, exclusive=True, usual=(3, 300), default=75.0),
+        a_number("length_m", "Length of the log", 0, exclusive=True, usual=(0.5, 80), default=30.0),
+        a_number("density_kg_m3", "Density of the wood", 0, exclusive=True, usual=(50, 1300), default=300.0),
+        a_text(
+            "orientation",
+            "upright (base down), lying (axis in the terrain's tangent plane, tip towards azimuth_deg) or tilted "
+            "(axis tilt_deg from the vertical, tip towards azimuth_deg)",
+            choices=ORIENTATIONS,
+            default="upright",
+        ),
+        a_number("tilt_deg", "Angle of the axis from the vertical, of a tilted log", 0, 180, default=0.0),
+        a_number("azimuth_deg", "Where tip and speed point, clockwise from grid north", 0, FULL_CIRCLE, default=0.0),
+        a_number("speed_ms", "Initial speed towards azimuth_deg, in the terrain's tangent plane", 0, default=0.0),
+        a_number("drop_m", "Clearance of the log's lowest point above the terrain at the start", 0, default=0.0),
+    ),
+)
+
+TREES = Layer(
+    name="trees",
+    geometry=("Point",),
+    meaning="Standing trees: rigid truncated cones, base diameter DBH, top half of it",
+    columns=(
+        an_id("tree_id", "The tree; unique. Missing: the row number, from 0"),
+        a_number("dbh_cm", "Diameter at breast height", 0, exclusive=True, usual=(3, 300), required=True),
+        a_number("height_m", "Height of the tree", 0, exclusive=True, usual=(1.3, 80), required=True),
+        a_text("species", "Species as the source names it"),
+        a_number("crown_diameter_m", "Diameter of the crown", 0),
+        a_text(
+            "dbh_source",
+            "measured, or modelled where it was computed from the height",
+            choices=("measured", "modelled"),
+        ),
+        an_id("source_id", "The id in the source, where ids were given anew"),
+    ),
+)
+
+SNAGS = Layer(
+    name="releases",
+    geometry=RELEASES.geometry,
+    meaning="Dead standing trees as releases: upright, where they stand",
+    columns=(*RELEASES.columns, TREES.column("species"), TREES.column("dbh_source")),
+)
+
+BARRIERS = Layer(
+    name="barriers",
+    geometry=("LineString",),
+    meaning="Protection works: thin rigid plates, vertical from the terrain up, infinitely strong",
+    columns=(
+        an_id("barrier_id", "The barrier; unique. Missing: the row number, from 0"),
+        a_number("height_m", "Height of the plate above the terrain", 0, exclusive=True, required=True),
+    ),
+)
+
+LYING_LOGS = Layer(
+    name="lying_logs",
+    geometry=("LineString",),
+    meaning="Logs that lie in the way and hold others back: drawn from base to tip, rigid, at rest on the terrain",
+    columns=(
+        an_id("lying_id", "The lying log; unique. Missing: tree_id, log_id or name, else the row number"),
+        a_number(
+            "diameter_cm", "Diameter at the base. Missing: dbh_cm", 0, exclusive=True, usual=(3, 300), default=40.0
+        ),
+        a_number("tip_diameter_cm", "Diameter at the tip. Missing: half of the base's", 0, exclusive=True),
+    ),
+)
+
+LINES = Layer(
+    name="lines",
+    geometry=("LineString", "Polygon"),
+    meaning="What must not be reached: roads, railways, or the outlines of houses",
+    columns=(
+        an_id("line_id", "The line; unique. Missing: name, else the row number"),
+        a_text("name", "Its name, used where line_id is missing"),
+    ),
+)
+
+STRUCTURES = Layer(
+    name="structures",
+    geometry=("LineString",),
+    meaning="Axes of embankments (their crests) and ditches (their bottoms); columns go before the options",
+    columns=(
+        *STRUCTURE,
+        a_number(
+            "height_m", "Height of the crest above the ground under the line, of a ditch its depth", 0, exclusive=True
+        ),
+        a_number("elevation_m", "Elevation of the crest or bottom; goes before the height"),
+        a_number("crest_width_m", "Width of the flat crest or bottom", 0, default=2.0),
+        a_number("slope_deg", "Slope of both sides", 0, 90, exclusive=True, default=45.0),
+        a_number("slope_left_deg", "Slope of the side on the left of the line", 0, 90, exclusive=True),
+        a_number("slope_right_deg", "Slope of the side on its right", 0, 90, exclusive=True),
+    ),
+)
+
+DEADWOOD = Layer(
+    name="deadwood",
+    geometry=("Point",),
+    meaning="Mapped dead trees, standing or lying, as assess-mobilisation judges them",
+    columns=(
+        a_text("decay_stage", "Stage of Maser and Trappe, I to V or 1 to 5, with early or late before it where known"),
+        a_number("years_dead", "Years since death, where the stage is not known", 0),
+        a_text("species", "Latin, English, German, French or Italian; for the years"),
+    ),
+)
+
+BROUGHT = (RELEASES, TREES, BARRIERS, LYING_LOGS, LINES, STRUCTURES, DEADWOOD)

@@ -1,0 +1,449 @@
+"""The rasters, tables and JSON files that tools write.
+
+A word in capitals stands for any text. Every raster has its style for QGIS beside it, in a file of the same name that
+ends with ``.qml``.
+"""
+
+from __future__ import annotations
+
+from deadwood_algorithms.schemas.words import (
+    Band,
+    Column,
+    JsonFile,
+    Key,
+    OtherFile,
+    RasterFile,
+    TableFile,
+    a_number,
+    a_text,
+)
+
+# --- rasters --------------------------------------------------------------------------------------------------------
+
+
+def _one(name: str, description: str, meaning: str, unit: str, number: str = "float32") -> RasterFile:
+    return RasterFile(
+        name=name, meaning=meaning, bands=(Band(name=description, meaning=meaning, unit=unit, number=number),)
+    )
+
+
+def _quantiles(name: str, what: str, unit: str) -> RasterFile:
+    band = Band(name=f"{name}, PERCENT %", meaning=f"That quantile of {what}, over the logs that pass", unit=unit)
+    return RasterFile(name=name, meaning=f"Quantiles of {what} in each cell; a band each", bands=(band,))
+
+
+SUSCEPTIBILITY = _one("susceptibility", "susceptibility", "How easily a log starts there, 0 to 1", "1")
+FACTORS = RasterFile(
+    name="factors",
+    meaning="What the susceptibility is made of",
+    bands=(
+        Band(name="slope", meaning="Slope at the scale of a log", unit="°"),
+        Band(name="roughness", meaning="Standard deviation of the heights about the fitted surface", unit="m"),
+        Band(name="depth across the slope", meaning="How deep the ground lies across the slope: gullies", unit="m"),
+    ),
+)
+DEM = RasterFile(
+    name="dem",
+    meaning="A terrain model, in the number type of the one that it was made from",
+    bands=(Band(name="", meaning="Height of the ground", unit="m", number="NUMBER"),),
+)
+RUN_RASTERS = (
+    _one(
+        "hit_count",
+        "Logs whose outline overlapped the cell at any time",
+        "How many logs overlapped the cell with any part of their outline in plan at any time, each log once",
+        "logs",
+        "uint32",
+    ),
+    _one(
+        "reach_probability",
+        "Share of the logs that overlapped the cell at any time",
+        "The same as a share of all logs",
+        "1",
+    ),
+    _one(
+        "deposit_count",
+        "Logs whose outline overlaps the cell at the end",
+        "How many logs lie on the cell at the end",
+        "logs",
+        "uint32",
+    ),
+    _one("speed_max", "Largest speed of a log over the cell", "Largest speed of a log over the cell", "m/s"),
+    _one("energy_max", "Largest kinetic energy of a log", "Largest kinetic energy of a log over the cell", "kJ"),
+    _one(
+        "jump_max",
+        "Largest clearance between a log and the terrain",
+        "Largest clearance between a log over the cell and the terrain",
+        "m",
+    ),
+)
+HITS = _one("hits", "Hits of COUNT logs", "How many of the chosen logs overlap the cell at any time", "logs", "uint32")
+CELL_QUANTILES = (
+    _quantiles("speed", "the largest speed of each log", "m/s"),
+    _quantiles("energy", "the largest kinetic energy of each log", "kJ"),
+    _quantiles("jump", "the largest clearance of each log above the terrain", "m"),
+)
+ORIGIN_SHARES = RasterFile(
+    name="origins",
+    meaning="From where the lines are reached: by the cells in which logs were released",
+    bands=(
+        Band(name="any line", meaning="Share of the cell's logs that reach any line", unit="1"),
+        Band(name="line LINE", meaning="Share of them that reach this line; a band each", unit="1"),
+        Band(name="logs released", meaning="How many were released in the cell", unit="logs"),
+    ),
+)
+DIFFERENCE = RasterFile(
+    name="difference_SCENARIO",
+    meaning="How much likelier each cell is passed in this scenario than in the first",
+    bands=(
+        Band(
+            name="Difference of the share of logs that pass: SCENARIO - REFERENCE",
+            meaning="Share of the logs that pass, minus that of the first scenario",
+            unit="1",
+        ),
+        Band(
+            name="The same in standard errors of unpaired runs",
+            meaning="That difference over what chance does to it where other logs are let go in each",
+        ),
+    ),
+)
+
+# --- tables ---------------------------------------------------------------------------------------------------------
+
+COMPARISON = TableFile(
+    name="comparison.csv",
+    meaning="Every quantity of every scenario with its 95 % interval, and its difference to the first",
+    columns=(
+        a_text("scenario", "Name of the scenario"),
+        a_text("quantity", "What was measured"),
+        a_text("item", "Of what: a line, a release, a way to end; empty for all logs"),
+        a_text("unit", "Unit of the value"),
+        a_number("n", "Logs, or releases, behind it", 0),
+        a_number("value", "The value"),
+        a_number("low", "Lower end of its 95 % interval"),
+        a_number("high", "Upper end"),
+        a_number("difference", "The value less that of the first scenario"),
+        a_number("diff_low", "Lower end of the difference's 95 % interval, over the same logs"),
+        a_number("diff_high", "Upper end"),
+        a_number("n_only_reference", "Of a share: logs that do so in the first scenario only", 0),
+        a_number("n_only_scenario", "Of a share: logs that do so in this one only", 0),
+        a_number("p_mcnemar", "Probability that chance alone changes as many, by McNemar's exact test", 0, 1),
+    ),
+)
+
+
+def _measures() -> tuple[Column, ...]:
+    """What the reader's table has of speed, energy, clearance and run-out: mean, 95 % quantile and largest."""
+    words = {"mean": "Mean over the logs", "p95": "95 % quantile over the logs", "largest": "Largest of all logs"}
+    of = {
+        "speed_max": ("ms", "the largest speed of each"),
+        "energy_max": ("kj", "the largest kinetic energy of each"),
+        "jump_max": ("m", "the largest clearance of each"),
+        "runout": ("m", "the run-out of each"),
+    }
+    return tuple(
+        a_number(f"{name}_{kind}_{ending}", f"{word}: {what}")
+        for name, (ending, what) in of.items()
+        for kind, word in words.items()
+    )
+
+
+OVERVIEW = TableFile(
+    name="table.csv",
+    meaning="One row a scenario, for a reader; differences are to the first scenario",
+    columns=(
+        a_text("scenario", "Name of the scenario"),
+        a_number("logs", "Logs that are compared", 0),
+        a_number("reach_LINE_percent", "Share of the logs that reach this line", unit="%"),
+        a_number("reach_LINE_low_percent", "Lower end of its 95 % interval", unit="%"),
+        a_number("reach_LINE_high_percent", "Upper end", unit="%"),
+        a_number("reach_LINE_difference_points", "Its difference, in points", unit="points"),
+        a_number("reach_LINE_diff_low_points", "Lower end of the difference's 95 % interval", unit="points"),
+        a_number("reach_LINE_diff_high_points", "Upper end", unit="points"),
+        a_number("ended_REASON_percent", "Share of the logs that ended so", unit="%"),
+        a_number("spread_RELEASE_deg", "Smallest angle that holds the deposits of this release"),
+        a_number("spread_p05_p95_RELEASE_deg", "Angle between the 5 % and the 95 % quantile of their azimuths"),
+        a_number("spread_p05_p95_RELEASE_low_deg", "Lower end of its 95 % interval"),
+        a_number("spread_p05_p95_RELEASE_high_deg", "Upper end"),
+        a_number("spread_p05_p95_RELEASE_difference_deg", "Its difference"),
+        a_number("spread_p05_p95_RELEASE_diff_low_deg", "Lower end of the difference's 95 % interval"),
+        a_number("spread_p05_p95_RELEASE_diff_high_deg", "Upper end"),
+        a_number("speed_mean_mean_ms", "Mean over the logs of their mean speed"),
+        *_measures(),
+        a_number("deposit_moved_median_m", "Median distance of a log's deposits in the two scenarios"),
+    ),
+)
+CALIBRATION = TableFile(
+    name="calibration.csv",
+    meaning="One row a coefficient of friction",
+    columns=(
+        a_number("friction", "The coefficient", 0),
+        a_text("in_range", "Whether it is among those that reproduce the event (95 %)"),
+        a_number("p_range", "Probability of an event as likely or less, if it were the true one", 0, 1),
+        a_number("p_fit", "Share of the model's own events that it makes no more often than the observed one", 0, 1),
+        a_number("log_likelihood", "Logarithm of the likelihood of the event"),
+        a_number("relative_likelihood", "Likelihood over that of the likeliest coefficient", 0, 1),
+        a_number("relative_low", "Lower end of its 95 % interval, for the number of logs that were slid", 0),
+        a_number("relative_high", "Upper end", 0),
+        a_number("energy_score_m", "Mean distance score of observed points and simulated deposits; smaller is better"),
+        a_number("runout_p05_m", "5 % quantile of the run-outs", 0),
+        a_number("runout_median_m", "Their median", 0),
+        a_number("runout_p95_m", "Their 95 % quantile", 0),
+        a_number("speed_max_ms", "Largest speed of all logs", 0),
+        a_number("without_deposit", "Logs that left the terrain model, failed, or still moved at the time limit", 0),
+        a_number("share", "Share of the logs that do as was observed, where the event is one of lines or areas", 0, 1),
+        a_number("share_low", "Lower end of its 95 % Wilson interval", 0, 1),
+        a_number("share_high", "Upper end", 0, 1),
+        a_number("reach_LINE", "Share of the logs that reach this line", 0, 1),
+    ),
+)
+FIDELITIES = TableFile(
+    name="comparison.csv",
+    meaning="Every quantity at every fidelity, and its difference to the finest",
+    columns=(
+        a_text("fidelity", "Name of the fidelity"),
+        a_text("quantity", "What was measured"),
+        a_text("item", "Of what: a line; empty for all logs"),
+        a_text("unit", "Unit of the value"),
+        a_number("value", "The value"),
+        a_number("finest", "The value of the finest fidelity"),
+        a_number("difference", "Value less the finest's, or a distance"),
+        a_number("ci_low", "Lower end of the difference's 95 % interval, over the same logs"),
+        a_number("ci_high", "Upper end"),
+        a_number("noise", "What chance does to this quantity in a run of the planned number of logs", 0),
+        a_text("verdict", "Whether the error is shown to stay below that"),
+    ),
+)
+
+# --- JSON -----------------------------------------------------------------------------------------------------------
+
+
+def _key(name: str, meaning: str) -> Key:
+    return Key(name=name, meaning=meaning)
+
+
+def _whole(name: str, meaning: str) -> Key:
+    return Key(name=name, meaning=meaning, whole=True)
+
+
+_SHARE_KEYS = (
+    _key("reach", "One a line, as layer `reach`"),
+    _key("reach[].line_id", "The line"),
+    _key("reach[].n_total", "Logs that were run"),
+    _key("reach[].n_reach", "Of these, the logs that reach it"),
+    _key("reach[].p", "Their share"),
+    _key("reach[].ci_low", "Lower end of its 95 % Wilson interval"),
+    _key("reach[].ci_high", "Upper end"),
+)
+
+
+def _wood(name: str, what: str) -> tuple[Key, ...]:
+    return (
+        _key(name, f"What the {what} did, as a whole; null without them"),
+        _key(f"{name}.n_total", f"How many {what} there are"),
+        _key(f"{name}.n_hit", "How many of them were hit"),
+        _key(f"{name}.n_hits", "Hits of all of them"),
+        _key(f"{name}.n_stops", "Logs that they hold at the end"),
+        _key(f"{name}.n_stopping", "How many of them hold one"),
+        _key(f"{name}.impulse_sum_kns", "Momentum that they took up in blows [kN s]"),
+        _key(f"{name}.energy_taken_kj", "Energy that logs lost to them [kJ]"),
+    )
+
+
+SUMMARY = JsonFile(
+    name="summary.json",
+    meaning="What a run comes to",
+    keys=(
+        _key("logs", "How many logs, and how they ended"),
+        _key("logs.released", "Logs that were run"),
+        _key("logs.not_run", "Logs of the layer that --until-ci made needless"),
+        _key("logs.by_stop_reason", "Logs by the way in which they ended"),
+        _key("logs.by_stop_reason.REASON", "Each way (deposits, stop_reason), and how many"),
+        _key("logs.started_in_contact", "Logs that overlapped a tree, barrier or lying log at the start"),
+        *_SHARE_KEYS,
+        _key("until_ci", "How --until-ci ended the run; null without it"),
+        _key("until_ci.target_half_width", "Half-width that was asked for"),
+        _key("until_ci.reached", "Whether every line's interval is that narrow"),
+        _key("until_ci.half_width", "Half-width of the widest, widened for the repeated looks"),
+        _key("until_ci.line_id", "Its line"),
+        _key("until_ci.logs", "Logs that were run"),
+        _key("until_ci.logs_at_most", "Logs that could have been"),
+        _key("until_ci.z", "Standard errors to either side of a widened interval"),
+        _whole("until_ci.looks", "Half-width and line at each look"),
+        _key("spread", "One a release, as layer `spread`"),
+        _key("spread[].release_id", "The release"),
+        _key("spread[].n", "Its logs"),
+        _key("spread[].n_left_out", "Of these, deposits nearer than --min-runout"),
+        _key("spread[].spread_deg", "Smallest angle that holds the others [°]"),
+        _key("spread[].p05_p95_deg", "Angle between the 5 % and the 95 % quantile of their azimuths [°]"),
+        _key("barriers", "One a barrier"),
+        _key("barriers[].barrier_id", "The barrier"),
+        _key("barriers[].n_reached", "Logs that came to it: the sum of the next three"),
+        _key("barriers[].n_stopped", "Logs that it holds"),
+        _key("barriers[].n_overjumped", "Logs that passed above it"),
+        _key("barriers[].n_passed_beside", "Logs that passed beside it"),
+        _key("barriers[].n_hits", "Hits; a hit lasts until 0.1 s pass without a push"),
+        _key("barriers[].energy_max_kj", "Largest kinetic energy of a log just before a hit [kJ]"),
+        _key("barriers[].height_max_m", "Largest height of a hit above the terrain [m]"),
+        *_wood("trees", "trees"),
+        *_wood("lying_logs", "lying logs"),
+        _key("speed", "Speeds of the logs' centres of mass"),
+        _key("speed.mean_ms", "Mean over the logs of their mean speed [m/s]"),
+        _key("speed.p95_ms", "95 % quantile of their largest speeds [m/s]"),
+        _key("speed.max_ms", "Largest of all [m/s]"),
+        _key("accuracy", "What the calculation says of itself"),
+        _key("accuracy.fidelity", "Name of the fidelity"),
+        _key("accuracy.time_step_s", "Longest time step [s]"),
+        _key("accuracy.station_spacing_m", "Distance of the contact rings [m]"),
+        _key("accuracy.penetration_max_m", "Deepest penetration of all logs [m]"),
+        _key("accuracy.energy_error_rel_max", "Largest energy error, relative to the energy turned over"),
+        _key("accuracy.contact_residual_max", "Largest residual of the contact problem"),
+        _key("accuracy.unconverged_steps", "Steps whose contact solver did not converge"),
+        _whole("modelled", "What of the scene was modelled, and what was not and why, in words"),
+        _key("cost", "What the run cost"),
+        _key("cost.cpu_s", "Time of all cores [s]"),
+        _key("cost.wall_s", "Time of sliding, the sum over the logs [s]"),
+        _key("cost.steps", "Time steps of all logs"),
+        _key("cost.logs_per_s", "Logs a second"),
+    ),
+)
+MANIFEST = JsonFile(
+    name="manifest.json",
+    meaning="What made the folder; works as `--config` of the same tool",
+    keys=(
+        _key("tool", "Name of the tool"),
+        _key("version", "Version of the toolbox"),
+        _whole("parameters", "Every parameter, as it was given or by default"),
+    ),
+)
+MANIFEST_OF_SCENE = JsonFile(
+    name="manifest.json",
+    meaning=MANIFEST.meaning,
+    keys=(*MANIFEST.keys, _whole("digests", "Digests of the scene and of the releases, which tell one from another")),
+)
+MANIFEST_OF_RUN = JsonFile(
+    name="manifest.json",
+    meaning=MANIFEST.meaning,
+    keys=(
+        *MANIFEST_OF_SCENE.keys,
+        _key("grid", "Grid of the terrain model"),
+        _key("grid.nx", "Its columns"),
+        _key("grid.ny", "Its rows"),
+        _key("grid.cell", "Side of a cell [m]"),
+        _key("grid.x0", "Easting of the south-western corner [m]"),
+        _key("grid.y0", "Northing of it [m]"),
+        _key("grid.crs", "CRS of everything in the run"),
+    ),
+)
+_SOLID = tuple(
+    _key(f"{of}.{name}", meaning)
+    for of in ("cone", "solid")
+    for name, meaning in (
+        ("mass_kg", "Mass [kg]"),
+        ("volume_m3", "Volume [m³]"),
+        ("centre_from_base_m", "Distance of the centre of mass from the base [m]"),
+        ("inertia_axial_kg_m2", "Moment of inertia about the axis [kg m²]"),
+        ("inertia_transverse_kg_m2", "About an axis across, through the centre of mass [kg m²]"),
+    )
+)
+LOG = JsonFile(
+    name="log.json",
+    meaning="Mass properties of the log",
+    keys=(
+        _key("frame", "Origin and axes of the files, in words"),
+        _key("cone", "Of the exact cone"),
+        _key("solid", "Of the solid in the files"),
+        *_SOLID,
+        _key("solid.vertices", "Vertices of the solid"),
+        _key("solid.triangles", "Triangles of its surface"),
+    ),
+)
+COMPARISON_FACTS = JsonFile(
+    name="comparison.json",
+    meaning="All of the comparison, for programs",
+    keys=(
+        _key("reference", "The scenario with which the others are compared"),
+        _key("logs", "Logs that are compared"),
+        _whole("parameters_that_differ", "By parameter: the value in each scenario"),
+        _whole("rows", "The rows of comparison.csv"),
+    ),
+)
+CALIBRATION_FACTS = JsonFile(
+    name="calibration.json",
+    meaning="All of the calibration, for programs",
+    keys=(
+        _key("range", "Coefficients that reproduce the event (95 %); null where none does"),
+        _key("range.low", "Smallest"),
+        _key("range.high", "Largest"),
+        _key("range.best", "Likeliest"),
+        _key("range.open_low", "Whether the sweep's first belongs to them, so that the range may go on below"),
+        _key("range.open_high", "The same of its last, above"),
+        _key("range.gaps", "Whether some between do not belong to them"),
+        _key("best", "Likeliest coefficient of the sweep"),
+        _key("fits", "Whether any makes such an event more often than once in 20"),
+        _key("logs", "Logs that were slid with each coefficient"),
+        _key("event", "What was observed"),
+        _key("event.deposits", "Number of deposits, where deposits were observed"),
+        _key("event.logs", "Logs of the event, where lines or areas were"),
+        _key("event.did", "Of these, the logs that did so"),
+        _key("cell_m", "Cells of the terrain model, for which the range holds [m]"),
+        _whole("rows", "The rows of calibration.csv"),
+    ),
+)
+FIDELITY_FACTS = JsonFile(
+    name="comparison.json",
+    meaning="All of the comparison, for programs",
+    keys=(
+        _key("finest", "The fidelity that judges"),
+        _key("logs", "How many logs"),
+        _key("logs.compared", "That were slid at each fidelity"),
+        _key("logs.in_layer", "In the layer"),
+        _key("logs.planned", "Of the run to be decided on"),
+        _key("recommendation", "The cheapest fidelity that will do"),
+        _key("recommendation.fidelity", "Its name; null where none is shown to do"),
+        _key("recommendation.sentence", "The same in words"),
+        _key("recommendation.judged_by", "What it was judged by"),
+        _key("recommendation.logs_needed", "About how many logs could show what these could not"),
+        _key("recommendation.silent_lines", "Lines that all logs reach or none, and that say nothing"),
+        _whole("recommendation.verdicts", "By fidelity: whether its error is shown to be small enough"),
+        _whole("settings", "By fidelity: its numbers, as the engine has them"),
+        _whole("rows", "The rows of comparison.csv"),
+    ),
+)
+DEMO = JsonFile(
+    name="demo.json",
+    meaning="What the demo found",
+    keys=(
+        _key("forests", "By forest: what its run came to"),
+        _whole("forests.FOREST", "The run's summary.json, and `speed.mean_to_road_ms` of the logs that arrive"),
+        _key("paper", "What the paper found for its own slope"),
+    ),
+)
+FAILED = JsonFile(
+    name="failed_states.json",
+    meaning="The last states of logs that failed, if any did, from which the engine can go on; please report them",
+    keys=(
+        _key("logs", "One a log that failed"),
+        _key("logs[].log_id", "The log"),
+        _key("logs[].t_s", "Time since the start [s]"),
+        _key("logs[].position_m", "Centre of mass [m]"),
+        _key("logs[].quaternion_wxyz", "Rotation from the body to the world"),
+        _key("logs[].velocity_ms", "Velocity [m/s]"),
+        _key("logs[].angular_velocity_rad_s", "Angular velocity [rad/s]"),
+        _key("logs[].dbh_cm", "Its DBH [cm]"),
+        _key("logs[].length_m", "Its length [m]"),
+        _key("logs[].density_kg_m3", "Its density [kg/m³]"),
+    ),
+)
+
+# --- others ---------------------------------------------------------------------------------------------------------
+
+POINTS = OtherFile(name="log.pts", meaning="The vertices, x y z a line [m]: the custom shape of RAMMS::Rockfall")
+OBJ = OtherFile(name="log.obj", meaning="The closed solid, for 3-D programs")
+STL = OtherFile(name="log.stl", meaning="The same")
+PROFILE = OtherFile(name="flight_FLIGHT.png", meaning="The profile of one flight")
+PROJECT = OtherFile(name="project.qgz", meaning="A QGIS project: styled layers, the logs in motion, a 3-D view")
+COMPARISON_PICTURE = OtherFile(name="comparison.png", meaning="Reach, run-outs and maps of the scenarios side by side")
+CALIBRATION_PICTURE = OtherFile(name="calibration.png", meaning="Likelihood by coefficient, and a map of the likeliest")
+FIDELITY_PICTURE = OtherFile(name="comparison.png", meaning="Error against cost")
+DEMO_PICTURE = OtherFile(name="demo.png", meaning="The three forests, where logs passed and where they ended")

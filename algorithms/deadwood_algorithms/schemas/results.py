@@ -1,0 +1,471 @@
+"""The layers that results have."""
+
+from __future__ import annotations
+
+from deadwood_algorithms.schemas.brought import LOG, RELEASE, STRUCTURE
+from deadwood_algorithms.schemas.words import FULL_CIRCLE, Layer, a_count, an_id, a_number, a_text
+
+STOP_REASONS = ("rest", "tree", "barrier", "left_dem", "time_limit", "failed")
+VERDICTS = ("possible", "above_launch_line", "cuts_terrain", "hits_barrier")
+
+_LINE = an_id("line_id", "The line or polygon")
+_SHARE = (
+    a_count("n_total", "Logs whose trajectory is stored"),
+    a_count("n_reach", "Of these, the logs that reach it"),
+    a_number("p", "Their share", 0, 1),
+    a_number("ci_low", "Lower end of its 95 % Wilson interval", 0, 1),
+    a_number("ci_high", "Upper end", 0, 1),
+)
+_STRENGTH = (
+    a_number("speed_median_ms", "Median speed of the arriving logs", 0),
+    a_number("speed_p95_ms", "95 % quantile of it", 0),
+    a_number("energy_median_kj", "Median kinetic energy of translation of the arriving logs", 0),
+    a_number("energy_p95_kj", "95 % quantile of it", 0),
+)
+
+_GROUND = (
+    a_number("susceptibility", "How easily a log starts there, 0 to 1 (assess-mobilisation says how)", 0, 1),
+    a_number("slope_deg", "Slope of the terrain at the scale of a log", 0, 90),
+    a_number("roughness_m", "Standard deviation of the heights about the fitted surface", 0),
+    a_count("gully", "1 in a gully, else 0"),
+)
+
+ENDED = a_text("stop_reason", "How the log's run ended", choices=STOP_REASONS)
+SIZE = (
+    a_number("dbh_cm", "Diameter of the log's base", 0, exclusive=True),
+    a_number("length_m", "Its length", 0, exclusive=True),
+)
+
+DEPOSITS = Layer(
+    name="deposits",
+    geometry=("Point Z",),
+    meaning="Where each released log ended: its centre of mass; every log has its row",
+    columns=(
+        a_count("log_id", "The log"),
+        RELEASE,
+        a_number("release_x", "Easting of the centre of mass at the start", unit="m"),
+        a_number("release_y", "Northing of the centre of mass at the start", unit="m"),
+        a_number("release_z", "Height of the centre of mass at the start", unit="m"),
+        ENDED,
+        an_id("stop_id", "The tree or barrier that holds the log; lying:ID is a lying log, which counts as a tree"),
+        a_number("duration_s", "Time from start to end", 0),
+        a_number("path_m", "Length of the path of the centre of mass", 0),
+        a_number("runout_m", "Horizontal distance from start to end", 0),
+        a_number("fall_m", "Height lost by the centre of mass"),
+        a_number("bearing_deg", "From the release point to the deposit, clockwise from grid north", 0, FULL_CIRCLE),
+        a_number("heading_deg", "Of the log's axis at the end, base to tip, clockwise from grid north", 0, FULL_CIRCLE),
+        a_number("tilt_deg", "Angle of the axis from the vertical at the end", 0, 180),
+        a_number("speed_max_ms", "Largest speed of the centre of mass", 0),
+        a_number("speed_mean_ms", "Path over duration", 0),
+        a_number("energy_max_kj", "Largest kinetic energy, of translation and rotation", 0),
+        a_number("jump_max_m", "Largest clearance between the log and the terrain", 0),
+        a_count("tree_hits", "How many trees, standing or lying, it hit"),
+        a_count("barrier_hits", "How many barriers it hit"),
+        a_number("energy_error_rel", "Energy gained by the numbers, relative to the energy turned over"),
+        a_number("penetration_max_m", "Deepest penetration of terrain, tree or barrier", 0),
+        *SIZE,
+        a_number("density_kg_m3", "Density of its wood", 0, exclusive=True),
+    ),
+)
+
+DEPOSITED_LOGS = Layer(
+    name="deposited_logs",
+    geometry=("LineString Z",),
+    meaning="The logs as they lie at the end: a line from base to tip",
+    columns=(a_count("log_id", "The log"), RELEASE, ENDED, *SIZE),
+)
+
+TRAJECTORIES = Layer(
+    name="trajectories",
+    geometry=("LineString Z",),
+    meaning="The path of the centre of mass of the logs that are kept",
+    columns=(
+        a_count("log_id", "The log"),
+        RELEASE,
+        a_number("duration_s", "Time from start to end", 0),
+        a_number("speed_max_ms", "Largest speed of the centre of mass", 0),
+        ENDED,
+    ),
+)
+
+POSES = Layer(
+    name="poses",
+    geometry=(),
+    meaning="poses.parquet: one row a kept pose, world coordinates; ordered by log, then time",
+    columns=(
+        a_count("log_id", "The log"),
+        a_number("t_s", "Time since the start", 0),
+        *(
+            a_number(axis + end, f"{axis} of the {point}", unit="m")
+            for end, point in (("", "centre of mass"), ("b", "centre of the base"), ("t", "centre of the tip"))
+            for axis in "xyz"
+        ),
+        a_number("speed_ms", "Speed of the centre of mass", 0),
+        a_number("spin_rad_s", "Rate of rotation", 0),
+        a_number("clearance_m", "Lowest gap between log and terrain"),
+    ),
+)
+
+BARRIER_HITS = Layer(
+    name="barrier_hits",
+    geometry=("Point Z",),
+    meaning="Every hit of a barrier, where the log first touched it; a hit lasts until 0.1 s pass without a push",
+    columns=(
+        a_count("log_id", "The log"),
+        RELEASE,
+        an_id("barrier_id", "The barrier"),
+        a_number("t_s", "Time of the first push since the log's start", 0),
+        a_number("duration_s", "From the first to the last push of the hit", 0),
+        a_number("height_m", "Height of the place above the terrain"),
+        a_number("speed_ms", "Speed of the log's centre of mass just before", 0),
+        a_number("energy_kj", "Kinetic energy of the log just before, of translation and rotation", 0),
+        a_number("energy_taken_kj", "Energy that the log lost to the barrier in this hit, by impact and friction"),
+        a_number("impulse_kns", "Momentum that the barrier took up in blows; steady leaning is left out", 0),
+        a_number("angle_deg", "Between the log's velocity and the square on what it hit: 0 is head-on", 0, 180),
+        a_count("stopped", "1 for the last hit of a log that the barrier holds at the end, else 0"),
+    ),
+)
+
+TREE_HITS = Layer(
+    name="tree_hits",
+    geometry=("Point",),
+    meaning="Every tree that was hit, and what it took of the logs: its protective value",
+    columns=(
+        an_id("tree_id", "The tree"),
+        a_number("dbh_cm", "Diameter at breast height", 0),
+        a_number("height_m", "Height of the tree", 0),
+        a_count("n_logs", "Logs that hit it"),
+        a_count("n_hits", "Hits; a hit lasts until 0.1 s pass without a push"),
+        a_count("n_stops", "Logs that it holds at the end"),
+        a_number("impulse_sum_kns", "Momentum that it took up in blows, the sum of all hits", 0),
+        a_number("impulse_max_kns", "The same of its hardest hit", 0),
+        a_number("energy_taken_kj", "Energy that logs lost to it, by impact and friction, the sum of all hits"),
+    ),
+)
+
+LYING_HITS = Layer(
+    name="lying_hits",
+    geometry=("LineString",),
+    meaning="Every lying log that was hit, and what it took of the sliding ones",
+    columns=(an_id("lying_id", "The lying log"), *TREE_HITS.columns[3:]),
+)
+
+EARTHWORKS = Layer(
+    name="earthworks",
+    geometry=("LineString",),
+    meaning="What add-structures built, and the earth that it moved",
+    columns=(
+        *STRUCTURE,
+        a_number("length_m", "Length of the line", 0),
+        a_number("height_min_m", "Least height of the crest above the ground under the line, of a ditch depth"),
+        a_number("height_max_m", "Largest height of the crest above the ground under the line, of a ditch depth"),
+        a_number("fill_m3", "Volume between the old ground and the new above it", 0),
+        a_number("cut_m3", "Volume between the new ground and the old above it", 0),
+        a_number("area_m2", "Plan area of the changed cells", 0),
+    ),
+)
+
+REACH = Layer(
+    name="reach",
+    geometry=("LineString", "Polygon"),
+    meaning="Each line or polygon: how probably logs reach it, and how fast and hard they arrive",
+    columns=(_LINE, *_SHARE, *_STRENGTH, a_number("clearance_max_m", "Largest clearance below an arriving log")),
+)
+
+REACH_OF_RUN = Layer(
+    name="reach",
+    geometry=REACH.geometry,
+    meaning="Each line or polygon: how probably logs reach it; of all logs of the run",
+    columns=(
+        _LINE,
+        a_count("n_total", "Logs that were released"),
+        *_SHARE[1:],
+    ),
+)
+
+REACHED_BY = Layer(
+    name="reached_by",
+    geometry=("Point Z",),
+    meaning="One row a log and line that it reached, where the log was released: from where is the road hit?",
+    columns=(
+        a_count("log_id", "The log"),
+        RELEASE,
+        _LINE,
+        a_number("t_s", "Time of the first touch since the log's start", 0),
+    ),
+)
+
+ARRIVALS = Layer(
+    name="arrivals",
+    geometry=("Point Z",),
+    meaning="One row a log and line: the log's centre of mass when its outline first touches the line",
+    columns=(
+        LOG,
+        RELEASE,
+        _LINE,
+        a_number("t_s", "Time since the start", 0),
+        a_number("path_m", "Length of the path of the centre of mass until then", 0),
+        a_number("speed_ms", "Speed of the centre of mass", 0),
+        a_number("energy_kj", "Kinetic energy of translation", 0),
+        a_number("rotation_kj", "Kinetic energy of rotation, as poses tell it", 0),
+        a_number("clearance_m", "Lowest gap between log and terrain"),
+        a_number("height_m", "Height of the centre of mass above the terrain; empty without the terrain model"),
+        a_number("azimuth_deg", "Direction of travel, clockwise from grid north", 0, FULL_CIRCLE),
+        a_number("impact_deg", "Angle in plan between direction of travel and line: 0 along it, 90 square on", 0, 90),
+        a_number("axis_deg", "Angle in plan between direction of travel and log: 0 end first, 90 broadside", 0, 90),
+        a_number("touch_x", "Easting of the line's place that is nearest to the log", unit="m"),
+        a_number("touch_y", "Northing of it", unit="m"),
+        a_number("release_x", "Easting of the centre of mass at the start", unit="m"),
+        a_number("release_y", "Northing of it", unit="m"),
+        ENDED,
+    ),
+)
+
+ATTRIBUTION = Layer(
+    name="attribution",
+    geometry=("LineString",),
+    meaning="One row a release and line: which release hits what; drawn from the release to where its logs touch",
+    columns=(
+        RELEASE,
+        _LINE,
+        *_SHARE,
+        a_number("share_of_arrivals", "Share of the line's arrivals that come from this release", 0, 1),
+        *_STRENGTH,
+    ),
+)
+
+ORIGINS = Layer(
+    name="origins",
+    geometry=("Point",),
+    meaning="The arrivals, each where its log was released: from where is a line hit",
+    columns=tuple(
+        ARRIVALS.column(name) for name in ("log_id", "release_id", "line_id", "t_s", "speed_ms", "energy_kj")
+    ),
+)
+
+SPREAD = Layer(
+    name="spread",
+    geometry=("Polygon",),
+    meaning="Each release: the sector that holds its deposits",
+    columns=(
+        RELEASE,
+        a_count("n", "Logs of the release"),
+        a_count("n_left_out", "Of these, deposits nearer than the least run-out"),
+        a_number(
+            "spread_deg", "Smallest angle that holds the others; it grows with the number of logs", 0, FULL_CIRCLE
+        ),
+        a_number("p05_p95_deg", "Angle between the 5 % and the 95 % quantile of their azimuths", 0, FULL_CIRCLE),
+        a_number("p05_p95_low_deg", "Lower end of its 95 % interval, by bootstrap over the logs", 0, FULL_CIRCLE),
+        a_number("p05_p95_high_deg", "Upper end", 0, FULL_CIRCLE),
+        a_number("spread_half_deg", "Mean of spread_deg over random halves of the logs", 0, FULL_CIRCLE),
+        a_count("n_left_dem", "Logs that left the terrain model"),
+        a_count("n_near_edge", "Other logs that ended near its edges"),
+        a_number("from_deg", "Azimuth at which the angle begins, clockwise", 0, FULL_CIRCLE),
+        a_number("runout_max_m", "Distance of the farthest deposit from the centre of the release", 0),
+    ),
+)
+
+AZIMUTHS = Layer(
+    name="azimuths",
+    geometry=("Point Z",),
+    meaning="Each deposit as seen from the centre of its release",
+    columns=(
+        LOG,
+        RELEASE,
+        a_number("azimuth_deg", "Direction of the deposit, clockwise from grid north", 0, FULL_CIRCLE),
+        a_number("distance_m", "Horizontal distance", 0),
+        a_count("counted", "Whether it counts for the spread"),
+        a_count("near_edge", "Whether it lies near an edge of the terrain model"),
+    ),
+)
+
+FLIGHTS = Layer(
+    name="flights",
+    geometry=("LineString Z",),
+    meaning="The path of the centre of mass between take-off and landing; a straight line where no parabola joins them",
+    columns=(
+        an_id("flight_id", "The flight. Missing: name, else the row number, from 0"),
+        a_text("verdict", "Whether the log can have flown so, and if not, why not", choices=VERDICTS),
+        a_number("distance_m", "Horizontal distance of the two points", 0),
+        a_number("fall_m", "Height of the take-off above the landing"),
+        a_number("takeoff_deg", "Angle of the path at the take-off, upward positive", -90, 90),
+        a_text("angle_from", "Where that angle comes from", choices=("terrain", "given")),
+        a_number("takeoff_speed_ms", "Speed at the take-off", 0),
+        a_number("duration_s", "Time in the air", 0),
+        a_number("apex_distance_m", "Horizontal distance of the highest point from the take-off", 0),
+        a_number("apex_rise_m", "Height of the highest point above the take-off", 0),
+        a_number("landing_speed_ms", "Speed at the landing", 0),
+        a_number("landing_deg", "Angle of the path at the landing, upward positive", -90, 90),
+        a_number("height_max_m", "Largest vertical distance of the centre of mass from the terrain", 0),
+        a_number("cut_m", "Depth to which the terrain stands into the flight", 0),
+        a_number("clearance_min_m", "Least clearance over a barrier; empty without one"),
+        a_number("dbh_cm", "Diameter of the log", 0, exclusive=True),
+        a_number("length_m", "Length of the log", 0, exclusive=True),
+    ),
+)
+
+CLEARANCES = Layer(
+    name="clearances",
+    geometry=("Point Z",),
+    meaning="Where a flight crosses a barrier: a point on its top",
+    columns=(
+        an_id("flight_id", "The flight"),
+        an_id("barrier_id", "The barrier"),
+        a_number("distance_m", "Horizontal distance from the take-off", 0),
+        a_number("height_m", "Height of the barrier above the terrain", 0),
+        a_number("clearance_m", "Of the log's underside above the top of the barrier; negative: it hits"),
+        a_number("speed_ms", "Speed of the log there", 0),
+        a_count("free", "1 if the whole log is in the air while it passes, else 0"),
+    ),
+)
+
+CANDIDATES = Layer(
+    name="candidates",
+    geometry=("Point",),
+    meaning="Mapped deadwood that could start to slide",
+    keeps_source=True,
+    columns=(a_text("decay", "What its decay says", choices=("critical", "possible", "outside", "unknown")), *_GROUND),
+)
+
+OTHERS = Layer(
+    name="others",
+    geometry=("Point",),
+    meaning="Mapped deadwood that could not",
+    keeps_source=True,
+    columns=(
+        *CANDIDATES.columns,
+        a_text("reason", "Why not", choices=("off_dem", "ground", "decay", "decay and ground")),
+    ),
+)
+
+RELEASE_AREAS = Layer(
+    name="release_areas",
+    geometry=("Polygon",),
+    meaning="Connected ground on which a log could start to slide, the largest first",
+    columns=(
+        a_count("release_id", "The area, from 1", 1),
+        a_number("area_m2", "Plan area", 0),
+        a_number("susceptibility_mean", "Mean of its cells", 0, 1),
+        a_number("susceptibility_max", "Largest of its cells", 0, 1),
+        a_number("slope_mean_deg", "Mean slope at the scale of a log", 0, 90),
+        a_number("gully_share", "Share of its cells in a gully", 0, 1),
+        a_count("n_candidates", "Mapped logs in it that could start, where deadwood was given"),
+    ),
+)
+
+_SCENARIO = a_text("scenario", "Name of the scenario")
+
+MOVED = Layer(
+    name="moved",
+    geometry=("LineString",),
+    meaning="From where to where each log's deposit moved, between the first scenario and another",
+    columns=(
+        _SCENARIO,
+        a_count("log_id", "The log"),
+        RELEASE,
+        a_number("moved_m", "Horizontal distance of the two deposits", 0),
+        a_number("runout_change_m", "By how much farther it went than in the first scenario"),
+        a_text("stop_reason", "How the log's run ended in this scenario", choices=STOP_REASONS),
+        a_text("stop_reason_reference", "How it ended in the first", choices=STOP_REASONS),
+    ),
+)
+
+CHANGED = Layer(
+    name="changed",
+    geometry=("Point",),
+    meaning="Logs that reach a line in one of two scenarios only, where they were released",
+    columns=(
+        _SCENARIO,
+        _LINE,
+        a_count("log_id", "The log"),
+        RELEASE,
+        a_text("reached_in", "The scenario in which it does: this one's name, or the first's"),
+    ),
+)
+
+SIMULATED = Layer(
+    name="deposits",
+    geometry=("Point",),
+    meaning="The simulated deposits of every coefficient of friction",
+    columns=(
+        a_number("friction", "The coefficient"),
+        a_count("log_id", "The log"),
+        RELEASE,
+        a_number("runout_m", "Horizontal distance from start to end", 0),
+        a_number("speed_max_ms", "Largest speed of the centre of mass", 0),
+        ENDED,
+    ),
+)
+
+OBSERVED = Layer(
+    name="observed",
+    geometry=("Point", "Point Z", "Polygon"),
+    meaning="The event's deposits, as they were given",
+    columns=(a_text("name", "Row of the deposit, and its release where it names one"),),
+)
+
+LOG_SOLIDS = Layer(
+    name="log_solids",
+    geometry=("MultiPolygon Z",),
+    meaning="The logs at rest as solids, for a 3-D view",
+    columns=(a_count("log_id", "The log"), RELEASE, ENDED),
+)
+
+LOG_OUTLINES = Layer(
+    name="log_outlines",
+    geometry=("Polygon",),
+    meaning="The logs in motion, as outlines in plan, for QGIS's Temporal Controller",
+    columns=(
+        a_count("log_id", "The log"),
+        RELEASE,
+        a_number("speed_ms", "Speed of the centre of mass", 0),
+        a_number("time_s", "Time since the start", 0),
+        a_text("t", "The same as a date, from 2000-01-01 on; from then the outline is shown"),
+        a_text("t_end", "Until then"),
+    ),
+)
+
+RELEASE_AREA = Layer(
+    name="release_area",
+    geometry=("Polygon",),
+    meaning="The circle in which the logs of the demo start",
+    columns=(RELEASE,),
+)
+
+FOREST = Layer(
+    name="forest",
+    geometry=("Polygon",),
+    meaning="The outline of the forest of the demo",
+    columns=(a_text("name", "Its name"),),
+)
+
+# By their names; layers that bear another's name (the reach of a run, the simulated deposits) are only in `written`.
+RESULTS = (
+    DEPOSITS,
+    DEPOSITED_LOGS,
+    TRAJECTORIES,
+    POSES,
+    BARRIER_HITS,
+    TREE_HITS,
+    LYING_HITS,
+    REACHED_BY,
+    LOG_SOLIDS,
+    LOG_OUTLINES,
+    EARTHWORKS,
+    REACH,
+    ARRIVALS,
+    ATTRIBUTION,
+    ORIGINS,
+    SPREAD,
+    AZIMUTHS,
+    FLIGHTS,
+    CLEARANCES,
+    CANDIDATES,
+    OTHERS,
+    RELEASE_AREAS,
+    MOVED,
+    CHANGED,
+    OBSERVED,
+    RELEASE_AREA,
+    FOREST,
+)

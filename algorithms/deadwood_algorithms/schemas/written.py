@@ -1,0 +1,111 @@
+"""Which tool writes what, and where. A test runs every tool and holds this list against what it finds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from deadwood_algorithms.schemas import brought, files, results
+from deadwood_algorithms.schemas.words import JsonFile, Layer, OtherFile, Output, RasterFile, TableFile
+
+Named = RasterFile | TableFile | JsonFile | OtherFile
+
+
+def _by_flag(tool: str, flag: str, what: Any) -> Output:
+    return Output(tool=tool, place=flag, what=what)
+
+
+def _layers(tool: str, place: str, layers: Iterable[Layer]) -> Iterator[Output]:
+    for each in layers:
+        yield Output(tool=tool, place=f"{place}|layername={each.name}", what=each)
+
+
+def _in_folder(tool: str, *found: Named, folder: str = "") -> Iterator[Output]:
+    for each in found:
+        name = f"{each.name}.tif" if isinstance(each, RasterFile) else each.name
+        yield Output(tool=tool, place=folder + name, what=each)
+
+
+WRITTEN = (
+    _by_flag("assess-mobilisation", "--output", files.SUSCEPTIBILITY),
+    *_layers("assess-mobilisation", "--areas", [results.RELEASE_AREAS]),
+    *_layers("assess-mobilisation", "--assessed", [results.CANDIDATES, results.OTHERS]),
+    _by_flag("assess-mobilisation", "--factors", files.FACTORS),
+    *_layers("sample-releases", "--output", [brought.RELEASES]),
+    *_layers("import-trees", "--output", [brought.TREES]),
+    *_layers("import-trees", "--releases", [brought.SNAGS]),
+    *_layers("generate-forest", "--output", [brought.TREES]),
+    _by_flag("add-structures", "--output", files.DEM),
+    *_layers("add-structures", "--earthworks", [results.EARTHWORKS]),
+    *_in_folder("make-log", files.POINTS, files.OBJ, files.STL, files.LOG, files.MANIFEST),
+    *_layers(
+        "slide-logs",
+        "run.gpkg",
+        [
+            results.DEPOSITS,
+            results.DEPOSITED_LOGS,
+            results.TRAJECTORIES,
+            results.REACH_OF_RUN,
+            results.REACHED_BY,
+            results.BARRIER_HITS,
+            results.TREE_HITS,
+            results.LYING_HITS,
+        ],
+    ),
+    Output(tool="slide-logs", place="poses.parquet", what=results.POSES),
+    *_in_folder("slide-logs", *files.RUN_RASTERS, files.SUMMARY, files.MANIFEST_OF_RUN, files.FAILED, files.PROJECT),
+    *_layers(
+        "slide-logs",
+        "scene.gpkg",
+        [
+            brought.RELEASES,
+            brought.TREES,
+            brought.BARRIERS,
+            brought.LYING_LOGS,
+            brought.LINES,
+            results.LOG_SOLIDS,
+            results.LOG_OUTLINES,
+        ],
+    ),
+    _by_flag("count-hits", "--output", files.HITS),
+    *(_by_flag("count-hits", f"--{each.name}", each) for each in files.CELL_QUANTILES),
+    *_layers("reach-lines", "--output", [results.REACH, results.ARRIVALS, results.ATTRIBUTION, results.ORIGINS]),
+    _by_flag("reach-lines", "--origins", files.ORIGIN_SHARES),
+    *_layers("lateral-spread", "--output", [results.SPREAD, results.AZIMUTHS]),
+    *_layers("fit-flight", "--output", [results.FLIGHTS, results.CLEARANCES]),
+    *_in_folder("fit-flight", files.PROFILE, files.MANIFEST, folder="--plots/"),
+    *_in_folder(
+        "compare-scenarios",
+        files.OVERVIEW,
+        files.COMPARISON,
+        files.DIFFERENCE,
+        files.COMPARISON_FACTS,
+        files.COMPARISON_PICTURE,
+        files.MANIFEST,
+    ),
+    *_layers("compare-scenarios", "changes.gpkg", [results.MOVED, results.CHANGED]),
+    *_in_folder(
+        "calibrate-friction", files.CALIBRATION, files.CALIBRATION_FACTS, files.CALIBRATION_PICTURE, files.MANIFEST
+    ),
+    *_layers("calibrate-friction", "calibration.gpkg", [results.SIMULATED, results.OBSERVED]),
+    *_in_folder(
+        "compare-fidelity",
+        files.FIDELITIES,
+        files.FIDELITY_FACTS,
+        files.FIDELITY_PICTURE,
+        files.MANIFEST_OF_SCENE,
+    ),
+    *_in_folder("demo", files.DEM, files.DEMO, files.DEMO_PICTURE, files.MANIFEST),
+    *_layers("demo", "release_area.gpkg", [results.RELEASE_AREA]),
+    *_layers("demo", "releases.gpkg", [brought.RELEASES]),
+    *_layers("demo", "forest.gpkg", [results.FOREST]),
+    *_layers("demo", "road.gpkg", [brought.LINES]),
+    *_layers("demo", "barriers.gpkg", [brought.BARRIERS]),
+    *_layers("demo", "trees_FOREST.gpkg", [brought.TREES]),
+    *_layers("demo", "spread_FOREST.gpkg", [results.SPREAD, results.AZIMUTHS]),
+    *_layers(
+        "demo",
+        "arrivals_FOREST.gpkg",
+        [results.REACH, results.ARRIVALS, results.ATTRIBUTION, results.ORIGINS],
+    ),
+)
