@@ -1,6 +1,7 @@
 """The catalogue of the tools, ``algorithms/README.md``, written from their declarations.
 
-``python -m deadwood_toolbox.catalogue`` in a checkout writes it; a test fails when it is stale.
+``python -m deadwood_toolbox.catalogue`` in a checkout writes it, and ``docs/layers.md``; a test fails
+when one is stale.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from deadwood_algorithms.tool import Parameter, Tool
-from deadwood_toolbox import parameters
+from deadwood_toolbox import layers_page, parameters
 
 PLACE = Path(__file__).parents[1] / "algorithms" / "README.md"
 HEAD = """\
@@ -17,7 +18,7 @@ HEAD = """\
 
 One room a tool: `deadwood_algorithms/<name>.py` declares its parameters once, and the command line, this page, the
 checks and `deadwood-tool describe TOOL --json` are rendered from that. Every tool also takes `--config FILE`,
-`--progress`, `--quiet` and `--verbose`. Layers and their columns: `deadwood_algorithms/schemas.py`.
+`--progress`, `--quiet` and `--verbose`. Layers and their columns: [docs/layers.md](../docs/layers.md).
 
 *Written by `python -m deadwood_toolbox.catalogue`; edit the declarations, not this page.*
 """
@@ -69,8 +70,9 @@ def _cell(text: str) -> str:
 def main() -> None:
     from deadwood_toolbox.shelf import TOOLS
 
-    PLACE.write_text(page(TOOLS), encoding="utf-8")
-    print(f"wrote {PLACE}")
+    for place, text in ((PLACE, page(TOOLS)), (layers_page.PLACE, layers_page.page())):
+        place.write_text(text, encoding="utf-8")
+        print(f"wrote {place}")
 
 
 if __name__ == "__main__":

@@ -7,15 +7,19 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import geopandas as gpd
+import numpy as np
 import pyarrow.parquet as parquet
 import pyogrio
 import rasterio
 import shapely
 
 from deadwood_algorithms.files import styles
+from deadwood_algorithms.tool import Tool
 from deadwood_toolbox.shelf import find
 
 SAMPLE = Path(__file__).parents[2] / "sample_data"
@@ -26,9 +30,19 @@ def sample(layer: str) -> str:
     return f"{SAMPLE / 'sample.gpkg'}|layername={layer}"
 
 
-def run_every_tool(folder: Path) -> list[str]:
-    """Run the tools in ``folder``, each into a folder of its own name; gives those names."""
-    done = []
+@dataclass(frozen=True)
+class Found:
+    """One thing that a tool wrote: where, as `schemas.written` names places, and the file and layer."""
+
+    tool: str
+    place: str
+    path: Path
+    layer: str = ""
+
+
+def run_every_tool(folder: Path) -> list[Found]:
+    """Run the tools in ``folder``, each into a folder of its own name; gives what they wrote."""
+    done: list[tuple[Tool, dict[str, Any]]] = []
 
     def run(name: str, **values: Any) -> Path:
         place = folder / name
@@ -36,8 +50,8 @@ def run_every_tool(folder: Path) -> list[str]:
         tool = find(name)
         assert tool is not None, name
         tool(**given)
-        done.append(name)
-        return place
+        done.append((tool, given))
+        return Path(str(given.get("output", place)))
 
     def at(name: str, file: str) -> str:
         (folder / name).mkdir(exist_ok=True)
@@ -88,7 +102,7 @@ def run_every_tool(folder: Path) -> list[str]:
     lying = folder / "lying.gpkg"
     frame = pyogrio.read_dataframe(SAMPLE / "sample.gpkg", layer="barriers")
     frame = frame.rename(columns={"barrier_id": "lying_id"}).drop(columns="height_m").assign(diameter_cm=80.0)
-    frame.geometry = shapely.transform(frame.geometry.to_numpy(), lambda xy: xy + [0.0, 30.0])
+    frame.geometry = shapely.transform(frame.geometry.to_numpy(), lambda xy: np.add(xy, (0.0, 30.0)))
     frame.to_file(lying, layer="lying_logs", driver="GPKG")
     common = {"dem": DEM, "releases": releases, "friction": "0.25", "fidelity": "draft", "trajectories": "all"}
     common |= {"barriers": sample("barriers"), "lines": sample("lines"), "time_limit": 60.0}
@@ -100,7 +114,7 @@ def run_every_tool(folder: Path) -> list[str]:
         qgis_project=True,
         output=folder / "slide-logs",
     )
-    without = find("slide-logs")(**common, output=str(folder / "without")).outputs["output"]
+    without = run("slide-logs", **common, until_ci=0.4, output=folder / "without")
     run(
         "count-hits",
         run=slid,
@@ -118,11 +132,16 @@ def run_every_tool(folder: Path) -> list[str]:
         origins=at("reach-lines", "origins.tif"),
     )
     run("lateral-spread", deposits=str(slid), output=at("lateral-spread", "spread.gpkg"))
+    jumps = pyogrio.read_dataframe(SAMPLE / "sample.gpkg", layer="flights")
+    west, south, east, north = jumps.total_bounds
+    net = shapely.LineString([(west - 5.0, (south + north) / 2.0), (east + 5.0, (south + north) / 2.0)])
+    crossed = gpd.GeoDataFrame({"barrier_id": ["net"], "height_m": [3.0]}, geometry=[net], crs=jumps.crs)
+    crossed.to_file(folder / "net.gpkg", layer="barriers", driver="GPKG")
     run(
         "fit-flight",
         dem=DEM,
         flights=sample("flights"),
-        barriers=sample("barriers"),
+        barriers=str(folder / "net.gpkg"),
         output=at("fit-flight", "flights.gpkg"),
         plots=at("fit-flight", "profiles"),
     )
@@ -139,26 +158,50 @@ def run_every_tool(folder: Path) -> list[str]:
         output=folder / "calibrate-friction",
     )
     scene = {key: common[key] for key in ("dem", "releases", "friction", "lines", "time_limit")}
+    of_lines = {"reached": sample("lines"), "event_logs": 4, "event_reached": 1, "friction": "0.3,0.4", "logs": 10}
+    run("calibrate-friction", **of_event, **of_lines, output=folder / "calibrate-lines")
     run("compare-fidelity", **scene, fidelities="draft,standard", logs=20, output=folder / "compare-fidelity")
     run("demo", logs=20, fidelity="draft", output=folder / "demo")
-    return done
+    return [each for tool, given in done for each in written_by(tool, given)]
 
 
-def layers_of(path: Path) -> dict[str, tuple[str, set[str]]]:
-    """Layer -> its geometry as the file says it, and its columns."""
-    found = {}
-    for name, geometry in pyogrio.list_layers(path):
+def written_by(tool: Tool, given: dict[str, Any]) -> Iterator[Found]:
+    """What is there of a tool's outputs; a run in a folder of the demo is one of slide-logs."""
+    for parameter in tool.parameters():
+        if not parameter.is_output or parameter.name not in given:
+            continue
+        path = Path(given[parameter.name])
+        if path.is_file():
+            yield from _inside(tool.name, parameter.flag, path)
+            continue
+        prefix = "" if parameter.name == "output" else f"{parameter.flag}/"
+        for file in sorted(each for each in path.rglob("*") if each.is_file() and each.suffix != ".qml"):
+            home = next(each for each in file.parents if (each / "manifest.json").is_file())
+            made_by = json.loads((home / "manifest.json").read_text(encoding="utf-8"))["tool"]
+            yield from _inside(made_by, f"{prefix}{file.relative_to(home).as_posix()}", file)
+
+
+def _inside(tool: str, place: str, path: Path) -> Iterator[Found]:
+    if path.suffix != ".gpkg":
+        yield Found(tool, place, path)
+        return
+    for name, _ in pyogrio.list_layers(path):
         if name != styles.TABLE:
-            info = pyogrio.read_info(path, layer=name)
-            found[str(name)] = (str(geometry).replace(" Z", "Z"), set(info["fields"]))
-    return found
+            yield Found(tool, f"{place}|layername={name}", path, str(name))
+
+
+def layer_of(found: Found) -> tuple[str, set[str]]:
+    """The geometry of a layer as its file says it, and its columns."""
+    info = pyogrio.read_info(found.path, layer=found.layer)
+    return str(info["geometry_type"]), set(info["fields"])
 
 
 def bands_of(path: Path) -> list[tuple[str, str, str]]:
     """Description, unit and number type of each band."""
     with rasterio.open(path) as source:
         return [
-            (str(source.descriptions[k]), str(source.units[k] or ""), source.dtypes[k]) for k in range(source.count)
+            (str(source.descriptions[k] or ""), str(source.units[k] or ""), source.dtypes[k])
+            for k in range(source.count)
         ]
 
 

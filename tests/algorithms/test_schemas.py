@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 
 from deadwood_algorithms import schemas
+from deadwood_algorithms.schemas.written import WRITTEN
+from deadwood_toolbox import layers_page
 
 CONTRACT = Path(__file__).parents[3] / "shared" / "CONTRACT.md"
 COLUMNS = {
@@ -94,3 +96,17 @@ def test_what_a_layer_needs():
     assert schemas.TREES.required == ("dbh_cm", "height_m")
     assert schemas.RELEASES.required == ()
     assert schemas.columns_of("no layer of ours") == ()
+
+
+def test_the_page_of_layers_is_fresh():
+    text = layers_page.PLACE.read_text(encoding="utf-8")
+    assert text == layers_page.page(), "run: python -m deadwood_toolbox.catalogue"
+
+
+def test_the_page_names_every_column_that_is_written():
+    text = layers_page.page()
+    for output in WRITTEN:
+        assert f"`{output.place}`".replace("|", "\\|") in text
+        for each in getattr(output.what, "columns", ()):
+            assert f"| `{each.name}` |" in text
+    assert text.count("\n### ") == len({line for line in text.splitlines() if line.startswith("### ")})

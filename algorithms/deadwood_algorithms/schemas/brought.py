@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from deadwood_algorithms.schemas.words import FULL_CIRCLE, Layer, a_count, an_id, a_number, a_text
+from deadwood_algorithms.schemas.words import FULL_CIRCLE, Layer, a_count, a_number, a_text, an_id
 
 ORIENTATIONS = ("upright", "lying", "tilted")
 STRUCTURE_KINDS = ("embankment", "ditch")
@@ -61,7 +61,10 @@ SNAGS = Layer(
     name="releases",
     geometry=RELEASES.geometry,
     meaning="Dead standing trees as releases: upright, where they stand",
-    columns=(*RELEASES.columns, TREES.column("species"), TREES.column("dbh_source")),
+    columns=(
+        *(RELEASES.column(name) for name in ("log_id", "release_id", "dbh_cm", "length_m", "orientation")),
+        *(TREES.column(name) for name in ("species", "dbh_source")),
+    ),
 )
 
 BARRIERS = Layer(

@@ -420,7 +420,7 @@ DEMO = JsonFile(
     ),
 )
 FAILED = JsonFile(
-    name="failed_states.json",
+    name="failed.json",
     meaning="The last states of logs that failed, if any did, from which the engine can go on; please report them",
     keys=(
         _key("logs", "One a log that failed"),

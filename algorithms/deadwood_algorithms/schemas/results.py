@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from deadwood_algorithms.schemas.brought import LOG, RELEASE, STRUCTURE
-from deadwood_algorithms.schemas.words import FULL_CIRCLE, Layer, a_count, an_id, a_number, a_text
+from deadwood_algorithms.schemas.words import FULL_CIRCLE, Layer, a_count, a_number, a_text, an_id
 
 STOP_REASONS = ("rest", "tree", "barrier", "left_dem", "time_limit", "failed")
 VERDICTS = ("possible", "above_launch_line", "cuts_terrain", "hits_barrier")

@@ -1,0 +1,117 @@
+"""The page of all layers, rasters, tables and JSON files, ``docs/layers.md``, written from the schemas.
+
+``python -m deadwood_toolbox.catalogue`` in a checkout writes it beside the catalogue; a test fails when it is stale.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+from deadwood_algorithms.schemas.brought import BROUGHT
+from deadwood_algorithms.schemas.words import Band, Column, JsonFile, Layer, Output, RasterFile, TableFile
+from deadwood_algorithms.schemas.written import WRITTEN
+
+PLACE = Path(__file__).parents[1] / "docs" / "layers.md"
+HEAD = """\
+# Layers, rasters, tables
+
+Every layer that the tools read by the names of its columns, and everything that they write. Units stand in the names:
+`_cm`, `_m`, `_ms` (m/s), `_kj`, `_kns` (kN s), `_deg`. A word in capitals stands for any text: `reach_LINE` is a column
+for each line. A place that begins with `--` is the file that this flag names. Every raster has its style for QGIS
+beside it in a `.qml` file, every GeoPackage has its styles within.
+
+*Written by `python -m deadwood_toolbox.catalogue`; edit `deadwood_algorithms/schemas/`, not this page.*
+"""
+
+
+def page() -> str:
+    """The whole page, Markdown."""
+    written = [each.what for each in WRITTEN if each.what not in BROUGHT]
+    parts = [
+        HEAD.rstrip(),
+        "## What you bring",
+        *(_section(each) for each in BROUGHT),
+        "## What the tools write",
+        *(_of_tool(tool) for tool in dict.fromkeys(each.tool for each in WRITTEN)),
+        "## What is in it",
+        *(_section(each) for each in dict.fromkeys(written) if not isinstance(each, Layer) or each.columns),
+    ]
+    return "\n\n".join(part for part in parts if part) + "\n"
+
+
+def title_of(what: Any) -> str:
+    """Its name; with the tools that write it where others bear the same name."""
+    same = {id(each.what) for each in WRITTEN if each.what.name == what.name}
+    if len(same) < 2 or what in BROUGHT:
+        return what.name
+    return f"{what.name} ({', '.join(dict.fromkeys(each.tool for each in WRITTEN if each.what is what))})"
+
+
+def _of_tool(tool: str) -> str:
+    found = [each for each in WRITTEN if each.tool == tool]
+    more = "\nand for each forest a run of slide-logs in `run_FOREST`." if tool == "demo" else ""
+    table = _table(("place", "what"), ((f"`{each.place}`", _shown(each)) for each in found))
+    return f"**{tool}**\n\n{table}" + (f"\n{more}" if more else "")
+
+
+def _shown(output: Output) -> str:
+    kept = " and all columns of its source" if isinstance(output.what, Layer) and output.what.keeps_source else ""
+    return f"{output.what.meaning}{kept}"
+
+
+def _section(what: Any) -> str:
+    title = f"### {title_of(what)}"
+    if isinstance(what, Layer):
+        kept = " Beside these, all columns of the layer that it was made from." if what.keeps_source else ""
+        shape = f" *{' or '.join(what.geometry)}.*" if what.geometry else ""
+        return f"{title}\n\n{what.meaning}.{kept}{shape}\n\n{_columns(what.columns)}"
+    if isinstance(what, TableFile):
+        return f"{title}\n\n{what.meaning}.\n\n{_columns(what.columns)}"
+    if isinstance(what, RasterFile):
+        return f"{title}\n\n{what.meaning}.\n\n{_table(('band', 'meaning', 'unit', 'numbers'), map(_band, what.bands))}"
+    if isinstance(what, JsonFile):
+        rows = ((f"`{key.name}`", key.meaning) for key in what.keys)
+        return f"{title}\n\n{what.meaning}.\n\n{_table(('key', 'meaning'), rows)}"
+    return ""
+
+
+def _band(band: Band) -> tuple[str, ...]:
+    return band.name, band.meaning, band.unit, "as the source's" if band.number.isupper() else band.number
+
+
+def _columns(columns: Iterable[Column]) -> str:
+    rows = ((f"`{each.name}`", each.meaning, each.unit, _range(each), _default(each)) for each in columns)
+    return _table(("column", "meaning", "unit", "range", "missing"), rows)
+
+
+def _range(column: Column) -> str:
+    low, high = column.minimum, column.maximum
+    if column.choices:
+        return ", ".join(column.choices)
+    if low is not None and high is not None:
+        return f"{low:g} {'<' if column.exclusive else '<='} x <= {high:g}"
+    return "" if low is None else f"{'>' if column.exclusive else '>='} {low:g}"
+
+
+def _default(column: Column) -> str:
+    if column.required:
+        return "refused"
+    if column.default is None:
+        return ""
+    return f"{column.default:g}" if isinstance(column.default, float) else str(column.default)
+
+
+def _table(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
+    """A Markdown table, without the columns in which no row has anything."""
+    found = [head, *rows]
+    kept = [k for k in range(len(head)) if any(row[k] for row in found[1:])]
+    return "\n".join(_lines([tuple(row[k] for k in kept) for row in found]))
+
+
+def _lines(rows: list[tuple[str, ...]]) -> Iterator[str]:
+    for number, row in enumerate(rows):
+        yield "| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |"
+        if number == 0:
+            yield "|" + "---|" * len(row)
