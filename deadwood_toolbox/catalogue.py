@@ -48,15 +48,12 @@ def _rows(declared: list[Parameter]) -> Iterator[str]:
     for p in declared:
         meaning = p.label + (f" ({' or '.join(p.geometry)})" if p.geometry else "")
         meaning += f". {p.help}" if p.help else ""
-        if p.kind == "choice":
-            scope = ", ".join(p.choices)
-        else:
-            scope = parameters.bounds(p)
+        scope = ", ".join(p.choices) or parameters.bounds(p)
         yield "| " + " | ".join(map(_cell, (f"`{p.flag}`", meaning, p.unit, scope, _default(p)))) + " |"
 
 
 def _default(parameter: Parameter) -> str:
-    if parameter.kind == "flag":
+    if parameter.is_switch:
         return "off"
     if parameter.default is None:
         return "" if parameter.optional else "**required**"

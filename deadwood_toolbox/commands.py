@@ -119,7 +119,7 @@ class _Value(click.ParamType):
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[Any]:
         from click.shell_completion import CompletionItem
 
-        if self.parameter.kind == "choice":
+        if self.parameter.choices:
             return [CompletionItem(word) for word in self.parameter.choices if word.startswith(incomplete)]
         files = self.parameter.is_input or self.parameter.is_output
         return [CompletionItem(incomplete, type="file")] if files else []
@@ -127,7 +127,7 @@ class _Value(click.ParamType):
 
 def _option(parameter: Parameter) -> click.Option:
     """An option without default: what is not given is told apart from what is, so that flags override ``--config``."""
-    if parameter.kind == "flag":
+    if parameter.is_switch:
         return click.Option([f"{parameter.flag}/--no-{parameter.flag[2:]}", parameter.name], default=None)
     return click.Option([parameter.flag, parameter.name], type=_Value(parameter), default=None)
 

@@ -9,59 +9,26 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import json
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from deadwood_algorithms.tool import VERSION, Parameter, Tool, UserError
 
-METAVARS = {
-    "raster": "RASTER",
-    "vector": "LAYER",
-    "table": "TABLE",
-    "folder": "FOLDER",
-    "file": "FILE",
-    "number": "NUMBER",
-    "integer": "WHOLE",
-    "number_or_layer": "NUMBER|LAYER",
-    "text": "TEXT",
-    "field": "FIELD",
-    "crs": "CRS",
-    "output_raster": "FILE.tif",
-    "output_vector": "FILE.gpkg",
-    "output_table": "FILE.csv",
-    "output_folder": "FOLDER",
-    "output_file": "FILE",
-}
 LARGEST_INTEGER = 2**63 - 1
 
 
 def value_from_text(parameter: Parameter, text: str) -> Any:
     """The value that a flag's text stands for; a number that is none is the user's error."""
-    if parameter.kind == "integer":
-        if not re.fullmatch(r"[+-]?[0-9]{1,30}", text.strip()):
-            raise UserError(f"{parameter.flag} is '{text}', but must be a whole number")
-        return int(text)
-    if parameter.kind == "number":
-        try:
-            return float(text)
-        except ValueError:
-            raise UserError(f"{parameter.flag} is '{text}', but must be a number") from None
-    if not text.strip():
-        raise UserError(f"{parameter.flag} is empty ({parameter.label})")
-    return text
+    return parameter.of_kind.from_text(parameter, text)
 
 
 def value_from_json(parameter: Parameter, value: Any) -> Any:
     """The value that stands in a file of parameters, in the form in which the flag would give it."""
-    if parameter.kind in ("number", "integer", "flag"):
+    kind = parameter.of_kind
+    if kind.json_as_it_is:
         return value  # Tool.check refuses what does not fit
-    if (
-        parameter.kind in ("number_or_layer", "text")
-        and isinstance(value, (int, float))
-        and not isinstance(value, bool)
-    ):
+    if kind.number_as_text and isinstance(value, (int, float)) and not isinstance(value, bool):
         return str(value)
     if not isinstance(value, str) or not value.strip():
         raise UserError(f"'{parameter.name}' is {json.dumps(value)}, but must be text ({parameter.label})")
@@ -146,9 +113,9 @@ def default_text(parameter: Parameter) -> str:
 
 def facts(parameter: Parameter) -> str:
     """What is worth knowing beside the label: unit, range, geometry, and default or that it is required."""
-    if parameter.default is not None and parameter.kind != "flag":
+    if parameter.default is not None and not parameter.is_switch:
         last = f"default {default_text(parameter)}"
-    elif parameter.kind == "flag" or parameter.optional:
+    elif parameter.is_switch or parameter.optional:
         last = ""
     else:
         last = "required"
@@ -158,12 +125,8 @@ def facts(parameter: Parameter) -> str:
 
 def help_line(parameter: Parameter) -> tuple[str, str]:
     """The two columns of the help: how the flag is written, and what it means."""
-    if parameter.kind == "flag":
-        left = f"{parameter.flag} / --no-{parameter.flag[2:]}"
-    elif parameter.kind == "choice":
-        left = f"{parameter.flag} {'|'.join(parameter.choices)}"
-    else:
-        left = f"{parameter.flag} {METAVARS[parameter.kind]}"
+    off = f" / --no-{parameter.flag[2:]}"
+    left = parameter.flag + (off if parameter.is_switch else f" {parameter.metavar}")
     known = facts(parameter)
     right = parameter.label + (f" [{known}]" if known else "")
     return left, f"{right}. {parameter.help}" if parameter.help else right
@@ -193,4 +156,5 @@ def _describe_parameter(parameter: Parameter) -> dict[str, Any]:
         "direction": direction,
         "required": required,
         "section": section(parameter),
+        "widget": parameter.widget,
     }

@@ -2,26 +2,25 @@
 
 A tool's declaration is a frozen dataclass ``Ask`` whose fields are made by the functions below, one line a parameter.
 Nothing about a parameter is written anywhere else: the command line, ``describe --json``, the catalogue, the QGIS
-dialogs and the checks for Python callers are all rendered from it. Standard library only.
+dialogs and the checks for Python callers are all rendered from it. What each kind of parameter is, `kinds` says.
+Standard library only.
 """
 
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
+from deadwood_algorithms.kinds import KINDS, Parameter, UserError, check_value
+
+__all__ = ["Cancelled", "Feedback", "Outcome", "Parameter", "Tool", "UserError", "check_value"]
 VERSION = "0.1.0"
 
 REQUIRED: Any = object()
 Record = TypeVar("Record")  # a small dataclass of parameters
-
-
-class UserError(Exception):
-    """The user's input is at fault: one line that names file, layer, field, row or option, and the mend (exit 2)."""
 
 
 class Cancelled(Exception):
@@ -56,42 +55,10 @@ class Quiet:
         return False
 
 
-@dataclass(frozen=True, kw_only=True)
-class Parameter:
-    """What is known of one parameter; ``name`` is the field's name, snake_case, with the unit in it."""
-
-    kind: str
-    label: str
-    name: str = ""
-    help: str = ""
-    unit: str = ""
-    minimum: float | None = None
-    maximum: float | None = None
-    exclusive: bool = False  # the minimum itself is not allowed (a length, a diameter)
-    choices: tuple[str, ...] = ()
-    geometry: tuple[str, ...] = ()  # of a vector input: point, line, polygon
-    parent: str = ""  # of a field: the parameter whose layer has it
-    # Of an output: the layers and files in it that other programs chain on, such as 'run.gpkg|layername=deposits'.
-    parts: tuple[str, ...] = ()
-    optional: bool = False
-    advanced: bool = False
-    default: Any = None
-
-    @property
-    def flag(self) -> str:
-        return "--" + self.name.replace("_", "-")
-
-    @property
-    def is_input(self) -> bool:
-        return self.kind in ("raster", "vector", "table", "folder", "file", "number_or_layer")
-
-    @property
-    def is_output(self) -> bool:
-        return self.kind.startswith("output_")
-
-
 def ask(kind: str, label: str, *, default: Any = REQUIRED, **facts: Any) -> Any:
-    """One parameter of a tool; a default of None makes it optional, no default makes it required."""
+    """One parameter of a tool, of a kind of `KINDS`; a default of None makes it optional, none makes it required."""
+    if kind not in KINDS:
+        raise ValueError(f"{label}: no kind of parameter is called '{kind}'; known are {', '.join(KINDS)}")
     optional = default is None or bool(facts.pop("optional", False))
     shown = None if default is REQUIRED else default
     parameter = Parameter(kind=kind, label=label, optional=optional, default=shown, **facts)
@@ -262,48 +229,6 @@ class Tool:
             if values.get(name) is None:
                 raise UserError(f"{self.name}: {known[name].flag} is missing ({known[name].label})")
         return self.Ask(**values)
-
-
-def check_value(parameter: Parameter, value: Any) -> None:
-    """Raise ``UserError`` when a value does not fit its parameter."""
-    if value is None:
-        if not parameter.optional:
-            raise UserError(f"{parameter.flag} is missing ({parameter.label})")
-        return
-    if parameter.kind in ("number", "integer"):
-        _check_number(parameter, value)
-    elif parameter.kind == "choice" and value not in parameter.choices:
-        raise UserError(f"{parameter.flag} is '{value}', but must be one of {', '.join(parameter.choices)}")
-    elif parameter.kind == "flag" and not isinstance(value, bool):
-        raise UserError(f"{parameter.flag} is '{value}', but must be true or false")
-    elif parameter.kind == "number_or_layer":
-        try:
-            number_value = float(value)
-        except (TypeError, ValueError):
-            return
-        except OverflowError:
-            number_value = math.inf
-        _check_number(parameter, number_value)
-
-
-def _check_number(parameter: Parameter, value: Any) -> None:
-    whole = parameter.kind == "integer"
-    if isinstance(value, bool) or not isinstance(value, int if whole else (int, float)):
-        raise UserError(f"{parameter.flag} is '{value}', but must be a {'whole ' if whole else ''}number")
-    try:
-        finite = math.isfinite(value)
-    except OverflowError:  # a Python int beyond 1.8e308
-        finite = False
-    if not finite:
-        shown = value if isinstance(value, float) else "a number too large to calculate with"
-        raise UserError(f"{parameter.flag} is {shown}, but must be finite")
-    unit = f" {parameter.unit}" if parameter.unit else ""
-    low, high = parameter.minimum, parameter.maximum
-    if low is not None and (value < low or (parameter.exclusive and value <= low)):
-        word = "greater than" if parameter.exclusive else "at least"
-        raise UserError(f"{parameter.flag} is {value:g}{unit}, but must be {word} {low:g}{unit}")
-    if high is not None and value > high:
-        raise UserError(f"{parameter.flag} is {value:g}{unit}, but must be at most {high:g}{unit}")
 
 
 def taken(ask: Any, record: type[Record]) -> Record:

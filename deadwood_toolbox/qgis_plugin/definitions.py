@@ -1,4 +1,6 @@
-"""Parameters of QGIS's dialogs from the declarations: one place for kinds, units, bounds, geometries and flags.
+"""Parameters of QGIS's dialogs from the declarations: one place for widgets, units, bounds, geometries and flags.
+
+Which widget asks for a kind of parameter, the toolbox says (``kinds.py``); `WIDGETS` has those that there are.
 
 ``log_radius`` of the declaration is LOG_RADIUS in QGIS. Enum members are spelt in full, which every QGIS from 3.22 to
 4.x understands. Bounds only serve the dialog's spin boxes: what is out of them is refused by the tool, in its words.
@@ -7,7 +9,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from qgis.core import (
@@ -39,6 +41,8 @@ GEOMETRIES = {
     "line": Source.TypeVectorLine,
     "polygon": Source.TypeVectorPolygon,
 }
+# Declaration, name, label, whether it is optional -> the definition of a parameter, or a list of them.
+Widget = Callable[[dict[str, Any], str, str, bool], Any]
 LARGEST_SPIN = 2**31 - 1  # of a spin box of whole numbers
 DECIMALS = 4
 OPEN = "OPEN_RESULTS"
@@ -55,7 +59,7 @@ def definitions(told: dict[str, Any]) -> Iterator[QgsProcessingParameterDefiniti
             if declared["advanced"]:
                 each.setFlags(each.flags() | QgsProcessingParameterDefinition.Flag.FlagAdvanced)
             yield each
-        if declared["kind"] == "output_folder" and declared["required"]:
+        if declared["widget"] == "output_folder" and declared["required"]:
             opened = QgsProcessingParameterBoolean(OPEN, "Open the results in the map", defaultValue=True)
             opened.setHelp("Adds the layers of the folder to the map, styled and in a group of their own.")
             yield opened
@@ -63,7 +67,7 @@ def definitions(told: dict[str, Any]) -> Iterator[QgsProcessingParameterDefiniti
 
 def is_hidden(declared: dict[str, Any], told: dict[str, Any]) -> bool:
     """Whether QGIS asks for it itself: before it replaces a file, but not before it replaces a folder."""
-    folders = (p["kind"] == "output_folder" and p["required"] for p in told["parameters"])
+    folders = (p["widget"] == "output_folder" and p["required"] for p in told["parameters"])
     return declared["name"] == "overwrite" and not any(folders)
 
 
@@ -97,48 +101,50 @@ def help_of(declared: dict[str, Any]) -> str:
 
 
 def _definition(declared: dict[str, Any]) -> list[QgsProcessingParameterDefinition]:
-    kind, name = declared["kind"], declared["name"].upper()
     label = declared["label"] + (f" [{declared['unit']}]" if declared["unit"] else "")
-    optional, default = declared["optional"], declared["default"]
-    if kind in ("number", "integer"):
-        return [_number(declared, name, label, optional)]
-    if kind == "number_or_layer":
-        layer = QgsProcessingParameterMapLayer(
-            name + LAYER,
-            f"{declared['label']}, from a raster or polygons instead",
-            optional=True,
-            types=[Source.TypeRaster, Source.TypeVectorPolygon],
-        )
-        return [_number(declared, name, label, True), layer]
-    if kind == "raster":
-        return [QgsProcessingParameterRasterLayer(name, label, optional=optional)]
-    if kind in ("vector", "table"):
-        types = [GEOMETRIES[each] for each in declared["geometry"]] if kind == "vector" else [Source.TypeVector]
-        return [QgsProcessingParameterFeatureSource(name, label, types=types, optional=optional)]
-    if kind == "choice":
-        choices = list(declared["choices"])
-        made = QgsProcessingParameterEnum(
-            name, label, options=choices, defaultValue=default, optional=optional, usesStaticStrings=True
-        )
-        return [made]
-    if kind == "flag":
-        return [QgsProcessingParameterBoolean(name, label, defaultValue=bool(default))]
-    if kind == "field":
-        return [QgsProcessingParameterField(name, label, None, declared["parent"].upper(), optional=optional)]
-    if kind == "crs":
-        return [QgsProcessingParameterCrs(name, label, optional=optional)]
-    if kind == "folder":
-        behaviour = QgsProcessingParameterFile.Behavior.Folder
-        return [QgsProcessingParameterFile(name, label, behavior=behaviour, optional=optional)]
-    if kind == "file":
-        return [QgsProcessingParameterFile(name, label, optional=optional)]
-    if kind.startswith("output_"):
-        return [_output(declared, kind, name, label, optional)]
-    return [QgsProcessingParameterString(name, label, defaultValue=default, optional=optional)]
+    made = WIDGETS.get(declared["widget"], _text)(declared, declared["name"].upper(), label, declared["optional"])
+    return made if isinstance(made, list) else [made]
+
+
+def _number_or_layer(
+    declared: dict[str, Any], name: str, label: str, optional: bool
+) -> list[QgsProcessingParameterDefinition]:
+    layer = QgsProcessingParameterMapLayer(
+        name + LAYER,
+        f"{declared['label']}, from a raster or polygons instead",
+        optional=True,
+        types=[Source.TypeRaster, Source.TypeVectorPolygon],
+    )
+    return [_number(declared, name, label, True), layer]
+
+
+def _vector(declared: dict[str, Any], name: str, label: str, optional: bool) -> QgsProcessingParameterDefinition:
+    types = [GEOMETRIES[each] for each in declared["geometry"]]
+    return QgsProcessingParameterFeatureSource(name, label, types=types, optional=optional)
+
+
+def _choice(declared: dict[str, Any], name: str, label: str, optional: bool) -> QgsProcessingParameterDefinition:
+    return QgsProcessingParameterEnum(
+        name,
+        label,
+        options=list(declared["choices"]),
+        defaultValue=declared["default"],
+        optional=optional,
+        usesStaticStrings=True,
+    )
+
+
+def _folder(declared: dict[str, Any], name: str, label: str, optional: bool) -> QgsProcessingParameterDefinition:
+    behaviour = QgsProcessingParameterFile.Behavior.Folder
+    return QgsProcessingParameterFile(name, label, behavior=behaviour, optional=optional)
+
+
+def _text(declared: dict[str, Any], name: str, label: str, optional: bool) -> QgsProcessingParameterDefinition:
+    return QgsProcessingParameterString(name, label, defaultValue=declared["default"], optional=optional)
 
 
 def _number(declared: dict[str, Any], name: str, label: str, optional: bool) -> QgsProcessingParameterNumber:
-    whole = declared["kind"] == "integer"
+    whole = declared["widget"] == "integer"
     kinds = QgsProcessingParameterNumber.Type
     default = declared["default"]
     made = QgsProcessingParameterNumber(
@@ -158,20 +164,40 @@ def _number(declared: dict[str, Any], name: str, label: str, optional: bool) -> 
     return made
 
 
-def _output(
-    declared: dict[str, Any], kind: str, name: str, label: str, optional: bool
-) -> QgsProcessingParameterDefinition:
-    if kind == "output_raster":
-        made = QgsProcessingParameterRasterDestination(name, label, optional=optional)
-    elif kind == "output_vector":
-        made = QgsProcessingParameterVectorDestination(name, label, optional=optional)
-    elif kind == "output_folder":
-        made = QgsProcessingParameterFolderDestination(name, label, optional=optional)
-    else:
-        made = QgsProcessingParameterFileDestination(name, label, fileFilter=_filter(declared), optional=optional)
-    made.setCreateByDefault(not optional)
-    return made
+def _destination(make: Callable[..., QgsProcessingParameterDefinition], **facts: Any) -> Widget:
+    """The widget of an output; one that need not be made is off at first."""
+
+    def build(declared: dict[str, Any], name: str, label: str, optional: bool) -> QgsProcessingParameterDefinition:
+        made = make(name, label, optional=optional, **facts)
+        made.setCreateByDefault(not optional)
+        return made
+
+    return build
 
 
-def _filter(declared: dict[str, Any]) -> str:
-    return "CSV files (*.csv)" if declared["kind"] == "output_table" else "All files (*.*)"
+WIDGETS: dict[str, Widget] = {
+    "raster": lambda told, name, label, optional: QgsProcessingParameterRasterLayer(name, label, optional=optional),
+    "vector": _vector,
+    "table": lambda told, name, label, optional: QgsProcessingParameterFeatureSource(
+        name, label, types=[Source.TypeVector], optional=optional
+    ),
+    "folder": _folder,
+    "file": lambda told, name, label, optional: QgsProcessingParameterFile(name, label, optional=optional),
+    "number_or_layer": _number_or_layer,
+    "number": _number,
+    "integer": _number,
+    "choice": _choice,
+    "flag": lambda told, name, label, optional: QgsProcessingParameterBoolean(
+        name, label, defaultValue=bool(told["default"])
+    ),
+    "text": _text,
+    "field": lambda told, name, label, optional: QgsProcessingParameterField(
+        name, label, None, told["parent"].upper(), optional=optional
+    ),
+    "crs": lambda told, name, label, optional: QgsProcessingParameterCrs(name, label, optional=optional),
+    "output_raster": _destination(QgsProcessingParameterRasterDestination),
+    "output_vector": _destination(QgsProcessingParameterVectorDestination),
+    "output_table": _destination(QgsProcessingParameterFileDestination, fileFilter="CSV files (*.csv)"),
+    "output_folder": _destination(QgsProcessingParameterFolderDestination),
+    "output_file": _destination(QgsProcessingParameterFileDestination, fileFilter="All files (*.*)"),
+}

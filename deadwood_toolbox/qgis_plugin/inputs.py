@@ -90,8 +90,8 @@ class Inputs:
         return "nothing was left behind"
 
     def _add(self, declared: dict[str, Any]) -> None:
-        kind, flag, name = declared["kind"], declared["flag"], declared["name"].upper()
-        if kind == "flag":
+        flag, name = declared["flag"], declared["name"].upper()
+        if declared["widget"] == "flag":
             if self.algorithm.parameterAsBoolean(self.parameters, name, self.context):
                 self.arguments.append(flag)
             return
@@ -100,7 +100,7 @@ class Inputs:
             self.arguments.append(f"{flag}={value}")
 
     def _output(self, declared: dict[str, Any], name: str) -> str:
-        if declared["kind"] in ("output_raster", "output_vector"):
+        if declared["widget"] in ("output_raster", "output_vector"):
             path = self.algorithm.parameterAsOutputLayer(self.parameters, name, self.context)
         else:
             path = self.algorithm.parameterAsFileOutput(self.parameters, name, self.context)
@@ -109,20 +109,20 @@ class Inputs:
         if re.match(r"^[a-zA-Z]{2,}:", path):
             raise QgsProcessingException(f"{declared['label']}: {path} is no file; name a file of its own")
         self.outputs[declared["name"]] = path = os.path.abspath(path)
-        if declared["kind"] == "output_folder":
+        if declared["widget"] == "output_folder":
             self.folders.append(path)
         return path
 
     def _input(self, declared: dict[str, Any], name: str) -> str:
-        kind = declared["kind"]
-        if kind == "number_or_layer":
+        widget = declared["widget"]
+        if widget == "number_or_layer":
             return self._number_or_layer(declared, name)
-        if kind in ("raster", "vector", "table"):
+        if widget in ("raster", "vector", "table"):
             return self._layer(declared, self.parameters.get(name))
-        if kind == "crs":
+        if widget == "crs":
             crs = self.algorithm.parameterAsCrs(self.parameters, name, self.context)
             return (crs.authid() or crs.toWkt()) if crs.isValid() else ""
-        if kind in ("folder", "file"):
+        if widget in ("folder", "file"):
             path = self.algorithm.parameterAsFile(self.parameters, name, self.context)
             return os.path.abspath(path) if path else ""
         return self._plain(declared, name)
@@ -132,13 +132,13 @@ class Inputs:
         value = self.parameters.get(name, declared["default"])
         if isinstance(value, QgsProperty):
             value = value.valueAsString(self.context.expressionContext())[0]
-        if declared["kind"] == "choice" and isinstance(value, int):
+        if declared["widget"] == "choice" and isinstance(value, int):
             value = self.algorithm.parameterAsEnumString(self.parameters, name, self.context)
         if isinstance(value, (list, tuple)):
             value = ",".join(map(str, value))
         if value is None or value == "" or value == declared["default"]:
             return ""
-        if declared["kind"] == "integer" and isinstance(value, float) and value.is_integer():
+        if declared["widget"] == "integer" and isinstance(value, float) and value.is_integer():
             return str(int(value))
         return repr(value) if isinstance(value, float) else str(value)
 

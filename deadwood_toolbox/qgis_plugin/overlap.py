@@ -24,7 +24,7 @@ def check_places(inputs: Inputs, context: QgsProcessingContext, feedback: QgsPro
 
     What does not open here is the tool's to judge: it reads more than QGIS does, and says more of what it cannot read.
     """
-    layers = [(declared, _layer(source, declared["kind"])) for declared, source in inputs.layers]
+    layers = [(declared, _layer(source, declared["widget"])) for declared, source in inputs.layers]
     dem = next((layer for declared, layer in layers if declared["name"] == "dem" and layer is not None), None)
     if dem is None or not dem.isValid() or not dem.crs().isValid():
         return
@@ -54,12 +54,12 @@ def check_places(inputs: Inputs, context: QgsProcessingContext, feedback: QgsPro
             feedback.pushInfo(f"{layer.name()}: in {_name(layer)}, the tool reprojects it to {_name(dem)}")
 
 
-def _layer(source: QgsMapLayer | str, kind: str) -> QgsMapLayer | None:
+def _layer(source: QgsMapLayer | str, widget: str) -> QgsMapLayer | None:
     """A layer of the map, or what QGIS opens at a path; None where it opens nothing or nothing is in it."""
     if isinstance(source, QgsMapLayer):
         return source
     name = source.partition("|")[0].replace("\\", "/").rpartition("/")[2]
-    if kind == "raster":
+    if widget == "raster":
         return QgsRasterLayer(source, name)
     vector = QgsVectorLayer(source, name, "ogr")
     return vector if vector.isValid() and vector.featureCount() > 0 else None

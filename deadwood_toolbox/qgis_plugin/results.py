@@ -65,7 +65,7 @@ class Results:
             if path is None:
                 continue
             details = next((each for uri, each in waiting.items() if os.path.abspath(uri) == path), None)
-            if declared["kind"] == "output_folder":
+            if declared["widget"] == "output_folder":
                 if opens and declared["required"] and context.project() is not None:
                     title = f"{self.told['label']}: {Path(path).name}"
                     _announce(sources_of_folder(path, self.left), title, context, context.project())

@@ -20,7 +20,7 @@ PUBLIC = {"run", "Ask", "TOOL"}  # of a tool, for another tool
 # A tool computes on arrays and hands tables on; files are opened by layers.py and its siblings.
 TOOL_LIBRARIES = {"numpy", "shapely", "geopandas", "pandas", "deadwood_algorithms", "deadwood_engine"}
 # The rooms, from the ground up: each may use those before it. The subject rooms never use one another.
-VOCABULARY = ("tool", "schemas", "pictures")
+VOCABULARY = ("kinds", "tool", "schemas", "pictures")
 ROOMS = ("numbers", "files", "scene", "runs")
 SUBJECTS = (
     "trees", "releases", "mobilisation", "structures", "flights", "calibration", "fidelity", "scenarios", "sample",
@@ -99,7 +99,7 @@ def test_the_engine_knows_numpy_and_numba_only(path):
     assert foreign(path.read_text(encoding="utf-8"), "deadwood_engine", {"numpy", "numba", "deadwood_engine"}) == set()
 
 
-@pytest.mark.parametrize("path", [ALGORITHMS / "tool.py", *files_of(ALGORITHMS / "schemas")])
+@pytest.mark.parametrize("path", [ALGORITHMS / "kinds.py", ALGORITHMS / "tool.py", *files_of(ALGORITHMS / "schemas")])
 def test_the_vocabulary_needs_the_standard_library_only(path):
     assert foreign(path.read_text(encoding="utf-8"), "", {"deadwood_algorithms"}) == set()
 

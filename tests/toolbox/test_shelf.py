@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from deadwood_algorithms.kinds import KINDS
 from deadwood_algorithms.tool import Parameter, Tool, check_value, manifest
 from deadwood_toolbox import cli, parameters
 from deadwood_toolbox.catalogue import PLACE, page
@@ -52,7 +53,7 @@ def unit_of_name(name: str) -> set[str]:
 def flaws(parameter: Parameter) -> list[str]:
     """What is wrong with the declaration of one parameter."""
     found = []
-    if parameter.kind not in parameters.METAVARS and parameter.kind not in ("choice", "flag"):
+    if parameter.kind not in KINDS:
         found.append(f"unknown kind {parameter.kind}")
     if not parameter.label or parameter.label != parameter.label.strip() or parameter.label.endswith("."):
         found.append(f"label '{parameter.label}'")

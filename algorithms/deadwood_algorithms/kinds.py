@@ -1,0 +1,209 @@
+"""The kinds of parameters: one entry a kind, from which the command line, the checks and QGIS's dialogs are made.
+
+A new kind is a new entry of `KINDS`. What its values look like on a command line, how a text becomes a value, what
+of it is checked without opening a file, and which of QGIS's widgets asks for it: all of it stands there, and nowhere
+else. Standard library only.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+
+class UserError(Exception):
+    """The user's input is at fault: one line that names file, layer, field, row or option, and the mend (exit 2)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parameter:
+    """What is known of one parameter; ``name`` is the field's name, snake_case, with the unit in it."""
+
+    kind: str
+    label: str
+    name: str = ""
+    help: str = ""
+    unit: str = ""
+    minimum: float | None = None
+    maximum: float | None = None
+    exclusive: bool = False  # the minimum itself is not allowed (a length, a diameter)
+    choices: tuple[str, ...] = ()
+    geometry: tuple[str, ...] = ()  # of a vector input: point, line, polygon
+    parent: str = ""  # of a field: the parameter whose layer has it
+    # Of an output: the layers and files in it that other programs chain on, such as 'run.gpkg|layername=deposits'.
+    parts: tuple[str, ...] = ()
+    optional: bool = False
+    advanced: bool = False
+    default: Any = None
+
+    @property
+    def flag(self) -> str:
+        return "--" + self.name.replace("_", "-")
+
+    @property
+    def of_kind(self) -> Kind:
+        return KINDS[self.kind]
+
+    @property
+    def is_input(self) -> bool:
+        return self.of_kind.direction == "input"
+
+    @property
+    def is_output(self) -> bool:
+        return self.of_kind.direction == "output"
+
+    @property
+    def is_switch(self) -> bool:
+        return self.of_kind.switch
+
+    @property
+    def metavar(self) -> str:
+        """What stands for the value in the help."""
+        return self.of_kind.metavar or "|".join(self.choices)
+
+    @property
+    def widget(self) -> str:
+        """Which of the plugin's widgets asks for it in QGIS."""
+        return self.of_kind.widget or self.kind
+
+
+# --- how a text becomes a value -------------------------------------------------------------------------------------
+
+
+def _words(parameter: Parameter, text: str) -> str:
+    if not text.strip():
+        raise UserError(f"{parameter.flag} is empty ({parameter.label})")
+    return text
+
+
+def _number(parameter: Parameter, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise UserError(f"{parameter.flag} is '{text}', but must be a number") from None
+
+
+def _whole(parameter: Parameter, text: str) -> int:
+    if not re.fullmatch(r"[+-]?[0-9]{1,30}", text.strip()):
+        raise UserError(f"{parameter.flag} is '{text}', but must be a whole number")
+    return int(text)
+
+
+# --- what of a value is checked -------------------------------------------------------------------------------------
+
+
+def _check_nothing(parameter: Parameter, value: Any) -> None:
+    """Of a path or a text only its tool can say whether it is right."""
+
+
+def _check_number(parameter: Parameter, value: Any, *, whole: bool = False) -> None:
+    if isinstance(value, bool) or not isinstance(value, int if whole else (int, float)):
+        raise UserError(f"{parameter.flag} is '{value}', but must be a {'whole ' if whole else ''}number")
+    try:
+        finite = math.isfinite(value)
+    except OverflowError:  # a Python int beyond 1.8e308
+        finite = False
+    if not finite:
+        shown = value if isinstance(value, float) else "a number too large to calculate with"
+        raise UserError(f"{parameter.flag} is {shown}, but must be finite")
+    unit = f" {parameter.unit}" if parameter.unit else ""
+    low, high = parameter.minimum, parameter.maximum
+    if low is not None and (value < low or (parameter.exclusive and value <= low)):
+        word = "greater than" if parameter.exclusive else "at least"
+        raise UserError(f"{parameter.flag} is {value:g}{unit}, but must be {word} {low:g}{unit}")
+    if high is not None and value > high:
+        raise UserError(f"{parameter.flag} is {value:g}{unit}, but must be at most {high:g}{unit}")
+
+
+def _check_whole(parameter: Parameter, value: Any) -> None:
+    _check_number(parameter, value, whole=True)
+
+
+def _check_number_or_layer(parameter: Parameter, value: Any) -> None:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        return
+    except OverflowError:
+        number = math.inf
+    _check_number(parameter, number)
+
+
+def _check_choice(parameter: Parameter, value: Any) -> None:
+    if value not in parameter.choices:
+        raise UserError(f"{parameter.flag} is '{value}', but must be one of {', '.join(parameter.choices)}")
+
+
+def _check_flag(parameter: Parameter, value: Any) -> None:
+    if not isinstance(value, bool):
+        raise UserError(f"{parameter.flag} is '{value}', but must be true or false")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Kind:
+    """A kind of parameter.
+
+    Attributes
+    ----------
+    metavar : str
+        What stands for a value in the help; empty: the choices.
+    direction : str
+        ``input``: the path of something that is read, ``output``: of something that is written, else ``setting``.
+    from_text : callable
+        The value that a flag's text stands for.
+    check : callable
+        Raises `UserError` when a value does not fit.
+    json_as_it_is : bool
+        In a file of parameters the value stands as JSON has it (a number, true); else it must be a text there.
+    number_as_text : bool
+        A number is taken for the text of it, as one types it.
+    switch : bool
+        The flag takes no value: ``--overwrite``, ``--no-overwrite``.
+    widget : str
+        The widget of the QGIS plugin that asks for it, by the name of the kind that it is made for; empty: its own.
+        A widget that the plugin does not have is a line of text.
+    """
+
+    metavar: str
+    direction: str = "setting"
+    from_text: Callable[[Parameter, str], Any] = _words
+    check: Callable[[Parameter, Any], None] = _check_nothing
+    json_as_it_is: bool = False
+    number_as_text: bool = False
+    switch: bool = False
+    widget: str = ""
+
+
+KINDS = {
+    "raster": Kind(metavar="RASTER", direction="input"),
+    "vector": Kind(metavar="LAYER", direction="input"),
+    "table": Kind(metavar="TABLE", direction="input"),
+    "folder": Kind(metavar="FOLDER", direction="input"),
+    "file": Kind(metavar="FILE", direction="input"),
+    "number_or_layer": Kind(
+        metavar="NUMBER|LAYER", direction="input", check=_check_number_or_layer, number_as_text=True
+    ),
+    "number": Kind(metavar="NUMBER", from_text=_number, check=_check_number, json_as_it_is=True),
+    "integer": Kind(metavar="WHOLE", from_text=_whole, check=_check_whole, json_as_it_is=True),
+    "choice": Kind(metavar="", check=_check_choice),
+    "flag": Kind(metavar="", check=_check_flag, json_as_it_is=True, switch=True),
+    "text": Kind(metavar="TEXT", number_as_text=True),
+    "field": Kind(metavar="FIELD"),
+    "crs": Kind(metavar="CRS"),
+    "output_raster": Kind(metavar="FILE.tif", direction="output"),
+    "output_vector": Kind(metavar="FILE.gpkg", direction="output"),
+    "output_table": Kind(metavar="FILE.csv", direction="output"),
+    "output_folder": Kind(metavar="FOLDER", direction="output"),
+    "output_file": Kind(metavar="FILE", direction="output"),
+}
+
+
+def check_value(parameter: Parameter, value: Any) -> None:
+    """Raise ``UserError`` when a value does not fit its parameter."""
+    if value is not None:
+        parameter.of_kind.check(parameter, value)
+    elif not parameter.optional:
+        raise UserError(f"{parameter.flag} is missing ({parameter.label})")
