@@ -7,7 +7,7 @@ from scipy.integrate import quad
 from deadwood_engine.log_body import AXIAL, CENTRE, MASS, TRANSVERSE, cone_bodies
 
 
-# NUMERICS 1.2: closed forms evaluated independently, printed to the digits given
+# T01 of docs/tests.md: closed forms evaluated independently, printed to the digits given
 @pytest.mark.parametrize(
     ("diameter", "length", "mass", "centre", "axial", "transverse"),
     [

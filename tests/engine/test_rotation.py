@@ -23,7 +23,7 @@ def momentum(state, transverse, axial):
 
 @pytest.mark.parametrize("step", [1e-3, 1e-2, 0.1])
 def test_precession_rate(step):
-    """After pi A/|L| the axis has turned half way round L: d.d0 = 2 cos^2(beta) - 1 (NUMERICS T08)."""
+    """After pi A/|L| the axis has turned half way round L: d.d0 = 2 cos^2(beta) - 1 (docs/tests.md, T08)."""
     state, a, c = top()
     rate = np.linalg.norm(momentum(state, a, c)) / a
     assert rate == pytest.approx(1.00009767, abs=1e-8)

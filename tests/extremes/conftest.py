@@ -94,7 +94,7 @@ def healthy(scene: Scene, begin: Start, result: Result, *, gained: float = 1e-3,
     """What holds for every log of every scene: finite, unit quaternion, an end for a reason, no energy out of nothing.
 
     gained : [-] most of the energy spent that contacts may give or the books may miss, besides the scheme's own bound:
-        a separating contact that gravity pushes back gives at most (g dt)^2 / 8 a step (NUMERICS T62)
+        a separating contact that gravity pushes back gives at most (g dt)^2 / 8 a step (docs/tests.md, T62)
     longest : [s] longest time step of the run
     """
     state = result.last_state

@@ -71,7 +71,7 @@ def test_toppling_about_the_rim(physics, fidelity, tolerance):
 
     tip_touches.terminal = True
     solution = solve_ivp(pendulum, (0, 20), [begin_angle, 0.0], rtol=1e-12, atol=1e-12, events=tip_touches)
-    assert solution.t[-1] == pytest.approx(5.432956, abs=1e-4)  # NUMERICS T37
+    assert solution.t[-1] == pytest.approx(5.432956, abs=1e-4)  # docs/tests.md, T37
     logs = Logs.alike([0.0], [0.0], orientation=2, tilt=np.radians(5.0))
     result = slide(
         scene, logs, FIDELITIES[fidelity]._replace(trace_cells=1e-3), keep_poses=np.ones(1, bool), time_limit=7.0
@@ -92,8 +92,8 @@ def rough(seed=0, rows=160, columns=120, cell=0.5, tangent=0.7):
 def test_energy_is_accounted_for_and_never_gained(seed):
     """T61, T62: contacts' work plus gravity's explains all change of energy to rounding, and contacts only take.
 
-    A contact that separates within a step and is pushed by gravity may give m (g dt)^2 / 8 a step (derived in NUMERICS
-    1.2); the gain of a run is compared with that bound, and with a hundredth of the energy spent.
+    A contact that separates within a step and is pushed by gravity may give m (g dt)^2 / 8 a step (docs/tests.md);
+    the gain of a run is compared with that bound, and with a hundredth of the energy spent.
     """
     scene = Scene.prepare(rough(seed), 0.5, 0.0, 0.0, friction=0.25)
     logs = Logs.alike(np.full(6, 30.0) + np.arange(6), np.full(6, 60.0), length=12.0, diameter=0.4)

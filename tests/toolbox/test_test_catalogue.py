@@ -1,0 +1,38 @@
+"""``docs/tests.md``: every number names tests that exist or says why it has none, and tests name numbers of it."""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "docs" / "tests.md").read_text(encoding="utf-8")
+ROWS = {found[1]: found[0] for found in re.finditer(r"^\| (T\d\d[a-g]?) \|.*$", PAGE, flags=re.MULTILINE)}
+
+
+def functions_of(path: Path) -> set[str]:
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    return {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}
+
+
+@pytest.mark.parametrize("number", ROWS)
+def test_each_number_names_tests_that_exist_or_says_why_not(number):
+    named = re.findall(r"`(tests/[\w/]+\.py)::(\w+)`", ROWS[number])
+    assert named or re.search(r"\| not (held|a test)", ROWS[number])
+    for path, function in named:
+        assert function in functions_of(ROOT / path)
+
+
+def test_no_number_is_left_out():
+    assert {number[:3] for number in ROWS} == {f"T{k:02}" for k in range(1, 81)}
+
+
+def test_tests_name_numbers_of_the_page_and_only_what_is_in_the_repository():
+    strange = []
+    for path in sorted((ROOT / "tests").rglob("*.py")):
+        text = path.read_text(encoding="utf-8")
+        strange += [f"{path}: {each}" for each in re.findall(r"\bT\d\d[a-g]?\b", text) if each not in ROWS]
+    assert strange == []
