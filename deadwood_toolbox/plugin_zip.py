@@ -1,11 +1,19 @@
-"""``deadwood-tool qgis-plugin``: pack the QGIS plugin, with the declarations of every tool, into an installable zip."""
+"""``deadwood-tool qgis-plugin``: pack the QGIS plugin, with the declarations of every tool, into an installable zip.
+
+For plugins.qgis.org the plugin also needs an address for mail, its repository and its tracker. They stand in
+``pyproject.toml`` (``authors`` with ``email``, ``[project.urls]`` with ``Repository``, ``Issues`` and ``Homepage``) or
+nowhere: what is not there is left out of ``metadata.txt``, and the command says what an upload would miss.
+"""
 
 from __future__ import annotations
 
 import json
 import sys
 import zipfile
+from collections.abc import Mapping
 from dataclasses import dataclass
+from email.utils import parseaddr
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +26,10 @@ from deadwood_toolbox.feedback import plain
 SOURCE = Path(__file__).parent / "qgis_plugin"
 FOLDER = "deadwood"  # in the zip, and thereby the plugin's name for QGIS
 KINDS = {".py", ".svg"}
+DISTRIBUTION = "deadwood-toolbox"
+# Line of metadata.txt -> name of the URL in pyproject.toml. The first two, and an address, plugins.qgis.org asks for.
+URLS = {"repository": "repository", "tracker": "issues", "homepage": "homepage"}
+ASKED_FOR = ("email", "repository", "tracker")
 DAY = (2000, 1, 1, 0, 0, 0)  # of every file in the zip: same version, same bytes
 
 
@@ -34,11 +46,15 @@ class Ask:
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     with output_path(ask.output, ask.overwrite, suffix=".zip") as temporary:
         manifest = declarations() if ask.portable else {**declarations(), "packed_in": sys.prefix}
-        pack(temporary, manifest)
+        known = contacts()
+        pack(temporary, manifest, known)
     lines = (
         f"{ask.output}: the plugin for QGIS 3.22 to 4.x, with the tools of version {VERSION}",
         "in QGIS: Plugins > Manage and Install Plugins > Install from ZIP; then open the Processing toolbox",
     )
+    missing = [name for name in ASKED_FOR if name not in known]
+    if missing:
+        feedback.note(f"not ready for plugins.qgis.org: pyproject.toml names no {', '.join(missing)}")
     return Outcome({"output": ask.output}, {}, lines)
 
 
@@ -49,11 +65,36 @@ def declarations() -> dict[str, Any]:
     return plain({"version": VERSION, "tools": [parameters.describe(each) for each in TOOLS]})
 
 
-def pack(path: Path, manifest: dict[str, Any]) -> None:
-    """Write the zip: the plugin's sources and icons, its metadata with our version, the manifest."""
+def contacts() -> dict[str, str]:
+    """What the package says of its authors' address and its places on the web, as lines of ``metadata.txt``."""
+    try:
+        told = metadata.metadata(DISTRIBUTION)
+    except metadata.PackageNotFoundError:  # run from a checkout that is not installed
+        return {}
+    urls = {}
+    for each in told.get_all("Project-URL") or []:
+        label, _, url = each.partition(", ")
+        urls[label.lower()] = url
+    address = parseaddr(told.get("Author-email") or "")[1]
+    found = {"email": address, **{line: urls.get(name, "") for line, name in URLS.items()}}
+    return {line: value for line, value in found.items() if value}
+
+
+def licence() -> str:
+    """The text of the licence, which plugins.qgis.org wants in the zip: of the checkout, or of the installed package."""
+    beside = SOURCE.parents[1] / "LICENSE"
+    if beside.is_file():
+        return beside.read_text(encoding="utf-8")
+    return metadata.distribution(DISTRIBUTION).read_text("licenses/LICENSE") or ""
+
+
+def pack(path: Path, manifest: dict[str, Any], known: Mapping[str, str]) -> None:
+    """Write the zip: the plugin's sources and icons, its metadata with our version and contacts, the manifest."""
     files = {each.relative_to(SOURCE).as_posix(): each.read_text(encoding="utf-8") for each in _sources()}
-    metadata = (SOURCE / "metadata.txt").read_text(encoding="utf-8")
-    files["metadata.txt"] = metadata.replace("version=VERSION", f"version={VERSION}")
+    about = (SOURCE / "metadata.txt").read_text(encoding="utf-8").rstrip() + "\n"
+    about += "".join(f"{line}={value}\n" for line, value in known.items())
+    files["metadata.txt"] = about.replace("version=VERSION", f"version={VERSION}")
+    files["LICENSE"] = licence()
     files["manifest.json"] = json.dumps(manifest, indent=1, ensure_ascii=False) + "\n"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as target:
         for name, text in sorted(files.items()):

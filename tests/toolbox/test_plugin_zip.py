@@ -7,13 +7,14 @@ import io
 import json
 import sys
 import zipfile
+from email.message import Message
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 
 from deadwood_algorithms.tool import VERSION
-from deadwood_toolbox import cli
+from deadwood_toolbox import cli, plugin_zip
 from deadwood_toolbox.shelf import TOOLS
 
 
@@ -32,6 +33,10 @@ def test_the_zip_has_what_qgis_looks_for(zipped):
     assert general["version"] == VERSION
     assert (general["qgisMinimumVersion"], general["qgisMaximumVersion"]) == ("3.22", "4.99")
     assert general["hasProcessingProvider"] == "yes"
+    for name in ("name", "description", "about", "author", "license", "tags", "category"):
+        assert general[name]
+    assert not {"repository", "tracker", "homepage", "email"} & {name for name, value in general.items() if not value}
+    assert zipped.read("deadwood/LICENSE").decode().startswith("BSD 3-Clause License")
     assert f"deadwood/{general['icon']}" in zipped.namelist()
     assert "def classFactory(" in zipped.read("deadwood/__init__.py").decode()
     for name in zipped.namelist():
@@ -71,3 +76,24 @@ def test_versions_name_the_libraries_that_the_tools_load(capsys):
     assert said.startswith(f"deadwood-tool {VERSION}\n")
     for word in (sys.executable, "GDAL", "PROJ", "numba"):
         assert word in said
+
+
+def test_what_plugins_qgis_org_asks_for_comes_from_the_package(tmp_path, monkeypatch, capsys):
+    """Addresses stand in pyproject.toml or nowhere."""
+    told = Message()
+    told["Author-email"] = "The Deadwood Toolbox authors <post@example.org>"
+    told["Project-URL"] = "Repository, https://example.org/code"
+    told["Project-URL"] = "Issues, https://example.org/issues"
+    monkeypatch.setattr(plugin_zip.metadata, "metadata", lambda name: told)
+    assert cli.run(["qgis-plugin", "--output", str(tmp_path / "full.zip")]) == 0
+    assert "plugins.qgis.org" not in capsys.readouterr().err
+    monkeypatch.setattr(plugin_zip.metadata, "metadata", lambda name: Message())
+    assert cli.run(["qgis-plugin", "--output", str(tmp_path / "bare.zip")]) == 0
+    said = capsys.readouterr().err
+    assert "not ready for plugins.qgis.org: pyproject.toml names no email, repository, tracker" in said
+    texts = []
+    for name in ("full.zip", "bare.zip"):
+        with zipfile.ZipFile(tmp_path / name) as packed:
+            texts.append(packed.read("deadwood/metadata.txt").decode())
+    lines = ["email=post@example.org", "repository=https://example.org/code", "tracker=https://example.org/issues"]
+    assert texts[0].splitlines() == [*texts[1].splitlines(), *lines]

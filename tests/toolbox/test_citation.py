@@ -1,0 +1,102 @@
+"""CITATION.cff keeps the rules of the Citation File Format 1.2.0, and names what the package names.
+
+The file is in the plain part of YAML that every reader of it understands: ``key: value``, and lists of one level.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from deadwood_algorithms.tool import VERSION
+
+ROOT = Path(__file__).parents[2]
+# The schema's keys of a software record; it allows no others.
+KEYS = {
+    "abstract", "authors", "cff-version", "commit", "contact", "date-released", "doi", "identifiers", "keywords",
+    "license", "license-url", "message", "preferred-citation", "references", "repository", "repository-artifact",
+    "repository-code", "title", "type", "url", "version",
+}  # fmt: skip
+REQUIRED = {"authors", "cff-version", "message", "title"}
+ENTITY = {"address", "alias", "city", "country", "date-end", "date-start", "email", "fax", "location", "name", "orcid",
+          "post-code", "region", "tel", "website"}  # fmt: skip
+PERSON = (ENTITY - {"name", "location", "date-end", "date-start"}) | {
+    "affiliation",
+    "family-names",
+    "given-names",
+    "name-particle",
+    "name-suffix",
+}
+
+
+def read(text: str) -> dict[str, Any]:
+    """The record; a line that is neither ``key: value`` nor an item of a list is an error."""
+    record: dict[str, Any] = {}
+    key = ""
+    for line in text.splitlines():
+        if found := re.fullmatch(r"([a-z-]+):(?: (.+))?", line):
+            key, value = found[1], found[2]
+            assert key not in record, f"{key} twice"
+            record[key] = plain(value) if value else []
+        elif found := re.fullmatch(r"  - (?:([a-z-]+): )?(.+)", line):
+            record[key].append({found[1]: plain(found[2])} if found[1] else plain(found[2]))
+        elif found := re.fullmatch(r"    ([a-z-]+): (.+)", line):
+            record[key][-1][found[1]] = plain(found[2])
+        else:
+            raise AssertionError(f"not understood: {line}")
+    return record
+
+
+def plain(value: str) -> str:
+    if value.startswith('"'):
+        assert re.fullmatch(r'"[^"\\]*"', value), value
+        return value[1:-1]
+    assert not re.search(r"[:#\[\]{}&*!|>'%@`,]", value), f"needs quotes: {value}"
+    return value
+
+
+@pytest.fixture(scope="module")
+def citation() -> dict[str, Any]:
+    return read((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+
+
+def test_the_schemas_rules(citation):
+    assert set(citation) <= KEYS
+    assert set(citation) >= REQUIRED
+    assert citation["cff-version"] == "1.2.0"
+    assert citation["type"] in ("software", "dataset")
+    for name in ("message", "title", "abstract", "version", "license"):
+        assert isinstance(citation[name], str)
+        assert citation[name]
+    assert citation["authors"]
+    for author in citation["authors"]:
+        assert set(author) <= (ENTITY if "name" in author else PERSON)
+    assert len(citation["keywords"]) == len(set(citation["keywords"])) > 0
+    if "date-released" in citation:
+        assert re.fullmatch(r"\d{4}-\d\d-\d\d", citation["date-released"])
+    for name in ("url", "repository", "repository-code", "repository-artifact", "license-url"):
+        assert citation.get(name, "https://x").startswith(("https://", "http://", "ftp://", "sftp://"))
+
+
+def test_it_is_the_package_that_is_cited(citation):
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert citation["version"] == VERSION
+    assert citation["license"] == project["license"]["text"]
+    assert set(citation["keywords"]) <= set(project["keywords"])
+    assert citation["abstract"].startswith(project["description"])
+    holder = re.search(r"Copyright \(c\) \d+, (.+)", (ROOT / "LICENSE").read_text(encoding="utf-8"))
+    assert holder is not None
+    assert holder[1].lower() in [author["name"].lower() for author in citation["authors"]]
+
+
+def test_what_is_wrong_is_found():
+    with pytest.raises(AssertionError, match="twice"):
+        read("title: a\ntitle: b")
+    with pytest.raises(AssertionError, match="needs quotes"):
+        read("title: a: b")
+    with pytest.raises(AssertionError, match="not understood"):
+        read("title a")
