@@ -75,13 +75,13 @@ def contacts() -> dict[str, str]:
     for each in told.get_all("Project-URL") or []:
         label, _, url = each.partition(", ")
         urls[label.lower()] = url
-    address = parseaddr(told.get("Author-email") or "")[1]
+    address = parseaddr((told.get_all("Author-email") or [""])[0])[1]
     found = {"email": address, **{line: urls.get(name, "") for line, name in URLS.items()}}
     return {line: value for line, value in found.items() if value}
 
 
 def licence() -> str:
-    """The text of the licence, which plugins.qgis.org wants in the zip: of the checkout, or of the installed package."""
+    """The text of the licence, which plugins.qgis.org wants in the zip, from the checkout or the installed package."""
     beside = SOURCE.parents[1] / "LICENSE"
     if beside.is_file():
         return beside.read_text(encoding="utf-8")
