@@ -24,6 +24,7 @@ VOCABULARY = ("tool", "schemas", "pictures")
 ROOMS = ("numbers", "files", "scene", "runs")
 SUBJECTS = (
     "trees", "releases", "mobilisation", "structures", "flights", "calibration", "fidelity", "scenarios", "sample",
+    "paper",
 )  # fmt: skip
 
 

@@ -15,6 +15,7 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 
 from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.numbers.synthetic_slope import stem_sizes, stems_apart, waves
 
 CRS_NAME = "EPSG:2056"
 EAST, NORTH = 2_786_000.0, 1_196_000.0  # world coordinates of the local origin, a round place in the Praettigau
@@ -61,12 +62,12 @@ def terrain() -> Grid:
     rough = np.zeros((rows, columns))
     rng = np.random.default_rng(SEED)
     for wavelength, deviation in ROUGHNESS:
-        rough += deviation * waves(rng, rows, columns, wavelength)
+        rough += deviation * waves(rng, rows, columns, wavelength, CELL)
     heights = profile(v) + cliff(u, v) * (1.0 - gully)
     heights = heights + fade * (rough * (1.0 - 0.5 * gully) - GULLY_DEPTH * gully)
     meadow = np.clip((ROAD_V - 0.5 * ROAD_WIDTH - v) / 5.0, 0.0, 1.0)
-    heights = heights + meadow * sum(d * waves(rng, rows, columns, w) for w, d in MEADOW_ROUGHNESS)
-    heights = heights + (1.0 - fade) * NOISE * waves(rng, rows, columns, 1.5)
+    heights = heights + meadow * sum(d * waves(rng, rows, columns, w, CELL) for w, d in MEADOW_ROUGHNESS)
+    heights = heights + (1.0 - fade) * NOISE * waves(rng, rows, columns, 1.5, CELL)
     return Grid(
         values=np.round(heights, 2).astype(np.float32),
         cell=CELL,
@@ -96,38 +97,19 @@ def cliff(u: ArrayLike, v: ArrayLike) -> NDArray[np.float64]:
     return CLIFF_HEIGHT * whole * rise * ease
 
 
-def waves(rng: np.random.Generator, rows: int, columns: int, wavelength: float) -> NDArray[np.float64]:
-    """Random relief of one wavelength (+-30 %), mean 0 and standard deviation 1: white noise passed through a ring."""
-    noise = np.fft.rfft2(rng.standard_normal((rows, columns)))
-    frequency = np.hypot(np.fft.fftfreq(rows, CELL)[:, None], np.fft.rfftfreq(columns, CELL))
-    with np.errstate(divide="ignore"):
-        ring = np.exp(-0.5 * (np.log(frequency * wavelength) / 0.3) ** 2)
-    relief = np.fft.irfft2(noise * ring, s=(rows, columns))
-    return relief / relief.std()
-
-
 def forest() -> dict[str, NDArray]:
     """Trees as if mapped: hard-core distance, none in the gully; 300 stems/ha over the whole forest, gully included."""
     rng = np.random.default_rng(SEED + 1)
     low, high = FOREST_V
     wanted = round(STEMS_PER_HA * WIDTH * (high - low) / 1e4)
-    taken: dict[tuple[int, int], list[tuple[float, float]]] = {}
-    trees: list[tuple[float, float]] = []
-    while len(trees) < wanted:
-        u, v = float(rng.uniform(1.0, WIDTH - 1.0)), float(rng.uniform(low, high))
-        if abs(u - gully_u(v)) < GULLY_FREE:
-            continue
-        i, j = int(u / TREE_DISTANCE), int(v / TREE_DISTANCE)
-        near = (p for a in (i - 1, i, i + 1) for b in (j - 1, j, j + 1) for p in taken.get((a, b), ()))
-        if any((u - p[0]) ** 2 + (v - p[1]) ** 2 < TREE_DISTANCE**2 for p in near):
-            continue
-        taken.setdefault((i, j), []).append((u, v))
-        trees.append((u, v))
-    dbh = rng.normal(DBH_MEAN_CM, DBH_SD_CM, 4 * wanted)
-    dbh = np.round(dbh[dbh >= DBH_LEAST_CM][:wanted], 1)
-    # DBH[cm] = H[m]^1.25 gives the mean DBH of Klosters at a height of 26.5 m; stands scatter about such a curve.
-    height = np.round(dbh**0.8 * rng.normal(1.0, 0.06, wanted), 1)
-    place = np.array(trees)
+    place = stems_apart(
+        rng,
+        wanted,
+        (1.0, WIDTH - 1.0, low, high),
+        TREE_DISTANCE,
+        lambda u, v: bool(abs(u - gully_u(v)) < GULLY_FREE),
+    )
+    dbh, height = stem_sizes(rng, wanted, DBH_MEAN_CM, DBH_SD_CM, DBH_LEAST_CM)
     return {
         "tree_id": np.arange(1, wanted + 1),
         "x": np.round(EAST + place[:, 0], 2),

@@ -1,0 +1,143 @@
+"""The Klosters-like twin (paper, section 2.1): 35 degrees, cliff bands, treeless gullies, four releases, a road.
+
+Fixed before anything slid on it; ``NUMBERS`` says which number is the paper's.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from deadwood_algorithms.paper import twin
+from deadwood_algorithms.paper.twin import CHOSEN, FLOOR_ROUGHNESS, NOISE, ROUGHNESS, Frame, Number, Twin, layer
+
+NAME = "klosters"
+NUMBERS = (
+    Number("foot_m", 1050.0, "m", "2.1", "height of the road; the forest lies between 1050 and 1300 m"),
+    Number("top_m", 1300.0, "m", "2.1", "least height of the terrain's upper edge"),
+    Number("slope_deg", 35.0, "°", "2.1", "of the forested slope"),
+    Number("dbh_cm", 75.0, "cm", "2.1, 4", "of all four logs; tip 0.5 DBH (3)"),
+    Number("length_m", 30.0, "m", "2.1, 4", "of all four logs"),
+    Number("density_kg_m3", 300.0, "kg/m³", "4", ""),
+    Number("friction", 0.25, "", "5.1", "on cells of 0.5 m (4)"),
+    Number("release_radius_m", 10.0, "m", "4", "circles around the mapped places, logs upright"),
+    Number("event_1_path_m", 120.0, "m", "2.1", "slid by event 1 down to the road"),
+    Number("stems_per_ha", 300.0, "1/ha", "4", "over the whole forest, gullies included"),
+    Number("dbh_mean_cm", 60.23, "cm", "4", "of the standing trees"),
+    Number("dbh_sd_cm", 18.64, "cm", "4", "of the standing trees"),
+    Number("embankments", 2, "", "5.1", "in the section shown"),
+    Number("barriers", 6, "", "5.1", "in the section shown"),
+    Number("width_m", 600.0, "m", CHOSEN, "room for four releases and their spread"),
+    Number("extent_m", 520.0, "m", CHOSEN, "along v: the valley floor, the road and 250 m of altitude"),
+    Number("seed", 2022, "", CHOSEN, "of the relief; the trees have the next one. The year of the events"),
+    Number("road_v_m", 80.0, "m", CHOSEN, "middle of the road"),
+    Number("road_width_m", 7.0, "m", CHOSEN, "two lanes of a national road"),
+    Number("beyond_m", 20.0, "m", CHOSEN, "below the road's lower edge: more than the half log that overhangs it"),
+    Number("talus_deg", 22.0, "°", CHOSEN, "of the flatter foot above the road, as on the sample slope"),
+    Number("talus_top_v_m", 117.0, "m", CHOSEN, "above it the slope has its 35 degrees, as on the sample slope"),
+    Number("floor_slope", 0.02, "", CHOSEN, "the ground beyond the road rises away from it a little"),
+    Number("release_v_m", (183.0, 240.0, 315.0, 385.0), "m", CHOSEN,
+           "event 1 as far from the road as the paper says; the others spread over the slope"),
+    Number("release_off_gully_m", (-12.0, -16.0, 14.0, 60.0), "m", CHOSEN,
+           "east of the bed of gullies 1, 2, 3 and 2: three near a gully, one between two"),
+    Number("gully_u_m", (170.0, 300.0, 430.0), "m", CHOSEN, "mean place of three winding gullies"),
+    Number("gully_wind_m", 9.0, "m", CHOSEN, "by how much they wind, over 2 pi x 52 m, as on the sample slope"),
+    Number("gully_depth_m", 1.2, "m", CHOSEN, "as on the sample slope"),
+    Number("gully_width_m", 9.0, "m", CHOSEN, "falls off to 1/e over it, as on the sample slope"),
+    Number("gully_free_m", 9.0, "m", CHOSEN, "no mapped tree nearer to a bed; that they are free is the paper's (6.2)"),
+    Number("cliff_v_m", (215.0, 290.0), "m", CHOSEN, "feet of two bands; the paper's cliffs stand above the forest"),
+    Number("cliff_height_m", (6.0, 10.0), "m", CHOSEN, "where they are whole; broken through by the gullies"),
+    Number("forest_v_m", (104.0, 510.0), "m", CHOSEN, "from above the road to the top"),
+    Number("dbh_least_cm", 1.0, "cm", CHOSEN, "a draw below is drawn again, as generate-forest does"),
+    Number("tree_distance_m", 2.0, "m", CHOSEN, "no two mapped stems nearer; living trees compete"),
+    Number("dam_height_m", 5.0, "m", CHOSEN, "reinforced earth of 5000 kJ (2.1) is about so high"),
+    Number("dam_v_m", (98.0, 103.0), "m", CHOSEN, "on the talus above the road, overlapping in the middle"),
+    Number("barrier_height_m", 4.0, "m", CHOSEN, "usual for nets of 2000 kJ (2.1)"),
+    Number("barrier_v_m", 128.0, "m", CHOSEN, "where the slope begins; 400 m in all (2.1)"),
+)  # fmt: skip
+K = twin.numbers_by_name(NUMBERS)
+FRAME = Frame(2_786_000.0, 1_196_000.0, K["width_m"], K["extent_m"])
+
+
+def gully_beds(v: ArrayLike) -> list[NDArray[np.float64]]:
+    """East coordinate of the bed of each gully [m]."""
+    v = np.asarray(v, float)
+    return [u + K["gully_wind_m"] * np.sin(v / 52.0 + 2.1 * k) for k, u in enumerate(K["gully_u_m"])]
+
+
+def _profile(v: ArrayLike) -> NDArray[np.float64]:
+    """Height of the smooth slope: valley floor, level road, talus, then 35 degrees [m]."""
+    v = np.asarray(v, float)
+    edge = K["road_v_m"] + 0.5 * K["road_width_m"]
+    top = K["talus_top_v_m"]
+    floor = K["floor_slope"] * np.maximum(edge - K["road_width_m"] - v, 0.0)
+    talus = np.tan(np.radians(K["talus_deg"])) * np.clip(v - edge, 0.0, top - edge)
+    return K["foot_m"] + floor + talus + np.tan(np.radians(K["slope_deg"])) * np.maximum(v - top, 0.0)
+
+
+def _terrain() -> twin.Grid:
+    """Heights of the slope."""
+    u, v = FRAME.axes()
+    rng = np.random.default_rng(K["seed"])
+    gully = sum(np.exp(-(((u - bed) / K["gully_width_m"]) ** 2)) for bed in gully_beds(v))
+    lower = K["road_v_m"] - 0.5 * K["road_width_m"]
+    fade = np.clip((v - K["road_v_m"] - 6.0) / 25.0, 0.0, 1.0)  # towards the road everything becomes tame
+    heights = _profile(v) + sum(_cliff(u, v, *band) for band in bands()) * (1.0 - gully)
+    rough = twin.roughness(rng, FRAME, ROUGHNESS) * (1.0 - 0.5 * gully)
+    heights = heights + fade * (rough - K["gully_depth_m"] * gully)
+    heights = heights + np.clip((lower - v) / 5.0, 0.0, 1.0) * twin.roughness(rng, FRAME, FLOOR_ROUGHNESS)
+    return FRAME.grid(heights + (1.0 - fade) * twin.roughness(rng, FRAME, ((1.5, NOISE),)), NAME)
+
+
+def bands() -> list[tuple[float, float]]:
+    return list(zip(K["cliff_v_m"], K["cliff_height_m"], strict=True))
+
+
+def _cliff(u: NDArray[np.float64], v: NDArray[np.float64], foot: float, height: float) -> NDArray[np.float64]:
+    """What a cliff band adds to the smooth slope: a step over 5 m, eased off over 60 m above [m]."""
+    up = v - foot - 3.0 * np.sin(u / 23.0)
+    return height * np.clip(up / 5.0, 0.0, 1.0) * np.clip(1.0 - (up - 5.0) / 60.0, 0.0, 1.0)
+
+
+def in_gully(u: float, v: float) -> bool:
+    return any(abs(u - float(bed)) < K["gully_free_m"] for bed in gully_beds(v))
+
+
+def releases() -> list[tuple[float, float]]:
+    """u and v of the middles of the four release circles [m]."""
+    beds = (0, 1, 2, 1)
+    return [
+        (float(gully_beds(v)[bed]) + off, v)
+        for bed, off, v in zip(beds, K["release_off_gully_m"], K["release_v_m"], strict=True)
+    ]
+
+
+def klosters() -> Twin:
+    """The twin, from its numbers."""
+    edge = K["road_v_m"] + 0.5 * K["road_width_m"]
+    below = edge - K["road_width_m"] - K["beyond_m"]
+    sizes = K["dbh_mean_cm"], K["dbh_sd_cm"], K["dbh_least_cm"]
+    dams = [("west", 30.0, 310.0, K["dam_v_m"][0]), ("east", 300.0, 570.0, K["dam_v_m"][1])]
+    nets = [(f"net_{k + 1}", 90.0 + 70.0 * k, 157.0 + 70.0 * k) for k in range(K["barriers"])]
+    sides = {"kind": "embankment", "height_m": K["dam_height_m"], "crest_width_m": 2.0}
+    layers = {
+        "trees": twin.forest_layer(
+            FRAME, K["seed"] + 1, K["forest_v_m"], K["stems_per_ha"], sizes, K["tree_distance_m"], in_gully
+        ),
+        "forest": layer({"name": ["forest"]}, [FRAME.strip(*K["forest_v_m"])]),
+        "releases": layer({"release_id": [1, 2, 3, 4]}, [FRAME.point(*place) for place in releases()]),
+        "lines": layer({"line_id": ["road", "beyond"]}, [FRAME.across(edge), FRAME.across(below)]),
+        "barriers": layer(
+            {"barrier_id": [row[0] for row in nets], "height_m": K["barrier_height_m"]},
+            [FRAME.across(K["barrier_v_m"], *row[1:]) for row in nets],
+        ),
+        "dams": layer(
+            {"structure_id": [row[0] for row in dams], **sides, "slope_left_deg": 65.0, "slope_right_deg": 40.0},
+            [FRAME.across(v, a, b) for _, a, b, v in dams],
+        ),
+    }
+    facts = {"title": "Klosters-like twin", **{name: K[name] for name in FACTS}, "road": "road", "beyond": "beyond"}
+    return Twin(NAME, _terrain(), layers, facts)
+
+
+FACTS = ("friction", "dbh_cm", "length_m", "density_kg_m3", "release_radius_m")

@@ -1,0 +1,136 @@
+"""The Rothenbrunnen-like twin (paper, section 2.2): no gullies, a row of barriers, a terrace above one, road and rail.
+
+Fixed before anything slid on it; ``NUMBERS`` says which number is the paper's.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from deadwood_algorithms.paper import twin
+from deadwood_algorithms.paper.twin import CHOSEN, FLOOR_ROUGHNESS, NOISE, ROUGHNESS, Frame, Number, Twin, layer
+
+NAME = "rothenbrunnen"
+NUMBERS = (
+    Number("foot_m", 600.0, "m", "2.2", "height of the road; the forest lies between 600 and 1000 m"),
+    Number("slope_deg", 37.5, "°", "2.2", "the middle of 35 to 40 degrees"),
+    Number("fall_m", 200.0, "m", "2.2", "from the release down to the road"),
+    Number("barrier_height_m", 3.5, "m", "2.2", "of the barrier that was jumped; of all of them here"),
+    Number("terrace_above_m", 20.0, "m", "2.2", "from the barrier up to the terrace's edge, in plan"),
+    Number("takeoff_ms", 24.0, "m/s", "5.2", "of the paper's parabola; sets how far the wall is from the terrace"),
+    Number("dbh_cm", 30.0, "cm", "4", "of the log; tip 0.5 DBH (3)"),
+    Number("length_m", 15.0, "m", "4", "of the log"),
+    Number("density_kg_m3", 300.0, "kg/m³", "4", ""),
+    Number("friction", 0.25, "", "5.2", "on cells of 0.5 m (4)"),
+    Number("release_radius_m", 10.0, "m", "4", "circle around the mapped place, logs upright"),
+    Number("stems_per_ha", 315.0, "1/ha", "4", ""),
+    Number("dbh_mean_cm", 44.0, "cm", "4", "of the standing trees"),
+    Number("dbh_sd_cm", 22.0, "cm", "4", "of the standing trees"),
+    Number("gullies", 0, "", "6.2", "no clear preferential paths in gullies"),
+    Number("width_m", 360.0, "m", CHOSEN, "room for one release and its spread"),
+    Number("extent_m", 400.0, "m", CHOSEN, "along v: valley floor, rail, road, and the slope to above the release"),
+    Number("seed", 2202, "", CHOSEN, "of the relief; the trees have the next one. The month of the event"),
+    Number("road_v_m", (60.0, 67.0), "m", CHOSEN, "its two edges; the guard rail stands on the lower one"),
+    Number("rail_v_m", 48.0, "m", CHOSEN, "the railway beyond the road"),
+    Number("wall_m", 3.0, "m", CHOSEN, "retaining wall at the road's upper edge; the paper names one (2.2)"),
+    Number("terrace_to_wall_m", 55.0, "m", CHOSEN,
+           "in plan: a flight of 24 m/s (5.2) from a terrace of 15 degrees comes down there"),
+    Number("terrace_deg", 15.0, "°", CHOSEN, "a small terrace is flatter than its slope, seldom level"),
+    Number("terrace_deep_m", 6.0, "m", CHOSEN, "in plan; below its edge 45 degrees down to the slope"),
+    Number("terrace_u_m", (50.0, 120.0), "m", CHOSEN, "over the width of the first barrier, eased off over 10 m"),
+    Number("terrace_calm", 0.9, "", CHOSEN, "share of the roughness missing on it and 8 m around, back over 12 m"),
+    Number("barrier_u_m", (50.0, 110.0, 170.0, 230.0, 290.0), "m", CHOSEN,
+           "ends of four barriers in a row; the first is the paper's southernmost"),
+    Number("release_u_m", 140.0, "m", CHOSEN, "off the first barrier, which in the paper a third of the logs met"),
+    Number("floor_slope", 0.02, "", CHOSEN, "the ground beyond the road rises away from it a little"),
+    Number("forest_v_m", (80.0, 395.0), "m", CHOSEN, "from above the road to the top"),
+    Number("dbh_least_cm", 1.0, "cm", CHOSEN, "a draw below is drawn again, as generate-forest does"),
+    Number("tree_distance_m", 2.0, "m", CHOSEN, "no two mapped stems nearer; living trees compete"),
+    Number("rock_friction", 0.5, "", CHOSEN, "of the rocks of 6.3, on forest soil; the paper's parameters are RAMMS's"),
+    Number("rock_density_kg_m3", 2700.0, "kg/m³", CHOSEN, "of the rocks of 6.3"),
+)  # fmt: skip
+K = twin.numbers_by_name(NUMBERS)
+FRAME = Frame(2_752_000.0, 1_181_000.0, K["width_m"], K["extent_m"])
+LIP_V = K["road_v_m"][1] + K["terrace_to_wall_m"]  # lower edge of the terrace
+BARRIER_V = LIP_V - K["terrace_above_m"]
+SLOPE = np.tan(np.radians(K["slope_deg"]))
+RELEASE_V = K["road_v_m"][1] + (K["fall_m"] - K["wall_m"]) / SLOPE
+
+
+def _profile(v: ArrayLike) -> NDArray[np.float64]:
+    """Height of the smooth slope: valley floor, level road, retaining wall, then 37.5 degrees [m]."""
+    v = np.asarray(v, float)
+    low, high = K["road_v_m"]
+    floor = K["floor_slope"] * np.maximum(low - v, 0.0)
+    return K["foot_m"] + floor + K["wall_m"] * (v >= high) + SLOPE * np.maximum(v - high, 0.0)
+
+
+def _terrace(u: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
+    """What the terrace adds to the smooth slope: a wedge, highest at its lower edge [m]."""
+    rise = K["terrace_deep_m"] * (SLOPE - np.tan(np.radians(K["terrace_deg"])))
+    above = rise * (1.0 - (v - LIP_V) / K["terrace_deep_m"])
+    below = rise - (LIP_V - v) * (1.0 - SLOPE)  # 45 degrees
+    return _along_terrace(u) * np.maximum(np.where(v >= LIP_V, above, below), 0.0)
+
+
+def _along_terrace(u: NDArray[np.float64]) -> NDArray[np.float64]:
+    """1 where the terrace is, eased off to 0 over 10 m beside it."""
+    first, last = K["terrace_u_m"]
+    return np.clip((u - first) / 10.0 + 1.0, 0.0, 1.0) * np.clip((last - u) / 10.0 + 1.0, 0.0, 1.0)
+
+
+def _terrain() -> twin.Grid:
+    """Heights of the slope."""
+    u, v = FRAME.axes()
+    rng = np.random.default_rng(K["seed"])
+    _, high = K["road_v_m"]
+    fade = np.clip((v - high - 2.0) / 25.0, 0.0, 1.0)  # towards the road everything becomes tame
+    beside = np.maximum(np.abs(v - LIP_V) - 8.0, 0.0) / 12.0
+    calm = 1.0 - K["terrace_calm"] * _along_terrace(u) * np.clip(1.0 - beside, 0.0, 1.0)
+    heights = _profile(v) + _terrace(u, v) + fade * calm * twin.roughness(rng, FRAME, ROUGHNESS)
+    heights = heights + np.clip((K["rail_v_m"] - 5.0 - v) / 5.0, 0.0, 1.0) * twin.roughness(rng, FRAME, FLOOR_ROUGHNESS)
+    return FRAME.grid(heights + (1.0 - fade) * twin.roughness(rng, FRAME, ((1.5, NOISE),)), NAME)
+
+
+def rothenbrunnen() -> Twin:
+    """The twin, from its numbers."""
+    low, high = K["road_v_m"]
+    ends = K["barrier_u_m"]
+    names = ["south", *(f"net_{k}" for k in range(2, len(ends)))]
+    lines = {
+        "road": FRAME.across(high),
+        "guard_rail": FRAME.across(low),
+        "railway": FRAME.across(K["rail_v_m"]),
+        "terrace": FRAME.across(LIP_V, *K["terrace_u_m"]),
+    }
+    middle = 0.5 * (ends[0] + ends[1])
+    sizes = K["dbh_mean_cm"], K["dbh_sd_cm"], K["dbh_least_cm"]
+    layers = {
+        "trees": twin.forest_layer(
+            FRAME, K["seed"] + 1, K["forest_v_m"], K["stems_per_ha"], sizes, K["tree_distance_m"], lambda u, v: False
+        ),
+        "forest": layer({"name": ["forest"]}, [FRAME.strip(*K["forest_v_m"])]),
+        "releases": layer({"release_id": [1]}, [FRAME.point(K["release_u_m"], RELEASE_V)]),
+        "lines": layer({"line_id": list(lines)}, list(lines.values())),
+        "barriers": layer(
+            {"barrier_id": names, "height_m": K["barrier_height_m"]},
+            [FRAME.across(BARRIER_V, a + 0.5, b - 0.5) for a, b in pairwise(ends)],
+        ),
+        "flight": layer(
+            {"flight_id": ["event"], "dbh_cm": [K["dbh_cm"]], "length_m": [K["length_m"]]},
+            [FRAME.line((middle, LIP_V), (middle, high + 0.75))],
+        ),
+    }
+    facts = {
+        "title": "Rothenbrunnen-like twin", **{name: K[name] for name in FACTS}, "road": "road",
+        "jumped_barrier": "south", "takeoff_line": "terrace",
+    }  # fmt: skip
+    return Twin(NAME, _terrain(), layers, facts)
+
+
+FACTS = (
+    "friction", "dbh_cm", "length_m", "density_kg_m3", "release_radius_m", "rock_friction", "rock_density_kg_m3",
+)  # fmt: skip
