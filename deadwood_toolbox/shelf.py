@@ -30,6 +30,7 @@ NAMES = (
     "compare-scenarios",
     "calibrate-friction",
     "compare-fidelity",
+    "reproduce-paper",
     "demo",
 )
 TOOLS: tuple[Tool, ...]

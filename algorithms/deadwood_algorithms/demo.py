@@ -64,7 +64,7 @@ class Stage:
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.outputs import output_folder
-    from deadwood_algorithms.runs.folder import write_json
+    from deadwood_algorithms.runs.folder import name_finally, write_json
     from deadwood_algorithms.sample.layers import write_sample
     from deadwood_algorithms.sample.picture import draw
 
@@ -91,7 +91,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         summaries = {forest: one_forest(ask, folder, forest, feedback) for forest in FORESTS}
 
         draw(folder, FORESTS, summaries, folder / "demo.png")
-        name_finally(folder, final)
+        name_finally(folder, folder, final)
         write_json(folder / "demo.json", {"forests": summaries, "paper": " ".join(PAPER)})
         write_json(folder / "manifest.json", tool.manifest(TOOL, ask))
     outputs = {"output": final, "picture": final / "demo.png"} | {name: final / f"run_{name}" for name in FORESTS}
@@ -127,17 +127,6 @@ def mean_speed_of(arrivals: Path) -> float | None:
 
     rows = read_table(f"{arrivals}|layername=arrivals", what="arrivals")
     return float(np.mean(rows["path_m"].to_numpy() / rows["t_s"].to_numpy())) if len(rows) else None
-
-
-def name_finally(folder: Path, final: Path) -> None:
-    """In the manifests, put the place where the folder will stand for the hidden one in which it was made."""
-    for manifest in folder.glob("run_*/manifest.json"):
-        written = json.loads(manifest.read_text(encoding="utf-8"))
-        values = written["parameters"]
-        for name, value in values.items():
-            if isinstance(value, str) and value.startswith(str(folder)):
-                values[name] = str(final / Path(value).relative_to(folder))
-        manifest.write_text(json.dumps(written, indent=2) + "\n", encoding="utf-8")
 
 
 def table(summaries: Mapping[str, Mapping[str, Any]]) -> tuple[str, ...]:

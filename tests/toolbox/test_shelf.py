@@ -27,6 +27,7 @@ NAMES = [
     "compare-scenarios",
     "calibrate-friction",
     "compare-fidelity",
+    "reproduce-paper",
     "demo",
 ]
 UNITS = {

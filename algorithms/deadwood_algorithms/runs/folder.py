@@ -150,6 +150,14 @@ def write_json(path: Path, content: Mapping[str, Any]) -> None:
     path.write_text(json.dumps(_plain(content), indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
+def name_finally(folder: Path, made_in: Path, final: Path) -> None:
+    """In every manifest in a folder, put the final place for the hidden one in which its runs were made."""
+    for manifest in folder.rglob(MANIFEST):
+        written = json.loads(manifest.read_text(encoding="utf-8"))
+        text = json.dumps(written, indent=2).replace(json.dumps(str(made_in))[1:-1], json.dumps(str(final))[1:-1])
+        manifest.write_text(text + "\n", encoding="utf-8")
+
+
 def _plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {str(key): _plain(each) for key, each in value.items()}

@@ -1,0 +1,455 @@
+"""The paper's findings, statement by statement, judged on runs: an order, a direction, the size of a ratio.
+
+Every rule stands here and was written before the runs. A finding holds where its whole 95 % interval does, it does not
+where none of it does, and is not decided between. Intervals are over logs; another terrain or forest they do not cover.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_algorithms.numbers.statistics import Z_95, wilson_interval
+
+Row = Mapping[str, Any]
+QUICK = "Not judged: a --quick run is no evidence. "
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One statement; ``ours`` with its interval is in the unit that the statement names."""
+
+    id: str
+    statement: str
+    section: str
+    paper: str
+    ours: float | None
+    ci_low: float | None
+    ci_high: float | None
+    holds: bool | None
+    why: str
+
+
+@dataclass
+class Evidence:
+    """What the runs of one site came to, in one convention of the log.
+
+    rows : of `compare-scenarios`, by (scenario, quantity, item); differences are to the scenario ``als``
+    logs : arrays by column of ``deposits``, by scenario
+    summaries : ``summary.json`` by scenario
+    sweeps : rows of `calibrate-friction` by cell size [m]
+    spreads : rows of `lateral-spread` of single scenarios
+    takeoffs : by friction coefficient, the speeds at the take-off line [m/s], and how many logs were slid
+    flight : the record of `fit-flight`
+    jumped : take-off speed and jump of the logs that jumped the barrier and reached the road
+    """
+
+    site: str
+    facts: Mapping[str, Any]
+    rows: Mapping[tuple[str, str, str], Row]
+    logs: Mapping[str, Mapping[str, NDArray]]
+    summaries: Mapping[str, Mapping[str, Any]]
+    sweeps: Mapping[float, Sequence[Row]] = field(default_factory=dict)
+    spreads: Mapping[str, Row] = field(default_factory=dict)
+    takeoffs: Mapping[float, tuple[NDArray, int]] = field(default_factory=dict)
+    flight: Row | None = None
+    jumped: Sequence[tuple[float, float]] = ()
+
+    def reach(self, scenario: str) -> Row:
+        return self.rows[scenario, "reach", str(self.facts["road"])]
+
+    def randoms(self) -> list[str]:
+        road = str(self.facts["road"])
+        return [name for name, what, item in self.rows if name.startswith("random") and (what, item) == ("reach", road)]
+
+
+def above(low: float, high: float, bound: float) -> bool | None:
+    """Whether an interval lies above a bound; None where it holds it, or is no interval."""
+    return True if low > bound else False if high < bound else None
+
+
+def within(low: float, high: float, least: float, most: float) -> bool | None:
+    return True if least <= low and high <= most else False if high < least or low > most else None
+
+
+def all_of(verdicts: Sequence[bool | None]) -> bool | None:
+    """True where all are, False where all are False, else not decided."""
+    if not verdicts:
+        return None
+    return (
+        True if all(each is True for each in verdicts) else False if all(each is False for each in verdicts) else None
+    )
+
+
+def ratio_interval(one: Row, other: Row) -> tuple[float, float, float]:
+    """One share over the other, from the ends of their intervals: at least 95 %."""
+    value = one["value"] / other["value"] if other["value"] > 0 else math.inf
+    low = one["low"] / other["high"] if other["high"] > 0 else math.inf
+    high = one["high"] / other["low"] if other["low"] > 0 else math.inf
+    return value, low, high
+
+
+def percent(row: Row) -> str:
+    return f"{100 * row['value']:.1f} % ({100 * row['low']:.1f} to {100 * row['high']:.1f})"
+
+
+def findings_of(of: Evidence, *, quick: bool = False, convention: str = "") -> list[Finding]:
+    """Every finding that the evidence of a site can decide, in the paper's order."""
+    found = [*forest_findings(of), *spread_findings(of)]
+    if "protected" in of.summaries or "barriers" in of.summaries:
+        found += protection_findings(of)
+    if not convention:
+        found += motion_findings(of)
+        found += friction_findings(of) if of.sweeps else []
+        found += flight_findings(of) if of.takeoffs else []
+    if convention:
+        found = [replace(each, id=f"{each.id}.{convention}") for each in found]
+    if quick:
+        found = [replace(each, holds=None, why=QUICK + each.why) for each in found]
+    return [tidy(each) for each in found]
+
+
+def tidy(finding: Finding) -> Finding:
+    """NaN and infinity are no numbers of JSON."""
+    plain = {
+        name: None if value is None or not math.isfinite(value) else float(value)
+        for name, value in (("ours", finding.ours), ("ci_low", finding.ci_low), ("ci_high", finding.ci_high))
+    }
+    return replace(finding, **plain)
+
+
+def forest_findings(of: Evidence) -> list[Finding]:
+    """None over mapped over random where gullies are free; mapped about random where there are none."""
+    at, klosters = of.site, of.site == "klosters"
+    none, als = of.reach("none"), of.reach("als")
+    value, low, high = ratio_interval(none, als)
+    found = [
+        Finding(
+            f"{at}.none_far_above_mapped",
+            "Without forest many times more logs reach the road than with the mapped one (ratio; holds above 2)",
+            "5.1, 6.2" if klosters else "6.2, A",
+            "74.5 % against 9.1 %: 8.2 times" if klosters else "100 % against 23.3 %: 4.3 times",
+            value, low, high, above(low, high, 2.0),
+            f"runs none and als: {percent(none)} against {percent(als)}",
+        )
+    ]  # fmt: skip
+    names = of.randoms()
+    if not names:
+        return found
+    rows = [of.reach(name) for name in names]
+    told = "; ".join(f"{name} {percent(row)}" for name, row in zip(names, rows, strict=True))
+    mean = float(np.mean([row["difference"] for row in rows]))
+    ends = min(row["diff_low"] for row in rows), max(row["diff_high"] for row in rows)
+    if klosters:
+        holds = all_of([above(-row["diff_high"], -row["diff_low"], 0.0) for row in rows])
+        found.append(
+            Finding(
+                f"{at}.mapped_above_random",
+                "Where the mapped forest leaves gullies free, more logs reach the road than in a random one (points; "
+                "holds if so for every random forest drawn)",
+                "6.2", "9.1 - 7.0 = +2.1 points", -100 * mean, -100 * ends[1], -100 * ends[0], holds,
+                f"run als {percent(als)}; {told}; paired over the same logs (Tango)",
+            )
+        )  # fmt: skip
+    else:
+        bounds = [(row["diff_low"] / als["value"], row["diff_high"] / als["value"]) for row in rows if als["value"]]
+        holds = all_of([within(*each, -0.25, 0.25) for each in bounds])
+        found.append(
+            Finding(
+                f"{at}.mapped_about_random",
+                "Without gullies a random forest lets about as many logs through as the mapped one (relative "
+                "difference; holds within 25 % for every random forest drawn)",
+                "6.2, A", "23.8 against 23.3 %: +2 %", mean / als["value"] if als["value"] else math.nan,
+                min((each[0] for each in bounds), default=math.nan),
+                max((each[1] for each in bounds), default=math.nan), holds,
+                f"run als {percent(als)}; {told}; paired over the same logs (Tango)",
+            )
+        )  # fmt: skip
+    return found
+
+
+def spread_findings(of: Evidence) -> list[Finding]:
+    """Wider with forest than without; log over platy over cubic rock."""
+    at, klosters = of.site, of.site == "klosters"
+    releases = [item for name, what, item in of.rows if (name, what) == ("none", "spread_p05_p95")]
+    found = []
+    for other, factor, words, paper in (
+        ("none", -1.0, "wider with the mapped forest than without",
+         "40, 60, 60, 55 against 23, 31, 25, 18°" if klosters else "49 or 50 against 18°"),
+    ):  # fmt: skip
+        rows = [of.rows[other, "spread_p05_p95", item] for item in releases]
+        if not rows:
+            continue
+        sides = [sorted((factor * row["diff_low"], factor * row["diff_high"])) for row in rows]
+        arcs = ", ".join(
+            f"{of.rows['als', 'spread', item]['value']:.0f} against {of.rows[other, 'spread', item]['value']:.0f}°"
+            for item in releases
+        )
+        found.append(
+            Finding(
+                f"{at}.spread_wider_with_forest",
+                f"The lateral spread is {words} (difference of the 5-95 % range, mean of the releases [deg]; holds if "
+                "so for each release)",
+                "5.1, 6.2" if klosters else "6.2, A", paper,
+                float(np.mean([factor * row["difference"] for row in rows])),
+                float(np.mean([side[0] for side in sides])), float(np.mean([side[1] for side in sides])),
+                all_of([above(*side, 0.0) for side in sides]),
+                f"the paper's measure, widest angle, by release: {arcs}; judged by the 5-95 % range, because single "
+                "logs decide the widest angle",
+            )
+        )  # fmt: skip
+    for name, (wide, narrow), paper in (
+        ("log_above_platy_rock", ("als", "platy"), "49 against 40°"),
+        ("platy_above_cubic_rock", ("platy", "cubic"), "40 against 35°"),
+    ):
+        if {wide, narrow} <= set(of.spreads):
+            a, b = of.spreads[wide], of.spreads[narrow]
+            low, high = a["p05_p95_low_deg"] - b["p05_p95_high_deg"], a["p05_p95_high_deg"] - b["p05_p95_low_deg"]
+            found.append(
+                Finding(
+                    f"{at}.{name}",
+                    f"The lateral spread of {wide.replace('als', 'logs')} is wider than that of {narrow} rocks "
+                    "(difference of the 5-95 % range [deg])",
+                    "6.3", paper, a["p05_p95_deg"] - b["p05_p95_deg"], low, high, above(low, high, 0.0),
+                    f"5-95 %: {a['p05_p95_deg']:.1f} against {b['p05_p95_deg']:.1f}°, widest angle: "
+                    f"{a['spread_deg']:.0f} against {b['spread_deg']:.0f}°; rocks with mu "
+                    f"{of.facts.get('rock_friction')}, the paper's with RAMMS's ground parameters",
+                )
+            )  # fmt: skip
+    return found
+
+
+def protection_findings(of: Evidence) -> list[Finding]:
+    at, klosters = of.site, of.site == "klosters"
+    name = "protected" if klosters else "barriers"
+    with_it, als = of.reach(name), of.reach("als")
+    value, low, high = ratio_interval(with_it, als)
+    least = 0.05 if klosters else 0.5
+    found = [
+        Finding(
+            f"{at}.protection_holds",
+            f"The structures hold the logs back (share of the reach that is left; holds below {100 * least:g} %)",
+            "5.1" if klosters else "5.2", "0 % reach the road" if klosters else "23.3 % without, at least 0.9 % with",
+            value, low, high, above(-high, -low, -least),
+            f"runs {name} and als: {percent(with_it)} against {percent(als)}",
+        )
+    ]  # fmt: skip
+    barrier = next(
+        (each for each in of.summaries[name]["barriers"] if each["barrier_id"] == of.facts.get("jumped_barrier")), None
+    )
+    if klosters or barrier is None:
+        return found
+    total = of.summaries[name]["logs"]["released"]
+    over, met, held = barrier["n_overjumped"], barrier["n_reached"], barrier["n_stopped"]
+    low, high = wilson_interval(over, total)
+    counted = f"run barriers, barrier {barrier['barrier_id']}: {met} of {total} reach it, {held} held, {over} jump it"
+    found.append(
+        Finding(
+            f"{at}.one_in_a_hundred_jumps", "About one log in a hundred jumps the barrier below the terrace (share; "
+            "holds from 0.3 to 3 %)", "5.2", "178 of 20 000: 0.9 %", over / total, low, high,
+            within(low, high, 0.003, 0.03), counted,
+        )
+    )  # fmt: skip
+    low, high = wilson_interval(held, met)
+    found.append(
+        Finding(
+            f"{at}.barrier_stops_most", "The barrier stops most of the logs that reach it (share; holds above a half)",
+            "5.2", "1264 of 1442: 88 %", held / met if met else math.nan, low, high, above(low, high, 0.5), counted,
+        )
+    )  # fmt: skip
+    return found
+
+
+def motion_findings(of: Evidence) -> list[Finding]:
+    """Speeds, jumps, and what trees hold near the release."""
+    at = of.site
+    logs = of.logs["als"]
+    far = logs["runout_m"] > of.facts["length_m"]
+    speeds = logs["speed_mean_ms"][far]
+    found = []
+    if at == "klosters" and speeds.size > 1:
+        mean, half = float(speeds.mean()), Z_95 * float(speeds.std(ddof=1)) / math.sqrt(speeds.size)
+        found.append(
+            Finding(
+                f"{at}.mean_speed", "Logs slide at about 14 m/s on average (m/s; holds within a factor 1.5)", "5.1",
+                "14 m/s", mean, mean - half, mean + half, within(mean - half, mean + half, 14 / 1.5, 14 * 1.5),
+                f"run als, {speeds.size} logs that went farther than their length; of all logs "
+                f"{logs['speed_mean_ms'].mean():.1f}, without forest {of.logs['none']['speed_mean_ms'].mean():.1f} m/s",
+            )
+        )  # fmt: skip
+        top = float(logs["speed_max_ms"].max())
+        found.append(
+            Finding(
+                f"{at}.largest_speed", "The fastest logs reach about 30 m/s (m/s; holds within a factor 1.5)", "5.1",
+                "30 m/s", top, None, None, within(top, top, 20.0, 45.0),
+                f"the largest of {far.size} logs of run als, which has no interval",
+            )
+        )  # fmt: skip
+    high = logs["jump_max_m"] > 3.0
+    ends = wilson_interval(int(high.sum()), high.size)
+    found.append(
+        Finding(
+            f"{at}.some_jump_metres", "Some logs jump several metres, few of all (share above 3 m; holds if some do, "
+            "and fewer than half)", "B", "9.9 m at the terrace", float(high.mean()), *ends,
+            True if high.any() and ends[1] < 0.5 else False if not high.any() or ends[0] > 0.5 else None,
+            f"run als; the highest jump is {logs['jump_max_m'].max():.1f} m",
+        )
+    )  # fmt: skip
+    stopped = (logs["stop_reason"] == "tree") & ~far
+    ends = wilson_interval(int(stopped.sum()), stopped.size)
+    found.append(
+        Finding(
+            f"{at}.trees_hold_near_release", "Trees hold a good part of the logs within their own length of the "
+            "release (share; holds above 10 %)", "4, 6.2", "told without a number", float(stopped.mean()), *ends,
+            above(*ends, 0.1), "run als",
+        )
+    )  # fmt: skip
+    reach = of.reach("als")
+    found.append(
+        Finding(
+            f"{at}.slides_to_the_road", f"A log of {of.facts['length_m']:g} m slides through the forest to the road "
+            f"at mu {of.facts['friction']:g} (share; holds above 0)", "2, 5", "9.1 %" if at == "klosters" else "23.3 %",
+            reach["value"], reach["low"], reach["high"], above(reach["low"], reach["high"], 0.0), "run als",
+        )
+    )  # fmt: skip
+    return found
+
+
+def friction_findings(of: Evidence) -> list[Finding]:
+    """The range that reproduces, the end of reach, and coarser cells."""
+    at, road, beyond = of.site, of.facts["road"], of.facts.get("beyond")
+    finest = min(of.sweeps)
+    rows = sorted(of.sweeps[finest], key=lambda row: row["friction"])
+    shares = ", ".join(f"{row['friction']:g}: {100 * row[f'reach_{road}']:.1f} %" for row in rows)
+    found = []
+    high = [row for row in rows if row["friction"] >= 0.35 - 1e-9]
+    inside = [row for row in rows if 0.2 - 1e-9 <= row["friction"] <= 0.3 + 1e-9]
+    if high:
+        first = high[0]
+        ends = wilson_interval(round(first[f"reach_{road}"] * first["n"]), first["n"])
+        found.append(
+            Finding(
+                f"{at}.high_friction_does_not_reach", f"With mu {first['friction']:g} the road is not reached (share; "
+                "holds below 0.5 %)", "5.1, 7", "not reached above 0.3", first[f"reach_{road}"], *ends,
+                above(-ends[1], -ends[0], -0.005), f"reach of {road} by mu, {first['n']} logs each: {shares}",
+            )
+        )  # fmt: skip
+    if inside and beyond:
+        share = [float(row[f"reach_{road}"] - row[f"reach_{beyond}"]) for row in inside]
+        ends = [wilson_interval(round(part * row["n"]), row["n"]) for part, row in zip(share, inside, strict=True)]
+        found.append(
+            Finding(
+                f"{at}.range_reproduces", "With mu 0.2 to 0.3 logs come to rest on the road (least share over the "
+                "range; holds above 0)", "5.1, 7", "0.2 to 0.3", min(share), min(e[0] for e in ends),
+                max(e[1] for e in ends), all_of([above(*each, 0.0) for each in ends]),
+                "; ".join(f"{row['friction']:g}: {100 * part:.1f} % reach {road} and not {beyond}"
+                          for row, part in zip(inside, share, strict=True)),
+            )
+        )  # fmt: skip
+        passing = [row[f"reach_{beyond}"] / row[f"reach_{road}"] if row[f"reach_{road}"] else math.nan for row in rows]
+        n = round(rows[0][f"reach_{road}"] * rows[0]["n"])
+        ends_low = wilson_interval(round(rows[0][f"reach_{beyond}"] * rows[0]["n"]), n)
+        found.append(
+            Finding(
+                f"{at}.low_friction_passes", f"With mu {rows[0]['friction']:g} the logs do not stop on the road (share "
+                "of those that reach it which go beyond; holds above a half)", "5.1", "below 0.2 they slide on",
+                passing[0], *ends_low, above(*ends_low, 0.5),
+                "; ".join(f"{row['friction']:g}: {100 * part:.0f} %" for row, part in zip(rows, passing, strict=True)),
+            )
+        )  # fmt: skip
+    base = next((row for row in rows if abs(row["friction"] - of.facts["friction"]) < 1e-9), None)
+    coarse = sorted(cell for cell in of.sweeps if cell > finest)
+    if coarse and base:
+        target = float(base[f"reach_{road}"])
+        told, intervals = [], []
+        for cell in coarse:
+            mu, low, high_mu = friction_for(of.sweeps[cell], f"reach_{road}", target)
+            told.append(f"{cell:g} m cells: {mu:.3f} ({low:.3f} to {high_mu:.3f})")
+            intervals.append((mu, low, high_mu))
+        mu, low, high_mu = intervals[-1]
+        found.append(
+            Finding(
+                f"{at}.coarser_cells_need_more", f"The friction that gives the same reach rises with the cells (mu at "
+                f"{coarse[-1]:g} m; holds above {of.facts['friction']:g} at every size)", "6.1",
+                "should be increased with lower resolution", mu, low, high_mu,
+                all_of([above(each[1], each[2], of.facts["friction"]) for each in intervals]),
+                f"for a reach of {100 * target:.1f} % at {finest:g} m and {of.facts['friction']:g}: " + "; ".join(told),
+            )
+        )  # fmt: skip
+    return found
+
+
+def friction_for(rows: Sequence[Row], key: str, target: float) -> tuple[float, float, float]:
+    """The coefficient at which a falling share meets the target, with an interval; NaN where the sweep does not."""
+    rows = sorted(rows, key=lambda row: row["friction"])
+    mu = np.array([row["friction"] for row in rows], float)
+    ends = [wilson_interval(round(row[key] * row["n"]), row["n"]) for row in rows]
+    curves = ([row[key] for row in rows], [end[0] for end in ends], [end[1] for end in ends])
+    return tuple(_crossing(mu, np.array(curve, float), target) for curve in curves)  # type: ignore[return-value]
+
+
+def _crossing(mu: NDArray, share: NDArray, target: float) -> float:
+    for k in range(mu.size - 1):
+        if share[k] >= target >= share[k + 1] and share[k] > share[k + 1]:
+            return float(mu[k] + (mu[k + 1] - mu[k]) * (share[k] - target) / (share[k] - share[k + 1]))
+    return math.nan
+
+
+def flight_findings(of: Evidence) -> list[Finding]:
+    """The parabola of 5.2, the friction that its speed needs, and the trajectory of Fig. B1."""
+    at, found = of.site, []
+    needed = math.nan
+    if of.flight is not None:
+        needed = float(of.flight["takeoff_speed_ms"])
+        fine = of.flight["verdict"] == "possible"
+        found.append(
+            Finding(
+                f"{at}.parabola_clears_barrier", "A flight from the terrace to the wall passes over the barrier "
+                "(take-off speed [m/s]; holds if possible and within a factor 1.5 of 24)", "5.2", "24 m/s, possible",
+                needed, None, None, fine and 16.0 <= needed <= 36.0,
+                f"fit-flight: {of.flight['verdict']}, clearance {of.flight['clearance_min_m']:.1f} m. On the twin the "
+                "terrace and the wall stand so that 24 m/s fits (its table of numbers), so the speed proves the "
+                "calculation, not the event",
+            )
+        )  # fmt: skip
+    fast = {mu: (int((speeds >= needed).sum()), n) for mu, (speeds, n) in sorted(of.takeoffs.items())}
+    told = "; ".join(f"{mu:g}: {count} of {n}, fastest {of.takeoffs[mu][0].max(initial=0.0):.1f} m/s"
+                     for mu, (count, n) in fast.items())  # fmt: skip
+    low_mu = [mu for mu in fast if mu < 0.3 - 1e-9]
+    high_mu = [mu for mu in fast if mu >= 0.3 - 1e-9]
+    if low_mu and high_mu and math.isfinite(needed):
+        most = max(mu for mu in fast if fast[mu][0] > 0) if any(count for count, _ in fast.values()) else math.nan
+        holds = all(fast[mu][0] > 0 for mu in low_mu) and all(fast[mu][0] == 0 for mu in high_mu)
+        found.append(
+            Finding(
+                f"{at}.takeoff_speed_needs_low_friction", "Logs reach the take-off speed of the parabola only with mu "
+                "below 0.3 (largest mu of the sweep at which one does)", "5.2", "mu < 0.3", most, None, None, holds,
+                f"logs at least as fast as {needed:.1f} m/s at the terrace, by mu: {told}",
+            )
+        )  # fmt: skip
+    if of.jumped:
+        speeds, jumps = np.array(of.jumped, float).T
+        found.append(
+            Finding(
+                f"{at}.a_log_jumps_to_the_road", "A simulated log jumps from the terrace to the road at about the "
+                "event's speed (median take-off speed [m/s]; holds within a factor 1.5 of 27.8)", "B",
+                "27.8 m/s, 9.9 m high", float(np.median(speeds)), float(speeds.min()), float(speeds.max()),
+                within(float(np.median(speeds)), float(np.median(speeds)), 27.8 / 1.5, 27.8 * 1.5),
+                f"run barriers: {speeds.size} logs pass the terrace and reach the road, jumps {jumps.min():.1f} to "
+                f"{jumps.max():.1f} m; low and high are the slowest and fastest of them",
+            )
+        )  # fmt: skip
+    else:
+        found.append(
+            Finding(
+                f"{at}.a_log_jumps_to_the_road", "A simulated log jumps from the terrace to the road at about the "
+                "event's speed", "B", "27.8 m/s, 9.9 m high", None, None, None, False,
+                "run barriers: no log passes the terrace and then reaches the road",
+            )
+        )  # fmt: skip
+    return found

@@ -1,0 +1,69 @@
+"""The findings as a table of Markdown and of CSV, and as one page of HTML with the figures in it."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Sequence
+from dataclasses import asdict
+from html import escape
+from pathlib import Path
+
+from deadwood_algorithms.paper.findings import Finding
+
+HOLDS = {True: "yes", False: "no", None: "not decided"}
+STYLE = (
+    "body{font:15px/1.45 system-ui,sans-serif;max-width:1150px;margin:2em auto;padding:0 1em;color:#222}"
+    "table{border-collapse:collapse;width:100%;font-size:13px}td,th{border:1px solid #ccc;padding:4px 7px;"
+    "text-align:left;vertical-align:top}th{background:#eee}img{max-width:100%}.yes{background:#dbeef9}"
+    ".no{background:#fbe0cf}@media print{body{margin:0}}"
+)
+COLUMNS = ("finding", "section", "the paper", "ours (95 %)", "holds", "why")
+
+
+def number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.3g}"
+
+
+def ours(finding: Finding) -> str:
+    if finding.ci_low is None and finding.ci_high is None:
+        return number(finding.ours)
+    return f"{number(finding.ours)} ({number(finding.ci_low)} to {number(finding.ci_high)})"
+
+
+def cells(finding: Finding) -> tuple[str, ...]:
+    return finding.statement, finding.section, finding.paper, ours(finding), HOLDS[finding.holds], finding.why
+
+
+def markdown(findings: Sequence[Finding]) -> str:
+    rows = [("id", *COLUMNS), ("---",) * 7, *((f"`{each.id}`", *cells(each)) for each in findings)]
+    return "".join("| " + " | ".join(part.replace("|", "/") for part in row) + " |\n" for row in rows)
+
+
+def write_report(folder: Path, findings: Sequence[Finding], head: str, figures: Sequence[tuple[str, Path]]) -> None:
+    """``findings.json``, ``.csv`` and ``.md``, and ``report.html``, which opens without a network."""
+    import pandas
+
+    plain = [asdict(each) for each in findings]
+    (folder / "findings.json").write_text(json.dumps(plain, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+    pandas.DataFrame(plain).to_csv(folder / "findings.csv", index=False)
+    (folder / "findings.md").write_text(markdown(findings), encoding="utf-8")
+    rows = "".join(
+        f'<tr class="{HOLDS[each.holds].split()[0]}">'
+        + "".join(f"<td>{escape(part)}</td>" for part in cells(each))
+        + "</tr>"
+        for each in findings
+    )
+    pictures = "".join(
+        f'<h2>{escape(title)}</h2><img alt="{escape(title)}" src="data:image/png;base64,'
+        f'{base64.b64encode(path.read_bytes()).decode()}">'
+        for title, path in figures
+    )
+    columns = "".join(f"<th>{each}</th>" for each in COLUMNS)
+    (folder / "report.html").write_text(
+        f'<!doctype html><html lang="en"><meta charset="utf-8"><meta name="viewport" content="width=device-width">'
+        f"<title>The paper, statement by statement</title><style>{STYLE}</style>"
+        f"<h1>The paper, statement by statement</h1><p>{escape(head)}</p>"
+        f"<table><thead><tr>{columns}</tr></thead><tbody>{rows}</tbody></table>{pictures}</html>\n",
+        encoding="utf-8",
+    )

@@ -1,0 +1,135 @@
+"""The rules by which the paper's findings are judged, on numbers made by hand."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from deadwood_algorithms.numbers.statistics import paired_interval, wilson_interval
+from deadwood_algorithms.paper.findings import Evidence, above, all_of, findings_of, friction_for, within
+from deadwood_algorithms.paper.report import markdown
+
+N = 2000
+
+
+def rows_of(counts: dict[str, int], spread: dict[str, float]) -> dict:
+    rows = {}
+    for name, count in counts.items():
+        low, high = wilson_interval(count, N)
+        lost, gained = max(counts["als"] - count, 0), max(count - counts["als"], 0)
+        ends = paired_interval(lost, gained, N)
+        rows[name, "reach", "road"] = {
+            "value": count / N, "low": low, "high": high, "difference": (gained - lost) / N, "diff_low": ends[0],
+            "diff_high": ends[1],
+        }  # fmt: skip
+        rows[name, "spread", "1"] = {"value": spread[name] + 10.0}
+        difference = spread[name] - spread["als"]
+        rows[name, "spread_p05_p95", "1"] = {
+            "difference": difference, "diff_low": difference - 2.0, "diff_high": difference + 2.0,
+        }  # fmt: skip
+    return rows
+
+
+def evidence(site: str, **counts: int) -> Evidence:
+    kind = "protected" if site == "klosters" else "barriers"
+    given = {"als": 200, kind: 0, "random": 140, "none": 1500} | counts
+    logs = {
+        "runout_m": np.array([5.0, 100.0, 120.0, 90.0]), "speed_mean_ms": np.array([1.0, 13.0, 14.0, 15.0]),
+        "speed_max_ms": np.array([2.0, 20.0, 25.0, 30.0]), "jump_max_m": np.array([0.0, 1.0, 5.0, 1.0]),
+        "stop_reason": np.array(["tree", "rest", "tree", "tree"]),
+    }  # fmt: skip
+    barriers = [{"barrier_id": "south", "n_reached": 144, "n_stopped": 126, "n_overjumped": 18, "n_passed_beside": 0}]
+    facts = {"road": "road", "beyond": "beyond", "friction": 0.25, "length_m": 30.0, "jumped_barrier": "south"}
+    spread = {name: 20.0 if name == "none" else 50.0 for name in given}
+    summaries = {kind: {"barriers": barriers, "logs": {"released": N}}}
+    return Evidence(site, facts, rows_of(given, spread), {"als": logs, "none": logs}, summaries)
+
+
+def judged(of: Evidence, **how) -> dict:
+    return {each.id.partition(".")[2]: each for each in findings_of(of, **how)}
+
+
+def test_the_papers_own_numbers_hold():
+    found = judged(evidence("klosters"))
+    assert {name for name, each in found.items() if each.holds is not True} <= {
+        "trees_hold_near_release",
+        "some_jump_metres",
+    }
+    ratio = found["none_far_above_mapped"]
+    assert ratio.ours == pytest.approx(7.5)
+    assert ratio.ci_low < 7.5 < ratio.ci_high
+    assert found["mapped_above_random"].ours == pytest.approx(3.0)
+
+
+def test_what_is_the_other_way_round_does_not_hold_and_chance_decides_nothing():
+    other = judged(evidence("klosters", random=400, none=200, protected=180))
+    for name in ("mapped_above_random", "none_far_above_mapped", "protection_holds"):
+        assert other[name].holds is False, name
+    assert judged(evidence("klosters", random=199))["mapped_above_random"].holds is None
+
+
+def test_one_random_forest_that_disagrees_leaves_it_open():
+    found = judged(evidence("klosters", random_2=400))
+    assert found["mapped_above_random"].holds is None
+    assert "random_2" in found["mapped_above_random"].why
+
+
+def test_rothenbrunnens_barrier():
+    found = judged(evidence("rothenbrunnen", random=205, barriers=10))
+    assert found["mapped_about_random"].holds is True
+    assert found["one_in_a_hundred_jumps"].ours == pytest.approx(0.009)
+    assert found["one_in_a_hundred_jumps"].holds is True
+    assert found["barrier_stops_most"].holds is True
+    assert judged(evidence("rothenbrunnen", random=400))["mapped_about_random"].holds is False
+
+
+def test_a_quick_run_judges_nothing_and_says_so():
+    for each in findings_of(evidence("klosters"), quick=True):
+        assert each.holds is None
+        assert each.why.startswith("Not judged")
+
+
+def test_no_log_that_reaches_is_no_division_by_zero():
+    found = judged(evidence("klosters", als=0, random=0, none=0))
+    assert found["none_far_above_mapped"].ours is None
+    assert all(each.ours is None or math.isfinite(each.ours) for each in found.values())
+
+
+def sweep(shift: float) -> list[dict]:
+    """Reach falls by 0.1 from one coefficient to the next; with the lowest most logs go beyond."""
+    reach = {mu: max(0.0, 0.35 - 2.0 * (mu - 0.15 - shift)) for mu in (0.15, 0.2, 0.25, 0.3, 0.35, 0.4)}
+    passed = {mu: 0.9 if mu < 0.19 else 0.2 for mu in reach}
+    return [
+        {"friction": mu, "n": 1000, "reach_road": share, "reach_beyond": passed[mu] * share}
+        for mu, share in reach.items()
+    ]
+
+
+def test_friction_and_cells():
+    of = evidence("klosters")
+    of.sweeps = {0.5: sweep(0.0), 1.0: sweep(0.06), 2.0: sweep(0.12)}
+    found = judged(of)
+    assert found["coarser_cells_need_more"].ours == pytest.approx(0.37)
+    assert found["coarser_cells_need_more"].holds is True
+    assert found["high_friction_does_not_reach"].holds is True
+    assert found["low_friction_passes"].holds is True
+    assert found["range_reproduces"].holds is True
+    assert math.isnan(friction_for(sweep(0.0), "reach_road", 0.9)[0])
+
+
+def test_verdicts():
+    assert [above(1, 2, 0), above(-2, -1, 0), above(-1, 1, 0), above(math.nan, math.nan, 0)] == [
+        True,
+        False,
+        None,
+        None,
+    ]
+    assert [within(1, 2, 0, 3), within(4, 5, 0, 3), within(2, 4, 0, 3)] == [True, False, None]
+    assert [all_of([True, True]), all_of([False]), all_of([True, None]), all_of([])] == [True, False, None, None]
+
+
+def test_the_table_has_a_row_a_finding():
+    found = findings_of(evidence("klosters"))
+    assert len(markdown(found).splitlines()) == len(found) + 2
