@@ -433,7 +433,15 @@ class Steps:
         logs = self._evidence.logs["barriers"]
         jump = dict(zip(logs["log_id"].tolist(), logs["jump_max_m"].tolist(), strict=True))
         both = [each for each in lip.index if each in road.index and road["t_s"][each] > lip["t_s"][each]]
-        told = [{"log_id": int(each), "speed_ms": float(lip["speed_ms"][each]), "jump_m": jump[each]} for each in both]
+        told = [
+            {
+                "log_id": int(each),
+                "t_s": float(lip["t_s"][each]),
+                "speed_ms": float(lip["speed_ms"][each]),
+                "jump_m": jump[each],
+            }
+            for each in both
+        ]
         return sorted(told, key=lambda row: row["speed_ms"])
 
     def figures(self) -> list[tuple[str, Path]]:
@@ -479,7 +487,7 @@ class Steps:
             )
             path = self.results / "fig_b1.png"
             said = f"log {row['log_id']}: {row['speed_ms']:.1f} m/s at the terrace, jump {row['jump_m']:.1f} m"
-            draw_jump(path, poses, self.site.dem, said)
+            draw_jump(path, poses, self.site.dem, said, row["t_s"])
             made.append((f"{self.site.name}: as the paper's Fig. B1", path))
         return made
 

@@ -369,7 +369,8 @@ def friction_findings(of: Evidence) -> list[Finding]:
         told, intervals = [], []
         for cell in coarse:
             mu, low, high_mu = friction_for(of.sweeps[cell], f"reach_{road}", target)
-            told.append(f"{cell:g} m cells: {mu:.3f} ({low:.3f} to {high_mu:.3f})")
+            shown = ("beyond the sweep" if math.isnan(each) else f"{each:.3f}" for each in (mu, low, high_mu))
+            told.append("{:g} m cells: {} ({} to {})".format(cell, *shown))
             intervals.append((mu, low, high_mu))
         mu, low, high_mu = intervals[-1]
         found.append(

@@ -31,7 +31,9 @@ def draw_hits(path: Path, title: str, panels: Sequence[tuple[str, Path, str, Map
     dem = read_dem(panels[0][2])
     west, south, east, north = dem.bounds
     high = 5.6 * (north - south) / (east - west) + 0.7
-    figure, axes = plt.subplots(rows, columns, figsize=(5.6 * columns + 1.2, high * rows + 0.6), squeeze=False)
+    figure, axes = plt.subplots(
+        rows, columns, figsize=(5.6 * columns + 1.2, high * rows + 0.6), squeeze=False, layout="constrained"
+    )
     hits = [read_raster_on(run / "hit_count.tif", read_dem(terrain), what="hits") for _, run, terrain, _ in panels]
     norm = LogNorm(1, max(2.0, *(float(np.nanmax(each)) for each in hits)))
     shown = None
@@ -51,7 +53,7 @@ def draw_hits(path: Path, title: str, panels: Sequence[tuple[str, Path, str, Map
                     axis.scatter(frame.geometry.x, frame.geometry.y, s=size, color="#0B5D2A", linewidths=0, alpha=0.7)
                 else:
                     frame.plot(ax=axis, color=LINES[kind], linewidth=1.6, markersize=26, zorder=4)
-        axis.set(xlim=(west, east), ylim=(south, north), xticks=[], yticks=[], aspect="equal")
+        axis.set(xlim=(west, east), ylim=(south, north), xticks=[], yticks=[], xlabel="", ylabel="", aspect="equal")
         axis.set_title(name, fontsize=10, loc="left")
         axis.plot([west + 15, west + 65], [south + 12] * 2, color="black", linewidth=3)
         axis.text(west + 40, south + 16, "50 m", ha="center", fontsize=8)
@@ -64,8 +66,11 @@ def draw_hits(path: Path, title: str, panels: Sequence[tuple[str, Path, str, Map
     plt.close(figure)
 
 
-def draw_jump(path: Path, poses: Mapping[str, np.ndarray], dem: str, words: str) -> None:
-    """Fig. B1 as a profile: terrain, the path of the centre of mass, and the log at its highest and around."""
+def draw_jump(path: Path, poses: Mapping[str, np.ndarray], dem: str, words: str, since_s: float = 0.0) -> None:
+    """Fig. B1 as a profile: terrain, the path of the centre of mass, and the log at its highest and around.
+
+    The highest is looked for after ``since_s``, the take-off: at the start the log stands upright.
+    """
     ground = read_dem(dem)
     x, y, z = (np.asarray(poses[name], float) for name in "xyz")
     way = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
@@ -73,7 +78,7 @@ def draw_jump(path: Path, poses: Mapping[str, np.ndarray], dem: str, words: str)
     figure, axes = plt.subplots(figsize=(10, 5.5))
     axes.fill_between(way, terrain, np.nanmin(terrain) - 5.0, color="#b9ab94", label="terrain under the path")
     axes.plot(way, z, color="#0072B2", linewidth=1.2, label="centre of mass")
-    top = int(np.nanargmax(z - terrain))
+    top = int(np.nanargmax(np.where(np.asarray(poses["t_s"]) >= since_s, z - terrain, -np.inf)))
     for k in sorted({max(0, top + step) for step in range(-30, 31, 6)}):
         if k < way.size:
             ends = [np.hypot(poses[f"x{e}"][k] - x[k], poses[f"y{e}"][k] - y[k]) for e in "bt"]
