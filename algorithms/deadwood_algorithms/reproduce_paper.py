@@ -147,6 +147,13 @@ def words(ask: Ask) -> str:
     return told + (" A --quick run: it judges nothing." if ask.quick else " Intervals are 95 %, over logs.")
 
 
+def rows_of(path: Path, layer: str) -> list[dict[str, Any]]:
+    """The columns of a layer that a tool has just written; its shapes may be empty, such as a sector of one deposit."""
+    import geopandas
+
+    return geopandas.read_file(path, layer=layer, ignore_geometry=True).to_dict("records")
+
+
 def logs_of(ask: Ask) -> int:
     return min(ask.logs, QUICK_LOGS) if ask.quick else ask.logs
 
@@ -296,7 +303,7 @@ class Steps:
         )  # fmt: skip
         rows = json.loads((place / "comparison.json").read_text(encoding="utf-8"))["rows"]
         plain = [{key: float("nan") if value is None else value for key, value in row.items()} for row in rows]
-        return {(row["scenario"], row["quantity"], str(row["item"])): row for row in plain}
+        return {(str(row["scenario"]), str(row["quantity"]), str(row["item"])): row for row in plain}
 
     def evidence(self, convention: str) -> Evidence:
         """All that the findings of the site are judged by."""
@@ -370,13 +377,11 @@ class Steps:
         path = self.prepared / f"line_{fact}.gpkg"
         if not path.is_file():
             frame = read_vector(str(self.site.layers["lines"]), geometry=ANY_SHAPE, target_crs=None, what="lines")
-            write_vector(path, {"lines": frame[frame["line_id"] == name][["line_id", "geometry"]]})
+            write_vector(path, {"lines": frame.loc[frame["line_id"] == name]})
         return str(path)
 
     def spread(self, scenario: str) -> dict[str, Any]:
         """`lateral-spread` of one run, seen past the same least run-out for logs and rocks."""
-        from deadwood_algorithms.files.vectors import read_vector
-
         path = self.step(
             self.results / f"spread_{scenario}.gpkg", lateral_spread.TOOL, "spread", deposits=str(self.slide(scenario)),
             min_runout=float(self.site.facts["length_m"]), seed=self.ask.seed,
@@ -388,8 +393,6 @@ class Steps:
         )
 
     def flight(self) -> dict[str, Any] | None:
-        from deadwood_algorithms.files.vectors import read_vector
-
         if self.site.layers["flight"] is None:
             return None
         path = self.step(

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 import rasterio
-from rasterio.windows import Window
+from rasterio.transform import from_origin
 
 from deadwood_algorithms.paper.site import read_site, write_coarser, write_twin
 from deadwood_algorithms.reproduce_paper import TOOL
@@ -74,12 +74,12 @@ def test_tiles_are_joined_and_a_table_of_trees_is_taken(data, tmp_path):
     shutil.copytree(data / "rothenbrunnen", place)
     (place / "dem").mkdir()
     with rasterio.open(place / "dem.tif") as whole:
-        for k, rows in enumerate(((0, 400), (400, 400))):
-            window = Window(0, rows[0], whole.width, rows[1])
-            profile = whole.profile | {"height": rows[1], "transform": whole.window_transform(window)}
-            with rasterio.open(place / "dem" / f"tile_{k}.tif", "w", **profile) as tile:
-                tile.write(whole.read(window=window))
         heights = whole.read(1)
+        for k, first in enumerate((0, 400)):
+            corner = from_origin(whole.bounds.left, whole.bounds.top - 0.5 * first, 0.5, 0.5)
+            profile = whole.profile | {"height": 400, "transform": corner}
+            with rasterio.open(place / "dem" / f"tile_{k}.tif", "w", **profile) as tile:
+                tile.write(heights[first : first + 400], 1)
     (place / "dem.tif").unlink()
     (place / "site.json").unlink()
     (place / "trees.gpkg").rename(place / "elsewhere.gpkg")

@@ -198,7 +198,7 @@ def spread_findings(of: Evidence) -> list[Finding]:
                 "5.1, 6.2" if klosters else "6.2, A", paper,
                 float(np.mean([factor * row["difference"] for row in rows])),
                 float(np.mean([side[0] for side in sides])), float(np.mean([side[1] for side in sides])),
-                all_of([above(*side, 0.0) for side in sides]),
+                all_of([above(side[0], side[1], 0.0) for side in sides]),
                 f"the paper's measure, widest angle, by release: {arcs}; judged by the 5-95 % range, because single "
                 "logs decide the widest angle",
             )

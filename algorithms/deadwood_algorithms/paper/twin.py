@@ -73,7 +73,7 @@ class Frame:
     def shape(self) -> tuple[int, int]:
         return int(self.length / CELL), int(self.width / CELL)
 
-    def axes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def axes(self) -> tuple[NDArray, NDArray]:
         """u of the columns, shape (nx,), and v of the rows, shape (ny, 1) [m]."""
         rows, columns = self.shape
         return (np.arange(columns) + 0.5) * CELL, ((np.arange(rows) + 0.5) * CELL)[:, None]
