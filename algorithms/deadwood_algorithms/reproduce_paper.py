@@ -386,11 +386,7 @@ class Steps:
             self.results / f"spread_{scenario}.gpkg", lateral_spread.TOOL, "spread", deposits=str(self.slide(scenario)),
             min_runout=float(self.site.facts["length_m"]), seed=self.ask.seed,
         )  # fmt: skip
-        return (
-            read_vector(f"{path}|layername=spread", geometry=ANY_SHAPE, target_crs=None, what="spread")
-            .iloc[0]
-            .to_dict()
-        )
+        return rows_of(path, "spread")[0]
 
     def flight(self) -> dict[str, Any] | None:
         if self.site.layers["flight"] is None:
@@ -400,11 +396,7 @@ class Steps:
             flights=self.site.layers["flight"], barriers=self.site.layers["barriers"],
             plots=str(self.results / "flight"), dbh_cm=self.site.facts["dbh_cm"], length_m=self.site.facts["length_m"],
         )  # fmt: skip
-        return (
-            read_vector(f"{path}|layername=flights", geometry=ANY_SHAPE, target_crs=None, what="flights")
-            .iloc[0]
-            .to_dict()
-        )
+        return rows_of(path, "flights")[0]
 
     def arrivals(self, run_folder: Path) -> Any:
         from deadwood_algorithms.files.vectors import read_table
