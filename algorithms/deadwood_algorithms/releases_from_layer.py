@@ -17,6 +17,7 @@ from deadwood_algorithms.schemas import (  # orientations in the order of the en
 )
 from deadwood_algorithms.tool import Feedback, UserError
 from deadwood_engine import Logs
+from deadwood_engine.limits import DENSITY, DIAMETER, LENGTH
 
 if TYPE_CHECKING:
     import geopandas
@@ -60,8 +61,17 @@ def releases_of(
     def column(name: str, **bounds: Any) -> NDArray[np.float64]:
         return number_column(frame, name, default=defaults[name], **bounds)
 
-    dbh_cm = column("dbh_cm", minimum=0.0, exclusive=True)
-    length = column("length_m", minimum=0.0, exclusive=True)
+    def size(name: str, limits: tuple[float, float], unit: float = 1.0) -> NDArray[np.float64]:
+        """A column within what the engine takes, also where it is the option's value."""
+        least, most = (round(unit * limit, 9) for limit in limits)
+        if name not in frame and not least <= defaults[name] <= most:
+            flag = "--" + name.replace("_", "-")
+            raise UserError(f"{flag}: {defaults[name]:g} is not {least:g} to {most:g}; check the unit")
+        column(name, minimum=0.0, exclusive=True)  # of what is no size at all the message speaks of 0 alone
+        return column(name, minimum=least, maximum=most)
+
+    dbh_cm = size("dbh_cm", DIAMETER, 100.0)
+    length = size("length_m", LENGTH)
     for name, values in (("dbh_cm", dbh_cm), ("length_m", length)):
         warn_implausible(values, RELEASES.column(name), where_of(frame), feedback)
     logs = Logs(
@@ -70,7 +80,7 @@ def releases_of(
         y=y,
         diameter=dbh_cm / 100.0,
         length=length,
-        density=column("density_kg_m3", minimum=0.0, exclusive=True),
+        density=size("density_kg_m3", DENSITY),
         orientation=_orientations(frame, defaults["orientation"]),
         tilt=np.radians(column("tilt_deg", minimum=0.0, maximum=180.0)),
         azimuth=np.radians(column("azimuth_deg") % 360.0),

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms.inputs import refuse_missing
 from deadwood_algorithms.tool import Feedback, UserError
 from deadwood_engine import Shape
+from deadwood_engine.limits import SHAPE_SIZE
 
 if TYPE_CHECKING:
     from deadwood_algorithms.releases_from_layer import Releases
@@ -55,11 +56,14 @@ def read_shape(name: str, cell: float, feedback: Feedback) -> Shape | None:
     if str(name).strip().lower() == CONE:
         return None
     points = read_points(name)
+    size = float(np.ptp(points, axis=0).max(initial=0.0)) if len(points) else 0.0
+    least, most = SHAPE_SIZE
+    if 0.0 < size < least or size > most:
+        raise UserError(f"{name}: the body is {size:g} m long, but must be {least:g} to {most:g} m; is it in metres?")
     try:
         shape = Shape.of(points)
     except ValueError as error:
         raise UserError(f"{name}: {error}; give at least four points that span a body") from error
-    size = float(np.ptp(points, axis=0).max())
     if not USUAL_M[0] <= size <= USUAL_M[1]:
         feedback.warn(f"{name}: the body is {size:g} m long; the file must be in metres")
     if shape.inside:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from .compiled import kernel
 from .hull import hull_of, of_triangles
+from .limits import SHAPE_SIZE
 from .log_body import AXIAL, BASE_RADIUS, BODY_WIDTH, CENTRE, LENGTH, MASS, REACH, SKEW, TIP_RADIUS, TRANSVERSE
 from .rotation import Q0, Q1, Q2, Q3, X, Y, Z
 from .terrain import surface
@@ -73,11 +74,14 @@ class Shape:
         Raises
         ------
         ValueError
-            when a coordinate is not finite or the hull has no volume
+            when a coordinate is not finite, the hull has no volume, or the body is of no size that anything has
         """
         points = np.unique(np.asarray(points, float).reshape(-1, 3), axis=0)
         if not np.isfinite(points).all():
             raise ValueError("a coordinate is not a finite number")
+        size = float(np.ptp(points, axis=0).max(initial=0.0)) if len(points) else 0.0
+        if 0.0 < size < SHAPE_SIZE[0] or size > SHAPE_SIZE[1]:
+            raise ValueError(f"a body must be {SHAPE_SIZE[0]:g} to {SHAPE_SIZE[1]:g} m long, and this has {size:g} m")
         hull = hull_of(points)
         volume, centre, inertia = of_triangles(points, hull.triangles)
         moments, axes = _principal(inertia / volume)

@@ -53,12 +53,23 @@ def index_boxes(low: np.ndarray, high: np.ndarray, cell: float = 8.0) -> GridInd
 
 
 @kernel
+def floor_within(x, low, high):
+    """floor(x), but at least ``low`` and at most ``high``; NaN is ``low``. A number beyond the range of integers may
+    become any of them."""
+    if not x >= low:
+        return low
+    if x >= high:
+        return high
+    return int(math.floor(x))
+
+
+@kernel
 def grid_window(index, x_low, y_low, x_high, y_high):
     """Grid cells that a plan box touches: first and last column, first and last row (empty when last < first)."""
-    i0 = max(0, int(math.floor((x_low - index.x0) / index.cell)))
-    j0 = max(0, int(math.floor((y_low - index.y0) / index.cell)))
-    i1 = min(index.columns - 1, int(math.floor((x_high - index.x0) / index.cell)))
-    j1 = min(index.rows - 1, int(math.floor((y_high - index.y0) / index.cell)))
+    i0 = floor_within((x_low - index.x0) / index.cell, 0, index.columns)
+    j0 = floor_within((y_low - index.y0) / index.cell, 0, index.rows)
+    i1 = floor_within((x_high - index.x0) / index.cell, -1, index.columns - 1)
+    j1 = floor_within((y_high - index.y0) / index.cell, -1, index.rows - 1)
     return i0, i1, j0, j1
 
 

@@ -80,6 +80,13 @@ HIT_PAUSE = 0.1  # [s] without a push after which the next push is another hit: 
 BLOW = 2.0  # [-] of g dt: contacts that approach faster, and are pushed harder, are struck; slower ones are leant upon
 LEAST_PUSH = 1e-6  # [m/s] per mass: a smaller first push is rounding, not a hit
 
+# What can slide, least and most; the most is well over what there is, so what exceeds it is another unit or a slip.
+# Beyond it a log is wider than the DEM: no point of it lies over terrain that it could be put on
+DIAMETER = (1e-3, 15.0)  # [m] the thickest stem known, Mexico's Tule cypress, has 14 m
+LENGTH = (1e-2, 150.0)  # [m] the tallest tree known, a redwood, has 116 m
+DENSITY = (1.0, 25_000.0)  # [kg/m3] balsa has 40, osmium 22 600; less than 1 is t/m3 by mistake
+SHAPE_SIZE = (1e-3, 150.0)  # [m] longest side of a point cloud: the boulders of rock falls end at 30 m, logs at LENGTH
+
 # Health
 WILD_SPEED = 2000.0  # [m/s] faster than any fall on Earth's slopes: the log is reported as failed
 POLL_STEPS = 512  # steps between two looks at the stop flag (about 1 ms)

@@ -94,8 +94,11 @@ def segments_cross(ax, ay, bx, by, cx, cy, dx, dy):
 def touch_segments(index, ends, owner, hull, size, path, shift_x, shift_y, touched, crossed):
     """Mark the owners of segments that a swept hull touches, and those that the centre's path crosses.
 
-    ends [m] shape (n, 4): x, y of both ends; hull and path are moved by the shift into the segments' frame.
+    ends [m] shape (n, 4): x, y of both ends; hull and path are moved by the shift into the segments' frame. No hull
+    (size 0) touches nothing.
     """
+    if size == 0:
+        return
     low_x, low_y, high_x, high_y = math.inf, math.inf, -math.inf, -math.inf
     for k in range(size):
         low_x, high_x = min(low_x, hull[k, 0]), max(high_x, hull[k, 0])

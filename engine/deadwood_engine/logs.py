@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from .cloud import Shape, lift_cloud
 from .compiled import kernel
-from .limits import LEAST_STATIONS
+from .limits import DENSITY, DIAMETER, LEAST_STATIONS
+from .limits import LENGTH as LOG_LENGTH
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS, cone_bodies
 from .rotation import quaternion_from_axis, set_axis
 from .scene import Scene
@@ -74,6 +75,28 @@ class Start:
     body: Array
 
 
+def check_logs(logs: Logs, shape: Shape | None = None) -> None:
+    """Refuse what no log can be; with a shape, diameters and lengths do not count.
+
+    Raises
+    ------
+    ValueError
+        naming the first such row
+    """
+    sizes = [] if shape else [("diameter", DIAMETER, "m"), ("length", LOG_LENGTH, "m")]
+    for name, (least, most), unit in [*sizes, ("density", DENSITY, "kg/m3")]:
+        values = np.asarray(getattr(logs, name), float)
+        odd = np.flatnonzero(~((values >= least) & (values <= most)))
+        if odd.size:
+            raise ValueError(
+                f"the {name} of a log must be {least:g} to {most:g} {unit}, and is {values[odd[0]]:g} in row {odd[0]}"
+            )
+    for name in ("x", "y", "tilt", "azimuth", "speed", "drop"):
+        odd = np.flatnonzero(~np.isfinite(np.asarray(getattr(logs, name), float)))
+        if odd.size:
+            raise ValueError(f"the {name} of the log in row {odd[0]} is no finite number")
+
+
 def place_logs(scene: Scene, logs: Logs, shape: Shape | None = None, threads: int = 1) -> Start:
     """Put logs on the terrain: oriented, and lifted or lowered until the lowest gap is ``drop``.
 
@@ -84,8 +107,9 @@ def place_logs(scene: Scene, logs: Logs, shape: Shape | None = None, threads: in
     Raises
     ------
     ValueError
-        when a log's centre of mass is not on the terrain, or a dimension is not positive
+        when a log's centre of mass is not on the terrain, or ``check_logs`` refuses it
     """
+    check_logs(logs, shape)
     terrain = scene.arrays.terrain
     body = shape.bodies(logs.density) if shape else cone_bodies(logs.diameter, logs.length, logs.density)
     ground = scene.terrain_surface(logs.x, logs.y)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .compiled import kernel
+from .grid_index import floor_within
 from .lines import Segments, touch_segments
 
 Array = NDArray[np.float64]
@@ -51,14 +52,23 @@ def outline(points, at, bx, by, tx, ty, base, tip, sine, cosine, ux, uy):
 
 @kernel
 def convex_hull(points, count, hull):
-    """Convex hull of the points (sorted in place), counter-clockwise, by Andrew's monotone chain; returns its size."""
-    for k in range(1, count):
+    """Convex hull of the points (sorted in place), counter-clockwise, by Andrew's monotone chain; returns its size.
+
+    0 where a coordinate is not finite, or so large that products overflow: nothing compares with NaN, so points would
+    neither be sorted nor left out, and both chains together would be longer than the table (whose last row is not the
+    hull's; a true hull leaves two more empty).
+    """
+    amiss = 0.0
+    for k in range(count):
         x, y = points[k, 0], points[k, 1]
+        amiss += (x - x) + (y - y)  # 0, or NaN
         m = k
         while m > 0 and (points[m - 1, 0] > x or (points[m - 1, 0] == x and points[m - 1, 1] > y)):
             points[m, 0], points[m, 1] = points[m - 1, 0], points[m - 1, 1]
             m -= 1
         points[m, 0], points[m, 1] = x, y
+    if amiss != 0.0:
+        return 0
     size = 0
     for direction in range(2):
         floor = size
@@ -71,6 +81,8 @@ def convex_hull(points, count, hull):
                 px, py = qx, qy
                 if size >= floor + 2:
                     qx, qy = hull[size - 2, 0], hull[size - 2, 1]
+            if size + 1 >= hull.shape[0]:
+                return 0
             hull[size, 0], hull[size, 1] = x, y
             size += 1
             qx, qy, px, py = px, py, x, y
@@ -85,14 +97,17 @@ def hull_rows(hull, size, x0, y0, cell, part, left, right):
     hull : counter-clockwise; columns 2 and 3 are room for its vertices in cells
     part : first column and row, number of columns and rows, of the raster within the whole that (x0, y0) belongs to.
     What is returned counts from there, but is computed in the whole, so that every part of it gives the same bits.
-    Rows and columns outside the part are cut off; an empty range has first > last, an empty row left > right.
+    Rows and columns outside the part are cut off; an empty range has first > last, an empty row left > right. No hull
+    (size 0) is in no row.
     """
     column, row, columns, rows = part
     low, high = math.inf, -math.inf
     for k in range(size):
         hull[k, 2], hull[k, 3] = (hull[k, 0] - x0) / cell + 0.5, (hull[k, 1] - y0) / cell + 0.5
         low, high = min(low, hull[k, 3]), max(high, hull[k, 3])
-    first, last = max(row, int(math.floor(low))), min(row + rows - 1, int(math.floor(high)))
+    if not low <= high:
+        return 0, -1
+    first, last = floor_within(low, row, row + rows), floor_within(high, row - 1, row + rows - 1)
     for j in range(first - row, last - row + 1):
         left[j], right[j] = columns, -1
     ax, ay = hull[size - 1, 2], hull[size - 1, 3]
@@ -161,6 +176,22 @@ def _sweep_hits(log_row, base, tip, base_radius, tip_radius, cell, count, stamp,
                     count[j, i] += 1
 
 
+def checked_rows(log_row: NDArray[np.int64], radius: Array, *per_pose: Array) -> NDArray[np.int64]:
+    """The rows as kernels take them, which look up no row that there is not.
+
+    Raises
+    ------
+    ValueError
+        when a row is none of the radii's, or one of ``per_pose`` is not as long as the rows
+    """
+    rows = np.asarray(log_row, np.int64)
+    if len(rows) and not (int(rows.min()) >= 0 and int(rows.max()) < len(radius)):
+        raise ValueError(f"log_row runs from {rows.min()} to {rows.max()}, but there are {len(radius)} logs")
+    if any(len(each) != len(rows) for each in per_pose):
+        raise ValueError(f"there are {len(rows)} rows of logs, but {[len(each) for each in per_pose]} values for them")
+    return rows
+
+
 def sweep_hits(
     log_row: NDArray[np.int64],
     base: NDArray[np.float64],
@@ -189,8 +220,9 @@ def sweep_hits(
     count, stamp = np.zeros(shape, np.uint32), np.zeros(shape, np.int64)
     # far from the origin products of coordinates lose digits: compute from the raster's corner
     origin = np.array([x0, y0, 0.0])
+    rows = checked_rows(log_row, np.minimum(base_radius, tip_radius), base, tip)
     _sweep_hits(
-        np.asarray(log_row, np.int64), np.ascontiguousarray(base - origin), np.ascontiguousarray(tip - origin),
+        rows, np.ascontiguousarray(base - origin), np.ascontiguousarray(tip - origin),
         base_radius, tip_radius, cell, count, stamp, _work(shape[0], 0),
     )  # fmt: skip
     return count
@@ -229,8 +261,9 @@ def sweep_touches(
     touched = np.zeros((len(base_radius), segments.lines), np.bool_)
     pose_row = np.full(touched.shape, -1, np.int64)
     origin = np.array([segments.x0, segments.y0, 0.0])
+    rows = checked_rows(log_row, np.minimum(base_radius, tip_radius), base, tip)
     _sweep_touches(
-        np.asarray(log_row, np.int64), np.ascontiguousarray(base - origin), np.ascontiguousarray(tip - origin),
+        rows, np.ascontiguousarray(base - origin), np.ascontiguousarray(tip - origin),
         base_radius, tip_radius, segments.index, segments.ends, segments.owner, touched, pose_row,
         _work(0, segments.lines),
     )  # fmt: skip

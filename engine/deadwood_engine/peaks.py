@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .compiled import kernel
-from .outline import _swept, _work, hull_rows
+from .outline import _swept, _work, checked_rows, hull_rows
 
 Array = NDArray[np.float64]
 
@@ -77,8 +77,9 @@ class CellPeaks:
         """Add logs, each whole and once; parameters are those of ``sweep_hits``, and ``values``, shape (channels, m):
         what is wanted of each pose, not negative. (x0, y0) is the centre of the first cell here."""
         origin = np.array([x0, y0, 0.0])
+        rows = checked_rows(log_row, np.minimum(base_radius, tip_radius), base, tip, *np.atleast_2d(values))
         complete = _sweep_peaks(
-            np.asarray(log_row, np.int64), np.ascontiguousarray(base - origin), np.ascontiguousarray(tip - origin),
+            rows, np.ascontiguousarray(base - origin), np.ascontiguousarray(tip - origin),
             base_radius, tip_radius, np.ascontiguousarray(values, np.float64), cell, self.start, self._filled,
             self._stamp, self.peaks, self._work,
         )  # fmt: skip

@@ -88,6 +88,9 @@ class Scene:
         for name, values in (("diameter", trees.diameter), ("height", trees.height), ("height", barriers.height)):
             if not np.all(np.isfinite(values) & (np.asarray(values) > 0)):
                 raise ValueError(f"a tree's or barrier's {name} must be positive and finite")
+        for name, vertices in (("barrier", barriers), ("line", lines), ("lying log", lying_logs or LyingLogs.none())):
+            if not np.isfinite(vertices.vertices).all():
+                raise ValueError(f"a vertex of a {name} is no finite place")
         plates, posts, barriers_outside = _plates_and_posts(terrain, barriers)
         uprights, trees_outside = _uprights(terrain, trees, posts)
         joints = np.concatenate([np.zeros(len(uprights.owner) - len(posts), np.bool_), posts[:, 5] > 0.0])

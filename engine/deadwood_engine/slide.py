@@ -19,10 +19,11 @@ from .cloud import Shape
 from .fidelity import Fidelity, station_spacing, trace_step
 from .ledger import HIT_WIDTH
 from .limits import GRAVITY, LEAST_STATIONS
-from .log_body import LENGTH
+from .log_body import BODY_WIDTH, LENGTH
 from .logs import Logs, Start, place_logs, stations_for
 from .rasters import Rasters, raster_arrays
 from .result import Result, result_of
+from .rotation import STATE_WIDTH
 from .scene import Scene
 from .scratch import Scratch, Settings
 
@@ -71,6 +72,7 @@ def slide(
         raise Interrupted
     start = logs if isinstance(logs, Start) else place_logs(scene, logs, shape, threads)
     number = len(start.state)
+    _check_tables(scene, start, rasters, keep_poses)
     arrays = scene.arrays._replace(cloud=shape.cloud) if shape else scene.arrays
     cell = arrays.terrain.cell
     settings = Settings(
@@ -168,6 +170,19 @@ def slide(
     if stop[0]:
         raise Interrupted
     return result_of(scene, start, state, summary, poses, hits, touched, touch_time, fences, crossed, sum(cpu))
+
+
+def _check_tables(scene: Scene, start: Start, rasters: Rasters | None, keep_poses: NDArray[np.bool_] | None) -> None:
+    """Kernels look tables up without asking how long they are: of one scene and as many logs they must be."""
+    number, grid = len(start.state), scene.arrays.terrain.heights.shape
+    if start.state.shape != (number, STATE_WIDTH) or start.body.shape != (number, BODY_WIDTH):
+        raise ValueError(f"states and bodies must have {STATE_WIDTH} and {BODY_WIDTH} columns, one row a log")
+    if start.frame.shape != (number, 2):
+        raise ValueError("every log needs its frame, a DEM node")
+    if keep_poses is not None and np.shape(keep_poses) != (number,):
+        raise ValueError(f"keep_poses must say so for each of the {number} logs")
+    if rasters and any(worker.deposits.shape not in (grid, (0, 0)) for worker in rasters.workers):
+        raise ValueError("the rasters are not of this scene's grid")
 
 
 _stamped = 0

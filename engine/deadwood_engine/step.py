@@ -63,6 +63,15 @@ SUMMARY_WIDTH = 21
 
 
 @kernel
+def is_finite(state):
+    """Whether every number of a state is one: what looks up places and draws outlines counts on that."""
+    amiss = 0.0
+    for k in range(state.shape[0]):
+        amiss += state[k] - state[k]  # 0, or NaN
+    return amiss == 0.0
+
+
+@kernel
 def slide_log(
     scene, frame, state, body, stations, settings, scratch, rasters, row, marks, poses, keep, hits, summary, stop
 ):
@@ -86,6 +95,9 @@ def slide_log(
     scratch.near[:] = 0.0
     summary[:] = 0.0
     summary[ITEM] = -1
+    if not is_finite(state):
+        summary[REASON] = FAILED
+        return 0
     energy_start = energy_of(state, body) + gravity * state[Z]
     time, before, last_kick, done_work, next_look, next_rocking = 0.0, 0.0, 0.0, 0.0, REST_WINDOW, ROCKING_WINDOW
     kept, steps, old_count, tree_hits, barrier_hits, hit_count = 0, 0, 0, 0, 0, 0
@@ -209,7 +221,7 @@ def slide_log(
         memory[PEAK_ENERGY] = max(memory[PEAK_ENERGY], energy)
         summary[SPEED_MAX] = max(summary[SPEED_MAX], speed)
         summary[ENERGY_MAX] = max(summary[ENERGY_MAX], energy)
-        if not speed < WILD_SPEED:
+        if not (speed < WILD_SPEED and energy < math.inf):  # NaN, of the spin or the axis too, is less than nothing
             reason = FAILED
             break
         # 4. free motion to the next node

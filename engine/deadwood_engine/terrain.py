@@ -70,7 +70,8 @@ def prepare(
     Raises
     ------
     ValueError
-        when the grid is smaller than 2 x 2, holds no valid cell, or friction is negative or of another shape
+        when the grid is smaller than 2 x 2, holds no valid cell, or friction is negative, of another shape, or missing
+        where there is terrain
     """
     heights = np.asarray(heights)
     if heights.ndim != 2 or min(heights.shape) < 2:
@@ -79,14 +80,19 @@ def prepare(
         raise ValueError("the terrain holds no valid height")
     if not (math.isfinite(cell) and cell > 0):
         raise ValueError(f"the cell size must be positive, not {cell}")
+    if not (math.isfinite(x0) and math.isfinite(y0)):
+        raise ValueError(f"the terrain's corner must be a place, not {x0}, {y0}")
     mu = np.atleast_2d(np.asarray(friction, dtype=np.float32 if np.ndim(friction) else np.float64)).astype(np.float64)
     if mu.shape != (1, 1) and mu.shape != heights.shape:
         raise ValueError(f"friction has shape {mu.shape}, the terrain {heights.shape}")
     if np.any(mu < 0):
         raise ValueError("friction must not be negative")
+    if not np.all(np.isfinite(mu) | ~np.isfinite(heights)):
+        raise ValueError("friction must be a number wherever there is terrain")
     # A multiple of 64 m, so that neighbouring windows of one DEM share it and float32 keeps tenths of a millimetre.
     if reference is None:
-        reference = 64.0 * math.floor(float(np.nanmin(heights)) / 64.0)
+        lowest = float(np.min(heights, where=np.isfinite(heights), initial=np.inf))
+        reference = 64.0 * math.floor(lowest / 64.0)
     relative = np.ascontiguousarray(heights - reference, dtype=np.float32)
     relative[~np.isfinite(relative)] = np.nan
     roughness = np.zeros_like(relative)

@@ -170,10 +170,13 @@ def _side_contact(terrain, frame, tree, item, contacts, keys, count, state, body
     a = body[BASE_RADIUS] + taper * (s - back)
     gap = rho - a - (radius + kb * (z - foot) if z > foot else radius)
     if gap < 0.0:
-        # a log released right through a stem's axis is put to its left as well as to its right
-        nx, ny, nz = -dy / math.sqrt(plan), dx / math.sqrt(plan), 0.0
+        # a log released right through a stem's axis is put to its left as well as to its right; one that stands in it,
+        # both axes one, has no left: its end faces are pushed west too
+        nx, ny, nz = -1.0, 0.0, 0.0
         if rho > 0.0:
             nx, ny, nz = ax / rho, ay / rho, az / rho
+        elif plan > 0.0:
+            nx, ny, nz = -dy / math.sqrt(plan), dx / math.sqrt(plan), 0.0
         count = touch(
             terrain, frame, contacts, keys, count, state, trial, (TREE, item, 0),
             (ox + s * dx - a * nx, oy + s * dy - a * ny, oz + s * dz - a * nz), (nx, ny, nz), gap, step,

@@ -108,6 +108,16 @@ MATRIX = {
     ),
     "negative": (lambda f: releases(f, dbh_cm=[40.0, -3.0]), ["'dbh_cm'", "row 2", "-3", "greater than 0"]),
     "zero": (lambda f: releases(f, length_m=[0.0, 10.0]), ["'length_m'", "row 1", "greater than 0"]),
+    "too thick": (
+        lambda f: releases(f, dbh_cm=[40.0, 1e5]),
+        ["bad.gpkg", "'dbh_cm'", "row 2", "100000 is not a number at least 0.1 and at most 1500"],
+    ),
+    "too long": (lambda f: releases(f, length_m=[1e9, 10.0]), ["'length_m'", "row 1", "at most 150"]),
+    "tonnes": (lambda f: releases(f, density_kg_m3=[300.0, 0.3]), ["'density_kg_m3'", "row 2", "at least 1"]),
+    "too thick by option": (
+        lambda f: {"dbh_cm": 1e5, "releases": write_layer(f / "bare.gpkg", points((30, 80)))},
+        ["--dbh-cm", "100000 is not 0.1 to 1500"],
+    ),
     "NaN": (lambda f: releases(f, density_kg_m3=[300.0, np.nan]), ["'density_kg_m3'", "row 2", "empty"]),
     "text": (lambda f: releases(f, dbh_cm=["40", "thick"]), ["'dbh_cm'", "row 2", "'thick'"]),
     "negative speed": (lambda f: releases(f, speed_ms=[0.0, -1.0]), ["'speed_ms'", "row 2"]),

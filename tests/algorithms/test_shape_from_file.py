@@ -151,8 +151,11 @@ def test_what_is_odd_is_said(tmp_path, said):
     assert "2 of 10 points lie inside" in said.notes[-1]
     read_shape(pts(tmp_path / "b.pts", CORNERS * (1, 1, 6)), 0.5, said)
     assert "up to 6 m apart along an edge, the DEM's cells are 0.5 m" in said.notes[-1]
-    read_shape(pts(tmp_path / "c.pts", CORNERS * 1000), 1.0, said)
-    assert "1000 m long; the file must be in metres" in said.warnings[-1]
+    read_shape(pts(tmp_path / "c.pts", CORNERS * 120), 1.0, said)
+    assert "120 m long; the file must be in metres" in said.warnings[-1]
+    for size in (1000.0, 1e-30):  # no log and no rock
+        with pytest.raises(UserError, match=f"d.pts: the body is {size:g} m long, but must be 0.001 to 150 m"):
+            read_shape(pts(tmp_path / "d.pts", CORNERS * size), 1.0, said)
 
 
 def test_windows_line_ends_tabs_and_a_byte_order_mark_are_read(tmp_path):

@@ -5,6 +5,7 @@ import pytest
 import shapely
 
 from deadwood_engine import FIDELITIES, Lines, Logs, Rasters, Scene, segments_of, slide, sweep_hits, sweep_touches
+from deadwood_engine.outline import OUTLINE_POINTS, convex_hull, hull_rows
 
 
 def test_hand_counted_outlines():
@@ -131,3 +132,61 @@ def test_more_poses_than_room_are_kept_all_the_same():
     assert len(result.poses.time) > 4096
     assert rasters.totals()["hit_count"].max() == 1
     assert np.all(np.diff(result.poses.time) > 0)
+
+
+def poison(rng: np.random.Generator) -> np.ndarray:
+    """Points of which some or all are no numbers, or too large to be multiplied."""
+    points = rng.uniform(-50.0, 50.0, (2 * OUTLINE_POINTS, 2))
+    chosen = rng.random(points.shape) < rng.choice([0.02, 0.3, 1.0])
+    chosen.flat[rng.integers(chosen.size)] = True
+    points[chosen] = rng.choice([np.nan, np.inf, -np.inf, 1e200, -1e200, 1e308], chosen.sum())
+    return points
+
+
+@pytest.mark.parametrize("first", [(0, 0), (300, 700)])
+def test_what_is_no_place_stays_within_the_tables(first):
+    """Any hull, and the rows of any hull, in tables amid larger ones: nothing beside them is written."""
+    rng = np.random.default_rng(1)
+    count, rows, columns = 2 * OUTLINE_POINTS, 20, 30
+    overran = 0
+    for _ in range(500):
+        points = poison(rng)
+        around = np.full((200, 4), 7.0)
+        size = convex_hull(points.copy(), count, around[50 : 50 + count + 3])
+        overran += not (around[:50] == 7.0).all() or not (around[50 + count + 2 :] == 7.0).all()
+        assert 0 <= size <= count + 2
+        spans = np.full((2, 200), 7)
+        left, right = spans[:, 50 : 50 + rows]
+        # also without a hull in between, as if that were wrong: any points, in any order
+        for hull, number in ((around[50 : 50 + count + 3], size), (np.hstack([points, points]), count)):
+            bottom, top = hull_rows(hull, number, 0.0, 0.0, 0.5, (*first, columns, rows), left, right)
+            overran += not (spans[:, :50] == 7).all() or not (spans[:, 50 + rows :] == 7).all()
+            assert top < bottom or 0 <= bottom <= top < rows
+            for j in range(bottom, top + 1):
+                assert left[j] > right[j] or 0 <= left[j] <= right[j] < columns
+    assert overran == 0
+
+
+def test_poses_that_are_no_places_sweep_nothing():
+    """Stored poses may hold anything: of a log with NaN or infinite ends no cell and no line knows."""
+    rows = np.array([0, 0, 1, 1, 1, 2, 2])
+    base = np.tile([2.0, 2.0, 0.0], (7, 1)) + np.arange(7)[:, None] * [0.5, 0.1, 0.0]
+    tip = base + np.array([4.0, 0.0, 0.0])
+    base[2], tip[3], base[4, 0] = np.nan, np.inf, -1e308
+    radii, place = np.full(3, 0.3), {"x0": 0.0, "y0": 0.0, "cell": 0.5, "shape": (16, 24)}
+    count = sweep_hits(rows, base, tip, radii, radii, **place)
+    others = rows != 1
+    alone = sweep_hits(rows[others], base[others], tip[others], radii, radii, **place)
+    assert np.array_equal(count, alone)
+    line = segments_of(Lines(np.array([[0.0, 2.2], [12.0, 2.2]]), np.array([0, 2])))
+    touched, _ = sweep_touches(rows, base, tip, radii, radii, line)
+    assert touched[:, 0].tolist() == [True, False, True]
+
+
+def test_rows_of_logs_that_there_are_not_are_refused():
+    ends, radii = np.zeros((2, 3)), np.full(2, 0.3)
+    for rows in ([0, 2], [-1, 0]):
+        with pytest.raises(ValueError, match="but there are 2 logs"):
+            sweep_hits(np.array(rows), ends, ends, radii, radii, x0=0.0, y0=0.0, cell=1.0, shape=(4, 4))
+    with pytest.raises(ValueError, match="there are 3 rows"):
+        sweep_hits(np.zeros(3, int), ends, ends, radii, radii, x0=0.0, y0=0.0, cell=1.0, shape=(4, 4))

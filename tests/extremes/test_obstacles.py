@@ -340,3 +340,26 @@ def test_stem_hit_is_that_of_its_first_touch(at):
     assert true.max() > 11.5  # at the rim's edge: hardly touched
     for row in ("draft", "standard", "fine", "reference"):
         assert abs(kept(row) - true).mean() < 0.08 * 12.0
+
+
+@pytest.mark.parametrize(("diameter", "length"), [(0.062, 46.0), (0.021, 21.0), (0.028, 34.0), (0.6, 30.0)])
+@pytest.mark.parametrize("obstacle", ["stem", "own stem", "post"])
+def test_released_in_the_axis_of_what_stands_there(at, diameter, length, obstacle):
+    """Upright in a stem that it is taller than (a tree released where it stands, raised by the slope), or on a
+    barrier's post: both axes are one, and the way to the side was 0/0. It failed at once; it slides or is held."""
+    middle = np.array([50.0, 50.0])
+    own = (diameter, length) if obstacle == "own stem" else (0.4, 15.0)
+    parts = {"trees": at.trees(*middle, *own)}
+    if obstacle == "post":
+        parts = {"barriers": at.barrier(middle, (59.0, 54.0), height=3.0)}
+    heights = 0.7 * np.arange(101)[:, None] + np.zeros(101)
+    scene = Scene.prepare(heights, 1.0, 0.0, 0.0, friction=0.3, **parts)
+    for orientation, tilt in ((0, 0.0), (2, 0.0)):
+        logs = Logs.alike(middle[:1], middle[1:], diameter=diameter, length=length, orientation=orientation, tilt=tilt)
+        begin = place_logs(scene, logs)
+        result = at.run(scene, begin, time_limit=3.0)
+        assert at.reasons(result) != ["failed"]
+        assert result.started_in_contact.all()
+        # never shot away: no faster than its fall accounts for
+        fall = result.release_position[0, 2] - result.end_position[0, 2]
+        assert result.speed_max[0] ** 2 <= 2 * G * (max(fall, 0.0) + 3.0)
