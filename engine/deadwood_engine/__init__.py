@@ -2,6 +2,7 @@
 
 from .barriers import Barriers
 from .cloud import Shape
+from .digest import engine_digest
 from .fidelity import FIDELITIES, Fidelity, station_spacing
 from .ledger import Hits
 from .lines import Lines, Segments, segments_of
@@ -33,6 +34,7 @@ __all__ = [
     "Shape",
     "Start",
     "Trees",
+    "engine_digest",
     "place_logs",
     "segments_of",
     "slide",

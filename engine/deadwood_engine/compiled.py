@@ -4,51 +4,72 @@ Numba's own cache looks only at the file of the function itself, so a kernel tha
 file is served stale (measured: 3.0 instead of 300.0). Here the cache folder is named by a digest of all the engine's
 sources (about 5 ms), so any edit starts an empty one. It lies in the user's cache folder, which also serves
 read-only installs and leaves nothing behind in site-packages.
+
+What lies in the cache is pickles and machine code, which run: so it must be the user's alone (``private_folder``), and
+a file that is not what was written (a full disk, a crash, a flipped bit) is dropped and compiled again
+(``CheckedFiles``).
 """
 
 from __future__ import annotations
 
+import atexit
 import hashlib
 import os
+import pickle
 import shutil
+import stat
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numba
+from numba.core.caching import IndexDataCacheFile
+
+from .digest import engine_digest
 
 # Numba's settings have no type stubs
 _settings: Any = vars(numba)["config"]
 _KEPT_CACHES = 3
 
 
-def _digest() -> str:
-    sources = sorted(Path(__file__).parent.glob("*.py"))
-    digest = hashlib.sha256(numba.__version__.encode())
-    for source in sources:
-        digest.update(source.name.encode())
-        digest.update(source.read_bytes())
-    return digest.hexdigest()[:16]
+def _is_ours(folder: Path) -> bool:
+    """Whether it is a folder of this user, no link, that nobody else can write to. Windows keeps profiles apart."""
+    seen = folder.lstat()
+    if not stat.S_ISDIR(seen.st_mode):
+        return False
+    return not hasattr(os, "getuid") or (seen.st_uid == os.getuid() and not seen.st_mode & 0o022)
 
 
-def _writable(folder: Path) -> bool:
+def private_folder(folder: Path) -> bool:
+    """Make a folder that only this user can read and write, or make sure that it is one; False where it cannot be.
+
+    One of the user's own that others could write to (an umask of 002 made such) is emptied: its files may be theirs.
+    """
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(mode=0o700, exist_ok=True)
+        if not _is_ours(folder):
+            if folder.is_symlink() or folder.lstat().st_uid != os.getuid():
+                return False
+            shutil.rmtree(folder)
+            folder.mkdir(mode=0o700)
+        folder.chmod(0o700)
         with tempfile.TemporaryFile(dir=folder):
-            return True
+            return _is_ours(folder)
     except OSError:
         return False
 
 
 def _cache_folder() -> Path:
     base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "deadwood-toolbox"
-    if not _writable(base):
+    if not private_folder(base):
         base = Path(tempfile.gettempdir()) / f"deadwood-toolbox-{os.getuid() if hasattr(os, 'getuid') else 'user'}"
-        if not _writable(base):
-            return Path(tempfile.mkdtemp(prefix="deadwood-toolbox-"))
-    current = base / _digest()
-    current.mkdir(exist_ok=True)
+        if not private_folder(base):
+            base = Path(tempfile.mkdtemp(prefix="deadwood-toolbox-"))
+            atexit.register(shutil.rmtree, base, ignore_errors=True)
+    current = base / engine_digest()
+    current.mkdir(mode=0o700, exist_ok=True)
     os.utime(current)
     older = sorted((f for f in base.iterdir() if f.is_dir()), key=lambda f: f.stat().st_mtime, reverse=True)
     for stale in older[_KEPT_CACHES:]:
@@ -57,6 +78,43 @@ def _cache_folder() -> Path:
 
 
 CACHE_FOLDER = str(os.environ.get("NUMBA_CACHE_DIR") or _cache_folder())
+
+
+class CheckedFiles(IndexDataCacheFile):
+    """Numba's files of one kernel, each behind a checksum of its name and what was written: what is not that is not
+    there."""
+
+    @staticmethod
+    def _checksum(path: str, data: bytes) -> bytes:
+        return hashlib.sha256(Path(path).name.encode() + b"/" + data).digest()
+
+    def _keep(self, path: str, content: Any) -> None:
+        data = self._dump(content)
+        try:
+            with self._open_for_write(path) as file:
+                file.write(self._checksum(path, data) + data)
+        except OSError:  # a full disk: the next run compiles again
+            pass
+
+    def _kept(self, path: str) -> Any:
+        try:
+            content = Path(path).read_bytes()
+        except OSError:
+            return None
+        return pickle.loads(content[32:]) if self._checksum(path, content[32:]) == content[:32] else None
+
+    def _save_index(self, overloads: dict[Any, str]) -> None:
+        self._keep(self._index_path, (self._version, self._source_stamp, overloads))
+
+    def _load_index(self) -> dict[Any, str]:
+        version, stamp, overloads = self._kept(self._index_path) or (None, None, {})
+        return overloads if (version, stamp) == (self._version, self._source_stamp) else {}
+
+    def _save_data(self, name: str, data: Any) -> None:
+        self._keep(self._data_path(name), data)
+
+    def _load_data(self, name: str) -> Any:
+        return self._kept(self._data_path(name))
 
 
 def kernel(function: Callable[..., Any], inline: bool = False) -> Any:
@@ -69,7 +127,11 @@ def kernel(function: Callable[..., Any], inline: bool = False) -> Any:
     _settings.CACHE_DIR = CACHE_FOLDER  # read by Numba when it decorates; other users of Numba keep theirs
     try:
         options: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy", "_nrt": False}
-        return numba.njit(**options, forceinline=inline)(function)
+        compiled = numba.njit(**options, forceinline=inline)(function)
+        files = getattr(getattr(compiled, "_cache", None), "_cache_file", None)
+        if files is not None:
+            files.__class__ = CheckedFiles
+        return compiled
     finally:
         _settings.CACHE_DIR = previous
 
