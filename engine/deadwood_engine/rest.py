@@ -7,14 +7,15 @@ from __future__ import annotations
 
 from .compiled import kernel
 from .contact_solver import find_old, solve, warm_start
-from .contacts import PN, TARGET, TERRAIN, set_frames
+from .contacts import LYING, PN, TARGET, TERRAIN, set_frames
 from .detection import find_contacts, owner_of
 from .limits import REST_ACCELERATION, REST_LOOK, REST_STEP, REST_SWEEPS
 from .rotation import VX, VZ, WZ
 from .travel import fastest_point
 
-STOP_REASONS = ("rest", "tree", "barrier", "left_dem", "time_limit", "failed")
-REST, HELD_BY_TREE, HELD_BY_BARRIER, LEFT_DEM, TIME_LIMIT, FAILED, INTERRUPTED = range(7)
+# What comes later goes to the end: stored codes keep their meaning
+STOP_REASONS = ("rest", "tree", "barrier", "left_dem", "time_limit", "failed", "lying_log")
+REST, HELD_BY_TREE, HELD_BY_BARRIER, LEFT_DEM, TIME_LIMIT, FAILED, HELD_BY_LYING_LOG, INTERRUPTED = range(8)
 
 
 @kernel
@@ -54,13 +55,15 @@ def stays(scene, frame, state, body, stations, settings, path, scratch, old_coun
 
 @kernel
 def holder(scene, scratch, count):
-    """(reason, item): the obstacle that pushes most, or the terrain where none does."""
+    """(reason, item): the obstacle that pushes most, or the terrain where none does; items as in ``owner_of``."""
     most, reason, item = 0.0, REST, -1
     for k in range(count):
         if scratch.keys[k, 0] != TERRAIN and scratch.contacts[k, PN] > most:
             most = scratch.contacts[k, PN]
             is_barrier, item = owner_of(scene, scratch.keys[k])
             reason = HELD_BY_BARRIER if is_barrier else HELD_BY_TREE
+            if scratch.keys[k, 0] == LYING:
+                reason = HELD_BY_LYING_LOG
     return reason, item
 
 

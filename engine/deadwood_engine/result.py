@@ -11,6 +11,7 @@ from . import step, trace
 from .ledger import Hits, hits_of
 from .log_body import CENTRE, LENGTH, MASS
 from .logs import Start
+from .rest import HELD_BY_LYING_LOG
 from .scene import Scene
 
 Array = NDArray[np.float64]
@@ -37,7 +38,8 @@ class Poses:
 class Result:
     """What became of each log; row i belongs to row i of the logs. World coordinates, SI units.
 
-    stop_reason : int8, index into STOP_REASONS; stop_item : row of the tree or barrier that holds the log, else -1
+    stop_reason : int8, index into STOP_REASONS; stop_item : row of the tree, barrier or lying log that holds the log,
+        else -1
     energy_error : [-] energy gained from contacts and lost by the books, over the energy spent
     penetration_max : [m] deepest contact, overlap_max : with a tree or barrier alone
     residual_max : [m/s] of the contact solver's last sweep
@@ -103,7 +105,8 @@ def result_of(
     centre = state[:, 0:3] + origin
     axis = state[:, 13:16]
     duration = summary[:, step.DURATION]
-    owner = summary[:, step.ITEM].astype(np.int64)
+    reason, owner = summary[:, step.REASON].astype(np.int8), summary[:, step.ITEM].astype(np.int64)
+    owner[reason == HELD_BY_LYING_LOG] -= scene.tree_count  # in the kernels they are numbered after the trees
     with np.errstate(divide="ignore", invalid="ignore"):
         mean = np.where(duration > 0, summary[:, step.PATH] / duration, 0.0)
     rows = sorted(poses)
@@ -113,7 +116,7 @@ def result_of(
     columns = trace.POSE_X, trace.POSE_BASE, trace.POSE_TIP
     position, base, tip = (table[:, at : at + 3] + shift for at in columns)
     return Result(
-        stop_reason=summary[:, step.REASON].astype(np.int8),
+        stop_reason=reason,
         stop_item=owner,
         duration=duration,
         path=summary[:, step.PATH],

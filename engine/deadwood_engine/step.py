@@ -309,7 +309,7 @@ def slide_logs(
             states[row, k] = own[k]
         for k in range(SUMMARY_WIDTH):
             summaries[row, k] = told[k]
-        if told[REASON] < LEFT_DEM or told[REASON] == TIME_LIMIT:
+        if told[REASON] != LEFT_DEM and told[REASON] != FAILED and told[REASON] != INTERRUPTED:
             work = (scratch.points, scratch.hull, scratch.left, scratch.right)
             draw_deposit(scene, frames[row], own, bodies[row], scratch.memory, work, rasters)
         if keep[row]:

@@ -101,7 +101,8 @@ def healthy(scene: Scene, begin: Start, result: Result, *, gained: float = 1e-3,
     assert np.isfinite(state).all()
     assert np.abs(np.linalg.norm(state[:, 3:7], axis=1) - 1).max(initial=0) < 1e-12
     assert np.abs(np.linalg.norm(state[:, 13:16], axis=1) - 1).max(initial=0) < 1e-12
-    assert ((result.stop_reason >= 0) & (result.stop_reason < STOP_REASONS.index("failed"))).all()
+    assert ((result.stop_reason >= 0) & (result.stop_reason < len(STOP_REASONS))).all()
+    assert (result.stop_reason != STOP_REASONS.index("failed")).all()
     assert (result.steps > 0).all()
     for name in ("duration", "path", "speed_max", "energy_max", "jump_max", "penetration_max", "residual_max"):
         assert np.isfinite(getattr(result, name)).all(), name

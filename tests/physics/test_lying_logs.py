@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from deadwood_engine import FIDELITIES, STOP_REASONS, Logs, LyingLogs, Scene, Trees, slide
+from deadwood_engine import FIDELITIES, STOP_REASONS, Logs, LyingLogs, Rasters, Scene, Trees, slide
 from deadwood_engine.log_body import CENTRE, LENGTH, MASS, TRANSVERSE
 from deadwood_engine.lying_logs import rest_line
 
@@ -102,7 +102,7 @@ def test_head_on_stops_at_the_flat_end(physics):
 @pytest.mark.parametrize("fidelity", list(FIDELITIES))
 @pytest.mark.parametrize("heading", [90.0, 70.0])
 def test_it_holds_a_log_on_a_slope_too_steep_for_friction(physics, fidelity, heading):
-    """35 degrees, mu 0.25: the log slides down to the lying one and is held by it; stop_item counts after the trees."""
+    """35 degrees, mu 0.25: the log slides down to the lying one and is held by it; hits count it after the trees."""
     tangent = np.tan(np.radians(35))
     trees = Trees(np.array([40.0]), np.array([40.0]), np.array([0.4]), np.array([20.0]))
     scene = physics.plane(
@@ -111,8 +111,8 @@ def test_it_holds_a_log_on_a_slope_too_steep_for_friction(physics, fidelity, hea
     log = physics.body(diameter=0.4, length=10.0)
     begin = physics.lying(scene, log, tangent, 0.0, heading, centre=(0.0, -15.0))
     result = physics.run(scene, begin, fidelity=fidelity, time_limit=120.0)
-    assert STOP_REASONS[result.stop_reason[0]] == "tree"
-    assert result.stop_item[0] == 1
+    assert STOP_REASONS[result.stop_reason[0]] == "lying_log"
+    assert result.stop_item[0] == 0
     assert result.hits.item[0] == 1
     assert result.end_position[0, 1] > -20.0
     # what curves within a step sinks in; draft's steps are twice as long as those of standard
@@ -129,7 +129,7 @@ def test_resting_on_it_does_not_creep(physics):
     early, late = (physics.run(scene, across, time_limit=t, rest_speed=1e-9) for t in (20.0, 60.0))
     assert np.linalg.norm(late.end_position - early.end_position) < 1e-3
     held = physics.run(scene, across, time_limit=60.0)
-    assert STOP_REASONS[held.stop_reason[0]] == "tree"
+    assert STOP_REASONS[held.stop_reason[0]] == "lying_log"
 
 
 def test_absent_lying_logs_change_nothing():
@@ -155,3 +155,28 @@ def test_moved_by_a_map_offset_the_bits_stay():
         assert (result.tree_hits > 0).any()
         ends.append(result.last_state)
     assert np.array_equal(*ends)
+
+
+def test_what_holds_is_told_apart():
+    """Three logs on one slope: a stem holds the first, the second of two lying logs the next, nothing the last. A log
+    held by a lying log lies where it is: the raster of deposits has it. Codes of stored runs keep their meaning."""
+    assert STOP_REASONS[:6] == ("rest", "tree", "barrier", "left_dem", "time_limit", "failed")
+    heights = np.tan(np.radians(35)) * np.arange(100)[:, None] + np.zeros(100)
+    trees = Trees(np.array([18.0, 22.0]), np.full(2, 40.0), np.full(2, 0.4), np.full(2, 20.0))
+    both = lying((80, 5), (90, 5), diameter=0.4), lying((42, 40), (58, 40), diameter=0.6)
+    two = LyingLogs(
+        np.vstack([each.vertices for each in both]), np.array([0, 2, 4]),
+        np.concatenate([each.diameter for each in both]), np.concatenate([each.tip_diameter for each in both]),
+    )  # fmt: skip
+    scene = Scene.prepare(heights, 1.0, 0.0, 0.0, friction=0.25, trees=trees, lying_logs=two)
+    rasters = Rasters.allocate(scene, 1)
+    logs = Logs.alike([20.0, 50.0, 75.0], [43.0] * 3, diameter=0.4, length=8.0, orientation=1, azimuth=np.pi / 2)
+    result = slide(scene, logs, FIDELITIES["standard"], time_limit=60.0, rasters=rasters)
+    assert [STOP_REASONS[code] for code in result.stop_reason] == ["tree", "lying_log", "left_dem"]
+    assert result.stop_item[0] in (0, 1)
+    assert result.stop_item[1:].tolist() == [1, -1]
+    assert set(result.hits.item[result.hits.log_row == 1]) == {3}
+    deposits = rasters.totals()["deposit_count"]
+    assert deposits[36:46, 40:60].sum() > 0
+    assert deposits[36:46, 10:30].sum() > 0
+    assert deposits[:, 65:].sum() == 0
