@@ -139,7 +139,7 @@ def lines_of(
     for line in lines[:SHOWN]:
         head += [f"reach {line}", f"minus {names[0]} [points]"]
     head += [f"spread {release} (5-95 %)" for release in releases[:SHOWN]]
-    head += ["mean speed", "max speed", "held by trees", "by barriers"]
+    head += ["mean speed", "max speed", "held by trees", "by lying logs", "by barriers"]
     table = [head]
     for name in names:
         cells = [name]
@@ -153,7 +153,7 @@ def lines_of(
             f"{of[name, 'speed_mean', 'mean'].value:.1f} m/s",
             f"{of[name, 'speed_max', 'largest'].value:.1f} m/s",
         ]
-        cells += [f"{100 * of[name, 'ended', each].value:.1f} %" for each in ("tree", "barrier")]
+        cells += [f"{100 * of[name, 'ended', each].value:.1f} %" for each in ("tree", "lying_log", "barrier")]
         table.append(cells)
     widths = [max(len(row[k]) for row in table) for k in range(len(head))]
     shown = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table]

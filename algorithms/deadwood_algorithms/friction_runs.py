@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from deadwood_algorithms.calibrate_friction import Ask
 
 Array = NDArray[np.float64]
-AT_REST = [STOP_REASONS.index(name) for name in ("rest", "tree", "barrier")]
+AT_REST = [STOP_REASONS.index(name) for name in ("rest", "tree", "barrier", "lying_log")]
 
 
 @dataclass(frozen=True)

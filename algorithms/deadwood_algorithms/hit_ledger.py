@@ -113,7 +113,9 @@ def _totals(layers: SceneLayers, by_log: dict[str, NDArray]) -> dict[str, NDArra
     trees = len(layers.tree_ids)
     number = trees + len(layers.lying.ids)
     of_row = np.concatenate([np.arange(trees), trees + layers.lying.item]).astype(np.int64)
-    held = of_row[by_log["stop_item"][by_log["stop_reason"] == STOP_REASONS.index("tree")]]
+    reason, item = by_log["stop_reason"], by_log["stop_item"]
+    rows = [item[reason == STOP_REASONS.index("tree")], trees + item[reason == STOP_REASONS.index("lying_log")]]
+    held = of_row[np.concatenate(rows)]
     item = by_log[f"{HITS}tree_item"]
     total = {"n_stops": np.bincount(held, minlength=number)}
     for name in ("n_logs", "n_hits", "impulse_sum", "energy_taken"):

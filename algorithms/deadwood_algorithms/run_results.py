@@ -188,9 +188,9 @@ def _stop_ids(layers: SceneLayers, by_log: dict[str, NDArray]) -> NDArray[Any]:
     for row in np.flatnonzero(by_log["stop_item"] >= 0):
         item = int(by_log["stop_item"][row])
         if reason[row] == "tree":
-            trees = len(layers.tree_ids)  # the engine numbers lying logs after them
-            lies = item >= trees
-            ids[row] = f"lying:{layers.lying.ids[layers.lying.item[item - trees]]}" if lies else layers.tree_ids[item]
+            ids[row] = layers.tree_ids[item]
+        elif reason[row] == "lying_log":
+            ids[row] = f"lying:{layers.lying.ids[layers.lying.item[item]]}"
         elif reason[row] == "barrier":
             ids[row] = str(layers.barriers.ids[layers.barriers.item[item]])
     return ids

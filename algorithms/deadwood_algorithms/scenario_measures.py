@@ -22,7 +22,7 @@ from deadwood_algorithms.statistics import Z_95, mcnemar_p, paired_interval, spr
 from deadwood_algorithms.tool import Cancelled, Feedback
 
 Array = NDArray[np.float64]
-HELD = ("tree", "barrier", "left_dem", "time_limit")
+HELD = ("tree", "lying_log", "barrier", "left_dem", "time_limit")
 
 
 @dataclass(frozen=True)

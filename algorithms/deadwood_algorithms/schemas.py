@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 ORIENTATIONS = ("upright", "lying", "tilted")
 STRUCTURE_KINDS = ("embankment", "ditch")
-STOP_REASONS = ("rest", "tree", "barrier", "left_dem", "time_limit", "failed")
+STOP_REASONS = ("rest", "tree", "barrier", "left_dem", "time_limit", "failed", "lying_log")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -182,7 +182,7 @@ DEPOSITS = Layer(
         _number("release_y", "Northing of the centre of mass at the start", unit="m"),
         _number("release_z", "Height of the centre of mass at the start", unit="m"),
         _text("stop_reason", "How the run ended", choices=STOP_REASONS),
-        _id("stop_id", "The tree or barrier that holds the log; lying:ID is a lying log, which counts as a tree"),
+        _id("stop_id", "The tree, barrier or, as lying:ID, lying log that holds the log"),
         _number("duration_s", "Time from start to end", 0),
         _number("path_m", "Length of the path of the centre of mass", 0),
         _number("runout_m", "Horizontal distance from start to end", 0),

@@ -30,6 +30,7 @@ ENDS = {
     "tree": ("held by a tree", "#009e73", "circle"),
     "rest": ("at rest", "#56b4e9", "circle"),
     "barrier": ("held by a barrier", "#cc79a7", "circle"),
+    "lying_log": ("held by a lying log", "#e69f00", "circle"),
     "left_dem": ("left the terrain model", "#0072b2", "triangle"),
     "time_limit": ("still moving", "#d55e00", "square"),
     "failed": ("failed", "#000000", "cross2"),

@@ -44,7 +44,7 @@ def held(case) -> Path:
 
 def test_it_holds_logs_and_says_so(held):
     deposits, hits, told = layer(held, "deposits"), layer(held, "lying_hits"), summary(held)
-    stopped = deposits["stop_reason"] == "tree"
+    stopped = deposits["stop_reason"] == "lying_log"
     assert stopped.sum() > 15
     assert set(deposits.loc[stopped, "stop_id"]) == {"lying:old spruce"}
     assert hits["lying_id"].tolist() == ["old spruce"]
