@@ -58,7 +58,7 @@ class Plates(NamedTuple):
     offset: np.ndarray
     shape: np.ndarray
     owner: np.ndarray
-    index: GridIndex
+    index: GridIndex  # pyright: ignore[reportIncompatibleMethodOverride]  (nobody looks a value up in a table)
 
 
 # Columns of the near table, in the log's frame

@@ -21,7 +21,7 @@ import stat
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numba
 from numba.core.caching import IndexDataCacheFile
@@ -31,6 +31,8 @@ from .digest import engine_digest
 # Numba's settings have no type stubs
 _settings: Any = vars(numba)["config"]
 _KEPT_CACHES = 3
+
+F = TypeVar("F", bound=Callable[..., Any])  # a kernel is called as what it was made of
 
 
 def _is_ours(folder: Path) -> bool:
@@ -117,7 +119,7 @@ class CheckedFiles(IndexDataCacheFile):
         return self._kept(self._data_path(name))
 
 
-def kernel(function: Callable[..., Any], inline: bool = False) -> Any:
+def kernel(function: F, inline: bool = False) -> F:
     """Compile for scalars and arrays: cached on disk, free of the GIL, no fastmath (the same bits are a promise).
 
     Kernels allocate nothing, so Numba's reference counting is off: its atomic operations on every array handed to a
@@ -127,7 +129,7 @@ def kernel(function: Callable[..., Any], inline: bool = False) -> Any:
     _settings.CACHE_DIR = CACHE_FOLDER  # read by Numba when it decorates; other users of Numba keep theirs
     try:
         options: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy", "_nrt": False}
-        compiled = numba.njit(**options, forceinline=inline)(function)
+        compiled: Any = numba.njit(**options, forceinline=inline)(function)
         files = getattr(getattr(compiled, "_cache", None), "_cache_file", None)
         if files is not None:
             files.__class__ = CheckedFiles
@@ -136,7 +138,7 @@ def kernel(function: Callable[..., Any], inline: bool = False) -> Any:
         _settings.CACHE_DIR = previous
 
 
-def inlined(function: Callable[..., Any]) -> Any:
+def inlined(function: F) -> F:
     """A kernel that is put into the one place of the step that calls it.
 
     Numba hands an array over as seven to nine words and a scene as some three hundred, on the stack, at every call;

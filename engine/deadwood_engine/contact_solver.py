@@ -138,6 +138,7 @@ def block_impulse(c, cn, ct, cu):
             _, other, _ = _slip(c, cn, ct, cu, high)
             if (excess > 0.0) == (other > 0.0):
                 continue
+            angle = low
             for _ in range(60):
                 angle = 0.5 * (low + high)
                 _, other, _ = _slip(c, cn, ct, cu, angle)
@@ -176,7 +177,7 @@ def solve(contacts, count, state, tolerance, sweeps, used=0):
             gu = c[UX] * vx + c[UY] * vy + c[UZ] * vz + c[AUX] * wx + c[AUY] * wy + c[AUZ] * wz
             gnn, gnt, gnu = c[GNN], c[GNT], c[GNU]
             mu = c[MU]
-            solved = False
+            solved, qn, qt, qu = False, 0.0, 0.0, 0.0
             if used <= BLOCK_SWEEPS and mu * mu * (gnt * gnt + gnu * gnu) > (EXACT_BLOCK_COUPLING * gnn) ** 2:
                 solved, qn, qt, qu = block_impulse(
                     c,

@@ -36,7 +36,7 @@ class Segments(NamedTuple):
 
     ends: Array
     owner: NDArray[np.int64]
-    index: GridIndex
+    index: GridIndex  # pyright: ignore[reportIncompatibleMethodOverride]  (nobody looks a value up in a table)
     lines: int
     x0: float
     y0: float

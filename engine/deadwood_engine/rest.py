@@ -44,7 +44,7 @@ def stays(scene, frame, state, body, stations, settings, path, scratch, old_coun
     find_old(scratch.contacts, scratch.keys, count, scratch.old_keys, old_count)
     warm_start(scratch.contacts, count, trial, scratch.old_contacts, ratio * dt)
     allowed = REST_ACCELERATION * settings.gravity * dt
-    used, decided = 0, False
+    used, decided, moving = 0, False, 0.0
     while used < REST_SWEEPS and not decided:
         used, change = solve(scratch.contacts, count, trial, 0.01 * allowed, used + REST_LOOK, used)
         moving = fastest_point(trial, body)

@@ -133,6 +133,7 @@ def slide_log(
         dt = max(dt, SHORTEST_STEP)
         steps += 1
         # 2. contacts of the pose a step ahead, 3. velocities; anew where these would pass a tree well within the step
+        kick, on_terrain = 0.0, True
         for attempt in range(2):
             advance = dt * (fastest + 0.5 * bend * dt)
             kick = 0.5 * (before + dt)

@@ -44,7 +44,7 @@ class Uprights(NamedTuple):
     offset: np.ndarray
     solid: np.ndarray
     owner: np.ndarray
-    index: GridIndex
+    index: GridIndex  # pyright: ignore[reportIncompatibleMethodOverride]  (nobody looks a value up in a table)
 
 
 # Columns of the near table, in the log's frame
