@@ -15,7 +15,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from deadwood_algorithms.tool import VERSION, Parameter, Tool, UserError, is_path, moved_paths
+from deadwood_algorithms.tool import VERSION, Parameter, Quiet, Tool, UserError, is_path, moved_paths
 
 METAVARS = {
     "raster": "RASTER",
@@ -36,6 +36,7 @@ METAVARS = {
     "output_file": "FILE",
 }
 LARGEST_INTEGER = 2**63 - 1
+UNHEARD = Quiet().note
 
 
 def value_from_text(parameter: Parameter, text: str) -> Any:
@@ -69,7 +70,7 @@ def value_from_json(parameter: Parameter, value: Any) -> Any:
     return value
 
 
-def read_config(path: str, tool: Tool, note: Callable[[str], None]) -> dict[str, Any]:
+def read_config(path: str, tool: Tool, note: Callable[[str], None] = UNHEARD) -> dict[str, Any]:
     """The parameters in a JSON file: a plain object of names and values, or the manifest of an earlier run.
 
     Relative paths in it are taken from the folder in which the command runs, as those of flags are. An input of a

@@ -353,7 +353,7 @@ def is_path(parameter: Parameter, value: Any) -> bool:
         return False
     if parameter.kind == "number_or_layer":
         try:
-            float(value)
+            float(str(value))
         except ValueError:
             pass
         else:
@@ -384,6 +384,7 @@ def moved_paths(named: str, now: Path, then: str | None) -> list[Path]:
     if not os.path.isabs(named):
         return [now.parent / named]
     try:
-        return [Path(os.path.normpath(now / os.path.relpath(named, then)))] if then else []
+        moved = [Path(os.path.normpath(now / os.path.relpath(named, then)))] if then else []
     except ValueError:  # another drive
         return []
+    return [each for each in moved if each.name == Path(named).name]

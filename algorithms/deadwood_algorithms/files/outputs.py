@@ -81,7 +81,11 @@ def output_folder(path: str | Path, overwrite: bool = False) -> Iterator[Path]:
     final = Path(path)
 
     def occupied() -> bool:
-        return _exists(final, path) and (not final.is_dir() or any(not _is_ours(each) for each in final.iterdir()))
+        if not _exists(final, path) or not final.is_dir():
+            return _exists(final, path)
+        inside = list(final.iterdir())
+        half = any(_is_ours(each) and each.name.endswith(WHOLE) for each in inside)  # killed while it was filled
+        return not half and any(not _is_ours(each) for each in inside)
 
     def check() -> None:
         if occupied() and not overwrite:
@@ -90,8 +94,11 @@ def output_folder(path: str | Path, overwrite: bool = False) -> Iterator[Path]:
             raise UserError(
                 f"{path}: the output exists and is no result folder (no manifest.json); name another folder"
             )
+        if within and occupied():
+            raise UserError(f"{path}: the result of a run that was killed has just been completed; run again")
 
-    with _staged(final / "x" if final.is_dir() and not occupied() else final, path, check) as folder:
+    within = final.is_dir() and not occupied()
+    with _staged(final / "x" if within else final, path, check) as folder:
         yield folder
         for made in folder.rglob("*"):
             if made.is_file():

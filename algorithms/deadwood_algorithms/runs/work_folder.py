@@ -122,7 +122,7 @@ class WorkFolder:
         kept = (_rasters_name(finished), _rasters_name(self.finished))
         for old in self.path.glob("rasters_*.npz"):
             if old.name not in kept:
-                old.unlink()
+                _remove(old)
         self.finished = finished
 
     @property
@@ -227,6 +227,14 @@ def _packed(arrays: Mapping[str, NDArray]) -> bytes:
     return target.getvalue()
 
 
+def _remove(place: Path) -> None:
+    """A file, or the folder that someone has put in its place."""
+    if place.is_dir():
+        shutil.rmtree(place)
+    else:
+        place.unlink()
+
+
 def _write_whole(path: Path, content: bytes) -> None:
     """Under its name there is the old content or the new one, also after a power cut."""
     beside = path.with_name(path.name + ".partial")
@@ -234,6 +242,8 @@ def _write_whole(path: Path, content: bytes) -> None:
         target.write(content)
         target.flush()
         os.fsync(target.fileno())
+    if path.is_dir():  # no file can take its place
+        _remove(path)
     os.replace(beside, path)
     with suppress(OSError, AttributeError):  # Windows opens no folders
         folder = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY)

