@@ -3,8 +3,8 @@
 ``deadwood-tool TOOL --help`` imports that tool's file alone, and ``deadwood-tool --help`` all of them. So such a file
 imports at its top only what starts quickly: the standard library, numpy, shapely, and siblings that keep the same rule.
 The engine (numba), geopandas, pandas, pyarrow, rasterio, pyogrio, pyproj and matplotlib are imported where they are
-used: inside functions, such as a tool's ``run``. A test imports this file with all its tools
-and looks at what came with it.
+used: inside functions, such as a tool's ``run``. A test imports this file with all its tools and looks at what came
+with it.
 """
 
 from __future__ import annotations

@@ -123,7 +123,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
         limits = tool.taken(ask, Limits)
         beside, mask = factors or output.with_name("factors.tif"), output.with_name("mask.tif")
-        mean = write_susceptibility(output, beside, mask, dem, friction, deadwood, limits, feedback)
+        mean = write_susceptibility(
+            output, beside, mask, dem, friction, deadwood, limits, feedback, keeps_factors=bool(factors)
+        )
         lines = [f"susceptibility {mean:.3f} on average; {ask.threshold:g} and more counts as susceptible"]
         facts: dict[str, object] = {"susceptibility_mean": mean}
         judged = deadwood.split(ask.threshold) if deadwood else {}

@@ -105,8 +105,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     with output_folder(ask.output, ask.overwrite) as folder:
         least = replace(ask, friction=str(sweep[0]))  # with it logs go farthest: the window that they need
         layers, releases = read_released_scene(least, feedback, windowed=True)
-        event = friction_runs.Event(ask.reached, ask.not_reached)
-        _, watched = event.watched_on(layers, feedback)  # what is wrong with its layers is said before anything slides
+        watched = friction_runs.Watched.of(ask.reached, ask.not_reached, layers, feedback)
         logs = releases.take(hash_order(releases.logs.log_id, ask.seed)[: ask.logs])
         warn_of_cells(layers.dem.cell, feedback)
         observed = friction_runs.read_observed(ask.observed, layers, logs, feedback) if ask.observed else None
@@ -114,7 +113,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         fidelity = FIDELITIES[ask.fidelity]
         slid = []
         for mu in sweep:
-            one, layers = friction_runs.slide_with(mu, least, fidelity, event, layers, logs, feedback)
+            one, layers = friction_runs.slide_with(mu, least, fidelity, watched, layers, logs, feedback)
             slid.append(one)
         if observed:
             outcomes = friction_runs.outcomes_of_deposits(observed, slid, ask.error_m)
@@ -146,8 +145,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         }
         write_json(folder / FACTS, {**facts, "rows": rows})
         sentence = sentence_of(found, fits, sweep[best])
-        shares_seen = None if observed else did / ask.event_logs
-        draw(folder / PICTURE, rows, found, sentence, slid[best], layers, logs, observed, watched, shares_seen)
+        share_seen = None if observed else did / ask.event_logs
+        draw(folder / PICTURE, rows, found, sentence, slid[best], layers, logs, observed, watched, share_seen)
         write_json(folder / MANIFEST, tool.manifest(TOOL, ask))
     final = Path(ask.output)
     parts = {"table": TABLE, "facts": FACTS, "picture": PICTURE, "layers": LAYERS, "manifest": MANIFEST}

@@ -18,7 +18,7 @@ from deadwood_algorithms.scene.read import SceneLayers, read_lines
 from deadwood_algorithms.scene.released_scene import ReleasedScene
 from deadwood_algorithms.scene.releases import Releases, reached
 from deadwood_algorithms.scene.sliding import reporter, slide_once, until_none_escapes
-from deadwood_algorithms.tool import Feedback, Quiet, UserError
+from deadwood_algorithms.tool import Feedback, UserError
 from deadwood_engine import STOP_REASONS, Fidelity, Lines, Result
 
 Array = NDArray[np.float64]
@@ -45,39 +45,36 @@ class FrictionRun:
 
 @dataclass(frozen=True)
 class Watched:
-    """Lines and areas whose reach is counted: of the event first, then the user's own; columns of `reach`."""
+    """Lines and areas whose reach is counted: of the event first, then the user's own; columns of `reach`.
 
+    marks : the event's lines as the engine takes them; event : what they are called
+    """
+
+    marks: Lines
+    event: Items
     items: Items
     reached: NDArray[np.int64]
     not_reached: NDArray[np.int64]
     own: NDArray[np.int64]
 
-
-@dataclass(frozen=True)
-class Event:
-    """What was seen of an event: things that it reached, or did not; paths of layers, or None."""
-
-    reached: str | None
-    not_reached: str | None
-
-    def watched_on(self, layers: SceneLayers, feedback: Feedback) -> tuple[SceneLayers, Watched]:
-        """The scene with the event's lines before its own, whose last ones watch the sides of a large DEM's window."""
-        marks, items = Lines.none(), Items([], np.array([], object), np.array([], np.int64))
+    @staticmethod
+    def of(reached: str | None, not_reached: str | None, layers: SceneLayers, feedback: Feedback) -> Watched:
+        """Read what the event reached, or did not; paths of layers, or None."""
+        marks, event = Lines.none(), Items([], np.array([], object), np.array([], np.int64))
         columns = []
-        for path in (self.reached, self.not_reached):
+        for path in (reached, not_reached):
             more, things = read_lines(path, layers.dem, feedback)
-            columns.append(len(items.ids) + np.arange(len(things.ids)))
-            marks, items = marks.then(more), items.then(things)
-        columns.append(len(items.ids) + np.arange(len(layers.lines.ids)))
-        layers = layers.with_lines_before(marks, items)
-        return layers, Watched(layers.lines, *columns)
+            columns.append(len(event.ids) + np.arange(len(things.ids)))
+            marks, event = marks.then(more), event.then(things)
+        columns.append(len(event.ids) + np.arange(len(layers.lines.ids)))
+        return Watched(marks, event, event.then(layers.lines), *columns)
 
 
 def slide_with(
     friction: float,
     ask: ReleasedScene,
     fidelity: Fidelity,
-    event: Event,
+    watched: Watched,
     layers: SceneLayers,
     logs: Releases,
     feedback: Feedback,
@@ -89,13 +86,12 @@ def slide_with(
     """
     what = f"sliding at friction {friction:g}"
 
-    def slide_all(on: SceneLayers) -> tuple[tuple[Result, Watched], list[str]]:
-        on, watched = event.watched_on(on, Quiet())
+    def slide_all(on: SceneLayers) -> tuple[Result, list[str]]:
+        on = on.with_lines_before(watched.marks, watched.event)
         on = replace(on, scene=on.scene.with_friction(friction))
-        result, sides = slide_once(on, logs.logs, fidelity, ask, reporter(feedback, len(logs), what))
-        return (result, watched), sides
+        return slide_once(on, logs.logs, fidelity, ask, reporter(feedback, len(logs), what))
 
-    (result, watched), layers = until_none_escapes(layers, ask, slide_all, feedback)
+    result, layers = until_none_escapes(layers, ask, slide_all, feedback)
     feedback.progress(len(logs), len(logs), what)
     end, start = result.end_position, result.release_position
     slid = FrictionRun(

@@ -275,12 +275,13 @@ def _has_collar(dem: DemWindows, feedback: Feedback) -> bool:
 class WindowWriter:
     """A GeoTIFF written window by window and then read back, which is what finds a full disk (see `write_raster`)."""
 
-    def __init__(self, path: Path, *, with_statistics: bool = True, **profile: Any) -> None:
-        self.path = path
+    def __init__(self, path: Path, *, with_statistics: bool = True, final: bool = True, **profile: Any) -> None:
+        """``final`` is false of a raster that the tool reads again and drops: neither statistics nor overviews."""
+        self.path, self.final = path, final
         self.cells, self.sparse = profile["height"] * profile["width"], bool(profile.get("SPARSE_OK"))
         self.target = rasterio.open(path, "w", **profile)
         self.written: list[tuple[Window, int]] = []
-        count = self.target.count if with_statistics else 0
+        count = self.target.count if with_statistics and final else 0
         self.statistics = [Statistics(self.target.nodata) for _ in range(count)]
 
     def write(self, values: NDArray[Any], window: Window) -> None:
@@ -294,11 +295,13 @@ class WindowWriter:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        for number, of_band in enumerate(self.statistics, start=1):
-            self.target.update_tags(number, **of_band.tags())
+        if kind is None:
+            for number, of_band in enumerate(self.statistics, start=1):
+                self.target.update_tags(number, **of_band.tags())
         self.target.close()
         if kind is None:
-            lay_out(self.path, self.cells, sparse=self.sparse)
+            if self.final:
+                lay_out(self.path, self.cells, sparse=self.sparse)
             self._read_back()
 
     def _read_back(self) -> None:

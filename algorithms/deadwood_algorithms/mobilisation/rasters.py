@@ -39,17 +39,20 @@ class Limits:
 
 def write_susceptibility(
     susceptible: Path, factors: Path, mask: Path, dem: DemWindows, friction: Friction,
-    deadwood: Deadwood | None, limits: Limits, feedback: Feedback,
+    deadwood: Deadwood | None, limits: Limits, feedback: Feedback, *, keeps_factors: bool,
 ) -> float:  # fmt: skip
-    """Write the three rasters, let the deadwood look at them, and give the mean susceptibility."""
+    """Write the three rasters, let the deadwood look at them, and give the mean susceptibility.
+
+    The mask, and the factors unless they are kept, serve the release areas alone.
+    """
     radius, wide = (_radius(name, getattr(limits, name), dem, feedback) for name in ("window_m", "gully_window_m"))
     halo = max(radius, wide)
     total, known = 0.0, 0
     windows = _windows(dem.shape)
     with (
         _writer(susceptible, dem, "float32", np.nan, ("susceptibility",), ("1",)) as output,
-        _writer(factors, dem, "float32", np.nan, *zip(*FACTORS, strict=True)) as beside,
-        _writer(mask, dem, "uint8", None, ("susceptible",), ("1",)) as above,
+        _writer(factors, dem, "float32", np.nan, *zip(*FACTORS, strict=True), final=keeps_factors) as beside,
+        _writer(mask, dem, "uint8", None, ("susceptible",), ("1",), final=False) as above,
     ):
         for done, (rows, columns) in enumerate(windows):
             if feedback.cancelled():
@@ -120,9 +123,11 @@ def _inner(values: NDArray[np.float64], rim: int) -> NDArray[np.float64]:
     return values[rim : values.shape[0] - rim, rim : values.shape[1] - rim]
 
 
-def _writer(path: Path, dem: DemWindows, dtype: str, nodata: float | None, names: Any, units: Any) -> WindowWriter:
+def _writer(
+    path: Path, dem: DemWindows, dtype: str, nodata: float | None, names: Any, units: Any, *, final: bool = True
+) -> WindowWriter:
     profile = geotiff_profile(dem.shape, dem.crs, dem.transform, dtype, nodata, len(names))
-    writer = WindowWriter(path, **profile)
+    writer = WindowWriter(path, final=final, **profile)
     for band, (name, unit) in enumerate(zip(names, units, strict=True), start=1):
         writer.target.set_band_description(band, name)
         writer.target.set_band_unit(band, unit)
