@@ -341,7 +341,7 @@ def test_a_rock_is_held_by_two_trees_and_by_a_lying_log(fidelity):
     result = run(scene, begin, shape, fidelity=fidelity, time_limit=120.0)
     assert [STOP_REASONS[code] for code in result.stop_reason] == ["tree", "lying_log"]
     assert result.stop_item[0] in (0, 1)
-    assert result.stop_item[1] == 2
+    assert result.stop_item[1] == 0  # its own row among the lying logs
     assert (result.end_position[:, 0] > -10.0).all()
     assert result.penetration_max.max() < 0.05
 
