@@ -25,6 +25,7 @@ ROOMS = ("numbers", "files", "scene", "runs")
 SUBJECTS = (
     "trees", "releases", "mobilisation", "structures", "flights", "calibration", "fidelity", "scenarios", "sample",
     "paper",
+    "report",
 )  # fmt: skip
 
 
