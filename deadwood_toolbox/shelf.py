@@ -30,9 +30,9 @@ NAMES = (
     "compare-scenarios",
     "calibrate-friction",
     "compare-fidelity",
-    "reproduce-paper",
     "make-report",
     "view",
+    "reproduce-paper",
     "demo",
 )
 TOOLS: tuple[Tool, ...]

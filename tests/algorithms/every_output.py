@@ -112,6 +112,7 @@ def run_every_tool(folder: Path) -> list[Found]:
         trees=str(SAMPLE / "trees.csv"),
         lying_logs=str(lying),
         qgis_project=True,
+        report=True,
         output=folder / "slide-logs",
     )
     without = run("slide-logs", **common, until_ci=0.4, output=folder / "without")
@@ -146,6 +147,13 @@ def run_every_tool(folder: Path) -> list[Found]:
         plots=at("fit-flight", "profiles"),
     )
     run("compare-scenarios", runs=f"{without},{slid}", output=folder / "compare-scenarios")
+    run(
+        "make-report",
+        runs=f"{without},{slid}",
+        figures=at("make-report", "figures"),
+        gltf=at("make-report", "scene.glb"),
+        output=at("make-report", "report.html"),
+    )
     of_event = {key: common[key] for key in ("dem", "releases", "fidelity", "time_limit")}
     observed = str(slid / "run.gpkg") + "|layername=deposits"
     run(

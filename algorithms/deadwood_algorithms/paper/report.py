@@ -21,14 +21,14 @@ STYLE = (
 COLUMNS = ("finding", "section", "the paper", "ours (95 %)", "holds", "why")
 
 
-def number(value: float | None) -> str:
+def _number(value: float | None) -> str:
     return "-" if value is None else f"{value:.3g}"
 
 
 def ours(finding: Finding) -> str:
     if finding.ci_low is None and finding.ci_high is None:
-        return number(finding.ours)
-    return f"{number(finding.ours)} ({number(finding.ci_low)} to {number(finding.ci_high)})"
+        return _number(finding.ours)
+    return f"{_number(finding.ours)} ({_number(finding.ci_low)} to {_number(finding.ci_high)})"
 
 
 def cells(finding: Finding) -> tuple[str, ...]:

@@ -36,7 +36,7 @@ def places_of(half_width: float) -> int:
     return max(0, -math.floor(math.log10(half_width))) if half_width > 0.0 else 1
 
 
-def percent(record: dict[str, Any], words: Words) -> str:
+def share_shown(record: dict[str, Any], words: Words) -> str:
     """``21 % (18 to 23 %)``; no hit and all hits as what they exclude: ``< 0.4 %``, ``> 99.6 %``."""
     value, low, high = share_of(record), 100.0 * record["ci_low"], 100.0 * record["ci_high"]
     if record["n_total"] == 0:

@@ -15,8 +15,8 @@ from deadwood_algorithms.report.fidelity_error import REACH_POINTS
 from deadwood_algorithms.report.figures import ARRIVAL_COLUMNS, Drawing
 from deadwood_algorithms.report.markup import Markup, element, joined, table
 from deadwood_algorithms.report.plan import MOST_DOTS, SHOWN_AT_FIRST, layers_drawn
-from deadwood_algorithms.report.rounded import decimal, number, percent
-from deadwood_algorithms.report.sources import Source
+from deadwood_algorithms.report.rounded import decimal, number, share_shown
+from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.tool import VERSION
 
@@ -31,7 +31,7 @@ def figure_of(drawing: Drawing | None, caption: str = "") -> Markup:
     return element("figure", drawing.inline(), element("figcaption", caption) if caption else "")
 
 
-def question(sources: list[Source], words: Words) -> Parts:
+def question(sources: list[ReportedRun], words: Words) -> Parts:
     """What was asked, and the answer in a line for each line and run."""
     one = sources[0]
     releases = list(dict.fromkeys(one.deposits["release_id"].astype(str)))
@@ -52,9 +52,10 @@ def question(sources: list[Source], words: Words) -> Parts:
     answers = []
     for source in sources:
         for each in source.summary["reach"][:12]:
-            share = percent(each, words)
+            share = share_shown(each, words)
+            lost = lost_words(each, words)
             before = f"{source.name} – " if len(sources) > 1 else ""
-            answer = words.say("answer", line=each["line_id"], share=f"{share} {words.say('of_logs')}")
+            answer = words.say("answer", line=each["line_id"], share=f"{share} {words.say('of_logs')}{lost}")
             answers.append(element("li", before + answer))
         if not source.summary["reach"]:
             ends = ", ".join(
@@ -66,7 +67,7 @@ def question(sources: list[Source], words: Words) -> Parts:
     return [element("p", asked), element("ul", *answers, class_="answers answer")]
 
 
-def warnings_of(source: Source, words: Words) -> Parts:
+def warnings_of(source: ReportedRun, words: Words) -> Parts:
     """What a reader must not overlook."""
     reasons = source.summary["logs"]["by_stop_reason"]
     found = [
@@ -77,7 +78,7 @@ def warnings_of(source: Source, words: Words) -> Parts:
     return [element("p", each, class_="warning") for each in found]
 
 
-def modelled(source: Source, words: Words) -> Parts:
+def modelled_section(source: ReportedRun, words: Words) -> Parts:
     told = source.summary["modelled"]
     rows = [(words.known(f"model_{name}", name.replace("_", " ")), words.modelled(str(told[name]))) for name in told]
     parts: Parts = [element("p", words.say("modelled_note")), left_table(rows)]
@@ -98,7 +99,7 @@ def left_table(rows: list[tuple[Any, Any]]) -> Markup:
     return element("div", element("table", element("tbody", *body), class_="words"), class_="scroll")
 
 
-def map_section(source: Source, key: str, drawing: Drawing, frame: tuple[float, ...], words: Words) -> Parts:
+def map_section(source: ReportedRun, key: str, drawing: Drawing, frame: tuple[float, ...], words: Words) -> Parts:
     """The map with a box for each of its layers; ``frame`` is where its axes lie in the SVG (x, y, width, height)."""
     boxes = []
     for name in layers_drawn(source):
@@ -136,14 +137,23 @@ def map_section(source: Source, key: str, drawing: Drawing, frame: tuple[float, 
     ]
 
 
-def reach(source: Source, drawings: Mapping[str, Drawing], words: Words) -> Parts:
+def reach(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:
     """Each line with both errors."""
     records = source.summary["reach"]
     if not records:
         return [element("p", words.say("no_reach"))]
     calculation = calculation_words(source.summary["accuracy"], source.run.manifest.get("parameters", {}), words)
     head = [words.say(each) for each in ("line", "logs", "n_reach", "sampling", "calculation")]
-    rows = [(each["line_id"], each["n_total"], each["n_reach"], percent(each, words), calculation) for each in records]
+    rows = [
+        (
+            each["line_id"],
+            each["n_total"],
+            each["n_reach"],
+            share_shown(each, words) + lost_words(each, words),
+            calculation,
+        )
+        for each in records
+    ]
     parts: Parts = [
         figure_of(drawings.get("reach")),
         table(head, rows),
@@ -156,6 +166,13 @@ def reach(source: Source, drawings: Mapping[str, Drawing], words: Words) -> Part
         wanted = number(100.0 * rule["target_half_width"], words, 2)
         parts.append(element("p", words.say("until_ci", wanted=wanted, state=state)))
     return parts
+
+
+def lost_words(record: Mapping[str, Any], words: Words) -> str:
+    """How much more the share may be for the logs that left the terrain model before the line; empty without such."""
+    if not record.get("n_lost"):
+        return ""
+    return words.say("if_lost", n=record["n_lost"], high=number(100.0 * record["ci_high_if_lost"], words, 2))
 
 
 def calculation_words(accuracy: Mapping[str, Any], parameters: Mapping[str, Any], words: Words) -> str:
@@ -175,7 +192,7 @@ def in_language(text: str, words: Words) -> str:
     return text.replace(".", ",").replace(" to ", " bis ") if words.language == "de" else text
 
 
-def arrivals(source: Source, drawings: Mapping[str, Drawing], words: Words) -> Parts:
+def arrivals(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:
     if source.arrivals is None:
         return []
     if not len(source.arrivals):
@@ -199,7 +216,7 @@ def quantile_row(label: str, values: Any, words: Words) -> tuple[Any, ...]:
     return (label, values.size, *shown)
 
 
-def spread(source: Source, drawings: Mapping[str, Drawing], words: Words) -> Parts:
+def spread(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:
     records = source.summary["spread"]
     head = [words.say(each) for each in ("release", "counted", "left_out", "spread_deg", "p05_p95_deg")]
     rows = [
@@ -220,7 +237,7 @@ def whole(value: Any) -> str:
     return "–" if value is None or not np.isfinite(value) else f"{value:.0f}"
 
 
-def ways(source: Source, drawings: Mapping[str, Drawing], words: Words) -> Parts:
+def ways(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:
     head = [words.say("quantity"), words.say("n_logs"), *(f"{each} %" for each in LEVELS), words.say("largest")]
     names = {
         "runout_axis": "runout_m",
@@ -246,11 +263,11 @@ def ways(source: Source, drawings: Mapping[str, Drawing], words: Words) -> Parts
     ]
 
 
-def profile(drawings: Mapping[str, Drawing], words: Words) -> Parts:
+def profile_section(drawings: Mapping[str, Drawing], words: Words) -> Parts:
     return [figure_of(drawings["profile"], words.say("profile_note"))] if "profile" in drawings else []
 
 
-def ledgers(source: Source, words: Words) -> Parts:
+def ledgers(source: ReportedRun, words: Words) -> Parts:
     """What barriers, trees and lying logs did."""
     parts: Parts = []
     barriers = source.summary["barriers"]
@@ -301,7 +318,7 @@ def ledgers(source: Source, words: Words) -> Parts:
     return parts or [element("p", words.say("ledgers_none"))]
 
 
-def accuracy(source: Source, words: Words) -> Parts:
+def accuracy(source: ReportedRun, words: Words) -> Parts:
     told, logs, steps = source.summary["accuracy"], source.summary["logs"], source.summary["cost"]["steps"]
     reasons = logs["by_stop_reason"]
     rows = [
@@ -334,7 +351,7 @@ def command_of(manifest: Mapping[str, Any]) -> str:
     return " ".join(shlex.quote(each) for each in words)
 
 
-def provenance(source: Source, words: Words) -> Parts:
+def provenance(source: ReportedRun, words: Words) -> Parts:
     manifest, cost = source.run.manifest, source.summary["cost"]
     digests = manifest.get("digests", {})
     rows = [(name, file, element("code", digest)) for name, file, digest in source.inputs]
@@ -376,17 +393,17 @@ def provenance(source: Source, words: Words) -> Parts:
 
 
 def sections_of(
-    source: Source, key: str, drawings: Mapping[str, Drawing], frame: tuple[float, ...], words: Words
+    source: ReportedRun, key: str, drawings: Mapping[str, Drawing], frame: tuple[float, ...], words: Words
 ) -> list[tuple[str, str, Markup]]:
     """Id, title and content of each section about a run; what there is nothing to say in is left out."""
     makers: list[tuple[str, Callable[[], Parts]]] = [
-        ("modelled", lambda: modelled(source, words)),
+        ("modelled", lambda: modelled_section(source, words)),
         ("map", lambda: map_section(source, key, drawings["map"], frame, words)),
         ("reach", lambda: reach(source, drawings, words)),
         ("arrivals", lambda: arrivals(source, drawings, words)),
         ("spread", lambda: spread(source, drawings, words)),
         ("ways", lambda: ways(source, drawings, words)),
-        ("profile", lambda: profile(drawings, words)),
+        ("profile", lambda: profile_section(drawings, words)),
         ("ledgers", lambda: ledgers(source, words)),
         ("accuracy", lambda: accuracy(source, words)),
         ("provenance", lambda: provenance(source, words)),

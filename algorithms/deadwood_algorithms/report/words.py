@@ -28,6 +28,10 @@ PHRASES: dict[str, tuple[str, str]] = {
     "and": ("and", "und"),
     "to": ("to", "bis"),
     "of_logs": ("of the logs", "der Stämme"),
+    "if_lost": (
+        "; {n} others left the terrain model before: up to {high} % if all of them reach it",
+        "; {n} weitere verliessen vorher das Geländemodell: bis {high} %, wenn alle sie erreichen",
+    ),
     "of_steps": ("of {n} steps", "von {n} Schritten"),
     "contents": ("Contents", "Inhalt"),
     "question": ("Question and answer", "Frage und Antwort"),

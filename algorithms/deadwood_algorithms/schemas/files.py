@@ -470,6 +470,13 @@ FINDINGS_TABLE = TableFile(
 FINDINGS_PAGE = OtherFile(name="findings.md", meaning="The same to read")
 FINDINGS_REPORT = OtherFile(name="report.html", meaning="The same with the figures beside the paper's")
 FINDINGS_FIGURE = OtherFile(name="FIGURE.png", meaning="A figure of the same kind as the paper's")
+REPORT = OtherFile(
+    name="report.html", meaning="One page to read: maps, figures, tables and a 3-D view; needs no other file"
+)
+REPORT_FIGURES = tuple(
+    OtherFile(name=f"FIGURE.{ending}", meaning="A figure of the report") for ending in ("png", "svg", "pdf")
+)
+REPORT_SCENE = OtherFile(name="scene.glb", meaning="The scene and its moving logs as binary glTF")
 SITE_FACTS = JsonFile(
     name="site.json",
     meaning="The numbers of a site: friction, size and density of its logs, its circles of release",
