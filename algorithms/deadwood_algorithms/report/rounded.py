@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from deadwood_algorithms.numbers.statistics import decimals_of
 from deadwood_algorithms.report.words import Words
 
 DIGITS = 3  # of a number without an interval
@@ -31,11 +32,6 @@ def _grouped(value: int) -> str:
     return f"{value:,}".replace(",", "\u202f") if abs(value) >= 10_000 else str(value)
 
 
-def places_of(half_width: float) -> int:
-    """Decimals that a number may have whose interval is this wide to either side: its first digit counts."""
-    return max(0, -math.floor(math.log10(half_width))) if half_width > 0.0 else 1
-
-
 def share_shown(record: dict[str, Any], words: Words) -> str:
     """``21 % (18 to 23 %)``; no hit and all hits as what they exclude: ``< 0.4 %``, ``> 99.6 %``."""
     value, low, high = share_of(record), 100.0 * record["ci_low"], 100.0 * record["ci_high"]
@@ -44,8 +40,8 @@ def share_shown(record: dict[str, Any], words: Words) -> str:
     if record["n_reach"] == 0:
         return f"<{NBSP}{number(high, words, 2)}{NBSP}%"
     if record["n_reach"] == record["n_total"]:
-        return f">{NBSP}{_signs(f'{low:.{places_of(100.0 - low)}f}', words)}{NBSP}%"
-    shown = [_signs(f"{each:.{places_of((high - low) / 2.0)}f}", words) for each in (value, low, high)]
+        return f">{NBSP}{_signs(f'{low:.{decimals_of(low, 100.0)}f}', words)}{NBSP}%"
+    shown = [_signs(f"{each:.{decimals_of(low, high)}f}", words) for each in (value, low, high)]
     return f"{shown[0]}{NBSP}% ({shown[1]} {words.say('to')} {shown[2]}{NBSP}%)"
 
 
@@ -59,7 +55,7 @@ def with_interval(value: float, low: float, high: float, words: Words, *, signed
         return "–"
     if not (math.isfinite(low) and math.isfinite(high)):
         return _signs(f"{value:+.3g}" if signed and value else f"{value:.3g}", words)
-    places = places_of((high - low) / 2.0)
+    places = decimals_of(low, high)
     a, b, c = (_signs(f"{each:{'+' if signed else ''}.{places}f}", words) for each in (value, low, high))
     return f"{a} ({b} {words.say('to')} {c})"
 

@@ -53,7 +53,7 @@ def question(sources: list[ReportedRun], words: Words) -> Parts:
     for source in sources:
         for each in source.summary["reach"][:12]:
             share = share_shown(each, words)
-            lost = lost_words(each, words)
+            lost = bounds_words(each, words)
             before = f"{source.name} – " if len(sources) > 1 else ""
             answer = words.say("answer", line=each["line_id"], share=f"{share} {words.say('of_logs')}{lost}")
             answers.append(element("li", before + answer))
@@ -149,7 +149,7 @@ def reach(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) ->
             each["line_id"],
             each["n_total"],
             each["n_reach"],
-            share_shown(each, words) + lost_words(each, words),
+            share_shown(each, words) + bounds_words(each, words),
             calculation,
         )
         for each in records
@@ -168,7 +168,7 @@ def reach(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) ->
     return parts
 
 
-def lost_words(record: Mapping[str, Any], words: Words) -> str:
+def bounds_words(record: Mapping[str, Any], words: Words) -> str:
     """How much more the share may be for the logs that left the terrain model before the line; empty without such."""
     if not record.get("n_lost"):
         return ""

@@ -417,7 +417,7 @@ DEMO = JsonFile(
     keys=(
         _key("forests", "By forest: what its run came to"),
         _whole("forests.FOREST", "The run's summary.json, and `speed.mean_to_road_ms` of the logs that arrive"),
-        _key("paper", "What the paper found for its own slope"),
+        _key("paper", "Where the findings of the paper are"),
     ),
 )
 FAILED = JsonFile(
