@@ -1,0 +1,277 @@
+"""The figures of the report: each drawn once, put into the page as SVG, and written as PNG, SVG and PDF on request.
+
+Colours are Okabe and Ito's, viridis and cividis, which colour-blind readers tell apart. Text and axes take the page's
+own colour (`inline_svg`), so that a figure fits a light page and a dark one.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+import shapely
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+from deadwood_algorithms.numbers.directions import spread_of_release
+from deadwood_algorithms.report.markup import Markup
+from deadwood_algorithms.report.rounded import share_of
+from deadwood_algorithms.report.sources import Source
+from deadwood_algorithms.report.words import Words
+
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+INK = "#0a0b0c"  # stands for the page's text colour
+WIDTH = 7.2  # inches, of a figure as wide as the page
+STYLE = {
+    "svg.fonttype": "none",
+    "svg.hashsalt": "deadwood",
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],
+    "font.size": 9.0,
+    "axes.edgecolor": INK,
+    "axes.labelcolor": INK,
+    "text.color": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#8a8a8a",
+    "grid.alpha": 0.25,
+    "grid.linewidth": 0.6,
+    "axes.axisbelow": True,
+    "legend.frameon": False,
+    "path.simplify": False,
+}
+PERCENTILES = (5, 50, 95)
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A figure by name; ``draw`` makes it anew for each use."""
+
+    name: str
+    title: str
+    draw: Callable[[], Figure]
+
+    def made(self) -> Figure:
+        with matplotlib.rc_context(STYLE):
+            return self.draw()
+
+    def inline(self) -> Markup:
+        return inline_svg(self.made(), self.name)
+
+    def write(self, folder: Path) -> list[Path]:
+        """PNG, SVG and PDF, on white."""
+        with matplotlib.rc_context(STYLE):
+            figure = self.draw()
+            paths = [folder / f"{self.name}.{ending}" for ending in ("png", "svg", "pdf")]
+            for path in paths:
+                facts: dict[str, Any] = {"Date": None} if path.suffix == ".svg" else {}
+                facts = {"CreationDate": None} if path.suffix == ".pdf" else facts
+                figure.savefig(path, dpi=200, metadata=facts, facecolor="white")
+        return paths
+
+
+def inline_svg(figure: Figure, name: str) -> Markup:
+    """A figure as SVG for the page: no header, ids of its own, short numbers, the page's colour for ink."""
+    with matplotlib.rc_context(STYLE):
+        out = io.StringIO()
+        figure.savefig(out, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
+    text = out.getvalue()
+    text = text[text.index("<svg") :]
+    text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.S)
+    text = re.sub(r"<!--.*?-->", "", text, flags=re.S)
+    used = set(re.findall(r'(?:url\(#|href="#)([^")]+)', text))
+    text = re.sub(
+        r' id="([^"]+)"',
+        lambda found: f' id="{name}-{found[1]}"' if found[1] in used or found[1].startswith("layer_") else "",
+        text,
+    )
+    text = re.sub(r'(url\(#|href="#)([^")]+)', lambda found: f"{found[1]}{name}-{found[2]}", text)
+    # Half a hundredth of a point is seen by nobody; images keep theirs, or they would not join.
+    text = re.sub(r'(?<= d=")[^"]+', lambda found: _shortened(found[0]), text)
+    text = text.replace(INK, "currentColor")
+    width, height = re.search(r'width="([\d.]+)pt" height="([\d.]+)pt"', text).groups()  # type: ignore[union-attr]
+    text = text.replace(f'width="{width}pt" height="{height}pt"', f'class="figure" style="max-width:{width}pt"', 1)
+    return Markup(re.sub(r"\n\s*", "\n", text))
+
+
+def _shortened(path: str) -> str:
+    path = re.sub(r"-?\d+\.\d+", lambda number: f"{float(number[0]):.2f}".rstrip("0").rstrip("."), path)
+    return re.sub(r"\s+", " ", path)
+
+
+def _panels(number: int, height: float, **more: Any) -> tuple[Figure, list[Any]]:
+    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    axes = figure.subplots(1, number, squeeze=False, **more)[0]
+    return figure, list(axes)
+
+
+def drawings_of(source: Source, words: Words, key: str, profiles: list[Any]) -> dict[str, Drawing]:
+    """The figures that a run has data for, by what they show."""
+    kinds: list[tuple[str, bool, Callable[[], Figure]]] = [
+        ("reach", bool(source.summary["reach"]), lambda: reach_figure(source, words)),
+        ("arrivals", source.arrivals is not None and len(source.arrivals) > 0, lambda: arrivals_figure(source, words)),
+        ("spread", bool(counted_azimuths(source)), lambda: rose_figure(source, words)),
+        ("runout", True, lambda: runout_figure([source], words)),
+        ("distributions", True, lambda: distributions_figure(source, words)),
+        ("profile", bool(profiles), lambda: profile_figure(profiles, words)),
+    ]
+    titles = {"distributions": "ways"}
+    return {
+        kind: Drawing(f"{key}_{kind}", words.say(titles.get(kind, kind)), draw) for kind, there, draw in kinds if there
+    }
+
+
+def reach_figure(source: Source, words: Words) -> Figure:
+    """A bar a line with its 95 % interval."""
+    records = source.summary["reach"][:12]
+    figure, (axes,) = _panels(1, 0.8 + 0.32 * len(records))
+    value = np.array([share_of(each) for each in records])
+    ends = np.array([[100.0 * each["ci_low"], 100.0 * each["ci_high"]] for each in records]).T
+    error = np.abs(ends - value)
+    axes.barh(np.arange(value.size), value, 0.6, color=COLOURS[0])
+    axes.errorbar(value, np.arange(value.size), xerr=error, fmt="none", ecolor=INK, capsize=4, linewidth=1.2)
+    axes.set_yticks(np.arange(value.size), [plain(each["line_id"]) for each in records])
+    axes.set(xlabel=words.say("share_of_logs"), xlim=(0.0, min(100.5, max(1.15 * ends.max(), 1.0))), ylim=(value.size - 0.4, -0.6))
+    axes.grid(axis="y", visible=False)
+    return figure
+
+
+def arrivals_figure(source: Source, words: Words) -> Figure:
+    """Distribution of speed, energy, height and angle over the arrivals at all lines."""
+    assert source.arrivals is not None
+    figure = Figure(figsize=(WIDTH, 4.2), layout="constrained")
+    panels = figure.subplots(2, 2).ravel()
+    for axes, (name, phrase) in zip(panels, ARRIVAL_COLUMNS.items(), strict=True):
+        _histogram(axes, source.arrivals[name].to_numpy(np.float64), words.say(phrase), words)
+    return figure
+
+
+ARRIVAL_COLUMNS = {
+    "speed_ms": "arrival_speed",
+    "energy_kj": "arrival_energy",
+    "height_m": "arrival_height",
+    "impact_deg": "arrival_angle",
+}
+
+
+def _histogram(axes: Any, values: NDArray[np.float64], label: str, words: Words) -> None:
+    """Number of logs by class, with the percentiles as lines."""
+    values = values[np.isfinite(values)]
+    axes.set(xlabel=label, ylabel=words.say("n_logs"))
+    axes.yaxis.set_major_locator(MaxNLocator(4, integer=True))
+    if not values.size:
+        return
+    top = float(values.max())
+    bins = max(5, min(24, round(2.0 * values.size ** (1 / 3))))
+    low = 0.0 if values.min() >= 0.0 else float(values.min())
+    axes.hist(values, bins=bins, range=(low, top if top > low else low + 1.0), color=COLOURS[0], alpha=0.85)
+    for each, style in zip(PERCENTILES, (":", "-", ":"), strict=True):
+        axes.axvline(float(np.percentile(values, each)), color=COLOURS[1], linewidth=1.4, linestyle=style)
+
+
+def counted_azimuths(source: Source) -> dict[str, NDArray[np.float64]]:
+    """Azimuths [deg] of the deposits that count for the spread, by release."""
+    given = source.run.manifest.get("parameters", {}).get("min_runout")
+    frame = source.deposits
+    nearest = frame["length_m"].to_numpy(np.float64) if given is None else np.full(len(frame), float(given))
+    x, y = shapely.get_coordinates(np.asarray(frame.geometry)).T
+    found = {}
+    ids = frame["release_id"].astype(str).to_numpy()
+    for release_id in dict.fromkeys(ids.tolist()):
+        mine = ids == release_id
+        centre = tuple(float(frame[f"release_{name}"].to_numpy()[mine].mean()) for name in "xy")
+        _, azimuths, counted = spread_of_release(centre, x[mine], y[mine], nearest[mine])
+        if counted.any():
+            found[release_id] = azimuths[counted]
+    return found
+
+
+def rose_figure(source: Source, words: Words) -> Figure:
+    """A rose a release, of the six with the most deposits: 10 degrees a petal, its area the share of the deposits."""
+    found = sorted(counted_azimuths(source).items(), key=lambda item: -item[1].size)[:6]
+    columns = min(3, len(found))
+    rows = -(-len(found) // columns)
+    figure = Figure(figsize=(min(WIDTH, 1.0 + 3.0 * columns), 3.2 * rows), layout="constrained")
+    panels = figure.subplots(rows, columns, squeeze=False, subplot_kw={"projection": "polar"}).ravel()
+    for axes in panels[len(found) :]:
+        axes.set_axis_off()
+    edges = np.radians(np.arange(0.0, 361.0, 10.0))
+    for axes, (release_id, azimuths) in zip(panels, found, strict=False):
+        count, _ = np.histogram(np.radians(azimuths), edges)
+        axes.set_theta_zero_location("N")
+        axes.set_theta_direction(-1)
+        radius = np.sqrt(count / count.max())
+        axes.bar(edges[:-1], radius, width=np.radians(10.0), align="edge", color=COLOURS[0], edgecolor=INK, linewidth=0.3)
+        rings = [share for share in (0.05, 0.1, 0.2, 0.4) if share <= 1.05 * count.max() / azimuths.size]
+        axes.set_yticks(
+            [np.sqrt(share * azimuths.size / count.max()) for share in rings], [f"{100 * share:g} %" for share in rings]
+        )
+        axes.tick_params(axis="y", labelsize=7)
+        axes.set_xticks(np.radians([0, 90, 180, 270]), words.say("compass").split(","))
+        axes.set_title(f"{words.say('release')} {plain(release_id)} (n = {azimuths.size})", fontsize=9)
+    return figure
+
+
+def runout_figure(sources: list[Source], words: Words) -> Figure:
+    """Share of the logs that go farther than each distance, a curve a run."""
+    figure, (axes,) = _panels(1, 2.7)
+    for k, each in enumerate(sources):
+        far = np.sort(each.column("runout_m"))
+        share = 100.0 * (1.0 - np.arange(1, far.size + 1) / far.size)
+        keep = np.unique(np.linspace(0, far.size - 1, min(far.size, 600)).astype(int))
+        x, y = np.append(0.0, far[keep]), np.append(100.0, share[keep])
+        axes.step(x, y, where="post", color=COLOURS[k % len(COLOURS)], linewidth=1.6, label=plain(each.name))
+    axes.set(xlabel=words.say("runout_axis"), ylabel=words.say("farther"), ylim=(0.0, 102.0))
+    axes.set_xlim(left=0.0)
+    if len(sources) > 1:
+        axes.legend()
+    return figure
+
+
+def distributions_figure(source: Source, words: Words) -> Figure:
+    """Largest speed and jump height of each log."""
+    figure, panels = _panels(2, 2.4)
+    for axes, column, phrase in zip(panels, ("speed_max_ms", "jump_max_m"), ("max_speed_axis", "jump_axis"), strict=True):
+        _histogram(axes, source.column(column), words.say(phrase), words)
+    return figure
+
+
+def profile_figure(profiles: list[Any], words: Words) -> Figure:
+    """Terrain, way of the log and its speed, for each of the chosen trajectories."""
+    figure = Figure(figsize=(WIDTH, 2.9 * len(profiles)), layout="constrained")
+    panels = figure.subplots(len(profiles), 1, squeeze=False)[:, 0]
+    for axes, each in zip(panels, profiles, strict=True):
+        way = each.way
+        axes.fill_between(way, each.terrain, np.nanmin(each.terrain) - 5.0, color="#8a8a8a", alpha=0.3, linewidth=0)
+        axes.plot(way, each.terrain, color=INK, linewidth=1.1, label=words.say("terrain"))
+        axes.plot(way, each.z, color=COLOURS[0], linewidth=1.2, label=words.say("centre"))
+        axes.plot(way, each.terrain + each.clearance, color=COLOURS[2], linewidth=0.8, label=words.say("lowest"))
+        axes.set(xlabel=words.say("way"), ylabel=words.say("elevation"))
+        axes.set_ylim(np.nanmin(each.terrain) - 5.0, None)
+        axes.set_title(words.say(each.phrase, id=each.log_id), loc="left", fontsize=9)
+        right = axes.twinx()
+        right.plot(way, each.speed, color=COLOURS[1], linewidth=1.0, label=words.say("speed"))
+        right.set_ylabel(words.say("speed_axis"), color=COLOURS[1])
+        right.tick_params(axis="y", colors=COLOURS[1])
+        right.set_ylim(bottom=0.0)
+        right.grid(visible=False)
+        right.spines["right"].set_visible(True)
+        lines = [*axes.get_lines(), *right.get_lines()]
+        axes.legend(lines, [str(line.get_label()) for line in lines], ncols=4, fontsize=8, loc="upper right")
+    return figure
+
+
+def plain(text: Any) -> str:
+    """A name as matplotlib shows it letter by letter: no formula, no line breaks, not endless."""
+    shown = re.sub(r"\s+", " ", str(text)).replace("$", r"\$")
+    return shown if len(shown) <= 40 else shown[:39] + "…"

@@ -1,0 +1,269 @@
+"""The map: hits over the relief, what stands in the way, where logs start and end; its parts are layers of the page.
+
+One figure serves the page (as SVG, whose groups ``layer_*`` its checkboxes switch) and the files. What is many, trees
+and deposits, is one path of dots each: a marker each would be ten times as large.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import shapely
+from matplotlib.collections import LineCollection
+from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, PathPatch
+from matplotlib.path import Path
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+from deadwood_algorithms.pictures import hillshade
+from deadwood_algorithms.report.figures import COLOURS, INK, WIDTH
+from deadwood_algorithms.report.sources import Extent, Source
+from deadwood_algorithms.report.words import STOPS, Words
+
+MOST_DOTS = 8000  # of a kind
+MOST_WAYS = 150
+WAY_STEP_M = 3.0
+LONGEST, SHORTEST = 9.0, 3.0  # inches, of the map's height
+# Apart for every eye, and on grey relief and the yellow of the hits.
+STOP_COLOURS = {
+    "rest": "#000000", "tree": "#CC79A7", "lying_log": "#8C510A", "barrier": "#D55E00", "left_dem": "#56B4E9",
+    "time_limit": "#E69F00", "failed": "#FF0000",
+}  # fmt: skip
+TREE, BARRIER, LYING, LINE, RELEASE, WAY = "#006D4E", "#B2182B", "#8C510A", "#111111", "#0072B2", "#FFFFFF"
+SHOWN_AT_FIRST = ("relief", "hits", "trees", "barriers", "lying_logs", "lines", "releases", "deposits")
+
+
+def draw_map(source: Source, words: Words) -> Figure:
+    """The whole map; layers that the page does not show at first are drawn and hidden there."""
+    figure, axes = map_frame(source.extent, words)
+    handles: list[Any] = []
+    if source.ground is not None:
+        _relief(axes, source)
+    if "hits" in source.rasters:
+        image = _hits(axes, source)
+        bar = figure.colorbar(image, ax=axes, fraction=0.035, pad=0.015, aspect=32)
+        bar.set_label(words.say("hits_bar"))
+        bar.solids.set_rasterized(True)
+        bar.outline.set_visible(False)
+    for name, cmap in (("speed", "cividis"), ("energy", "cividis"), ("jump", "cividis"), ("danger", "magma")):
+        if name in source.rasters:
+            _image(axes, *source.rasters[name], cmap, f"layer_{name}", 0.75, 2.5)
+    handles += _scene(axes, source, words)
+    handles += _logs(axes, source, words)
+    scale_bar(axes, source.extent)
+    north_arrow(axes, words)
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8, handlelength=1.4)
+    return figure
+
+
+def map_frame(extent: Extent, words: Words, width: float = WIDTH) -> tuple[Figure, Any]:
+    """An empty map with the coordinates of its CRS along its sides."""
+    west, south, east, north = extent
+    tall = float(np.clip((width - 1.6) * (north - south) / (east - west), SHORTEST, LONGEST))
+    figure = Figure(figsize=(width, tall + 1.1), layout="constrained")
+    axes = figure.subplots()
+    axes.set_aspect("equal")
+    axes.set(xlim=(west, east), ylim=(south, north), xlabel=words.say("east"), ylabel=words.say("north"))
+    axes.set_gid("frame")
+    for axis, many in ((axes.xaxis, 5), (axes.yaxis, 8)):
+        axis.set_major_locator(MaxNLocator(many, steps=[1, 2, 5, 10]))
+        axis.set_major_formatter(lambda at, _: f"{at:,.0f}".replace(",", "\u2009"))
+    axes.tick_params(labelsize=8)
+    axes.tick_params(axis="y", labelrotation=90)
+    for label in axes.get_yticklabels():
+        label.set_verticalalignment("center")
+    axes.grid(visible=True, color=INK, alpha=0.12, linewidth=0.5)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(True)
+    return figure, axes
+
+
+def _relief(axes: Any, source: Source) -> None:
+    ground = source.ground
+    assert ground is not None
+    shade = hillshade(ground.values, ground.cell)
+    west, south, east, north = ground.bounds
+    grey = np.where(np.isfinite(shade), 0.25 + 0.75 * shade, np.nan)
+    axes.imshow(
+        grey, cmap="gray", vmin=0.0, vmax=1.0, extent=(west, east, south, north), origin="lower", zorder=1, gid="layer_relief"
+    )
+
+
+def _hits(axes: Any, source: Source) -> Any:
+    values, extent = source.rasters["hits"]
+    return _image(axes, np.where(values > 0.0, 100.0 * values, np.nan), extent, "viridis", "layer_hits", 0.72, 2.0)
+
+
+def _image(axes: Any, values: NDArray, extent: Extent, cmap: str, gid: str, alpha: float, zorder: float) -> Any:
+    west, south, east, north = extent
+    values = np.where(values > 0.0, values, np.nan)
+    known = values[np.isfinite(values)]
+    top = float(np.quantile(known, 0.995)) if known.size else 1.0
+    return axes.imshow(
+        values, cmap=cmap, vmin=0.0, vmax=max(top, 1e-9), alpha=alpha, extent=(west, east, south, north), origin="lower",
+        interpolation="nearest", zorder=zorder, gid=gid,
+    )  # fmt: skip
+
+
+def dots(axes: Any, x: NDArray, y: NDArray, size: float, colour: str, gid: str, zorder: float) -> None:
+    """Dots as one path: lines of next to no length with round ends; size in points."""
+    ends = np.column_stack([x, y, x + 0.01, y]).reshape(-1, 2)
+    codes = np.tile([Path.MOVETO, Path.LINETO], len(x))
+    axes.add_patch(
+        PathPatch(
+            Path(ends, codes), facecolor="none", edgecolor=colour, linewidth=size, capstyle="round", gid=gid, zorder=zorder
+        )
+    )
+
+
+def lines_of_shapes(shapes: Any) -> list[NDArray[np.float64]]:
+    """Lines, and outlines of polygons, part by part."""
+    parts = shapely.get_parts(np.asarray(shapes))
+    filled = shapely.get_type_id(parts) == 3
+    strings = [*parts[~filled], *shapely.get_rings(parts[filled])]
+    return [shapely.get_coordinates(each) for each in strings]
+
+
+def thinned_rows(number: int, most: int, seed: int = 0) -> NDArray[np.int64]:
+    """All rows, or an even draw of them, the same every time."""
+    if number <= most:
+        return np.arange(number)
+    return np.sort(np.random.default_rng(seed).choice(number, most, replace=False))
+
+
+def _scene(axes: Any, source: Source, words: Words) -> list[Any]:
+    handles: list[Any] = []
+    if "trees" in source.scene:
+        x, y = shapely.get_coordinates(np.asarray(source.scene["trees"].geometry)).T
+        rows = trees_drawn(source)
+        dots(axes, x[rows], y[rows], 1.6, TREE, "layer_trees", 3.0)
+        handles.append(_dot(TREE, words.say("layer_trees")))
+    for name, colour, width in (("barriers", BARRIER, 2.2), ("lying_logs", LYING, 1.6)):
+        if name in source.scene:
+            strings = lines_of_shapes(source.scene[name].geometry)
+            axes.add_collection(LineCollection(strings, colors=colour, linewidths=width, gid=f"layer_{name}", zorder=5))
+            handles.append(Line2D([], [], color=colour, linewidth=width, label=words.say(f"layer_{name}")))
+    if source.lines is not None:
+        strings = lines_of_shapes(source.lines.geometry)
+        axes.add_collection(LineCollection(strings, colors=LINE, linewidths=2.0, gid="layer_lines", zorder=5))
+        handles.append(Line2D([], [], color=LINE, linewidth=2.0, label=words.say("layer_lines")))
+    return handles
+
+
+def trees_drawn(source: Source) -> NDArray[np.int64]:
+    """Rows of the trees within the map, at most so many."""
+    x, y = shapely.get_coordinates(np.asarray(source.scene["trees"].geometry)).T
+    west, south, east, north = source.extent
+    inside = np.flatnonzero((x > west) & (x < east) & (y > south) & (y < north))
+    return inside[thinned_rows(inside.size, MOST_DOTS)]
+
+
+def _logs(axes: Any, source: Source, words: Words) -> list[Any]:
+    handles: list[Any] = []
+    frame = source.deposits
+    ways = source.layer("trajectories")
+    if ways is not None and len(ways):
+        strings = []
+        for shape in np.asarray(ways.geometry)[thinned_rows(len(ways), MOST_WAYS)]:
+            points = shapely.get_coordinates(shape)
+            far = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+            keep = np.diff(np.floor(far / WAY_STEP_M), prepend=-1.0) > 0.0
+            keep[-1] = True
+            strings.append(points[keep])
+        axes.add_collection(
+            LineCollection(strings, colors=[to_rgba(WAY, 0.75)], linewidths=0.5, gid="layer_trajectories", zorder=4)
+        )
+        handles.append(Patch(facecolor=WAY, edgecolor="#777777", label=words.say("layer_trajectories")))
+    rows = thinned_rows(len(frame), MOST_DOTS)
+    x, y = frame["release_x"].to_numpy()[rows], frame["release_y"].to_numpy()[rows]
+    dots(axes, x, y, 1.5, RELEASE, "layer_releases", 6.0)
+    handles.append(_dot(RELEASE, words.say("layer_releases")))
+    ends = shapely.get_coordinates(np.asarray(frame.geometry))[rows]
+    reasons = frame["stop_reason"].astype(str).to_numpy()[rows]
+    for reason in [each for each in STOPS if (reasons == each).any()]:
+        mine = ends[reasons == reason]
+        mine = mine[np.isfinite(mine).all(axis=1)]
+        colour = STOP_COLOURS[reason]
+        dots(axes, *mine.T, 2.4, colour, f"layer_deposits_{reason}", 7.0)
+        handles.append(_dot(colour, words.say("layer_deposits", stop=words.stop(reason))))
+    return handles
+
+
+def _dot(colour: str, label: str) -> Line2D:
+    return Line2D([], [], linestyle="none", marker="o", markersize=4, color=colour, label=label)
+
+
+def scale_bar(axes: Any, extent: Extent) -> None:
+    """A bar of a round number of metres, about a fifth of the map's width, in the south-west."""
+    west, south, east, north = extent
+    wanted = 0.22 * (east - west)
+    power = 10.0 ** np.floor(np.log10(wanted))
+    length = max(part * power for part in (1.0, 2.0, 5.0) if part * power <= wanted)
+    x, y = west + 0.04 * (east - west), south + 0.025 * (north - south)
+    thick = 0.006 * (north - south)
+    for k, colour in enumerate(("black", "white")):
+        axes.add_patch(
+            _rectangle(x + k * length / 2.0, y, length / 2.0, thick, colour)
+        )
+    shown = f"{length / 1000:g} km" if length >= 1000 else f"{length:g} m"
+    axes.text(x + length, y + 2.0 * thick, shown, ha="right", va="bottom", fontsize=8, color="black", zorder=9, bbox=_BOX)
+
+
+_BOX = {"boxstyle": "round,pad=0.15", "facecolor": "white", "alpha": 0.75, "edgecolor": "none"}
+
+
+def _rectangle(x: float, y: float, width: float, height: float, colour: str) -> PathPatch:
+    corners = [(x, y), (x + width, y), (x + width, y + height), (x, y + height), (x, y)]
+    return PathPatch(Path(np.array(corners)), facecolor=colour, edgecolor="black", linewidth=0.7, zorder=9)
+
+
+def north_arrow(axes: Any, words: Words) -> None:
+    axes.annotate(
+        words.say("compass").split(",")[0], xy=(0.955, 0.985), xytext=(0.955, 0.91), xycoords="axes fraction", ha="center",
+        va="center", fontsize=10, color="black", zorder=9, bbox=_BOX,
+        arrowprops={"arrowstyle": "-|>", "color": "black", "linewidth": 1.4, "shrinkB": 0},
+    )  # fmt: skip
+
+
+def layers_drawn(source: Source) -> list[str]:
+    """The switchable layers of this run's map, in the order of the checkboxes."""
+    reasons = set(source.deposits["stop_reason"].astype(str))
+    ways = source.layer("trajectories")
+    there = {
+        "relief": source.ground is not None,
+        **{name: name in source.rasters for name in ("hits", "speed", "energy", "jump", "danger")},
+        **{name: name in source.scene for name in ("trees", "barriers", "lying_logs")},
+        "lines": source.lines is not None,
+        "releases": True,
+        "trajectories": ways is not None and len(ways) > 0,
+    }
+    return [name for name, yes in there.items() if yes] + [f"deposits_{each}" for each in STOPS if each in reasons]
+
+
+def draw_difference(band: NDArray[np.float64], extent: Extent, shown: Extent, source: Source, title: str, words: Words) -> Figure:
+    """Where logs pass more often (red) or less often (blue) than in the reference, over the relief."""
+    figure, axes = map_frame(shown, words)
+    if source.ground is not None:
+        _relief(axes, source)
+    points = 100.0 * band
+    known = np.abs(points[np.isfinite(points)])
+    far = float(np.quantile(known, 0.995)) if known.size else 1.0
+    west, south, east, north = extent
+    image = axes.imshow(
+        np.where(np.abs(points) > 0.01 * far, points, np.nan), cmap="RdBu_r", vmin=-max(far, 1e-9), vmax=max(far, 1e-9), alpha=0.8,
+        extent=(west, east, south, north), origin="lower", interpolation="nearest", zorder=2,
+    )  # fmt: skip
+    axes.set(xlim=(shown[0], shown[2]), ylim=(shown[1], shown[3]))
+    if source.lines is not None:
+        axes.add_collection(LineCollection(lines_of_shapes(source.lines.geometry), colors=LINE, linewidths=1.6, zorder=5))
+    bar = figure.colorbar(image, ax=axes, fraction=0.035, pad=0.015, aspect=32)
+    bar.set_label(title, fontsize=8)
+    bar.solids.set_rasterized(True)
+    bar.outline.set_visible(False)
+    scale_bar(axes, shown)
+    north_arrow(axes, words)
+    return figure

@@ -1,0 +1,52 @@
+"""Profiles along chosen trajectories: what lies under the log, how high it is, how fast."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_algorithms.report.sources import Source, paths_by_log
+
+POINTS = 1200  # of a profile: more are not seen
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Along the way of one log's centre of mass, shape (n,) [m, m/s]; ``phrase`` says why it was chosen."""
+
+    log_id: int
+    phrase: str
+    way: NDArray[np.float64]
+    terrain: NDArray[np.float64]
+    z: NDArray[np.float64]
+    clearance: NDArray[np.float64]
+    speed: NDArray[np.float64]
+
+
+def chosen_profiles(source: Source) -> list[Profile]:
+    """Of the stored logs the farthest, the fastest and the one of median run-out; none without terrain."""
+    stored = source.deposits[source.deposits["log_id"].isin(source.run.stored_log_ids.tolist())]
+    stored = stored[np.isfinite(stored["runout_m"])]
+    if source.ground is None or not len(stored):
+        return []
+    order = stored.sort_values(["runout_m", "log_id"])
+    picks = {
+        int(order["log_id"].iloc[-1]): "chosen_farthest",
+        int(stored.sort_values(["speed_max_ms", "log_id"])["log_id"].iloc[-1]): "chosen_fastest",
+        int(order["log_id"].iloc[len(order) // 2]): "chosen_median",
+    }
+    paths = paths_by_log(source.run, np.array(list(picks), np.int64))
+    made = []
+    for log_id, phrase in picks.items():
+        path = paths[log_id]
+        keep = np.unique(np.linspace(0, path["x"].size - 1, min(POINTS, path["x"].size)).astype(int))
+        x, y, z = (path[name][keep] for name in "xyz")
+        way = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
+        terrain = source.ground.height(x, y)
+        if way[-1] > 0.0 and np.isfinite(terrain).any():
+            made.append(
+                Profile(log_id, phrase, way, terrain, z, path["clearance_m"][keep].astype(float), path["speed_ms"][keep].astype(float))
+            )
+    return made

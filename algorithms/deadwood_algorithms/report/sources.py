@@ -1,0 +1,300 @@
+"""What the report shows of a run, read from its folder and, where they still lie, from its inputs.
+
+A missing input is no error: the page then lacks a layer, and says so (`Source.lacks`).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import geopandas
+import numpy as np
+import pandas
+import pyogrio
+import rasterio
+import shapely
+from numpy.typing import NDArray
+from rasterio.errors import RasterioError
+from rasterio.windows import Window
+
+from deadwood_algorithms.files.dem_windows import open_windows
+from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.files.vectors import read_table, read_vector
+from deadwood_algorithms.runs.arrivals import arrivals_frame, find_arrivals
+from deadwood_algorithms.runs.edges import Edges
+from deadwood_algorithms.runs.folder import GEOPACKAGE, SUMMARY, Run, input_paths, read_run
+from deadwood_algorithms.scene.items import ids_of
+from deadwood_algorithms.scene.read import read_lines
+from deadwood_algorithms.tool import Feedback, Quiet, UserError
+
+MARGIN = 0.06  # of the longer side of what the logs covered, around it
+GROUND_CELLS = 800  # along the longer side of the terrain that is kept
+STRIP_CELLS = 4_000_000  # of the DEM, read at once
+HASHED_BYTES = 1 << 22  # at once
+SHOWN_RASTERS = {
+    "hits": "reach_probability",
+    "speed": "speed_max",
+    "energy": "energy_max",
+    "jump": "jump_max",
+    "danger": "danger",
+}
+Extent = tuple[float, float, float, float]  # west, south, east, north [m]
+
+
+@dataclass
+class Source:
+    """A run with all that the page says of it.
+
+    ground : the terrain around the logs, thinned; None where the DEM is gone
+    dem_cell : side of the DEM's cells [m], as the run had them
+    scene : by input (trees, barriers, lying_logs), the layer in the run's CRS; absent when not given or gone
+    rasters : by name in `SHOWN_RASTERS`, values on about the ground's cells, row 0 south, with their extent
+    lacks : (phrase, what fills it) of everything that could not be shown
+    """
+
+    name: str
+    run: Run
+    summary: dict[str, Any]
+    extent: Extent
+    ground: Grid | None
+    scene: dict[str, geopandas.GeoDataFrame]
+    rasters: dict[str, tuple[NDArray[np.float64], Extent]]
+    lines: geopandas.GeoDataFrame | None
+    reached_by: pandas.DataFrame
+    arrivals: geopandas.GeoDataFrame | None
+    tree_hits: pandas.DataFrame | None
+    inputs: list[tuple[str, str, str]]  # parameter, file, SHA-256
+    lacks: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
+
+    @property
+    def dem_cell(self) -> float:
+        return self.run.grid.cell
+
+    @property
+    def deposits(self) -> geopandas.GeoDataFrame:
+        return self.run.deposits
+
+    def column(self, name: str) -> NDArray[np.float64]:
+        """A column of the deposits as numbers, without what is missing."""
+        values = self.deposits[name].to_numpy(np.float64) if name in self.deposits else np.zeros(0)
+        return values[np.isfinite(values)]
+
+    def layer(self, name: str) -> geopandas.GeoDataFrame | None:
+        """A layer of the run's GeoPackage, or None."""
+        return _layer(self.run.path, name)
+
+
+def read_source(path: str, name: str, feedback: Feedback) -> Source:
+    """Read a run's folder; what is missing of its inputs becomes a line of the report."""
+    run = read_run(path, feedback=feedback)
+    if not len(run.deposits):
+        raise UserError(f"{path}: the run has no log, so there is nothing to report")
+    try:
+        summary = json.loads((run.path / SUMMARY).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise UserError(f"{run.path / SUMMARY}: the run's summary cannot be read; run slide-logs again") from error
+    lacks: list[tuple[str, dict[str, Any]]] = []
+    extent = shown_extent(run)
+    ground = _input(run, "dem", lacks, lambda place: read_ground(place, run, extent, feedback))
+    scene = {}
+    for each, kind in (("trees", "point"), ("barriers", "line"), ("lying_logs", "line")):
+        found = _input(run, each, lacks, lambda place, kind=kind, each=each: _vector(place, kind, each, run))
+        if found is not None:
+            scene[each] = found
+    lines = _layer(run.path, "reach")
+    reached = _layer(run.path, "reached_by")
+    if not run.stored_log_ids.size:
+        lacks.append(("lacks_poses", {}))
+    elif run.stored_log_ids.size < len(run.deposits):
+        lacks.append(("lacks_some_poses", {"stored": run.stored_log_ids.size, "n": len(run.deposits)}))
+    return Source(
+        name,
+        run,
+        summary,
+        extent,
+        ground,
+        scene,
+        read_rasters(run, extent),
+        lines,
+        pandas.DataFrame({"log_id": [], "line_id": []}) if reached is None else reached,
+        _arrivals(run, lines, lacks, feedback),
+        _layer(run.path, "tree_hits"),
+        hashed_inputs(run),
+        lacks,
+    )
+
+
+def shown_extent(run: Run) -> Extent:
+    """Around the releases, the deposits and all that the stored trajectories cover, within the run's grid."""
+    ends = shapely.get_coordinates(np.asarray(run.deposits.geometry))
+    places = [run.deposits[["release_x", "release_y"]].to_numpy(np.float64), ends]
+    if run.stored_log_ids.size:
+        places.append(np.array(run.extent()).reshape(2, 2))
+    everything = np.concatenate(places)
+    everything = everything[np.isfinite(everything).all(axis=1)]
+    (west, south), (east, north) = everything.min(axis=0), everything.max(axis=0)
+    room = MARGIN * max(east - west, north - south) + 20.0
+    low, high = run.grid.bounds[:2], run.grid.bounds[2:]
+    west, south = max(west - room, low[0]), max(south - room, low[1])
+    return float(west), float(south), float(min(east + room, high[0])), float(min(north + room, high[1]))
+
+
+def read_ground(path: str, run: Run, extent: Extent, feedback: Feedback) -> Grid:
+    """The terrain over an extent, in so few cells that a page holds them: each the mean of those in it."""
+    with open_windows(path, crs=run.grid.crs.to_string(), feedback=Quiet(), look_through=False) as dem:
+        columns = slice(*_cells(extent[0], extent[2], dem.x0, dem.cell, dem.shape[1]))
+        rows = slice(*_cells(extent[1], extent[3], dem.y0, dem.cell, dem.shape[0]))
+        ny, nx = rows.stop - rows.start, columns.stop - columns.start
+        if ny < 2 or nx < 2:
+            raise UserError(f"{path}: the terrain model does not cover the run")
+        step = max(1, -(-max(nx, ny) // GROUND_CELLS))
+        nx, ny = max(nx // step, 2), max(ny // step, 2)
+        values = np.empty((ny, nx))
+        at_once = max(1, STRIP_CELLS // (nx * step * step))
+        for start in range(0, ny, at_once):
+            stop = min(start + at_once, ny)
+            part = slice(rows.start + start * step, rows.start + stop * step)
+            fine = dem.grid(part, slice(columns.start, columns.start + nx * step)).values
+            values[start:stop] = mean_of_blocks(fine, step)
+            feedback.progress(stop, ny, "reading the terrain")
+        shift = (step - 1) / 2.0
+        x0, y0 = dem.x0 + (columns.start + shift) * dem.cell, dem.y0 + (rows.start + shift) * dem.cell
+        return Grid(values, dem.cell * step, x0, y0, run.grid.crs, path)
+
+
+def _cells(low: float, high: float, first: float, cell: float, number: int) -> tuple[int, int]:
+    """Of a row of cells, the first that lies in an interval and the first behind it."""
+    start, stop = round((low - first) / cell + 0.5), round((high - first) / cell + 0.5)
+    return max(0, min(start, number)), max(0, min(stop, number))
+
+
+def mean_of_blocks(values: NDArray[np.float64], step: int) -> NDArray[np.float64]:
+    """Mean of each block of step x step cells; of its finite ones, NaN where it has none."""
+    blocks = values.reshape(values.shape[0] // step, step, values.shape[1] // step, step)
+    known = np.isfinite(blocks)
+    count = known.sum(axis=(1, 3))
+    total = np.where(known, blocks, 0.0).sum(axis=(1, 3))
+    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+
+
+def read_rasters(run: Run, extent: Extent) -> dict[str, tuple[NDArray[np.float64], Extent]]:
+    """The run's rasters over an extent, thinned as the ground is; shares by mean, the others by the largest."""
+    found = {}
+    for name, stem in SHOWN_RASTERS.items():
+        path = run.path / f"{stem}.tif"
+        if not path.is_file():
+            continue
+        try:
+            with rasterio.open(path) as source:
+                found[name] = _thinned_raster(source, extent, np.nanmean if name in ("hits", "danger") else np.nanmax)
+        except (RasterioError, ValueError):
+            continue
+    return found
+
+
+def _thinned_raster(source: Any, extent: Extent, gather: Callable) -> tuple[NDArray[np.float64], Extent]:
+    import warnings
+
+    cell, west, north = source.transform.a, source.transform.c, source.transform.f
+    left, right = (min(max(round((at - west) / cell), 0), source.width) for at in (extent[0], extent[2]))
+    top, bottom = (min(max(round((north - at) / cell), 0), source.height) for at in (extent[3], extent[1]))
+    step = max(1, -(-max(right - left, bottom - top) // GROUND_CELLS))
+    nx, ny = (right - left) // step, (bottom - top) // step
+    if nx < 1 or ny < 1:
+        raise ValueError("the raster does not cover the run")
+    out = np.empty((ny, nx))
+    at_once = max(1, STRIP_CELLS // (nx * step * step))
+    for start in range(0, ny, at_once):
+        stop = min(start + at_once, ny)
+        window = Window(left, top + start * step, nx * step, (stop - start) * step)  # type: ignore[call-arg]
+        fine = source.read(1, window=window, masked=True).astype(np.float64).filled(np.nan)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)  # of blocks without any value
+            out[start:stop] = gather(fine.reshape(stop - start, step, nx, step), axis=(1, 3))
+    x, y = west + left * cell, north - top * cell
+    return out[::-1], (x, y - ny * step * cell, x + nx * step * cell, y)
+
+
+def _input(run: Run, parameter: str, lacks: list, read: Callable[[str], Any]) -> Any:
+    """An input of the run, where it still lies; None, and a line of the report, where it does not."""
+    named = str(run.manifest.get("parameters", {}).get(parameter) or "")
+    if not named:
+        if parameter == "dem":
+            lacks.append(("lacks_input", {"what": parameter, "path": "-", "reason": ""}))
+        return None
+    reason = ""
+    for place in dict.fromkeys(str(each) for each in input_paths(run.path, run.manifest, parameter)):
+        if not Path(place.split("|")[0]).exists():
+            continue
+        try:
+            return read(place)
+        except UserError as error:
+            reason = str(error)
+    lacks.append(("lacks_input", {"what": parameter, "path": named, "reason": reason}))
+    return None
+
+
+def _vector(place: str, kind: str, what: str, run: Run) -> geopandas.GeoDataFrame:
+    """A layer of the scene, with the ids that the run counts its rows by."""
+    frame = read_vector(place, geometry=(kind,), target_crs=run.grid.crs, what=what, feedback=Quiet())
+    names = {"trees": ("tree_id",), "barriers": ("barrier_id", "name"), "lying_logs": ("lying_id", "tree_id", "log_id")}
+    frame["shown_id"] = [str(each) for each in ids_of(frame, *names[what])]
+    return frame
+
+
+def _layer(folder: Path, name: str) -> Any:
+    package = folder / GEOPACKAGE
+    if name not in {str(each) for each in pyogrio.list_layers(package)[:, 0]}:
+        return None
+    return read_table(f"{package}|layername={name}", what=name)
+
+
+def _arrivals(run: Run, lines: Any, lacks: list, feedback: Feedback) -> geopandas.GeoDataFrame | None:
+    """How the logs arrive at the lines that the run watched; None without lines or trajectories."""
+    if lines is None or not run.stored_log_ids.size:
+        return None
+    marks, items = read_lines(f"{run.path / GEOPACKAGE}|layername=reach", run.grid, Quiet())
+    with Edges(run.grid, input_paths(run.path, run.manifest, "dem"), Quiet()) as edges:
+        try:
+            arrived = find_arrivals(run, marks, items, None, 0.0, feedback)
+        except UserError as error:  # the shape that slid is gone
+            lacks.append(("lacks_shape", {"reason": str(error)}))
+            return None
+        return arrivals_frame(run, arrived, items, edges)
+
+
+def hashed_inputs(run: Run) -> list[tuple[str, str, str]]:
+    """Name, file and SHA-256 of each input that still lies where the manifest or the run's folder has it."""
+    rows = []
+    for parameter in ("dem", "releases", "trees", "barriers", "lying_logs", "lines", "friction", "shape"):
+        for place in input_paths(run.path, run.manifest, parameter):
+            path = Path(str(place).split("|")[0])
+            if path.is_file():
+                rows.append((parameter, str(run.manifest["parameters"][parameter]), sha256_of(path)))
+                break
+    return rows
+
+
+def sha256_of(path: Path) -> str:
+    digest = hashlib.sha256()
+    with path.open("rb") as source:
+        while block := source.read(HASHED_BYTES):
+            digest.update(block)
+    return digest.hexdigest()
+
+
+def paths_by_log(run: Run, wanted: NDArray[np.int64]) -> Mapping[int, dict[str, NDArray]]:
+    """The kept poses of some logs, by log_id."""
+    found: dict[int, dict[str, NDArray]] = {}
+    for piece in run.poses(wanted):
+        ids, starts = np.unique(piece["log_id"], return_index=True)
+        order = np.argsort(starts)
+        ends = np.append(starts[order][1:], piece["log_id"].size)
+        for log, start, stop in zip(ids[order], starts[order], ends, strict=True):
+            found[int(log)] = {name: values[start:stop] for name, values in piece.items()}
+    return found
