@@ -37,8 +37,8 @@ TREE, BARRIER, LYING, LINE, RELEASE, WAY = "#006D4E", "#B2182B", "#8C510A", "#11
 SHOWN_AT_FIRST = ("relief", "hits", "trees", "barriers", "lying_logs", "lines", "releases", "deposits")
 
 
-def draw_map(source: Source, words: Words) -> Figure:
-    """The whole map; layers that the page does not show at first are drawn and hidden there."""
+def draw_map(source: Source, words: Words, *, every_layer: bool = False) -> Figure:
+    """The map; with every layer for the page, which hides those that it does not show at first."""
     figure, axes = map_frame(source.extent, words)
     handles: list[Any] = []
     if source.ground is not None:
@@ -50,10 +50,10 @@ def draw_map(source: Source, words: Words) -> Figure:
         bar.solids.set_rasterized(True)
         bar.outline.set_visible(False)
     for name, cmap in (("speed", "cividis"), ("energy", "cividis"), ("jump", "cividis"), ("danger", "magma")):
-        if name in source.rasters:
+        if every_layer and name in source.rasters:
             _image(axes, *source.rasters[name], cmap, f"layer_{name}", 0.75, 2.5)
     handles += _scene(axes, source, words)
-    handles += _logs(axes, source, words)
+    handles += _logs(axes, source, words, every_layer)
     scale_bar(axes, source.extent)
     north_arrow(axes, words)
     figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8, handlelength=1.4)
@@ -162,10 +162,10 @@ def trees_drawn(source: Source) -> NDArray[np.int64]:
     return inside[thinned_rows(inside.size, MOST_DOTS)]
 
 
-def _logs(axes: Any, source: Source, words: Words) -> list[Any]:
+def _logs(axes: Any, source: Source, words: Words, ways_too: bool) -> list[Any]:
     handles: list[Any] = []
     frame = source.deposits
-    ways = source.layer("trajectories")
+    ways = source.layer("trajectories") if ways_too else None
     if ways is not None and len(ways):
         strings = []
         for shape in np.asarray(ways.geometry)[thinned_rows(len(ways), MOST_WAYS)]:

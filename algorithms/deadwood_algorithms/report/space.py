@@ -1,0 +1,282 @@
+"""What the 3-D view shows of a run, packed for the page: thinned terrain, obstacles in true size, chosen moving logs.
+
+Coordinates are metres east, north and up of the scene's own origin, so that single precision is enough. Poses of the
+moving logs are even in time and quantised to 16 bits of the box that holds them: 1 cm over 650 m.
+"""
+
+from __future__ import annotations
+
+import base64
+import io
+from dataclasses import dataclass
+from typing import Any
+
+import matplotlib
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from deadwood_algorithms.pictures import hillshade
+from deadwood_algorithms.report.plan import lines_of_shapes, thinned_rows
+from deadwood_algorithms.report.sources import Source, mean_of_blocks, paths_by_log
+
+GROUND_VERTICES = 260  # along the longer side
+MOST_TREES, MOST_DEPOSITS = 20_000, 4_000
+A_GROUP = 30  # logs of each kind that is shown
+MOST_POSES = 60_000  # 14 bytes each
+STEP_S = 0.1  # between two poses, or more where there would be too many
+DRAPE_QUALITY = 82
+LINE_STEP_M = 2.0
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Moving:
+    """A chosen log: its poses at even times, shape (n, 3) [m], and why it was chosen."""
+
+    log_id: int
+    groups: list[str]
+    base: Array
+    tip: Array
+    speed: Array
+    radii: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Space:
+    """The scene in metres from ``origin``; solids as rows (base xyz, tip xyz, base radius, tip radius)."""
+
+    origin: tuple[float, float, float]
+    heights: Array  # row 0 south, NaN outside
+    cell: float
+    first: tuple[float, float]  # of heights[0, 0], from the origin
+    trees: Array
+    lying: Array
+    deposits: Array
+    barriers: list[tuple[Array, float]]  # feet along the line (n, 3), height
+    lines: list[Array]
+    moving: list[Moving]
+    step_s: float
+
+
+def space_of(source: Source) -> Space | None:
+    """The scene of a run; None without terrain."""
+    ground = source.ground
+    if ground is None:
+        return None
+    step = max(1, -(-max(ground.shape) // GROUND_VERTICES))
+    ny, nx = (each // step * step for each in ground.shape)
+    heights = mean_of_blocks(ground.values[:ny, :nx], step)
+    west, south, east, north = ground.bounds
+    low = float(np.floor(np.nanmin(heights)))
+    origin = (float(np.floor((west + east) / 2.0)), float(np.floor((south + north) / 2.0)), low)
+    shift = (step - 1) / 2.0 * ground.cell
+    moving, step_s = moving_logs(source, origin)
+    frame = source.layer("deposited_logs")
+    radius, tip = source.run.radii()
+    deposits = np.zeros((0, 8))
+    if frame is not None and len(frame) == radius.size:
+        rows = thinned_rows(len(frame), MOST_DEPOSITS)
+        ends = shapely.get_coordinates(np.asarray(frame.geometry)[rows], include_z=True).reshape(-1, 6)
+        deposits = np.column_stack([ends - np.tile(origin, 2), radius[rows], tip[rows]])
+        deposits = deposits[np.isfinite(deposits).all(axis=1)]
+    return Space(
+        origin,
+        heights - low,
+        ground.cell * step,
+        (ground.x0 + shift - origin[0], ground.y0 + shift - origin[1]),
+        _trees(source, origin),
+        _lying(source, origin),
+        deposits,
+        _barriers(source, origin),
+        [_on_ground(source, string, origin) for string in _strings(source.lines)],
+        moving,
+        step_s,
+    )
+
+
+def _trees(source: Source, origin: tuple[float, float, float]) -> Array:
+    if "trees" not in source.scene:
+        return np.zeros((0, 8))
+    frame = source.scene["trees"]
+    x, y = shapely.get_coordinates(np.asarray(frame.geometry)).T
+    z = source.ground.height(x, y) if source.ground is not None else np.full(x.shape, np.nan)
+    rows = np.flatnonzero(np.isfinite(z))
+    rows = rows[thinned_rows(rows.size, MOST_TREES)]
+    foot = np.column_stack([x, y, z])[rows] - origin
+    radius = frame["dbh_cm"].to_numpy(np.float64)[rows] / 200.0
+    top = foot + [0.0, 0.0, 1.0] * frame["height_m"].to_numpy(np.float64)[rows, None]
+    return np.column_stack([foot, top, radius, 0.5 * radius])
+
+
+def _lying(source: Source, origin: tuple[float, float, float]) -> Array:
+    """Lying logs as straight pieces on the ground, as thick as they are there."""
+    if "lying_logs" not in source.scene:
+        return np.zeros((0, 8))
+    frame = source.scene["lying_logs"]
+    default = float(source.run.manifest.get("parameters", {}).get("lying_diameter_cm") or 40.0)
+    named = next((each for each in ("diameter_cm", "dbh_cm") if each in frame), None)
+    base = frame[named].fillna(default).to_numpy(np.float64) if named else np.full(len(frame), default)
+    tip = frame["tip_diameter_cm"].to_numpy(np.float64) if "tip_diameter_cm" in frame else 0.5 * base
+    rows = []
+    for shape, thick, thin in zip(np.asarray(frame.geometry), base / 200.0, tip / 200.0, strict=True):
+        for part in shapely.get_parts(shape):
+            points = _on_ground(source, shapely.get_coordinates(part), origin, spacing=np.inf, above=0.0)
+            if len(points) < 2:
+                continue
+            far = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+            radius = thick + (thin - thick) * far / max(far[-1], 1e-9)
+            centre = points + np.column_stack([np.zeros((len(points), 2)), radius])
+            rows += [np.concatenate([centre[k], centre[k + 1], radius[k : k + 2]]) for k in range(len(points) - 1)]
+    return np.array(rows).reshape(-1, 8)
+
+
+def _barriers(source: Source, origin: tuple[float, float, float]) -> list[tuple[Array, float]]:
+    if "barriers" not in source.scene:
+        return []
+    frame = source.scene["barriers"]
+    found = []
+    for shape, height in zip(np.asarray(frame.geometry), frame["height_m"].to_numpy(np.float64), strict=True):
+        found += [
+            (_on_ground(source, shapely.get_coordinates(part), origin, above=0.0), float(height))
+            for part in shapely.get_parts(shape)
+        ]
+    return [each for each in found if len(each[0]) > 1]
+
+
+def _strings(frame: Any) -> list[Array]:
+    return [] if frame is None else lines_of_shapes(frame.geometry)
+
+
+def _on_ground(
+    source: Source, points: Array, origin: tuple[float, float, float], spacing: float = LINE_STEP_M, above: float = 0.3
+) -> Array:
+    """A line on the terrain, with a point in each so many metres, from the origin; without what is off the terrain."""
+    assert source.ground is not None
+    line = shapely.LineString(points[:, :2])
+    if np.isfinite(spacing):
+        line = shapely.segmentize(line, max(spacing, line.length / 2000.0))
+    x, y = shapely.get_coordinates(line).T
+    z = source.ground.height(x, y) + above
+    return (np.column_stack([x, y, z]) - origin)[np.isfinite(z)]
+
+
+def chosen_groups(source: Source) -> dict[str, list[int]]:
+    """The logs that move in the view: of those with a trajectory the fastest, the farthest, some that reach a line, and
+    an even draw."""
+    stored = source.deposits[source.deposits["log_id"].isin(source.run.stored_log_ids.tolist())]
+    ids = stored["log_id"].to_numpy(np.int64)
+    groups = {}
+    for group, column in (("fast", "speed_max_ms"), ("far", "runout_m")):
+        order = np.lexsort((ids, -np.nan_to_num(stored[column].to_numpy(np.float64))))
+        groups[group] = ids[order[:A_GROUP]].tolist()
+    reached = np.unique(source.reached_by["log_id"].to_numpy(np.int64))
+    reached = reached[np.isin(reached, ids)]
+    groups["reach"] = reached[thinned_rows(reached.size, A_GROUP)].tolist()
+    groups["random"] = ids[thinned_rows(ids.size, A_GROUP, seed=1)].tolist()
+    return {name: each for name, each in groups.items() if each}
+
+
+def moving_logs(source: Source, origin: tuple[float, float, float]) -> tuple[list[Moving], float]:
+    """The chosen logs at even times, and the time between two of these [s]."""
+    groups = chosen_groups(source)
+    wanted = sorted({log for each in groups.values() for log in each})
+    if not wanted:
+        return [], STEP_S
+    paths = paths_by_log(source.run, np.array(wanted, np.int64))
+    duration = sum(float(path["t_s"][-1] - path["t_s"][0]) for path in paths.values())
+    step = max(STEP_S, duration / MOST_POSES)
+    radius, tip = source.run.radii()
+    moving = []
+    for log_id, path in paths.items():
+        own = path["t_s"] - path["t_s"][0]
+        times = np.append(np.arange(0.0, own[-1], step), own[-1])
+
+        def at(name: str, own: Array = own, times: Array = times, path: dict = path) -> Array:
+            return np.interp(times, own, path[name].astype(np.float64))
+
+        ends = [np.column_stack([at(f"{axis}{end}") for axis in "xyz"]) - origin for end in "bt"]
+        row = int(path["log_row"][0])
+        mine = [name for name, each in groups.items() if log_id in each]
+        moving.append(Moving(log_id, mine, ends[0], ends[1], at("speed_ms"), (float(radius[row]), float(tip[row]))))
+    return moving, step
+
+
+def packed(space: Space, source: Source) -> dict[str, Any]:
+    """The scene as JSON with arrays in base64, for the page's script."""
+    known = np.isfinite(space.heights)
+    top = float(np.nanmax(space.heights)) or 1.0
+    quantised = np.where(known, 1.0 + np.nan_to_num(space.heights) / top * 65534.0, 0.0)
+    ends = [np.hstack([each.base, each.tip]) for each in space.moving]
+    everything = np.concatenate([each.reshape(-1, 3) for each in ends]) if ends else np.zeros((1, 3))
+    low = everything.min(axis=0)
+    scale = np.maximum(np.ptp(everything, axis=0), 1e-3) / 65535.0
+    poses = [np.rint((each.reshape(-1, 3) - low) / scale).reshape(-1, 6) for each in ends]
+    return {
+        "ground": {
+            "nx": space.heights.shape[1],
+            "ny": space.heights.shape[0],
+            "cell": space.cell,
+            "first": space.first,
+            "top": top,
+            "z": _base64(quantised, "<u2"),
+        },
+        "drapes": drapes(source),
+        "trees": _base64(space.trees, "<f4"),
+        "lying": _base64(space.lying, "<f4"),
+        "deposits": _base64(space.deposits, "<f4"),
+        "barriers": [{"feet": _base64(feet, "<f4"), "height": height} for feet, height in space.barriers],
+        "lines": [_base64(each, "<f4") for each in space.lines if len(each) > 1],
+        "step": space.step_s,
+        "low": low,
+        "scale": scale,
+        "poses": _base64(np.concatenate(poses) if poses else np.zeros((0, 6)), "<u2"),
+        "speed": _base64(np.concatenate([100.0 * each.speed for each in space.moving]) if poses else np.zeros(0), "<u2"),
+        "logs": [
+            {"id": each.log_id, "n": len(each.base), "r": each.radii, "groups": each.groups} for each in space.moving
+        ],
+    }
+
+
+def drapes(source: Source) -> dict[str, str]:
+    """Pictures to lie on the terrain, on the ground's cells: the relief, and the hits over it."""
+    assert source.ground is not None
+    shade = hillshade(source.ground.values, source.ground.cell)
+    grey = np.nan_to_num(0.3 + 0.7 * shade, nan=0.8)
+    relief = np.repeat(grey[:, :, None], 3, axis=2)
+    found = {"relief": _jpeg(relief * [0.98, 0.97, 0.92])}
+    if "hits" in source.rasters:
+        values, extent = source.rasters["hits"]
+        share = _on_cells(values, extent, source)
+        top = float(np.nanquantile(values[values > 0.0], 0.995)) if (values > 0.0).any() else 1.0
+        colour = matplotlib.colormaps["viridis"](np.clip(share / top, 0.0, 1.0))[:, :, :3]
+        hit = (share > 0.0)[:, :, None]
+        found["hits"] = _jpeg(np.where(hit, 0.72 * colour * (0.55 + 0.45 * relief) + 0.28 * relief, relief))
+    return found
+
+
+def _on_cells(values: Array, extent: tuple[float, float, float, float], source: Source) -> Array:
+    """A raster at the centres of the ground's cells."""
+    ground = source.ground
+    assert ground is not None
+    ny, nx = ground.shape
+    x, y = ground.x0 + ground.cell * np.arange(nx), ground.y0 + ground.cell * np.arange(ny)
+    i = np.floor((x - extent[0]) / (extent[2] - extent[0]) * values.shape[1]).astype(int)
+    j = np.floor((y - extent[1]) / (extent[3] - extent[1]) * values.shape[0]).astype(int)
+    inside = ((j >= 0) & (j < values.shape[0]))[:, None] & ((i >= 0) & (i < values.shape[1]))
+    found = values[np.clip(j, 0, values.shape[0] - 1)[:, None], np.clip(i, 0, values.shape[1] - 1)]
+    return np.where(inside, np.nan_to_num(found), 0.0)
+
+
+def _jpeg(colours: Array) -> str:
+    """North up, as a data address."""
+    from PIL import Image
+
+    out = io.BytesIO()
+    Image.fromarray(np.uint8(np.clip(colours[::-1], 0.0, 1.0) * 255.0)).save(out, "JPEG", quality=DRAPE_QUALITY)
+    return "data:image/jpeg;base64," + base64.b64encode(out.getvalue()).decode("ascii")
+
+
+def _base64(values: Array, kind: str) -> str:
+    return base64.b64encode(np.ascontiguousarray(np.asarray(values), dtype=kind).tobytes()).decode("ascii")
