@@ -72,6 +72,11 @@ class _ToolCommand(click.Command):
     def __init__(self, tool: Tool) -> None:
         self.tool = tool
         options: list[click.Parameter] = [_option(parameter) for parameter in tool.parameters()]
+        self.bare = next((parameter for parameter in tool.parameters() if parameter.positional), None)
+        if self.bare:
+            shown = self.bare.name.removesuffix("s").upper()
+            many = self.bare.name.endswith("s")
+            options.append(click.Argument(["bare"], nargs=-1, metavar=f"[{shown}]..." if many else f"[{shown}]"))
         super().__init__(
             tool.name,
             params=[*options, *_common_options()],
@@ -82,6 +87,12 @@ class _ToolCommand(click.Command):
 
     def _job(self, **given: Any) -> Job:
         common = {name: given.pop(name) for name in ("config", "progress", "quiet", "verbose")}
+        if self.bare and (words := given.pop("bare")):
+            if given[self.bare.name] is not None:
+                raise UserError(
+                    f"{self.bare.flag} is given twice: with its flag, and as '{' '.join(words)}' without it"
+                )
+            given[self.bare.name] = ",".join(words)
         return Job(self.tool, {name: value for name, value in given.items() if value is not None}, **common)
 
     def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -95,7 +106,11 @@ class _ToolCommand(click.Command):
             if rows:
                 with formatter.section(title):
                     formatter.write_dl(rows, col_max=28)
-        rows = [row for option in self.get_params(ctx)[-5:] if (row := option.get_help_record(ctx)) is not None]
+        rows = [
+            row
+            for option in self.get_params(ctx)[-5:]
+            if not isinstance(option, click.Argument) and (row := option.get_help_record(ctx)) is not None
+        ]
         with formatter.section("On every tool"):
             formatter.write_dl(rows, col_max=28)
 

@@ -31,6 +31,8 @@ NAMES = (
     "calibrate-friction",
     "compare-fidelity",
     "reproduce-paper",
+    "make-report",
+    "view",
     "demo",
 )
 TOOLS: tuple[Tool, ...]

@@ -38,6 +38,7 @@ class Parameter:
     parts: tuple[str, ...] = ()
     optional: bool = False
     advanced: bool = False
+    positional: bool = False  # on the command line it may stand without its flag; several with commas, or one by one
     default: Any = None
 
     @property

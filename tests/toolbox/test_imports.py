@@ -24,7 +24,7 @@ VOCABULARY = ("kinds", "tool", "schemas", "pictures")
 ROOMS = ("numbers", "files", "scene", "runs")
 SUBJECTS = (
     "trees", "releases", "mobilisation", "structures", "flights", "calibration", "fidelity", "scenarios", "sample",
-    "paper",
+    "paper", "report",
 )  # fmt: skip
 
 

@@ -141,7 +141,11 @@ def reach_figure(source: Source, words: Words) -> Figure:
     axes.barh(np.arange(value.size), value, 0.6, color=COLOURS[0])
     axes.errorbar(value, np.arange(value.size), xerr=error, fmt="none", ecolor=INK, capsize=4, linewidth=1.2)
     axes.set_yticks(np.arange(value.size), [plain(each["line_id"]) for each in records])
-    axes.set(xlabel=words.say("share_of_logs"), xlim=(0.0, min(100.5, max(1.15 * ends.max(), 1.0))), ylim=(value.size - 0.4, -0.6))
+    axes.set(
+        xlabel=words.say("share_of_logs"),
+        xlim=(0.0, min(100.5, max(1.15 * ends.max(), 1.0))),
+        ylim=(value.size - 0.4, -0.6),
+    )
     axes.grid(axis="y", visible=False)
     return figure
 
@@ -211,7 +215,9 @@ def rose_figure(source: Source, words: Words) -> Figure:
         axes.set_theta_zero_location("N")
         axes.set_theta_direction(-1)
         radius = np.sqrt(count / count.max())
-        axes.bar(edges[:-1], radius, width=np.radians(10.0), align="edge", color=COLOURS[0], edgecolor=INK, linewidth=0.3)
+        axes.bar(
+            edges[:-1], radius, width=np.radians(10.0), align="edge", color=COLOURS[0], edgecolor=INK, linewidth=0.3
+        )
         rings = [share for share in (0.05, 0.1, 0.2, 0.4) if share <= 1.05 * count.max() / azimuths.size]
         axes.set_yticks(
             [np.sqrt(share * azimuths.size / count.max()) for share in rings], [f"{100 * share:g} %" for share in rings]
@@ -241,7 +247,9 @@ def runout_figure(sources: list[Source], words: Words) -> Figure:
 def distributions_figure(source: Source, words: Words) -> Figure:
     """Largest speed and jump height of each log."""
     figure, panels = _panels(2, 2.4)
-    for axes, column, phrase in zip(panels, ("speed_max_ms", "jump_max_m"), ("max_speed_axis", "jump_axis"), strict=True):
+    for axes, column, phrase in zip(
+        panels, ("speed_max_ms", "jump_max_m"), ("max_speed_axis", "jump_axis"), strict=True
+    ):
         _histogram(axes, source.column(column), words.say(phrase), words)
     return figure
 

@@ -36,7 +36,9 @@ def joined(parts: Iterable[Any]) -> Markup:
 def table(head: Sequence[Any], rows: Iterable[Sequence[Any]], caption: str | None = None) -> Markup:
     """A table that scrolls on a narrow screen; the first column is text, the others stand to the right."""
     top = element("tr", *(element("th", each, scope="col") for each in head))
-    body = [element("tr", element("th", row[0], scope="row"), *(element("td", each) for each in row[1:])) for row in rows]
+    body = [
+        element("tr", element("th", row[0], scope="row"), *(element("td", each) for each in row[1:])) for row in rows
+    ]
     title = [element("caption", caption)] if caption else []
     return element("div", element("table", *title, element("thead", top), element("tbody", *body)), class_="scroll")
 

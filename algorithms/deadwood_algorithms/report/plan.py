@@ -89,7 +89,14 @@ def _relief(axes: Any, source: Source) -> None:
     west, south, east, north = ground.bounds
     grey = np.where(np.isfinite(shade), 0.25 + 0.75 * shade, np.nan)
     axes.imshow(
-        grey, cmap="gray", vmin=0.0, vmax=1.0, extent=(west, east, south, north), origin="lower", zorder=1, gid="layer_relief"
+        grey,
+        cmap="gray",
+        vmin=0.0,
+        vmax=1.0,
+        extent=(west, east, south, north),
+        origin="lower",
+        zorder=1,
+        gid="layer_relief",
     )
 
 
@@ -115,7 +122,13 @@ def dots(axes: Any, x: NDArray, y: NDArray, size: float, colour: str, gid: str, 
     codes = np.tile([Path.MOVETO, Path.LINETO], len(x))
     axes.add_patch(
         PathPatch(
-            Path(ends, codes), facecolor="none", edgecolor=colour, linewidth=size, capstyle="round", gid=gid, zorder=zorder
+            Path(ends, codes),
+            facecolor="none",
+            edgecolor=colour,
+            linewidth=size,
+            capstyle="round",
+            gid=gid,
+            zorder=zorder,
         )
     )
 
@@ -206,11 +219,11 @@ def scale_bar(axes: Any, extent: Extent) -> None:
     x, y = west + 0.04 * (east - west), south + 0.025 * (north - south)
     thick = 0.006 * (north - south)
     for k, colour in enumerate(("black", "white")):
-        axes.add_patch(
-            _rectangle(x + k * length / 2.0, y, length / 2.0, thick, colour)
-        )
+        axes.add_patch(_rectangle(x + k * length / 2.0, y, length / 2.0, thick, colour))
     shown = f"{length / 1000:g} km" if length >= 1000 else f"{length:g} m"
-    axes.text(x + length, y + 2.0 * thick, shown, ha="right", va="bottom", fontsize=8, color="black", zorder=9, bbox=_BOX)
+    axes.text(
+        x + length, y + 2.0 * thick, shown, ha="right", va="bottom", fontsize=8, color="black", zorder=9, bbox=_BOX
+    )
 
 
 _BOX = {"boxstyle": "round,pad=0.15", "facecolor": "white", "alpha": 0.75, "edgecolor": "none"}
@@ -244,7 +257,9 @@ def layers_drawn(source: Source) -> list[str]:
     return [name for name, yes in there.items() if yes] + [f"deposits_{each}" for each in STOPS if each in reasons]
 
 
-def draw_difference(band: NDArray[np.float64], extent: Extent, shown: Extent, source: Source, title: str, words: Words) -> Figure:
+def draw_difference(
+    band: NDArray[np.float64], extent: Extent, shown: Extent, source: Source, title: str, words: Words
+) -> Figure:
     """Where logs pass more often (red) or less often (blue) than in the reference, over the relief."""
     figure, axes = map_frame(shown, words)
     if source.ground is not None:
@@ -259,7 +274,9 @@ def draw_difference(band: NDArray[np.float64], extent: Extent, shown: Extent, so
     )  # fmt: skip
     axes.set(xlim=(shown[0], shown[2]), ylim=(shown[1], shown[3]))
     if source.lines is not None:
-        axes.add_collection(LineCollection(lines_of_shapes(source.lines.geometry), colors=LINE, linewidths=1.6, zorder=5))
+        axes.add_collection(
+            LineCollection(lines_of_shapes(source.lines.geometry), colors=LINE, linewidths=1.6, zorder=5)
+        )
     bar = figure.colorbar(image, ax=axes, fraction=0.035, pad=0.015, aspect=32)
     bar.set_label(title, fontsize=8)
     bar.solids.set_rasterized(True)

@@ -47,6 +47,14 @@ def chosen_profiles(source: Source) -> list[Profile]:
         terrain = source.ground.height(x, y)
         if way[-1] > 0.0 and np.isfinite(terrain).any():
             made.append(
-                Profile(log_id, phrase, way, terrain, z, path["clearance_m"][keep].astype(float), path["speed_ms"][keep].astype(float))
+                Profile(
+                    log_id,
+                    phrase,
+                    way,
+                    terrain,
+                    z,
+                    path["clearance_m"][keep].astype(float),
+                    path["speed_ms"][keep].astype(float),
+                )
             )
     return made

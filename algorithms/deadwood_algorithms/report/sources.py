@@ -298,3 +298,11 @@ def paths_by_log(run: Run, wanted: NDArray[np.int64]) -> Mapping[int, dict[str, 
         for log, start, stop in zip(ids[order], starts[order], ends, strict=True):
             found[int(log)] = {name: values[start:stop] for name, values in piece.items()}
     return found
+
+
+def read_band(path: Path, sources: Any) -> tuple[NDArray[np.float64], Extent]:
+    """A raster over all that the runs cover, thinned by mean; row 0 south."""
+    sides = np.array([each.extent for each in sources])
+    (west, south), (east, north) = sides[:, :2].min(axis=0), sides[:, 2:].max(axis=0)
+    with rasterio.open(path) as source:
+        return _thinned_raster(source, (west, south, east, north), np.nanmean)

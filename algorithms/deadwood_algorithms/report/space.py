@@ -232,7 +232,9 @@ def packed(space: Space, source: Source) -> dict[str, Any]:
         "low": low,
         "scale": scale,
         "poses": _base64(np.concatenate(poses) if poses else np.zeros((0, 6)), "<u2"),
-        "speed": _base64(np.concatenate([100.0 * each.speed for each in space.moving]) if poses else np.zeros(0), "<u2"),
+        "speed": _base64(
+            np.concatenate([100.0 * each.speed for each in space.moving]) if poses else np.zeros(0), "<u2"
+        ),
         "logs": [
             {"id": each.log_id, "n": len(each.base), "r": each.radii, "groups": each.groups} for each in space.moving
         ],

@@ -129,7 +129,10 @@ PHRASES: dict[str, tuple[str, str]] = {
     "probability": ("probability", "Wahrscheinlichkeit"),
     "sampling": ("95 % interval (sampling)", "95-%-Intervall (Stichprobe)"),
     "calculation": ("error of calculation", "Fehler der Berechnung"),
-    "until_ci": ("The run was to end at ±{wanted} points: {state}.", "Der Lauf sollte bei ±{wanted} Punkten enden: {state}."),
+    "until_ci": (
+        "The run was to end at ±{wanted} points: {state}.",
+        "Der Lauf sollte bei ±{wanted} Punkten enden: {state}.",
+    ),
     "until_reached": ("reached after {n} logs", "erreicht nach {n} Stämmen"),
     "until_missed": ("not reached with all {n} logs", "mit allen {n} Stämmen nicht erreicht"),
     "share_of_logs": ("share of the logs [%]", "Anteil der Stämme [%]"),
@@ -168,7 +171,10 @@ PHRASES: dict[str, tuple[str, str]] = {
     "spread_deg": ("smallest angle that holds all [°]", "kleinster Winkel über alle [°]"),
     "p05_p95_deg": ("5 to 95 % [°]", "5 bis 95 % [°]"),
     "compass": ("N,E,S,W", "N,O,S,W"),
-    "spread_none": ("No deposit is far enough from its release.", "Keine Ablagerung liegt weit genug von ihrer Freisetzung."),
+    "spread_none": (
+        "No deposit is far enough from its release.",
+        "Keine Ablagerung liegt weit genug von ihrer Freisetzung.",
+    ),
     "ways": ("Run-out, speed and jumps", "Auslauf, Geschwindigkeit und Sprünge"),
     "runout": ("Run-out", "Auslauf"),
     "runout_axis": ("run-out, horizontal [m]", "Auslauf, horizontal [m]"),
@@ -224,7 +230,10 @@ PHRASES: dict[str, tuple[str, str]] = {
         "verschieben, Rad vergrössert; Klick auf einen bewegten Stamm folgt ihm. Gelände in Schritten von {cell} m (DEM: "
         "{dem_cell} m); {shown} von {stored} aufbewahrten Bahnen.",
     ),
-    "three_d_lacks": ("Without the terrain model there is no 3-D view.", "Ohne Geländemodell gibt es keine 3-D-Ansicht."),
+    "three_d_lacks": (
+        "Without the terrain model there is no 3-D view.",
+        "Ohne Geländemodell gibt es keine 3-D-Ansicht.",
+    ),
     "three_d_webgl": (
         "This browser shows no WebGL 2, so there is no 3-D view; all else is complete.",
         "Dieser Browser zeigt kein WebGL 2, darum keine 3-D-Ansicht; alles Übrige ist vollständig.",
@@ -264,7 +273,10 @@ PHRASES: dict[str, tuple[str, str]] = {
     "of_steps": ("of {n} steps", "von {n} Schritten"),
     "failed_logs": ("failed logs", "gescheiterte Stämme"),
     "left_dem_logs": ("logs that left the terrain model", "Stämme, die das Geländemodell verliessen"),
-    "started_in_contact": ("logs that started in contact with an obstacle", "Stämme, die in Kontakt mit einem Hindernis starteten"),
+    "started_in_contact": (
+        "logs that started in contact with an obstacle",
+        "Stämme, die in Kontakt mit einem Hindernis starteten",
+    ),
     "not_run": ("logs not run (--until-ci)", "nicht gerechnete Stämme (--until-ci)"),
     "left_dem_warning": (
         "{n} logs left the terrain model; on a larger one they would have gone on, so reach and spread are off by up to "
@@ -283,7 +295,10 @@ PHRASES: dict[str, tuple[str, str]] = {
     "provenance": ("Provenance", "Herkunft"),
     "command": ("Command that repeats the run", "Befehl, der den Lauf wiederholt"),
     "versions": ("Versions", "Versionen"),
-    "versions_run": ("The run was made by deadwood-tool {version}; this page with:", "Der Lauf stammt von deadwood-tool {version}; diese Seite von:"),
+    "versions_run": (
+        "The run was made by deadwood-tool {version}; this page with:",
+        "Der Lauf stammt von deadwood-tool {version}; diese Seite von:",
+    ),
     "hashes": ("Fingerprints of the inputs", "Prüfsummen der Eingaben"),
     "input": ("input", "Eingabe"),
     "file": ("file", "Datei"),
@@ -304,7 +319,10 @@ PHRASES: dict[str, tuple[str, str]] = {
         "95-%-Intervallen über die Stämme.",
     ),
     "comparison_lacks": ("The runs are not compared: {reason}", "Die Läufe werden nicht verglichen: {reason}"),
-    "comparison_map_lacks": ("No map of the difference of {name}: {reason}", "Keine Unterschiedskarte von {name}: {reason}"),
+    "comparison_map_lacks": (
+        "No map of the difference of {name}: {reason}",
+        "Keine Unterschiedskarte von {name}: {reason}",
+    ),
     "difference": ("difference", "Unterschied"),
     "difference_points": ("minus {reference} [points]", "minus {reference} [Punkte]"),
     "difference_map": (
@@ -322,7 +340,10 @@ PHRASES: dict[str, tuple[str, str]] = {
     "quantity_runout": ("run-out, {item}", "Auslauf, {item}"),
     "quantity_deposit_moved": ("deposits moved, {item}", "Ablagerungen verschoben, {item}"),
     "parameters_differ": ("In what the runs differ", "Worin sich die Läufe unterscheiden"),
-    "parameters_same": ("The runs differ in no parameter (their layers may).", "Die Läufe unterscheiden sich in keinem Parameter (ihre Ebenen vielleicht)."),
+    "parameters_same": (
+        "The runs differ in no parameter (their layers may).",
+        "Die Läufe unterscheiden sich in keinem Parameter (ihre Ebenen vielleicht).",
+    ),
     "none": ("none", "keine"),
     "made": ("Made by deadwood-tool {version}", "Erstellt mit deadwood-tool {version}"),
     "figure_alt": ("Figure: {what}", "Abbildung: {what}"),

@@ -1,0 +1,135 @@
+"""Make one HTML page of a run, or of several side by side: maps, figures, tables and a 3-D view, for reading and paper.
+
+The page needs nothing but itself: no network, no server, no other file; any browser opens it from the file system, it
+prints on A4, and it can be sent as an annex. It says what was asked and answered, what was modelled and what was not,
+shows the map with layers to switch, the reach of each line with both kinds of error, arrivals, lateral spread, run-out,
+speeds and jumps, profiles along trajectories, the ledgers of barriers and trees, the measured accuracy, and where all
+of it comes from. In the 3-D view the logs move again: the fastest, the farthest, those that reach a line, a random draw.
+
+    deadwood-tool make-report my_case --output my_case.html
+    deadwood-tool make-report run_none run_forest --output forest.html --language de --figures figures --gltf slope.glb
+
+Of several runs of the same releases the page also has the paired differences of `compare-scenarios`, with maps. Inputs
+of a run that are not where they were (the terrain model, the trees) are missing in the page, which says so. Its figures
+are for reading: numbers for further work are in the run's own files.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from deadwood_algorithms import tool
+from deadwood_algorithms.tool import Feedback, Outcome, Tool, UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from deadwood_algorithms.report.page import Comparison
+    from deadwood_algorithms.report.sources import Source
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ask:
+    runs: str = tool.text(
+        "Folders of the runs, with commas; the first is what the others are compared with",
+        positional=True,
+        help="Each a folder of slide-logs. On the command line they may also stand without the flag, one by one.",
+    )
+    title: str | None = tool.text("Title of the page", default=None, help="Default: the names of the runs.")
+    language: str = tool.choice("Language of the page", "en", "de", default="en")
+    figures: str | None = tool.output_folder(
+        "Folder for every figure as PNG, SVG and PDF", default=None, help="For other documents."
+    )
+    gltf: str | None = tool.output_file(
+        "The first run's scene as binary glTF (.glb), for other viewers",
+        default=None,
+        help="Terrain, trees, barriers and lying logs in true size, and the moving logs as an animation.",
+    )
+    output: str = tool.output_file("HTML page to be made")
+    overwrite: bool = tool.overwrite()
+
+
+def run(ask: Ask, feedback: Feedback) -> Outcome:
+    from deadwood_algorithms.files.outputs import output_folder, output_path
+    from deadwood_algorithms.report.gltf import write_gltf
+    from deadwood_algorithms.report.page import report_of
+    from deadwood_algorithms.report.sources import read_source
+    from deadwood_algorithms.report.space import drapes, space_of
+    from deadwood_algorithms.report.words import Words
+    from deadwood_algorithms.runs.folder import MANIFEST, write_json
+
+    with ExitStack() as stack:
+        path = stack.enter_context(output_path(ask.output, ask.overwrite, suffix=".html"))
+        figures = stack.enter_context(output_folder(ask.figures, ask.overwrite)) if ask.figures else None
+        gltf = stack.enter_context(output_path(ask.gltf, ask.overwrite, suffix=".glb")) if ask.gltf else None
+        folders = [each.strip() for each in ask.runs.split(",") if each.strip()]
+        if not folders:
+            raise UserError("--runs names no folder; give that of a run of slide-logs")
+        sources = [read_source(each, name, feedback) for each, name in zip(folders, names_of(folders), strict=True)]
+        compared = compared_runs(folders, sources, feedback) if len(sources) > 1 else None
+        feedback.progress(1, 3, "drawing the report")
+        spaces = [space_of(each) for each in sources]
+        if gltf and spaces[0] is None:
+            raise UserError(f"{folders[0]}: its terrain model is not there any more, without which --gltf has no scene")
+        report = report_of(sources, spaces, compared, Words(ask.language), ask.title)
+        path.write_text(report.page, encoding="utf-8")
+        feedback.progress(2, 3, "drawing the report")
+        for each in report.drawings if figures else ():
+            assert figures is not None
+            each.write(figures)
+        if figures:
+            write_json(figures / MANIFEST, tool.manifest(TOOL, ask))
+        if gltf and spaces[0] is not None:
+            write_gltf(gltf, spaces[0], drapes(sources[0])["relief"])
+        feedback.progress(3, 3, "drawing the report")
+    for source in sources:
+        for phrase, filled in source.lacks:
+            feedback.note(f"{source.name}: {Words('en').say(phrase, **filled)}")
+    outputs = {"output": ask.output, "figures": ask.figures, "gltf": ask.gltf}
+    facts = {"runs": [each.name for each in sources], "bytes": Path(ask.output).stat().st_size}
+    lines = (f"{ask.output}: {facts['bytes'] / 1e6:.1f} MB, of {', '.join(facts['runs'])}",)
+    return Outcome({name: Path(place) for name, place in outputs.items() if place}, facts, lines)
+
+
+def names_of(folders: Sequence[str]) -> list[str]:
+    """What the runs are called: their folders' names, with the folder above where two are alike."""
+    names = [Path(each).resolve().name for each in folders]
+    if len(set(names)) < len(names):
+        names = ["_".join(Path(each).resolve().parts[-2:]) for each in folders]
+    if len(set(names)) < len(names):
+        raise UserError("--runs names a folder twice; give each run once")
+    return names
+
+
+def compared_runs(folders: Sequence[str], sources: Sequence[Source], feedback: Feedback) -> Comparison:
+    """The comparison of the runs; what cannot be compared is told in the page."""
+    from deadwood_algorithms.report.page import Comparison
+    from deadwood_algorithms.report.sources import read_band
+    from deadwood_algorithms.scenarios.maps import difference_map
+    from deadwood_algorithms.scenarios.measures import compared_rows
+    from deadwood_algorithms.scenarios.runs import differing, read_compared
+
+    found = Comparison()
+    try:
+        compared = read_compared(",".join(folders), ",".join(each.name for each in sources), None, feedback)
+    except UserError as error:
+        found.lacks.append(("comparison_lacks", {"reason": str(error)}))
+        return found
+    found.rows = compared_rows(compared, None, 0, feedback)
+    found.differing = differing(compared)
+    with tempfile.TemporaryDirectory() as folder:
+        for k, other in enumerate(compared.others):
+            place = Path(folder) / f"difference_{k}.tif"
+            try:
+                difference_map(compared.reference, other, place, feedback)
+                found.maps[sources[k + 1].name] = read_band(place, sources)
+            except (UserError, ValueError) as error:
+                found.lacks.append(("comparison_map_lacks", {"name": other.name, "reason": str(error)}))
+    return found
+
+
+TOOL = Tool("make-report", "Evaluate", "Runs: one page with maps, figures, tables and a 3-D view", Ask, run)

@@ -1,0 +1,397 @@
+"""The sections of the report about one run, each a heading with what belongs under it."""
+
+from __future__ import annotations
+
+import os
+import platform
+import shlex
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from deadwood_algorithms.files.versions import lines as versions
+from deadwood_algorithms.report.fidelity_error import REACH_POINTS
+from deadwood_algorithms.report.figures import ARRIVAL_COLUMNS, Drawing
+from deadwood_algorithms.report.markup import Markup, element, joined, table
+from deadwood_algorithms.report.plan import MOST_DOTS, SHOWN_AT_FIRST, layers_drawn
+from deadwood_algorithms.report.rounded import number, percent
+from deadwood_algorithms.report.sources import Source
+from deadwood_algorithms.report.words import Words
+from deadwood_algorithms.tool import VERSION
+
+TOP_TREES = 10
+LEVELS = (5, 25, 50, 75, 95)
+Parts = list[Any]
+
+
+def figure_of(drawing: Drawing | None, caption: str = "") -> Markup:
+    if drawing is None:
+        return Markup("")
+    return element("figure", drawing.inline(), element("figcaption", caption) if caption else "", class_="keep")
+
+
+def question(sources: list[Source], words: Words) -> Parts:
+    """What was asked, and the answer in a line for each line and run."""
+    one = sources[0]
+    releases = list(dict.fromkeys(one.deposits["release_id"].astype(str)))
+    where = (
+        words.say("release_area", name=releases[0])
+        if len(releases) == 1
+        else words.say("release_areas", n=len(releases))
+    )
+    names = [str(each["line_id"]) for each in one.summary["reach"]]
+    shown = names[:4] + (["…"] if len(names) > 4 else [])
+    told = f" {words.say('and')} ".join([", ".join(shown[:-1]), shown[-1]]) if len(shown) > 1 else "".join(shown)
+    released = number(one.summary["logs"]["released"], words)
+    asked = (
+        words.say("question_lines", n=released, where=where, lines=told)
+        if names
+        else words.say("question_none", n=released, where=where)
+    )
+    answers = []
+    for source in sources:
+        for each in source.summary["reach"][:12]:
+            share = percent(each, words)
+            before = f"{source.name} – " if len(sources) > 1 else ""
+            answer = words.say("answer", line=each["line_id"], share=f"{share} {words.say('of_logs')}")
+            answers.append(element("li", before + answer))
+        if not source.summary["reach"]:
+            ends = ", ".join(
+                f"{words.stop(name)} {number(100.0 * count / source.summary['logs']['released'], words, 2)} %"
+                for name, count in source.summary["logs"]["by_stop_reason"].items()
+                if count
+            )
+            answers.append(element("li", f"{source.name}: {ends}"))
+    return [element("p", asked), element("ul", *answers, class_="answers answer")]
+
+
+def warnings_of(source: Source, words: Words) -> Parts:
+    """What a reader must not overlook."""
+    reasons = source.summary["logs"]["by_stop_reason"]
+    found = [
+        words.say(f"{name}_warning", n=reasons.get(name, 0))
+        for name in ("left_dem", "failed", "time_limit")
+        if reasons.get(name, 0)
+    ]
+    return [element("p", each, class_="warning") for each in found]
+
+
+def modelled(source: Source, words: Words) -> Parts:
+    rows = [(name.replace("_", " "), said) for name, said in source.summary["modelled"].items()]
+    parts: Parts = [element("p", words.say("modelled_note")), left_table(rows)]
+    if source.lacks:
+        told = []
+        for phrase, filled in source.lacks:
+            filled = dict(filled)
+            if "what" in filled:
+                filled["what"] = words.known(f"input_{filled['what']}", str(filled["what"]))
+                filled["reason"] = filled["reason"] or words.say("gone")
+            told.append(element("li", words.say(phrase, **filled)))
+        parts += [element("h4", words.say("lacks")), element("ul", *told)]
+    return parts
+
+
+def left_table(rows: list[tuple[Any, Any]]) -> Markup:
+    body = [element("tr", element("th", name, scope="row"), element("td", said)) for name, said in rows]
+    return element("div", element("table", element("tbody", *body), class_="words"), class_="scroll")
+
+
+def map_section(source: Source, key: str, drawing: Drawing, frame: tuple[float, ...], words: Words) -> Parts:
+    """The map with a box for each of its layers; ``frame`` is where its axes lie in the SVG (x, y, width, height)."""
+    boxes = []
+    for name in layers_drawn(source):
+        reason = name.removeprefix("deposits_")
+        label = words.say("layer_deposits", stop=words.stop(reason)) if reason != name else words.say(f"layer_{name}")
+        if name in ("speed", "energy", "jump"):
+            top = source.column({"speed": "speed_max_ms", "energy": "energy_max_kj", "jump": "jump_max_m"}[name])
+            unit = {"speed": "m/s", "energy": "kJ", "jump": "m"}[name]
+            label += f" (0–{number(float(top.max()) if top.size else 0.0, words, 2)} {unit})"
+        on = name in SHOWN_AT_FIRST or reason != name
+        box = element(
+            "input", type="checkbox", data_layer=f"{drawing.name}-layer_{name}", checked="" if on else None
+        ).removesuffix("</input>")
+        boxes.append(element("label", Markup(box), label))
+    buttons = [
+        element("button", words.say(phrase), type="button", data_part=part)
+        for phrase, part in (("zoom_in", "in"), ("zoom_out", "out"), ("reset", "reset"))
+    ]
+    crs = f"{source.run.grid.plan_crs.name} ({source.run.manifest['grid']['crs']})"
+    notes = [words.say("map_caption", crs=crs if len(crs) < 120 else source.run.grid.plan_crs.name)]
+    for many, what in ((len(source.deposits), "deposits"), (len(source.scene.get("trees", ())), "layer_trees")):
+        if many > MOST_DOTS:
+            notes.append(words.say("map_some", drawn=MOST_DOTS, n=many, what=words.say(what)))
+    return [
+        element(
+            "div",
+            element("fieldset", *boxes, class_="controls"),
+            element("div", *buttons, element("span", class_="where"), class_="controls"),
+            figure_of(drawing, " ".join(notes)),
+            class_="map",
+            data_frame=" ".join(f"{each:.3f}" for each in frame),
+            data_extent=" ".join(f"{each:.3f}" for each in source.extent),
+            id=f"{key}-map",
+        )
+    ]
+
+
+def reach(source: Source, drawings: Mapping[str, Drawing], words: Words) -> Parts:
+    """Each line with both errors."""
+    records = source.summary["reach"]
+    if not records:
+        return [element("p", words.say("no_reach"))]
+    calculation = calculation_words(source.summary["accuracy"], source.run.manifest.get("parameters", {}), words)
+    head = [words.say(each) for each in ("line", "logs", "n_reach", "sampling", "calculation")]
+    rows = [(each["line_id"], each["n_total"], each["n_reach"], percent(each, words), calculation) for each in records]
+    parts: Parts = [
+        figure_of(drawings.get("reach")),
+        table(head, rows),
+        element("p", words.say("reach_note"), class_="quiet"),
+    ]
+    if source.summary["accuracy"]["fidelity"] in REACH_POINTS:
+        parts.append(element("p", words.say("calculation_measure"), class_="quiet"))
+    if rule := source.summary.get("until_ci"):
+        state = words.say("until_reached" if rule["reached"] else "until_missed", n=rule["logs"])
+        wanted = number(100.0 * rule["target_half_width"], words, 2)
+        parts.append(element("p", words.say("until_ci", wanted=wanted, state=state)))
+    return parts
+
+
+def calculation_words(accuracy: Mapping[str, Any], parameters: Mapping[str, Any], words: Words) -> str:
+    """What is known of the error of calculation of a run's fidelity."""
+    fidelity = accuracy["fidelity"]
+    if parameters.get("time_step") is not None or parameters.get("station_spacing") is not None:
+        return words.say("calculation_unknown")
+    if fidelity == "reference":
+        return words.say("calculation_none")
+    if fidelity not in REACH_POINTS:
+        return words.say("calculation_unknown")
+    mean, worst = (in_language(each, words) for each in REACH_POINTS[fidelity])
+    return words.say("calculation_known", mean=mean, worst=worst)
+
+
+def in_language(text: str, words: Words) -> str:
+    return text.replace(".", ",").replace(" to ", " bis ") if words.language == "de" else text
+
+
+def arrivals(source: Source, drawings: Mapping[str, Drawing], words: Words) -> Parts:
+    if source.arrivals is None:
+        return []
+    if not len(source.arrivals):
+        return [element("p", words.say("arrivals_none"))]
+    parts: Parts = [element("p", words.say("arrivals_note"), class_="quiet"), figure_of(drawings.get("arrivals"))]
+    head = [words.say("quantity"), words.say("n_logs"), *(f"{each} %" for each in LEVELS), words.say("largest")]
+    for line_id, mine in source.arrivals.groupby("line_id", sort=False):
+        rows = [
+            quantile_row(words.say(phrase), mine[name].to_numpy(float), words)
+            for name, phrase in ARRIVAL_COLUMNS.items()
+        ]
+        parts.append(table(head, rows, f"{words.say('line')} {line_id}"))
+    return parts
+
+
+def quantile_row(label: str, values: Any, words: Words) -> tuple[Any, ...]:
+    values = values[np.isfinite(values)]
+    if not values.size:
+        return (label, 0, *["–"] * (len(LEVELS) + 1))
+    shown = [number(float(each), words, 2) for each in (*np.percentile(values, LEVELS), values.max())]
+    return (label, values.size, *shown)
+
+
+def spread(source: Source, drawings: Mapping[str, Drawing], words: Words) -> Parts:
+    records = source.summary["spread"]
+    head = [words.say(each) for each in ("release", "counted", "left_out", "spread_deg", "p05_p95_deg")]
+    rows = [
+        (
+            each["release_id"],
+            each["n"] - each["n_left_out"],
+            each["n_left_out"],
+            whole(each["spread_deg"]),
+            whole(each["p05_p95_deg"]),
+        )
+        for each in records
+    ]
+    shown = figure_of(drawings["spread"]) if "spread" in drawings else element("p", words.say("spread_none"))
+    return [shown, table(head, rows), element("p", words.say("spread_note"), class_="quiet")]
+
+
+def whole(value: Any) -> str:
+    return "–" if value is None or not np.isfinite(value) else f"{value:.0f}"
+
+
+def ways(source: Source, drawings: Mapping[str, Drawing], words: Words) -> Parts:
+    head = [words.say("quantity"), words.say("n_logs"), *(f"{each} %" for each in LEVELS), words.say("largest")]
+    names = {
+        "runout_axis": "runout_m",
+        "max_speed_axis": "speed_max_ms",
+        "jump_axis": "jump_max_m",
+        "energy_max": "energy_max_kj",
+    }
+    rows = []
+    for phrase, column in names.items():
+        label = words.say(phrase) + (" [kJ]" if column.endswith("_kj") else "")
+        rows.append(quantile_row(label, source.column(column), words))
+    logs = source.summary["logs"]
+    ends = [
+        (words.stop(name), count, f"{number(100.0 * count / logs['released'], words, 2)} %")
+        for name, count in logs["by_stop_reason"].items()
+        if count
+    ]
+    return [
+        figure_of(drawings.get("runout")),
+        figure_of(drawings.get("distributions")),
+        table(head, rows),
+        table([words.say("stops"), words.say("n_logs"), "%"], ends),
+    ]
+
+
+def profile(drawings: Mapping[str, Drawing], words: Words) -> Parts:
+    return [figure_of(drawings["profile"], words.say("profile_note"))] if "profile" in drawings else []
+
+
+def ledgers(source: Source, words: Words) -> Parts:
+    """What barriers, trees and lying logs did."""
+    parts: Parts = []
+    barriers = source.summary["barriers"]
+    if barriers:
+        names = ("n_reached", "n_stopped", "n_overjumped", "n_passed_beside", "n_hits")
+        head = [words.say(each) for each in ("barrier", *names, "energy_hit", "height_hit")]
+        rows = [
+            (
+                each["barrier_id"],
+                *(each[name] for name in names),
+                number(each["energy_max_kj"], words),
+                number(each["height_max_m"], words, 2),
+            )
+            for each in barriers
+        ]
+        parts.append(table(head, rows))
+    wood = [(name, source.summary.get(name)) for name in ("trees", "lying_logs")]
+    wood = [(name, record) for name, record in wood if record]
+    if wood:
+        names = ("n_total", "n_hit", "n_stopping", "n_hits", "n_stops")
+        head = [words.say(each) for each in ("wood", *names, "impulse", "energy_taken")]
+        rows = [
+            (
+                words.say(f"layer_{name}"),
+                *(record[each] for each in names),
+                number(record["impulse_sum_kns"], words),
+                number(record["energy_taken_kj"], words),
+            )
+            for name, record in wood
+        ]
+        parts.append(table(head, rows))
+    if source.tree_hits is not None and len(source.tree_hits):
+        top = source.tree_hits.sort_values(["n_stops", "energy_taken_kj"], ascending=False).head(TOP_TREES)
+        head = [words.say(each) for each in ("tree", "n_stops", "n_hits", "energy_taken")]
+        head[1:1] = ["DBH [cm]", f"{words.say('height')} [m]"]
+        rows = [
+            (
+                each["tree_id"],
+                number(each["dbh_cm"], words),
+                number(each["height_m"], words),
+                each["n_stops"],
+                each["n_hits"],
+                number(each["energy_taken_kj"], words),
+            )
+            for each in top.to_dict("records")
+        ]
+        parts.append(table(head, rows, words.say("top_trees")))
+    return parts or [element("p", words.say("ledgers_none"))]
+
+
+def accuracy(source: Source, words: Words) -> Parts:
+    told, logs, steps = source.summary["accuracy"], source.summary["logs"], source.summary["cost"]["steps"]
+    reasons = logs["by_stop_reason"]
+    rows = [
+        (words.say("fidelity"), told["fidelity"]),
+        (words.say("time_step"), f"{number(told['time_step_s'], words)} s"),
+        (words.say("spacing"), f"{number(told['station_spacing_m'], words)} m"),
+        (words.say("penetration"), f"{number(100.0 * told['penetration_max_m'], words, 2)} cm"),
+        (words.say("energy_error"), f"{number(100.0 * told['energy_error_rel_max'], words, 2)} %"),
+        (words.say("residual"), number(told["contact_residual_max"], words, 2)),
+        (
+            words.say("unconverged"),
+            f"{number(told.get('unconverged_steps', 0), words)} {words.say('of_steps', n=number(steps, words))}",
+        ),
+        (words.say("failed_logs"), reasons.get("failed", 0)),
+        (words.say("left_dem_logs"), reasons.get("left_dem", 0)),
+        (words.say("started_in_contact"), logs["started_in_contact"]),
+        (words.say("not_run"), logs.get("not_run", 0)),
+    ]
+    return [left_table(rows), element("p", words.say("accuracy_note"), class_="quiet")]
+
+
+def command_of(manifest: Mapping[str, Any]) -> str:
+    """The command line that repeats a run; what is at its default stands there too, so that none can change under it."""
+    words = ["deadwood-tool", str(manifest.get("tool", "slide-logs"))]
+    for name, value in manifest.get("parameters", {}).items():
+        if value is None or value is False or name in ("resume", "overwrite"):
+            continue
+        flag = "--" + name.replace("_", "-")
+        words += [flag] if value is True else [flag, str(value)]
+    return " ".join(shlex.quote(each) for each in words)
+
+
+def provenance(source: Source, words: Words) -> Parts:
+    manifest, cost = source.run.manifest, source.summary["cost"]
+    digests = manifest.get("digests", {})
+    rows = [(name, file, element("code", digest)) for name, file, digest in source.inputs]
+    rows += [
+        (words.say(f"hash_{name}"), "", element("code", digests[name]))
+        for name in ("scene", "releases")
+        if digests.get(name)
+    ]
+    if engine := manifest.get("engine") or digests.get("engine"):
+        rows.append((words.say("engine_digest"), "", element("code", engine)))
+    head = [words.say("input"), words.say("file"), "SHA-256 / BLAKE2b"]
+    machine = f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores"
+    told = words.say(
+        "cost_words",
+        cpu=number(cost["cpu_s"], words),
+        wall=number(cost["wall_s"], words),
+        steps=number(cost["steps"], words),
+        rate=number(cost["logs_per_s"], words),
+        machine=machine,
+    )
+    body = [element("tr", *(element("td", cell) for cell in row)) for row in rows]
+    table_of = element(
+        "table",
+        element("thead", element("tr", *(element("th", each) for each in head))),
+        element("tbody", *body),
+        class_="words",
+    )
+    return [
+        element("h4", words.say("command")),
+        element("pre", command_of(manifest)),
+        element("h4", words.say("hashes")),
+        element("div", table_of, class_="scroll"),
+        element("h4", words.say("versions")),
+        element("p", words.say("versions_run", version=manifest.get("version", VERSION))),
+        element("ul", *(element("li", each.split(" (/")[0]) for each in versions())),
+        element("h4", words.say("cost")),
+        element("p", told),
+    ]
+
+
+def sections_of(
+    source: Source, key: str, drawings: Mapping[str, Drawing], frame: tuple[float, ...], words: Words
+) -> list[tuple[str, str, Markup]]:
+    """Id, title and content of each section about a run; what there is nothing to say in is left out."""
+    makers: list[tuple[str, Callable[[], Parts]]] = [
+        ("modelled", lambda: modelled(source, words)),
+        ("map", lambda: map_section(source, key, drawings["map"], frame, words)),
+        ("reach", lambda: reach(source, drawings, words)),
+        ("arrivals", lambda: arrivals(source, drawings, words)),
+        ("spread", lambda: spread(source, drawings, words)),
+        ("ways", lambda: ways(source, drawings, words)),
+        ("profile", lambda: profile(drawings, words)),
+        ("ledgers", lambda: ledgers(source, words)),
+        ("accuracy", lambda: accuracy(source, words)),
+        ("provenance", lambda: provenance(source, words)),
+    ]
+    made = []
+    for name, make in makers:
+        if content := make():
+            made.append((f"{key}-{name}", words.say(name), joined(content)))
+    return made
