@@ -4,7 +4,7 @@ The page needs nothing but itself: no network, no server, no other file; any bro
 prints on A4, and it can be sent as an annex. It says what was asked and answered, what was modelled and what was not,
 shows the map with layers to switch, the reach of each line with both kinds of error, arrivals, lateral spread, run-out,
 speeds and jumps, profiles along trajectories, the ledgers of barriers and trees, the measured accuracy, and where all
-of it comes from. In the 3-D view the logs move again: the fastest, the farthest, those that reach a line, a random draw.
+of it comes from. In the 3-D view logs move again: the fastest, the farthest, those that reach a line, a random draw.
 
     deadwood-tool make-report my_case --output my_case.html
     deadwood-tool make-report run_none run_forest --output forest.html --language de --figures figures --gltf slope.glb
@@ -72,7 +72,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         sources = [read_source(each, name, feedback) for each, name in zip(folders, names_of(folders), strict=True)]
         compared = compared_runs(folders, sources, feedback) if len(sources) > 1 else None
         feedback.progress(1, 3, "drawing the report")
-        spaces = [space_of(each) for each in sources]
+        spaces = [space_of(each, len(sources)) for each in sources]
         if gltf and spaces[0] is None:
             raise UserError(f"{folders[0]}: its terrain model is not there any more, without which --gltf has no scene")
         report = report_of(sources, spaces, compared, Words(ask.language), ask.title)
@@ -84,7 +84,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         if figures:
             write_json(figures / MANIFEST, tool.manifest(TOOL, ask))
         if gltf and spaces[0] is not None:
-            write_gltf(gltf, spaces[0], drapes(sources[0])["relief"])
+            write_gltf(gltf, spaces[0], drapes(sources[0])["hits" if "hits" in sources[0].rasters else "relief"])
         feedback.progress(3, 3, "drawing the report")
     for source in sources:
         for phrase, filled in source.lacks:

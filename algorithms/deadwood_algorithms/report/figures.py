@@ -6,6 +6,7 @@ own colour (`inline_svg`), so that a figure fits a light page and a dark one.
 
 from __future__ import annotations
 
+import base64
 import io
 import re
 from collections.abc import Callable
@@ -19,9 +20,10 @@ import shapely
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
+from PIL import Image
 
 from deadwood_algorithms.numbers.directions import spread_of_release
-from deadwood_algorithms.report.markup import Markup
+from deadwood_algorithms.report.markup import Markup, picture_address
 from deadwood_algorithms.report.rounded import share_of
 from deadwood_algorithms.report.sources import Source
 from deadwood_algorithms.report.words import Words
@@ -29,7 +31,7 @@ from deadwood_algorithms.report.words import Words
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 INK = "#0a0b0c"  # stands for the page's text colour
 WIDTH = 7.2  # inches, of a figure as wide as the page
-STYLE = {
+STYLE: Any = {
     "svg.fonttype": "none",
     "svg.hashsalt": "deadwood",
     "font.family": "sans-serif",
@@ -49,6 +51,7 @@ STYLE = {
     "axes.axisbelow": True,
     "legend.frameon": False,
     "path.simplify": False,
+    "image.composite_image": False,  # else layers that lie on one another become one
 }
 PERCENTILES = (5, 50, 95)
 
@@ -96,12 +99,18 @@ def inline_svg(figure: Figure, name: str) -> Markup:
         text,
     )
     text = re.sub(r'(url\(#|href="#)([^")]+)', lambda found: f"{found[1]}{name}-{found[2]}", text)
+    text = re.sub(r'data:image/png;base64,([^"]+)', lambda found: _packed_picture(found[1]), text)
     # Half a hundredth of a point is seen by nobody; images keep theirs, or they would not join.
     text = re.sub(r'(?<= d=")[^"]+', lambda found: _shortened(found[0]), text)
     text = text.replace(INK, "currentColor")
     width, height = re.search(r'width="([\d.]+)pt" height="([\d.]+)pt"', text).groups()  # type: ignore[union-attr]
     text = text.replace(f'width="{width}pt" height="{height}pt"', f'class="figure" style="max-width:{width}pt"', 1)
     return Markup(re.sub(r"\n\s*", "\n", text))
+
+
+def _packed_picture(png: str) -> str:
+    with Image.open(io.BytesIO(base64.b64decode(png))) as image:
+        return picture_address(image)
 
 
 def _shortened(path: str) -> str:
@@ -190,10 +199,11 @@ def counted_azimuths(source: Source) -> dict[str, NDArray[np.float64]]:
     nearest = frame["length_m"].to_numpy(np.float64) if given is None else np.full(len(frame), float(given))
     x, y = shapely.get_coordinates(np.asarray(frame.geometry)).T
     found = {}
+    release_x, release_y = (frame[f"release_{name}"].to_numpy(np.float64) for name in "xy")
     ids = frame["release_id"].astype(str).to_numpy()
     for release_id in dict.fromkeys(ids.tolist()):
         mine = ids == release_id
-        centre = tuple(float(frame[f"release_{name}"].to_numpy()[mine].mean()) for name in "xy")
+        centre = float(release_x[mine].mean()), float(release_y[mine].mean())
         _, azimuths, counted = spread_of_release(centre, x[mine], y[mine], nearest[mine])
         if counted.any():
             found[release_id] = azimuths[counted]

@@ -6,14 +6,16 @@ log is a node of its own under one animation, so that any viewer plays them.
 
 from __future__ import annotations
 
-import base64
+import io
 import json
 import struct
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 
 from deadwood_algorithms.report.space import Space
 from deadwood_algorithms.tool import VERSION
@@ -58,8 +60,8 @@ class Binary:
         return len(self.accessors) - 1
 
 
-def write_gltf(path: Path, space: Space, drape: str) -> None:
-    """Write the scene; ``drape`` is a picture as data address."""
+def write_gltf(path: Path, space: Space, drape: Image.Image) -> None:
+    """Write the scene; ``drape`` is a picture that lies on the terrain."""
     binary = Binary()
     document: dict[str, Any] = {
         "asset": {
@@ -74,8 +76,9 @@ def write_gltf(path: Path, space: Space, drape: str) -> None:
         "textures": [{"source": 0, "sampler": 0}],
         "samplers": [{"magFilter": 9729, "minFilter": 9987, "wrapS": 33071, "wrapT": 33071}],
     }
-    picture = base64.b64decode(drape.split(",", 1)[1])
-    document["images"] = [{"bufferView": binary.view(picture), "mimeType": "image/jpeg"}]
+    picture = io.BytesIO()
+    drape.save(picture, "JPEG", quality=85)  # WebP is an extension of glTF
+    document["images"] = [{"bufferView": binary.view(picture.getvalue()), "mimeType": "image/jpeg"}]
     places, at, corners = terrain_mesh(space)
     _add(document, binary, "terrain", places, smooth_normals(places, corners), corners, 0, at)
     solids = {"trees": space.trees, "lying_logs": space.lying, "deposits": space.deposits}
@@ -155,7 +158,7 @@ def smooth_normals(places: Array, corners: NDArray[np.int64]) -> Array:
 
 
 def cone_mesh(rows: Array) -> tuple[Array, Array, NDArray[np.int64]]:
-    """Truncated cones with lids, from rows of base xyz, tip xyz, base radius, tip radius: places, normals, triangles."""
+    """Truncated cones with lids, of rows of base xyz, tip xyz, base and tip radius: places, normals, triangles."""
     rows = rows[np.linalg.norm(rows[:, 3:6] - rows[:, :3], axis=1) > 1e-6]
     base, tip = rows[:, :3], rows[:, 3:6]
     along = (tip - base) / np.linalg.norm(tip - base, axis=1)[:, None]
@@ -180,7 +183,7 @@ def plate_mesh(barriers: list[tuple[Array, float]]) -> tuple[Array, Array, NDArr
     """Upright plates along lines."""
     places, normals, corners, start = [], [], [], 0
     for feet, height in barriers:
-        for a, b in zip(feet[:-1], feet[1:], strict=True):
+        for a, b in pairwise(feet):
             up = np.array([0.0, 0.0, height])
             across = np.array([b[1] - a[1], a[0] - b[0], 0.0])
             size = np.linalg.norm(across)

@@ -15,7 +15,7 @@ from deadwood_algorithms.report.figures import Drawing, drawings_of, runout_figu
 from deadwood_algorithms.report.markup import Markup, element, embedded_json, joined, table
 from deadwood_algorithms.report.plan import draw_difference, draw_map
 from deadwood_algorithms.report.profiles import chosen_profiles
-from deadwood_algorithms.report.rounded import with_interval
+from deadwood_algorithms.report.rounded import decimal, with_interval
 from deadwood_algorithms.report.sections import figure_of, left_table, question, sections_of, warnings_of
 from deadwood_algorithms.report.sources import Extent, Source
 from deadwood_algorithms.report.space import Space, packed
@@ -34,7 +34,7 @@ class Comparison:
 
     rows: list[Any] = field(default_factory=list)
     differing: dict[str, dict[str, Any]] = field(default_factory=dict)
-    maps: dict[str, tuple[NDArray[np.floating], Extent]] = field(default_factory=dict)
+    maps: dict[str, tuple[NDArray[np.float64], Extent]] = field(default_factory=dict)
     lacks: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
 
 
@@ -161,8 +161,8 @@ def three_d(sources: Sequence[Source], spaces: Sequence[Space | None], words: Wo
     source, space = there[0]
     note = words.say(
         "three_d_note",
-        cell=f"{space.cell:g}",
-        dem_cell=f"{source.dem_cell:g}",
+        cell=decimal(space.cell, words),
+        dem_cell=decimal(source.dem_cell, words),
         shown=len(space.moving),
         stored=source.run.stored_log_ids.size,
     )
@@ -246,8 +246,8 @@ def comparison_table(rows: Sequence[Any], names: Sequence[str], words: Words) ->
         head += [name] + ([f"{name}: {words.say('difference')}"] if k else [])
     body = []
     for quantity, item, unit in dict.fromkeys((row.quantity, row.item, row.unit) for row in kept):
-        shown = words.stop(item) if quantity == "ended" else item
-        scale, told = (100.0, "%") if unit == "1" else (1.0, unit)
+        shown = words.stop(item) if quantity == "ended" else words.known(f"item_{item}", item)
+        scale, told = (100.0, "%") if unit == "1" else (1.0, "°" if unit == "deg" else unit)
         cells: list[Any] = [f"{words.known(f'quantity_{quantity}', quantity, item=shown)} [{told}]"]
         for k, name in enumerate(names):
             row = of.get((name, quantity, item))

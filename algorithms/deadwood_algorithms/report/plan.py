@@ -20,7 +20,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from deadwood_algorithms.pictures import hillshade
-from deadwood_algorithms.report.figures import COLOURS, INK, WIDTH
+from deadwood_algorithms.report.figures import INK, WIDTH
 from deadwood_algorithms.report.sources import Extent, Source
 from deadwood_algorithms.report.words import STOPS, Words
 
@@ -47,8 +47,7 @@ def draw_map(source: Source, words: Words, *, every_layer: bool = False) -> Figu
         image = _hits(axes, source)
         bar = figure.colorbar(image, ax=axes, fraction=0.035, pad=0.015, aspect=32)
         bar.set_label(words.say("hits_bar"))
-        bar.solids.set_rasterized(True)
-        bar.outline.set_visible(False)
+        bar.outline.set_visible(False)  # type: ignore[operator]
     for name, cmap in (("speed", "cividis"), ("energy", "cividis"), ("jump", "cividis"), ("danger", "magma")):
         if every_layer and name in source.rasters:
             _image(axes, *source.rasters[name], cmap, f"layer_{name}", 0.75, 2.5)
@@ -111,8 +110,8 @@ def _image(axes: Any, values: NDArray, extent: Extent, cmap: str, gid: str, alph
     known = values[np.isfinite(values)]
     top = float(np.quantile(known, 0.995)) if known.size else 1.0
     return axes.imshow(
-        values, cmap=cmap, vmin=0.0, vmax=max(top, 1e-9), alpha=alpha, extent=(west, east, south, north), origin="lower",
-        interpolation="nearest", zorder=zorder, gid=gid,
+        values, cmap=cmap, vmin=0.0, vmax=max(top, 1e-9), alpha=alpha, extent=(west, east, south, north),
+        origin="lower", interpolation="nearest", zorder=zorder, gid=gid,
     )  # fmt: skip
 
 
@@ -201,7 +200,7 @@ def _logs(axes: Any, source: Source, words: Words, ways_too: bool) -> list[Any]:
         mine = ends[reasons == reason]
         mine = mine[np.isfinite(mine).all(axis=1)]
         colour = STOP_COLOURS[reason]
-        dots(axes, *mine.T, 2.4, colour, f"layer_deposits_{reason}", 7.0)
+        dots(axes, mine[:, 0], mine[:, 1], 2.4, colour, f"layer_deposits_{reason}", 7.0)
         handles.append(_dot(colour, words.say("layer_deposits", stop=words.stop(reason))))
     return handles
 
@@ -236,8 +235,8 @@ def _rectangle(x: float, y: float, width: float, height: float, colour: str) -> 
 
 def north_arrow(axes: Any, words: Words) -> None:
     axes.annotate(
-        words.say("compass").split(",")[0], xy=(0.955, 0.985), xytext=(0.955, 0.91), xycoords="axes fraction", ha="center",
-        va="center", fontsize=10, color="black", zorder=9, bbox=_BOX,
+        words.say("compass").split(",")[0], xy=(0.955, 0.985), xytext=(0.955, 0.91), xycoords="axes fraction",
+        ha="center", va="center", fontsize=10, color="black", zorder=9, bbox=_BOX,
         arrowprops={"arrowstyle": "-|>", "color": "black", "linewidth": 1.4, "shrinkB": 0},
     )  # fmt: skip
 
@@ -266,10 +265,10 @@ def draw_difference(
         _relief(axes, source)
     points = 100.0 * band
     known = np.abs(points[np.isfinite(points)])
-    far = float(np.quantile(known, 0.995)) if known.size else 1.0
+    far = max(float(np.quantile(known, 0.995)) if known.size else 1.0, 1e-9)
     west, south, east, north = extent
     image = axes.imshow(
-        np.where(np.abs(points) > 0.01 * far, points, np.nan), cmap="RdBu_r", vmin=-max(far, 1e-9), vmax=max(far, 1e-9), alpha=0.8,
+        np.where(np.abs(points) > 0.01 * far, points, np.nan), cmap="RdBu_r", vmin=-far, vmax=far, alpha=0.8,
         extent=(west, east, south, north), origin="lower", interpolation="nearest", zorder=2,
     )  # fmt: skip
     axes.set(xlim=(shown[0], shown[2]), ylim=(shown[1], shown[3]))
@@ -279,8 +278,7 @@ def draw_difference(
         )
     bar = figure.colorbar(image, ax=axes, fraction=0.035, pad=0.015, aspect=32)
     bar.set_label(title, fontsize=8)
-    bar.solids.set_rasterized(True)
-    bar.outline.set_visible(False)
+    bar.outline.set_visible(False)  # type: ignore[operator]
     scale_bar(axes, shown)
     north_arrow(axes, words)
     return figure

@@ -31,11 +31,13 @@ def chosen_profiles(source: Source) -> list[Profile]:
     stored = stored[np.isfinite(stored["runout_m"])]
     if source.ground is None or not len(stored):
         return []
-    order = stored.sort_values(["runout_m", "log_id"])
+    ids = stored["log_id"].to_numpy(np.int64)
+    far = ids[np.lexsort((ids, stored["runout_m"].to_numpy()))]
+    fast = ids[np.lexsort((ids, stored["speed_max_ms"].to_numpy()))]
     picks = {
-        int(order["log_id"].iloc[-1]): "chosen_farthest",
-        int(stored.sort_values(["speed_max_ms", "log_id"])["log_id"].iloc[-1]): "chosen_fastest",
-        int(order["log_id"].iloc[len(order) // 2]): "chosen_median",
+        int(far[-1]): "chosen_farthest",
+        int(fast[-1]): "chosen_fastest",
+        int(far[far.size // 2]): "chosen_median",
     }
     paths = paths_by_log(source.run, np.array(list(picks), np.int64))
     made = []

@@ -12,15 +12,23 @@ NBSP = "\u00a0"
 
 
 def number(value: Any, words: Words, digits: int = DIGITS) -> str:
-    """So many significant digits, never an exponent between 0.001 and a million; a dash where there is nothing."""
+    """So many significant digits, whole numbers as they are; a dash where there is nothing."""
     if value is None or not math.isfinite(value):
         return "–"
-    if float(value).is_integer() and abs(value) < 1e6:
-        return str(int(value))
+    if float(value).is_integer():
+        return _grouped(int(value))
+    if abs(value) >= 10.0**digits:
+        value = round(value, digits - 1 - math.floor(math.log10(abs(value))))
+        return _grouped(int(value))
     places = max(0, digits - 1 - math.floor(math.log10(abs(value)))) if value else 0
     if abs(value) < 1e-3:
         return _signs(f"{value:.{digits - 1}g}", words)
     return _signs(f"{value:.{places}f}", words)
+
+
+def _grouped(value: int) -> str:
+    """Thousands apart from five digits on."""
+    return f"{value:,}".replace(",", "\u202f") if abs(value) >= 10_000 else str(value)
 
 
 def places_of(half_width: float) -> int:
@@ -59,3 +67,8 @@ def with_interval(value: float, low: float, high: float, words: Words, *, signed
 def _signs(text: str, words: Words) -> str:
     text = text.replace("-", "−") if text.startswith("-") else text
     return text.replace(".", ",") if words.language == "de" else text
+
+
+def decimal(value: float, words: Words) -> str:
+    """A number that was given, not measured: as short as it is."""
+    return _signs(f"{value:g}", words)

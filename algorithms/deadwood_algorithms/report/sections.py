@@ -15,7 +15,7 @@ from deadwood_algorithms.report.fidelity_error import REACH_POINTS
 from deadwood_algorithms.report.figures import ARRIVAL_COLUMNS, Drawing
 from deadwood_algorithms.report.markup import Markup, element, joined, table
 from deadwood_algorithms.report.plan import MOST_DOTS, SHOWN_AT_FIRST, layers_drawn
-from deadwood_algorithms.report.rounded import number, percent
+from deadwood_algorithms.report.rounded import decimal, number, percent
 from deadwood_algorithms.report.sources import Source
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.tool import VERSION
@@ -78,7 +78,8 @@ def warnings_of(source: Source, words: Words) -> Parts:
 
 
 def modelled(source: Source, words: Words) -> Parts:
-    rows = [(name.replace("_", " "), said) for name, said in source.summary["modelled"].items()]
+    told = source.summary["modelled"]
+    rows = [(words.known(f"model_{name}", name.replace("_", " ")), words.modelled(str(told[name]))) for name in told]
     parts: Parts = [element("p", words.say("modelled_note")), left_table(rows)]
     if source.lacks:
         told = []
@@ -305,8 +306,8 @@ def accuracy(source: Source, words: Words) -> Parts:
     reasons = logs["by_stop_reason"]
     rows = [
         (words.say("fidelity"), told["fidelity"]),
-        (words.say("time_step"), f"{number(told['time_step_s'], words)} s"),
-        (words.say("spacing"), f"{number(told['station_spacing_m'], words)} m"),
+        (words.say("time_step"), f"{decimal(told['time_step_s'], words)} s"),
+        (words.say("spacing"), f"{decimal(told['station_spacing_m'], words)} m"),
         (words.say("penetration"), f"{number(100.0 * told['penetration_max_m'], words, 2)} cm"),
         (words.say("energy_error"), f"{number(100.0 * told['energy_error_rel_max'], words, 2)} %"),
         (words.say("residual"), number(told["contact_residual_max"], words, 2)),
@@ -323,7 +324,7 @@ def accuracy(source: Source, words: Words) -> Parts:
 
 
 def command_of(manifest: Mapping[str, Any]) -> str:
-    """The command line that repeats a run; what is at its default stands there too, so that none can change under it."""
+    """The command line that repeats a run; defaults stand there too, so that none can change under it."""
     words = ["deadwood-tool", str(manifest.get("tool", "slide-logs"))]
     for name, value in manifest.get("parameters", {}).items():
         if value is None or value is False or name in ("resume", "overwrite"):

@@ -7,7 +7,6 @@ moving logs are even in time and quantised to 16 bits of the box that holds them
 from __future__ import annotations
 
 import base64
-import io
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,8 +14,10 @@ import matplotlib
 import numpy as np
 import shapely
 from numpy.typing import NDArray
+from PIL import Image
 
 from deadwood_algorithms.pictures import hillshade
+from deadwood_algorithms.report.markup import picture_address
 from deadwood_algorithms.report.plan import lines_of_shapes, thinned_rows
 from deadwood_algorithms.report.sources import Source, mean_of_blocks, paths_by_log
 
@@ -25,7 +26,6 @@ MOST_TREES, MOST_DEPOSITS = 20_000, 4_000
 A_GROUP = 30  # logs of each kind that is shown
 MOST_POSES = 60_000  # 14 bytes each
 STEP_S = 0.1  # between two poses, or more where there would be too many
-DRAPE_QUALITY = 82
 LINE_STEP_M = 2.0
 
 Array = NDArray[np.float64]
@@ -60,8 +60,8 @@ class Space:
     step_s: float
 
 
-def space_of(source: Source) -> Space | None:
-    """The scene of a run; None without terrain."""
+def space_of(source: Source, pages_share: int = 1) -> Space | None:
+    """The scene of a run; None without terrain. ``pages_share``: how many runs share the page and its room."""
     ground = source.ground
     if ground is None:
         return None
@@ -72,7 +72,7 @@ def space_of(source: Source) -> Space | None:
     low = float(np.floor(np.nanmin(heights)))
     origin = (float(np.floor((west + east) / 2.0)), float(np.floor((south + north) / 2.0)), low)
     shift = (step - 1) / 2.0 * ground.cell
-    moving, step_s = moving_logs(source, origin)
+    moving, step_s = moving_logs(source, origin, MOST_POSES // pages_share)
     frame = source.layer("deposited_logs")
     radius, tip = source.run.radii()
     deposits = np.zeros((0, 8))
@@ -178,7 +178,7 @@ def chosen_groups(source: Source) -> dict[str, list[int]]:
     return {name: each for name, each in groups.items() if each}
 
 
-def moving_logs(source: Source, origin: tuple[float, float, float]) -> tuple[list[Moving], float]:
+def moving_logs(source: Source, origin: tuple[float, float, float], most_poses: int) -> tuple[list[Moving], float]:
     """The chosen logs at even times, and the time between two of these [s]."""
     groups = chosen_groups(source)
     wanted = sorted({log for each in groups.values() for log in each})
@@ -186,7 +186,7 @@ def moving_logs(source: Source, origin: tuple[float, float, float]) -> tuple[lis
         return [], STEP_S
     paths = paths_by_log(source.run, np.array(wanted, np.int64))
     duration = sum(float(path["t_s"][-1] - path["t_s"][0]) for path in paths.values())
-    step = max(STEP_S, duration / MOST_POSES)
+    step = max(STEP_S, duration / most_poses)
     radius, tip = source.run.radii()
     moving = []
     for log_id, path in paths.items():
@@ -222,15 +222,15 @@ def packed(space: Space, source: Source) -> dict[str, Any]:
             "top": top,
             "z": _base64(quantised, "<u2"),
         },
-        "drapes": drapes(source),
+        "drapes": {name: picture_address(each) for name, each in drapes(source).items()},
         "trees": _base64(space.trees, "<f4"),
         "lying": _base64(space.lying, "<f4"),
         "deposits": _base64(space.deposits, "<f4"),
         "barriers": [{"feet": _base64(feet, "<f4"), "height": height} for feet, height in space.barriers],
         "lines": [_base64(each, "<f4") for each in space.lines if len(each) > 1],
         "step": space.step_s,
-        "low": low,
-        "scale": scale,
+        "low": low.tolist(),
+        "scale": scale.tolist(),
         "poses": _base64(np.concatenate(poses) if poses else np.zeros((0, 6)), "<u2"),
         "speed": _base64(
             np.concatenate([100.0 * each.speed for each in space.moving]) if poses else np.zeros(0), "<u2"
@@ -241,20 +241,20 @@ def packed(space: Space, source: Source) -> dict[str, Any]:
     }
 
 
-def drapes(source: Source) -> dict[str, str]:
+def drapes(source: Source) -> dict[str, Image.Image]:
     """Pictures to lie on the terrain, on the ground's cells: the relief, and the hits over it."""
     assert source.ground is not None
     shade = hillshade(source.ground.values, source.ground.cell)
     grey = np.nan_to_num(0.3 + 0.7 * shade, nan=0.8)
     relief = np.repeat(grey[:, :, None], 3, axis=2)
-    found = {"relief": _jpeg(relief * [0.98, 0.97, 0.92])}
+    found = {"relief": _picture(relief * [0.98, 0.97, 0.92])}
     if "hits" in source.rasters:
         values, extent = source.rasters["hits"]
         share = _on_cells(values, extent, source)
         top = float(np.nanquantile(values[values > 0.0], 0.995)) if (values > 0.0).any() else 1.0
         colour = matplotlib.colormaps["viridis"](np.clip(share / top, 0.0, 1.0))[:, :, :3]
         hit = (share > 0.0)[:, :, None]
-        found["hits"] = _jpeg(np.where(hit, 0.72 * colour * (0.55 + 0.45 * relief) + 0.28 * relief, relief))
+        found["hits"] = _picture(np.where(hit, 0.72 * colour * (0.55 + 0.45 * relief) + 0.28 * relief, relief))
     return found
 
 
@@ -271,13 +271,9 @@ def _on_cells(values: Array, extent: tuple[float, float, float, float], source: 
     return np.where(inside, np.nan_to_num(found), 0.0)
 
 
-def _jpeg(colours: Array) -> str:
-    """North up, as a data address."""
-    from PIL import Image
-
-    out = io.BytesIO()
-    Image.fromarray(np.uint8(np.clip(colours[::-1], 0.0, 1.0) * 255.0)).save(out, "JPEG", quality=DRAPE_QUALITY)
-    return "data:image/jpeg;base64," + base64.b64encode(out.getvalue()).decode("ascii")
+def _picture(colours: Array) -> Image.Image:
+    """North up."""
+    return Image.fromarray(np.uint8(np.clip(colours[::-1], 0.0, 1.0) * 255.0))
 
 
 def _base64(values: Array, kind: str) -> str:

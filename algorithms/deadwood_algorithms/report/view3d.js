@@ -15,6 +15,7 @@
     followed: [1.0, 0.9, 0.1], barrier: [0.7, 0.09, 0.17], line: [0.05, 0.05, 0.05], trail: [1.0, 1.0, 1.0],
   };
 
+  const spoken = (value) => value.toLocaleString(document.documentElement.lang, { minimumFractionDigits: 1, maximumFractionDigits: 1 });
   const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer;
   const floats = (text) => new Float32Array(bytes(text));
   const shorts = (text) => new Uint16Array(bytes(text));
@@ -60,15 +61,15 @@
     precision highp float; in vec2 uv; uniform sampler2D drape; out vec4 colour;
     void main() { colour = vec4(texture(drape, uv).rgb, 1.0); }`];
   const SOLID = [`#version 300 es
-    in vec3 shape; in vec3 base; in vec3 tip; in vec2 radii; in vec3 tint; uniform mat4 see;
+    in vec3 shape; in vec3 base; in vec3 tip; in vec2 radii; in vec3 tint; uniform mat4 see; uniform float pixel;
     out vec3 normal; out vec3 shade;
     void main() {
       vec3 along = tip - base; float size = max(length(along), 1e-6); along /= size;
       vec3 side = normalize(cross(along, abs(along.z) < 0.9 ? vec3(0, 0, 1) : vec3(1, 0, 0)));
       vec3 out_ = cos(shape.x) * side + sin(shape.x) * cross(along, side);
-      float end = step(0.5, shape.y);
-      vec3 place = mix(base, tip, end) + out_ * mix(radii.x, radii.y, end) * (shape.z == 0.0 ? 1.0 : 0.0);
-      if (shape.z == 2.0) place = mix(base, tip, end) + out_ * mix(radii.x, radii.y, end);
+      float end = step(0.5, shape.y), thick = mix(radii.x, radii.y, end);
+      if (thick > 0.0) thick = max(thick, pixel * (see * vec4(mix(base, tip, end), 1.0)).w); // far off still to be seen
+      vec3 place = mix(base, tip, end) + out_ * (shape.z == 1.0 ? 0.0 : thick);
       normal = shape.z == 0.0 ? out_ : along * (end * 2.0 - 1.0);
       shade = tint; gl_Position = see * vec4(place, 1.0);
     }`, `#version 300 es
@@ -310,8 +311,10 @@
       gl.drawElements(gl.TRIANGLES, now.ground.count, gl.UNSIGNED_INT, 0);
       gl.useProgram(programs.solid);
       gl.uniformMatrix4fv(gl.getUniformLocation(programs.solid, "see"), false, see);
+      const pixel = gl.getUniformLocation(programs.solid, "pixel");
       for (const name of ["trees", "lying", "deposits", "moving"]) {
         if (!on(name) || !now[name].count) continue;
+        gl.uniform1f(pixel, 0.85 * (name === "moving" ? 1.8 : 0.35) / canvas.clientHeight);
         gl.bindVertexArray(now[name].array);
         gl.drawArraysInstanced(gl.TRIANGLES, 0, SIDES * 12, now[name].count);
       }
@@ -332,10 +335,10 @@
     function draw() { if (!waiting) { waiting = true; requestAnimationFrame(paint); } }
 
     function tell(now) {
-      part("clock").textContent = `${state.time.toFixed(1)} s`;
+      part("clock").textContent = `${spoken(state.time)} s`;
       const told = part("told"), log = now.logs[state.followed];
       told.textContent = log
-        ? words.picked.replace("{id}", log.id).replace("{speed}", poseAt(now, log, state.time).speed.toFixed(1)) : words.hint;
+        ? words.picked.replace("{id}", log.id).replace("{speed}", spoken(poseAt(now, log, state.time).speed)) : words.hint;
       part("follow").hidden = !log;
     }
 

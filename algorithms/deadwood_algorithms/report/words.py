@@ -6,6 +6,7 @@ into the page (`markup`).
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -51,6 +52,16 @@ PHRASES: dict[str, tuple[str, str]] = {
         "Modell sagt nicht, wie wahrscheinlich ein Stamm überhaupt abrutscht. Die Ergebnisse sind Grundlage für ein "
         "Fachurteil, keine Gefahrenkarte.",
     ),
+    "model_terrain": ("terrain", "Gelände"),
+    "model_window": ("part of the DEM", "Teil des DEM"),
+    "model_friction": ("friction", "Reibung"),
+    "model_restitution": ("restitution", "Stosszahl"),
+    "model_logs": ("logs", "Stämme"),
+    "model_trees": ("trees", "Bäume"),
+    "model_barriers": ("barriers", "Barrieren"),
+    "model_lying_logs": ("lying logs", "liegende Stämme"),
+    "model_lines": ("lines", "Linien"),
+    "model_outputs": ("computed", "berechnet"),
     "lacks": ("What this report lacks", "Was diesem Bericht fehlt"),
     "lacks_input": (
         "The {what} of the run, {path}, could not be read any more: {reason}",
@@ -103,7 +114,8 @@ PHRASES: dict[str, tuple[str, str]] = {
         "Two kinds of error: sampling (95 % Wilson interval, shrinks with more logs) and calculation (what the time "
         "stepping of this fidelity adds; more logs do not touch it). The larger part mostly comes from the inputs, "
         "above all the friction coefficient, and is in neither.",
-        "Zwei Arten von Fehlern: Stichprobe (95-%-Intervall nach Wilson, schrumpft mit mehr Stämmen) und Berechnung (was "
+        "Zwei Arten von Fehlern: Stichprobe (95-%-Intervall nach Wilson, schrumpft mit mehr Stämmen) und "
+        "Berechnung (was "
         "die Zeitschritte dieser Genauigkeitsstufe dazutun; mehr Stämme ändern daran nichts). Der grössere Teil kommt "
         "meist aus den Eingaben, vor allem dem Reibungskoeffizienten, und steckt in keinem der beiden.",
     ),
@@ -189,7 +201,8 @@ PHRASES: dict[str, tuple[str, str]] = {
     "stops": ("How the logs ended", "Wie die Stämme endeten"),
     "profile": ("Profile along chosen trajectories", "Profil entlang ausgewählter Bahnen"),
     "profile_note": (
-        "Terrain under the centre of mass, the log's height above it (to scale) and its speed, along the horizontal way.",
+        "Terrain under the centre of mass, the log's height above it (to scale) and its speed, along the "
+        "horizontal way.",
         "Gelände unter dem Schwerpunkt, Höhe des Stamms darüber (massstäblich) und Geschwindigkeit, entlang des "
         "horizontalen Wegs.",
     ),
@@ -224,10 +237,12 @@ PHRASES: dict[str, tuple[str, str]] = {
     "three_d": ("3-D view", "3-D-Ansicht"),
     "three_d_note": (
         "Trees, barriers and logs in their true sizes, as they were modelled. Drag turns, right button or two fingers "
-        "move, wheel zooms; click a moving log to follow it. Terrain in steps of {cell} m (DEM: {dem_cell} m); {shown} of "
+        "move, wheel zooms; click a moving log to follow it. Terrain in steps of {cell} m (DEM: {dem_cell} m); "
+        "{shown} of "
         "{stored} stored trajectories.",
         "Bäume, Barrieren und Stämme in wahrer Grösse, wie modelliert. Ziehen dreht, rechte Taste oder zwei Finger "
-        "verschieben, Rad vergrössert; Klick auf einen bewegten Stamm folgt ihm. Gelände in Schritten von {cell} m (DEM: "
+        "verschieben, Rad vergrössert; Klick auf einen bewegten Stamm folgt ihm. Gelände in Schritten von "
+        "{cell} m (DEM: "
         "{dem_cell} m); {shown} von {stored} aufbewahrten Bahnen.",
     ),
     "three_d_lacks": (
@@ -279,9 +294,11 @@ PHRASES: dict[str, tuple[str, str]] = {
     ),
     "not_run": ("logs not run (--until-ci)", "nicht gerechnete Stämme (--until-ci)"),
     "left_dem_warning": (
-        "{n} logs left the terrain model; on a larger one they would have gone on, so reach and spread are off by up to "
+        "{n} logs left the terrain model; on a larger one they would have gone on, so reach and spread are off "
+        "by up to "
         "them.",
-        "{n} Stämme verliessen das Geländemodell; auf einem grösseren wären sie weitergerutscht, Reichweite und Streuung "
+        "{n} Stämme verliessen das Geländemodell; auf einem grösseren wären sie weitergerutscht, Reichweite und "
+        "Streuung "
         "sind bis zu diesem Anteil falsch.",
     ),
     "failed_warning": (
@@ -308,12 +325,14 @@ PHRASES: dict[str, tuple[str, str]] = {
     "cost": ("Cost", "Aufwand"),
     "cost_words": (
         "{cpu} CPU s of sliding, {wall} s on the clock, {steps} steps, {rate} logs/s; this page was made on {machine}.",
-        "{cpu} CPU-s Rechnen, {wall} s auf der Uhr, {steps} Schritte, {rate} Stämme/s; diese Seite entstand auf {machine}.",
+        "{cpu} CPU-s Rechnen, {wall} s auf der Uhr, {steps} Schritte, {rate} Stämme/s; diese Seite entstand auf "
+        "{machine}.",
     ),
     "parameters": ("Parameters", "Parameter"),
     "comparison": ("Comparison", "Vergleich"),
     "comparison_note": (
-        "The same logs in each run, so each log is its own control. Differences to {reference}, with 95 % intervals over "
+        "The same logs in each run, so each log is its own control. Differences to {reference}, with 95 % "
+        "intervals over "
         "the logs.",
         "Dieselben Stämme in jedem Lauf, jeder Stamm ist seine eigene Kontrolle. Unterschiede zu {reference}, mit "
         "95-%-Intervallen über die Stämme.",
@@ -339,6 +358,10 @@ PHRASES: dict[str, tuple[str, str]] = {
     "quantity_jump_max": ("jump height, {item}", "Sprunghöhe, {item}"),
     "quantity_runout": ("run-out, {item}", "Auslauf, {item}"),
     "quantity_deposit_moved": ("deposits moved, {item}", "Ablagerungen verschoben, {item}"),
+    "item_mean": ("mean", "Mittel"),
+    "item_median": ("median", "Median"),
+    "item_p95": ("95th percentile", "95. Perzentil"),
+    "item_largest": ("largest", "grösstes"),
     "parameters_differ": ("In what the runs differ", "Worin sich die Läufe unterscheiden"),
     "parameters_same": (
         "The runs differ in no parameter (their layers may).",
@@ -348,6 +371,39 @@ PHRASES: dict[str, tuple[str, str]] = {
     "made": ("Made by deadwood-tool {version}", "Erstellt mit deadwood-tool {version}"),
     "figure_alt": ("Figure: {what}", "Abbildung: {what}"),
 }
+
+
+# What a summary says of its model, in its own English words; what is not here stays English.
+GERMAN_MODEL = (
+    (r"bilinear surface through (.+) cells of (.+)", r"bilineare Fläche durch \1 Zellen von \2"),
+    (r"the whole DEM", "das ganze DEM"),
+    (r"Coulomb, (.+) everywhere", r"Coulomb, überall \1"),
+    (r"Coulomb, (.+) to (.+) by cell", r"Coulomb, \1 bis \2 je Zelle"),
+    (r"(.+) at every contact", r"\1 bei jedem Kontakt"),
+    (
+        r"rigid truncated cones, tip half the diameter of the base; they do not break or meet each other",
+        "starre Kegelstümpfe, Spitze halb so dick wie die Basis; sie brechen nicht und treffen einander nicht",
+    ),
+    (
+        r"(\d+) rigid truncated cones; (\d+) off the DEM left out",
+        r"\1 starre Kegelstümpfe; \2 ausserhalb des DEM weggelassen",
+    ),
+    (
+        r"(\d+) rigid truncated cones at rest on the terrain, in (\d+) straight pieces",
+        r"\1 starre Kegelstümpfe, ruhend auf dem Gelände, in \2 geraden Stücken",
+    ),
+    (r"not modelled: no layer was given", "nicht modelliert: keine Ebene angegeben"),
+    (r"(\d+) rigid thin plates", r"\1 starre dünne Platten"),
+    (r"(\d+) lines or outlines watched", r"\1 Linien oder Umrisse beobachtet"),
+    (
+        r"deposits and rasters of every log, and what the layers above ask for",
+        "Ablagerungen und Raster jedes Stamms, und was die Ebenen verlangen",
+    ),
+    (
+        r"deposits and rasters of every log, and what the layers above ask for; not computed: (.+)",
+        r"Ablagerungen und Raster jedes Stamms, und was die Ebenen verlangen; nicht berechnet: \1",
+    ),
+)
 
 
 @dataclass(frozen=True)
@@ -364,6 +420,14 @@ class Words:
     def stop(self, reason: str) -> str:
         """A stop reason in words; one that is not known as it is written."""
         return STOPS[reason][LANGUAGES.index(self.language)] if reason in STOPS else reason
+
+    def modelled(self, said: str) -> str:
+        """What a summary says of its model, in this language."""
+        if self.language == "de":
+            for pattern, german in GERMAN_MODEL:
+                if found := re.fullmatch(pattern, said):
+                    return found.expand(german)
+        return said
 
     def known(self, phrase: str, otherwise: str, **filled: Any) -> str:
         return self.say(phrase, **filled) if phrase in PHRASES else otherwise
