@@ -2,8 +2,9 @@
 
 A synthetic slope (nothing of it is measured) with a road at its foot is written, with releases in a circle of 10 m, a
 forest as if mapped that leaves a gully free, and a random forest of the same density. The same logs then slide through
-the mapped forest, the random one, and none. Everything is done by the tools themselves, and the folder holds their
-inputs and outputs, so that each step can be repeated by hand: the manifests say how.
+the mapped forest, the random one, and none, and `report.html` shows them side by side. Everything is done by the tools
+themselves, and the folder holds their inputs and outputs, so that each step can be repeated by hand: the manifests say
+how.
 
 The paper found, for its own slope: without forest by far the most logs reach the road, with a random forest no more
 than with the mapped one, and the deposits fan out wider with a forest than without.
@@ -22,7 +23,15 @@ from typing import Any
 
 import numpy as np
 
-from deadwood_algorithms import generate_forest, lateral_spread, reach_lines, sample_releases, slide_logs, tool
+from deadwood_algorithms import (
+    generate_forest,
+    lateral_spread,
+    make_report,
+    reach_lines,
+    sample_releases,
+    slide_logs,
+    tool,
+)
 from deadwood_algorithms.tool import Feedback, Outcome, Tool
 
 FRICTION = 0.25  # the paper's, for a DEM of 0.5 m
@@ -94,9 +103,17 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
         draw(folder, FORESTS, summaries, folder / "demo.png")
         name_finally(folder, folder, final)
+        make_report.TOOL(
+            feedback=Stage(feedback, "report"),
+            runs=",".join(str(folder / f"run_{forest}") for forest in reversed(FORESTS)),  # compared with none
+            names=",".join(reversed(FORESTS)),
+            output=str(folder / "report.html"),
+        )
         write_json(folder / "demo.json", {"forests": summaries, "paper": " ".join(PAPER)})
         write_json(folder / "manifest.json", tool.manifest(TOOL, ask))
-    outputs = {"output": final, "picture": final / "demo.png"} | {name: final / f"run_{name}" for name in FORESTS}
+    outputs = {"output": final, "picture": final / "demo.png", "report": final / "report.html"} | {
+        name: final / f"run_{name}" for name in FORESTS
+    }
     return Outcome(outputs, {"forests": summaries}, (*table(summaries), made_with(ask, summaries)))
 
 

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import tempfile
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -38,6 +38,9 @@ class Ask:
         "Folders of the runs, with commas; the first is what the others are compared with",
         positional=True,
         help="Each a folder of slide-logs. On the command line they may also stand without the flag, one by one.",
+    )
+    names: str | None = tool.text(
+        "Names of the runs, with commas", default=None, help="Default: the names of the folders."
     )
     title: str | None = tool.text("Title of the page", default=None, help="Default: the names of the runs.")
     language: str = tool.choice("Language of the page", "en", "de", default="en")
@@ -66,10 +69,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         path = stack.enter_context(output_path(ask.output, ask.overwrite, suffix=".html"))
         figures = stack.enter_context(output_folder(ask.figures, ask.overwrite)) if ask.figures else None
         gltf = stack.enter_context(output_path(ask.gltf, ask.overwrite, suffix=".glb")) if ask.gltf else None
-        folders = [each.strip() for each in ask.runs.split(",") if each.strip()]
-        if not folders:
-            raise UserError("--runs names no folder; give that of a run of slide-logs")
-        sources = [read_source(each, name, feedback) for each, name in zip(folders, names_of(folders), strict=True)]
+        folders = folders_of(ask.runs)
+        names = names_of(folders, ask.names)
+        sources = [read_source(each, name, feedback) for each, name in zip(folders, names, strict=True)]
         compared = compared_runs(folders, sources, feedback) if len(sources) > 1 else None
         feedback.progress(1, 3, "drawing the report")
         spaces = [space_of(each, len(sources)) for each in sources]
@@ -95,8 +97,27 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     return Outcome({name: Path(place) for name, place in outputs.items() if place}, facts, lines)
 
 
-def names_of(folders: Sequence[str]) -> list[str]:
+def folders_of(runs: str) -> list[str]:
+    """The folders of the runs; parts between commas that are no folder by themselves belong to the next."""
+    folders, name = [], ""
+    for part in runs.split(","):
+        name = f"{name},{part}" if name else part
+        if Path(name.strip()).is_dir():
+            folders.append(name.strip())
+            name = ""
+    folders += [name.strip()] if name.strip() else []
+    if not folders:
+        raise UserError("--runs names no folder; give that of a run of slide-logs")
+    return folders
+
+
+def names_of(folders: Sequence[str], given: str | None) -> list[str]:
     """What the runs are called: their folders' names, with the folder above where two are alike."""
+    if given is not None:
+        called = [each.strip() for each in given.split(",")]
+        if len(called) != len(folders) or len(set(called)) < len(called) or not all(called):
+            raise UserError(f"--names is '{given}', but must hold another name for each of the {len(folders)} runs")
+        return called
     names = [Path(each).resolve().name for each in folders]
     if len(set(names)) < len(names):
         names = ["_".join(Path(each).resolve().parts[-2:]) for each in folders]
@@ -114,13 +135,18 @@ def compared_runs(folders: Sequence[str], sources: Sequence[Source], feedback: F
     from deadwood_algorithms.scenarios.runs import differing, read_compared
 
     found = Comparison()
+    numbered = [f"run{k}" for k in range(len(sources))]  # of names, the comparison makes files
     try:
-        compared = read_compared(",".join(folders), ",".join(each.name for each in sources), None, feedback)
+        compared = read_compared(",".join(folders), ",".join(numbered), None, feedback)
     except UserError as error:
         found.lacks.append(("comparison_lacks", {"reason": str(error)}))
         return found
-    found.rows = compared_rows(compared, None, 0, feedback)
-    found.differing = differing(compared)
+    names = dict(zip(numbered, (each.name for each in sources), strict=True))
+    found.rows = [replace(row, scenario=names[row.scenario]) for row in compared_rows(compared, None, 0, feedback)]
+    found.differing = {
+        parameter: {names[each]: value for each, value in values.items()}
+        for parameter, values in differing(compared).items()
+    }
     with tempfile.TemporaryDirectory() as folder:
         for k, other in enumerate(compared.others):
             place = Path(folder) / f"difference_{k}.tif"
@@ -128,7 +154,7 @@ def compared_runs(folders: Sequence[str], sources: Sequence[Source], feedback: F
                 difference_map(compared.reference, other, place, feedback)
                 found.maps[sources[k + 1].name] = read_band(place, sources)
             except (UserError, ValueError) as error:
-                found.lacks.append(("comparison_map_lacks", {"name": other.name, "reason": str(error)}))
+                found.lacks.append(("comparison_map_lacks", {"name": names[other.name], "reason": str(error)}))
     return found
 
 

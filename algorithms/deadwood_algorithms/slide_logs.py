@@ -47,6 +47,7 @@ PARTS = (
     "poses.parquet",
     "summary.json",
     "project.qgz",
+    "report.html",
 )
 
 
@@ -87,6 +88,9 @@ class Ask(ReleasedScene):
         minimum=0.02,
         advanced=True,
         help="Of the QGIS project, for the logs that keep their trajectory.",
+    )
+    report: bool = tool.flag(
+        "Add a report to the run", help="One page with maps, figures, tables and a 3-D view: report.html (make-report)."
     )
     resume: bool = tool.flag("Go on with an interrupted run")
     output: str = tool.output_folder("Folder of the run", parts=PARTS)
@@ -135,8 +139,19 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
             add_project(folder, Path(ask.output), ask, slope.layers, releases, ask.outline_every_s, feedback)
             outcome = replace(outcome, outputs={**outcome.outputs, "qgis_project": Path(ask.output) / PROJECT})
+        if ask.report:
+            outcome = replace(outcome, outputs={**outcome.outputs, "report": add_report(ask, folder, feedback)})
     work.remove()
     return outcome
+
+
+def add_report(ask: Ask, folder: Path, feedback: Feedback) -> Path:
+    """Write the page into the folder of the run, which does not stand at its place yet; where it will be."""
+    from deadwood_algorithms import make_report
+
+    page = make_report.Ask(runs=str(folder), names=Path(ask.output).name, output=str(folder / "report.html"))
+    make_report.run(page, feedback)
+    return Path(ask.output) / "report.html"
 
 
 @dataclass

@@ -48,6 +48,8 @@ def test_the_examples_use_flags_that_exist(tool: Tool):
     for name, *words in commands(tool.description):
         declared = list(next(each for each in TOOLS if each.name == name).parameters())
         given = {word for word in words if word.startswith("--")}
+        if words and not words[0].startswith("--"):
+            given |= {each.flag for each in declared if each.positional}
         assert given <= {each.flag for each in declared}
         assert given >= {each.flag for each in declared if each.default is None and not each.optional}
 

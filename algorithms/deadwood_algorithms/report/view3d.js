@@ -53,7 +53,7 @@
   const LIGHT = `
     vec3 lit(vec3 colour, vec3 normal) {
       float sun = max(dot(normalize(normal), normalize(vec3(-0.5, 0.35, 0.8))), 0.0);
-      return colour * (0.45 + 0.65 * sun);
+      return colour * (0.62 + 0.5 * sun);
     }`;
   const GROUND = [`#version 300 es
     in vec3 place; in vec2 at; uniform mat4 see; out vec2 uv;

@@ -1,0 +1,221 @@
+"""The report as its reader has it: in a real Chromium, from the file system, on a screen, a phone and paper."""
+
+from __future__ import annotations
+
+import io
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from browser import Browser
+from PIL import Image
+from slope_case import Case
+
+from deadwood_algorithms import make_report
+
+CANVAS = "document.querySelector('.space canvas')"
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory) -> Path:
+    case = Case(tmp_path_factory.mktemp("seen"))
+    none = case.run(output=str(case.folder / "none"), lines=case.lines)
+    full = case.run(output=str(case.folder / "full"), **case.everything())
+    make_report.TOOL(runs=f"{none},{full}", output=str(case.folder / "page.html"))
+    return case.folder / "page.html"
+
+
+@pytest.fixture(scope="module")
+def shared():
+    browser = Browser()
+    yield browser
+    browser.close()
+
+
+@pytest.fixture
+def browser(shared, page):
+    shared.requests.clear()
+    shared.complaints.clear()
+    shared.dark(False)
+    shared.size(1280, 900)
+    shared.open(page)
+    shared.wait("window.deadwoodView && deadwoodView.scene().last > 0")
+    return shared
+
+
+def canvas_seen(browser: Browser) -> np.ndarray:
+    """What the 3-D view shows once it is drawn, shape (height, width, 3)."""
+    browser.ask(f"{CANVAS}.scrollIntoView({{block: 'start'}})")
+    browser.ask(
+        "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 300))))"
+    )
+    left, top, width, height = browser.ask(
+        f"(() => {{ const b = {CANVAS}.getBoundingClientRect(); return [b.x, b.y, b.width, b.height]; }})()"
+    )
+    whole = Image.open(io.BytesIO(browser.picture())).convert("RGB")
+    return np.asarray(whole.crop((round(left), round(top), round(left + width), round(top + height))), float)
+
+
+def set_time(browser: Browser, share: float) -> None:
+    browser.ask(
+        "(() => { const s = document.querySelector('[data-part=\"time\"]');"
+        f" s.value = s.max * {share}; s.dispatchEvent(new Event('input')); }})()"
+    )
+
+
+def seen_at(browser: Browser, log: int, time: str) -> tuple[float, float]:
+    """Where the middle of a moving log stands in the canvas [pixels], found by asking where it can be picked."""
+    return tuple(
+        browser.ask(
+            f"""(() => {{
+              const v = deadwoodView, c = {CANVAS}, found = [];
+              for (let y = 2; y < c.clientHeight; y += 3) for (let x = 2; x < c.clientWidth; x += 3)
+                if (v.pick(x, y) === {log}) found.push([x, y]);
+              const n = found.length || 1;
+              return [found.reduce((s, p) => s + p[0], 0) / n, found.reduce((s, p) => s + p[1], 0) / n];
+            }})()"""
+        )
+    )
+
+
+def test_no_complaint_and_no_request_to_anywhere(browser, page):
+    for share in (0.2, 0.7):
+        set_time(browser, share)
+        canvas_seen(browser)
+    complaints = [each for each in browser.complaints if "GL Driver Message" not in each]  # of taking the picture
+    assert complaints == []
+    assert {each for each in browser.requests if not each.startswith("data:")} == {page.resolve().as_uri()}
+    assert not browser.ask("document.querySelector('.space').classList.contains('nothing')")
+
+
+def test_the_slider_moves_a_log(browser):
+    """The picture changes where the log was and where it is now, and nowhere far from any log."""
+    browser.ask("document.querySelector('[data-part=\"group\"]').value = 'fast'")
+    set_time(browser, 0.0)
+    before, was = canvas_seen(browser), seen_at(browser, 0, "start")
+    set_time(browser, 0.5)
+    after, now = canvas_seen(browser), seen_at(browser, 0, "half")
+    assert np.hypot(now[0] - was[0], now[1] - was[1]) > 20.0
+    changed = np.abs(after - before).max(axis=2) > 24.0
+    for x, y in (was, now):
+        around = changed[max(0, round(y) - 12) : round(y) + 12, max(0, round(x) - 12) : round(x) + 12]
+        assert around.any()
+    assert 0.0005 < changed.mean() < 0.2
+
+
+def test_play_runs_and_stops(browser):
+    browser.ask("document.querySelector('[data-part=\"pace\"]').value = '8'")
+    browser.ask("document.querySelector('[data-part=\"pace\"]').dispatchEvent(new Event('change'))")
+    browser.ask("document.querySelector('[data-part=\"play\"]').click()")
+    browser.wait("deadwoodView.state.time > 1")
+    browser.wait("!deadwoodView.state.playing")
+    assert browser.ask("deadwoodView.state.time === deadwoodView.scene().last")
+
+
+def test_a_log_is_picked_and_followed(browser):
+    set_time(browser, 0.5)
+    canvas_seen(browser)
+    x, y = browser.ask(
+        f"""(() => {{ const c = {CANVAS}, b = c.getBoundingClientRect();
+          for (let y = 5; y < c.clientHeight; y += 4) for (let x = 5; x < c.clientWidth; x += 4)
+            if (deadwoodView.pick(x, y) >= 0) return [b.x + x, b.y + y];
+        }})()"""
+    )
+    browser.click(x, y)
+    browser.wait("deadwoodView.state.followed >= 0")
+    told = browser.ask("document.querySelector('[data-part=\"told\"]').textContent")
+    assert re.fullmatch(r"log \d+: \d+\.\d m/s", told)
+    browser.ask("deadwoodView.paint()")
+    at = browser.ask("deadwoodView.state.camera.at")
+    ends = browser.ask("deadwoodView.poseAt(deadwoodView.state.followed, deadwoodView.state.time).ends")
+    assert np.allclose(at, (np.array(ends[:3]) + ends[3:]) / 2.0, atol=1e-3)
+    browser.ask("document.querySelector('[data-part=\"follow\"]').click()")
+    assert browser.ask("deadwoodView.state.followed") == -1
+
+
+def test_solids_drapes_groups_and_runs_can_be_chosen(browser):
+    browser.ask(
+        "(() => { const r = document.querySelector('[data-part=\"run\"]'); r.value = '1'; r.dispatchEvent(new Event('change')); })()"
+    )
+    set_time(browser, 0.4)
+    seen = [canvas_seen(browser)]
+    for name in ("trees", "barriers", "lines", "moving", "deposits", "trails"):
+        browser.ask(f"document.querySelector('[data-solid=\"{name}\"]').click()")
+        seen.append(canvas_seen(browser))
+    browser.ask(
+        "(() => { const d = document.querySelector('[data-part=\"drape\"]'); d.value = 'relief'; d.dispatchEvent(new Event('change')); })()"
+    )
+    seen.append(canvas_seen(browser))
+    for one, other in zip(seen[:-1], seen[1:], strict=True):
+        assert (np.abs(one - other).max(axis=2) > 16.0).any()
+
+
+def test_layers_of_the_map_switch(browser):
+    shown = browser.ask(
+        """Array.from(document.querySelectorAll('.map')[1].querySelectorAll('input[data-layer]')).map((box) => {
+             const layer = document.getElementById(box.dataset.layer);
+             const before = layer && layer.style.display !== 'none';
+             box.click();
+             const after = layer && layer.style.display !== 'none';
+             return [box.dataset.layer, Boolean(layer), before === box.defaultChecked, before !== after];
+           })"""
+    )
+    assert len(shown) >= 10
+    for name, there, as_said, switched in shown:
+        assert (there, as_said, switched) == (True, True, True), name
+    names = {name.split("layer_")[1] for name, *_ in shown}
+    assert {"relief", "hits", "speed", "trees", "barriers", "lines", "releases", "trajectories"} <= names
+
+
+def test_the_map_tells_coordinates_and_zooms(browser):
+    browser.ask("document.querySelector('.map svg').scrollIntoView({block: 'center'})")
+    x, y, width, height = browser.ask(
+        "(() => { const b = document.querySelector('.map svg').getBoundingClientRect(); return [b.x, b.y, b.width, b.height]; })()"
+    )
+    browser.call("Input.dispatchMouseEvent", type="mouseMoved", x=x + 0.45 * width, y=y + 0.5 * height)
+    told = browser.ask("document.querySelector('.map .where').textContent")
+    east, north = map(float, told.split(", "))
+    assert 2_786_000 <= east <= 2_786_060
+    assert 1_196_000 <= north <= 1_196_100
+    before = browser.ask("document.querySelector('.map svg').getAttribute('viewBox')")
+    browser.ask("document.querySelector('.map [data-part=\"in\"]').click()")
+    assert browser.ask("document.querySelector('.map svg').getAttribute('viewBox')") != before
+    browser.ask("document.querySelector('.map [data-part=\"reset\"]').click()")
+    after = browser.ask("document.querySelector('.map svg').getAttribute('viewBox')")
+    assert [float(each) for each in after.split()] == pytest.approx([float(each) for each in before.split()], abs=0.01)
+
+
+def test_it_reads_on_a_phone_and_in_the_dark(browser):
+    browser.size(390, 844, phone=True)
+    assert browser.ask("document.documentElement.scrollWidth") == 390
+    light = Image.open(io.BytesIO(browser.picture())).convert("L")
+    assert np.asarray(light).mean() > 170
+    browser.dark()
+    dark = Image.open(io.BytesIO(browser.picture())).convert("L")
+    assert np.asarray(dark).mean() < 110
+    ink = browser.ask("getComputedStyle(document.body).color")
+    assert min(map(int, re.findall(r"\d+", ink)[:3])) > 180
+    assert browser.ask("getComputedStyle(document.querySelector('svg.figure text')).fill") == ink
+
+
+def test_it_prints(browser):
+    printed = browser.printed()
+    assert printed[:5] == b"%PDF-"
+    boxes = {tuple(map(float, each.split())) for each in re.findall(rb"/MediaBox \[([\d. ]+)\]", printed)}
+    assert boxes
+    for box in boxes:
+        assert box[2:] == pytest.approx((595.0, 842.0), abs=1.5)
+    assert 4 <= len(re.findall(rb"/Type /Page\b", printed)) <= 40
+
+
+def test_without_webgl_all_else_is_there(shared, page, tmp_path):
+    blind = tmp_path / "blind.html"
+    text = page.read_text(encoding="utf-8").replace('getContext("webgl2"', 'getContext("no such thing"')
+    blind.write_text(text, encoding="utf-8")
+    shared.complaints.clear()
+    shared.size(1280, 900)
+    shared.open(blind)
+    assert shared.ask("getComputedStyle(document.querySelector('.space .missing')).display") == "block"
+    assert shared.ask("document.querySelectorAll('.map svg').length") == 2
+    assert [each for each in shared.complaints if "GL Driver Message" not in each] == []

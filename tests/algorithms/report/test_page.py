@@ -1,0 +1,396 @@
+"""The report without a browser: its numbers are the summary's, names are text, what is missing is said."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import string
+import struct
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rasterio
+import shapely
+from rasterio.transform import from_origin
+from slope_case import Case, points, summary, write_layer
+
+from deadwood_algorithms import make_report
+from deadwood_algorithms.report import fidelity_error, rounded, words
+from deadwood_algorithms.report.markup import element, embedded_json, table
+from deadwood_algorithms.report.words import PHRASES, STOPS, Words
+from deadwood_algorithms.tool import UserError
+from deadwood_engine import STOP_REASONS
+
+ROOT = Path(__file__).parents[3]
+EVIL = "<script>alert('&amp;')</script>\"$x^2$"
+
+
+class Reader(HTMLParser):
+    """The elements of a page, and the text that a reader sees."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__(convert_charrefs=True)
+        self.tags: list[str] = []
+        self.addresses: list[str] = []
+        self.said: list[str] = []
+        self._open: list[str] = []
+        self.feed(page)
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        self._open.append(tag)
+        self.addresses += [value or "" for name, value in attrs if name in ("src", "href", "xlink:href", "action")]
+
+    def handle_endtag(self, tag):
+        if tag in self._open:
+            while self._open.pop() != tag:
+                pass
+
+    def handle_data(self, data):
+        if not {"script", "style"} & set(self._open):
+            self.said.append(data)
+
+    @property
+    def text(self) -> str:
+        return re.sub(r"\s+", " ", " ".join(self.said))
+
+
+def page_of(*runs: Path, **more) -> tuple[str, dict]:
+    output = runs[0].parent / "page.html"
+    make_report.TOOL(runs=",".join(map(str, runs)), output=str(output), overwrite=True, **more)
+    page = output.read_text(encoding="utf-8")
+    found = re.search(r'<script type="application/json" id="report-data">(.*?)</script>', page, re.S)
+    assert found
+    return page, json.loads(found[1])
+
+
+@pytest.fixture(scope="module")
+def case(tmp_path_factory) -> Case:
+    return Case(tmp_path_factory.mktemp("report"))
+
+
+@pytest.fixture(scope="module")
+def lying(case) -> str:
+    logs = [shapely.LineString([(15.0, 50.0), (25.0, 51.0)])]
+    return write_layer(case.folder / "lying.gpkg", logs, lying_id=["old"], diameter_cm=[60.0])
+
+
+@pytest.fixture(scope="module")
+def run(case, lying) -> Path:
+    return case.run(output=str(case.folder / "full"), lying_logs=lying, **case.everything())
+
+
+@pytest.fixture(scope="module")
+def page(run) -> tuple[str, dict]:
+    return page_of(run)
+
+
+def test_the_numbers_of_the_page_are_those_of_the_summary(run, page):
+    told = summary(run)
+    assert page[1]["runs"][0]["summary"] == told
+    text = Reader(page[0]).text
+    for each in told["reach"]:
+        assert f"{each['line_id']}: reached by {rounded.percent(each, Words('en'))}".replace("\xa0", " ") in text
+    for each in told["barriers"]:
+        row = " ".join(
+            str(each[name]) for name in ("n_reached", "n_stopped", "n_overjumped", "n_passed_beside", "n_hits")
+        )
+        assert f"{each['barrier_id']} {row}" in text
+    assert f"{told['trees']['n_total']} {told['trees']['n_hit']} {told['trees']['n_stopping']}" in text
+    assert "no layer was given" not in text
+
+
+def test_every_part_that_was_promised_is_there(page):
+    text = Reader(page[0]).text
+    parts = (
+        "question",
+        "modelled",
+        "map",
+        "reach",
+        "arrivals",
+        "spread",
+        "ways",
+        "profile",
+        "ledgers",
+        "three_d",
+        "accuracy",
+    )
+    for part in (*parts, "provenance", "command", "hashes", "sampling", "calculation"):
+        assert Words("en").say(part) in text, part
+    assert "deadwood-tool slide-logs --dem" in text
+    assert len(re.findall(r"\b[0-9a-f]{64}\b", text)) >= 6  # DEM, releases, trees, barriers, lying logs, lines
+
+
+def test_the_page_asks_nothing_of_any_other_file(page):
+    content = Reader(page[0])
+    assert {each[:1] if each.startswith("#") else each.split(":")[0] for each in content.addresses} <= {"#", "data"}
+    assert not re.search(r"(?:url\(|@import|fetch\(|XMLHttpRequest|import\s)\s*['\"]?(?!#)https?:", page[0])
+    assert "default-src 'none'" in page[0]
+
+
+def test_the_space_holds_solids_in_true_size(case, page):
+    import base64
+
+    space = page[1]["space"][0]
+
+    def rows(text: str) -> np.ndarray:
+        return np.frombuffer(base64.b64decode(text), "<f4").reshape(-1, 8)
+
+    trees = rows(space["trees"])
+    assert np.allclose(trees[:, 5] - trees[:, 2], 20.0, atol=1e-3)
+    assert np.allclose(trees[:, 6:], [0.25, 0.125])
+    deposits = rows(space["deposits"])
+    assert np.allclose(np.linalg.norm(deposits[:, 3:6] - deposits[:, :3], axis=1), 10.0, atol=1e-2)
+    assert [each["height"] for each in space["barriers"]] == [1.5, 4.0]
+    assert np.allclose(rows(space["lying"])[:, 6].max(), 0.3)
+    poses = np.frombuffer(base64.b64decode(space["poses"]), "<u2").reshape(-1, 2, 3) * np.array(space["scale"])
+    assert np.allclose(np.linalg.norm(poses[:, 1] - poses[:, 0], axis=1), 10.0, atol=0.5)  # chords between two poses
+    assert sum(each["n"] for each in space["logs"]) == len(poses)
+    groups = {group for each in space["logs"] for group in each["groups"]}
+    assert groups == {"fast", "far", "reach", "random"}
+
+
+def test_a_run_with_next_to_nothing(case):
+    bare = case.run(output=str(case.folder / "bare"), trajectories="none")
+    page, data = page_of(bare)
+    text = Reader(page).text
+    assert "No line to be reached was given" in text
+    assert "No trajectory was kept" in text
+    assert "Arrivals" not in text.replace("no arrivals", "")
+    assert data["space"][0]["logs"] == []
+    assert Words("en").say("ledgers_none") in text
+
+
+def test_lost_inputs_are_told_and_the_rest_goes_on(run, tmp_path):
+    moved = shutil.copytree(run, tmp_path / "moved")
+    manifest = json.loads((moved / "manifest.json").read_text())
+    for name in ("dem", "trees", "barriers", "lying_logs", "lines", "releases"):
+        manifest["parameters"][name] = f"/nowhere/{name}.gpkg"
+    (moved / "manifest.json").write_text(json.dumps(manifest))
+    page, data = page_of(moved)
+    text = Reader(page).text
+    for name in ("terrain model", "trees", "barriers", "lying logs"):
+        assert f"The {name} of the run, /nowhere/" in text
+    assert "Without the terrain model there is no 3-D view" in text
+    assert data["space"] == []
+    assert "Arrivals" in text  # they need the run alone
+    with pytest.raises(UserError, match="terrain model is not there any more"):
+        make_report.TOOL(runs=str(moved), output=str(tmp_path / "x.html"), gltf=str(tmp_path / "x.glb"))
+    assert not (tmp_path / "x.html").exists()
+
+
+def test_names_never_become_markup(case, tmp_path):
+    """Of lines, barriers, trees, releases, folders and titles."""
+    lines = write_layer(tmp_path / "l.gpkg", [shapely.LineString([(0.5, 25.0), (59.5, 25.0)])], line_id=[EVIL])
+    walls = write_layer(
+        tmp_path / "b.gpkg", [shapely.LineString([(5.0, 45.0), (55.0, 45.0)])], barrier_id=[EVIL], height_m=[3.0]
+    )
+    trees = write_layer(
+        tmp_path / "t.gpkg",
+        points((20.0, 60.0), (30.0, 60.0)),
+        tree_id=[EVIL, "x"],
+        dbh_cm=[90.0] * 2,
+        height_m=[20.0] * 2,
+    )
+    logs = write_layer(
+        tmp_path / "r.gpkg", points((20.0, 70.0), (30.0, 72.0)), log_id=[1, 2], release_id=[EVIL, "</title>"]
+    )
+    made = case.run(output=str(tmp_path / "<b>run"), releases=logs, lines=lines, barriers=walls, trees=trees)
+    page, data = page_of(made, title=EVIL)
+    content = Reader(page)
+    assert content.tags.count("script") == 3
+    assert "b" not in content.tags
+    assert content.tags.count("title") == 1
+    assert "alert('&amp;')" not in re.sub(r"(?s)<script.*?</script>", "", page)
+    assert data["runs"][0]["summary"]["reach"][0]["line_id"] == EVIL
+    assert EVIL in content.text.replace("\\", "")
+
+
+def test_logs_that_leave_the_terrain_are_warned_of(case, tmp_path):
+    logs = write_layer(tmp_path / "r.gpkg", points((3.0, 70.0), (4.0, 80.0)), log_id=[1, 2])
+    made = case.run(output=str(tmp_path / "off"), releases=logs, friction="0.02")
+    left = summary(made)["logs"]["by_stop_reason"]["left_dem"]
+    assert left > 0
+    assert f"{left} logs left the terrain model" in Reader(page_of(made)[0]).text
+
+
+def test_two_runs_are_compared(case, run):
+    none = case.run(output=str(case.folder / "none"), lines=case.lines)
+    page, data = page_of(none, run)
+    text = Reader(page).text
+    assert [each["name"] for each in data["runs"]] == ["none", "full"]
+    assert "The same logs in each run" in text
+    assert "full minus none: share of the logs that pass" in text
+    assert len(data["space"]) == 2
+
+
+def test_runs_of_other_logs_stand_side_by_side_uncompared(case, run, tmp_path):
+    logs = write_layer(tmp_path / "r.gpkg", points((20.0, 70.0), (30.0, 72.0)), log_id=[1, 2])
+    other = case.run(output=str(tmp_path / "other"), releases=logs)
+    text = Reader(page_of(run, other)[0]).text
+    assert "The runs are not compared:" in text
+    assert "Run other" in text
+
+
+def test_in_german(run):
+    text = Reader(page_of(run, language="de")[0]).text
+    assert "Wie viele erreichen" in text
+    assert "Reibung Coulomb, überall 0.25" in text
+    assert re.search(r"\d,\d", text)
+    for english in ("What was modelled", "percentile", "held by a tree", "rigid"):
+        assert english not in text
+
+
+def test_figures_and_scene_as_files(run, tmp_path):
+    figures = tmp_path / "figures"
+    make_report.TOOL(runs=str(run), output=str(tmp_path / "p.html"), figures=str(figures), gltf=str(tmp_path / "s.glb"))
+    stems = {each.stem for each in figures.glob("*.png")}
+    assert stems == {
+        f"r0_{name}" for name in ("reach", "arrivals", "spread", "runout", "distributions", "profile", "map")
+    }
+    for stem in stems:
+        assert (figures / f"{stem}.png").read_bytes()[:4] == b"\x89PNG"
+        assert (figures / f"{stem}.pdf").read_bytes()[:5] == b"%PDF-"
+        assert "<svg" in (figures / f"{stem}.svg").read_text()
+    assert_sound_gltf((tmp_path / "s.glb").read_bytes())
+
+
+def assert_sound_gltf(content: bytes) -> None:
+    """The structure that glTF 2.0 asks for: chunks, views within the buffer, accessors within views, their bounds."""
+    magic, version, length, size, kind = struct.unpack("<4sIII4s", content[:20])
+    assert (magic, version, length, kind) == (b"glTF", 2, len(content), b"JSON")
+    told = json.loads(content[20 : 20 + size])
+    rest, kind = struct.unpack("<I4s", content[20 + size : 28 + size])
+    data = content[28 + size :]
+    assert (kind, rest, told["buffers"]) == (b"BIN\0", len(data), [{"byteLength": len(data)}])
+    for view in told["bufferViews"]:
+        assert view["byteOffset"] % 4 == 0
+        assert view["byteOffset"] + view["byteLength"] <= len(data)
+    arrays = []
+    for each in told["accessors"]:
+        view, wide = (
+            told["bufferViews"][each["bufferView"]],
+            {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}[each["type"]],
+        )
+        values = np.frombuffer(
+            data, {5125: "<u4", 5126: "<f4"}[each["componentType"]], each["count"] * wide, view["byteOffset"]
+        )
+        arrays.append(values.reshape(-1, wide))
+        assert np.isfinite(values.astype(float)).all()
+        assert np.allclose(arrays[-1].min(axis=0), each["min"])
+        assert np.allclose(arrays[-1].max(axis=0), each["max"])
+    for mesh in told["meshes"]:
+        for part in mesh["primitives"]:
+            normal = arrays[part["attributes"]["NORMAL"]]
+            assert np.allclose(np.linalg.norm(normal, axis=1), 1.0, atol=1e-4)
+            assert arrays[part["indices"]].max() < len(normal) == len(arrays[part["attributes"]["POSITION"]])
+    assert {"terrain", "trees", "lying_logs", "deposits", "barriers"} <= {each["name"] for each in told["nodes"]}
+    assert told["animations"][0]["channels"]
+    for sampler in told["animations"][0]["samplers"]:
+        assert (np.diff(arrays[sampler["input"]][:, 0]) > 0.0).all()
+        assert len(arrays[sampler["input"]]) == len(arrays[sampler["output"]])
+
+
+def test_same_run_same_page(run, page):
+    again, _ = page_of(run)
+    assert again == page[0]
+
+
+def test_a_large_terrain_is_thinned(tmp_path):
+    """4000 x 4000 cells, all of which the logs are near enough to be shown."""
+    from hand_run import Track, write_run
+
+    with rasterio.open(
+        tmp_path / "dem.tif", "w", driver="GTiff", width=4000, height=4000, count=1, dtype="float32", crs="EPSG:2056",
+        transform=from_origin(2_786_000.0, 1_200_000.0, 1.0, 1.0), compress="deflate",
+    ) as target:  # fmt: skip
+        target.write(np.broadcast_to(np.linspace(2000.0, 1000.0, 4000, dtype="float32")[:, None], (4000, 4000)), 1)
+    grid = {"nx": 4000, "ny": 4000, "cell": 1.0, "x0": 2_786_000.5, "y0": 1_196_000.5, "crs": "EPSG:2056"}
+    facts = {"lines": 0, "speed": {"mean_ms": 1.0, "p95_ms": 1.0, "max_ms": 1.0}}
+    tracks = [Track((200.0, 3800.0), (3800.0, 200.0)), Track((3800.0, 3800.0), (200.0, 200.0))]
+    made = write_run(tmp_path / "big", tracks, dem=str(tmp_path / "dem.tif"), grid=grid)
+    reasons = dict.fromkeys(STOP_REASONS, 0) | {"rest": 2}
+    accuracy = {"fidelity": "fine", "time_step_s": 0.01, "station_spacing_m": 1.0, "penetration_max_m": 0.0}
+    accuracy |= {"energy_error_rel_max": 0.0, "contact_residual_max": 0.0, "unconverged_steps": 0}
+    told = {
+        "logs": {"released": 2, "not_run": 0, "by_stop_reason": reasons, "started_in_contact": 0}, "reach": [],
+        "spread": [], "barriers": [], "trees": None, "lying_logs": None, "modelled": {}, "accuracy": accuracy,
+        "cost": {"cpu_s": 1.0, "wall_s": 1.0, "steps": 10, "logs_per_s": 2.0},
+    } | facts  # fmt: skip
+    (made / "summary.json").write_text(json.dumps(told))
+    page, data = page_of(made)
+    ground = data["space"][0]["ground"]
+    assert max(ground["nx"], ground["ny"]) <= 260
+    assert ground["nx"] * ground["cell"] > 3500.0
+    assert len(page) < 6_000_000
+
+
+def test_the_error_of_calculation_is_the_readmes():
+    rows = re.findall(r"^\| `(draft|standard|fine)` \|(.+)$", (ROOT / "README.md").read_text(encoding="utf-8"), re.M)
+    told = {name: tuple(cell.strip() for cell in row.split("|")[2:4]) for name, row in rows}
+    assert {name: (mean, worst.split(", ")[0]) for name, (mean, worst) in told.items()} == fidelity_error.REACH_POINTS
+
+
+def test_every_phrase_has_the_same_gaps_in_each_language():
+    for name, said in PHRASES.items():
+        assert len(said) == len(words.LANGUAGES)
+        gaps = [sorted(field for _, field, _, _ in string.Formatter().parse(each) if field) for each in said]
+        assert gaps[0] == gaps[1], name
+    assert set(STOPS) >= set(STOP_REASONS)
+
+
+def test_every_phrase_is_used():
+    sources = "".join(each.read_text(encoding="utf-8") for each in (ROOT / "algorithms").rglob("*.py"))
+    spoken = re.sub(r"(?s)PHRASES: .*?\n}\n", "", sources)
+    made = ("quantity_", "layer_", "input_", "model_", "hash_", "group_", "item_")
+    unused = [
+        name
+        for name in PHRASES
+        if f'"{name}"' not in spoken and not name.startswith(made) and not name.endswith("_warning")
+    ]
+    assert unused == []
+
+
+def test_numbers_are_rounded_as_far_as_their_interval_allows():
+    english, german = Words("en"), Words("de")
+    record = {"n_total": 1000, "n_reach": 206, "ci_low": 0.18208, "ci_high": 0.23217}
+    assert rounded.percent(record, english) == "21\xa0% (18 to 23\xa0%)"
+    many = {"n_total": 20000, "n_reach": 1820, "ci_low": 0.0871, "ci_high": 0.0951}
+    assert rounded.percent(many, german) == "9,1\xa0% (8,7 bis 9,5\xa0%)"
+    assert (
+        rounded.percent({"n_total": 1000, "n_reach": 0, "ci_low": 0.0, "ci_high": 0.00383}, english) == "<\xa00.38\xa0%"
+    )
+    assert (
+        rounded.percent({"n_total": 1000, "n_reach": 1000, "ci_low": 0.99617, "ci_high": 1.0}, english)
+        == ">\xa099.6\xa0%"
+    )
+    assert rounded.number(57936.59, english) == "57\u202f900"
+    assert rounded.number(0.04042, german, 2) == "0,040"
+    assert rounded.number(float("nan"), english) == "–"
+    assert rounded.number(-0.5, english, 2) == "−0.50"
+    assert rounded.with_interval(-79.24, -81.6, -76.9, english, signed=True) == "−79 (−82 to −77)"
+
+
+def test_text_becomes_markup_in_one_place():
+    assert element("p", "<b>", title='"') == '<p title="&quot;">&lt;b&gt;</p>'
+    assert "&lt;i&gt;" in table(["<i>"], [["a", "b"]])
+    assert "</script>" not in embedded_json({"a": "</script><!--"})
+    assert json.loads(embedded_json({"a": "</script>\u2028", "b": float("nan")})) == {"a": "</script>\u2028", "b": None}
+
+
+def test_wrong_names_of_runs(run, tmp_path):
+    with pytest.raises(UserError, match="--names is 'a,b'"):
+        make_report.TOOL(runs=str(run), names="a,b", output=str(tmp_path / "x.html"))
+    with pytest.raises(UserError, match="a folder twice"):
+        make_report.TOOL(runs=f"{run},{run}", output=str(tmp_path / "x.html"))
+    with pytest.raises(UserError, match="does not exist"):
+        make_report.TOOL(runs=str(tmp_path / "no"), output=str(tmp_path / "x.html"))
+    assert not (tmp_path / "x.html").exists()
+
+
+def test_a_folder_with_a_comma(run, tmp_path):
+    place = shutil.copytree(run, tmp_path / "a,b")
+    assert page_of(place)[1]["runs"][0]["name"] == "a,b"
