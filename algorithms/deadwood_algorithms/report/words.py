@@ -25,6 +25,10 @@ STOPS = {
 PHRASES: dict[str, tuple[str, str]] = {
     "title": ("Sliding deadwood: {names}", "Abrutschendes Totholz: {names}"),
     "subtitle": ("Simulation of sliding logs, Deadwood Toolbox", "Simulation abrutschender Stämme, Deadwood Toolbox"),
+    "and": ("and", "und"),
+    "to": ("to", "bis"),
+    "of_logs": ("of the logs", "der Stämme"),
+    "of_steps": ("of {n} steps", "von {n} Schritten"),
     "contents": ("Contents", "Inhalt"),
     "question": ("Question and answer", "Frage und Antwort"),
     "question_lines": (

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -50,11 +51,23 @@ def canvas_seen(browser: Browser) -> np.ndarray:
     browser.ask(
         "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 300))))"
     )
-    left, top, width, height = browser.ask(
-        f"(() => {{ const b = {CANVAS}.getBoundingClientRect(); return [b.x, b.y, b.width, b.height]; }})()"
-    )
+    left, top, width, height = box_of(browser, CANVAS)
     whole = Image.open(io.BytesIO(browser.picture())).convert("RGB")
     return np.asarray(whole.crop((round(left), round(top), round(left + width), round(top + height))), float)
+
+
+def choose(browser: Browser, part: str, value: str) -> None:
+    browser.ask(
+        f"(() => {{ const s = document.querySelector('[data-part=\"{part}\"]');"
+        f" s.value = '{value}'; s.dispatchEvent(new Event('change')); }})()"
+    )
+
+
+def box_of(browser: Browser, what: str) -> list[float]:
+    """Left, top, width and height of an element on the screen."""
+    return browser.ask(
+        f"(() => {{ const b = {what}.getBoundingClientRect(); return [b.x, b.y, b.width, b.height]; }})()"
+    )
 
 
 def set_time(browser: Browser, share: float) -> None:
@@ -64,7 +77,7 @@ def set_time(browser: Browser, share: float) -> None:
     )
 
 
-def seen_at(browser: Browser, log: int, time: str) -> tuple[float, float]:
+def seen_at(browser: Browser, log: int) -> tuple[float, float]:
     """Where the middle of a moving log stands in the canvas [pixels], found by asking where it can be picked."""
     return tuple(
         browser.ask(
@@ -91,11 +104,11 @@ def test_no_complaint_and_no_request_to_anywhere(browser, page):
 
 def test_the_slider_moves_a_log(browser):
     """The picture changes where the log was and where it is now, and nowhere far from any log."""
-    browser.ask("document.querySelector('[data-part=\"group\"]').value = 'fast'")
+    choose(browser, "group", "fast")
     set_time(browser, 0.0)
-    before, was = canvas_seen(browser), seen_at(browser, 0, "start")
+    before, was = canvas_seen(browser), seen_at(browser, 0)
     set_time(browser, 0.5)
-    after, now = canvas_seen(browser), seen_at(browser, 0, "half")
+    after, now = canvas_seen(browser), seen_at(browser, 0)
     assert np.hypot(now[0] - was[0], now[1] - was[1]) > 20.0
     changed = np.abs(after - before).max(axis=2) > 24.0
     for x, y in (was, now):
@@ -105,8 +118,7 @@ def test_the_slider_moves_a_log(browser):
 
 
 def test_play_runs_and_stops(browser):
-    browser.ask("document.querySelector('[data-part=\"pace\"]').value = '8'")
-    browser.ask("document.querySelector('[data-part=\"pace\"]').dispatchEvent(new Event('change'))")
+    choose(browser, "pace", "8")
     browser.ask("document.querySelector('[data-part=\"play\"]').click()")
     browser.wait("deadwoodView.state.time > 1")
     browser.wait("!deadwoodView.state.playing")
@@ -135,19 +147,15 @@ def test_a_log_is_picked_and_followed(browser):
 
 
 def test_solids_drapes_groups_and_runs_can_be_chosen(browser):
-    browser.ask(
-        "(() => { const r = document.querySelector('[data-part=\"run\"]'); r.value = '1'; r.dispatchEvent(new Event('change')); })()"
-    )
+    choose(browser, "run", "1")
     set_time(browser, 0.4)
     seen = [canvas_seen(browser)]
     for name in ("trees", "barriers", "lines", "moving", "deposits", "trails"):
         browser.ask(f"document.querySelector('[data-solid=\"{name}\"]').click()")
         seen.append(canvas_seen(browser))
-    browser.ask(
-        "(() => { const d = document.querySelector('[data-part=\"drape\"]'); d.value = 'relief'; d.dispatchEvent(new Event('change')); })()"
-    )
+    choose(browser, "drape", "relief")
     seen.append(canvas_seen(browser))
-    for one, other in zip(seen[:-1], seen[1:], strict=True):
+    for one, other in pairwise(seen):
         assert (np.abs(one - other).max(axis=2) > 16.0).any()
 
 
@@ -170,9 +178,7 @@ def test_layers_of_the_map_switch(browser):
 
 def test_the_map_tells_coordinates_and_zooms(browser):
     browser.ask("document.querySelector('.map svg').scrollIntoView({block: 'center'})")
-    x, y, width, height = browser.ask(
-        "(() => { const b = document.querySelector('.map svg').getBoundingClientRect(); return [b.x, b.y, b.width, b.height]; })()"
-    )
+    x, y, width, height = box_of(browser, "document.querySelector('.map svg')")
     browser.call("Input.dispatchMouseEvent", type="mouseMoved", x=x + 0.45 * width, y=y + 0.5 * height)
     told = browser.ask("document.querySelector('.map .where').textContent")
     east, north = map(float, told.split(", "))
