@@ -132,3 +132,14 @@ def test_the_committed_sample_is_what_its_script_makes(tmp_path):
     for name in ("rock_cubic_1m3", "rock_platy_1m3"):
         assert ConvexHull(np.loadtxt(SAMPLE / f"{name}.pts")).volume == pytest.approx(1.0)
     assert sum(each.stat().st_size for each in SAMPLE.iterdir() if each.is_file()) < 1_000_000
+
+
+def test_it_ends_with_a_report_of_the_three_forests(made):
+    folder, outcome = made
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert outcome.outputs["report"] == folder / "report.html"
+    for forest in demo.FORESTS:
+        assert f'"name":"{forest}"' in page
+    assert str(folder / "run_mapped") in page
+    assert ".partial-" not in page
+    assert len(page.encode()) < 6_000_000

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from deadwood_algorithms.numbers.directions import spread_of_release
-from deadwood_algorithms.report.markup import Markup, picture_address
+from deadwood_algorithms.report.markup import Markup, escaped, picture_address
 from deadwood_algorithms.report.rounded import share_of
 from deadwood_algorithms.report.sources import Source
 from deadwood_algorithms.report.words import Words
@@ -69,7 +69,7 @@ class Drawing:
             return self.draw()
 
     def inline(self) -> Markup:
-        return inline_svg(self.made(), self.name)
+        return inline_svg(self.made(), self.name, self.title)
 
     def write(self, folder: Path) -> list[Path]:
         """PNG, SVG and PDF, on white."""
@@ -83,7 +83,7 @@ class Drawing:
         return paths
 
 
-def inline_svg(figure: Figure, name: str) -> Markup:
+def inline_svg(figure: Figure, name: str, title: str) -> Markup:
     """A figure as SVG for the page: no header, ids of its own, short numbers, the page's colour for ink."""
     with matplotlib.rc_context(STYLE):
         out = io.StringIO()
@@ -104,7 +104,11 @@ def inline_svg(figure: Figure, name: str) -> Markup:
     text = re.sub(r'(?<= d=")[^"]+', lambda found: _shortened(found[0]), text)
     text = text.replace(INK, "currentColor")
     width, height = re.search(r'width="([\d.]+)pt" height="([\d.]+)pt"', text).groups()  # type: ignore[union-attr]
-    text = text.replace(f'width="{width}pt" height="{height}pt"', f'class="figure" style="max-width:{width}pt"', 1)
+    text = text.replace(
+        f'width="{width}pt" height="{height}pt"',
+        f'class="figure" style="max-width:{width}pt" role="img" aria-label="{escaped(title)}"',
+        1,
+    )
     return Markup(re.sub(r"\n\s*", "\n", text))
 
 

@@ -194,7 +194,7 @@ def three_d(sources: Sequence[Source], spaces: Sequence[Space | None], words: Wo
                 element("div", *boxes, class_="controls"),
                 class_="space",
             ),
-            element("p", note, class_="quiet"),
+            element("p", note, class_="quiet screen"),
         ]
     )
 

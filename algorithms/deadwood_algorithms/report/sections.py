@@ -28,7 +28,7 @@ Parts = list[Any]
 def figure_of(drawing: Drawing | None, caption: str = "") -> Markup:
     if drawing is None:
         return Markup("")
-    return element("figure", drawing.inline(), element("figcaption", caption) if caption else "", class_="keep")
+    return element("figure", drawing.inline(), element("figcaption", caption) if caption else "")
 
 
 def question(sources: list[Source], words: Words) -> Parts:

@@ -253,8 +253,8 @@
 
     function home() {
       const { nx, ny, cell, first, top } = scenes[state.run].ground, wide = nx * cell, tall = ny * cell;
-      const middle = [first[0] + wide / 2, first[1] + tall / 2, 0.42 * top];
-      state.camera = { at: middle, turn: downhill(scenes[state.run]), tilt: 0.5, far: 1.15 * Math.hypot(wide, tall, top) / Math.min(1.5, Math.max(0.6, canvas.clientWidth / canvas.clientHeight)) };
+      const middle = [first[0] + wide / 2, first[1] + tall / 2, 0.36 * top];
+      state.camera = { at: middle, turn: downhill(scenes[state.run]), tilt: 0.5, far: 1.22 * Math.hypot(wide, tall, top) / Math.min(1.5, Math.max(0.6, canvas.clientWidth / canvas.clientHeight)) };
       state.followed = -1;
     }
 

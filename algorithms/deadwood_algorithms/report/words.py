@@ -234,11 +234,13 @@ PHRASES: dict[str, tuple[str, str]] = {
     "tree": ("tree", "Baum"),
     "three_d": ("3-D view", "3-D-Ansicht"),
     "three_d_note": (
-        "Trees, barriers and logs in their true sizes, as they were modelled. Drag turns, right button or two fingers "
+        "Trees, barriers and logs in their true sizes, as modelled (far off at least a pixel wide). Drag turns, "
+        "right button or two fingers "
         "move, wheel zooms; click a moving log to follow it. Terrain in steps of {cell} m (DEM: {dem_cell} m); "
         "{shown} of "
         "{stored} stored trajectories.",
-        "Bäume, Barrieren und Stämme in wahrer Grösse, wie modelliert. Ziehen dreht, rechte Taste oder zwei Finger "
+        "Bäume, Barrieren und Stämme in wahrer Grösse, wie modelliert (fern mindestens ein Pixel breit). Ziehen "
+        "dreht, rechte Taste oder zwei Finger "
         "verschieben, Rad vergrössert; Klick auf einen bewegten Stamm folgt ihm. Gelände in Schritten von "
         "{cell} m (DEM: "
         "{dem_cell} m); {shown} von {stored} aufbewahrten Bahnen.",
@@ -364,7 +366,6 @@ PHRASES: dict[str, tuple[str, str]] = {
     ),
     "none": ("none", "keine"),
     "made": ("Made by deadwood-tool {version}", "Erstellt mit deadwood-tool {version}"),
-    "figure_alt": ("Figure: {what}", "Abbildung: {what}"),
 }
 
 
