@@ -112,6 +112,7 @@ def run_every_tool(folder: Path) -> list[Found]:
         trees=str(SAMPLE / "trees.csv"),
         lying_logs=str(lying),
         qgis_project=True,
+        report=True,
         output=folder / "slide-logs",
     )
     without = run("slide-logs", **common, until_ci=0.4, output=folder / "without")
@@ -161,6 +162,13 @@ def run_every_tool(folder: Path) -> list[Found]:
     of_lines = {"reached": sample("lines"), "event_logs": 4, "event_reached": 1, "friction": "0.3,0.4", "logs": 10}
     run("calibrate-friction", **of_event, **of_lines, output=folder / "calibrate-lines")
     run("compare-fidelity", **scene, fidelities="draft,standard", logs=20, output=folder / "compare-fidelity")
+    run(
+        "make-report",
+        runs=f"{without},{slid}",
+        output=at("make-report", "report.html"),
+        figures=at("make-report", "figures"),
+        gltf=at("make-report", "scene.glb"),
+    )
     run("demo", logs=20, fidelity="draft", output=folder / "demo")
     return [each for tool, given in done for each in written_by(tool, given)]
 

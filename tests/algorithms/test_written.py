@@ -18,6 +18,7 @@ from deadwood_toolbox.shelf import NAMES
 # Users' layers as they were given, without columns that are not; and what only a defect of the engine writes.
 COPIED = (RELEASES, TREES, BARRIERS, LYING_LOGS, LINES)
 ABSENT = (FAILED,)
+SHOWS = {"view"}  # opens what make-report writes
 
 
 @pytest.fixture(scope="module")
@@ -69,7 +70,7 @@ def declared_at(found: Found) -> Iterator[Output]:
 
 
 def test_every_tool_has_been_run(found):
-    assert {each.tool for each in found} == set(NAMES) == {each.tool for each in WRITTEN}
+    assert {each.tool for each in found} == set(NAMES) - SHOWS == {each.tool for each in WRITTEN}
 
 
 def test_every_file_and_layer_that_is_written_is_declared_once(found):

@@ -29,6 +29,8 @@ NAMES = [
     "calibrate-friction",
     "compare-fidelity",
     "reproduce-paper",
+    "make-report",
+    "view",
     "demo",
 ]
 UNITS = {

@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 
 from deadwood_algorithms.files.versions import lines as versions
+from deadwood_algorithms.numbers.statistics import loss_matters
 from deadwood_algorithms.report.fidelity_error import REACH_POINTS
 from deadwood_algorithms.report.figures import ARRIVAL_COLUMNS, Drawing
 from deadwood_algorithms.report.markup import Markup, element, joined, table
 from deadwood_algorithms.report.plan import MOST_DOTS, SHOWN_AT_FIRST, layers_drawn
-from deadwood_algorithms.report.rounded import decimal, number, percent
+from deadwood_algorithms.report.rounded import decimal, number, percent, percent_if_lost
 from deadwood_algorithms.report.sources import Source
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.tool import VERSION
@@ -55,6 +56,8 @@ def question(sources: list[Source], words: Words) -> Parts:
             share = percent(each, words)
             before = f"{source.name} – " if len(sources) > 1 else ""
             answer = words.say("answer", line=each["line_id"], share=f"{share} {words.say('of_logs')}")
+            if each.get("n_lost") and loss_matters(each):
+                answer += words.say("answer_lost", n=each["n_lost"], bounds=percent_if_lost(each, words))
             answers.append(element("li", before + answer))
         if not source.summary["reach"]:
             ends = ", ".join(
@@ -144,9 +147,12 @@ def reach(source: Source, drawings: Mapping[str, Drawing], words: Words) -> Part
     calculation = calculation_words(source.summary["accuracy"], source.run.manifest.get("parameters", {}), words)
     head = [words.say(each) for each in ("line", "logs", "n_reach", "sampling", "calculation")]
     rows = [(each["line_id"], each["n_total"], each["n_reach"], percent(each, words), calculation) for each in records]
-    parts: Parts = [
-        figure_of(drawings.get("reach")),
-        table(head, rows),
+    parts: Parts = [figure_of(drawings.get("reach")), table(head, rows)]
+    if lost := [each for each in records if each.get("n_lost")]:
+        head = [words.say(each) for each in ("line", "n_lost", "if_lost")]
+        parts.append(table(head, [(each["line_id"], each["n_lost"], percent_if_lost(each, words)) for each in lost]))
+        parts.append(element("p", words.say("lost_note"), class_="quiet"))
+    parts += [
         element("p", words.say("reach_note"), class_="quiet"),
     ]
     if source.summary["accuracy"]["fidelity"] in REACH_POINTS:

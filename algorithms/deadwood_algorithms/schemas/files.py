@@ -452,4 +452,12 @@ PROJECT = OtherFile(name="project.qgz", meaning="A QGIS project: styled layers, 
 COMPARISON_PICTURE = OtherFile(name="comparison.png", meaning="Reach, run-outs and maps of the scenarios side by side")
 CALIBRATION_PICTURE = OtherFile(name="calibration.png", meaning="Likelihood by coefficient, and a map of the likeliest")
 FIDELITY_PICTURE = OtherFile(name="comparison.png", meaning="Error against cost")
+REPORT = OtherFile(name="report.html", meaning="The report: one page that needs no other file and no network")
+FIGURES = tuple(
+    OtherFile(name=f"FIGURE.{ending}", meaning=f"A figure of the report, as {ending.upper()}")
+    for ending in ("png", "svg", "pdf")
+)
+SCENE_IN_MOTION = OtherFile(
+    name="scene.glb", meaning="Terrain, trees, barriers, lying logs and the moving logs, as binary glTF"
+)
 DEMO_PICTURE = OtherFile(name="demo.png", meaning="The three forests, where logs passed and where they ended")
