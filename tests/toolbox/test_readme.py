@@ -55,6 +55,8 @@ def test_every_command_line_of_the_page_is_understood(command):
     known = {p.flag for p in tool.parameters()} | {"--help", "--config"}
     given = {word for word in words if word.startswith("--")}
     assert given <= known
+    if words and not words[0].startswith("--"):
+        given |= {p.flag for p in tool.parameters() if p.positional}
     if not given & {"--help", "--config"}:
         required = {p.flag for p in tool.parameters() if p.default is None and not p.optional}
         assert required <= given

@@ -25,7 +25,7 @@ from PIL import Image
 from deadwood_algorithms.numbers.directions import spread_of_release
 from deadwood_algorithms.report.markup import Markup, escaped, picture_address
 from deadwood_algorithms.report.rounded import share_of
-from deadwood_algorithms.report.sources import Source
+from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.words import Words
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -128,7 +128,7 @@ def _panels(number: int, height: float, **more: Any) -> tuple[Figure, list[Any]]
     return figure, list(axes)
 
 
-def drawings_of(source: Source, words: Words, key: str, profiles: list[Any]) -> dict[str, Drawing]:
+def drawings_of(source: ReportedRun, words: Words, key: str, profiles: list[Any]) -> dict[str, Drawing]:
     """The figures that a run has data for, by what they show."""
     kinds: list[tuple[str, bool, Callable[[], Figure]]] = [
         ("reach", bool(source.summary["reach"]), lambda: reach_figure(source, words)),
@@ -144,7 +144,7 @@ def drawings_of(source: Source, words: Words, key: str, profiles: list[Any]) -> 
     }
 
 
-def reach_figure(source: Source, words: Words) -> Figure:
+def reach_figure(source: ReportedRun, words: Words) -> Figure:
     """A bar a line with its 95 % interval."""
     records = source.summary["reach"][:12]
     figure, (axes,) = _panels(1, 0.8 + 0.32 * len(records))
@@ -163,7 +163,7 @@ def reach_figure(source: Source, words: Words) -> Figure:
     return figure
 
 
-def arrivals_figure(source: Source, words: Words) -> Figure:
+def arrivals_figure(source: ReportedRun, words: Words) -> Figure:
     """Distribution of speed, energy, height and angle over the arrivals at all lines."""
     assert source.arrivals is not None
     figure = Figure(figsize=(WIDTH, 4.2), layout="constrained")
@@ -196,7 +196,7 @@ def _histogram(axes: Any, values: NDArray[np.float64], label: str, words: Words)
         axes.axvline(float(np.percentile(values, each)), color=COLOURS[1], linewidth=1.4, linestyle=style)
 
 
-def counted_azimuths(source: Source) -> dict[str, NDArray[np.float64]]:
+def counted_azimuths(source: ReportedRun) -> dict[str, NDArray[np.float64]]:
     """Azimuths [deg] of the deposits that count for the spread, by release."""
     given = source.run.manifest.get("parameters", {}).get("min_runout")
     frame = source.deposits
@@ -214,7 +214,7 @@ def counted_azimuths(source: Source) -> dict[str, NDArray[np.float64]]:
     return found
 
 
-def rose_figure(source: Source, words: Words) -> Figure:
+def rose_figure(source: ReportedRun, words: Words) -> Figure:
     """A rose a release, of the six with the most deposits: 10 degrees a petal, its area the share of the deposits."""
     found = sorted(counted_azimuths(source).items(), key=lambda item: -item[1].size)[:6]
     columns = min(3, len(found))
@@ -242,7 +242,7 @@ def rose_figure(source: Source, words: Words) -> Figure:
     return figure
 
 
-def runout_figure(sources: list[Source], words: Words) -> Figure:
+def runout_figure(sources: list[ReportedRun], words: Words) -> Figure:
     """Share of the logs that go farther than each distance, a curve a run."""
     figure, (axes,) = _panels(1, 2.7)
     for k, each in enumerate(sources):
@@ -258,7 +258,7 @@ def runout_figure(sources: list[Source], words: Words) -> Figure:
     return figure
 
 
-def distributions_figure(source: Source, words: Words) -> Figure:
+def distributions_figure(source: ReportedRun, words: Words) -> Figure:
     """Largest speed and jump height of each log."""
     figure, panels = _panels(2, 2.4)
     for axes, column, phrase in zip(

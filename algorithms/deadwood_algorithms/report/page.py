@@ -17,7 +17,7 @@ from deadwood_algorithms.report.plan import draw_difference, draw_map
 from deadwood_algorithms.report.profiles import chosen_profiles
 from deadwood_algorithms.report.rounded import decimal, with_interval
 from deadwood_algorithms.report.sections import figure_of, left_table, question, sections_of, warnings_of
-from deadwood_algorithms.report.sources import Extent, Source
+from deadwood_algorithms.report.sources import Extent, ReportedRun
 from deadwood_algorithms.report.space import Space, packed
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.tool import VERSION
@@ -47,7 +47,7 @@ class Report:
 
 
 def report_of(
-    sources: Sequence[Source],
+    sources: Sequence[ReportedRun],
     spaces: Sequence[Space | None],
     compared: Comparison | None,
     words: Words,
@@ -121,7 +121,7 @@ def axes_place(drawing: Drawing) -> tuple[float, float, float, float]:
     return 72.0 * box.x0, 72.0 * (tall - box.y1), 72.0 * box.width, 72.0 * box.height
 
 
-def three_d(sources: Sequence[Source], spaces: Sequence[Space | None], words: Words) -> Markup:
+def three_d(sources: Sequence[ReportedRun], spaces: Sequence[Space | None], words: Words) -> Markup:
     """The 3-D view with its controls; what it shows is in the page's data."""
     heading = element("h2", words.say("three_d"), id="three_d")
     there = [(source, space) for source, space in zip(sources, spaces, strict=True) if space is not None]
@@ -199,7 +199,7 @@ def three_d(sources: Sequence[Source], spaces: Sequence[Space | None], words: Wo
     )
 
 
-def comparison(sources: Sequence[Source], compared: Comparison, words: Words) -> tuple[Markup, list[Drawing]]:
+def comparison(sources: Sequence[ReportedRun], compared: Comparison, words: Words) -> tuple[Markup, list[Drawing]]:
     """The runs side by side: a table a quantity, the run-outs, and maps of the differences."""
     reference = sources[0].name
     parts: list[Any] = [element("h2", words.say("comparison"), id="comparison")]
@@ -226,7 +226,7 @@ def comparison(sources: Sequence[Source], compared: Comparison, words: Words) ->
     return element("section", *parts), drawings
 
 
-def joint_extent(sources: Sequence[Source]) -> Extent:
+def joint_extent(sources: Sequence[ReportedRun]) -> Extent:
     sides = np.array([each.extent for each in sources])
     west, south = sides[:, :2].min(axis=0)
     east, north = sides[:, 2:].max(axis=0)

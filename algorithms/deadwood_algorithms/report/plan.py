@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms.files.styles import ENDS
 from deadwood_algorithms.pictures import scale_and_north, show_relief
 from deadwood_algorithms.report.figures import INK, WIDTH
-from deadwood_algorithms.report.sources import Extent, Source
+from deadwood_algorithms.report.sources import Extent, ReportedRun
 from deadwood_algorithms.report.words import STOPS, Words
 
 MOST_DOTS = 8000  # of a kind
@@ -33,7 +33,7 @@ TREE, BARRIER, LYING, LINE, RELEASE, WAY = "#006D4E", "#B2182B", "#8C510A", "#11
 SHOWN_AT_FIRST = ("relief", "hits", "trees", "barriers", "lying_logs", "lines", "releases", "deposits")
 
 
-def draw_map(source: Source, words: Words, *, every_layer: bool = False) -> Figure:
+def draw_map(source: ReportedRun, words: Words, *, every_layer: bool = False) -> Figure:
     """The map; with every layer for the page, which hides those that it does not show at first."""
     figure, axes = map_frame(source.extent, words)
     handles: list[Any] = []
@@ -76,14 +76,14 @@ def map_frame(extent: Extent, words: Words, width: float = WIDTH) -> tuple[Figur
     return figure, axes
 
 
-def _relief(axes: Any, source: Source) -> None:
+def _relief(axes: Any, source: ReportedRun) -> None:
     ground = source.ground
     assert ground is not None
     west, south, east, north = ground.bounds
     show_relief(axes, ground.values, ground.cell, (west, east, south, north)).set_gid("layer_relief")
 
 
-def _hits(axes: Any, source: Source) -> Any:
+def _hits(axes: Any, source: ReportedRun) -> Any:
     values, extent = source.rasters["hits"]
     return _image(axes, np.where(values > 0.0, 100.0 * values, np.nan), extent, "viridis", "layer_hits", 0.72, 2.0)
 
@@ -131,7 +131,7 @@ def thinned_rows(number: int, most: int, seed: int = 0) -> NDArray[np.int64]:
     return np.sort(np.random.default_rng(seed).choice(number, most, replace=False))
 
 
-def _scene(axes: Any, source: Source, words: Words) -> list[Any]:
+def _scene(axes: Any, source: ReportedRun, words: Words) -> list[Any]:
     handles: list[Any] = []
     if "trees" in source.scene:
         x, y = shapely.get_coordinates(np.asarray(source.scene["trees"].geometry)).T
@@ -150,7 +150,7 @@ def _scene(axes: Any, source: Source, words: Words) -> list[Any]:
     return handles
 
 
-def trees_drawn(source: Source) -> NDArray[np.int64]:
+def trees_drawn(source: ReportedRun) -> NDArray[np.int64]:
     """Rows of the trees within the map, at most so many."""
     x, y = shapely.get_coordinates(np.asarray(source.scene["trees"].geometry)).T
     west, south, east, north = source.extent
@@ -158,7 +158,7 @@ def trees_drawn(source: Source) -> NDArray[np.int64]:
     return inside[thinned_rows(inside.size, MOST_DOTS)]
 
 
-def _logs(axes: Any, source: Source, words: Words, ways_too: bool) -> list[Any]:
+def _logs(axes: Any, source: ReportedRun, words: Words, ways_too: bool) -> list[Any]:
     handles: list[Any] = []
     frame = source.deposits
     ways = source.layer("trajectories") if ways_too else None
@@ -193,7 +193,7 @@ def _dot(colour: str, label: str) -> Line2D:
     return Line2D([], [], linestyle="none", marker="o", markersize=4, color=colour, label=label)
 
 
-def layers_drawn(source: Source) -> list[str]:
+def layers_drawn(source: ReportedRun) -> list[str]:
     """The switchable layers of this run's map, in the order of the checkboxes."""
     reasons = set(source.deposits["stop_reason"].astype(str))
     ways = source.layer("trajectories")
@@ -209,7 +209,7 @@ def layers_drawn(source: Source) -> list[str]:
 
 
 def draw_difference(
-    band: NDArray[np.float64], extent: Extent, shown: Extent, source: Source, title: str, words: Words
+    band: NDArray[np.float64], extent: Extent, shown: Extent, source: ReportedRun, title: str, words: Words
 ) -> Figure:
     """Where logs pass more often (red) or less often (blue) than in the reference, over the relief."""
     figure, axes = map_frame(shown, words)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from deadwood_algorithms.report.sources import Source, paths_by_log
+from deadwood_algorithms.report.sources import ReportedRun, paths_by_log
 
 POINTS = 1200  # of a profile: more are not seen
 
@@ -25,7 +25,7 @@ class Profile:
     speed: NDArray[np.float64]
 
 
-def chosen_profiles(source: Source) -> list[Profile]:
+def chosen_profiles(source: ReportedRun) -> list[Profile]:
     """Of the stored logs the farthest, the fastest and the one of median run-out; none without terrain."""
     stored = source.deposits[source.deposits["log_id"].isin(source.run.stored_log_ids.tolist())]
     stored = stored[np.isfinite(stored["runout_m"])]

@@ -13,7 +13,7 @@ DIGITS = 3  # of a number without an interval
 NBSP = "\u00a0"
 
 
-def number(value: Any, words: Words, digits: int = DIGITS) -> str:
+def shown_number(value: Any, words: Words, digits: int = DIGITS) -> str:
     """So many significant digits, whole numbers as they are; a dash where there is nothing."""
     if value is None or not math.isfinite(value):
         return "–"
@@ -33,7 +33,7 @@ def _grouped(value: int) -> str:
     return f"{value:,}".replace(",", "\u202f") if abs(value) >= 10_000 else str(value)
 
 
-def percent(record: dict[str, Any], words: Words) -> str:
+def share_words(record: dict[str, Any], words: Words) -> str:
     """``21.0 % (18.2 to 23.2 %)``, as `percent_with_interval` says it, in the reader's signs."""
     return _localised(percent_with_interval(record), words) if record["n_total"] else "–"
 

@@ -16,8 +16,8 @@ from deadwood_algorithms.report.fidelity_error import REACH_POINTS
 from deadwood_algorithms.report.figures import ARRIVAL_COLUMNS, Drawing
 from deadwood_algorithms.report.markup import Markup, element, joined, table
 from deadwood_algorithms.report.plan import MOST_DOTS, SHOWN_AT_FIRST, layers_drawn
-from deadwood_algorithms.report.rounded import decimal, number, percent, percent_if_lost
-from deadwood_algorithms.report.sources import Source
+from deadwood_algorithms.report.rounded import decimal, percent_if_lost, share_words, shown_number
+from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.tool import VERSION
 
@@ -32,7 +32,7 @@ def figure_of(drawing: Drawing | None, caption: str = "") -> Markup:
     return element("figure", drawing.inline(), element("figcaption", caption) if caption else "")
 
 
-def question(sources: list[Source], words: Words) -> Parts:
+def question(sources: list[ReportedRun], words: Words) -> Parts:
     """What was asked, and the answer in a line for each line and run."""
     one = sources[0]
     releases = list(dict.fromkeys(one.deposits["release_id"].astype(str)))
@@ -44,7 +44,7 @@ def question(sources: list[Source], words: Words) -> Parts:
     names = [str(each["line_id"]) for each in one.summary["reach"]]
     shown = names[:4] + (["…"] if len(names) > 4 else [])
     told = f" {words.say('and')} ".join([", ".join(shown[:-1]), shown[-1]]) if len(shown) > 1 else "".join(shown)
-    released = number(one.summary["logs"]["released"], words)
+    released = shown_number(one.summary["logs"]["released"], words)
     asked = (
         words.say("question_lines", n=released, where=where, lines=told)
         if names
@@ -53,7 +53,7 @@ def question(sources: list[Source], words: Words) -> Parts:
     answers = []
     for source in sources:
         for each in source.summary["reach"][:12]:
-            share = percent(each, words)
+            share = share_words(each, words)
             before = f"{source.name} – " if len(sources) > 1 else ""
             answer = words.say("answer", line=each["line_id"], share=f"{share} {words.say('of_logs')}")
             if each.get("n_lost") and loss_matters(each):
@@ -61,7 +61,7 @@ def question(sources: list[Source], words: Words) -> Parts:
             answers.append(element("li", before + answer))
         if not source.summary["reach"]:
             ends = ", ".join(
-                f"{words.stop(name)} {number(100.0 * count / source.summary['logs']['released'], words, 2)} %"
+                f"{words.stop(name)} {shown_number(100.0 * count / source.summary['logs']['released'], words, 2)} %"
                 for name, count in source.summary["logs"]["by_stop_reason"].items()
                 if count
             )
@@ -69,7 +69,7 @@ def question(sources: list[Source], words: Words) -> Parts:
     return [element("p", asked), element("ul", *answers, class_="answers answer")]
 
 
-def warnings_of(source: Source, words: Words) -> Parts:
+def warnings_of(source: ReportedRun, words: Words) -> Parts:
     """What a reader must not overlook."""
     reasons = source.summary["logs"]["by_stop_reason"]
     found = [
@@ -80,7 +80,7 @@ def warnings_of(source: Source, words: Words) -> Parts:
     return [element("p", each, class_="warning") for each in found]
 
 
-def modelled(source: Source, words: Words) -> Parts:
+def model_section(source: ReportedRun, words: Words) -> Parts:
     told = source.summary["modelled"]
     rows = [(words.known(f"model_{name}", name.replace("_", " ")), words.modelled(str(told[name]))) for name in told]
     parts: Parts = [element("p", words.say("modelled_note")), left_table(rows)]
@@ -101,7 +101,7 @@ def left_table(rows: list[tuple[Any, Any]]) -> Markup:
     return element("div", element("table", element("tbody", *body), class_="words"), class_="scroll")
 
 
-def map_section(source: Source, key: str, drawing: Drawing, frame: tuple[float, ...], words: Words) -> Parts:
+def map_section(source: ReportedRun, key: str, drawing: Drawing, frame: tuple[float, ...], words: Words) -> Parts:
     """The map with a box for each of its layers; ``frame`` is where its axes lie in the SVG (x, y, width, height)."""
     boxes = []
     for name in layers_drawn(source):
@@ -110,7 +110,7 @@ def map_section(source: Source, key: str, drawing: Drawing, frame: tuple[float, 
         if name in ("speed", "energy", "jump"):
             top = source.column({"speed": "speed_max_ms", "energy": "energy_max_kj", "jump": "jump_max_m"}[name])
             unit = {"speed": "m/s", "energy": "kJ", "jump": "m"}[name]
-            label += f" (0–{number(float(top.max()) if top.size else 0.0, words, 2)} {unit})"
+            label += f" (0–{shown_number(float(top.max()) if top.size else 0.0, words, 2)} {unit})"
         on = name in SHOWN_AT_FIRST or reason != name
         box = element(
             "input", type="checkbox", data_layer=f"{drawing.name}-layer_{name}", checked="" if on else None
@@ -139,14 +139,16 @@ def map_section(source: Source, key: str, drawing: Drawing, frame: tuple[float, 
     ]
 
 
-def reach(source: Source, drawings: Mapping[str, Drawing], words: Words) -> Parts:
+def reach(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:
     """Each line with both errors."""
     records = source.summary["reach"]
     if not records:
         return [element("p", words.say("no_reach"))]
     calculation = calculation_words(source.summary["accuracy"], source.run.manifest.get("parameters", {}), words)
     head = [words.say(each) for each in ("line", "logs", "n_reach", "sampling", "calculation")]
-    rows = [(each["line_id"], each["n_total"], each["n_reach"], percent(each, words), calculation) for each in records]
+    rows = [
+        (each["line_id"], each["n_total"], each["n_reach"], share_words(each, words), calculation) for each in records
+    ]
     parts: Parts = [figure_of(drawings.get("reach")), table(head, rows)]
     if lost := [each for each in records if each.get("n_lost")]:
         head = [words.say(each) for each in ("line", "n_lost", "if_lost")]
@@ -159,7 +161,7 @@ def reach(source: Source, drawings: Mapping[str, Drawing], words: Words) -> Part
         parts.append(element("p", words.say("calculation_measure"), class_="quiet"))
     if rule := source.summary.get("until_ci"):
         state = words.say("until_reached" if rule["reached"] else "until_missed", n=rule["logs"])
-        wanted = number(100.0 * rule["target_half_width"], words, 2)
+        wanted = shown_number(100.0 * rule["target_half_width"], words, 2)
         parts.append(element("p", words.say("until_ci", wanted=wanted, state=state)))
     return parts
 
@@ -181,7 +183,7 @@ def in_language(text: str, words: Words) -> str:
     return text.replace(".", ",").replace(" to ", " bis ") if words.language == "de" else text
 
 
-def arrivals(source: Source, drawings: Mapping[str, Drawing], words: Words) -> Parts:
+def arrivals(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:
     if source.arrivals is None:
         return []
     if not len(source.arrivals):
@@ -201,11 +203,11 @@ def quantile_row(label: str, values: Any, words: Words) -> tuple[Any, ...]:
     values = values[np.isfinite(values)]
     if not values.size:
         return (label, 0, *["–"] * (len(LEVELS) + 1))
-    shown = [number(float(each), words, 2) for each in (*np.percentile(values, LEVELS), values.max())]
+    shown = [shown_number(float(each), words, 2) for each in (*np.percentile(values, LEVELS), values.max())]
     return (label, values.size, *shown)
 
 
-def spread(source: Source, drawings: Mapping[str, Drawing], words: Words) -> Parts:
+def spread(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:
     records = source.summary["spread"]
     head = [words.say(each) for each in ("release", "counted", "left_out", "spread_deg", "p05_p95_deg")]
     rows = [
@@ -226,7 +228,7 @@ def whole(value: Any) -> str:
     return "–" if value is None or not np.isfinite(value) else f"{value:.0f}"
 
 
-def ways(source: Source, drawings: Mapping[str, Drawing], words: Words) -> Parts:
+def ways(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:
     head = [words.say("quantity"), words.say("n_logs"), *(f"{each} %" for each in LEVELS), words.say("largest")]
     names = {
         "runout_axis": "runout_m",
@@ -240,7 +242,7 @@ def ways(source: Source, drawings: Mapping[str, Drawing], words: Words) -> Parts
         rows.append(quantile_row(label, source.column(column), words))
     logs = source.summary["logs"]
     ends = [
-        (words.stop(name), count, f"{number(100.0 * count / logs['released'], words, 2)} %")
+        (words.stop(name), count, f"{shown_number(100.0 * count / logs['released'], words, 2)} %")
         for name, count in logs["by_stop_reason"].items()
         if count
     ]
@@ -252,11 +254,11 @@ def ways(source: Source, drawings: Mapping[str, Drawing], words: Words) -> Parts
     ]
 
 
-def profile(drawings: Mapping[str, Drawing], words: Words) -> Parts:
+def profile_section(drawings: Mapping[str, Drawing], words: Words) -> Parts:
     return [figure_of(drawings["profile"], words.say("profile_note"))] if "profile" in drawings else []
 
 
-def ledgers(source: Source, words: Words) -> Parts:
+def ledgers(source: ReportedRun, words: Words) -> Parts:
     """What barriers, trees and lying logs did."""
     parts: Parts = []
     barriers = source.summary["barriers"]
@@ -267,8 +269,8 @@ def ledgers(source: Source, words: Words) -> Parts:
             (
                 each["barrier_id"],
                 *(each[name] for name in names),
-                number(each["energy_max_kj"], words),
-                number(each["height_max_m"], words, 2),
+                shown_number(each["energy_max_kj"], words),
+                shown_number(each["height_max_m"], words, 2),
             )
             for each in barriers
         ]
@@ -282,8 +284,8 @@ def ledgers(source: Source, words: Words) -> Parts:
             (
                 words.say(f"layer_{name}"),
                 *(record[each] for each in names),
-                number(record["impulse_sum_kns"], words),
-                number(record["energy_taken_kj"], words),
+                shown_number(record["impulse_sum_kns"], words),
+                shown_number(record["energy_taken_kj"], words),
             )
             for name, record in wood
         ]
@@ -295,11 +297,11 @@ def ledgers(source: Source, words: Words) -> Parts:
         rows = [
             (
                 each["tree_id"],
-                number(each["dbh_cm"], words),
-                number(each["height_m"], words),
+                shown_number(each["dbh_cm"], words),
+                shown_number(each["height_m"], words),
                 each["n_stops"],
                 each["n_hits"],
-                number(each["energy_taken_kj"], words),
+                shown_number(each["energy_taken_kj"], words),
             )
             for each in top.to_dict("records")
         ]
@@ -307,19 +309,19 @@ def ledgers(source: Source, words: Words) -> Parts:
     return parts or [element("p", words.say("ledgers_none"))]
 
 
-def accuracy(source: Source, words: Words) -> Parts:
+def accuracy(source: ReportedRun, words: Words) -> Parts:
     told, logs, steps = source.summary["accuracy"], source.summary["logs"], source.summary["cost"]["steps"]
     reasons = logs["by_stop_reason"]
     rows = [
         (words.say("fidelity"), told["fidelity"]),
         (words.say("time_step"), f"{decimal(told['time_step_s'], words)} s"),
         (words.say("spacing"), f"{decimal(told['station_spacing_m'], words)} m"),
-        (words.say("penetration"), f"{number(100.0 * told['penetration_max_m'], words, 2)} cm"),
-        (words.say("energy_error"), f"{number(100.0 * told['energy_error_rel_max'], words, 2)} %"),
-        (words.say("residual"), number(told["contact_residual_max"], words, 2)),
+        (words.say("penetration"), f"{shown_number(100.0 * told['penetration_max_m'], words, 2)} cm"),
+        (words.say("energy_error"), f"{shown_number(100.0 * told['energy_error_rel_max'], words, 2)} %"),
+        (words.say("residual"), shown_number(told["contact_residual_max"], words, 2)),
         (
             words.say("unconverged"),
-            f"{number(told.get('unconverged_steps', 0), words)} {words.say('of_steps', n=number(steps, words))}",
+            f"{shown_number(told.get('unconverged_steps', 0), words)} {words.say('of_steps', n=shown_number(steps, words))}",
         ),
         (words.say("failed_logs"), reasons.get("failed", 0)),
         (words.say("left_dem_logs"), reasons.get("left_dem", 0)),
@@ -340,7 +342,7 @@ def command_of(manifest: Mapping[str, Any]) -> str:
     return " ".join(shlex.quote(each) for each in words)
 
 
-def provenance(source: Source, words: Words) -> Parts:
+def provenance(source: ReportedRun, words: Words) -> Parts:
     manifest, cost = source.run.manifest, source.summary["cost"]
     digests = manifest.get("digests", {})
     rows = [(name, file, element("code", digest)) for name, file, digest in source.inputs]
@@ -355,10 +357,10 @@ def provenance(source: Source, words: Words) -> Parts:
     machine = f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores"
     told = words.say(
         "cost_words",
-        cpu=number(cost["cpu_s"], words),
-        wall=number(cost["wall_s"], words),
-        steps=number(cost["steps"], words),
-        rate=number(cost["logs_per_s"], words),
+        cpu=shown_number(cost["cpu_s"], words),
+        wall=shown_number(cost["wall_s"], words),
+        steps=shown_number(cost["steps"], words),
+        rate=shown_number(cost["logs_per_s"], words),
         machine=machine,
     )
     body = [element("tr", *(element("td", cell) for cell in row)) for row in rows]
@@ -382,17 +384,17 @@ def provenance(source: Source, words: Words) -> Parts:
 
 
 def sections_of(
-    source: Source, key: str, drawings: Mapping[str, Drawing], frame: tuple[float, ...], words: Words
+    source: ReportedRun, key: str, drawings: Mapping[str, Drawing], frame: tuple[float, ...], words: Words
 ) -> list[tuple[str, str, Markup]]:
     """Id, title and content of each section about a run; what there is nothing to say in is left out."""
     makers: list[tuple[str, Callable[[], Parts]]] = [
-        ("modelled", lambda: modelled(source, words)),
+        ("modelled", lambda: model_section(source, words)),
         ("map", lambda: map_section(source, key, drawings["map"], frame, words)),
         ("reach", lambda: reach(source, drawings, words)),
         ("arrivals", lambda: arrivals(source, drawings, words)),
         ("spread", lambda: spread(source, drawings, words)),
         ("ways", lambda: ways(source, drawings, words)),
-        ("profile", lambda: profile(drawings, words)),
+        ("profile", lambda: profile_section(drawings, words)),
         ("ledgers", lambda: ledgers(source, words)),
         ("accuracy", lambda: accuracy(source, words)),
         ("provenance", lambda: provenance(source, words)),

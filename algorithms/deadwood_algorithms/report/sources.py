@@ -1,6 +1,6 @@
 """What the report shows of a run, read from its folder and, where they still lie, from its inputs.
 
-A missing input is no error: the page then lacks a layer, and says so (`Source.lacks`).
+A missing input is no error: the page then lacks a layer, and says so (`ReportedRun.lacks`).
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ Extent = tuple[float, float, float, float]  # west, south, east, north [m]
 
 
 @dataclass
-class Source:
+class ReportedRun:
     """A run with all that the page says of it.
 
     ground : the terrain around the logs, thinned; None where the DEM is gone
@@ -89,7 +89,7 @@ class Source:
         return _layer(self.run.path, name)
 
 
-def read_source(path: str, name: str, feedback: Feedback) -> Source:
+def read_reported_run(path: str, name: str, feedback: Feedback) -> ReportedRun:
     """Read a run's folder; what is missing of its inputs becomes a line of the report."""
     run = read_run(path, feedback=feedback)
     if not len(run.deposits):
@@ -112,7 +112,7 @@ def read_source(path: str, name: str, feedback: Feedback) -> Source:
         lacks.append(("lacks_poses", {}))
     elif run.stored_log_ids.size < len(run.deposits):
         lacks.append(("lacks_some_poses", {"stored": run.stored_log_ids.size, "n": len(run.deposits)}))
-    return Source(
+    return ReportedRun(
         name,
         run,
         summary,
@@ -300,7 +300,7 @@ def paths_by_log(run: Run, wanted: NDArray[np.int64]) -> Mapping[int, dict[str, 
     return found
 
 
-def read_band(path: Path, sources: Any) -> tuple[NDArray[np.float64], Extent]:
+def read_over_runs(path: Path, sources: Any) -> tuple[NDArray[np.float64], Extent]:
     """A raster over all that the runs cover, thinned by mean; row 0 south."""
     sides = np.array([each.extent for each in sources])
     (west, south), (east, north) = sides[:, :2].min(axis=0), sides[:, 2:].max(axis=0)

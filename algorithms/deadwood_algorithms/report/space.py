@@ -19,7 +19,7 @@ from PIL import Image
 from deadwood_algorithms.pictures import hillshade
 from deadwood_algorithms.report.markup import picture_address
 from deadwood_algorithms.report.plan import lines_of_shapes, thinned_rows
-from deadwood_algorithms.report.sources import Source, mean_of_blocks, paths_by_log
+from deadwood_algorithms.report.sources import ReportedRun, mean_of_blocks, paths_by_log
 
 GROUND_VERTICES = 260  # along the longer side
 MOST_TREES, MOST_DEPOSITS = 20_000, 4_000
@@ -60,7 +60,7 @@ class Space:
     step_s: float
 
 
-def space_of(source: Source, pages_share: int = 1) -> Space | None:
+def space_of(source: ReportedRun, pages_share: int = 1) -> Space | None:
     """The scene of a run; None without terrain. ``pages_share``: how many runs share the page and its room."""
     ground = source.ground
     if ground is None:
@@ -96,7 +96,7 @@ def space_of(source: Source, pages_share: int = 1) -> Space | None:
     )
 
 
-def _trees(source: Source, origin: tuple[float, float, float]) -> Array:
+def _trees(source: ReportedRun, origin: tuple[float, float, float]) -> Array:
     if "trees" not in source.scene:
         return np.zeros((0, 8))
     frame = source.scene["trees"]
@@ -110,7 +110,7 @@ def _trees(source: Source, origin: tuple[float, float, float]) -> Array:
     return np.column_stack([foot, top, radius, 0.5 * radius])
 
 
-def _lying(source: Source, origin: tuple[float, float, float]) -> Array:
+def _lying(source: ReportedRun, origin: tuple[float, float, float]) -> Array:
     """Lying logs as straight pieces on the ground, as thick as they are there."""
     if "lying_logs" not in source.scene:
         return np.zeros((0, 8))
@@ -132,7 +132,7 @@ def _lying(source: Source, origin: tuple[float, float, float]) -> Array:
     return np.array(rows).reshape(-1, 8)
 
 
-def _barriers(source: Source, origin: tuple[float, float, float]) -> list[tuple[Array, float]]:
+def _barriers(source: ReportedRun, origin: tuple[float, float, float]) -> list[tuple[Array, float]]:
     if "barriers" not in source.scene:
         return []
     frame = source.scene["barriers"]
@@ -150,7 +150,11 @@ def _strings(frame: Any) -> list[Array]:
 
 
 def _on_ground(
-    source: Source, points: Array, origin: tuple[float, float, float], spacing: float = LINE_STEP_M, above: float = 0.3
+    source: ReportedRun,
+    points: Array,
+    origin: tuple[float, float, float],
+    spacing: float = LINE_STEP_M,
+    above: float = 0.3,
 ) -> Array:
     """A line on the terrain, with a point in each so many metres, from the origin; without what is off the terrain."""
     assert source.ground is not None
@@ -162,7 +166,7 @@ def _on_ground(
     return (np.column_stack([x, y, z]) - origin)[np.isfinite(z)]
 
 
-def chosen_groups(source: Source) -> dict[str, list[int]]:
+def chosen_groups(source: ReportedRun) -> dict[str, list[int]]:
     """The logs that move in the view: of those with a trajectory the fastest, the farthest, some that reach a line, and
     an even draw."""
     stored = source.deposits[source.deposits["log_id"].isin(source.run.stored_log_ids.tolist())]
@@ -178,7 +182,7 @@ def chosen_groups(source: Source) -> dict[str, list[int]]:
     return {name: each for name, each in groups.items() if each}
 
 
-def moving_logs(source: Source, origin: tuple[float, float, float], most_poses: int) -> tuple[list[Moving], float]:
+def moving_logs(source: ReportedRun, origin: tuple[float, float, float], most_poses: int) -> tuple[list[Moving], float]:
     """The chosen logs at even times, and the time between two of these [s]."""
     groups = chosen_groups(source)
     wanted = sorted({log for each in groups.values() for log in each})
@@ -203,7 +207,7 @@ def moving_logs(source: Source, origin: tuple[float, float, float], most_poses: 
     return moving, step
 
 
-def packed(space: Space, source: Source) -> dict[str, Any]:
+def packed(space: Space, source: ReportedRun) -> dict[str, Any]:
     """The scene as JSON with arrays in base64, for the page's script."""
     known = np.isfinite(space.heights)
     top = float(np.nanmax(space.heights)) or 1.0
@@ -241,7 +245,7 @@ def packed(space: Space, source: Source) -> dict[str, Any]:
     }
 
 
-def drapes(source: Source) -> dict[str, Image.Image]:
+def drapes(source: ReportedRun) -> dict[str, Image.Image]:
     """Pictures to lie on the terrain, on the ground's cells: the relief, and the hits over it."""
     assert source.ground is not None
     shade = hillshade(source.ground.values, source.ground.cell)
@@ -258,7 +262,7 @@ def drapes(source: Source) -> dict[str, Image.Image]:
     return found
 
 
-def _on_cells(values: Array, extent: tuple[float, float, float, float], source: Source) -> Array:
+def _on_cells(values: Array, extent: tuple[float, float, float, float], source: ReportedRun) -> Array:
     """A raster at the centres of the ground's cells."""
     ground = source.ground
     assert ground is not None
