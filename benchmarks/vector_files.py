@@ -46,9 +46,7 @@ def trajectories() -> Any:
 
     rng = np.random.default_rng(2)
     ways = 2.6e6 + np.cumsum(rng.random((TRAJECTORIES, VERTICES, 3)), axis=1)
-    return geopandas.GeoDataFrame(
-        {"log_id": np.arange(1, TRAJECTORIES + 1)}, geometry=shapely.linestrings(ways), crs=CRS
-    )
+    return geopandas.GeoDataFrame({"log_id": np.arange(1, TRAJECTORIES + 1)}, geometry=shapely.linestrings(ways), crs=CRS)
 
 
 def records(frame: Any) -> Any:
@@ -173,7 +171,7 @@ def main() -> None:
     from . import study
 
     versions = f"pyogrio {pyogrio.__version__}, fiona {fiona.__version__}"
-    table = f"\n{measured()}\n{versions}, GeoPackage, medians of {ROUNDS} runs in turn; {study.provenance()['machine']}.\n\n"
+    table = f"\n{measured()}\n{versions}, GeoPackage, medians of {ROUNDS} runs in turn; {study.provenance()["machine"]}.\n\n"
     readme = README.read_text(encoding="utf-8")
     README.write_text(MARKS.sub(lambda found: found[1] + table + found[2], readme), encoding="utf-8")
     print(table)

@@ -33,7 +33,7 @@ def _grouped(value: int) -> str:
     return f"{value:,}".replace(",", "\u202f") if abs(value) >= 10_000 else str(value)
 
 
-def share_words(record: dict[str, Any], words: Words) -> str:
+def shown_share(record: dict[str, Any], words: Words) -> str:
     """``21.0 % (18.2 to 23.2 %)``, as `percent_with_interval` says it, in the reader's signs."""
     return _localised(percent_with_interval(record), words) if record["n_total"] else "–"
 

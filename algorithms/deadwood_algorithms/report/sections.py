@@ -16,7 +16,7 @@ from deadwood_algorithms.report.fidelity_error import REACH_POINTS
 from deadwood_algorithms.report.figures import ARRIVAL_COLUMNS, Drawing
 from deadwood_algorithms.report.markup import Markup, element, joined, table
 from deadwood_algorithms.report.plan import MOST_DOTS, SHOWN_AT_FIRST, layers_drawn
-from deadwood_algorithms.report.rounded import decimal, percent_if_lost, share_words, shown_number
+from deadwood_algorithms.report.rounded import decimal, percent_if_lost, shown_number, shown_share
 from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.tool import VERSION
@@ -53,7 +53,7 @@ def question(sources: list[ReportedRun], words: Words) -> Parts:
     answers = []
     for source in sources:
         for each in source.summary["reach"][:12]:
-            share = share_words(each, words)
+            share = shown_share(each, words)
             before = f"{source.name} – " if len(sources) > 1 else ""
             answer = words.say("answer", line=each["line_id"], share=f"{share} {words.say('of_logs')}")
             if each.get("n_lost") and loss_matters(each):
@@ -147,7 +147,7 @@ def reach(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) ->
     calculation = calculation_words(source.summary["accuracy"], source.run.manifest.get("parameters", {}), words)
     head = [words.say(each) for each in ("line", "logs", "n_reach", "sampling", "calculation")]
     rows = [
-        (each["line_id"], each["n_total"], each["n_reach"], share_words(each, words), calculation) for each in records
+        (each["line_id"], each["n_total"], each["n_reach"], shown_share(each, words), calculation) for each in records
     ]
     parts: Parts = [figure_of(drawings.get("reach")), table(head, rows)]
     if lost := [each for each in records if each.get("n_lost")]:
@@ -321,7 +321,9 @@ def accuracy(source: ReportedRun, words: Words) -> Parts:
         (words.say("residual"), shown_number(told["contact_residual_max"], words, 2)),
         (
             words.say("unconverged"),
-            f"{shown_number(told.get('unconverged_steps', 0), words)} {words.say('of_steps', n=shown_number(steps, words))}",
+            shown_number(told.get("unconverged_steps", 0), words)
+            + " "
+            + words.say("of_steps", n=shown_number(steps, words)),
         ),
         (words.say("failed_logs"), reasons.get("failed", 0)),
         (words.say("left_dem_logs"), reasons.get("left_dem", 0)),

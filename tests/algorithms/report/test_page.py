@@ -93,7 +93,7 @@ def test_the_numbers_of_the_page_are_those_of_the_summary(run, page):
     assert page[1]["runs"][0]["summary"] == told
     text = Reader(page[0]).text
     for each in told["reach"]:
-        assert f"{each['line_id']}: reached by {rounded.share_words(each, Words('en'))}".replace("\xa0", " ") in text
+        assert f"{each['line_id']}: reached by {rounded.shown_share(each, Words('en'))}".replace("\xa0", " ") in text
     for each in told["barriers"]:
         row = " ".join(
             str(each[name]) for name in ("n_reached", "n_stopped", "n_overjumped", "n_passed_beside", "n_hits")
@@ -357,15 +357,15 @@ def test_every_phrase_is_used():
 def test_numbers_are_rounded_as_far_as_their_interval_allows():
     english, german = Words("en"), Words("de")
     record = {"n_total": 1000, "n_reach": 206, "ci_low": 0.18208, "ci_high": 0.23217}
-    assert rounded.share_words(record, english) == "20.6\xa0% (18.2 to 23.2\xa0%)"
+    assert rounded.shown_share(record, english) == "20.6\xa0% (18.2 to 23.2\xa0%)"
     many = {"n_total": 20000, "n_reach": 1820, "ci_low": 0.0871, "ci_high": 0.0951}
-    assert rounded.share_words(many, german) == "9,10\xa0% (8,71 bis 9,51\xa0%)"
+    assert rounded.shown_share(many, german) == "9,10\xa0% (8,71 bis 9,51\xa0%)"
     assert (
-        rounded.share_words({"n_total": 1000, "n_reach": 0, "ci_low": 0.0, "ci_high": 0.00383}, english)
+        rounded.shown_share({"n_total": 1000, "n_reach": 0, "ci_low": 0.0, "ci_high": 0.00383}, english)
         == "<\xa00.38\xa0%"
     )
     assert (
-        rounded.share_words({"n_total": 1000, "n_reach": 1000, "ci_low": 0.99617, "ci_high": 1.0}, english)
+        rounded.shown_share({"n_total": 1000, "n_reach": 1000, "ci_low": 0.99617, "ci_high": 1.0}, english)
         == ">\xa099.62\xa0%"
     )
     assert rounded.shown_number(57936.59, english) == "57\u202f900"
