@@ -356,9 +356,9 @@ def test_every_phrase_is_used():
 
 def test_numbers_are_rounded_as_far_as_their_interval_allows():
     english, german = Words("en"), Words("de")
-    record = {"n_total": 1000, "n_reach": 206, "ci_low": 0.18208, "ci_high": 0.23217}
+    record = {"n_total": 1000, "n_reach": 206, "p": 0.206, "ci_low": 0.18208, "ci_high": 0.23217}
     assert rounded.shown_share(record, english) == "20.6\xa0% (18.2 to 23.2\xa0%)"
-    many = {"n_total": 20000, "n_reach": 1820, "ci_low": 0.0871, "ci_high": 0.0951}
+    many = {"n_total": 20000, "n_reach": 1820, "p": 0.091, "ci_low": 0.0871, "ci_high": 0.0951}
     assert rounded.shown_share(many, german) == "9,10\xa0% (8,71 bis 9,51\xa0%)"
     assert (
         rounded.shown_share({"n_total": 1000, "n_reach": 0, "ci_low": 0.0, "ci_high": 0.00383}, english)
