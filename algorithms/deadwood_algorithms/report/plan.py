@@ -28,6 +28,7 @@ from deadwood_algorithms.report.words import STOPS, Words
 MOST_DOTS = 8000  # of a kind
 MOST_WAYS = 150
 WAY_STEP_M = 3.0
+OPAQUE = 0.15  # of the largest difference: from there on a map hides the relief
 LONGEST, SHORTEST = 9.0, 3.0  # inches, of the map's height
 TREE, BARRIER, LYING, LINE, RELEASE, WAY = "#006D4E", "#B2182B", "#8C510A", "#111111", "#0072B2", "#FFFFFF"
 SHOWN_AT_FIRST = ("relief", "hits", "trees", "barriers", "lying_logs", "lines", "releases", "deposits")
@@ -218,9 +219,10 @@ def draw_difference(
     points = 100.0 * band
     known = np.abs(points[np.isfinite(points)])
     far = max(float(np.quantile(known, 0.995)) if known.size else 1.0, 1e-9)
+    seen = np.clip(np.nan_to_num(np.abs(points)) / (OPAQUE * far), 0.0, 0.85)  # little difference shows the relief
     west, south, east, north = extent
     image = axes.imshow(
-        np.where(np.abs(points) > 0.01 * far, points, np.nan), cmap="RdBu_r", vmin=-far, vmax=far, alpha=0.8,
+        points, cmap="RdBu_r", vmin=-far, vmax=far, alpha=seen,
         extent=(west, east, south, north), origin="lower", interpolation="nearest", zorder=2,
     )  # fmt: skip
     axes.set(xlim=(shown[0], shown[2]), ylim=(shown[1], shown[3]))

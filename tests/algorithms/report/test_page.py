@@ -368,6 +368,8 @@ def test_numbers_are_rounded_as_far_as_their_interval_allows():
         rounded.shown_share({"n_total": 1000, "n_reach": 1000, "ci_low": 0.99617, "ci_high": 1.0}, english)
         == ">\xa099.62\xa0%"
     )
+    lost = {"p_low_if_lost": 0.1, "p_high_if_lost": 0.5, "ci_low_if_lost": 0.08, "ci_high_if_lost": 0.54}
+    assert rounded.percent_if_lost(lost, german) == "10 bis 50\xa0% (8 bis 54\xa0%)"
     assert rounded.shown_number(57936.59, english) == "57\u202f900"
     assert rounded.shown_number(0.04042, german, 2) == "0,040"
     assert rounded.shown_number(float("nan"), english) == "–"
