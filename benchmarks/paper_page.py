@@ -27,13 +27,14 @@ WORDS = {True: "yes", False: "**no**", None: "not decided"}
 HEAD = """# The paper, statement by statement
 
 What the paper found on two Swiss slopes, looked for on two synthetic twins of them. Judged is a finding (an order, a
-direction, the size of a ratio), not another slope's number. The twins and the rules were fixed, in commits of their own,
-before the first log slid ([their numbers, each with its source](../algorithms/deadwood_algorithms/paper/README.md)), and
-nothing is tuned to please: where a finding does not hold, the table says so, with the run that shows it. With the data of
-the real sites the same command judges those (`--site-data`).
+direction, the size of a ratio), not another slope's number. The twins and the rules were fixed, in commits of their
+own, before the first log slid ([their numbers, each with its
+source](../algorithms/deadwood_algorithms/paper/README.md)), and nothing is tuned to please: where a finding does not
+hold, the table says so, with the run that shows it. With the data of the real sites the same command judges those
+(`--site-data`).
 
-Each log slides twice: as the smooth cone, the toolbox's own geometry, and as the paper's body-fixed point cloud (rings of
-`make-log`; column *cloud*). Intervals are 95 % and tell sampling alone.
+Each log slides twice: as the smooth cone, the toolbox's own geometry, and as the paper's body-fixed point cloud (rings
+of `make-log`; column *cloud*). Intervals are 95 % and tell sampling alone.
 """
 
 

@@ -60,7 +60,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.outputs import output_folder, output_path
     from deadwood_algorithms.report.gltf import write_gltf
     from deadwood_algorithms.report.page import report_of
-    from deadwood_algorithms.report.sources import read_reported
+    from deadwood_algorithms.report.sources import read_reported_run
     from deadwood_algorithms.report.space import drapes, space_of
     from deadwood_algorithms.report.words import Words
     from deadwood_algorithms.runs.folder import MANIFEST, write_json
@@ -71,7 +71,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         gltf = stack.enter_context(output_path(ask.gltf, ask.overwrite, suffix=".glb")) if ask.gltf else None
         folders = folders_of(ask.runs)
         names = names_of(folders, ask.names)
-        sources = [read_reported(each, name, feedback) for each, name in zip(folders, names, strict=True)]
+        sources = [read_reported_run(each, name, feedback) for each, name in zip(folders, names, strict=True)]
         compared = compared_runs(folders, sources, feedback) if len(sources) > 1 else None
         feedback.progress(1, 3, "drawing the report")
         spaces = [space_of(each, len(sources)) for each in sources]
@@ -129,7 +129,7 @@ def names_of(folders: Sequence[str], given: str | None) -> list[str]:
 def compared_runs(folders: Sequence[str], sources: Sequence[ReportedRun], feedback: Feedback) -> Comparison:
     """The comparison of the runs; what cannot be compared is told in the page."""
     from deadwood_algorithms.report.page import Comparison
-    from deadwood_algorithms.report.sources import read_cells
+    from deadwood_algorithms.report.sources import read_over_runs
     from deadwood_algorithms.scenarios.maps import difference_map
     from deadwood_algorithms.scenarios.measures import compared_rows
     from deadwood_algorithms.scenarios.runs import differing, read_compared
@@ -152,7 +152,7 @@ def compared_runs(folders: Sequence[str], sources: Sequence[ReportedRun], feedba
             place = Path(folder) / f"difference_{k}.tif"
             try:
                 difference_map(compared.reference, other, place, feedback)
-                found.maps[sources[k + 1].name] = read_cells(place, sources)
+                found.maps[sources[k + 1].name] = read_over_runs(place, sources)
             except (UserError, ValueError) as error:
                 found.lacks.append(("comparison_map_lacks", {"name": names[other.name], "reason": str(error)}))
     return found

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.image import AxesImage
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
@@ -32,10 +33,12 @@ def hillshade(heights: NDArray[np.floating], cell: float) -> NDArray[np.float64]
 
 def show_relief(
     axes: Axes, heights: NDArray[np.floating], cell: float, extent: tuple[float, float, float, float]
-) -> None:
+) -> AxesImage:
     """Draw heights (row 0 south) as relief, pale enough for what lies on it; extent: west, east, south, north [m]."""
     shade = hillshade(heights, cell)
-    axes.imshow(shade, cmap="gray", vmin=-0.6, vmax=1.05, extent=extent, origin="lower", interpolation="bilinear")
+    return axes.imshow(
+        shade, cmap="gray", vmin=-0.6, vmax=1.05, extent=extent, origin="lower", interpolation="bilinear"
+    )
 
 
 def bar_length(width: float) -> float:
@@ -50,9 +53,9 @@ def scale_and_north(axes: Axes) -> None:
     (west, east), (south, north) = axes.get_xlim(), axes.get_ylim()
     width, bar = east - west, bar_length(east - west)
     x, y = west + 0.04 * width, south + 0.045 * width
-    axes.plot([x, x + bar], [y, y], color="black", linewidth=3.5, solid_capstyle="butt", zorder=6)
+    axes.plot([x, x + bar], [y, y], color="black", linewidth=3.5, solid_capstyle="butt", zorder=9)
     word = f"{bar / 1000:g} km" if bar >= 1000.0 else f"{bar:g} m"
-    axes.text(x + bar / 2.0, y + 0.013 * width, word, ha="center", va="bottom", fontsize=9, zorder=6, path_effects=HALO)
+    axes.text(x + bar / 2.0, y + 0.013 * width, word, ha="center", va="bottom", fontsize=9, zorder=9, path_effects=HALO)
     axes.annotate(
         "N",
         xy=(west + 0.06 * width, north - 0.027 * width),
@@ -63,5 +66,5 @@ def scale_and_north(axes: Axes) -> None:
         fontweight="bold",
         arrowprops={"arrowstyle": "-|>", "color": "black", "linewidth": 1.5, "path_effects": HALO},
         path_effects=HALO,
-        zorder=6,
+        zorder=9,
     )

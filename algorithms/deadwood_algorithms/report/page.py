@@ -235,11 +235,8 @@ def joint_extent(sources: Sequence[ReportedRun]) -> Extent:
 
 def comparison_table(rows: Sequence[Any], names: Sequence[str], words: Words) -> Markup:
     """A row a quantity; for each run its value, and from the second on its difference to the first."""
-    kept = [
-        row
-        for row in rows
-        if row.quantity in COMPARED and not (row.quantity == "ended" and row.value == 0.0 == row.difference)
-    ]
+    ends = {row.item for row in rows if row.quantity == "ended" and row.value > 0.0}
+    kept = [row for row in rows if row.quantity in COMPARED and (row.quantity != "ended" or row.item in ends)]
     of = {(row.scenario, row.quantity, row.item): row for row in rows}
     head = [words.say("quantity")]
     for k, name in enumerate(names):

@@ -19,7 +19,8 @@ from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from deadwood_algorithms.pictures import hillshade
+from deadwood_algorithms.files.styles import ENDS
+from deadwood_algorithms.pictures import scale_and_north, show_relief
 from deadwood_algorithms.report.figures import INK, WIDTH
 from deadwood_algorithms.report.sources import Extent, ReportedRun
 from deadwood_algorithms.report.words import STOPS, Words
@@ -27,12 +28,8 @@ from deadwood_algorithms.report.words import STOPS, Words
 MOST_DOTS = 8000  # of a kind
 MOST_WAYS = 150
 WAY_STEP_M = 3.0
+OPAQUE = 0.15  # of the largest difference: from there on a map hides the relief
 LONGEST, SHORTEST = 9.0, 3.0  # inches, of the map's height
-# Apart for every eye, and on grey relief and the yellow of the hits.
-STOP_COLOURS = {
-    "rest": "#000000", "tree": "#CC79A7", "lying_log": "#8C510A", "barrier": "#D55E00", "left_dem": "#56B4E9",
-    "time_limit": "#E69F00", "failed": "#FF0000",
-}  # fmt: skip
 TREE, BARRIER, LYING, LINE, RELEASE, WAY = "#006D4E", "#B2182B", "#8C510A", "#111111", "#0072B2", "#FFFFFF"
 SHOWN_AT_FIRST = ("relief", "hits", "trees", "barriers", "lying_logs", "lines", "releases", "deposits")
 
@@ -53,8 +50,7 @@ def draw_map(source: ReportedRun, words: Words, *, every_layer: bool = False) ->
             _image(axes, *source.rasters[name], cmap, f"layer_{name}", 0.75, 2.5)
     handles += _scene(axes, source, words)
     handles += _logs(axes, source, words, every_layer)
-    scale_bar(axes, source.extent)
-    north_arrow(axes, words)
+    scale_and_north(axes)
     figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8, handlelength=1.4)
     return figure
 
@@ -84,19 +80,8 @@ def map_frame(extent: Extent, words: Words, width: float = WIDTH) -> tuple[Figur
 def _relief(axes: Any, source: ReportedRun) -> None:
     ground = source.ground
     assert ground is not None
-    shade = hillshade(ground.values, ground.cell)
     west, south, east, north = ground.bounds
-    grey = np.where(np.isfinite(shade), 0.25 + 0.75 * shade, np.nan)
-    axes.imshow(
-        grey,
-        cmap="gray",
-        vmin=0.0,
-        vmax=1.0,
-        extent=(west, east, south, north),
-        origin="lower",
-        zorder=1,
-        gid="layer_relief",
-    )
+    show_relief(axes, ground.values, ground.cell, (west, east, south, north)).set_gid("layer_relief")
 
 
 def _hits(axes: Any, source: ReportedRun) -> Any:
@@ -199,7 +184,7 @@ def _logs(axes: Any, source: ReportedRun, words: Words, ways_too: bool) -> list[
     for reason in [each for each in STOPS if (reasons == each).any()]:
         mine = ends[reasons == reason]
         mine = mine[np.isfinite(mine).all(axis=1)]
-        colour = STOP_COLOURS[reason]
+        colour = ENDS[reason][1]
         dots(axes, mine[:, 0], mine[:, 1], 2.4, colour, f"layer_deposits_{reason}", 7.0)
         handles.append(_dot(colour, words.say("layer_deposits", stop=words.stop(reason))))
     return handles
@@ -207,38 +192,6 @@ def _logs(axes: Any, source: ReportedRun, words: Words, ways_too: bool) -> list[
 
 def _dot(colour: str, label: str) -> Line2D:
     return Line2D([], [], linestyle="none", marker="o", markersize=4, color=colour, label=label)
-
-
-def scale_bar(axes: Any, extent: Extent) -> None:
-    """A bar of a round number of metres, about a fifth of the map's width, in the south-west."""
-    west, south, east, north = extent
-    wanted = 0.22 * (east - west)
-    power = 10.0 ** np.floor(np.log10(wanted))
-    length = max(part * power for part in (1.0, 2.0, 5.0) if part * power <= wanted)
-    x, y = west + 0.04 * (east - west), south + 0.025 * (north - south)
-    thick = 0.006 * (north - south)
-    for k, colour in enumerate(("black", "white")):
-        axes.add_patch(_rectangle(x + k * length / 2.0, y, length / 2.0, thick, colour))
-    shown = f"{length / 1000:g} km" if length >= 1000 else f"{length:g} m"
-    axes.text(
-        x + length, y + 2.0 * thick, shown, ha="right", va="bottom", fontsize=8, color="black", zorder=9, bbox=_BOX
-    )
-
-
-_BOX = {"boxstyle": "round,pad=0.15", "facecolor": "white", "alpha": 0.75, "edgecolor": "none"}
-
-
-def _rectangle(x: float, y: float, width: float, height: float, colour: str) -> PathPatch:
-    corners = [(x, y), (x + width, y), (x + width, y + height), (x, y + height), (x, y)]
-    return PathPatch(Path(np.array(corners)), facecolor=colour, edgecolor="black", linewidth=0.7, zorder=9)
-
-
-def north_arrow(axes: Any, words: Words) -> None:
-    axes.annotate(
-        words.say("compass").split(",")[0], xy=(0.955, 0.985), xytext=(0.955, 0.91), xycoords="axes fraction",
-        ha="center", va="center", fontsize=10, color="black", zorder=9, bbox=_BOX,
-        arrowprops={"arrowstyle": "-|>", "color": "black", "linewidth": 1.4, "shrinkB": 0},
-    )  # fmt: skip
 
 
 def layers_drawn(source: ReportedRun) -> list[str]:
@@ -266,9 +219,10 @@ def draw_difference(
     points = 100.0 * band
     known = np.abs(points[np.isfinite(points)])
     far = max(float(np.quantile(known, 0.995)) if known.size else 1.0, 1e-9)
+    seen = np.clip(np.nan_to_num(np.abs(points)) / (OPAQUE * far), 0.0, 0.85)  # little difference shows the relief
     west, south, east, north = extent
     image = axes.imshow(
-        np.where(np.abs(points) > 0.01 * far, points, np.nan), cmap="RdBu_r", vmin=-far, vmax=far, alpha=0.8,
+        points, cmap="RdBu_r", vmin=-far, vmax=far, alpha=seen,
         extent=(west, east, south, north), origin="lower", interpolation="nearest", zorder=2,
     )  # fmt: skip
     axes.set(xlim=(shown[0], shown[2]), ylim=(shown[1], shown[3]))
@@ -279,6 +233,5 @@ def draw_difference(
     bar = figure.colorbar(image, ax=axes, fraction=0.035, pad=0.015, aspect=32)
     bar.set_label(title, fontsize=8)
     bar.outline.set_visible(False)  # type: ignore[operator]
-    scale_bar(axes, shown)
-    north_arrow(axes, words)
+    scale_and_north(axes)
     return figure

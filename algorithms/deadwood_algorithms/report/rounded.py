@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from deadwood_algorithms.numbers.statistics import decimals_of
+from deadwood_algorithms.numbers.statistics import decimals_of, percent_with_interval
+from deadwood_algorithms.numbers.statistics import percent as share_in_percent
 from deadwood_algorithms.report.words import Words
 
 DIGITS = 3  # of a number without an interval
 NBSP = "\u00a0"
 
 
-def number(value: Any, words: Words, digits: int = DIGITS) -> str:
+def shown_number(value: Any, words: Words, digits: int = DIGITS) -> str:
     """So many significant digits, whole numbers as they are; a dash where there is nothing."""
     if value is None or not math.isfinite(value):
         return "–"
@@ -32,17 +33,28 @@ def _grouped(value: int) -> str:
     return f"{value:,}".replace(",", "\u202f") if abs(value) >= 10_000 else str(value)
 
 
-def share_shown(record: dict[str, Any], words: Words) -> str:
-    """``21 % (18 to 23 %)``; no hit and all hits as what they exclude: ``< 0.4 %``, ``> 99.6 %``."""
-    value, low, high = share_of(record), 100.0 * record["ci_low"], 100.0 * record["ci_high"]
-    if record["n_total"] == 0:
-        return "–"
-    if record["n_reach"] == 0:
-        return f"<{NBSP}{number(high, words, 2)}{NBSP}%"
-    if record["n_reach"] == record["n_total"]:
-        return f">{NBSP}{_signs(f'{low:.{decimals_of(low, 100.0)}f}', words)}{NBSP}%"
-    shown = [_signs(f"{each:.{decimals_of(low, high)}f}", words) for each in (value, low, high)]
-    return f"{shown[0]}{NBSP}% ({shown[1]} {words.say('to')} {shown[2]}{NBSP}%)"
+def shown_share(record: dict[str, Any], words: Words) -> str:
+    """``21.0 % (18.2 to 23.2 %)``, as `percent_with_interval` says it, in the reader's signs."""
+    return _localised(percent_with_interval(record), words) if record["n_total"] else "–"
+
+
+def percent_if_lost(record: dict[str, Any], words: Words) -> str:
+    """``12 to 51 % (10 to 54 %)``: the share if none and if all of the lost logs reach, and the outer interval."""
+    low, high = record["ci_low_if_lost"], record["ci_high_if_lost"]
+    least, most, bottom, top = (
+        share_in_percent(each, low, high) for each in (record["p_low_if_lost"], record["p_high_if_lost"], low, high)
+    )
+    return _localised(f"{least} to {most} % ({bottom} to {top} %)", words)
+
+
+def _localised(text: str, words: Words) -> str:
+    return _signs(
+        text.replace(" to ", f" {words.say('to')} ")
+        .replace(" %", f"{NBSP}%")
+        .replace("< ", f"<{NBSP}")
+        .replace("> ", f">{NBSP}"),
+        words,
+    )
 
 
 def share_of(record: dict[str, Any]) -> float:

@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 
 from deadwood_algorithms.files.versions import lines as versions
+from deadwood_algorithms.numbers.statistics import loss_matters
 from deadwood_algorithms.report.fidelity_error import REACH_POINTS
 from deadwood_algorithms.report.figures import ARRIVAL_COLUMNS, Drawing
 from deadwood_algorithms.report.markup import Markup, element, joined, table
 from deadwood_algorithms.report.plan import MOST_DOTS, SHOWN_AT_FIRST, layers_drawn
-from deadwood_algorithms.report.rounded import decimal, number, share_shown
+from deadwood_algorithms.report.rounded import decimal, percent_if_lost, shown_number, shown_share
 from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.tool import VERSION
@@ -43,7 +44,7 @@ def question(sources: list[ReportedRun], words: Words) -> Parts:
     names = [str(each["line_id"]) for each in one.summary["reach"]]
     shown = names[:4] + (["…"] if len(names) > 4 else [])
     told = f" {words.say('and')} ".join([", ".join(shown[:-1]), shown[-1]]) if len(shown) > 1 else "".join(shown)
-    released = number(one.summary["logs"]["released"], words)
+    released = shown_number(one.summary["logs"]["released"], words)
     asked = (
         words.say("question_lines", n=released, where=where, lines=told)
         if names
@@ -52,14 +53,15 @@ def question(sources: list[ReportedRun], words: Words) -> Parts:
     answers = []
     for source in sources:
         for each in source.summary["reach"][:12]:
-            share = share_shown(each, words)
-            lost = bounds_words(each, words)
+            share = shown_share(each, words)
             before = f"{source.name} – " if len(sources) > 1 else ""
-            answer = words.say("answer", line=each["line_id"], share=f"{share} {words.say('of_logs')}{lost}")
+            answer = words.say("answer", line=each["line_id"], share=f"{share} {words.say('of_logs')}")
+            if each.get("n_lost") and loss_matters(each):
+                answer += words.say("answer_lost", n=each["n_lost"], bounds=percent_if_lost(each, words))
             answers.append(element("li", before + answer))
         if not source.summary["reach"]:
             ends = ", ".join(
-                f"{words.stop(name)} {number(100.0 * count / source.summary['logs']['released'], words, 2)} %"
+                f"{words.stop(name)} {shown_number(100.0 * count / source.summary['logs']['released'], words, 2)} %"
                 for name, count in source.summary["logs"]["by_stop_reason"].items()
                 if count
             )
@@ -78,7 +80,7 @@ def warnings_of(source: ReportedRun, words: Words) -> Parts:
     return [element("p", each, class_="warning") for each in found]
 
 
-def modelled_section(source: ReportedRun, words: Words) -> Parts:
+def model_section(source: ReportedRun, words: Words) -> Parts:
     told = source.summary["modelled"]
     rows = [(words.known(f"model_{name}", name.replace("_", " ")), words.modelled(str(told[name]))) for name in told]
     parts: Parts = [element("p", words.say("modelled_note")), left_table(rows)]
@@ -108,7 +110,7 @@ def map_section(source: ReportedRun, key: str, drawing: Drawing, frame: tuple[fl
         if name in ("speed", "energy", "jump"):
             top = source.column({"speed": "speed_max_ms", "energy": "energy_max_kj", "jump": "jump_max_m"}[name])
             unit = {"speed": "m/s", "energy": "kJ", "jump": "m"}[name]
-            label += f" (0–{number(float(top.max()) if top.size else 0.0, words, 2)} {unit})"
+            label += f" (0–{shown_number(float(top.max()) if top.size else 0.0, words, 2)} {unit})"
         on = name in SHOWN_AT_FIRST or reason != name
         box = element(
             "input", type="checkbox", data_layer=f"{drawing.name}-layer_{name}", checked="" if on else None
@@ -145,34 +147,23 @@ def reach(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) ->
     calculation = calculation_words(source.summary["accuracy"], source.run.manifest.get("parameters", {}), words)
     head = [words.say(each) for each in ("line", "logs", "n_reach", "sampling", "calculation")]
     rows = [
-        (
-            each["line_id"],
-            each["n_total"],
-            each["n_reach"],
-            share_shown(each, words) + bounds_words(each, words),
-            calculation,
-        )
-        for each in records
+        (each["line_id"], each["n_total"], each["n_reach"], shown_share(each, words), calculation) for each in records
     ]
-    parts: Parts = [
-        figure_of(drawings.get("reach")),
-        table(head, rows),
+    parts: Parts = [figure_of(drawings.get("reach")), table(head, rows)]
+    if lost := [each for each in records if each.get("n_lost")]:
+        head = [words.say(each) for each in ("line", "n_lost", "if_lost")]
+        parts.append(table(head, [(each["line_id"], each["n_lost"], percent_if_lost(each, words)) for each in lost]))
+        parts.append(element("p", words.say("lost_note"), class_="quiet"))
+    parts += [
         element("p", words.say("reach_note"), class_="quiet"),
     ]
     if source.summary["accuracy"]["fidelity"] in REACH_POINTS:
         parts.append(element("p", words.say("calculation_measure"), class_="quiet"))
     if rule := source.summary.get("until_ci"):
         state = words.say("until_reached" if rule["reached"] else "until_missed", n=rule["logs"])
-        wanted = number(100.0 * rule["target_half_width"], words, 2)
+        wanted = shown_number(100.0 * rule["target_half_width"], words, 2)
         parts.append(element("p", words.say("until_ci", wanted=wanted, state=state)))
     return parts
-
-
-def bounds_words(record: Mapping[str, Any], words: Words) -> str:
-    """How much more the share may be for the logs that left the terrain model before the line; empty without such."""
-    if not record.get("n_lost"):
-        return ""
-    return words.say("if_lost", n=record["n_lost"], high=number(100.0 * record["ci_high_if_lost"], words, 2))
 
 
 def calculation_words(accuracy: Mapping[str, Any], parameters: Mapping[str, Any], words: Words) -> str:
@@ -212,7 +203,7 @@ def quantile_row(label: str, values: Any, words: Words) -> tuple[Any, ...]:
     values = values[np.isfinite(values)]
     if not values.size:
         return (label, 0, *["–"] * (len(LEVELS) + 1))
-    shown = [number(float(each), words, 2) for each in (*np.percentile(values, LEVELS), values.max())]
+    shown = [shown_number(float(each), words, 2) for each in (*np.percentile(values, LEVELS), values.max())]
     return (label, values.size, *shown)
 
 
@@ -251,7 +242,7 @@ def ways(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> 
         rows.append(quantile_row(label, source.column(column), words))
     logs = source.summary["logs"]
     ends = [
-        (words.stop(name), count, f"{number(100.0 * count / logs['released'], words, 2)} %")
+        (words.stop(name), count, f"{shown_number(100.0 * count / logs['released'], words, 2)} %")
         for name, count in logs["by_stop_reason"].items()
         if count
     ]
@@ -278,8 +269,8 @@ def ledgers(source: ReportedRun, words: Words) -> Parts:
             (
                 each["barrier_id"],
                 *(each[name] for name in names),
-                number(each["energy_max_kj"], words),
-                number(each["height_max_m"], words, 2),
+                shown_number(each["energy_max_kj"], words),
+                shown_number(each["height_max_m"], words, 2),
             )
             for each in barriers
         ]
@@ -293,8 +284,8 @@ def ledgers(source: ReportedRun, words: Words) -> Parts:
             (
                 words.say(f"layer_{name}"),
                 *(record[each] for each in names),
-                number(record["impulse_sum_kns"], words),
-                number(record["energy_taken_kj"], words),
+                shown_number(record["impulse_sum_kns"], words),
+                shown_number(record["energy_taken_kj"], words),
             )
             for name, record in wood
         ]
@@ -306,11 +297,11 @@ def ledgers(source: ReportedRun, words: Words) -> Parts:
         rows = [
             (
                 each["tree_id"],
-                number(each["dbh_cm"], words),
-                number(each["height_m"], words),
+                shown_number(each["dbh_cm"], words),
+                shown_number(each["height_m"], words),
                 each["n_stops"],
                 each["n_hits"],
-                number(each["energy_taken_kj"], words),
+                shown_number(each["energy_taken_kj"], words),
             )
             for each in top.to_dict("records")
         ]
@@ -325,12 +316,14 @@ def accuracy(source: ReportedRun, words: Words) -> Parts:
         (words.say("fidelity"), told["fidelity"]),
         (words.say("time_step"), f"{decimal(told['time_step_s'], words)} s"),
         (words.say("spacing"), f"{decimal(told['station_spacing_m'], words)} m"),
-        (words.say("penetration"), f"{number(100.0 * told['penetration_max_m'], words, 2)} cm"),
-        (words.say("energy_error"), f"{number(100.0 * told['energy_error_rel_max'], words, 2)} %"),
-        (words.say("residual"), number(told["contact_residual_max"], words, 2)),
+        (words.say("penetration"), f"{shown_number(100.0 * told['penetration_max_m'], words, 2)} cm"),
+        (words.say("energy_error"), f"{shown_number(100.0 * told['energy_error_rel_max'], words, 2)} %"),
+        (words.say("residual"), shown_number(told["contact_residual_max"], words, 2)),
         (
             words.say("unconverged"),
-            f"{number(told.get('unconverged_steps', 0), words)} {words.say('of_steps', n=number(steps, words))}",
+            shown_number(told.get("unconverged_steps", 0), words)
+            + " "
+            + words.say("of_steps", n=shown_number(steps, words)),
         ),
         (words.say("failed_logs"), reasons.get("failed", 0)),
         (words.say("left_dem_logs"), reasons.get("left_dem", 0)),
@@ -366,10 +359,10 @@ def provenance(source: ReportedRun, words: Words) -> Parts:
     machine = f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores"
     told = words.say(
         "cost_words",
-        cpu=number(cost["cpu_s"], words),
-        wall=number(cost["wall_s"], words),
-        steps=number(cost["steps"], words),
-        rate=number(cost["logs_per_s"], words),
+        cpu=shown_number(cost["cpu_s"], words),
+        wall=shown_number(cost["wall_s"], words),
+        steps=shown_number(cost["steps"], words),
+        rate=shown_number(cost["logs_per_s"], words),
         machine=machine,
     )
     body = [element("tr", *(element("td", cell) for cell in row)) for row in rows]
@@ -397,7 +390,7 @@ def sections_of(
 ) -> list[tuple[str, str, Markup]]:
     """Id, title and content of each section about a run; what there is nothing to say in is left out."""
     makers: list[tuple[str, Callable[[], Parts]]] = [
-        ("modelled", lambda: modelled_section(source, words)),
+        ("modelled", lambda: model_section(source, words)),
         ("map", lambda: map_section(source, key, drawings["map"], frame, words)),
         ("reach", lambda: reach(source, drawings, words)),
         ("arrivals", lambda: arrivals(source, drawings, words)),

@@ -89,7 +89,7 @@ class ReportedRun:
         return _layer(self.run.path, name)
 
 
-def read_reported(path: str, name: str, feedback: Feedback) -> ReportedRun:
+def read_reported_run(path: str, name: str, feedback: Feedback) -> ReportedRun:
     """Read a run's folder; what is missing of its inputs becomes a line of the report."""
     run = read_run(path, feedback=feedback)
     if not len(run.deposits):
@@ -300,7 +300,7 @@ def paths_by_log(run: Run, wanted: NDArray[np.int64]) -> Mapping[int, dict[str, 
     return found
 
 
-def read_cells(path: Path, sources: Any) -> tuple[NDArray[np.float64], Extent]:
+def read_over_runs(path: Path, sources: Any) -> tuple[NDArray[np.float64], Extent]:
     """A raster over all that the runs cover, thinned by mean; row 0 south."""
     sides = np.array([each.extent for each in sources])
     (west, south), (east, north) = sides[:, :2].min(axis=0), sides[:, 2:].max(axis=0)

@@ -28,10 +28,6 @@ PHRASES: dict[str, tuple[str, str]] = {
     "and": ("and", "und"),
     "to": ("to", "bis"),
     "of_logs": ("of the logs", "der Stämme"),
-    "if_lost": (
-        "; {n} others left the terrain model before: up to {high} % if all of them reach it",
-        "; {n} weitere verliessen vorher das Geländemodell: bis {high} %, wenn alle sie erreichen",
-    ),
     "of_steps": ("of {n} steps", "von {n} Schritten"),
     "contents": ("Contents", "Inhalt"),
     "question": ("Question and answer", "Frage und Antwort"),
@@ -115,6 +111,20 @@ PHRASES: dict[str, tuple[str, str]] = {
     "zoom_out": ("Zoom out", "Verkleinern"),
     "reset": ("Reset", "Zurück"),
     "reach": ("Reach", "Reichweite"),
+    "answer_lost": (
+        "; {bounds} if none or all of the {n} others reach it that left the terrain model before",
+        "; {bounds}, falls keiner oder alle der {n} anderen sie erreichen, die das Geländemodell vorher verliessen",
+    ),
+    "n_lost": ("left the terrain model before it", "vorher aus dem Geländemodell"),
+    "if_lost": (
+        "share if none or all of them reach it (95 % interval)",
+        "Anteil, falls keiner oder alle sie erreichen (95-%-Intervall)",
+    ),
+    "lost_note": (
+        "What logs do beyond the terrain model is not known. The share above counts none of them as arrived.",
+        "Was Stämme jenseits des Geländemodells tun, ist nicht bekannt. Der Anteil oben zählt keinen von ihnen als "
+        "angekommen.",
+    ),
     "reach_note": (
         "Two kinds of error: sampling (95 % Wilson interval, shrinks with more logs) and calculation (what the time "
         "stepping of this fidelity adds; more logs do not touch it). The larger part mostly comes from the inputs, "

@@ -18,10 +18,8 @@ from rasterio.transform import from_origin
 from slope_case import Case, points, summary, write_layer
 
 from deadwood_algorithms import make_report
-from deadwood_algorithms.numbers.statistics import bounds_if_lost, reach_record
 from deadwood_algorithms.report import fidelity_error, rounded, words
 from deadwood_algorithms.report.markup import element, embedded_json, table
-from deadwood_algorithms.report.sections import bounds_words
 from deadwood_algorithms.report.words import PHRASES, STOPS, Words
 from deadwood_algorithms.tool import UserError
 from deadwood_engine import STOP_REASONS
@@ -95,7 +93,7 @@ def test_the_numbers_of_the_page_are_those_of_the_summary(run, page):
     assert page[1]["runs"][0]["summary"] == told
     text = Reader(page[0]).text
     for each in told["reach"]:
-        assert f"{each['line_id']}: reached by {rounded.share_shown(each, Words('en'))}".replace("\xa0", " ") in text
+        assert f"{each['line_id']}: reached by {rounded.shown_share(each, Words('en'))}".replace("\xa0", " ") in text
     for each in told["barriers"]:
         row = " ".join(
             str(each[name]) for name in ("n_reached", "n_stopped", "n_overjumped", "n_passed_beside", "n_hits")
@@ -358,22 +356,24 @@ def test_every_phrase_is_used():
 
 def test_numbers_are_rounded_as_far_as_their_interval_allows():
     english, german = Words("en"), Words("de")
-    record = {"n_total": 1000, "n_reach": 206, "ci_low": 0.18208, "ci_high": 0.23217}
-    assert rounded.share_shown(record, english) == "20.6\xa0% (18.2 to 23.2\xa0%)"
-    many = {"n_total": 20000, "n_reach": 1820, "ci_low": 0.0871, "ci_high": 0.0951}
-    assert rounded.share_shown(many, german) == "9,10\xa0% (8,71 bis 9,51\xa0%)"
+    record = {"n_total": 1000, "n_reach": 206, "p": 0.206, "ci_low": 0.18208, "ci_high": 0.23217}
+    assert rounded.shown_share(record, english) == "20.6\xa0% (18.2 to 23.2\xa0%)"
+    many = {"n_total": 20000, "n_reach": 1820, "p": 0.091, "ci_low": 0.0871, "ci_high": 0.0951}
+    assert rounded.shown_share(many, german) == "9,10\xa0% (8,71 bis 9,51\xa0%)"
     assert (
-        rounded.share_shown({"n_total": 1000, "n_reach": 0, "ci_low": 0.0, "ci_high": 0.00383}, english)
+        rounded.shown_share({"n_total": 1000, "n_reach": 0, "ci_low": 0.0, "ci_high": 0.00383}, english)
         == "<\xa00.38\xa0%"
     )
     assert (
-        rounded.share_shown({"n_total": 1000, "n_reach": 1000, "ci_low": 0.99617, "ci_high": 1.0}, english)
+        rounded.shown_share({"n_total": 1000, "n_reach": 1000, "ci_low": 0.99617, "ci_high": 1.0}, english)
         == ">\xa099.62\xa0%"
     )
-    assert rounded.number(57936.59, english) == "57\u202f900"
-    assert rounded.number(0.04042, german, 2) == "0,040"
-    assert rounded.number(float("nan"), english) == "–"
-    assert rounded.number(-0.5, english, 2) == "−0.50"
+    lost = {"p_low_if_lost": 0.1, "p_high_if_lost": 0.5, "ci_low_if_lost": 0.08, "ci_high_if_lost": 0.54}
+    assert rounded.percent_if_lost(lost, german) == "10 bis 50\xa0% (8 bis 54\xa0%)"
+    assert rounded.shown_number(57936.59, english) == "57\u202f900"
+    assert rounded.shown_number(0.04042, german, 2) == "0,040"
+    assert rounded.shown_number(float("nan"), english) == "–"
+    assert rounded.shown_number(-0.5, english, 2) == "−0.50"
     assert rounded.with_interval(-79.24, -81.6, -76.9, english, signed=True) == "−79.2 (−81.6 to −76.9)"
 
 
@@ -397,11 +397,3 @@ def test_wrong_names_of_runs(run, tmp_path):
 def test_a_folder_with_a_comma(run, tmp_path):
     place = shutil.copytree(run, tmp_path / "a,b")
     assert page_of(place)[1]["runs"][0]["name"] == "a,b"
-
-
-def test_logs_that_left_before_a_line_bound_its_share():
-    record = reach_record(10, 100) | bounds_if_lost(10, 100, 30)
-    assert bounds_words(record, Words("en")) == (
-        "; 30 others left the terrain model before: up to 50 % if all of them reach it"
-    )
-    assert bounds_words(reach_record(10, 100) | bounds_if_lost(10, 100, 0), Words("de")) == ""
