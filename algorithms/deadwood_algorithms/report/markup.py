@@ -40,20 +40,22 @@ def joined(parts: Iterable[Any]) -> Markup:
 
 def table(head: Sequence[Any], rows: Iterable[Sequence[Any]], caption: str | None = None) -> Markup:
     """A table that scrolls on a narrow screen; the first column is text, the others stand to the right."""
-    top = element("tr", *(element("th", each, scope="col") for each in head))
+    rows = list(rows)
+    # a column with whole sentences stands to the left, its head too
+    kinds = ["text" if any(len(str(row[k])) > LONG for row in rows) else None for k in range(len(head))]
+    top = element(
+        "tr", *(element("th", each, scope="col", class_=kind) for each, kind in zip(head, kinds, strict=True))
+    )
     body = [
         element(
-            "tr", element("th", row[0], scope="row"), *(element("td", each, class_=_kind(each)) for each in row[1:])
+            "tr",
+            element("th", row[0], scope="row"),
+            *(element("td", each, class_=kind) for each, kind in zip(row[1:], kinds[1:], strict=True)),
         )
         for row in rows
     ]
     title = [element("caption", caption)] if caption else []
     return element("div", element("table", *title, element("thead", top), element("tbody", *body)), class_="scroll")
-
-
-def _kind(cell: Any) -> str | None:
-    """Whole sentences stand to the left."""
-    return "text" if len(str(cell)) > LONG else None
 
 
 def embedded_json(content: Any) -> Markup:

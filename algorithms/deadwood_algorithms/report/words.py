@@ -306,20 +306,18 @@ PHRASES: dict[str, tuple[str, str]] = {
     ),
     "not_run": ("logs not run (--until-ci)", "nicht gerechnete Stämme (--until-ci)"),
     "left_dem_warning": (
-        "{n} logs left the terrain model; on a larger one they would have gone on, so reach and spread are off "
-        "by up to "
-        "them.",
-        "{n} Stämme verliessen das Geländemodell; auf einem grösseren wären sie weitergerutscht, Reichweite und "
-        "Streuung "
-        "sind bis zu diesem Anteil falsch.",
+        "Logs that left the terrain model: {n}. On a larger one they would have gone on, so reach and spread are off "
+        "by up to them.",
+        "Stämme, die das Geländemodell verliessen: {n}. Auf einem grösseren wären sie weitergerutscht; Reichweite und "
+        "Streuung sind bis zu diesem Anteil falsch.",
     ),
     "failed_warning": (
-        "The calculation of {n} logs failed; the others did not suffer.",
-        "Die Berechnung von {n} Stämmen scheiterte; die übrigen litten nicht.",
+        "Logs whose calculation failed: {n}. The others did not suffer.",
+        "Stämme, deren Berechnung scheiterte: {n}. Die übrigen litten nicht.",
     ),
     "time_limit_warning": (
-        "{n} logs still moved at the time limit; their deposits are not final.",
-        "{n} Stämme bewegten sich am Zeitlimit noch; ihre Ablagerungen sind nicht endgültig.",
+        "Logs that still moved at the time limit: {n}. Their deposits are not final.",
+        "Stämme, die sich am Zeitlimit noch bewegten: {n}. Ihre Ablagerungen sind nicht endgültig.",
     ),
     "provenance": ("Provenance", "Herkunft"),
     "command": ("Command that repeats the run", "Befehl, der den Lauf wiederholt"),
