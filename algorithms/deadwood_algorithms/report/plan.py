@@ -30,7 +30,7 @@ MOST_WAYS = 150
 WAY_STEP_M = 3.0
 OPAQUE = 0.15  # of the largest difference: from there on a map hides the relief
 LONGEST, SHORTEST = 9.0, 3.0  # inches, of the map's height
-TREE, BARRIER, LYING, LINE, RELEASE, WAY = "#006D4E", "#B2182B", "#8C510A", "#111111", "#0072B2", "#FFFFFF"
+TREE, BARRIER, LYING, LINE, RELEASE, WAY = "#006D4E", "#B2182B", "#8C510A", "#111111", "#882255", "#FFFFFF"
 SHOWN_AT_FIRST = ("relief", "hits", "trees", "barriers", "lying_logs", "lines", "releases", "deposits")
 
 
