@@ -214,7 +214,7 @@ def test_logs_that_leave_the_terrain_are_warned_of(case, tmp_path):
     made = case.run(output=str(tmp_path / "off"), releases=logs, friction="0.02")
     left = summary(made)["logs"]["by_stop_reason"]["left_dem"]
     assert left > 0
-    assert f"{left} logs left the terrain model" in Reader(page_of(made)[0]).text
+    assert f"Logs that left the terrain model: {left}." in Reader(page_of(made)[0]).text
 
 
 def test_two_runs_are_compared(case, run):
@@ -379,7 +379,7 @@ def test_numbers_are_rounded_as_far_as_their_interval_allows():
 
 def test_text_becomes_markup_in_one_place():
     assert element("p", "<b>", title='"') == '<p title="&quot;">&lt;b&gt;</p>'
-    assert "&lt;i&gt;" in table(["<i>"], [["a", "b"]])
+    assert "&lt;i&gt;" in table(["<i>", "b"], [["a", "b"]])
     assert "</script>" not in embedded_json({"a": "</script><!--"})
     assert json.loads(embedded_json({"a": "</script>\u2028", "b": float("nan")})) == {"a": "</script>\u2028", "b": None}
 
