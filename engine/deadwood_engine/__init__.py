@@ -1,6 +1,7 @@
 """The engine: rigid logs sliding on a bilinear terrain among trees and barriers. Arrays in, arrays out."""
 
 from .barriers import Barriers
+from .blocks import Blocks
 from .cloud import Shape
 from .digest import engine_digest
 from .fidelity import FIDELITIES, Fidelity, station_spacing
@@ -20,6 +21,7 @@ __all__ = [
     "FIDELITIES",
     "STOP_REASONS",
     "Barriers",
+    "Blocks",
     "Fidelity",
     "Hits",
     "Interrupted",

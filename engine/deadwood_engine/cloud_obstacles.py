@@ -14,15 +14,14 @@ from __future__ import annotations
 
 import math
 
-from . import barriers, lying_logs, trees
 from .cloud import to_world
 from .cloud_contacts import AHEAD, touch_cloud
 from .compiled import kernel
-from .contacts import BARRIER, LYING, TREE, cross
-from .limits import CORE_BELOW, FACE_ALIGNED, FLAT_TOLERANCE, OBSTACLE_TRAVEL
+from .cores import BARRIER, TREE
+from .limits import FACE_ALIGNED, FLAT_TOLERANCE, OBSTACLE_TRAVEL, POST_LENGTH
 from .log_body import REACH
-from .lying_contacts import axes_nearest, dot, point
-from .surroundings import LYING_LOGS, PLATES, TREES
+from .surroundings import CORES
+from .vectors import axes_nearest, cross, dot, point
 
 _NOWHERE = (0.0, 0.0, 0.0)
 
@@ -240,17 +239,15 @@ def core_contacts(cloud, scene, frame, scratch, count, state, key, start, u, lon
 def _plate_contacts(cloud, scene, frame, scratch, count, state, body, item, plate, step):
     """Contacts of the hull's corners with a plate; returns (count, travel)."""
     trial = scratch.trial
-    x, y, ax, ay, width = (
-        plate[barriers.START_X], plate[barriers.START_Y], plate[barriers.ALONG_X], plate[barriers.ALONG_Y],
-        plate[barriers.WIDTH],
-    )  # fmt: skip
-    top0, rise = plate[barriers.TOP_START], (plate[barriers.TOP_END] - plate[barriers.TOP_START]) / width
+    level = math.sqrt(plate.ux * plate.ux + plate.uy * plate.uy)
+    x, y, ax, ay, width = plate.x, plate.y, plate.ux / level, plate.uy / level, plate.long * level
+    top0, rise = plate.z, plate.uz / level
     nx, ny = -ay, ax
     off_c = (trial[3] - x) * nx + (trial[4] - y) * ny
     u_c = (trial[3] - x) * ax + (trial[4] - y) * ay
     side = 1.0 if off_c >= 0.0 else -1.0
     beside = max(-u_c, u_c - width)
-    above = trial[5] - max(top0, plate[barriers.TOP_END])
+    above = trial[5] - max(top0, top0 + rise * width)
     clear = max(abs(off_c), beside, above) - body[REACH]
     travel = max(min(step[3], OBSTACLE_TRAVEL) * cloud.thickness, clear)
     if clear > 0.0:
@@ -276,55 +273,26 @@ def cloud_obstacle_contacts(cloud, scene, frame, scratch, count, state, body, st
     """Contacts with everything near; step = (dt, restitution, gravity). Returns (count, travel)."""
     lay_out(cloud, scratch)
     travel, near = math.inf, scratch.near
-    up = (0.0, 0.0, 1.0)
-    for m in range(int(near[TREES])):
-        tree, item = scratch.tree_table[m], scratch.near_trees[m]
-        if scene.joints[item]:
-            continue
-        foot, slope = tree[trees.FOOT], tree[trees.SLOPE]
-        tip = tree[trees.RADIUS] + slope * (tree[trees.TOP] - foot)
-        start = (tree[trees.NEAR_X], tree[trees.NEAR_Y], foot - CORE_BELOW)
+    for m in range(int(near[CORES])):
+        core, row = scratch.near_cores[m], scratch.listed[m]
+        start, u = (core.x, core.y, core.z), (core.ux, core.uy, core.uz)
+        before = (core.before_x, core.before_y, core.before_z)
+        plate = core.kind == BARRIER
+        free = (not plate and core.kind != TREE and dot(before, before) == 0.0, not plate and core.after == 0.0)
         count, allowed = core_contacts(
-            cloud, scene, frame, scratch, count, state, (TREE, item, 0), start, up,
-            max(0.1, tree[trees.TOP] - tip - start[2]), tree[trees.RADIUS] - slope * CORE_BELOW, slope, (False, True),
-            step,
+            cloud, scene, frame, scratch, count, state, (core.kind, row, 0), start, u, core.long, core.wide,
+            core.slope, free, step,
         )  # fmt: skip
         travel = min(travel, allowed)
-    for m in range(int(near[PLATES])):
-        plate, item = scratch.plate_table[m], scratch.near_plates[m]
-        count, allowed = _plate_contacts(cloud, scene, frame, scratch, count, state, body, item, plate, step)
-        travel = min(travel, allowed)
-        rise = plate[barriers.TOP_END] - plate[barriers.TOP_START]
-        long = math.sqrt(plate[barriers.WIDTH] ** 2 + rise * rise)
-        flat = plate[barriers.WIDTH] / long
-        u = (plate[barriers.ALONG_X] * flat, plate[barriers.ALONG_Y] * flat, rise / long)
-        start = (plate[barriers.START_X], plate[barriers.START_Y], plate[barriers.TOP_START])
-        count, allowed = core_contacts(
-            cloud,
-            scene,
-            frame,
-            scratch,
-            count,
-            state,
-            (BARRIER, item, 0),
-            start,
-            u,
-            long,
-            0.0,
-            0.0,
-            (False, False),
-            step,
-        )
-        travel = min(travel, allowed)
-    for m in range(int(near[LYING_LOGS])):
-        piece, item = scratch.lying_table[m], scratch.near_lying[m]
-        u = (piece[lying_logs.ALONG_X], piece[lying_logs.ALONG_Y], piece[lying_logs.ALONG_Z])
-        wide, slope, long = piece[lying_logs.WIDE], piece[lying_logs.SLOPE], piece[lying_logs.LONG]
-        first, last = min(wide, 0.5 * long), long - min(wide + slope * long, 0.5 * long)
-        start = point((piece[lying_logs.START_X], piece[lying_logs.START_Y], piece[lying_logs.START_Z]), first, u)
-        count, allowed = core_contacts(
-            cloud, scene, frame, scratch, count, state, (LYING, item, 0), start, u, max(1e-3, last - first),
-            wide + slope * first, slope, (True, True), step,
-        )  # fmt: skip
-        travel = min(travel, allowed)
+        if plate:
+            count, allowed = _plate_contacts(cloud, scene, frame, scratch, count, state, body, row, core, step)
+            travel = min(travel, allowed)
+            for post in range(2):
+                if (core.first_post if post == 0 else core.last_post) > 0.0:
+                    count, allowed = core_contacts(
+                        cloud, scene, frame, scratch, count, state, (core.kind, row, 2 + 2 * post),
+                        point(start, core.long * post, u), (0.0, 0.0, -1.0), POST_LENGTH, 0.0, 0.0, (False, False),
+                        step,
+                    )  # fmt: skip
+                    travel = min(travel, allowed)
     return count, travel

@@ -21,9 +21,10 @@ import math
 
 from .compiled import inlined, kernel
 from .limits import HOVER, HOVER_MOST
-from .log_body import AXIAL, BASE_RADIUS, CENTRE, LENGTH, SKEW, TIP_RADIUS, TRANSVERSE
+from .log_body import AXIAL, SKEW, TRANSVERSE
 from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ, X, Y, Z, first_axis
 from .terrain import friction_at, surface
+from .vectors import cross
 
 RX, RY, RZ, NX, NY, NZ, TX, TY, TZ, UX, UY, UZ = range(12)
 ANX, ANY, ANZ, ATX, ATY, ATZ, AUX, AUY, AUZ = range(12, 21)
@@ -34,14 +35,10 @@ PLANE_N, PLANE_R, FROM_N, FROM_R, TURN, OLD_ROW, CONTACT_WIDTH = 46, 49, 52, 55,
 # then moves along, and the velocity along its normal
 OLD_IMPULSE, OLD_N, OLD_R, OLD_SPEED, OLD_WIDTH = 0, 3, 6, 9, 10
 
-# Kinds of contact, first column of the keys; the second is the slot (terrain) or the item (obstacle), the third a part
-TERRAIN, TREE, BARRIER, LYING = 0, 1, 2, 3
+# Kind of contact, first column of the keys: terrain, or a kind of obstacle (``cores``); the second is the slot
+# (terrain) or the row among all cores, the third a part
+TERRAIN = 0
 KEY_WIDTH = 3
-
-
-@kernel
-def cross(ax, ay, az, bx, by, bz):
-    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
 
 
 @kernel
@@ -181,37 +178,6 @@ def touch(terrain, frame, contacts, keys, count, state, trial, key, p, n, gap, s
     rx, ry, rz = rx + s * (state[DX] - trial[0]), ry + s * (state[DY] - trial[1]), rz + s * (state[DZ] - trial[2])
     mu = friction_at(terrain, frame[0], frame[1], p[0], p[1])
     return add_contact(contacts, keys, count, state, key, rx, ry, rz, n[0], n[1], n[2], mu, gap, step, step[4], True)
-
-
-@kernel
-def pierced_end(state, body, trial, end, px, py, pz):
-    """Gap of a fixed point (on a stump's top, on a lying log's end) under an end face (0 base, 1 tip), and whether it
-    is there: within the face, and less deep than under the log's side or still outside before this step."""
-    outward = -1.0 if end == 0 else 1.0
-    s = -body[CENTRE] if end == 0 else body[LENGTH] - body[CENTRE]
-    a = body[BASE_RADIUS] if end == 0 else body[TIP_RADIUS]
-    rx = px - trial[3] - s * trial[0]
-    ry = py - trial[4] - s * trial[1]
-    rz = pz - trial[5] - s * trial[2]
-    along = rx * trial[0] + ry * trial[1] + rz * trial[2]
-    aside = math.sqrt(max(0.0, rx * rx + ry * ry + rz * rz - along * along))
-    gap = outward * along
-    if gap >= 0.0 or aside >= a:
-        return gap, False
-    rx = px - state[X] - s * state[DX]
-    ry = py - state[Y] - s * state[DY]
-    rz = pz - state[Z] - s * state[DZ]
-    now = outward * (rx * state[DX] + ry * state[DY] + rz * state[DZ])
-    return gap, -gap < a - aside or now >= 0.0
-
-
-@kernel
-def beside_point(gx, gy, gz, dx, dy, dz, taper):
-    """Place along the axis d [m] of the sphere within a cone that comes nearest to a fixed point (the top of a stump,
-    a bend of a plate's edge); g : from the point to where places are counted from."""
-    along = gx * dx + gy * dy + gz * dz
-    rx, ry, rz = gx - along * dx, gy - along * dy, gz - along * dz
-    return math.sqrt(rx * rx + ry * ry + rz * rz) * taper / math.sqrt(1.0 - taper * taper) - along
 
 
 @kernel

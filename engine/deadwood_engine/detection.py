@@ -1,18 +1,20 @@
-"""All contacts of a pose: terrain, then trees, barriers and lying logs, from lists of what is near."""
+"""All contacts of a pose: terrain, then obstacles, from a list of what is near."""
 
 from __future__ import annotations
 
 import math
 
-from . import barriers, lying_contacts, lying_logs, tree_contacts, trees
+from . import cores
 from .cloud_contacts import cloud_clearance, cloud_terrain_contacts
 from .cloud_obstacles import cloud_obstacle_contacts
 from .compiled import inlined, kernel
-from .contacts import LYING, TREE, predict
+from .contacts import predict
+from .cores import BARRIER
 from .limits import NEAR_MARGIN
 from .log_body import BASE_RADIUS, CENTRE, LENGTH
+from .obstacles import contacts_with
 from .rings import clearance, terrain_contacts
-from .surroundings import BASE_X, BESIDE, LISTED, LYING_LOGS, OBSTACLES_WAKE, PLATES, RINGS_WAKE, TIP_X, TREES
+from .surroundings import BASE_X, BESIDE, CORES, LISTED, OBSTACLES_WAKE, RINGS_WAKE, TIP_X
 
 
 @inlined
@@ -33,25 +35,12 @@ def _ground(cloud, scene, frame, state, body, stations, settings, step, path, ad
 
 @inlined
 def _near_obstacles(cloud, scene, frame, scratch, count, state, body, step, advance):
-    """Contacts with all that is listed as near: (count, travel, free), as ``tree_contacts.contacts_with``."""
-    near = scratch.near
+    """Contacts with all that is listed as near: (count, travel, free), as ``obstacles.contacts_with``."""
     if cloud is None:
-        terrain, contacts, keys, trial = scene.terrain, scratch.contacts, scratch.keys, scratch.trial
-        near[BESIDE] = near[TREES]
-        count, travel, free = tree_contacts.contacts_with(
-            terrain, frame, scratch.tree_table, scratch.near_trees, int(near[TREES]), scene.joints, contacts, keys,
-            count, state, body, trial, step, advance, scratch.pose,
+        return contacts_with(
+            scene.terrain, frame, scratch.near_cores, scratch.listed, int(scratch.near[CORES]), scratch.contacts,
+            scratch.keys, count, state, body, scratch.trial, step, advance, scratch.pose,
         )  # fmt: skip
-        count, allowed, clear = barriers.contacts_with(
-            terrain, frame, scratch.plate_table, scratch.near_plates, int(near[PLATES]), contacts, keys, count, state,
-            body, trial, step,
-        )  # fmt: skip
-        travel, free = min(travel, allowed), min(free, clear)
-        count, allowed, clear = lying_contacts.contacts_with(
-            terrain, frame, scratch.lying_table, scratch.near_lying, int(near[LYING_LOGS]), contacts, keys, count,
-            state, body, trial, step,
-        )  # fmt: skip
-        return count, min(travel, allowed), min(free, clear)
     count, travel = cloud_obstacle_contacts(cloud, scene, frame, scratch, count, state, body, step)
     return count, travel, -math.inf  # a cloud looks at what is near in every step
 
@@ -71,7 +60,7 @@ def _lowest_gap(cloud, scene, frame, state, body, stations, scratch):
 
 @inlined
 def find_contacts(scene, frame, state, body, stations, settings, dt, path, advance, scratch, obstacles):
-    """Contacts of the pose predicted for a step dt: terrain, then trees, barriers, lying logs (if obstacles is true).
+    """Contacts of the pose predicted for a step dt: terrain, then (if obstacles is true) obstacles.
 
     path [m]: how far the log can have moved since its release; advance [m]: in this step. What is farther away than
     that is not looked at: the rings sleep (``terrain_contacts``), and so do the obstacles as a whole.
@@ -82,8 +71,7 @@ def find_contacts(scene, frame, state, body, stations, settings, dt, path, advan
     step = (dt, settings.restitution, settings.gravity, settings.obstacle_travel, dt)
     count, whole = _ground(scene.cloud, scene, frame, state, body, stations, settings, step, path, advance, scratch)
     travel, ahead = math.inf, path + advance
-    standing = scene.uprights.owner.shape[0] + scene.plates.owner.shape[0]
-    if obstacles and standing + scene.lying.owner.shape[0] > 0:
+    if obstacles and scene.cores.solid.shape[0] > 0:
         near[BESIDE] = 0.0
         if ahead + settings.travel < near[OBSTACLES_WAKE]:
             return count, near[OBSTACLES_WAKE] - ahead, whole
@@ -98,16 +86,11 @@ def find_contacts(scene, frame, state, body, stations, settings, dt, path, advan
         if near[LISTED] == 0.0 or moved > 0.5 * NEAR_MARGIN:
             near[BASE_X], near[BASE_X + 1], near[TIP_X], near[TIP_X + 1], near[LISTED] = bx, by, tx, ty, 1.0
             reach = body[BASE_RADIUS] + NEAR_MARGIN
-            near[TREES] = trees.near(
-                scene.uprights, frame, terrain.cell, scratch.near_trees, scratch.tree_table, bx, by, tx, ty, reach
-            )
-            near[PLATES] = barriers.near(
-                scene.plates, frame, terrain.cell, scratch.near_plates, scratch.plate_table, bx, by, tx, ty, reach
-            )
-            near[LYING_LOGS] = lying_logs.near(
-                scene.lying, frame, terrain.cell, scratch.near_lying, scratch.lying_table, bx, by, tx, ty, reach
+            near[CORES] = cores.near(
+                scene.cores, frame, terrain.cell, scratch.listed, scratch.near_cores, bx, by, tx, ty, reach
             )
             moved = 0.0
+        near[BESIDE] = near[CORES]
         # what is not listed is farther away than the margin that is left
         free = travel = NEAR_MARGIN - moved
         count, allowed, clear = _near_obstacles(scene.cloud, scene, frame, scratch, count, state, body, step, advance)
@@ -117,17 +100,8 @@ def find_contacts(scene, frame, state, body, stations, settings, dt, path, advan
     return count, travel, whole
 
 
-@inlined
-def owner_of(scene, key):
-    """(is a barrier, row in the user's table) of an obstacle's contact; lying logs are numbered after the trees."""
-    return _owner(scene.uprights.owner, scene.lying.owner, scene.plates.owner, key)
-
-
 @kernel
-def _owner(uprights, lying, plates, key):
-    if key[0] == TREE:
-        owner = uprights[key[1]]
-        return (True, -1 - owner) if owner < 0 else (False, owner)
-    if key[0] == LYING:
-        return False, lying[key[1]]
-    return True, plates[key[1]]
+def owner_of(scene, key):
+    """(is a barrier, row in the user's table) of an obstacle's contact; what is no barrier is numbered after the trees:
+    lying logs, then blocks."""
+    return key[0] == BARRIER, scene.cores.solid[key[1]].item

@@ -51,15 +51,24 @@ LID_SLACK = 1e-3  # [m] more than the rounding of a lid's float32 (0.1 mm at 100
 
 # Geometry
 FLAT_TOLERANCE = 1e-9  # [-] sine below which two directions count as parallel
-STEEP = 0.95  # [-] cosine of the tilt above which a log counts as standing when a tree is found inside its outline
 LEAST_STATIONS = 8  # rings along a log, however short it is
+
+# The narrow phase of log and obstacle (``narrow_phase``)
+DEEPEST_STEPS = 40  # looks at most for the least gap along a core; it needs one beside a log's side, else about eight
+DEEPEST_WITHIN = 1e-6  # [m] to which that gap is found; the normal is then good to its square root over the radius
+LINE_ANGLE = 0.1  # [-] squared sine to the log's side (or face) below which a core lies along it: two contacts
+LINE_APART = 0.5  # [-] of the log's base radius: contacts on one line are at least so far apart
+LINE_INSET = 0.01  # [-] of that line, by which they stand in from its ends, where side and face meet
+PUSHES_DOWN = 1e-9  # [-] upward part of a normal above which an edge would push a log down: its plate is below it
+JOINED = 1e-3  # [m] ends of pieces so near to one another are one joint
+POST_LENGTH = 1e3  # [m] a barrier's posts go down from its top, into the ground
 
 # Bodies given as point clouds
 TURN = 0.2  # [rad] an asymmetric body turns at most so far in one composed step of its free rotation
 MIDPOINT_ITERATIONS = 50  # of the implicit midpoint rule's fixed point; it contracts by about 0.05
 MIDPOINT_ACCURACY = 1e-16  # [-]
 FACE_ALIGNED = 0.9986  # [-] cosine of 3 degrees: a face or edge so near to an obstacle's core lies along it
-CORE_BELOW = 3.0  # [m] a stem's core goes on below the ground for hulls that come from the side of a steep slope
+CORE_BELOW = 3.0  # [m] a stem goes on below the ground, at most, for what comes from the side of a steep slope
 
 # Rest
 REST_WINDOW = 0.25  # [s] between two looks at a slow log

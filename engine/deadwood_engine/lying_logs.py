@@ -2,20 +2,20 @@
 
 A line of several vertices is cut into its straight pieces. Each piece lies as a stiff log would: it touches the terrain
 at two places, one on either side of its middle, and may bridge a hollow between them (``rest_line``).
-``lying_contacts`` has what touches.
+Its ends are round, so that a bent line has no gap at its bends and no corner that a rim could hang on.
 """
 
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .compiled import kernel
-from .grid_index import GridIndex, index_boxes, list_near
-from .terrain import Terrain, surfaces
+from .cores import CORE, LYING, Cores, lay_out
+from .limits import JOINED
+from .terrain import Terrain, surfaces_at
 
 Array = NDArray[np.float64]
 
@@ -38,9 +38,9 @@ class LyingLogs(NamedTuple):
 
 
 class Pieces(NamedTuple):
-    """Straight pieces of lying logs as the kernels read them, shape (n, ...).
+    """Straight pieces of lying logs, for those who ask where they lie, shape (n, ...).
 
-    node, offset : start of the axis, as for ``Uprights``
+    node, offset : start of the axis, DEM column and row, and [m] from there
     solid : (n, 7) height of the start [m above reference], direction (3) [-], length [m], radius at the start [m],
         change of the radius along the axis [-]
     owner : int64, number of trees + row of the lying log: a lying log is a tree that fell
@@ -50,16 +50,21 @@ class Pieces(NamedTuple):
     offset: np.ndarray
     solid: np.ndarray
     owner: np.ndarray
-    index: GridIndex  # pyright: ignore[reportIncompatibleMethodOverride]  (nobody looks a value up in a table)
 
 
-# Columns of the near table, in the log's frame
-START_X, START_Y, START_Z, ALONG_X, ALONG_Y, ALONG_Z, LONG, WIDE, SLOPE = range(9)
-NEAR_WIDTH = 9
+def pieces_of(cores: Cores) -> Pieces:
+    """The lying logs among all obstacles."""
+    mine = cores.solid["kind"] == LYING
+    solid = cores.solid[mine]
+    offset, shape = (
+        np.column_stack([solid[name] for name in names.split()]) for names in ("x y", "z ux uy uz long wide slope")
+    )
+    return Pieces(cores.node[mine], offset, shape, solid["item"])
 
 
-def prepare(terrain: Terrain, lying: LyingLogs, trees: int) -> tuple[Pieces, NDArray[np.int64]]:
-    """Lay lying logs on the terrain; returns their pieces, and the rows of those that lie off it altogether.
+def prepare(terrain: Terrain, lying: LyingLogs, first: int) -> tuple[Any, NDArray[np.int64]]:
+    """Lay lying logs on the terrain; returns the cores of their pieces, numbered from ``first``, and the rows of those
+    that lie off it altogether. The ends of a line are round.
 
     Raises
     ------
@@ -70,7 +75,7 @@ def prepare(terrain: Terrain, lying: LyingLogs, trees: int) -> tuple[Pieces, NDA
         if not np.all(np.isfinite(values) & (np.asarray(values) > 0)):
             raise ValueError("a lying log's diameter must be positive and finite")
     plan = np.asarray(lying.vertices, float).reshape(-1, 2) - (terrain.x0, terrain.y0)
-    found, owner, outside = [], [], []
+    parts, outside = [np.zeros(0, CORE)], []
     for row in range(len(lying.diameter)):
         corners = plan[lying.starts[row] : lying.starts[row + 1]]
         way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(corners, axis=0).T))])
@@ -81,40 +86,46 @@ def prepare(terrain: Terrain, lying: LyingLogs, trees: int) -> tuple[Pieces, NDA
             if np.hypot(*(end - start)) > 0.0
         ]
         laid = [piece for piece in laid if piece is not None]
-        found += laid
-        owner += [trees + row] * len(laid)
         if not laid:
             outside.append(row)
-    table = np.array(found).reshape(-1, 9)
-    start = table[:, :2]
-    end = start + table[:, LONG, None] * table[:, ALONG_X : ALONG_Y + 1]
-    wide = np.maximum(table[:, WIDE], table[:, WIDE] + table[:, LONG] * table[:, SLOPE])[:, None]
-    node = np.floor(start / terrain.cell).astype(np.int64)
-    return Pieces(
-        node,
-        start - node * terrain.cell,
-        np.ascontiguousarray(table[:, 2:]),
-        np.array(owner, np.int64),
-        index_boxes(np.minimum(start, end) - wide, np.maximum(start, end) + wide),
-    ), np.array(outside, np.int64)
+            continue
+        table = np.array(laid)
+        start, end, wide = table[:, :3], table[:, 3:6], table[:, 6]
+        way = (end - start) / np.linalg.norm(end - start, axis=1)[:, None]
+        # each piece lies for itself: where two do not meet, both have a round end
+        meets = np.append(np.linalg.norm(start[1:] - end[:-1], axis=1) < JOINED, False)
+        before = np.where(np.roll(meets, 1)[:, None], -np.roll(way, 1, axis=0), 0.0)
+        parts.append(
+            lay_out(
+                LYING,
+                np.full(len(table), first + row),
+                start,
+                end,
+                wide,
+                table[:, 7],
+                before_x=before[:, 0],
+                before_y=before[:, 1],
+                before_z=before[:, 2],
+                after=meets,
+            )
+        )
+    return np.concatenate(parts), np.array(outside, np.int64)
 
 
 def _laid(terrain: Terrain, start: Array, end: Array, first: float, last: float) -> list[float] | None:
-    """A straight piece at rest on the terrain, as a row of the near table; None where there is no terrain."""
+    """A straight piece at rest on the terrain: start, end, radius, its change; None where there is no terrain."""
     span = float(np.hypot(*(end - start)))
     share = np.linspace(0.0, 1.0, max(3, 2 * int(np.ceil(span / terrain.cell)) + 1))
     places = start + share[:, None] * (end - start)
-    ground = np.empty((len(share), 3))
-    surfaces(terrain, np.ascontiguousarray(places[:, 0]), np.ascontiguousarray(places[:, 1]), ground)
+    ground = surfaces_at(terrain, places)
     there = np.isfinite(ground[:, 0])
     if not there.any():
         return None
     # the axis over a plane: a radius off it, square to it
     lift = (first + (last - first) * share) * np.sqrt(1.0 + ground[:, 1] ** 2 + ground[:, 2] ** 2)
     low, high = rest_line(share[there], (ground[:, 0] + lift)[there])
-    along = np.array([*(end - start), high - low])
-    length = float(np.linalg.norm(along))
-    return [*start, low, *(along / length), length, first, (last - first) / length]
+    length = float(np.hypot(span, high - low))
+    return [*start, low, *end, high, first, (last - first) / length]
 
 
 def rest_line(share: Array, height: Array) -> tuple[float, float]:
@@ -139,22 +150,3 @@ def rest_line(share: Array, height: Array) -> tuple[float, float]:
     rise = (height[j] - height[i]) / (share[j] - share[i])
     low = height[i] - rise * share[i]
     return float(low), float(low + rise)
-
-
-@kernel
-def near(pieces, frame, cell, listed, table, bx, by, tx, ty, reach):
-    """List the pieces within reach [m] of the log's plan box, in the log's frame; returns the count."""
-    if pieces.owner.shape[0] == 0:
-        return 0
-    ox, oy = frame[0] * cell, frame[1] * cell
-    count = list_near(
-        pieces.index, listed,
-        ox + min(bx, tx) - reach, oy + min(by, ty) - reach, ox + max(bx, tx) + reach, oy + max(by, ty) + reach,
-    )  # fmt: skip
-    for m in range(count):
-        item = listed[m]
-        table[m, START_X] = (pieces.node[item, 0] - frame[0]) * cell + pieces.offset[item, 0]
-        table[m, START_Y] = (pieces.node[item, 1] - frame[1]) * cell + pieces.offset[item, 1]
-        for column in range(7):
-            table[m, START_Z + column] = pieces.solid[item, column]
-    return count

@@ -7,15 +7,18 @@ from __future__ import annotations
 
 from .compiled import kernel
 from .contact_solver import find_old, solve, warm_start
-from .contacts import LYING, PN, TARGET, TERRAIN, set_frames
+from .contacts import PN, TARGET, TERRAIN, set_frames
+from .cores import BARRIER, BLOCK, LYING
 from .detection import find_contacts, owner_of
 from .limits import REST_ACCELERATION, REST_LOOK, REST_STEP, REST_SWEEPS
 from .rotation import VX, VZ, WZ
 from .travel import fastest_point
 
 # What comes later goes to the end: stored codes keep their meaning
-STOP_REASONS = ("rest", "tree", "barrier", "left_dem", "time_limit", "failed", "lying_log")
-REST, HELD_BY_TREE, HELD_BY_BARRIER, LEFT_DEM, TIME_LIMIT, FAILED, HELD_BY_LYING_LOG, INTERRUPTED = range(8)
+STOP_REASONS = ("rest", "tree", "barrier", "left_dem", "time_limit", "failed", "lying_log", "block")
+REST, HELD_BY_TREE, HELD_BY_BARRIER, LEFT_DEM, TIME_LIMIT, FAILED, HELD_BY_LYING_LOG, HELD_BY_BLOCK, INTERRUPTED = (
+    range(9)
+)
 
 
 @kernel
@@ -60,10 +63,14 @@ def holder(scene, scratch, count):
     for k in range(count):
         if scratch.keys[k, 0] != TERRAIN and scratch.contacts[k, PN] > most:
             most = scratch.contacts[k, PN]
-            is_barrier, item = owner_of(scene, scratch.keys[k])
-            reason = HELD_BY_BARRIER if is_barrier else HELD_BY_TREE
-            if scratch.keys[k, 0] == LYING:
+            _, item = owner_of(scene, scratch.keys[k])
+            kind, reason = scratch.keys[k, 0], HELD_BY_TREE
+            if kind == BARRIER:
+                reason = HELD_BY_BARRIER
+            elif kind == LYING:
                 reason = HELD_BY_LYING_LOG
+            elif kind == BLOCK:
+                reason = HELD_BY_BLOCK
     return reason, item
 
 

@@ -13,12 +13,13 @@ import math
 import numpy as np
 
 from .compiled import inlined, kernel
-from .contacts import cross, ground_contact
+from .contacts import ground_contact
 from .crests import along_side, crest
 from .limits import FLAT_TOLERANCE, MERGED, REFINED
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
 from .rotation import DX, DY, DZ, X, Y, Z
 from .terrain import friction_at, lid_distance, surface
+from .vectors import cross
 
 CANDIDATES = 9  # eight points on the rim of an end face and its centre; the rings between use the first three
 

@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from . import barriers, contacts, lying_logs, trees
+from . import contacts
 from .cloud import Cloud
+from .cores import CORE
 from .outline import OUTLINE_POINTS
 from .rings import RING_WIDTH
 from .rocking import ROCKING_WIDTH, WINDOWS
@@ -39,12 +40,8 @@ class Scratch(NamedTuple):
     keys: np.ndarray
     old_keys: np.ndarray
     old_contacts: np.ndarray
-    near_trees: np.ndarray
-    tree_table: np.ndarray
-    near_plates: np.ndarray
-    plate_table: np.ndarray
-    near_lying: np.ndarray
-    lying_table: np.ndarray
+    listed: np.ndarray  # rows of the cores that are near
+    near_cores: np.ndarray  # these, in the log's frame
     hit_trees: np.ndarray
     hit_barriers: np.ndarray
     trial: np.ndarray  # predicted axis direction and centre
@@ -66,11 +63,9 @@ class Scratch(NamedTuple):
     normals: np.ndarray
 
     @staticmethod
-    def allocate(
-        stations: int, upright_count: int, plate_count: int, lying_count: int, raster_rows: int, cloud: Cloud | None
-    ) -> Scratch:
+    def allocate(stations: int, core_count: int, raster_rows: int, cloud: Cloud | None) -> Scratch:
         # every candidate of the log, and three contacts each of the obstacles that it can lean on at once
-        table = 3 * stations + 16 + min(3 * (upright_count + plate_count + lying_count), 8192)
+        table = 3 * stations + 16 + min(3 * core_count, 8192)
         cloud = cloud or Cloud.none()
         table += len(cloud.points) + 64 * min(len(cloud.corners), 64)
         outline = max(OUTLINE_POINTS, len(cloud.corners))
@@ -79,14 +74,10 @@ class Scratch(NamedTuple):
             np.zeros((table, contacts.KEY_WIDTH), np.int64),
             np.zeros((table, contacts.KEY_WIDTH), np.int64),
             np.zeros((table, contacts.OLD_WIDTH)),
-            np.zeros(upright_count + 1, np.int64),
-            np.zeros((upright_count + 1, trees.NEAR_WIDTH)),
-            np.zeros(plate_count + 1, np.int64),
-            np.zeros((plate_count + 1, barriers.NEAR_WIDTH)),
-            np.zeros(lying_count + 1, np.int64),
-            np.zeros((lying_count + 1, lying_logs.NEAR_WIDTH)),
-            np.zeros(upright_count + lying_count + 1, np.int64),
-            np.zeros(plate_count + upright_count + 1, np.int64),
+            np.zeros(core_count + 1, np.int64),
+            np.zeros(core_count + 1, CORE),
+            np.zeros(core_count + 1, np.int64),
+            np.zeros(core_count + 1, np.int64),
             np.zeros(6),
             np.zeros(6),
             np.zeros(NEAR_WIDTH),

@@ -105,9 +105,7 @@ def slide(
         raster = rasters.workers[worker] if rasters else raster_arrays((0, 0))
         scratch = Scratch.allocate(
             int(stations.max(initial=LEAST_STATIONS)),
-            len(arrays.uprights.owner),
-            len(arrays.plates.owner),
-            len(arrays.lying.owner),
+            len(arrays.cores.solid),
             rows,
             arrays.cloud,
         )

@@ -33,6 +33,7 @@ from .limits import (
     SHORTEST_STEP,
     WILD_SPEED,
 )
+from .obstacles import time_beside
 from .rest import FAILED, INTERRUPTED, LEFT_DEM, TIME_LIMIT, holder, rest_reason
 from .rocking import forget_windows, rocks_in_place, watch
 from .rotation import VX, VY, VZ, X, Y, Z, set_axis
@@ -52,7 +53,6 @@ from .trace import (
     remember_turn,
 )
 from .travel import fastest_point, travel_bound
-from .tree_contacts import time_beside
 from .turning import turn_contacts
 
 # Columns of a log's summary
@@ -129,7 +129,7 @@ def slide_log(
         if travel < settings.travel:
             # beside what is thin, or lies: by the skin, which may strike it
             dt = min(dt, travel / (fastest_point(state, body) + 0.5 * gravity * settings.time_step))
-        dt = time_beside(scratch.tree_table, int(scratch.near[BESIDE]), state, body, gravity, dt)
+        dt = time_beside(scratch.near_cores, int(scratch.near[BESIDE]), state, body, gravity, dt)
         dt = max(dt, SHORTEST_STEP)
         steps += 1
         # 2. contacts of the pose a step ahead, 3. velocities; anew where these would pass a tree well within the step
@@ -163,7 +163,7 @@ def slide_log(
             beside = int(scratch.near[BESIDE])
             if attempt == 1 or beside == 0:
                 break
-            sooner = time_beside(scratch.tree_table, beside, state, body, gravity, dt)
+            sooner = time_beside(scratch.near_cores, beside, state, body, gravity, dt)
             if sooner >= MADE_ANEW * dt:
                 break
             for k in range(6):

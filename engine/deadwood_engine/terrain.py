@@ -145,6 +145,13 @@ def surfaces(terrain, x, y, found):
         found[k, 0], found[k, 1], found[k, 2] = surface(terrain, -terrain.column, -terrain.row, x[k], y[k])
 
 
+def surfaces_at(terrain: Terrain, plan: np.ndarray) -> np.ndarray:
+    """Height [m above reference, NaN outside] and gradient at places (n, 2) from the whole DEM's first node."""
+    found = np.empty((len(plan), 3))
+    surfaces(terrain, np.ascontiguousarray(plan[:, 0], float), np.ascontiguousarray(plan[:, 1], float), found)
+    return found
+
+
 @kernel
 def friction_at(terrain, i0, j0, x, y):
     """Coulomb's coefficient of the DEM cell that holds the place (nearest cell centre)."""

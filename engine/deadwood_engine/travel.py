@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from .compiled import kernel
-from .contacts import cross
 from .log_body import AXIAL, BASE_RADIUS, CENTRE, LENGTH, REACH, TRANSVERSE
 from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ
+from .vectors import cross
 
 
 @kernel

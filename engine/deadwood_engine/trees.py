@@ -1,19 +1,19 @@
-"""Standing trees as the engine has them: rigid vertical truncated cones (paper, section 3.4), and barrier posts.
+"""Standing trees: rigid vertical truncated cones with a round top, which a log cannot pass (paper, section 3.4).
 
-The end posts and corners of barriers are trees of zero radius, so a log meets a plate's vertical edge as it meets a
-thin stem. ``tree_contacts`` has what touches.
+A tree is hard and stays: it blocks, turns and wedges a log for as long as they touch. Its top, half the DBH wide, is
+half a sphere that reaches the tree's height: one shape for all of a log that may come down on a stump or snag. (Flat
+for the log's face, round for its side and nothing for its rim, one rim in three sank by 5 to 48 cm.)
 """
 
 from __future__ import annotations
 
-import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .compiled import kernel
-from .grid_index import GridIndex, index_boxes, list_near
+from .cores import TREE, lay_out
+from .limits import CORE_BELOW
 
 Array = NDArray[np.float64]
 
@@ -32,66 +32,15 @@ class Trees(NamedTuple):
         return Trees(empty, empty, empty, empty)
 
 
-class Uprights(NamedTuple):
-    """Trees and barrier posts as the kernels read them, shape (n, ...).
+def prepare(plan: Array, foot: Array, radius: Array, height: Array, item: NDArray[np.int64]) -> Any:
+    """The cores of trees; plan [m] shape (n, 2) from the centre of the DEM's cell (0, 0), foot [m] above reference.
 
-    node : int64 (n, 2), DEM column and row of the cell below; offset : [m] (n, 2) from that node
-    solid : (n, 4) foot height, top height [m above reference], radius at the foot [m], SLOPE of the radius [-]
-    owner : int64, row of the tree, or -1 - row of the barrier
+    A stem goes on below the ground, for on a steep slope that is lower beside it; a stump's by its height, or it
+    would grow too wide there, and one that is wider than high by as much as its widest sphere needs.
     """
-
-    node: np.ndarray
-    offset: np.ndarray
-    solid: np.ndarray
-    owner: np.ndarray
-    index: GridIndex  # pyright: ignore[reportIncompatibleMethodOverride]  (nobody looks a value up in a table)
-
-
-# Columns of the near table, in the log's frame
-NEAR_X, NEAR_Y, FOOT, TOP, RADIUS, SLOPE, ALONG, ROOM = range(8)
-NEAR_WIDTH = 8
-
-
-def prepare(
-    plan: Array, foot: Array, top: Array, radius: Array, slope: Array, owner: np.ndarray, cell: float
-) -> Uprights:
-    """Lay out vertical cones; plan [m] shape (n, 2) from the centre of the DEM's cell (0, 0)."""
-    node = np.floor(plan / cell).astype(np.int64)
-    box = np.maximum(radius, 0.0)[:, None]
-    return Uprights(
-        node,
-        plan - node * cell,
-        np.ascontiguousarray(np.column_stack([foot, top, radius, slope])),
-        np.asarray(owner, dtype=np.int64),
-        index_boxes(plan - box, plan + box),
-    )
-
-
-@kernel
-def near(uprights, frame, cell, listed, table, bx, by, tx, ty, reach):
-    """List the uprights within reach [m] of the log's plan axis (base to tip), in its frame; returns the count."""
-    if uprights.owner.shape[0] == 0:
-        return 0
-    ox, oy = frame[0] * cell, frame[1] * cell
-    found = list_near(
-        uprights.index, listed,
-        ox + min(bx, tx) - reach, oy + min(by, ty) - reach, ox + max(bx, tx) + reach, oy + max(by, ty) + reach,
-    )  # fmt: skip
-    ex, ey = tx - bx, ty - by
-    square = ex * ex + ey * ey
-    count = 0
-    for m in range(found):
-        item = listed[m]
-        x = (uprights.node[item, 0] - frame[0]) * cell + uprights.offset[item, 0]
-        y = (uprights.node[item, 1] - frame[1]) * cell + uprights.offset[item, 1]
-        share = 0.0
-        if square > 0.0:
-            share = min(1.0, max(0.0, ((x - bx) * ex + (y - by) * ey) / square))
-        gx, gy = bx + share * ex - x, by + share * ey - y
-        if math.sqrt(gx * gx + gy * gy) - uprights.solid[item, 2] <= reach:
-            listed[count] = item
-            table[count, NEAR_X], table[count, NEAR_Y] = x, y
-            for column in range(4):
-                table[count, FOOT + column] = uprights.solid[item, column]
-            count += 1
-    return count
+    tip = 0.5 * radius  # the paper: the top is half the DBH
+    below = np.maximum(np.minimum(CORE_BELOW, height), radius)
+    wide = np.minimum(radius * (1.0 + 0.5 * below / height), below)
+    long = below + height - tip
+    start = np.column_stack([plan, foot - below])
+    return lay_out(TREE, item, start, start + long[:, None] * (0.0, 0.0, 1.0), wide, (tip - wide) / long)

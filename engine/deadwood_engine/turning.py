@@ -35,10 +35,10 @@ from .contacts import (
     TARGET,
     TERRAIN,
     TURN,
-    cross,
     set_normal,
 )
 from .rotation import DX, VX, WX
+from .vectors import cross
 
 
 @kernel

@@ -1,0 +1,112 @@
+"""All obstacles as the kernels read them: round cores, of whatever kind, in one table with one index.
+
+A round core is all that lies within wide + slope z of the points of its axis, start + z u, 0 <= z <= long. What a file
+of obstacles (``trees``, ``barriers``, ``lying_logs``, ``blocks``) has to do is to say which cores its things are
+(``lay_out``); what touches them is the affair of ``narrow_phase`` and ``obstacles``.
+
+Cores that meet end to end are a chain. Where their least gap to a log is at a joint, it is the joint's only if the gap
+grows along both, and the core that begins there has the contact: ``before`` is the direction in which the core before
+it goes away from the joint (zero where the end is free), ``after`` says that another one begins at its end.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .compiled import kernel
+from .grid_index import GridIndex, index_boxes, list_near
+
+Array = NDArray[np.float64]
+
+# Kinds of obstacles; 0 is the terrain. A barrier is an edge with a plate below it
+TREE, BARRIER, LYING, BLOCK = 1, 2, 3, 4
+
+CORE = np.dtype(
+    [
+        # in plan from the cell's node in the scene, from the log's in the near table [m]; height above the reference
+        ("x", "f8"), ("y", "f8"), ("z", "f8"),
+        ("ux", "f8"), ("uy", "f8"), ("uz", "f8"), ("long", "f8"),  # direction [-] and length [m]
+        ("wide", "f8"), ("slope", "f8"),  # radius at the start [m], its change along the core [-]
+        ("before_x", "f8"), ("before_y", "f8"), ("before_z", "f8"), ("after", "f8"),
+        ("first_post", "f8"), ("last_post", "f8"),  # of a barrier's edge: whether a post stands at its start, its end
+        ("kind", "i8"), ("item", "i8"),  # row in the user's table; what is no barrier is numbered after the trees
+        ("along", "f8"), ("room", "f8"),  # near table only: ``obstacles.time_beside``
+    ]
+)  # fmt: skip
+
+
+class Cores(NamedTuple):
+    """Round cores, shape (n, ...): node, DEM column and row below the start, int64 (n, 2); solid, of dtype CORE."""
+
+    node: np.ndarray
+    solid: np.ndarray
+    index: GridIndex
+
+
+def lay_out(
+    kind: int, item: NDArray[np.int64], start: Array, end: Array, wide: Array, slope: Array, **ends: Any
+) -> Any:
+    """Cores from start to end [m], shape (n, 3), in plan from the centre of the DEM's cell (0, 0); ends: fields.
+
+    wide : [m] radius at the start; slope : [-] its change along the core
+    """
+    solid = np.zeros(len(item), CORE)
+    way = end - start
+    long = np.linalg.norm(way, axis=1)
+    unit = np.where(long[:, None] > 0.0, way / np.where(long > 0.0, long, 1.0)[:, None], (0.0, 0.0, 1.0))
+    for k, name in enumerate("xyz"):
+        solid[name], solid["u" + name] = start[:, k], unit[:, k]
+    solid["long"], solid["wide"], solid["slope"], solid["kind"], solid["item"] = long, wide, slope, kind, item
+    for name, values in ends.items():
+        solid[name] = values
+    return solid
+
+
+def joined(parts: list[Any], cell: float) -> Cores:
+    """One table of all kinds, indexed in plan."""
+    solid = np.concatenate(parts)
+    start = np.column_stack([solid["x"], solid["y"]])
+    end = start + solid["long"][:, None] * np.column_stack([solid["ux"], solid["uy"]])
+    wide = np.maximum(solid["wide"], solid["wide"] + solid["long"] * solid["slope"])[:, None]
+    node = np.floor(start / cell).astype(np.int64)
+    solid["x"], solid["y"] = (start - node * cell).T
+    return Cores(node, solid, index_boxes(np.minimum(start, end) - wide, np.maximum(start, end) + wide))
+
+
+@kernel
+def near(cores, frame, cell, listed, table, bx, by, tx, ty, reach):
+    """List the cores within reach [m] of the log's axis in plan (base to tip), in its frame; returns the count.
+
+    Upright ones exactly, the others if their box is near the axis' box.
+    """
+    if cores.solid.shape[0] == 0:
+        return 0
+    ox, oy = frame[0] * cell, frame[1] * cell
+    found = list_near(
+        cores.index, listed,
+        ox + min(bx, tx) - reach, oy + min(by, ty) - reach, ox + max(bx, tx) + reach, oy + max(by, ty) + reach,
+    )  # fmt: skip
+    ex, ey = tx - bx, ty - by
+    square = ex * ex + ey * ey
+    count = 0
+    for m in range(found):
+        item = listed[m]
+        core = cores.solid[item]
+        x = (cores.node[item, 0] - frame[0]) * cell + core.x
+        y = (cores.node[item, 1] - frame[1]) * cell + core.y
+        if core.ux == 0.0 and core.uy == 0.0:
+            share = 0.0
+            if square > 0.0:
+                share = min(1.0, max(0.0, ((x - bx) * ex + (y - by) * ey) / square))
+            gx, gy = bx + share * ex - x, by + share * ey - y
+            if math.sqrt(gx * gx + gy * gy) - max(core.wide, core.wide + core.long * core.slope) > reach:
+                continue
+        listed[count] = item
+        table[count] = core
+        table[count].x, table[count].y = x, y
+        count += 1
+    return count

@@ -1,0 +1,234 @@
+"""The one narrow phase: a log, which is a truncated cone with flat ends, against a round core.
+
+Every obstacle is a chain of *round cores*: all points within wide + slope z of the points start + z u, 0 <= z <= long.
+A stem with its round top is one, a lying log is as many as its line has pieces, a boulder is one without length, and
+the edge of a barrier is one without radius.
+
+The signed distance phi of the cone K (how far outside, less how far inside) is convex, for K is. So
+
+    gap = min over z of f(z) = phi(start + z u) - wide - slope z
+
+is one convex search in one dimension, and the normal is phi's gradient there: side, rim, face and top are no cases. In
+the plane of the log's axis K is a trapezoid, so phi is that of a polygon. Where the core runs through K's rim, phi has
+a kink and f its least value at it: the normal is the mean of the gradients on both sides, weighted so that it is square
+to the core (the one that f has no slope along), and the gap along it follows from how far K reaches that way.
+
+Where the core lies along the log's side or across its face, f is all but flat: then the two ends of what they share
+are contacts too (``line_ends``).
+
+symbol          in code               unit
+c, d            c, d                  m, -   centre and direction of the log's axis
+s, rho          s, rho                m      place along that axis, distance from it
+a(s), ka        thick, taper          m, -   radius of the log at its base and change along the axis
+r(z), kr        wide, slope           m, -   radius of the obstacle at its start, change along the core
+"""
+
+from __future__ import annotations
+
+import math
+
+from .compiled import inlined, kernel
+from .contacts import touch
+from .limits import DEEPEST_STEPS, DEEPEST_WITHIN, FLAT_TOLERANCE, LINE_ANGLE, LINE_APART, LINE_INSET, PUSHES_DOWN
+from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
+from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ
+from .vectors import across, blend, cross, dot, point
+
+
+@kernel
+def cone_of(body):
+    """(back, front, thick, thin, taper, cosine of the half angle) of the trapezoid that is a log when turned."""
+    taper = (body[TIP_RADIUS] - body[BASE_RADIUS]) / body[LENGTH]
+    cosine = 1.0 / math.sqrt(1.0 + taper * taper)
+    back = -body[CENTRE]
+    return back, back + body[LENGTH], body[BASE_RADIUS], body[TIP_RADIUS], taper, cosine
+
+
+@kernel
+def signed_distance(cone, s, rho):
+    """(phi, its change along the axis, its change away from the axis) of a point at s, rho from the log."""
+    back, front, thick, thin, taper, cosine = cone
+    aside = (rho - thick - taper * (s - back)) * cosine
+    behind, ahead = back - s, s - front
+    if aside <= 0.0 and behind <= 0.0 and ahead <= 0.0:
+        if aside >= behind and aside >= ahead:
+            return aside, -taper * cosine, cosine
+        if behind >= ahead:
+            return behind, -1.0, 0.0
+        return ahead, 1.0, 0.0
+    if behind > 0.0 and rho <= thick:
+        return behind, -1.0, 0.0
+    if ahead > 0.0 and rho <= thin:
+        return ahead, 1.0, 0.0
+    along = (s - back + taper * (rho - thick)) * cosine
+    if aside > 0.0 and 0.0 <= along <= (front - back) / cosine:
+        return aside, -taper * cosine, cosine
+    x, y = (s - back, rho - thick) if along < 0.0 else (s - front, rho - thin)
+    size = math.sqrt(x * x + y * y)
+    if size == 0.0:
+        return 0.0, -taper * cosine, cosine
+    return size, x / size, y / size
+
+
+@kernel
+def look_at(cone, d, u, slope, wide, s0, p0, pu, z):
+    """f, its slope, and phi's gradient (world) at the core's place z; s0, p0: the start along and off the axis."""
+    p = point(p0, z, pu)
+    rho = math.sqrt(dot(p, p))
+    phi, gs, gr = signed_distance(cone, s0 + z * dot(d, u), rho)
+    e = blend(1.0 / rho, p, 0.0, p) if rho > 0.0 else across(d, u)
+    g = blend(gs, d, gr, e)
+    return phi - wide - slope * z, dot(g, u) - slope, g
+
+
+@kernel
+def _first_guess(cone, s0, p0, beta, pu, slope, long):
+    """Where f is least if the log's side is nearest, in closed form: rho' = ka beta + kr / cosine."""
+    w = dot(pu, pu)
+    if w < FLAT_TOLERANCE:
+        return min(long, max(0.0, -s0 * beta))
+    z = -dot(p0, pu) / w
+    p = point(p0, z, pu)
+    lean = cone[4] * beta + slope / cone[5]
+    if lean * lean < w:
+        z += lean * math.sqrt(dot(p, p) / (w * (w - lean * lean)))
+    return min(long, max(0.0, z))
+
+
+@kernel
+def reach_along(cone, d, n, p):
+    """How far a place p (from the log's centre) lies beyond the log in the direction n: exact, whatever n."""
+    nd = dot(n, d)
+    off = math.sqrt(max(0.0, 1.0 - nd * nd))
+    return dot(p, n) - max(cone[0] * nd + cone[2] * off, cone[1] * nd + cone[3] * off)
+
+
+@kernel
+def deepest(cone, c, d, start, u, long, wide, slope, within):
+    """The least gap of a log and a round core: (gap, place z, gradient n there, whether it is below ``within``).
+
+    n points from the log to the core. Given up, and the gap a bound, where no z can have less than ``within`` [m].
+    """
+    g0 = point(start, -1.0, c)
+    s0, beta = dot(g0, d), dot(u, d)
+    p0, pu = point(g0, -s0, d), point(u, -beta, d)
+    z = _first_guess(cone, s0, p0, beta, pu, slope, long)
+    f, rise, g = look_at(cone, d, u, slope, wide, s0, p0, pu, z)
+    low, f_low, rise_low, g_low = z, f, rise, g
+    high, f_high, rise_high, g_high = z, f, rise, g
+    step = 2.0 * cone[2]
+    # the least value lies between a falling and a rising place, or at an end of the core
+    while rise_low > FLAT_TOLERANCE and low > 0.0:
+        high, f_high, rise_high, g_high = low, f_low, rise_low, g_low
+        low = max(0.0, low - step)
+        step *= 4.0
+        f_low, rise_low, g_low = look_at(cone, d, u, slope, wide, s0, p0, pu, low)
+    if rise_low > -FLAT_TOLERANCE:
+        z, f, g = low, f_low, g_low
+    else:
+        while rise_high < -FLAT_TOLERANCE and high < long:
+            low, f_low, rise_low, g_low = high, f_high, rise_high, g_high
+            high = min(long, high + step)
+            step *= 4.0
+            f_high, rise_high, g_high = look_at(cone, d, u, slope, wide, s0, p0, pu, high)
+        if rise_high < FLAT_TOLERANCE:
+            z, f, g = high, f_high, g_high
+        else:
+            for turn in range(DEEPEST_STEPS):
+                # f lies above its tangents: where they meet is a bound, and at a kink the place itself
+                meet = low + (f_high - f_low + rise_high * (low - high)) / (rise_low - rise_high)
+                bound = f_low + rise_low * (meet - low)
+                if bound >= within:
+                    return bound, meet, g_low, False
+                if min(f_low, f_high) - bound <= DEEPEST_WITHIN:
+                    break
+                at = meet
+                if turn % 2 == 1:  # where f is smooth its slope is all but a straight line
+                    at = low - rise_low * (high - low) / (rise_high - rise_low)
+                if not low < at < high:
+                    at = 0.5 * (low + high)
+                f, rise, g = look_at(cone, d, u, slope, wide, s0, p0, pu, at)
+                if rise <= 0.0:
+                    low, f_low, rise_low, g_low = at, f, rise, g
+                if rise >= 0.0:
+                    high, f_high, rise_high, g_high = at, f, rise, g
+                if low == high:
+                    break
+            share = rise_high / (rise_high - rise_low) if rise_high > rise_low else 0.5
+            g = blend(share, g_low, 1.0 - share, g_high)
+            z, f = (low, f_low) if f_low < f_high else (high, f_high)
+    if f >= within:
+        return f, z, g, False
+    size = math.sqrt(dot(g, g))
+    # right through the axis: a log is put to the core's one side as well as to its other
+    n = blend(1.0 / size, g, 0.0, g) if size > 1e-6 else across(d, u)
+    return reach_along(cone, d, n, point(g0, z, u)) - wide - slope * z, z, n, True
+
+
+@inlined
+def line_ends(cone, c, d, start, u, long, z, n):
+    """(first, last) place of the core that lies along the log's side or face; both are z where there is none."""
+    g0 = point(start, -1.0, c)
+    s0, beta = dot(g0, d), dot(u, d)
+    p0, pu = point(g0, -s0, d), point(u, -beta, d)
+    w, nd = dot(pu, pu), dot(n, d)
+    first, last = z, z
+    if abs(nd) < 0.5 and w < LINE_ANGLE:
+        first, last = (cone[0] - s0) / beta, (cone[1] - s0) / beta
+    elif abs(nd) > 0.5 and 1.0 - w < LINE_ANGLE:
+        a = cone[2] if nd < 0.0 else cone[3]
+        middle = -dot(p0, pu) / w
+        p = point(p0, middle, pu)
+        half = math.sqrt(max(0.0, a * a - dot(p, p)) / w)
+        first, last = middle - half, middle + half
+    first, last = min(first, last), max(first, last)
+    first, last = max(0.0, first), min(long, last)
+    if last - first < LINE_APART * cone[2]:
+        return z, z
+    inset = LINE_INSET * (last - first)
+    return first + inset, last - inset
+
+
+@kernel
+def gap_at_end(state, pose, p, n, gap, left):
+    """What is left of a gap [m] at a place p of the log when it has moved on for a time [s]; n points to the log."""
+    s = (p[0] - pose[3]) * pose[0] + (p[1] - pose[4]) * pose[1] + (p[2] - pose[5]) * pose[2]
+    t = cross(state[WX], state[WY], state[WZ], state[DX], state[DY], state[DZ])
+    v = (state[VX] + s * t[0], state[VY] + s * t[1], state[VZ] + s * t[2])
+    return gap + left * dot(v, n)
+
+
+@inlined
+def touch_core(
+    terrain, frame, contacts, keys, count, state, pose, cone, key, start, u, long, wide, slope, z, n, gap, step, plate
+):
+    """Add the contacts of a pose with a round core whose least gap is at z, along n; returns the new count.
+
+    Where both share a line, its two ends are contacts in the place of the least gap if both touch in what is left of
+    the step. plate : nothing may be pushed down, for below the core is a plate.
+    """
+    c, d = (pose[3], pose[4], pose[5]), (pose[0], pose[1], pose[2])
+    first, last = line_ends(cone, c, d, start, u, long, z, n)
+    if first < last:
+        g0 = point(start, -1.0, c)
+        s0 = dot(g0, d)
+        p0, pu = point(g0, -s0, d), point(u, -dot(u, d), d)
+        before = count
+        for end in range(2):
+            at = first if end == 0 else last
+            if abs(at - z) < LINE_APART * cone[2]:
+                continue
+            f, _, g = look_at(cone, d, u, slope, wide, s0, p0, pu, at)
+            p = point(point(start, at, u), -f - wide - slope * at, g)
+            g = blend(-1.0, g, 0.0, g)
+            if gap_at_end(state, pose, p, g, f, step[0] - step[4]) < 0.0 and not (plate and g[2] < -PUSHES_DOWN):
+                count = touch(
+                    terrain, frame, contacts, keys, count, state, pose, (key[0], key[1], key[2] + 1 + end), p, g, f,
+                    step,
+                )  # fmt: skip
+        if count - before == 2:
+            return count
+    p = point(point(start, z, u), -gap - wide - slope * z, n)
+    return touch(
+        terrain, frame, contacts, keys, count, state, pose, key, p, (-n[0], -n[1], -n[2]), gap, step
+    )  # fmt: skip

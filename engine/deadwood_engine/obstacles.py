@@ -1,0 +1,167 @@
+"""Contacts of a log with all obstacles near it, whatever their kind, at the first touch on the way ahead.
+
+Where and how an obstacle is touched first decides whether it stops the log or turns it aside. So the way ahead is
+followed in pieces, as short as the obstacle is near, to the first touch; the contacts are those of that pose, and those
+that the rest of the step brings along a shared line (``narrow_phase``, ``barriers``).
+"""
+
+from __future__ import annotations
+
+import math
+
+from .barriers import is_its_own, plate_contacts, sides_of
+from .compiled import inlined, kernel
+from .contacts import predict
+from .cores import BARRIER, TREE
+from .limits import FIRST_TOUCH, LYING_TRAVEL, MOST_LOOKS, OBSTACLE_ALONG, OBSTACLE_TRAVEL, THICK, TOUCH_DEPTH
+from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
+from .narrow_phase import cone_of, deepest, touch_core
+from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ
+from .vectors import axes_nearest, cross, point
+
+
+@kernel
+def _nearest(cone, pose, core):
+    """(how far the log is clear of a core at least [m], place along its axis, radius of log there, of the core)."""
+    if core.kind == BARRIER:
+        clear, _, _, _ = sides_of(cone, pose, core)
+        return clear, cone[0] if -cone[0] > cone[1] else cone[1], cone[3], 0.0  # its faster end; its thinnest place
+    c, d = (pose[3], pose[4], pose[5]), (pose[0], pose[1], pose[2])
+    start, u = (core.x, core.y, core.z), (core.ux, core.uy, core.uz)
+    s, z = axes_nearest(c, d, cone[0], cone[1], start, u, core.long)
+    r = point(point(point(c, s, d), -1.0, start), -z, u)
+    distance = math.sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2])
+    wide, end = core.wide, core.wide + core.slope * core.long
+    return distance - cone[2] - max(wide, end), s, cone[2] + cone[4] * (s - cone[0]), wide + core.slope * z
+
+
+@inlined
+def _contacts_at(terrain, frame, core, row, contacts, keys, count, state, pose, cone, step):
+    """Contacts of one pose with one obstacle."""
+    if core.kind == BARRIER:
+        return plate_contacts(terrain, frame, core, row, contacts, keys, count, state, pose, cone, step)
+    start, u = (core.x, core.y, core.z), (core.ux, core.uy, core.uz)
+    gap, z, n, touches = deepest(
+        cone, (pose[3], pose[4], pose[5]), (pose[0], pose[1], pose[2]), start, u, core.long, core.wide, core.slope, 0.0
+    )
+    if touches and is_its_own(core, z, n, False):
+        count = touch_core(
+            terrain, frame, contacts, keys, count, state, pose, cone, (core.kind, row, 0), start, u, core.long,
+            core.wide, core.slope, z, n, gap, step, False,
+        )  # fmt: skip
+    return count
+
+
+@inlined
+def contacts_with(
+    terrain, frame, table, listed, number, contacts, keys, count, state, body, trial, step, advance, pose
+):
+    """Contacts with the near obstacles; step = (dt, restitution, gravity, obstacle travel, dt).
+
+    Returns (count, travel, free): how far [m] the log's fastest point may move in the next step without passing what is
+    thin, and without touching anything (less than 0 where it may touch). For thicker stems the table receives
+    where along the log's axis it is nearest, and how far [m] the axis may move there, sideways (``time_beside``).
+    """
+    travel, free = math.inf, math.inf
+    cone = cone_of(body)
+    swing = _swing(state)
+    for m in range(number):
+        core, row = table[m], listed[m]
+        clear, s, mine, theirs = _nearest(cone, trial, core)
+        # no farther than the axes could change sides; and, for a log thin beside its stems, than the neck between two
+        both = mine + theirs
+        narrow = min(both, 2.0 * math.sqrt(mine * both))
+        core.room = math.inf
+        if core.kind == TREE and both > THICK:
+            core.along, core.room = s, max(step[3] * narrow, clear)
+        elif core.kind == TREE or core.kind == BARRIER:
+            travel = min(travel, max(min(step[3], OBSTACLE_TRAVEL) * narrow, clear))
+        else:
+            narrow = min(narrow, 2.0 * math.sqrt(theirs * both))
+            travel = min(travel, max(min(step[3], LYING_TRAVEL) * narrow, clear))
+        free = min(free, clear)
+        if clear > advance:
+            continue
+        # follow the way ahead until they touch, then halve the time since the look before
+        before, earlier, time, pace = count, 0.0, 0.0, 0.0
+        predict(state, 0.0, step[2], pose)
+        clear, s, _, _ = _nearest(cone, pose, core)
+        for look in range(MOST_LOOKS):
+            if count == before:
+                if time >= step[0]:
+                    break
+                room = max(FIRST_TOUCH * narrow, clear)
+                lasting = _time_to(swing, state, body, step[2], s, room)
+                pace = room / lasting
+                earlier, time = time, time + lasting if look + 1 < MOST_LOOKS else step[0]
+                time = min(time, step[0])
+                at = time
+            else:
+                if (time - earlier) * pace <= TOUCH_DEPTH * narrow:
+                    break
+                at = 0.5 * (earlier + time)
+            predict(state, at, step[2], pose)
+            clear, s, _, _ = _nearest(cone, pose, core)
+            found = before
+            if clear < 0.0:
+                found = _contacts_at(
+                    terrain, frame, core, row, contacts, keys, before, state, pose, cone,
+                    (step[0], step[1], step[2], step[3], at),
+                )  # fmt: skip
+            if found > before:
+                count, time = found, at
+            elif count > before:
+                earlier = at
+    return count, travel, free
+
+
+@kernel
+def _swing(state):
+    """The axis' velocity as it turns (its end, seen from a metre behind) and its size [1/s]; speed along it [m/s]."""
+    dx, dy, dz = state[DX], state[DY], state[DZ]
+    tx, ty, tz = cross(state[WX], state[WY], state[WZ], dx, dy, dz)
+    turn = math.sqrt(tx * tx + ty * ty + tz * tz)
+    return tx, ty, tz, turn, state[VX] * dx + state[VY] * dy + state[VZ] * dz
+
+
+@kernel
+def _time_to(swing, state, body, gravity, s, room):
+    """The least time [s] in which the log's axis at s moves by the room [m]: sideways, or any way at its ends."""
+    tx, ty, tz, turn, sliding = swing
+    vx, vy, vz = state[VX] + s * tx, state[VY] + s * ty, state[VZ] + s * tz
+    square = vx * vx + vy * vy + vz * vz
+    if -body[CENTRE] < s < body[LENGTH] - body[CENTRE]:
+        square = max(0.0, square - sliding * sliding)
+    speed = math.sqrt(square)
+    bend = turn * (abs(sliding) + speed) + 0.5 * gravity
+    return 2.0 * room / (speed + math.sqrt(square + 4.0 * bend * room))
+
+
+@inlined
+def time_beside(table, number, state, body, gravity, longest):
+    """The longest step [s] in which the log passes none of the listed uprights (``contacts_with``).
+
+    A log that slides along its own axis beside a stem does not come nearer to it: what counts is the axis' velocity
+    sideways, where the stem is, and what turning and falling add to it. A stem ahead of an end is met at full speed.
+    """
+    swing = _swing(state)
+    sliding = abs(swing[4])
+    # of any point: what is farther away than that within the step is not looked at more closely
+    straight = math.sqrt(state[VX] ** 2 + state[VY] ** 2 + state[VZ] ** 2)
+    speed = straight + swing[3] * max(body[CENTRE], body[LENGTH] - body[CENTRE])
+    bend = swing[3] * (sliding + speed) + 0.5 * gravity
+    back, front = -body[CENTRE], body[LENGTH] - body[CENTRE]
+    taper = (body[TIP_RADIUS] - body[BASE_RADIUS]) / body[LENGTH]
+    for m in range(number):
+        s, room = table[m].along, table[m].room
+        if room > longest * (speed + longest * bend) and room > longest * sliding:
+            continue
+        if back < s < front:
+            # close by, the log's taper is a wedge between two stems: then the way along counts, too
+            along = body[BASE_RADIUS] + taper * (s - back) + table[m].wide
+            if room < OBSTACLE_ALONG * along:
+                along *= OBSTACLE_ALONG  # a log thin beside its stems
+            if room < along and longest * sliding > along:
+                longest = along / sliding
+        longest = min(longest, _time_to(swing, state, body, gravity, s, room))
+    return longest

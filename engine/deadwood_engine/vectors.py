@@ -1,0 +1,59 @@
+"""Vectors of three numbers, as tuples: the one dialect of the geometry of obstacles."""
+
+from __future__ import annotations
+
+import math
+
+from .compiled import kernel
+
+
+@kernel
+def cross(ax, ay, az, bx, by, bz):
+    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+
+
+@kernel
+def dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@kernel
+def point(a, s, d):
+    """a + s d."""
+    return a[0] + s * d[0], a[1] + s * d[1], a[2] + s * d[2]
+
+
+@kernel
+def blend(p, a, q, b):
+    """p a + q b."""
+    return p * a[0] + q * b[0], p * a[1] + q * b[1], p * a[2] + q * b[2]
+
+
+@kernel
+def across(d, u):
+    """A unit vector square to d and, unless they are parallel, to u (both unit)."""
+    n = cross(d[0], d[1], d[2], u[0], u[1], u[2])
+    if dot(n, n) < 1e-18:
+        ax, ay, az = abs(d[0]), abs(d[1]), abs(d[2])
+        if ax <= ay and ax <= az:
+            n = cross(d[0], d[1], d[2], 1.0, 0.0, 0.0)
+        elif ay <= az:
+            n = cross(d[0], d[1], d[2], 0.0, 1.0, 0.0)
+        else:
+            n = cross(d[0], d[1], d[2], 0.0, 0.0, 1.0)
+    return blend(1.0 / math.sqrt(dot(n, n)), n, 0.0, n)
+
+
+@kernel
+def axes_nearest(c, d, back, front, start, along, long):
+    """Nearest points of the segments c + s d, s in [back, front], and start + z along, z in [0, long]: (s, z)."""
+    g = point(c, -1.0, start)
+    b, e, f = dot(d, along), dot(g, d), dot(g, along)
+    square = 1.0 - b * b
+    s = back
+    if square > 1e-9:
+        s = (b * f - e) / square
+    s = min(front, max(back, s))
+    z = min(long, max(0.0, f + b * s))
+    s = min(front, max(back, b * z - e))
+    return s, min(long, max(0.0, f + b * s))

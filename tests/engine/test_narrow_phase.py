@@ -1,0 +1,123 @@
+"""The one narrow phase against brute force: densely sampled cores, and a cone as it is defined."""
+
+import numpy as np
+import pytest
+
+from deadwood_engine.log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS, cone_bodies
+from deadwood_engine.narrow_phase import cone_of, deepest, reach_along, signed_distance
+
+
+def solid(taper=0.5):
+    return cone_bodies(np.array([0.75]), np.array([12.0]), np.array([300.0]), taper=taper)[0]
+
+
+def outline(body, number=200_001):
+    """Points of the cone's outline in the plane of its axis: base face, side, tip face, (s, rho)."""
+    back, front = -body[CENTRE], body[LENGTH] - body[CENTRE]
+    share = np.linspace(0.0, 1.0, number)
+    side = np.column_stack([back + share * (front - back), body[BASE_RADIUS] * (1 - share) + body[TIP_RADIUS] * share])
+    base = np.column_stack([np.full(number, back), share * body[BASE_RADIUS]])
+    tip = np.column_stack([np.full(number, front), share * body[TIP_RADIUS]])
+    return np.vstack([base, side, tip])
+
+
+@pytest.mark.parametrize("taper", [0.5, 1.0, 0.1])
+def test_signed_distance_is_that_to_the_outline(taper):
+    """From within and without, beside the side, the faces and the rims: the nearest of 600 000 points of the outline.
+
+    These stand 60 um apart, so beyond 5 mm from them the nearest is 0.1 um too far at most.
+    """
+    body = solid(taper)
+    cone, points = cone_of(body), outline(body)
+    rng = np.random.default_rng(0)
+    for _ in range(60):
+        end = rng.choice([-body[CENTRE], body[LENGTH] - body[CENTRE], 0.0])
+        s, rho = end + rng.uniform(-0.6, 0.6), rng.uniform(0.0, 0.8)
+        phi, along, away = signed_distance(cone, s, rho)
+        offset = points - (s, rho)
+        nearest = np.hypot(*offset.T).min()
+        assert abs(phi) == pytest.approx(nearest, abs=1e-4 if nearest < 5e-3 else 2e-7)
+        radius = body[BASE_RADIUS] + (body[TIP_RADIUS] - body[BASE_RADIUS]) * (s + body[CENTRE]) / body[LENGTH]
+        inside = -body[CENTRE] < s < body[LENGTH] - body[CENTRE] and rho < radius
+        assert (phi < 0.0) == inside
+        assert along**2 + away**2 == pytest.approx(1.0, abs=1e-12)
+        # its change is what its gradient says, where both places are nearest to the same part
+        step = 1e-7
+        rise = signed_distance(cone, s + step * along, rho + step * away)[0] - phi
+        assert rise == pytest.approx(step, rel=1e-3)
+
+
+def some_core(rng, number):
+    """Axis, direction of the core and core, in any place and direction, some along the axis, some square to it."""
+    d, u = rng.standard_normal((2, 3))
+    d, u = d / np.linalg.norm(d), u / np.linalg.norm(u)
+    if number % 5 == 0:
+        u = d + 1e-3 * rng.standard_normal(3)
+    if number % 7 == 0:
+        u = np.cross(d, u)
+    u /= np.linalg.norm(u)
+    long, wide = rng.choice([0.0, 0.3, 3.0, 20.0]), rng.choice([0.0, 0.1, 0.4])
+    slope = -0.01 if 0.01 * long < wide else 0.0
+    place = rng.uniform(-1, 1) * rng.choice([7.0, 0.5, 6.2]) * d + 0.6 * rng.standard_normal(3)
+    return d, u, place - long * rng.random() * u, long, wide, slope
+
+
+def test_the_least_gap_along_a_core_is_found_wherever_it_is():
+    """Against 2000 places of each of 600 cores: none has less. Where the core is outside, the gap is that value."""
+    body = solid()
+    cone, rng = cone_of(body), np.random.default_rng(0)
+    for number in range(600):
+        d, u, start, long, wide, slope = some_core(rng, number)
+        gap, z, n, found = deepest(
+            cone, (0.0, 0.0, 0.0), tuple(d), tuple(start), tuple(u), long, wide, slope, np.inf
+        )  # fmt: skip
+        assert found
+        assert np.linalg.norm(n) == pytest.approx(1.0, abs=1e-12)
+        places = np.append(np.linspace(0.0, long, 2000), z)
+        x = start + places[:, None] * u
+        s = x @ d
+        rho = np.linalg.norm(x - s[:, None] * d, axis=1)
+        f = np.array([signed_distance(cone, *place)[0] for place in zip(s, rho, strict=True)]) - wide - slope * places
+        assert f[-1] <= f.min() + 2e-6
+        if (f + wide).min() > 0.0:
+            assert gap == pytest.approx(f[-1], abs=5e-6)
+        else:
+            assert gap <= f.min() + 1e-6  # a way out is never shorter than to the skin
+
+
+def test_given_up_only_where_nothing_is_near():
+    """Given up below a gap, it is so that no place of the core has one."""
+    body = solid()
+    cone, rng = cone_of(body), np.random.default_rng(1)
+    given_up = 0
+    for number in range(400):
+        d, u, start, long, wide, slope = some_core(rng, number)
+        whole = deepest(cone, (0.0, 0.0, 0.0), tuple(d), tuple(start), tuple(u), long, wide, slope, np.inf)
+        _, _, _, found = deepest(cone, (0.0, 0.0, 0.0), tuple(d), tuple(start), tuple(u), long, wide, slope, 0.0)
+        given_up += not found
+        assert found == (whole[0] < 0.0) or abs(whole[0]) < 2e-6
+    assert given_up > 50
+
+
+def test_an_edge_through_a_rim_leaves_square_to_itself():
+    """A thin core askew through the rim: the way out is square to it, and after it nothing touches any more."""
+    body = solid()
+    cone, rng = cone_of(body), np.random.default_rng(2)
+    front, tip = body[LENGTH] - body[CENTRE], body[TIP_RADIUS]
+    seen = 0
+    for _ in range(200):
+        u = rng.standard_normal(3)
+        u /= np.linalg.norm(u)
+        middle = np.array([tip - rng.uniform(0.0, 0.05), 0.0, front - rng.uniform(0.0, 0.05)])
+        start = middle - 10.0 * u
+        core = (tuple(start), tuple(u), 20.0, 0.0, 0.0)
+        gap, z, n, found = deepest(cone, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), *core, 0.0)
+        if not found:
+            continue
+        seen += 1
+        assert abs(np.dot(n, u)) < 1e-3
+        assert gap == pytest.approx(reach_along(cone, (0.0, 0.0, 1.0), n, tuple(start + z * u)), abs=1e-12)
+        away = tuple(start - (gap - 1e-4) * np.array(n))
+        left, _, _, _ = deepest(cone, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), away, *core[1:], np.inf)
+        assert left > -1e-4
+    assert seen > 150
