@@ -25,6 +25,10 @@ Array = NDArray[np.float64]
 # Kinds of obstacles; 0 is the terrain. A barrier is an edge with a plate below it
 TREE, BARRIER, LYING, BLOCK = 1, 2, 3, 4
 
+# Contacts of a log with one core, at most: two of a shared line or one; a plate has three such cores, its edge and two
+# posts, and the log's two ends
+CORE_CONTACTS = 8
+
 CORE = np.dtype(
     [
         # in plan from the cell's node in the scene, from the log's in the near table [m]; height above the reference
@@ -44,7 +48,7 @@ class Cores(NamedTuple):
 
     node: np.ndarray
     solid: np.ndarray
-    index: GridIndex
+    index: GridIndex  # pyright: ignore[reportIncompatibleMethodOverride]  (nobody looks a value up in a table)
 
 
 def lay_out(

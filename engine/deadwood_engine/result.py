@@ -11,7 +11,7 @@ from . import step, trace
 from .ledger import Hits, hits_of
 from .log_body import CENTRE, LENGTH, MASS
 from .logs import Start
-from .rest import HELD_BY_LYING_LOG
+from .rest import HELD_BY_BLOCK, HELD_BY_LYING_LOG
 from .scene import Scene
 
 Array = NDArray[np.float64]
@@ -38,8 +38,8 @@ class Poses:
 class Result:
     """What became of each log; row i belongs to row i of the logs. World coordinates, SI units.
 
-    stop_reason : int8, index into STOP_REASONS; stop_item : row of the tree, barrier or lying log that holds the log,
-        else -1
+    stop_reason : int8, index into STOP_REASONS; stop_item : row of the tree, barrier, lying log or block that holds
+        the log, else -1
     energy_error : [-] energy gained from contacts and lost by the books, over the energy spent
     penetration_max : [m] deepest contact, overlap_max : with a tree or barrier alone
     residual_max : [m/s] of the contact solver's last sweep
@@ -106,7 +106,9 @@ def result_of(
     axis = state[:, 13:16]
     duration = summary[:, step.DURATION]
     reason, owner = summary[:, step.REASON].astype(np.int8), summary[:, step.ITEM].astype(np.int64)
-    owner[reason == HELD_BY_LYING_LOG] -= scene.tree_count  # in the kernels they are numbered after the trees
+    # in the kernels lying logs are numbered after the trees, blocks after these
+    owner[reason == HELD_BY_LYING_LOG] -= scene.tree_count
+    owner[reason == HELD_BY_BLOCK] -= scene.tree_count + scene.lying_count
     with np.errstate(divide="ignore", invalid="ignore"):
         mean = np.where(duration > 0, summary[:, step.PATH] / duration, 0.0)
     rows = sorted(poses)

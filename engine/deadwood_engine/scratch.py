@@ -8,7 +8,7 @@ import numpy as np
 
 from . import contacts
 from .cloud import Cloud
-from .cores import CORE
+from .cores import CORE, CORE_CONTACTS
 from .outline import OUTLINE_POINTS
 from .rings import RING_WIDTH
 from .rocking import ROCKING_WIDTH, WINDOWS
@@ -64,8 +64,9 @@ class Scratch(NamedTuple):
 
     @staticmethod
     def allocate(stations: int, core_count: int, raster_rows: int, cloud: Cloud | None) -> Scratch:
-        # every candidate of the log, and three contacts each of the obstacles that it can lean on at once
-        table = 3 * stations + 16 + min(3 * core_count, 8192)
+        # every candidate of the log, and what each obstacle has at most (``CORE_CONTACTS``), of as many as a log can
+        # lean on at once. ``add_contact``, the one place that writes to the table, leaves out what exceeds it
+        table = 3 * stations + 16 + CORE_CONTACTS * min(core_count, 1024)
         cloud = cloud or Cloud.none()
         table += len(cloud.points) + 64 * min(len(cloud.corners), 64)
         outline = max(OUTLINE_POINTS, len(cloud.corners))

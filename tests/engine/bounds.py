@@ -146,7 +146,7 @@ def cones() -> dict[str, dict]:
         for name, fidelity in (("draft", COARSE), ("standard", FINE)):
             told[f"{' '.join(kind) or 'open'}, {name}"] = ends(scene(*kind), fidelity, 24, 6.0)
     place = scene(*every)
-    tables = ("near_trees", "tree_table", "near_plates", "plate_table", "near_lying", "lying_table", "left", "right")
+    tables = ("listed", "near_cores", "left", "right")
     tables += ("hit_trees", "hit_barriers", "rings", "points", "keys", "old_contacts", "memory", "rocking", "trial")
     # few logs meet two barriers
     rows = dict.fromkeys(tables, 1) | {"hit_barriers": 0}

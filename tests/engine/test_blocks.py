@@ -54,7 +54,7 @@ def test_a_log_rests_on_the_slope_against_a_boulder():
     solid = cone_bodies(np.array([0.4]), np.array([10.0]), np.array([300.0]))
     begin = shot(scene, solid, (1, 0, 0), (0.0, -5.0, -5.0 * tangent + 0.3), (0, 0, 0))
     result = slide(scene, begin, FIDELITIES["standard"], time_limit=60.0)
-    assert STOP_REASONS[result.stop_reason[0]] == "tree"
+    assert STOP_REASONS[result.stop_reason[0]] == "block"
     assert result.stop_item[0] in (0, 1)
     assert result.tree_hits[0] == 2
     assert result.overlap_max[0] < 0.01
