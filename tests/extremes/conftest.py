@@ -90,12 +90,15 @@ def sunk(scene: Scene, begin: Start, base: np.ndarray, tip: np.ndarray, row: int
     return float(max(0.0, -np.nanmin(gap)))
 
 
-def healthy(scene: Scene, begin: Start, result: Result, *, gained: float = 1e-3, longest: float = 0.01) -> None:
+def healthy(
+    scene: Scene, begin: Start, result: Result, *, gained: float = 1e-3, longest: float = 0.01, gravity: float = G
+) -> None:
     """What holds for every log of every scene: finite, unit quaternion, an end for a reason, no energy out of nothing.
 
     gained : [-] most of the energy spent that contacts may give or the books may miss, besides the scheme's own bound:
         a separating contact that gravity pushes back gives at most (g dt)^2 / 8 a step (docs/tests.md, T62)
     longest : [s] longest time step of the run
+    gravity : [m/s2] that it ran with, or what rises or falls without is booked as fall
     """
     state = result.last_state
     assert np.isfinite(state).all()
@@ -107,12 +110,12 @@ def healthy(scene: Scene, begin: Start, result: Result, *, gained: float = 1e-3,
     for name in ("duration", "path", "speed_max", "energy_max", "jump_max", "penetration_max", "residual_max"):
         assert np.isfinite(getattr(result, name)).all(), name
     before, after = energy(begin.body, begin.state), energy(begin.body, state)
-    fall = G * (begin.state[:, 2] - state[:, 2])
-    scheme = result.steps * (G * longest) ** 2 / 8
+    fall = gravity * (begin.state[:, 2] - state[:, 2])
+    scheme = result.steps * (gravity * longest) ** 2 / 8
     excess = result.energy_error * np.maximum(before + fall, G) - scheme
     assert (excess <= gained * np.maximum(before + fall, G)).all(), f"{excess.max()} J/kg too much"
     # the start's energy and what the fall gave, and nothing else; velocities are those of the middle of the last step
-    scheme += 0.5 * G * longest * (result.speed_max + G * longest)
+    scheme += 0.5 * gravity * longest * (result.speed_max + gravity * longest)
     assert (after <= before + fall + scheme + gained * np.maximum(before + np.abs(fall), G)).all()
 
 

@@ -58,7 +58,9 @@ def seeds(base, tip, solid):
         level = np.cross(u, (0.0, 0.0, 1.0))
         level = np.stack([level, -level, u * (1, 1, 0), -u * (1, 1, 0)])
         around.append(np.broadcast_to(level / np.linalg.norm(level, axis=1)[:, None], (len(d), 4, 3)))
-    return np.concatenate([*around, d[:, None], -d[:, None], np.broadcast_to(directions(200), (len(d), 200, 3))], axis=1)
+    return np.concatenate(
+        [*around, d[:, None], -d[:, None], np.broadcast_to(directions(200), (len(d), 200, 3))], axis=1
+    )
 
 
 def depths(base, tip, first, last, solid):
@@ -157,9 +159,7 @@ FEATURES = {
     "joint": Feature(((-0.6, 0.6), (-0.5, 0.5), (1.3, 1.8)), {"barriers": fence((-8, 0.1), (8, 0.1))}),
     "free end": Feature(((-0.5, 0.7), (-0.5, 0.7), (1.3, 1.8)), {"barriers": fence((0.1, 0.1), (9, 0.4))}),
     "free end, from beside": Feature(((-0.7, 0.3), (-0.5, 0.7), (0.3, 1.4)), {"barriers": fence((0.1, 0.1), (9, 0.4))}),
-    "bend": Feature(
-        ((-0.6, 0.6), (-0.6, 0.6), (1.3, 1.8)), {"barriers": fence((-7, 4.1), (0.1, 0.1), (7.0, 3.0))}
-    ),
+    "bend": Feature(((-0.6, 0.6), (-0.6, 0.6), (1.3, 1.8)), {"barriers": fence((-7, 4.1), (0.1, 0.1), (7.0, 3.0))}),
     "slight bend": Feature(
         ((-0.6, 0.6), (-0.6, 0.6), (1.3, 1.8)), {"barriers": fence((-7, 0.4), (0.1, 0.1), (7.0, 0.3))}
     ),
@@ -248,7 +248,7 @@ def deepest_of(at, scene, begin, fidelity, *, time_limit, **options):
 @pytest.mark.parametrize("fidelity", ["standard", "reference"])
 @pytest.mark.parametrize("name", FEATURES)
 def test_nothing_sinks_into_it(at, name, fidelity):
-    """3000 logs that come upon a feature with an end's rim or face or with their side, slowly and fast, and slide on."""
+    """3000 logs that come upon a feature with an end's rim or face or their side, slowly and fast, and slide on."""
     feature = FEATURES[name]
     scene = Scene.prepare(np.zeros((121, 121)), 1.0, -60, -60, friction=0.25, **feature.parts)
     begin = thrown(at, scene, feature, NUMBER, 7)

@@ -116,7 +116,7 @@ def run(at, scene, begin, fidelity, **options):
         scene, begin, fidelity=fidelity, gravity=0.0, keep_poses=np.ones(number, bool),
         **({"time_limit": 0.4, "trace_cells": 0.05} | options),
     )  # fmt: skip
-    at.healthy(scene, begin, result)
+    at.healthy(scene, begin, result, gravity=0.0)
     return result
 
 

@@ -32,6 +32,7 @@ ENDS = {
     "rest": ("at rest", "#56b4e9", "circle"),
     "barrier": ("held by a barrier", "#cc79a7", "circle"),
     "lying_log": ("held by a lying log", "#e69f00", "circle"),
+    "block": ("held by a block", "#999999", "circle"),
     "left_dem": ("left the terrain model", "#0072b2", "triangle"),
     "time_limit": ("still moving", "#d55e00", "square"),
     "failed": ("failed", "#000000", "cross2"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from deadwood_algorithms.schemas.brought import LOG, RELEASE, STRUCTURE
 from deadwood_algorithms.schemas.words import FULL_CIRCLE, Layer, a_count, a_number, a_text, an_id
 
-STOP_REASONS = ("rest", "tree", "barrier", "left_dem", "time_limit", "failed", "lying_log")
+STOP_REASONS = ("rest", "tree", "barrier", "left_dem", "time_limit", "failed", "lying_log", "block")
 VERDICTS = ("possible", "above_launch_line", "cuts_terrain", "hits_barrier")
 
 _LINE = an_id("line_id", "The line or polygon")
