@@ -262,10 +262,13 @@ def is_its_own(core, z, n, plate):
 
 
 @inlined
-def plate_contacts(terrain, frame, edge, row, contacts, keys, count, state, pose, cone, step):
-    """Contacts of a pose with a plate, its top edge and its posts; returns the new count."""
+def plate_contacts(terrain, frame, edge, row, contacts, keys, count, state, pose, cone, step, within):
+    """Contacts of a pose with a plate, its top edge and its posts; returns the new count.
+
+    within : [m] gap of edge and posts below which they count
+    """
     clear, base, tip, over = sides_of(cone, pose, edge)
-    if clear > 0.0:
+    if clear > within:
         return count
     left = step[0] - step[4]
     c, d = (pose[3], pose[4], pose[5]), (pose[0], pose[1], pose[2])
@@ -284,7 +287,7 @@ def plate_contacts(terrain, frame, edge, row, contacts, keys, count, state, pose
             if (edge.first_post if part == 1 else edge.last_post) == 0.0:
                 continue
             first, u, long = start if part == 1 else point(start, edge.long, up), down, POST_LENGTH
-        gap, z, n, touches = deepest(cone, c, d, first, u, long, 0.0, 0.0, 0.0)
+        gap, z, n, touches = deepest(cone, c, d, first, u, long, 0.0, 0.0, within)
         # the shorter way out; a plate that the log is deeper in than in its edge is not what it came against
         if not touches or n[2] > PUSHES_DOWN or (plate < 0.0 and plate > gap):
             continue

@@ -15,6 +15,9 @@ LYING_TRAVEL = 0.2  # [-] of both radii: the same beside a lying log, which a lo
 FIRST_TOUCH = 0.1  # [-] of both radii: how far a step is followed beside a stem between two looks for its first touch
 TOUCH_DEPTH = 0.05  # [-] of both radii: how deep, at most, the pose of a first touch may be
 MOST_LOOKS = 40  # poses within a step that are looked at for the first touch of one stem
+# [m] gap at the end of a step below which an obstacle is a contact though the way ahead does not touch it: a base that
+# strikes the ground whips its tip against what it would have passed (6 cm into a boulder at 8 m/s)
+UNFORESEEN = 0.05
 OBSTACLE_ALONG = 0.3  # [-] of both radii: the way of a thin log along itself in a step beside a thicker stem
 THICK = 0.35  # [m] radius of log and stem together above which a step is limited by the speed sideways, not the fastest
 NEAR_MARGIN = (

@@ -13,7 +13,16 @@ from .barriers import is_its_own, plate_contacts, sides_of
 from .compiled import inlined, kernel
 from .contacts import predict
 from .cores import BARRIER, TREE
-from .limits import FIRST_TOUCH, LYING_TRAVEL, MOST_LOOKS, OBSTACLE_ALONG, OBSTACLE_TRAVEL, THICK, TOUCH_DEPTH
+from .limits import (
+    FIRST_TOUCH,
+    LYING_TRAVEL,
+    MOST_LOOKS,
+    OBSTACLE_ALONG,
+    OBSTACLE_TRAVEL,
+    THICK,
+    TOUCH_DEPTH,
+    UNFORESEEN,
+)
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
 from .narrow_phase import cone_of, deepest, touch_core
 from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ
@@ -36,14 +45,15 @@ def _nearest(cone, pose, core):
 
 
 @inlined
-def _contacts_at(terrain, frame, core, row, contacts, keys, count, state, pose, cone, step):
-    """Contacts of one pose with one obstacle."""
+def _contacts_at(terrain, frame, core, row, contacts, keys, count, state, pose, cone, step, within):
+    """Contacts of one pose with one obstacle, of gaps below ``within`` [m]."""
     if core.kind == BARRIER:
-        return plate_contacts(terrain, frame, core, row, contacts, keys, count, state, pose, cone, step)
+        return plate_contacts(terrain, frame, core, row, contacts, keys, count, state, pose, cone, step, within)
     start, u = (core.x, core.y, core.z), (core.ux, core.uy, core.uz)
     gap, z, n, touches = deepest(
-        cone, (pose[3], pose[4], pose[5]), (pose[0], pose[1], pose[2]), start, u, core.long, core.wide, core.slope, 0.0
-    )
+        cone, (pose[3], pose[4], pose[5]), (pose[0], pose[1], pose[2]), start, u, core.long, core.wide, core.slope,
+        within,
+    )  # fmt: skip
     if touches and is_its_own(core, z, n, False):
         count = touch_core(
             terrain, frame, contacts, keys, count, state, pose, cone, (core.kind, row, 0), start, u, core.long,
@@ -87,9 +97,12 @@ def contacts_with(
         predict(state, 0.0, step[2], pose)
         clear, s, _, _ = _nearest(cone, pose, core)
         for look in range(MOST_LOOKS):
-            if count == before:
-                if time >= step[0]:
-                    break
+            within = 0.0
+            if count == before and time >= step[0]:
+                # not touched; but a push elsewhere within the step may whip an end against it: a contact that does not
+                # bounce, and pushes only what would pass
+                within, at = UNFORESEEN, step[0]
+            elif count == before:
                 room = max(FIRST_TOUCH * narrow, clear)
                 lasting = _time_to(swing, state, body, step[2], s, room)
                 pace = room / lasting
@@ -103,11 +116,14 @@ def contacts_with(
             predict(state, at, step[2], pose)
             clear, s, _, _ = _nearest(cone, pose, core)
             found = before
-            if clear < 0.0:
+            if clear < within:
                 found = _contacts_at(
                     terrain, frame, core, row, contacts, keys, before, state, pose, cone,
-                    (step[0], step[1], step[2], step[3], at),
+                    (step[0], step[1] if within == 0.0 else 0.0, step[2], step[3], at), within,
                 )  # fmt: skip
+            if within > 0.0:
+                count = found
+                break
             if found > before:
                 count, time = found, at
             elif count > before:

@@ -103,7 +103,7 @@ def slide_log(
     kept, steps, old_count, tree_hits, barrier_hits, hit_count = 0, 0, 0, 0, 0, 0
     count, travel, whole = find_contacts(scene, frame, state, body, stations, settings, 1e-9, 0.0, 0.0, scratch, True)
     for k in range(count):
-        if scratch.keys[k, 0] != TERRAIN:
+        if scratch.keys[k, 0] != TERRAIN and scratch.contacts[k, GAP] < 0.0:
             summary[STARTED_IN_CONTACT] = 1.0
     gap = lowest_gap(scene, frame, state, body, stations, scratch)
     path = 0.0
