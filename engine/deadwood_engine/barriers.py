@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from .compiled import inlined, kernel
 from .contacts import touch
 from .cores import BARRIER, CORE, lay_out
-from .limits import FLAT_TOLERANCE, POST_LENGTH, PUSHES_DOWN
+from .limits import FLAT_TOLERANCE, POST_LEAN, POST_LENGTH, PUSHES_DOWN
 from .narrow_phase import deepest, gap_at_end, touch_core
 from .terrain import Terrain, surfaces_at
 from .vectors import cross, dot, point
@@ -288,10 +288,13 @@ def plate_contacts(terrain, frame, edge, row, contacts, keys, count, state, pose
                 continue
             first, u, long = start if part == 1 else point(start, edge.long, up), down, POST_LENGTH
         gap, z, n, touches = deepest(cone, c, d, first, u, long, 0.0, 0.0, within)
+        # how far a post's normal leans towards its plate: what comes from there touches the plate, not the post
+        lean = (edge.ux * n[0] + edge.uy * n[1]) * (0.0, -1.0, 1.0)[part]
         # the shorter way out; a plate that the log is deeper in than in its edge is not what it came against
-        if not touches or n[2] > PUSHES_DOWN or (plate < 0.0 and plate > gap):
+        if not touches or n[2] > PUSHES_DOWN or lean > POST_LEAN or (plate < 0.0 and plate > gap):
             continue
-        by_base, by_tip = by_base and gap_base > gap, by_tip and gap_tip > gap
+        if lean <= 0.0:  # a way that clears all of the plate
+            by_base, by_tip = by_base and gap_base > gap, by_tip and gap_tip > gap
         # a post's head is the edge's
         if is_its_own(edge, z, n, True) if part == 0 else z > 0.0:
             count = touch_core(

@@ -58,10 +58,13 @@ LEAST_STATIONS = 8  # rings along a log, however short it is
 
 # The narrow phase of log and obstacle (``narrow_phase``)
 DEEPEST_STEPS = 40  # looks at most for the least gap along a core; it needs one beside a log's side, else about eight
-DEEPEST_WITHIN = 1e-6  # [m] to which that gap is found; the normal is then good to its square root over the radius
+# [m] to which that gap is found; the normal is then good to its square root over the radius: 1e-6 rad. With 1e-6 m it was
+# 1e-3 rad askew to an edge, which passed for the way out of a plate that the log's end was 7 cm in
+DEEPEST_WITHIN = 1e-12
 LINE_ANGLE = 0.1  # [-] squared sine to the log's side (or face) below which a core lies along it: two contacts
 LINE_APART = 0.5  # [-] of the log's base radius: contacts on one line are at least so far apart
 LINE_INSET = 0.01  # [-] of that line, by which they stand in from its ends, where side and face meet
+POST_LEAN = 0.02  # [-] part of a post's normal towards its plate beyond which the plate is touched before the post
 PUSHES_DOWN = 1e-9  # [-] upward part of a normal above which an edge would push a log down: its plate is below it
 JOINED = 1e-3  # [m] ends of pieces so near to one another are one joint
 POST_LENGTH = 1e3  # [m] a barrier's posts go down from its top, into the ground

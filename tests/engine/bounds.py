@@ -17,6 +17,7 @@ from deadwood_engine import (
     FIDELITIES,
     STOP_REASONS,
     Barriers,
+    Blocks,
     Fidelity,
     Lines,
     Logs,
@@ -67,6 +68,9 @@ def scene(*kinds: str) -> Scene:
     if "lying logs" in kinds:
         points = lines((2, 8), (12, 8.5), (11, 10), (22, 9), (0, 3), (23.4, 3))
         parts["lying_logs"] = LyingLogs(*points, np.array([0.4, 0.7, 0.3]), np.array([0.2, 0.7, 0.3]))
+    if "blocks" in kinds:
+        x, y = np.linspace(0.5, 23.5, 16), np.full(16, 6.0)
+        parts["blocks"] = Blocks(corner[0] + x, corner[1] + y, np.full(16, 1.4), np.full(16, 1.0))
     if "lines" in kinds:
         parts["lines"] = Lines(*lines((0, 5), (24, 5), (-90, 2), (90, 3), (500, 0), (500, 9)))
     return Scene.prepare(heights, 0.5, x0, y0, friction=0.35, first=first, reference=0.0, **parts)
@@ -139,8 +143,8 @@ def seen(table: str, rows: int, place: Scene, *rest) -> bool:
 
 
 def cones() -> dict[str, dict]:
-    every = ("trees", "barriers", "lying logs", "lines")
-    kinds = [(), ("edge", "lines"), *((kind, "lines") for kind in every[:3]), (*every, "edge")]
+    every = ("trees", "barriers", "lying logs", "blocks", "lines")
+    kinds = [(), ("edge", "lines"), *((kind, "lines") for kind in every[:4]), (*every, "edge")]
     told = {}
     for kind in kinds:
         for name, fidelity in (("draft", COARSE), ("standard", FINE)):
@@ -155,7 +159,7 @@ def cones() -> dict[str, dict]:
 
 def clouds() -> dict[str, dict]:
     body = Shape.of(np.random.default_rng(1).normal(size=(14, 3)) * [0.3, 0.4, 0.9])
-    place = scene("trees", "barriers", "lying logs", "lines", "edge")
+    place = scene("trees", "barriers", "lying logs", "blocks", "lines", "edge")
     rest = (place, COARSE._replace(sweeps=20), 8, 0.8, body)
     return {
         "ends": {"cloud among everything": ends(*rest)},
