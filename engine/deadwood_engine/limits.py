@@ -58,8 +58,8 @@ LEAST_STATIONS = 8  # rings along a log, however short it is
 
 # The narrow phase of log and obstacle (``narrow_phase``)
 DEEPEST_STEPS = 40  # looks at most for the least gap along a core; it needs one beside a log's side, else about eight
-# [m] to which that gap is found; the normal is then good to its square root over the radius: 1e-6 rad. With 1e-6 m it was
-# 1e-3 rad askew to an edge, which passed for the way out of a plate that the log's end was 7 cm in
+# [m] to which that gap is found; the normal is then good to its square root over the radius, 1e-6 rad. With 1e-6 m it
+# was 1e-3 rad askew to an edge, which passed for the way out of a plate that the log's end was 7 cm in
 DEEPEST_WITHIN = 1e-12
 LINE_ANGLE = 0.1  # [-] squared sine to the log's side (or face) below which a core lies along it: two contacts
 LINE_APART = 0.5  # [-] of the log's base radius: contacts on one line are at least so far apart
