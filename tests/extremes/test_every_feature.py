@@ -123,7 +123,8 @@ def test_the_ruler_measures_what_is_known():
     assert depths(base, tip, r, r, stem)[0] == pytest.approx(0.05, abs=1e-5)
     plate = ([np.array([2.0, -5.0, 0.73]), np.array([2.0, 5.0, 0.73])], [0.0, 0.0], True)
     assert depths(base, tip, r, r, plate)[0] == pytest.approx(0.03, abs=1e-5)
-    assert depths(base + (0, 0, 0.031), tip + (0, 0, 0.031), r, r, plate)[0] < 0.0
+    up = np.array([0.0, 0.0, 0.031])
+    assert depths(base + up, tip + up, r, r, plate)[0] < 0.0
 
 
 @dataclass
