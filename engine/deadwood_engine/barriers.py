@@ -270,7 +270,7 @@ def plate_contacts(terrain, frame, edge, row, contacts, keys, count, state, pose
     clear, base, tip, over = sides_of(cone, pose, edge)
     if clear > within:
         return count
-    left = step[0] - step[4]
+    left = step.dt - step.at
     c, d = (pose[3], pose[4], pose[5]), (pose[0], pose[1], pose[2])
     # what lies over the edge reaches the plate nowhere but through the edge, for it is convex
     by_base, p_base, n_base, gap_base = face_of_end(cone, pose, edge, 0, base)
@@ -291,7 +291,7 @@ def plate_contacts(terrain, frame, edge, row, contacts, keys, count, state, pose
         # how far a post's normal leans towards its plate: what comes from there touches the plate, not the post
         lean = (edge.ux * n[0] + edge.uy * n[1]) * (0.0, -1.0, 1.0)[part]
         # the shorter way out; a plate that the log is deeper in than in its edge is not what it came against
-        if not touches or n[2] > PUSHES_DOWN or lean > POST_LEAN or (plate < 0.0 and plate > gap):
+        if not touches or n[2] > PUSHES_DOWN or lean > POST_LEAN:
             continue
         if lean <= 0.0:  # a way that clears all of the plate
             by_base, by_tip = by_base and gap_base > gap, by_tip and gap_tip > gap

@@ -15,13 +15,13 @@ NOW, AHEAD = 0, 9  # where the rotation matrices of the present and the predicte
 
 
 @kernel
-def cloud_terrain_contacts(cloud, scene, frame, state, body, settings, dt, scratch):
+def cloud_terrain_contacts(cloud, scene, frame, state, body, step, scratch):
     """As ``contacts.terrain_contacts``, for the cloud's points; scratch.turns receives both rotations."""
     terrain, turned, trial = scene.terrain, scratch.turned, scratch.trial
     for k in range(16):
         turned[k] = state[k]
-    turned[VZ] -= 0.5 * settings.gravity * dt
-    move_freely(turned, body, dt)
+    turned[VZ] -= 0.5 * step.gravity * step.dt
+    move_freely(turned, body, step.dt)
     for axis in range(3):
         trial[axis] = turned[DX + axis]
         trial[3 + axis] = turned[X + axis]
@@ -41,7 +41,7 @@ def cloud_terrain_contacts(cloud, scene, frame, state, body, settings, dt, scrat
                 terrain, frame, scratch.contacts, scratch.keys, count, state,
                 to_world(scratch.turns, NOW, cloud.points[k]), gap, (gx, gy),
                 friction_at(terrain, frame[0], frame[1], px, py), k,
-                (dt, settings.restitution, settings.gravity), False,
+                step, False,
             )  # fmt: skip
     return count, whole
 
@@ -71,8 +71,7 @@ def touch_cloud(terrain, frame, scratch, count, state, key, p, n, gap, step):
         turns[AHEAD + 2] * r[0] + turns[AHEAD + 5] * r[1] + turns[AHEAD + 8] * r[2],
     )
     r = to_world(turns, NOW, b)
-    mu = friction_at(terrain, frame[0], frame[1], p[0], p[1])
+    mu = step.friction if step.friction >= 0.0 else friction_at(terrain, frame[0], frame[1], p[0], p[1])
     return add_contact(
-        scratch.contacts, scratch.keys, count, state, key, r[0], r[1], r[2], n[0], n[1], n[2], mu, gap,
-        step, step[4], False,
-    )  # fmt: skip
+        scratch.contacts, scratch.keys, count, state, key, r[0], r[1], r[2], n[0], n[1], n[2], mu, gap, step, False
+    )

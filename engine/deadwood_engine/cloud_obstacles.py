@@ -17,7 +17,8 @@ import math
 from .cloud import to_world
 from .cloud_contacts import AHEAD, touch_cloud
 from .compiled import kernel
-from .cores import BARRIER, TREE
+from .contacts import Ahead
+from .cores import BARRIER, TREE, skin_of
 from .limits import FACE_ALIGNED, FLAT_TOLERANCE, OBSTACLE_TRAVEL, POST_LENGTH
 from .log_body import REACH
 from .surroundings import CORES
@@ -144,10 +145,11 @@ def _nearest(cloud, scratch, start, u, long):
 
 
 @kernel
-def core_contacts(cloud, scene, frame, scratch, count, state, key, start, u, long, wide, slope, free, step):
+def core_contacts(cloud, scene, frame, scratch, count, state, key, start, u, long, wide, slope, free, step, most):
     """Contacts of the hull with a round obstacle: core from start along u, radius wide + slope z; free : its ends.
 
-    Returns (count, how far [m] the hull's fastest point may move in the next step).
+    most : [-] of both thicknesses that the hull's fastest point may move in a step
+    Returns (count, how far [m] it may move in the next).
     """
     terrain = scene.terrain
     end = point(start, long, u)
@@ -163,7 +165,7 @@ def core_contacts(cloud, scene, frame, scratch, count, state, key, start, u, lon
         elif high > 0.0:
             leave = min(leave, long * low / (low - high))
     both = cloud.thickness + thick
-    travel = max(min(step[3], OBSTACLE_TRAVEL) * min(both, 2.0 * math.sqrt(cloud.thickness * both)), clear)
+    travel = max(most * min(both, 2.0 * math.sqrt(cloud.thickness * both)), clear)
     if clear > 0.0:
         return count, travel
     if enter <= leave:
@@ -236,7 +238,7 @@ def core_contacts(cloud, scene, frame, scratch, count, state, key, start, u, lon
 
 
 @kernel
-def _plate_contacts(cloud, scene, frame, scratch, count, state, body, item, plate, step):
+def _plate_contacts(cloud, scene, frame, scratch, count, state, body, item, plate, step, most):
     """Contacts of the hull's corners with a plate; returns (count, travel)."""
     trial = scratch.trial
     level = math.sqrt(plate.ux * plate.ux + plate.uy * plate.uy)
@@ -249,7 +251,7 @@ def _plate_contacts(cloud, scene, frame, scratch, count, state, body, item, plat
     beside = max(-u_c, u_c - width)
     above = trial[5] - max(top0, top0 + rise * width)
     clear = max(abs(off_c), beside, above) - body[REACH]
-    travel = max(min(step[3], OBSTACLE_TRAVEL) * cloud.thickness, clear)
+    travel = max(most * cloud.thickness, clear)
     if clear > 0.0:
         return count, travel
     for k in range(cloud.corners.shape[0]):
@@ -269,30 +271,33 @@ def _plate_contacts(cloud, scene, frame, scratch, count, state, body, item, plat
 
 
 @kernel
-def cloud_obstacle_contacts(cloud, scene, frame, scratch, count, state, body, step):
-    """Contacts with everything near; step = (dt, restitution, gravity). Returns (count, travel)."""
+def cloud_obstacle_contacts(cloud, scene, frame, scratch, count, state, body, settings, dt):
+    """Contacts with everything near. Returns (count, travel)."""
     lay_out(cloud, scratch)
     travel, near = math.inf, scratch.near
+    most = min(settings.obstacle_travel, OBSTACLE_TRAVEL)
     for m in range(int(near[CORES])):
         core, row = scratch.near_cores[m], scratch.listed[m]
         start, u = (core.x, core.y, core.z), (core.ux, core.uy, core.uz)
         before = (core.before_x, core.before_y, core.before_z)
         plate = core.kind == BARRIER
+        friction, restitution = skin_of(settings, core.kind)
+        step = Ahead(dt, settings.gravity, dt, restitution, friction, 0.0)
         free = (not plate and core.kind != TREE and dot(before, before) == 0.0, not plate and core.after == 0.0)
         count, allowed = core_contacts(
             cloud, scene, frame, scratch, count, state, (core.kind, row, 0), start, u, core.long, core.wide,
-            core.slope, free, step,
+            core.slope, free, step, most,
         )  # fmt: skip
         travel = min(travel, allowed)
         if plate:
-            count, allowed = _plate_contacts(cloud, scene, frame, scratch, count, state, body, row, core, step)
+            count, allowed = _plate_contacts(cloud, scene, frame, scratch, count, state, body, row, core, step, most)
             travel = min(travel, allowed)
             for post in range(2):
                 if (core.first_post if post == 0 else core.last_post) > 0.0:
                     count, allowed = core_contacts(
                         cloud, scene, frame, scratch, count, state, (core.kind, row, 2 + 2 * post),
                         point(start, core.long * post, u), (0.0, 0.0, -1.0), POST_LENGTH, 0.0, 0.0, (False, False),
-                        step,
+                        step, most,
                     )  # fmt: skip
                     travel = min(travel, allowed)
     return count, travel

@@ -52,6 +52,7 @@ from .contacts import (
     PN,
     PT,
     PU,
+    ROLL,
     SHIFT,
     TARGET,
     TX,
@@ -62,7 +63,8 @@ from .contacts import (
     UZ,
 )  # fmt: skip
 from .limits import BLOCK_SWEEPS, DISC_ACCURACY, DISC_ITERATIONS, EXACT_BLOCK_COUPLING, SLIP_ARCS
-from .rotation import VX, VY, VZ, WX, WY, WZ
+from .rolling import INERTIA, MOMENT, SKIN
+from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ
 from .turning import remember_plane
 
 
@@ -154,19 +156,21 @@ def block_impulse(c, cn, ct, cu):
 
 
 @inlined
-def solve(contacts, count, state, tolerance, sweeps, used=0):
+def solve(contacts, count, state, rolling, tolerance, sweeps, used=0):
     """Renew the impulses of all contacts until none changes a contact velocity by more than the tolerance.
 
-    The state's velocities must already hold the effect of the impulses in the table (warm start); they are updated
-    in place. ``used``: sweeps made before. Returns (sweeps used, largest change of a contact velocity in the last
+    The state's velocities must already hold the effect of the impulses in the tables (warm start); they are updated
+    in place. rolling : the moment against rolling (``rolling``); ``used``: sweeps made before. Returns (sweeps used, largest change of a contact velocity in the last
     sweep [m/s]).
     """
     vx, vy, vz = state[VX], state[VY], state[VZ]
     wx, wy, wz = state[WX], state[WY], state[WZ]
+    dx, dy, dz = state[DX], state[DY], state[DZ]
+    moment, inertia, skin = rolling[MOMENT], rolling[INERTIA], rolling[SKIN]
     change = 0.0
     while used < sweeps:
         used += 1
-        change = 0.0
+        change, most = 0.0, 0.0
         for k in range(count):
             c = contacts[k]
             pn, pt, pu = c[PN], c[PT], c[PU]
@@ -195,6 +199,7 @@ def solve(contacts, count, state, tolerance, sweeps, used=0):
                     c[SHIFT],
                 )  # fmt: skip
             c[PN], c[PT], c[PU] = qn, qt, qu
+            most += c[ROLL] * qn
             qn, qt, qu = qn - pn, qt - pt, qu - pu
             change = max(change, gnn * abs(qn), c[GTT] * abs(qt), c[GUU] * abs(qu))
             vx += c[NX] * qn + c[TX] * qt + c[UX] * qu
@@ -203,8 +208,15 @@ def solve(contacts, count, state, tolerance, sweeps, used=0):
             wx += c[BNX] * qn + c[BTX] * qt + c[BUX] * qu
             wy += c[BNY] * qn + c[BTY] * qt + c[BUY] * qu
             wz += c[BNZ] * qn + c[BTZ] * qt + c[BUZ] * qu
+        if most > 0.0 or moment != 0.0:
+            renewed = min(most, max(-most, moment - inertia * (wx * dx + wy * dy + wz * dz)))
+            turn = (renewed - moment) / inertia
+            moment = renewed
+            change = max(change, skin * abs(turn))
+            wx, wy, wz = wx + turn * dx, wy + turn * dy, wz + turn * dz
         if change <= tolerance:
             break
+    rolling[MOMENT] = moment
     state[VX], state[VY], state[VZ] = vx, vy, vz
     state[WX], state[WY], state[WZ] = wx, wy, wz
     return used, change

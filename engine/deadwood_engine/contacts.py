@@ -13,11 +13,13 @@ Layout of the contact table (one row a contact, world axes, per unit of mass):
     PLANE_N, PLANE_R normal and point of the plane ahead, three each; FROM_N, FROM_R of that which the log moves along;
     TURN [m/s] its approach to the plane ahead that comes of the difference (``turning``); 0 where there is none
     OLD_ROW row of the same contact among those kept of the step before (``find_old``), -1 where it is new
+    ROLL most moment about the log's axis that resists rolling, per normal impulse [m] (``rolling``)
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from .compiled import inlined, kernel
 from .limits import HOVER, HOVER_MOST
@@ -30,7 +32,7 @@ RX, RY, RZ, NX, NY, NZ, TX, TY, TZ, UX, UY, UZ = range(12)
 ANX, ANY, ANZ, ATX, ATY, ATZ, AUX, AUY, AUZ = range(12, 21)
 BNX, BNY, BNZ, BTX, BTY, BTZ, BUX, BUY, BUZ = range(21, 30)
 PN, PT, PU, GNN, GTT, GUU, GNT, GNU, GTU, TARGET, GAP, MU, BEFORE_N, BEFORE_T, BEFORE_U, SHIFT = range(30, 46)
-PLANE_N, PLANE_R, FROM_N, FROM_R, TURN, OLD_ROW, CONTACT_WIDTH = 46, 49, 52, 55, 58, 59, 60
+PLANE_N, PLANE_R, FROM_N, FROM_R, TURN, OLD_ROW, ROLL, CONTACT_WIDTH = 46, 49, 52, 55, 58, 59, 60, 61
 # What is kept of a loaded contact for the next step: its impulse in the world, the plane that the log
 # then moves along, and the velocity along its normal
 OLD_IMPULSE, OLD_N, OLD_R, OLD_SPEED, OLD_WIDTH = 0, 3, 6, 9, 10
@@ -39,6 +41,17 @@ OLD_IMPULSE, OLD_N, OLD_R, OLD_SPEED, OLD_WIDTH = 0, 3, 6, 9, 10
 # (terrain) or the row among all cores, the third a part
 TERRAIN = 0
 KEY_WIDTH = 3
+
+
+class Ahead(NamedTuple):
+    """The step whose contacts are sought, and the pose in it for which they are found."""
+
+    dt: float  # [s]
+    gravity: float  # [m/s2]
+    at: float  # [s] within the step, of that pose
+    restitution: float  # [-] of what is touched
+    friction: float  # [-] of what is touched; below 0: the ground's there
+    rolling: float  # [-] coefficient of rolling friction of what is touched
 
 
 @kernel
@@ -118,25 +131,25 @@ def set_frames(contacts, count, state, body):
 
 
 @kernel
-def add_contact(contacts, keys, count, state, key, rx, ry, rz, nx, ny, nz, mu, gap, step, ahead, smooth):
+def add_contact(contacts, keys, count, state, key, rx, ry, rz, nx, ny, nz, mu, gap, step, smooth):
     """Append one contact: point, normal, and the least normal velocity after the step; its frame is left to
     ``set_frames``.
 
-    gap is the gap predicted for the time ``ahead`` [s] within the step; the gap now follows from the free velocity
-    along the normal. step = (dt, restitution, gravity, ...).
+    gap is the gap predicted for the pose of ``step`` (an ``Ahead``); the gap now follows from the free velocity along
+    the normal.
     key is (kind, slot or item, part). Returns the new count; a full table keeps what it has (``scratch`` sizes it).
     smooth: as ``set_normal``.
     """
     if count >= contacts.shape[0]:
         return count
-    dt, restitution, gravity = step[0], step[1], step[2]
+    dt, restitution, gravity = step.dt, step.restitution, step.gravity
     keys[count, 0], keys[count, 1], keys[count, 2] = key
     c = contacts[count]
     c[RX], c[RY], c[RZ] = c[PLANE_R], c[PLANE_R + 1], c[PLANE_R + 2] = rx, ry, rz
     c[NX], c[NY], c[NZ] = c[PLANE_N], c[PLANE_N + 1], c[PLANE_N + 2] = nx, ny, nz
     set_normal(c, state, smooth)
     before = c[BEFORE_N]
-    now = gap - ahead * (before - 0.5 * nz * gravity * ahead)
+    now = gap - step.at * (before - 0.5 * nz * gravity * step.at)
     c[GAP] = now
     # A gap that gravity closes within the step counts as closed, or contacts of a resting log would flicker
     now -= min(HOVER * gravity * dt * dt, HOVER_MOST)
@@ -144,6 +157,10 @@ def add_contact(contacts, keys, count, state, key, rx, ry, rz, nx, ny, nz, mu, g
     if restitution > 0.0 and before < -2.0 * gravity * dt:
         c[TARGET] = -restitution * before  # Newton's impact law, eq. 8; what gravity adds in two steps is no impact
     c[MU], c[TURN] = mu, 0.0
+    c[ROLL] = 0.0
+    if step.rolling > 0.0 and smooth:
+        s = rx * state[DX] + ry * state[DY] + rz * state[DZ]
+        c[ROLL] = step.rolling * math.sqrt(max(0.0, rx * rx + ry * ry + rz * rz - s * s))
     c[PN], c[PT], c[PU], c[SHIFT] = 0.0, 0.0, 0.0, 0.0
     return count + 1
 
@@ -155,7 +172,7 @@ def ground_contact(terrain, frame, contacts, keys, count, state, r, gap, slope, 
     before = count
     count = add_contact(
         contacts, keys, count, state, (TERRAIN, slot, 0), r[0], r[1], r[2],
-        -slope[0] * nz, -slope[1] * nz, nz, mu, gap * nz, step, step[0], smooth,
+        -slope[0] * nz, -slope[1] * nz, nz, mu, gap * nz, step, smooth,
     )  # fmt: skip
     if count > before:
         # The penetration reported is measured on the surface below the point itself, not on the predicted facet's plane
@@ -168,7 +185,7 @@ def ground_contact(terrain, frame, contacts, keys, count, state, r, gap, slope, 
 def touch(terrain, frame, contacts, keys, count, state, trial, key, p, n, gap, step):
     """Add the contact of an obstacle at the predicted point p with normal n.
 
-    step = (dt, restitution, gravity, obstacle travel, time [s] within the step for which ``trial`` is the pose).
+    step : an ``Ahead``, of which ``trial`` is the pose
 
     The lever is taken back to the present axis: the axis turns within the step, and the present spin about it (tens
     of rad/s) times that turn would pass for a speed along the normal.
@@ -176,8 +193,8 @@ def touch(terrain, frame, contacts, keys, count, state, trial, key, p, n, gap, s
     rx, ry, rz = p[0] - trial[3], p[1] - trial[4], p[2] - trial[5]
     s = rx * trial[0] + ry * trial[1] + rz * trial[2]
     rx, ry, rz = rx + s * (state[DX] - trial[0]), ry + s * (state[DY] - trial[1]), rz + s * (state[DZ] - trial[2])
-    mu = friction_at(terrain, frame[0], frame[1], p[0], p[1])
-    return add_contact(contacts, keys, count, state, key, rx, ry, rz, n[0], n[1], n[2], mu, gap, step, step[4], True)
+    mu = step.friction if step.friction >= 0.0 else friction_at(terrain, frame[0], frame[1], p[0], p[1])
+    return add_contact(contacts, keys, count, state, key, rx, ry, rz, n[0], n[1], n[2], mu, gap, step, True)
 
 
 @kernel

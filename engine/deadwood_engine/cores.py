@@ -114,3 +114,13 @@ def near(cores, frame, cell, listed, table, bx, by, tx, ty, reach):
         table[count].x, table[count].y = x, y
         count += 1
     return count
+
+
+@kernel
+def skin_of(settings, kind):
+    """(friction, below 0 the ground's; restitution) of an obstacle: wood is wood, boulders are ground."""
+    if kind == BARRIER:
+        return settings.barrier_friction, settings.barrier_restitution
+    if kind == BLOCK:
+        return -1.0, settings.restitution
+    return settings.tree_friction, settings.tree_restitution

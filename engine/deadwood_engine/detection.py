@@ -8,7 +8,7 @@ from . import cores
 from .cloud_contacts import cloud_clearance, cloud_terrain_contacts
 from .cloud_obstacles import cloud_obstacle_contacts
 from .compiled import inlined, kernel
-from .contacts import predict
+from .contacts import Ahead, predict
 from .cores import BARRIER
 from .limits import NEAR_MARGIN
 from .log_body import BASE_RADIUS, CENTRE, LENGTH
@@ -22,7 +22,7 @@ def _ground(cloud, scene, frame, state, body, stations, settings, step, path, ad
     """Terrain contacts of a log, or of a cloud. Numba drops the branch that the type of ``cloud`` rules out, so nobody
     waits for kernels of shapes that do not slide to be compiled."""
     if cloud is None:
-        predict(state, step[0], settings.gravity, scratch.trial)
+        predict(state, step.dt, step.gravity, scratch.trial)
         count, whole = 0, True
         if path + advance >= scratch.near[RINGS_WAKE]:
             count, scratch.near[RINGS_WAKE], whole = terrain_contacts(
@@ -30,18 +30,18 @@ def _ground(cloud, scene, frame, state, body, stations, settings, step, path, ad
                 scratch.trial, path, scratch.rings,
             )  # fmt: skip
         return count, whole
-    return cloud_terrain_contacts(cloud, scene, frame, state, body, settings, step[0], scratch)
+    return cloud_terrain_contacts(cloud, scene, frame, state, body, step, scratch)
 
 
 @inlined
-def _near_obstacles(cloud, scene, frame, scratch, count, state, body, step, advance):
+def _near_obstacles(cloud, scene, frame, scratch, count, state, body, settings, dt, advance):
     """Contacts with all that is listed as near: (count, travel, free), as ``obstacles.contacts_with``."""
     if cloud is None:
         return contacts_with(
             scene.terrain, frame, scratch.near_cores, scratch.listed, int(scratch.near[CORES]), scratch.contacts,
-            scratch.keys, count, state, body, scratch.trial, step, advance, scratch.pose,
+            scratch.keys, count, state, body, scratch.trial, settings, dt, advance, scratch.pose,
         )  # fmt: skip
-    count, travel = cloud_obstacle_contacts(cloud, scene, frame, scratch, count, state, body, step)
+    count, travel = cloud_obstacle_contacts(cloud, scene, frame, scratch, count, state, body, settings, dt)
     return count, travel, -math.inf  # a cloud looks at what is near in every step
 
 
@@ -68,7 +68,7 @@ def find_contacts(scene, frame, state, body, stations, settings, dt, path, advan
     Returns (count, travel allowed in the next step by the obstacles [m], whether there is terrain below the whole log).
     """
     terrain, trial, near = scene.terrain, scratch.trial, scratch.near
-    step = (dt, settings.restitution, settings.gravity, settings.obstacle_travel, dt)
+    step = Ahead(dt, settings.gravity, dt, settings.restitution, -1.0, settings.rolling_friction)
     count, whole = _ground(scene.cloud, scene, frame, state, body, stations, settings, step, path, advance, scratch)
     travel, ahead = math.inf, path + advance
     if obstacles and scene.cores.solid.shape[0] > 0:
@@ -93,7 +93,9 @@ def find_contacts(scene, frame, state, body, stations, settings, dt, path, advan
         near[BESIDE] = near[CORES]
         # what is not listed is farther away than the margin that is left
         free = travel = NEAR_MARGIN - moved
-        count, allowed, clear = _near_obstacles(scene.cloud, scene, frame, scratch, count, state, body, step, advance)
+        count, allowed, clear = _near_obstacles(
+            scene.cloud, scene, frame, scratch, count, state, body, settings, dt, advance
+        )
         travel, free = min(travel, allowed), min(free, clear)
         # the distances are those of the pose ahead, and the pose now is within ``advance`` of it
         near[OBSTACLES_WAKE] = path - advance + free

@@ -29,6 +29,7 @@ from .contacts import (
     UY,
     UZ,
 )  # fmt: skip
+from .rolling import MOMENT, SPIN_BEFORE, rolling_work
 from .rotation import VX
 
 
@@ -44,13 +45,13 @@ def contact_work(c, motion, at, fall):
 
 
 @kernel
-def impulse_work(contacts_table, count, motion, at, fall):
-    """Work of the contact impulses per mass [J/kg].
+def impulse_work(contacts_table, count, motion, at, fall, rolling, spin):
+    """Work of the contact impulses, and of the moment against rolling, per mass [J/kg].
 
-    motion[at:at + 6] are the velocities after [m/s, rad/s]; fall [m/s] is what gravity has already added to them for
-    the time after the node.
+    motion[at:at + 6] are the velocities after [m/s, rad/s], spin [1/s] that about the axis; fall [m/s] is what gravity
+    has already added to them for the time after the node.
     """
-    work = 0.0
+    work = rolling_work(rolling, spin)
     for k in range(count):
         if contacts_table[k, PN] > 0.0:
             work += contact_work(contacts_table[k], motion, at, fall)
@@ -58,18 +59,19 @@ def impulse_work(contacts_table, count, motion, at, fall):
 
 
 @kernel
-def take_no_energy(contacts_table, count, state, free, gained, fall):
+def take_no_energy(contacts_table, count, state, free, gained, fall, rolling):
     """Scale the impulses of an unfinished solve so that they do no positive work; returns the work left.
 
     A jam between opposed normals (unbounded inner force) can hit the cap with impulses that do not fit each other and
     push. Scaled by f, they do the work f a + f^2 b, with a + b = gained and a that of their infinitesimal part.
     """
-    a = impulse_work(contacts_table, count, free, 0, fall)
+    a = impulse_work(contacts_table, count, free, 0, fall, rolling, rolling[SPIN_BEFORE])
     b = gained - a
     share = max(0.0, -a / b) if b > 0.0 else 0.0
     for k in range(count):
         for column in (PN, PT, PU):
             contacts_table[k, column] *= share
+    rolling[MOMENT] *= share
     for k in range(6):
         state[VX + k] = free[k] + share * (state[VX + k] - free[k])
     return share * (a + share * b)

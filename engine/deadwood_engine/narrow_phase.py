@@ -221,7 +221,7 @@ def touch_core(
             f, _, g = look_at(cone, d, u, slope, wide, s0, p0, pu, at)
             p = point(point(start, at, u), -f - wide - slope * at, g)
             g = blend(-1.0, g, 0.0, g)
-            if gap_at_end(state, pose, p, g, f, step[0] - step[4]) < 0.0 and not (plate and g[2] < -PUSHES_DOWN):
+            if gap_at_end(state, pose, p, g, f, step.dt - step.at) < 0.0 and not (plate and g[2] < -PUSHES_DOWN):
                 count = touch(
                     terrain, frame, contacts, keys, count, state, pose, (key[0], key[1], key[2] + 1 + end), p, g, f,
                     step,

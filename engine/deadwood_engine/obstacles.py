@@ -11,8 +11,8 @@ import math
 
 from .barriers import is_its_own, plate_contacts, sides_of
 from .compiled import inlined, kernel
-from .contacts import predict
-from .cores import BARRIER, TREE
+from .contacts import Ahead, predict
+from .cores import BARRIER, TREE, skin_of
 from .limits import (
     FIRST_TOUCH,
     LYING_TRAVEL,
@@ -64,9 +64,9 @@ def _contacts_at(terrain, frame, core, row, contacts, keys, count, state, pose, 
 
 @inlined
 def contacts_with(
-    terrain, frame, table, listed, number, contacts, keys, count, state, body, trial, step, advance, pose
+    terrain, frame, table, listed, number, contacts, keys, count, state, body, trial, settings, dt, advance, pose
 ):
-    """Contacts with the near obstacles; step = (dt, restitution, gravity, obstacle travel, dt).
+    """Contacts with the near obstacles.
 
     Returns (count, travel, free): how far [m] the log's fastest point may move in the next step without passing what is
     thin, and without touching anything (less than 0 where it may touch). For thicker stems the table receives
@@ -83,43 +83,44 @@ def contacts_with(
         narrow = min(both, 2.0 * math.sqrt(mine * both))
         core.room = math.inf
         if core.kind == TREE and both > THICK:
-            core.along, core.room = s, max(step[3] * narrow, clear)
+            core.along, core.room = s, max(settings.obstacle_travel * narrow, clear)
         elif core.kind == TREE or core.kind == BARRIER:
-            travel = min(travel, max(min(step[3], OBSTACLE_TRAVEL) * narrow, clear))
+            travel = min(travel, max(min(settings.obstacle_travel, OBSTACLE_TRAVEL) * narrow, clear))
         else:
             narrow = min(narrow, 2.0 * math.sqrt(theirs * both))
-            travel = min(travel, max(min(step[3], LYING_TRAVEL) * narrow, clear))
+            travel = min(travel, max(min(settings.obstacle_travel, LYING_TRAVEL) * narrow, clear))
         free = min(free, clear)
         if clear > advance:
             continue
+        friction, restitution = skin_of(settings, core.kind)
         # follow the way ahead until they touch, then halve the time since the look before
         before, earlier, time, pace = count, 0.0, 0.0, 0.0
-        predict(state, 0.0, step[2], pose)
+        predict(state, 0.0, settings.gravity, pose)
         clear, s, _, _ = _nearest(cone, pose, core)
         for look in range(MOST_LOOKS):
             within = 0.0
-            if count == before and time >= step[0]:
+            if count == before and time >= dt:
                 # not touched; but a push elsewhere within the step may whip an end against it: a contact that does not
                 # bounce, and pushes only what would pass
-                within, at = UNFORESEEN, step[0]
+                within, at = UNFORESEEN, dt
             elif count == before:
                 room = max(FIRST_TOUCH * narrow, clear)
-                lasting = _time_to(swing, state, body, step[2], s, room)
+                lasting = _time_to(swing, state, body, settings.gravity, s, room)
                 pace = room / lasting
-                earlier, time = time, time + lasting if look + 1 < MOST_LOOKS else step[0]
-                time = min(time, step[0])
+                earlier, time = time, time + lasting if look + 1 < MOST_LOOKS else dt
+                time = min(time, dt)
                 at = time
             else:
                 if (time - earlier) * pace <= TOUCH_DEPTH * narrow:
                     break
                 at = 0.5 * (earlier + time)
-            predict(state, at, step[2], pose)
+            predict(state, at, settings.gravity, pose)
             clear, s, _, _ = _nearest(cone, pose, core)
             found = before
             if clear < within:
                 found = _contacts_at(
                     terrain, frame, core, row, contacts, keys, before, state, pose, cone,
-                    (step[0], step[1] if within == 0.0 else 0.0, step[2], step[3], at), within,
+                    Ahead(dt, settings.gravity, at, restitution if within == 0.0 else 0.0, friction, 0.0), within,
                 )  # fmt: skip
             if within > 0.0:
                 count = found

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from .compiled import kernel
 from .contact_solver import find_old, solve, warm_start
-from .contacts import PN, TARGET, TERRAIN, set_frames
+from .contacts import GAP, PN, TARGET, TERRAIN, set_frames
 from .cores import BARRIER, BLOCK, LYING
 from .detection import find_contacts, owner_of
 from .limits import REST_ACCELERATION, REST_LOOK, REST_STEP, REST_SWEEPS
+from .rolling import start_rolling
 from .rotation import VX, VZ, WZ
 from .travel import fastest_point
 
@@ -41,15 +42,20 @@ def stays(scene, frame, state, body, stations, settings, path, scratch, old_coun
     advance = settings.gravity * dt * dt
     count, _, _ = find_contacts(scene, frame, trial, body, stations, settings, dt, path, advance, scratch, obstacles)
     for k in range(count):
-        scratch.contacts[k, TARGET] = 0.0  # what would touch within this step counts as touching
+        # what would touch within this step counts as touching; an obstacle farther away holds nothing up
+        if scratch.keys[k, 0] == TERRAIN or scratch.contacts[k, GAP] <= advance:
+            scratch.contacts[k, TARGET] = 0.0
     set_frames(scratch.contacts, count, trial, body)
     trial[VZ] -= 0.5 * settings.gravity * dt
     find_old(scratch.contacts, scratch.keys, count, scratch.old_keys, old_count)
     warm_start(scratch.contacts, count, trial, scratch.old_contacts, ratio * dt)
+    start_rolling(scratch.rolling, scratch.contacts, count, trial, ratio * dt)
     allowed = REST_ACCELERATION * settings.gravity * dt
     used, decided, moving = 0, False, 0.0
     while used < REST_SWEEPS and not decided:
-        used, change = solve(scratch.contacts, count, trial, 0.01 * allowed, used + REST_LOOK, used)
+        used, change = solve(
+            scratch.contacts, count, trial, scratch.rolling, 0.01 * allowed, used + REST_LOOK, used
+        )
         moving = fastest_point(trial, body)
         # what is still so much faster than it changes does not come to rest in the sweeps that are left
         decided = change <= 0.01 * allowed or moving > max(allowed, REST_SWEEPS * change)

@@ -117,7 +117,7 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
     """Find the terrain contacts of this step.
 
     stations is the number of rings; those between the ends have 1 or 3 candidate ``points``. frame holds the log's node
-    (column i0, row j0); step is that of the obstacles.
+    (column i0, row j0); step is an ``Ahead``, of the pose ``trial``.
     trial[0:6] holds the predicted axis (direction, centre). path [m]: how far the log can have moved so far.
     rings : room for what a look at them finds
     Returns (count, path [m] before which none needs to be looked at again, whether there is terrain below every ring).

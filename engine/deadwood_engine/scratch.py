@@ -11,6 +11,7 @@ from .cloud import Cloud
 from .cores import CORE, CORE_CONTACTS
 from .outline import OUTLINE_POINTS
 from .rings import RING_WIDTH
+from .rolling import ROLLING_WIDTH
 from .rocking import ROCKING_WIDTH, WINDOWS
 from .surroundings import NEAR_WIDTH
 from .trace import MEMORY_WIDTH
@@ -24,13 +25,18 @@ class Settings(NamedTuple):
     tolerance: float  # [-] of g dt
     sweeps: int
     trace_step: float  # [m] of the ends between outlines
-    restitution: float
+    restitution: float  # of the ground
     time_limit: float
     rest_speed: float
     gravity: float
     obstacle_travel: float  # [-] of the two thicknesses, of the fastest point in a step near an obstacle
     ring_points: int  # candidates of a ring between the ends
     backward: bool  # sweep the contacts from last to first
+    rolling_friction: float  # [-] of the ground
+    tree_friction: float  # [-] of stems and lying logs; below 0 the ground's
+    tree_restitution: float
+    barrier_friction: float
+    barrier_restitution: float
 
 
 class Scratch(NamedTuple):
@@ -53,6 +59,7 @@ class Scratch(NamedTuple):
     rocking: np.ndarray  # where a slow log has been of late (``rocking``)
     trial_state: np.ndarray
     free: np.ndarray  # velocities before the solve
+    rolling: np.ndarray  # the moment against rolling
     points: np.ndarray
     hull: np.ndarray
     left: np.ndarray
@@ -88,6 +95,7 @@ class Scratch(NamedTuple):
             np.zeros((WINDOWS, ROCKING_WIDTH)),
             np.zeros(16),
             np.zeros(6),
+            np.zeros(ROLLING_WIDTH),
             np.zeros((2 * outline, 2)),
             np.zeros((2 * outline + 3, 4)),
             np.zeros(max(raster_rows, 1), np.int64),

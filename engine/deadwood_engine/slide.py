@@ -43,6 +43,11 @@ def slide(
     fidelity: Fidelity,
     *,
     restitution: float = 0.0,
+    rolling_friction: float = 0.1,
+    tree_friction: float | None = None,
+    tree_restitution: float | None = None,
+    barrier_friction: float | None = None,
+    barrier_restitution: float | None = None,
     time_limit: float = 300.0,
     rest_speed: float = 0.1,
     threads: int = 1,
@@ -57,7 +62,10 @@ def slide(
     Parameters
     ----------
     scene, logs, fidelity : what slides where, and how exactly
-    restitution : [-] Newton's coefficient for all contacts
+    restitution : [-] Newton's coefficient of the ground
+    rolling_friction : [-] moment against rolling, of the ground's push times the log's radius there (``rolling``)
+    tree_friction, tree_restitution : [-] of stems and lying logs; None: the ground's where they stand
+    barrier_friction, barrier_restitution : [-] of barriers, likewise
     time_limit : [s]; rest_speed : [m/s] below which a log is looked at for rest
     threads : workers; keep_poses : bool (n,), whose poses to keep; rasters : added to
     shape : what slides in the logs' place; logs that are a Start must have been placed with it
@@ -78,7 +86,11 @@ def slide(
     settings = Settings(
         float(fidelity.time_step), float(fidelity.travel_cells * cell), float(fidelity.tolerance), int(fidelity.sweeps),
         float(trace_step(fidelity, cell)), float(restitution), float(time_limit), float(rest_speed), float(gravity),
-        float(fidelity.obstacle_travel), int(fidelity.ring_points), bool(fidelity.backward),
+        float(fidelity.obstacle_travel), int(fidelity.ring_points), bool(fidelity.backward), float(rolling_friction),
+        -1.0 if tree_friction is None else float(tree_friction),
+        float(restitution if tree_restitution is None else tree_restitution),
+        -1.0 if barrier_friction is None else float(barrier_friction),
+        float(restitution if barrier_restitution is None else barrier_restitution),
     )  # fmt: skip
     stations = stations_for(start.body[:, LENGTH], station_spacing(fidelity, cell))
     keep = np.zeros(number, np.bool_) if keep_poses is None else np.asarray(keep_poses, np.bool_)

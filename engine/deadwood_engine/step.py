@@ -33,9 +33,11 @@ from .limits import (
     SHORTEST_STEP,
     WILD_SPEED,
 )
+from .log_body import AXIAL, BASE_RADIUS
 from .obstacles import time_beside
 from .rest import FAILED, INTERRUPTED, LEFT_DEM, TIME_LIMIT, holder, rest_reason
 from .rocking import forget_windows, rocks_in_place, watch
+from .rolling import INERTIA, MOMENT, MOMENT_BEFORE, SKIN, SPIN_BEFORE, spin_of, start_rolling
 from .rotation import VX, VY, VZ, X, Y, Z, set_axis
 from .surroundings import BESIDE
 from .terrain import surface
@@ -91,7 +93,10 @@ def slide_log(
     set_axis(state)
     gravity = settings.gravity
     work = (scratch.points, scratch.hull, scratch.left, scratch.right)
-    memory = scratch.memory
+    memory, rolling = scratch.memory, scratch.rolling
+    bounces = settings.restitution + settings.tree_restitution + settings.barrier_restitution > 0.0
+    rolling[:] = 0.0
+    rolling[INERTIA], rolling[SKIN] = body[AXIAL], body[BASE_RADIUS]
     scratch.near[:] = 0.0
     summary[:] = 0.0
     summary[ITEM] = -1
@@ -154,11 +159,13 @@ def slide_log(
                 break
             for k in range(6):
                 scratch.free[k] = state[VX + k]
-            if settings.restitution == 0.0:
-                ratio = kick / last_kick if last_kick > 0.0 else 0.0
+            rolling[SPIN_BEFORE] = spin_of(state)
+            ratio = kick / last_kick if last_kick > 0.0 and not bounces else 0.0
+            if ratio > 0.0:
                 warm_start(scratch.contacts, count, state, scratch.old_contacts, ratio)
+            start_rolling(rolling, scratch.contacts, count, state, ratio)
             tolerance = settings.tolerance * gravity * dt + 1e-15
-            used, residual = solve(scratch.contacts, count, state, tolerance, settings.sweeps)
+            used, residual = solve(scratch.contacts, count, state, rolling, tolerance, settings.sweeps)
             summary[SWEEPS] += used
             beside = int(scratch.near[BESIDE])
             if attempt == 1 or beside == 0:
@@ -175,14 +182,16 @@ def slide_log(
             summary[CONTACTS] += count
             summary[RESIDUAL] = max(summary[RESIDUAL], residual)
             # the work is that of the velocities at the node, between gravity's two halves
-            gained = impulse_work(scratch.contacts, count, state, VX, 0.5 * gravity * dt)
+            gained = impulse_work(scratch.contacts, count, state, VX, 0.5 * gravity * dt, rolling, spin_of(state))
             unfinished = residual > tolerance
             if unfinished:
                 summary[UNCONVERGED] += 1
             # Newton's law, contact by contact, can give energy where several act: not beyond gravity's own share
-            bouncing = settings.restitution > 0.0 and gained > 0.125 * (gravity * dt) ** 2
+            bouncing = bounces and gained > 0.125 * (gravity * dt) ** 2
             if gained > 0.0 and (unfinished or bouncing):
-                gained = take_no_energy(scratch.contacts, count, state, scratch.free, gained, 0.5 * gravity * dt)
+                gained = take_no_energy(
+                    scratch.contacts, count, state, scratch.free, gained, 0.5 * gravity * dt, rolling
+                )
             # 5. books
             done_work += gained
             summary[ENERGY_GAIN] += max(0.0, gained)
@@ -209,8 +218,10 @@ def slide_log(
                     scene, frame, state, scratch.free, scratch.contacts, scratch.keys, count,
                     (time, dt, steps, gravity), struck, hits, hit_count,
                 )  # fmt: skip
+            rolling[MOMENT_BEFORE] = rolling[MOMENT]
         else:
             pressed = False
+            rolling[MOMENT_BEFORE] = 0.0
             summary[AIRBORNE] += 1
         old_count = remember(
             scratch.contacts, scratch.keys, count, state, scratch.old_keys, scratch.old_contacts, scene.cloud is None

@@ -6,9 +6,11 @@ from scipy.optimize import minimize
 
 from deadwood_engine import contacts as at
 from deadwood_engine.contact_solver import block_impulse, disc_impulse, solve
-from deadwood_engine.contacts import CONTACT_WIDTH, KEY_WIDTH, add_contact, set_frames
+from deadwood_engine.contacts import CONTACT_WIDTH, KEY_WIDTH, Ahead, add_contact, set_frames
 from deadwood_engine.log_body import CENTRE, LENGTH, TRANSVERSE, cone_bodies
+from deadwood_engine.rolling import ROLLING_WIDTH
 
+NO_ROLLING = np.ones(ROLLING_WIDTH) * [0.0, 0.0, 0.0, 1.0, 1.0]
 LOG = cone_bodies(np.array([0.75]), np.array([30.0]), np.array([300.0]))[0]
 
 
@@ -22,7 +24,7 @@ def problem(points, *, axis=(0, 0, 1), velocity=(0, 0, 0), spin=(0, 0, 0), body=
     for r, n, mu in points:
         (rx, ry, rz), (nx, ny, nz) = r, np.asarray(n, float) / np.linalg.norm(n)
         count = add_contact(
-            table, keys, count, state, (0, 0, 0), rx, ry, rz, nx, ny, nz, mu, -1.0, (1e-9, 0.0, 0.0), 1e-9, False
+            table, keys, count, state, (0, 0, 0), rx, ry, rz, nx, ny, nz, mu, -1.0, Ahead(1e-9, 0.0, 1e-9, 0.0, -1.0, 0.0), False
         )
     set_frames(table, count, state, body)
     return table, state
@@ -52,7 +54,7 @@ def test_laws_of_contact(seed):
         points, axis=axis, velocity=rng.standard_normal(3) * 5, spin=np.cross(axis, rng.standard_normal(3))
     )
     before = table[:, [at.BEFORE_N, at.BEFORE_T, at.BEFORE_U]].copy()
-    used, residual = solve(table, len(table), state, 1e-11, 100_000)
+    used, residual = solve(table, len(table), state, NO_ROLLING, 1e-11, 100_000)
     assert residual <= 1e-11, f"not solved in {used} sweeps"
     gamma = after(table, state)
     p = table[:, [at.PN, at.PT, at.PU]]
@@ -102,7 +104,7 @@ def test_dropped_on_one_end(end, tilt):
     angle = np.radians(tilt)
     axis = np.array([np.cos(angle), 0, -sign * np.sin(angle)])
     table, state = problem([(sign * arm * axis, (0, 0, 1), 0.0)], axis=axis, velocity=(0, 0, -5))
-    solve(table, 1, state, 1e-12, 1000)
+    solve(table, 1, state, NO_ROLLING, 1e-12, 1000)
     lever = arm * np.cos(angle)
     impulse = 5 / (1 + lever**2 / k2)
     assert -state[9] == pytest.approx(5 - impulse, abs=1e-9)
@@ -118,7 +120,7 @@ def test_dropped_on_one_end(end, tilt):
 def test_sideways_against_a_tree(offset, speed, turn):
     """T47: v+ = 10 b^2/(k^2 + b^2), w+ = v+/b."""
     table, state = problem([((offset, 0, 0), (0, -1, 0), 0.0)], axis=(1, 0, 0), velocity=(0, 10, 0))
-    solve(table, 1, state, 1e-12, 1000)
+    solve(table, 1, state, NO_ROLLING, 1e-12, 1000)
     assert state[8] == pytest.approx(speed, abs=1e-6)
     assert abs(state[12]) == pytest.approx(turn, abs=1e-6)
 
@@ -128,13 +130,13 @@ def test_two_trees_at_once():
     table, state = problem(
         [((5, 0, 0), (0, -1, 0), 0.0), ((-5, 0, 0), (0, -1, 0), 0.0)], axis=(1, 0, 0), velocity=(0, 10, 0)
     )
-    solve(table, 2, state, 1e-12, 10_000)
+    solve(table, 2, state, NO_ROLLING, 1e-12, 10_000)
     assert state[7:13] == pytest.approx(np.zeros(6), abs=1e-9)
     assert table[:, at.PN] == pytest.approx([5, 5], abs=1e-9)
     table, state = problem(
         [((8, 0, 0), (0, -1, 0), 0.0), ((2, 0, 0), (0, -1, 0), 0.0)], axis=(1, 0, 0), velocity=(0, 10, 0)
     )
-    solve(table, 2, state, 1e-13, 10_000)
+    solve(table, 2, state, NO_ROLLING, 1e-13, 10_000)
     assert table[1, at.PN] == pytest.approx(9.435304, abs=1e-6)
     assert table[0, at.PN] == 0
     assert state[8] == pytest.approx(0.564696, abs=1e-6)
@@ -149,7 +151,7 @@ def test_painleve(mu):
     arm = (LOG[LENGTH] - LOG[CENTRE]) * axis
     falling = -9.81 * 0.002  # one step of gravity at 2 ms
     table, state = problem([(arm, (0, 0, 1), mu)], axis=axis, velocity=(5, 0, falling))
-    used, residual = solve(table, 1, state, 1e-12, 1000)
+    used, residual = solve(table, 1, state, NO_ROLLING, 1e-12, 1000)
     assert residual <= 1e-12
     assert used < 20, "the exact block should not need many sweeps"
     p, gamma = table[0, [at.PN, at.PT, at.PU]], after(table, state)[0]

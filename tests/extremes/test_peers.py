@@ -4,19 +4,19 @@ import numpy as np
 import pytest
 
 from deadwood_engine import Logs, Scene, place_logs
-from deadwood_engine.contacts import CONTACT_WIDTH, KEY_WIDTH, NX, NZ, TX, TZ, UX, UZ, add_contact, set_frames
+from deadwood_engine.contacts import CONTACT_WIDTH, KEY_WIDTH, NX, NZ, TX, TZ, UX, UZ, Ahead, add_contact, set_frames
 
 
 def test_contact_frames_are_orthonormal(at):
     """One engine's frame was not, wherever z was the normal's largest part: friction 15 to 23 % too low on a slope."""
     rng = np.random.default_rng(0)
     normals = np.vstack([rng.standard_normal((500, 3)), np.eye(3), -np.eye(3), [[1, 1, 1], [1e-9, 0, 1], [0, 1, 1]]])
-    state, solid = np.zeros(16), at.body()[0]
+    state, solid, step = np.zeros(16), at.body()[0], Ahead(0.01, 9.81, 0.01, 0.0, -1.0, 0.0)
     state[3], state[15] = 1.0, 1.0
     table, keys = np.zeros((1, CONTACT_WIDTH)), np.zeros((1, KEY_WIDTH), np.int64)
     for nx, ny, nz in normals / np.linalg.norm(normals, axis=1, keepdims=True):
         add_contact(
-            table, keys, 0, state, (0, 0, 0), 0.1, 0.2, -0.3, nx, ny, nz, 0.25, 0.0, (0.01, 0.0, 9.81), 0.01, False
+            table, keys, 0, state, (0, 0, 0), 0.1, 0.2, -0.3, nx, ny, nz, 0.25, 0.0, step, False
         )
         set_frames(table, 1, state, solid)
         frame = np.array([table[0, a : b + 1] for a, b in ((NX, NZ), (TX, TZ), (UX, UZ))])

@@ -72,7 +72,8 @@ def lying(
 @pytest.fixture
 def physics() -> SimpleNamespace:
     def run(scene: Scene, begin: Start, *, fidelity: str = "standard", **options):
+        """Rolls without friction, as rigid bodies on rigid ground do, unless told otherwise."""
         numbers = {k: options.pop(k) for k in list(options) if k in FIDELITIES["standard"]._fields}
-        return slide(scene, begin, FIDELITIES[fidelity]._replace(**numbers), **options)
+        return slide(scene, begin, FIDELITIES[fidelity]._replace(**numbers), **({"rolling_friction": 0.0} | options))
 
     return SimpleNamespace(plane=plane, body=body, start=start, lying=lying, run=run, G=G)
