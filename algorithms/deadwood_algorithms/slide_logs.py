@@ -296,7 +296,7 @@ def identity(ask: Ask, fidelity: Fidelity, layers: SceneLayers, releases: Releas
         "DEM, friction, trees, barriers, lying logs or lines": layers.digest,
         "releases": releases.digest,
         "fidelity": [float(number) for number in fidelity],
-        "options": [ask.restitution, ask.shape, ask.time_limit, ask.rest_speed],
+        "options": [*ask.laws().values(), ask.shape, ask.time_limit, ask.rest_speed],
         "trajectories": [ask.trajectories, ask.seed, CHUNK, list(FIRST_CHUNKS)],
         "--until-ci": ask.until_ci,
     }

@@ -20,7 +20,7 @@ from typing import Any, Protocol, TypeVar
 from deadwood_algorithms.kinds import KINDS, Parameter, UserError, check_value
 
 __all__ = ["Cancelled", "Feedback", "Outcome", "Parameter", "Tool", "UserError", "check_value"]
-VERSION = "0.2.0"  # the one place: pyproject.toml, the QGIS plugin and every manifest take it from here
+VERSION = "0.3.0"  # the one place: pyproject.toml, the QGIS plugin and every manifest take it from here
 
 REQUIRED: Any = object()
 Record = TypeVar("Record")  # a small dataclass of parameters

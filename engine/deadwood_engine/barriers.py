@@ -23,7 +23,9 @@ from .compiled import inlined, kernel
 from .contacts import touch
 from .cores import BARRIER, CORE, lay_out
 from .limits import FLAT_TOLERANCE, POST_LEAN, POST_LENGTH, PUSHES_DOWN
+from .log_body import CENTRE, LENGTH
 from .narrow_phase import deepest, gap_at_end, touch_core
+from .rotation import DX, DY, DZ, X, Y, Z
 from .terrain import Terrain, surfaces_at
 from .vectors import cross, dot, point
 
@@ -192,6 +194,22 @@ def sides_of(cone, pose, edge):
             else:
                 base = tip
     return max(beside, above, away), base, tip, over
+
+
+@kernel
+def pierced(body, state, edge):
+    """Whether a plate goes through a log's axis: below the edge and between its ends, wherever the log's ends are."""
+    back, front = -body[CENTRE], body[LENGTH] - body[CENTRE]
+    level = math.sqrt(edge.ux * edge.ux + edge.uy * edge.uy)
+    ax, ay = edge.ux / level, edge.uy / level
+    gx, gy, gz = state[X] - edge.x, state[Y] - edge.y, state[Z] - edge.z
+    off, turn = gy * ax - gx * ay, state[DY] * ax - state[DX] * ay
+    base, tip = off + back * turn, off + front * turn
+    if base * tip > 0.0 or base == tip:
+        return False
+    s = back + (front - back) * base / (base - tip)
+    u = (gx + s * state[DX]) * ax + (gy + s * state[DY]) * ay
+    return 0.0 <= u <= edge.long * level and gz + s * state[DZ] <= edge.uz / level * u
 
 
 @kernel

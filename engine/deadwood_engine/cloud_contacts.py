@@ -1,4 +1,9 @@
-"""Contacts of a point cloud with the terrain: each of its points, predicted a step ahead as a log's rings are."""
+"""Contacts of a point cloud with the terrain: each of its points, predicted a step ahead as a log's rings are.
+
+The lever of a contact is that of the pose ahead, where its point was found below the ground. With the lever of the
+present pose a wheel of many corners is pushed at a point that stands ahead of its lowest by the angle of the step: it
+rolls against sin(omega dt) of its weight (0.26 at 8 m/s, 0.6 m and 10 ms), whatever the number of corners.
+"""
 
 from __future__ import annotations
 
@@ -39,7 +44,7 @@ def cloud_terrain_contacts(cloud, scene, frame, state, body, step, scratch):
         if gap < 0.0:
             count = ground_contact(
                 terrain, frame, scratch.contacts, scratch.keys, count, state,
-                to_world(scratch.turns, NOW, cloud.points[k]), gap, (gx, gy),
+                p, gap, (gx, gy),
                 friction_at(terrain, frame[0], frame[1], px, py), k,
                 step, False,
             )  # fmt: skip
@@ -62,15 +67,9 @@ def cloud_clearance(cloud, terrain, frame, state, turns):
 
 @kernel
 def touch_cloud(terrain, frame, scratch, count, state, key, p, n, gap, step):
-    """Add the contact of an obstacle at the predicted point p with normal n; its lever is turned back to now."""
-    trial, turns = scratch.trial, scratch.turns
+    """Add the contact of an obstacle at the predicted point p with normal n."""
+    trial = scratch.trial
     r = (p[0] - trial[3], p[1] - trial[4], p[2] - trial[5])
-    b = (
-        turns[AHEAD] * r[0] + turns[AHEAD + 3] * r[1] + turns[AHEAD + 6] * r[2],
-        turns[AHEAD + 1] * r[0] + turns[AHEAD + 4] * r[1] + turns[AHEAD + 7] * r[2],
-        turns[AHEAD + 2] * r[0] + turns[AHEAD + 5] * r[1] + turns[AHEAD + 8] * r[2],
-    )
-    r = to_world(turns, NOW, b)
     mu = step.friction if step.friction >= 0.0 else friction_at(terrain, frame[0], frame[1], p[0], p[1])
     return add_contact(
         scratch.contacts, scratch.keys, count, state, key, r[0], r[1], r[2], n[0], n[1], n[2], mu, gap, step, False

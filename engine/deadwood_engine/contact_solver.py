@@ -160,8 +160,9 @@ def solve(contacts, count, state, rolling, tolerance, sweeps, used=0):
     """Renew the impulses of all contacts until none changes a contact velocity by more than the tolerance.
 
     The state's velocities must already hold the effect of the impulses in the tables (warm start); they are updated
-    in place. rolling : the moment against rolling (``rolling``); ``used``: sweeps made before. Returns (sweeps used, largest change of a contact velocity in the last
-    sweep [m/s]).
+    in place. rolling : the moment against rolling (``rolling``); ``used``: sweeps made before.
+
+    Returns (sweeps used, largest change of a contact velocity in the last sweep [m/s]).
     """
     vx, vy, vz = state[VX], state[VY], state[VZ]
     wx, wy, wz = state[WX], state[WY], state[WZ]

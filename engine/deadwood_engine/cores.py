@@ -65,6 +65,7 @@ def lay_out(
     for k, name in enumerate("xyz"):
         solid[name], solid["u" + name] = start[:, k], unit[:, k]
     solid["long"], solid["wide"], solid["slope"], solid["kind"], solid["item"] = long, wide, slope, kind, item
+    solid["room"] = np.inf  # until ``obstacles`` says otherwise; a cloud's steps do not ask for it
     for name, values in ends.items():
         solid[name] = values
     return solid

@@ -28,7 +28,7 @@ class Logs:
     """Released logs; arrays of shape (n,).
 
     log_id : int64; x, y : plan position of the centre of mass [m]; diameter, length [m]; density [kg/m3]
-    orientation : int8, 0 upright (base down), 1 lying (axis in the terrain's tangent plane), 2 tilted
+    orientation : int8, 0 upright (base down), 1 lying (on its side, towards the azimuth), 2 tilted
     tilt : [rad] from the vertical; azimuth : [rad] clockwise from north, where the tip points
     speed : [m/s] towards the azimuth in the tangent plane; drop : [m] clearance of the lowest point
     """
@@ -123,6 +123,12 @@ def place_logs(scene: Scene, logs: Logs, shape: Shape | None = None, threads: in
     axis[logs.orientation == UPRIGHT] = (0.0, 0.0, 1.0)
     lying = logs.orientation == LYING
     axis[lying] = downhill[lying]
+    upward = np.column_stack([-ground[:, 1], -ground[:, 2], np.ones(len(logs))])
+    upward /= np.linalg.norm(upward, axis=1, keepdims=True)
+    if not shape:
+        # on its side: the axis dips by the half angle of the cone, or the tip would drop by the taper
+        dip = ((body[:, BASE_RADIUS] - body[:, TIP_RADIUS]) / body[:, LENGTH])[lying, None]
+        axis[lying] = np.sqrt(1.0 - dip**2) * downhill[lying] - dip * upward[lying]
     plan = np.column_stack([logs.x - terrain.x0, logs.y - terrain.y0])
     frame = np.floor(plan * terrain.inverse_cell).astype(np.int64)
     state = np.zeros((len(logs), 16))
@@ -133,8 +139,7 @@ def place_logs(scene: Scene, logs: Logs, shape: Shape | None = None, threads: in
     state[:, 13:16] = axis
     if shape:
         across = np.column_stack([north, -east, 0.0 * east])
-        upward = np.column_stack([-ground[:, 1], -ground[:, 2], np.ones(len(logs))])[lying]
-        across[lying] = np.cross(axis[lying], upward / np.linalg.norm(upward, axis=1, keepdims=True))
+        across[lying] = np.cross(axis[lying], upward[lying])
         state[:, 3:7] = shape.facing(across, axis)
         for each in state:
             set_axis(each)

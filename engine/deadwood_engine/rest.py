@@ -53,9 +53,7 @@ def stays(scene, frame, state, body, stations, settings, path, scratch, old_coun
     allowed = REST_ACCELERATION * settings.gravity * dt
     used, decided, moving = 0, False, 0.0
     while used < REST_SWEEPS and not decided:
-        used, change = solve(
-            scratch.contacts, count, trial, scratch.rolling, 0.01 * allowed, used + REST_LOOK, used
-        )
+        used, change = solve(scratch.contacts, count, trial, scratch.rolling, 0.01 * allowed, used + REST_LOOK, used)
         moving = fastest_point(trial, body)
         # what is still so much faster than it changes does not come to rest in the sweeps that are left
         decided = change <= 0.01 * allowed or moving > max(allowed, REST_SWEEPS * change)

@@ -11,8 +11,8 @@ from .cloud import Cloud
 from .cores import CORE, CORE_CONTACTS
 from .outline import OUTLINE_POINTS
 from .rings import RING_WIDTH
-from .rolling import ROLLING_WIDTH
 from .rocking import ROCKING_WIDTH, WINDOWS
+from .rolling import ROLLING_WIDTH
 from .surroundings import NEAR_WIDTH
 from .trace import MEMORY_WIDTH
 

@@ -16,9 +16,11 @@ from __future__ import annotations
 import math
 
 from .asymmetric_top import energy_of, move_freely
+from .barriers import pierced
 from .compiled import kernel
 from .contact_solver import find_old, remember, solve, turn_around, warm_start
 from .contacts import GAP, PN, TERRAIN, set_frames
+from .cores import BARRIER
 from .detection import find_contacts, lowest_gap, owner_of
 from .energy import impulse_work, take_no_energy
 from .grid_index import insert_sorted
@@ -39,7 +41,7 @@ from .rest import FAILED, INTERRUPTED, LEFT_DEM, TIME_LIMIT, holder, rest_reason
 from .rocking import forget_windows, rocks_in_place, watch
 from .rolling import INERTIA, MOMENT, MOMENT_BEFORE, SKIN, SPIN_BEFORE, spin_of, start_rolling
 from .rotation import VX, VY, VZ, X, Y, Z, set_axis
-from .surroundings import BESIDE
+from .surroundings import BESIDE, CORES
 from .terrain import surface
 from .trace import (
     PEAK_ENERGY,
@@ -109,6 +111,9 @@ def slide_log(
     count, travel, whole = find_contacts(scene, frame, state, body, stations, settings, 1e-9, 0.0, 0.0, scratch, True)
     for k in range(count):
         if scratch.keys[k, 0] != TERRAIN and scratch.contacts[k, GAP] < 0.0:
+            summary[STARTED_IN_CONTACT] = 1.0
+    for k in range(int(scratch.near[CORES])):
+        if scratch.near_cores[k].kind == BARRIER and pierced(body, state, scratch.near_cores[k]):
             summary[STARTED_IN_CONTACT] = 1.0
     gap = lowest_gap(scene, frame, state, body, stations, scratch)
     path = 0.0

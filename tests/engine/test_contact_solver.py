@@ -20,12 +20,10 @@ def problem(points, *, axis=(0, 0, 1), velocity=(0, 0, 0), spin=(0, 0, 0), body=
     state[3] = 1.0
     state[7:10], state[10:13], state[13:16] = velocity, spin, np.asarray(axis, float) / np.linalg.norm(axis)
     table, keys = np.zeros((len(points), CONTACT_WIDTH)), np.zeros((len(points), KEY_WIDTH), np.int64)
-    count = 0
+    count, step = 0, Ahead(1e-9, 0.0, 1e-9, 0.0, -1.0, 0.0)
     for r, n, mu in points:
         (rx, ry, rz), (nx, ny, nz) = r, np.asarray(n, float) / np.linalg.norm(n)
-        count = add_contact(
-            table, keys, count, state, (0, 0, 0), rx, ry, rz, nx, ny, nz, mu, -1.0, Ahead(1e-9, 0.0, 1e-9, 0.0, -1.0, 0.0), False
-        )
+        count = add_contact(table, keys, count, state, (0, 0, 0), rx, ry, rz, nx, ny, nz, mu, -1.0, step, False)
     set_frames(table, count, state, body)
     return table, state
 

@@ -52,10 +52,11 @@ def together(starts: list[Start]) -> Start:
 
 
 def run(scene: Scene, begin: Start, *, fidelity: str = "standard", **options) -> Result:
-    """Slide, and roll without friction unless told otherwise: the harder case. Fields of the fidelity may be given by
-    name among the options."""
+    """Slide; rolling has no friction unless told otherwise: the harder case. Options may be the fidelity's fields."""
     numbers = {k: options.pop(k) for k in list(options) if k in Fidelity._fields}
-    return slide(scene, begin, FIDELITIES[fidelity]._replace(**numbers), **({"threads": 2, "rolling_friction": 0.0} | options))
+    return slide(
+        scene, begin, FIDELITIES[fidelity]._replace(**numbers), **({"threads": 2, "rolling_friction": 0.0} | options)
+    )
 
 
 def farthest(result: Result, axis: int = 0) -> np.ndarray:

@@ -191,6 +191,30 @@ def test_certified_rest_is_rest(at, fidelity):
     )
 
 
+@pytest.mark.parametrize("height", [1.0, 4.0])
+@pytest.mark.parametrize("azimuth", [0.0, 60.0, 180.0])
+def test_a_log_released_through_a_barrier_is_said(at, height, azimuth):
+    """Lying across a barrier it starts in contact, wherever the barrier cuts it: what overlaps then is no defect."""
+    heights = 0.7 * np.arange(121.0)[:, None] * np.ones(121)
+    scene = Scene.prepare(heights, 1.0, -60, -60, friction=0.25, barriers=at.barrier((-30, 0), (30, 0), height=height))
+    offsets = np.arange(-9.0, 9.1, 0.5)
+    logs = Logs.alike(
+        0 * offsets, offsets, length=20.0, diameter=0.6, orientation=1, azimuth=np.full(37, np.radians(azimuth))
+    )
+    begin = place_logs(scene, logs)
+    centre, axis, solid = begin.state[:, :3], begin.state[:, 13:16], begin.body
+    y = offsets[:, None] + axis[:, 1:2] * np.column_stack(
+        [-solid[:, at.CENTRE], solid[:, at.LENGTH] - solid[:, at.CENTRE]]
+    )
+    across = y[:, 0] * y[:, 1] < 0.0
+    above = scene.arrays.terrain.reference + centre[:, 2] - offsets * axis[:, 2] / axis[:, 1]
+    through = across & (above < scene.terrain_height(np.zeros(1), np.zeros(1))[0] + height - 0.01)
+    assert through.sum() > 10
+    result = at.run(scene, begin, time_limit=2.0)
+    assert result.started_in_contact[through].all()
+    assert result.overlap_max[through].max() == 0.0
+
+
 @EVERY
 @pytest.mark.parametrize("ahead", ["tip", "base"])
 def test_along_a_straight_barrier(at, fidelity, ahead):

@@ -15,9 +15,7 @@ def test_contact_frames_are_orthonormal(at):
     state[3], state[15] = 1.0, 1.0
     table, keys = np.zeros((1, CONTACT_WIDTH)), np.zeros((1, KEY_WIDTH), np.int64)
     for nx, ny, nz in normals / np.linalg.norm(normals, axis=1, keepdims=True):
-        add_contact(
-            table, keys, 0, state, (0, 0, 0), 0.1, 0.2, -0.3, nx, ny, nz, 0.25, 0.0, step, False
-        )
+        add_contact(table, keys, 0, state, (0, 0, 0), 0.1, 0.2, -0.3, nx, ny, nz, 0.25, 0.0, step, False)
         set_frames(table, 1, state, solid)
         frame = np.array([table[0, a : b + 1] for a, b in ((NX, NZ), (TX, TZ), (UX, UZ))])
         assert np.abs(frame @ frame.T - np.eye(3)).max() < 1e-14

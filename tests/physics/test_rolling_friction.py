@@ -27,7 +27,7 @@ def across(physics, solid, **options):
 def test_a_cylinder_rolls_down_a_plane_as_it_must(physics, fidelity, coefficient):
     """It does not slip: v = g t (sin - c cos) / (1 + I / (m a2)), I / (m a2) = 1/2; and the books close."""
     solid = cylinder(physics)
-    result, begin = across(physics, solid, fidelity=fidelity, rolling_friction=coefficient, time_limit=3.0)
+    result, _ = across(physics, solid, fidelity=fidelity, rolling_friction=coefficient, time_limit=3.0)
     k2 = solid[0, AXIAL] / solid[0, BASE_RADIUS] ** 2
     assert k2 == pytest.approx(0.5)
     expected = physics.G * (SINE - coefficient * COSINE) / (1 + k2) * result.duration[0]
@@ -43,7 +43,8 @@ def test_a_cylinder_rolls_down_a_plane_as_it_must(physics, fidelity, coefficient
 @pytest.mark.parametrize(("more", "reason"), [(0.01, 0), (-0.01, 4)])
 def test_it_rests_where_the_coefficient_is_more_than_the_slope(physics, fidelity, more, reason):
     """c = tan(slope) is the edge: 3 % above it the log rests where it was let go, 3 % below it rolls away."""
-    result, begin = across(physics, cylinder(physics), fidelity=fidelity, rolling_friction=TANGENT + more, time_limit=5.0)
+    coefficient = TANGENT + more
+    result, _ = across(physics, cylinder(physics), fidelity=fidelity, rolling_friction=coefficient, time_limit=5.0)
     assert result.stop_reason[0] == reason
     if more > 0.0:
         assert result.path[0] < 1e-3

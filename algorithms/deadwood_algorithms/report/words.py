@@ -57,6 +57,7 @@ PHRASES: dict[str, tuple[str, str]] = {
     "model_window": ("part of the DEM", "Teil des DEM"),
     "model_friction": ("friction", "Reibung"),
     "model_restitution": ("restitution", "Stosszahl"),
+    "model_rolling_friction": ("rolling friction", "Rollreibung"),
     "model_logs": ("logs", "Stämme"),
     "model_trees": ("trees", "Bäume"),
     "model_barriers": ("barriers", "Barrieren"),

@@ -125,6 +125,7 @@ def modelled(asked: Asked, layers: SceneLayers) -> dict[str, str]:
         friction = f"Coulomb, {on_dem.min():g} to {on_dem.max():g} by cell"
     else:
         friction = f"Coulomb, {mu:g} everywhere"
+    friction += _apart(asked.scene.tree_friction, asked.scene.barrier_friction)
     trees, beyond = len(layers.tree_ids) - len(scene.trees_outside), layers.trees_left_out
     beyond_words = f"{beyond} off the DEM left out"
     if layers.dem.whole is not None:
@@ -133,7 +134,9 @@ def modelled(asked: Asked, layers: SceneLayers) -> dict[str, str]:
         "terrain": f"bilinear surface through {nx} x {ny} cells of {cell:g} m",
         "window": _window_words(layers),
         "friction": friction,
-        "restitution": f"{asked.scene.restitution:g} at every contact",
+        "restitution": f"{asked.scene.restitution:g} at every contact"
+        + _apart(asked.scene.tree_restitution, asked.scene.barrier_restitution),
+        "rolling_friction": _rolling_words(asked, layers),
         "logs": words_of(layers.shape) if layers.shape else CONES,
         "trees": f"{trees} rigid truncated cones; {beyond_words}" if layers.tree_ids else absent,
         "barriers": f"{len(layers.barriers.ids)} rigid thin plates" if scene.barrier_count else absent,
@@ -141,6 +144,19 @@ def modelled(asked: Asked, layers: SceneLayers) -> dict[str, str]:
         "lines": f"{len(layers.lines.ids)} lines or outlines watched" if layers.lines.ids else absent,
         "outputs": _output_words(asked, layers),
     }
+
+
+def _apart(trees: float | None, barriers: float | None) -> str:
+    """What stems and barriers have of their own, in words; nothing where they have what the ground has."""
+    told = [("stems and lying logs", trees), ("barriers", barriers)]
+    return "".join(f"; {value:g} at {name}" for name, value in told if value is not None)
+
+
+def _rolling_words(asked: Asked, layers: SceneLayers) -> str:
+    if layers.shape:
+        return "none but that of the points' corners"
+    coefficient = asked.scene.rolling_friction
+    return f"{coefficient:g} of the ground's push times the radius" if coefficient else "none: rigid ground"
 
 
 def _output_words(asked: Asked, layers: SceneLayers) -> str:
@@ -158,7 +174,7 @@ def _output_words(asked: Asked, layers: SceneLayers) -> str:
 
 
 def _lying_words(layers: SceneLayers) -> str:
-    pieces = len(layers.scene.arrays.lying.owner)
+    pieces = layers.scene.lying_pieces
     return f"{len(layers.lying.ids)} rigid truncated cones at rest on the terrain, in {pieces} straight pieces"
 
 

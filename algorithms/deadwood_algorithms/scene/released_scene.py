@@ -12,6 +12,9 @@ from dataclasses import dataclass
 from deadwood_algorithms import tool
 from deadwood_algorithms.schemas import DBH_CM, DENSITY_KG_M3, DROP_M, SPEED_MS, TREE_M
 
+# Ground that a log sinks into so far that it resists more does not carry a rigid log
+MOST_ROLLING = 0.5
+
 DEFAULTED = ("dbh_cm", "length_m", "density_kg_m3", "orientation", "tilt_deg", "azimuth_deg", "speed_ms", "drop_m")
 
 
@@ -43,6 +46,41 @@ class ReleasedScene:
         help="Without it, a layer that does not cover the DEM is refused.",
     )
     restitution: float = tool.number("Normal restitution of impacts", default=0.0, minimum=0.0, maximum=1.0)
+    rolling_friction: float = tool.number(
+        "Coefficient of rolling friction of the ground",
+        default=0.1,
+        minimum=0.0,
+        maximum=MOST_ROLLING,
+        help="The moment against rolling is at most this times the push of the ground times the log's radius. A roller "
+        "of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09, 0.13; 0 is rigid ground. No value measured for logs is "
+        "known.",
+    )
+    tree_friction: float | None = tool.number(
+        "Friction of stems and lying logs",
+        default=None,
+        minimum=0.0,
+        advanced=True,
+        help="Default: the ground's there.",
+    )
+    tree_restitution: float | None = tool.number(
+        "Restitution of stems and lying logs",
+        default=None,
+        minimum=0.0,
+        maximum=1.0,
+        advanced=True,
+        help="Default: that of the ground.",
+    )
+    barrier_friction: float | None = tool.number(
+        "Friction of barriers", default=None, minimum=0.0, advanced=True, help="Default: the ground's there."
+    )
+    barrier_restitution: float | None = tool.number(
+        "Restitution of barriers",
+        default=None,
+        minimum=0.0,
+        maximum=1.0,
+        advanced=True,
+        help="Default: that of the ground.",
+    )
     shape: str = tool.text(
         "Shape of what slides: cone, or a file of points",
         default="cone",
@@ -92,6 +130,17 @@ class ReleasedScene:
     seed: int = tool.seed()
     threads: int | None = tool.integer("Threads (default: every core)", default=None, minimum=1, advanced=True)
     crs: str | None = tool.crs()
+
+    def laws(self) -> dict[str, float | None]:
+        """The laws of contact but the ground's sliding friction, by the names that the engine's ``slide`` takes."""
+        return {
+            "restitution": self.restitution,
+            "rolling_friction": self.rolling_friction,
+            "tree_friction": self.tree_friction,
+            "tree_restitution": self.tree_restitution,
+            "barrier_friction": self.barrier_friction,
+            "barrier_restitution": self.barrier_restitution,
+        }
 
 
 def threads_of(asked: int | None) -> int:

@@ -27,7 +27,7 @@ def slide_once(
     keep_poses: NDArray[np.bool_] | None = None,
     rasters: Rasters | None = None,
 ) -> tuple[Result, list[str]]:
-    """Slide the logs as ``ask`` says (restitution, limits), on the window that there is.
+    """Slide the logs as ``ask`` says (laws of contact, limits), on the window that there is.
 
     ``report`` is told how many logs are done, and says whether to stop. Also returns the sides of the window that some
     log came too near to: where there are any, neither the result nor what was drawn on the rasters may be used.
@@ -42,7 +42,7 @@ def slide_once(
             layers.scene,
             logs,
             fidelity,
-            restitution=ask.restitution,
+            **ask.laws(),
             time_limit=ask.time_limit,
             rest_speed=ask.rest_speed,
             threads=layers.threads,

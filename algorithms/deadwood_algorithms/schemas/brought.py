@@ -62,7 +62,7 @@ RELEASES = Layer(
         ),
         a_text(
             "orientation",
-            "upright (base down), lying (axis in the terrain's tangent plane, tip towards azimuth_deg) or tilted "
+            "upright (base down), lying (on its side, tip towards azimuth_deg) or tilted "
             "(axis tilt_deg from the vertical, tip towards azimuth_deg)",
             choices=ORIENTATIONS,
             default="upright",
