@@ -1,8 +1,10 @@
 """Contacts of a point cloud with the terrain: each of its points, predicted a step ahead as a log's rings are.
 
-The lever of a contact is that of the pose ahead, where its point was found below the ground. With the lever of the
-present pose a wheel of many corners is pushed at a point that stands ahead of its lowest by the angle of the step: it
-rolls against sin(omega dt) of its weight (0.26 at 8 m/s, 0.6 m and 10 ms), whatever the number of corners.
+A corner turns while it is pushed: its lever is the mean of those of the present pose and of the pose ahead, where it
+was found below the ground. With that of the present pose a wheel of many corners is pushed at a point that stands ahead
+of its lowest by the angle of the step: it rolls against sin(omega dt) of its weight (0.26 at 8 m/s, 0.6 m and 10 ms),
+whatever the number of corners, and cubes stop too soon; with that of the pose ahead cubes tumble on. Of the wheel's
+false resistance half is left, so the angle of a step is bounded (``limits.CLOUD_TURN``).
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ from .compiled import kernel
 from .contacts import add_contact, ground_contact
 from .rotation import DX, VZ, X, Y, Z
 from .terrain import friction_at, surface
+from .vectors import blend
 
 NOW, AHEAD = 0, 9  # where the rotation matrices of the present and the predicted pose stand in scratch.turns
 
@@ -44,7 +47,7 @@ def cloud_terrain_contacts(cloud, scene, frame, state, body, step, scratch):
         if gap < 0.0:
             count = ground_contact(
                 terrain, frame, scratch.contacts, scratch.keys, count, state,
-                p, gap, (gx, gy),
+                blend(0.5, p, 0.5, to_world(scratch.turns, NOW, cloud.points[k])), gap, (gx, gy),
                 friction_at(terrain, frame[0], frame[1], px, py), k,
                 step, False,
             )  # fmt: skip

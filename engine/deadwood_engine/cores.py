@@ -73,7 +73,7 @@ def lay_out(
 
 def joined(parts: list[Any], cell: float) -> Cores:
     """One table of all kinds, indexed in plan."""
-    solid = np.concatenate(parts)
+    solid = np.concatenate(parts).view(np.recarray)  # so that kernels read alike in Python
     start = np.column_stack([solid["x"], solid["y"]])
     end = start + solid["long"][:, None] * np.column_stack([solid["ux"], solid["uy"]])
     wide = np.maximum(solid["wide"], solid["wide"] + solid["long"] * solid["slope"])[:, None]

@@ -70,6 +70,7 @@ JOINED = 1e-3  # [m] ends of pieces so near to one another are one joint
 POST_LENGTH = 1e3  # [m] a barrier's posts go down from its top, into the ground
 
 # Bodies given as point clouds
+CLOUD_TURN = 0.05  # [rad] in a step at most: half its sine is a false resistance to rolling of a body of many corners
 TURN = 0.2  # [rad] an asymmetric body turns at most so far in one composed step of its free rotation
 MIDPOINT_ITERATIONS = 50  # of the implicit midpoint rule's fixed point; it contracts by about 0.05
 MIDPOINT_ACCURACY = 1e-16  # [-]

@@ -83,7 +83,7 @@ class Scratch(NamedTuple):
             np.zeros((table, contacts.KEY_WIDTH), np.int64),
             np.zeros((table, contacts.OLD_WIDTH)),
             np.zeros(core_count + 1, np.int64),
-            np.zeros(core_count + 1, CORE),
+            np.zeros(core_count + 1, CORE).view(np.recarray),
             np.zeros(core_count + 1, np.int64),
             np.zeros(core_count + 1, np.int64),
             np.zeros(6),

@@ -26,6 +26,7 @@ from .energy import impulse_work, take_no_energy
 from .grid_index import insert_sorted
 from .ledger import note_pushes
 from .limits import (
+    CLOUD_TURN,
     LEAST_TURN,
     MADE_ANEW,
     POLL_STEPS,
@@ -40,7 +41,7 @@ from .obstacles import time_beside
 from .rest import FAILED, INTERRUPTED, LEFT_DEM, TIME_LIMIT, holder, rest_reason
 from .rocking import forget_windows, rocks_in_place, watch
 from .rolling import INERTIA, MOMENT, MOMENT_BEFORE, SKIN, SPIN_BEFORE, spin_of, start_rolling
-from .rotation import VX, VY, VZ, X, Y, Z, set_axis
+from .rotation import VX, VY, VZ, WX, WY, WZ, X, Y, Z, set_axis
 from .surroundings import BESIDE, CORES
 from .terrain import surface
 from .trace import (
@@ -140,6 +141,9 @@ def slide_log(
             # beside what is thin, or lies: by the skin, which may strike it
             dt = min(dt, travel / (fastest_point(state, body) + 0.5 * gravity * settings.time_step))
         dt = time_beside(scratch.near_cores, int(scratch.near[BESIDE]), state, body, gravity, dt)
+        if scene.cloud is not None:
+            turn = math.sqrt(state[WX] ** 2 + state[WY] ** 2 + state[WZ] ** 2)
+            dt = min(dt, CLOUD_TURN / turn) if turn > 0.0 else dt
         dt = max(dt, SHORTEST_STEP)
         steps += 1
         # 2. contacts of the pose a step ahead, 3. velocities; anew where these would pass a tree well within the step

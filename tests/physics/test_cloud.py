@@ -93,23 +93,20 @@ def resistance(corners, fidelity="standard", radius=0.3, speed=8.0, **numbers):
     return (0.75 * speed**2 - left) / (G * result.path[0])
 
 
-@pytest.mark.parametrize("time_step", [0.02, 0.01, 0.005, 0.0025, 0.001])
+@pytest.mark.parametrize("time_step", [0.07, 0.02, 0.01, 0.005, 0.0025, 0.001])
 def test_a_wheel_of_many_corners_rolls_as_a_round_one(time_step):
-    """Its corners alone resist: 512 of them 0.6 % of the weight at any step, not sin(omega dt) = 26 % at 10 ms."""
-    assert 0.0 <= resistance(512, time_step=time_step) < 0.01
+    """512 corners resist by 0.2 % of the weight, and what is false is half the sine of the step's angle, 0.05 rad at
+    most: not sin(omega dt), 26 % at 10 ms."""
+    assert 0.0 <= resistance(512, time_step=time_step) < 0.5 * np.sin(min(0.05, 27.0 * time_step)) + 0.003
 
 
 def test_the_fewer_the_corners_the_more_they_resist():
-    """8 to 512 corners: halved at least at every fourfold number, towards the round wheel's nothing; the step does not
-    tell (the first impacts of few corners are chance: the mean of nine speeds)."""
+    """8 to 512 corners: less than half at every fourfold number, towards the round wheel's nothing (the first impacts
+    of few corners are chance: the mean of nine speeds)."""
     speeds = np.linspace(6.0, 8.0, 9)
-    coarse, fine = (
-        [np.mean([resistance(n, speed=v, time_step=dt) for v in speeds]) for n in (8, 32, 128, 512)]
-        for dt in (0.01, 0.0025)
-    )
-    assert all(b < 0.5 * a for a, b in pairwise(fine))
-    assert all(b < 0.5 * a for a, b in pairwise(coarse))
-    assert np.allclose(coarse, fine, atol=0.01, rtol=0.35)
+    found = [np.mean([resistance(n, speed=v, time_step=0.0002) for v in speeds]) for n in (8, 32, 128, 512)]
+    assert all(b < 0.5 * a for a, b in pairwise(found))
+    assert found[-1] < 0.005
 
 
 def on_slope(degrees, shape, height, friction, *, turn=0.0):
@@ -182,10 +179,22 @@ def test_tumbling_rocks_gain_no_energy(fidelity, sides):
     assert result.penetration_max.max() < 0.35
     ends = [STOP_REASONS[code] for code in result.stop_reason]
     assert set(ends) <= {"rest", "left_dem"}
-    assert ends.count("rest") >= 5
     assert result.end_position[:, 1].max() < 69.0
     again = run(scene, begin, shape, fidelity=fidelity, threads=1, time_limit=60.0)
     assert np.array_equal(again.last_state, result.last_state)
+
+
+@pytest.mark.parametrize("fidelity", ["draft", "standard", "fine"])
+def test_as_many_cubes_come_to_rest_at_any_fidelity(fidelity):
+    """On ground of 39 degrees, friction 0.6, 65 of 100 at the reference (of 200: 0.65 +- 0.07), give or take three
+    standard deviations. A false resistance to rolling stops all of them at draft, 92 at standard."""
+    rng = np.random.default_rng(0)
+    heights = 0.8 * np.arange(80)[:, None] + 0.5 * rng.random((80, 80))
+    heights[:20] = heights[20:21].mean()
+    scene, shape = Scene.prepare(heights, 1.0, 0, 0, friction=0.6), box(1.0, 1.0, 1.0, points=3)
+    logs = Logs.alike(np.linspace(20, 60, 100), np.full(100, 70.0), density=2700.0, drop=1.0)
+    result = run(scene, place_logs(scene, logs, shape), shape, fidelity=fidelity, threads=2, time_limit=60.0)
+    assert 50 <= (result.stop_reason == STOP_REASONS.index("rest")).sum() <= 80
 
 
 @pytest.mark.parametrize("sides", [(1.0, 1.0, 1.0), (2.0, 1.5, 0.3)])

@@ -174,7 +174,7 @@ def test_without_friction_the_spin_about_the_axis_stays(physics, fidelity):
     scene = Scene.prepare(heights, 1.0, 0.0, 0.0, friction=0.0, trees=trees)
     begin = place_logs(scene, Logs.alike(rng.uniform(25, 55, 12), np.full(12, 100.0), length=10.0, drop=0.5))
     begin.state[:, 10:13] = 3.0 * begin.state[:, 13:16]
-    result = slide(scene, begin, FIDELITIES[fidelity], time_limit=5.0)
+    result = slide(scene, begin, FIDELITIES[fidelity], time_limit=5.0, rolling_friction=0.0)
     state = result.last_state
     assert result.cost["contacts"] > 100
     assert result.tree_hits.sum() > 3
