@@ -23,6 +23,7 @@ NAMES = [
     "slide-logs",
     "count-hits",
     "reach-lines",
+    "design-values",
     "lateral-spread",
     "fit-flight",
     "compare-scenarios",

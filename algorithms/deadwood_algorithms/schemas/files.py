@@ -160,6 +160,27 @@ OVERVIEW = TableFile(
         a_number("difference_if_lost_to", "The largest"),
     ),
 )
+DESIGN_VALUES = TableFile(
+    name="design_values.csv",
+    meaning="Percentiles at each barrier and line, over the logs that come to it",
+    columns=(
+        a_text("kind", "What the place is", choices=("barrier", "line")),
+        a_text("place_id", "The barrier or line"),
+        a_text(
+            "quantity",
+            "What of the log: its energy (of translation and rotation), either apart, speed, height, impulse",
+            choices=("energy", "translation", "rotation", "speed", "height", "impulse"),
+        ),
+        a_text("unit", "Unit of the values"),
+        a_number("percentile", "Which percentile", 0, 100, unit="%"),
+        a_number("n", "Logs behind it", 0),
+        a_number("value", "The percentile; empty without any log"),
+        a_number("ci_low", "Lower end of its exact interval; empty where the logs are too few for one"),
+        a_number("ci_high", "Upper end"),
+        a_number("n_more", "How many more hits it takes for an upper end, 0 where there is one", 0),
+        a_text("note", "The same in words, or why the quantity is not there"),
+    ),
+)
 CALIBRATION = TableFile(
     name="calibration.csv",
     meaning="One row a coefficient of friction",

@@ -86,6 +86,7 @@ WRITTEN = (
     *(_by_flag("count-hits", f"--{each.name}", each) for each in files.CELL_QUANTILES),
     *_layers("reach-lines", "--output", [results.REACH, results.ARRIVALS, results.ATTRIBUTION, results.ORIGINS]),
     _by_flag("reach-lines", "--origins", files.ORIGIN_SHARES),
+    _by_flag("design-values", "--output", files.DESIGN_VALUES),
     *_layers("lateral-spread", "--output", [results.SPREAD, results.AZIMUTHS]),
     *_layers("fit-flight", "--output", [results.FLIGHTS, results.CLEARANCES]),
     *_in_folder("fit-flight", files.PROFILE, files.MANIFEST, folder="--plots/"),
