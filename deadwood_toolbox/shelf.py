@@ -26,6 +26,7 @@ NAMES = (
     "count-hits",
     "reach-lines",
     "design-values",
+    "map-intensity",
     "lateral-spread",
     "fit-flight",
     "compare-scenarios",

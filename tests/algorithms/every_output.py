@@ -133,6 +133,7 @@ def run_every_tool(folder: Path) -> list[Found]:
         origins=at("reach-lines", "origins.tif"),
     )
     run("design-values", run=slid, output=at("design-values", "design_values.csv"))
+    run("map-intensity", run=slid, events_per_year=0.1, output=folder / "map-intensity")
     run("lateral-spread", deposits=str(slid), output=at("lateral-spread", "spread.gpkg"))
     jumps = pyogrio.read_dataframe(SAMPLE / "sample.gpkg", layer="flights")
     west, south, east, north = jumps.total_bounds

@@ -36,6 +36,7 @@ CASES: dict[str, dict[str, object]] = {
     "count-hits": {"run": "{work}/slide-logs", "cell_m": 2.0, "stop_reason": "tree,barrier"},
     "reach-lines": {"run": "{work}/slide-logs", "lines": f"{LAYERS}|layername=lines"},
     "design-values": {"run": "{work}/slide-logs", "percentiles": "50,95"},
+    "map-intensity": {"run": "{work}/slide-logs", "events_per_year": 0.1},
     "lateral-spread": {"deposits": "{work}/slide-logs/run.gpkg|layername=deposits"},
     "compare-scenarios": {"runs": "{work}/slide-logs,{work}/slide-logs-bare"},
     "calibrate-friction": {

@@ -24,6 +24,7 @@ NAMES = [
     "count-hits",
     "reach-lines",
     "design-values",
+    "map-intensity",
     "lateral-spread",
     "fit-flight",
     "compare-scenarios",

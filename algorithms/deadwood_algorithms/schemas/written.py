@@ -87,6 +87,7 @@ WRITTEN = (
     *_layers("reach-lines", "--output", [results.REACH, results.ARRIVALS, results.ATTRIBUTION, results.ORIGINS]),
     _by_flag("reach-lines", "--origins", files.ORIGIN_SHARES),
     _by_flag("design-values", "--output", files.DESIGN_VALUES),
+    *_in_folder("map-intensity", *files.INTENSITY_MAPS, files.INTENSITY_LINES, files.INTENSITY_FACTS, files.MANIFEST),
     *_layers("lateral-spread", "--output", [results.SPREAD, results.AZIMUTHS]),
     *_layers("fit-flight", "--output", [results.FLIGHTS, results.CLEARANCES]),
     *_in_folder("fit-flight", files.PROFILE, files.MANIFEST, folder="--plots/"),
