@@ -91,6 +91,7 @@ def run_every_tool(folder: Path) -> list[Found]:
         dbh_sd_cm=18.0,
         output=at("generate-forest", "trees.gpkg"),
     )
+    run("windthrow", trees=at("import-trees", "trees.gpkg"), dem=DEM, share=0.5, fall_deg=180.0, output=folder / "wind")
     run(
         "add-structures",
         dem=DEM,

@@ -19,6 +19,7 @@ CASES: dict[str, dict[str, object]] = {
     "sample-releases": {"areas": f"{LAYERS}|layername=release_area", "dem": DEM, "count": 24},
     "import-trees": {"trees": SAMPLE / "trees.csv", "dem": DEM, "id_field": "tree_id"},
     "generate-forest": {"dem": DEM, "stand": f"{LAYERS}|layername=forest", "like": "{work}/import-trees.gpkg"},
+    "windthrow": {"trees": "{work}/import-trees.gpkg", "dem": DEM, "share": 0.4, "fall_deg": 180.0},
     "add-structures": {"dem": DEM, "structures": f"{LAYERS}|layername=dams", "max_reach_m": 60.0},
     "assess-mobilisation": {"dem": DEM, "friction": 0.25, "threshold": 0.35},
     "fit-flight": {"dem": DEM, "flights": f"{LAYERS}|layername=flights", "length_m": 15.0},

@@ -18,6 +18,7 @@ NAMES = [
     "sample-releases",
     "import-trees",
     "generate-forest",
+    "windthrow",
     "add-structures",
     "make-log",
     "slide-logs",
