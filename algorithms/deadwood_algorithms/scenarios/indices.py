@@ -14,11 +14,12 @@ come from a bootstrap that draws the same logs in both.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.numbers.order_statistics import values_needed
 from deadwood_algorithms.numbers.resampling import resamples
 from deadwood_algorithms.numbers.statistics import paired_interval, wilson_interval
 
@@ -26,6 +27,10 @@ Array = NDArray[np.float64]
 INDICES = ("bari", "miri", "orpi")
 TAIL = 0.95
 ENDS = (0.025, 0.975)
+# Arrivals in each scenario from which an interval is given. Below, a bootstrap's is too narrow on the side of energies
+# that have not been seen: of MIRI it held the truth in 72 % of trials with 10 arrivals, 86 % with 25, 94 % with 65; of
+# ORPI in 84 % with 3, 91 % with 10, 94 % with 25. For MIRI these are what an upper bound of the quantile takes at all.
+LEAST_ARRIVALS = {"miri": values_needed(TAIL), "orpi": 10}
 
 
 def barrier_index(before: NDArray[np.bool_], now: NDArray[np.bool_], times: NDArray[np.int64] | None = None) -> float:
@@ -78,18 +83,18 @@ def reach_index(
 def energy_indices(
     before: Array, now: Array, log_id: NDArray[np.int64], seed: int
 ) -> dict[str, tuple[float, float, float]]:
-    """MIRI and ORPI with their intervals; without an arrival in the scenario no interval can be told."""
-    found = {"miri": intensity_index(before, now), "orpi": overall_index(before, now)}
-    if not (np.isfinite(before).any() and np.isfinite(now).any()):
-        return {name: (value, math.nan, math.nan) for name, value in found.items()}
-    drawn = [
-        (intensity_index(before, now, times), overall_index(before, now, times)) for times in resamples(log_id, seed)
-    ]
-    columns = zip(*drawn, strict=True)
-    return {name: (found[name], *_interval(values)) for name, values in zip(found, columns, strict=True)}
+    """MIRI and ORPI with their intervals; NaN for the ends where too few logs arrive in either scenario."""
+    arrivals = min(np.isfinite(each).sum() for each in (before, now))
+    found = {}
+    for name, index in (("miri", intensity_index), ("orpi", overall_index)):
+        ends = math.nan, math.nan
+        if arrivals >= LEAST_ARRIVALS[name]:
+            ends = _interval(index(before, now, times) for times in resamples(log_id, seed))
+        found[name] = (index(before, now), *ends)
+    return found
 
 
-def _interval(values: Iterator[float] | tuple[float, ...]) -> tuple[float, float]:
+def _interval(values: Iterable[float]) -> tuple[float, float]:
     """95 % percentile interval of the resamples that have a value."""
     known = np.array([each for each in values if math.isfinite(each)])
     if not known.size:

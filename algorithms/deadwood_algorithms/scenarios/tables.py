@@ -16,7 +16,7 @@ from deadwood_algorithms.numbers.statistics import (
     reach_record,
     wilson_interval,
 )
-from deadwood_algorithms.scenarios.indices import INDICES
+from deadwood_algorithms.scenarios.indices import INDICES, LEAST_ARRIVALS
 from deadwood_algorithms.scenarios.measures import ScenarioRow
 
 SHOWN = 4  # lines and releases in the printed table; the files have them all
@@ -108,7 +108,7 @@ def index_words(row: ScenarioRow) -> str:
     if not math.isfinite(row.value):
         return f"{name} - (no log reaches)"
     if not math.isfinite(row.low):
-        return f"{name} {100 * row.value:.0f} % (no interval: no log reaches)"
+        return f"{name} {100 * row.value:.0f} % (fewer than {LEAST_ARRIVALS[row.quantity]} logs reach: no interval)"
     value, low, high = (percent(each, row.low, row.high) for each in (row.value, row.low, row.high))
     text = f"{name} {value} % ({low} to {high} %)"
     if row.value_low_if_lost < row.low or row.value_high_if_lost > row.high:

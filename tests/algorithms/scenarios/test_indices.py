@@ -83,12 +83,34 @@ def test_where_no_log_changed_the_interval_has_a_width():
 
 def test_the_interval_hangs_on_the_logs_not_on_their_order():
     rng = np.random.default_rng(4)
-    before, now = (np.where(rng.random(80) < p, rng.lognormal(4.0, 1.0, 80), math.nan) for p in (0.7, 0.4))
-    ids, turned = np.arange(80) * 7, rng.permutation(80)
+    before, now = (np.where(rng.random(300) < p, rng.lognormal(4.0, 1.0, 300), math.nan) for p in (0.7, 0.4))
+    ids, turned = np.arange(300) * 7, rng.permutation(300)
     one = energy_indices(before, now, ids, 3)
     other = energy_indices(before[turned], now[turned], ids[turned], 3)
     assert {name: pytest.approx(each) for name, each in one.items()} == other
     assert energy_indices(before, now, ids, 4) != one
+
+
+def test_of_few_arrivals_no_interval_is_given():
+    energy = np.arange(1.0, 201.0)
+    for arrivals, told in ((71, {"orpi"}), (72, {"miri", "orpi"}), (9, set()), (10, {"orpi"})):
+        now = np.where(np.arange(200) < arrivals, 0.5 * energy, math.nan)
+        for pair in ((energy, now), (now, energy)):
+            found = energy_indices(*pair, np.arange(200), 0)
+            assert {name for name, (_, low, _) in found.items() if math.isfinite(low)} == told
+            assert all(math.isfinite(value) for value, _, _ in found.values())
+
+
+def test_the_interval_of_the_largest_intensity_covers_as_often_as_it_says():
+    """120 forests that let 100 of 150 logs through, at half their energy."""
+    rng = np.random.default_rng(2)
+    inside = 0
+    for turn in range(120):
+        before = rng.lognormal(4.0, 0.7, 150)
+        now = np.where(rng.random(150) < 2.0 / 3.0, 0.5 * rng.lognormal(4.0, 0.7, 150), math.nan)
+        _, low, high = energy_indices(before, now, np.arange(150), turn)["miri"]
+        inside += low <= 0.5 <= high
+    assert inside / 120 >= 0.95 - 3.0 * math.sqrt(0.95 * 0.05 / 120)
 
 
 @pytest.mark.parametrize("index", ["bari", "orpi"])
@@ -135,11 +157,14 @@ def test_through_files_the_energies_are_those_at_the_line(tmp_path):
     assert table.loc[("forest", "miri", "road"), "value"] == pytest.approx(1.0 - e95, rel=1e-6)
     total = ((0.5 * speed[:10]) ** 2).sum() / (speed**2).sum()
     assert table.loc[("forest", "orpi", "road"), "value"] == pytest.approx(1.0 - total, rel=1e-6)
-    for name in ("bari", "miri", "orpi"):
+    assert np.isnan(table.loc[("forest", "miri", "road"), "low"])
+    for name in ("bari", "orpi"):
         row = table.loc[("forest", name, "road")]
         assert row["low"] < row["value"] < row["high"] <= 1.0
         assert ("none", name, "road") not in table.index
-    assert [each for each in outcome.lines if "BARI 75 %" in each and "MIRI" in each and "ORPI 99" in each]
+    assert [
+        each for each in outcome.lines if "BARI 75 %" in each and "fewer than 72 logs" in each and "ORPI 99" in each
+    ]
     wide = pd.read_csv(tmp_path / "out" / "table.csv", encoding="utf-8-sig").set_index(["quantity", "of"])
     assert wide.loc[("bari", "road"), "unit"] == "%"
     assert wide.loc[("bari", "road"), "value"] == 75.0
@@ -175,7 +200,7 @@ def test_on_runs_of_the_engine_they_are_what_reach_lines_says(tmp_path, said):
     again, _ = compared(runs, tmp_path / "again", lines=case.lines)
     for name in ("bari", "miri", "orpi"):
         one, other = (each.loc[("forest", name, "road")] for each in (table, again))
-        assert one[["value", "low", "high"]].tolist() == other[["value", "low", "high"]].tolist()
+        assert np.array_equal(*(each[["value", "low", "high"]].astype(float) for each in (one, other)), equal_nan=True)
 
     poor = case.run(output=str(tmp_path / "poor"), lines=case.lines, trees=case.trees, trajectories="none")
     less, _ = compared([runs[0], poor], tmp_path / "less", feedback=said)
