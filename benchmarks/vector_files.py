@@ -71,7 +71,7 @@ def whole_pyogrio(frame: Any, path: Path) -> None:
 
 
 def whole_fiona(frame: Any, path: Path) -> None:
-    import fiona
+    import fiona  # pyright: ignore[reportMissingImports]
 
     kind = "Point" if "reached" in frame else "3D LineString"
     with fiona.open(path, "w", driver="GPKG", layer="layer", crs=CRS, schema=schema(frame, kind)) as sink:
@@ -84,7 +84,7 @@ def pieces_pyogrio(frame: Any, path: Path) -> None:
 
 
 def pieces_fiona(frame: Any, path: Path) -> None:
-    import fiona
+    import fiona  # pyright: ignore[reportMissingImports]
 
     with fiona.open(path, "w", driver="GPKG", layer="layer", crs=CRS, schema=schema(frame, "Point")) as sink:
         for rows in np.array_split(np.arange(len(frame)), PIECES):
@@ -99,7 +99,7 @@ def stream_pyogrio(_: Any, path: Path) -> int:
 
 
 def stream_fiona(_: Any, path: Path) -> int:
-    import fiona
+    import fiona  # pyright: ignore[reportMissingImports]
 
     with fiona.open(path, layer="layer") as source:
         return sum(1 for _ in source)
@@ -167,7 +167,7 @@ def measured() -> str:
 
 
 def main() -> None:
-    import fiona
+    import fiona  # pyright: ignore[reportMissingImports]
     import pyogrio
 
     from . import study

@@ -13,12 +13,19 @@ independent runs would need thousands for. The folder holds
 - `comparison.png`: reach, run-outs and the maps side by side;
 - `comparison.json`: all of it, and in which parameters the runs differ.
 
+Of each line it has the indices that practice gives a protection forest (after Dupire et al. 2016), against the first
+scenario, with a bootstrap interval that draws the same logs in both: `bari` = 1 - N / N0, of the logs that reach it;
+`miri` = 1 - E95 / E95_0, of the 95 % quantile of their energies there; `orpi` = 1 - S / S0, of the sum of these. 1 is
+full protection, 0 none. Energies need stored trajectories (`--trajectories all`); docs/indices.md has the small print.
+
     deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
         --count 200 --output releases.gpkg
     deadwood-tool slide-logs --dem sample_data/dem.tif --releases releases.gpkg --trees sample_data/trees.csv \\
-        --lines 'sample_data/sample.gpkg|layername=lines' --friction 0.25 --output with_forest
+        --lines 'sample_data/sample.gpkg|layername=lines' --friction 0.25 --trajectories all \\
+        --output with_forest
     deadwood-tool slide-logs --dem sample_data/dem.tif --releases releases.gpkg \\
-        --lines 'sample_data/sample.gpkg|layername=lines' --friction 0.25 --output without
+        --lines 'sample_data/sample.gpkg|layername=lines' --friction 0.25 --trajectories all \\
+        --output without
     deadwood-tool compare-scenarios --runs without,with_forest --output forest_effect
 
 Runs of other releases are refused. The intervals are over the logs: one random forest is one draw of many, and how

@@ -27,11 +27,9 @@ import numpy as np
 
 from deadwood_algorithms import tool
 from deadwood_algorithms.files.grid import Grid, Part
-from deadwood_algorithms.tool import Cancelled, Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.tool import Feedback, Outcome, Tool, UserError
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from deadwood_algorithms.runs.folder import Run
 
 CELLS_MOST = 4_000_000_000 // 4  # a raster of 4 GB; a finer one is a slip of the decimal point
@@ -66,6 +64,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.rasters import write_bands, write_raster
     from deadwood_algorithms.runs.cell_quantiles import QUANTITIES, cell_quantiles, levels_of
     from deadwood_algorithms.runs.folder import chosen_logs, read_run
+    from deadwood_algorithms.runs.hit_counts import count_of
 
     levels = levels_of(ask.quantiles)
     given = {name: getattr(ask, name) for name in QUANTITIES if getattr(ask, name)}
@@ -103,24 +102,6 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     line = f"{stored.size} logs counted; the most that passed over one cell of {grid.cell:g} m: {counts.max()}"
     outputs = {"output": Path(ask.output)} | {name: Path(place) for name, place in given.items()}
     return Outcome(outputs, facts, (line,))
-
-
-def count_of(source: Run, wanted: NDArray[np.int64], grid: Grid, feedback: Feedback) -> NDArray[np.uint32]:
-    """How many of the wanted logs hit each cell."""
-    from deadwood_algorithms.runs.folder import ends_of
-    from deadwood_engine import sweep_hits
-
-    counts = np.zeros(grid.shape, np.uint32)
-    place = {"x0": grid.x0, "y0": grid.y0, "cell": grid.cell, "shape": grid.shape}
-    done = 0
-    for piece in source.poses(wanted):
-        if feedback.cancelled():
-            raise Cancelled
-        base, tip = ends_of(piece)
-        counts += sweep_hits(piece["log_row"], base, tip, *source.radii(), **place)
-        done += np.unique(piece["log_id"]).size
-        feedback.progress(done, wanted.size, "counting hits")
-    return counts
 
 
 def with_cell(grid: Grid, cell: float | None) -> Grid:

@@ -91,6 +91,7 @@ def run_every_tool(folder: Path) -> list[Found]:
         dbh_sd_cm=18.0,
         output=at("generate-forest", "trees.gpkg"),
     )
+    run("windthrow", trees=at("import-trees", "trees.gpkg"), dem=DEM, share=0.5, fall_deg=180.0, output=folder / "wind")
     run(
         "add-structures",
         dem=DEM,
@@ -132,6 +133,8 @@ def run_every_tool(folder: Path) -> list[Found]:
         output=at("reach-lines", "reached.gpkg"),
         origins=at("reach-lines", "origins.tif"),
     )
+    run("design-values", run=slid, output=at("design-values", "design_values.csv"))
+    run("map-intensity", run=slid, events_per_year=0.1, output=folder / "map-intensity")
     run("lateral-spread", deposits=str(slid), output=at("lateral-spread", "spread.gpkg"))
     jumps = pyogrio.read_dataframe(SAMPLE / "sample.gpkg", layer="flights")
     west, south, east, north = jumps.total_bounds

@@ -19,6 +19,7 @@ CASES: dict[str, dict[str, object]] = {
     "sample-releases": {"areas": f"{LAYERS}|layername=release_area", "dem": DEM, "count": 24},
     "import-trees": {"trees": SAMPLE / "trees.csv", "dem": DEM, "id_field": "tree_id"},
     "generate-forest": {"dem": DEM, "stand": f"{LAYERS}|layername=forest", "like": "{work}/import-trees.gpkg"},
+    "windthrow": {"trees": "{work}/import-trees.gpkg", "dem": DEM, "share": 0.4, "fall_deg": 180.0},
     "add-structures": {"dem": DEM, "structures": f"{LAYERS}|layername=dams", "max_reach_m": 60.0},
     "assess-mobilisation": {"dem": DEM, "friction": 0.25, "threshold": 0.35},
     "fit-flight": {"dem": DEM, "flights": f"{LAYERS}|layername=flights", "length_m": 15.0},
@@ -35,6 +36,8 @@ CASES: dict[str, dict[str, object]] = {
     },
     "count-hits": {"run": "{work}/slide-logs", "cell_m": 2.0, "stop_reason": "tree,barrier"},
     "reach-lines": {"run": "{work}/slide-logs", "lines": f"{LAYERS}|layername=lines"},
+    "design-values": {"run": "{work}/slide-logs", "percentiles": "50,95"},
+    "map-intensity": {"run": "{work}/slide-logs", "events_per_year": 0.1},
     "lateral-spread": {"deposits": "{work}/slide-logs/run.gpkg|layername=deposits"},
     "compare-scenarios": {"runs": "{work}/slide-logs,{work}/slide-logs-bare"},
     "calibrate-friction": {

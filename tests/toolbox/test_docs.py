@@ -73,4 +73,12 @@ def test_the_tool_of_the_page_is_a_tool_and_its_tests_pass(tmp_path: Path, check
         text=True,
     )
     assert ran.returncode == 0, ran.stdout[-3000:]
-    assert re.search(r"\b4 passed", ran.stdout)
+    assert re.search(r"\b5 passed", ran.stdout)
+
+
+def test_the_functions_that_the_tool_page_lists_are_where_it_says():
+    rows = re.findall(r"^\| [^|]+ \| ([^|]+) \| `([\w/]+\.py)` \|$", TOOL_PAGE, flags=re.MULTILINE)
+    assert len(rows) >= 10
+    for names, place in rows:
+        source = (ROOT / "algorithms" / "deadwood_algorithms" / place).read_text(encoding="utf-8")
+        assert [name for name in re.findall(r"`(\w+)`", names) if f"def {name}(" not in source] == [], place

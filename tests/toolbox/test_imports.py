@@ -24,6 +24,7 @@ VOCABULARY = ("kinds", "tool", "schemas", "pictures")
 ROOMS = ("numbers", "files", "scene", "runs")
 SUBJECTS = (
     "trees", "releases", "mobilisation", "structures", "flights", "calibration", "fidelity", "scenarios", "sample",
+    "hazard",
     "paper",
     "report",
 )  # fmt: skip

@@ -1,7 +1,7 @@
 """What every GeoTIFF of the toolbox has: tiles, packing, statistics, and for large ones overviews in the COG layout.
 
-A colour table is for bands of classes in 8 or 16 bits, of which no tool writes one; the colours of counts and
-quantities stand in the style beside the file (`styles`).
+A colour table is for bands of classes in 8 bits (`rasters.write_classes`); the colours of counts and quantities stand
+in the style beside the file (`styles`).
 """
 
 from __future__ import annotations

@@ -211,6 +211,18 @@ def ramp(stops: Sequence[Stop], *, opacity: float = 0.9) -> str:
     )
 
 
+def paletted(rows: Sequence[tuple[int, str, str]]) -> str:
+    """One colour a value: (value, colour, label); what is not listed is transparent."""
+    listed = "".join(
+        f'<paletteEntry value="{value}" color="{colour}" label={quoteattr(label)} alpha="255"/>'
+        for value, colour, label in rows
+    )
+    return (
+        '<pipe><rasterrenderer type="paletted" band="1" opacity="0.8" alphaBand="-1" nodataColor="">'
+        f"{_GIVEN}<colorPalette>{listed}</colorPalette></rasterrenderer>{_SHARP}</pipe><blendMode>0</blendMode>"
+    )
+
+
 def relief_shading() -> str:
     """Terrain lit from several sides, paled so that what lies on it stands out."""
     return (

@@ -117,6 +117,18 @@ def write_raster(
     write_bands(path, {description: values}, grid, nodata=nodata, dtype=dtype, units=[units], style=style)
 
 
+def write_classes(
+    path: str | Path, values: np.ndarray, grid: Grid, rows: Sequence[tuple[int, str, str]], *, description: str
+) -> None:
+    """Write a GeoTIFF of classes, bytes of which 0 is nodata, with its colour table, and its style for QGIS beside it.
+
+    ``rows`` are value, colour (``#rrggbb``) and what the class is.
+    """
+    colours = {value: colour for value, colour, _ in rows}
+    write_bands(path, {description: values}, grid, nodata=0, dtype="uint8", units=[""], colours=colours)
+    styles.store_beside(Path(path), styles.of_classes(rows))
+
+
 def write_bands(
     path: str | Path,
     bands: Mapping[str, np.ndarray],
@@ -126,6 +138,7 @@ def write_bands(
     dtype: str,
     units: Sequence[str],
     style: str = "",
+    colours: Mapping[int, str] | None = None,
 ) -> None:
     """Write a GeoTIFF of several bands by their descriptions, as `write_raster` does one; ``units`` by band.
 
@@ -155,6 +168,9 @@ def write_bands(
                 target.set_band_unit(number, units[number - 1])
             if description:
                 target.set_band_description(number, description)
+        if colours:
+            table = {value: (*bytes.fromhex(colour[1:]), 255) for value, colour in colours.items()}
+            target.write_colormap(1, {0: (0, 0, 0, 0)} | table)
     lay_out(Path(path), frame.shape[0] * frame.shape[1], sparse=grid.whole is not None)
     with rasterio.open(path) as written:
         for number, values in enumerate(bands.values(), start=1):

@@ -49,6 +49,7 @@ SPEEDS_MS = (0.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 40.0)
 DBH_CM = (0.0, 20.0, 40.0, 60.0, 80.0, 100.0)
 SHARES = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
 JUMPS_M = (0.0, 0.5, 1.0, 2.0, 4.0, 6.0, 10.0, 20.0)
+YEARS = (3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, 10_000.0)
 HEIGHT_STEP_M = 5.0
 STAMP = "2000-01-01T00:00:00.000Z"  # as the rest of a GeoPackage: same input, same bytes
 
@@ -262,6 +263,11 @@ def _largest(values: NDArray[Any]) -> float:
     return float(np.fmax.reduce(values, axis=None)) if values.size and np.isfinite(values).any() else 1.0
 
 
+def of_classes(rows: Sequence[tuple[int, str, str]]) -> Style:
+    """The style of a raster of classes: value, colour and label of each."""
+    return Style(qml.paletted(rows))
+
+
 RASTERS: dict[str, Callable[[NDArray[Any]], Style]] = {
     "counts": _counts,
     "shares": _shares,
@@ -270,6 +276,7 @@ RASTERS: dict[str, Callable[[NDArray[Any]], Style]] = {
     "jump": lambda values: _scale(JUMPS_M, SPEED, "m"),
     "susceptibility": _susceptibility,
     "difference of shares": _difference,
+    "return period": lambda values: _scale(YEARS, HITS[::-1], "years"),
     "terrain": lambda values: Style(qml.relief_shading()),
 }
 

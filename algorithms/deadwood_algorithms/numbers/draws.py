@@ -12,6 +12,7 @@ import numpy as np
 # What is drawn. Each has a stream of its own, so that log 7 and tree 7 of the same seed have nothing in common.
 LOG_PLACE, TREE_PLACE, TREE_SIZE = range(3)
 LOG_CELL, LOG_SIZE, LOG_DENSITY, LOG_ROW, LOG_AXIS = range(16, 21)
+STEM_THROWN, STEM_FALL, STEM_LOST = range(32, 35)
 # Of the evaluating tools, apart from those of things that are placed.
 BOOTSTRAP, HALVES, EVENT_LOG, EVENT_ERROR = range(64, 68)
 

@@ -25,7 +25,19 @@ from deadwood_algorithms.tool import VERSION
 # A page that may load nothing, whatever a name in it says.
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'; base-uri 'none'"
 PACES = (0.25, 0.5, 1, 2, 4, 8)
-COMPARED = ("reach", "ended", "spread_p05_p95", "speed_mean", "speed_max", "runout", "jump_max", "deposit_moved")
+COMPARED = (
+    "reach",
+    "bari",
+    "miri",
+    "orpi",
+    "ended",
+    "spread_p05_p95",
+    "speed_mean",
+    "speed_max",
+    "runout",
+    "jump_max",
+    "deposit_moved",
+)
 
 
 @dataclass

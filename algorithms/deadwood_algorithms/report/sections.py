@@ -16,13 +16,23 @@ from deadwood_algorithms.report.fidelity_error import REACH_POINTS
 from deadwood_algorithms.report.figures import ARRIVAL_COLUMNS, Drawing
 from deadwood_algorithms.report.markup import Markup, element, joined, table
 from deadwood_algorithms.report.plan import MOST_DOTS, SHOWN_AT_FIRST, layers_drawn
-from deadwood_algorithms.report.rounded import decimal, percent_if_lost, shown_number, shown_share
+from deadwood_algorithms.report.rounded import decimal, percent_if_lost, shown_number, shown_share, with_interval
 from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.words import Words
+from deadwood_algorithms.runs.passages import UNITS, design_rows
 from deadwood_algorithms.tool import VERSION
 
 TOP_TREES = 10
 LEVELS = (5, 25, 50, 75, 95)
+DESIGN_LEVELS = (0.5, 0.9, 0.95, 0.99)
+DESIGN_PHRASES = {
+    "energy": "design_energy",
+    "translation": "design_translation",
+    "rotation": "design_rotation",
+    "speed": "design_speed",
+    "height": "design_height",
+    "impulse": "design_impulse",
+}
 Parts = list[Any]
 
 
@@ -205,6 +215,34 @@ def quantile_row(label: str, values: Any, words: Words) -> tuple[Any, ...]:
         return (label, 0, *["–"] * (len(LEVELS) + 1))
     shown = [shown_number(float(each), words, 2) for each in (*np.percentile(values, LEVELS), values.max())]
     return (label, values.size, *shown)
+
+
+def design(source: ReportedRun, words: Words) -> Parts:
+    """Percentiles at each barrier and line, with exact intervals, and what they lack."""
+    found = [each for each in source.passages if each.log_id.size]
+    if not found:
+        return []
+    head = [words.say("quantity"), *(f"{100 * level:g} %" for level in DESIGN_LEVELS)]
+    parts: Parts = [element("p", words.say("design_note"), class_="quiet")]
+    for each in found:
+        records = list(design_rows(each, DESIGN_LEVELS, 0.95))
+        rows = []
+        for quantity, unit in UNITS.items():
+            mine = [row for row in records if row["quantity"] == quantity]
+            if mine[0]["n"]:
+                rows.append(
+                    (f"{words.say(DESIGN_PHRASES[quantity])} [{unit}]", *(design_cell(row, words) for row in mine))
+                )
+        caption = f"{words.say(each.kind)} {each.place_id}, {words.say('n_logs')}: {each.log_id.size}"
+        parts.append(table(head, rows, caption))
+    return parts
+
+
+def design_cell(row: Mapping[str, Any], words: Words) -> str:
+    """``310 (250 to 420)``; where no upper bound can be told, how many more hits it takes."""
+    if not row["n_more"]:
+        return with_interval(row["value"], row["ci_low"], row["ci_high"], words)
+    return words.say("design_more", value=shown_number(row["value"], words), n=row["n_more"])
 
 
 def spread(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:
@@ -394,6 +432,7 @@ def sections_of(
         ("map", lambda: map_section(source, key, drawings["map"], frame, words)),
         ("reach", lambda: reach(source, drawings, words)),
         ("arrivals", lambda: arrivals(source, drawings, words)),
+        ("design", lambda: design(source, words)),
         ("spread", lambda: spread(source, drawings, words)),
         ("ways", lambda: ways(source, drawings, words)),
         ("profile", lambda: profile_section(drawings, words)),

@@ -28,6 +28,7 @@ from deadwood_algorithms.files.vectors import read_table, read_vector
 from deadwood_algorithms.runs.arrivals import arrivals_frame, find_arrivals
 from deadwood_algorithms.runs.edges import Edges
 from deadwood_algorithms.runs.folder import GEOPACKAGE, SUMMARY, Run, input_paths, read_run
+from deadwood_algorithms.runs.passages import Passages, barrier_passages, line_passages
 from deadwood_algorithms.scene.items import ids_of
 from deadwood_algorithms.scene.read import read_lines
 from deadwood_algorithms.tool import Feedback, Quiet, UserError
@@ -68,6 +69,7 @@ class ReportedRun:
     reached_by: pandas.DataFrame
     arrivals: geopandas.GeoDataFrame | None
     tree_hits: pandas.DataFrame | None
+    passages: list[Passages]
     inputs: list[tuple[str, str, str]]  # parameter, file, SHA-256
     lacks: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
 
@@ -112,6 +114,7 @@ def read_reported_run(path: str, name: str, feedback: Feedback) -> ReportedRun:
         lacks.append(("lacks_poses", {}))
     elif run.stored_log_ids.size < len(run.deposits):
         lacks.append(("lacks_some_poses", {"stored": run.stored_log_ids.size, "n": len(run.deposits)}))
+    arrivals, passages = _arrivals(run, lines, lacks, feedback)
     return ReportedRun(
         name,
         run,
@@ -122,8 +125,9 @@ def read_reported_run(path: str, name: str, feedback: Feedback) -> ReportedRun:
         read_rasters(run, extent),
         lines,
         pandas.DataFrame({"log_id": [], "line_id": []}) if reached is None else reached,
-        _arrivals(run, lines, lacks, feedback),
+        arrivals,
         _layer(run.path, "tree_hits"),
+        [*_barriers(run), *passages],
         hashed_inputs(run),
         lacks,
     )
@@ -254,18 +258,28 @@ def _layer(folder: Path, name: str) -> Any:
     return read_table(f"{package}|layername={name}", what=name)
 
 
-def _arrivals(run: Run, lines: Any, lacks: list, feedback: Feedback) -> geopandas.GeoDataFrame | None:
-    """How the logs arrive at the lines that the run watched; None without lines or trajectories."""
+def _barriers(run: Run) -> list[Passages]:
+    """How the logs come to the barriers; none where the shape that slid is gone, which `_arrivals` tells."""
+    try:
+        return list(barrier_passages(run))
+    except UserError:
+        return []
+
+
+def _arrivals(
+    run: Run, lines: Any, lacks: list, feedback: Feedback
+) -> tuple[geopandas.GeoDataFrame | None, list[Passages]]:
+    """How the logs arrive at the lines that the run watched; nothing without lines or trajectories."""
     if lines is None or not run.stored_log_ids.size:
-        return None
+        return None, []
     marks, items = read_lines(f"{run.path / GEOPACKAGE}|layername=reach", run.grid, Quiet())
     with Edges(run.grid, input_paths(run.path, run.manifest, "dem"), Quiet()) as edges:
         try:
             arrived = find_arrivals(run, marks, items, None, 0.0, feedback)
         except UserError as error:  # the shape that slid is gone
             lacks.append(("lacks_shape", {"reason": str(error)}))
-            return None
-        return arrivals_frame(run, arrived, items, edges)
+            return None, []
+        return arrivals_frame(run, arrived, items, edges), list(line_passages(run, arrived, items, edges))
 
 
 def hashed_inputs(run: Run) -> list[tuple[str, str, str]]:

@@ -171,6 +171,24 @@ PHRASES: dict[str, tuple[str, str]] = {
         "Die erste Berührung je Stamm und Linie, über die Stämme mit aufbewahrter Bahn. Energie der Translation; Höhe "
         "des Schwerpunkts über dem Gelände; Winkel zwischen Bewegungsrichtung und Linie (90° ist frontal).",
     ),
+    "design": ("Design values", "Bemessungswerte"),
+    "design_note": (
+        "Percentiles over the logs that come to a barrier (the largest of each log's hits, just before it) or to a "
+        "line (at the first touch), with exact 95 % intervals from order statistics. Height: of the place of the hit, "
+        "or of the log's upper edge at the line, above the terrain. No safety factor is in them; deadwood-tool "
+        "design-values writes them as a table.",
+        "Perzentile über die Stämme, die an eine Barriere kommen (der grösste der Treffer jedes Stamms, kurz davor) "
+        "oder an eine Linie (bei der ersten Berührung), mit exakten 95-%-Intervallen aus Ordnungsstatistiken. Höhe: "
+        "der getroffenen Stelle, oder der Oberkante des Stamms an der Linie, über dem Gelände. Sie enthalten keinen "
+        "Sicherheitsfaktor; deadwood-tool design-values schreibt sie als Tabelle.",
+    ),
+    "design_more": ("{value}; {n} more hits needed", "{value}; {n} Treffer mehr nötig"),
+    "design_energy": ("energy", "Energie"),
+    "design_translation": ("of translation", "der Translation"),
+    "design_rotation": ("of rotation", "der Rotation"),
+    "design_speed": ("speed", "Geschwindigkeit"),
+    "design_height": ("height", "Höhe"),
+    "design_impulse": ("impulse", "Impuls"),
     "arrivals_none": ("No stored trajectory reaches a line.", "Keine aufbewahrte Bahn erreicht eine Linie."),
     "median": ("median", "Median"),
     "largest": ("largest", "grösstes"),
@@ -359,6 +377,9 @@ PHRASES: dict[str, tuple[str, str]] = {
         "{name} minus {reference}: Anteil passierender Stämme [Punkte]",
     ),
     "quantity_reach": ("reach {item}", "Reichweite {item}"),
+    "quantity_bari": ("fewer reach {item} (BARI)", "weniger erreichen {item} (BARI)"),
+    "quantity_miri": ("lower 95 % energy at {item} (MIRI)", "kleinere 95-%-Energie bei {item} (MIRI)"),
+    "quantity_orpi": ("lower summed energy at {item} (ORPI)", "kleinere Energiesumme bei {item} (ORPI)"),
     "quantity_ended": ("ended: {item}", "Ende: {item}"),
     "quantity_spread": ("lateral spread, {item}", "seitliche Streuung, {item}"),
     "quantity_spread_p05_p95": ("lateral spread 5 to 95 %, {item}", "seitliche Streuung 5 bis 95 %, {item}"),

@@ -25,7 +25,7 @@ from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.tool import Cancelled, Feedback
 from deadwood_engine import Lines, segments_of, sweep_touches
 
-POSE_FACTS = ("t_s", "path_m", *"xyz", "speed_ms", "clearance_m", "xb", "yb", "xt", "yt")
+POSE_FACTS = ("t_s", "path_m", *"xyz", "speed_ms", "clearance_m", "xb", "yb", "zb", "xt", "yt", "zt")
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 Every log is its own control, so a difference is told by the logs that changed: a share by Tango's interval and
 McNemar's exact test, a mean by the changes' own scatter, a spread or quantile by a bootstrap that draws the same logs
-in both.
+in both. The indices of a protection forest (`indices`) are bootstrapped likewise.
 A log that left the terrain model before it reached a line, or before anything held it, may have done so beyond. Shares
 and their differences come with bounds for such logs: none did in the one scenario and all did in the other, and the
 other way round. A mean speed leaves out logs that still moved at the time limit in any of the scenarios compared: they
@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms.numbers.directions import spread_of_release
 from deadwood_algorithms.numbers.resampling import bootstrap_interval
 from deadwood_algorithms.numbers.statistics import Z_95, mcnemar_p, paired_interval, wilson_interval
+from deadwood_algorithms.scenarios.indices import barrier_index, energy_indices, reach_index
 from deadwood_algorithms.scenarios.runs import Compared, Scenario
 from deadwood_algorithms.scene.releases import LEAST_OF_A_RELEASE, Group
 from deadwood_algorithms.tool import Cancelled, Feedback
@@ -95,6 +96,9 @@ def compared_rows(compared: Compared, min_runout: float | None, seed: int, feedb
         for column, line_id in enumerate(compared.line_ids):
             shares = [Share.of(run.reach[:, column], run.left_dem) for run in (each, other) if run]
             rows.append(share_row(each.name, "reach", str(line_id), *shares))
+        if other:
+            for column, line_id in enumerate(compared.line_ids):
+                rows += index_rows(each, other, column, str(line_id), compared.log_id, seed)
         for reason in HELD:
             shares = [
                 Share.of(run.column("stop_reason") == reason, run.left_dem & (reason != "time_limit"))
@@ -140,6 +144,26 @@ def share_row(name: str, quantity: str, item: str, now: Share, before: Share | N
         facts |= {"difference_low_if_lost": least[0], "diff_low_if_lost": least[1]}
         facts |= {"difference_high_if_lost": most[0], "diff_high_if_lost": most[2]}
     return ScenarioRow(name, quantity, item, "1", n, **facts)
+
+
+def index_rows(
+    each: Scenario, other: Scenario, column: int, line_id: str, log_id: NDArray[np.int64], seed: int
+) -> Iterator[ScenarioRow]:
+    """BARI of all logs, MIRI and ORPI of those whose trajectory is stored in both, where any is."""
+    before, now = (Share.of(run.reach[:, column], run.left_dem) for run in (other, each))
+    value, low, high = reach_index(before.did, now.did, log_id, seed)
+    row = ScenarioRow(each.name, "bari", line_id, "1", log_id.size, value, low, high)
+    yield replace(
+        row,
+        n_lost=int((before.lost | now.lost).sum()),
+        value_low_if_lost=barrier_index(before.did, now.most),
+        value_high_if_lost=barrier_index(before.most, now.did),
+    )
+    both = each.stored & other.stored
+    if both.any():
+        energies = other.energy[both, column], each.energy[both, column]
+        for name, found in energy_indices(*energies, log_id[both], seed).items():
+            yield ScenarioRow(each.name, name, line_id, "1", int(both.sum()), *found)
 
 
 def _paired(before: NDArray[np.bool_], now: NDArray[np.bool_]) -> tuple[float, float, float]:

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.files.crs import crs_name, same_crs
 from deadwood_algorithms.files.vectors import read_table, read_vector
-from deadwood_algorithms.runs.arrivals import find_arrivals
+from deadwood_algorithms.runs.arrivals import Arrived, find_arrivals
 from deadwood_algorithms.runs.folder import GEOPACKAGE, Run, read_run
 from deadwood_algorithms.scene.read import read_lines
 from deadwood_algorithms.scene.released_scene import DEFAULTED
-from deadwood_algorithms.tool import Feedback, UserError
+from deadwood_algorithms.tool import Feedback, Quiet, UserError
 
 # Of the releases, what deposits repeat, and how far two of the same may differ: coordinates by rounding alone.
 SAME = {
@@ -39,12 +39,16 @@ class Scenario:
     """One run; rows of its deposits in the order of the logs that all runs have.
 
     reach : (n, lines), the same lines for all runs
+    energy : (n, lines), of translation and rotation at the first touch [kJ]; NaN for a log that does not reach
+    stored : (n,), logs of which energies would be known
     """
 
     name: str
     run: Run
     rows: NDArray[np.int64]
     reach: NDArray[np.bool_]
+    energy: NDArray[np.float64]
+    stored: NDArray[np.bool_]
 
     def column(self, name: str) -> NDArray[Any]:
         return self.run.deposits[name].to_numpy()[self.rows]
@@ -126,11 +130,14 @@ def read_compared(runs: str, names: str | None, lines: str | None, feedback: Fee
         feedback.note(f"{common.size} of up to {most} logs {why} in all runs and are compared")
     rows = [rows_by_log_id(run, common) for run in found]
     if lines:
-        line_ids, shapes, reach = reach_of_lines(found, lines, feedback)
+        line_ids, shapes, energies = energies_of_lines(found, lines, feedback)
+        reach = [np.isfinite(each) for each in energies]
     else:
         line_ids, shapes, reach = reach_of_runs(found, feedback)
-    parts = zip(called, found, rows, reach, strict=True)
-    scenarios = [Scenario(name, run, row, each[row]) for name, run, row, each in parts]
+        energies = energies_of_runs(found, line_ids, feedback)
+    stored = [np.isin(run.deposits["log_id"], run.stored_log_ids) for run in found]
+    parts = zip(called, found, rows, reach, energies, stored, strict=True)
+    scenarios = [Scenario(name, run, row, hit[row], kj[row], kept[row]) for name, run, row, hit, kj, kept in parts]
     return Compared(scenarios, line_ids, shapes, common)
 
 
@@ -218,17 +225,48 @@ def reach_of_runs(runs: Sequence[Run], feedback: Feedback) -> tuple[list[Any], l
     return shared, [frames[0].geometry[line_id] for line_id in shared], reach
 
 
-def reach_of_lines(
+def energies_of_lines(
     runs: Sequence[Run], lines: str, feedback: Feedback
-) -> tuple[list[Any], list[Any], list[NDArray[np.bool_]]]:
-    """Which stored trajectories reach other lines: ids, shapes, reach by row of deposits."""
-    reach, ids, shapes = [], [], []
+) -> tuple[list[Any], list[Any], list[NDArray[np.float64]]]:
+    """With what energy stored trajectories reach lines: ids, shapes, and by row of deposits kJ, NaN for none."""
+    energies, ids, shapes = [], [], []
     for run in runs:
         marks, items = read_lines(lines, run.grid, feedback)
         arrived = find_arrivals(run, marks, items, None, 0.0, feedback)
-        reach.append(arrived.reached(len(run.deposits), len(items.ids)))
+        energies.append(_energies(arrived, len(run.deposits), len(items.ids)))
         ids, shapes = items.ids, list(items.geometry)
-    return ids, shapes, reach
+    return ids, shapes, energies
+
+
+def energies_of_runs(runs: Sequence[Run], line_ids: Sequence[Any], feedback: Feedback) -> list[NDArray[np.float64]]:
+    """The same of the runs' own lines; NaN throughout, which is said, where a run stored no trajectory."""
+    found = []
+    for run in runs:
+        energy = np.full((len(run.deposits), len(line_ids)), np.nan)
+        found.append(energy)
+        if not line_ids:
+            continue
+        if not run.stored_log_ids.size:
+            feedback.note(
+                f"{run.path}: no trajectory was stored, so no energy at lines (MIRI, ORPI) is compared; "
+                "run slide-logs with --trajectories all"
+            )
+            continue
+        try:
+            marks, items = read_lines(f"{run.path / GEOPACKAGE}|layername=reach", run.grid, Quiet())
+            arrived = find_arrivals(run, marks, items, None, 0.0, feedback)
+        except UserError as error:  # the shape that slid is gone
+            feedback.warn(f"no energy at lines (MIRI, ORPI) is compared: {error}")
+            continue
+        energy[:] = _energies(arrived, len(energy), len(items.ids))[:, [items.ids.index(each) for each in line_ids]]
+    return found
+
+
+def _energies(arrived: Arrived, n_logs: int, n_lines: int) -> NDArray[np.float64]:
+    out = np.full((n_logs, n_lines), np.nan)
+    table: Any = arrived.table
+    out[table["log"], table["line"]] = (table["energy_kj"] + table["rotation_kj"]).to_numpy()
+    return out
 
 
 def differing(compared: Compared) -> dict[str, dict[str, Any]]:

@@ -16,6 +16,7 @@ from deadwood_algorithms.numbers.statistics import (
     reach_record,
     wilson_interval,
 )
+from deadwood_algorithms.scenarios.indices import INDICES, LEAST_ARRIVALS
 from deadwood_algorithms.scenarios.measures import ScenarioRow
 
 SHOWN = 4  # lines and releases in the printed table; the files have them all
@@ -80,6 +81,7 @@ def table_lines(
     shown = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table]
     if any("[" in cell for row in table[1:] for cell in row):
         shown.append("[]: all that it may be, with its interval, for the logs that left the terrain model before")
+    shown += index_lines(rows, names[0])
     for parameter, values in differences.items():
         told = ", ".join(f"{name}: {Path(str(value)).name if value else 'none'}" for name, value in values.items())
         shown.append(f"--{parameter.replace('_', '-')} differs: {told}")
@@ -88,6 +90,31 @@ def table_lines(
     hidden = max(len(lines) - SHOWN, 0) + max(len(releases) - SHOWN, 0)
     more = f"; {hidden} more lines or releases in {file}" if hidden else ""
     return (f"{n_logs} logs in each scenario, intervals 95 %{more}:", *shown)
+
+
+def index_lines(rows: Sequence[ScenarioRow], reference: str) -> tuple[str, ...]:
+    """The indices of the protection forest, a line a scenario and line; none without lines."""
+    of = {(row.scenario, row.quantity, row.item): row for row in rows}
+    shown = []
+    for scenario, item in dict.fromkeys((row.scenario, row.item) for row in rows if row.quantity == "bari"):
+        told = [index_words(of[scenario, name, item]) for name in INDICES if (scenario, name, item) in of]
+        shown.append(f"{scenario} against {reference}, line {item}: {', '.join(told)}")
+    return tuple(shown)
+
+
+def index_words(row: ScenarioRow) -> str:
+    """``BARI 60 % (43 to 75 %)``; with ``[..]`` where logs were lost that could change it."""
+    name = row.quantity.upper()
+    if not math.isfinite(row.value):
+        return f"{name} - (no log reaches)"
+    if not math.isfinite(row.low):
+        return f"{name} {100 * row.value:.0f} % (fewer than {LEAST_ARRIVALS[row.quantity]} logs reach: no interval)"
+    value, low, high = (percent(each, row.low, row.high) for each in (row.value, row.low, row.high))
+    text = f"{name} {value} % ({low} to {high} %)"
+    if row.value_low_if_lost < row.low or row.value_high_if_lost > row.high:
+        ends = (percent(each, row.low, row.high) for each in (row.value_low_if_lost, row.value_high_if_lost))
+        text += f" [{' to '.join(ends)} %]"
+    return text
 
 
 def share_words(row: ScenarioRow) -> str:

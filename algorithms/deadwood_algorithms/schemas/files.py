@@ -107,6 +107,31 @@ DIFFERENCE = RasterFile(
     ),
 )
 
+
+def _classes(name: str, what: str) -> RasterFile:
+    return RasterFile(
+        name=name,
+        meaning=f"{what}, from 1; 0 where no log passed; classes.json says what each is",
+        bands=(Band(name=what, meaning="The class; its colour is in the file", number="uint8"),),
+    )
+
+
+INTENSITY_MAPS = (
+    _classes("intensity", "Class of intensity"),
+    _classes("passage", "Class of the share of the logs that pass"),
+    _classes("return_class", "Class of the return period"),
+    _classes("matrix", "Class of both"),
+    RasterFile(
+        name="return_period",
+        meaning="Mean time between events that reach the cell; NaN where no log passed",
+        bands=(
+            Band(name="Return period", meaning="Mean time between events", unit="a"),
+            Band(name="Lower end of its 95 % interval", meaning="Lower end, for the number of logs", unit="a"),
+            Band(name="Upper end", meaning="Upper end", unit="a"),
+        ),
+    ),
+)
+
 # --- tables ---------------------------------------------------------------------------------------------------------
 
 COMPARISON = TableFile(
@@ -158,6 +183,48 @@ OVERVIEW = TableFile(
         a_number("if_lost_to", "The value if all had"),
         a_number("difference_if_lost_from", "The least difference, whatever they did"),
         a_number("difference_if_lost_to", "The largest"),
+    ),
+)
+DESIGN_VALUES = TableFile(
+    name="design_values.csv",
+    meaning="Percentiles at each barrier and line, over the logs that come to it",
+    columns=(
+        a_text("kind", "What the place is", choices=("barrier", "line")),
+        a_text("place_id", "The barrier or line"),
+        a_text(
+            "quantity",
+            "What of the log: its energy (of translation and rotation), either apart, speed, height, impulse",
+            choices=("energy", "translation", "rotation", "speed", "height", "impulse"),
+        ),
+        a_text("unit", "Unit of the values"),
+        a_number("percentile", "Which percentile", 0, 100, unit="%"),
+        a_number("n", "Logs behind it", 0),
+        a_number("value", "The percentile; empty without any log"),
+        a_number("ci_low", "Lower end of its exact interval; empty where the logs are too few for one"),
+        a_number("ci_high", "Upper end"),
+        a_number("n_more", "How many more hits it takes for an upper end, 0 where there is one", 0),
+        a_text("note", "The same in words, or why the quantity is not there"),
+    ),
+)
+INTENSITY_LINES = TableFile(
+    name="lines.csv",
+    meaning="Each line by the least energy that reaches it; the last seven but one only with a frequency",
+    columns=(
+        a_text("line_id", "The line or polygon"),
+        a_number("at_least_kj", "Least energy of the logs that count; 0: all that reach it", 0),
+        a_number("n_total", "Logs that were watched", 0),
+        a_number("n_reach", "Of these, the logs that reach the line with so much energy", 0),
+        a_number("p", "Their share", 0, 1),
+        a_number("ci_low", "Lower end of its 95 % Wilson interval", 0, 1),
+        a_number("ci_high", "Upper end", 0, 1),
+        a_number("rate_per_year", "Events a year that reach the line so", 0, unit="1/a"),
+        a_number("rate_low_per_year", "Lower end of its 95 % interval, for the number of logs", 0, unit="1/a"),
+        a_number("rate_high_per_year", "Upper end", 0, unit="1/a"),
+        a_number("return_period_years", "Mean time between them; empty where no log reaches", 0, unit="a"),
+        a_number("return_low_years", "Lower end of its 95 % interval", 0, unit="a"),
+        a_number("return_high_years", "Upper end; empty where there is none", 0, unit="a"),
+        a_number("return_class", "Class of the return period, from 1, the shortest; 0 where no log reaches", 0),
+        a_text("note", "What is to be said of the row"),
     ),
 )
 CALIBRATION = TableFile(
@@ -367,6 +434,31 @@ COMPARISON_FACTS = JsonFile(
         _key("logs", "Logs that are compared"),
         _whole("parameters_that_differ", "By parameter: the value in each scenario"),
         _whole("rows", "The rows of comparison.csv"),
+    ),
+)
+INTENSITY_FACTS = JsonFile(
+    name="classes.json",
+    meaning="What the classes are, what ground each has, and whose rule they are",
+    keys=(
+        _key("rule", "Whose rule the classes are"),
+        _key("decides", "What a person decides"),
+        _key("energy", "Which energy of a cell is classed"),
+        _key("logs", "Logs of the run"),
+        _key("logs_per_event", "Logs that start in one event; with a frequency"),
+        _key("areas", "Release areas; with a frequency"),
+        _key("areas[].release_id", "The area"),
+        _key("areas[].events_per_year", "Its events a year"),
+        _key("areas[].n_logs", "Logs of the run that started there"),
+        _key("no_hit", "What may be yet where no log passed (95 %)"),
+        _key("no_hit.p_high", "Upper end of the interval of the share of logs that pass"),
+        _key("no_hit.return_low_years", "Lower end of that of the return period; with a frequency"),
+        _key("classes", "One a raster and class"),
+        _key("classes[].map", "The raster"),
+        _key("classes[].class", "The class"),
+        _key("classes[].meaning", "What it is"),
+        _key("classes[].cells", "Cells that have it"),
+        _key("classes[].area_m2", "Their area [m²]"),
+        _whole("lines", "The rows of lines.csv"),
     ),
 )
 CALIBRATION_FACTS = JsonFile(

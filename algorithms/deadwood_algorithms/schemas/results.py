@@ -451,6 +451,24 @@ FOREST = Layer(
     columns=(a_text("name", "Its name"),),
 )
 
+_STATE = ("standing", "lying", "removed")
+
+STEMS = Layer(
+    name="stems",
+    geometry=("Point",),
+    meaning="Every tree of windthrow, where it stood: what becomes of its stem in each scenario",
+    columns=(
+        an_id("tree_id", "The tree"),
+        a_number("dbh_cm", "Diameter at breast height", 0),
+        a_number("height_m", "Height of the tree before", 0),
+        a_number("fall_deg", "Azimuth towards which it fell; empty where it stands", 0, FULL_CIRCLE),
+        a_text("before", "Before the storm: it stands", choices=_STATE),
+        a_text("after", "Right after it", choices=_STATE),
+        a_text("later", "Years later", choices=_STATE),
+        a_text("cleared", "Where everything that lay is removed", choices=_STATE),
+    ),
+)
+
 # By their names; layers that bear another's name (the reach of a run, the simulated deposits) are only in `written`.
 RESULTS = (
     DEPOSITS,
@@ -480,6 +498,7 @@ RESULTS = (
     OBSERVED,
     RELEASE_AREA,
     FOREST,
+    STEMS,
 )
 
 MAPPED_RELEASES = Layer(

@@ -126,6 +126,7 @@ UNITS = {
     "kns": "kN s",
     "rel": "1",
     "rad_s": "rad/s",
+    "years": "a",
 }
 
 

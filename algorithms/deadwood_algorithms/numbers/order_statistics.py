@@ -1,0 +1,67 @@
+"""Exact intervals of percentiles, from order statistics: no law of the values is assumed, only that logs are alike.
+
+Of n independent values the number that lie below a percentile p is binomial (n, p), whatever the values are. So two of
+the sorted values hold the percentile with a probability that the binomial law gives; of few values none of them lies
+above a high percentile with that probability, and no upper bound can be told.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def binomial_below(n: int, p: float) -> NDArray[np.float64]:
+    """P(B <= k) of a binomial number of n trials, k = 0 ... n; 0 < p < 1."""
+    logs = np.concatenate([[0.0], np.cumsum(np.log(np.arange(1, n + 1)))])  # of the factorials
+    k = np.arange(n + 1)
+    chance = np.exp(logs[n] - logs - logs[::-1] + k * math.log(p) + (n - k) * math.log1p(-p))
+    return np.minimum(np.cumsum(chance), 1.0)
+
+
+def percentile_ranks(n: int, p: float, confidence: float = 0.95) -> tuple[int, int]:
+    """Ranks, from 1, of the sorted values between which a percentile lies with at least this probability.
+
+    Either side errs at most half of the rest. Rank 0: no lower bound can be told; rank n + 1: no upper one.
+    """
+    if n < 1:
+        return 0, n + 1
+    side = 0.5 * (1.0 - confidence)
+    below = binomial_below(n, p)
+    # The percentile lies below the value of rank r when fewer than r values are below it: P(B <= r - 1).
+    low = int(np.searchsorted(below, side, side="right"))
+    # It lies above the value of rank r when r or more are: 1 - P(B <= r - 1), told from the small end for its digits.
+    above = binomial_below(n, 1.0 - p)  # P(n - B <= j), so P(B >= r) = above[n - r]
+    high = n + 1 - int(np.searchsorted(above, side, side="right"))
+    return low, high
+
+
+def values_needed(p: float, confidence: float = 0.95) -> int:
+    """The least number of values of which the largest is an upper bound of the percentile: p^n <= half of the rest."""
+    n = max(1, math.ceil(math.log(0.5 * (1.0 - confidence)) / math.log(p)))
+    while percentile_ranks(n, p, confidence)[1] > n:  # a hair beyond, by rounding
+        n += 1
+    return n
+
+
+def percentile_record(values: NDArray[np.float64], p: float, confidence: float = 0.95) -> dict[str, float]:
+    """A percentile of values with its interval; NaN where it, or an end, cannot be told.
+
+    Returns
+    -------
+    record : dict
+        ``n``, ``value`` (linear between order statistics), ``ci_low``, ``ci_high``, and ``n_more``: how many more
+        values it takes until an upper bound can be told, 0 where it can.
+    """
+    ordered = np.sort(np.asarray(values, np.float64))
+    n = ordered.size
+    low, high = percentile_ranks(n, p, confidence)
+    return {
+        "n": n,
+        "value": float(np.quantile(ordered, p)) if n else math.nan,
+        "ci_low": float(ordered[low - 1]) if low else math.nan,
+        "ci_high": float(ordered[high - 1]) if high <= n else math.nan,
+        "n_more": max(0, values_needed(p, confidence) - n) if high > n else 0,
+    }
