@@ -211,7 +211,8 @@ def thrown(at, scene, feature, number, seed):
     radius = solid[:, at.BASE] + share * (solid[:, at.TIP] - solid[:, at.BASE])
     aside = radius * np.where(rng.random(many) < 0.5, 1.0, rng.random(many))
     skin = (share * length - solid[:, at.CENTRE])[:, None] * d + aside[:, None] * side
-    place = rng.uniform(*np.array(feature.box).T, (many, 3))
+    low, high = np.array(feature.box).T
+    place = rng.uniform(low, high, (many, 3))
     velocity = rng.choice([0.5, 2.0, 8.0], (many, 1)) * rng.uniform((-1, -1, -1), (1, 1, 0.2), (many, 3))
     spin = rng.choice([0.0, 1.0], (many, 1)) * rng.uniform(-1.5, 1.5, (many, 3))
     centre = place - skin - rng.uniform(0.02, 0.12, (many, 1)) * velocity

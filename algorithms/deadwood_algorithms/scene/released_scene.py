@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from typing import Any
 
 from deadwood_algorithms import tool
 from deadwood_algorithms.schemas import DBH_CM, DENSITY_KG_M3, DROP_M, SPEED_MS, TREE_M
@@ -131,7 +132,7 @@ class ReleasedScene:
     threads: int | None = tool.integer("Threads (default: every core)", default=None, minimum=1, advanced=True)
     crs: str | None = tool.crs()
 
-    def laws(self) -> dict[str, float | None]:
+    def laws(self) -> dict[str, Any]:
         """The laws of contact but the ground's sliding friction, by the names that the engine's ``slide`` takes."""
         return {
             "restitution": self.restitution,
