@@ -22,7 +22,7 @@ from deadwood_algorithms.tool import Feedback, UserError
 from deadwood_engine import STOP_REASONS, Fidelity, Lines, Result
 
 Array = NDArray[np.float64]
-AT_REST = [STOP_REASONS.index(name) for name in ("rest", "tree", "barrier", "lying_log")]
+AT_REST = [STOP_REASONS.index(name) for name in ("rest", "tree", "barrier", "lying_log", "block")]
 
 
 @dataclass(frozen=True)

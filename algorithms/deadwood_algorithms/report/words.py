@@ -16,6 +16,7 @@ STOPS = {
     "rest": ("at rest on the terrain", "Ruhe auf dem Gelände"),
     "tree": ("held by a tree", "von Baum gehalten"),
     "lying_log": ("held by a lying log", "von liegendem Stamm gehalten"),
+    "block": ("held by a block", "von einem Block gehalten"),
     "barrier": ("held by a barrier", "von Barriere gehalten"),
     "left_dem": ("left the terrain model", "verliess das Geländemodell"),
     "time_limit": ("still moving at the time limit", "bewegt sich noch am Zeitlimit"),
