@@ -36,6 +36,7 @@ NAMES = (
     "make-report",
     "view",
     "reproduce-paper",
+    "warm-up",
     "demo",
 )
 TOOLS: tuple[Tool, ...]

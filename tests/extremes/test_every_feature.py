@@ -41,9 +41,9 @@ def past_one_another(n, base, tip, first, last, solid):
     return np.where(n[..., 2] < -1e-12, np.inf, reach) if solid[2] else reach
 
 
-def seeds(base, tip, solid):
-    """Directions that may be the way out of a solid, (m, k, 3): square to both axes, along and square to each, all over
-    the sphere."""
+def seeds(base, tip, taper, solid):
+    """Directions that may be the way out of a solid, (m, k, 3): square to both axes, along and square to each, square
+    to the log's side (along a log of 10 m its taper is 5 cm), level ones for a plate, all over the sphere."""
     d = (tip - base) / np.linalg.norm(tip - base, axis=1)[:, None]
     along = solid[0][-1] - solid[0][0]
     u = along / np.linalg.norm(along) if np.linalg.norm(along) > 0.0 else np.array([0.0, 0.0, 1.0])
@@ -52,12 +52,17 @@ def seeds(base, tip, solid):
     turn = np.linspace(0.0, 2 * np.pi, 48, endpoint=False)[None, :, None]
     other = np.cross(d, square)
     around = [np.cos(turn) * square[:, None] + np.sin(turn) * other[:, None]]
+    around += [around[0] + sign * taper[:, None, None] * d[:, None] for sign in (1.0, -1.0)]
+    around[1:] = [each / np.linalg.norm(each, axis=2, keepdims=True) for each in around[1:]]
     other = np.cross(u, square)
     around.append(np.cos(turn) * square[:, None] + np.sin(turn) * other[:, None])
     if solid[2]:  # square to a plate, to its posts
         level = np.cross(u, (0.0, 0.0, 1.0))
         level = np.stack([level, -level, u * (1, 1, 0), -u * (1, 1, 0)])
         around.append(np.broadcast_to(level / np.linalg.norm(level, axis=1)[:, None], (len(d), 4, 3)))
+        turn = np.linspace(0.0, 2 * np.pi, 720, endpoint=False)
+        level = np.column_stack([np.cos(turn), np.sin(turn), 0.0 * turn])
+        around.append(np.broadcast_to(level, (len(d), 720, 3)))
     return np.concatenate(
         [*around, d[:, None], -d[:, None], np.broadcast_to(directions(200), (len(d), 200, 3))], axis=1
     )
@@ -76,7 +81,7 @@ def depths(base, tip, first, last, solid):
 
 
 def _depths(base, tip, first, last, solid):
-    n = seeds(base, tip, solid)
+    n = seeds(base, tip, (first - last) / np.linalg.norm(tip - base, axis=1), solid)
     rows = np.arange(len(base))
     reach = past_one_another(n, base, tip, first, last, solid)
     best = reach.argmin(axis=1)
@@ -87,6 +92,8 @@ def _depths(base, tip, first, last, solid):
         if not len(near):
             break
         tried = n[near, None] + 10.0 ** rng.uniform(-5, -0.5, (48, 1)) * rng.standard_normal((48, 3))
+        if solid[2]:
+            tried[:, ::2, 2] = 0.0  # a plate goes down for ever: the least of tilts costs its depth below the edge
         tried /= np.linalg.norm(tried, axis=2, keepdims=True)
         reach = past_one_another(tried, base[near], tip[near], first[near], last[near], solid)
         k = reach.argmin(axis=1)

@@ -34,6 +34,7 @@ NAMES = [
     "make-report",
     "view",
     "reproduce-paper",
+    "warm-up",
     "demo",
 ]
 UNITS = {
@@ -101,7 +102,7 @@ def test_the_declaration_is_complete(tool: Tool):
     names = {p.name for p in tool.parameters()}
     layers = {p.name for p in tool.parameters() if p.kind in ("vector", "table")}
     assert {p.parent for p in tool.parameters() if p.kind == "field"} <= layers
-    if tool.name != "view":  # which writes into the run that it shows
+    if tool.name not in ("view", "warm-up"):  # one writes into the run that it shows, the other into the cache
         assert any(p.is_output for p in tool.parameters())
         assert "overwrite" in names
     assert not names & {"config", "progress", "quiet", "verbose", "help", "version"}
@@ -120,7 +121,9 @@ def test_the_description_is_json_and_says_the_same(tool: Tool, capsys: pytest.Ca
     assert cli.run(["describe", tool.name, "--json"]) == 0
     told = json.loads(capsys.readouterr().out, parse_constant=lambda word: pytest.fail(f"{word} is not JSON"))
     assert [each["name"] for each in told["parameters"]] == [p.name for p in tool.parameters()]
-    assert told["qgis_id"] == ("" if tool.name in ("view", "demo") else "deadwood:" + tool.name.replace("-", ""))
+    assert told["qgis_id"] == (
+        "" if tool.name in ("view", "warm-up", "demo") else "deadwood:" + tool.name.replace("-", "")
+    )
 
 
 @every_tool

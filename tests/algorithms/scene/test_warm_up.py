@@ -5,8 +5,10 @@ from __future__ import annotations
 import pytest
 from numba.core import event
 
+from deadwood_algorithms import warm_up as warm_up_tool
 from deadwood_algorithms.scene import warm_up
 from deadwood_algorithms.scene.warm_up import COMPILING, compiling_said, load_kernels
+from deadwood_engine import engine_digest
 
 
 @pytest.mark.parametrize("kernels", [0, 1, 3])
@@ -33,3 +35,14 @@ def test_numba_says_so_when_it_compiles(said):
     with compiling_said(said):
         numba.njit(lambda x: x + 1)(1)
     assert said.notes[0] == warm_up.COMPILING
+
+
+@pytest.mark.parametrize("shapes", [False, True])
+def test_after_warm_up_nothing_is_compiled(said, shapes):
+    """The tool reads or compiles what slide-logs needs: a second one finds it all."""
+    for again in range(2):
+        said.notes.clear()
+        made = warm_up_tool.TOOL(shapes=shapes, feedback=said)
+        assert made.facts["engine"] == engine_digest()
+        assert said.notes[-1].startswith("the engine is ready")
+        assert again == 0 or len(said.notes) == 1
