@@ -12,6 +12,8 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 
+import numpy as np
+
 from deadwood_algorithms import tool
 from deadwood_algorithms.tool import Feedback, Outcome, Tool
 
@@ -28,7 +30,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     began = time.monotonic()
     load_kernels(None, feedback)
     if ask.shapes:
-        load_kernels(Shape.of(CUBE), feedback)
+        load_kernels(Shape.of(np.array(CUBE)), feedback)
     seconds = time.monotonic() - began
     feedback.note(f"the engine is ready ({seconds:.0f} s)")
     return Outcome({}, {"seconds": round(seconds, 1), "engine": tool.engine_digest()})

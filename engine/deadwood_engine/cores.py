@@ -37,7 +37,7 @@ CORE = np.dtype(
         ("wide", "f8"), ("slope", "f8"),  # radius at the start [m], its change along the core [-]
         ("before_x", "f8"), ("before_y", "f8"), ("before_z", "f8"), ("after", "f8"),
         ("first_post", "f8"), ("last_post", "f8"),  # of a barrier's edge: whether a post stands at its start, its end
-        ("kind", "i8"), ("item", "i8"),  # row in the user's table; what is no barrier is numbered after the trees
+        ("kind", "i8"), ("owner", "i8"),  # row in the user's table; what is no barrier is numbered after the trees
         ("along", "f8"), ("room", "f8"),  # near table only: ``obstacles.time_beside``
     ]
 )  # fmt: skip
@@ -64,7 +64,7 @@ def lay_out(
     unit = np.where(long[:, None] > 0.0, way / np.where(long > 0.0, long, 1.0)[:, None], (0.0, 0.0, 1.0))
     for k, name in enumerate("xyz"):
         solid[name], solid["u" + name] = start[:, k], unit[:, k]
-    solid["long"], solid["wide"], solid["slope"], solid["kind"], solid["item"] = long, wide, slope, kind, item
+    solid["long"], solid["wide"], solid["slope"], solid["kind"], solid["owner"] = long, wide, slope, kind, item
     solid["room"] = np.inf  # until ``obstacles`` says otherwise; a cloud's steps do not ask for it
     for name, values in ends.items():
         solid[name] = values

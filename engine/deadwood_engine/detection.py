@@ -106,4 +106,4 @@ def find_contacts(scene, frame, state, body, stations, settings, dt, path, advan
 def owner_of(scene, key):
     """(is a barrier, row in the user's table) of an obstacle's contact; what is no barrier is numbered after the trees:
     lying logs, then blocks."""
-    return key[0] == BARRIER, scene.cores.solid[key[1]].item
+    return key[0] == BARRIER, scene.cores.solid[key[1]].owner

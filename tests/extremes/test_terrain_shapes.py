@@ -47,7 +47,9 @@ def test_against_a_cliff(at, fidelity, speed):
     ridge = np.where(np.abs(y - 60) < 0.1, 100.0, 0.0)[:, None] * np.ones(100)
     for heights in (wall, ridge):
         for azimuth in (0.0, 0.5):
-            logs = Logs.alike([25.0], [40.0], length=8.0, diameter=0.4, orientation=1, azimuth=azimuth, speed=speed)
+            logs = Logs.alike(
+                [25.0], [40.0], length=8.0, diameter=0.4, orientation=2, tilt=0.5 * np.pi, azimuth=azimuth, speed=speed
+            )
             _, result = slid(at, ground(heights), logs, fidelity=fidelity, time_limit=20.0)
             assert result.end_position[0, 1] < 60.0
             assert max(result.tip_end[0, 1], result.base_end[0, 1]) < 60.0
