@@ -59,7 +59,7 @@ def pieces_of(cores: Cores) -> Pieces:
     offset, shape = (
         np.column_stack([solid[name] for name in names.split()]) for names in ("x y", "z ux uy uz long wide slope")
     )
-    return Pieces(cores.node[mine], offset, shape, solid["item"])
+    return Pieces(cores.node[mine], offset, shape, solid["owner"])
 
 
 def prepare(terrain: Terrain, lying: LyingLogs, first: int) -> tuple[Any, NDArray[np.int64]]:
