@@ -16,7 +16,7 @@ from . import trees as tree_file
 from .barriers import Barriers
 from .blocks import Blocks
 from .cloud import Cloud
-from .cores import LYING, Cores, joined
+from .cores import Cores, joined
 from .lines import Lines, Segments, segments_of
 from .lying_logs import LyingLogs, Pieces, pieces_of
 from .terrain import Terrain, surfaces_at
@@ -115,11 +115,6 @@ class Scene:
             arrays, len(trees.x), len(barriers.height), len(lines.starts) - 1, trees_outside, barriers_outside,
             len(lying_logs.diameter), lying_outside, blocks_outside,
         )  # fmt: skip
-
-    @property
-    def lying_pieces(self) -> int:
-        """Straight pieces of lying logs on the terrain."""
-        return int((self.arrays.cores.solid["kind"] == LYING).sum())
 
     def with_friction(self, friction: float) -> Scene:
         """The scene with one coefficient everywhere; the rest of it is shared."""

@@ -179,6 +179,8 @@ def test_tumbling_rocks_gain_no_energy(fidelity, sides):
     assert result.penetration_max.max() < 0.35
     ends = [STOP_REASONS[code] for code in result.stop_reason]
     assert set(ends) <= {"rest", "left_dem"}
+    # of the cubes two in three, which ten cannot tell (``test_as_many_cubes_...``)
+    assert ends.count("rest") >= (5 if sides[2] < 1.0 else 0)
     assert result.end_position[:, 1].max() < 69.0
     again = run(scene, begin, shape, fidelity=fidelity, threads=1, time_limit=60.0)
     assert np.array_equal(again.last_state, result.last_state)

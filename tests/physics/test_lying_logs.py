@@ -54,9 +54,9 @@ def test_it_bridges_a_hollow_and_rocks_on_no_hump():
 
 def test_a_bent_line_is_two_pieces_and_off_the_dem_is_none():
     scene = Scene.prepare(np.zeros((21, 21)), 1.0, 0, 0, friction=0.3, lying_logs=lying((2, 2), (8, 2), (8, 9)))
-    assert scene.lying_pieces == 2
+    assert scene.arrays.lying.owner.tolist() == [0, 0]
     gone = Scene.prepare(np.zeros((21, 21)), 1.0, 0, 0, friction=0.3, lying_logs=lying((50, 2), (58, 2)))
-    assert (gone.lying_pieces, gone.lying_outside.tolist(), gone.lying_count) == (0, [0], 1)
+    assert (len(gone.arrays.lying.owner), gone.lying_outside.tolist(), gone.lying_count) == (0, [0], 1)
     with pytest.raises(ValueError, match="diameter"):
         Scene.prepare(np.zeros((21, 21)), 1.0, 0, 0, friction=0.3, lying_logs=lying((2, 2), (8, 2), diameter=-1.0))
 

@@ -12,8 +12,8 @@ from deadwood_algorithms.files.vectors import read_table
 from deadwood_algorithms.hazard.frequencies import stored_areas
 from deadwood_algorithms.hazard.rates import ReleaseArea, period_class, rate_with_interval, return_period
 from deadwood_algorithms.numbers.statistics import reach_record
-from deadwood_algorithms.runs.folder import GEOPACKAGE, Run
-from deadwood_algorithms.runs.passages import Passages, layers_in
+from deadwood_algorithms.runs.folder import GEOPACKAGE, Run, layers_in
+from deadwood_algorithms.runs.passages import Passages
 
 NO_ENERGY = "energies need stored trajectories; run slide-logs with --trajectories all"
 
@@ -53,7 +53,7 @@ def line_rows(
 
 def reached_logs(source: Run) -> dict[str, NDArray[np.int64]]:
     """By line, the logs that reached it, as the run itself says."""
-    if "reached_by" not in layers_in(source):
+    if "reached_by" not in layers_in(source.path):
         return {}
     rows = read_table(f"{source.path / GEOPACKAGE}|layername=reached_by", what="reached_by")
     names = rows["line_id"].astype(str)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from deadwood_algorithms.numbers.statistics import Z_95
+from deadwood_algorithms.numbers.statistics import wilson_bounds
 
 Array = NDArray[np.float64]
 
@@ -27,17 +27,6 @@ class ReleaseArea:
     release_id: Any
     events_per_year: float
     n_logs: int
-
-
-def wilson_bounds(n_hit: ArrayLike, n_total: int, z: float = Z_95) -> tuple[Array, Array]:
-    """`statistics.wilson_interval` of many counts at once."""
-    hit = np.asarray(n_hit, np.float64)
-    if n_total <= 0:
-        return np.zeros(hit.shape), np.ones(hit.shape)
-    share, weight = hit / n_total, z * z / n_total
-    centre = (share + weight / 2.0) / (1.0 + weight)
-    half = z * np.sqrt(share * (1.0 - share) / n_total + weight / (4.0 * n_total)) / (1.0 + weight)
-    return np.where(hit == 0.0, 0.0, centre - half), np.where(hit == n_total, 1.0, centre + half)
 
 
 def reached_by_event(p: ArrayLike, logs: int) -> Array:

@@ -8,21 +8,28 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
 Z_95 = 1.959964  # two-sided 95 % point of the normal distribution
 
 
 def wilson_interval(n_hit: int, n_total: int, *, z: float = Z_95) -> tuple[float, float]:
     """Interval of a probability that was met ``n_hit`` times in ``n_total`` trials; (0, 1) when nothing was tried."""
+    low, high = wilson_bounds(n_hit, n_total, z)
+    return float(low), float(high)
+
+
+def wilson_bounds(n_hit: ArrayLike, n_total: int, z: float = Z_95) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """``wilson_interval`` of many counts at once."""
+    hit = np.asarray(n_hit, np.float64)
     if n_total <= 0:
-        return 0.0, 1.0
-    share = n_hit / n_total
-    weight = z * z / n_total
+        return np.zeros(hit.shape), np.ones(hit.shape)
+    share, weight = hit / n_total, z * z / n_total
     centre = (share + weight / 2.0) / (1.0 + weight)
-    half = z * math.sqrt(share * (1.0 - share) / n_total + weight / (4.0 * n_total)) / (1.0 + weight)
+    half = z * np.sqrt(share * (1.0 - share) / n_total + weight / (4.0 * n_total)) / (1.0 + weight)
     # At 0 and n hits one end is 0 or 1 exactly; rounding must not leave 1e-19 there.
-    low = 0.0 if n_hit == 0 else centre - half
-    high = 1.0 if n_hit == n_total else centre + half
-    return low, high
+    return np.where(hit == 0.0, 0.0, centre - half), np.where(hit == n_total, 1.0, centre + half)
 
 
 def paired_interval(n_lost: int, n_gained: int, n_total: int, *, z: float = Z_95) -> tuple[float, float]:

@@ -15,7 +15,6 @@ from typing import Any
 import geopandas
 import numpy as np
 import pandas
-import pyogrio
 import rasterio
 import shapely
 from numpy.typing import NDArray
@@ -27,7 +26,7 @@ from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.vectors import read_table, read_vector
 from deadwood_algorithms.runs.arrivals import arrivals_frame, find_arrivals
 from deadwood_algorithms.runs.edges import Edges
-from deadwood_algorithms.runs.folder import GEOPACKAGE, SUMMARY, Run, input_paths, read_run
+from deadwood_algorithms.runs.folder import GEOPACKAGE, SUMMARY, Run, input_paths, layers_in, read_run
 from deadwood_algorithms.runs.passages import Passages, barrier_passages, line_passages
 from deadwood_algorithms.scene.items import ids_of
 from deadwood_algorithms.scene.read import read_lines
@@ -252,10 +251,9 @@ def _vector(place: str, kind: str, what: str, run: Run) -> geopandas.GeoDataFram
 
 
 def _layer(folder: Path, name: str) -> Any:
-    package = folder / GEOPACKAGE
-    if name not in {str(each) for each in pyogrio.list_layers(package)[:, 0]}:
+    if name not in layers_in(folder):
         return None
-    return read_table(f"{package}|layername={name}", what=name)
+    return read_table(f"{folder / GEOPACKAGE}|layername={name}", what=name)
 
 
 def _barriers(run: Run) -> list[Passages]:

@@ -13,6 +13,7 @@ import geopandas
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as parquet
+import pyogrio
 import pyproj
 from numpy.typing import NDArray
 from pyproj.exceptions import CRSError
@@ -55,6 +56,11 @@ def _plain(value: Any) -> Any:
     if isinstance(value, float):
         return value if np.isfinite(value) else None
     return value
+
+
+def layers_in(folder: Path) -> set[str]:
+    """The layers that a run wrote into its GeoPackage."""
+    return {str(name) for name in pyogrio.list_layers(folder / GEOPACKAGE)[:, 0]}
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 import pandas
-import pyogrio
 import shapely
 from numpy.typing import NDArray
 
@@ -22,7 +21,7 @@ from deadwood_algorithms.files.vectors import read_table
 from deadwood_algorithms.numbers.order_statistics import percentile_record
 from deadwood_algorithms.runs.arrivals import Arrived, find_arrivals
 from deadwood_algorithms.runs.edges import Edges
-from deadwood_algorithms.runs.folder import GEOPACKAGE, SUMMARY, Run, input_paths
+from deadwood_algorithms.runs.folder import GEOPACKAGE, SUMMARY, Run, input_paths, layers_in
 from deadwood_algorithms.runs.motion import bodies_of
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.read import read_lines
@@ -52,10 +51,6 @@ class Passages:
     lacks: dict[str, str]
 
 
-def layers_in(source: Run) -> set[str]:
-    return {str(name) for name in pyogrio.list_layers(source.path / GEOPACKAGE)[:, 0]}
-
-
 def barrier_passages(source: Run) -> Iterator[Passages]:
     """Each barrier of the run, also one that no log hit."""
     try:
@@ -65,7 +60,7 @@ def barrier_passages(source: Run) -> Iterator[Passages]:
         raise UserError(f"{source.path / SUMMARY}: the run's summary cannot be read; run slide-logs again") from error
     if not ids:
         return
-    if "barrier_hits" not in layers_in(source):
+    if "barrier_hits" not in layers_in(source.path):
         for each in ids:
             yield Passages("barrier", str(each), np.zeros(0, np.int64), {name: np.zeros(0) for name in UNITS}, {})
         return
@@ -93,7 +88,7 @@ def barrier_passages(source: Run) -> Iterator[Passages]:
 
 def passages_of_lines(source: Run, lines: str | None, feedback: Feedback) -> list[Passages]:
     """The logs that come to each line of a layer, or without one of the run's own; none where it has no lines."""
-    if lines is None and "reach" not in layers_in(source):
+    if lines is None and "reach" not in layers_in(source.path):
         return []
     place = lines or f"{source.path / GEOPACKAGE}|layername=reach"
     marks, items = read_lines(place, source.grid, feedback if lines else Quiet())

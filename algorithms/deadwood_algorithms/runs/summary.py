@@ -174,7 +174,7 @@ def _output_words(asked: Asked, layers: SceneLayers) -> str:
 
 
 def _lying_words(layers: SceneLayers) -> str:
-    pieces = layers.scene.lying_pieces
+    pieces = len(layers.scene.arrays.lying.owner)
     return f"{len(layers.lying.ids)} rigid truncated cones at rest on the terrain, in {pieces} straight pieces"
 
 

@@ -9,13 +9,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyogrio
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.crs import crs_name, same_crs
 from deadwood_algorithms.files.vectors import read_table, read_vector
 from deadwood_algorithms.runs.arrivals import Arrived, find_arrivals
-from deadwood_algorithms.runs.folder import GEOPACKAGE, Run, read_run
+from deadwood_algorithms.runs.folder import GEOPACKAGE, Run, layers_in, read_run
 from deadwood_algorithms.scene.read import read_lines
 from deadwood_algorithms.scene.released_scene import DEFAULTED
 from deadwood_algorithms.tool import Feedback, Quiet, UserError
@@ -185,7 +184,7 @@ def refuse_other_releases(one: Run, other: Run) -> None:
 
 def reach_of_runs(runs: Sequence[Run], feedback: Feedback) -> tuple[list[Any], list[Any], list[NDArray[np.bool_]]]:
     """What the runs say themselves of the lines that all of them watched: ids, shapes, reach by row of deposits."""
-    layers = [{str(name) for name in pyogrio.list_layers(run.path / GEOPACKAGE)[:, 0]} for run in runs]
+    layers = [layers_in(run.path) for run in runs]
     if not all("reach" in each for each in layers):
         without = [str(run.path) for run, each in zip(runs, layers, strict=True) if "reach" not in each]
         feedback.note(f"{', '.join(without)}: run without --lines, so no reach is compared; --lines names some")

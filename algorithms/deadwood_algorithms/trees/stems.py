@@ -19,7 +19,6 @@ from deadwood_algorithms.schemas import DBH_CM, TREES
 from deadwood_algorithms.tool import Feedback, UserError
 from deadwood_algorithms.trees.throwing import LEAST_LOG_M, Lying, chosen_share, class_shares, item_numbers
 
-SCENARIOS = ("before", "after", "later", "cleared")
 STANDING, LYING, REMOVED = "standing", "lying", "removed"
 
 

@@ -14,9 +14,8 @@ from deadwood_algorithms.hazard.rates import (
     reached_by_event,
     return_period,
     rising_class,
-    wilson_bounds,
 )
-from deadwood_algorithms.numbers.statistics import wilson_interval
+from deadwood_algorithms.numbers.statistics import wilson_bounds, wilson_interval
 from deadwood_algorithms.tool import UserError
 
 
