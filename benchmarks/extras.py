@@ -197,7 +197,7 @@ def switches(*, threads: int) -> list[dict[str, Any]]:
     asleep = "the log's rings sleep until it could have reached the ground (with), or never (without)"
     pair(f"{asleep}; forest", _cost(_awake(forest), start, threads), plain)
     pair(f"{asleep}; rough", _cost(_awake(rough), open_start, threads), open_run)
-    far = "terrain's roughness spares rings a look at the ground (with), or does not (without); forest"
+    far = "a bound on the terrain's kinks spares rings a search for contacts (with), or does not (without); forest"
     many = place_logs(forest, _blocks(SWITCH_LOGS))
     pair(far, _cost(_unculled(forest), many, threads), _cost(forest, many, threads))
     large = [_in_a_large_dem(window) for window in (False, True)]
@@ -272,10 +272,10 @@ def _awake(scene: Scene) -> Scene:
 
 
 def _unculled(scene: Scene) -> Scene:
-    """The scene without a bound on its roughness: every ring that is awake looks for contacts."""
+    """The scene without a bound on its kinks: every ring that is awake looks for contacts."""
     terrain = scene.arrays.terrain
-    rough = np.full_like(terrain.roughness, np.inf)
-    return replace(scene, arrays=scene.arrays._replace(terrain=terrain._replace(roughness=rough)))
+    kinks = np.full_like(terrain.kinks, np.iinfo(np.uint32).max)
+    return replace(scene, arrays=scene.arrays._replace(terrain=terrain._replace(kinks=kinks)))
 
 
 def _in_a_large_dem(window: bool) -> tuple[float, Scene]:

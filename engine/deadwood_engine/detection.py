@@ -27,7 +27,7 @@ def _ground(cloud, scene, frame, state, body, stations, settings, step, path, ad
         if path + advance >= scratch.near[RINGS_WAKE]:
             count, scratch.near[RINGS_WAKE], whole = terrain_contacts(
                 scene.terrain, frame, scratch.contacts, scratch.keys, state, body, stations, settings.ring_points, step,
-                scratch.trial, path, scratch.rings,
+                scratch.trial, path, scratch.rings, scratch.look,
             )  # fmt: skip
         return count, whole
     return cloud_terrain_contacts(cloud, scene, frame, state, body, step, scratch)

@@ -48,6 +48,10 @@ WALL = 0.5  # [-] sine of the ground's tilt along the axis beyond which it is a 
 # what is so steep could get between the candidates of an end's rim, and impale a log that its side does not stop
 LEAST_UPWARD = 0.1  # [-] least upward part of a normal of the cone's side that is put in the place of the ground's
 
+# Near contact: how much steeper the ground may grow around a cell (``terrain.kinks_of``)
+KINK_REACH = 0.5  # [m] around it at least: a ring's radius and half the way to the next ring
+KINK_CELLS = 5  # around it at most; on finer cells than KINK_REACH / KINK_CELLS thick logs are looked at in full
+
 # Far from contact: planes above the terrain, over blocks of cells, tell how far a ring may move before it can touch
 LID_REACH = 2.0  # [m] least side of a block; rings sleep until the log could have moved so far, at most
 LID_SLACK = 1e-3  # [m] more than the rounding of a lid's float32 (0.1 mm at 1000 m above the reference)

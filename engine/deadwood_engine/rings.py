@@ -10,13 +10,12 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from .compiled import inlined, kernel
 from .contacts import ground_contact
 from .crests import along_side, crest
 from .limits import FLAT_TOLERANCE, MERGED, REFINED
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
+from .ring_look import ABOVE, SLOPE_X, SLOPE_Y, look
 from .rotation import DX, DY, DZ, X, Y, Z
 from .terrain import friction_at, lid_distance, surface
 from .vectors import cross
@@ -37,55 +36,6 @@ def _deepest_on(terrain, i0, j0, cx, cy, cz, dx, dy, dz, a, gx, gy):
     ex, ey, ez = a * ex / size, a * ey / size, a * ez / size
     height, gx, gy = surface(terrain, i0, j0, cx + ex, cy + ey)
     return ex, ey, ez, height, gx, gy
-
-
-# What a look at every ring finds: how far [m] it is above what can touch it, and the slope below its centre
-ABOVE, SLOPE_X, SLOPE_Y = range(3)
-RING_WIDTH = 3
-
-
-@inlined
-def _look(terrain, i0, j0, body, stations, trial, rings):
-    """Look at the ground below every ring of the predicted pose.
-
-    Nothing branches here, so that the processor works on several rings at once: that costs less than to ask first
-    which of them can be left out.
-    """
-    heights, inverse_cell = terrain.heights, terrain.inverse_cell
-    rows, columns = heights.shape
-    qx, qy, qz = trial[0], trial[1], trial[2]
-    taper = (body[TIP_RADIUS] - body[BASE_RADIUS]) / body[LENGTH]
-    between = body[LENGTH] / (stations - 1)
-    # of the stretch of the side that a ring answers for, as far as the bound on roughness goes
-    inner, outer = min(0.5 * between, terrain.cell), min(between, terrain.cell)
-    # the bound on roughness covers three cells around the ring's centre, so thicker rings are always looked at
-    thick = math.inf if body[BASE_RADIUS] > terrain.cell else 0.0
-    for k in range(stations):
-        along = k * between
-        s = along - body[CENTRE]
-        x, y, z = trial[3] + s * qx, trial[4] + s * qy, trial[5] + s * qz
-        u, v = x * inverse_cell, y * inverse_cell
-        iu, jv = np.floor(u), np.floor(v)
-        i, j = i0 + int(iu), j0 + int(jv)
-        inside = i >= 0 and j >= 0 and i < columns - 1 and j < rows - 1
-        i, j = min(max(i, 0), columns - 2), min(max(j, 0), rows - 2)
-        u, v = u - iu, v - jv
-        h00 = np.float64(heights[np.uint64(j), np.uint64(i)])
-        h10 = np.float64(heights[np.uint64(j), np.uint64(i + 1)])
-        h01 = np.float64(heights[np.uint64(j + 1), np.uint64(i)])
-        h11 = np.float64(heights[np.uint64(j + 1), np.uint64(i + 1)])
-        bx, by = h10 - h00, h01 - h00
-        twist = h11 - h10 - by
-        gx, gy = bx + twist * v, by + twist * u
-        height = h00 + bx * u + gy * v
-        gx, gy = gx * inverse_cell, gy * inverse_cell
-        # vertical gap below the ring if the terrain were its tangent plane; 1 + g^2/2 bounds the plane's 1/n_z
-        gap = z - height - (body[BASE_RADIUS] + taper * along) * (1.0 + 0.5 * (gx * gx + gy * gy))
-        # what of the ground rises above that plane, and what the side may come down by on its stretch
-        reach = outer if k == 1 or k == stations - 2 else inner
-        rise = terrain.roughness[np.uint64(j), np.uint64(i)] + reach * (abs(qz - gx * qx - gy * qy) + abs(taper))
-        rings[k, ABOVE] = gap - (rise + thick) if inside else math.nan
-        rings[k, SLOPE_X], rings[k, SLOPE_Y] = gx, gy
 
 
 @kernel
@@ -113,13 +63,13 @@ def _sleep(terrain, i0, j0, state, body, stations, first):
 
 
 @inlined
-def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, points, step, trial, path, rings):
+def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, points, step, trial, path, rings, room):
     """Find the terrain contacts of this step.
 
     stations is the number of rings; those between the ends have 1 or 3 candidate ``points``. frame holds the log's node
     (column i0, row j0); step is an ``Ahead``, of the pose ``trial``.
     trial[0:6] holds the predicted axis (direction, centre). path [m]: how far the log can have moved so far.
-    rings : room for what a look at them finds
+    rings, room : for what a look at the rings finds, and to work in (``ring_look``)
     Returns (count, path [m] before which none needs to be looked at again, whether there is terrain below every ring).
     """
     dx, dy, dz = state[DX], state[DY], state[DZ]
@@ -129,10 +79,10 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
     taper = (body[TIP_RADIUS] - body[BASE_RADIUS]) / length
     between = length / (stations - 1)
     i0, j0 = frame[0], frame[1]
-    _look(terrain, i0, j0, body, stations, trial, rings)
+    look(terrain, i0, j0, body, stations, trial, rings, room)
     least, at, whole = math.inf, 0, True
     for k in range(stations):
-        above = rings[k, ABOVE]
+        above = rings[ABOVE, k]
         if above < least:
             least, at = above, k
         whole = whole and above == above
@@ -140,19 +90,19 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
         return 0, path + _sleep(terrain, i0, j0, state, body, stations, at), whole
     count = 0
     for k in range(stations):
-        if not rings[k, ABOVE] <= 0.0:
+        if not rings[ABOVE, k] <= 0.0:
             continue
         along = k * between
         s = along - centre
         a = body[BASE_RADIUS] + taper * along
         cx, cy, cz = ox + s * qx, oy + s * qy, oz + s * qz
-        gx, gy = rings[k, SLOPE_X], rings[k, SLOPE_Y]
+        gx, gy = rings[SLOPE_X, k], rings[SLOPE_Y, k]
         square = gx * gx + gy * gy
         nz = 1.0 / math.sqrt(1.0 + square)
         nx, ny = -gx * nz, -gy * nz
         nd = nx * dx + ny * dy + nz * dz
         size = math.sqrt(max(0.0, 1.0 - nd * nd))
-        above = (rings[k, ABOVE] + a * (1.0 + 0.5 * square)) * nz
+        above = rings[ABOVE, k] * nz + a
         # support direction on the ring: against the normal, square to the axis
         ex, ey, ez = nd * dx - nx, nd * dy - ny, nd * dz - nz
         if size < 1e-6:

@@ -10,7 +10,7 @@ from . import contacts
 from .cloud import Cloud
 from .cores import CORE, CORE_CONTACTS
 from .outline import OUTLINE_POINTS
-from .rings import RING_WIDTH
+from .ring_look import LOOK_ROOM, RING_ROWS
 from .rocking import ROCKING_WIDTH, WINDOWS
 from .rolling import ROLLING_WIDTH
 from .surroundings import NEAR_WIDTH
@@ -53,7 +53,8 @@ class Scratch(NamedTuple):
     trial: np.ndarray  # predicted axis direction and centre
     pose: np.ndarray  # the same, for a time within the step
     near: np.ndarray  # what is known of the surroundings (``detection``)
-    rings: np.ndarray  # what a look at every ring found (``rings``)
+    rings: np.ndarray  # what a look at every ring found, and room for the look (``ring_look``)
+    look: np.ndarray
     memory: np.ndarray
     rest: np.ndarray  # ends at the last look at a slow log
     rocking: np.ndarray  # where a slow log has been of late (``rocking``)
@@ -89,7 +90,8 @@ class Scratch(NamedTuple):
             np.zeros(6),
             np.zeros(6),
             np.zeros(NEAR_WIDTH),
-            np.zeros((stations, RING_WIDTH)),
+            np.zeros((RING_ROWS, stations)),
+            np.zeros(LOOK_ROOM),
             np.zeros(MEMORY_WIDTH),
             np.zeros(MEMORY_WIDTH),
             np.zeros((WINDOWS, ROCKING_WIDTH)),

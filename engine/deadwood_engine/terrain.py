@@ -20,14 +20,18 @@ from typing import NamedTuple
 import numpy as np
 
 from .compiled import kernel
-from .limits import LID_REACH, LID_SLACK
+from .limits import KINK_CELLS, KINK_REACH, LID_REACH, LID_SLACK
+
+# [-] one unit of a kink; units that are more than half a word keeps (a wall of half a kilometre beside a cell of 0.5 m)
+KINK, HALF_WORD = 1.0 / 64.0, 65536.0
 
 
 class Terrain(NamedTuple):
     """Heights as the kernels read them.
 
     heights : [m] above ``reference``, shape (rows, columns) float32, row 0 southernmost, NaN outside
-    roughness : [m], same shape; how far the 3 x 3 cells around a cell rise above its tangent plane, at most
+    kinks : uint32, same shape; by how much the ground grows steeper around a cell (``kinks_of``), x and y packed
+    kink_reach : [m] how far around
     lids : float32, shape (blocks north, blocks east, 4); over each block of ``lid_cells`` cells a plane (normal x, y,
         z; distance from the block's south-west node) that no terrain in the 3 x 3 blocks around it rises above
     lid_cells : cells along a block's side; inverse_block : [1/m] one over that side
@@ -39,7 +43,8 @@ class Terrain(NamedTuple):
     """
 
     heights: np.ndarray
-    roughness: np.ndarray
+    kinks: np.ndarray
+    kink_reach: float
     lids: np.ndarray
     lid_cells: int
     inverse_block: float
@@ -95,13 +100,14 @@ def prepare(
         reference = 64.0 * math.floor(lowest / 64.0)
     relative = np.ascontiguousarray(heights - reference, dtype=np.float32)
     relative[~np.isfinite(relative)] = np.nan
-    roughness = np.zeros_like(relative)
-    roughness_of(relative, roughness)
+    around = min(max(1, math.ceil(KINK_REACH / cell - 1e-9)), KINK_CELLS)
+    kinks = np.zeros(relative.shape, np.uint32)
+    kinks_of(relative, float(cell), around, kinks)
     lid_cells = max(1, math.ceil(LID_REACH / cell - 1e-9))
     lids = np.zeros((-(-relative.shape[0] // lid_cells), -(-relative.shape[1] // lid_cells), 4), np.float32)
     lids_of(relative, float(cell), lid_cells, lids)
     return Terrain(
-        relative, roughness, lids, lid_cells, 1.0 / (lid_cells * float(cell)), mu,
+        relative, kinks, around * float(cell), lids, lid_cells, 1.0 / (lid_cells * float(cell)), mu,
         float(cell), 1.0 / float(cell), float(x0), float(y0), *first, reference,
     )  # fmt: skip
 
@@ -221,33 +227,44 @@ def lids_of(heights, cell, blocks, lids):
 
 
 @kernel
-def roughness_of(heights, rise):
-    """How far the nodes of the 3 x 3 cells around each cell rise above the tangent planes of the cell's own points.
+def kinks_of(heights, cell, around, kinks):
+    """By how much the ground grows steeper, seen from any point of a cell, on the way to any point within ``around``
+    cells of it: in units of KINK, rounded up, for the ways along x (the lower half of a word) and y (the upper).
 
-    The rise of a node over the tangent plane at (u, v) is bilinear in (u, v), so its maximum lies at a corner of the
-    cell; and a bilinear patch minus a plane has its maximum at a node. Sixteen nodes at four corners are therefore
-    a bound for every point, not a sample. Outside the DEM is no terrain, so nothing rises there.
+    On a straight way (dx, dy) the ground so rises by no more than kx |dx| + ky |dy| above the tangent plane of the
+    point where the way begins. The slopes along x that a way eastwards can meet are those between nodes of the same
+    columns and of those to the east, and within a cell a slope is between those of its two sides: a bound for every
+    point, not a sample. Ground that falls away, as beyond a crest, is no kink. Outside the DEM nothing rises.
     """
     rows, columns = heights.shape
+    unit = KINK * cell
     for j in range(rows - 1):
         for i in range(columns - 1):
-            h00 = np.float64(heights[j, i])
-            bx = np.float64(heights[j, i + 1]) - h00
-            by = np.float64(heights[j + 1, i]) - h00
-            twist = np.float64(heights[j + 1, i + 1]) - h00 - bx - by
-            if twist != twist:
+            sx, tx = (
+                np.float64(heights[j, i + 1]) - heights[j, i],
+                np.float64(heights[j + 1, i + 1]) - heights[j + 1, i],
+            )
+            sy, ty = (
+                np.float64(heights[j + 1, i]) - heights[j, i],
+                np.float64(heights[j + 1, i + 1]) - heights[j, i + 1],
+            )
+            if sx + tx != sx + tx:
                 continue
-            worst = 0.0
-            for dj in range(-1, 3):
-                for di in range(-1, 3):
-                    if not (0 <= j + dj < rows and 0 <= i + di < columns):
-                        continue
-                    node = np.float64(heights[j + dj, i + di]) - h00
-                    for corner in range(4):
-                        cu = float(corner % 2)
-                        cv = float(corner // 2)
-                        plane = bx * cu + by * cv + twist * cu * cv
-                        plane += (bx + twist * cv) * (di - cu) + (by + twist * cu) * (dj - cv)
-                        if node - plane > worst:  # a NaN node compares false
-                            worst = node - plane
-            rise[j, i] = worst
+            least_x, most_x, least_y, most_y = min(sx, tx), max(sx, tx), min(sy, ty), max(sy, ty)
+            kx = ky = 0.0
+            for b in range(max(0, j - around), min(rows - 1, j + around + 1) + 1):
+                for a in range(max(0, i - around), min(columns - 2, i + around) + 1):
+                    rise = np.float64(heights[b, a + 1]) - heights[b, a]  # a NaN compares false below
+                    if a >= i and rise - least_x > kx:
+                        kx = rise - least_x
+                    if a <= i and most_x - rise > kx:
+                        kx = most_x - rise
+            for b in range(max(0, j - around), min(rows - 2, j + around) + 1):
+                for a in range(max(0, i - around), min(columns - 1, i + around + 1) + 1):
+                    rise = np.float64(heights[b + 1, a]) - heights[b, a]
+                    if b >= j and rise - least_y > ky:
+                        ky = rise - least_y
+                    if b <= j and most_y - rise > ky:
+                        ky = most_y - rise
+            kx, ky = min(np.ceil(kx / unit), HALF_WORD - 1.0), min(np.ceil(ky / unit), HALF_WORD - 1.0)
+            kinks[j, i] = np.uint32(ky * HALF_WORD + kx)

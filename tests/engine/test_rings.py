@@ -12,7 +12,8 @@ from deadwood_engine.crests import crest
 from deadwood_engine.fidelity import station_spacing
 from deadwood_engine.log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS, cone_bodies
 from deadwood_engine.logs import stations_for
-from deadwood_engine.rings import CANDIDATES, RING_WIDTH, terrain_contacts
+from deadwood_engine.ring_look import LOOK_ROOM, RING_ROWS
+from deadwood_engine.rings import CANDIDATES, terrain_contacts
 from deadwood_engine.terrain import prepare
 
 CELL = 0.5  # [m]
@@ -85,7 +86,7 @@ def found_in(terrain, frame, state, body, fidelity):
     step = Ahead(1e-9, 9.81, 1e-9, 0.0, -1.0, 0.0)
     count, _, _ = terrain_contacts(
         terrain, frame, table, keys, state, body, stations, fidelity.ring_points, step,
-        np.concatenate([state[13:16], state[:3]]), 0.0, np.zeros((stations, RING_WIDTH)),
+        np.concatenate([state[13:16], state[:3]]), 0.0, np.zeros((RING_ROWS, stations)), np.zeros(LOOK_ROOM),
     )  # fmt: skip
     return count, -table[:count, GAP].min() if count else 0.0
 
