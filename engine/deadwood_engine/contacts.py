@@ -166,6 +166,16 @@ def add_contact(contacts, keys, count, state, key, rx, ry, rz, nx, ny, nz, mu, g
 
 
 @kernel
+def any_rebound(contacts, count):
+    """Whether a contact leaves with a part of the speed that it came with (eq. 8): then the impulses of the step before,
+    which held the log up, are no guess of those to come. Asked before ``turning``."""
+    for k in range(count):
+        if contacts[k, TARGET] > 0.0:
+            return True
+    return False
+
+
+@kernel
 def ground_contact(terrain, frame, contacts, keys, count, state, r, gap, slope, mu, slot, step, smooth):
     """Add the contact of point r (from the centre of mass) with the facet of gradient ``slope``."""
     nz = 1.0 / math.sqrt(1.0 + slope[0] * slope[0] + slope[1] * slope[1])

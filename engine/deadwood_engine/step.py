@@ -19,7 +19,7 @@ from .asymmetric_top import energy_of, move_freely
 from .barriers import pierced
 from .compiled import kernel
 from .contact_solver import find_old, remember, solve, turn_around, warm_start
-from .contacts import GAP, PN, TERRAIN, set_frames
+from .contacts import GAP, PN, TERRAIN, any_rebound, set_frames
 from .cores import BARRIER
 from .detection import find_contacts, lowest_gap, owner_of
 from .energy import impulse_work, take_no_energy
@@ -147,13 +147,14 @@ def slide_log(
         dt = max(dt, SHORTEST_STEP)
         steps += 1
         # 2. contacts of the pose a step ahead, 3. velocities; anew where these would pass a tree well within the step
-        kick, on_terrain = 0.0, True
+        kick, on_terrain, rebounds = 0.0, True, False
         for attempt in range(2):
             advance = dt * (fastest + 0.5 * bend * dt)
             kick = 0.5 * (before + dt)
             count, travel, on_terrain = find_contacts(
                 scene, frame, state, body, stations, settings, dt, path, advance, scratch, True
             )
+            rebounds = bounces and any_rebound(scratch.contacts, count)
             find_old(scratch.contacts, scratch.keys, count, scratch.old_keys, old_count)
             if scene.cloud is None:  # the points of a cloud turn with it
                 turn_contacts(
@@ -169,7 +170,7 @@ def slide_log(
             for k in range(6):
                 scratch.free[k] = state[VX + k]
             rolling[SPIN_BEFORE] = spin_of(state)
-            ratio = kick / last_kick if last_kick > 0.0 and not bounces else 0.0
+            ratio = kick / last_kick if last_kick > 0.0 and not rebounds else 0.0
             if ratio > 0.0:
                 warm_start(scratch.contacts, count, state, scratch.old_contacts, ratio)
             start_rolling(rolling, scratch.contacts, count, state, ratio)
