@@ -167,12 +167,15 @@ def add_contact(contacts, keys, count, state, key, rx, ry, rz, nx, ny, nz, mu, g
 
 @kernel
 def any_rebound(contacts, count):
-    """Whether a contact leaves with a part of the speed that it came with (eq. 8): then the impulses of the step before,
-    which held the log up, are no guess of those to come. Asked before ``turning``."""
+    """Whether a contact leaves with a part of the speed that it came with (eq. 8).
+
+    Then the impulses of the step before, which held the log up, are no guess of those to come. To be asked before
+    ``turning`` moves the targets.
+    """
+    fastest = 0.0
     for k in range(count):
-        if contacts[k, TARGET] > 0.0:
-            return True
-    return False
+        fastest = max(fastest, contacts[k, TARGET])
+    return fastest > 0.0
 
 
 @kernel

@@ -103,6 +103,12 @@ def find_contacts(scene, frame, state, body, stations, settings, dt, path, advan
 
 
 @kernel
+def contacts_at(scene, frame, state, body, stations, settings, dt, path, advance, scratch, obstacles):
+    """``find_contacts`` for the rare calls beside the step's own: compiled once, not into each of them."""
+    return find_contacts(scene, frame, state, body, stations, settings, dt, path, advance, scratch, obstacles)
+
+
+@kernel
 def owner_of(scene, key):
     """(is a barrier, row in the user's table) of an obstacle's contact; what is no barrier is numbered after the trees:
     lying logs, then blocks."""

@@ -5,11 +5,13 @@ A speed threshold freezes logs that slide at friction's limit and standing logs 
 
 from __future__ import annotations
 
+import math
+
 from .compiled import kernel
 from .contact_solver import find_old, solve, warm_start
-from .contacts import GAP, PN, TARGET, TERRAIN, set_frames
-from .cores import BARRIER, BLOCK, LYING
-from .detection import find_contacts, owner_of
+from .contacts import GAP, MU, PN, PT, PU, TARGET, TERRAIN, set_frames
+from .cores import BARRIER, BLOCK, LYING, TREE
+from .detection import contacts_at, owner_of
 from .limits import REST_ACCELERATION, REST_LOOK, REST_STEP, REST_SWEEPS
 from .rolling import start_rolling
 from .rotation import VX, VZ, WZ
@@ -40,7 +42,7 @@ def stays(scene, frame, state, body, stations, settings, path, scratch, old_coun
     dt = min(settings.time_step, REST_STEP)
     trial[VZ] = -0.5 * settings.gravity * dt  # as of a log at rest: gravity's half of the step before
     advance = settings.gravity * dt * dt
-    count, _, _ = find_contacts(scene, frame, trial, body, stations, settings, dt, path, advance, scratch, obstacles)
+    count, _, _ = contacts_at(scene, frame, trial, body, stations, settings, dt, path, advance, scratch, obstacles)
     for k in range(count):
         # what would touch within this step counts as touching; an obstacle farther away holds nothing up
         if scratch.keys[k, 0] == TERRAIN or scratch.contacts[k, GAP] <= advance:
@@ -62,27 +64,41 @@ def stays(scene, frame, state, body, stations, settings, path, scratch, old_coun
 
 @kernel
 def holder(scene, scratch, count):
-    """(reason, item): the obstacle that pushes most, or the terrain where none does; items as in ``owner_of``."""
-    most, reason, item = 0.0, REST, -1
+    """(reason, row, grip): the obstacle that pushes most, or the terrain where none does; rows as in ``owner_of``.
+
+    grip [rad]: by how much the push of a single stem would have to turn to leave its friction cone, the angle of
+    friction less that between all of its push and its normals; NaN where no stem holds the log, or not it alone. What
+    is held within a few degrees hangs on the coefficient of friction there.
+    """
+    most, reason, row, alone, normal, across, cone = 0.0, REST, -1, True, 0.0, 0.0, 0.0
     for k in range(count):
-        if scratch.keys[k, 0] != TERRAIN and scratch.contacts[k, PN] > most:
-            most = scratch.contacts[k, PN]
-            _, item = owner_of(scene, scratch.keys[k])
-            kind, reason = scratch.keys[k, 0], HELD_BY_TREE
+        c = scratch.contacts[k]
+        if scratch.keys[k, 0] == TERRAIN or c[PN] <= 0.0:
+            continue
+        _, owner = owner_of(scene, scratch.keys[k])
+        kind = scratch.keys[k, 0]
+        alone = alone and kind == TREE and (most == 0.0 or owner == row)
+        normal += c[PN]
+        across += math.sqrt(c[PT] * c[PT] + c[PU] * c[PU])
+        cone += c[MU] * c[PN]
+        if c[PN] > most:
+            most, row, reason = c[PN], owner, HELD_BY_TREE
             if kind == BARRIER:
                 reason = HELD_BY_BARRIER
             elif kind == LYING:
                 reason = HELD_BY_LYING_LOG
             elif kind == BLOCK:
                 reason = HELD_BY_BLOCK
-    return reason, item
+    if most == 0.0 or not alone:
+        return reason, row, math.nan
+    return reason, row, math.atan(cone / normal) - math.atan(across / normal)
 
 
 @kernel
 def rest_reason(scene, frame, state, body, stations, settings, path, scratch, old_count, ratio):
-    """(reason, item) of a log that stays, or (-1, -1): on terrain alone, or held by the obstacle that pushes most."""
+    """As ``holder``, of a log that stays, on terrain alone or with what holds it; else (-1, -1, NaN)."""
     held, _ = stays(scene, frame, state, body, stations, settings, path, scratch, old_count, ratio, False)
     if held:
-        return REST, -1
+        return REST, -1, math.nan
     held, count = stays(scene, frame, state, body, stations, settings, path, scratch, old_count, ratio, True)
-    return holder(scene, scratch, count) if held else (-1, -1)
+    return holder(scene, scratch, count) if held else (-1, -1, math.nan)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from . import step, trace
+from . import trace
 from .ledger import Hits, hits_of
 from .log_body import CENTRE, LENGTH, MASS
 from .logs import Start
@@ -45,6 +45,7 @@ class Result:
     residual_max : [m/s] of the contact solver's last sweep
     speed_max, speed_mean, and the velocities of last_state : [m/s] at the middle of a step
     tree_hits, barrier_hits : number of different trees and barriers that pushed the log
+    grip : [rad] from the edge of the friction cone of the one stem that holds the log (``rest.holder``), else NaN
     reach, reach_time : (n, lines), whether and when [s] the log's outline first touched a line
     barrier_reached, barrier_crossed : (n, barriers), outline touched, centre of mass crossed its line in plan
     hits : the ledger of trees and barriers, one row a hit
@@ -71,6 +72,7 @@ class Result:
     residual_max: Array
     unconverged: NDArray[np.int64]
     steps: NDArray[np.int64]
+    grip: Array
     started_in_contact: NDArray[np.bool_]
     reach: NDArray[np.bool_]
     reach_time: Array
@@ -104,13 +106,13 @@ def result_of(
     body = start.body
     centre = state[:, 0:3] + origin
     axis = state[:, 13:16]
-    duration = summary[:, step.DURATION]
-    reason, owner = summary[:, step.REASON].astype(np.int8), summary[:, step.ITEM].astype(np.int64)
+    duration = summary["duration"]
+    reason, owner = summary["reason"].astype(np.int8), summary["item_row"].astype(np.int64)
     # in the kernels lying logs are numbered after the trees, blocks after these
     owner[reason == HELD_BY_LYING_LOG] -= scene.tree_count
     owner[reason == HELD_BY_BLOCK] -= scene.tree_count + scene.lying_count
     with np.errstate(divide="ignore", invalid="ignore"):
-        mean = np.where(duration > 0, summary[:, step.PATH] / duration, 0.0)
+        mean = np.where(duration > 0, summary["path"] / duration, 0.0)
     rows = sorted(poses)
     table = np.vstack([np.zeros((0, trace.POSE_WIDTH)), *(poses[row] for row in rows)])
     log_row = np.repeat(np.array(rows, np.int64), [len(poses[row]) for row in rows])
@@ -121,24 +123,25 @@ def result_of(
         stop_reason=reason,
         stop_item=owner,
         duration=duration,
-        path=summary[:, step.PATH],
+        path=summary["path"],
         release_position=start.state[:, 0:3] + origin,
         end_position=centre,
         base_end=centre - body[:, CENTRE, None] * axis,
         tip_end=centre + (body[:, LENGTH] - body[:, CENTRE])[:, None] * axis,
-        speed_max=summary[:, step.SPEED_MAX],
+        speed_max=summary["speed_max"],
         speed_mean=mean,
-        energy_max=summary[:, step.ENERGY_MAX] * body[:, MASS],
-        jump_max=summary[:, step.JUMP_MAX],
-        tree_hits=summary[:, step.TREE_HITS].astype(np.int64),
-        barrier_hits=summary[:, step.BARRIER_HITS].astype(np.int64),
-        energy_error=summary[:, step.ENERGY_ERROR],
-        penetration_max=np.maximum(summary[:, step.PENETRATION], summary[:, step.OVERLAP]),
-        overlap_max=summary[:, step.OVERLAP],
-        residual_max=summary[:, step.RESIDUAL],
-        unconverged=summary[:, step.UNCONVERGED].astype(np.int64),
-        steps=summary[:, step.STEPS].astype(np.int64),
-        started_in_contact=summary[:, step.STARTED_IN_CONTACT] > 0,
+        energy_max=summary["energy_max"] * body[:, MASS],
+        jump_max=summary["jump_max"],
+        tree_hits=summary["tree_hits"].astype(np.int64),
+        barrier_hits=summary["barrier_hits"].astype(np.int64),
+        energy_error=summary["energy_error"],
+        penetration_max=np.maximum(summary["penetration"], summary["overlap"]),
+        overlap_max=summary["overlap"],
+        residual_max=summary["residual"],
+        unconverged=summary["unconverged"].astype(np.int64),
+        steps=summary["steps"].astype(np.int64),
+        grip=summary["grip"],
+        started_in_contact=summary["started_in_contact"] > 0,
         reach=touched,
         reach_time=np.where(np.isfinite(touch_time), touch_time, np.nan),
         barrier_reached=fences,
@@ -148,10 +151,10 @@ def result_of(
         poses=Poses(log_row, table[:, 0], position, base, tip, *(table[:, k].copy() for k in (10, 11, 12))),
         hits=hits_of(hits, origin, body[:, MASS]),
         cost={
-            "steps": float(summary[:, step.STEPS].sum()),
-            "airborne_steps": float(summary[:, step.AIRBORNE].sum()),
-            "contacts": float(summary[:, step.CONTACTS].sum()),
-            "sweeps": float(summary[:, step.SWEEPS].sum()),
+            "steps": float(summary["steps"].sum()),
+            "airborne_steps": float(summary["airborne"].sum()),
+            "contacts": float(summary["contacts"].sum()),
+            "sweeps": float(summary["sweeps"].sum()),
             "cpu_s": cpu,
         },
     )

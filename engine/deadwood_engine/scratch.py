@@ -15,6 +15,7 @@ from .rocking import ROCKING_WIDTH, WINDOWS
 from .rolling import ROLLING_WIDTH
 from .surroundings import NEAR_WIDTH
 from .trace import MEMORY_WIDTH
+from .way import WAY
 
 
 class Settings(NamedTuple):
@@ -42,6 +43,7 @@ class Settings(NamedTuple):
 class Scratch(NamedTuple):
     """A worker's memory, made once: nothing is allocated while logs slide."""
 
+    way: np.ndarray  # where the log's slide stands
     contacts: np.ndarray
     keys: np.ndarray
     old_keys: np.ndarray
@@ -79,6 +81,7 @@ class Scratch(NamedTuple):
         table += len(cloud.points) + 64 * min(len(cloud.corners), 64)
         outline = max(OUTLINE_POINTS, len(cloud.corners))
         return Scratch(
+            np.zeros(1, WAY).view(np.recarray),
             np.zeros((table, contacts.CONTACT_WIDTH)),
             np.zeros((table, contacts.KEY_WIDTH), np.int64),
             np.zeros((table, contacts.KEY_WIDTH), np.int64),

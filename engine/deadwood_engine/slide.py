@@ -26,6 +26,7 @@ from .result import Result, result_of
 from .rotation import STATE_WIDTH
 from .scene import Scene
 from .scratch import Scratch, Settings
+from .way import SUMMARY
 
 Array = NDArray[np.float64]
 
@@ -95,7 +96,7 @@ def slide(
     stations = stations_for(start.body[:, LENGTH], station_spacing(fidelity, cell))
     keep = np.zeros(number, np.bool_) if keep_poses is None else np.asarray(keep_poses, np.bool_)
     state = start.state.copy()
-    summary = np.zeros((number, step.SUMMARY_WIDTH))
+    summary = np.zeros(number, SUMMARY).view(np.recarray)
     lines, barriers = scene.line_count, scene.barrier_count
     touched, fences, crossed = (np.zeros((number, n), np.bool_) for n in (lines, barriers, barriers))
     touch_time = np.full((number, lines), np.inf)
@@ -123,7 +124,8 @@ def slide(
         )
         room, hit_room = np.zeros((4096, trace.POSE_WIDTH)), np.zeros((64 * chunk, HIT_WIDTH))
         # workers that wrote every step to neighbouring rows of one array would wait for each other's cache lines
-        own, told = np.zeros(state.shape[1]), np.zeros(step.SUMMARY_WIDTH)
+        own, told = np.zeros(state.shape[1]), np.zeros(2, SUMMARY).view(np.recarray)
+        told.item_row, told.grip = -1.0, np.nan
         while not stop[0]:
             with lock:
                 row = next(queue, number)
@@ -139,11 +141,11 @@ def slide(
                     # Sliding again with more room is the same to the bit, and the stamp keeps hits from counting twice.
                     if keep[row] and wanted > len(room):
                         room = np.zeros((2 * wanted, trace.POSE_WIDTH))
-                    if told[step.HITS] > len(hit_room):
+                    if told[0].hits > len(hit_room):
                         hit_room = np.zeros((2 * len(hit_room), HIT_WIDTH))
                 first = 0
                 for each in range(row, reached):
-                    struck = int(summary[each, step.HITS])
+                    struck = int(summary[each].hits)
                     if struck:
                         hits[each] = hit_room[first : first + struck].copy()
                     first += struck

@@ -1,11 +1,11 @@
 """One log's slide: Moreau's time stepping from midpoint to midpoint, until it rests, leaves, or runs out of time.
 
-A step (paper, section 3.2; engine/README.md for the equations) stands at a node, where contacts act:
-1. choose how far to go from the speed of the log's fastest point, the DEM's cell and the obstacles near;
-2. find the contacts of the pose that free motion would reach at the next node;
-3. add gravity's impulse, half for the way that lies behind and half for the way ahead, and solve for the velocities;
-4. drift to the next node (the parabola and the rotation are exact, for equal steps or not);
-5. keep the books: energy, penetration, hits, outlines, rest.
+A step (paper, section 3.2; engine/README.md for the equations) stands at a node, where contacts act. Four phases:
+1. ``choose_step``: how far to go, from the speed of the log's fastest point, the DEM's cell and the obstacles near;
+2. ``push``: the contacts of the pose that free motion would reach at the next node; gravity, half for the way that lies
+   behind and half for the way ahead; and the velocities that the contacts allow;
+3. ``keep_books``: energy, penetration, hits;
+4. ``move_on``: the drift to the next node (parabola and rotation are exact, for equal steps or not), and an end there.
 
 The way ahead is chosen before its contacts are found: a step that grew afterwards would carry the log past the plane
 that it may just reach.
@@ -17,11 +17,11 @@ import math
 
 from .asymmetric_top import energy_of, move_freely
 from .barriers import pierced
-from .compiled import kernel
+from .compiled import inlined, kernel
 from .contact_solver import find_old, remember, solve, turn_around, warm_start
 from .contacts import GAP, PN, TERRAIN, any_rebound, set_frames
 from .cores import BARRIER
-from .detection import find_contacts, lowest_gap, owner_of
+from .detection import contacts_at, find_contacts, lowest_gap, owner_of
 from .energy import impulse_work, take_no_energy
 from .grid_index import insert_sorted
 from .ledger import note_pushes
@@ -60,12 +60,6 @@ from .trace import (
 from .travel import fastest_point, travel_bound
 from .turning import turn_contacts
 
-# Columns of a log's summary
-REASON, ITEM, DURATION, PATH, SPEED_MAX, ENERGY_MAX, JUMP_MAX, ENERGY_ERROR, PENETRATION, OVERLAP = range(10)
-RESIDUAL, UNCONVERGED, STEPS, CONTACTS, SWEEPS, TREE_HITS, BARRIER_HITS, STARTED_IN_CONTACT = range(10, 18)
-ENERGY_GAIN, AIRBORNE, HITS = range(18, 21)
-SUMMARY_WIDTH = 21
-
 
 @kernel
 def is_finite(state):
@@ -74,6 +68,202 @@ def is_finite(state):
     for k in range(state.shape[0]):
         amiss += state[k] - state[k]  # 0, or NaN
     return amiss == 0.0
+
+
+@inlined
+def begin(scene, frame, state, body, stations, settings, scratch, way, summary):
+    """The contacts of the release, and all books opened."""
+    scratch.rolling[:] = 0.0
+    scratch.rolling[INERTIA], scratch.rolling[SKIN] = body[AXIAL], body[BASE_RADIUS]
+    scratch.near[:] = 0.0
+    way.time = way.before = way.last_kick = way.path = way.work = 0.0
+    way.next_look, way.next_rocking = REST_WINDOW, ROCKING_WINDOW
+    way.old_count, way.kept, way.pressed = 0, 0, False
+    count, way.travel, way.whole = contacts_at(
+        scene, frame, state, body, stations, settings, 1e-9, 0.0, 0.0, scratch, True
+    )
+    for k in range(count):
+        if scratch.keys[k, 0] != TERRAIN and scratch.contacts[k, GAP] < 0.0:
+            summary.started_in_contact = 1.0
+    for k in range(int(scratch.near[CORES])):
+        if scratch.near_cores[k].kind == BARRIER and pierced(body, state, scratch.near_cores[k]):
+            summary.started_in_contact = 1.0
+    way.gap = lowest_gap(scene, frame, state, body, stations, scratch)
+    way.speed = math.sqrt(state[VX] ** 2 + state[VY] ** 2 + state[VZ] ** 2)
+    way.energy = energy_of(state, body)
+    summary.speed_max, summary.energy_max, summary.jump_max = way.speed, way.energy, way.gap
+    remember_pose(scratch.memory, state, body)
+    remember_turn(scratch.memory, state)
+    remember_peaks(scratch.memory, way.speed, way.energy, way.gap)
+    remember_pose(scratch.rest, state, body)
+    forget_windows(scratch.rocking)
+
+
+@inlined
+def choose_step(scene, state, body, settings, scratch, way):
+    """1. Gravity's second half for the step before, and the length of this one."""
+    gravity = settings.gravity
+    state[VZ] -= 0.5 * gravity * way.before
+    fastest, bend, roll = travel_bound(scene.cloud, state, body)
+    bend += gravity
+    pace = fastest + roll
+    pace = 0.5 * (pace + math.sqrt(pace * pace + 2.0 * bend * settings.travel))  # the mean on that way
+    dt = min(settings.time_step, settings.travel / pace) if pace > 0.0 else settings.time_step
+    if way.travel < settings.travel:
+        # beside what is thin, or lies: by the skin, which may strike it
+        dt = min(dt, way.travel / (fastest_point(state, body) + 0.5 * gravity * settings.time_step))
+    dt = time_beside(scratch.near_cores, int(scratch.near[BESIDE]), state, body, gravity, dt)
+    if scene.cloud is not None:
+        turn = math.sqrt(state[WX] ** 2 + state[WY] ** 2 + state[WZ] ** 2)
+        dt = min(dt, CLOUD_TURN / turn) if turn > 0.0 else dt
+    way.dt, way.fastest, way.bend = max(dt, SHORTEST_STEP), fastest, bend
+
+
+@inlined
+def push(scene, frame, state, body, stations, settings, scratch, way, summary):
+    """2. The contacts of the pose a step ahead, and the velocities that they allow.
+
+    Anew, with a shorter step, where these would pass a stem well within it.
+    """
+    gravity, rolling, contacts, keys = settings.gravity, scratch.rolling, scratch.contacts, scratch.keys
+    bounces = settings.restitution + settings.tree_restitution + settings.barrier_restitution > 0.0
+    dt, on_terrain, count, rebounds = way.dt, True, 0, False
+    for attempt in range(2):
+        advance = dt * (way.fastest + 0.5 * way.bend * dt)
+        way.kick = 0.5 * (way.before + dt)
+        count, way.travel, on_terrain = find_contacts(
+            scene, frame, state, body, stations, settings, dt, way.path, advance, scratch, True
+        )
+        rebounds = bounces and any_rebound(contacts, count)
+        find_old(contacts, keys, count, scratch.old_keys, way.old_count)
+        if scene.cloud is None:  # the points of a cloud turn with it
+            turn_contacts(
+                contacts, keys, count, state, scratch.old_contacts,
+                gravity * way.kick, 0.5 * gravity * way.before, LEAST_TURN * gravity * dt,
+            )  # fmt: skip
+        set_frames(contacts, count, state, body)
+        if settings.backward:
+            turn_around(contacts, keys, count)
+        state[VZ] -= 0.5 * gravity * dt
+        if count == 0:
+            break
+        for k in range(6):
+            scratch.free[k] = state[VX + k]
+        rolling[SPIN_BEFORE] = spin_of(state)
+        ratio = way.kick / way.last_kick if way.last_kick > 0.0 and not rebounds else 0.0
+        if ratio > 0.0:
+            warm_start(contacts, count, state, scratch.old_contacts, ratio)
+        start_rolling(rolling, contacts, count, state, ratio)
+        way.tolerance = settings.tolerance * gravity * dt + 1e-15
+        used, way.residual = solve(contacts, count, state, rolling, way.tolerance, settings.sweeps)
+        summary.sweeps += used
+        beside = int(scratch.near[BESIDE])
+        if attempt == 1 or beside == 0:
+            break
+        sooner = time_beside(scratch.near_cores, beside, state, body, gravity, dt)
+        if sooner >= MADE_ANEW * dt:
+            break
+        for k in range(6):
+            state[VX + k] = scratch.free[k]
+        state[VZ] += 0.5 * gravity * dt
+        dt = max(sooner, SHORTEST_STEP)
+    way.dt, way.count, way.whole = dt, count, way.whole and on_terrain
+
+
+@inlined
+def keep_books(scene, frame, state, body, settings, scratch, way, marks, hits, summary):
+    """3. What the contacts did: their work, how deep they were, whom they hit, and what the next step starts from."""
+    gravity, rolling, contacts, keys = settings.gravity, scratch.rolling, scratch.contacts, scratch.keys
+    bounces = settings.restitution + settings.tree_restitution + settings.barrier_restitution > 0.0
+    dt, count, pressed = way.dt, way.count, False
+    if count > 0:
+        summary.contacts += count
+        summary.residual = max(summary.residual, way.residual)
+        # the work is that of the velocities at the node, between gravity's two halves
+        gained = impulse_work(contacts, count, state, VX, 0.5 * gravity * dt, rolling, spin_of(state))
+        unfinished = way.residual > way.tolerance
+        if unfinished:
+            summary.unconverged += 1.0
+        # Newton's law, contact by contact, can give energy where several act: not beyond gravity's own share
+        bouncing = bounces and gained > 0.125 * (gravity * dt) ** 2
+        if gained > 0.0 and (unfinished or bouncing):
+            gained = take_no_energy(contacts, count, state, scratch.free, gained, 0.5 * gravity * dt, rolling)
+        way.work += gained
+        summary.energy_gain += max(0.0, gained)
+        pushed = False  # against an obstacle
+        for k in range(count):
+            ground = keys[k, 0] == TERRAIN
+            pressed = pressed or (ground and contacts[k, PN] > 0.0)
+            # not the overlap that a log was released with, nor what sank where the DEM ends
+            if ground and way.whole:
+                summary.penetration = max(summary.penetration, -contacts[k, GAP])
+            if not ground and summary.started_in_contact == 0.0:
+                summary.overlap = max(summary.overlap, -contacts[k, GAP])
+            if not ground and contacts[k, PN] > 0.0:
+                pushed = True
+                is_barrier, item = owner_of(scene, keys[k])
+                if is_barrier:
+                    marks.fences[item] = True
+                    summary.barrier_hits = insert_sorted(scratch.hit_barriers, int(summary.barrier_hits), item)
+                else:
+                    summary.tree_hits = insert_sorted(scratch.hit_trees, int(summary.tree_hits), item)
+        if pushed:
+            fall = 0.5 * gravity * dt
+            struck = energy_of(state, body) + fall * (state[VZ] + 0.5 * fall) - gained
+            summary.hits = note_pushes(
+                scene, frame, state, scratch.free, contacts, keys, count,
+                (way.time, dt, int(summary.steps), gravity), struck, hits, int(summary.hits),
+            )  # fmt: skip
+        rolling[MOMENT_BEFORE] = rolling[MOMENT]
+    else:
+        rolling[MOMENT_BEFORE] = 0.0
+        summary.airborne += 1.0
+    way.pressed = pressed
+    way.old_count = remember(contacts, keys, count, state, scratch.old_keys, scratch.old_contacts, scene.cloud is None)
+    way.before, way.last_kick = dt, way.kick
+    way.speed = math.sqrt(state[VX] ** 2 + state[VY] ** 2 + state[VZ] ** 2)
+    way.energy = energy_of(state, body)
+    memory = scratch.memory
+    memory[PEAK_SPEED] = max(memory[PEAK_SPEED], way.speed)
+    memory[PEAK_ENERGY] = max(memory[PEAK_ENERGY], way.energy)
+    summary.speed_max = max(summary.speed_max, way.speed)
+    summary.energy_max = max(summary.energy_max, way.energy)
+
+
+@inlined
+def move_on(scene, frame, state, body, stations, settings, scratch, way, summary, stop):
+    """4. Free motion to the next node. Returns the reason to stop there, -1 where there is none."""
+    dt = way.dt
+    if not (way.speed < WILD_SPEED and way.energy < math.inf):  # NaN, of the spin or the axis too, is less than nothing
+        return FAILED
+    fastest, bend, _ = travel_bound(scene.cloud, state, body)
+    way.path += dt * (fastest + 0.5 * bend * dt)
+    move_freely(state, body, dt)
+    way.time += dt
+    summary.path += dt * way.speed
+    watch(scratch.rocking, state, body, way.energy, settings.rest_speed)
+    height, _, _ = surface(scene.terrain, frame[0], frame[1], state[X], state[Y])
+    if height != height:
+        return LEFT_DEM
+    if way.time >= settings.time_limit:
+        return TIME_LIMIT
+    if way.time >= way.next_look:
+        way.next_look = way.time + REST_WINDOW
+        reason = -1
+        if ends_moved(scratch.rest, state, body) < REST_TRAVEL * settings.rest_speed * REST_WINDOW:
+            reason, summary.item_row, summary.grip = rest_reason(
+                scene, frame, state, body, stations, settings, way.path, scratch, way.old_count, 1.0 / way.before
+            )
+        remember_pose(scratch.rest, state, body)
+        return reason
+    if way.time >= way.next_rocking:
+        way.next_rocking = way.time + ROCKING_WINDOW
+        if rocks_in_place(scratch.rocking, settings.rest_speed):
+            reason, summary.item_row, summary.grip = holder(scene, scratch, way.count)
+            return reason
+    elif int(summary.steps) % POLL_STEPS == 0 and stop[0] != 0:
+        return INTERRUPTED
+    return -1
 
 
 @kernel
@@ -94,211 +284,42 @@ def slide_log(
     number of poses wanted (more than ``poses`` or, in the summary, ``hits`` holds: run again with more room)
     """
     set_axis(state)
-    gravity = settings.gravity
-    work = (scratch.points, scratch.hull, scratch.left, scratch.right)
-    memory, rolling = scratch.memory, scratch.rolling
-    bounces = settings.restitution + settings.tree_restitution + settings.barrier_restitution > 0.0
-    rolling[:] = 0.0
-    rolling[INERTIA], rolling[SKIN] = body[AXIAL], body[BASE_RADIUS]
-    scratch.near[:] = 0.0
-    summary[:] = 0.0
-    summary[ITEM] = -1
     if not is_finite(state):
-        summary[REASON] = FAILED
+        summary.reason = FAILED
         return 0
-    energy_start = energy_of(state, body) + gravity * state[Z]
-    time, before, last_kick, done_work, next_look, next_rocking = 0.0, 0.0, 0.0, 0.0, REST_WINDOW, ROCKING_WINDOW
-    kept, steps, old_count, tree_hits, barrier_hits, hit_count = 0, 0, 0, 0, 0, 0
-    count, travel, whole = find_contacts(scene, frame, state, body, stations, settings, 1e-9, 0.0, 0.0, scratch, True)
-    for k in range(count):
-        if scratch.keys[k, 0] != TERRAIN and scratch.contacts[k, GAP] < 0.0:
-            summary[STARTED_IN_CONTACT] = 1.0
-    for k in range(int(scratch.near[CORES])):
-        if scratch.near_cores[k].kind == BARRIER and pierced(body, state, scratch.near_cores[k]):
-            summary[STARTED_IN_CONTACT] = 1.0
-    gap = lowest_gap(scene, frame, state, body, stations, scratch)
-    path = 0.0
-    remember_pose(memory, state, body)
-    remember_turn(memory, state)
-    speed, energy = math.sqrt(state[VX] ** 2 + state[VY] ** 2 + state[VZ] ** 2), energy_of(state, body)
-    remember_peaks(memory, speed, energy, gap)
-    summary[SPEED_MAX], summary[ENERGY_MAX], summary[JUMP_MAX] = speed, energy, gap
-    draw(scene, frame, state, body, memory, work, rasters, row, marks, 0.0)
-    remember_pose(scratch.rest, state, body)
-    forget_windows(scratch.rocking)
-    if keep:
-        kept = keep_pose(poses, kept, 0.0, state, body, gap)
-    reason, pressed, used, residual, tolerance = -1, False, 0, 0.0, 0.0
-    while reason < 0:
-        # 1. gravity's second half for the step before, and the length of this one
-        state[VZ] -= 0.5 * gravity * before
-        fastest, bend, roll = travel_bound(scene.cloud, state, body)
-        bend += gravity
-        pace = fastest + roll
-        pace = 0.5 * (pace + math.sqrt(pace * pace + 2.0 * bend * settings.travel))  # the mean on that way
-        dt = min(settings.time_step, settings.travel / pace) if pace > 0.0 else settings.time_step
-        if travel < settings.travel:
-            # beside what is thin, or lies: by the skin, which may strike it
-            dt = min(dt, travel / (fastest_point(state, body) + 0.5 * gravity * settings.time_step))
-        dt = time_beside(scratch.near_cores, int(scratch.near[BESIDE]), state, body, gravity, dt)
-        if scene.cloud is not None:
-            turn = math.sqrt(state[WX] ** 2 + state[WY] ** 2 + state[WZ] ** 2)
-            dt = min(dt, CLOUD_TURN / turn) if turn > 0.0 else dt
-        dt = max(dt, SHORTEST_STEP)
-        steps += 1
-        # 2. contacts of the pose a step ahead, 3. velocities; anew where these would pass a tree well within the step
-        kick, on_terrain, rebounds = 0.0, True, False
-        for attempt in range(2):
-            advance = dt * (fastest + 0.5 * bend * dt)
-            kick = 0.5 * (before + dt)
-            count, travel, on_terrain = find_contacts(
-                scene, frame, state, body, stations, settings, dt, path, advance, scratch, True
-            )
-            rebounds = bounces and any_rebound(scratch.contacts, count)
-            find_old(scratch.contacts, scratch.keys, count, scratch.old_keys, old_count)
-            if scene.cloud is None:  # the points of a cloud turn with it
-                turn_contacts(
-                    scratch.contacts, scratch.keys, count, state, scratch.old_contacts,
-                    gravity * kick, 0.5 * gravity * before, LEAST_TURN * gravity * dt,
-                )  # fmt: skip
-            set_frames(scratch.contacts, count, state, body)
-            if settings.backward:
-                turn_around(scratch.contacts, scratch.keys, count)
-            state[VZ] -= 0.5 * gravity * dt
-            if count == 0:
-                break
-            for k in range(6):
-                scratch.free[k] = state[VX + k]
-            rolling[SPIN_BEFORE] = spin_of(state)
-            ratio = kick / last_kick if last_kick > 0.0 and not rebounds else 0.0
-            if ratio > 0.0:
-                warm_start(scratch.contacts, count, state, scratch.old_contacts, ratio)
-            start_rolling(rolling, scratch.contacts, count, state, ratio)
-            tolerance = settings.tolerance * gravity * dt + 1e-15
-            used, residual = solve(scratch.contacts, count, state, rolling, tolerance, settings.sweeps)
-            summary[SWEEPS] += used
-            beside = int(scratch.near[BESIDE])
-            if attempt == 1 or beside == 0:
-                break
-            sooner = time_beside(scratch.near_cores, beside, state, body, gravity, dt)
-            if sooner >= MADE_ANEW * dt:
-                break
-            for k in range(6):
-                state[VX + k] = scratch.free[k]
-            state[VZ] += 0.5 * gravity * dt
-            dt = max(sooner, SHORTEST_STEP)
-        whole = whole and on_terrain
-        if count > 0:
-            summary[CONTACTS] += count
-            summary[RESIDUAL] = max(summary[RESIDUAL], residual)
-            # the work is that of the velocities at the node, between gravity's two halves
-            gained = impulse_work(scratch.contacts, count, state, VX, 0.5 * gravity * dt, rolling, spin_of(state))
-            unfinished = residual > tolerance
-            if unfinished:
-                summary[UNCONVERGED] += 1
-            # Newton's law, contact by contact, can give energy where several act: not beyond gravity's own share
-            bouncing = bounces and gained > 0.125 * (gravity * dt) ** 2
-            if gained > 0.0 and (unfinished or bouncing):
-                gained = take_no_energy(
-                    scratch.contacts, count, state, scratch.free, gained, 0.5 * gravity * dt, rolling
-                )
-            # 5. books
-            done_work += gained
-            summary[ENERGY_GAIN] += max(0.0, gained)
-            pushed = pressed = False  # against an obstacle, on the ground
-            for k in range(count):
-                ground = scratch.keys[k, 0] == TERRAIN
-                pressed = pressed or (ground and scratch.contacts[k, PN] > 0.0)
-                # not the overlap that a log was released with, nor what sank where the DEM ends
-                if whole if ground else summary[STARTED_IN_CONTACT] == 0.0:
-                    at = PENETRATION if ground else OVERLAP
-                    summary[at] = max(summary[at], -scratch.contacts[k, GAP])
-                if not ground and scratch.contacts[k, PN] > 0.0:
-                    pushed = True
-                    is_barrier, item = owner_of(scene, scratch.keys[k])
-                    if is_barrier:
-                        marks.fences[item] = True
-                        barrier_hits = insert_sorted(scratch.hit_barriers, barrier_hits, item)
-                    else:
-                        tree_hits = insert_sorted(scratch.hit_trees, tree_hits, item)
-            if pushed:
-                fall = 0.5 * gravity * dt
-                struck = energy_of(state, body) + fall * (state[VZ] + 0.5 * fall) - gained
-                hit_count = note_pushes(
-                    scene, frame, state, scratch.free, scratch.contacts, scratch.keys, count,
-                    (time, dt, steps, gravity), struck, hits, hit_count,
-                )  # fmt: skip
-            rolling[MOMENT_BEFORE] = rolling[MOMENT]
-        else:
-            pressed = False
-            rolling[MOMENT_BEFORE] = 0.0
-            summary[AIRBORNE] += 1
-        old_count = remember(
-            scratch.contacts, scratch.keys, count, state, scratch.old_keys, scratch.old_contacts, scene.cloud is None
-        )
-        before, last_kick = dt, kick
-        speed = math.sqrt(state[VX] ** 2 + state[VY] ** 2 + state[VZ] ** 2)
-        energy = energy_of(state, body)
-        memory[PEAK_SPEED] = max(memory[PEAK_SPEED], speed)
-        memory[PEAK_ENERGY] = max(memory[PEAK_ENERGY], energy)
-        summary[SPEED_MAX] = max(summary[SPEED_MAX], speed)
-        summary[ENERGY_MAX] = max(summary[ENERGY_MAX], energy)
-        if not (speed < WILD_SPEED and energy < math.inf):  # NaN, of the spin or the axis too, is less than nothing
-            reason = FAILED
-            break
-        # 4. free motion to the next node
-        fastest, bend, _ = travel_bound(scene.cloud, state, body)
-        path += dt * (fastest + 0.5 * bend * dt)
-        move_freely(state, body, dt)
-        time += dt
-        summary[PATH] += dt * speed
-        watch(scratch.rocking, state, body, energy, settings.rest_speed)
-        height, _, _ = surface(scene.terrain, frame[0], frame[1], state[X], state[Y])
-        if height != height:
-            reason = LEFT_DEM
-        elif time >= settings.time_limit:
-            reason = TIME_LIMIT
-        elif time >= next_look:
-            next_look = time + REST_WINDOW
-            if ends_moved(scratch.rest, state, body) < REST_TRAVEL * settings.rest_speed * REST_WINDOW:
-                reason, item = rest_reason(
-                    scene, frame, state, body, stations, settings, path, scratch, old_count, 1.0 / before
-                )
-                summary[ITEM] = item
-            remember_pose(scratch.rest, state, body)
-        elif time >= next_rocking:
-            next_rocking = time + ROCKING_WINDOW
-            if rocks_in_place(scratch.rocking, settings.rest_speed):
-                reason, item = holder(scene, scratch, count)
-                summary[ITEM] = item
-        elif steps % POLL_STEPS == 0 and stop[0] != 0:
-            reason = INTERRUPTED
-        if reason < 0 and ends_moved(memory, state, body) >= settings.trace_step:
-            gap = 0.0 if pressed else lowest_gap(scene, frame, state, body, stations, scratch)
-            memory[PEAK_JUMP] = max(memory[PEAK_JUMP], gap)
-            summary[JUMP_MAX] = max(summary[JUMP_MAX], gap)
-            draw(scene, frame, state, body, memory, work, rasters, row, marks, time)
-            remember_peaks(memory, speed, energy, gap)
+    way, memory, work = scratch.way[0], scratch.memory, (scratch.points, scratch.hull, scratch.left, scratch.right)
+    energy_start = energy_of(state, body) + settings.gravity * state[Z]
+    begin(scene, frame, state, body, stations, settings, scratch, way, summary)
+    reason, first = -1, True
+    while True:
+        over = reason >= 0
+        if reason != FAILED and (first or over or ends_moved(memory, state, body) >= settings.trace_step):
+            if not first and (keep or not over):
+                way.gap = 0.0 if way.pressed else lowest_gap(scene, frame, state, body, stations, scratch)
+            if not first and not over:
+                memory[PEAK_JUMP] = max(memory[PEAK_JUMP], way.gap)
+                summary.jump_max = max(summary.jump_max, way.gap)
+            draw(scene, frame, state, body, memory, work, rasters, row, marks, way.time)
+            remember_peaks(memory, way.speed, way.energy, way.gap)
             if keep:
-                kept = keep_pose(poses, kept, time, state, body, gap)
-    if reason != FAILED:
-        draw(scene, frame, state, body, memory, work, rasters, row, marks, time)
-        if keep:
-            gap = 0.0 if pressed else lowest_gap(scene, frame, state, body, stations, scratch)
-            kept = keep_pose(poses, kept, time, state, body, gap)
+                way.kept = keep_pose(poses, way.kept, way.time, state, body, way.gap)
+        if over:
+            break
+        first = False
+        summary.steps += 1.0
+        choose_step(scene, state, body, settings, scratch, way)
+        push(scene, frame, state, body, stations, settings, scratch, way, summary)
+        keep_books(scene, frame, state, body, settings, scratch, way, marks, hits, summary)
+        reason = move_on(scene, frame, state, body, stations, settings, scratch, way, summary, stop)
+    fall = 0.5 * settings.gravity * way.before  # the velocities are those of the middle of the step behind
     sunk = state[VZ]
-    state[VZ] -= 0.5 * gravity * before
-    change = energy_of(state, body) + gravity * state[Z] - energy_start - done_work
+    state[VZ] -= fall
+    change = energy_of(state, body) + settings.gravity * state[Z] - energy_start - way.work
     state[VZ] = sunk
     # of the energy that the run had to spend, at least that of a metre's fall
-    summary[ENERGY_ERROR] = (abs(change) + summary[ENERGY_GAIN]) / max(energy_start - gravity * state[Z], 9.81)
-    summary[REASON] = reason
-    summary[DURATION] = time
-    summary[STEPS] = steps
-    summary[TREE_HITS] = tree_hits
-    summary[BARRIER_HITS] = barrier_hits
-    summary[HITS] = hit_count
-    return kept
+    summary.energy_error = (abs(change) + summary.energy_gain) / max(energy_start - settings.gravity * state[Z], 9.81)
+    summary.reason, summary.duration = reason, way.time
+    return way.kept
 
 
 @kernel
@@ -308,8 +329,9 @@ def slide_logs(
 ):  # fmt: skip
     """Slide the logs from row ``first`` to before ``last``, one after the other, up to one whose poses are kept.
 
-    Parameters are those of ``slide_log``, of all logs; own, told : room for one log's state and summary, which come to
-    lie in their rows of states and summaries. The hits of one log follow those of another in ``hits``.
+    Parameters are those of ``slide_log``, of all logs; own (16,), told (2,) : room for one log's state and summary,
+    which come to lie in their rows of states and summaries, and the summary of a log of which nothing is known yet. The
+    hits of one log follow those of another in ``hits``.
 
     Returns (row of the next log, number of poses wanted by the last one): the first row where that one found too little
     room for its poses or, as ``told`` has it, its hits.
@@ -318,20 +340,21 @@ def slide_logs(
     for row in range(first, last):
         for k in range(own.shape[0]):
             own[k] = starts[row, k]
+        told[0] = told[1]
         each = Marks(marks.lines[row], marks.fences[row], marks.crossed[row], marks.line_time[row])
         wanted = slide_log(
             scene, frames[row], own, bodies[row], stations[row], settings, scratch, rasters, stamps[row], each,
-            poses if keep[row] else poses[:0], keep[row], hits[used:], told, stop,
+            poses if keep[row] else poses[:0], keep[row], hits[used:], told[0], stop,
         )  # fmt: skip
-        struck = int(told[HITS])
+        struck = int(told[0].hits)
         if (keep[row] and wanted > poses.shape[0]) or struck > hits.shape[0] - used:
             return row, wanted
         used += struck
         for k in range(own.shape[0]):
             states[row, k] = own[k]
-        for k in range(SUMMARY_WIDTH):
-            summaries[row, k] = told[k]
-        if told[REASON] != LEFT_DEM and told[REASON] != FAILED and told[REASON] != INTERRUPTED:
+        summaries[row] = told[0]
+        reason = int(told[0].reason)
+        if reason != LEFT_DEM and reason != FAILED and reason != INTERRUPTED:
             work = (scratch.points, scratch.hull, scratch.left, scratch.right)
             draw_deposit(scene, frames[row], own, bodies[row], scratch.memory, work, rasters)
         if keep[row]:

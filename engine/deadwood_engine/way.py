@@ -1,0 +1,41 @@
+"""What is known of a log on its way: where its slide stands, and the summary that is left of it, as records."""
+
+from __future__ import annotations
+
+import numpy as np
+
+# A log's summary, a row a log
+SUMMARY = np.dtype(
+    [
+        ("reason", "f8"), ("item_row", "f8"),  # as ``rest.holder``
+        ("grip", "f8"),  # [rad] as ``rest.holder``
+        ("duration", "f8"), ("path", "f8"), ("speed_max", "f8"),  # s, m, m/s
+        ("energy_max", "f8"), ("jump_max", "f8"),  # per mass J/kg, m
+        ("energy_error", "f8"), ("energy_gain", "f8"),  # of the energy to spend; J/kg made by contacts
+        ("penetration", "f8"), ("overlap", "f8"),  # m in the ground, in obstacles
+        ("residual", "f8"), ("unconverged", "f8"),  # m/s of the worst solve; steps that hit the cap of sweeps
+        ("steps", "f8"), ("airborne", "f8"), ("contacts", "f8"), ("sweeps", "f8"),
+        ("tree_hits", "f8"), ("barrier_hits", "f8"), ("hits", "f8"),
+        ("started_in_contact", "f8"),
+    ]
+)  # fmt: skip
+
+# Where a log's slide stands
+WAY = np.dtype(
+    [
+        ("time", "f8"),  # s, of the node
+        ("dt", "f8"), ("before", "f8"),  # s, the step ahead and the one behind
+        ("kick", "f8"), ("last_kick", "f8"),  # s, that gravity acts in this impulse, and did in the last
+        ("fastest", "f8"), ("bend", "f8"),  # m/s, m/s2, as ``travel_bound``, gravity included
+        ("travel", "f8"),  # m, that the obstacles allow
+        ("path", "f8"),  # m, that the log can have moved since its release
+        ("work", "f8"),  # J/kg, of all contacts so far
+        ("speed", "f8"), ("energy", "f8"), ("gap", "f8"),  # m/s, J/kg, m, of the log now
+        ("residual", "f8"), ("tolerance", "f8"),  # m/s, of this step's solve
+        ("next_look", "f8"), ("next_rocking", "f8"),  # s, when to look whether it rests, and whether it rocks in place
+        ("count", "i8"), ("old_count", "i8"),  # contacts of this step, and those loaded in the last
+        ("kept", "i8"),  # poses
+        ("whole", "b1"),  # whether there was terrain below all of the log so far
+        ("pressed", "b1"),  # whether the ground pushes
+    ]
+)  # fmt: skip
