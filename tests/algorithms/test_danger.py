@@ -126,7 +126,7 @@ def test_without_lines_there_is_none_and_nothing_else_changes(full, case, tmp_pa
         assert (without / f"{name}.tif").read_bytes() == (full / f"{name}.tif").read_bytes(), name
     with pytest.raises(UserError, match="the run has no lines; name those to be reached with --reaching"):
         counted(without, tmp_path)
-    assert np.nanmax(counted(without, tmp_path, reaching=case.lines)[ANY]) > 0.0
+    assert np.nanmax(counted(without, tmp_path, reaching=case.lines, danger_least=1)[ANY]) > 0.0
 
 
 def test_logs_that_start_in_a_house_reach_it_there_and_not_later(case, tmp_path):
@@ -177,7 +177,7 @@ def test_memory_is_told_with_the_lines(monkeypatch, said):
 def test_a_least_that_is_none_is_refused_in_a_line(case, tmp_path, capsys, value):
     words = [f"--{name.replace('_', '-')}={each}" for name, each in case.values().items() if name != "output"]
     output = tmp_path / "run"
-    assert cli.main(["slide-logs", *words, f"--output={output}", f"--danger-least={value}"]) == 2
+    assert cli.run(["slide-logs", *words, f"--output={output}", f"--danger-least={value}"]) == 2
     (told,) = capsys.readouterr().err.strip().splitlines()
     assert "--danger-least" in told
     assert not output.exists()
