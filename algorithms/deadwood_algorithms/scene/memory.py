@@ -54,11 +54,10 @@ def threads_that_fit(
         return wanted
     fitting = int((SHARE * free - base) // each)
     if fitting < 1:
+        fewer = f"watch fewer than {danger_lines} lines, " if danger_lines > 1 else ""
         raise UserError(
-            f"{what}: {cells / 1e6:.0f} million cells"
-            + (f" and {danger_lines} lines" if danger_lines else "")
-            + f" need {(base + each) / GIB:.1f} GB of memory, "
-            f"{free / GIB:.1f} GB are free; slide the releases of each area apart, or take a coarser DEM "
+            f"{what}: {cells / 1e6:.0f} million cells need {(base + each) / GIB:.1f} GB of memory, "
+            f"{free / GIB:.1f} GB are free; slide the releases of each area apart, {fewer}or take a coarser DEM "
             f"({mends.coarser(what, 2.0 * cell)})"
         )
     feedback.note(f"{fitting} threads are used instead of {wanted}, for which the memory does not suffice")
