@@ -69,7 +69,6 @@ def case(tmp_path_factory):
         "time_limit": 40.0,
         "trajectories": "all",
         "threads": 2,
-        "danger_least": 1,
     }
 
 
@@ -83,7 +82,7 @@ def small_is_large(monkeypatch):
 
 
 def run(case: dict, folder: Path, feedback=None, **changes) -> Path:
-    slide_logs.TOOL(feedback=feedback, **(case | {"output": str(folder)} | changes))
+    slide_logs.TOOL(feedback=feedback, **(case | {"output": str(folder), "danger_least": 1} | changes))
     return folder
 
 
