@@ -8,6 +8,11 @@ size it equals the run's hit_count.tif. Logs whose trajectory was not stored can
 over the logs that pass it. Speed is that of the centre of mass; energy that of translation and rotation, as poses tell
 it (within a few percent of the run's); jump the clearance between log and terrain.
 
+--danger writes where a moving log ends on the road: of the logs that pass a cell, the share that reach a line of
+--reaching (default: the run's own lines) with the same outline or afterwards; band 1 of any line, band 2 how many
+passed, then a band for each line. Cells that fewer than --danger-least logs pass are transparent. With all
+trajectories stored and the run's own lines and cells it equals the run's danger.tif.
+
     deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
         --count 200 --output releases.gpkg
     deadwood-tool slide-logs --dem sample_data/dem.tif --releases releases.gpkg --friction 0.25 --trajectories all \\
@@ -30,7 +35,11 @@ from deadwood_algorithms.files.grid import Grid, Part
 from deadwood_algorithms.tool import Feedback, Outcome, Tool, UserError
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from deadwood_algorithms.runs.folder import Run
+    from deadwood_algorithms.scene.items import Items
+    from deadwood_engine import Lines
 
 CELLS_MOST = 4_000_000_000 // 4  # a raster of 4 GB; a finer one is a slip of the decimal point
 CELLS_HELD = 25_000_000  # of a larger raster only the window is held in which the run's logs were
@@ -55,6 +64,17 @@ class Ask:
     speed: str | None = tool.output_raster("Quantiles of the logs' largest speed in each cell", default=None)
     energy: str | None = tool.output_raster("Quantiles of their largest kinetic energy", default=None)
     jump: str | None = tool.output_raster("Quantiles of their largest clearance above the terrain", default=None)
+    danger: str | None = tool.output_raster(
+        "Share of the logs that reach lines after the cell",
+        default=None,
+        help="Bands: any line, number of logs that passed, each line.",
+    )
+    reaching: str | None = tool.vector(
+        "Lines of that raster", "line", "polygon", default=None, help="Default: the lines of the run."
+    )
+    danger_least: int = tool.integer(
+        "Logs that must have passed a cell for its danger to be told", default=10, minimum=1, advanced=True
+    )
     output: str = tool.output_raster("Hit counts")
     overwrite: bool = tool.overwrite()
 
@@ -66,6 +86,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.runs.folder import chosen_logs, read_run
     from deadwood_algorithms.runs.hit_counts import count_of
 
+    if ask.reaching and not ask.danger:
+        raise UserError("--reaching says which lines --danger is of; add --danger FILE.tif")
     levels = levels_of(ask.quantiles)
     given = {name: getattr(ask, name) for name in QUANTITIES if getattr(ask, name)}
     with ExitStack() as stack:
@@ -73,7 +95,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         more = {
             name: stack.enter_context(output_path(place, ask.overwrite, suffix=".tif")) for name, place in given.items()
         }
+        end = stack.enter_context(output_path(ask.danger, ask.overwrite, suffix=".tif")) if ask.danger else None
         source = read_run(ask.run, feedback=feedback)
+        reach_of = lines_to_reach(ask, source, feedback) if end else None
         grid = visited(with_cell(source.grid, ask.cell_m), source)
         chosen = chosen_logs(source, release_id=ask.release_id, log_id=ask.log_id, stop_reason=ask.stop_reason)
 
@@ -98,10 +122,41 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             write_bands(
                 place, bands, grid, nodata=np.nan, dtype="float32", units=[QUANTITIES[name]] * len(bands), style=name
             )
+        if end and reach_of:
+            write_danger(end, source, stored, grid, *reach_of, ask.danger_least, feedback)
     facts = {"n_chosen": int(chosen.size), "n_counted": int(stored.size), "hit_count_max": int(counts.max())}
     line = f"{stored.size} logs counted; the most that passed over one cell of {grid.cell:g} m: {counts.max()}"
     outputs = {"output": Path(ask.output)} | {name: Path(place) for name, place in given.items()}
+    outputs |= {"danger": Path(ask.danger)} if ask.danger else {}
     return Outcome(outputs, facts, (line,))
+
+
+def lines_to_reach(ask: Ask, source: Run, feedback: Feedback) -> tuple[Lines, Items]:
+    """The lines asked for, or those that the run watched."""
+    from deadwood_algorithms.runs.folder import GEOPACKAGE, layers_in
+    from deadwood_algorithms.scene.read import read_lines
+
+    if not ask.reaching and "reach" not in layers_in(source.path):
+        raise UserError(f"{ask.run}: the run has no lines; name those to be reached with --reaching LAYER")
+    return read_lines(ask.reaching or f"{source.path / GEOPACKAGE}|layername=reach", source.grid, feedback)
+
+
+def write_danger(
+    path: Path,
+    source: Run,
+    stored: NDArray[np.int64],
+    grid: Grid,
+    lines: Lines,
+    items: Items,
+    least: int,
+    feedback: Feedback,
+) -> None:
+    from deadwood_algorithms.files.rasters import write_bands
+    from deadwood_algorithms.runs.danger import STYLE, danger_bands, danger_of, units_of
+
+    passed, danger = danger_of(source, stored, grid, lines, items, feedback)
+    bands = danger_bands(passed, danger, items.ids, least)
+    write_bands(path, bands, grid, nodata=np.nan, dtype="float32", units=units_of(list(bands)), style=STYLE)
 
 
 def with_cell(grid: Grid, cell: float | None) -> Grid:

@@ -3,7 +3,9 @@
 Each log is a rigid truncated cone (or, with --shape, any convex body) in hard frictional contact with terrain, trees,
 barriers and lying logs (the engine's README has the physics, after the paper's section 3). The run's folder holds the
 deposits, the trajectories, the share of logs that reach each line, every hit of a barrier, what each tree that was hit
-has taken, and rasters of how often, how fast and how high logs pass. Every released log is accounted for.
+has taken, and rasters of how often, how fast and how high logs pass. With --lines, danger.tif has where a moving log
+ends on the road: of the logs that passed a cell, the share that reached any line, and each line, with the same outline
+or afterwards. Every released log is accounted for.
 
 Logs do not break, trees and barriers do not give way, logs do not meet each other. An interrupted run goes on with
 --resume where it stopped, and gives the same results, bit for bit, as one that was never interrupted. With --until-ci
@@ -43,7 +45,7 @@ CHECKPOINT_SHARE, CHECKPOINT_S = 0.05, 10.0
 PARTS = (
     *(f"run.gpkg|layername={name}" for name in ("deposits", "deposited_logs", "trajectories", "reach")),
     *(f"{name}.tif" for name in ("hit_count", "reach_probability", "deposit_count")),
-    *(f"{name}.tif" for name in ("speed_max", "energy_max", "jump_max")),
+    *(f"{name}.tif" for name in ("speed_max", "energy_max", "jump_max", "danger")),
     "poses.parquet",
     "summary.json",
     "project.qgz",
@@ -76,6 +78,13 @@ class Ask(ReleasedScene):
         exclusive=True,
         help="0.005 means ±0.5 points. Logs are run in an even draw, at most all; looks after 1000, 2000, 4000, ... "
         "of them take intervals widened for the repetition; the reported 95 % ones are narrower still. Needs --lines.",
+    )
+    danger_least: int = tool.integer(
+        "Logs that must have passed a cell for its danger to be told",
+        default=10,
+        minimum=1,
+        advanced=True,
+        help="In danger.tif, which --lines brings, cells with fewer are transparent.",
     )
     qgis_project: bool = tool.flag(
         "Add a QGIS project to the run",
@@ -120,7 +129,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         slope = DrawnScene.on(layers, ask, work, feedback)
         slide_queue(ask, fidelity, slope, releases, queue, keep, work, feedback)
 
-        asked = Asked(scene=ask, fidelity=ask.fidelity, keeps_poses=kept_count != 0)
+        asked = Asked(scene=ask, fidelity=ask.fidelity, keeps_poses=kept_count != 0, danger_least=ask.danger_least)
         outcome = write_results(
             folder,
             Path(ask.output),
@@ -169,7 +178,7 @@ class DrawnScene:
 
         if work.part and layers.dem.whole and layers.dem.part.joined(work.part) != layers.dem.part:
             layers = scene_again(ask, layers, layers.dem.part.joined(work.part), feedback)
-        rasters = Rasters.allocate(layers.scene, layers.threads)
+        rasters = Rasters.allocate(layers.scene, layers.threads, layers.danger_bands())
         if work.finished:
             rasters.add(work.rasters(layers.dem))
         return DrawnScene(layers, rasters)
@@ -251,6 +260,7 @@ def slide_chunk(
     The rasters of the last checkpoint hold all chunks before it, so one of those that was lost is not drawn again.
     """
     from deadwood_algorithms.runs.results import arrays_of, pose_table
+    from deadwood_algorithms.scene.releases import starts_inside
     from deadwood_algorithms.scene.sliding import reporter, slide_once
 
     part = queue.parts[chunk]
@@ -260,7 +270,10 @@ def slide_chunk(
     report = reporter(feedback, queue.goal, "sliding logs", before=part.start)
     began = time.perf_counter()
     rasters = slope.rasters if chunk >= work.finished else None
-    result, sides = slide_once(slope.layers, logs, fidelity, ask, report, keep_poses=keep[rows], rasters=rasters)
+    inside = slope.layers.by_scene_line(starts_inside(slope.layers.lines, releases.take(rows)))
+    result, sides = slide_once(
+        slope.layers, logs, fidelity, ask, report, keep_poses=keep[rows], rasters=rasters, inside=inside
+    )
     wall_s = time.perf_counter() - began
     if not sides:
         poses = pose_table(result.poses, logs.log_id, slope.layers.dem.crs)

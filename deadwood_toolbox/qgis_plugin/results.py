@@ -33,7 +33,7 @@ ORDER = (
     "barriers",
     "trees",
 )
-LAST = ("hit_count", "reach_probability", "deposit_count", "speed_max", "energy_max", "jump_max")
+LAST = ("hit_count", "reach_probability", "danger", "deposit_count", "speed_max", "energy_max", "jump_max")
 # What a run shows at first; the rest waits unticked in the group.
 SHOWN = ("reach", "deposits", "hit_count")
 RANK = "deadwood/rank"

@@ -9,7 +9,7 @@ from .ledger import Hits
 from .lines import Lines, Segments, segments_of
 from .logs import Logs, Start, place_logs
 from .lying_logs import LyingLogs
-from .outline import sweep_hits, sweep_touches
+from .outline import sweep_danger, sweep_hits, sweep_touches
 from .rasters import Rasters
 from .rest import STOP_REASONS
 from .result import Poses, Result
@@ -41,6 +41,7 @@ __all__ = [
     "segments_of",
     "slide",
     "station_spacing",
+    "sweep_danger",
     "sweep_hits",
     "sweep_touches",
 ]

@@ -159,6 +159,26 @@ def _work(rows: int, lines: int) -> tuple[NDArray, ...]:
     return np.zeros((count, 2)), np.zeros((count + 3, 4)), *spans, np.zeros(lines, np.bool_)
 
 
+LISTED = 0  # the place in ``order`` of how many cells are listed
+
+
+@kernel
+def count_danger(passed, order, danger):
+    """At a log's end: count it in the cells that it hit before, or with the outline that, it touched a line.
+
+    Arrays as in ``trace.RasterArrays``; the list is emptied for the next log.
+    """
+    latest = 0
+    for band in range(1, order.shape[0]):
+        for k in range(order[band]):
+            danger[band, passed[k]] += np.uint32(1)
+        latest = max(latest, order[band])
+        order[band] = -1
+    for k in range(latest):
+        danger[0, passed[k]] += np.uint32(1)
+    order[LISTED] = 0
+
+
 @kernel
 def _sweep_hits(log_row, base, tip, base_radius, tip_radius, cell, count, stamp, work):
     points, hull, left, right, _ = work
@@ -174,6 +194,31 @@ def _sweep_hits(log_row, base, tip, base_radius, tip_radius, cell, count, stamp,
                 if stamp[j, i] != log + 1:
                     stamp[j, i] = log + 1
                     count[j, i] += 1
+
+
+@kernel
+def _sweep_danger(log_row, base, tip, base_radius, tip_radius, cell, touch, count, stamp, passed, order, danger, work):
+    points, hull, left, right, _ = work
+    rows, columns = count.shape
+    part = (0, 0, columns, rows)
+    for k in range(len(log_row)):
+        log = log_row[k]
+        previous = k - 1 if k > 0 and log_row[k - 1] == log else k
+        if previous == k:
+            count_danger(passed, order, danger)  # of the log before
+        size = _swept(points, hull, base, tip, base_radius[log], tip_radius[log], previous, k)
+        first, last = hull_rows(hull, size, 0.0, 0.0, cell, part, left, right)
+        for j in range(first, last + 1):
+            for i in range(left[j], right[j] + 1):
+                if stamp[j, i] != log + 1:
+                    stamp[j, i] = log + 1
+                    count[j, i] += np.uint32(1)
+                    passed[order[LISTED]] = np.uint32(j * columns + i)
+                    order[LISTED] += 1
+        for line in range(touch.shape[1]):
+            if touch[log, line] == k:
+                order[line + 1] = order[LISTED]
+    count_danger(passed, order, danger)
 
 
 def checked_rows(log_row: NDArray[np.int64], radius: Array, *per_pose: Array) -> NDArray[np.int64]:
@@ -226,6 +271,41 @@ def sweep_hits(
         base_radius, tip_radius, cell, count, stamp, _work(shape[0], 0),
     )  # fmt: skip
     return count
+
+
+def sweep_danger(
+    log_row: NDArray[np.int64],
+    base: NDArray[np.float64],
+    tip: NDArray[np.float64],
+    base_radius: NDArray[np.float64],
+    tip_radius: NDArray[np.float64],
+    touch: NDArray[np.int64],
+    *,
+    x0: float,
+    y0: float,
+    cell: float,
+    shape: tuple[int, int],
+) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
+    """Count the logs whose swept outline overlaps each raster cell, and those that touched a line then or later.
+
+    Parameters are those of ``sweep_hits`` and ``touch``: int64, shape (n, lines), the first pose (row of ``log_row``)
+    at which each log touches each line, -1 for none.
+
+    Returns
+    -------
+    count : uint32, the given shape; danger : uint32, shape (lines + 1, rows, columns), first of any line, then of each
+    """
+    count, stamp = np.zeros(shape, np.uint32), np.zeros(shape, np.int64)
+    passed, order = np.zeros(count.size, np.uint32), np.full(touch.shape[1] + 1, -1)
+    order[LISTED] = 0
+    danger = np.zeros((touch.shape[1] + 1, count.size), np.uint32)
+    origin = np.array([x0, y0, 0.0])
+    rows = checked_rows(log_row, np.minimum(base_radius, tip_radius), base, tip)
+    _sweep_danger(
+        rows, np.ascontiguousarray(base - origin), np.ascontiguousarray(tip - origin), base_radius, tip_radius, cell,
+        np.ascontiguousarray(touch, np.int64), count, stamp, passed, order, danger, _work(shape[0], 0),
+    )  # fmt: skip
+    return count, danger.reshape(-1, *shape)
 
 
 @kernel

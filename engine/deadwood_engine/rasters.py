@@ -5,8 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from .outline import LISTED
 from .scene import Scene
 from .trace import ENERGY, HITS, JUMP, SPEED, RasterArrays
+
+NO_BANDS = np.zeros(0, np.int64)
 
 
 class Rasters:
@@ -16,30 +19,41 @@ class Rasters:
         self.workers = workers
 
     @staticmethod
-    def allocate(scene: Scene, workers: int) -> Rasters:
-        """Empty rasters of the scene's grid: 24 bytes a cell and worker."""
+    def allocate(scene: Scene, workers: int, bands: NDArray[np.int64] = NO_BANDS) -> Rasters:
+        """Empty rasters of the scene's grid: 24 bytes a cell and worker.
+
+        ``bands`` says to which band of ``danger``, from 1, each line of the scene belongs, 0 for none; lines of one
+        thing share a band. None asks for no danger; else 4 bytes a cell, worker and band are added, and 8 more.
+        """
         shape = scene.arrays.terrain.heights.shape
-        return Rasters([raster_arrays(shape) for _ in range(max(1, workers))])
+        return Rasters([raster_arrays(shape, bands) for _ in range(max(1, workers))])
 
     def totals(self) -> dict[str, NDArray]:
-        """hit_count, deposit_count (uint32); speed_max [m/s], energy_max [J], jump_max [m] (float32, NaN = no log)."""
+        """hit_count, deposit_count (uint32); speed_max [m/s], energy_max [J], jump_max [m] (float32, NaN = no log).
+
+        With lines also danger (uint32, bands x rows x columns): how many of the logs that hit the cell touched any
+        line then or later (band 0), and each (the others).
+        """
         first, *others = self.workers
         hits, deposits = first.hits[:, :, HITS].copy(), first.deposits.copy()
         maxima = [first.maxima[:, :, k].copy() for k in (SPEED, ENERGY, JUMP)]
+        danger = first.danger.copy()
         for other in others:
             hits += other.hits[:, :, HITS]
             deposits += other.deposits
+            danger += other.danger
             for k, total in enumerate(maxima):
                 np.maximum(total, other.maxima[:, :, k], out=total)
         for total in maxima:
             total[hits == 0] = np.nan
-        return {
+        totals = {
             "hit_count": hits,
             "deposit_count": deposits,
             "speed_max": maxima[SPEED],
             "energy_max": maxima[ENERGY],
             "jump_max": maxima[JUMP],
         }
+        return totals | {"danger": danger.reshape(len(danger), *hits.shape)} if len(danger) else totals
 
     def add(self, totals: dict[str, NDArray]) -> None:
         """Add totals of an earlier run (a resumed one)."""
@@ -48,7 +62,21 @@ class Rasters:
         first.deposits[...] += totals["deposit_count"]
         for k, name in ((SPEED, "speed_max"), (ENERGY, "energy_max"), (JUMP, "jump_max")):
             np.fmax(first.maxima[:, :, k], totals[name], out=first.maxima[:, :, k])
+        if "danger" in totals:
+            first.danger[...] += totals["danger"].reshape(first.danger.shape)
 
 
-def raster_arrays(shape: tuple[int, int]) -> RasterArrays:
-    return RasterArrays(np.zeros((*shape, 2), np.uint32), np.zeros((*shape, 3), np.float32), np.zeros(shape, np.uint32))
+def raster_arrays(shape: tuple[int, int], bands: NDArray[np.int64] = NO_BANDS) -> RasterArrays:
+    count = int(bands.max(initial=0))
+    cells = shape[0] * shape[1] if count else 0
+    order = np.full(count + 1, -1)
+    order[LISTED] = 0
+    return RasterArrays(
+        np.zeros((*shape, 2), np.uint32),
+        np.zeros((*shape, 3), np.float32),
+        np.zeros(shape, np.uint32),
+        np.asarray(bands if count else NO_BANDS, np.int64),
+        np.zeros(cells, np.uint32),  # pages that no list reaches are never given out
+        order,
+        np.zeros((count + 1 if count else 0, cells), np.uint32),
+    )

@@ -57,6 +57,7 @@ def slide(
     report: Callable[[int], bool] | None = None,
     gravity: float = GRAVITY,
     shape: Shape | None = None,
+    inside: NDArray[np.bool_] | None = None,
 ) -> Result:
     """Slide logs until each rests, is held, leaves the terrain, or runs out of time.
 
@@ -70,6 +71,7 @@ def slide(
     time_limit : [s]; rest_speed : [m/s] below which a log is looked at for rest
     threads : workers; keep_poses : bool (n,), whose poses to keep; rasters : added to
     shape : what slides in the logs' place; logs that are a Start must have been placed with it
+    inside : bool (n, lines), for danger: lines that a log starts within, so reaches with its first outline
     report : called about five times a second with the number of logs done; True stops the run
 
     Raises
@@ -106,7 +108,10 @@ def slide(
     workers = max(1, min(threads, number, len(rasters.workers) if rasters else threads))
     chunk = max(1, min(LOGS_A_CALL, number // (4 * workers)))
     queue = iter(range(0, number, chunk))
-    marks = trace.Marks(touched, fences, crossed, touch_time)
+    within = np.zeros((number, lines), np.bool_) if inside is None else np.ascontiguousarray(inside, np.bool_)
+    if within.shape != (number, lines):
+        raise ValueError(f"inside must say so for each of {number} logs and {lines} lines")
+    marks = trace.Marks(touched, fences, crossed, touch_time, within)
     lock = threading.Lock()
     done = [0] * workers
     cpu = [0.0] * workers
@@ -195,6 +200,8 @@ def _check_tables(scene: Scene, start: Start, rasters: Rasters | None, keep_pose
         raise ValueError(f"keep_poses must say so for each of the {number} logs")
     if rasters and any(worker.deposits.shape not in (grid, (0, 0)) for worker in rasters.workers):
         raise ValueError("the rasters are not of this scene's grid")
+    if rasters and any(len(worker.band) not in (0, scene.line_count) for worker in rasters.workers):
+        raise ValueError("the rasters are not of this scene's lines")
 
 
 _stamped = 0

@@ -38,6 +38,7 @@ from .limits import (
 )
 from .log_body import AXIAL, BASE_RADIUS
 from .obstacles import time_beside
+from .outline import count_danger
 from .rest import FAILED, INTERRUPTED, LEFT_DEM, TIME_LIMIT, holder, rest_reason
 from .rocking import forget_windows, rocks_in_place, watch
 from .rolling import INERTIA, MOMENT, MOMENT_BEFORE, SKIN, SPIN_BEFORE, spin_of, start_rolling
@@ -52,6 +53,7 @@ from .trace import (
     draw,
     draw_deposit,
     ends_moved,
+    forget_touches,
     keep_pose,
     remember_peaks,
     remember_pose,
@@ -341,14 +343,16 @@ def slide_logs(
         for k in range(own.shape[0]):
             own[k] = starts[row, k]
         told[0] = told[1]
-        each = Marks(marks.lines[row], marks.fences[row], marks.crossed[row], marks.line_time[row])
+        each = Marks(marks.lines[row], marks.fences[row], marks.crossed[row], marks.line_time[row], marks.inside[row])
         wanted = slide_log(
             scene, frames[row], own, bodies[row], stations[row], settings, scratch, rasters, stamps[row], each,
             poses if keep[row] else poses[:0], keep[row], hits[used:], told[0], stop,
         )  # fmt: skip
         struck = int(told[0].hits)
         if (keep[row] and wanted > poses.shape[0]) or struck > hits.shape[0] - used:
+            forget_touches(each)
             return row, wanted
+        count_danger(rasters.passed, rasters.order, rasters.danger)
         used += struck
         for k in range(own.shape[0]):
             states[row, k] = own[k]

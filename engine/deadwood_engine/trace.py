@@ -11,7 +11,7 @@ from .cloud import matrix_of, to_world
 from .compiled import inlined, kernel
 from .lines import touch_segments
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, MASS, TIP_RADIUS
-from .outline import convex_hull, hull_rows, outline
+from .outline import LISTED, convex_hull, hull_rows, outline
 from .rotation import DX, DY, DZ, WX, WY, WZ, X, Y, Z
 
 
@@ -22,11 +22,22 @@ class RasterArrays(NamedTuple):
 
     hits : uint32 (rows, columns, 2), logs that hit the cell (HITS), and the last of them, row + 1 (STAMP)
     maxima : float32 (rows, columns, 3), SPEED [m/s], ENERGY [J], JUMP [m]; deposits : uint32 (rows, columns)
+
+    Of a scene with lines, where logs that pass a cell end (``outline.count_danger``); without, nothing is listed:
+
+    band : int64 (lines,), the band of danger that a line of the scene belongs to; 0: none
+    passed : uint32 (cells,), the cells that the log at work has hit, in their order; each is in it once at most
+    order : int64 (bands,), how many these are (LISTED), and of each band how many they were when it was touched, or -1
+    danger : uint32 (bands, cells), logs that hit the cell and touched a line of the band then or later; band 0: of any
     """
 
     hits: np.ndarray
     maxima: np.ndarray
     deposits: np.ndarray
+    band: np.ndarray
+    passed: np.ndarray
+    order: np.ndarray
+    danger: np.ndarray
 
 
 HITS, STAMP = range(2)
@@ -40,6 +51,7 @@ class Marks(NamedTuple):
     fences: np.ndarray
     crossed: np.ndarray
     line_time: np.ndarray  # [s] first touch of each line
+    inside: np.ndarray  # bool (n,): lines around the log's start, reached with its first outline
 
 
 # Columns of a pose
@@ -148,19 +160,40 @@ def draw(scene, frame, state, body, memory, work, rasters, row, marks, time):
     part = (terrain.column, terrain.row, columns, rows)
     first, last = hull_rows(hull, size, -shift_x, -shift_y, terrain.cell, part, left, right)
     now, fast, heavy, high = np.uint32(row + 1), np.float32(speed), np.float32(energy), np.float32(jump)
+    listed = rasters.order[LISTED]
     for j in range(first, last + 1):
         cells, most = rasters.hits[j], rasters.maxima[j]
+        start = np.uint64(j * columns)
         # unsigned: Numba then asks of no index whether it counts from the end
         for i in range(np.uint64(left[j]), np.uint64(right[j] + 1)):
             if cells[i, STAMP] != now:
                 cells[i, STAMP] = now
                 cells[i, HITS] += np.uint32(1)
+                if listed < rasters.passed.shape[0]:
+                    rasters.passed[listed] = np.uint32(start + i)
+                    listed += 1
             if most[i, SPEED] < fast:
                 most[i, SPEED] = fast
             if most[i, ENERGY] < heavy:
                 most[i, ENERGY] = heavy
             if most[i, JUMP] < high:
                 most[i, JUMP] = high
+    rasters.order[LISTED] = listed
+    for line in range(rasters.band.shape[0]):
+        band = rasters.band[line]
+        if (marks.lines[line] or marks.inside[line]) and band > 0 and rasters.order[band] < 0:
+            rasters.order[band] = listed
+
+
+@kernel
+def forget_touches(marks):
+    """Before a log slides again with more room: else its lines would be taken as touched from the start.
+
+    What the rasters have listed stays: they list a cell no second time, and the log goes the same way.
+    """
+    for line in range(marks.lines.shape[0]):
+        marks.lines[line] = False
+        marks.line_time[line] = math.inf
 
 
 @kernel

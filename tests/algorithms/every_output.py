@@ -124,6 +124,7 @@ def run_every_tool(folder: Path) -> list[Found]:
         speed=at("count-hits", "speed.tif"),
         energy=at("count-hits", "energy.tif"),
         jump=at("count-hits", "jump.tif"),
+        danger=at("count-hits", "danger.tif"),
         quantiles="50,95",
     )
     run(

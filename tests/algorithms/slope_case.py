@@ -103,6 +103,14 @@ def raster(path: Path) -> np.ndarray:
         return source.read(1)
 
 
+def bands(path: Path) -> dict[str, bytes]:
+    """Every band by its description, as bytes; none of a raster that is not there."""
+    if not path.is_file():
+        return {}
+    with rasterio.open(path) as source:
+        return {str(source.descriptions[k]): source.read(k + 1).tobytes() for k in range(source.count)}
+
+
 def assert_same_run(one: Path, other: Path) -> None:
     """Every value of every result the same, bit for bit; what a run cost, and what it was called, apart."""
     names = [set(gpd.list_layers(run / "run.gpkg")["name"]) for run in (one, other)]
@@ -115,6 +123,7 @@ def assert_same_run(one: Path, other: Path) -> None:
     assert parquet.read_table(one / "poses.parquet").equals(parquet.read_table(other / "poses.parquet"))
     for name in RASTERS:
         assert np.array_equal(raster(one / f"{name}.tif"), raster(other / f"{name}.tif"), equal_nan=True), name
+    assert bands(one / "danger.tif") == bands(other / "danger.tif")
     a, b = summary(one), summary(other)
     assert {k: v for k, v in a.items() if k != "cost"} == {k: v for k, v in b.items() if k != "cost"}
     assert a["cost"]["steps"] == b["cost"]["steps"]

@@ -225,6 +225,12 @@ def _susceptibility(values: NDArray[Any]) -> Style:
     return Style(qml.ramp([Stop(0.0, HITS[0], "0", alpha=0), *even]))
 
 
+def _danger(values: NDArray[Any]) -> Style:
+    """Of all that passes: 0 is a result and has its colour; where too few passed, nothing is drawn."""
+    even = np.linspace(0.0, 1.0, len(HITS))
+    return Style(qml.ramp([Stop(float(v), colour, f"{100 * v:.0f} %") for v, colour in zip(even, HITS, strict=True)]))
+
+
 def _counts(values: NDArray[Any]) -> Style:
     """Zero transparent, then even steps of the logarithm, because the most and the least visited cells differ a lot."""
     largest = max(_largest(values), 2.0)
@@ -271,6 +277,7 @@ def of_classes(rows: Sequence[tuple[int, str, str]]) -> Style:
 RASTERS: dict[str, Callable[[NDArray[Any]], Style]] = {
     "counts": _counts,
     "shares": _shares,
+    "danger": _danger,
     "speed": lambda values: _scale(SPEEDS_MS, SPEED, "m/s"),
     "energy": lambda values: _scale(_round_steps(_largest(values), len(ENERGY)), ENERGY, "kJ"),
     "jump": lambda values: _scale(JUMPS_M, SPEED, "m"),

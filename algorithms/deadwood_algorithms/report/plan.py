@@ -47,7 +47,8 @@ def draw_map(source: ReportedRun, words: Words, *, every_layer: bool = False) ->
         bar.outline.set_visible(False)  # type: ignore[operator]
     for name, cmap in (("speed", "cividis"), ("energy", "cividis"), ("jump", "cividis"), ("danger", "magma")):
         if every_layer and name in source.rasters:
-            _image(axes, *source.rasters[name], cmap, f"layer_{name}", 0.75, 2.5)
+            top = 1.0 if name == "danger" else None
+            _image(axes, *source.rasters[name], cmap, f"layer_{name}", 0.75, 2.5, top)
     handles += _scene(axes, source, words)
     handles += _logs(axes, source, words, every_layer)
     scale_and_north(axes)
@@ -89,11 +90,20 @@ def _hits(axes: Any, source: ReportedRun) -> Any:
     return _image(axes, np.where(values > 0.0, 100.0 * values, np.nan), extent, "viridis", "layer_hits", 0.72, 2.0)
 
 
-def _image(axes: Any, values: NDArray, extent: Extent, cmap: str, gid: str, alpha: float, zorder: float) -> Any:
+def _image(
+    axes: Any,
+    values: NDArray,
+    extent: Extent,
+    cmap: str,
+    gid: str,
+    alpha: float,
+    zorder: float,
+    top: float | None = None,
+) -> Any:
     west, south, east, north = extent
-    values = np.where(values > 0.0, values, np.nan)
+    values = values if top else np.where(values > 0.0, values, np.nan)  # of a known scale, 0 is a value too
     known = values[np.isfinite(values)]
-    top = float(np.quantile(known, 0.995)) if known.size else 1.0
+    top = top or (float(np.quantile(known, 0.995)) if known.size else 1.0)
     return axes.imshow(
         values, cmap=cmap, vmin=0.0, vmax=max(top, 1e-9), alpha=alpha, extent=(west, east, south, north),
         origin="lower", interpolation="nearest", zorder=zorder, gid=gid,

@@ -121,6 +121,8 @@ def map_section(source: ReportedRun, key: str, drawing: Drawing, frame: tuple[fl
             top = source.column({"speed": "speed_max_ms", "energy": "energy_max_kj", "jump": "jump_max_m"}[name])
             unit = {"speed": "m/s", "energy": "kJ", "jump": "m"}[name]
             label += f" (0–{shown_number(float(top.max()) if top.size else 0.0, words, 2)} {unit})"
+        if name == "danger":
+            label += " (0–100 %)"
         on = name in SHOWN_AT_FIRST or reason != name
         box = element(
             "input", type="checkbox", data_layer=f"{drawing.name}-layer_{name}", checked="" if on else None
@@ -132,6 +134,8 @@ def map_section(source: ReportedRun, key: str, drawing: Drawing, frame: tuple[fl
     ]
     crs = f"{source.run.grid.plan_crs.name} ({source.run.manifest['grid']['crs']})"
     notes = [words.say("map_caption", crs=crs if len(crs) < 120 else source.run.grid.plan_crs.name)]
+    if "danger" in source.rasters:
+        notes.append(words.say("danger_note"))
     for many, what in ((len(source.deposits), "deposits"), (len(source.scene.get("trees", ())), "layer_trees")):
         if many > MOST_DOTS:
             notes.append(words.say("map_some", drawn=MOST_DOTS, n=many, what=words.say(what)))

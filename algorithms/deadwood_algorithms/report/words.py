@@ -91,6 +91,12 @@ PHRASES: dict[str, tuple[str, str]] = {
         "Anteil der Stämme, die jede Zelle passieren, über dem Relief. Koordinaten: {crs}, Meter. Ziehen verschiebt, "
         "Rad oder Knöpfe vergrössern.",
     ),
+    "danger_note": (
+        "Danger of the lines: of the logs that passed a place, the share that reached a line afterwards; empty where "
+        "too few passed.",
+        "Gefahr für die Linien: von den Stämmen, die an einem Ort vorbeikamen, der Anteil, der danach eine Linie "
+        "erreichte; leer, wo zu wenige vorbeikamen.",
+    ),
     "map_some": ("Drawn: {drawn} of {n} {what}.", "Gezeichnet: {drawn} von {n} {what}."),
     "layers": ("Layers", "Ebenen"),
     "layer_relief": ("relief", "Relief"),

@@ -54,7 +54,7 @@ GROUPS = (
     ),
     ("Animation", ("log_outlines", "log_solids")),
     ("Scene", ("lines", "releases", "barriers", "lying_logs", "trees")),
-    ("Rasters", ("hit_count", "reach_probability", "deposit_count", "speed_max", "energy_max", "jump_max")),
+    ("Rasters", ("hit_count", "reach_probability", "danger", "deposit_count", "speed_max", "energy_max", "jump_max")),
 )
 SHOWN = ("reach", "deposits", "lines", "barriers", "lying_logs", "trees", "hit_count", "log_outlines", "log_solids")
 # Of the 3-D view: what stands on the terrain, and what is draped over it, which is a map theme. The animation is in

@@ -18,9 +18,10 @@ import pyproj
 import shapely
 from numpy.typing import NDArray
 
-from deadwood_algorithms.files.rasters import write_raster
+from deadwood_algorithms.files.rasters import write_bands, write_raster
 from deadwood_algorithms.files.vectors import write_vector
 from deadwood_algorithms.numbers.directions import azimuth
+from deadwood_algorithms.runs.danger import STYLE, danger_bands, units_of
 from deadwood_algorithms.runs.folder import GEOPACKAGE, MANIFEST, POSES, SUMMARY, pose_schema, write_json
 from deadwood_algorithms.runs.hits import HITS, barrier_hits_frame, hit_arrays, lying_hits_frame, tree_hits_frame
 from deadwood_algorithms.runs.queue import Queue
@@ -133,7 +134,7 @@ def write_results(
     write_vector(folder / GEOPACKAGE, tables)
     feedback.progress(1, 3, "writing the results")
 
-    outputs = write_run_rasters(folder, rasters, layers, len(releases))
+    outputs = write_run_rasters(folder, rasters, layers, len(releases), asked.danger_least)
     feedback.progress(2, 3, "writing the results")
 
     summary = summary_of(asked, fidelity, layers, releases, by_log, touched, deposits, hits, queue)
@@ -293,8 +294,10 @@ def reached_by_frame(
     return geopandas.GeoDataFrame(columns, geometry=points, crs=deposits.crs)
 
 
-def write_run_rasters(folder: Path, rasters: Rasters, layers: SceneLayers, n_logs: int) -> dict[str, str]:
-    """Write the six GeoTIFFs; counts are 0 where no log was, the others NaN."""
+def write_run_rasters(
+    folder: Path, rasters: Rasters, layers: SceneLayers, n_logs: int, danger_least: int
+) -> dict[str, str]:
+    """Write the six GeoTIFFs, with lines a seventh; counts are 0 where no log was, the others NaN."""
     grid, total = layers.dem, rasters.totals()
     share = (total["hit_count"] / np.float32(n_logs)).astype(np.float32)
     share[np.isnan(grid.values)] = np.nan
@@ -348,7 +351,13 @@ def write_run_rasters(folder: Path, rasters: Rasters, layers: SceneLayers, n_log
             description=meaning,
             style=style,
         )
-    return {row[0]: f"{row[0]}.tif" for row in rows}
+    written = {row[0]: f"{row[0]}.tif" for row in rows}
+    if "danger" in total:
+        bands = danger_bands(total["hit_count"], total["danger"], layers.lines.ids, danger_least)
+        written["danger"] = "danger.tif"
+        place = folder / written["danger"]
+        write_bands(place, bands, grid, nodata=np.nan, dtype="float32", units=units_of(list(bands)), style=STYLE)
+    return written
 
 
 def _facts(layers: SceneLayers, releases: Releases) -> dict[str, Any]:

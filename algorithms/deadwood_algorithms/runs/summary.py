@@ -33,11 +33,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Asked:
-    """What a run was asked: the scene, the fidelity by name, and whether any trajectory is kept."""
+    """What a run was asked: the scene, the fidelity by name, whether any trajectory is kept, and on how few logs danger
+    is told."""
 
     scene: ReleasedScene
     fidelity: str
     keeps_poses: bool
+    danger_least: int
 
 
 WORTH_A_WARNING = 0.05  # share of the logs that have no deposit
@@ -164,7 +166,7 @@ def _output_words(asked: Asked, layers: SceneLayers) -> str:
     sliding on cells of 0.5 m (poses 1 %), less than an option to leave them out would be worth."""
     nothing_asked = {
         "poses and trajectories (--trajectories none)": not asked.keeps_poses,
-        "reach (no lines)": not layers.lines.ids,
+        "reach and danger (no lines)": not layers.lines.ids,
         "hits of trees (no trees)": not layers.tree_ids,
         "hits of barriers (no barriers)": not layers.barriers.ids,
     }

@@ -117,7 +117,7 @@ class WorkFolder:
         row, column = np.nonzero((rasters["hit_count"] > 0) | (rasters["deposit_count"] > 0))
         cells = (row + grid.first[1]) * grid.frame.shape[1] + column + grid.first[0]
         part = np.array(astuple(grid.part), np.int64)
-        sparse = {"cells": cells, "part": part} | {name: values[row, column] for name, values in rasters.items()}
+        sparse = {"cells": cells, "part": part} | {name: values[..., row, column] for name, values in rasters.items()}
         self._write(_rasters_name(finished), _packed(sparse))
         kept = (_rasters_name(finished), _rasters_name(self.finished))
         for old in self.path.glob("rasters_*.npz"):
@@ -137,8 +137,9 @@ class WorkFolder:
         del stored["part"]
         out: dict[str, NDArray] = {}
         for name, values in stored.items():
-            out[name] = np.full(grid.shape, np.nan if values.dtype.kind == "f" else 0, values.dtype)
-            out[name][row - grid.first[1], column - grid.first[0]] = values
+            shape = (*values.shape[:-1], *grid.shape)  # of several bands, the bands first
+            out[name] = np.full(shape, np.nan if values.dtype.kind == "f" else 0, values.dtype)
+            out[name][..., row - grid.first[1], column - grid.first[0]] = values
         return out
 
     def chunk(self, chunk: int) -> dict[str, NDArray]:

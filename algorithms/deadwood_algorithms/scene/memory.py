@@ -12,16 +12,27 @@ from deadwood_algorithms.tool import Feedback, UserError
 # numpy makes on the way (28, measured on 16 million cells); friction that differs by cell (8, and 8 while it is read).
 SCENE_BYTES, WRITING_BYTES, FRICTION_BYTES = 12, 28, 16
 RASTER_BYTES = 24  # a cell and thread
+# Of danger, with lines: the list of a log's cells (once) and the count of any line (once) and of each, a cell and
+# thread; put together and written, a cell and line. Pages that no log comes to are never given out: the most it can be.
+DANGER_BYTES, DANGER_WRITING_BYTES = 4, 12
 LOG_BYTES = 1500  # a released log: read, slid, written
 MOST_THREADS, MOST_A_CORE = 64, 4  # or, on a large machine, so many for each core; more gain nothing
 
 
 def threads_that_fit(
-    wanted: int, cells: int, *, friction_by_cell: bool, what: str, feedback: Feedback, cell: float = 1.0
+    wanted: int,
+    cells: int,
+    *,
+    friction_by_cell: bool,
+    what: str,
+    feedback: Feedback,
+    cell: float = 1.0,
+    danger_lines: int = 0,
 ) -> int:
     """The threads wanted, or as many as help and as there is memory for; results are the same with any number.
 
-    ``what`` is the DEM's path, ``cell`` the side of its cells [m], for the mend.
+    ``what`` is the DEM's path, ``cell`` the side of its cells [m], for the mend; ``danger_lines`` are the lines whose
+    danger is counted.
 
     Raises
     ------
@@ -35,13 +46,18 @@ def threads_that_fit(
         wanted = most
     free = free_bytes()
     base = cells * (SCENE_BYTES + WRITING_BYTES + (FRICTION_BYTES if friction_by_cell else 0))
-    if free is None or base + wanted * cells * RASTER_BYTES <= SHARE * free:
+    each = cells * RASTER_BYTES
+    if danger_lines:
+        base += cells * DANGER_WRITING_BYTES * (danger_lines + 1)
+        each += cells * DANGER_BYTES * (danger_lines + 2)
+    if free is None or base + wanted * each <= SHARE * free:
         return wanted
-    fitting = int((SHARE * free - base) // (cells * RASTER_BYTES))
+    fitting = int((SHARE * free - base) // each)
     if fitting < 1:
+        fewer = f"watch fewer than {danger_lines} lines, " if danger_lines > 1 else ""
         raise UserError(
-            f"{what}: {cells / 1e6:.0f} million cells need {(base + cells * RASTER_BYTES) / GIB:.1f} GB of memory, "
-            f"{free / GIB:.1f} GB are free; slide the releases of each area apart, or take a coarser DEM "
+            f"{what}: {cells / 1e6:.0f} million cells need {(base + each) / GIB:.1f} GB of memory, "
+            f"{free / GIB:.1f} GB are free; slide the releases of each area apart, {fewer}or take a coarser DEM "
             f"({mends.coarser(what, 2.0 * cell)})"
         )
     feedback.note(f"{fitting} threads are used instead of {wanted}, for which the memory does not suffice")

@@ -69,6 +69,14 @@ class SceneLayers:
         count = result.reach.shape[1] - len(self.watched)
         return replace(result, reach=result.reach[:, :count], reach_time=result.reach_time[:, :count])
 
+    def danger_bands(self) -> NDArray[np.int64]:
+        """The band of danger, from 1, of each line that the engine watches; 0 of those along the window's sides."""
+        return np.concatenate([self.lines.item + 1, np.zeros(len(self.watched), np.int64)])
+
+    def by_scene_line(self, by_item: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """From (n, items) of the lines to (n, lines that the engine watches)."""
+        return np.pad(by_item[:, self.lines.item], ((0, 0), (0, len(self.watched))))
+
     def with_lines_before(self, marks: Lines, items: Items) -> SceneLayers:
         """The scene with further lines, which come before its own."""
         marks, items = marks.then(self.marks), items.then(self.lines)

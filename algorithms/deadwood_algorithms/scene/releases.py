@@ -154,8 +154,13 @@ def _refuse_off_dem(
 
 def reached(lines: Items, by_log: dict[str, NDArray], releases: Releases) -> NDArray[np.bool_]:
     """Which log reached which line, shape (n, n_lines): it touched the line, or started inside the polygon."""
-    touched = lines.any_row(by_log["reach"])
+    return lines.any_row(by_log["reach"]) | starts_inside(lines, releases)
+
+
+def starts_inside(lines: Items, releases: Releases) -> NDArray[np.bool_]:
+    """Which log starts inside which polygon, shape (n, n_lines); inside a line none does."""
+    inside = np.zeros((len(releases), len(lines.ids)), bool)
     for column, shape in enumerate(lines.geometry):
         if shapely.get_dimensions(shape) == 2:
-            touched[:, column] |= shapely.contains_xy(shape, releases.x, releases.y)
-    return touched
+            inside[:, column] = shapely.contains_xy(shape, releases.x, releases.y)
+    return inside

@@ -26,6 +26,7 @@ def slide_once(
     *,
     keep_poses: NDArray[np.bool_] | None = None,
     rasters: Rasters | None = None,
+    inside: NDArray[np.bool_] | None = None,
 ) -> tuple[Result, list[str]]:
     """Slide the logs as ``ask`` says (laws of contact, limits), on the window that there is.
 
@@ -48,6 +49,7 @@ def slide_once(
             threads=layers.threads,
             keep_poses=keep_poses,
             rasters=rasters,
+            inside=inside,
             report=report,
             shape=layers.shape,
         )

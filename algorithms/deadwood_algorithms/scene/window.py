@@ -80,7 +80,13 @@ def scene_on(ask: ReleasedScene, dem: DemWindows, part: Part | None, feedback: F
     by_cell = number_of(ask.friction) is None
     cells = part.cells if part else dem.shape[0] * dem.shape[1]
     threads = threads_that_fit(
-        threads_of(ask.threads), cells, friction_by_cell=by_cell, what=ask.dem, feedback=feedback, cell=dem.cell
+        threads_of(ask.threads),
+        cells,
+        friction_by_cell=by_cell,
+        what=ask.dem,
+        feedback=feedback,
+        cell=dem.cell,
+        danger_lines=danger_lines(ask, dem),
     )
     if part is None:
         grid = read_whole(dem, feedback)
@@ -104,6 +110,13 @@ def scene_on(ask: ReleasedScene, dem: DemWindows, part: Part | None, feedback: F
     shape = read_shape(ask.shape, grid.cell, feedback)
     digest = digest_of([layers.digest], shape.cloud.points, shape.axes) if shape else layers.digest
     return replace(layers, threads=threads, shape=shape, digest=digest)
+
+
+def danger_lines(ask: ReleasedScene, dem: DemWindows) -> int:
+    """How many lines' danger the tool counts on each cell, at most: rows that share an id count as one."""
+    if ask.lines is None or not hasattr(ask, "danger_least"):
+        return 0
+    return len(read_vector(ask.lines, geometry=("line", "polygon"), target_crs=dem.crs, what="lines", feedback=Quiet()))
 
 
 def wider_scene(ask: ReleasedScene, layers: SceneLayers, sides: list[str], feedback: Feedback) -> SceneLayers:

@@ -76,6 +76,19 @@ RUN_RASTERS = (
         "m",
     ),
 )
+DANGER = RasterFile(
+    name="danger",
+    meaning="Where a moving log ends on the road: NaN where fewer logs passed than --danger-least",
+    bands=(
+        Band(
+            name="Share of the logs that passed which reached any line afterwards",
+            meaning="Of the logs that passed the cell, the share that reached any line with the same outline or later",
+            unit="1",
+        ),
+        Band(name="Logs that passed", meaning="How many logs passed the cell, on which the shares rest", unit="logs"),
+        Band(name="LINE", meaning="Share that reached this line; a band each", unit="1"),
+    ),
+)
 HITS = _one("hits", "Hits of COUNT logs", "How many of the chosen logs overlap the cell at any time", "logs", "uint32")
 CELL_QUANTILES = (
     _quantiles("speed", "the largest speed of each log", "m/s"),

@@ -67,6 +67,7 @@ WRITTEN = (
     *_in_folder(
         "slide-logs",
         *files.RUN_RASTERS,
+        files.DANGER,
         files.SUMMARY,
         files.MANIFEST_OF_RUN,
         files.FAILED,
@@ -88,6 +89,7 @@ WRITTEN = (
     ),
     _by_flag("count-hits", "--output", files.HITS),
     *(_by_flag("count-hits", f"--{each.name}", each) for each in files.CELL_QUANTILES),
+    _by_flag("count-hits", "--danger", files.DANGER),
     *_layers("reach-lines", "--output", [results.REACH, results.ARRIVALS, results.ATTRIBUTION, results.ORIGINS]),
     _by_flag("reach-lines", "--origins", files.ORIGIN_SHARES),
     _by_flag("design-values", "--output", files.DESIGN_VALUES),
