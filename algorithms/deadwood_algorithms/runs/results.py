@@ -66,6 +66,7 @@ BY_LOG = (
     "residual_max",
     "unconverged",
     "steps",
+    "grip",
     "started_in_contact",
     "reach",
     "reach_time",

@@ -18,6 +18,7 @@ from deadwood_algorithms.numbers.statistics import (
     percent_of,
     percent_with_interval,
     reach_record,
+    wilson_interval,
 )
 from deadwood_algorithms.runs.hits import ledger_records, wood_record
 from deadwood_algorithms.runs.queue import Queue
@@ -42,6 +43,7 @@ class Asked:
     danger_least: int
 
 
+NEAR_EDGE_DEG = 5.0  # from the edge of a friction cone: as from mu 0.30 to 0.21, or 0.39
 WORTH_A_WARNING = 0.05  # share of the logs that have no deposit
 SPREAD_MOVED_DEG = 1.0  # by the logs that left the terrain model: worth a warning
 CONES = "rigid truncated cones, tip half the diameter of the base; they do not break or meet each other"
@@ -73,6 +75,7 @@ def summary_of(
         "spread": spread_records(releases, deposits, left_dem(by_log), asked.scene.min_runout),
         "barriers": ledger_records(barrier_records(layers.barriers, by_log), hits["barrier_hits"]),
         "trees": wood_record(hits["tree_hits"], len(layers.tree_ids)) if layers.tree_ids else None,
+        "held": held_record(by_log["grip"]) if layers.tree_ids else None,
         "lying_logs": wood_record(hits["lying_hits"], len(layers.lying.ids)) if layers.lying.ids else None,
         "speed": speed_record(by_log),
         "accuracy": {
@@ -102,6 +105,24 @@ def reach_records(lines: Items, touched: NDArray[np.bool_], left: NDArray[np.boo
         {"line_id": line_id, **reach_record(int(hit), n), **bounds_if_lost(int(hit), n, int(gone))}
         for line_id, hit, gone in zip(lines.ids, counts, lost, strict=True)
     ]
+
+
+def held_record(grip: NDArray[np.float64]) -> dict[str, Any]:
+    """Of the logs that one standing tree alone holds, how many would slip off it with a little less friction there.
+
+    grip : [rad] as the engine's ``Result.grip``, NaN where no tree holds the log, or not it alone
+    """
+    alone = np.degrees(grip[np.isfinite(grip)])
+    near = int(np.sum(alone < NEAR_EDGE_DEG))
+    low, high = wilson_interval(near, len(alone))
+    return {
+        "n_by_one_tree": len(alone),
+        "near_edge_deg": NEAR_EDGE_DEG,
+        "n_near_edge": near,
+        "p_near_edge": near / len(alone) if len(alone) else None,
+        "ci_low": low,
+        "ci_high": high,
+    }
 
 
 def speed_record(by_log: dict[str, NDArray]) -> dict[str, float]:
