@@ -46,8 +46,8 @@ PLAN = (
     Part("the fidelities where things rebound", _of("impacts"), ("forest", "rough"), 2000, 2.9),
     Part("smooth cone or rings in a forest", _of("rings"), ("forest",), 2000, 3.0),
     Part("smooth cone or rings on open slopes", _of("rings"), ("rough", "sensitive"), 1000, 9.5),
-    Part("the fidelities in forests, more logs", MAIN, FOREST, 20_000, 3.0),
-    Part("the fidelities on open slopes, more logs", MAIN, OPEN, 12_000, 3.0),
+    Part("the fidelities in forests, more logs", MAIN, FOREST, 20_000, 3.3),
+    Part("the fidelities on open slopes, more logs", MAIN, OPEN, 12_000, 3.3),
     Part("the yardstick in forests, more logs", _of("friction"), FOREST, 6000, 1.0),
     Part("cells of the terrain model", _of("cell", "smooth"), USUAL, 400, 1.7),
     Part("refined together", _of("refined"), USUAL, 1000, 6.2),
@@ -69,23 +69,25 @@ SECTIONS: dict[str, tuple[Callable[..., dict[str, Any]], float]] = {
 }
 
 
-def missing(part: Part) -> int:
-    """Logs, of all scenes and settings, that are yet to be slid."""
-    return sum(
-        max(0, part.logs - study.BLOCK * study.blocks_done(name, SETTINGS[setting]))
-        for setting in part.settings
-        for name in part.scenes
-    )
+def outlook() -> list[tuple[Part, int, float]]:
+    """Each part with the logs that it has yet to slide, of all its scenes and settings, and the CPU seconds for them.
 
-
-def seconds(part: Part) -> float:
-    """CPU seconds that the rest of a part takes: by its own first blocks, else by the pilots."""
-    found = 0.0
-    for setting in map(SETTINGS.__getitem__, part.settings):
-        for name in part.scenes:
-            logs = max(0, part.logs - study.BLOCK * study.blocks_done(name, setting))
-            each = study.cost_of(name, setting) if logs else 0.0
-            found += logs * (1e-3 * PILOT_MS[name] * part.ratio if each is None else each)
+    By the first blocks of the same, where there are some, else by the pilots.
+    """
+    found: list[tuple[Part, int, float]] = []
+    there: dict[tuple[str, str], int] = {}
+    for part in PLAN:
+        logs, cpu = 0, 0.0
+        for name in part.settings:
+            for scene in part.scenes:
+                setting = SETTINGS[name]
+                before = there.get((scene, name), study.BLOCK * study.blocks_done(scene, setting))
+                there[scene, name] = max(before, part.logs)
+                if part.logs > before:
+                    each = study.cost_of(scene, setting)
+                    logs += part.logs - before
+                    cpu += (part.logs - before) * (1e-3 * PILOT_MS[scene] * part.ratio if each is None else each)
+        found.append((part, logs, cpu))
     return found
 
 
@@ -104,11 +106,12 @@ def do_sections(names: list[str], *, threads: int) -> None:
 
 def whole(*, threads: int, until: float) -> None:
     """All that the page needs and is not there yet: says how long it takes, then slides and measures."""
-    due, left = sections_due(), [(part, seconds(part)) for part in PLAN]
-    for part, cpu in left:
-        print(f"{part.what:45s} {missing(part):7d} logs to slide, about {cpu:6.0f} CPU s")
-    cpu = sum(each for _, each in left) + sum(SECTIONS[name][1] for name in due)
-    print(f"small studies: {', '.join(due) or 'none'}; in all about {cpu:.0f} CPU s, {cpu / threads / 60:.0f} minutes")
+    due, left = sections_due(), outlook()
+    for part, logs, cpu in left:
+        print(f"{part.what:45s} {logs:7d} logs to slide, about {cpu:6.0f} CPU s")
+    cpu = sum(each for _, _, each in left) + sum(SECTIONS[name][1] for name in due)
+    minutes = cpu / threads / 60.0
+    print(f"small studies: {', '.join(due) or 'none'}; in all about {cpu:.0f} CPU s, {minutes:.0f} minutes", flush=True)
     done = all(
         study.run(part.scenes, [SETTINGS[s] for s in part.settings], part.logs, threads=threads, until=until)
         for part in PLAN

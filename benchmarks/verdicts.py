@@ -115,17 +115,15 @@ def choice(results: Row) -> str:
         found.append(f"{word}: in the mean of scenes its reach is {_judged(standard)}, at 1/{cost:.2g} of the cost.")
     if draft:
         gain = 1.0 / tables.relative_cost(results, "draft")
-        line = (
-            f"**Look around, vary and calibrate with `draft`**: {gain:.1f} times as fast, in the mean off by "
-            f"{tables.with_interval(draft)} points, at most by {tables.worst_of(draft)}."
+        moved, least = (KNOWN * abs(yard[0]), KNOWN * (abs(yard[0]) - tables.Z_95 * yard[1])) if yard else (0.0, 0.0)
+        uses = "Look around, vary and calibrate" if least > _within(draft) else "Look around, and no more,"
+        told = (
+            f"Friction known to ±{KNOWN:g} leaves ±{100 * moved:.1f}, {_more(least, _within(draft))}." if yard else ""
         )
-        if yard:
-            moved = KNOWN * yard[0]
-            outweighs = KNOWN * (abs(yard[0]) - tables.Z_95 * yard[1]) > _within(draft)
-            line += f" Friction known to ±{KNOWN:g} leaves ±{100 * abs(moved):.1f} points: " + (
-                "it outweighs that." if outweighs else "it does not outweigh that."
-            )
-        found.append(line)
+        found.append(
+            f"**{uses} with `draft`**: {gain:.1f} times as fast, in the mean off by {tables.with_interval(draft)} "
+            f"points, at most by {tables.worst_of(draft)}. {told}".rstrip()
+        )
     deep = {
         name: [e["penetration_m"]["max"] for s, f, e in tables.fidelities_of(results) if f == name] for name in FINER
     }
@@ -133,8 +131,8 @@ def choice(results: Row) -> str:
         costs = " and ".join(f"{tables.relative_cost(results, name):.2g}" for name in FINER[1:])
         depths = ", ".join(f"{100 * max(deep[name]):.0f}" for name in FINER)
         found.append(
-            f"**Check with `fine` or `reference`** ({costs} times the cost of `standard`) what hangs on a few points, or "
-            f"on contacts' depth: the deepest is {depths} cm from `standard` on."
+            f"**Check with `fine` or `reference`** ({costs} times the cost of `standard`) what hangs on a few points "
+            f"or on contacts' depth: the deepest is {depths} cm from `standard` on."
         )
     cells = [row for name, row in tables.of_group(results, "cell") if SETTINGS[name].value > CELL]
     if cells and draft:
@@ -142,12 +140,24 @@ def choice(results: Row) -> str:
         largest = max(abs(row["delta"]) for row in cells)
         found.append(
             f"**Cells of the terrain model** instead of {CELL:g} m move reach by {sizes} (points, mean): "
-            f"{_more(largest, draft['worst']['delta'])} than any fidelity does."
+            f"{_more(largest, draft['worst']['delta'])} than `draft` does where it is worst."
         )
     if told := _of_factor(results, "rolling"):
         found.append(f"**Friction of rolling**, measured by nobody, moves it by {told} against {ROLLING:g}: vary it.")
     if told := _of_factor(results, "tree restitution"):
         found.append(f"**Stems that rebound** move it by {told} against none, in forests.")
+    if records := _rebounds(results, "draft"):
+        worst = max(records, key=lambda k: abs(records[k]["delta"]))
+        word = "Not `draft`" if "missed" in _below(list(records.values()), DRAFT_POINTS) else "`draft` too"
+        found.append(
+            f"**{word} with restitution**: there it is off by {tables.with_interval(records[worst])}, {worst}."
+        )
+    near = tables.friction_slope(results, ("sensitive",))
+    if near and yard:
+        found.append(
+            f"**Where friction comes near the slope's tangent** one hundredth of it is {near[0]:+.1f} points, in the "
+            f"usual scenes {yard[0]:+.1f}."
+        )
     return "\n".join(f"- {line}" for line in found) if found else "*Not measured yet.*"
 
 
@@ -169,16 +179,20 @@ def sensitive(results: Row) -> str:
     )
 
 
+def _rebounds(results: Row, fidelity: str) -> Row:
+    """Differences from the reference where everything rebounds, by scene and restitution."""
+    return {
+        f"{scene}, e {SETTINGS[name].value:g}": entry["error"]["reach"]
+        for scene, name, entry in tables.entries_of(results, "impacts")
+        if SETTINGS[name].fidelity == FIDELITIES[fidelity] and "error" in entry
+    }
+
+
 def impacts(results: Row) -> str:
     """Whether the promises hold where things rebound."""
     found = []
     for fidelity, bound in (("standard", STANDARD_POINTS), ("draft", DRAFT_POINTS)):
-        records = {
-            f"{scene}, e {SETTINGS[name].value:g}": entry["error"]["reach"]
-            for scene, name, entry in tables.entries_of(results, "impacts")
-            if SETTINGS[name].fidelity == FIDELITIES[fidelity] and "error" in entry
-        }
-        if records:
+        if records := _rebounds(results, fidelity):
             worst = max(records, key=lambda k: abs(records[k]["delta"]))
             found.append(
                 f"`{fidelity}`, below {100 * bound:g} points in each: {_below(list(records.values()), bound)}; "
