@@ -11,6 +11,7 @@ from string import Template
 from typing import Any
 
 from . import figures, study, tables, verdicts
+from .scenes import CASES
 from .settings import FACTORS, ROLLING, SETTINGS, Setting
 from .tables import number, span, table
 
@@ -41,11 +42,20 @@ def provenance(results: Row) -> str:
         lines.append(f"- **the engine has changed since** (sources now {now}); `python -m benchmarks` measures it anew")
     if len(engines) > 1:
         lines.append("- **several engines**: rows are comparable within a line above; `python -m benchmarks` mends it")
+    of = {name: found["source"]["engine"] for name, found in results.items() if _sourced(found)}
+    if older := sorted(name for name, engine in of.items() if engine not in {engine for _, _, engine in engines}):
+        lines.append(f"- **of an engine before that**: {', '.join(older)}")
+    if any(results["scenes"].get(c.name, {}).get("friction") != c.friction for c in CASES.values()):
+        lines.append("- **the scenes have changed since**: the text tells of the new ones, the numbers are of the old")
     logs = [e["logs"] for e in entries]
     hours = sum(e["logs"] * e["cpu_ms_per_log"] for e in entries) / 3.6e6
     lines.append(f"- seed {results['seed']}; {min(logs)} to {max(logs)} logs a scene and setting")
     lines.append(f"- each log at most {results['time_limit_s']:g} s; CPU time of all runs: {hours:.1f} hours")
     return "\n".join(lines)
+
+
+def _sourced(found: Any) -> bool:
+    return isinstance(found, dict) and "source" in found
 
 
 def fidelity_table(results: Row) -> str:
@@ -239,7 +249,7 @@ def sensitive_table(results: Row) -> str:
             _share(e["reach"]),
             tables.with_interval(e["error"]["reach"]) if "error" in e else "",
         ]
-        for name, e in results["entries"].get("sensitive", {}).items()
+        for name, e in tables.in_plan(results, "sensitive")
         if tables.group_of(name) != "rings"
     ]
     head = ["setting", "against", "logs", "CPU ms a log", "reach [%]", "difference [points]"]

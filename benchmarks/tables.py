@@ -146,12 +146,14 @@ def of_group(results: Row, group: str) -> list[tuple[str, Row]]:
 
 def entries_of(results: Row, group: str) -> list[tuple[str, str, Row]]:
     """(scene, setting, entry) of a factor."""
-    return [
-        (scene, name, mine[name])
-        for scene, mine in in_order(results)
-        for name, setting in SETTINGS.items()
-        if setting.group == group and name in mine
-    ]
+    scenes = (scene for scene, _ in in_order(results))
+    return [(s, name, entry) for s in scenes for name, entry in in_plan(results, s) if group_of(name) == group]
+
+
+def in_plan(results: Row, scene: str) -> list[tuple[str, Row]]:
+    """(setting, entry) of a scene, in the order of the settings."""
+    mine = results["entries"].get(scene, {})
+    return [(name, mine[name]) for name in SETTINGS if name in mine]
 
 
 def cell_rows(results: Row) -> list[Row]:
