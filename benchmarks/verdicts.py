@@ -93,7 +93,7 @@ def _judged(record: Row) -> str:
 
 
 def _more(one: float, other: float) -> str:
-    return "more" if abs(one) > abs(other) else "no more"
+    return "more" if abs(one) > abs(other) else "not more"
 
 
 def _of_factor(results: Row, group: str) -> str:
@@ -117,9 +117,8 @@ def choice(results: Row) -> str:
         gain = 1.0 / tables.relative_cost(results, "draft")
         moved, least = (KNOWN * abs(yard[0]), KNOWN * (abs(yard[0]) - tables.Z_95 * yard[1])) if yard else (0.0, 0.0)
         uses = "Look around, vary and calibrate" if least > _within(draft) else "Look around, and no more,"
-        told = (
-            f"Friction known to ±{KNOWN:g} leaves ±{100 * moved:.1f}, {_more(least, _within(draft))}." if yard else ""
-        )
+        more = _more(least, _within(draft))
+        told = f"Friction known to ±{KNOWN:g} leaves ±{100 * moved:.1f} points, which is {more}." if yard else ""
         found.append(
             f"**{uses} with `draft`**: {gain:.1f} times as fast, in the mean off by {tables.with_interval(draft)} "
             f"points, at most by {tables.worst_of(draft)}. {told}".rstrip()
@@ -148,10 +147,9 @@ def choice(results: Row) -> str:
         found.append(f"**Stems that rebound** move it by {told} against none, in forests.")
     if records := _rebounds(results, "draft"):
         worst = max(records, key=lambda k: abs(records[k]["delta"]))
-        word = "Not `draft`" if "missed" in _below(list(records.values()), DRAFT_POINTS) else "`draft` too"
-        found.append(
-            f"**{word} with restitution**: there it is off by {tables.with_interval(records[worst])}, {worst}."
-        )
+        word = "Not `draft`" if "missed" in _below(list(records.values()), DRAFT_POINTS) else "`draft`"
+        off = f"{tables.with_interval(records[worst])} points, {worst}"
+        found.append(f"**{word} where things rebound** (restitution): it is off by at most {off}.")
     near = tables.friction_slope(results, ("sensitive",))
     if near and yard:
         found.append(
