@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from deadwood_algorithms.numbers.statistics import Z_95, wilson_interval
-from deadwood_engine import FIDELITIES, Fidelity, Logs, Rasters, Result, Scene, Shape, Start, place_logs, slide
+from deadwood_engine import FIDELITIES, Fidelity, Logs, Rasters, Result, Scene, Start, place_logs, slide
 
 from . import measures, scenes, study
 from .settings import REFERENCE, STANDARD, UNBOUND
@@ -30,7 +30,6 @@ SWITCH_LOGS = 2000  # where chance among few logs would hide whether a pair diff
 SWITCH_REPEATS = 5
 MANY, MANY_REPEATS = 20_000, 3  # logs whose wall time is taken, and how often
 LARGE = 4000  # cells along a side of the DEM that a window is cut from
-RING_LOG = (0.6, 25.0)  # [m] base diameter and length of the logs made of rings
 
 
 def _node_time(step: float) -> float:
@@ -85,7 +84,7 @@ def crawls(*, threads: int) -> dict[str, Any]:
     return {"dense_m": CRAWL_DENSE, "seconds": CRAWL_FOR, "speeds_ms": CRAWL_SPEEDS, "rows": rows}
 
 
-def on_the_plane(*, threads: int) -> list[dict[str, Any]]:
+def on_the_plane(*, threads: int) -> dict[str, Any]:
     """The plane with each row's rings and with few: a cone on a plane touches along a line."""
     scene, logs, rows = scenes.build("plane").scene, _blocks(study.BLOCK), []
     for name in ("standard", "fine", "reference"):
@@ -100,7 +99,7 @@ def on_the_plane(*, threads: int) -> list[dict[str, Any]]:
                     "p": reached / study.BLOCK, "low": low, "high": high,
                 }
             )  # fmt: skip
-    return rows
+    return {"rows": rows}
 
 
 def restarts(name: str, blocks: int, *, threads: int) -> dict[str, Any]:
@@ -159,7 +158,7 @@ def _blocks(number: int) -> Logs:
     return Logs(**{name: np.concatenate([getattr(b, name) for b in blocks]) for name in vars(blocks[0])})
 
 
-def switches(*, threads: int) -> list[dict[str, Any]]:
+def switches(*, threads: int) -> dict[str, Any]:
     """Pairs of runs at ``standard`` that differ in one thing that a scene or an analyst asks for."""
     found = []
     line = scenes.CASES["forest"].line_row
@@ -211,10 +210,10 @@ def switches(*, threads: int) -> list[dict[str, Any]]:
     pair(f"{of_it}; forest with rasters, laying out the scene included", whole, part)
     endless = _cost(forest, start, threads, rest_speed=1e-9)
     pair("every log until the time limit: no certificate of rest", plain, endless)
-    return found
+    return {"rows": found}
 
 
-def speed(*, threads: int) -> list[dict[str, Any]]:
+def speed(*, threads: int) -> dict[str, Any]:
     """Wall time of MANY logs in the forest, rasters included, kernels loaded: the median of a few runs."""
     scene = scenes.build("forest").scene
     start, found = place_logs(scene, _blocks(MANY)), []
@@ -230,37 +229,7 @@ def speed(*, threads: int) -> list[dict[str, Any]]:
         row = {"fidelity": name, "logs": MANY, "runs": MANY_REPEATS, "threads": threads}
         row |= {"wall_s": float(np.median(walls)), "cpu_s": float(np.median(cpus))}
         found.append(row | {"deepest_m": float(depth.max()), "deeper_than_25_cm": int((depth > 0.25).sum())})
-    return found
-
-
-def rings(*, threads: int, logs: int = 100) -> list[dict[str, Any]]:
-    """The smooth cone against rings of vertices fixed to the body (the paper has such logs), on the same releases."""
-    found = []
-    for name in ("rough", "forest"):
-        built = scenes.build(name)
-        base = scenes.logs_of_block(0, study.BLOCK).take(slice(0, logs))
-        alike = replace(base, diameter=np.full(logs, RING_LOG[0]), length=np.full(logs, RING_LOG[1]))
-        line, smooth = scenes.CASES[name].line_row, None
-        for vertices in (0, 8, 16, 32):
-            shape = Shape.of(_ring_points(vertices)) if vertices else None
-            slide(built.scene, alike.take(slice(0, 2)), STANDARD, time_limit=0.2, shape=shape)
-            result = slide(built.scene, alike, STANDARD, time_limit=study.TIME_LIMIT, threads=threads, shape=shape)
-            reach = result.reach[:, line]
-            smooth = reach if smooth is None else smooth
-            row = {"scene": name, "vertices": vertices, "logs": logs, "reach": float(reach.mean())}
-            row["ms_per_log"] = 1e3 * result.cost["cpu_s"] / logs
-            found.append(row | {"difference": measures.reach_difference(reach, smooth)})
-    return found
-
-
-def _ring_points(vertices: int) -> NDArray:
-    """Points of a log's rings [m], shape (n, 3)."""
-    diameter, length = RING_LOG
-    along = np.linspace(0.0, length, round(length / 0.5) + 1)
-    radius = 0.5 * diameter * (1.0 - 0.5 * along / length)
-    turn = 2 * np.pi * np.arange(vertices) / vertices
-    rim = radius[:, None, None] * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
-    return np.concatenate([rim, np.broadcast_to(along[:, None, None], (*rim.shape[:2], 1))], axis=-1).reshape(-1, 3)
+    return {"rows": found}
 
 
 def _awake(scene: Scene) -> Scene:

@@ -23,7 +23,7 @@ COLOURS = {
     "smooth": "#7c2d12", "halved": "black", "obstacles": "#15803d", "order": "#4338ca", "refined": "#0369a1",
     "flanks": "#8c6d31",
 }  # fmt: skip
-SCENE_COLOURS = ("#6b7280", "#e08e0b", "#3a7d44", "#8e6bbf", "#d1495b", "#1b6ca8")
+SCENE_COLOURS = ("#6b7280", "#e08e0b", "#3a7d44", "#8e6bbf", "#d1495b", "#1b6ca8", "#0f766e")
 # for these figures alone: a process that imports this file may draw others
 LOOK: Any = {"font.size": 8, "axes.spines.top": False, "axes.spines.right": False, "svg.hashsalt": "deadwood"}
 
@@ -37,8 +37,10 @@ def _save(figure: Any, name: str) -> None:
 def work_precision(results: dict[str, Any]) -> None:
     """Cost a log against the difference in reach from the reference, one panel a scene."""
     names = [n for n, _ in tables.in_order(results)]
-    figure, panels = plt.subplots(2, 3, figsize=(10.5, 6.2), layout="constrained", sharey=True)
+    figure, panels = plt.subplots(2, 4, figsize=(13.0, 6.2), layout="constrained", sharey=True)
     groups = ("time step", "travel", "spacing", "tolerance", "sweeps", "coarse", "fidelity")
+    for axis in panels.flat[len(names) :]:
+        axis.set_visible(False)
     for axis, name in zip(panels.flat, names, strict=False):
         axis.axhspan(-1, 1, color="0.93", zorder=0)
         axis.axhline(0, color="0.6", lw=0.7)
@@ -172,12 +174,12 @@ def penetration(results: dict[str, Any]) -> None:
         axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         axis.yaxis.set_major_formatter("{x:g}")
         axis.yaxis.set_minor_formatter(NullFormatter())
-        for level in (0.05, 0.25):
+        for level in (0.05, 0.15):
             axis.axhline(level, color="0.6", lw=0.7, ls="--")
     panels[0].set_ylabel("deepest contact of a log [m]")
     panels[0].legend(frameon=False, fontsize=7, ncols=2)
     panels[1].set_title(
-        "circles: median over logs; triangles: deepest of all; dashed: 5 and 25 cm", fontsize=7.5, loc="right"
+        "circles: median over logs; triangles: deepest of all; dashed: 5 and 15 cm", fontsize=7.5, loc="right"
     )
     _save(figure, "penetration")
 

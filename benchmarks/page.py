@@ -11,7 +11,8 @@ from string import Template
 from typing import Any
 
 from . import figures, study, tables, verdicts
-from .settings import FACTORS
+from .scenes import CASES
+from .settings import FACTORS, ROLLING, SETTINGS, Setting
 from .tables import number, span, table
 
 HERE = Path(__file__).parent
@@ -41,11 +42,20 @@ def provenance(results: Row) -> str:
         lines.append(f"- **the engine has changed since** (sources now {now}); `python -m benchmarks` measures it anew")
     if len(engines) > 1:
         lines.append("- **several engines**: rows are comparable within a line above; `python -m benchmarks` mends it")
+    of = {name: found["source"]["engine"] for name, found in results.items() if _sourced(found)}
+    if older := sorted(name for name, engine in of.items() if engine not in {engine for _, _, engine in engines}):
+        lines.append(f"- **of an engine before that**: {', '.join(older)}")
+    if any(results["scenes"].get(c.name, {}).get("friction") != c.friction for c in CASES.values()):
+        lines.append("- **the scenes have changed since**: the text tells of the new ones, the numbers are of the old")
     logs = [e["logs"] for e in entries]
     hours = sum(e["logs"] * e["cpu_ms_per_log"] for e in entries) / 3.6e6
     lines.append(f"- seed {results['seed']}; {min(logs)} to {max(logs)} logs a scene and setting")
     lines.append(f"- each log at most {results['time_limit_s']:g} s; CPU time of all runs: {hours:.1f} hours")
     return "\n".join(lines)
+
+
+def _sourced(found: Any) -> bool:
+    return isinstance(found, dict) and "source" in found
 
 
 def fidelity_table(results: Row) -> str:
@@ -86,13 +96,14 @@ def factor_table(results: Row) -> str:
             tables.worst_of(row),
             tables.in_friction(results, row),
             f"{100 * row['discordant']:.0f} %",
+            "five" if len(row["scenes"]) == len(tables.POOLED) else ", ".join(row["scenes"]),
             str(row["logs"]),
         ]
         for row in tables.pooled_rows(results)
-        if row["group"] != "fidelity"
+        if row["group"] not in ("fidelity", "impacts", "rings")
     ]
     head = ["factor", "setting", "against", "cost", "difference of reach, mean of scenes [points]", "worst scene"]
-    return table([*head, "as much as mu", "logs that disagree", "logs a scene"], rows)
+    return table([*head, "as much as mu", "logs that disagree", "scenes", "logs a scene"], rows)
 
 
 def _share(record: Row) -> str:
@@ -109,7 +120,7 @@ def scene_table(results: Row) -> str:
         worst = f"{tables.points(f['worst_line']['delta'])} at y {f['worst_line']['y']:g} m" if f else ""
         rows.append([*row, tables.with_interval(f["reach"]) if f else "", worst])
     head = ["scene", "fidelity", "logs", "CPU ms a log", "µs a step", "steps a log", "reach [%]"]
-    return table([*head, "minus reference [points]", "largest of 13 lines"], rows)
+    return table([*head, "minus reference [points]", "largest of all lines"], rows)
 
 
 def _difference(record: Row, digits: int = 2) -> str:
@@ -190,16 +201,59 @@ def ring_table(results: Row) -> str:
     """Rings of vertices against the smooth cone."""
     rows = [
         [
-            row["scene"],
-            f"{row['vertices']} vertices a ring" if row["vertices"] else "smooth cone",
-            str(row["logs"]),
-            f"{100 * row['reach']:.0f}",
-            tables.with_interval(row["difference"]) if row["vertices"] else "",
-            number(row["ms_per_log"]),
+            scene,
+            _log_of(SETTINGS[name]),
+            str(entry["logs"]),
+            _share(entry["reach"]),
+            tables.with_interval(entry["error"]["reach"]) if "error" in entry else "",
+            number(entry["cpu_ms_per_log"]),
         ]
-        for row in results.get("rings", {}).get("rows", [])
+        for scene, name, entry in tables.entries_of(results, "rings")
     ]
-    return table(["scene", "log", "logs", "reach [%]", "minus smooth cone [points]", "CPU ms a log"], rows)
+    return table(["scene", "log", "logs", "reach [%]", "minus the first [points]", "CPU ms a log"], rows)
+
+
+def _log_of(setting: Setting) -> str:
+    if setting.vertices:
+        return f"{setting.vertices} vertices a ring"
+    return f"smooth cone, friction of rolling {dict(setting.options).get('rolling_friction', ROLLING):g}"
+
+
+def impact_table(results: Row) -> str:
+    """The fidelities where everything rebounds."""
+    rows = [
+        [
+            scene,
+            f"{SETTINGS[name].value:g}",
+            f"`{name.split()[0]}`",
+            str(entry["logs"]),
+            number(entry["cpu_ms_per_log"]),
+            _share(entry["reach"]),
+            tables.with_interval(entry["error"]["reach"]) if "error" in entry else "",
+            f"{100 * entry['stop_reasons']['time_limit'] / entry['logs']:.1f}",
+        ]
+        for scene, name, entry in tables.entries_of(results, "impacts")
+    ]
+    head = ["scene", "restitution", "fidelity", "logs", "CPU ms a log", "reach [%]", "minus reference [points]"]
+    return table([*head, "at the time limit [%]"], rows)
+
+
+def sensitive_table(results: Row) -> str:
+    """All that was slid in the sensitive case."""
+    rows = [
+        [
+            f"`{name}`",
+            e["against"] if "error" in e else "",
+            str(e["logs"]),
+            number(e["cpu_ms_per_log"]),
+            _share(e["reach"]),
+            tables.with_interval(e["error"]["reach"]) if "error" in e else "",
+        ]
+        for name, e in tables.in_plan(results, "sensitive")
+        if tables.group_of(name) != "rings"
+    ]
+    head = ["setting", "against", "logs", "CPU ms a log", "reach [%]", "difference [points]"]
+    return table(head, rows)
 
 
 def peer_table(results: Row) -> str:
@@ -221,8 +275,10 @@ def peer_table(results: Row) -> str:
 
 def page(results: Row) -> str:
     """The whole page."""
-    titles = (f"*{name}*, {results['scenes'][name]['title']}" for name, _ in tables.in_order(results))
+    told = {name: results["scenes"][name] for name, _ in tables.in_order(results)}
+    titles = (f"*{n}*, {c['title']} (mu {c['friction']:g}, line at y {c['line_y']:g} m)" for n, c in told.items())
     return Template(TEMPLATE.read_text(encoding="utf-8")).substitute(
+        choice=verdicts.choice(results),
         provenance=provenance(results),
         scenes="; ".join(titles),
         block=results["block"],
@@ -238,6 +294,11 @@ def page(results: Row) -> str:
         crawls=verdicts.crawls(results),
         plane_table=plane_table(results),
         ring_table=ring_table(results),
+        rolling=f"{ROLLING:g}",
+        impacts=verdicts.impacts(results),
+        impact_table=impact_table(results),
+        sensitive=verdicts.sensitive(results),
+        sensitive_table=sensitive_table(results),
         switch_table=switch_table(results),
         peers=results.get("peers", {}).get("what", "*Not measured yet.*"),
         peer_table=peer_table(results),

@@ -130,9 +130,11 @@ def compare() -> dict[str, Any]:
         found[:, :3] += (RADIUS + 0.02) * np.array([0.0, 0.0, 1.0])  # a capsule's surface, not a cone's; a small drop
         return found
 
-    slide(plane, one, STANDARD, time_limit=0.1)
-    on_plane = slide(plane, one, STANDARD, time_limit=SECONDS)
-    results = [slide(rough.scene, start, STANDARD, time_limit=ROUGH_SECONDS) for _ in range(REPEATS)]
+    slide(plane, one, STANDARD, rolling_friction=0.0, time_limit=0.1)
+    on_plane = slide(plane, one, STANDARD, rolling_friction=0.0, time_limit=SECONDS)
+    results = [
+        slide(rough.scene, start, STANDARD, rolling_friction=0.0, time_limit=ROUGH_SECONDS) for _ in range(REPEATS)
+    ]
     cost = [each.cost["cpu_s"] for each in results]
     result = results[-1]
     shift = on_plane.duration[0] / SECONDS  # ours ends at the first node after the limit

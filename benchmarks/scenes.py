@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from deadwood_engine import Barriers, Lines, Logs, Scene, Trees
+from deadwood_engine import Barriers, Lines, Logs, Scene, Shape, Trees
 
 Array = NDArray[np.float64]
 
@@ -26,7 +26,9 @@ STEEP, TALUS, MEADOW = np.tan(np.radians((35.0, 17.0, 2.0)))
 ROUGHNESS = ((2.0, 0.05), (5.0, 0.12), (14.0, 0.40), (35.0, 0.80))  # (wavelength, standard deviation) [m]
 RELEASE, RELEASE_RADIUS, CLEARING = (120.0, 300.0), 5.0, 25.0  # [m]
 STEMS_PER_HA, DBH_MEAN, DBH_SD, DBH_LEAST = 200.0, 0.60, 0.19, 0.10  # the sizes of the paper's Klosters forest
-LINES_Y = tuple(float(y) for y in range(260, 0, -20))  # [m] lines across the slope whose reach is counted
+LINES_Y = tuple(float(y) for y in (*range(260, 40, -20), 50, 40, 30, 20, 10))  # [m] lines whose reach is counted
+FAR_BANK, RISE = 60.0, np.tan(np.radians(14.0))  # [m] y where the ground beyond the gully begins to rise, and how
+RING_LOG = (0.6, 25.0, 0.5)  # [m] base diameter and length of the logs that are made of rings, and the rings' distance
 LINE_MARGIN = 1.0  # [m] between the ends of the lines and the sides of the DEM
 
 
@@ -76,21 +78,23 @@ def _cliff(x: Array, y: Array, relief: Array) -> Array:
 def _gully(x: Array, y: Array, relief: Array) -> Array:
     """A winding gully, 8 m deep with a bed narrower than a log is long, which catches what slides beside it."""
     bed = 120.0 + 14.0 * np.sin((y - RELEASE[1]) / 32.0)
-    return _slope(x, y, 0.6 * relief) - 8.0 * np.exp(-(((x - bed) / 13.0) ** 2))
+    bank = RISE * np.maximum(FAR_BANK - y, 0.0)  # stops what has come through the bed, which else leaves the DEM
+    return _slope(x, y, 0.6 * relief) - 8.0 * np.exp(-(((x - bed) / 13.0) ** 2)) + bank
 
 
 CASES: dict[str, Case] = {
     case.name: case
     for case in (
         Case("plane", "plane of 20 degrees", 0.50, _plane, 200.0, cell=2.0),
-        Case("rough", "rough slope without trees", 0.60, _slope, 120.0),
+        Case("rough", "rough slope without trees", 0.30, _slope, 30.0),
         Case("forest", "rough slope with 200 stems/ha", 0.30, _slope, 220.0, stems=STEMS_PER_HA),
         Case(
             "barriers", "forest with two barriers", 0.30, _slope, 220.0, stems=STEMS_PER_HA,
             fences=((2.0, 60.0, 238.0, 112.0, 234.0), (4.0, 130.0, 234.0, 190.0, 238.0)),
         ),
-        Case("cliff", "cliff and jump", 0.60, _cliff, 100.0),
-        Case("gully", "gully", 0.60, _gully, 100.0),
+        Case("cliff", "cliff and jump", 0.30, _cliff, 30.0),
+        Case("gully", "gully and rise beyond it", 0.30, _gully, 30.0),
+        Case("sensitive", "rough slope at a friction near its tangent", 0.60, _slope, 120.0),
     )
 }  # fmt: skip
 
@@ -186,3 +190,21 @@ def logs_of_block(block: int, size: int) -> Logs:
         speed=np.zeros(size),
         drop=np.zeros(size),
     )
+
+
+def alike(logs: Logs) -> Logs:
+    """The same releases, all of one size."""
+    number = len(logs)
+    return replace(logs, diameter=np.full(number, RING_LOG[0]), length=np.full(number, RING_LOG[1]))
+
+
+@cache
+def rings(vertices: int) -> Shape:
+    """Such a log as rings of vertices, as the framework's ``make-log`` writes them."""
+    diameter, length, spacing = RING_LOG
+    along = np.linspace(0.0, length, round(length / spacing) + 1)
+    radius = 0.5 * diameter * (1.0 - 0.5 * along / length)
+    turn = 2 * np.pi * np.arange(vertices) / vertices
+    rim = radius[:, None, None] * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+    points = np.concatenate([rim, np.broadcast_to(along[:, None, None], (*rim.shape[:2], 1))], axis=-1)
+    return Shape.of(points.reshape(-1, 3))

@@ -18,6 +18,8 @@ class Setting:
     name : unique; group : the factor that it belongs to, "fidelity" for the four rows; value : the factor's number
     fidelity : the engine's numbers; against : name of the setting that it is compared with, log by log
     cell, friction_change, smooth : changes of the scene (``scenes.build``)
+    options : further arguments of ``slide``; where there are none, those that the product has
+    vertices : None: the study's logs; 0: cones of one size, ``scenes.RING_LOG``; else rings of so many vertices of it
     """
 
     name: str
@@ -28,6 +30,14 @@ class Setting:
     cell: float | None = None
     friction_change: float = 0.0
     smooth: bool = False
+    options: tuple[tuple[str, float], ...] = ()
+    vertices: int | None = None
+
+
+IMPACTS = (0.05, 0.2)  # [-] restitutions that are looked at
+RINGS = (8, 16, 32)  # vertices a ring
+ROLLING = 0.1  # [-] friction of rolling that the product has
+NO_REBOUND = (("tree_restitution", 0.0), ("barrier_restitution", 0.0))  # they have the ground's unless told
 
 
 # What a factor is called in tables, and its unit
@@ -46,6 +56,14 @@ FACTORS: dict[str, tuple[str, str]] = {
     "flanks": ("candidate points of a ring", ""),
     "order": ("sweeps from the last contact to the first", ""),
     "friction": ("friction", "change of mu"),
+    "rolling": ("friction of rolling", "c"),
+    "tree restitution": ("restitution of stems alone", "e"),
+    "tree friction": ("friction of stems alone", "mu"),
+    "barrier restitution": ("restitution of barriers alone", "e"),
+    "barrier friction": ("friction of barriers alone", "mu"),
+    "ground restitution": ("restitution of the ground alone", "e"),
+    "impacts": ("restitution of everything", "e"),
+    "rings": ("smooth cone or rings of vertices", "vertices"),
     "cell": ("DEM cell", "m"),
     "smooth": ("DEM refined by cubic splines", ""),
 }
@@ -89,9 +107,29 @@ def _all() -> list[Setting]:
     found += [Setting(f"sweeps {n}", "sweeps", n, STANDARD._replace(sweeps=n)) for n in (4, 20, 1000)]
     found += [Setting(f"trace {n:g}", "trace", n, STANDARD._replace(trace_cells=n)) for n in (0.25, 4.0)]
     found += [
-        Setting(f"mu {d:+.2f}", "friction", d, STANDARD, against="standard", friction_change=d)
-        for d in (-0.02, -0.01, 0.01, 0.02)
+        Setting(f"mu {d:+.2f}", "friction", d, STANDARD, against="standard", friction_change=d) for d in (-0.02, 0.02)
     ]
+    found += [
+        Setting(f"{thing} {value:g}", group, value, STANDARD, against="standard", options=((option, value), *rest))
+        for thing, group, option, values, rest in (
+            ("rolling", "rolling", "rolling_friction", (0.0, 0.05, 0.15, 0.3), ()),
+            ("stem e", "tree restitution", "tree_restitution", IMPACTS, ()),
+            ("stem mu", "tree friction", "tree_friction", (0.15, 0.5), ()),
+            ("barrier e", "barrier restitution", "barrier_restitution", IMPACTS[1:], ()),
+            ("barrier mu", "barrier friction", "barrier_friction", (0.15, 0.5), ()),
+            ("ground e", "ground restitution", "restitution", IMPACTS, NO_REBOUND),
+        )
+        for value in values
+    ]
+    found += [
+        Setting(f"{name} e {e:g}", "impacts", e, row, f"reference e {e:g}", options=(("restitution", e),))
+        for e in IMPACTS
+        for name, row in FIDELITIES.items()
+    ]
+    still = (("rolling_friction", 0.0),)
+    found += [Setting("cone", "rings", 0.0, STANDARD, "cone", vertices=0)]
+    found += [Setting("cone, rolling 0", "rings", 0.0, STANDARD, "cone", vertices=0, options=still)]
+    found += [Setting(f"rings {n}", "rings", n, STANDARD, "cone", vertices=n, options=still) for n in RINGS]
     found += [
         Setting(f"cell {c:g} m", "cell", c, STANDARD, against="standard", cell=c) for c in (0.25, 0.5, 1.0, 2.0, 5.0)
     ]

@@ -17,6 +17,7 @@ import os
 import platform
 import subprocess
 import time
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -28,7 +29,7 @@ from numpy.typing import NDArray
 import deadwood_engine
 from deadwood_algorithms.numbers.directions import quantile_arc
 from deadwood_algorithms.numbers.statistics import wilson_interval
-from deadwood_engine import Rasters, Scene, slide, station_spacing
+from deadwood_engine import Logs, Rasters, Result, Scene, slide, station_spacing
 
 from . import measures, scenes
 from .settings import SETTINGS, Setting
@@ -70,8 +71,17 @@ def folder_of(name: str, setting: Setting) -> Path:
     built = build_for(name, setting)
     spacing = station_spacing(setting.fidelity, built.cell)
     engine = engine_digest(barriers=bool(built.case.fences))
-    what = repr((engine, built.digest, tuple(setting.fidelity), spacing, BLOCK, TIME_LIMIT))
-    return WORK / f"{name}-{setting.name.replace(' ', '_')}-{hashlib.sha256(what.encode()).hexdigest()[:12]}"
+    what = (
+        engine,
+        built.digest,
+        tuple(setting.fidelity),
+        spacing,
+        BLOCK,
+        TIME_LIMIT,
+        setting.options,
+        setting.vertices,
+    )
+    return WORK / f"{name}-{setting.name.replace(' ', '_')}-{hashlib.sha256(repr(what).encode()).hexdigest()[:12]}"
 
 
 def blocks_done(name: str, setting: Setting) -> int:
@@ -95,14 +105,20 @@ def fresh_rasters(scene: Scene, threads: int) -> Rasters:
     return rasters
 
 
+def slide_logs(name: str, setting: Setting, logs: Logs, **more: Any) -> Result:
+    """Slide logs as the setting wants it."""
+    shape = scenes.rings(setting.vertices) if setting.vertices else None
+    chosen = logs if setting.vertices is None else scenes.alike(logs)
+    options: dict[str, Any] = dict(setting.options) | more
+    return slide(build_for(name, setting).scene, chosen, setting.fidelity, shape=shape, **options)
+
+
 def slide_block(name: str, setting: Setting, block: int, threads: int) -> None:
     """Slide one block of logs and keep what became of them."""
     built = build_for(name, setting)
     rasters = fresh_rasters(built.scene, threads)
-    result = slide(
-        built.scene, scenes.logs_of_block(block, BLOCK), setting.fidelity, time_limit=TIME_LIMIT, threads=threads,
-        rasters=rasters,
-    )  # fmt: skip
+    logs = scenes.logs_of_block(block, BLOCK)
+    result = slide_logs(name, setting, logs, time_limit=TIME_LIMIT, threads=threads, rasters=rasters)
     hits = rasters.totals()["hit_count"].ravel()
     cells = np.flatnonzero(hits)
     kept: dict[str, Any] = {field: getattr(result, field) for field in KEPT}
@@ -117,8 +133,17 @@ def slide_block(name: str, setting: Setting, block: int, threads: int) -> None:
     temporary.rename(folder / f"{block}.npz")
 
 
-def run(names: list[str], settings: list[Setting], logs: int, *, threads: int, until: float, say=print) -> None:
-    """Slide what is missing of ``logs`` logs, a block of each in turn, starting none after ``until`` (clock time)."""
+def cost_of(name: str, setting: Setting) -> float | None:
+    """CPU seconds a log of what has been slid of this; None if nothing."""
+    if not blocks_done(name, setting):
+        return None
+    return float(np.load(folder_of(name, setting) / "0.npz")["cost"][0]) / BLOCK
+
+
+def run(
+    names: Iterable[str], settings: Iterable[Setting], logs: int, *, threads: int, until: float, say: Any = print
+) -> bool:
+    """Slide what is missing of ``logs`` logs, a block of each in turn; False if ``until`` (clock time) came before."""
     wanted = -(-logs // BLOCK)
     for block in range(wanted):
         for setting in settings:
@@ -127,12 +152,13 @@ def run(names: list[str], settings: list[Setting], logs: int, *, threads: int, u
                     continue
                 if time.time() > until:
                     say("out of time; run again to go on")
-                    return
+                    return False
                 if block == 0:  # compile and warm up before anything is timed
-                    slide(build_for(name, setting).scene, scenes.logs_of_block(0, 2), setting.fidelity, time_limit=1.0)
+                    slide_logs(name, setting, scenes.logs_of_block(0, 2), time_limit=1.0)
                 began = time.time()
                 slide_block(name, setting, block, threads)
                 say(f"{name:9s} {setting.name:18s} logs {(block + 1) * BLOCK:6d}  {time.time() - began:6.1f} s")
+    return True
 
 
 @dataclass(frozen=True)

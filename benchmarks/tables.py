@@ -15,7 +15,8 @@ from .settings import SETTINGS
 
 Row = dict[str, Any]
 FIDELITIES = ("draft", "standard", "fine", "reference")
-# Scenes that count in means over scenes: on a plane the number of rings decides, not the size of a step
+# Scenes that count in means over scenes: those that users have. On a plane the number of rings decides, not the size of
+# a step; the sensitive case has a section of its own
 POOLED = ("rough", "forest", "barriers", "cliff", "gully")
 
 
@@ -84,7 +85,7 @@ def pooled(results: Row, setting: str) -> Row | None:
         "worst_scene": worst,
         "worst": records[worst],
         "logs": min(entry["error"]["logs"] for _, entry in found),
-        "scenes": len(found),
+        "scenes": tuple(records),
         "discordant": float(np.mean([r["discordant"] for r in records.values()])),
     }
 
@@ -129,13 +130,30 @@ def friction_slope(results: Row, scenes: tuple[str, ...] = POOLED) -> tuple[floa
 
 
 def in_friction(results: Row, record: Row | None) -> str:
-    """A difference in reach as the change of mu that would make it: estimate and interval."""
-    yard = friction_slope(results)
+    """A difference in reach as the change of mu that would make it in the same scenes: estimate and interval."""
+    yard = friction_slope(results, record["scenes"]) if record else None
     if record is None or yard is None or abs(yard[0]) < 2.0 * yard[1]:
         return "-"
     value = record["delta"] / yard[0]
     relative = math.hypot(record["se"] / yard[0], record["delta"] * yard[1] / yard[0] ** 2)
     return f"{value:+.3f} ± {Z_95 * relative:.3f}"
+
+
+def of_group(results: Row, group: str) -> list[tuple[str, Row]]:
+    """(setting, what it does in the mean of its scenes) of a factor, as far as measured."""
+    return [(row["name"], row) for row in pooled_rows(results) if row["group"] == group]
+
+
+def entries_of(results: Row, group: str) -> list[tuple[str, str, Row]]:
+    """(scene, setting, entry) of a factor."""
+    scenes = (scene for scene, _ in in_order(results))
+    return [(s, name, entry) for s in scenes for name, entry in in_plan(results, s) if group_of(name) == group]
+
+
+def in_plan(results: Row, scene: str) -> list[tuple[str, Row]]:
+    """(setting, entry) of a scene, in the order of the settings."""
+    mine = results["entries"].get(scene, {})
+    return [(name, mine[name]) for name in SETTINGS if name in mine]
 
 
 def cell_rows(results: Row) -> list[Row]:

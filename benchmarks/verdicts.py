@@ -7,11 +7,21 @@ from __future__ import annotations
 
 from typing import Any
 
+from deadwood_engine import FIDELITIES
+
 from . import measures, tables
+from .scenes import CELL
+from .settings import ROLLING, SETTINGS
 from .tables import table
 
 Row = dict[str, Any]
+STANDARD_POINTS, DRAFT_POINTS = 0.005, 0.025  # [-] difference in reach that is promised
+DEEPEST = 0.15  # [m] of the logs at standard
+KNOWN = 0.02  # [-] what friction is known to at best
 HALVES = 1.8  # what passes for halving: 0.85 of the first order in the step
+
+
+FINER = ("standard", "fine", "reference")
 
 
 def yardstick(results: Row) -> str:
@@ -66,22 +76,145 @@ def _kept(shown: bool, undecided: bool = False) -> str:
     return "**shown**" if shown else "**not decided by this many logs**" if undecided else "**missed**"
 
 
+def _within(record: Row) -> float:
+    return max(abs(record["low"]), abs(record["high"]))
+
+
+def _below(records: list[Row], bound: float) -> str:
+    """Whether all differences are below a bound, as far as their intervals say."""
+    least = [0.0 if r["low"] <= 0.0 <= r["high"] else min(abs(r["low"]), abs(r["high"])) for r in records]
+    return _kept(max(map(_within, records)) < bound, undecided=max(least) <= bound)
+
+
+def _judged(record: Row) -> str:
+    if record["low"] <= 0.0 <= record["high"]:
+        return f"indistinguishable from `reference` within ±{100 * _within(record):.1f} points"
+    return f"{tables.with_interval(record)} points from `reference`"
+
+
+def _more(one: float, other: float) -> str:
+    return "more" if abs(one) > abs(other) else "not more"
+
+
+def _of_factor(results: Row, group: str) -> str:
+    """``0.05: +0.4, 0.2: +1.9 points (as much as mu -0.01 ± 0.00)``, by value; empty where nothing is measured."""
+    rows = tables.of_group(results, group)
+    each = ", ".join(f"{tables.points(row['delta'])} at {SETTINGS[name].value:g}" for name, row in rows)
+    most = max((row for _, row in rows), key=lambda row: abs(row["delta"]), default=None)
+    return f"{each} points (the most is as much as mu {tables.in_friction(results, most)})" if rows else ""
+
+
+def choice(results: Row) -> str:
+    """What a user should choose and why, as far as it has been measured; a list."""
+    found, yard = [], tables.friction_slope(results)
+    standard, draft = tables.pooled(results, "standard"), tables.pooled(results, "draft")
+    if standard:
+        cost = tables.relative_cost(results, "reference")
+        kept = _below([standard], STANDARD_POINTS)
+        word = "**Decide on `standard`**" if "missed" not in kept else "**Check `standard` against `fine`**"
+        found.append(f"{word}: in the mean of scenes its reach is {_judged(standard)}, at 1/{cost:.2g} of the cost.")
+    if draft:
+        gain = 1.0 / tables.relative_cost(results, "draft")
+        moved, least = (KNOWN * abs(yard[0]), KNOWN * (abs(yard[0]) - tables.Z_95 * yard[1])) if yard else (0.0, 0.0)
+        uses = "Look around, vary and calibrate" if least > _within(draft) else "Look around, and no more,"
+        more = _more(least, _within(draft))
+        told = f"Friction known to ±{KNOWN:g} leaves ±{100 * moved:.1f} points, which is {more}." if yard else ""
+        found.append(
+            f"**{uses} with `draft`**: {gain:.1f} times as fast, in the mean off by {tables.with_interval(draft)} "
+            f"points, at most by {tables.worst_of(draft)}. {told}".rstrip()
+        )
+    deep = {
+        name: [e["penetration_m"]["max"] for s, f, e in tables.fidelities_of(results) if f == name] for name in FINER
+    }
+    if all(deep.values()):
+        costs = " and ".join(f"{tables.relative_cost(results, name):.2g}" for name in FINER[1:])
+        depths = ", ".join(f"{100 * max(deep[name]):.0f}" for name in FINER)
+        found.append(
+            f"**Check with `fine` or `reference`** ({costs} times the cost of `standard`) what hangs on a few points "
+            f"or on contacts' depth: the deepest is {depths} cm from `standard` on."
+        )
+    cells = [row for name, row in tables.of_group(results, "cell") if SETTINGS[name].value > CELL]
+    if cells and draft:
+        sizes = ", ".join(f"{tables.points(row['delta'])} at {SETTINGS[row['name']].value:g} m" for row in cells)
+        largest = max(abs(row["delta"]) for row in cells)
+        found.append(
+            f"**Cells of the terrain model** instead of {CELL:g} m move reach by {sizes} (points, mean): "
+            f"{_more(largest, draft['worst']['delta'])} than `draft` does where it is worst."
+        )
+    if told := _of_factor(results, "rolling"):
+        found.append(f"**Friction of rolling**, measured by nobody, moves it by {told} against {ROLLING:g}: vary it.")
+    if told := _of_factor(results, "tree restitution"):
+        found.append(f"**Stems that rebound** move it by {told} against none, in forests.")
+    if records := _rebounds(results, "draft"):
+        worst = max(records, key=lambda k: abs(records[k]["delta"]))
+        word = "Not `draft`" if "missed" in _below(list(records.values()), DRAFT_POINTS) else "`draft`"
+        off = f"{tables.with_interval(records[worst])} points, {worst}"
+        found.append(f"**{word} where things rebound** (restitution): it is off by at most {off}.")
+    near = tables.friction_slope(results, ("sensitive",))
+    if near and yard:
+        found.append(
+            f"**Where friction comes near the slope's tangent** one hundredth of it is {near[0]:+.1f} points, in the "
+            f"usual scenes {yard[0]:+.1f}."
+        )
+    return "\n".join(f"- {line}" for line in found) if found else "*Not measured yet.*"
+
+
+def sensitive(results: Row) -> str:
+    """What the sensitive case shows."""
+    name, yard = "sensitive", tables.friction_slope(results, ("sensitive",))
+    mine = results["entries"].get(name, {})
+    if not yard or "error" not in mine.get("standard", {}):
+        return "*Not measured yet.*"
+    each = ", ".join(
+        f"`{f}` {tables.with_interval(mine[f]['error']['reach'])}"
+        for f in tables.FIDELITIES
+        if "error" in mine.get(f, {})
+    )
+    usual = tables.friction_slope(results)
+    beside = f", in the usual scenes {usual[0]:+.1f}" if usual else ""
+    return (
+        f"One hundredth of mu moves reach by {yard[0]:+.1f} points here{beside}. From `reference` are: {each} points."
+    )
+
+
+def _rebounds(results: Row, fidelity: str) -> Row:
+    """Differences from the reference where everything rebounds, by scene and restitution."""
+    return {
+        f"{scene}, e {SETTINGS[name].value:g}": entry["error"]["reach"]
+        for scene, name, entry in tables.entries_of(results, "impacts")
+        if SETTINGS[name].fidelity == FIDELITIES[fidelity] and "error" in entry
+    }
+
+
+def impacts(results: Row) -> str:
+    """Whether the promises hold where things rebound."""
+    found = []
+    for fidelity, bound in (("standard", STANDARD_POINTS), ("draft", DRAFT_POINTS)):
+        if records := _rebounds(results, fidelity):
+            worst = max(records, key=lambda k: abs(records[k]["delta"]))
+            found.append(
+                f"`{fidelity}`, below {100 * bound:g} points in each: {_below(list(records.values()), bound)}; "
+                f"the most is {tables.with_interval(records[worst])} ({worst})."
+            )
+    return "\n".join(f"- {line}" for line in found) if found else "*Not measured yet.*"
+
+
 def verdicts(results: Row) -> str:
     """What was promised of the fidelities, and what the measurements say of it, as a list."""
     found = []
-    for name, bound in (("standard", 0.01), ("draft", 0.025)):
-        row = tables.pooled(results, name)
-        if not row:
-            continue
-        within, least = max(abs(row["low"]), abs(row["high"])), min(abs(row["low"]), abs(row["high"]))
-        if row["low"] <= 0.0 <= row["high"]:
-            judged, least = f"indistinguishable from `reference` within ±{100 * within:.1f} points", 0.0
-        else:
-            judged = f"{tables.with_interval(row)} points from `reference`"
-        kept = _kept(within < bound, undecided=least <= bound)
+    if row := tables.pooled(results, "standard"):
         found.append(
-            f"`{name}`, difference in reach below {100 * bound:g} points: {kept}. In the mean of {row['scenes']} "
-            f"scenes ({row['logs']} logs or more each) it is {judged}; the worst scene is {tables.worst_of(row)}."
+            f"`standard`, difference in reach below {100 * STANDARD_POINTS:g} points in the mean of scenes: "
+            f"{_below([row], STANDARD_POINTS)}. In {len(row['scenes'])} scenes ({row['logs']} logs or more each) it is "
+            f"{_judged(row)}; the worst scene is {tables.worst_of(row)}."
+        )
+    if row := tables.pooled(results, "draft"):
+        each = {scene: entry["error"]["reach"] for scene, entry in tables.errors_of(results, "draft")}
+        found.append(
+            f"`draft`, difference in reach below {100 * DRAFT_POINTS:g} points in every scene: "
+            f"{_below(list(each.values()), DRAFT_POINTS)}. "
+            + ", ".join(f"{tables.with_interval(record)} {scene}" for scene, record in each.items())
+            + f" ({row['logs']} logs or more each); in the mean {tables.with_interval(row)}."
         )
     gains = {scene: 1.0 / cost for scene, cost in tables.relative_costs(results, "draft").items()}
     slow, mean = min(gains, key=lambda scene: gains[scene]), 1.0 / tables.relative_cost(results, "draft")
@@ -102,14 +235,15 @@ def verdicts(results: Row) -> str:
             f"{row['wall_s']:.1f} s of wall time in {row['threads']} threads (median of {row['runs']} runs), rasters "
             f"included; deepest of them {100 * row['deepest_m']:.0f} cm."
         )
-    deep = {scene: e["penetration_m"] for scene, name, e in tables.fidelities_of(results) if name == "standard"}
+    deep = {scene: mine["standard"] for scene, mine in tables.in_order(results) if "standard" in mine}
+    deep = {scene: entry["penetration_m"] | {"logs": entry["logs"]} for scene, entry in deep.items()}
     if deep:
         worst, deepest = max(deep, key=lambda n: deep[n]["median"]), max(deep, key=lambda n: deep[n]["max"])
         median, most = deep[worst]["median"], deep[deepest]["max"]
         found.append(
             f"Penetration at `standard`: median of the logs' deepest below 5 cm: {_kept(median < 0.05)}, at "
-            f"most {100 * median:.1f} cm ({worst}); none deeper than 25 cm: {_kept(most < 0.25)}, "
-            f"{100 * most:.0f} cm ({deepest})."
+            f"most {100 * median:.1f} cm ({worst}); none deeper than {100 * DEEPEST:g} cm: {_kept(most < DEEPEST)}, "
+            f"{100 * most:.0f} cm ({deepest}, {deep[deepest]['logs']} logs)."
         )
     falls = tables.penetration_falls(results)
     if falls:

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from benchmarks import page, scenes, study
+from benchmarks import page, plan, scenes, study
 from benchmarks.settings import SETTINGS
 from deadwood_engine import FIDELITIES, place_logs
 
@@ -33,7 +33,7 @@ def test_figures_of_the_page_are_there_and_small():
 
 
 def test_every_fidelity_is_measured_with_the_numbers_that_it_has_today():
-    for case in scenes.CASES:
+    for case in RESULTS["scenes"]:
         for name, row in FIDELITIES.items():
             assert RESULTS["entries"][case][name]["fidelity"] == row._asdict(), (case, name)
 
@@ -48,9 +48,21 @@ def test_every_number_says_where_it_comes_from():
 def test_settings_have_names_of_their_own_and_something_to_be_compared_with():
     assert all(name == setting.name for name, setting in SETTINGS.items())
     assert {setting.against for setting in SETTINGS.values()} <= SETTINGS.keys()
-    keys = [(s.fidelity, s.cell, s.friction_change, s.smooth) for s in SETTINGS.values()]
+    keys = [(s.fidelity, s.cell, s.friction_change, s.smooth, s.options, s.vertices) for s in SETTINGS.values()]
     doubled = {s.name for s, key in zip(SETTINGS.values(), keys, strict=True) if keys.count(key) > 1}
     assert not doubled
+
+
+def test_plan_has_every_setting_and_what_it_is_compared_with():
+    planned: dict[tuple[str, str], int] = {}
+    for part in plan.PLAN:
+        for scene in part.scenes:
+            for name in part.settings:
+                planned[scene, name] = max(part.logs, planned.get((scene, name), 0))
+    assert {name for _, name in planned} == SETTINGS.keys()
+    assert {scene for scene, _ in planned} == scenes.CASES.keys() == plan.PILOT_MS.keys()
+    for (scene, name), logs in planned.items():
+        assert planned[scene, SETTINGS[name].against] >= logs
 
 
 def test_more_logs_continue_the_same_logs():
