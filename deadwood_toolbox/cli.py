@@ -120,10 +120,14 @@ def _standing(tool: Tool, ask: Any) -> list[tuple[int, int] | None]:
 
 def _understand(arguments: Sequence[str], tools: Sequence[Tool] | None) -> Job | Answer | None:
     """What a command line asks for; None where click has answered itself (``--help``)."""
-    if tools is None:
-        one = shelf.find(arguments[0]) if arguments else None
-        tools = shelf.TOOLS if one is None else (one,)
-    wanted = build(tools).main(list(arguments), prog_name="deadwood-tool", standalone_mode=False)
+    if tools is None and (list(arguments) == ["list"] or all(each.startswith("-") for each in arguments)):
+        command = build((), shelf.declared())
+    else:
+        if tools is None:
+            one = shelf.find(arguments[0]) if arguments else None
+            tools = shelf.TOOLS if one is None else (one,)
+        command = build(tools, tools)
+    wanted = command.main(list(arguments), prog_name="deadwood-tool", standalone_mode=False)
     return wanted if isinstance(wanted, Job | Answer) else None
 
 

@@ -17,6 +17,7 @@ from deadwood_algorithms.tool import VERSION, Parameter, Tool, UserError
 from deadwood_toolbox import parameters
 from deadwood_toolbox.feedback import PROGRESS, plain
 from deadwood_toolbox.plugin_zip import TOOL as QGIS_PLUGIN
+from deadwood_toolbox.shelf import Declared
 
 WIDE = {"max_content_width": 110}  # as wide as the terminal, but no wider than one reads
 SECTIONS = ("Inputs", "Parameters", "Advanced", "Outputs")
@@ -44,23 +45,23 @@ class Answer:
 class _Shelf(click.Group):
     """The top command: the tools under their groups, and a suggestion for a misspelt one."""
 
-    def __init__(self, tools: Sequence[Tool], **known: Any) -> None:
+    def __init__(self, listed: Sequence[Tool | Declared], **known: Any) -> None:
         super().__init__(**known)
-        self.tools = tools
+        self.listed = listed
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         if not args[0].startswith("-") and args[0] not in self.commands:
-            known = {tool.name: tool for tool in self.tools}
-            hint = parameters.closest(args[0], self.commands) or f"; the tools are {', '.join(known)}"
+            known = ", ".join(tool.name for tool in self.listed)
+            hint = parameters.closest(args[0], self.commands) or f"; the tools are {known}"
             raise UserError(f"no tool is called '{args[0]}'{hint}")
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        for group in dict.fromkeys(tool.group for tool in self.tools):
+        for group in dict.fromkeys(tool.group for tool in self.listed):
             with formatter.section(group):
-                formatter.write_dl([(tool.name, tool.summary) for tool in self.tools if tool.group == group])
+                formatter.write_dl([(tool.name, tool.summary) for tool in self.listed if tool.group == group])
         with formatter.section("About the tools"):
             known = [(name, self.commands[name]) for name in ("list", "describe", QGIS_PLUGIN.name)]
             formatter.write_dl([(name, command.short_help or command.help or "") for name, command in known])
@@ -158,10 +159,10 @@ def _common_options() -> list[click.Parameter]:
     ]
 
 
-def build(tools: Sequence[Tool]) -> click.Group:
-    """The whole command line."""
+def build(tools: Sequence[Tool], listed: Sequence[Tool | Declared]) -> click.Group:
+    """The command line of these tools; the help of the whole, and ``list``, tell of the listed ones."""
     shelf = _Shelf(
-        tools,
+        listed,
         name="deadwood-tool",
         help="Where deadwood that starts to slide goes, what it reaches, and how much a standing forest holds back.",
         epilog="deadwood-tool TOOL --help explains one tool.",
@@ -177,7 +178,7 @@ def build(tools: Sequence[Tool]) -> click.Group:
     for tool in tools:
         shelf.add_command(_ToolCommand(tool))
     as_json = click.Option(["--json", "as_json"], is_flag=True, help="As JSON, for programs.")
-    listing = _answering(lambda **given: _list(tools, **given))
+    listing = _answering(lambda **given: _list(listed, **given))
     telling = _answering(lambda **given: _describe(tools, shelf, **given))
     shelf.add_command(click.Command("list", params=[as_json], help="List the tools.", callback=listing))
     which = click.Argument(["tool"], required=False)
@@ -208,7 +209,7 @@ def _top(ctx: click.Context, version: bool, versions: bool) -> Answer | None:
     return None if ctx.invoked_subcommand else Answer(ctx.get_help())
 
 
-def _list(tools: Sequence[Tool], *, as_json: bool) -> str:
+def _list(tools: Sequence[Tool | Declared], *, as_json: bool) -> str:
     if as_json:
         keys = ("name", "label", "group", "qgis_id", "summary")
         listed = [{key: getattr(tool, key) for key in keys} for tool in tools]
