@@ -105,6 +105,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.paper.report import HOLDS, write_report
     from deadwood_algorithms.paper.site import read_site, write_twin
     from deadwood_algorithms.runs.folder import name_finally, write_json
+    from deadwood_algorithms.scene.warm_up import load_kernels
 
     final = Path(ask.output)
     names = SITES if ask.site == "both" else (ask.site,)
@@ -120,6 +121,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
                     shutil.rmtree(source, ignore_errors=True)
                     write_twin(name, source)
                 site = read_site(name, source, place / "prepared")
+                if name == names[0]:  # said here: what the steps note is not (``Stage``)
+                    load_kernels(None, feedback)
                 slide = Steps(ask, site, place, feedback)
                 for convention in ("", "cloud") if not ask.quick else ("",):
                     found += findings_of(slide.evidence(convention), quick=ask.quick, convention=convention)

@@ -56,6 +56,7 @@ def test_a_run_is_interrupted_resumed_and_leaves_its_folder(data, tmp_path):
     assert (out / "rothenbrunnen" / "runs" / "als" / "summary.json").stat().st_mtime_ns == before
     assert not work.exists()
     found = json.loads((out / "findings.json").read_text(encoding="utf-8"))
+    assert (out / "findings.csv").read_bytes().startswith(b"\xef\xbb\xbf")  # so that a spreadsheet reads its words
     assert len(found) > 8
     for each in found:
         assert set(each) == KEYS

@@ -28,7 +28,7 @@ def slid(scene: str, fidelity: str) -> tuple[Result, np.ndarray]:
 
 
 def stated(scene: str, fidelity: str) -> dict:
-    """What the page states of a scene; nothing where the scene is another by now and ``python -m benchmarks`` is due."""
+    """What the page states of a scene; skipped where the scene is another by now, until it is measured anew."""
     measured, case = RESULTS["scenes"].get(scene, {}), scenes.CASES[scene]
     if (measured.get("friction"), measured.get("line_y")) != (case.friction, case.line):
         pytest.skip(f"the page was measured before the scene {scene} was changed")

@@ -44,9 +44,11 @@ def write_report(folder: Path, findings: Sequence[Finding], head: str, figures: 
     """``findings.json``, ``.csv`` and ``.md``, and ``report.html``, which opens without a network."""
     import pandas
 
+    from deadwood_algorithms.files.tables import write_csv
+
     plain = [asdict(each) for each in findings]
     (folder / "findings.json").write_text(json.dumps(plain, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
-    pandas.DataFrame(plain).to_csv(folder / "findings.csv", index=False)
+    write_csv(folder / "findings.csv", pandas.DataFrame(plain))
     (folder / "findings.md").write_text(markdown(findings), encoding="utf-8")
     rows = "".join(
         f'<tr class="{HOLDS[each.holds].split()[0]}">'
