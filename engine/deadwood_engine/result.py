@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,7 +90,7 @@ def result_of(
     scene: Scene,
     start: Start,
     state: Array,
-    summary: Array,
+    summary: Any,  # a record a log, ``way.SUMMARY``
     poses: dict[int, Array],
     hits: dict[int, Array],
     touched: NDArray[np.bool_],
