@@ -34,7 +34,7 @@ CASES: dict[str, dict[str, object]] = {
         "fidelity": "draft",
         "qgis_project": True,
     },
-    "count-hits": {"run": "{work}/slide-logs", "cell_m": 2.0, "stop_reason": "tree,barrier"},
+    "count-hits": {"run": "{work}/slide-logs", "cell_m": 2.0, "stop_reason": "tree"},
     "reach-lines": {"run": "{work}/slide-logs", "lines": f"{LAYERS}|layername=lines"},
     "design-values": {"run": "{work}/slide-logs", "percentiles": "50,95"},
     "map-intensity": {"run": "{work}/slide-logs", "events_per_year": 0.1},
