@@ -45,17 +45,17 @@ PLAN = (
     Part("restitution of the ground", _of("ground restitution"), USUAL, 2000, 1.2),
     Part("the fidelities where things rebound", _of("impacts"), ("forest", "rough"), 2000, 2.9),
     Part("smooth cone or rings in a forest", _of("rings"), ("forest",), 2000, 3.0),
-    Part("smooth cone or rings on open slopes", _of("rings"), ("rough", "sensitive"), 1000, 9.5),
+    Part("smooth cone or rings on open slopes", _of("rings"), ("rough", "sensitive"), 400, 9.5),
     Part("the fidelities in forests, more logs", MAIN, FOREST, 20_000, 3.3),
-    Part("the fidelities on open slopes, more logs", MAIN, OPEN, 12_000, 3.3),
     Part("the yardstick in forests, more logs", _of("friction"), FOREST, 6000, 1.0),
     Part("cells of the terrain model", _of("cell", "smooth"), USUAL, 400, 1.7),
     Part("refined together", _of("refined"), USUAL, 1000, 6.2),
-    Part("reference halved", _of("halved"), ("forest",), 4000, 18.0),
+    Part("reference halved", _of("halved"), ("forest",), 3000, 18.0),
     Part(
         "single factors", _of("coarse", "obstacles", "flanks", "order", "time step", "travel", "spacing", "tolerance",
         "sweeps", "trace"), USUAL, 400, 1.0,
     ),
+    Part("the fidelities on open slopes, more logs", MAIN, OPEN, 4000, 3.3),
 )  # fmt: skip
 # CPU milliseconds a log at ``standard``, where nothing has been slid yet: pilots, good to a factor of two
 PILOT_MS = {"plane": 16, "rough": 6, "forest": 4, "barriers": 3.5, "cliff": 7, "gully": 7.5, "sensitive": 8}

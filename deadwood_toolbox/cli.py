@@ -26,7 +26,7 @@ from typing import Any
 import click
 
 from deadwood_algorithms.tool import VERSION, Cancelled, Outcome, Tool, UserError, manifest
-from deadwood_toolbox import parameters, shelf
+from deadwood_toolbox import collector, parameters, shelf
 from deadwood_toolbox.commands import Answer, Job, build
 from deadwood_toolbox.environment import drop_foreign_paths, refuse_small_address_space, stay_offline
 from deadwood_toolbox.feedback import Speaker, clock, printable
@@ -47,6 +47,7 @@ USERS_OSERRORS = {
 
 def main() -> None:
     """The ``deadwood-tool`` script."""
+    collector.put_off()
     for stream in (sys.stdout, sys.stderr):
         with contextlib.suppress(AttributeError, ValueError):
             stream.reconfigure(errors="replace")  # type: ignore[union-attr]
@@ -59,6 +60,7 @@ def main() -> None:
         status = INTERRUPTED
     if status == INTERRUPTED:
         os._exit(status)  # does not wait for the threads of the interrupted run, which write nothing
+    collector.begin()
     sys.exit(status)
 
 

@@ -10,6 +10,8 @@ import time
 from collections.abc import Mapping
 from typing import Any, TextIO
 
+from deadwood_toolbox import collector
+
 PROGRESS = ("auto", "bar", "plain", "json", "none")
 SECONDS_BETWEEN = {"json": 0.25, "plain": 10.0}
 
@@ -38,6 +40,7 @@ class Speaker:
 
     def progress(self, done: float, total: float, what: str) -> None:
         """Show how far a stage is; ``what`` names the stage, and another name starts another."""
+        collector.begin()
         now = time.monotonic()
         if what != self._stage.what or done < self._stage.done:
             self.close()

@@ -45,7 +45,7 @@ LINES_SHOWN = 20
 
 @dataclass(frozen=True, kw_only=True)
 class Ask:
-    dem: str = tool.raster("Terrain (DEM)")
+    dem: str = tool.terrain("Terrain (DEM)")
     structures: str = tool.vector("Crest lines of embankments, bottom lines of ditches", "line")
     kind: str = tool.choice("Kind of lines whose layer names none", *schemas.STRUCTURE_KINDS, default="embankment")
     height_m: float | None = tool.number(

@@ -46,7 +46,7 @@ from deadwood_algorithms.tool import Feedback, Outcome, Tool, UserError
 
 @dataclass(frozen=True, kw_only=True)
 class Ask:
-    dem: str = tool.raster("Terrain (DEM)")
+    dem: str = tool.terrain("Terrain (DEM)")
     friction: str = tool.number_or_layer(
         "Friction coefficient",
         default="0.25",

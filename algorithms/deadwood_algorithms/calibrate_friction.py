@@ -101,6 +101,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.tables import write_csv
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.runs.folder import write_json
+    from deadwood_algorithms.scene.sliding import workers_for
     from deadwood_algorithms.scene.warm_up import load_kernels
     from deadwood_algorithms.scene.window import read_released_scene
     from deadwood_engine import FIDELITIES
@@ -118,9 +119,10 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         fidelity = FIDELITIES[ask.fidelity]
         load_kernels(layers.shape, feedback)
         slid = []
-        for mu in sweep:
-            one, layers = friction_runs.slide_with(mu, least, fidelity, watched, layers, logs, feedback)
-            slid.append(one)
+        with workers_for(ask, feedback):
+            for mu in sweep:
+                one, layers = friction_runs.slide_with(mu, least, fidelity, watched, layers, logs, feedback)
+                slid.append(one)
         if observed:
             outcomes = friction_runs.outcomes_of_deposits(observed, slid, ask.error_m)
         else:

@@ -54,6 +54,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.outputs import output_folder
     from deadwood_algorithms.files.tables import write_csv
     from deadwood_algorithms.runs.folder import write_json
+    from deadwood_algorithms.scene.sliding import workers_for
     from deadwood_algorithms.scene.warm_up import load_kernels
     from deadwood_algorithms.scene.window import read_released_scene
 
@@ -65,9 +66,10 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
         load_kernels(layers.shape, feedback)
         slid = []
-        for name in names:
-            one, layers = slide_at(name, ask, layers, logs, feedback)
-            slid.append(one)
+        with workers_for(ask, feedback):
+            for name in names:
+                one, layers = slide_at(name, ask, layers, logs, feedback)
+                slid.append(one)
         feedback.progress(0, 1, "comparing")
         groups = groups_of(logs, ask.min_runout)
         rows = [row for one in slid for row in rows_of(one, slid[-1], layers.lines.ids, groups, planned, ask.seed)]

@@ -37,7 +37,7 @@ from deadwood_algorithms.tool import Feedback, Outcome, Tool
 
 @dataclass(frozen=True, kw_only=True)
 class Ask:
-    dem: str = tool.raster("Terrain (DEM)")
+    dem: str = tool.terrain("Terrain (DEM)")
     flights: str = tool.vector("Lines from take-off to landing, or points of both", "line", "point")
     barriers: str | None = tool.vector("Barriers", "line", default=None)
     dbh_cm: float = tool.number(

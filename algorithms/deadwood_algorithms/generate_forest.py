@@ -53,7 +53,7 @@ POWER_LAWS = {name: law for name, law in PUBLISHED.items() if isinstance(law, Po
 
 @dataclass(frozen=True, kw_only=True)
 class Ask:
-    dem: str = tool.raster("Terrain (DEM)")
+    dem: str = tool.terrain("Terrain (DEM)")
     stems_per_ha: float | None = tool.number(
         "Density", unit="1/ha", default=None, minimum=0.0, maximum=DENSEST_PER_HA, exclusive=True
     )

@@ -70,7 +70,7 @@ class Ask:
     source: str = tool.choice(
         "What wrote the table", *tree_sources.SOURCES, default="auto", help="table: usual names only."
     )
-    dem: str | None = tool.raster(
+    dem: str | None = tool.terrain(
         "Terrain (DEM)", default=None, help="Gives the CRS of the output; trees off the DEM are dropped."
     )
     x_field: str | None = tool.field_of("trees", "Field of the easting", default=None)

@@ -45,7 +45,7 @@ class Ask:
     min_runout: float | None = tool.min_runout(
         "Deposits nearer than this do not count", help="Default: one log length, from the field length_m."
     )
-    dem: str | None = tool.raster(
+    dem: str | None = tool.terrain(
         "Terrain model, for the distance to its edges", default=None, help="Default: the run's, where it still lies."
     )
     edge_m: float = tool.number(

@@ -50,7 +50,7 @@ class Ask:
     gltf: str | None = tool.output_file(
         "The first run's scene as binary glTF (.glb), for other viewers",
         default=None,
-        help="Terrain, trees, barriers and lying logs in true size, and the moving logs as an animation.",
+        help="Terrain, trees, barriers, lying logs and boulders in true size, and the moving logs as an animation.",
     )
     output: str = tool.output_file("HTML page to be made")
     overwrite: bool = tool.overwrite()

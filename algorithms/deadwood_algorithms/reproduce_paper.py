@@ -27,7 +27,6 @@ With `--site-data FOLDER` the data of the real sites take the twins' place. FOLD
 from __future__ import annotations
 
 import json
-import os
 import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -104,7 +103,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.paper.findings import findings_of
     from deadwood_algorithms.paper.report import HOLDS, write_report
     from deadwood_algorithms.paper.site import read_site, write_twin
-    from deadwood_algorithms.runs.folder import name_finally, write_json
+    from deadwood_algorithms.runs.folder import link_or_copy, name_finally, write_json
     from deadwood_algorithms.scene.warm_up import load_kernels
 
     final = Path(ask.output)
@@ -163,16 +162,6 @@ def logs_of(ask: Ask) -> int:
 
 def fidelity_of(ask: Ask) -> str:
     return "draft" if ask.quick else ask.fidelity
-
-
-def link_or_copy(source: str, target: str) -> None:
-    """Large results take no second place on the disk where it can be helped; manifests are rewritten, so copied."""
-    try:
-        if Path(source).name == "manifest.json":
-            raise OSError
-        os.link(source, target)
-    except OSError:
-        shutil.copy2(source, target)
 
 
 def work_folder(ask: Ask, feedback: Feedback) -> Path:

@@ -64,7 +64,7 @@ class Ask:
     areas: str | None = tool.vector(
         "Release points or polygons", "point", "polygon", default=None, help="May be left out with --weights."
     )
-    dem: str = tool.raster("Terrain (DEM); its CRS is that of the output")
+    dem: str = tool.terrain("Terrain (DEM); its CRS is that of the output")
     weights: str | None = tool.raster(
         "Susceptibility raster: how likely logs start in a cell", default=None, help="Any numbers from 0 up."
     )

@@ -76,6 +76,12 @@ def raster(label: str, **facts: Any) -> Any:
     return ask("raster", label, **facts)
 
 
+def terrain(label: str, **facts: Any) -> Any:
+    """Path of a terrain model: a raster file, a folder of tiles, or tiles with commas between."""
+    told = "A raster, a folder of tiles, or tiles with commas between."
+    return ask("raster", label, path_like=True, help=" ".join([facts.pop("help", ""), told]).strip(), **facts)
+
+
 def vector(label: str, *geometry: str, **facts: Any) -> Any:
     """Path of a vector layer, ``file.gpkg|layername=trees`` names one of several; geometry: point, line, polygon."""
     return ask("vector", label, geometry=geometry, **facts)

@@ -45,7 +45,7 @@ STEMS = "stems.gpkg"
 @dataclass(frozen=True, kw_only=True)
 class Ask:
     trees: str = tool.vector("Trees before the storm", "point")
-    dem: str = tool.raster("Terrain (DEM)")
+    dem: str = tool.terrain("Terrain (DEM)")
     share: float | None = tool.number("Share of the stems that is thrown", default=None, minimum=0.0, maximum=1.0)
     dbh_classes: str | None = tool.text(
         "Share by class of DBH", default=None, help="Least DBH [cm]:share, with commas: 0:0.1,20:0.3,40:0.7."

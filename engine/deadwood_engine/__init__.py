@@ -5,6 +5,7 @@ from .blocks import Blocks
 from .cloud import Shape
 from .digest import engine_digest
 from .fidelity import FIDELITIES, Fidelity, station_spacing
+from .influence import Influences
 from .ledger import Hits
 from .lines import Lines, Segments, segments_of
 from .logs import Logs, Start, place_logs
@@ -24,6 +25,7 @@ __all__ = [
     "Blocks",
     "Fidelity",
     "Hits",
+    "Influences",
     "Interrupted",
     "Lines",
     "Logs",

@@ -59,7 +59,7 @@ def energy_of(state, body):
 
 @kernel
 def move_freely(state, body, time):
-    """Drift of any body without forces: position by velocity, orientation by its free rotation."""
+    """Eq. [a], [i]: drift of any body without forces: position by velocity, orientation by its free rotation."""
     if body[SKEW] == 0.0:
         drift(state, body[TRANSVERSE], body[AXIAL], time)
         return

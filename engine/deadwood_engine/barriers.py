@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from .compiled import inlined, kernel
 from .contacts import touch
 from .cores import BARRIER, CORE, lay_out
-from .limits import FLAT_TOLERANCE, POST_LEAN, POST_LENGTH, PUSHES_DOWN
+from .limits import FLAT_TOLERANCE, POST_LEAN, POST_LENGTH, PUSHES_DOWN, STRAIGHT
 from .log_body import CENTRE, LENGTH
 from .narrow_phase import deepest, gap_at_end, touch_core
 from .rotation import DX, DY, DZ, X, Y, Z
@@ -57,7 +57,7 @@ def _straight(points: Array) -> NDArray[np.bool_]:
     way /= np.linalg.norm(way, axis=1)[:, None]
     turn = way[:-1, 0] * way[1:, 1] - way[:-1, 1] * way[1:, 0]
     onward = (way[:-1] * way[1:]).sum(axis=1) > 0.0
-    return np.concatenate([[False], (np.abs(turn) < 1e-6) & onward, [False]])
+    return np.concatenate([[False], (np.abs(turn) < STRAIGHT) & onward, [False]])
 
 
 def prepare(terrain: Terrain, barriers: Barriers) -> tuple[Any, NDArray[np.int64]]:
@@ -281,7 +281,7 @@ def is_its_own(core, z, n, plate):
 
 @inlined
 def plate_contacts(terrain, frame, edge, row, contacts, keys, count, state, pose, cone, step, within):
-    """Contacts of a pose with a plate, its top edge and its posts; returns the new count.
+    """Eq. [e]: contacts of a pose with a plate, its top edge and its posts; returns the new count.
 
     within : [m] gap of edge and posts below which they count
     """

@@ -17,15 +17,12 @@ from numpy.typing import NDArray
 
 from .compiled import kernel
 from .hull import hull_of, of_triangles
-from .limits import SHAPE_SIZE
+from .limits import ALIKE, ON_SURFACE, SHAPE_SIZE
 from .log_body import AXIAL, BASE_RADIUS, BODY_WIDTH, CENTRE, LENGTH, MASS, REACH, SKEW, TIP_RADIUS, TRANSVERSE
 from .rotation import Q0, Q1, Q2, Q3, X, Y, Z
 from .terrain import surface
 
 Array = NDArray[np.float64]
-
-ON_SURFACE = 1e-6  # [-] of the size: points deeper under the hull's surface than this cannot touch anything
-ALIKE = 1e-6  # [-] moments of inertia that differ by less are equal
 
 
 class Cloud(NamedTuple):

@@ -19,7 +19,7 @@ from .cloud_contacts import AHEAD, touch_cloud
 from .compiled import kernel
 from .contacts import Ahead
 from .cores import BARRIER, TREE, skin_of
-from .limits import FACE_ALIGNED, FLAT_TOLERANCE, OBSTACLE_TRAVEL, POST_LENGTH
+from .limits import BEHIND, CORE_APART, FACE_ALIGNED, FLAT_TOLERANCE, OBSTACLE_TRAVEL, POST_LENGTH
 from .log_body import REACH
 from .surroundings import CORES
 from .vectors import axes_nearest, cross, dot, point
@@ -94,7 +94,7 @@ def _way_out(cloud, scratch, start, u, long, enter, leave, free_start, free_end)
         for j in range(corners.shape[0]):
             c = corners[j]
             over = m[0] * (c[0] - a[0]) + m[1] * (c[1] - a[1]) + m[2] * (c[2] - a[2])
-            if over > 1e-7 * (1.0 + abs(side)):
+            if over > BEHIND * (1.0 + abs(side)):
                 support = False
                 break
         if support:
@@ -173,7 +173,7 @@ def core_contacts(cloud, scene, frame, scratch, count, state, key, start, u, lon
         if depth == math.inf:
             return count, travel
         n = (-m[0], -m[1], -m[2])
-        apart = last - first > 0.1 * cloud.thickness
+        apart = last - first > CORE_APART * cloud.thickness
         for part in range(2 if apart else 1):
             z = 0.5 * (first + last)
             if apart:

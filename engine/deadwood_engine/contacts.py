@@ -3,17 +3,6 @@
 A contact is predicted: a point of the log is looked up where it would be a step ahead if nothing
 held it, and is a contact when it would then lie below the surface. The solver lets it approach the plane it
 would hit, but not cross it. First touch is met, and no push ever lifts a log out of the ground (that would add energy).
-
-Layout of the contact table (one row a contact, world axes, per unit of mass):
-    R.. r, contact point from the centre of mass [m]      N.. T.. U.. normal, two tangents [-]
-    AN.. AT.. AU.. r x direction                          BN.. BT.. BU.. inverse inertia times these
-    PN, PT, PU impulse [m/s]                              TARGET least normal velocity after the step [m/s]
-    GAP gap now [m], negative = penetration               MU friction; BEFORE normal velocity before the step [m/s]
-    SHIFT s of the friction disc (``disc_impulse``) in the sweep before
-    PLANE_N, PLANE_R normal and point of the plane ahead, three each; FROM_N, FROM_R of that which the log moves along;
-    TURN [m/s] its approach to the plane ahead that comes of the difference (``turning``); 0 where there is none
-    OLD_ROW row of the same contact among those kept of the step before (``find_old``), -1 where it is new
-    ROLL most moment about the log's axis that resists rolling, per normal impulse [m] (``rolling``)
 """
 
 from __future__ import annotations
@@ -21,21 +10,54 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from .compiled import inlined, kernel
-from .limits import HOVER, HOVER_MOST
+from .limits import HOVER, HOVER_MOST, IMPACT
 from .log_body import AXIAL, SKEW, TRANSVERSE
 from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ, X, Y, Z, first_axis
 from .terrain import friction_at, surface
 from .vectors import cross
 
-RX, RY, RZ, NX, NY, NZ, TX, TY, TZ, UX, UY, UZ = range(12)
-ANX, ANY, ANZ, ATX, ATY, ATZ, AUX, AUY, AUZ = range(12, 21)
-BNX, BNY, BNZ, BTX, BTY, BTZ, BUX, BUY, BUZ = range(21, 30)
-PN, PT, PU, GNN, GTT, GUU, GNT, GNU, GTU, TARGET, GAP, MU, BEFORE_N, BEFORE_T, BEFORE_U, SHIFT = range(30, 46)
-PLANE_N, PLANE_R, FROM_N, FROM_R, TURN, OLD_ROW, ROLL, CONTACT_WIDTH = 46, 49, 52, 55, 58, 59, 60, 61
-# What is kept of a loaded contact for the next step: its impulse in the world, the plane that the log
-# then moves along, and the velocity along its normal
-OLD_IMPULSE, OLD_N, OLD_R, OLD_SPEED, OLD_WIDTH = 0, 3, 6, 9, 10
+# A contact: world axes, per unit of mass
+CONTACT = np.dtype(
+    [
+        ("rx", "f8"), ("ry", "f8"), ("rz", "f8"),  # m, contact point from the centre of mass
+        ("nx", "f8"), ("ny", "f8"), ("nz", "f8"),  # normal, away from what is touched
+        ("tx", "f8"), ("ty", "f8"), ("tz", "f8"), ("ux", "f8"), ("uy", "f8"), ("uz", "f8"),  # two tangents
+        ("rnx", "f8"), ("rny", "f8"), ("rnz", "f8"),  # m, levers: r x n, r x t, r x u
+        ("rtx", "f8"), ("rty", "f8"), ("rtz", "f8"), ("rux", "f8"), ("ruy", "f8"), ("ruz", "f8"),
+        ("bnx", "f8"), ("bny", "f8"), ("bnz", "f8"),  # 1/m, inverse inertia times these
+        ("btx", "f8"), ("bty", "f8"), ("btz", "f8"), ("bux", "f8"), ("buy", "f8"), ("buz", "f8"),
+        ("pn", "f8"), ("pt", "f8"), ("pu", "f8"),  # m/s, impulse P
+        ("gnn", "f8"), ("gtt", "f8"), ("guu", "f8"), ("gnt", "f8"), ("gnu", "f8"), ("gtu", "f8"),  # Delassus block G
+        ("target", "f8"),  # m/s, least normal velocity after the step
+        ("gap", "f8"),  # m, g_N now, negative = penetration
+        ("mu", "f8"),  # coefficient of friction
+        ("before_n", "f8"), ("before_t", "f8"), ("before_u", "f8"),  # m/s, gamma before the step's impulses
+        ("shift", "f8"),  # s of the friction disc (``disc_impulse``) in the sweep before
+        # normal and point of the plane ahead, and of that which the log moves along
+        ("ahead_nx", "f8"), ("ahead_ny", "f8"), ("ahead_nz", "f8"),
+        ("ahead_rx", "f8"), ("ahead_ry", "f8"), ("ahead_rz", "f8"),
+        ("from_nx", "f8"), ("from_ny", "f8"), ("from_nz", "f8"),
+        ("from_rx", "f8"), ("from_ry", "f8"), ("from_rz", "f8"),
+        ("turn", "f8"),  # m/s, approach to the plane ahead that comes of their difference (``turning``), or 0
+        ("old_row", "i8"),  # row of the same contact among those kept of the step before (``find_old``), -1: it is new
+        ("roll", "f8"),  # m, most moment about the log's axis that resists rolling, per normal impulse (``rolling``)
+        ("line", "i8"),  # contacts, from this one on, on one straight line, or 0 (``pressure``)
+        ("along", "f8"), ("stretch", "f8"),  # m, its place along the log's axis, and of the line for which it bears
+    ]
+)  # fmt: skip
+
+# What is kept of a loaded contact for the next step
+OLD_CONTACT = np.dtype(
+    [
+        ("px", "f8"), ("py", "f8"), ("pz", "f8"),  # m/s, its impulse in the world
+        ("nx", "f8"), ("ny", "f8"), ("nz", "f8"),  # the plane that the log then moves along: normal and point [m]
+        ("rx", "f8"), ("ry", "f8"), ("rz", "f8"),
+        ("speed", "f8"),  # m/s, velocity along that normal
+    ]
+)  # fmt: skip
 
 # Kind of contact, first column of the keys: terrain, or a kind of obstacle (``cores``); the second is the slot
 # (terrain) or the row among all cores, the third a part
@@ -62,15 +84,15 @@ def set_normal(c, state, smooth):
     a normal turns it about that axis. The lever of a candidate that is not the deepest of its ring says otherwise: by
     it a spinning end bored itself in.
     """
-    nx, ny, nz = c[NX], c[NY], c[NZ]
-    ax, ay, az = cross(c[RX], c[RY], c[RZ], nx, ny, nz)
+    nx, ny, nz = c.nx, c.ny, c.nz
+    ax, ay, az = cross(c.rx, c.ry, c.rz, nx, ny, nz)
     if smooth:
         dx, dy, dz = state[DX], state[DY], state[DZ]
         k = ax * dx + ay * dy + az * dz
         ax, ay, az = ax - k * dx, ay - k * dy, az - k * dz
-    c[ANX], c[ANY], c[ANZ] = ax, ay, az
+    c.rnx, c.rny, c.rnz = ax, ay, az
     vx, vy, vz, wx, wy, wz = state[VX], state[VY], state[VZ], state[WX], state[WY], state[WZ]
-    c[BEFORE_N] = nx * vx + ny * vy + nz * vz + ax * wx + ay * wy + az * wz
+    c.before_n = nx * vx + ny * vy + nz * vz + ax * wx + ay * wy + az * wz
 
 
 @inlined
@@ -85,7 +107,7 @@ def set_frames(contacts, count, state, body):
     ic = 1.0 / body[AXIAL] - ia
     for row in range(count):
         c = contacts[row]
-        rx, ry, rz, nx, ny, nz = c[RX], c[RY], c[RZ], c[NX], c[NY], c[NZ]
+        rx, ry, rz, nx, ny, nz = c.rx, c.ry, c.rz, c.nx, c.ny, c.nz
         # tangents: first along the axis least aligned with the normal, as in Leine et al. (2014)
         if abs(nx) <= abs(ny) and abs(nx) <= abs(nz):
             tx, ty, tz = 0.0, nz, -ny
@@ -96,13 +118,13 @@ def set_frames(contacts, count, state, body):
         scale = 1.0 / math.sqrt(tx * tx + ty * ty + tz * tz)
         tx, ty, tz = tx * scale, ty * scale, tz * scale
         ux, uy, uz = cross(nx, ny, nz, tx, ty, tz)
-        c[TX], c[TY], c[TZ] = tx, ty, tz
-        c[UX], c[UY], c[UZ] = ux, uy, uz
-        anx, any_, anz = c[ANX], c[ANY], c[ANZ]
+        c.tx, c.ty, c.tz = tx, ty, tz
+        c.ux, c.uy, c.uz = ux, uy, uz
+        anx, any_, anz = c.rnx, c.rny, c.rnz
         atx, aty, atz = cross(rx, ry, rz, tx, ty, tz)
         aux, auy, auz = cross(rx, ry, rz, ux, uy, uz)
-        c[ATX], c[ATY], c[ATZ] = atx, aty, atz
-        c[AUX], c[AUY], c[AUZ] = aux, auy, auz
+        c.rtx, c.rty, c.rtz = atx, aty, atz
+        c.rux, c.ruy, c.ruz = aux, auy, auz
         k = ic * (anx * dx + any_ * dy + anz * dz)
         bnx, bny, bnz = ia * anx + k * dx, ia * any_ + k * dy, ia * anz + k * dz
         k = ic * (atx * dx + aty * dy + atz * dz)
@@ -117,23 +139,23 @@ def set_frames(contacts, count, state, body):
             btx, bty, btz = btx + k * fx, bty + k * fy, btz + k * fz
             k = body[SKEW] * (aux * fx + auy * fy + auz * fz)
             bux, buy, buz = bux + k * fx, buy + k * fy, buz + k * fz
-        c[BNX], c[BNY], c[BNZ] = bnx, bny, bnz
-        c[BTX], c[BTY], c[BTZ] = btx, bty, btz
-        c[BUX], c[BUY], c[BUZ] = bux, buy, buz
-        c[GNN] = 1.0 + anx * bnx + any_ * bny + anz * bnz
-        c[GTT] = 1.0 + atx * btx + aty * bty + atz * btz
-        c[GUU] = 1.0 + aux * bux + auy * buy + auz * buz
-        c[GNT] = anx * btx + any_ * bty + anz * btz
-        c[GNU] = anx * bux + any_ * buy + anz * buz
-        c[GTU] = atx * bux + aty * buy + atz * buz
-        c[BEFORE_T] = tx * vx + ty * vy + tz * vz + atx * wx + aty * wy + atz * wz
-        c[BEFORE_U] = ux * vx + uy * vy + uz * vz + aux * wx + auy * wy + auz * wz
+        c.bnx, c.bny, c.bnz = bnx, bny, bnz
+        c.btx, c.bty, c.btz = btx, bty, btz
+        c.bux, c.buy, c.buz = bux, buy, buz
+        c.gnn = 1.0 + anx * bnx + any_ * bny + anz * bnz
+        c.gtt = 1.0 + atx * btx + aty * bty + atz * btz
+        c.guu = 1.0 + aux * bux + auy * buy + auz * buz
+        c.gnt = anx * btx + any_ * bty + anz * btz
+        c.gnu = anx * bux + any_ * buy + anz * buz
+        c.gtu = atx * bux + aty * buy + atz * buz
+        c.before_t = tx * vx + ty * vy + tz * vz + atx * wx + aty * wy + atz * wz
+        c.before_u = ux * vx + uy * vy + uz * vz + aux * wx + auy * wy + auz * wz
 
 
 @kernel
 def add_contact(contacts, keys, count, state, key, rx, ry, rz, nx, ny, nz, mu, gap, step, smooth):
-    """Append one contact: point, normal, and the least normal velocity after the step; its frame is left to
-    ``set_frames``.
+    """Append one contact: point, normal, and the least normal velocity after the step (eq. 6, 8 and 9); its frame
+    is left to ``set_frames``.
 
     gap is the gap predicted for the pose of ``step`` (an ``Ahead``); the gap now follows from the free velocity along
     the normal.
@@ -145,23 +167,23 @@ def add_contact(contacts, keys, count, state, key, rx, ry, rz, nx, ny, nz, mu, g
     dt, restitution, gravity = step.dt, step.restitution, step.gravity
     keys[count, 0], keys[count, 1], keys[count, 2] = key
     c = contacts[count]
-    c[RX], c[RY], c[RZ] = c[PLANE_R], c[PLANE_R + 1], c[PLANE_R + 2] = rx, ry, rz
-    c[NX], c[NY], c[NZ] = c[PLANE_N], c[PLANE_N + 1], c[PLANE_N + 2] = nx, ny, nz
+    c.rx, c.ry, c.rz = c.ahead_rx, c.ahead_ry, c.ahead_rz = rx, ry, rz
+    c.nx, c.ny, c.nz = c.ahead_nx, c.ahead_ny, c.ahead_nz = nx, ny, nz
     set_normal(c, state, smooth)
-    before = c[BEFORE_N]
+    before = c.before_n
     now = gap - step.at * (before - 0.5 * nz * gravity * step.at)
-    c[GAP] = now
+    c.gap = now
     # A gap that gravity closes within the step counts as closed, or contacts of a resting log would flicker
     now -= min(HOVER * gravity * dt * dt, HOVER_MOST)
-    c[TARGET] = -now / dt if now > 0.0 else 0.0
-    if restitution > 0.0 and before < -2.0 * gravity * dt:
-        c[TARGET] = -restitution * before  # Newton's impact law, eq. 8; what gravity adds in two steps is no impact
-    c[MU], c[TURN] = mu, 0.0
-    c[ROLL] = 0.0
+    c.target = -now / dt if now > 0.0 else 0.0
+    if restitution > 0.0 and before < -IMPACT * gravity * dt:
+        c.target = -restitution * before  # Newton's impact law, eq. 8
+    c.mu, c.turn = mu, 0.0
+    c.roll = 0.0
     if step.rolling > 0.0 and smooth:
         s = rx * state[DX] + ry * state[DY] + rz * state[DZ]
-        c[ROLL] = step.rolling * math.sqrt(max(0.0, rx * rx + ry * ry + rz * rz - s * s))
-    c[PN], c[PT], c[PU], c[SHIFT] = 0.0, 0.0, 0.0, 0.0
+        c.roll = step.rolling * math.sqrt(max(0.0, rx * rx + ry * ry + rz * rz - s * s))
+    c.pn, c.pt, c.pu, c.shift = 0.0, 0.0, 0.0, 0.0
     return count + 1
 
 
@@ -174,7 +196,7 @@ def any_rebound(contacts, count):
     """
     fastest = 0.0
     for k in range(count):
-        fastest = max(fastest, contacts[k, TARGET])
+        fastest = max(fastest, contacts[k].target)
     return fastest > 0.0
 
 
@@ -190,7 +212,7 @@ def ground_contact(terrain, frame, contacts, keys, count, state, r, gap, slope, 
     if count > before:
         # The penetration reported is measured on the surface below the point itself, not on the predicted facet's plane
         height, gx, gy = surface(terrain, frame[0], frame[1], state[X] + r[0], state[Y] + r[1])
-        contacts[before, GAP] = (state[Z] + r[2] - height) / math.sqrt(1.0 + gx * gx + gy * gy)
+        contacts[before].gap = (state[Z] + r[2] - height) / math.sqrt(1.0 + gx * gx + gy * gy)
     return count
 
 

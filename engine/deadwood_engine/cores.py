@@ -38,7 +38,8 @@ CORE = np.dtype(
         ("before_x", "f8"), ("before_y", "f8"), ("before_z", "f8"), ("after", "f8"),
         ("first_post", "f8"), ("last_post", "f8"),  # of a barrier's edge: whether a post stands at its start, its end
         ("kind", "i8"), ("owner", "i8"),  # row in the user's table; what is no barrier is numbered after the trees
-        ("along", "f8"), ("room", "f8"),  # near table only: ``obstacles.time_beside``
+        # near table only: ``obstacles.time_beside``; how far the log is clear of it at least [m]
+        ("along", "f8"), ("room", "f8"), ("clear", "f8"),
     ]
 )  # fmt: skip
 
@@ -80,6 +81,15 @@ def joined(parts: list[Any], cell: float) -> Cores:
     node = np.floor(start / cell).astype(np.int64)
     solid["x"], solid["y"] = (start - node * cell).T
     return Cores(node, solid, index_boxes(np.minimum(start, end) - wide, np.maximum(start, end) + wide))
+
+
+def left_out(cores: Cores, gone: NDArray[np.bool_]) -> Cores:
+    """Cores of which some are listed nowhere; rows stay what they are. No cores at all where none is left."""
+    if gone.all():
+        return joined([np.zeros(0, CORE)], 1.0)
+    stays = ~gone[cores.index.items]
+    start = np.append(0, np.cumsum(stays))[cores.index.start]
+    return cores._replace(index=cores.index._replace(start=start, items=cores.index.items[stays]))
 
 
 @kernel

@@ -23,7 +23,7 @@ from .terrain import bilinear, surface
 
 @inlined
 def along_side(terrain, i0, j0, px, py, height, gx, gy, dx, dy, dz, a, taper, reach):
-    """Slope of the plane that touches the cone's side at p, where the ground has this height and gradient (gx, gy).
+    """Eq. [j]: slope of the plane that touches the cone's side at p, on ground of this height and gradient (gx, gy).
 
     Ground that falls away from its own tangent within the reach [m] along the axis is the flank of a crest, which the
     side touches: what is left of its gradient is the part across the axis. Other ground, and walls, keep theirs.
@@ -114,7 +114,7 @@ def _plane_through(lx, ly, lz, family, slope):
 
 @inlined
 def crest(terrain, i0, j0, cx, cy, cz, qx, qy, qz, ex, ey, ez, a, taper, low, high, gap):
-    """The crest under a log's side between ``low`` and ``high`` [m] along its axis q from the ring with centre c.
+    """The crest under a log's side between ``low`` and ``high`` [m] along its axis q from the ring with centre c [j].
 
     e : from the axis to the ring's lowest point, square to the axis; a : its length, the ring's radius [m]
     gap : [m] vertical, of the ring's own point

@@ -10,11 +10,12 @@ from .cloud_obstacles import cloud_obstacle_contacts
 from .compiled import inlined, kernel
 from .contacts import Ahead, predict
 from .cores import BARRIER
+from .influence import enter, note, note_contacts
 from .limits import NEAR_MARGIN
 from .log_body import BASE_RADIUS, CENTRE, LENGTH
 from .obstacles import contacts_with
 from .rings import clearance, terrain_contacts
-from .surroundings import BASE_X, BESIDE, CORES, LISTED, OBSTACLES_WAKE, RINGS_WAKE, TIP_X
+from .surroundings import BASE_X, BESIDE, CLEAR, CORES, LISTED, OBSTACLES_WAKE, RINGS_WAKE, THIN, TIP_X
 
 
 @inlined
@@ -35,14 +36,14 @@ def _ground(cloud, scene, frame, state, body, stations, settings, step, path, ad
 
 @inlined
 def _near_obstacles(cloud, scene, frame, scratch, count, state, body, settings, dt, advance):
-    """Contacts with all that is listed as near: (count, travel, free), as ``obstacles.contacts_with``."""
+    """Contacts with all that is listed as near: as ``obstacles.contacts_with``."""
     if cloud is None:
         return contacts_with(
             scene.terrain, frame, scratch.near_cores, scratch.listed, int(scratch.near[CORES]), scratch.contacts,
             scratch.keys, count, state, body, scratch.trial, settings, dt, advance, scratch.pose,
         )  # fmt: skip
     count, travel = cloud_obstacle_contacts(cloud, scene, frame, scratch, count, state, body, settings, dt)
-    return count, travel, -math.inf  # a cloud looks at what is near in every step
+    return count, travel, -math.inf, -1, -1  # a cloud looks at what is near in every step
 
 
 @inlined
@@ -74,7 +75,8 @@ def find_contacts(scene, frame, state, body, stations, settings, dt, path, advan
     if obstacles and scene.cores.solid.shape[0] > 0:
         near[BESIDE] = 0.0
         if ahead + settings.travel < near[OBSTACLES_WAKE]:
-            return count, near[OBSTACLES_WAKE] - ahead, whole
+            near[CLEAR], near[THIN] = near[OBSTACLES_WAKE] - ahead, -1.0
+            return count, near[CLEAR], whole
         back, front = -body[CENTRE], body[LENGTH] - body[CENTRE]
         bx, by = trial[3] + back * trial[0], trial[4] + back * trial[1]
         tx, ty = trial[3] + front * trial[0], trial[4] + front * trial[1]
@@ -93,9 +95,19 @@ def find_contacts(scene, frame, state, body, stations, settings, dt, path, advan
         near[BESIDE] = near[CORES]
         # what is not listed is farther away than the margin that is left
         free = travel = NEAR_MARGIN - moved
-        count, allowed, clear = _near_obstacles(
+        ground = count
+        count, allowed, clear, thin, nearest = _near_obstacles(
             scene.cloud, scene, frame, scratch, count, state, body, settings, dt, advance
         )
+        if scratch.noted.shape[0] > 0:
+            noted, notes, book = scratch.noted, scratch.notes, scratch.book
+            near[CLEAR], near[THIN] = travel, scratch.listed[thin] if allowed < travel else -1.0
+            note_contacts(noted, notes, book, scratch.keys, ground, count)
+            if scene.cloud is not None:
+                for m in range(int(near[CORES])):
+                    note(noted, notes, book, scratch.listed[m])
+            elif clear < free:
+                enter(noted, notes, book, scratch.listed[nearest])
         travel, free = min(travel, allowed), min(free, clear)
         # the distances are those of the pose ahead, and the pose now is within ``advance`` of it
         near[OBSTACLES_WAKE] = path - advance + free

@@ -3,33 +3,7 @@
 from __future__ import annotations
 
 from .compiled import kernel
-from .contacts import (
-    ANX,
-    ANY,
-    ANZ,
-    ATX,
-    ATY,
-    ATZ,
-    AUX,
-    AUY,
-    AUZ,
-    BEFORE_N,
-    BEFORE_T,
-    BEFORE_U,
-    NX,
-    NY,
-    NZ,
-    PN,
-    PT,
-    PU,
-    TX,
-    TY,
-    TZ,
-    UX,
-    UY,
-    UZ,
-)  # fmt: skip
-from .rolling import MOMENT, SPIN_BEFORE, rolling_work
+from .rolling import rolling_work
 from .rotation import VX
 
 
@@ -38,22 +12,22 @@ def contact_work(c, motion, at, fall):
     """Work of one contact's impulse per mass [J/kg]: the mean of the velocities before and after, times the impulse."""
     vx, vy, vz = motion[at], motion[at + 1], motion[at + 2] + fall
     wx, wy, wz = motion[at + 3], motion[at + 4], motion[at + 5]
-    gn = c[NX] * vx + c[NY] * vy + c[NZ] * vz + (c[ANX] * wx + c[ANY] * wy + c[ANZ] * wz)
-    gt = c[TX] * vx + c[TY] * vy + c[TZ] * vz + (c[ATX] * wx + c[ATY] * wy + c[ATZ] * wz)
-    gu = c[UX] * vx + c[UY] * vy + c[UZ] * vz + (c[AUX] * wx + c[AUY] * wy + c[AUZ] * wz)
-    return 0.5 * (c[PN] * (gn + c[BEFORE_N]) + c[PT] * (gt + c[BEFORE_T]) + c[PU] * (gu + c[BEFORE_U]))
+    gn = c.nx * vx + c.ny * vy + c.nz * vz + (c.rnx * wx + c.rny * wy + c.rnz * wz)
+    gt = c.tx * vx + c.ty * vy + c.tz * vz + (c.rtx * wx + c.rty * wy + c.rtz * wz)
+    gu = c.ux * vx + c.uy * vy + c.uz * vz + (c.rux * wx + c.ruy * wy + c.ruz * wz)
+    return 0.5 * (c.pn * (gn + c.before_n) + c.pt * (gt + c.before_t) + c.pu * (gu + c.before_u))
 
 
 @kernel
 def impulse_work(contacts_table, count, motion, at, fall, rolling, spin):
-    """Work of the contact impulses, and of the moment against rolling, per mass [J/kg].
+    """Eq. [f]: work of the contact impulses, and of the moment against rolling, per mass [J/kg].
 
     motion[at:at + 6] are the velocities after [m/s, rad/s], spin [1/s] that about the axis; fall [m/s] is what gravity
     has already added to them for the time after the node.
     """
     work = rolling_work(rolling, spin)
     for k in range(count):
-        if contacts_table[k, PN] > 0.0:
+        if contacts_table[k].pn > 0.0:
             work += contact_work(contacts_table[k], motion, at, fall)
     return work
 
@@ -65,13 +39,13 @@ def take_no_energy(contacts_table, count, state, free, gained, fall, rolling):
     A jam between opposed normals (unbounded inner force) can hit the cap with impulses that do not fit each other and
     push. Scaled by f, they do the work f a + f^2 b, with a + b = gained and a that of their infinitesimal part.
     """
-    a = impulse_work(contacts_table, count, free, 0, fall, rolling, rolling[SPIN_BEFORE])
+    a = impulse_work(contacts_table, count, free, 0, fall, rolling, rolling.spin_before)
     b = gained - a
     share = max(0.0, -a / b) if b > 0.0 else 0.0
     for k in range(count):
-        for column in (PN, PT, PU):
-            contacts_table[k, column] *= share
-    rolling[MOMENT] *= share
+        c = contacts_table[k]
+        c.pn, c.pt, c.pu = share * c.pn, share * c.pt, share * c.pu
+    rolling.moment *= share
     for k in range(6):
         state[VX + k] = free[k] + share * (state[VX + k] - free[k])
     return share * (a + share * b)

@@ -13,10 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from .limits import FLAT, LEAST_THICKNESS
 
-FLAT = 1e-9  # [-] of the cloud's size: nearer to a face's plane than this is on it
-LEAST_THICKNESS = 1e-6  # [-] of the cloud's size: a cloud that is thinner has no volume
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

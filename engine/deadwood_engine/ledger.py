@@ -20,28 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .compiled import inlined, kernel
-from .contacts import (
-    BEFORE_N,
-    BEFORE_T,
-    BEFORE_U,
-    GAP,
-    NX,
-    NY,
-    NZ,
-    PN,
-    PT,
-    PU,
-    RX,
-    RY,
-    RZ,
-    TERRAIN,
-    TX,
-    TY,
-    TZ,
-    UX,
-    UY,
-    UZ,
-)  # fmt: skip
+from .contacts import TERRAIN
 from .detection import owner_of
 from .energy import contact_work
 from .limits import BLOW, HIT_PAUSE, LEAST_PUSH
@@ -129,16 +108,16 @@ def note_pushes(scene, frame, state, free, contacts, keys, count, clock, energy,
         return number
     approach = 0.0
     for k in range(count):
-        approach = max(approach, -contacts[k, BEFORE_N])
+        approach = max(approach, -contacts[k].before_n)
     least = BLOW * gravity * dt
     for k in range(count):
         c = contacts[k]
-        if keys[k, 0] == TERRAIN or c[PN] <= 0.0:
+        if keys[k, 0] == TERRAIN or c.pn <= 0.0:
             continue
         is_barrier, item = owner_of(scene, keys[k])
         by_barrier = 1.0 if is_barrier else 0.0
         row = _hit_row(hits, number, by_barrier, item, time)
-        if row == number and c[PN] < LEAST_PUSH:
+        if row == number and c.pn < LEAST_PUSH:
             continue
         if row >= hits.shape[0]:
             return hits.shape[0] + 1
@@ -148,13 +127,13 @@ def note_pushes(scene, frame, state, free, contacts, keys, count, clock, energy,
             hit[:] = 0.0
             hit[BY_BARRIER], hit[ITEM], hit[STEP], hit[ENERGY] = by_barrier, item, step, energy
         hit[LAST] = max(hit[LAST], time)
-        if hit[STEP] == step and c[PN] > hit[STRONGEST]:
+        if hit[STEP] == step and c.pn > hit[STRONGEST]:
             _first_push(scene, frame, state, free[0], free[1], free[2] + fall, c, time, dt, hit)
         hit[TAKEN] -= contact_work(c, state, VX, fall)
-        if approach > least and c[PN] > least:
-            hit[BLOW_X] += c[NX] * c[PN] + c[TX] * c[PT] + c[UX] * c[PU]
-            hit[BLOW_Y] += c[NY] * c[PN] + c[TY] * c[PT] + c[UY] * c[PU]
-            hit[BLOW_Z] += c[NZ] * c[PN] + c[TZ] * c[PT] + c[UZ] * c[PU]
+        if approach > least and c.pn > least:
+            hit[BLOW_X] += c.nx * c.pn + c.tx * c.pt + c.ux * c.pu
+            hit[BLOW_Y] += c.ny * c.pn + c.ty * c.pt + c.uy * c.pu
+            hit[BLOW_Z] += c.nz * c.pn + c.tz * c.pt + c.uz * c.pu
     return number
 
 
@@ -164,13 +143,13 @@ def _first_push(scene, frame, state, vx, vy, vz, c, time, dt, hit):
 
     The contact was found a step ahead: the point flies on with its own velocity until its gap is closed.
     """
-    hit[STRONGEST] = c[PN]
+    hit[STRONGEST] = c.pn
     ahead = 0.0
-    if c[GAP] > 0.0 and c[BEFORE_N] < 0.0:
-        ahead = min(dt, -c[GAP] / c[BEFORE_N])
-    px = state[X] + c[RX] + ahead * (c[NX] * c[BEFORE_N] + c[TX] * c[BEFORE_T] + c[UX] * c[BEFORE_U])
-    py = state[Y] + c[RY] + ahead * (c[NY] * c[BEFORE_N] + c[TY] * c[BEFORE_T] + c[UY] * c[BEFORE_U])
-    pz = state[Z] + c[RZ] + ahead * (c[NZ] * c[BEFORE_N] + c[TZ] * c[BEFORE_T] + c[UZ] * c[BEFORE_U])
+    if c.gap > 0.0 and c.before_n < 0.0:
+        ahead = min(dt, -c.gap / c.before_n)
+    px = state[X] + c.rx + ahead * (c.nx * c.before_n + c.tx * c.before_t + c.ux * c.before_u)
+    py = state[Y] + c.ry + ahead * (c.ny * c.before_n + c.ty * c.before_t + c.uy * c.before_u)
+    pz = state[Z] + c.rz + ahead * (c.nz * c.before_n + c.tz * c.before_t + c.uz * c.before_u)
     hit[FIRST] = time + ahead
     hit[LAST] = max(hit[LAST], hit[FIRST])
     hit[PLACE], hit[PLACE + 1], hit[PLACE + 2] = px, py, pz
@@ -179,5 +158,5 @@ def _first_push(scene, frame, state, vx, vy, vz, c, time, dt, hit):
     speed = math.sqrt(vx * vx + vy * vy + vz * vz)
     hit[SPEED] = speed
     if speed > 0.0:
-        square = -(vx * c[NX] + vy * c[NY] + vz * c[NZ]) / speed
+        square = -(vx * c.nx + vy * c.ny + vz * c.nz) / speed
         hit[ANGLE] = math.acos(min(1.0, max(-1.0, square)))

@@ -6,8 +6,16 @@ GRAVITY = 9.81  # m/s2, the value of the paper's framework
 EXACT_BLOCK_COUPLING = 0.5  # [-] mu |G_nt| / G_nn above which split sweeps crawl: the 3x3 block is solved whole
 SLIP_ARCS = 16  # arcs of a half circle searched for the direction of slip
 BLOCK_SWEEPS = 50  # sweeps with whole blocks; a problem still unsolved may be cycling between their several solutions
+BISECTIONS = 60  # halvings of such an arc: to the last bit of an angle
 DISC_ITERATIONS = 12  # Newton steps of the friction disc's secular equation; it needs 1-4
 DISC_ACCURACY = 1e-2  # [-] of the friction impulse before it is put on the disc; each further sweep squares it
+LEAST_TOLERANCE = 1e-15  # [m/s] on top of the fidelity's: rounding, where there is no gravity to measure by
+
+# Lines of contacts (``pressure``)
+SPREAD_SWEEPS = 30  # sweeps before which the pressure is spread: where nothing fits, as in some impacts, it would cycle
+LINE_TURN = 1e-4  # [-] between normals of a line at most; heights of 100 m in float32 turn those of 0.5 m cells by 2e-5
+LINE_STEP = 1e-3  # [m] along the log between contacts of a line at least: those of one ring or face are none
+LINE_BEND = 1e-3  # [m] from straight, at most, of the levers
 
 # Obstacles near the log
 OBSTACLE_TRAVEL = 0.3  # [-] of both radii: beside what is thin, most of the way of the fastest point in a step
@@ -27,6 +35,8 @@ MADE_ANEW = 0.7  # [-] of a step: where a contact's push leaves less than that b
 SHORTEST_STEP = 1e-6  # [s] floor of the adaptive step; 100 m/s then travels 0.1 mm
 
 # Contact detection
+AT_ONCE = 1e-9  # [s] a step so short that the pose ahead is the pose now: contacts of the release
+IMPACT = 2.0  # [-] of g dt: an approach that is no faster is what gravity adds in two steps, no impact
 HOVER = 0.5  # [-] of g dt^2: gaps so small count as closed (0.5 mm at 10 ms); without it the contacts of a log at rest
 # differ by the rounding of the DEM, and the solver spends its sweeps on that
 
@@ -36,6 +46,7 @@ LEAST_TURN = 1e-2  # [-] of g dt: a contact plane that turns by less has not tur
 
 MERGED = 0.1  # [-] of the radius: candidates of one ring that come to lie closer than this are one contact (at 0.3 a
 # rim on two cells touched one of them only)
+ANY_POINT = 1e-6  # [-] sine of axis and ground's normal below which no point of a ring is deeper than another
 REFINED = (
     0.3  # [-] of the radius: candidates nearer to the ground than this are sought once more, square to what is there
 )
@@ -57,6 +68,10 @@ LID_REACH = 2.0  # [m] least side of a block; rings sleep until the log could ha
 LID_SLACK = 1e-3  # [m] more than the rounding of a lid's float32 (0.1 mm at 1000 m above the reference)
 
 # Geometry
+WHOLE = 1e-9  # [-] by which a quotient may exceed a whole number and still count as that
+VERTICAL = 1e-12  # [-] of a unit vector in plan: what is so upright has no direction there
+SMALL_TURN = 0.01  # [-] square of half an angle up to which the series of its sine and cosine is exact to the last bit
+SKEW_LINES = 1e-9  # [-] squared sine below which two segments are parallel: any pair of points opposite is the nearest
 FLAT_TOLERANCE = 1e-9  # [-] sine below which two directions count as parallel
 LEAST_STATIONS = 8  # rings along a log, however short it is
 
@@ -65,15 +80,23 @@ DEEPEST_STEPS = 40  # looks at most for the least gap along a core; it needs one
 # [m] to which that gap is found; the normal is then good to its square root over the radius, 1e-6 rad. With 1e-6 m it
 # was 1e-3 rad askew to an edge, which passed for the way out of a plate that the log's end was 7 cm in
 DEEPEST_WITHIN = 1e-12
+THROUGH_AXIS = 1e-6  # [-] length of the gap's gradient below which a core goes right through the log's axis: no side
 LINE_ANGLE = 0.1  # [-] squared sine to the log's side (or face) below which a core lies along it: two contacts
 LINE_APART = 0.5  # [-] of the log's base radius: contacts on one line are at least so far apart
 LINE_INSET = 0.01  # [-] of that line, by which they stand in from its ends, where side and face meet
 POST_LEAN = 0.02  # [-] part of a post's normal towards its plate beyond which the plate is touched before the post
 PUSHES_DOWN = 1e-9  # [-] upward part of a normal above which an edge would push a log down: its plate is below it
+STRAIGHT = 1e-6  # [-] sine of a bend in a barrier's line that is none
 JOINED = 1e-3  # [m] ends of pieces so near to one another are one joint
 POST_LENGTH = 1e3  # [m] a barrier's posts go down from its top, into the ground
 
 # Bodies given as point clouds
+ON_SURFACE = 1e-6  # [-] of the size: points deeper under the hull's surface than this cannot touch anything
+ALIKE = 1e-6  # [-] moments of inertia that differ by less are equal
+FLAT = 1e-9  # [-] of the cloud's size: nearer to a face's plane than this is on it
+LEAST_THICKNESS = 1e-6  # [-] of the cloud's size: a cloud that is thinner has no volume
+BEHIND = 1e-7  # [-] of the distance between cloud and core plus a metre: corners are behind a plane, to so much
+CORE_APART = 0.1  # [-] of the cloud's thickness: longer stretches of a core that is inside have two contacts
 CLOUD_TURN = 0.05  # [rad] in a step at most: half its sine is a false resistance to rolling of a body of many corners
 TURN = 0.2  # [rad] an asymmetric body turns at most so far in one composed step of its free rotation
 MIDPOINT_ITERATIONS = 50  # of the implicit midpoint rule's fixed point; it contracts by about 0.05
@@ -85,6 +108,7 @@ CORE_BELOW = 3.0  # [m] a stem goes on below the ground, at most, for what comes
 REST_WINDOW = 0.25  # [s] between two looks at a slow log
 REST_TRAVEL = 0.05  # [-] of rest_speed * REST_WINDOW (1.3 mm at the default): a log at rest moves less between looks
 REST_ACCELERATION = 1e-5  # [-] of g: the frozen log, let go, must not start faster than this (certificate)
+REST_SOLVED = 0.01  # [-] of that, to which its solve is brought
 REST_STEP = 0.01  # [s] longest step of the certificate
 REST_SWEEPS = 1000  # sweeps granted to the certificate's solve
 REST_LOOK = 20  # of these, between two looks at whether the log will come to rest in them at all
@@ -94,6 +118,9 @@ ROCKING_RANGE = 1.0  # [m] along x, y and z in which its ends stay
 ROCKING_CREEP = 0.01  # [-] of rest_speed: it may creep so fast (1 mm/s at the default). With a quarter of that 302 of
 # 304 logs rest; with five times as much one of 308 was seen to creep on for a minute and then to slide down 30 m
 ROCKING_GROWTH = 1.02  # [-] its peak energy may not grow (a log that starts to slide quadruples it)
+
+# Energy books
+LEAST_SPENT = GRAVITY  # [J/kg] that an error is measured by at least: a metre's fall
 
 # Ledger of hits
 HIT_PAUSE = 0.1  # [s] without a push after which the next push is another hit: contacts flicker for a step or two

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from .cloud import Shape, lift_cloud
 from .compiled import kernel
-from .limits import DENSITY, DIAMETER, LEAST_STATIONS
+from .limits import DENSITY, DIAMETER, LEAST_STATIONS, VERTICAL, WHOLE
 from .limits import LENGTH as LOG_LENGTH
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS, cone_bodies
 from .rotation import quaternion_from_axis, set_axis
@@ -165,7 +165,7 @@ def _lift(terrain, frame, state, body, drop, cosine, sine):
         length, centre = body[n, LENGTH], body[n, CENTRE]
         rings = max(LEAST_STATIONS, int(np.ceil(2.0 * length / terrain.cell)) + 1)
         plan = np.sqrt(dx * dx + dy * dy)
-        lx, ly = (-dy / plan, dx / plan) if plan > 1e-12 else (1.0, 0.0)
+        lx, ly = (-dy / plan, dx / plan) if plan > VERTICAL else (1.0, 0.0)
         # second diameter of the rings: d x lateral
         mx, my, mz = -dz * ly, dz * lx, dx * ly - dy * lx
         least = np.inf
@@ -187,4 +187,4 @@ def _lift(terrain, frame, state, body, drop, cosine, sine):
 
 def stations_for(length: Array, spacing: float) -> NDArray[np.int64]:
     """Number of contact rings of logs of these lengths."""
-    return np.maximum(LEAST_STATIONS, np.ceil(length / spacing - 1e-9).astype(np.int64) + 1)
+    return np.maximum(LEAST_STATIONS, np.ceil(length / spacing - WHOLE).astype(np.int64) + 1)

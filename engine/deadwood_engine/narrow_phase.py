@@ -29,7 +29,16 @@ import math
 
 from .compiled import inlined, kernel
 from .contacts import touch
-from .limits import DEEPEST_STEPS, DEEPEST_WITHIN, FLAT_TOLERANCE, LINE_ANGLE, LINE_APART, LINE_INSET, PUSHES_DOWN
+from .limits import (
+    DEEPEST_STEPS,
+    DEEPEST_WITHIN,
+    FLAT_TOLERANCE,
+    LINE_ANGLE,
+    LINE_APART,
+    LINE_INSET,
+    PUSHES_DOWN,
+    THROUGH_AXIS,
+)
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
 from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ
 from .vectors import across, blend, cross, dot, point
@@ -105,7 +114,7 @@ def reach_along(cone, d, n, p):
 
 @kernel
 def deepest(cone, c, d, start, u, long, wide, slope, within):
-    """The least gap of a log and a round core: (gap, place z, gradient n there, whether it is below ``within``).
+    """Eq. [d], least gap of a log and a round core: (gap, place z, gradient n there, whether it is below ``within``).
 
     n points from the log to the core. Given up, and the gap a bound, where no z can have less than ``within`` [m].
     """
@@ -161,7 +170,7 @@ def deepest(cone, c, d, start, u, long, wide, slope, within):
         return f, z, g, False
     size = math.sqrt(dot(g, g))
     # right through the axis: a log is put to the core's one side as well as to its other
-    n = blend(1.0 / size, g, 0.0, g) if size > 1e-6 else across(d, u)
+    n = blend(1.0 / size, g, 0.0, g) if size > THROUGH_AXIS else across(d, u)
     return reach_along(cone, d, n, point(g0, z, u)) - wide - slope * z, z, n, True
 
 

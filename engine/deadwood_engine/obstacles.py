@@ -68,11 +68,12 @@ def contacts_with(
 ):
     """Contacts with the near obstacles.
 
-    Returns (count, travel, free): how far [m] the log's fastest point may move in the next step without passing what is
-    thin, and without touching anything (less than 0 where it may touch). For thicker stems the table receives
-    where along the log's axis it is nearest, and how far [m] the axis may move there, sideways (``time_beside``).
+    Returns (count, travel, free, thin, nearest): how far [m] the log's fastest point may move in the next step without
+    passing what is thin, and without touching anything (less than 0 where it may touch); which near cores decide these,
+    or -1. For thicker stems the table receives where along the log's axis it is nearest, and how far [m] the axis may
+    move there, sideways (``time_beside``).
     """
-    travel, free = math.inf, math.inf
+    travel, free, thin, nearest = math.inf, math.inf, -1, -1
     cone = cone_of(body)
     swing = _swing(state)
     for m in range(number):
@@ -81,15 +82,18 @@ def contacts_with(
         # no farther than the axes could change sides; and, for a log thin beside its stems, than the neck between two
         both = mine + theirs
         narrow = min(both, 2.0 * math.sqrt(mine * both))
-        core.room = math.inf
+        core.room, core.clear, bound = math.inf, clear, math.inf
         if core.kind == TREE and both > THICK:
             core.along, core.room = s, max(settings.obstacle_travel * narrow, clear)
         elif core.kind == TREE or core.kind == BARRIER:
-            travel = min(travel, max(min(settings.obstacle_travel, OBSTACLE_TRAVEL) * narrow, clear))
+            bound = max(min(settings.obstacle_travel, OBSTACLE_TRAVEL) * narrow, clear)
         else:
             narrow = min(narrow, 2.0 * math.sqrt(theirs * both))
-            travel = min(travel, max(min(settings.obstacle_travel, LYING_TRAVEL) * narrow, clear))
-        free = min(free, clear)
+            bound = max(min(settings.obstacle_travel, LYING_TRAVEL) * narrow, clear)
+        if bound < travel:
+            travel, thin = bound, m
+        if clear < free:
+            free, nearest = clear, m
         if clear > advance:
             continue
         friction, restitution = skin_of(settings, core.kind)
@@ -129,7 +133,7 @@ def contacts_with(
                 count, time = found, at
             elif count > before:
                 earlier = at
-    return count, travel, free
+    return count, travel, free, thin, nearest
 
 
 @kernel
@@ -155,22 +159,30 @@ def _time_to(swing, state, body, gravity, s, room):
 
 
 @inlined
+def _pace(state, body, gravity):
+    """(swing, speed along the axis, of any point at most, how it grows): what is farther away than the latter two allow
+    within a step is not looked at more closely."""
+    swing = _swing(state)
+    sliding = abs(swing[4])
+    straight = math.sqrt(state[VX] ** 2 + state[VY] ** 2 + state[VZ] ** 2)
+    speed = straight + swing[3] * max(body[CENTRE], body[LENGTH] - body[CENTRE])
+    return swing, sliding, speed, swing[3] * (sliding + speed) + 0.5 * gravity
+
+
+@inlined
 def time_beside(table, number, state, body, gravity, longest):
-    """The longest step [s] in which the log passes none of the listed uprights (``contacts_with``).
+    """The longest step [s] in which the log passes none of the listed uprights (``contacts_with``), and which of these
+    decides it, or -1.
 
     A log that slides along its own axis beside a stem does not come nearer to it: what counts is the axis' velocity
     sideways, where the stem is, and what turning and falling add to it. A stem ahead of an end is met at full speed.
     """
-    swing = _swing(state)
-    sliding = abs(swing[4])
-    # of any point: what is farther away than that within the step is not looked at more closely
-    straight = math.sqrt(state[VX] ** 2 + state[VY] ** 2 + state[VZ] ** 2)
-    speed = straight + swing[3] * max(body[CENTRE], body[LENGTH] - body[CENTRE])
-    bend = swing[3] * (sliding + speed) + 0.5 * gravity
+    swing, sliding, speed, bend = _pace(state, body, gravity)
     back, front = -body[CENTRE], body[LENGTH] - body[CENTRE]
     taper = (body[TIP_RADIUS] - body[BASE_RADIUS]) / body[LENGTH]
+    decider = -1
     for m in range(number):
-        s, room = table[m].along, table[m].room
+        s, room, before = table[m].along, table[m].room, longest
         if room > longest * (speed + longest * bend) and room > longest * sliding:
             continue
         if back < s < front:
@@ -181,4 +193,13 @@ def time_beside(table, number, state, body, gravity, longest):
             if room < along and longest * sliding > along:
                 longest = along / sliding
         longest = min(longest, _time_to(swing, state, body, gravity, s, room))
-    return longest
+        if longest < before:
+            decider = m
+    return longest, decider
+
+
+@kernel
+def could_pass(state, body, gravity, room, longest):
+    """Whether a step [s] could pass an upright that is at least so far away [m]: as ``time_beside`` judges."""
+    _, sliding, speed, bend = _pace(state, body, gravity)
+    return not (room > longest * (speed + longest * bend) and room > longest * sliding)

@@ -9,10 +9,11 @@ import math
 
 from .compiled import kernel
 from .contact_solver import find_old, solve, warm_start
-from .contacts import GAP, MU, PN, PT, PU, TARGET, TERRAIN, set_frames
+from .contacts import TERRAIN, set_frames
 from .cores import BARRIER, BLOCK, LYING, TREE
 from .detection import contacts_at, owner_of
-from .limits import REST_ACCELERATION, REST_LOOK, REST_STEP, REST_SWEEPS
+from .limits import REST_ACCELERATION, REST_LOOK, REST_SOLVED, REST_STEP, REST_SWEEPS
+from .pressure import join_lines
 from .rolling import start_rolling
 from .rotation import VX, VZ, WZ
 from .travel import fastest_point
@@ -45,20 +46,22 @@ def stays(scene, frame, state, body, stations, settings, path, scratch, old_coun
     count, _, _ = contacts_at(scene, frame, trial, body, stations, settings, dt, path, advance, scratch, obstacles)
     for k in range(count):
         # what would touch within this step counts as touching; an obstacle farther away holds nothing up
-        if scratch.keys[k, 0] == TERRAIN or scratch.contacts[k, GAP] <= advance:
-            scratch.contacts[k, TARGET] = 0.0
+        if scratch.keys[k, 0] == TERRAIN or scratch.contacts[k].gap <= advance:
+            scratch.contacts[k].target = 0.0
+    allowed = REST_ACCELERATION * settings.gravity * dt
+    solved = REST_SOLVED * allowed
+    lines = scene.cloud is None and count > 2 and join_lines(scratch.contacts, count, trial, solved)
     set_frames(scratch.contacts, count, trial, body)
     trial[VZ] -= 0.5 * settings.gravity * dt
     find_old(scratch.contacts, scratch.keys, count, scratch.old_keys, old_count)
     warm_start(scratch.contacts, count, trial, scratch.old_contacts, ratio * dt)
-    start_rolling(scratch.rolling, scratch.contacts, count, trial, ratio * dt)
-    allowed = REST_ACCELERATION * settings.gravity * dt
+    start_rolling(scratch.rolling[0], scratch.contacts, count, trial, ratio * dt)
     used, decided, moving = 0, False, 0.0
     while used < REST_SWEEPS and not decided:
-        used, change = solve(scratch.contacts, count, trial, scratch.rolling, 0.01 * allowed, used + REST_LOOK, used)
+        used, change = solve(scratch.contacts, count, trial, scratch.rolling[0], solved, used + REST_LOOK, lines, used)
         moving = fastest_point(trial, body)
         # what is still so much faster than it changes does not come to rest in the sweeps that are left
-        decided = change <= 0.01 * allowed or moving > max(allowed, REST_SWEEPS * change)
+        decided = change <= solved or moving > max(allowed, REST_SWEEPS * change)
     return count > 0 and moving <= allowed, count
 
 
@@ -73,16 +76,16 @@ def holder(scene, scratch, count):
     most, reason, row, alone, normal, across, cone = 0.0, REST, -1, True, 0.0, 0.0, 0.0
     for k in range(count):
         c = scratch.contacts[k]
-        if scratch.keys[k, 0] == TERRAIN or c[PN] <= 0.0:
+        if scratch.keys[k, 0] == TERRAIN or c.pn <= 0.0:
             continue
         _, owner = owner_of(scene, scratch.keys[k])
         kind = scratch.keys[k, 0]
         alone = alone and kind == TREE and (most == 0.0 or owner == row)
-        normal += c[PN]
-        across += math.sqrt(c[PT] * c[PT] + c[PU] * c[PU])
-        cone += c[MU] * c[PN]
-        if c[PN] > most:
-            most, row, reason = c[PN], owner, HELD_BY_TREE
+        normal += c.pn
+        across += math.sqrt(c.pt * c.pt + c.pu * c.pu)
+        cone += c.mu * c.pn
+        if c.pn > most:
+            most, row, reason = c.pn, owner, HELD_BY_TREE
             if kind == BARRIER:
                 reason = HELD_BY_BARRIER
             elif kind == LYING:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import trace
+from .influence import Influences, influences_of
 from .ledger import Hits, hits_of
 from .log_body import CENTRE, LENGTH, MASS
 from .logs import Start
@@ -50,6 +51,7 @@ class Result:
     reach, reach_time : (n, lines), whether and when [s] the log's outline first touched a line
     barrier_reached, barrier_crossed : (n, barriers), outline touched, centre of mass crossed its line in plan
     hits : the ledger of trees and barriers, one row a hit
+    influences : the obstacles that mattered to each log, one row a log and obstacle; none unless asked for
     last_state : (n, 16) and frame (n, 2), final state for a replay
     """
 
@@ -83,6 +85,7 @@ class Result:
     frame: NDArray[np.int64]
     poses: Poses
     hits: Hits
+    influences: Influences
     cost: dict[str, float]
 
 
@@ -93,6 +96,7 @@ def result_of(
     summary: Any,  # a record a log, ``way.SUMMARY``
     poses: dict[int, Array],
     hits: dict[int, Array],
+    notes: dict[int, Any],
     touched: NDArray[np.bool_],
     touch_time: Array,
     fences: NDArray[np.bool_],
@@ -151,6 +155,7 @@ def result_of(
         frame=start.frame,
         poses=Poses(log_row, table[:, 0], position, base, tip, *(table[:, k].copy() for k in (10, 11, 12))),
         hits=hits_of(hits, origin, body[:, MASS]),
+        influences=influences_of(notes, scene.arrays.cores.solid),
         cost={
             "steps": float(summary["steps"].sum()),
             "airborne_steps": float(summary["airborne"].sum()),

@@ -13,7 +13,7 @@ import math
 from .compiled import inlined, kernel
 from .contacts import ground_contact
 from .crests import along_side, crest
-from .limits import FLAT_TOLERANCE, MERGED, REFINED
+from .limits import ANY_POINT, FLAT_TOLERANCE, MERGED, REFINED
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
 from .ring_look import ABOVE, SLOPE_X, SLOPE_Y, look
 from .rotation import DX, DY, DZ, X, Y, Z
@@ -105,7 +105,7 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
         above = rings[ABOVE, k] * nz + a
         # support direction on the ring: against the normal, square to the axis
         ex, ey, ez = nd * dx - nx, nd * dy - ny, nd * dz - nz
-        if size < 1e-6:
+        if size < ANY_POINT:
             # axis along the normal: every point of the ring is as deep as any other
             if abs(dx) < 0.9:
                 ex, ey, ez = 1.0 - dx * dx, -dx * dy, -dx * dz

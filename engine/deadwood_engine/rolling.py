@@ -13,13 +13,20 @@ where c > tan(slope). A body given as a point cloud rolls over its corners, whic
 
 from __future__ import annotations
 
+import numpy as np
+
 from .compiled import kernel
-from .contacts import PN, ROLL
 from .rotation import DX, DY, DZ, WX, WY, WZ
 
-# The table of the one moment, per mass: its impulse [m2/s], that of the step before, the spin before the solve [1/s],
-# the log's moment of inertia about its axis [m2], the distance that the spin counts for as a velocity [m]
-MOMENT, MOMENT_BEFORE, SPIN_BEFORE, INERTIA, SKIN, ROLLING_WIDTH = range(6)
+# The one moment, per mass
+ROLLING = np.dtype(
+    [
+        ("moment", "f8"), ("moment_before", "f8"),  # m2/s, its impulse, and that of the step before
+        ("spin_before", "f8"),  # 1/s, before the solve
+        ("inertia", "f8"),  # m2, of the log about its axis
+        ("skin", "f8"),  # m, distance that the spin counts for as a velocity
+    ]
+)  # fmt: skip
 
 
 @kernel
@@ -30,13 +37,13 @@ def spin_of(state):
 
 @kernel
 def start_rolling(rolling, contacts, count, state, ratio):
-    """Start from the moment of the step before, as the contacts do (``contact_solver.warm_start``), after them."""
+    """Eq. [l]: start from the moment of the step before, as contacts do (``contact_solver.warm_start``), after them."""
     most = 0.0
     for k in range(count):
-        most += contacts[k, ROLL] * contacts[k, PN]
-    moment = min(most, max(-most, ratio * rolling[MOMENT_BEFORE]))
-    rolling[MOMENT] = moment
-    turn = moment / rolling[INERTIA]
+        most += contacts[k].roll * contacts[k].pn
+    moment = min(most, max(-most, ratio * rolling.moment_before))
+    rolling.moment = moment
+    turn = moment / rolling.inertia
     state[WX] += turn * state[DX]
     state[WY] += turn * state[DY]
     state[WZ] += turn * state[DZ]
@@ -45,4 +52,4 @@ def start_rolling(rolling, contacts, count, state, ratio):
 @kernel
 def rolling_work(rolling, spin):
     """Work of the moment per mass [J/kg], the spin after the solve [1/s]."""
-    return 0.5 * rolling[MOMENT] * (rolling[SPIN_BEFORE] + spin)
+    return 0.5 * rolling.moment * (rolling.spin_before + spin)

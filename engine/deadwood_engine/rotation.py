@@ -19,6 +19,7 @@ import math
 import numpy as np
 
 from .compiled import kernel
+from .limits import SMALL_TURN, VERTICAL
 
 # Columns of a log's working state
 X, Y, Z = 0, 1, 2  # centre of mass, local frame [m]
@@ -33,7 +34,7 @@ STATE_WIDTH = 16
 def half_turn(angle):
     """cos(angle/2) and sin(angle/2)/angle; a series near zero saves two library calls and the division by zero."""
     h = 0.25 * angle * angle
-    if h < 0.01:
+    if h < SMALL_TURN:
         c = 1.0 - h * (1.0 / 2 - h * (1.0 / 24 - h * (1.0 / 720 - h * (1.0 / 40320 - h / 3628800))))
         s = 1.0 - h * (1.0 / 6 - h * (1.0 / 120 - h * (1.0 / 5040 - h * (1.0 / 362880 - h / 39916800))))
         return c, 0.5 * s
@@ -61,7 +62,7 @@ def first_axis(state):
 
 @kernel
 def drift(state, transverse, axial, time):
-    """Move the log freely for a time [s]: straight on, and rotate as a free symmetric top."""
+    """Eq. [a]: move the log freely for a time [s]: straight on, and rotate as a free symmetric top."""
     state[X] += time * state[VX]
     state[Y] += time * state[VY]
     state[Z] += time * state[VZ]
@@ -113,6 +114,6 @@ def quaternion_from_axis(axis: np.ndarray) -> np.ndarray:
     quaternion[:, 1] = -axis[:, 1]
     quaternion[:, 2] = axis[:, 0]
     quaternion[:, 3] = 0.0
-    upside_down = quaternion[:, 0] < 1e-12
+    upside_down = quaternion[:, 0] < VERTICAL
     quaternion[upside_down] = (0.0, 1.0, 0.0, 0.0)
     return quaternion / np.linalg.norm(quaternion, axis=1, keepdims=True)

@@ -16,7 +16,7 @@ from . import trees as tree_file
 from .barriers import Barriers
 from .blocks import Blocks
 from .cloud import Cloud
-from .cores import Cores, joined
+from .cores import BARRIER, Cores, joined, left_out
 from .lines import Lines, Segments, segments_of
 from .lying_logs import LyingLogs, Pieces, pieces_of
 from .terrain import Terrain, surfaces_at
@@ -126,6 +126,16 @@ class Scene:
         terrain = self.arrays.terrain
         arrays = self.arrays._replace(lines=segments_of(lines, terrain.x0, terrain.y0))
         return replace(self, arrays=arrays, line_count=len(lines.starts) - 1)
+
+    def without(self, *, barriers: Array | tuple[()] = (), others: Array | tuple[()] = ()) -> Scene:
+        """The scene without some obstacles, the others numbered as before; the terrain is shared.
+
+        barriers : their rows; others : rows of trees, lying logs numbered after the trees, blocks after these
+        """
+        solid = self.arrays.cores.solid
+        fences, owner = solid["kind"] == BARRIER, solid["owner"]
+        gone = np.where(fences, np.isin(owner, barriers), np.isin(owner, others))
+        return replace(self, arrays=self.arrays._replace(cores=left_out(self.arrays.cores, gone)))
 
     def terrain_height(self, x: Array, y: Array) -> Array:
         """Height [m] of the bilinear surface; NaN outside."""

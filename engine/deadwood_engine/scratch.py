@@ -9,10 +9,11 @@ import numpy as np
 from . import contacts
 from .cloud import Cloud
 from .cores import CORE, CORE_CONTACTS
+from .influence import BOOK_WIDTH, NOTE
 from .outline import OUTLINE_POINTS
 from .ring_look import LOOK_ROOM, RING_ROWS
 from .rocking import ROCKING_WIDTH, WINDOWS
-from .rolling import ROLLING_WIDTH
+from .rolling import ROLLING
 from .surroundings import NEAR_WIDTH
 from .trace import MEMORY_WIDTH
 from .way import WAY
@@ -48,6 +49,7 @@ class Scratch(NamedTuple):
     keys: np.ndarray
     old_keys: np.ndarray
     old_contacts: np.ndarray
+    spare: np.ndarray  # room for a contact that changes its place
     listed: np.ndarray  # rows of the cores that are near
     near_cores: np.ndarray  # these, in the log's frame
     hit_trees: np.ndarray
@@ -71,9 +73,14 @@ class Scratch(NamedTuple):
     turns: np.ndarray  # its rotation matrices, now and predicted
     corners: np.ndarray  # its hull at the predicted pose
     normals: np.ndarray
+    noted: np.ndarray  # each core's place among the notes (``influence``); empty where nothing is noted
+    notes: np.ndarray
+    book: np.ndarray
 
     @staticmethod
-    def allocate(stations: int, core_count: int, raster_rows: int, cloud: Cloud | None) -> Scratch:
+    def allocate(
+        stations: int, core_count: int, raster_rows: int, cloud: Cloud | None, noting: bool = False
+    ) -> Scratch:
         # every candidate of the log, and what each obstacle has at most (``CORE_CONTACTS``), of as many as a log can
         # lean on at once. ``add_contact``, the one place that writes to the table, leaves out what exceeds it
         table = 3 * stations + 16 + CORE_CONTACTS * min(core_count, 1024)
@@ -82,10 +89,11 @@ class Scratch(NamedTuple):
         outline = max(OUTLINE_POINTS, len(cloud.corners))
         return Scratch(
             np.zeros(1, WAY).view(np.recarray),
-            np.zeros((table, contacts.CONTACT_WIDTH)),
+            np.zeros(table, contacts.CONTACT).view(np.recarray),
             np.zeros((table, contacts.KEY_WIDTH), np.int64),
             np.zeros((table, contacts.KEY_WIDTH), np.int64),
-            np.zeros((table, contacts.OLD_WIDTH)),
+            np.zeros(table, contacts.OLD_CONTACT).view(np.recarray),
+            np.zeros(1, contacts.CONTACT).view(np.recarray),
             np.zeros(core_count + 1, np.int64),
             np.zeros(core_count + 1, CORE).view(np.recarray),
             np.zeros(core_count + 1, np.int64),
@@ -100,7 +108,7 @@ class Scratch(NamedTuple):
             np.zeros((WINDOWS, ROCKING_WIDTH)),
             np.zeros(16),
             np.zeros(6),
-            np.zeros(ROLLING_WIDTH),
+            np.zeros(1, ROLLING).view(np.recarray),
             np.zeros((2 * outline, 2)),
             np.zeros((2 * outline + 3, 4)),
             np.zeros(max(raster_rows, 1), np.int64),
@@ -109,4 +117,7 @@ class Scratch(NamedTuple):
             np.zeros(18),
             np.zeros(cloud.corners.shape),
             np.zeros(cloud.normals.shape),
+            np.zeros(core_count if noting else 0, np.int64),
+            np.zeros(core_count if noting else 0, NOTE).view(np.recarray),
+            np.zeros(BOOK_WIDTH),
         )

@@ -10,6 +10,7 @@ from __future__ import annotations
 import threading
 import time as clock
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 from . import step, trace
 from .cloud import Shape
 from .fidelity import Fidelity, station_spacing, trace_step
+from .influence import NOTE
 from .ledger import HIT_WIDTH
 from .limits import GRAVITY, LEAST_STATIONS
 from .log_body import BODY_WIDTH, LENGTH
@@ -58,6 +60,7 @@ def slide(
     gravity: float = GRAVITY,
     shape: Shape | None = None,
     inside: NDArray[np.bool_] | None = None,
+    influences: bool = False,
 ) -> Result:
     """Slide logs until each rests, is held, leaves the terrain, or runs out of time.
 
@@ -72,6 +75,7 @@ def slide(
     threads : workers; keep_poses : bool (n,), whose poses to keep; rasters : added to
     shape : what slides in the logs' place; logs that are a Start must have been placed with it
     inside : bool (n, lines), for danger: lines that a log starts within, so reaches with its first outline
+    influences : note which obstacles mattered to each log (``influence``); it changes nothing else
     report : called about five times a second with the number of logs done; True stops the run
 
     Raises
@@ -104,6 +108,7 @@ def slide(
     touch_time = np.full((number, lines), np.inf)
     poses: dict[int, Array] = {}
     hits: dict[int, Array] = {}
+    notes: dict[int, Any] = {}
     stop = np.zeros(1, np.uint8)
     workers = max(1, min(threads, number, len(rasters.workers) if rasters else threads))
     chunk = max(1, min(LOGS_A_CALL, number // (4 * workers)))
@@ -126,8 +131,10 @@ def slide(
             len(arrays.cores.solid),
             rows,
             arrays.cloud,
+            influences,
         )
         room, hit_room = np.zeros((4096, trace.POSE_WIDTH)), np.zeros((64 * chunk, HIT_WIDTH))
+        note_room = np.zeros(64 * chunk if influences else 0, NOTE).view(np.recarray)
         # workers that wrote every step to neighbouring rows of one array would wait for each other's cache lines
         own, told = np.zeros(state.shape[1]), np.zeros(2, SUMMARY).view(np.recarray)
         told.item_row, told.grip = -1.0, np.nan
@@ -140,7 +147,7 @@ def slide(
             while row < last and not stop[0]:
                 reached, wanted = step.slide_logs(
                     arrays, start.frame, start.state, start.body, stations, settings, scratch, raster, row_stamp, marks,
-                    room, keep, hit_room, own, told, state, summary, row, last, stop,
+                    room, keep, hit_room, note_room, own, told, state, summary, row, last, stop,
                 )  # fmt: skip
                 if reached == row:
                     # Sliding again with more room is the same to the bit, and the stamp keeps hits from counting twice.
@@ -148,12 +155,18 @@ def slide(
                         room = np.zeros((2 * wanted, trace.POSE_WIDTH))
                     if told[0].hits > len(hit_room):
                         hit_room = np.zeros((2 * len(hit_room), HIT_WIDTH))
-                first = 0
+                    if told[0].influences > len(note_room):
+                        note_room = np.zeros(2 * len(note_room), NOTE).view(np.recarray)
+                first = noted = 0
                 for each in range(row, reached):
                     struck = int(summary[each].hits)
                     if struck:
                         hits[each] = hit_room[first : first + struck].copy()
                     first += struck
+                    mattered = int(summary[each].influences)
+                    if mattered:
+                        notes[each] = note_room[noted : noted + mattered].copy()
+                    noted += mattered
                 if reached > row and keep[reached - 1]:
                     poses[reached - 1] = room[:wanted].copy()
                 done[worker] += reached - row
@@ -186,7 +199,7 @@ def slide(
         raise failures[0]
     if stop[0]:
         raise Interrupted
-    return result_of(scene, start, state, summary, poses, hits, touched, touch_time, fences, crossed, sum(cpu))
+    return result_of(scene, start, state, summary, poses, hits, notes, touched, touch_time, fences, crossed, sum(cpu))
 
 
 def _check_tables(scene: Scene, start: Start, rasters: Rasters | None, keep_poses: NDArray[np.bool_] | None) -> None:

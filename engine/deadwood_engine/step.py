@@ -19,14 +19,18 @@ from .asymmetric_top import energy_of, move_freely
 from .barriers import pierced
 from .compiled import inlined, kernel
 from .contact_solver import find_old, remember, solve, turn_around, warm_start
-from .contacts import GAP, PN, TERRAIN, any_rebound, set_frames
+from .contacts import TERRAIN, any_rebound, set_frames
 from .cores import BARRIER
 from .detection import contacts_at, find_contacts, lowest_gap, owner_of
 from .energy import impulse_work, take_no_energy
 from .grid_index import insert_sorted
+from .influence import NOW, SAFE, copy_notes, note, note_all, note_step, open_notes
 from .ledger import note_pushes
 from .limits import (
+    AT_ONCE,
     CLOUD_TURN,
+    LEAST_SPENT,
+    LEAST_TOLERANCE,
     LEAST_TURN,
     MADE_ANEW,
     POLL_STEPS,
@@ -37,13 +41,14 @@ from .limits import (
     WILD_SPEED,
 )
 from .log_body import AXIAL, BASE_RADIUS
-from .obstacles import time_beside
+from .obstacles import could_pass, time_beside
 from .outline import count_danger
+from .pressure import join_lines
 from .rest import FAILED, INTERRUPTED, LEFT_DEM, TIME_LIMIT, holder, rest_reason
 from .rocking import forget_windows, rocks_in_place, watch
-from .rolling import INERTIA, MOMENT, MOMENT_BEFORE, SKIN, SPIN_BEFORE, spin_of, start_rolling
+from .rolling import spin_of, start_rolling
 from .rotation import VX, VY, VZ, WX, WY, WZ, X, Y, Z, set_axis
-from .surroundings import BESIDE, CORES
+from .surroundings import BESIDE, CLEAR, CORES
 from .terrain import surface
 from .trace import (
     PEAK_ENERGY,
@@ -75,21 +80,24 @@ def is_finite(state):
 @inlined
 def begin(scene, frame, state, body, stations, settings, scratch, way, summary):
     """The contacts of the release, and all books opened."""
-    scratch.rolling[:] = 0.0
-    scratch.rolling[INERTIA], scratch.rolling[SKIN] = body[AXIAL], body[BASE_RADIUS]
+    rolling = scratch.rolling[0]
+    rolling.moment = rolling.moment_before = rolling.spin_before = 0.0
+    rolling.inertia, rolling.skin = body[AXIAL], body[BASE_RADIUS]
     scratch.near[:] = 0.0
     way.time = way.before = way.last_kick = way.path = way.work = 0.0
     way.next_look, way.next_rocking = REST_WINDOW, ROCKING_WINDOW
     way.old_count, way.kept, way.pressed = 0, 0, False
     count, way.travel, way.whole = contacts_at(
-        scene, frame, state, body, stations, settings, 1e-9, 0.0, 0.0, scratch, True
+        scene, frame, state, body, stations, settings, AT_ONCE, 0.0, 0.0, scratch, True
     )
     for k in range(count):
-        if scratch.keys[k, 0] != TERRAIN and scratch.contacts[k, GAP] < 0.0:
+        if scratch.keys[k, 0] != TERRAIN and scratch.contacts[k].gap < 0.0:
             summary.started_in_contact = 1.0
     for k in range(int(scratch.near[CORES])):
         if scratch.near_cores[k].kind == BARRIER and pierced(body, state, scratch.near_cores[k]):
             summary.started_in_contact = 1.0
+            if scratch.noted.shape[0] > 0:
+                note(scratch.noted, scratch.notes, scratch.book, scratch.listed[k])
     way.gap = lowest_gap(scene, frame, state, body, stations, scratch)
     way.speed = math.sqrt(state[VX] ** 2 + state[VY] ** 2 + state[VZ] ** 2)
     way.energy = energy_of(state, body)
@@ -111,10 +119,19 @@ def choose_step(scene, state, body, settings, scratch, way):
     pace = fastest + roll
     pace = 0.5 * (pace + math.sqrt(pace * pace + 2.0 * bend * settings.travel))  # the mean on that way
     dt = min(settings.time_step, settings.travel / pace) if pace > 0.0 else settings.time_step
+    limited = False
     if way.travel < settings.travel:
         # beside what is thin, or lies: by the skin, which may strike it
-        dt = min(dt, way.travel / (fastest_point(state, body) + 0.5 * gravity * settings.time_step))
-    dt = time_beside(scratch.near_cores, int(scratch.near[BESIDE]), state, body, gravity, dt)
+        most = way.travel / (fastest_point(state, body) + 0.5 * gravity * settings.time_step)
+        limited = most < dt
+        dt = min(dt, most)
+    dt, decider = time_beside(scratch.near_cores, int(scratch.near[BESIDE]), state, body, gravity, dt)
+    if scratch.noted.shape[0] > 0:
+        scratch.book[NOW] = way.time
+        note_step(
+            scratch.noted, scratch.notes, scratch.book, scratch.listed, scratch.near_cores, scratch.near,
+            settings.travel, decider, limited, could_pass(state, body, gravity, SAFE * scratch.near[CLEAR], dt),
+        )  # fmt: skip
     if scene.cloud is not None:
         turn = math.sqrt(state[WX] ** 2 + state[WY] ** 2 + state[WZ] ** 2)
         dt = min(dt, CLOUD_TURN / turn) if turn > 0.0 else dt
@@ -123,11 +140,11 @@ def choose_step(scene, state, body, settings, scratch, way):
 
 @inlined
 def push(scene, frame, state, body, stations, settings, scratch, way, summary):
-    """2. The contacts of the pose a step ahead, and the velocities that they allow.
+    """2. The contacts of the pose a step ahead, and the velocities that they allow (eq. 5).
 
     Anew, with a shorter step, where these would pass a stem well within it.
     """
-    gravity, rolling, contacts, keys = settings.gravity, scratch.rolling, scratch.contacts, scratch.keys
+    gravity, rolling, contacts, keys = settings.gravity, scratch.rolling[0], scratch.contacts, scratch.keys
     bounces = settings.restitution + settings.tree_restitution + settings.barrier_restitution > 0.0
     dt, on_terrain, count, rebounds = way.dt, True, 0, False
     for attempt in range(2):
@@ -143,28 +160,39 @@ def push(scene, frame, state, body, stations, settings, scratch, way, summary):
                 contacts, keys, count, state, scratch.old_contacts,
                 gravity * way.kick, 0.5 * gravity * way.before, LEAST_TURN * gravity * dt,
             )  # fmt: skip
-        set_frames(contacts, count, state, body)
         if settings.backward:
-            turn_around(contacts, keys, count)
+            turn_around(contacts, keys, count, scratch.spare)
+        way.tolerance = settings.tolerance * gravity * dt + LEAST_TOLERANCE
+        lines = scene.cloud is None and count > 2 and join_lines(contacts, count, state, way.tolerance)
+        set_frames(contacts, count, state, body)
         state[VZ] -= 0.5 * gravity * dt
         if count == 0:
             break
         for k in range(6):
             scratch.free[k] = state[VX + k]
-        rolling[SPIN_BEFORE] = spin_of(state)
+        rolling.spin_before = spin_of(state)
         ratio = way.kick / way.last_kick if way.last_kick > 0.0 and not rebounds else 0.0
         if ratio > 0.0:
             warm_start(contacts, count, state, scratch.old_contacts, ratio)
         start_rolling(rolling, contacts, count, state, ratio)
-        way.tolerance = settings.tolerance * gravity * dt + 1e-15
-        used, way.residual = solve(contacts, count, state, rolling, way.tolerance, settings.sweeps)
+        used, way.residual = solve(contacts, count, state, rolling, way.tolerance, settings.sweeps, lines)
         summary.sweeps += used
-        beside = int(scratch.near[BESIDE])
-        if attempt == 1 or beside == 0:
+        if attempt == 1:
             break
-        sooner = time_beside(scratch.near_cores, beside, state, body, gravity, dt)
+        noting = scratch.noted.shape[0] > 0
+        if noting and could_pass(state, body, gravity, SAFE * scratch.near[CLEAR], MADE_ANEW * dt):
+            note_all(scratch.notes, scratch.book)
+        beside = int(scratch.near[BESIDE])
+        if beside == 0:
+            break
+        sooner, decider = time_beside(scratch.near_cores, beside, state, body, gravity, dt)
         if sooner >= MADE_ANEW * dt:
             break
+        if noting:
+            note_step(
+                scratch.noted, scratch.notes, scratch.book, scratch.listed, scratch.near_cores, scratch.near,
+                settings.travel, decider, False, False,
+            )  # fmt: skip
         for k in range(6):
             state[VX + k] = scratch.free[k]
         state[VZ] += 0.5 * gravity * dt
@@ -175,7 +203,7 @@ def push(scene, frame, state, body, stations, settings, scratch, way, summary):
 @inlined
 def keep_books(scene, frame, state, body, settings, scratch, way, marks, hits, summary):
     """3. What the contacts did: their work, how deep they were, whom they hit, and what the next step starts from."""
-    gravity, rolling, contacts, keys = settings.gravity, scratch.rolling, scratch.contacts, scratch.keys
+    gravity, rolling, contacts, keys = settings.gravity, scratch.rolling[0], scratch.contacts, scratch.keys
     bounces = settings.restitution + settings.tree_restitution + settings.barrier_restitution > 0.0
     dt, count, pressed = way.dt, way.count, False
     if count > 0:
@@ -195,13 +223,13 @@ def keep_books(scene, frame, state, body, settings, scratch, way, marks, hits, s
         pushed = False  # against an obstacle
         for k in range(count):
             ground = keys[k, 0] == TERRAIN
-            pressed = pressed or (ground and contacts[k, PN] > 0.0)
+            pressed = pressed or (ground and contacts[k].pn > 0.0)
             # not the overlap that a log was released with, nor what sank where the DEM ends
             if ground and way.whole:
-                summary.penetration = max(summary.penetration, -contacts[k, GAP])
+                summary.penetration = max(summary.penetration, -contacts[k].gap)
             if not ground and summary.started_in_contact == 0.0:
-                summary.overlap = max(summary.overlap, -contacts[k, GAP])
-            if not ground and contacts[k, PN] > 0.0:
+                summary.overlap = max(summary.overlap, -contacts[k].gap)
+            if not ground and contacts[k].pn > 0.0:
                 pushed = True
                 is_barrier, item = owner_of(scene, keys[k])
                 if is_barrier:
@@ -216,9 +244,9 @@ def keep_books(scene, frame, state, body, settings, scratch, way, marks, hits, s
                 scene, frame, state, scratch.free, contacts, keys, count,
                 (way.time, dt, int(summary.steps), gravity), struck, hits, int(summary.hits),
             )  # fmt: skip
-        rolling[MOMENT_BEFORE] = rolling[MOMENT]
+        rolling.moment_before = rolling.moment
     else:
-        rolling[MOMENT_BEFORE] = 0.0
+        rolling.moment_before = 0.0
         summary.airborne += 1.0
     way.pressed = pressed
     way.old_count = remember(contacts, keys, count, state, scratch.old_keys, scratch.old_contacts, scene.cloud is None)
@@ -318,42 +346,44 @@ def slide_log(
     state[VZ] -= fall
     change = energy_of(state, body) + settings.gravity * state[Z] - energy_start - way.work
     state[VZ] = sunk
-    # of the energy that the run had to spend, at least that of a metre's fall
-    summary.energy_error = (abs(change) + summary.energy_gain) / max(energy_start - settings.gravity * state[Z], 9.81)
+    spent = max(energy_start - settings.gravity * state[Z], LEAST_SPENT)  # what the run had to spend
+    summary.energy_error = (abs(change) + summary.energy_gain) / spent
     summary.reason, summary.duration = reason, way.time
     return way.kept
 
 
 @kernel
 def slide_logs(
-    scene, frames, starts, bodies, stations, settings, scratch, rasters, stamps, marks, poses, keep, hits, own, told,
-    states, summaries, first, last, stop,
+    scene, frames, starts, bodies, stations, settings, scratch, rasters, stamps, marks, poses, keep, hits, notes, own,
+    told, states, summaries, first, last, stop,
 ):  # fmt: skip
     """Slide the logs from row ``first`` to before ``last``, one after the other, up to one whose poses are kept.
 
     Parameters are those of ``slide_log``, of all logs; own (16,), told (2,) : room for one log's state and summary,
     which come to lie in their rows of states and summaries, and the summary of a log of which nothing is known yet. The
-    hits of one log follow those of another in ``hits``.
+    hits of one log follow those of another in ``hits``, and so do in ``notes`` the obstacles that mattered to it.
 
     Returns (row of the next log, number of poses wanted by the last one): the first row where that one found too little
-    room for its poses or, as ``told`` has it, its hits.
+    room for its poses or, as ``told`` has it, its hits or notes.
     """
-    used = 0
+    used, filled = 0, 0
     for row in range(first, last):
         for k in range(own.shape[0]):
             own[k] = starts[row, k]
         told[0] = told[1]
+        open_notes(scratch.noted, scratch.notes, scratch.book)
         each = Marks(marks.lines[row], marks.fences[row], marks.crossed[row], marks.line_time[row], marks.inside[row])
         wanted = slide_log(
             scene, frames[row], own, bodies[row], stations[row], settings, scratch, rasters, stamps[row], each,
             poses if keep[row] else poses[:0], keep[row], hits[used:], told[0], stop,
         )  # fmt: skip
-        struck = int(told[0].hits)
-        if (keep[row] and wanted > poses.shape[0]) or struck > hits.shape[0] - used:
+        struck, mattered = int(told[0].hits), copy_notes(scratch.notes, scratch.book, notes, filled)
+        told[0].influences = mattered
+        if (keep[row] and wanted > poses.shape[0]) or struck > hits.shape[0] - used or filled + mattered > len(notes):
             forget_touches(each)
             return row, wanted
         count_danger(rasters.passed, rasters.order, rasters.danger)
-        used += struck
+        used, filled = used + struck, filled + mattered
         for k in range(own.shape[0]):
             states[row, k] = own[k]
         summaries[row] = told[0]

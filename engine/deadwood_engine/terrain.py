@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .compiled import kernel
-from .limits import KINK_CELLS, KINK_REACH, LID_REACH, LID_SLACK
+from .limits import KINK_CELLS, KINK_REACH, LID_REACH, LID_SLACK, WHOLE
 
 # [-] one unit of a kink; units that are more than half a word keeps (a wall of half a kilometre beside a cell of 0.5 m)
 KINK, HALF_WORD = 1.0 / 64.0, 65536.0
@@ -100,10 +100,10 @@ def prepare(
         reference = 64.0 * math.floor(lowest / 64.0)
     relative = np.ascontiguousarray(heights - reference, dtype=np.float32)
     relative[~np.isfinite(relative)] = np.nan
-    around = min(max(1, math.ceil(KINK_REACH / cell - 1e-9)), KINK_CELLS)
+    around = min(max(1, math.ceil(KINK_REACH / cell - WHOLE)), KINK_CELLS)
     kinks = np.zeros(relative.shape, np.uint32)
     kinks_of(relative, float(cell), around, kinks)
-    lid_cells = max(1, math.ceil(LID_REACH / cell - 1e-9))
+    lid_cells = max(1, math.ceil(LID_REACH / cell - WHOLE))
     lids = np.zeros((-(-relative.shape[0] // lid_cells), -(-relative.shape[1] // lid_cells), 4), np.float32)
     lids_of(relative, float(cell), lid_cells, lids)
     return Terrain(
@@ -114,7 +114,7 @@ def prepare(
 
 @kernel
 def surface(terrain, i0, j0, x, y):
-    """Height and gradient of the bilinear surface at a place in the frame of node (j0, i0); NaN outside."""
+    """Eq. [b]: height and gradient of the bilinear surface at a place in the frame of node (j0, i0); NaN outside."""
     return bilinear(terrain.heights, terrain.inverse_cell, i0, j0, x, y)
 
 

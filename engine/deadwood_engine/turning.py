@@ -16,48 +16,20 @@ with a target that keeps the log from w1 just the same. A blow without weight is
 
 from __future__ import annotations
 
-import math
-
 from .compiled import inlined, kernel
-from .contacts import (
-    BEFORE_N,
-    FROM_N,
-    FROM_R,
-    NX,
-    NZ,
-    OLD_N,
-    OLD_R,
-    OLD_ROW,
-    OLD_SPEED,
-    PLANE_N,
-    PLANE_R,
-    RX,
-    TARGET,
-    TERRAIN,
-    TURN,
-    set_normal,
-)
+from .contacts import TERRAIN, set_normal
 from .rotation import DX, VX, WX
-from .vectors import cross
+from .vectors import blend, cross, point, unit
 
 
 @kernel
 def plane_speed(old, state):
     """Velocity [m/s] of the log along the normal of an old plane, at its point."""
-    n, r = old[OLD_N : OLD_N + 3], old[OLD_R : OLD_R + 3]
-    ax, ay, az = cross(r[0], r[1], r[2], n[0], n[1], n[2])
+    ax, ay, az = cross(old.rx, old.ry, old.rz, old.nx, old.ny, old.nz)
     k = ax * state[DX] + ay * state[DX + 1] + az * state[DX + 2]
     ax, ay, az = ax - k * state[DX], ay - k * state[DX + 1], az - k * state[DX + 2]
-    straight = n[0] * state[VX] + n[1] * state[VX + 1] + n[2] * state[VX + 2]
+    straight = old.nx * state[VX] + old.ny * state[VX + 1] + old.nz * state[VX + 2]
     return straight + ax * state[WX] + ay * state[WX + 1] + az * state[WX + 2]
-
-
-@kernel
-def unit_normal(row, at):
-    """Give row[at:at + 3] the length 1."""
-    scale = 1.0 / math.sqrt(row[at] ** 2 + row[at + 1] ** 2 + row[at + 2] ** 2)
-    for q in range(3):
-        row[at + q] *= scale
 
 
 @kernel
@@ -66,45 +38,46 @@ def remember_plane(old, c, state):
 
     That is the plane ahead, or one between that and the last where the gap left part of the approach to the next step.
     """
-    for q in range(3):
-        old[OLD_N + q], old[OLD_R + q] = c[PLANE_N + q], c[PLANE_R + q]
+    n, r = (c.ahead_nx, c.ahead_ny, c.ahead_nz), (c.ahead_rx, c.ahead_ry, c.ahead_rz)
+    old.nx, old.ny, old.nz = n
+    old.rx, old.ry, old.rz = r
     speed = plane_speed(old, state)
-    if c[TURN] != 0.0:
-        left = min(1.0, max(0.0, speed / c[TURN]))
-        for q in range(3):
-            old[OLD_N + q] += left * (c[FROM_N + q] - c[PLANE_N + q])
-            old[OLD_R + q] += left * (c[FROM_R + q] - c[PLANE_R + q])
-        unit_normal(old, OLD_N)
+    if c.turn != 0.0:
+        left = min(1.0, max(0.0, speed / c.turn))
+        back = c.from_nx - c.ahead_nx, c.from_ny - c.ahead_ny, c.from_nz - c.ahead_nz
+        old.nx, old.ny, old.nz = unit(point(n, left, back))
+        back = c.from_rx - c.ahead_rx, c.from_ry - c.ahead_ry, c.from_rz - c.ahead_rz
+        old.rx, old.ry, old.rz = point(r, left, back)
         speed = plane_speed(old, state)
-    old[OLD_SPEED] = speed
+    old.speed = speed
 
 
 @inlined
 def turn_contacts(contacts, keys, count, state, old_contacts, kick, fall, flat):
-    """Push along the plane between the last step's and the one ahead, where a ground contact of both is loaded.
+    """Eq. [k]: push along a plane between the last step's and the one ahead, where a ground contact of both is loaded.
 
     kick : [m/s] of gravity in this step; fall : [m/s] the part of it that the velocities hold already
     flat : [m/s] smaller turns are none
     """
     for k in range(count):
         c = contacts[k]
-        target = c[TARGET]
-        if keys[k, 0] != TERRAIN or c[OLD_ROW] < 0.0 or target > 0.0:
+        target = c.target
+        if keys[k, 0] != TERRAIN or c.old_row < 0 or target > 0.0:
             continue
-        old = old_contacts[int(c[OLD_ROW])]
-        delta = c[BEFORE_N] + fall * c[NZ] - old[OLD_SPEED]
+        old = old_contacts[c.old_row]
+        delta = c.before_n + fall * c.nz - old.speed
         size = abs(delta)
         if size <= flat:
             continue
         left = max(target, -size)  # what the gap ahead has room for
         taken = left - delta
-        blow = taken / (kick * c[NZ] + taken) if taken > 0.0 else 0.0
+        blow = taken / (kick * c.nz + taken) if taken > 0.0 else 0.0
         share = min(1.0, max(0.0, 0.5 * (1.0 + blow - (1.0 - blow) * left / delta)))
-        c[TURN] = delta
-        for q in range(3):
-            c[FROM_N + q], c[FROM_R + q] = old[OLD_N + q], old[OLD_R + q]
-            c[NX + q] = (1.0 - share) * old[OLD_N + q] + share * c[NX + q]
-            c[RX + q] = (1.0 - share) * old[OLD_R + q] + share * c[RX + q]
-        unit_normal(c, NX)
+        c.turn = delta
+        n, r = (old.nx, old.ny, old.nz), (old.rx, old.ry, old.rz)
+        c.from_nx, c.from_ny, c.from_nz = n
+        c.from_rx, c.from_ry, c.from_rz = r
+        c.nx, c.ny, c.nz = unit(blend(1.0 - share, n, share, (c.nx, c.ny, c.nz)))
+        c.rx, c.ry, c.rz = blend(1.0 - share, r, share, (c.rx, c.ry, c.rz))
         set_normal(c, state, True)
-        c[TARGET] = target - (1.0 - share) * delta
+        c.target = target - (1.0 - share) * delta

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from .compiled import kernel
+from .limits import FLAT_TOLERANCE, SKEW_LINES
 
 
 @kernel
@@ -30,10 +31,17 @@ def blend(p, a, q, b):
 
 
 @kernel
+def unit(a):
+    """In the direction of a, of length 1."""
+    scale = 1.0 / math.sqrt(dot(a, a))
+    return a[0] * scale, a[1] * scale, a[2] * scale
+
+
+@kernel
 def across(d, u):
     """A unit vector square to d and, unless they are parallel, to u (both unit)."""
     n = cross(d[0], d[1], d[2], u[0], u[1], u[2])
-    if dot(n, n) < 1e-18:
+    if dot(n, n) < FLAT_TOLERANCE**2:
         ax, ay, az = abs(d[0]), abs(d[1]), abs(d[2])
         if ax <= ay and ax <= az:
             n = cross(d[0], d[1], d[2], 1.0, 0.0, 0.0)
@@ -51,7 +59,7 @@ def axes_nearest(c, d, back, front, start, along, long):
     b, e, f = dot(d, along), dot(g, d), dot(g, along)
     square = 1.0 - b * b
     s = back
-    if square > 1e-9:
+    if square > SKEW_LINES:
         s = (b * f - e) / square
     s = min(front, max(back, s))
     z = min(long, max(0.0, f + b * s))

@@ -16,6 +16,7 @@ SUMMARY = np.dtype(
         ("residual", "f8"), ("unconverged", "f8"),  # m/s of the worst solve; steps that hit the cap of sweeps
         ("steps", "f8"), ("airborne", "f8"), ("contacts", "f8"), ("sweeps", "f8"),
         ("tree_hits", "f8"), ("barrier_hits", "f8"), ("hits", "f8"),
+        ("influences", "f8"),  # obstacles that mattered (``influence``)
         ("started_in_contact", "f8"),
     ]
 )  # fmt: skip

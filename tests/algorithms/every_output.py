@@ -105,6 +105,11 @@ def run_every_tool(folder: Path) -> list[Found]:
     frame = frame.rename(columns={"barrier_id": "lying_id"}).drop(columns="height_m").assign(diameter_cm=80.0)
     frame.geometry = shapely.transform(frame.geometry.to_numpy(), lambda xy: np.add(xy, (0.0, 30.0)))
     frame.to_file(lying, layer="lying_logs", driver="GPKG")
+    blocks = folder / "blocks.gpkg"
+    line = shapely.line_merge(shapely.union_all(frame.geometry.to_numpy()))
+    places = np.add(shapely.get_coordinates(shapely.segmentize(line, 4.0)), (0.0, 20.0))
+    boulders = {"block_id": range(len(places)), "diameter_m": 3.0}
+    gpd.GeoDataFrame(boulders, geometry=shapely.points(places), crs=frame.crs).to_file(blocks, layer="blocks")
     common = {"dem": DEM, "releases": releases, "friction": "0.25", "fidelity": "draft", "trajectories": "all"}
     common |= {"barriers": sample("barriers"), "lines": sample("lines"), "time_limit": 60.0}
     slid = run(
@@ -112,11 +117,20 @@ def run_every_tool(folder: Path) -> list[Found]:
         **common,
         trees=str(SAMPLE / "trees.csv"),
         lying_logs=str(lying),
+        blocks=str(blocks),
         qgis_project=True,
+        geoparquet=True,
         report=True,
+        danger_counts=True,
         output=folder / "slide-logs",
     )
-    without = run("slide-logs", **common, until_ci=0.4, output=folder / "without")
+    without = run("slide-logs", **common, until_ci=0.4, geoparquet=True, output=folder / "without")
+    halves = folder / "halves.gpkg"
+    frame = pyogrio.read_dataframe(releases, layer="releases")
+    frame.assign(release_id=["west", "east"] * (len(frame) // 2)).to_file(halves, layer="releases", driver="GPKG")
+    of_sites = common | {"releases": str(halves), "by": "release_id", "report": True}
+    run("run-sites", **of_sites, output=folder / "run-sites")
+    run("slide-logs", **(common | {"fidelity": "auto"}), error=0.4, output=folder / "chosen")
     run(
         "count-hits",
         run=slid,
@@ -135,7 +149,20 @@ def run_every_tool(folder: Path) -> list[Found]:
         origins=at("reach-lines", "origins.tif"),
     )
     run("design-values", run=slid, output=at("design-values", "design_values.csv"))
+    candidates = {"tree_id": [1], "dbh_cm": [60.0], "height_m": [20.0]}
+    spot = shapely.points(*np.mean(np.reshape(frame.total_bounds, (2, 2)), axis=0))
+    gpd.GeoDataFrame(candidates, geometry=[spot], crs=frame.crs).to_file(folder / "plant.gpkg", driver="GPKG")
+    run(
+        "value-trees",
+        run=slid,
+        stands=sample("forest"),
+        plant=str(folder / "plant.gpkg"),
+        output=at("value-trees", "values.gpkg"),
+    )
+    above = {"above_m": "15", "length_m": "40", "height_m": "4", "places": 1}
+    run("site-barriers", run=without, **above, output=folder / "site-barriers")
     run("map-intensity", run=slid, events_per_year=0.1, output=folder / "map-intensity")
+    run("map-origins", run=without, least=1, output=folder / "map-origins")
     run("lateral-spread", deposits=str(slid), output=at("lateral-spread", "spread.gpkg"))
     jumps = pyogrio.read_dataframe(SAMPLE / "sample.gpkg", layer="flights")
     west, south, east, north = jumps.total_bounds
@@ -173,6 +200,8 @@ def run_every_tool(folder: Path) -> list[Found]:
     of_lines = {"reached": sample("lines"), "event_logs": 4, "event_reached": 1, "friction": "0.3,0.4", "logs": 10}
     run("calibrate-friction", **of_event, **of_lines, output=folder / "calibrate-lines")
     run("compare-fidelity", **scene, fidelities="draft,standard", logs=20, output=folder / "compare-fidelity")
+    few = {"vary": "dem_noise_m=0:0.2,friction", "logs": 8, "samples": 8}
+    run("vary", **scene, **few, trees=str(SAMPLE / "trees.csv"), output=folder / "vary")
     run("reproduce-paper", quick=True, logs=8, output=folder / "reproduce-paper")
     run("demo", logs=20, fidelity="draft", output=folder / "demo")
     return [each for tool, given in done for each in written_by(tool, given)]

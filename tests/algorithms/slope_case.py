@@ -127,3 +127,11 @@ def assert_same_run(one: Path, other: Path) -> None:
     a, b = summary(one), summary(other)
     assert {k: v for k, v in a.items() if k != "cost"} == {k: v for k, v in b.items() if k != "cost"}
     assert a["cost"]["steps"] == b["cost"]["steps"]
+
+
+def assert_same_bytes(one: Path, other: Path) -> None:
+    """Layers value by value (a GeoPackage holds the time at which it was made), the other results byte by byte."""
+    assert_same_run(one, other)
+    assert sorted(each.name for each in one.iterdir()) == sorted(each.name for each in other.iterdir())
+    for name in ("poses.parquet", *(f"{each}.tif" for each in RASTERS)):
+        assert (one / name).read_bytes() == (other / name).read_bytes(), name

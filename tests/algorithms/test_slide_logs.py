@@ -366,6 +366,18 @@ def test_an_overjumped_barrier_is_counted_so(case, tmp_path):
     assert told["barriers"] == [{**counts, "energy_max_kj": None, "height_max_m": None}]
 
 
+def test_logs_released_through_a_barrier_are_counted(case, tmp_path):
+    """A log that starts overlapping a barrier starts in contact with it, is never shot away, and is counted."""
+    places = points((22.0, 44.0), (28.0, 47.0), (22.0, 80.0))  # the barrier runs along v = 45; the third is far above
+    releases = write_layer(tmp_path / "r.gpkg", places, log_id=[1, 2, 3])
+    logs = {"releases": releases, "barriers": case.barriers, "orientation": "lying", "azimuth_deg": 0.0}
+    run = case.run(output=str(tmp_path / "run"), time_limit=3.0, **logs)
+    assert summary(run)["logs"]["started_in_contact"] == 2
+    deposits = layer(run, "deposits")[:2]
+    assert (deposits["speed_max_ms"] ** 2 <= 2 * 9.81 * np.maximum(deposits["fall_m"], 0.0) + 1.0).all()
+    assert deposits["penetration_max_m"].max() < 0.05
+
+
 def test_a_high_barrier_stops_a_log(case, tmp_path):
     wall = write_layer(
         tmp_path / "wall.gpkg", [shapely.LineString([(1, 50), (59, 50)])], barrier_id=["w"], height_m=[30.0]

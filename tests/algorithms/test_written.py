@@ -9,15 +9,16 @@ import every_output
 import pytest
 from every_output import Found
 
-from deadwood_algorithms.schemas import BARRIERS, LINES, LYING_LOGS, RELEASES, STRUCTURES, TREES
-from deadwood_algorithms.schemas.files import FAILED
+from deadwood_algorithms.schemas import BARRIERS, BLOCKS, LINES, LYING_LOGS, RELEASES, STRUCTURES, TREES
+from deadwood_algorithms.schemas.files import FAILED, TERRAIN_TILES
 from deadwood_algorithms.schemas.words import JsonFile, Layer, Output, RasterFile, TableFile
 from deadwood_algorithms.schemas.written import WRITTEN
 from deadwood_toolbox.shelf import NAMES
 
-# Users' layers as they were given, without columns that are not; and what only a defect of the engine writes.
-COPIED = (RELEASES, TREES, BARRIERS, LYING_LOGS, LINES, STRUCTURES)
-ABSENT = (FAILED,)
+# Users' layers as they were given, without columns that are not; what only a defect of the engine writes, and what
+# only a terrain model in tiles brings.
+COPIED = (RELEASES, TREES, BARRIERS, LYING_LOGS, BLOCKS, LINES, STRUCTURES)
+ABSENT = (FAILED, TERRAIN_TILES)
 
 
 @pytest.fixture(scope="module")

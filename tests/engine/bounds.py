@@ -101,7 +101,9 @@ def slid(
     start.state[-1, 2] = np.nan
     keep = np.ones(len(start.state), bool)
     rasters = Rasters.allocate(place, 1)
-    return start, slide(place, start, fidelity, time_limit=time, rasters=rasters, keep_poses=keep, shape=shape)
+    return start, slide(
+        place, start, fidelity, time_limit=time, rasters=rasters, keep_poses=keep, shape=shape, influences=True
+    )
 
 
 def ends(*options) -> dict[str, int]:
@@ -152,6 +154,7 @@ def cones() -> dict[str, dict]:
     place = scene(*every)
     tables = ("listed", "near_cores", "left", "right")
     tables += ("hit_trees", "hit_barriers", "rings", "points", "keys", "old_contacts", "memory", "rocking", "trial")
+    tables += ("noted", "notes")
     # few logs meet two barriers
     rows = dict.fromkeys(tables, 1) | {"hit_barriers": 0}
     return {"ends": told, "seen": {table: seen(table, rows[table], place, COARSE, 24, 6.0) for table in tables}}

@@ -19,8 +19,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from deadwood_engine import contacts as at
 from deadwood_engine.contact_solver import block_impulse, disc_impulse
+from deadwood_engine.contacts import CONTACT
 from deadwood_engine.limits import BLOCK_SWEEPS, EXACT_BLOCK_COUPLING
 
 DATA = Path(__file__).parents[3] / "shared" / "data" / "fclib"
@@ -80,17 +80,17 @@ def gauss_seidel(
     """Impulses by sweeps of the engine's local solves, as ``solve`` alternates them: (impulses, sweeps used)."""
     p = np.zeros_like(q)
     order = range(len(mu))[:: -1 if backward else 1]
-    rows = np.zeros((len(mu), at.CONTACT_WIDTH))
-    columns = [at.GNN, at.GNT, at.GNU, at.GTT, at.GTU, at.GUU]
+    rows = np.zeros(len(mu), CONTACT).view(np.recarray)
     for k in order:
         block = w[3 * k : 3 * k + 3, 3 * k : 3 * k + 3]
-        rows[k, columns] = block[[0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2]]
-        rows[k, at.MU] = mu[k]
+        row = rows[k]
+        row.gnn, row.gnt, row.gnu, row.gtt, row.gtu, row.guu = block[[0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2]]
+        row.mu = mu[k]
     for used in range(1, sweeps + 1):
         for k in order:
             mine = slice(3 * k, 3 * k + 3)
             row = rows[k]
-            gnn, gnt, gnu, gtt, gtu, guu = row[columns]
+            gnn, gnt, gnu, gtt, gtu, guu = row.gnn, row.gnt, row.gnu, row.gtt, row.gtu, row.guu
             block = np.array([[gnn, gnt, gnu], [gnt, gtt, gtu], [gnu, gtu, guu]])
             free = q[mine] + w[mine] @ p - block @ p[mine]
             solved, impulse = False, []
@@ -99,9 +99,9 @@ def gauss_seidel(
             if not solved:
                 before = p[mine]
                 normal = max(0.0, -(free[0] + gnt * before[1] + gnu * before[2]) / gnn)
-                *tangent, row[at.SHIFT] = disc_impulse(
+                *tangent, row.shift = disc_impulse(
                     gtt, gtu, guu, free[1] + gnt * normal, free[2] + gnu * normal, mu[k] * normal,
-                    row[at.SHIFT],
+                    row.shift,
                 )  # fmt: skip
                 impulse = [normal, *tangent]
             p[mine] = impulse

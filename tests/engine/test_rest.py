@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from deadwood_engine import FIDELITIES, STOP_REASONS, Logs, Scene, Trees, slide
-from deadwood_engine.contacts import CONTACT_WIDTH, KEY_WIDTH, MU, PN, PT, PU, TERRAIN
+from deadwood_engine.contacts import CONTACT, KEY_WIDTH, TERRAIN
 from deadwood_engine.cores import BARRIER, TREE
 from deadwood_engine.rest import HELD_BY_BARRIER, HELD_BY_TREE, REST, holder
 from deadwood_engine.scratch import Scratch
@@ -36,11 +36,12 @@ def held(scene, *contacts):
     """``holder`` of contacts (kind, row among the cores, P_N, P_T, P_U)."""
     scratch = Scratch.allocate(8, len(scene.arrays.cores.solid), 1, None)
     scratch = scratch._replace(
-        contacts=np.zeros((len(contacts), CONTACT_WIDTH)), keys=np.zeros((len(contacts), KEY_WIDTH), np.int64)
+        contacts=np.zeros(len(contacts), CONTACT).view(np.recarray), keys=np.zeros((len(contacts), KEY_WIDTH), np.int64)
     )
     for k, (kind, row, *impulse) in enumerate(contacts):
         scratch.keys[k] = kind, row, 0
-        scratch.contacts[k, [PN, PT, PU]], scratch.contacts[k, MU] = impulse, MU_STEM
+        c = scratch.contacts[k]
+        (c.pn, c.pt, c.pu), c.mu = impulse, MU_STEM
     return holder(scene.arrays, scratch, len(contacts))
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from deadwood_engine import FIDELITIES, Logs, Scene, place_logs, slide
-from deadwood_engine.contacts import CONTACT_WIDTH, GAP, KEY_WIDTH, Ahead
+from deadwood_engine.contacts import CONTACT, KEY_WIDTH, Ahead
 from deadwood_engine.crests import crest
 from deadwood_engine.fidelity import station_spacing
 from deadwood_engine.log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS, cone_bodies
@@ -81,14 +81,14 @@ def poses(number):
 def found_in(terrain, frame, state, body, fidelity):
     """Contacts that rings and crests find where the log is, and the depth of the deepest [m]."""
     stations = int(stations_for(body[LENGTH : LENGTH + 1], station_spacing(fidelity, terrain.cell))[0])
-    table = np.zeros((CANDIDATES * stations, CONTACT_WIDTH))
+    table = np.zeros(CANDIDATES * stations, CONTACT).view(np.recarray)
     keys = np.zeros((CANDIDATES * stations, KEY_WIDTH), np.int64)
     step = Ahead(1e-9, 9.81, 1e-9, 0.0, -1.0, 0.0)
     count, _, _ = terrain_contacts(
         terrain, frame, table, keys, state, body, stations, fidelity.ring_points, step,
         np.concatenate([state[13:16], state[:3]]), 0.0, np.zeros((RING_ROWS, stations)), np.zeros(LOOK_ROOM),
     )  # fmt: skip
-    return count, -table[:count, GAP].min() if count else 0.0
+    return count, -table[:count]["gap"].min() if count else 0.0
 
 
 @pytest.fixture(scope="module")

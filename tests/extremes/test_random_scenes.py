@@ -1,7 +1,8 @@
 """Random scenes, searched by hypothesis for one that breaks what every scene must keep.
 
-Small DEMs with noise, cliffs, ridges and holes; stems and plates anywhere, in one another and in the log; logs of all
-sizes, thrown and spinning. Each failure that hypothesis finds it also shrinks, and prints as a call to repeat.
+Small DEMs with noise, cliffs, ridges and holes; stems, plates, lying logs and boulders anywhere, in one another and in
+the log; logs of all sizes, thrown and spinning. Each failure that hypothesis finds it also shrinks, and prints as a
+call to repeat.
 """
 
 import numpy as np
@@ -9,7 +10,19 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from deadwood_engine import FIDELITIES, Barriers, Logs, Rasters, Scene, Start, Trees, place_logs, slide
+from deadwood_engine import (
+    FIDELITIES,
+    Barriers,
+    Blocks,
+    Logs,
+    LyingLogs,
+    Rasters,
+    Scene,
+    Start,
+    Trees,
+    place_logs,
+    slide,
+)
 
 
 def reals(low: float, high: float):
@@ -27,6 +40,8 @@ RECIPES = st.fixed_dictionaries(
         "size": st.sampled_from([0.5, 5.0, 100.0]),
         "stems": st.sampled_from([0, 1, 5, 40]),
         "plates": st.sampled_from([0, 1, 3]),
+        "lying": st.sampled_from([0, 1, 3]),
+        "boulders": st.sampled_from([0, 1, 20]),
         "friction": st.sampled_from([0.25, 0.0, 0.1, 0.8, 2.0, 100.0]),
         "logs": st.integers(1, 3),
         "length": reals(0.5, 60.0),
@@ -74,7 +89,20 @@ def build(recipe: dict) -> tuple[Scene, Start]:
         rng.uniform(-0.1, 1.1, (3 * plates, 2)) * size, 3 * np.arange(plates + 1), 10 ** rng.uniform(-0.5, 1, plates)
     )
     heights = heights_of(recipe, rng)
-    scene = Scene.prepare(heights, cell, 0.0, 0.0, friction=recipe["friction"], trees=trees, barriers=barriers)
+    things = np.random.default_rng(recipe["seed"] + 1)
+    lying, boulders = recipe["lying"], recipe["boulders"]
+    thick = 10 ** things.uniform(-1.5, 0.2, lying)
+    logs_in_the_way = LyingLogs(
+        things.uniform(-0.1, 1.1, (3 * lying, 2)) * size, 3 * np.arange(lying + 1), thick,
+        thick * things.uniform(0.1, 1.0, lying),
+    )  # fmt: skip
+    east, north = things.uniform(-0.1, 1.1, (2, boulders)) * size
+    wide = 10 ** things.uniform(-1, 1, boulders)
+    blocks = Blocks(east, north, wide, wide * things.uniform(0.1, 1.0, boulders))
+    scene = Scene.prepare(
+        heights, cell, 0.0, 0.0, friction=recipe["friction"], trees=trees, barriers=barriers,
+        lying_logs=logs_in_the_way, blocks=blocks,
+    )  # fmt: skip
     places = rng.uniform(0.05, 0.95, (64, 2)) * size
     places = places[np.isfinite(scene.terrain_height(places[:, 0], places[:, 1]))][: recipe["logs"]]
     length = recipe["length"]
@@ -105,7 +133,7 @@ def test_nothing_breaks(at, fidelity, recipe):
     result = at.run(scene, begin, fidelity=fidelity, time_limit=0.5 if fidelity == "reference" else 4.0, threads=1)
     at.healthy(scene, begin, result, longest=step)
     assert (result.duration <= 4.0 + 2 * step).all()
-    assert ((result.stop_item >= 0) == np.isin(result.stop_reason, (1, 2, 6))).all()
+    assert ((result.stop_item >= 0) == np.isin(result.stop_reason, (1, 2, 6, 7))).all()
 
 
 @SEARCH
@@ -209,3 +237,35 @@ def test_a_box_of_plates_keeps_its_log(at, fidelity, shot, turn, cell):
     outward = np.column_stack([np.cos(angle), np.sin(angle)])
     for points in (poses.base, poses.tip, poses.position):
         assert (points[:, :2] @ outward.T).max() < half + max(0.03, 0.3 * 0.25 * diameter)
+
+
+@pytest.mark.parametrize("fidelity", list(FIDELITIES))
+@pytest.mark.parametrize("kind", ["plates", "stems"])
+def test_none_escapes_at_150_metres_a_second(at, fidelity, kind):
+    """A hundred logs of 4 to 12 m in a closed box of plates, or a ring of stems with gaps thinner than a log."""
+    rng = np.random.default_rng(7)
+    half, number, stem = 15.0, 100, 0.5
+    if kind == "plates":
+        corners = half * np.array([(1, 1), (-1, 1), (-1, -1), (1, -1), (1, 1)])
+        scene = at.flat(size=40.0, friction=0.3, barriers=at.barrier(*corners, height=1e4))
+    else:
+        stems = int(np.ceil(2 * np.pi * half / (stem + 0.04)))
+        turn = 2 * np.pi * np.arange(stems) / stems
+        ring = at.trees(half * np.cos(turn), half * np.sin(turn), stem, 1e5)
+        scene = at.flat(size=40.0, friction=0.3, trees=ring)
+    starts = []
+    for _ in range(number):
+        axis = rng.standard_normal(3) * (1.0, 1.0, 0.2)
+        course, place = rng.uniform(0, 2 * np.pi), (*rng.uniform(-2, 2, 2), 60.0)
+        velocity, spin = (150 * np.cos(course), 150 * np.sin(course), 0.0), 3.0 * rng.standard_normal(3)
+        starts.append(at.start(scene, at.body(0.4, rng.uniform(4, 12)), axis, place, velocity, spin))
+    begin = at.together(starts)
+    options = {"gravity": 0.0, "time_limit": 1.0, "keep_poses": np.ones(number, bool)}
+    result = at.run(scene, begin, fidelity=fidelity, **options)
+    at.healthy(scene, begin, result, longest=FIDELITIES[fidelity].time_step, gravity=0.0)
+    poses = result.poses
+    far = [np.abs(each[:, :2]).max() if kind == "plates" else np.hypot(each[:, 0], each[:, 1]).max()
+           for each in (poses.position, poses.base, poses.tip)]  # fmt: skip
+    assert far[0] > half - 1.0, "no log came to the wall"
+    assert far[0] < half
+    assert max(far[1:]) < half + 0.05

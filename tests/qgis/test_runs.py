@@ -34,10 +34,27 @@ CASES: dict[str, dict[str, object]] = {
         "fidelity": "draft",
         "qgis_project": True,
     },
+    "run-sites": {
+        "dem": DEM,
+        "releases": "{work}/sample-releases.gpkg",
+        "by": "orientation",
+        "friction": 0.25,
+        "fidelity": "draft",
+        "lines": f"{LAYERS}|layername=lines",
+    },
     "count-hits": {"run": "{work}/slide-logs", "cell_m": 2.0, "stop_reason": "tree"},
     "reach-lines": {"run": "{work}/slide-logs", "lines": f"{LAYERS}|layername=lines"},
     "design-values": {"run": "{work}/slide-logs", "percentiles": "50,95"},
+    "value-trees": {"run": "{work}/slide-logs", "stands": f"{LAYERS}|layername=forest"},
+    "site-barriers": {
+        "run": "{work}/run-sites/sites/upright",
+        "above_m": "15",
+        "length_m": "40",
+        "height_m": "4",
+        "places": 1,
+    },
     "map-intensity": {"run": "{work}/slide-logs", "events_per_year": 0.1},
+    "map-origins": {"run": "{work}/slide-logs-bare", "least": 1},
     "lateral-spread": {"deposits": "{work}/slide-logs/run.gpkg|layername=deposits"},
     "compare-scenarios": {"runs": "{work}/slide-logs,{work}/slide-logs-bare"},
     "calibrate-friction": {
@@ -58,6 +75,16 @@ CASES: dict[str, dict[str, object]] = {
         "logs": 8,
         "time_limit": 5.0,
     },
+    "vary": {
+        "dem": DEM,
+        "releases": "{work}/sample-releases.gpkg",
+        "lines": f"{LAYERS}|layername=lines",
+        "friction": 0.25,
+        "vary": "friction=0.2:0.4,rolling_friction",
+        "design": "ends",
+        "logs": 8,
+        "time_limit": 5.0,
+    },
     "make-report": {"runs": "{work}/slide-logs,{work}/slide-logs-bare", "names": "with,without"},
     "reproduce-paper": {"site": "rothenbrunnen", "quick": True, "logs": 8},
 }
@@ -70,7 +97,7 @@ ENDINGS = {
 }
 # What a run cost and where it went, and files that hold it or a picture of it.
 COSTS = {"cost", "output", "folder", "seconds"}
-NOT_COMPARED = {"comparison.csv", "comparison.json", "comparison.png"}
+NOT_COMPARED = {"comparison.csv", "comparison.json", "comparison.png", "overview.csv", "overview.gpkg"}
 
 
 def test_every_tool_has_its_case():

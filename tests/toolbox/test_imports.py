@@ -21,11 +21,14 @@ PUBLIC = {"run", "Ask", "TOOL"}  # of a tool, for another tool
 TOOL_LIBRARIES = {"numpy", "shapely", "geopandas", "pandas", "deadwood_algorithms", "deadwood_engine"}
 # The rooms, from the ground up: each may use those before it. The subject rooms never use one another.
 VOCABULARY = ("kinds", "tool", "schemas", "pictures")
-ROOMS = ("numbers", "files", "scene", "runs")
+ROOMS = ("numbers", "files", "spread", "scene", "runs")
 SUBJECTS = (
     "trees", "releases", "mobilisation", "structures", "flights", "calibration", "fidelity", "scenarios", "sample",
     "hazard",
+    "variation",
+    "values",
     "paper",
+    "sites",
     "report",
 )  # fmt: skip
 

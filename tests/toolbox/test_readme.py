@@ -42,7 +42,7 @@ def test_ci_takes_the_test_command_from_the_readme():
     pipeline = next(line for line in script.splitlines() if line.startswith("tests=$("))
     ran = subprocess.run(["bash", "-c", f'{pipeline}\nprintf %s "$tests"'], cwd=ROOT, capture_output=True, text=True)
     assert ran.stdout == marked("tests")
-    assert marked("tests").endswith("-m pytest")
+    assert marked("tests").endswith("-m pytest -n auto --dist loadfile")
 
 
 @pytest.mark.parametrize("command", said_commands())

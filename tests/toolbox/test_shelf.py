@@ -24,15 +24,20 @@ NAMES = [
     "add-structures",
     "make-log",
     "slide-logs",
+    "run-sites",
     "count-hits",
     "reach-lines",
     "design-values",
+    "value-trees",
+    "site-barriers",
     "map-intensity",
+    "map-origins",
     "lateral-spread",
     "fit-flight",
     "compare-scenarios",
     "calibrate-friction",
     "compare-fidelity",
+    "vary",
     "make-report",
     "view",
     "reproduce-paper",
@@ -78,7 +83,7 @@ def flaws(parameter: Parameter) -> list[str]:
         found.append("no choices")
     if parameter.kind == "vector" and not set(parameter.geometry) <= {"point", "line", "polygon"}:
         found.append(f"geometry {parameter.geometry}")
-    if (parameter.kind == "field") != parameter.name.endswith("_field"):
+    if (parameter.kind == "field") != (parameter.name.endswith("_field") or parameter.name == "by"):
         found.append("a field of a layer is declared by tool.field_of and has a name that ends with _field")
     if parameter.default is not None:
         try:

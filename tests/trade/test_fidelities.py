@@ -21,8 +21,7 @@ def slid(scene: str, fidelity: str) -> tuple[Result, np.ndarray]:
     logs = scenes.logs_of_block(1000, LOGS)  # none that the study has used
     rasters = Rasters.allocate(built.scene, 2)
     slide(built.scene, scenes.logs_of_block(0, 2), FIDELITIES[fidelity], time_limit=0.1)  # compiled before it is timed
-    # the page was measured before rolling had friction
-    options = {"time_limit": study.TIME_LIMIT, "rolling_friction": 0.0, "threads": 2}
+    options = {"time_limit": study.TIME_LIMIT, "threads": 2}
     result = slide(built.scene, logs, FIDELITIES[fidelity], rasters=rasters, **options)
     return result, rasters.totals()["hit_count"]
 

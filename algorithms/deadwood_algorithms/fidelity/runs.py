@@ -12,7 +12,8 @@ from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.scene.read import SceneLayers
 from deadwood_algorithms.scene.released_scene import ReleasedScene
 from deadwood_algorithms.scene.releases import Group, Releases, reached
-from deadwood_algorithms.scene.sliding import reporter, slide_once, until_none_escapes
+from deadwood_algorithms.scene.sliding import reporter, slide_batch, until_none_escapes
+from deadwood_algorithms.spread.batch import Batch
 from deadwood_algorithms.tool import Feedback
 from deadwood_engine import FIDELITIES, STOP_REASONS, Rasters, Result
 
@@ -70,7 +71,8 @@ def _slide_halves(
         rasters = Rasters.allocate(layers.scene, layers.threads)
         report = reporter(feedback, n, f"sliding at {name}", before=start)
         half = logs.logs.take(slice(start, stop))
-        result, sides = slide_once(layers, half, FIDELITIES[name], ask, report, rasters=rasters)
+        batch = Batch(half, first=start, goal=n)
+        result, sides = slide_batch(layers, batch, FIDELITIES[name], ask, report, rasters=rasters)
         results.append(result)
         counts.append(rasters.totals()["hit_count"])
         if sides:

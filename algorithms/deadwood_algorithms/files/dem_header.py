@@ -19,8 +19,9 @@ from rasterio.transform import Affine
 
 from deadwood_algorithms.files import mends
 from deadwood_algorithms.files.crs import crs_name, horizontal, parse_crs, same_crs
-from deadwood_algorithms.files.rasters import open_raster, refuse_cut_off
-from deadwood_algorithms.tool import Feedback, UserError
+from deadwood_algorithms.files.rasters import is_raster, open_raster, refuse_cut_off
+from deadwood_algorithms.files.tiles import Mosaic, Tile, tiles_of
+from deadwood_algorithms.tool import Feedback, Quiet, UserError
 
 # Skew, unequal cell sides or rounded headers may shift the far corner of the grid by this part of a cell: less
 # than any survey's positional accuracy, and less than a bilinear surface can tell.
@@ -33,7 +34,29 @@ STRETCH_ALLOWED = 0.01
 
 @contextmanager
 def open_dem(path: str | Path, crs: str | None, feedback: Feedback) -> Iterator[tuple[Any, pyproj.CRS, Affine]]:
-    """A DEM opened and judged by its header, with its CRS and its transform; refused as `dem_windows.read_dem` says."""
+    """A DEM opened and judged by its header, with its CRS and its transform; refused as `dem_windows.read_dem` says.
+
+    Of several tiles (`tiles`) each is judged; the first one's notes and warnings stand for all.
+    """
+    files = tiles_of(path)
+    if len(files) == 1:
+        with _open_one(files[0], crs, feedback) as one:
+            yield one
+        return
+    tiles, dem_crs = [], None
+    for each in files:
+        with _open_one(each, crs, Quiet() if tiles else feedback) as (source, own_crs, transform):
+            tiles.append(Tile.of(each, source, transform))
+            dem_crs = dem_crs or own_crs
+    assert dem_crs is not None
+    with Mosaic(path, tiles, feedback) as mosaic:
+        feedback.note(f"{path}: {len(tiles)} tiles are read as one DEM of {mosaic.width} x {mosaic.height} cells")
+        yield mosaic, dem_crs, mosaic.transform
+
+
+@contextmanager
+def _open_one(path: str, crs: str | None, feedback: Feedback) -> Iterator[tuple[Any, pyproj.CRS, Affine]]:
+    """One file of a DEM."""
     with open_raster(path, "DEM") as source:
         _refuse_images(source, path, feedback)
         refuse_cut_off(source, path)
@@ -43,6 +66,14 @@ def open_dem(path: str | Path, crs: str | None, feedback: Feedback) -> Iterator[
             feedback.note(f"{path}: band 1 of {source.count} is read as the heights")
         _refuse_foot_heights(source.units[0], 0.3048, path)
         yield source, dem_crs, transform
+
+
+def is_dem(path: str | Path) -> bool:
+    """Whether a path opens as a raster, or as the tiles of one."""
+    try:
+        return all(is_raster(each) for each in tiles_of(path))
+    except UserError:
+        return False
 
 
 def _crs_of_dem(source: Any, path: str | Path, given: str | None, feedback: Feedback) -> pyproj.CRS:

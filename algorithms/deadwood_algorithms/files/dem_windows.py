@@ -275,9 +275,14 @@ def _has_collar(dem: DemWindows, feedback: Feedback) -> bool:
 class WindowWriter:
     """A GeoTIFF written window by window and then read back, which is what finds a full disk (see `write_raster`)."""
 
-    def __init__(self, path: Path, *, with_statistics: bool = True, final: bool = True, **profile: Any) -> None:
-        """``final`` is false of a raster that the tool reads again and drops: neither statistics nor overviews."""
-        self.path, self.final = path, final
+    def __init__(
+        self, path: Path, *, with_statistics: bool = True, final: bool = True, of_region: bool = False, **profile: Any
+    ) -> None:
+        """``final`` is false of a raster that the tool reads again and drops: neither statistics nor overviews.
+
+        ``of_region`` is one of many runs, whose overviews may take their time (`geotiff.lay_out`).
+        """
+        self.path, self.final, self.of_region = path, final, of_region
         self.cells, self.sparse = profile["height"] * profile["width"], bool(profile.get("SPARSE_OK"))
         self.target = rasterio.open(path, "w", **profile)
         self.written: list[tuple[Window, int]] = []
@@ -301,7 +306,7 @@ class WindowWriter:
         self.target.close()
         if kind is None:
             if self.final:
-                lay_out(self.path, self.cells, sparse=self.sparse)
+                lay_out(self.path, self.cells, sparse=self.sparse, of_region=self.of_region)
             self._read_back()
 
     def _read_back(self) -> None:

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import pyproj
+import rasterio
 from numpy.typing import NDArray
 from rasterio.crs import CRS as RasterioCRS
 from rasterio.shutil import copy
@@ -21,8 +22,11 @@ from rasterio.transform import Affine
 
 TILE_CELLS = 256
 # Up to 2 x 2 tiles a map shows a raster as quickly without overviews. A cloud-optimised file is made by copying, which
-# costs as much as writing did; beyond the second limit (a DEM of 16 000 x 16 000 cells) that is left to the user.
-COG_FROM_CELLS, COG_UP_TO_CELLS = 4 * TILE_CELLS**2, 2**28
+# costs as much as writing did; beyond the second limit (a DEM of 46 000 x 46 000 cells) that is left to the user. Of a
+# window of a DEM even empty tiles are looked at (4.3 CPU seconds of 30 000 x 30 000 cells): each of many runs on a DEM
+# writes such, so there the limit is lower (11 500 x 11 500), but not for what is written once of a whole region.
+COG_FROM_CELLS, COG_UP_TO_CELLS, SPARSE_UP_TO_CELLS = 4 * TILE_CELLS**2, 2**31, 2**27
+COPYING_BYTES = 128 * 2**20  # GDAL's cache while it copies, else a share of the machine's memory
 
 
 def geotiff_profile(
@@ -83,27 +87,29 @@ class Statistics:
         return {f"STATISTICS_{name}": f"{value:.8g}" for name, value in found.items()}
 
 
-def lay_out(path: Path, cells: int, *, sparse: bool) -> None:
-    """Turn a large GeoTIFF into a cloud-optimised one with overviews; small and sparse ones stay as they are.
+def lay_out(path: Path, cells: int, *, sparse: bool, of_region: bool = False) -> None:
+    """Turn a large GeoTIFF into a cloud-optimised one with overviews; small ones stay as they are.
 
-    An overview holds values that stand in the raster (the nearest), so that a count stays a count. Of a raster that
-    stores only a window of a very large DEM, overviews would take longer than everything else.
+    An overview holds values that stand in the raster (the nearest), so that a count stays a count. ``sparse`` is a
+    raster of which tiles are missing, ``of_region`` one that is written once of many runs, and may take its time.
     """
-    if sparse or not COG_FROM_CELLS < cells <= COG_UP_TO_CELLS:
+    if not COG_FROM_CELLS < cells <= (SPARSE_UP_TO_CELLS if sparse and not of_region else COG_UP_TO_CELLS):
         return
     beside = path.with_name(f".{path.name}.cog")
     try:
-        copy(
-            path,
-            beside,
-            driver="COG",
-            compress="DEFLATE",
-            predictor="YES",
-            blocksize=TILE_CELLS,
-            overview_resampling="NEAREST",
-            overviews="IGNORE_EXISTING",
-            bigtiff="IF_SAFER",
-        )
+        with rasterio.Env(GDAL_CACHEMAX=COPYING_BYTES):
+            copy(
+                path,
+                beside,
+                driver="COG",
+                compress="DEFLATE",
+                predictor="YES",
+                blocksize=TILE_CELLS,
+                overview_resampling="NEAREST",
+                overviews="IGNORE_EXISTING",
+                bigtiff="IF_SAFER",
+                sparse_ok="YES" if sparse else "NO",
+            )
         os.replace(beside, path)
     finally:
         beside.unlink(missing_ok=True)

@@ -90,9 +90,9 @@ def _copy(path: str | Path, ending: str = "mended") -> str:
 
 def _masked(path: str | Path) -> str:
     """``rio calc`` leaves nodata as it is, and fails where a raster has none."""
-    import rasterio  # not for those who only want the words
+    from deadwood_algorithms.files.tiles import open_as_one  # not for those who only want the words
 
-    with rasterio.open(path) as source:
+    with open_as_one(path) as source:
         return " --not-masked" if source.nodata is None else ""
 
 

@@ -60,7 +60,7 @@ def output_path(
         if _exists(final, path) and not overwrite:
             raise UserError(f"{path}: the output exists; --overwrite replaces it")
         for each in inputs:
-            if each and _same_file(Path(str(each).split("|", 1)[0]), final):
+            if each and any(_same_file(one, final) for one in _files_of(each, final.name)):
                 raise UserError(f"{path}: the output is also an input, which is never replaced; name another file")
 
     with _staged(final, path, check) as folder:
@@ -255,6 +255,12 @@ def _is_full(error: BaseException | None, folder: Path) -> bool:
         library = library or "read back" in str(error)
         error = error.__cause__ or error.__context__
     return library and shutil.disk_usage(folder).free < NEARLY_FULL_BYTES
+
+
+def _files_of(named: str | Path, name: str) -> list[Path]:
+    """The file of an input's path; of tiles the files between the commas, or the one of this name in their folder."""
+    place = Path(str(named).split("|", 1)[0])
+    return [place, place / name, *(Path(each.strip()) for each in str(named).split(",") if each.strip())]
 
 
 def _same_file(one: Path, other: Path) -> bool:

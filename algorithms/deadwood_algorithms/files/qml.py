@@ -116,15 +116,28 @@ def cones_3d(rows: Iterable[tuple[str, float, float, float, str]]) -> str:
 
     QGIS sets a shape's middle on the ground, so each is raised by half its length.
     """
+    return _solids_3d(
+        "cone",
+        [
+            (condition, {"bottomRadius": base, "topRadius": top, "length": length}, 0.5 * length, colour)
+            for condition, base, top, length, colour in rows
+        ],
+    )
+
+
+def spheres_3d(rows: Iterable[tuple[str, float, float, str]]) -> str:
+    """Spheres, one row a rule: (filter, radius [m], height of the middle above the terrain [m], colour)."""
+    return _solids_3d("sphere", [(condition, {"radius": radius}, up, colour) for condition, radius, up, colour in rows])
+
+
+def _solids_3d(kind: str, rows: Iterable[tuple[str, dict[str, float], float, str]]) -> str:
+    """Points on the terrain as solids, one row a rule: (filter, sizes [m], by how much it is raised [m], colour)."""
     rules = []
-    for k, (condition, base, top, length, colour) in enumerate(rows):
-        shape = "".join(
-            f'<Option type="double" name="{name}" value="{value:.6g}"/>'
-            for name, value in (("bottomRadius", base), ("topRadius", top), ("length", length))
-        )
-        raised = f"1 0 0 0 0 1 0 0 0 0 1 0 0 {0.5 * length:.6g} 0 1"  # column by column; the second axis is up
+    for k, (condition, sizes, up, colour) in enumerate(rows):
+        shape = "".join(f'<Option type="double" name="{name}" value="{size:.6g}"/>' for name, size in sizes.items())
+        raised = f"1 0 0 0 0 1 0 0 0 0 1 0 0 {up:.6g} 0 1"  # column by column; the second axis is up
         rules.append(
-            f'<rule key="{_key(k + 1)}" filter={quoteattr(condition)}><symbol type="point" shape="cone" '
+            f'<rule key="{_key(k + 1)}" filter={quoteattr(condition)}><symbol type="point" shape="{kind}" '
             f'material_type="phong"><data alt-clamping="terrain"/>{_phong(colour)}'
             f'<shape-properties><Option type="Map">{shape}</Option></shape-properties>'
             f'<transform matrix="{raised}"/></symbol></rule>'

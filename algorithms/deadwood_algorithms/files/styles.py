@@ -43,14 +43,17 @@ SPEED = ("#fde725", "#a0da39", "#4ac16d", "#1fa187", "#277f8e", "#365c8d", "#463
 ENERGY = ("#f7e425", "#fdac33", "#ef7c51", "#d5536f", "#b32c8e", "#8606a6", "#5002a2", "#0d0887")
 GREENS = ("#a1d99b", "#74c476", "#41ab5d", "#238b45", "#00682a", "#00441b")
 DIFFERENCE = ("#2166ac", "#67a9cf", "#d1e5f0", "#f7f7f7", "#fddbc7", "#ef8a62", "#b2182b")
-ROAD, RELEASE, BARRIER, WOOD, PLAIN = "#d55e00", "#0072b2", "#aa3377", "#9c6b3f", "#666666"
+ROAD, RELEASE, BARRIER, WOOD, STONE, PLAIN = "#d55e00", "#0072b2", "#aa3377", "#9c6b3f", "#8a8a8a", "#666666"
 
 SPEEDS_MS = (0.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 40.0)
 DBH_CM = (0.0, 20.0, 40.0, 60.0, 80.0, 100.0)
 SHARES = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
+WORTHS = (0.0005, 0.001, 0.002, 0.005, 0.01, 1.0)  # shares of the logs that one thing keeps from a line
+SMALL = 1e-9  # less than one log of any run
 JUMPS_M = (0.0, 0.5, 1.0, 2.0, 4.0, 6.0, 10.0, 20.0)
 YEARS = (3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, 10_000.0)
 HEIGHT_STEP_M = 5.0
+BLOCK_STEP_M = 0.5
 STAMP = "2000-01-01T00:00:00.000Z"  # as the rest of a GeoPackage: same input, same bytes
 
 
@@ -160,6 +163,45 @@ def _reach(frame: geopandas.GeoDataFrame, kind: str) -> Style:
     return Style(qml.graduated("p", rows) + qml.labels(text), labelled=True)
 
 
+def _blocks(frame: geopandas.GeoDataFrame, kind: str) -> Style:
+    flat = qml.single(_plain(kind, STONE, 3.0))
+    if kind != "marker" or "diameter_m" not in frame or "height_m" not in frame:
+        return Style(flat)
+    return Style(flat + qml.spheres_3d(_spheres(frame)))
+
+
+def _spheres(frame: geopandas.GeoDataFrame) -> Iterable[tuple[str, float, float, str]]:
+    """A sphere for each class of diameter, with the mean size and height of its boulders."""
+    diameter, height = (frame[name].to_numpy(np.float64) for name in ("diameter_m", "height_m"))
+    step = np.floor(diameter / BLOCK_STEP_M)
+    for each in np.unique(step[np.isfinite(step) & np.isfinite(height)]):
+        inside = (step == each) & np.isfinite(height)
+        low, radius = each * BLOCK_STEP_M, 0.5 * float(diameter[inside].mean())
+        condition = f'"diameter_m" >= {low:g} and "diameter_m" < {low + BLOCK_STEP_M:g}'
+        yield condition, radius, float(height[inside].mean()) - radius, STONE
+
+
+def _sites(frame: geopandas.GeoDataFrame, kind: str) -> Style:
+    """By the share that reaches the line; a site that failed, or has no line, is drawn too."""
+    rows = [(-1.0, -0.5, "no line, or failed", _plain(kind, ENDS["failed"][1]))]
+    rows.append((0.0, SHARES[0], "up to 0.1 %", _plain(kind, PLAIN)))
+    for k, low in enumerate(SHARES[:-1]):
+        label = f"{100 * low:g} to {100 * SHARES[k + 1]:g} %"
+        rows.append((low, SHARES[k + 1], label, _plain(kind, HITS[k + 1], 3.0)))
+    return Style(qml.graduated('coalesce("p", -1)', rows) + qml.labels('"site"'), labelled=True)
+
+
+def _worth(frame: geopandas.GeoDataFrame, kind: str) -> Style:
+    """The more logs a thing keeps away, the larger and darker; what keeps none away stays small, harm is blue."""
+    rows = [(-1.0, -SMALL, "more reach it because of this", marker(DIFFERENCE[0], 2.6, shape="triangle"))]
+    rows.append((-SMALL, SMALL, "no difference", marker(PLAIN, 1.0)))
+    low = SMALL
+    for k, high in enumerate(WORTHS):
+        rows.append((low, high, f"up to {100 * high:g} %", marker(HITS[k + 1], 2.0 + 0.8 * k)))
+        low = high
+    return Style(qml.graduated("gain_p", rows))
+
+
 def _outlines(frame: geopandas.GeoDataFrame, kind: str) -> Style:
     """Without a 3-D symbol, so that the 3-D view drapes them over the terrain, where it minds the time."""
     return Style(qml.single(fill(WOOD, EDGE_OF_WOOD)) + qml.intervals("t", "t_end"))
@@ -187,6 +229,8 @@ _LAYERS: dict[str, Callable[[Any, str], Style]] = {
     "trees": _trees,
     "barriers": _barriers,
     "lying_logs": _in(WOOD, 3.0),
+    "blocks": _blocks,
+    "block_hits": _in(STONE, 3.0),
     "lines": _in(ROAD, 3.0),
     "forest": _in(GREENS[3]),
     "deposits": lambda frame, kind: Style(_ends(kind)),
@@ -195,15 +239,20 @@ _LAYERS: dict[str, Callable[[Any, str], Style]] = {
     "reach": _reach,
     "reached_by": _in(ROAD, 1.4),
     "spread": _spread,
+    "values": _worth,
+    "planted": _worth,
     "azimuths": _in(RELEASE, 1.2),
     "release_areas": _in(RELEASE),
     "candidates": _in(ROAD, 2.4),
     "others": _in(PLAIN, 1.6),
+    "sources": _in(ROAD),
+    "affected": _in(RELEASE),
     "earthworks": _in(WOOD, 3.0),
     "flights": _in(RELEASE, 2.0),
     "clearances": _in(BARRIER, 2.4),
     "log_outlines": _outlines,
     "log_solids": _solids,
+    "sites": _sites,
 }
 
 

@@ -21,6 +21,7 @@ from deadwood_algorithms.files.columns import field_names, number_column, where_
 from deadwood_algorithms.files.crs import accuracy_words, crs_name, horizontal, parse_crs, same_crs
 from deadwood_algorithms.files.free_memory import GIB, SHARE, free_bytes
 from deadwood_algorithms.files.inputs import refuse_missing
+from deadwood_algorithms.files.streams import Stream, write_layer
 from deadwood_algorithms.files.tables import is_text_table, read_text_table
 from deadwood_algorithms.files.units import with_schema_names
 from deadwood_algorithms.schemas.written import geometry_named
@@ -207,29 +208,29 @@ def _read_arrow(name: str, what: str) -> pd.DataFrame:
     return frame
 
 
-def write_vector(path: str | Path, layers: Mapping[str, gpd.GeoDataFrame]) -> None:
+def write_vector(path: str | Path, layers: Mapping[str, gpd.GeoDataFrame | Stream]) -> None:
     """Write a GeoPackage 1.2 with these layers and their styles; same input, same bytes (time stamps: a fixed day)."""
+    options: dict[str, Any] = {
+        "dataset_options": {"VERSION": "1.2"},
+        "layer_options": {"GEOMETRY_NAME": "geom", "FID": "fid"},
+    }
     if Path(path).suffix.lower() != ".gpkg":
         raise UserError(f"{path}: the output must be a .gpkg file; name it {Path(path).with_suffix('.gpkg')}")
     pyogrio.set_gdal_config_options({"OGR_CURRENT_DATE": "2000-01-01T00:00:00.000Z"})
     try:
         for name, frame in layers.items():
+            if isinstance(frame, Stream):
+                write_layer(Path(path), name, frame, **options)
+                continue
             kinds = set(frame.geometry.geom_type.dropna())
             kind = "Unknown" if kinds else geometry_named(name)
             if len(kinds) == 1:
                 kind = kinds.pop() + (" Z" if bool(frame.geometry.has_z.any()) else "")
-            pyogrio.write_dataframe(
-                frame,
-                path,
-                layer=name,
-                driver="GPKG",
-                geometry_type=kind,
-                dataset_options={"VERSION": "1.2"},
-                layer_options={"GEOMETRY_NAME": "geom", "FID": "fid"},
-            )
+            pyogrio.write_dataframe(frame, path, layer=name, driver="GPKG", geometry_type=kind, **options)
     finally:
         pyogrio.set_gdal_config_options({"OGR_CURRENT_DATE": None})
-    styles.store_in(Path(path), {name: styles.of_layer(name, frame) for name, frame in layers.items()})
+    firsts = {name: each.first if isinstance(each, Stream) else each for name, each in layers.items()}
+    styles.store_in(Path(path), {name: styles.of_layer(name, frame) for name, frame in firsts.items()})
 
 
 def _layer_of(name: str, layer: str, what: str) -> str:

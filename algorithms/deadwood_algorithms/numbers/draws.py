@@ -13,8 +13,10 @@ import numpy as np
 LOG_PLACE, TREE_PLACE, TREE_SIZE = range(3)
 LOG_CELL, LOG_SIZE, LOG_DENSITY, LOG_ROW, LOG_AXIS = range(16, 21)
 STEM_THROWN, STEM_FALL, STEM_LOST = range(32, 35)
+# Of designs of runs: the order and the place of a Latin hypercube's rows, and the noise on a terrain model
+LATIN_ORDER, LATIN_PLACE, HEIGHT_NOISE = range(48, 51)
 # Of the evaluating tools, apart from those of things that are placed.
-BOOTSTRAP, HALVES, EVENT_LOG, EVENT_ERROR = range(64, 68)
+BOOTSTRAP, HALVES, EVENT_LOG, EVENT_ERROR, ROW_DRAW = range(64, 69)
 
 _LOW = np.uint64(0xFFFFFFFF)
 _SHIFT = np.uint64(32)

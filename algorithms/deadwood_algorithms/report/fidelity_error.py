@@ -8,7 +8,23 @@ from __future__ import annotations
 
 # fidelity: (mean of the slopes with its interval, the worst slope with its interval)
 REACH_POINTS: dict[str, tuple[str, str]] = {
-    "draft": ("-0.6 (-1.2 to -0.0)", "-2.7 (-4.4 to -1.0)"),
-    "standard": ("-0.3 (-0.8 to +0.2)", "-0.5 (-2.3 to +1.2)"),
-    "fine": ("+0.6 (-0.8 to +2.0)", "+3.5 (-0.1 to +7.2)"),
+    "draft": ("-0.2 (-0.8 to +0.5)", "-2.5 (-4.3 to -0.8)"),
+    "standard": ("-0.2 (-0.9 to +0.4)", "-1.3 (-3.2 to +0.6)"),
+    "fine": ("-0.5 (-1.5 to +0.4)", "-1.0 (-3.4 to +1.4)"),
 }
+
+
+def assumed_bounds(up_to: str) -> dict[str, float]:
+    """Bounds on the error of calculation, as shares, that are taken over from those slopes.
+
+    The farther end of the interval of the slope that is worst: what the logs that slid there do not exclude. The mean
+    of the slopes is known better, but says nothing of one. So a bound shrinks as more logs are measured. ``up_to``:
+    bounds of no fidelity, of standard alone, or of draft as well.
+    """
+    names = {"none": (), "standard": ("standard",), "draft": ("standard", "draft")}[up_to]
+    return {name: _farther_end(REACH_POINTS[name][1]) / 100.0 for name in names}
+
+
+def _farther_end(text: str) -> float:
+    low, high = text.split("(")[1].rstrip(")").split(" to ")
+    return max(abs(float(low)), abs(float(high)))

@@ -26,6 +26,7 @@ VERTICES, INDICES = 34962, 34963
 COLOURS = {
     "trees": (0.09, 0.19, 0.06),
     "lying_logs": (0.26, 0.08, 0.01),
+    "blocks": (0.16, 0.16, 0.16),
     "deposits": (0.6, 0.19, 0.38),
     "barriers": (0.45, 0.01, 0.02),
     "lines": (0.01, 0.01, 0.01),
@@ -81,7 +82,7 @@ def write_gltf(path: Path, space: Space, drape: Image.Image) -> None:
     document["images"] = [{"bufferView": binary.view(picture.getvalue()), "mimeType": "image/jpeg"}]
     places, at, corners = terrain_mesh(space)
     _add(document, binary, "terrain", places, smooth_normals(places, corners), corners, 0, at)
-    solids = {"trees": space.trees, "lying_logs": space.lying, "deposits": space.deposits}
+    solids = {"trees": space.trees, "lying_logs": space.lying, "blocks": space.blocks, "deposits": space.deposits}
     for name, rows in solids.items():
         if len(rows):
             _add(document, binary, name, *cone_mesh(rows), _material(document, name))

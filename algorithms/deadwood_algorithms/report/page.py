@@ -161,11 +161,12 @@ def three_d(sources: Sequence[ReportedRun], spaces: Sequence[Space | None], word
     ]
     paces = [(f"{each:g}", f"{each:g} ×") for each in PACES]
     runs = [chooser("run", words.say("runs"), [(str(k), each.name) for k, (each, _) in enumerate(there)], "0")]
-    solids = ("moving", "deposits", "trees", "barriers", "lying", "lines", "trails")
+    solids = ("moving", "deposits", "trees", "barriers", "lying", "blocks", "lines", "trails")
     phrases = {
         "trees": "layer_trees",
         "barriers": "layer_barriers",
         "lying": "layer_lying_logs",
+        "blocks": "layer_blocks",
         "lines": "layer_lines",
     }
     boxes = [box(each, words.say(phrases.get(each, each)), each not in ("deposits", "trails")) for each in solids]

@@ -30,8 +30,9 @@ MOST_WAYS = 150
 WAY_STEP_M = 3.0
 OPAQUE = 0.15  # of the largest difference: from there on a map hides the relief
 LONGEST, SHORTEST = 9.0, 3.0  # inches, of the map's height
-TREE, BARRIER, LYING, LINE, RELEASE, WAY = "#006D4E", "#B2182B", "#8C510A", "#111111", "#882255", "#FFFFFF"
-SHOWN_AT_FIRST = ("relief", "hits", "trees", "barriers", "lying_logs", "lines", "releases", "deposits")
+TREE, BARRIER, LYING, BLOCK = "#006D4E", "#B2182B", "#8C510A", "#5A5A5A"
+LINE, RELEASE, WAY = "#111111", "#882255", "#FFFFFF"
+SHOWN_AT_FIRST = ("relief", "hits", "trees", "barriers", "lying_logs", "blocks", "lines", "releases", "deposits")
 
 
 def draw_map(source: ReportedRun, words: Words, *, every_layer: bool = False) -> Figure:
@@ -154,6 +155,11 @@ def _scene(axes: Any, source: ReportedRun, words: Words) -> list[Any]:
             strings = lines_of_shapes(source.scene[name].geometry)
             axes.add_collection(LineCollection(strings, colors=colour, linewidths=width, gid=f"layer_{name}", zorder=5))
             handles.append(Line2D([], [], color=colour, linewidth=width, label=words.say(f"layer_{name}")))
+    if "blocks" in source.scene:
+        x, y = shapely.get_coordinates(np.asarray(source.scene["blocks"].geometry)).T
+        rows = thinned_rows(x.size, MOST_DOTS)
+        dots(axes, x[rows], y[rows], 2.4, BLOCK, "layer_blocks", 5.0)
+        handles.append(_dot(BLOCK, words.say("layer_blocks")))
     if source.lines is not None:
         strings = lines_of_shapes(source.lines.geometry)
         axes.add_collection(LineCollection(strings, colors=LINE, linewidths=2.0, gid="layer_lines", zorder=5))
@@ -211,7 +217,7 @@ def layers_drawn(source: ReportedRun) -> list[str]:
     there = {
         "relief": source.ground is not None,
         **{name: name in source.rasters for name in ("hits", "speed", "energy", "jump", "danger")},
-        **{name: name in source.scene for name in ("trees", "barriers", "lying_logs")},
+        **{name: name in source.scene for name in ("trees", "barriers", "lying_logs", "blocks")},
         "lines": source.lines is not None,
         "releases": True,
         "trajectories": ways is not None and len(ways) > 0,

@@ -171,7 +171,9 @@ def reach(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) ->
     parts += [
         element("p", words.say("reach_note"), class_="quiet"),
     ]
-    if source.summary["accuracy"]["fidelity"] in REACH_POINTS:
+    if promise := source.summary["accuracy"].get("auto"):
+        parts.append(element("p", promise_words(promise, words)))
+    elif source.summary["accuracy"]["fidelity"] in REACH_POINTS:
         parts.append(element("p", words.say("calculation_measure"), class_="quiet"))
     if rule := source.summary.get("until_ci"):
         state = words.say("until_reached" if rule["reached"] else "until_missed", n=rule["logs"])
@@ -183,6 +185,8 @@ def reach(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) ->
 def calculation_words(accuracy: Mapping[str, Any], parameters: Mapping[str, Any], words: Words) -> str:
     """What is known of the error of calculation of a run's fidelity."""
     fidelity = accuracy["fidelity"]
+    if promise := accuracy.get("auto"):
+        return words.say("calculation_bound", bound=shown_number(100.0 * promise["calculation"], words, 2))
     if parameters.get("time_step") is not None or parameters.get("station_spacing") is not None:
         return words.say("calculation_unknown")
     if fidelity == "reference":
@@ -191,6 +195,15 @@ def calculation_words(accuracy: Mapping[str, Any], parameters: Mapping[str, Any]
         return words.say("calculation_unknown")
     mean, worst = (in_language(each, words) for each in REACH_POINTS[fidelity])
     return words.say("calculation_known", mean=mean, worst=worst)
+
+
+def promise_words(promise: Mapping[str, Any], words: Words) -> str:
+    """What --fidelity auto promises: both errors of the line that is farthest off, apart and together."""
+    points = {name: shown_number(100.0 * promise[name], words, 2) for name in ("sampling", "calculation", "together")}
+    how = "calculation_none" if promise["chosen"] == "reference" else "promise_assumed"
+    source = words.say("promise_measured" if promise["measured_against"] else how, against=promise["measured_against"])
+    chosen, n = promise["chosen"], promise["logs"]
+    return words.say("promise", chosen=chosen, n=n, line=promise["line_id"], source=source, **points)
 
 
 def in_language(text: str, words: Words) -> str:
@@ -301,7 +314,7 @@ def profile_section(drawings: Mapping[str, Drawing], words: Words) -> Parts:
 
 
 def ledgers(source: ReportedRun, words: Words) -> Parts:
-    """What barriers, trees and lying logs did."""
+    """What barriers, trees, lying logs and boulders did."""
     parts: Parts = []
     barriers = source.summary["barriers"]
     if barriers:
@@ -317,7 +330,7 @@ def ledgers(source: ReportedRun, words: Words) -> Parts:
             for each in barriers
         ]
         parts.append(table(head, rows))
-    wood = [(name, source.summary.get(name)) for name in ("trees", "lying_logs")]
+    wood = [(name, source.summary.get(name)) for name in ("trees", "lying_logs", "blocks")]
     wood = [(name, record) for name, record in wood if record]
     if wood:
         names = ("n_total", "n_hit", "n_stopping", "n_hits", "n_stops")

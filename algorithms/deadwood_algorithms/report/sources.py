@@ -23,6 +23,7 @@ from rasterio.windows import Window
 
 from deadwood_algorithms.files.dem_windows import open_windows
 from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.files.tiles import tiles_of
 from deadwood_algorithms.files.vectors import read_table, read_vector
 from deadwood_algorithms.runs.arrivals import arrivals_frame, find_arrivals
 from deadwood_algorithms.runs.edges import Edges
@@ -52,7 +53,7 @@ class ReportedRun:
 
     ground : the terrain around the logs, thinned; None where the DEM is gone
     dem_cell : side of the DEM's cells [m], as the run had them
-    scene : by input (trees, barriers, lying_logs), the layer in the run's CRS; absent when not given or gone
+    scene : by input (trees, barriers, lying_logs, blocks), the layer in the run's CRS; absent when not given or gone
     rasters : by name in `SHOWN_RASTERS`, values on about the ground's cells, row 0 south, with their extent
     lacks : (phrase, what fills it) of everything that could not be shown
     """
@@ -103,7 +104,7 @@ def read_reported_run(path: str, name: str, feedback: Feedback) -> ReportedRun:
     extent = shown_extent(run)
     ground = _input(run, "dem", lacks, lambda place: read_ground(place, run, extent, feedback))
     scene = {}
-    for each, kind in (("trees", "point"), ("barriers", "line"), ("lying_logs", "line")):
+    for each, kind in (("trees", "point"), ("barriers", "line"), ("lying_logs", "line"), ("blocks", "point")):
         found = _input(run, each, lacks, lambda place, kind=kind, each=each: _vector(place, kind, each, run))
         if found is not None:
             scene[each] = found
@@ -232,7 +233,7 @@ def _input(run: Run, parameter: str, lacks: list, read: Callable[[str], Any]) ->
         return None
     reason = ""
     for place in dict.fromkeys(str(each) for each in input_paths(run.path, run.manifest, parameter)):
-        if not Path(place.split("|")[0]).exists():
+        if not _stands(place):
             continue
         try:
             return read(place)
@@ -242,10 +243,20 @@ def _input(run: Run, parameter: str, lacks: list, read: Callable[[str], Any]) ->
     return None
 
 
+def _stands(place: str) -> bool:
+    """Whether an input is there, with all the tiles that its path may name."""
+    return Path(place.split("|")[0]).exists() or all(Path(each).exists() for each in place.split(","))
+
+
 def _vector(place: str, kind: str, what: str, run: Run) -> geopandas.GeoDataFrame:
     """A layer of the scene, with the ids that the run counts its rows by."""
     frame = read_vector(place, geometry=(kind,), target_crs=run.grid.crs, what=what, feedback=Quiet())
-    names = {"trees": ("tree_id",), "barriers": ("barrier_id", "name"), "lying_logs": ("lying_id", "tree_id", "log_id")}
+    names = {
+        "trees": ("tree_id",),
+        "barriers": ("barrier_id", "name"),
+        "lying_logs": ("lying_id", "tree_id", "log_id"),
+        "blocks": ("block_id", "name"),
+    }
     frame["shown_id"] = [str(each) for each in ids_of(frame, *names[what])]
     return frame
 
@@ -283,13 +294,21 @@ def _arrivals(
 def hashed_inputs(run: Run) -> list[tuple[str, str, str]]:
     """Name, file and SHA-256 of each input that still lies where the manifest or the run's folder has it."""
     rows = []
-    for parameter in ("dem", "releases", "trees", "barriers", "lying_logs", "lines", "friction", "shape"):
+    for parameter in ("dem", "releases", "trees", "barriers", "lying_logs", "blocks", "lines", "friction", "shape"):
         for place in input_paths(run.path, run.manifest, parameter):
-            path = Path(str(place).split("|")[0])
-            if path.is_file():
-                rows.append((parameter, str(run.manifest["parameters"][parameter]), sha256_of(path)))
+            if _stands(str(place)):
+                named = str(run.manifest["parameters"][parameter])
+                rows += [(parameter, *each) for each in _hashed(named, str(place), tiled=parameter == "dem")]
                 break
     return rows
+
+
+def _hashed(named: str, place: str, *, tiled: bool) -> list[tuple[str, str]]:
+    """File and SHA-256 of an input, of a terrain model in tiles of each of them; nothing of another folder."""
+    files = tiles_of(place) if tiled else [place.split("|")[0]]
+    if len(files) > 1:
+        return [(each, sha256_of(Path(each))) for each in files]
+    return [(named, sha256_of(Path(files[0])))] if Path(files[0]).is_file() else []
 
 
 def sha256_of(path: Path) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import base64
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import matplotlib
@@ -22,7 +23,8 @@ from deadwood_algorithms.report.plan import lines_of_shapes, thinned_rows
 from deadwood_algorithms.report.sources import ReportedRun, mean_of_blocks, paths_by_log
 
 GROUND_VERTICES = 260  # along the longer side
-MOST_TREES, MOST_DEPOSITS = 20_000, 4_000
+MOST_TREES, MOST_DEPOSITS, MOST_BLOCKS = 20_000, 4_000, 2_000
+SLICES = 6  # of a boulder
 A_GROUP = 30  # logs of each kind that is shown
 MOST_POSES = 60_000  # 14 bytes each
 STEP_S = 0.1  # between two poses, or more where there would be too many
@@ -53,6 +55,7 @@ class Space:
     first: tuple[float, float]  # of heights[0, 0], from the origin
     trees: Array
     lying: Array
+    blocks: Array  # spheres as `SLICES` truncated cones each
     deposits: Array
     barriers: list[tuple[Array, float]]  # feet along the line (n, 3), height
     lines: list[Array]
@@ -88,6 +91,7 @@ def space_of(source: ReportedRun, pages_share: int = 1) -> Space | None:
         (ground.x0 + shift - origin[0], ground.y0 + shift - origin[1]),
         _trees(source, origin),
         _lying(source, origin),
+        _blocks(source, origin),
         deposits,
         _barriers(source, origin),
         [_on_ground(source, string, origin) for string in _strings(source.lines)],
@@ -130,6 +134,26 @@ def _lying(source: ReportedRun, origin: tuple[float, float, float]) -> Array:
             centre = points + np.column_stack([np.zeros((len(points), 2)), radius])
             rows += [np.concatenate([centre[k], centre[k + 1], radius[k : k + 2]]) for k in range(len(points) - 1)]
     return np.array(rows).reshape(-1, 8)
+
+
+def _blocks(source: ReportedRun, origin: tuple[float, float, float]) -> Array:
+    """Boulders as truncated cones on top of each other, with the sphere's radius where they meet."""
+    if "blocks" not in source.scene or source.ground is None:
+        return np.zeros((0, 8))
+    frame = source.scene["blocks"]
+    x, y = shapely.get_coordinates(np.asarray(frame.geometry)).T
+    radius = 0.5 * frame["diameter_m"] if "diameter_m" in frame else frame["radius_m"]
+    radius = radius.to_numpy(np.float64)
+    top = frame["height_m"].to_numpy(np.float64) if "height_m" in frame else np.full(x.size, np.nan)
+    z = source.ground.height(x, y) + np.where(np.isnan(top), 2.0 * radius, top) - radius
+    rows = np.flatnonzero(np.isfinite(z))
+    rows = rows[thinned_rows(rows.size, MOST_BLOCKS)]
+    centre, radius = np.column_stack([x, y, z])[rows] - origin, radius[rows]
+    slices = []
+    for low, high in pairwise(np.linspace(-0.5 * np.pi, 0.5 * np.pi, SLICES + 1)):
+        ends = [centre + np.outer(radius, (0.0, 0.0, np.sin(each))) for each in (low, high)]
+        slices.append(np.column_stack([*ends, radius * np.cos(low), radius * np.cos(high)]))
+    return np.concatenate(slices)
 
 
 def _barriers(source: ReportedRun, origin: tuple[float, float, float]) -> list[tuple[Array, float]]:
@@ -229,6 +253,7 @@ def packed(space: Space, source: ReportedRun) -> dict[str, Any]:
         "drapes": {name: picture_address(each) for name, each in drapes(source).items()},
         "trees": _base64(space.trees, "<f4"),
         "lying": _base64(space.lying, "<f4"),
+        "blocks": _base64(space.blocks, "<f4"),
         "deposits": _base64(space.deposits, "<f4"),
         "barriers": [{"feet": _base64(feet, "<f4"), "height": height} for feet, height in space.barriers],
         "lines": [_base64(each, "<f4") for each in space.lines if len(each) > 1],

@@ -11,7 +11,8 @@
 (function () {
   const SIDES = 14;
   const COLOURS = {
-    tree: [0.33, 0.47, 0.27], lying: [0.55, 0.32, 0.04], deposit: [0.8, 0.47, 0.65], moving: [0.84, 0.37, 0.0],
+    tree: [0.33, 0.47, 0.27], lying: [0.55, 0.32, 0.04], block: [0.45, 0.45, 0.45], deposit: [0.8, 0.47, 0.65],
+    moving: [0.84, 0.37, 0.0],
     followed: [1.0, 0.9, 0.1], barrier: [0.7, 0.09, 0.17], line: [0.05, 0.05, 0.05], trail: [1.0, 1.0, 1.0],
   };
 
@@ -197,7 +198,7 @@
       start += each.n;
       return log;
     });
-    const rows = { trees: floats(told.trees), lying: floats(told.lying), deposits: floats(told.deposits) };
+    const rows = { trees: floats(told.trees), lying: floats(told.lying), blocks: floats(told.blocks), deposits: floats(told.deposits) };
     const textures = {};
     for (const [name, address] of Object.entries(told.drapes)) {
       const texture = textures[name] = gl.createTexture();
@@ -218,6 +219,7 @@
       ground: ground(gl, programs.ground, told.ground),
       trees: solids(gl, programs.solid, rows.trees, tinted(rows.trees.length / 8, COLOURS.tree)),
       lying: solids(gl, programs.solid, rows.lying, tinted(rows.lying.length / 8, COLOURS.lying)),
+      blocks: solids(gl, programs.solid, rows.blocks, tinted(rows.blocks.length / 8, COLOURS.block)),
       deposits: solids(gl, programs.solid, rows.deposits, tinted(rows.deposits.length / 8, COLOURS.deposit)),
       moving: solids(gl, programs.solid, moving, tinted(logs.length, COLOURS.moving)), rows: moving,
       barriers: told.barriers.map((each) => strip(gl, programs.plain, plate(floats(each.feet), each.height))),
@@ -312,7 +314,7 @@
       gl.useProgram(programs.solid);
       gl.uniformMatrix4fv(gl.getUniformLocation(programs.solid, "see"), false, see);
       const pixel = gl.getUniformLocation(programs.solid, "pixel");
-      for (const name of ["trees", "lying", "deposits", "moving"]) {
+      for (const name of ["trees", "lying", "blocks", "deposits", "moving"]) {
         if (!on(name) || !now[name].count) continue;
         gl.uniform1f(pixel, 0.85 * (name === "moving" ? 1.8 : 0.35) / canvas.clientHeight);
         gl.bindVertexArray(now[name].array);

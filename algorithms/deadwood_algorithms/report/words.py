@@ -63,6 +63,7 @@ PHRASES: dict[str, tuple[str, str]] = {
     "model_trees": ("trees", "Bäume"),
     "model_barriers": ("barriers", "Barrieren"),
     "model_lying_logs": ("lying logs", "liegende Stämme"),
+    "model_blocks": ("boulders", "Blöcke"),
     "model_lines": ("lines", "Linien"),
     "model_outputs": ("computed", "berechnet"),
     "lacks": ("What this report lacks", "Was diesem Bericht fehlt"),
@@ -84,6 +85,7 @@ PHRASES: dict[str, tuple[str, str]] = {
     "input_trees": ("trees", "Bäume"),
     "input_barriers": ("barriers", "Barrieren"),
     "input_lying_logs": ("lying logs", "liegende Stämme"),
+    "input_blocks": ("boulders", "Blöcke"),
     "map": ("Map", "Karte"),
     "map_caption": (
         "Share of the logs that pass each cell, over the relief. Coordinates: {crs}, metres. Drag to move, wheel or "
@@ -108,6 +110,7 @@ PHRASES: dict[str, tuple[str, str]] = {
     "layer_trees": ("trees", "Bäume"),
     "layer_barriers": ("barriers", "Barrieren"),
     "layer_lying_logs": ("lying logs", "liegende Stämme"),
+    "layer_blocks": ("boulders", "Blöcke"),
     "layer_lines": ("roads, houses", "Strassen, Häuser"),
     "layer_releases": ("releases", "Freisetzungen"),
     "layer_trajectories": ("trajectories", "Bahnen"),
@@ -153,6 +156,23 @@ PHRASES: dict[str, tuple[str, str]] = {
     "calculation_unknown": (
         "not known: time step or spacing of its own (compare-fidelity measures it)",
         "nicht bekannt: eigener Zeitschritt oder Abstand (compare-fidelity misst ihn)",
+    ),
+    "calculation_bound": ("±{bound} points at most", "höchstens ±{bound} Punkte"),
+    "promise": (
+        "--fidelity auto chose {chosen} and {n} logs: the reach of every line is within ±{together} points, at 95 %, "
+        "of what the finest preset would give. For line {line}, where this is most: sampling ±{sampling}, calculation "
+        "±{calculation} ({source}).",
+        "--fidelity auto hat {chosen} und {n} Stämme gewählt: Die Reichweite jeder Linie liegt, mit 95 %, auf "
+        "±{together} Punkte bei dem, was die feinste Stufe ergäbe. Für die Linie {line}, wo das am meisten ist: "
+        "Stichprobe ±{sampling}, Berechnung ±{calculation} ({source}).",
+    ),
+    "promise_assumed": (
+        "assumed: as on the benchmark's slopes",
+        "angenommen: wie auf den Hängen des Benchmarks",
+    ),
+    "promise_measured": (
+        "measured on this slope against {against}",
+        "auf diesem Hang gemessen, gegen {against}",
     ),
     "calculation_measure": (
         "Measured on synthetic slopes (README); on this slope deadwood-tool compare-fidelity measures it.",
@@ -253,7 +273,7 @@ PHRASES: dict[str, tuple[str, str]] = {
     "chosen_farthest": ("log {id}: farthest", "Stamm {id}: weitester"),
     "chosen_fastest": ("log {id}: fastest", "Stamm {id}: schnellster"),
     "chosen_median": ("log {id}: median run-out", "Stamm {id}: mittlerer Auslauf"),
-    "ledgers": ("Barriers, trees, lying logs", "Barrieren, Bäume, liegende Stämme"),
+    "ledgers": ("Barriers, trees, lying logs, boulders", "Barrieren, Bäume, liegende Stämme, Blöcke"),
     "ledgers_none": ("The scene has none of them.", "Die Szene hat nichts davon."),
     "barrier": ("barrier", "Barriere"),
     "n_reached": ("reached", "erreicht"),
@@ -330,7 +350,7 @@ PHRASES: dict[str, tuple[str, str]] = {
         "logs that started in contact with an obstacle",
         "Stämme, die in Kontakt mit einem Hindernis starteten",
     ),
-    "not_run": ("logs not run (--until-ci)", "nicht gerechnete Stämme (--until-ci)"),
+    "not_run": ("logs not run (--until-ci, --error)", "nicht gerechnete Stämme (--until-ci, --error)"),
     "left_dem_warning": (
         "Logs that left the terrain model: {n}. On a larger one they would have gone on, so reach and spread are off "
         "by up to them.",
@@ -430,6 +450,10 @@ GERMAN_MODEL = (
         r"\1 starre Kegelstümpfe, ruhend auf dem Gelände, in \2 geraden Stücken",
     ),
     (r"not modelled: no layer was given", "nicht modelliert: keine Ebene angegeben"),
+    (
+        r"(\d+) rigid spheres, with the ground's friction and restitution; (\d+) off the DEM left out",
+        r"\1 starre Kugeln mit Reibung und Stosszahl des Bodens; \2 ausserhalb des DEM weggelassen",
+    ),
     (r"(\d+) rigid thin plates", r"\1 starre dünne Platten"),
     (r"(\d+) lines or outlines watched", r"\1 Linien oder Umrisse beobachtet"),
     (

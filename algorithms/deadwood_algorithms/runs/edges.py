@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 import pyproj
-import rasterio
 from numpy.typing import NDArray
 from rasterio.errors import RasterioError
 
@@ -22,6 +21,7 @@ from deadwood_algorithms.files.crs import crs_name, same_crs
 from deadwood_algorithms.files.dem_header import open_dem
 from deadwood_algorithms.files.dem_windows import DemWindows
 from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.files.tiles import open_as_one
 from deadwood_algorithms.runs.folder import GEOPACKAGE, MANIFEST, input_paths, read_manifest
 from deadwood_algorithms.tool import Feedback, UserError
 
@@ -43,8 +43,8 @@ class Edges:
         self._near: dict[tuple[int, int, float], NDArray[np.bool_]] = {}
         for path in paths:
             try:
-                source = rasterio.open(path)
-            except RasterioError:
+                source = open_as_one(path)
+            except (RasterioError, UserError):
                 continue
             if _same_grid(source, grid):
                 place = source.shape, grid.cell, grid.x0, grid.y0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -46,6 +47,16 @@ def name_finally(folder: Path, made_in: Path, final: Path) -> None:
         manifest.write_text(manifest.read_text(encoding="utf-8").replace(hidden, stands), encoding="utf-8")
 
 
+def link_or_copy(source: str, target: str) -> None:
+    """Large results take no second place on the disk where it can be helped; manifests are rewritten, so copied."""
+    try:
+        if Path(source).name == MANIFEST:
+            raise OSError
+        os.link(source, target)
+    except OSError:
+        shutil.copy2(source, target)
+
+
 def _plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {str(key): _plain(each) for key, each in value.items()}
@@ -72,6 +83,14 @@ class Run:
     grid: Grid
     manifest: dict[str, Any]
     stored_log_ids: NDArray[np.int64]
+
+    @property
+    def fidelity(self) -> str:
+        """Name of the fidelity that the logs slid at: with --fidelity auto the one that was chosen."""
+        name = str(self.manifest.get("parameters", {}).get("fidelity", "standard"))
+        if name != "auto":
+            return name
+        return json.loads((self.path / SUMMARY).read_text(encoding="utf-8"))["accuracy"]["fidelity"]
 
     def poses(self, wanted: NDArray[np.int64]) -> Iterator[dict[str, NDArray]]:
         """Poses of the wanted logs in bounded pieces; no log is split between two of them.
@@ -149,6 +168,9 @@ def input_paths(run: Path, manifest: Mapping[str, Any], parameter: str) -> list[
     named = str(manifest.get("parameters", {}).get(parameter) or "")
     if not named:
         return []
+    if "," in named and not os.path.exists(named):  # tiles of a DEM
+        moved = [input_paths(run, {**manifest, "parameters": {"tile": each}}, "tile") for each in named.split(",")]
+        return [Path(",".join(map(str, each))) for each in zip(*moved, strict=False)]
     return [Path(named), *moved_paths(named, run, manifest.get("folder")), run.parent / Path(named).name]
 
 

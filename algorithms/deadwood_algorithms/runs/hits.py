@@ -1,4 +1,4 @@
-"""The ledgers of a run: every hit of a barrier, and what each tree or lying log that was hit has taken.
+"""The ledgers of a run: every hit of a barrier, and what each tree, lying log or boulder that was hit has taken.
 
 The engine tells the hits of each chunk of logs. Those of barriers are kept one by one; those of trees are summed by
 tree at once, because a forest is hit a thousand times more often, so memory grows with barriers' hits and trees only.
@@ -7,6 +7,7 @@ Sums are of whole millinewton-seconds and millijoules, so the order in which hit
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import geopandas
@@ -36,12 +37,11 @@ BARRIER = (
 
 
 def hit_arrays(hits: Any, log_id: NDArray[np.int64], layers: SceneLayers) -> dict[str, NDArray]:
-    """What is kept of a chunk's hits: those of barriers, and the sums of each tree and, after them, lying log."""
+    """What is kept of a chunk's hits: those of barriers, and the sums of each tree, then lying log, then block."""
     by = hits.by_barrier
     kept = {f"{HITS}barrier_{name}": getattr(hits, name)[by] for name in BARRIER}
     kept[f"{HITS}barrier_log_id"] = log_id[kept.pop(f"{HITS}barrier_log_row")]
-    of_row = np.concatenate([np.arange(len(layers.tree_ids)), len(layers.tree_ids) + layers.lying.item])
-    item, log_row = of_row[hits.item[~by]].astype(np.int64), hits.log_row[~by]
+    item, log_row = _numbered(layers)[hits.item[~by]], hits.log_row[~by]
     trees, place = np.unique(item, return_inverse=True)
     pairs = np.unique(np.column_stack([place, log_row]), axis=0)[:, 0]
     largest = np.zeros(trees.size)
@@ -57,6 +57,13 @@ def hit_arrays(hits: Any, log_id: NDArray[np.int64], layers: SceneLayers) -> dic
     return kept | {f"{HITS}tree_{name}": values for name, values in sums.items()}
 
 
+def _numbered(layers: SceneLayers) -> NDArray[np.int64]:
+    """The thing that each of the engine's rows belongs to: its trees, then lying logs, then blocks."""
+    trees, lying = len(layers.tree_ids), len(layers.lying.ids)
+    blocks = trees + lying + np.arange(len(layers.blocks.ids))
+    return np.concatenate([np.arange(trees), trees + layers.lying.item, blocks]).astype(np.int64)
+
+
 def _whole_sums(place: NDArray[np.intp], values: NDArray[np.float64], number: int) -> NDArray[np.int64]:
     """Sums by place in whole units."""
     out = np.zeros(number, np.int64)
@@ -65,12 +72,12 @@ def _whole_sums(place: NDArray[np.intp], values: NDArray[np.float64], number: in
 
 
 def barrier_hits_frame(
-    layers: SceneLayers, releases: Releases, by_log: dict[str, NDArray], crs: Any
+    layers: SceneLayers, releases: Releases, by_log: Mapping[str, NDArray], crs: Any
 ) -> geopandas.GeoDataFrame:
     """One row a hit, in the order of the logs, then of time; a point where the log first touched the barrier."""
     found = {name: by_log[f"{HITS}barrier_{name}"] for name in ("log_id", *BARRIER[1:])}
-    place_of = {log_id: row for row, log_id in enumerate(releases.logs.log_id.tolist())}
-    row = np.array([place_of[log_id] for log_id in found["log_id"].tolist()], np.int64)
+    ids = np.argsort(releases.logs.log_id)
+    row = ids[np.searchsorted(releases.logs.log_id, found["log_id"], sorter=ids)].astype(np.int64)
     order = np.lexsort((found["time"], row))
     row, found = row[order], {name: values[order] for name, values in found.items()}
     barrier = layers.barriers.item[found["item"]]
@@ -92,7 +99,7 @@ def barrier_hits_frame(
 
 
 def _held(
-    layers: SceneLayers, by_log: dict[str, NDArray], row: NDArray[np.int64], barrier: NDArray[np.int64]
+    layers: SceneLayers, by_log: Mapping[str, NDArray], row: NDArray[np.int64], barrier: NDArray[np.int64]
 ) -> NDArray[np.int64]:
     """1 for a log's last hit of the barrier that holds it, else 0."""
     from deadwood_engine import STOP_REASONS
@@ -106,16 +113,15 @@ def _held(
     return out
 
 
-def _totals(layers: SceneLayers, by_log: dict[str, NDArray]) -> dict[str, NDArray]:
-    """Sums of all chunks, one row a tree, then one a lying log."""
+def _totals(layers: SceneLayers, by_log: Mapping[str, NDArray]) -> dict[str, NDArray]:
+    """Sums of all chunks, one row a tree, then one a lying log, then one a block."""
     from deadwood_engine import STOP_REASONS
 
-    trees = len(layers.tree_ids)
-    number = trees + len(layers.lying.ids)
-    of_row = np.concatenate([np.arange(trees), trees + layers.lying.item]).astype(np.int64)
+    number = len(layers.tree_ids) + len(layers.lying.ids) + len(layers.blocks.ids)
     reason, item = by_log["stop_reason"], by_log["stop_item"]
-    rows = [item[reason == STOP_REASONS.index("tree")], trees + item[reason == STOP_REASONS.index("lying_log")]]
-    held = of_row[np.concatenate(rows)]
+    before = {"tree": 0, "lying_log": len(layers.tree_ids), "block": len(layers.tree_ids) + len(layers.lying.item)}
+    rows = [first + item[reason == STOP_REASONS.index(name)] for name, first in before.items()]
+    held = _numbered(layers)[np.concatenate(rows)]
     item = by_log[f"{HITS}tree_item"]
     total = {"n_stops": np.bincount(held, minlength=number)}
     for name in ("n_logs", "n_hits", "impulse_sum", "energy_taken"):
@@ -134,7 +140,7 @@ def _totals(layers: SceneLayers, by_log: dict[str, NDArray]) -> dict[str, NDArra
     }
 
 
-def tree_hits_frame(layers: SceneLayers, by_log: dict[str, NDArray], crs: Any) -> geopandas.GeoDataFrame:
+def tree_hits_frame(layers: SceneLayers, by_log: Mapping[str, NDArray], crs: Any) -> geopandas.GeoDataFrame:
     """One row a tree that was hit or holds a log, in the order of the trees: hits, stops, impulse and energy taken."""
     total = {name: values[: len(layers.tree_ids)] for name, values in _totals(layers, by_log).items()}
     tree = np.flatnonzero((total["n_hits"] > 0) | (total["n_stops"] > 0))
@@ -148,14 +154,31 @@ def tree_hits_frame(layers: SceneLayers, by_log: dict[str, NDArray], crs: Any) -
     return geopandas.GeoDataFrame(columns, geometry=points, crs=crs)
 
 
-def lying_hits_frame(layers: SceneLayers, by_log: dict[str, NDArray], crs: Any) -> geopandas.GeoDataFrame:
+def lying_hits_frame(layers: SceneLayers, by_log: Mapping[str, NDArray], crs: Any) -> geopandas.GeoDataFrame:
     """The same of the lying logs, as lines."""
-    total = {name: values[len(layers.tree_ids) :] for name, values in _totals(layers, by_log).items()}
+    first = len(layers.tree_ids)
+    mine = slice(first, first + len(layers.lying.ids))
+    total = {name: values[mine] for name, values in _totals(layers, by_log).items()}
     log = np.flatnonzero((total["n_hits"] > 0) | (total["n_stops"] > 0))
     ids = np.empty(len(layers.lying.ids), object)
     ids[:] = [str(each) for each in layers.lying.ids]
     columns = {"lying_id": ids[log]} | {name: values[log] for name, values in total.items()}
     return geopandas.GeoDataFrame(columns, geometry=layers.lying.geometry[log], crs=crs)
+
+
+def block_hits_frame(layers: SceneLayers, by_log: Mapping[str, NDArray], crs: Any) -> geopandas.GeoDataFrame:
+    """The same of the boulders."""
+    first = len(layers.tree_ids) + len(layers.lying.ids)
+    total = {name: values[first:] for name, values in _totals(layers, by_log).items()}
+    block = np.flatnonzero((total["n_hits"] > 0) | (total["n_stops"] > 0))
+    solid = layers.blocks.solid
+    columns = {
+        "block_id": np.array(layers.blocks.ids, object)[block],
+        "diameter_m": solid.diameter[block],
+        "height_m": solid.height[block],
+        **{name: values[block] for name, values in total.items()},
+    }
+    return geopandas.GeoDataFrame(columns, geometry=shapely.points(solid.x[block], solid.y[block]), crs=crs)
 
 
 def ledger_records(records: list[dict[str, Any]], hits: geopandas.GeoDataFrame) -> list[dict[str, Any]]:
@@ -171,15 +194,15 @@ def ledger_records(records: list[dict[str, Any]], hits: geopandas.GeoDataFrame) 
     return out
 
 
-def wood_record(trees: geopandas.GeoDataFrame, number: int) -> dict[str, Any]:
-    """What the standing trees, or the lying logs, did together."""
-    hits, stops = trees["n_hits"].to_numpy(), trees["n_stops"].to_numpy()
+def obstacle_record(hit: geopandas.GeoDataFrame, number: int) -> dict[str, Any]:
+    """What the standing trees, the lying logs or the boulders did together."""
+    hits, stops = hit["n_hits"].to_numpy(), hit["n_stops"].to_numpy()
     return {
         "n_total": number,
         "n_hit": int(np.count_nonzero(hits)),
         "n_stopping": int(np.count_nonzero(stops)),
         "n_hits": int(hits.sum()),
         "n_stops": int(stops.sum()),
-        "impulse_sum_kns": float(trees["impulse_sum_kns"].to_numpy().sum()),
-        "energy_taken_kj": float(trees["energy_taken_kj"].to_numpy().sum()),
+        "impulse_sum_kns": float(hit["impulse_sum_kns"].to_numpy().sum()),
+        "energy_taken_kj": float(hit["energy_taken_kj"].to_numpy().sum()),
     }

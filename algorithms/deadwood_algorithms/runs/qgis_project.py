@@ -23,6 +23,7 @@ import numpy as np
 import shapely
 
 from deadwood_algorithms.files import qml, styles
+from deadwood_algorithms.files.tiles import mosaic_of, tiles_of
 from deadwood_algorithms.files.vectors import read_vector, write_vector
 from deadwood_algorithms.runs import outlines as log_outlines
 from deadwood_algorithms.runs.folder import GEOPACKAGE, Run, read_run
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
     from deadwood_algorithms.scene.released_scene import ReleasedScene
     from deadwood_algorithms.scene.releases import Releases
 
-PROJECT, SCENE = "project.qgz", "scene.gpkg"
+PROJECT, SCENE, TERRAIN = "project.qgz", "scene.gpkg", "terrain.vrt"
 DAY = (2000, 1, 1, 0, 0, 0)
 # Title, and the layers in it from the top down; what is in no group goes to the first.
 GROUPS = (
@@ -47,19 +48,21 @@ GROUPS = (
             "barrier_hits",
             "tree_hits",
             "lying_hits",
+            "block_hits",
             "deposits",
             "deposited_logs",
             "trajectories",
         ),
     ),
     ("Animation", ("log_outlines", "log_solids")),
-    ("Scene", ("lines", "releases", "barriers", "lying_logs", "trees")),
+    ("Scene", ("lines", "releases", "barriers", "lying_logs", "blocks", "trees")),
     ("Rasters", ("hit_count", "reach_probability", "danger", "deposit_count", "speed_max", "energy_max", "jump_max")),
 )
-SHOWN = ("reach", "deposits", "lines", "barriers", "lying_logs", "trees", "hit_count", "log_outlines", "log_solids")
+SHOWN = ("reach", "deposits", "lines", "barriers", "lying_logs", "blocks", "trees", "hit_count", "log_outlines",
+         "log_solids")  # fmt: skip
 # Of the 3-D view: what stands on the terrain, and what is draped over it, which is a map theme. The animation is in
 # neither: QGIS 3.22's 3-D view does not mind the time, and would show all of it at once.
-SOLID = ("trees", "barriers", "log_solids")
+SOLID = ("trees", "barriers", "blocks", "log_solids")
 DRAPED = ("reach", "lines", "hit_count", "terrain")
 THEME = "Draped over the terrain in 3D"
 TITLES = {"log_outlines": "Logs in motion", "log_solids": "Logs at rest"}
@@ -102,7 +105,7 @@ def add_project(
         frames["log_outlines"], step = log_outlines.outlines(run, outline_every_s, feedback)
     write_vector(folder / SCENE, frames)
     entries = [*_package(folder, GEOPACKAGE), *_package(folder, SCENE), *_rasters(folder)]
-    terrain = Entry("terrain", _seen_from(Path(ask.dem), final), qml.relief_shading())
+    terrain = Entry("terrain", _terrain(ask.dem, folder, final), qml.relief_shading())
     last_s = float(run.deposits["duration_s"].to_numpy().max()) + log_outlines.STAYS_S
     text = project_xml(entries, terrain, layers.dem.plan_crs, _extent(run), _height(run), last_s, step)
     with zipfile.ZipFile(folder / PROJECT, "w", zipfile.ZIP_DEFLATED) as target:
@@ -125,6 +128,10 @@ def scene_frames(
     if len(layers.tree_ids):
         columns = {"tree_id": layers.tree_ids, "dbh_cm": trees.diameter * 100.0, "height_m": trees.height}
         frames["trees"] = frame(columns, shapely.points(trees.x, trees.y))
+    blocks = layers.blocks.solid
+    if layers.blocks.ids:
+        columns = {"block_id": layers.blocks.ids, "diameter_m": blocks.diameter, "height_m": blocks.height}
+        frames["blocks"] = frame(columns, shapely.points(blocks.x, blocks.y))
     for name, path in (("barriers", ask.barriers), ("lying_logs", ask.lying_logs)):
         if path:  # as the file has them, with their heights and diameters
             frames[name] = read_vector(path, geometry=("line",), target_crs=layers.dem.crs, what=name, feedback=Quiet())
@@ -169,6 +176,16 @@ def _inner(document: str) -> tuple[str, bool]:
     """What stands inside a stored style's document, and whether its labels are on."""
     found = re.search(r"<qgis ([^>]*)>(.*)</qgis>", document, re.S)
     return (found[2], 'labelsEnabled="1"' in found[1]) if found else ("", False)
+
+
+def _terrain(dem: str, folder: Path, final: Path) -> str:
+    """The terrain model as the project names it; of several tiles a virtual raster is written beside the project."""
+    files = tiles_of(dem)
+    if len(files) == 1:
+        return _seen_from(Path(files[0]), final)
+    with mosaic_of(dem, files) as mosaic:
+        (folder / TERRAIN).write_text(mosaic.vrt(beside=final), encoding="utf-8")
+    return TERRAIN
 
 
 def _seen_from(path: Path, folder: Path) -> str:

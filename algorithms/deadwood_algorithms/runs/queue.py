@@ -17,6 +17,7 @@ more). Between the lines nothing is corrected: each line's interval is its own s
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -139,12 +140,13 @@ def half_width(n_hit: int, n_total: int, z: float) -> float:
     return (high - low) / 2.0
 
 
-def z_of_looks(looks: int) -> float:
+@cache
+def z_of_looks(looks: int, coverage: float = COVERAGE) -> float:
     """The number of standard errors that so many looks, each at twice the logs of the one before, keep to at 95 %."""
     low, high = 1.0, 5.0
     while high - low > 1e-10:
         middle = (low + high) / 2.0
-        low, high = (middle, high) if _all_within(middle, looks) < COVERAGE else (low, middle)
+        low, high = (middle, high) if _all_within(middle, looks) < coverage else (low, middle)
     return high
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +21,7 @@ from deadwood_algorithms.numbers.statistics import (
     reach_record,
     wilson_interval,
 )
-from deadwood_algorithms.runs.hits import ledger_records, wood_record
+from deadwood_algorithms.runs.hits import ledger_records, obstacle_record
 from deadwood_algorithms.runs.queue import Queue
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.read import SceneLayers
@@ -34,13 +35,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Asked:
-    """What a run was asked: the scene, the fidelity by name, whether any trajectory is kept, and on how few logs danger
-    is told."""
+    """What a run was asked: the scene, the fidelity by name, whether any trajectory is kept, on how few logs danger is
+    told, and whether its counts are kept. With --fidelity auto also what was promised, and what the pilot cost beside
+    the run."""
 
     scene: ReleasedScene
     fidelity: str
     keeps_poses: bool
     danger_least: int
+    danger_counts: bool = False
+    auto: dict[str, Any] | None = None
+    pilot_cpu_s: float = 0.0
 
 
 NEAR_EDGE_DEG = 5.0  # from the edge of a friction cone: as from mu 0.30 to 0.21, or 0.39
@@ -54,9 +59,8 @@ def summary_of(
     fidelity: Fidelity,
     layers: SceneLayers,
     releases: Releases,
-    by_log: dict[str, NDArray],
+    by_log: Mapping[str, NDArray],
     touched: NDArray[np.bool_],
-    deposits: geopandas.GeoDataFrame,
     hits: dict[str, geopandas.GeoDataFrame],
     queue: Queue,
 ) -> dict[str, Any]:
@@ -72,11 +76,12 @@ def summary_of(
         },
         "reach": reach_records(layers.lines, touched, left_dem(by_log)),
         "until_ci": queue.rule.record() if queue.rule else None,
-        "spread": spread_records(releases, deposits, left_dem(by_log), asked.scene.min_runout),
+        "spread": spread_records(releases, by_log["end_position"], left_dem(by_log), asked.scene.min_runout),
         "barriers": ledger_records(barrier_records(layers.barriers, by_log), hits["barrier_hits"]),
-        "trees": wood_record(hits["tree_hits"], len(layers.tree_ids)) if layers.tree_ids else None,
+        "trees": obstacle_record(hits["tree_hits"], len(layers.tree_ids)) if layers.tree_ids else None,
         "held": held_record(by_log["grip"]) if layers.tree_ids else None,
-        "lying_logs": wood_record(hits["lying_hits"], len(layers.lying.ids)) if layers.lying.ids else None,
+        "lying_logs": obstacle_record(hits["lying_hits"], len(layers.lying.ids)) if layers.lying.ids else None,
+        "blocks": obstacle_record(hits["block_hits"], len(layers.blocks.ids)) if layers.blocks.ids else None,
         "speed": speed_record(by_log),
         "accuracy": {
             "fidelity": asked.fidelity,
@@ -86,13 +91,20 @@ def summary_of(
             "energy_error_rel_max": float(by_log["energy_error"].max()),
             "contact_residual_max": float(by_log["residual_max"].max()),
             "unconverged_steps": int(by_log["unconverged"].sum()),
+            "auto": asked.auto,
         },
         "modelled": modelled(asked, layers),
-        "cost": {"cpu_s": cpu, "wall_s": wall, "steps": int(steps), "logs_per_s": len(releases) / max(wall, 1e-9)},
+        "cost": {
+            "cpu_s": cpu,
+            "wall_s": wall,
+            **({"pilot_cpu_s": asked.pilot_cpu_s} if asked.auto else {}),
+            "steps": int(steps),
+            "logs_per_s": len(releases) / max(wall, 1e-9),
+        },
     }
 
 
-def left_dem(by_log: dict[str, NDArray]) -> NDArray[np.bool_]:
+def left_dem(by_log: Mapping[str, NDArray]) -> NDArray[np.bool_]:
     """Which logs went out of sight: beyond the terrain model, or onto its nodata."""
     return by_log["stop_reason"] == STOP_REASONS.index("left_dem")
 
@@ -125,7 +137,7 @@ def held_record(grip: NDArray[np.float64]) -> dict[str, Any]:
     }
 
 
-def speed_record(by_log: dict[str, NDArray]) -> dict[str, float]:
+def speed_record(by_log: Mapping[str, NDArray]) -> dict[str, float]:
     """Speeds over the logs. The mean leaves out those that still moved at the time limit: they roll slowly for
     minutes, so their path over time tells the limit and not how fast they went; NaN where every log did.
     """
@@ -164,6 +176,7 @@ def modelled(asked: Asked, layers: SceneLayers) -> dict[str, str]:
         "trees": f"{trees} rigid truncated cones; {beyond_words}" if layers.tree_ids else absent,
         "barriers": f"{len(layers.barriers.ids)} rigid thin plates" if scene.barrier_count else absent,
         "lying_logs": _lying_words(layers) if layers.lying.ids else absent,
+        "blocks": _block_words(layers) if layers.blocks.ids else absent,
         "lines": f"{len(layers.lines.ids)} lines or outlines watched" if layers.lines.ids else absent,
         "outputs": _output_words(asked, layers),
     }
@@ -201,6 +214,13 @@ def _lying_words(layers: SceneLayers) -> str:
     return f"{len(layers.lying.ids)} rigid truncated cones at rest on the terrain, in {pieces} straight pieces"
 
 
+def _block_words(layers: SceneLayers) -> str:
+    blocks, beyond = layers.blocks, len(layers.scene.blocks_outside)
+    words = f"{len(blocks.ids) - beyond} rigid spheres, with the ground's friction and restitution; "
+    words += f"{blocks.left_out} off the DEM left out"
+    return words + (f", {beyond} beyond the window" if layers.dem.whole is not None else "")
+
+
 def _window_words(layers: SceneLayers) -> str:
     """Which part of the DEM was modelled, and why that is as good as all of it."""
     if layers.dem.whole is None:
@@ -214,11 +234,11 @@ def _window_words(layers: SceneLayers) -> str:
 
 
 def spread_records(
-    releases: Releases, deposits: geopandas.GeoDataFrame, left: NDArray[np.bool_], min_runout: float | None
+    releases: Releases, ends: NDArray[np.float64], left: NDArray[np.bool_], min_runout: float | None
 ) -> list[dict[str, Any]]:
     """Lateral spread of each release, seen from the mean of its release points; also without the logs that left."""
     records = []
-    x, y = deposits.geometry.x.to_numpy(), deposits.geometry.y.to_numpy()
+    x, y = np.ascontiguousarray(ends[:, 0]), np.ascontiguousarray(ends[:, 1])
     nearest = releases.logs.length if min_runout is None else np.full(x.size, min_runout)
     for release_id in dict.fromkeys(releases.release_id.tolist()):
         rows = releases.release_id == release_id
@@ -232,7 +252,7 @@ def spread_records(
     return records
 
 
-def barrier_records(barriers: Items, by_log: dict[str, NDArray]) -> list[dict[str, Any]]:
+def barrier_records(barriers: Items, by_log: Mapping[str, NDArray]) -> list[dict[str, Any]]:
     """What each barrier did: reached = stopped + overjumped + passed beside; each log counts once a barrier."""
     records = []
     crossed = barriers.any_row(by_log["barrier_crossed"])
@@ -268,6 +288,8 @@ def lines_of(summary: dict[str, Any]) -> tuple[str, ...]:
         )
     if summary["until_ci"]:
         lines.append(enough_words(summary["until_ci"]))
+    if accuracy.get("auto"):
+        lines.append(promised_words(accuracy["auto"]))
     for record in summary["spread"]:
         if np.isfinite(record["spread_deg"]):
             lines.append(
@@ -339,3 +361,17 @@ def enough_words(record: dict[str, Any]) -> str:
     if record["reached"]:
         return f"enough logs: after {record['logs']} of {record['logs_at_most']}, {widest} (wanted: ±{wanted:.2g})"
     return f"not enough logs: after all {record['logs']}, {widest} (wanted: ±{wanted:.2g}); release more"
+
+
+def promised_words(record: dict[str, Any]) -> str:
+    """Both errors of the line that is farthest off, apart and together, and who says so of the calculation."""
+    sampling, calculation, together = (100 * record[name] for name in ("sampling", "calculation", "together"))
+    source = "by definition" if record["chosen"] == "reference" else "as on the benchmark's slopes, assumed"
+    if record["measured_against"]:
+        source = f"measured on this slope against {record['measured_against']}"
+    asked = f", ±{100 * record['error']:.2g} were asked for" if record.get("error") else ""
+    missed = "" if record.get("reached", True) else "; NOT kept, all logs were slid: release more"
+    return (
+        f"{record['logs']} logs at {record['chosen']}: reach of lines within ±{together:.2g} points at 95 %{asked} "
+        f"(line {record['line_id']}: sampling ±{sampling:.2g}, calculation ±{calculation:.2g} {source}){missed}"
+    )

@@ -15,7 +15,7 @@ import io
 import json
 import os
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import astuple
 from pathlib import Path
@@ -27,6 +27,7 @@ import pyarrow.parquet as parquet
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.grid import Grid, Part
+from deadwood_algorithms.runs.columns import Columns
 from deadwood_algorithms.tool import Feedback, UserError
 
 IDENTITY = "identity.json"
@@ -44,8 +45,7 @@ class WorkFolder:
     """
 
     def __init__(self, output: str, identity: Mapping[str, Any], *, resume: bool, feedback: Feedback) -> None:
-        final = Path(output)
-        self.path = final.absolute().parent / f".{final.name}.part"
+        self.path = part_path(output)
         self.finished = 0
         self.lost: frozenset[int] = frozenset()
         self._identity = json.dumps(dict(identity), sort_keys=True).encode()
@@ -146,10 +146,9 @@ class WorkFolder:
         """The results of a finished chunk's logs."""
         return self._arrays(_logs_name(chunk))
 
-    def by_log(self) -> dict[str, NDArray]:
-        """The results of all finished logs, in the order in which they were slid."""
-        chunks = [self.chunk(chunk) for chunk in range(self.finished)]
-        return {name: np.concatenate([each[name] for each in chunks]) for name in chunks[0]}
+    def by_log(self, by_row: Collection[str], order: NDArray[np.intp]) -> Columns:
+        """The results of all finished logs, of which ``by_row`` has one row a log; in the ``order`` that is wanted."""
+        return Columns(self.path, (self.chunk(chunk) for chunk in range(self.finished)), by_row, order)
 
     def poses(self) -> Iterator[pa.Table]:
         """The kept poses, chunk by chunk in the order of the logs."""
@@ -191,6 +190,12 @@ class WorkFolder:
     def _arrays(self, name: str) -> dict[str, NDArray]:
         with np.load(io.BytesIO(self._read(name))) as stored:
             return {name: stored[name] for name in stored.files}
+
+
+def part_path(output: str) -> Path:
+    """The working folder of a run that is to stand at ``output``."""
+    final = Path(output).absolute()
+    return final.parent / f".{final.name}.part"
 
 
 def _logs_name(chunk: int) -> str:

@@ -28,7 +28,7 @@ from deadwood_algorithms.scene.releases import LEAST_OF_A_RELEASE, Group
 from deadwood_algorithms.tool import Cancelled, Feedback
 
 Array = NDArray[np.float64]
-HELD = ("tree", "lying_log", "barrier", "left_dem", "time_limit")
+HELD = ("tree", "lying_log", "block", "barrier", "left_dem", "time_limit")
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import matplotlib
 
@@ -17,7 +16,6 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 import rasterio
-import shapely
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -25,23 +23,20 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter
 from rasterio.enums import Resampling
 
-from deadwood_algorithms.files.rasters import is_raster
 from deadwood_algorithms.pictures import ROAD, scale_and_north, show_relief
-from deadwood_algorithms.runs.folder import Run, input_paths
+from deadwood_algorithms.runs.relief import CELLS_DRAWN, Extent, coordinates_of, read_relief
 from deadwood_algorithms.scenarios.measures import ScenarioRow
 from deadwood_algorithms.scenarios.runs import Compared
 
 # Okabe and Ito's colours, which colour-blind readers tell apart.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
 LINES_SHOWN = 6
-CELLS_DRAWN = 700  # along the longer side of the map
 MARGIN = 0.04
 # Inches: a map's width and greatest height, the charts, margins.
 MAP_IN, MOST_MAP_IN, CHARTS_IN = 4.6, 9.0, 4.2
 MARGIN_IN, GAP_IN, TITLE_IN, LEGEND_IN, FOOT_IN, BAR_IN = 0.6, 0.35, 0.75, 0.35, 0.1, 0.9
 MAPS_ABREAST = 3
 OPAQUE = 0.15  # of the largest difference: from there on a map hides the relief
-Extent = tuple[float, float, float, float]  # west, east, south, north [m]
 Band = tuple[np.ndarray, Extent]
 
 
@@ -184,39 +179,6 @@ def frame_of(bands: Sequence[Band]) -> Extent | None:
     west, east = max(low[0] - side, least[0]), min(high[1] + side, most[1])
     south, north = max(low[2] - side, least[2]), min(high[3] + side, most[3])
     return float(west), float(east), float(south), float(north)
-
-
-def read_relief(run: Run, frame: Extent) -> tuple[np.ndarray, float, Extent] | None:
-    """Heights of the run's DEM (row 0 south) in the frame, thinned; None where the DEM is no longer there."""
-    place = next((each for each in input_paths(run.path, run.manifest, "dem") if is_raster(each)), None)
-    if place is None:
-        return None
-    with rasterio.open(place) as source:
-        if source.transform.e > 0.0:  # a south-up file: the map does without
-            return None
-        whole = source.bounds
-        west, east = max(frame[0], whole.left), min(frame[1], whole.right)
-        south, north = max(frame[2], whole.bottom), min(frame[3], whole.top)
-        if west >= east or south >= north:
-            return None
-        window = source.window(west, south, east, north).round_offsets().round_lengths()
-        step = max(1.0, max(window.height, window.width) / CELLS_DRAWN)
-        shape = max(2, round(window.height / step)), max(2, round(window.width / step))
-        heights = source.read(1, window=window, out_shape=shape, masked=True, resampling=Resampling.average)
-        bounds = source.window_bounds(window)
-    values = np.asarray(heights.astype(np.float64).filled(np.nan))[::-1]
-    if not np.isfinite(values).any():
-        return None
-    extent = (bounds[0], bounds[2], bounds[1], bounds[3])
-    return values, (extent[1] - extent[0]) / shape[1], extent
-
-
-def coordinates_of(lines: Sequence[Any]) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Plan coordinates of lines, and of the outlines of polygons."""
-    shapes = np.asarray(lines, object)
-    filled = shapely.get_dimensions(shapes) == 2
-    strings = shapely.get_parts(np.where(filled, shapely.boundary(shapes), shapes))
-    return [tuple(shapely.get_coordinates(each).T) for each in strings]
 
 
 def _percent(share: float, _: object) -> str:

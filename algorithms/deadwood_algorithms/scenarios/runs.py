@@ -29,7 +29,10 @@ SAME = {
     "density_kg_m3": 1e-9,
 }
 # Parameters that change no log's way, or are compared as releases.
-NO_MATTER = ("output", "overwrite", "threads", "resume", "trajectories", "until_ci", "seed", "min_runout", "releases")
+NO_MATTER = (
+    "output", "overwrite", "threads", "resume", "trajectories", "until_ci", "error", "budget", "assume", "seed",
+    "min_runout", "releases",
+)  # fmt: skip
 SAME_LINE_M = 0.01
 
 
@@ -270,7 +273,10 @@ def _energies(arrived: Arrived, n_logs: int, n_lines: int) -> NDArray[np.float64
 
 def differing(compared: Compared) -> dict[str, dict[str, Any]]:
     """Parameters of slide-logs in which the scenarios differ: by parameter, by scenario."""
-    given = {each.name: each.run.manifest.get("parameters", {}) for each in compared.scenarios}
+    given = {each.name: dict(each.run.manifest.get("parameters", {})) for each in compared.scenarios}
+    for each in compared.scenarios:
+        if given[each.name].get("fidelity") == "auto":  # the one that was chosen
+            given[each.name]["fidelity"] = each.run.fidelity
     names = dict.fromkeys(name for values in given.values() for name in values if name not in NO_MATTER)
     table = {name: {scenario: values.get(name) for scenario, values in given.items()} for name in names}
     return {name: values for name, values in table.items() if len({str(each) for each in values.values()}) > 1}

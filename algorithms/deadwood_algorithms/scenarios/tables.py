@@ -64,7 +64,10 @@ def table_lines(
     for line in lines[:SHOWN]:
         head += [f"reach {line}", f"minus {names[0]} [points]"]
     head += [f"spread {release} (5-95 %)" for release in releases[:SHOWN]]
-    head += ["mean speed", "max speed", "held by trees", "by lying logs", "by barriers"]
+    held = {"tree": "held by trees", "lying_log": "by lying logs", "block": "by boulders", "barrier": "by barriers"}
+    if not any(of[name, "ended", "block"].value for name in names):
+        del held["block"]  # few scenes have them
+    head += ["mean speed", "max speed", *held.values()]
     table = [head]
     for name in names:
         cells = [name]
@@ -75,7 +78,7 @@ def table_lines(
             row, middle = of[name, "spread", release], of.get((name, "spread_p05_p95", release))
             cells.append(f"{degrees(row.value)} ({degrees(middle.value if middle else math.nan)})")
         cells += [speed_words(of[name, *key]) for key in (("speed_mean", "mean"), ("speed_max", "largest"))]
-        cells += [share_of_end(of[name, "ended", each]) for each in ("tree", "lying_log", "barrier")]
+        cells += [share_of_end(of[name, "ended", each]) for each in held]
         table.append(cells)
     widths = [max(len(row[k]) for row in table) for k in range(len(head))]
     shown = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table]

@@ -129,6 +129,15 @@ def plan_of(frame: geopandas.GeoDataFrame) -> tuple[NDArray[np.float64], NDArray
     return shapely.get_x(points), shapely.get_y(points)
 
 
+def points_on(grid: Grid, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which points lie on the DEM.
+
+    Of a large DEM only a window is known, and that may grow: a thing keeps its row whatever the window, and the engine
+    leaves out those without terrain.
+    """
+    return grid.contains(x, y) if grid.whole is None else shapely.contains_xy(shapely.box(*grid.frame.bounds), x, y)
+
+
 def rows_named(rows: NDArray[Any]) -> str:
     """``row 7`` or ``rows 1, 2, 3, 4, 5 and 12 more``; the first row is row 1."""
     shown = ", ".join(str(int(row) + 1) for row in rows[:ROWS_NAMED])

@@ -15,7 +15,8 @@ RASTER_BYTES = 24  # a cell and thread
 # Of danger, with lines: the list of a log's cells (once) and the count of any line (once) and of each, a cell and
 # thread; put together and written, a cell and line. Pages that no log comes to are never given out: the most it can be.
 DANGER_BYTES, DANGER_WRITING_BYTES = 4, 12
-LOG_BYTES = 1500  # a released log: read, slid, written
+WORKER_BYTES = 300_000_000  # of libraries and kernels in a process of --scheduler local (measured: 250 MB)
+LOG_BYTES = 800  # a released log, mostly its row as it is read: 370 of four columns (docs/memory.md), 620 of thirteen
 MOST_THREADS, MOST_A_CORE = 64, 4  # or, on a large machine, so many for each core; more gain nothing
 
 
@@ -57,11 +58,34 @@ def threads_that_fit(
         fewer = f"watch fewer than {danger_lines} lines, " if danger_lines > 1 else ""
         raise UserError(
             f"{what}: {cells / 1e6:.0f} million cells need {(base + each) / GIB:.1f} GB of memory, "
-            f"{free / GIB:.1f} GB are free; slide the releases of each area apart, {fewer}or take a coarser DEM "
+            f"{free / GIB:.1f} GB are free; slide the releases of each area apart "
+            f"(deadwood-tool run-sites --by FIELD), {fewer}or take a coarser DEM "
             f"({mends.coarser(what, 2.0 * cell)})"
         )
     feedback.note(f"{fitting} threads are used instead of {wanted}, for which the memory does not suffice")
     return fitting
+
+
+def refuse_too_many_workers(
+    number: int, cells: int, *, friction_by_cell: bool, what: str, danger_lines: int = 0
+) -> None:
+    """Raise ``UserError`` where so many processes, each with scene and rasters of its own, do not fit into memory.
+
+    ``what`` is the DEM's path; ``danger_lines`` are the lines whose danger is counted.
+    """
+    free = free_bytes()
+    scene = SCENE_BYTES + (FRICTION_BYTES if friction_by_cell else 0)
+    danger = DANGER_BYTES * (danger_lines + 2) if danger_lines else 0
+    here = cells * (scene + WRITING_BYTES + RASTER_BYTES + danger)
+    each = WORKER_BYTES + cells * (scene + RASTER_BYTES + danger)
+    if free is None or here + number * each <= SHARE * free:
+        return
+    fitting = max(0, int((SHARE * free - here) // each))
+    mend = f"--workers {fitting} fit" if fitting else "leave out --scheduler: threads share what processes cannot"
+    raise UserError(
+        f"--scheduler local: {number} workers on the {cells / 1e6:.3g} million cells of {what} need "
+        f"{(here + number * each) / GIB:.1f} GB of memory, {free / GIB:.1f} GB are free; {mend}"
+    )
 
 
 def refuse_too_many(count: int, things: str, what: str, *, each: int, mend: str) -> None:

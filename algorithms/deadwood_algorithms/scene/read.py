@@ -11,13 +11,13 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-import shapely
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.columns import schema_column, warn_implausible, where_of
 from deadwood_algorithms.files.dem_windows import read_dem
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.scene.blocks import Boulders, read_blocks
 from deadwood_algorithms.scene.friction import read_friction
 from deadwood_algorithms.scene.items import (
     Items,
@@ -27,12 +27,13 @@ from deadwood_algorithms.scene.items import (
     items_of,
     paths_of,
     plan_of,
+    points_on,
     shared_words,
 )
 from deadwood_algorithms.scene.reach import WHOLE_CELLS, watched_sides
 from deadwood_algorithms.schemas import BARRIERS, TREES
 from deadwood_algorithms.tool import Feedback, UserError
-from deadwood_engine import Barriers, Lines, LyingLogs, Scene, Shape, Trees
+from deadwood_engine import Barriers, Blocks, Lines, LyingLogs, Scene, Shape, Trees
 
 if TYPE_CHECKING:
     from deadwood_engine.result import Result
@@ -48,11 +49,13 @@ class SceneLayers:
     trees: Trees
     tree_ids: list[str]
     trees_left_out: int  # they stand off the DEM
+    plates: Barriers  # the barriers as the engine takes them
     barriers: Items
     lines: Items
     marks: Lines  # the lines as the engine takes them, before those that watch the window's sides
     lying_logs: LyingLogs
     lying: Items
+    blocks: Boulders
     digest: str  # of every array that went into the scene
     # Sides of the DEM's window, and the lines along them, which the engine watches behind those of the layer.
     watched: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
@@ -83,6 +86,31 @@ class SceneLayers:
         scene = self.scene.with_lines(_watched_too(marks, self.watched))
         return replace(self, scene=scene, marks=marks, lines=items)
 
+    def varied(
+        self,
+        *,
+        heights: NDArray[np.float64] | None = None,
+        friction: float | NDArray[np.float64] | None = None,
+        trees: Trees | None = None,
+    ) -> SceneLayers:
+        """The scene with other heights [m], another friction or other trees in the same places; the rest is the same.
+
+        The digest stays that of the layers.
+        """
+        return replace(
+            self,
+            dem=self.dem if heights is None else replace(self.dem, values=heights),
+            friction=self.friction if friction is None else friction,
+            trees=self.trees if trees is None else trees,
+        ).prepared_again()
+
+    def prepared_again(self) -> SceneLayers:
+        """The scene prepared of these arrays: after some of them have been changed."""
+        watched = _watched(self.dem, self.lying_logs, self.blocks.solid)
+        marks = _watched_too(self.marks, watched)
+        scene = _prepared(self.dem, self.friction, self.trees, self.plates, marks, self.lying_logs, self.blocks.solid)
+        return replace(self, scene=scene, watched=watched)
+
 
 def read_scene(
     dem: str,
@@ -95,6 +123,7 @@ def read_scene(
     feedback: Feedback,
     lying_logs: str | None = None,
     lying_diameter_cm: float = 40.0,
+    blocks: str | None = None,
     friction_column: str | None = None,
     friction_elsewhere: float | None = None,
     grid: Grid | None = None,
@@ -111,23 +140,11 @@ def read_scene(
     plates, barrier_items = read_barriers(barriers, grid, feedback)
     marks, line_items = read_lines(lines, grid, feedback)
     lying, lying_items = read_lying_logs(lying_logs, grid, lying_diameter_cm, feedback)
-    # A lying log rests on all the terrain below it, so none that is cut by the window's side may be met.
-    watched = watched_sides(grid, beyond_m=_longest(lying))
-    frame = grid.frame
-    scene = Scene.prepare(
-        grid.values,
-        grid.cell,
-        frame.x0,
-        frame.y0,
-        friction=mu,
-        trees=standing,
-        barriers=plates,
-        lines=_watched_too(marks, watched),
-        lying_logs=lying,
-        first=grid.first,
-        reference=0.0 if frame.part.cells > WHOLE_CELLS else None,  # a large DEM's lowest height is never looked for
-    )
-    digest = digest_of(grid.values, [grid.cell, grid.x0, grid.y0], mu, standing, plates, marks, lying)
+    boulders = read_blocks(blocks, grid, feedback)
+    watched = _watched(grid, lying, boulders.solid)
+    scene = _prepared(grid, mu, standing, plates, _watched_too(marks, watched), lying, boulders.solid)
+    there = (boulders.solid,) if boulders.ids else ()  # none leave the digest of a scene without such a layer
+    digest = digest_of(grid.values, [grid.cell, grid.x0, grid.y0], mu, standing, plates, marks, lying, *there)
     return SceneLayers(
         grid,
         scene,
@@ -135,13 +152,51 @@ def read_scene(
         standing,
         tree_ids,
         left_out,
+        plates,
         barrier_items,
         line_items,
         marks,
         lying,
         lying_items,
+        boulders,
         digest,
         watched,
+    )
+
+
+def _watched(grid: Grid, lying: LyingLogs, blocks: Blocks) -> Mapping[str, NDArray[np.float64]]:
+    """Lines along the sides of a window.
+
+    A lying log rests on all the terrain below it, so none that is cut by the window's side may be met; nor may a block
+    whose middle is beyond it.
+    """
+    return watched_sides(grid, beyond_m=max(_longest(lying), 0.5 * float(blocks.diameter.max(initial=0.0))))
+
+
+def _prepared(
+    grid: Grid,
+    mu: float | NDArray[np.float64],
+    trees: Trees,
+    plates: Barriers,
+    lines: Lines,
+    lying: LyingLogs,
+    blocks: Blocks,
+) -> Scene:
+    """The engine's scene on a grid."""
+    frame = grid.frame
+    return Scene.prepare(
+        grid.values,
+        grid.cell,
+        frame.x0,
+        frame.y0,
+        friction=mu,
+        trees=trees,
+        barriers=plates,
+        lines=lines,
+        lying_logs=lying,
+        blocks=blocks,
+        first=grid.first,
+        reference=0.0 if frame.part.cells > WHOLE_CELLS else None,  # a large DEM's lowest height is never looked for
     )
 
 
@@ -171,9 +226,7 @@ def read_trees(path: str | None, grid: Grid, feedback: Feedback) -> tuple[Trees,
     for name, values in (("dbh_cm", dbh_cm), ("height_m", height)):
         warn_implausible(values, TREES.column(name), where_of(frame), feedback)
     x, y = plan_of(frame)
-    # Of a large DEM only a window is known, and that may grow: a tree keeps its row whatever the window, and the engine
-    # leaves out those without terrain.
-    on = grid.contains(x, y) if grid.whole is None else shapely.contains_xy(shapely.box(*grid.frame.bounds), x, y)
+    on = points_on(grid, x, y)
     if not on.any():
         raise UserError(f"{path}: none of the {len(frame)} trees stands on the DEM{extent_words(x, y, grid)}")
     if not on.all():

@@ -21,7 +21,7 @@ DEFAULTED = ("dbh_cm", "length_m", "density_kg_m3", "orientation", "tilt_deg", "
 
 @dataclass(frozen=True, kw_only=True)
 class ReleasedScene:
-    dem: str = tool.raster("Terrain model")
+    dem: str = tool.terrain("Terrain model")
     releases: str = tool.vector("Released logs", "point")
     trees: str | None = tool.vector("Standing trees", "point", default=None)
     barriers: str | None = tool.vector("Barriers", "line", default=None)
@@ -31,6 +31,13 @@ class ReleasedScene:
         default=None,
         help="Lines from base to tip with a field 'diameter_cm' (or 'dbh_cm') and, optionally, 'tip_diameter_cm'. They "
         "are rigid, rest on the terrain and do not move.",
+    )
+    blocks: str | None = tool.vector(
+        "Boulders that hold logs back",
+        "point",
+        default=None,
+        help="Points with a field 'diameter_m' (or 'radius_m') and, optionally, 'height_m', that of the top above the "
+        "terrain. They are rigid spheres, do not move, and have the ground's friction and restitution.",
     )
     lines: str | None = tool.vector("Roads, railways, houses to be reached", "line", "polygon", default=None)
     friction: str = tool.number_or_layer(
@@ -130,6 +137,20 @@ class ReleasedScene:
     min_runout: float | None = tool.min_runout()
     seed: int = tool.seed()
     threads: int | None = tool.integer("Threads (default: every core)", default=None, minimum=1, advanced=True)
+    scheduler: str | None = tool.text(
+        "Where to slide: local, or the address of a Dask scheduler",
+        default=None,
+        advanced=True,
+        help="local starts processes on this machine, tcp://HOST:PORT names a running scheduler, whose workers then "
+        "slide the logs; the results are the same bytes. Default: threads of this process.",
+    )
+    workers: int | None = tool.integer(
+        "With --scheduler: workers started (local) or waited for",
+        default=None,
+        minimum=1,
+        advanced=True,
+        help="Default: one for each core (local), or one.",
+    )
     crs: str | None = tool.crs()
 
     def laws(self) -> dict[str, Any]:

@@ -11,6 +11,7 @@ import shapely
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.columns import id_column, number_column, schema_column, warn_implausible, where_of
+from deadwood_algorithms.files.dem_windows import open_windows
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.units import say_defaults
 from deadwood_algorithms.files.vectors import read_vector
@@ -41,7 +42,7 @@ class Releases:
     def __len__(self) -> int:
         return self.x.size
 
-    def take(self, rows: NDArray[np.int64]) -> Releases:
+    def take(self, rows: NDArray[np.int64] | slice) -> Releases:
         """The logs of these rows; the digest stays that of the layer."""
         return Releases(
             self.logs.take(rows), self.release_id[rows], self.x[rows], self.y[rows], self.dbh_cm[rows], self.digest
@@ -62,6 +63,14 @@ def read_releases(path: str, grid: Grid, defaults: Mapping[str, Any], *, feedbac
     """Read the released logs; ``defaults`` holds the value of each column that the layer may lack."""
     frame = read_vector(path, geometry=("point",), target_crs=grid.crs, what="releases", feedback=feedback)
     return releases_of(frame, grid, defaults, feedback=feedback)
+
+
+def read_numbered(dem: str, releases: str, crs: str | None, feedback: Feedback) -> geopandas.GeoDataFrame:
+    """The layer of releases in the DEM's CRS, each row with the log_id that it has in the whole: for parts of it."""
+    with open_windows(dem, crs=crs, feedback=feedback, look_through=False) as windows:
+        frame = read_vector(releases, geometry=("point",), target_crs=windows.crs, what="releases", feedback=feedback)
+    frame["log_id"] = read_log_ids(frame)
+    return frame
 
 
 def releases_of(
@@ -152,7 +161,7 @@ def _refuse_off_dem(
         )
 
 
-def reached(lines: Items, by_log: dict[str, NDArray], releases: Releases) -> NDArray[np.bool_]:
+def reached(lines: Items, by_log: Mapping[str, NDArray], releases: Releases) -> NDArray[np.bool_]:
     """Which log reached which line, shape (n, n_lines): it touched the line, or started inside the polygon."""
     return lines.any_row(by_log["reach"]) | starts_inside(lines, releases)
 

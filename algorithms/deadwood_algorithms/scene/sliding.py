@@ -2,24 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TypeVar
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from deadwood_algorithms.scene.read import SceneLayers
-from deadwood_algorithms.scene.released_scene import ReleasedScene
+from deadwood_algorithms.scene.released_scene import ReleasedScene, threads_of
 from deadwood_algorithms.scene.window import wider_scene
-from deadwood_algorithms.tool import Cancelled, Feedback
-from deadwood_engine import Fidelity, Interrupted, Logs, Rasters, Result, slide
+from deadwood_algorithms.spread.batch import Batch, Sliding
+from deadwood_algorithms.spread.scheduler import workers_of
+from deadwood_algorithms.tool import Cancelled, Feedback, Quiet
+from deadwood_engine import Fidelity, Interrupted, Logs, Rasters, Result, Start, slide
 
 Found = TypeVar("Found")
 
 
+@contextmanager
+def workers_for(ask: ReleasedScene, feedback: Feedback) -> Iterator[None]:
+    """Keeps the workers of ``--scheduler`` for all that is slid within; tools may stand within one another."""
+    with workers_of(ask.scheduler, ask.workers, threads_of(ask.threads), feedback):
+        yield
+
+
 def slide_once(
     layers: SceneLayers,
-    logs: Logs,
+    logs: Logs | Start,
     fidelity: Fidelity,
     ask: ReleasedScene,
     report: Callable[[int], bool],
@@ -27,35 +38,96 @@ def slide_once(
     keep_poses: NDArray[np.bool_] | None = None,
     rasters: Rasters | None = None,
     inside: NDArray[np.bool_] | None = None,
+    influences: bool = False,
 ) -> tuple[Result, list[str]]:
-    """Slide the logs as ``ask`` says (laws of contact, limits), on the window that there is.
+    """Slide the logs as `slide_batch` does: all that the caller has of them."""
+    if isinstance(logs, Logs) and not influences:
+        return slide_batch(layers, Batch(logs, keep_poses, inside), fidelity, ask, report, rasters=rasters)
+    # what is placed already, or asked what mattered to it, is slid here
+    return _told(
+        layers, lambda: _slide_here(layers, logs, fidelity, ask, report, keep_poses, rasters, inside, influences)
+    )
+
+
+def slide_batch(
+    layers: SceneLayers,
+    batch: Batch,
+    fidelity: Fidelity,
+    ask: ReleasedScene,
+    report: Callable[[int], bool],
+    *,
+    rasters: Rasters | None = None,
+    later: Iterable[Batch] = (),
+) -> tuple[Result, list[str]]:
+    """Slide the logs as ``ask`` says (laws of contact, limits, where), on the window that there is.
 
     ``report`` is told how many logs are done, and says whether to stop. Also returns the sides of the window that some
     log came too near to: where there are any, neither the result nor what was drawn on the rasters may be used.
+
+    ``later`` are the batches that will be asked for next, with which the workers of a scheduler may begin while a slow
+    log keeps this one waiting.
 
     Raises
     ------
     Cancelled
         where the user or ``report`` stopped it
     """
+
+    def anywhere() -> Result:
+        with workers_of(ask.scheduler, ask.workers, threads_of(ask.threads), Quiet()) as workers:
+            if workers and len(batch.logs):
+                bands = rasters.workers[0].band if rasters else None
+                sliding = Sliding(_name_of(ask), layers.scene, layers.shape, fidelity, _laws_of(ask), bands)
+                return workers.slide(sliding, batch, later, rasters, report)
+            return _slide_here(layers, batch.logs, fidelity, ask, report, batch.keep, rasters, batch.inside)
+
+    return _told(layers, anywhere)
+
+
+def _laws_of(ask: ReleasedScene) -> dict[str, Any]:
+    return {**ask.laws(), "time_limit": ask.time_limit, "rest_speed": ask.rest_speed}
+
+
+def _slide_here(
+    layers: SceneLayers,
+    logs: Logs | Start,
+    fidelity: Fidelity,
+    ask: ReleasedScene,
+    report: Callable[[int], bool],
+    keep_poses: NDArray[np.bool_] | None,
+    rasters: Rasters | None,
+    inside: NDArray[np.bool_] | None,
+    influences: bool = False,
+) -> Result:
+    return slide(
+        layers.scene,
+        logs,
+        fidelity,
+        **_laws_of(ask),
+        threads=layers.threads,
+        keep_poses=keep_poses,
+        rasters=rasters,
+        inside=inside,
+        report=report,
+        shape=layers.shape,
+        influences=influences,
+    )
+
+
+def _told(layers: SceneLayers, slid: Callable[[], Result]) -> tuple[Result, list[str]]:
+    """What the caller has of a result."""
     try:
-        result = slide(
-            layers.scene,
-            logs,
-            fidelity,
-            **ask.laws(),
-            time_limit=ask.time_limit,
-            rest_speed=ask.rest_speed,
-            threads=layers.threads,
-            keep_poses=keep_poses,
-            rasters=rasters,
-            inside=inside,
-            report=report,
-            shape=layers.shape,
-        )
+        result = slid()
     except (Interrupted, KeyboardInterrupt) as error:
         raise Cancelled from error
     return layers.without_watch(result), layers.escaped(result)
+
+
+def _name_of(ask: ReleasedScene) -> str:
+    """What a scheduler's page shows: the tool, and what its output is called."""
+    tool_name = type(ask).__module__.rpartition(".")[2].replace("_", "-")
+    output = getattr(ask, "output", None)
+    return f"{tool_name}-{Path(output).name}" if output else tool_name
 
 
 def until_none_escapes(

@@ -15,12 +15,13 @@ from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.scene.friction import number_of
 from deadwood_algorithms.scene.ground import warn_of_ground
 from deadwood_algorithms.scene.items import digest_of, plan_of
-from deadwood_algorithms.scene.memory import LOG_BYTES, refuse_too_many, threads_that_fit
+from deadwood_algorithms.scene.memory import LOG_BYTES, refuse_too_many, refuse_too_many_workers, threads_that_fit
 from deadwood_algorithms.scene.reach import WHOLE_CELLS, first_part, wider
 from deadwood_algorithms.scene.read import SceneLayers, read_scene
 from deadwood_algorithms.scene.released_scene import DEFAULTED, ReleasedScene, threads_of
 from deadwood_algorithms.scene.releases import Releases, releases_of
 from deadwood_algorithms.scene.shape import as_shape, read_shape
+from deadwood_algorithms.spread.scheduler import LOCAL, refuse_no_scheduler
 from deadwood_algorithms.tool import Feedback, Quiet
 
 if TYPE_CHECKING:
@@ -40,6 +41,7 @@ def read_released_scene(
     With ``windowed``, of a large DEM only the part is read that logs are expected to reach; the caller must then ask
     `SceneLayers.escaped` after sliding, and slide again what `wider_scene` gives.
     """
+    refuse_no_scheduler(ask.scheduler, ask.workers)
     with open_windows(ask.dem, crs=ask.crs, feedback=feedback, look_through=False) as dem:
         releases = read_vector(
             ask.releases, geometry=("point",), target_crs=dem.crs, what="releases", feedback=feedback
@@ -79,15 +81,19 @@ def scene_on(ask: ReleasedScene, dem: DemWindows, part: Part | None, feedback: F
     """The scene of a tool that slides logs, on a part of the DEM or on the whole."""
     by_cell = number_of(ask.friction) is None
     cells = part.cells if part else dem.shape[0] * dem.shape[1]
+    counted = danger_lines(ask, dem)
     threads = threads_that_fit(
-        threads_of(ask.threads),
+        1 if ask.scheduler else threads_of(ask.threads),
         cells,
         friction_by_cell=by_cell,
         what=ask.dem,
         feedback=feedback,
         cell=dem.cell,
-        danger_lines=danger_lines(ask, dem),
+        danger_lines=counted,
     )
+    if ask.scheduler == LOCAL:
+        number = ask.workers or threads_of(ask.threads)
+        refuse_too_many_workers(number, cells, friction_by_cell=by_cell, what=ask.dem, danger_lines=counted)
     if part is None:
         grid = read_whole(dem, feedback)
     else:
@@ -103,6 +109,7 @@ def scene_on(ask: ReleasedScene, dem: DemWindows, part: Part | None, feedback: F
         feedback=feedback,
         lying_logs=ask.lying_logs,
         lying_diameter_cm=ask.lying_diameter_cm,
+        blocks=ask.blocks,
         friction_column=ask.friction_column,
         friction_elsewhere=ask.friction_elsewhere,
         grid=grid,

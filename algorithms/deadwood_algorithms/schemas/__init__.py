@@ -8,6 +8,7 @@ that list against what is there. ``docs/layers.md`` is rendered from here. Stand
 from deadwood_algorithms.schemas.brought import (
     BARRIER_M,
     BARRIERS,
+    BLOCKS,
     BROUGHT,
     DBH_CM,
     DEADWOOD,
@@ -29,6 +30,7 @@ from deadwood_algorithms.schemas.words import UNITS, Column, Layer, value_fault
 __all__ = [
     "BARRIERS",
     "BARRIER_M",
+    "BLOCKS",
     "DBH_CM",
     "DEADWOOD",
     "DENSITY_KG_M3",

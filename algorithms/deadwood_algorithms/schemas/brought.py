@@ -12,6 +12,7 @@ STRUCTURE_KINDS = ("embankment", "ditch")
 DBH_CM = (0.1, 1500.0)
 TREE_M = (0.05, 150.0)
 BARRIER_M = 350.0
+BLOCK_M = 100.0  # no boulder is larger
 DENSITY_KG_M3 = 25_000.0
 SPEED_MS = 300.0
 DROP_M = 1000.0
@@ -169,6 +170,32 @@ LYING_LOGS = Layer(
     ),
 )
 
+BLOCKS = Layer(
+    name="blocks",
+    geometry=("Point",),
+    meaning="Boulders that lie in the way and hold logs back: rigid spheres, on the terrain or partly in it",
+    columns=(
+        an_id("block_id", "The block; unique. Missing: name, else the row number"),
+        a_number(
+            "diameter_m",
+            "Diameter of the sphere. Missing: twice radius_m",
+            0,
+            BLOCK_M,
+            exclusive=True,
+            usual=(0.2, 15),
+        ),
+        a_number("radius_m", "Its radius, used where diameter_m is missing", 0, 0.5 * BLOCK_M, exclusive=True),
+        a_number(
+            "height_m",
+            "Height of its top above the terrain, at most the diameter; less, where it sticks in the ground. Missing "
+            "or empty: the diameter",
+            0,
+            BLOCK_M,
+            exclusive=True,
+        ),
+    ),
+)
+
 LINES = Layer(
     name="lines",
     geometry=("LineString", "Polygon"),
@@ -210,4 +237,4 @@ DEADWOOD = Layer(
     ),
 )
 
-BROUGHT = (RELEASES, TREES, BARRIERS, LYING_LOGS, LINES, STRUCTURES, DEADWOOD)
+BROUGHT = (RELEASES, TREES, BARRIERS, LYING_LOGS, BLOCKS, LINES, STRUCTURES, DEADWOOD)

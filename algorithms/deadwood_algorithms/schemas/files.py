@@ -6,6 +6,7 @@ ends with ``.qml``.
 
 from __future__ import annotations
 
+from deadwood_algorithms.schemas.results import SITE_COLUMNS, SITED_GAIN, SITED_HITS
 from deadwood_algorithms.schemas.words import (
     Band,
     JsonFile,
@@ -89,6 +90,19 @@ DANGER = RasterFile(
         Band(name="LINE", meaning="Share that reached this line; a band each", unit="1"),
     ),
 )
+DANGER_COUNT = RasterFile(
+    name="danger_count",
+    meaning="The counts behind danger.tif, with --danger-counts: those of several runs add up",
+    bands=(
+        Band(
+            name="Logs that passed and reached any line afterwards",
+            meaning="Logs that passed the cell and reached any line with the same outline or later",
+            unit="logs",
+            number="uint32",
+        ),
+        Band(name="LINE", meaning="Logs that reached this line; a band each", unit="logs", number="uint32"),
+    ),
+)
 HITS = _one("hits", "Hits of COUNT logs", "How many of the chosen logs overlap the cell at any time", "logs", "uint32")
 CELL_QUANTILES = (
     _quantiles("speed", "the largest speed of each log", "m/s"),
@@ -101,6 +115,21 @@ ORIGIN_SHARES = RasterFile(
     bands=(
         Band(name="any line", meaning="Share of the cell's logs that reach any line", unit="1"),
         Band(name="line LINE", meaning="Share of them that reach this line; a band each", unit="1"),
+        Band(name="logs released", meaning="How many were released in the cell", unit="logs"),
+    ),
+)
+ORIGIN_REACH = RasterFile(
+    name="origins",
+    meaning="From where the lines are reached: by the cells in which logs were released",
+    bands=(
+        Band(name="any line", meaning="Share of the cell's logs that reach any line; NaN if too few", unit="1"),
+        Band(name="any line: lower end", meaning="Lower end of its 95 % Wilson interval", unit="1"),
+        Band(name="any line: upper end", meaning="Upper end", unit="1"),
+        Band(name="any line: logs that reach", meaning="How many of the cell's logs do", unit="logs"),
+        Band(name="line LINE", meaning="Share that reaches this line; four bands each", unit="1"),
+        Band(name="line LINE: lower end", meaning="Lower end of its 95 % Wilson interval", unit="1"),
+        Band(name="line LINE: upper end", meaning="Upper end", unit="1"),
+        Band(name="line LINE: logs that reach", meaning="How many of the cell's logs do", unit="logs"),
         Band(name="logs released", meaning="How many were released in the cell", unit="logs"),
     ),
 )
@@ -198,6 +227,11 @@ OVERVIEW = TableFile(
         a_number("difference_if_lost_to", "The largest"),
     ),
 )
+SITES_TABLE = TableFile(
+    name="overview.csv",
+    meaning="Many sites side by side: one row a site and line, one of a site without lines or that failed",
+    columns=SITE_COLUMNS,
+)
 DESIGN_VALUES = TableFile(
     name="design_values.csv",
     meaning="Percentiles at each barrier and line, over the logs that come to it",
@@ -217,6 +251,28 @@ DESIGN_VALUES = TableFile(
         a_number("ci_high", "Upper end"),
         a_number("n_more", "How many more hits it takes for an upper end, 0 where there is one", 0),
         a_text("note", "The same in words, or why the quantity is not there"),
+    ),
+)
+SITED_TABLE = TableFile(
+    name="pareto.csv",
+    meaning="One row a candidate alone, by what is left; then one a set of barriers that was chosen",
+    columns=(
+        a_number("step", "0: a candidate alone; from 1: the set that is chosen after so many steps", 0),
+        a_text("barriers", "The barriers of the set, with plus signs"),
+        a_text("barrier_id", "The barrier that is put up last; the further columns are of it"),
+        a_number("length_m", "Its length in plan", 0),
+        a_number("height_m", "Its height", 0),
+        a_number("above_m", "Height of its contour above the nearest place of a line; empty where it was given"),
+        a_number("n_flux", "Logs that touch its line, before it stands, and a line to be protected then or later", 0),
+        a_number("n_near", "Logs that come near it and were slid again", 0),
+        a_number("n_total", "Logs that were slid", 0),
+        a_number("n_reach", "Of these, the logs that reach a line with the barriers of the set", 0),
+        a_number("p", "Their share", 0, 1),
+        a_number("ci_low", "Lower end of its 95 % Wilson interval", 0, 1),
+        a_number("ci_high", "Upper end", 0, 1),
+        *SITED_GAIN,
+        *SITED_HITS,
+        a_text("pareto", "yes: no candidate that is neither longer nor higher leaves less; empty for a set"),
     ),
 )
 INTENSITY_LINES = TableFile(
@@ -265,6 +321,58 @@ CALIBRATION = TableFile(
         a_number("share_low_if_lost", "The share if none of these did", 0, 1),
         a_number("share_high_if_lost", "The share if all did", 0, 1),
         a_number("reach_LINE", "Share of the logs that reach this line", 0, 1),
+    ),
+)
+VARIED_RUNS = TableFile(
+    name="runs.csv",
+    meaning="One row a run of the same logs: the values of the factors, and what came of it",
+    columns=(
+        a_number("run", "Its number", 1),
+        a_text("label", "The scene as it is, an end of a range, or a row of the design"),
+        a_text("value_FACTOR", "The factor's value; empty where it is as it is in the scene"),
+        a_number("dem_surface", "Which of the random surfaces was the terrain model's error", 0),
+        a_number("logs", "Logs that were slid", 0),
+        a_number("reach_LINE", "Share of the logs that reach this line", 0, 1),
+        a_number("runout_mean_m", "Mean run-out", 0),
+        a_number("left_dem", "Logs that left the terrain model", 0),
+        a_number("time_limit", "Logs that still moved at the time limit", 0),
+        a_number("failed", "Logs that failed", 0),
+    ),
+)
+TORNADO = TableFile(
+    name="tornado.csv",
+    meaning="One row an outcome and factor: what it does alone between the ends of its range",
+    columns=(
+        a_text("outcome", "`runout_mean_m`, or `reach_` and a line"),
+        a_text("factor", "The factor"),
+        a_text("low", "Low end of its range"),
+        a_text("high", "High end"),
+        a_number("as_it_is", "The outcome with nothing varied"),
+        a_number("at_low", "The outcome at the low end, the other factors as they are"),
+        a_number("at_high", "The same at the high end"),
+        a_number("swing", "The latter less the former"),
+        a_number("ci_low", "Lower end of its 95 % interval, over the same logs"),
+        a_number("ci_high", "Upper end"),
+        a_number("n_changed", "Logs whose outcome differs between the ends", 0),
+        a_text("beyond_chance", "Whether the interval leaves out 0"),
+    ),
+)
+SENSITIVITY = TableFile(
+    name="indices.csv",
+    meaning="One row an outcome and factor: its share of the variance over all ranges; with a design only",
+    columns=(
+        a_text("outcome", "`runout_mean_m`, or `reach_` and a line"),
+        a_text("factor", "The factor"),
+        a_number("first", "First-order index: its share of the variance alone; empty where nothing varies"),
+        a_number("first_low", "Lower end of its 95 % interval, over the rows of the design and the logs", 0, 1),
+        a_number("first_high", "Upper end", 0, 1),
+        a_number("total", "Total-effect index: the share that it has a part in"),
+        a_number("total_low", "Lower end of its 95 % interval", 0, 1),
+        a_number("total_high", "Upper end", 0, 1),
+        a_number("mean", "The outcome's mean over the ranges"),
+        a_number("variance", "Its variance over the ranges, without what so few logs add by chance"),
+        a_number("variance_low", "Lower end of the variance's 95 % interval; up to 0 nothing can be shared out"),
+        a_number("variance_high", "Upper end"),
     ),
 )
 FIDELITIES = TableFile(
@@ -331,10 +439,10 @@ SUMMARY = JsonFile(
     keys=(
         _key("logs", "How many logs, and how they ended"),
         _key("logs.released", "Logs that were run"),
-        _key("logs.not_run", "Logs of the layer that --until-ci made needless"),
+        _key("logs.not_run", "Logs of the layer that --until-ci or --error made needless"),
         _key("logs.by_stop_reason", "Logs by the way in which they ended"),
         _key("logs.by_stop_reason.REASON", "Each way (deposits, stop_reason), and how many"),
-        _key("logs.started_in_contact", "Logs that overlapped a tree, barrier or lying log at the start"),
+        _key("logs.started_in_contact", "Logs that overlapped a tree, barrier, lying log or boulder at the start"),
         *_SHARE_KEYS,
         _key(
             "held",
@@ -375,6 +483,7 @@ SUMMARY = JsonFile(
         _key("barriers[].height_max_m", "Largest height of a hit above the terrain [m]"),
         *_wood("trees", "trees"),
         *_wood("lying_logs", "lying logs"),
+        *_wood("blocks", "boulders"),
         _key("speed", "Speeds of the logs' centres of mass"),
         _key("speed.mean_ms", "Mean over the logs that ended before the time limit of their mean speed [m/s]"),
         _key("speed.n_mean", "How many logs that mean is of"),
@@ -388,12 +497,55 @@ SUMMARY = JsonFile(
         _key("accuracy.energy_error_rel_max", "Largest energy error, relative to the energy turned over"),
         _key("accuracy.contact_residual_max", "Largest residual of the contact problem"),
         _key("accuracy.unconverged_steps", "Steps whose contact solver did not converge"),
+        _key("accuracy.auto", "What --fidelity auto promises, of the line that is farthest off; null without it"),
+        _key("accuracy.auto.chosen", "The fidelity that made the run"),
+        _key("accuracy.auto.why", "Why this one, in words"),
+        _key("accuracy.auto.sampling", "How far chance takes the share off at most, at 95 %"),
+        _key("accuracy.auto.calculation", "How far the calculation does, against reference"),
+        _key("accuracy.auto.together", "What both come to at 95 %: more than either, less than their sum"),
+        _key("accuracy.auto.line_id", "The line"),
+        _key("accuracy.auto.error", "What was asked for by --error; not there with --budget"),
+        _key("accuracy.auto.reached", "Whether that is kept; likewise"),
+        _key(
+            "accuracy.auto.measured_against",
+            "The fidelity that the calculation was measured by, on this slope; null where its error is assumed",
+        ),
+        _key("accuracy.auto.logs", "Logs that were run"),
+        _key("accuracy.auto.logs_at_most", "Logs that could have been"),
+        _whole("accuracy.auto.looks", "Pairs, share that differs, bound and relative cost at each look of the pilot"),
         _whole("modelled", "What of the scene was modelled, and what was not and why, in words"),
         _key("cost", "What the run cost"),
         _key("cost.cpu_s", "Time of all cores [s]"),
         _key("cost.wall_s", "Time of sliding, the sum over the logs [s]"),
+        _key("cost.pilot_cpu_s", "Time of all cores for logs of a pilot (--fidelity auto) that are not in the run [s]"),
         _key("cost.steps", "Time steps of all logs"),
         _key("cost.logs_per_s", "Logs a second"),
+    ),
+)
+SITES_FACTS = JsonFile(
+    name="summary.json",
+    meaning="What the runs of all sites come to together",
+    keys=(
+        _key("sites", "How many sites"),
+        _key("sites.asked", "That were asked for"),
+        _key("sites.done", "That have their run"),
+        _key("sites.failed", "That failed"),
+        _key("logs", "How many logs"),
+        _key("logs.released", "That were run, at all sites"),
+        _key("reach", "One a line: the logs of all sites that watch a line of this name"),
+        _key("reach[].line_id", "The line"),
+        _key("reach[].sites", "Sites that watch it"),
+        _key("reach[].n_total", "Their logs"),
+        _key("reach[].n_reach", "Of these, the logs that reach it"),
+        _key("reach[].p", "Their share"),
+        _key("reach[].ci_low", "Lower end of its 95 % Wilson interval"),
+        _key("reach[].ci_high", "Upper end"),
+        _whole("failures", "The sites that failed, and the line that says why"),
+        _key("merged", "The merged rasters, one a terrain model that several sites share"),
+        _key("merged[].folder", "Where, in merged/"),
+        _key("merged[].sites", "Of which sites"),
+        _key("merged[].logs", "Logs of these"),
+        _key("merged[].rasters", "The files"),
     ),
 )
 MANIFEST = JsonFile(
@@ -484,6 +636,19 @@ INTENSITY_FACTS = JsonFile(
         _whole("lines", "The rows of lines.csv"),
     ),
 )
+ORIGIN_FACTS = JsonFile(
+    name="origins.json",
+    meaning="The same in numbers",
+    keys=(
+        _key("cell_m", "Side of the raster's cells [m]"),
+        _key("least", "Logs that a cell must have for its share to be told"),
+        _key("logs", "Logs that are counted"),
+        _key("told", "Share of them that were released in cells with so many"),
+        _whole("reach", "By line, and for any line: how many logs reach it, their share and its 95 % interval"),
+        _whole("sources", "The rows of the layer sources"),
+        _whole("affected", "The rows of the layer affected; null where it is left out"),
+    ),
+)
 CALIBRATION_FACTS = JsonFile(
     name="calibration.json",
     meaning="All of the calibration, for programs",
@@ -526,6 +691,47 @@ FIDELITY_FACTS = JsonFile(
         _whole("rows", "The rows of comparison.csv"),
     ),
 )
+VARIED_FACTS = JsonFile(
+    name="summary.json",
+    meaning="What the answer hangs on",
+    keys=(
+        _key("sentence", "In one sentence, of the line that the factors move most"),
+        _key("answers", "One an outcome"),
+        _key("answers[].outcome", "`runout_mean_m`, or `reach_` and a line"),
+        _key("answers[].by", "What factors were ranked by: `total`, the index, or `swing`"),
+        _key(
+            "answers[].factors",
+            "Those that may be the strongest (95 %), likeliest first; empty if none is beyond chance",
+        ),
+        _key("answers[].decided", "Whether it is one"),
+        _key("answers[].sentence", "The same in words"),
+        _key("logs", "Logs that were slid in each run"),
+        _key("runs", "How many runs"),
+        _key("design", "How the factors were varied"),
+        _key("samples", "Rows of the design; 0 without"),
+        _key("factors", "One a factor"),
+        _key("factors[].factor", "Its name"),
+        _key("factors[].low", "Low end of its range"),
+        _key("factors[].high", "High end"),
+        _whole("tornado", "The rows of tornado.csv"),
+        _whole("indices", "The rows of indices.csv"),
+    ),
+)
+SITED_FACTS = JsonFile(
+    name="summary.json",
+    meaning="What was chosen, and all in numbers",
+    keys=(
+        _key("logs", "Logs that were slid"),
+        _key("slid_again", "How often a log was slid again with a barrier"),
+        _key("candidates", "How many candidates"),
+        _whole("reach", "Logs that reach any line in the run, their share and its 95 % interval"),
+        _whole("reach_by_line", "The same by line"),
+        _whole("reach_by_line_after", "By line, with all barriers that were chosen"),
+        _whole("chosen", "The rows of pareto.csv of the chosen sets"),
+        _key("stopped_because", "Why no more barriers were chosen; empty where there are as many as asked for"),
+        _whole("rows", "All rows of pareto.csv"),
+    ),
+)
 DEMO = JsonFile(
     name="demo.json",
     meaning="What the demo found",
@@ -558,6 +764,13 @@ POINTS = OtherFile(name="log.pts", meaning="The vertices, x y z a line [m]: the 
 OBJ = OtherFile(name="log.obj", meaning="The closed solid, for 3-D programs")
 STL = OtherFile(name="log.stl", meaning="The same")
 PROFILE = OtherFile(name="flight_FLIGHT.png", meaning="The profile of one flight")
+GEOPARQUET = OtherFile(
+    name="LAYER.parquet",
+    meaning="With --geoparquet: the layer of run.gpkg once more, with the same columns, as GeoParquet",
+)
+TERRAIN_TILES = OtherFile(
+    name="terrain.vrt", meaning="Of a terrain model in tiles: a GDAL virtual raster of them, for the QGIS project"
+)
 PROJECT = OtherFile(name="project.qgz", meaning="A QGIS project: styled layers, the logs in motion, a 3-D view")
 _FINDING = (
     ("id", "Site and finding; .cloud: of the log as the paper's point cloud"),
@@ -597,7 +810,13 @@ SITE_FACTS = JsonFile(
     meaning="The numbers of a site: friction, size and density of its logs, its circles of release",
     keys=(_key("NAME", "A number by its name"),),
 )
+SITES_PICTURE = OtherFile(name="overview.png", meaning="Where the sites are, and what share reaches a line")
 COMPARISON_PICTURE = OtherFile(name="comparison.png", meaning="Reach, run-outs and maps of the scenarios side by side")
 CALIBRATION_PICTURE = OtherFile(name="calibration.png", meaning="Likelihood by coefficient, and a map of the likeliest")
 FIDELITY_PICTURE = OtherFile(name="comparison.png", meaning="Error against cost")
+TORNADO_PICTURE = OtherFile(name="tornado.png", meaning="What each factor does to each outcome, and its indices")
+SITED_PICTURE = OtherFile(
+    name="barriers.png", meaning="A map of candidates and chosen barriers, and what is left by length and height"
+)
+ORIGIN_PICTURE = OtherFile(name="origins.png", meaning="A map of the shares and of the ends of their intervals")
 DEMO_PICTURE = OtherFile(name="demo.png", meaning="The three forests, where logs passed and where they ended")

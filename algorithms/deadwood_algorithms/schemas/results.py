@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from deadwood_algorithms.schemas.brought import LOG, RELEASE, STRUCTURE
+from deadwood_algorithms.schemas.brought import BARRIERS, LOG, RELEASE, STRUCTURE
 from deadwood_algorithms.schemas.words import FULL_CIRCLE, Layer, a_count, a_number, a_text, an_id
 
 STOP_REASONS = ("rest", "tree", "barrier", "left_dem", "time_limit", "failed", "lying_log", "block")
@@ -52,7 +52,7 @@ DEPOSITS = Layer(
         a_number("release_y", "Northing of the centre of mass at the start", unit="m"),
         a_number("release_z", "Height of the centre of mass at the start", unit="m"),
         ENDED,
-        an_id("stop_id", "The tree, barrier or, as lying:ID, lying log that holds the log"),
+        an_id("stop_id", "The tree, barrier or, as lying:ID or block:ID, lying log or boulder that holds the log"),
         a_number("duration_s", "Time from start to end", 0),
         a_number("path_m", "Length of the path of the centre of mass", 0),
         a_number("runout_m", "Horizontal distance from start to end", 0),
@@ -64,7 +64,7 @@ DEPOSITS = Layer(
         a_number("speed_mean_ms", "Path over duration; of a log at its time limit also the minutes of slow rolling", 0),
         a_number("energy_max_kj", "Largest kinetic energy, of translation and rotation", 0),
         a_number("jump_max_m", "Largest clearance between the log and the terrain", 0),
-        a_count("tree_hits", "How many trees, standing or lying, it hit"),
+        a_count("tree_hits", "How many trees, standing or lying, and boulders it hit"),
         a_count("barrier_hits", "How many barriers it hit"),
         a_number("energy_error_rel", "Energy gained by the numbers, relative to the energy turned over"),
         a_number("penetration_max_m", "Deepest penetration of terrain, tree or barrier", 0),
@@ -155,6 +155,18 @@ LYING_HITS = Layer(
     columns=(an_id("lying_id", "The lying log"), *TREE_HITS.columns[3:]),
 )
 
+BLOCK_HITS = Layer(
+    name="block_hits",
+    geometry=("Point",),
+    meaning="Every boulder that was hit, and what it took of the sliding logs",
+    columns=(
+        an_id("block_id", "The boulder"),
+        a_number("diameter_m", "Its diameter", 0),
+        a_number("height_m", "Height of its top above the terrain", 0),
+        *TREE_HITS.columns[3:],
+    ),
+)
+
 EARTHWORKS = Layer(
     name="earthworks",
     geometry=("LineString",),
@@ -236,6 +248,34 @@ ATTRIBUTION = Layer(
         *_SHARE,
         a_number("share_of_arrivals", "Share of the line's arrivals that come from this release", 0, 1),
         *_STRENGTH,
+    ),
+)
+
+SOURCES = Layer(
+    name="sources",
+    geometry=("MultiPolygon",),
+    meaning="One row a line and least share: the cells from which at least so many of the logs reach it",
+    columns=(
+        a_text("line_id", "The line or polygon, or `any line`"),
+        a_number("least_p", "The least share of a cell's logs that reach it", 0, 1),
+        a_number("area_m2", "Ground of the cells", 0),
+        a_count("n_total", "Logs that were released there"),
+        a_count("n_reach", "Of these, the logs that reach the line"),
+        a_number("p", "Their share", 0, 1),
+        a_number("ci_low", "Lower end of its 95 % Wilson interval", 0, 1),
+        a_number("ci_high", "Upper end", 0, 1),
+    ),
+)
+
+AFFECTED = Layer(
+    name="affected",
+    geometry=("MultiPolygon",),
+    meaning="One row a release area and least share: the cells that at least so many of its logs pass",
+    columns=(
+        RELEASE,
+        a_number("least_p", "The least share of the area's logs that pass a cell", 0, 1),
+        a_number("area_m2", "Ground of the cells", 0),
+        a_count("n_logs", "Logs of the area that are counted"),
     ),
 )
 
@@ -453,6 +493,83 @@ FOREST = Layer(
 
 _STATE = ("standing", "lying", "removed")
 
+_WORTH = (
+    a_text("kind", "What it is", choices=("tree", "lying_log", "barrier", "stand")),
+    an_id("id", "Its id in its layer"),
+    an_id("line_id", "The line or polygon"),
+    a_count("n_total", "Logs of the run"),
+    a_count("n_reach", "Of these, the logs that reach the line as things are"),
+)
+_HOLDS = (
+    a_count("stopped", "Logs that it holds at the end"),
+    a_number("energy_taken_kj", "Energy that logs lost to it, by impact and friction, the sum of all hits"),
+    a_count("rank", "Its place among those of its kind at this line, from 1: by gain, then stopped, then energy"),
+)
+
+VALUES = Layer(
+    name="values",
+    geometry=("Point",),
+    meaning="One row a tree, lying log, barrier or stand, and line: how many logs more would reach it without",
+    columns=(
+        *_WORTH,
+        a_count("n_reach_without", "Logs that would reach the line without it"),
+        a_number("gain_logs", "Logs more that would reach the line without it; less than 0: fewer"),
+        a_number("gain_p", "The same as a share of all logs", -1, 1),
+        a_number("ci_low", "Lower end of its 95 % interval, of paired logs", -1, 1),
+        a_number("ci_high", "Upper end", -1, 1),
+        *_HOLDS,
+    ),
+)
+
+PLANTED = Layer(
+    name="planted",
+    geometry=("Point",),
+    meaning="One row a candidate and line: how many logs fewer would reach the line with it",
+    columns=(
+        *_WORTH,
+        a_count("n_reach_with", "Logs that would reach the line with it"),
+        a_number("gain_logs", "Logs fewer that would reach the line with it; less than 0: more"),
+        a_number("gain_p", "The same as a share of all logs", -1, 1),
+        a_number("ci_low", "Lower end of its 95 % interval, of paired logs", -1, 1),
+        a_number("ci_high", "Upper end", -1, 1),
+        *_HOLDS,
+    ),
+)
+
+SITED_HITS = (
+    a_number("n_stopped", "Logs that it holds", 0),
+    a_number("n_overjumped", "Logs that pass above it", 0),
+    a_number("n_passed_beside", "Logs that pass beside it", 0),
+    a_number("n_hit", "Logs that hit it; the percentiles are those of the largest hit of each", 0),
+    a_number("energy_p95_kj", "95 % percentile of the kinetic energy of the logs just before; empty without a hit", 0),
+    a_number("energy_low_kj", "Lower end of its exact 95 % interval; empty where the logs are too few for one", 0),
+    a_number("energy_high_kj", "Upper end", 0),
+    a_number("height_p95_m", "95 % percentile of the height of the hits above the terrain"),
+    a_number("height_low_m", "Lower end of its exact 95 % interval"),
+    a_number("height_high_m", "Upper end"),
+    a_number("n_more", "How many more hits it takes for upper ends; 0 where they are told", 0),
+)
+SITED_GAIN = (
+    a_number("gain_logs", "Logs fewer that reach a line than before it was put up; less than 0: more"),
+    a_number("gain_p", "The same as a share of all logs", -1, 1),
+    a_number("gain_low", "Lower end of its 95 % interval, of paired logs", -1, 1),
+    a_number("gain_high", "Upper end", -1, 1),
+)
+SITED = Layer(
+    name="barriers",
+    geometry=BARRIERS.geometry,
+    meaning="The run's own barriers and those chosen, with what each does when all stand; as slide-logs takes them",
+    columns=(
+        an_id("barrier_id", "The barrier"),
+        BARRIERS.column("height_m"),
+        a_count("step", "When it was chosen, from 1; 0: it stands in the run, and the further columns are empty"),
+        a_number("length_m", "Its length in plan", 0),
+        a_number("above_m", "Height of its contour above the nearest place of a line; empty where it was given"),
+        a_number("n_flux", "Logs of the run that touch its line and a line to be protected then or later", 0),
+        *SITED_GAIN,
+        *SITED_HITS,
+    ),
+)
 STEMS = Layer(
     name="stems",
     geometry=("Point",),
@@ -469,6 +586,29 @@ STEMS = Layer(
     ),
 )
 
+SITE_COLUMNS = (
+    a_text("site", "Its name"),
+    a_text("status", "Whether its run is there", choices=("done", "failed")),
+    a_text("message", "Why it failed"),
+    a_text("line_id", "The line, of the run of the site; empty without lines"),
+    a_count("released", "Logs that were run"),
+    a_count("n_reach", "Of these, the logs that reach the line"),
+    a_number("p", "Their share", 0, 1),
+    a_number("ci_low", "Lower end of its 95 % Wilson interval", 0, 1),
+    a_number("ci_high", "Upper end", 0, 1),
+    a_number("spread_deg", "Lateral spread; of several releases the widest", 0, FULL_CIRCLE),
+    a_number("speed_max_ms", "Largest speed of any log", 0),
+    a_number("energy_max_kj", "Largest kinetic energy of any log", 0),
+    a_number("penetration_max_m", "Deepest penetration of a log into the ground or an obstacle (accuracy)", 0),
+    a_number("wall_s", "Time that its logs took to slide", 0),
+)
+SITES = Layer(
+    name="sites",
+    geometry=("Polygon",),
+    meaning="The sites, where their logs start: the rows of overview.csv",
+    columns=SITE_COLUMNS,
+)
+
 # By their names; layers that bear another's name (the reach of a run, the simulated deposits) are only in `written`.
 RESULTS = (
     DEPOSITS,
@@ -478,6 +618,7 @@ RESULTS = (
     BARRIER_HITS,
     TREE_HITS,
     LYING_HITS,
+    BLOCK_HITS,
     REACHED_BY,
     LOG_SOLIDS,
     LOG_OUTLINES,
@@ -499,6 +640,7 @@ RESULTS = (
     RELEASE_AREA,
     FOREST,
     STEMS,
+    SITES,
 )
 
 MAPPED_RELEASES = Layer(

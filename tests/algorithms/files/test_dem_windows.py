@@ -9,8 +9,9 @@ import pyproj
 import pytest
 import rasterio
 from rasterio.transform import Affine, from_origin
+from rasterio.windows import Window
 
-from deadwood_algorithms.files import dem_windows
+from deadwood_algorithms.files import dem_windows, geotiff
 from deadwood_algorithms.files.dem_windows import WindowWriter, open_windows, read_dem, read_part
 from deadwood_algorithms.files.geotiff import geotiff_profile
 from deadwood_algorithms.files.grid import Grid, Part
@@ -120,6 +121,28 @@ def test_a_window_is_written_into_its_whole(tmp_path):
         found[part.slices] = beyond
         assert np.array_equal(found, np.full(whole.shape, beyond), equal_nan=True)
         assert path.stat().st_size < 60_000  # of 24 MB
+
+
+@pytest.mark.parametrize("of_region", [False, True])
+def test_a_window_of_a_large_dem_is_cloud_optimised_and_stays_small(tmp_path, monkeypatch, of_region):
+    """Overviews hold values of the raster; beyond a limit only what is written once of a region gets them."""
+    monkeypatch.setattr(geotiff, "SPARSE_UP_TO_CELLS", 0 if of_region else 2000 * 3000)
+    values = np.random.default_rng(1).integers(1, 9, (1, 300, 300)).astype("uint32")
+    transform = from_origin(2_783_000.0, 1_190_000.0, CELL, CELL)
+    for name, region in (("laid_out", of_region), ("beyond", False)):
+        profile = geotiff_profile((3000, 2000), pyproj.CRS(2056), transform, "uint32", None)
+        with WindowWriter(tmp_path / f"{name}.tif", of_region=region, SPARSE_OK=True, **profile) as writer:
+            writer.write(values, Window(512, 1024, 300, 300))  # type: ignore[call-arg]
+        monkeypatch.setattr(geotiff, "SPARSE_UP_TO_CELLS", 0)
+    assert (tmp_path / "laid_out.tif").stat().st_size < 200_000  # of 24 MB
+    with rasterio.open(tmp_path / "laid_out.tif") as made, rasterio.open(tmp_path / "beyond.tif") as plain:
+        assert made.tags(ns="IMAGE_STRUCTURE")["LAYOUT"] == "COG"
+        assert "LAYOUT" not in plain.tags(ns="IMAGE_STRUCTURE")
+        assert np.array_equal(made.read(), plain.read())
+        assert made.tags(1) == plain.tags(1)
+        assert made.overviews(1)
+    with rasterio.open(tmp_path / "laid_out.tif", overview_level=0) as coarse:
+        assert set(np.unique(coarse.read())) <= set(range(9))
 
 
 def test_what_is_no_dem_is_refused(tmp_path, said):

@@ -282,7 +282,7 @@ REFUSED: dict[str, tuple[Any, tuple[str, ...]]] = {
     "a VRT without its source": (lambda f: vrt(f / "d.vrt", "gone.tif"), ("damaged", "gone.tif")),
     "a zip": (lambda f: zipped(f / "d.zip"), ("packed; unpack it",)),
     "a gz": (lambda f: packed(f / "d.tif.gz"), ("packed; unpack it",)),
-    "a folder": (lambda f: folder(f / "d.tif"), ("is a folder, but the DEM must be a file",)),
+    "a folder": (lambda f: folder(f / "d.tif"), ("this is a folder that holds no tile of a DEM",)),
     "a link to nowhere": (lambda f: dangling(f / "d.tif"), ("does not exist",)),
     "a name too long": (lambda f: f / ("x" * 300 + ".tif"), ("... x", "File name too long")),
     "no name": (lambda f: " ", ("--dem is empty",)),

@@ -359,4 +359,4 @@ def test_a_file_that_is_no_raster_is_refused(tmp_path, content):
 
 def test_a_missing_file_and_a_folder_are_refused(tmp_path):
     assert "does not exist" in refused(tmp_path / "none.tif")
-    assert "is a folder" in refused(tmp_path)
+    assert "is a folder that holds no tile" in refused(tmp_path)

@@ -127,3 +127,15 @@ def test_styles_stand_where_qgis_looks_for_them(tmp_path: Path):
     assert "singlebandpseudocolor" in (tmp_path / "hits.qml").read_text(encoding="utf-8")
     write_raster(tmp_path / "other.tif", np.ones((3, 4)), grid, dtype="float32", units="km")
     assert not (tmp_path / "other.qml").exists()
+
+
+def test_boulders_are_spheres_of_their_size_at_their_height():
+    """One rule a class of diameter: mean radius, and the middle a radius below the tops."""
+    root = parsed(styles.of_layer("blocks", points(3, diameter_m=[2.0, 2.4, 5.0], height_m=[1.0, 1.2, 5.0])))
+    rules = list(root.iter("rule"))
+    sizes = [float(each.find(".//shape-properties//Option[@name='radius']").get("value")) for each in rules]  # type: ignore[union-attr]
+    up = [float(each.find(".//transform").get("matrix").split()[13]) for each in rules]  # type: ignore[union-attr]
+    assert [each.find("symbol").get("shape") for each in rules] == ["sphere", "sphere"]  # type: ignore[union-attr]
+    assert sizes == pytest.approx([1.1, 2.5])
+    assert up == pytest.approx([1.1 - 1.1, 5.0 - 2.5])
+    assert rules[0].get("filter") == '"diameter_m" >= 2 and "diameter_m" < 2.5'

@@ -79,8 +79,16 @@ def lying(case) -> str:
 
 
 @pytest.fixture(scope="module")
-def run(case, lying) -> Path:
-    return case.run(output=str(case.folder / "full"), lying_logs=lying, **case.everything())
+def boulders(case) -> str:
+    return write_layer(
+        case.folder / "boulders.gpkg", points((30.0, 55.0), (5.0, 60.0)), block_id=["big", "small"],
+        diameter_m=[3.0, 1.0], height_m=[2.0, np.nan],
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def run(case, lying, boulders) -> Path:
+    return case.run(output=str(case.folder / "full"), lying_logs=lying, blocks=boulders, **case.everything())
 
 
 @pytest.fixture(scope="module")
@@ -121,7 +129,7 @@ def test_every_part_that_was_promised_is_there(page):
     for part in (*parts, "provenance", "command", "hashes", "sampling", "calculation"):
         assert Words("en").say(part) in text, part
     assert "deadwood-tool slide-logs --dem" in text
-    assert len(re.findall(r"\b[0-9a-f]{64}\b", text)) >= 6  # DEM, releases, trees, barriers, lying logs, lines
+    assert len(re.findall(r"\b[0-9a-f]{64}\b", text)) >= 7  # DEM, releases, trees, barriers, lying logs, blocks, lines
 
 
 def test_the_page_asks_nothing_of_any_other_file(page):
@@ -146,6 +154,13 @@ def test_the_space_holds_solids_in_true_size(case, page):
     assert np.allclose(np.linalg.norm(deposits[:, 3:6] - deposits[:, :3], axis=1), 10.0, atol=1e-2)
     assert [each["height"] for each in space["barriers"]] == [1.5, 4.0]
     assert np.allclose(rows(space["lying"])[:, 6].max(), 0.3)
+    slices = rows(space["blocks"])
+    big, small = slices[::2], slices[1::2]  # slice by slice, from the lowest up
+    for each, diameter in ((big, 3.0), (small, 1.0)):
+        assert each[-1, 5] - each[0, 2] == pytest.approx(diameter, abs=1e-4)
+        assert each[:, 6:].max() == pytest.approx(0.5 * diameter, abs=1e-4)
+    falls = 5.0 * np.tan(np.radians(35.0))  # the big one lies so much lower; it sticks out by 2 m, the small one by 1 m
+    assert big[-1, 5] - small[-1, 5] == pytest.approx(2.0 - 1.0 - falls, abs=1e-2)
     poses = np.frombuffer(base64.b64decode(space["poses"]), "<u2").reshape(-1, 2, 3) * np.array(space["scale"])
     assert np.allclose(np.linalg.norm(poses[:, 1] - poses[:, 0], axis=1), 10.0, atol=0.5)  # chords between two poses
     assert sum(each["n"] for each in space["logs"]) == len(poses)
@@ -167,12 +182,12 @@ def test_a_run_with_next_to_nothing(case):
 def test_lost_inputs_are_told_and_the_rest_goes_on(run, tmp_path):
     moved = shutil.copytree(run, tmp_path / "moved")
     manifest = json.loads((moved / "manifest.json").read_text())
-    for name in ("dem", "trees", "barriers", "lying_logs", "lines", "releases"):
+    for name in ("dem", "trees", "barriers", "lying_logs", "blocks", "lines", "releases"):
         manifest["parameters"][name] = f"/nowhere/{name}.gpkg"
     (moved / "manifest.json").write_text(json.dumps(manifest))
     page, data = page_of(moved)
     text = Reader(page).text
-    for name in ("terrain model", "trees", "barriers", "lying logs"):
+    for name in ("terrain model", "trees", "barriers", "lying logs", "boulders"):
         assert f"The {name} of the run, /nowhere/" in text
     assert "Without the terrain model there is no 3-D view" in text
     assert data["space"] == []
@@ -287,7 +302,9 @@ def assert_sound_gltf(content: bytes) -> None:
             normal = arrays[part["attributes"]["NORMAL"]]
             assert np.allclose(np.linalg.norm(normal, axis=1), 1.0, atol=1e-4)
             assert arrays[part["indices"]].max() < len(normal) == len(arrays[part["attributes"]["POSITION"]])
-    assert {"terrain", "trees", "lying_logs", "deposits", "barriers"} <= {each["name"] for each in told["nodes"]}
+    assert {"terrain", "trees", "lying_logs", "blocks", "deposits", "barriers"} <= {
+        each["name"] for each in told["nodes"]
+    }
     assert told["animations"][0]["channels"]
     for sampler in told["animations"][0]["samplers"]:
         assert (np.diff(arrays[sampler["input"]][:, 0]) > 0.0).all()

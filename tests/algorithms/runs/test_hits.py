@@ -140,7 +140,8 @@ def test_sums_do_not_depend_on_how_hits_are_split():
         "by_barrier": np.zeros(n, bool),
     }
     values["place"] = np.zeros((n, 3))
-    forest = SimpleNamespace(tree_ids=list("abcde"), lying=SimpleNamespace(item=np.zeros(0, np.int64)))
+    none = SimpleNamespace(ids=[], item=np.zeros(0, np.int64))
+    forest = SimpleNamespace(tree_ids=list("abcde"), lying=none, blocks=none)
 
     def part(rows):
         return hit_arrays(Hits(**{name: column[rows] for name, column in values.items()}), np.arange(300), forest)

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 
 import pytest
 import shapely
-from slope_case import Case, write_layer
+from slope_case import Case, points, write_layer
 
 
 @pytest.fixture(scope="module")
@@ -17,7 +17,8 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = Case(tmp_path_factory.mktemp("project"))
     axis = shapely.LineString([(20.0, 60.0), (28.0, 61.0)])
     lying = write_layer(made.folder / "lying.gpkg", [axis], diameter_cm=[35.0])
-    return made.run(time_limit=10.0, qgis_project=True, lying_logs=lying, **made.everything())
+    blocks = write_layer(made.folder / "b.gpkg", points((20.0, 58.0)), block_id=[4], diameter_m=[1.5], height_m=[1.0])
+    return made.run(time_limit=10.0, qgis_project=True, lying_logs=lying, blocks=blocks, **made.everything())
 
 
 def project(case: Path) -> ElementTree.Element:
@@ -58,8 +59,10 @@ def test_the_scene_is_as_it_was_modelled(case):
         heights = dict(database.execute("select barrier_id, height_m from barriers").fetchall())
         trees = database.execute("select count(*), avg(dbh_cm) from trees").fetchone()
         lying = database.execute("select diameter_cm from lying_logs").fetchall()
+        blocks = database.execute("select block_id, diameter_m, height_m from blocks").fetchall()
     assert heights == {"west": 1.5, "east": 4.0}
     assert lying == [(35.0,)]
+    assert blocks == [("4", 1.5, 1.0)]
     assert trees == (59, pytest.approx(50.0))  # one of the 60 stands off the DEM, and so in no log's way
 
 

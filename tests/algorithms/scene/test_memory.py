@@ -6,7 +6,7 @@ import pytest
 
 from deadwood_algorithms.files.free_memory import free_bytes
 from deadwood_algorithms.scene import memory
-from deadwood_algorithms.scene.memory import threads_that_fit
+from deadwood_algorithms.scene.memory import refuse_too_many_workers, threads_that_fit
 from deadwood_algorithms.tool import UserError
 
 CELLS = 10_000_000
@@ -43,3 +43,20 @@ def test_more_threads_than_help_are_not_used(monkeypatch, said):
     used = threads_that_fit(1_000_000, 100, friction_by_cell=False, what="dem.tif", feedback=said)
     assert 64 <= used < 10_000
     assert f"--threads 1000000: {used} threads are used" in said.notes[0]
+
+
+@pytest.mark.parametrize(("free_gb", "words"), [(100.0, ""), (3.5, "--workers 3 fit"), (1.0, "leave out --scheduler")])
+def test_processes_share_no_memory(monkeypatch, free_gb, words):
+    """64 bytes a cell here, 36 in each of them beside 300 MB of libraries, of nine tenths of what is free."""
+    monkeypatch.setattr(memory, "free_bytes", lambda: int(free_gb * 1e9))
+    fitting = int((0.9 * free_gb * 1e9 - 64 * CELLS) // (300e6 + 36 * CELLS))
+    assert (fitting >= 4, f"--workers {fitting} fit" == words, fitting < 1) == (
+        not words,
+        "fit" in words,
+        "out" in words,
+    )
+    if not words:
+        refuse_too_many_workers(4, CELLS, friction_by_cell=False, what="dem.tif")
+        return
+    with pytest.raises(UserError, match=rf"4 workers on the 10 million cells of dem.tif need 3.1 GB .*; {words}"):
+        refuse_too_many_workers(4, CELLS, friction_by_cell=False, what="dem.tif")

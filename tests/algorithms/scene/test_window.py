@@ -18,7 +18,7 @@ from rasterio.windows import Window
 from slope_case import RASTERS, layer, points, raster, summary, write_layer
 
 from deadwood_algorithms import compare_fidelity, count_hits, slide_logs
-from deadwood_algorithms.files.dem_windows import open_windows
+from deadwood_algorithms.files.dem_windows import open_windows, read_part
 from deadwood_algorithms.files.grid import Grid, Part
 from deadwood_algorithms.scene import reach as dem_reach
 from deadwood_algorithms.scene import read as scene_from_layers
@@ -56,11 +56,13 @@ def case(tmp_path_factory):
     trees = {"tree_id": np.arange(150) + 900, "dbh_cm": [40.0] * 150, "height_m": [20.0] * 150}
     lines = [shapely.LineString([(-20.0, 32.0), (80.0, 31.0)]), shapely.box(100.0, 120.0, 110.0, 130.0)]
     barriers = [shapely.LineString([(25.0, 45.0), (35.0, 45.0)]), shapely.LineString([(-60.0, 40.0), (-50.0, 42.0)])]
+    boulders = [(15.0 + 30.0 * a, 50.0 + 20.0 * b) for a, b in rng.random((8, 2))] + [(-80.0, 60.0), (500.0, 500.0)]
     return {
         "dem": str(folder / "dem.tif"),
         "friction": str(folder / "friction.tif"),
         "releases": write_layer(folder / "releases.gpkg", points(*places), log_id=np.arange(20) * 3 + 5),
         "trees": write_layer(folder / "trees.gpkg", points(*stems), **trees),
+        "blocks": write_layer(folder / "blocks.gpkg", points(*boulders), diameter_m=[2.0] * 10, height_m=[1.5] * 10),
         "lines": write_layer(folder / "lines.gpkg", lines, line_id=["road", "house"]),
         "barriers": write_layer(folder / "barriers.gpkg", barriers, barrier_id=["a", "far"], height_m=[1.5, 2.0]),
         "dbh_cm": 40.0,
@@ -96,7 +98,7 @@ def whole(case, tmp_path_factory):
 
 def assert_same_results(one: Path, other: Path) -> None:
     """As `assert_same_run`, but for what is said of the window, and what lies off the DEM or beyond the window."""
-    for name in ("deposits", "deposited_logs", "trajectories", "reach", "tree_hits", "barrier_hits"):
+    for name in ("deposits", "deposited_logs", "trajectories", "reach", "tree_hits", "barrier_hits", "block_hits"):
         a, b = layer(one, name), layer(other, name)
         assert a.geometry.to_wkb().equals(b.geometry.to_wkb())
         assert a.drop(columns="geometry").equals(b.drop(columns="geometry")), name
@@ -316,3 +318,19 @@ def test_sides_of_the_dem_itself_are_not_watched():
     lines = dem_reach.watched_sides(whole.window(Part(10, 0, 90, 100)), beyond_m=5.0)
     assert list(lines) == ["west"]
     assert lines["west"][:, 0].tolist() == [19.0 + 16 * 2.0 + 8.0 + 5.0] * 2  # the window's edge, and inward
+
+
+def test_a_boulder_that_the_side_cuts_must_not_be_met(case, small_is_large):
+    """A log that comes nearer to the window's side than a boulder's radius could meet one whose middle is beyond it."""
+    with open_windows(case["dem"], crs=None, feedback=Quiet(), look_through=False) as dem:
+        grid = read_part(dem, Part(20, 40, 200, 220), Quiet())
+    watched = [
+        scene_from_layers.read_scene(
+            case["dem"], "0.4", None, None, None, crs=None, feedback=Quiet(), blocks=blocks, grid=grid
+        ).watched
+        for blocks in (None, case["blocks"])
+    ]
+    assert set(watched[0]) == {"west", "south", "east", "north"}
+    for side, inward in {"west": (1, 0), "south": (0, 1), "east": (-1, 0), "north": (0, -1)}.items():
+        moved = (watched[1][side] - watched[0][side]) @ np.array(inward)
+        assert moved.tolist() == pytest.approx([1.0, 1.0])  # m, the boulders' radius

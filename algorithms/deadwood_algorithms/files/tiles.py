@@ -1,0 +1,274 @@
+"""Several raster files that are tiles of one grid, read as the one raster that they make.
+
+A terrain model of a region comes in tiles. ``--dem`` takes them as a folder, or one after the other with commas; what
+reads it sees one dataset, of which windows are put together from the tiles that they touch. Cells keep their very
+numbers: tiles must lie on one grid, so nothing is resampled. Where no tile is, is outside.
+"""
+
+from __future__ import annotations
+
+import os
+from collections import OrderedDict
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from xml.sax.saxutils import escape
+
+import numpy as np
+import pyproj
+import rasterio
+from numpy.typing import NDArray
+from rasterio.coords import BoundingBox
+from rasterio.enums import ColorInterp, MaskFlags
+from rasterio.errors import RasterioError
+from rasterio.transform import Affine
+from rasterio.windows import Window
+
+from deadwood_algorithms.files import mends
+from deadwood_algorithms.files.crs import crs_name, same_crs
+from deadwood_algorithms.tool import Feedback, Quiet, UserError
+
+ENDINGS = (".tif", ".tiff", ".asc", ".img", ".bil", ".flt", ".xyz")  # of the files in a folder that are its tiles
+OFF_GRID_CELLS = 0.05  # as headers that were rounded may be off (`dem_header.SHIFT_ALLOWED_CELLS`)
+KEPT_OPEN = 32  # files
+SAME_HEIGHT_M = 0.005  # where tiles overlap, heights that differ by less are the same, rounded
+
+
+def tiles_of(path: str | Path) -> list[str]:
+    """The files that a path stands for: itself, the rasters in a folder, or what stands between its commas."""
+    named = str(path)
+    try:
+        if os.path.isfile(named):
+            return [named]
+        if os.path.isdir(named):
+            inside = sorted(each.name for each in Path(named).iterdir() if each.suffix.lower() in ENDINGS)
+            if not inside:
+                raise UserError(
+                    f"{named}: this is a folder that holds no tile of a DEM ({', '.join(ENDINGS)}); name the file"
+                )
+            return [os.path.join(named, each) for each in inside]
+    except (OSError, ValueError):  # a name too long, a NUL in it, no permission: said when it is opened
+        return [named]
+    parts = [each.strip() for each in named.split(",")]
+    return [each for each in parts if each] if "," in named else [named]
+
+
+def open_as_one(path: str | Path) -> Any:
+    """A DEM that was judged before, of however many tiles, opened again; raises what rasterio does, or `UserError`."""
+    files = tiles_of(path)
+    return rasterio.open(files[0]) if len(files) == 1 else mosaic_of(path, files)
+
+
+def open_to_draw(path: str | Path) -> Any:
+    """The same as a dataset of rasterio's in any case, which thins and resamples as it reads."""
+    files = tiles_of(path)
+    return rasterio.open(files[0] if len(files) == 1 else mosaic_of(path, files).vrt())
+
+
+def mosaic_of(path: str | Path, files: Sequence[str]) -> Mosaic:
+    """Tiles that were judged before, as one."""
+    tiles = []
+    for each in files:
+        with rasterio.open(each) as source:
+            tiles.append(Tile.of(each, source, source.transform))
+    return Mosaic(path, tiles, Quiet())
+
+
+@dataclass(frozen=True)
+class Tile:
+    """What is known of one file from its header."""
+
+    path: str
+    transform: Affine
+    shape: tuple[int, int]
+    crs: Any
+    dtype: str
+    nodata: float | None
+    scale: float
+    offset: float
+    unit: str | None
+
+    @staticmethod
+    def of(path: str, source: Any, transform: Affine) -> Tile:
+        facts = source.crs, source.dtypes[0], source.nodata, source.scales[0], source.offsets[0], source.units[0]
+        return Tile(path, transform, source.shape, *facts)
+
+
+class Mosaic:
+    """Tiles as one dataset: of rasterio's what `dem_windows` and its like ask for, and no more.
+
+    Where tiles overlap, the first that holds a height gives it; that others differ is told once.
+    """
+
+    count, driver, gcps, colorinterp = 1, "tiles", ((), None), (ColorInterp.undefined,)
+    mask_flag_enums = ([MaskFlags.nodata],)
+
+    def __init__(self, path: str | Path, tiles: Sequence[Tile], feedback: Feedback) -> None:
+        first = tiles[0]
+        self.name, self.tiles, self.feedback = str(path), list(tiles), feedback
+        for each in tiles[1:]:
+            _refuse_foreign(each, first)
+        cell, step = first.transform.a, first.transform.e  # step < 0: the first row is the northernmost
+        left = np.array([_off(each.transform.c, first.transform.c, cell) for each in tiles])
+        top = np.array([_off(each.transform.f, first.transform.f, step) for each in tiles])
+        self._left, self._top = np.rint(left).astype(int), np.rint(top).astype(int)
+        self._left, self._top = self._left - self._left.min(), self._top - self._top.min()
+        for off, each in zip(np.maximum(np.abs(left - np.rint(left)), np.abs(top - np.rint(top))), tiles, strict=True):
+            if off > OFF_GRID_CELLS:
+                raise UserError(
+                    f"{each.path}: the tile's cells lie between those of {first.path} (by {off:.2g} of a cell), but "
+                    "all tiles must lie on one grid; mend: warp it onto the cells of the others, or take the tiles of "
+                    "one delivery"
+                )
+        sizes = np.array([each.shape for each in tiles])
+        self._right, self._bottom = self._left + sizes[:, 1], self._top + sizes[:, 0]
+        self.height, self.width = int(self._bottom.max()), int(self._right.max())
+        at = int(np.argmin(self._left)), int(np.argmin(self._top))
+        corner = tiles[at[0]].transform.c, tiles[at[1]].transform.f
+        self.transform = Affine(cell, 0.0, corner[0], 0.0, step, corner[1])
+        self.crs, self.units = first.crs, (first.unit,)
+        self.scales, self.offsets = (first.scale,), (first.offset,)
+        self.dtypes = (str(np.result_type(*{each.dtype for each in tiles})),)
+        self.nodata = _nodata_of(tiles, np.dtype(self.dtypes[0]))
+        self.block_shapes = [(256, 256)]
+        self._open: OrderedDict[str, Any] = OrderedDict()
+        self._told = False
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        return self.height, self.width
+
+    @property
+    def bounds(self) -> BoundingBox:
+        far = self.transform.c + self.width * self.transform.a, self.transform.f + self.height * self.transform.e
+        return BoundingBox(self.transform.c, far[1], far[0], self.transform.f)
+
+    def read(self, band: int = 1, *, window: Window | None = None, masked: bool = False) -> NDArray[Any]:
+        """The numbers of a window within the grid, as the files hold them; where no tile is, masked or nodata."""
+        window = window or Window(0, 0, self.width, self.height)  # type: ignore[call-arg]
+        rows = int(window.row_off), int(window.row_off + window.height)
+        columns = int(window.col_off), int(window.col_off + window.width)
+        out = np.full((rows[1] - rows[0], columns[1] - columns[0]), self.nodata, self.dtypes[0])
+        empty = np.ones(out.shape, bool)
+        touched = (self._left < columns[1]) & (self._right > columns[0])
+        touched &= (self._top < rows[1]) & (self._bottom > rows[0])
+        for k in np.flatnonzero(touched):
+            left, right = max(columns[0], self._left[k]), min(columns[1], self._right[k])
+            top, bottom = max(rows[0], self._top[k]), min(rows[1], self._bottom[k])
+            part = Window(left - self._left[k], top - self._top[k], right - left, bottom - top)  # type: ignore[call-arg]
+            found = self._read(self.tiles[k], part)
+            known = ~np.ma.getmaskarray(found) & np.isfinite(found.data)
+            place = slice(top - rows[0], bottom - rows[0]), slice(left - columns[0], right - columns[0])
+            self._compare(out[place], found.data, known & ~empty[place], self.tiles[k])
+            fresh = known & empty[place]
+            out[place][fresh] = found.data[fresh]
+            empty[place][fresh] = False
+        return np.ma.MaskedArray(out, empty) if masked else out
+
+    def _read(self, tile: Tile, part: Window) -> Any:
+        try:
+            if tile.path not in self._open:
+                self._open[tile.path] = rasterio.open(tile.path)
+                if len(self._open) > KEPT_OPEN:
+                    self._open.popitem(last=False)[1].close()
+            self._open.move_to_end(tile.path)
+            return self._open[tile.path].read(1, window=part, masked=True)
+        except RasterioError as error:
+            raise UserError(
+                f"{tile.path}: the tile is damaged ({str(error.__cause__ or error).splitlines()[0].rstrip('.')}); "
+                "get it again"
+            ) from error
+
+    def _compare(self, have: NDArray[Any], found: NDArray[Any], both: NDArray[np.bool_], tile: Tile) -> None:
+        """Tell, once, that a tile has other heights where it overlaps those before it."""
+        if self._told or not both.any():
+            return
+        apart = np.abs(have[both].astype(np.float64) - found[both].astype(np.float64)) * abs(self.scales[0])
+        if apart.max() > SAME_HEIGHT_M:
+            self._told = True
+            self.feedback.warn(
+                f"{tile.path}: where it overlaps tiles before it, {int((apart > SAME_HEIGHT_M).sum())} cells differ "
+                f"from theirs, by up to {apart.max():.2f} m; the first tile's heights are taken"
+            )
+
+    def vrt(self, beside: Path | None = None) -> str:
+        """The XML of a GDAL virtual raster of these tiles, for programs that read one; paths are seen from ``beside``.
+
+        Its sources stand in the reverse order: in a virtual raster the last one counts.
+        """
+        kind = {"float32": "Float32", "float64": "Float64", "uint8": "Byte"}.get(self.dtypes[0], self.dtypes[0].title())
+        kind = kind.replace("Uint", "UInt")
+        nodata = f"{self.nodata:.17g}"
+        sources = []
+        for k in reversed(range(len(self.tiles))):
+            tile, relative, place = self.tiles[k], 0, os.path.abspath(self.tiles[k].path)
+            if beside is not None:
+                with suppress(ValueError):  # another drive
+                    place, relative = Path(os.path.relpath(place, beside.absolute())).as_posix(), 1
+            (rows, columns), empty = tile.shape, f"<NODATA>{tile.nodata}</NODATA>" if tile.nodata is not None else ""
+            sources.append(
+                f'<ComplexSource><SourceFilename relativeToVRT="{relative}">{escape(place)}</SourceFilename>'
+                f'<SourceBand>1</SourceBand><SrcRect xOff="0" yOff="0" xSize="{columns}" ySize="{rows}"/>'
+                f'<DstRect xOff="{self._left[k]}" yOff="{self._top[k]}" xSize="{columns}" ySize="{rows}"/>'
+                f"{empty}</ComplexSource>"
+            )
+        srs = escape(self.crs.to_wkt()) if self.crs else ""
+        return (
+            f'<VRTDataset rasterXSize="{self.width}" rasterYSize="{self.height}"><SRS>{srs}</SRS>'
+            f"<GeoTransform>{', '.join(f'{each:.17g}' for each in self.transform.to_gdal())}</GeoTransform>"
+            f'<VRTRasterBand dataType="{kind}" band="1"><NoDataValue>{nodata}</NoDataValue>'
+            f"<Scale>{self.scales[0]:.17g}</Scale><Offset>{self.offsets[0]:.17g}</Offset>"
+            f"{''.join(sources)}</VRTRasterBand></VRTDataset>\n"
+        )
+
+    def close(self) -> None:
+        while self._open:
+            self._open.popitem()[1].close()
+
+    def __enter__(self) -> Mosaic:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def _off(here: float, there: float, step: float) -> float:
+    return (here - there) / step
+
+
+def _refuse_foreign(tile: Tile, first: Tile) -> None:
+    """Refuse a tile that is not of the same grid, or counts heights otherwise, as the first."""
+    a, b = tile.transform, first.transform
+    mend = "give tiles of one delivery only"
+    if abs(a.a - b.a) * max(*tile.shape, *first.shape) > OFF_GRID_CELLS * b.a:
+        raise UserError(
+            f"{tile.path}: the tile's cells are {a.a:.9g} m large, those of {first.path} {b.a:.9g} m, but all tiles "
+            f"must have the same; {mend}, or warp it to the others' cells"
+        )
+    if (a.e < 0) != (b.e < 0):
+        raise UserError(
+            f"{tile.path}: the tile's rows run the other way than those of {first.path} (north-up, south-up), but all "
+            f"must run alike; {mend}"
+        )
+    one, other = (pyproj.CRS.from_wkt(each.crs.to_wkt()) if each.crs else None for each in (tile, first))
+    if (one is None) != (other is None) or (one is not None and other is not None and not same_crs(one, other)):
+        names = [crs_name(each) if each else "no CRS" for each in (one, other)]
+        raise UserError(
+            f"{tile.path}: the tile is in {names[0]}, but {first.path} in {names[1]}; bring all tiles into one CRS"
+        )
+    if (tile.scale, tile.offset) != (first.scale, first.offset):
+        raise UserError(
+            f"{tile.path}: the tile's heights have the scale {tile.scale:g} and offset {tile.offset:g}, those of "
+            f"{first.path} {first.scale:g} and {first.offset:g}; mend, for each: "
+            f"{mends.unscaled(tile.path, tile.scale, tile.offset)}"
+        )
+
+
+def _nodata_of(tiles: Sequence[Tile], dtype: np.dtype) -> float:
+    """A number for cells without a height in any tile's type: the tiles' own where they agree."""
+    own = {each.nodata for each in tiles if each.nodata is not None}
+    if len(own) == 1:
+        return own.pop()
+    return float("nan") if dtype.kind == "f" else float(np.iinfo(dtype).min)

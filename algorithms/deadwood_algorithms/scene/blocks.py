@@ -1,0 +1,68 @@
+"""Boulders as obstacles, from a layer of points: where they lie, how large they are, how far they stick out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from deadwood_algorithms.files.columns import filled_column, schema_column, warn_implausible, where_of
+from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.scene.items import extent_words, ids_of, plan_of, points_on, rows_named, shared_words
+from deadwood_algorithms.schemas import BLOCKS
+from deadwood_algorithms.tool import Feedback, UserError
+from deadwood_engine import Blocks
+
+DIAMETER, RADIUS, HEIGHT = "diameter_m", "radius_m", "height_m"
+
+
+@dataclass(frozen=True)
+class Boulders:
+    """Boulders on the DEM as the engine takes them, their ids as text, and how many lie off it."""
+
+    solid: Blocks
+    ids: list[str]
+    left_out: int
+
+    @staticmethod
+    def none() -> Boulders:
+        return Boulders(Blocks.none(), [], 0)
+
+
+def read_blocks(path: str | None, grid: Grid, feedback: Feedback) -> Boulders:
+    """Boulders with their diameters, from ``diameter_m``, else twice ``radius_m``; those off the DEM are left out.
+
+    The top is ``height_m`` above the terrain; a whole diameter, where the field is missing or empty.
+    """
+    if path is None:
+        return Boulders.none()
+    frame = read_vector(path, geometry=("point",), target_crs=grid.crs, what="blocks", feedback=feedback)
+    if DIAMETER in frame:
+        diameter = schema_column(frame, BLOCKS.column(DIAMETER))
+    elif RADIUS in frame:
+        diameter = 2.0 * schema_column(frame, BLOCKS.column(RADIUS))
+    else:
+        raise UserError(f"{where_of(frame)}: the blocks have neither a field '{DIAMETER}' nor '{RADIUS}'; add one")
+    warn_implausible(diameter, BLOCKS.column(DIAMETER), where_of(frame), feedback)
+    height = filled_column(frame, HEIGHT, None, minimum=0.0, exclusive=True)
+    height = np.where(np.isnan(height), diameter, height)
+    floating = np.flatnonzero(height > diameter * (1.0 + 1e-9))
+    if floating.size:
+        raise UserError(
+            f"{where_of(frame)}, field '{HEIGHT}', {rows_named(floating)}: the top is higher above the terrain than "
+            "the block is thick, so it would float; correct the field, or leave it empty"
+        )
+    x, y = plan_of(frame)
+    on = points_on(grid, x, y)
+    if not on.any():
+        raise UserError(f"{path}: none of the {len(frame)} blocks lies on the DEM{extent_words(x, y, grid)}")
+    beyond = int(np.count_nonzero(~on))
+    if beyond:
+        feedback.note(f"{path}: {beyond} of {len(frame)} blocks lie off the DEM and are left out")
+    ids = ids_of(frame, "block_id", "name")
+    field = next((name for name in ("block_id", "name") if name in frame), "")
+    twins = shared_words(frame, field, ids.tolist())
+    if twins:
+        feedback.warn(f"{twins}; no result can tell them apart. Give each a block_id of its own")
+    return Boulders(Blocks(x[on], y[on], diameter[on], height[on]), [str(each) for each in ids[on]], beyond)

@@ -1,0 +1,40 @@
+"""The results of pieces as that of all their logs: row after row, in the order of the pieces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import fields, replace
+
+import numpy as np
+
+from deadwood_engine import Result
+
+
+def joined_results(pieces: Sequence[Result]) -> Result:
+    """One result; what lies behind a log's row (its poses, its hits) counts rows from the first piece's on."""
+    numbers = [len(each.stop_reason) for each in pieces]
+    firsts = np.concatenate([[0], np.cumsum(numbers)[:-1]]).astype(np.int64)
+    moved = [
+        replace(
+            each,
+            poses=replace(each.poses, log_row=each.poses.log_row + first),
+            hits=replace(each.hits, log_row=each.hits.log_row + first),
+        )
+        for each, first in zip(pieces, firsts, strict=True)
+    ]
+    one = moved[0]
+
+    def together(get) -> dict:
+        return {
+            each.name: np.concatenate([getattr(get(piece), each.name) for piece in moved])
+            for each in fields(get(one))
+            if isinstance(getattr(get(one), each.name), np.ndarray)
+        }
+
+    return replace(
+        one,
+        **together(lambda piece: piece),
+        poses=replace(one.poses, **together(lambda piece: piece.poses)),
+        hits=replace(one.hits, **together(lambda piece: piece.hits)),
+        cost={name: sum(each.cost[name] for each in moved) for name in one.cost},
+    )

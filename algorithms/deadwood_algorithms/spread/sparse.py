@@ -1,0 +1,47 @@
+"""The rasters of a piece as the cells that its logs have passed, and their sum: exact, for counts and maxima are."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_engine import Rasters
+from deadwood_engine.trace import HITS
+
+
+def take_sparse(rasters: Rasters) -> dict[str, NDArray]:
+    """Take the cells that a log has hit or come to rest on out of the first worker's rasters, which are empty then.
+
+    The system is slow in handing out fresh memory (10 us a page): emptied rasters serve the next piece.
+    """
+    first = rasters.workers[0]
+    hits = first.hits[:, :, HITS]
+    # a row at a time: most of a large window was never touched, and most of what was lies in few rows
+    rows = np.flatnonzero(hits.any(axis=1) | first.deposits.any(axis=1))
+    at, column = np.nonzero((hits[rows] > 0) | (first.deposits[rows] > 0))
+    row = rows[at]
+    cells = row * hits.shape[1] + column
+    found = {
+        # neighbours differ by one, which takes next to no room once it is compressed
+        "cells": np.diff(cells, prepend=0).astype(np.int64),
+        "hits": hits[row, column],
+        "deposits": first.deposits[row, column],
+        "maxima": np.ascontiguousarray(first.maxima[row, column].T),
+        "danger": first.danger[:, cells] if len(first.danger) else np.zeros((0, 0), np.uint32),
+    }
+    first.hits[row, column], first.maxima[row, column], first.deposits[row, column] = 0, 0.0, 0
+    if len(first.danger):
+        first.danger[:, cells] = 0
+    return found
+
+
+def add_sparse(rasters: Rasters, piece: dict[str, NDArray]) -> None:
+    """Add what `take_sparse` has taken of a piece's."""
+    first = rasters.workers[0]
+    cells = np.cumsum(piece["cells"])
+    row, column = np.divmod(cells, first.deposits.shape[1])
+    first.hits[row, column, HITS] += piece["hits"]
+    first.deposits[row, column] += piece["deposits"]
+    first.maxima[row, column] = np.maximum(first.maxima[row, column], piece["maxima"].T)
+    if len(first.danger):
+        first.danger[:, cells] += piece["danger"]

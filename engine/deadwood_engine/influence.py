@@ -1,0 +1,142 @@
+"""Which obstacles mattered to a log, and from when: without any of the others it goes the same way, bit for bit.
+
+An obstacle changes a log's way in three manners, and each leaves a note, with the time of its first:
+
+- it is a contact (``note_contacts``), in a step or in the certificate of rest;
+- of all that shortens a step, it decides how long it is (``note_step``). What is told to be longer decides nothing, and
+  taking it away changes nothing;
+- it is the nearest of all, and so decides when the obstacles are looked at next (``enter``). Alone that changes no bit:
+  what is not looked at is too far away to be touched, or to shorten a step by its distance. But the bound on a step
+  beside a stem (``obstacles.time_beside``) is more cautious than that on the step itself, so that a stem a little
+  farther away than a step's travel can shorten it where it happens to be looked at. Where that is so, or could be so
+  of what is not looked at, all that ever decided when to look have mattered (``note_all``).
+
+So what is said holds for one obstacle and for several taken away together. A cloud's notes are of all that is listed.
+Beyond that, where a step may be longer than what is left of the list's margin (``limits.NEAR_MARGIN``; draft on cells
+of more than a metre), there must be an obstacle left: in a scene without any there is no such margin.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .compiled import kernel
+from .cores import BARRIER
+from .limits import NEAR_MARGIN
+from .surroundings import CLEAR, THIN
+
+Array = NDArray[np.float64]
+
+# A core near a log; time [s] since its release from which it mattered, infinite as long as it did not
+NOTE = np.dtype([("core", "i8"), ("time", "f8")])
+# Columns of a worker's book: the time now [s], how many notes there are, how many of these, the first, have a time
+NOW, NOTED, SETTLED = range(3)
+BOOK_WIDTH = 3
+SAFE = 1.0 - 1e-6  # [-] of a distance: more than what a path's sum of many steps loses by rounding
+
+
+@dataclass(frozen=True)
+class Influences:
+    """Obstacles that mattered to logs, ordered by log row, then obstacle; shape (m,) each.
+
+    log_row : int64; by_barrier : bool; item : int64, row of the barrier, or of the tree (lying logs are numbered after
+        the trees, blocks after these); time : [s] from which it mattered, nothing of the log's way before
+    """
+
+    log_row: NDArray[np.int64]
+    by_barrier: NDArray[np.bool_]
+    item: NDArray[np.int64]
+    time: Array
+
+
+def influences_of(tables: dict[int, Any], solid: Any) -> Influences:
+    """The logs' notes as one table; solid : the scene's cores. Of several cores of one owner the first time counts."""
+    rows = sorted(tables)
+    notes = np.concatenate([np.zeros(0, NOTE), *(tables[row] for row in rows)])
+    log_row = np.repeat(np.array(rows, np.int64), [len(tables[row]) for row in rows])
+    item, by_barrier = solid["owner"][notes["core"]], solid["kind"][notes["core"]] == BARRIER
+    order = np.lexsort([notes["time"], item, by_barrier, log_row])
+    log_row, by_barrier, item, time = log_row[order], by_barrier[order], item[order], notes["time"][order]
+    same = (np.diff(log_row) == 0) & (np.diff(by_barrier.astype(int)) == 0) & (np.diff(item) == 0)
+    first = np.append(True, ~same)[: len(item)]
+    return Influences(log_row[first], by_barrier[first], item[first].astype(np.int64), time[first])
+
+
+@kernel
+def open_notes(noted, notes, book):
+    """Forget the log before."""
+    for k in range(int(book[NOTED])):
+        noted[notes[k].core] = 0
+    book[:] = 0.0
+
+
+@kernel
+def copy_notes(notes, book, kept, used):
+    """Put the notes of what mattered behind the first ``used`` kept ones, if there is room; returns their number."""
+    number = 0
+    for k in range(int(book[NOTED])):
+        if notes[k].time < math.inf:
+            if used + number < kept.shape[0]:
+                kept[used + number] = notes[k]
+            number += 1
+    return number
+
+
+@kernel
+def enter(noted, notes, book, row):
+    """Enter a core that has not mattered yet; noted : place + 1 of each core among the notes, 0 where it is not."""
+    if noted[row] == 0:
+        k = int(book[NOTED])
+        notes[k].core, notes[k].time = row, math.inf
+        book[NOTED] = k + 1.0
+        noted[row] = k + 1
+
+
+@kernel
+def note(noted, notes, book, row):
+    """A core matters, from now on at the latest."""
+    enter(noted, notes, book, row)
+    k = noted[row] - 1
+    if notes[k].time == math.inf:
+        notes[k].time = book[NOW]
+
+
+@kernel
+def note_all(notes, book):
+    """All that were entered so far matter."""
+    for k in range(int(book[SETTLED]), int(book[NOTED])):
+        if notes[k].time == math.inf:
+            notes[k].time = book[NOW]
+    book[SETTLED] = book[NOTED]
+
+
+@kernel
+def note_contacts(noted, notes, book, keys, first, last):
+    """The cores of these rows of the contact table matter."""
+    for k in range(first, last):
+        note(noted, notes, book, keys[k, 1])
+
+
+@kernel
+def note_step(noted, notes, book, listed, near_cores, near, travel, decider, limited, unsure):
+    """What decided the length of a step.
+
+    travel : [m] of a step; decider : the near core that ``time_beside`` names, or -1; limited : whether, without one,
+        the bound [m] of what is thin or lies did, or that of the list
+    unsure : whether what is not looked at could have done so, if it had been
+    """
+    if decider >= 0:
+        note(noted, notes, book, listed[decider])
+        unsure = unsure or near_cores[decider].clear > SAFE * min(travel, near[CLEAR])
+    elif limited:
+        if near[THIN] >= 0.0:
+            note(noted, notes, book, int(near[THIN]))
+        else:
+            unsure = True
+    if unsure or travel > 0.5 * NEAR_MARGIN:
+        note_all(notes, book)
