@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from .compiled import inlined, kernel
 from .contacts import touch
 from .cores import BARRIER, CORE, lay_out
-from .limits import FLAT_TOLERANCE, POST_LEAN, POST_LENGTH, PUSHES_DOWN, STRAIGHT
+from .limits import BEHIND_FACE, FLAT_TOLERANCE, POST_LEAN, POST_LENGTH, PUSHES_DOWN, STRAIGHT
 from .log_body import CENTRE, LENGTH
 from .narrow_phase import deepest, gap_at_end, touch_core
 from .rotation import DX, DY, DZ, X, Y, Z
@@ -250,22 +250,26 @@ def _reaches_plate(ex, ey, ez, dx, dy, dz, a, nx, ny, edge):
 
 @kernel
 def face_of_end(cone, pose, edge, end, side):
-    """An end face (0 base, 1 tip) against the plate on its side: (whether it may touch it, point, normal, gap)."""
+    """An end face (0 base, 1 tip) against the plate on its side.
+
+    Returns (whether its deepest point is one below the edge, whether that lies over the plate and the face reaches it,
+    point, normal, gap).
+    """
     level = math.sqrt(edge.ux * edge.ux + edge.uy * edge.uy)
     ax, ay = edge.ux / level, edge.uy / level
     s, a = (cone[0], cone[2]) if end == 0 else (cone[1], cone[3])
     dx, dy, dz = pose[0], pose[1], pose[2]
     nx, ny = -side * ay, side * ax
-    there, px, py, pz = deepest_below_edge(
+    below, px, py, pz = deepest_below_edge(
         pose[3] + s * dx, pose[4] + s * dy, pose[5] + s * dz, dx, dy, dz, math.sqrt(dx * dx + dy * dy), a, nx, ny,
         edge.x, edge.y, ax, ay, edge.z, edge.uz / level,
     )  # fmt: skip
     u = (px - edge.x) * ax + (py - edge.y) * ay
     gap = (px - edge.x) * nx + (py - edge.y) * ny
-    there = there and 0.0 <= u <= edge.long * level
-    if there and gap < 0.0:
-        there = _reaches_plate(pose[3] + s * dx, pose[4] + s * dy, pose[5] + s * dz, dx, dy, dz, a, nx, ny, edge)
-    return there, (px, py, pz), (nx, ny, 0.0), gap
+    reaches = 0.0 <= u <= edge.long * level
+    if below and reaches and gap < 0.0:
+        reaches = _reaches_plate(pose[3] + s * dx, pose[4] + s * dy, pose[5] + s * dz, dx, dy, dz, a, nx, ny, edge)
+    return below, reaches, (px, py, pz), (nx, ny, 0.0), gap
 
 
 @kernel
@@ -291,11 +295,10 @@ def plate_contacts(terrain, frame, edge, row, contacts, keys, count, state, pose
     left = step.dt - step.at
     c, d = (pose[3], pose[4], pose[5]), (pose[0], pose[1], pose[2])
     # what lies over the edge reaches the plate nowhere but through the edge, for it is convex
-    by_base, p_base, n_base, gap_base = face_of_end(cone, pose, edge, 0, base)
-    by_tip, p_tip, n_tip, gap_tip = face_of_end(cone, pose, edge, 1, tip)
+    by_base, held_base, p_base, n_base, gap_base = face_of_end(cone, pose, edge, 0, base)
+    by_tip, held_tip, p_tip, n_tip, gap_tip = face_of_end(cone, pose, edge, 1, tip)
     by_base = by_base and not over and gap_at_end(state, pose, p_base, n_base, gap_base, left) < 0.0
     by_tip = by_tip and not over and gap_at_end(state, pose, p_tip, n_tip, gap_tip, left) < 0.0
-    plate = min(gap_base if by_base else math.inf, gap_tip if by_tip else math.inf)
     up, down = (edge.ux, edge.uy, edge.uz), (0.0, 0.0, -1.0)
     start = (edge.x, edge.y, edge.z)
     before = count
@@ -308,9 +311,15 @@ def plate_contacts(terrain, frame, edge, row, contacts, keys, count, state, pose
         gap, z, n, touches = deepest(cone, c, d, first, u, long, 0.0, 0.0, within)
         # how far a post's normal leans towards its plate: what comes from there touches the plate, not the post
         lean = (edge.ux * n[0] + edge.uy * n[1]) * (0.0, -1.0, 1.0)[part]
-        # the shorter way out; a plate that the log is deeper in than in its edge is not what it came against
-        if not touches or n[2] > PUSHES_DOWN or lean > POST_LEAN:
+        if not touches or n[2] > PUSHES_DOWN:
             continue
+        if lean > POST_LEAN:
+            # where a post is just behind an end's face, the log's side is in the plate, and no way out leads along it
+            out = dot(n, d)
+            held_base = held_base or (gap < 0.0 and out < -BEHIND_FACE)
+            held_tip = held_tip or (gap < 0.0 and out > BEHIND_FACE)
+            continue
+        # the shorter way out; a plate that the log is deeper in than in its edge is not what it came against
         if lean <= 0.0:  # a way that clears all of the plate
             by_base, by_tip = by_base and gap_base > gap, by_tip and gap_tip > gap
         # a post's head is the edge's
@@ -319,7 +328,8 @@ def plate_contacts(terrain, frame, edge, row, contacts, keys, count, state, pose
                 terrain, frame, contacts, keys, count, state, pose, cone, (BARRIER, row, POST * part), first, u, long,
                 0.0, 0.0, z, n, gap, step, part == 0,
             )  # fmt: skip
-    if count == before and plate >= 0.0:
+    by_base, by_tip = by_base and held_base, by_tip and held_tip
+    if count == before and not (by_base and gap_base < 0.0) and not (by_tip and gap_tip < 0.0):
         return count  # nothing touches yet
     if by_base:
         count = touch(

@@ -18,12 +18,15 @@ from __future__ import annotations
 import math
 
 from .compiled import inlined, kernel
+from .extrapolation import go_ahead, sweeps_ahead
 from .limits import (
     BISECTIONS,
     BLOCK_SWEEPS,
     DISC_ACCURACY,
     DISC_ITERATIONS,
     EXACT_BLOCK_COUPLING,
+    EXTRAPOLATE_EVERY,
+    EXTRAPOLATE_FROM,
     SLIP_ARCS,
     SPREAD_SWEEPS,
 )
@@ -137,13 +140,18 @@ def solve(contacts, count, state, rolling, tolerance, sweeps, lines, used=0):
     while used < sweeps:
         used += 1
         change, most = 0.0, 0.0
-        if lines and used <= SPREAD_SWEEPS:
+        spreads, slow = lines and used <= SPREAD_SWEEPS, used > EXTRAPOLATE_FROM
+        same = before = now = 0.0
+        if spreads:
             vx, vy, vz, wx, wy, wz = spread(contacts, count, vx, vy, vz, wx, wy, wz)
         for k in range(count):
             c = contacts[k]
             pn, pt, pu = c.pn, c.pt, c.pu
             gn = c.nx * vx + c.ny * vy + c.nz * vz + c.rnx * wx + c.rny * wy + c.rnz * wz - c.target
             if pn == 0.0 and gn >= 0.0:
+                if slow:
+                    before += c.last_n * c.last_n + c.last_t * c.last_t + c.last_u * c.last_u
+                    c.last_n, c.last_t, c.last_u = 0.0, 0.0, 0.0
                 continue
             gt = c.tx * vx + c.ty * vy + c.tz * vz + c.rtx * wx + c.rty * wy + c.rtz * wz
             gu = c.ux * vx + c.uy * vy + c.uz * vz + c.rux * wx + c.ruy * wy + c.ruz * wz
@@ -170,6 +178,11 @@ def solve(contacts, count, state, rolling, tolerance, sweeps, lines, used=0):
             most += c.roll * qn
             qn, qt, qu = qn - pn, qt - pt, qu - pu
             change = max(change, gnn * abs(qn), c.gtt * abs(qt), c.guu * abs(qu))
+            if slow:
+                same += qn * c.last_n + qt * c.last_t + qu * c.last_u
+                before += c.last_n * c.last_n + c.last_t * c.last_t + c.last_u * c.last_u
+                now += qn * qn + qt * qt + qu * qu
+                c.last_n, c.last_t, c.last_u = qn, qt, qu
             vx += c.nx * qn + c.tx * qt + c.ux * qu
             vy += c.ny * qn + c.ty * qt + c.uy * qu
             vz += c.nz * qn + c.tz * qt + c.uz * qu
@@ -184,6 +197,10 @@ def solve(contacts, count, state, rolling, tolerance, sweeps, lines, used=0):
             wx, wy, wz = wx + turn * dx, wy + turn * dy, wz + turn * dz
         if change <= tolerance:
             break
+        if slow and used % EXTRAPOLATE_EVERY == 0 and used < sweeps and not spreads:
+            times = sweeps_ahead(same, before, now)
+            if times > 0.0:
+                vx, vy, vz, wx, wy, wz = go_ahead(contacts, count, times, vx, vy, vz, wx, wy, wz)
     rolling.moment = moment
     state[VX], state[VY], state[VZ] = vx, vy, vz
     state[WX], state[WY], state[WZ] = wx, wy, wz

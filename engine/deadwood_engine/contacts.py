@@ -45,6 +45,7 @@ CONTACT = np.dtype(
         ("old_row", "i8"),  # row of the same contact among those kept of the step before (``find_old``), -1: it is new
         ("roll", "f8"),  # m, most moment about the log's axis that resists rolling, per normal impulse (``rolling``)
         ("line", "i8"),  # contacts, from this one on, on one straight line, or 0 (``pressure``)
+        ("last_n", "f8"), ("last_t", "f8"), ("last_u", "f8"),  # m/s, change of P in the sweep before (``extrapolation``)
         ("along", "f8"), ("stretch", "f8"),  # m, its place along the log's axis, and of the line for which it bears
     ]
 )  # fmt: skip
@@ -184,6 +185,7 @@ def add_contact(contacts, keys, count, state, key, rx, ry, rz, nx, ny, nz, mu, g
         s = rx * state[DX] + ry * state[DY] + rz * state[DZ]
         c.roll = step.rolling * math.sqrt(max(0.0, rx * rx + ry * ry + rz * rz - s * s))
     c.pn, c.pt, c.pu, c.shift = 0.0, 0.0, 0.0, 0.0
+    c.last_n, c.last_t, c.last_u = 0.0, 0.0, 0.0
     return count + 1
 
 

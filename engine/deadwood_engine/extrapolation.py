@@ -1,0 +1,51 @@
+"""Aitken's extrapolation of a slow solve: where many sweeps would lead, in one step.
+
+Where normals oppose each other (a log jammed between stems, on both flanks of a channel) a sweep of Gauss-Seidel takes
+away a hundredth of what is left, always along the same direction of the impulses. If the change of a sweep is lambda
+times that of the sweep before, all sweeps to come add up to
+
+    lambda / (1 - lambda) times the last change,    lambda = (D1.D0) / (D0.D0),
+
+which is Aitken's delta-squared process along one direction (Aitken 1926). What comes of it is put back on the cones,
+and the sweeps go on: they alone decide when a solve is done.
+"""
+
+from __future__ import annotations
+
+import math
+
+from .compiled import kernel
+from .limits import EXTRAPOLATE_ALIKE, EXTRAPOLATE_MOST
+
+
+@kernel
+def sweeps_ahead(same, before, now):
+    """Eq. [n]: how many times the last change of the impulses the sweeps to come amount to; 0 where none can be told.
+
+    same, before, now : D1.D0, D0.D0 and D1.D1 of the changes of the last two sweeps
+    """
+    if same <= EXTRAPOLATE_ALIKE * math.sqrt(before * now) or before == 0.0:
+        return 0.0
+    rate = same / before
+    return min(rate / (1.0 - rate), EXTRAPOLATE_MOST) if rate < 1.0 else EXTRAPOLATE_MOST
+
+
+@kernel
+def go_ahead(contacts, count, times, vx, vy, vz, wx, wy, wz):
+    """Move all impulses on by so many times their last change, put them back on their cones; returns the velocities."""
+    for k in range(count):
+        c = contacts[k]
+        pn = max(0.0, c.pn + times * c.last_n)
+        pt, pu = c.pt + times * c.last_t, c.pu + times * c.last_u
+        size, most = math.sqrt(pt * pt + pu * pu), c.mu * pn
+        if size > most:
+            pt, pu = pt * most / size, pu * most / size
+        qn, qt, qu = pn - c.pn, pt - c.pt, pu - c.pu
+        c.pn, c.pt, c.pu = pn, pt, pu
+        vx += c.nx * qn + c.tx * qt + c.ux * qu
+        vy += c.ny * qn + c.ty * qt + c.uy * qu
+        vz += c.nz * qn + c.tz * qt + c.uz * qu
+        wx += c.bnx * qn + c.btx * qt + c.bux * qu
+        wy += c.bny * qn + c.bty * qt + c.buy * qu
+        wz += c.bnz * qn + c.btz * qt + c.buz * qu
+    return vx, vy, vz, wx, wy, wz
