@@ -33,6 +33,7 @@ CONTACT = np.dtype(
         ("gnn", "f8"), ("gtt", "f8"), ("guu", "f8"), ("gnt", "f8"), ("gnu", "f8"), ("gtu", "f8"),  # Delassus block G
         ("target", "f8"),  # m/s, least normal velocity after the step
         ("gap", "f8"),  # m, g_N now, negative = penetration
+        ("room", "f8"),  # m, the same to the plane ahead, which the step may use up
         ("mu", "f8"),  # coefficient of friction
         ("before_n", "f8"), ("before_t", "f8"), ("before_u", "f8"),  # m/s, gamma before the step's impulses
         ("shift", "f8"),  # s of the friction disc (``disc_impulse``) in the sweep before
@@ -173,7 +174,7 @@ def add_contact(contacts, keys, count, state, key, rx, ry, rz, nx, ny, nz, mu, g
     set_normal(c, state, smooth)
     before = c.before_n
     now = gap - step.at * (before - 0.5 * nz * gravity * step.at)
-    c.gap = now
+    c.gap = c.room = now
     # A gap that gravity closes within the step counts as closed, or contacts of a resting log would flicker
     now -= min(HOVER * gravity * dt * dt, HOVER_MOST)
     c.target = -now / dt if now > 0.0 else 0.0
@@ -190,16 +191,19 @@ def add_contact(contacts, keys, count, state, key, rx, ry, rz, nx, ny, nz, mu, g
 
 
 @kernel
-def any_rebound(contacts, count):
-    """Whether a contact leaves with a part of the speed that it came with (eq. 8).
+def first_rebound(contacts, count, gravity):
+    """When [s] in the step the first contact touches that leaves with a part of its speed (eq. 8); infinity: none does.
 
-    Then the impulses of the step before, which held the log up, are no guess of those to come. To be asked before
-    ``turning`` moves the targets.
+    A log that has some way to go must not rebound before it: it would fly on above the ground, fall back, and lose the
+    work of that, g dt delta / 2, beside what the impact takes. To be asked before ``turning`` moves the targets.
     """
-    fastest = 0.0
+    first = math.inf
     for k in range(count):
-        fastest = max(fastest, contacts[k].target)
-    return fastest > 0.0
+        c = contacts[k]
+        if c.target > 0.0:
+            root = math.sqrt(max(0.0, c.before_n * c.before_n + 2.0 * gravity * c.nz * c.room))
+            first = min(first, 2.0 * max(0.0, c.room) / (root - c.before_n))
+    return first
 
 
 @kernel

@@ -36,6 +36,7 @@ NEAR_MARGIN = (
     2.0  # [m] obstacles this close to the log are listed; the list is made anew when the ends have moved so far
 )
 MADE_ANEW = 0.7  # [-] of a step: where a contact's push leaves less than that beside a stem, the step is made anew
+MET_AT_ONCE = 0.01  # [-] of a step: what touches so early in it, and rebounds, does so at its start; else the step ends there
 SHORTEST_STEP = 1e-6  # [s] floor of the adaptive step; 100 m/s then travels 0.1 mm
 
 # Contact detection

@@ -19,7 +19,7 @@ from .asymmetric_top import energy_of, move_freely
 from .barriers import pierced
 from .compiled import inlined, kernel
 from .contact_solver import find_old, remember, solve, turn_around, warm_start
-from .contacts import TERRAIN, any_rebound, set_frames
+from .contacts import TERRAIN, first_rebound, set_frames
 from .cores import BARRIER
 from .detection import contacts_at, find_contacts, lowest_gap, owner_of
 from .energy import impulse_work, take_no_energy
@@ -33,6 +33,7 @@ from .limits import (
     LEAST_TOLERANCE,
     LEAST_TURN,
     MADE_ANEW,
+    MET_AT_ONCE,
     POLL_STEPS,
     REST_TRAVEL,
     REST_WINDOW,
@@ -142,18 +143,23 @@ def choose_step(scene, state, body, settings, scratch, way):
 def push(scene, frame, state, body, stations, settings, scratch, way, summary):
     """2. The contacts of the pose a step ahead, and the velocities that they allow (eq. 5).
 
-    Anew, with a shorter step, where these would pass a stem well within it.
+    Anew, with a shorter step, where these would pass a stem well within it, or where something rebounds late in it.
     """
     gravity, rolling, contacts, keys = settings.gravity, scratch.rolling[0], scratch.contacts, scratch.keys
     bounces = settings.restitution + settings.tree_restitution + settings.barrier_restitution > 0.0
-    dt, on_terrain, count, rebounds = way.dt, True, 0, False
-    for attempt in range(2):
+    dt, on_terrain, count, rebounds, met, anew = way.dt, True, 0, False, False, False
+    for _ in range(3):
         advance = dt * (way.fastest + 0.5 * way.bend * dt)
         way.kick = 0.5 * (way.before + dt)
         count, way.travel, on_terrain = find_contacts(
             scene, frame, state, body, stations, settings, dt, way.path, advance, scratch, True
         )
-        rebounds = bounces and any_rebound(contacts, count)
+        if bounces:
+            touch = first_rebound(contacts, count, gravity)
+            rebounds = touch < math.inf
+            if rebounds and not met and not anew and MET_AT_ONCE * dt < touch < dt:
+                dt, met = max(touch, SHORTEST_STEP), True
+                continue
         find_old(contacts, keys, count, scratch.old_keys, way.old_count)
         if scene.cloud is None:  # the points of a cloud turn with it
             turn_contacts(
@@ -177,7 +183,7 @@ def push(scene, frame, state, body, stations, settings, scratch, way, summary):
         start_rolling(rolling, contacts, count, state, ratio)
         used, way.residual = solve(contacts, count, state, rolling, way.tolerance, settings.sweeps, lines)
         summary.sweeps += used
-        if attempt == 1:
+        if anew:
             break
         noting = scratch.noted.shape[0] > 0
         if noting and could_pass(state, body, gravity, SAFE * scratch.near[CLEAR], MADE_ANEW * dt):
@@ -196,7 +202,7 @@ def push(scene, frame, state, body, stations, settings, scratch, way, summary):
         for k in range(6):
             state[VX + k] = scratch.free[k]
         state[VZ] += 0.5 * gravity * dt
-        dt = max(sooner, SHORTEST_STEP)
+        dt, anew = max(sooner, SHORTEST_STEP), True
     way.dt, way.count, way.whole = dt, count, way.whole and on_terrain
 
 

@@ -62,7 +62,7 @@ def turn_contacts(contacts, keys, count, state, old_contacts, kick, fall, flat):
     for k in range(count):
         c = contacts[k]
         target = c.target
-        if keys[k, 0] != TERRAIN or c.old_row < 0 or target > 0.0:
+        if keys[k, 0] != TERRAIN or c.old_row < 0:
             continue
         old = old_contacts[c.old_row]
         delta = c.before_n + fall * c.nz - old.speed
