@@ -25,6 +25,8 @@ from typing import Any, TypeVar
 
 import numba
 from numba.core.caching import IndexDataCacheFile
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
 
 from .digest import engine_digest
 
@@ -119,6 +121,39 @@ class CheckedFiles(IndexDataCacheFile):
         return self._kept(self._data_path(name))
 
 
+class _CalledLibrary(JITCodeLibrary):
+    """Code of a kernel for those that call it: linked into theirs as it is, which is then optimised as a whole."""
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+
+class _CalledCompiler(Compiler):
+    """Compiles a kernel that another one calls: nobody calls it from Python, so it is made no machine code of its own.
+
+    Numba compiles every function that is called to machine code, with wrappers, and then once more into each that calls
+    it. Of these kernels, which call each other twelve deep, that was half of the time (69 s, now 34; same bits).
+    """
+
+    def __init__(
+        self, typingctx: Any, targetctx: Any, library: Any, args: Any, return_type: Any, flags: Any, locals: Any
+    ) -> None:
+        library = _CalledLibrary(targetctx.codegen(), "called kernel")
+        library.enable_object_caching()
+        super().__init__(typingctx, targetctx, library, args, return_type, flags, locals)
+        self.state.targetctx.get_executable = self._get_executable
+
+    @staticmethod
+    def _get_executable(library: Any, fndesc: Any, env: Any) -> Any:
+        """Stands for the executable, as what Numba tells overloads apart by: a builtin like no other."""
+        library.finalize()
+        return [].append
+
+
 def kernel(function: F, inline: bool = False) -> F:
     """Compile for scalars and arrays: cached on disk, free of the GIL, no fastmath (the same bits are a promise).
 
@@ -128,11 +163,14 @@ def kernel(function: F, inline: bool = False) -> F:
     previous = _settings.CACHE_DIR
     _settings.CACHE_DIR = CACHE_FOLDER  # read by Numba when it decorates; other users of Numba keep theirs
     try:
-        options: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy", "_nrt": False}
-        compiled: Any = numba.njit(**options, forceinline=inline)(function)
+        options: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": False, "forceinline": inline}
+        compiled: Any = numba.njit(**options, cache=True)(function)
         files = getattr(getattr(compiled, "_cache", None), "_cache_file", None)
         if files is not None:
             files.__class__ = CheckedFiles
+            bare = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": _CalledCompiler}
+            called: Any = numba.njit(**options, **bare)(function)
+            compiled.get_call_template, compiled.get_overload = called.get_call_template, called.get_overload
         return compiled
     finally:
         _settings.CACHE_DIR = previous

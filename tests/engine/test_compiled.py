@@ -120,3 +120,21 @@ def test_a_full_disk_costs_the_cache_alone(tmp_path, monkeypatch):
     monkeypatch.setattr(files, "_open_for_write", full)
     files.save("two", b"code")
     assert files.load("two") is None
+
+
+def test_a_kernel_is_the_same_called_from_python_and_from_a_kernel():
+    """Called by a kernel it has no machine code of its own; from Python it has, and is compiled when it is needed."""
+    from deadwood_engine.compiled import kernel
+    from deadwood_engine.rotation import half_turn
+
+    @kernel
+    def twice(angle):
+        c, s = half_turn(angle)
+        return c + s, half_turn(2.0 * angle)
+
+    before = len(half_turn.overloads)
+    (one, two) = twice(0.3)
+    assert len(half_turn.overloads) == before  # compiled into its caller only
+    assert one == sum(half_turn(0.3))
+    assert two == half_turn(0.6)
+    assert twice(0.3)[1] == half_turn(0.6)
