@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 
 from .compiled import inlined, kernel
-from .extrapolation import go_ahead, sweeps_ahead
+from .extrapolation import before_unloading, go_ahead, sweeps_ahead
 from .limits import (
     BISECTIONS,
     BLOCK_SWEEPS,
@@ -27,10 +27,12 @@ from .limits import (
     EXACT_BLOCK_COUPLING,
     EXTRAPOLATE_EVERY,
     EXTRAPOLATE_FROM,
+    EXTRAPOLATE_LINES_FROM,
+    EXTRAPOLATE_MOST,
+    EXTRAPOLATE_UNTIL,
     SLIP_ARCS,
-    SPREAD_SWEEPS,
 )
-from .pressure import spread
+from .pressure import press
 from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ
 from .turning import remember_plane
 
@@ -137,17 +139,20 @@ def solve(contacts, count, state, rolling, tolerance, sweeps, lines, used=0):
     dx, dy, dz = state[DX], state[DY], state[DZ]
     moment, inertia, skin = rolling.moment, rolling.inertia, rolling.skin
     change = 0.0
+    slow_from = EXTRAPOLATE_LINES_FROM if lines else EXTRAPOLATE_FROM
     while used < sweeps:
         used += 1
-        change, most = 0.0, 0.0
-        spreads, slow = lines and used <= SPREAD_SWEEPS, used > EXTRAPOLATE_FROM
+        change, most, slow = 0.0, 0.0, used > slow_from
         same = before = now = 0.0
-        if spreads:
-            vx, vy, vz, wx, wy, wz = spread(contacts, count, vx, vy, vz, wx, wy, wz)
+        if lines:
+            vx, vy, vz, wx, wy, wz, change = press(contacts, count, vx, vy, vz, wx, wy, wz)
         for k in range(count):
             c = contacts[k]
             pn, pt, pu = c.pn, c.pt, c.pu
             gn = c.nx * vx + c.ny * vy + c.nz * vz + c.rnx * wx + c.rny * wy + c.rnz * wz - c.target
+            pressed = 0.0
+            if lines and c.line != 0:  # the line has renewed the normal impulse
+                gn, pressed = 0.0, c.pressed
             if pn == 0.0 and gn >= 0.0:
                 if slow:
                     before += c.last_n * c.last_n + c.last_t * c.last_t + c.last_u * c.last_u
@@ -158,7 +163,8 @@ def solve(contacts, count, state, rolling, tolerance, sweeps, lines, used=0):
             gnn, gnt, gnu = c.gnn, c.gnt, c.gnu
             mu = c.mu
             solved, qn, qt, qu = False, 0.0, 0.0, 0.0
-            if used <= BLOCK_SWEEPS and mu * mu * (gnt * gnt + gnu * gnu) > (EXACT_BLOCK_COUPLING * gnn) ** 2:
+            alone = not lines or c.line == 0
+            if alone and used <= BLOCK_SWEEPS and mu * mu * (gnt * gnt + gnu * gnu) > (EXACT_BLOCK_COUPLING * gnn) ** 2:
                 solved, qn, qt, qu = block_impulse(
                     c,
                     gn - gnn * pn - gnt * pt - gnu * pu,
@@ -179,10 +185,11 @@ def solve(contacts, count, state, rolling, tolerance, sweeps, lines, used=0):
             qn, qt, qu = qn - pn, qt - pt, qu - pu
             change = max(change, gnn * abs(qn), c.gtt * abs(qt), c.guu * abs(qu))
             if slow:
-                same += qn * c.last_n + qt * c.last_t + qu * c.last_u
+                pushed = qn + pressed
+                same += pushed * c.last_n + qt * c.last_t + qu * c.last_u
                 before += c.last_n * c.last_n + c.last_t * c.last_t + c.last_u * c.last_u
-                now += qn * qn + qt * qt + qu * qu
-                c.last_n, c.last_t, c.last_u = qn, qt, qu
+                now += pushed * pushed + qt * qt + qu * qu
+                c.last_n, c.last_t, c.last_u = pushed, qt, qu
             vx += c.nx * qn + c.tx * qt + c.ux * qu
             vy += c.ny * qn + c.ty * qt + c.uy * qu
             vz += c.nz * qn + c.tz * qt + c.uz * qu
@@ -197,9 +204,9 @@ def solve(contacts, count, state, rolling, tolerance, sweeps, lines, used=0):
             wx, wy, wz = wx + turn * dx, wy + turn * dy, wz + turn * dz
         if change <= tolerance:
             break
-        if slow and used % EXTRAPOLATE_EVERY == 0 and used < sweeps and not spreads:
-            times = sweeps_ahead(same, before, now)
-            if times > 0.0:
+        if slow and used % EXTRAPOLATE_EVERY == 0 and used < min(sweeps, EXTRAPOLATE_UNTIL):
+            times = before_unloading(contacts, count, min(sweeps_ahead(same, before, now), EXTRAPOLATE_MOST))
+            if times > 1.0:
                 vx, vy, vz, wx, wy, wz = go_ahead(contacts, count, times, vx, vy, vz, wx, wy, wz)
     rolling.moment = moment
     state[VX], state[VY], state[VZ] = vx, vy, vz

@@ -45,8 +45,9 @@ CONTACT = np.dtype(
         ("turn", "f8"),  # m/s, approach to the plane ahead that comes of their difference (``turning``), or 0
         ("old_row", "i8"),  # row of the same contact among those kept of the step before (``find_old``), -1: it is new
         ("roll", "f8"),  # m, most moment about the log's axis that resists rolling, per normal impulse (``rolling``)
-        ("line", "i8"),  # contacts, from this one on, on one straight line, or 0 (``pressure``)
-        ("last_n", "f8"), ("last_t", "f8"), ("last_u", "f8"),  # m/s, change of P in the sweep before (``extrapolation``)
+        ("line", "i8"),  # contacts, from this one on, on one straight line; -1 within, 0 on none (``pressure``)
+        ("pressed", "f8"),  # m/s, change of pn by the line
+        ("last_n", "f8"), ("last_t", "f8"), ("last_u", "f8"),  # m/s, change of P in the last sweep
         ("along", "f8"), ("stretch", "f8"),  # m, its place along the log's axis, and of the line for which it bears
     ]
 )  # fmt: skip

@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 
 from .compiled import kernel
-from .limits import EXTRAPOLATE_ALIKE, EXTRAPOLATE_MOST
+from .limits import EXTRAPOLATE_ALIKE
 
 
 @kernel
@@ -27,7 +27,35 @@ def sweeps_ahead(same, before, now):
     if same <= EXTRAPOLATE_ALIKE * math.sqrt(before * now) or before == 0.0:
         return 0.0
     rate = same / before
-    return min(rate / (1.0 - rate), EXTRAPOLATE_MOST) if rate < 1.0 else EXTRAPOLATE_MOST
+    return rate / (1.0 - rate) if rate < 1.0 else math.inf
+
+
+@kernel
+def _until_unloaded(load, change, times):
+    """So many changes at most that none more than unloads what bears a load."""
+    return min(times, -load / change) if change < 0.0 else times
+
+
+@kernel
+def before_unloading(contacts, count, times):
+    """So many of the last changes at most, for where a contact or an end of a line lets go another mode begins."""
+    start = 0
+    while start < count:
+        number = max(contacts[start].line, 1)
+        if number == 1:
+            times = _until_unloaded(contacts[start].pn, contacts[start].last_n, times)
+        else:
+            low, length = contacts[start].along, contacts[start + number - 1].along - contacts[start].along
+            total = far = total_change = far_change = 0.0
+            for k in range(start, start + number):
+                c = contacts[k]
+                share = (c.along - low) / length
+                total, far = total + c.pn, far + share * c.pn
+                total_change, far_change = total_change + c.last_n, far_change + share * c.last_n
+            times = _until_unloaded(far, far_change, times)
+            times = _until_unloaded(total - far, total_change - far_change, times)
+        start += number
+    return times
 
 
 @kernel

@@ -42,7 +42,7 @@ class Fidelity(NamedTuple):
 
 
 FIDELITIES: dict[str, Fidelity] = {
-    "draft": Fidelity(0.070, 1.0, 2.0, 4.0, 1e-2, 300, 4.0, ring_points=1),
+    "draft": Fidelity(0.070, 1.0, 2.0, 4.0, 3e-3, 300, 4.0, ring_points=1),
     "standard": Fidelity(0.010, 0.4, 0.5, 2.0, 1e-3, 400, 1.0),
     "fine": Fidelity(0.004, 0.2, 0.5, 1.0, 1e-3, 400, 1.0),
     "reference": Fidelity(0.001, 0.04, 0.5, 1.0, 1e-4, 1000, 0.5),

@@ -8,6 +8,8 @@ SLIP_ARCS = 16  # arcs of a half circle searched for the direction of slip
 BLOCK_SWEEPS = 50  # sweeps with whole blocks; a problem still unsolved may be cycling between their several solutions
 BISECTIONS = 60  # halvings of such an arc: to the last bit of an angle
 EXTRAPOLATE_FROM = 20  # sweeps after which what is left is one slow mode; solves in the open take 1 to 5
+EXTRAPOLATE_LINES_FROM = 120  # the same with lines of contacts: friction along them finds its way by itself, mostly
+EXTRAPOLATE_UNTIL = 1000  # sweeps from which on none is extrapolated, for that may cycle
 EXTRAPOLATE_EVERY = 8  # sweeps from one extrapolation to the next, in which other modes die out and the rate is seen
 EXTRAPOLATE_ALIKE = 0.9  # [-] cosine between two sweeps' changes beyond which they are of one mode
 EXTRAPOLATE_MOST = 300.0  # sweeps that one extrapolation stands for at most
@@ -16,9 +18,9 @@ DISC_ACCURACY = 1e-2  # [-] of the friction impulse before it is put on the disc
 LEAST_TOLERANCE = 1e-15  # [m/s] on top of the fidelity's: rounding, where there is no gravity to measure by
 
 # Lines of contacts (``pressure``)
-SPREAD_SWEEPS = 30  # sweeps before which the pressure is spread: where nothing fits, as in some impacts, it would cycle
 LINE_TURN = 1e-4  # [-] between normals of a line at most; heights of 100 m in float32 turn those of 0.5 m cells by 2e-5
 LINE_STEP = 1e-3  # [m] along the log between contacts of a line at least: those of one ring or face are none
+LINE_ROOM = 2e-5  # [m] from one line, at most, of the gaps; heights of 200 m in float32 are rounded to 8e-6
 LINE_BEND = 1e-3  # [m] from straight, at most, of the levers
 
 # Obstacles near the log
@@ -36,7 +38,9 @@ NEAR_MARGIN = (
     2.0  # [m] obstacles this close to the log are listed; the list is made anew when the ends have moved so far
 )
 MADE_ANEW = 0.7  # [-] of a step: where a contact's push leaves less than that beside a stem, the step is made anew
-MET_AT_ONCE = 0.01  # [-] of a step: what touches so early in it, and rebounds, does so at its start; else the step ends there
+MET_AT_ONCE = (
+    0.01  # [-] of a step: what touches so early in it, and rebounds, does so at its start; else the step ends there
+)
 SHORTEST_STEP = 1e-6  # [s] floor of the adaptive step; 100 m/s then travels 0.1 mm
 
 # Contact detection

@@ -5,10 +5,10 @@ middle of it lies, N = sum P_k and sum s_k P_k; how it is spread they do not say
 hangs on it. Ground that gives bears in proportion to how deep the log lies in it: the pressure changes linearly along
 the line, and is nowhere below zero. However hard the ground, that is what is left of it.
 
-So before a sweep of the solver the normal impulses of a line are spread linearly, with their sum and their moment as
-they are [m]. On a straight line that moves no velocity; where it is not quite straight, what it moves is put to the
-velocities. Each contact bears for the stretch of the line that is nearest to it, so how many rings there are does not
-matter. Two contacts are no matter of choice: a line has three at least, that push the same way and may move as one.
+So the solver asks a line for two impulses only, as if it bore at its two ends, and spreads them linearly, with their
+sum and their moment as they are [m]; friction is solved contact by contact. Each contact bears for the stretch of the
+line that is nearest to it, so how many rings there are does not matter. Two contacts are no matter of choice: a line
+has three at least, that push the same way and may move as one.
 """
 
 from __future__ import annotations
@@ -16,39 +16,59 @@ from __future__ import annotations
 import math
 
 from .compiled import inlined, kernel
-from .limits import LINE_BEND, LINE_STEP, LINE_TURN
+from .limits import LINE_BEND, LINE_ROOM, LINE_STEP, LINE_TURN
 from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ
 
 
 @kernel
-def _in_line(a, b, last, c, tolerance):
-    """Whether contact c lies on the straight line through a and b, beyond ``last``, and pushes and may move as they do.
+def _within(low, high, slope, room):
+    """Whether a straight line of this slope passes all points so far, and the slopes that pass this one too.
 
-    By the normals' levers: where across the line a round log is pushed changes none of its velocities.
+    Each point leaves the slopes that pass it within a room; those of all points meet in a sleeve. (A line through the
+    first two points would be off by their rounding times how much farther on the others lie.)
     """
-    between = b.along - a.along
-    if abs(between) < LINE_STEP or (c.along - last.along) * math.copysign(1.0, between) < LINE_STEP:
-        return False  # points of one ring or face, or of another line
-    tx, ty, tz = c.nx - a.nx, c.ny - a.ny, c.nz - a.nz
-    if tx * tx + ty * ty + tz * tz > LINE_TURN * LINE_TURN:
-        return False
-    share = (c.along - a.along) / between
-    if abs(c.target - a.target - share * (b.target - a.target)) > tolerance:
-        return False
-    x = c.rnx - a.rnx - share * (b.rnx - a.rnx)
-    y = c.rny - a.rny - share * (b.rny - a.rny)
-    z = c.rnz - a.rnz - share * (b.rnz - a.rnz)
-    return x * x + y * y + z * z <= LINE_BEND * LINE_BEND
+    return low <= slope <= high, max(low, slope - room), min(high, slope + room)
 
 
 @kernel
-def join_lines(contacts, count, state, tolerance):
+def _end_of_line(contacts, first, count, dt):
+    """Row after the last of the contacts, from the first on, that lie on one straight line and push the same way.
+
+    By the normals' levers: where across the line a round log is pushed changes none of its velocities. What their gaps
+    leave room for within the step lies on a line, too.
+    """
+    a, after, way = contacts[first], first + 1, 0.0
+    low_t = low_x = low_y = low_z = -math.inf
+    high_t = high_x = high_y = high_z = math.inf
+    while after < count:
+        c = contacts[after]
+        between = c.along - a.along
+        if way == 0.0:
+            way = math.copysign(1.0, between)
+        if (c.along - contacts[after - 1].along) * way < LINE_STEP:
+            break  # points of one ring or face, or of another line
+        tx, ty, tz = c.nx - a.nx, c.ny - a.ny, c.nz - a.nz
+        if tx * tx + ty * ty + tz * tz > LINE_TURN * LINE_TURN:
+            break
+        room, bend = LINE_ROOM / abs(between), LINE_BEND / abs(between)
+        fits, low_t, high_t = _within(low_t, high_t, (c.target - a.target) * dt / between, room)
+        fits_x, low_x, high_x = _within(low_x, high_x, (c.rnx - a.rnx) / between, bend)
+        fits_y, low_y, high_y = _within(low_y, high_y, (c.rny - a.rny) / between, bend)
+        fits_z, low_z, high_z = _within(low_z, high_z, (c.rnz - a.rnz) / between, bend)
+        if not (fits and fits_x and fits_y and fits_z):
+            break
+        after += 1
+    return after
+
+
+@kernel
+def join_lines(contacts, count, state, dt):
     """Find runs of three or more contacts on one line, and make each exactly one; returns whether there is one.
 
-    How many there are stands in ``line`` of the first. Their normals, levers and targets become those of the line
-    through the first and the last: by the rounding of the DEM's heights they contradict each other, and a solver that
-    spreads the pressure finds no end among contradictions. To be called before ``contacts.set_frames``.
-    tolerance : [m/s] of the solve; what the contacts leave room for differs by less from one line
+    How many there are stands in ``line`` of the first, and -1 in that of the others. Their normals, levers and targets
+    become those of the line through the first and the last: by the rounding of the DEM's heights they contradict each
+    other, and a solver finds no end among contradictions. To be called before ``contacts.set_frames``.
+    dt : [s] the step, in which they may use up the gaps that they leave
     """
     dx, dy, dz = state[DX], state[DY], state[DZ]
     vx, vy, vz, wx, wy, wz = state[VX], state[VY], state[VZ], state[WX], state[WY], state[WZ]
@@ -58,24 +78,19 @@ def join_lines(contacts, count, state, tolerance):
         c.along = c.rx * dx + c.ry * dy + c.rz * dz
     found, first = False, 0
     while first + 2 < count:
-        after = first  # of the run
-        a, b = contacts[first], contacts[first + 1]
-        if _in_line(a, contacts[first + 2], a, b, tolerance):
-            after = first + 2
-            while after < count and _in_line(a, b, contacts[after - 1], contacts[after], tolerance):
-                after += 1
+        after = _end_of_line(contacts, first, count, dt)
         if after - first < 3:
             first += 1
             continue
         found = True
-        a.line = after - first
-        b = contacts[after - 1]
+        a, b = contacts[first], contacts[after - 1]
         nx, ny, nz = a.nx, a.ny, a.nz
         ax, ay, az, bx, by, bz = a.rnx, a.rny, a.rnz, b.rnx - a.rnx, b.rny - a.rny, b.rnz - a.rnz
         target, more = a.target, b.target - a.target
         for k in range(first, after):
             low, high = max(k - 1, first), min(k + 1, after - 1)
             c = contacts[k]
+            c.line = after - first if k == first else -1
             c.stretch = 0.5 * abs(contacts[high].along - contacts[low].along)
             share = (c.along - a.along) / (b.along - a.along)
             c.nx, c.ny, c.nz = nx, ny, nz
@@ -87,16 +102,33 @@ def join_lines(contacts, count, state, tolerance):
 
 
 @kernel
-def _linear(contacts, first, after):
-    """The pressure a + b s with the sum and the moment that the contacts' normal impulses have, and who bears it.
+def _ends(contacts, first, last, at_first, at_last, before_first, before_last):
+    """The least impulses of a line's two ends, as if it bore at these alone, that let neither end come nearer (eq. 6).
 
-    Returns (there is one, first and after the last of those that bear, a, b).
+    at_first, at_last : velocities there less their targets; before_... : the impulses that these hold already
     """
-    total = moment = 0.0
-    for k in range(first, after):
-        total += contacts[k].pn
-        moment += contacts[k].pn * contacts[k].along
-    while total > 0.0 and after - first > 1:
+    a, b = contacts[first], contacts[last]
+    gaa, gbb = a.gnn, b.gnn
+    gab = (a.nx * b.nx + a.ny * b.ny + a.nz * b.nz) + (a.rnx * b.bnx + a.rny * b.bny + a.rnz * b.bnz)
+    fa = at_first - gaa * before_first - gab * before_last
+    fb = at_last - gab * before_first - gbb * before_last
+    det = gaa * gbb - gab * gab
+    one, other = (gab * fb - gbb * fa) / det, (gab * fa - gaa * fb) / det
+    if one >= 0.0 and other >= 0.0:
+        return one, other
+    one = max(0.0, -fa / gaa)
+    if fb + gab * one >= 0.0:
+        return one, 0.0
+    return 0.0, max(0.0, -fb / gbb)
+
+
+@kernel
+def _linear(contacts, first, after, total, moment):
+    """The pressure a + b s along contacts with this sum and moment, and who bears it.
+
+    Returns (first and after the last of those that bear, a, b).
+    """
+    while after - first > 1:
         w0 = w1 = w2 = 0.0
         for k in range(first, after):
             w, s = contacts[k].stretch, contacts[k].along
@@ -109,33 +141,51 @@ def _linear(contacts, first, after):
         elif a + b * contacts[after - 1].along < 0.0:
             after -= 1
         else:
-            return True, first, after, a, b
-    return False, first, after, 0.0, 0.0
+            return first, after, a, b
+    return first, after, total / contacts[first].stretch, 0.0
 
 
 @inlined
-def spread(contacts, count, vx, vy, vz, wx, wy, wz):
-    """Spread the normal impulses of every marked line linearly along it; returns the velocities with that (eq. [m])."""
-    first = 0
-    while first < count:
-        number = contacts[first].line
-        fits, low, high, a, b = False, 0, 0, 0.0, 0.0
+def press(contacts, count, vx, vy, vz, wx, wy, wz):
+    """Renew the normal impulses of every line, spread linearly along it (eq. [m]).
+
+    Returns (velocities, largest change of the velocity at an end of a line [m/s]).
+    """
+    change, start = 0.0, 0
+    while start < count:
+        number = contacts[start].line
         if number > 0:
-            fits, low, high, a, b = _linear(contacts, first, first + number)
-        if fits:
-            for k in range(first, first + number):
+            last = start + number - 1
+            a, b = contacts[start], contacts[last]
+            total = moment = 0.0
+            for k in range(start, last + 1):
+                total += contacts[k].pn
+                moment += contacts[k].pn * contacts[k].along
+            length = b.along - a.along
+            before_last = (moment - a.along * total) / length
+            one, other = _ends(
+                contacts, start, last,
+                a.nx * vx + a.ny * vy + a.nz * vz + a.rnx * wx + a.rny * wy + a.rnz * wz - a.target,
+                b.nx * vx + b.ny * vy + b.nz * vz + b.rnx * wx + b.rny * wy + b.rnz * wz - b.target,
+                total - before_last, before_last,
+            )  # fmt: skip
+            change = max(change, a.gnn * abs(one - total + before_last), b.gnn * abs(other - before_last))
+            low, high, rise, base = start, start, 0.0, 0.0
+            if one + other > 0.0:
+                low, high, base, rise = _linear(contacts, start, last + 1, one + other, one * a.along + other * b.along)
+            for k in range(start, last + 1):
                 c = contacts[k]
-                p = c.stretch * (a + b * c.along) if low <= k < high else 0.0
+                p = c.stretch * (base + rise * c.along) if low <= k < high else 0.0
                 q, t, u = p - c.pn, 0.0, 0.0
-                if p == 0.0:  # what bears nothing has no friction, and the sweep passes it by
+                if p == 0.0:  # what bears nothing has no friction
                     t, u = -c.pt, -c.pu
                     c.pt, c.pu = 0.0, 0.0
-                c.pn = p
+                c.pn, c.pressed = p, q
                 vx += c.nx * q + c.tx * t + c.ux * u
                 vy += c.ny * q + c.ty * t + c.uy * u
                 vz += c.nz * q + c.tz * t + c.uz * u
                 wx += c.bnx * q + c.btx * t + c.bux * u
                 wy += c.bny * q + c.bty * t + c.buy * u
                 wz += c.bnz * q + c.btz * t + c.buz * u
-        first += max(number, 1)
-    return vx, vy, vz, wx, wy, wz
+        start += max(number, 1)
+    return vx, vy, vz, wx, wy, wz, change

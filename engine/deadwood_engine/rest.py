@@ -50,7 +50,7 @@ def stays(scene, frame, state, body, stations, settings, path, scratch, old_coun
             scratch.contacts[k].target = 0.0
     allowed = REST_ACCELERATION * settings.gravity * dt
     solved = REST_SOLVED * allowed
-    lines = scene.cloud is None and count > 2 and join_lines(scratch.contacts, count, trial, solved)
+    lines = scene.cloud is None and count > 2 and join_lines(scratch.contacts, count, trial, dt)
     set_frames(scratch.contacts, count, trial, body)
     trial[VZ] -= 0.5 * settings.gravity * dt
     find_old(scratch.contacts, scratch.keys, count, scratch.old_keys, old_count)

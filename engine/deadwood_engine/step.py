@@ -169,7 +169,7 @@ def push(scene, frame, state, body, stations, settings, scratch, way, summary):
         if settings.backward:
             turn_around(contacts, keys, count, scratch.spare)
         way.tolerance = settings.tolerance * gravity * dt + LEAST_TOLERANCE
-        lines = scene.cloud is None and count > 2 and join_lines(contacts, count, state, way.tolerance)
+        lines = scene.cloud is None and count > 2 and join_lines(contacts, count, state, dt)
         set_frames(contacts, count, state, body)
         state[VZ] -= 0.5 * gravity * dt
         if count == 0:

@@ -10,12 +10,12 @@ from deadwood_engine.outline import sweep_danger, sweep_hits, sweep_touches
 from deadwood_engine.rasters import NO_BANDS
 
 CELL = 0.5
-BANDS = np.array([1, 2, 1, 0, 3])  # two lines of one thing, one that is only watched, and one beside the slope
+BANDS = np.array([1, 2, 1, 0, 3])  # two lines of one thing, one that is only watched, and one above the logs
 COUNT = 30
 
 
 def road() -> Lines:
-    ends = [[0, 15], [60, 15], [10, 40], [32, 40], [35, 30], [60, 30], [0, 50], [60, 50], [1, 1], [5, 1]]
+    ends = [[0, 15], [60, 15], [10, 40], [32, 40], [35, 30], [60, 30], [0, 50], [60, 50], [1, 78], [5, 78]]
     return Lines(np.array(ends, float), np.arange(0, 12, 2))
 
 

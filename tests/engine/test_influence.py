@@ -162,7 +162,7 @@ def test_a_scene_without_is_the_scene_prepared_without():
     """For each kind of obstacle, and for all of them: the same last states."""
     parts = obstacles(4)
     scene = slope(1.0, 3, **parts)
-    start = released(scene, 30, 5)
+    start = released(scene, 60, 5)
     whole = slide(scene, start, FIDELITIES["draft"])
     trees, lying = parts["trees"], parts["lying_logs"]
     after = len(trees.x) + len(lying.diameter)

@@ -9,7 +9,7 @@ from deadwood_engine import FIDELITIES, Scene, Start, slide
 from deadwood_engine.contact_solver import solve
 from deadwood_engine.contacts import CONTACT, KEY_WIDTH, Ahead, add_contact, set_frames
 from deadwood_engine.log_body import CENTRE, LENGTH, TRANSVERSE, cone_bodies
-from deadwood_engine.pressure import join_lines, spread
+from deadwood_engine.pressure import _ends, join_lines, press
 from deadwood_engine.rolling import ROLLING
 from deadwood_engine.rotation import quaternion_from_axis
 
@@ -29,14 +29,14 @@ def on_level_ground(places, *, velocity=(0, 0, 0), spin=(0, 0, 0), bumps=0.0, mu
         n = np.array([*(bumps * rng.standard_normal(2)), 1.0])
         nx, ny, nz = n / np.linalg.norm(n)
         add_contact(table, keys, count, state, (0, count, 0), s, 0.0, -0.3, nx, ny, nz, mu, -1e-6, step, True)
-    found = join_lines(table, len(places), state, 1e-4)
+    found = join_lines(table, len(places), state, 0.01)
     set_frames(table, len(places), state, CYLINDER)
     return table, state, found
 
 
 def loads(table, values):
     table["pn"] = values
-    spread(table, len(table), *np.zeros(6))
+    press(table, len(table), *np.zeros(6))
     return table["pn"].copy()
 
 
@@ -50,18 +50,37 @@ def test_spreading_keeps_sum_and_moment_and_moves_nothing(seed):
     before = rng.uniform(0, 1, len(places)) * (rng.random(len(places)) < 0.6)
     before[rng.integers(len(places))] += 0.1
     table["pn"] = before
-    motion = spread(table, len(table), *np.zeros(6))
+    *motion, change = press(table, len(table), *np.zeros(6))
     after = table["pn"]
     assert after.sum() == pytest.approx(before.sum(), rel=1e-12)
     assert after @ places == pytest.approx(before @ places, abs=1e-11)
     assert np.all(after >= 0.0)
     assert motion == pytest.approx(np.zeros(6), abs=1e-14)
+    assert change < 1e-12, "neither end moves, so the line bears what it bore"
     borne = after > 0.0
     if borne.sum() > 2:  # on a line where it bears, and in one stretch
         pressure = (after / table["stretch"])[borne]
         assert np.ptp(pressure - np.polyval(np.polyfit(places[borne], pressure, 1), places[borne])) < 1e-10
         assert np.all(np.diff(np.flatnonzero(borne)) == 1)
     assert loads(table, after.copy()) == pytest.approx(after, abs=1e-13), "what is linear stays"
+
+
+@pytest.mark.parametrize("seed", range(50))
+def test_the_ends_of_a_line_do_not_come_nearer(seed):
+    """The two impulses against what no other choice of them can do better: complementarity, and the least work."""
+    rng = np.random.default_rng(seed)
+    places = np.sort(rng.uniform(-10, 10, 5))
+    table, _, found = on_level_ground(places, velocity=(0, 0, rng.normal()), spin=(0, rng.normal(scale=0.2), 0))
+    assert found
+    a, b = table[0], table[4]
+    before = rng.uniform(0, 1, 2)
+    one, other = _ends(table, 0, 4, a.before_n, b.before_n, *before)
+    coupled = a.nz * b.nz + a.rny * b.bny
+    block = np.array([[a.gnn, coupled], [coupled, b.gnn]])
+    left = np.array([a.before_n, b.before_n]) + block @ (np.array([one, other]) - before)
+    assert min(one, other) >= 0.0
+    assert left.min() >= -1e-12
+    assert abs(one * left[0]) + abs(other * left[1]) < 1e-12
 
 
 def test_a_resultant_near_one_end_leaves_the_other_without():
@@ -107,7 +126,7 @@ def test_what_is_no_line_is_left_alone():
     table["line"] = 0
     table["pn"] = np.arange(6.0)
     assert found
-    assert spread(table, 6, *np.arange(6.0)) == tuple(np.arange(6.0))
+    assert press(table, 6, *np.arange(6.0)) == (*np.arange(6.0), 0.0)
     assert np.array_equal(table["pn"], np.arange(6.0))
     assert np.array_equal(table["nx"], before["nx"])
 
@@ -116,8 +135,12 @@ def test_contacts_that_must_move_otherwise_are_no_part_of_a_line():
     """A gap beyond what gravity closes leaves room for more: such a contact bears nothing yet."""
     table, state, _ = on_level_ground(np.linspace(-8, 8, 6))
     table["target"][-1] = -0.01
-    assert join_lines(table, 6, state, 1e-4)
-    assert table["line"].tolist() == [5, 0, 0, 0, 0, 0]
+    assert join_lines(table, 6, state, 0.01)
+    assert table["line"].tolist() == [5, -1, -1, -1, -1, 0]
+    table, state, _ = on_level_ground(np.linspace(-8, 8, 6))
+    table["target"][-1] = -1e-3  # a gap of 10 um, which heights in float32 make of none
+    assert join_lines(table, 6, state, 0.01)
+    assert table[0].line == 6
 
 
 def test_points_of_one_face_are_no_line():
@@ -128,7 +151,7 @@ def test_points_of_one_face_are_no_line():
     assert np.isfinite(table["rnx"]).all()
     table, _, found = on_level_ground(np.concatenate([np.linspace(-5, 5, 4), places]))
     assert found
-    assert table["line"].tolist() == [4, *[0] * 8]
+    assert table["line"].tolist() == [4, -1, -1, -1, *[0] * 5]
 
 
 def test_what_bears_nothing_any_more_has_no_friction():
@@ -136,7 +159,7 @@ def test_what_bears_nothing_any_more_has_no_friction():
     table, _, _ = on_level_ground(np.linspace(-8, 8, 5), spin=(0, 0, 0.3))
     table["pn"], table["pt"], table["pu"] = [0.2, 0, 0, 0, 1.0], 0.05, 0.0
     assert table["pn"] @ table["along"] / table["pn"].sum() > 8 / 3, "outside the middle third"
-    motion = spread(table, 5, *np.zeros(6))
+    *motion, _ = press(table, 5, *np.zeros(6))
     freed = table["pn"] == 0.0
     assert 0 < freed.sum() < 4
     assert np.all(table["pt"][freed] == 0.0)
