@@ -167,10 +167,10 @@ def sides_of(cone, pose, edge):
     back, front, thick, thin = cone[0], cone[1], cone[2], cone[3]
     level = math.sqrt(edge.ux * edge.ux + edge.uy * edge.uy)
     ax, ay, rise, width = edge.ux / level, edge.uy / level, edge.uz / level, edge.long * level
-    gx, gy, dx, dy = pose[3] - edge.x, pose[4] - edge.y, pose[0], pose[1]
+    gx, gy, dx, dy = pose.x - edge.x, pose.y - edge.y, pose.dx, pose.dy
     off_base, off_tip = (gy + back * dy) * ax - (gx + back * dx) * ay, (gy + front * dy) * ax - (gx + front * dx) * ay
     u_base, u_tip = (gx + back * dx) * ax + (gy + back * dy) * ay, (gx + front * dx) * ax + (gy + front * dy) * ay
-    z_base, z_tip = pose[5] + back * pose[2] - edge.z, pose[5] + front * pose[2] - edge.z
+    z_base, z_tip = pose.z + back * pose.dz - edge.z, pose.z + front * pose.dz - edge.z
     beside = max(min(u_base, u_tip) - width, -max(u_base, u_tip)) - thick
     above = min(z_base, z_tip) - max(0.0, rise * width) - thick
     away = (min(abs(off_base), abs(off_tip)) if off_base * off_tip > 0.0 else 0.0) - thick
@@ -258,17 +258,17 @@ def face_of_end(cone, pose, edge, end, side):
     level = math.sqrt(edge.ux * edge.ux + edge.uy * edge.uy)
     ax, ay = edge.ux / level, edge.uy / level
     s, a = (cone[0], cone[2]) if end == 0 else (cone[1], cone[3])
-    dx, dy, dz = pose[0], pose[1], pose[2]
+    dx, dy, dz = pose.dx, pose.dy, pose.dz
     nx, ny = -side * ay, side * ax
     below, px, py, pz = deepest_below_edge(
-        pose[3] + s * dx, pose[4] + s * dy, pose[5] + s * dz, dx, dy, dz, math.sqrt(dx * dx + dy * dy), a, nx, ny,
+        pose.x + s * dx, pose.y + s * dy, pose.z + s * dz, dx, dy, dz, math.sqrt(dx * dx + dy * dy), a, nx, ny,
         edge.x, edge.y, ax, ay, edge.z, edge.uz / level,
     )  # fmt: skip
     u = (px - edge.x) * ax + (py - edge.y) * ay
     gap = (px - edge.x) * nx + (py - edge.y) * ny
     reaches = 0.0 <= u <= edge.long * level
     if below and reaches and gap < 0.0:
-        reaches = _reaches_plate(pose[3] + s * dx, pose[4] + s * dy, pose[5] + s * dz, dx, dy, dz, a, nx, ny, edge)
+        reaches = _reaches_plate(pose.x + s * dx, pose.y + s * dy, pose.z + s * dz, dx, dy, dz, a, nx, ny, edge)
     return below, reaches, (px, py, pz), (nx, ny, 0.0), gap
 
 
@@ -293,7 +293,7 @@ def plate_contacts(terrain, frame, edge, row, contacts, keys, count, state, pose
     if clear > within:
         return count
     left = step.dt - step.at
-    c, d = (pose[3], pose[4], pose[5]), (pose[0], pose[1], pose[2])
+    c, d = (pose.x, pose.y, pose.z), (pose.dx, pose.dy, pose.dz)
     # what lies over the edge reaches the plate nowhere but through the edge, for it is convex
     by_base, held_base, p_base, n_base, gap_base = face_of_end(cone, pose, edge, 0, base)
     by_tip, held_tip, p_tip, n_tip, gap_tip = face_of_end(cone, pose, edge, 1, tip)

@@ -15,7 +15,7 @@ from .asymmetric_top import move_freely
 from .cloud import matrix_of, to_world
 from .compiled import kernel
 from .contacts import add_contact, ground_contact
-from .rotation import DX, VZ, X, Y, Z
+from .rotation import DX, DY, DZ, VZ, X, Y, Z
 from .terrain import friction_at, surface
 from .vectors import blend
 
@@ -25,14 +25,13 @@ NOW, AHEAD = 0, 9  # where the rotation matrices of the present and the predicte
 @kernel
 def cloud_terrain_contacts(cloud, scene, frame, state, body, step, scratch):
     """As ``contacts.terrain_contacts``, for the cloud's points; scratch.turns receives both rotations."""
-    terrain, turned, trial = scene.terrain, scratch.turned, scratch.trial
+    terrain, turned, trial = scene.terrain, scratch.turned, scratch.trial[0]
     for k in range(16):
         turned[k] = state[k]
     turned[VZ] -= 0.5 * step.gravity * step.dt
     move_freely(turned, body, step.dt)
-    for axis in range(3):
-        trial[axis] = turned[DX + axis]
-        trial[3 + axis] = turned[X + axis]
+    trial.dx, trial.dy, trial.dz = turned[DX], turned[DY], turned[DZ]
+    trial.x, trial.y, trial.z = turned[X], turned[Y], turned[Z]
     matrix_of(state, scratch.turns, NOW)
     matrix_of(turned, scratch.turns, AHEAD)
     count, whole = 0, True
@@ -71,8 +70,8 @@ def cloud_clearance(cloud, terrain, frame, state, turns):
 @kernel
 def touch_cloud(terrain, frame, scratch, count, state, key, p, n, gap, step):
     """Add the contact of an obstacle at the predicted point p with normal n."""
-    trial = scratch.trial
-    r = (p[0] - trial[3], p[1] - trial[4], p[2] - trial[5])
+    trial = scratch.trial[0]
+    r = (p[0] - trial.x, p[1] - trial.y, p[2] - trial.z)
     mu = step.friction if step.friction >= 0.0 else friction_at(terrain, frame[0], frame[1], p[0], p[1])
     return add_contact(
         scratch.contacts, scratch.keys, count, state, key, r[0], r[1], r[2], n[0], n[1], n[2], mu, gap, step, False

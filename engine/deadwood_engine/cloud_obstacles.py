@@ -21,7 +21,6 @@ from .contacts import Ahead
 from .cores import BARRIER, TREE, skin_of
 from .limits import BEHIND, CORE_APART, FACE_ALIGNED, FLAT_TOLERANCE, OBSTACLE_TRAVEL, POST_LENGTH
 from .log_body import REACH
-from .surroundings import CORES
 from .vectors import axes_nearest, cross, dot, point
 
 _NOWHERE = (0.0, 0.0, 0.0)
@@ -30,11 +29,12 @@ _NOWHERE = (0.0, 0.0, 0.0)
 @kernel
 def lay_out(cloud, scratch):
     """The hull's corners and normals at the predicted pose, into scratch.corners and scratch.normals."""
-    trial = scratch.trial
+    trial = scratch.trial[0]
+    place = trial.x, trial.y, trial.z
     for k in range(cloud.corners.shape[0]):
         p = to_world(scratch.turns, AHEAD, cloud.corners[k])
         for axis in range(3):
-            scratch.corners[k, axis] = trial[3 + axis] + p[axis]
+            scratch.corners[k, axis] = place[axis] + p[axis]
     for k in range(cloud.normals.shape[0]):
         p = to_world(scratch.turns, AHEAD, cloud.normals[k])
         for axis in range(3):
@@ -44,10 +44,10 @@ def lay_out(cloud, scratch):
 @kernel
 def _height_over(cloud, scratch, face, p):
     """Distance [m] of a place from a face's plane, outward."""
-    trial = scratch.trial
+    trial = scratch.trial[0]
     n = scratch.normals[face]
     return (
-        n[0] * (p[0] - trial[3]) + n[1] * (p[1] - trial[4]) + n[2] * (p[2] - trial[5]) - cloud.offsets[face]
+        n[0] * (p[0] - trial.x) + n[1] * (p[1] - trial.y) + n[2] * (p[2] - trial.z) - cloud.offsets[face]
     )  # fmt: skip
 
 
@@ -76,7 +76,7 @@ def _clip_to_face(cloud, scratch, face, start, u, low, high):
 def _way_out(cloud, scratch, start, u, long, enter, leave, free_start, free_end):
     """Shortest way of the hull off a core inside it: (depth, hull's outward normal there, first and last along it)."""
     corners = scratch.corners
-    centre = (scratch.trial[3], scratch.trial[4], scratch.trial[5])
+    centre = (scratch.trial[0].x, scratch.trial[0].y, scratch.trial[0].z)
     best, m_best, first, last = math.inf, _NOWHERE, enter, leave
     for k in range(cloud.edges.shape[0]):
         a, b = corners[cloud.edges[k, 0]], corners[cloud.edges[k, 1]]
@@ -240,16 +240,16 @@ def core_contacts(cloud, scene, frame, scratch, count, state, key, start, u, lon
 @kernel
 def _plate_contacts(cloud, scene, frame, scratch, count, state, body, item, plate, step, most):
     """Contacts of the hull's corners with a plate; returns (count, travel)."""
-    trial = scratch.trial
+    trial = scratch.trial[0]
     level = math.sqrt(plate.ux * plate.ux + plate.uy * plate.uy)
     x, y, ax, ay, width = plate.x, plate.y, plate.ux / level, plate.uy / level, plate.long * level
     top0, rise = plate.z, plate.uz / level
     nx, ny = -ay, ax
-    off_c = (trial[3] - x) * nx + (trial[4] - y) * ny
-    u_c = (trial[3] - x) * ax + (trial[4] - y) * ay
+    off_c = (trial.x - x) * nx + (trial.y - y) * ny
+    u_c = (trial.x - x) * ax + (trial.y - y) * ay
     side = 1.0 if off_c >= 0.0 else -1.0
     beside = max(-u_c, u_c - width)
-    above = trial[5] - max(top0, top0 + rise * width)
+    above = trial.z - max(top0, top0 + rise * width)
     clear = max(abs(off_c), beside, above) - body[REACH]
     travel = max(most * cloud.thickness, clear)
     if clear > 0.0:
@@ -262,7 +262,7 @@ def _plate_contacts(cloud, scene, frame, scratch, count, state, body, item, plat
         u = (c[0] - x) * ax + (c[1] - y) * ay
         share = off / (off - off_c)
         at = u + share * (u_c - u)
-        if 0.0 <= at <= width and c[2] + share * (trial[5] - c[2]) <= top0 + rise * at:
+        if 0.0 <= at <= width and c[2] + share * (trial.z - c[2]) <= top0 + rise * at:
             count = touch_cloud(
                 scene.terrain, frame, scratch, count, state, (BARRIER, item, 8 + k), (c[0], c[1], c[2]),
                 (side * nx, side * ny, 0.0), -abs(off), step,
@@ -274,9 +274,9 @@ def _plate_contacts(cloud, scene, frame, scratch, count, state, body, item, plat
 def cloud_obstacle_contacts(cloud, scene, frame, scratch, count, state, body, settings, dt):
     """Contacts with everything near. Returns (count, travel)."""
     lay_out(cloud, scratch)
-    travel, near = math.inf, scratch.near
+    travel, near = math.inf, scratch.near[0]
     most = min(settings.obstacle_travel, OBSTACLE_TRAVEL)
-    for m in range(int(near[CORES])):
+    for m in range(near.cores):
         core, row = scratch.near_cores[m], scratch.listed[m]
         start, u = (core.x, core.y, core.z), (core.ux, core.uy, core.uz)
         before = (core.before_x, core.before_y, core.before_z)

@@ -187,7 +187,7 @@ def add_contact(contacts, keys, count, state, key, rx, ry, rz, nx, ny, nz, mu, g
         s = rx * state[DX] + ry * state[DY] + rz * state[DZ]
         c.roll = step.rolling * math.sqrt(max(0.0, rx * rx + ry * ry + rz * rz - s * s))
     c.pn, c.pt, c.pu, c.shift = 0.0, 0.0, 0.0, 0.0
-    c.last_n, c.last_t, c.last_u = 0.0, 0.0, 0.0
+    c.last_n, c.last_t, c.last_u, c.line = 0.0, 0.0, 0.0, 0
     return count + 1
 
 
@@ -232,19 +232,19 @@ def touch(terrain, frame, contacts, keys, count, state, trial, key, p, n, gap, s
     The lever is taken back to the present axis: the axis turns within the step, and the present spin about it (tens
     of rad/s) times that turn would pass for a speed along the normal.
     """
-    rx, ry, rz = p[0] - trial[3], p[1] - trial[4], p[2] - trial[5]
-    s = rx * trial[0] + ry * trial[1] + rz * trial[2]
-    rx, ry, rz = rx + s * (state[DX] - trial[0]), ry + s * (state[DY] - trial[1]), rz + s * (state[DZ] - trial[2])
+    rx, ry, rz = p[0] - trial.x, p[1] - trial.y, p[2] - trial.z
+    s = rx * trial.dx + ry * trial.dy + rz * trial.dz
+    rx, ry, rz = rx + s * (state[DX] - trial.dx), ry + s * (state[DY] - trial.dy), rz + s * (state[DZ] - trial.dz)
     mu = step.friction if step.friction >= 0.0 else friction_at(terrain, frame[0], frame[1], p[0], p[1])
     return add_contact(contacts, keys, count, state, key, rx, ry, rz, n[0], n[1], n[2], mu, gap, step, True)
 
 
 @kernel
 def predict(state, dt, gravity, trial):
-    """Axis of the log a step ahead of free motion: trial[0:3] direction, trial[3:6] centre of mass [m]."""
+    """The pose of a log after free motion for dt, into ``trial`` (``surroundings.POSE``)."""
     tx, ty, tz = cross(state[WX], state[WY], state[WZ], state[DX], state[DY], state[DZ])
     qx, qy, qz = state[DX] + dt * tx, state[DY] + dt * ty, state[DZ] + dt * tz
     scale = 1.0 / math.sqrt(qx * qx + qy * qy + qz * qz)
-    trial[0], trial[1], trial[2] = qx * scale, qy * scale, qz * scale
-    trial[3], trial[4] = state[X] + dt * state[VX], state[Y] + dt * state[VY]
-    trial[5] = state[Z] + dt * (state[VZ] - 0.5 * gravity * dt)
+    trial.dx, trial.dy, trial.dz = qx * scale, qy * scale, qz * scale
+    trial.x, trial.y = state[X] + dt * state[VX], state[Y] + dt * state[VY]
+    trial.z = state[Z] + dt * (state[VZ] - 0.5 * gravity * dt)

@@ -15,7 +15,6 @@ from .limits import NEAR_MARGIN
 from .log_body import BASE_RADIUS, CENTRE, LENGTH
 from .obstacles import contacts_with
 from .rings import clearance, terrain_contacts
-from .surroundings import BASE_X, BESIDE, CLEAR, CORES, LISTED, OBSTACLES_WAKE, RINGS_WAKE, THIN, TIP_X
 
 
 @inlined
@@ -23,12 +22,13 @@ def _ground(cloud, scene, frame, state, body, stations, settings, step, path, ad
     """Terrain contacts of a log, or of a cloud. Numba drops the branch that the type of ``cloud`` rules out, so nobody
     waits for kernels of shapes that do not slide to be compiled."""
     if cloud is None:
-        predict(state, step.dt, step.gravity, scratch.trial)
+        trial, near = scratch.trial[0], scratch.near[0]
+        predict(state, step.dt, step.gravity, trial)
         count, whole = 0, True
-        if path + advance >= scratch.near[RINGS_WAKE]:
-            count, scratch.near[RINGS_WAKE], whole = terrain_contacts(
+        if path + advance >= near.rings_wake:
+            count, near.rings_wake, whole = terrain_contacts(
                 scene.terrain, frame, scratch.contacts, scratch.keys, state, body, stations, settings.ring_points, step,
-                scratch.trial, path, scratch.rings, scratch.look,
+                trial, path, scratch.rings, scratch.look,
             )  # fmt: skip
         return count, whole
     return cloud_terrain_contacts(cloud, scene, frame, state, body, step, scratch)
@@ -39,8 +39,8 @@ def _near_obstacles(cloud, scene, frame, scratch, count, state, body, settings, 
     """Contacts with all that is listed as near: as ``obstacles.contacts_with``."""
     if cloud is None:
         return contacts_with(
-            scene.terrain, frame, scratch.near_cores, scratch.listed, int(scratch.near[CORES]), scratch.contacts,
-            scratch.keys, count, state, body, scratch.trial, settings, dt, advance, scratch.pose,
+            scene.terrain, frame, scratch.near_cores, scratch.listed, scratch.near[0].cores, scratch.contacts,
+            scratch.keys, count, state, body, scratch.trial[0], settings, dt, advance, scratch.pose[0],
         )  # fmt: skip
     count, travel = cloud_obstacle_contacts(cloud, scene, frame, scratch, count, state, body, settings, dt)
     return count, travel, -math.inf, -1, -1  # a cloud looks at what is near in every step
@@ -68,31 +68,31 @@ def find_contacts(scene, frame, state, body, stations, settings, dt, path, advan
 
     Returns (count, travel allowed in the next step by the obstacles [m], whether there is terrain below the whole log).
     """
-    terrain, trial, near = scene.terrain, scratch.trial, scratch.near
+    terrain, trial, near = scene.terrain, scratch.trial[0], scratch.near[0]
     step = Ahead(dt, settings.gravity, dt, settings.restitution, -1.0, settings.rolling_friction)
     count, whole = _ground(scene.cloud, scene, frame, state, body, stations, settings, step, path, advance, scratch)
     travel, ahead = math.inf, path + advance
     if obstacles and scene.cores.solid.shape[0] > 0:
-        near[BESIDE] = 0.0
-        if ahead + settings.travel < near[OBSTACLES_WAKE]:
-            near[CLEAR], near[THIN] = near[OBSTACLES_WAKE] - ahead, -1.0
-            return count, near[CLEAR], whole
+        near.beside = 0
+        if ahead + settings.travel < near.obstacles_wake:
+            near.clear, near.thin = near.obstacles_wake - ahead, -1
+            return count, near.clear, whole
         back, front = -body[CENTRE], body[LENGTH] - body[CENTRE]
-        bx, by = trial[3] + back * trial[0], trial[4] + back * trial[1]
-        tx, ty = trial[3] + front * trial[0], trial[4] + front * trial[1]
+        bx, by = trial.x + back * trial.dx, trial.y + back * trial.dy
+        tx, ty = trial.x + front * trial.dx, trial.y + front * trial.dy
         moved = max(
-            (bx - near[BASE_X]) ** 2 + (by - near[BASE_X + 1]) ** 2,
-            (tx - near[TIP_X]) ** 2 + (ty - near[TIP_X + 1]) ** 2,
+            (bx - near.base_x) ** 2 + (by - near.base_y) ** 2,
+            (tx - near.tip_x) ** 2 + (ty - near.tip_y) ** 2,
         )
         moved = math.sqrt(moved)
-        if near[LISTED] == 0.0 or moved > 0.5 * NEAR_MARGIN:
-            near[BASE_X], near[BASE_X + 1], near[TIP_X], near[TIP_X + 1], near[LISTED] = bx, by, tx, ty, 1.0
+        if not near.listed or moved > 0.5 * NEAR_MARGIN:
+            near.base_x, near.base_y, near.tip_x, near.tip_y, near.listed = bx, by, tx, ty, True
             reach = body[BASE_RADIUS] + NEAR_MARGIN
-            near[CORES] = cores.near(
+            near.cores = cores.near(
                 scene.cores, frame, terrain.cell, scratch.listed, scratch.near_cores, bx, by, tx, ty, reach
             )
             moved = 0.0
-        near[BESIDE] = near[CORES]
+        near.beside = near.cores
         # what is not listed is farther away than the margin that is left
         free = travel = NEAR_MARGIN - moved
         ground = count
@@ -101,16 +101,16 @@ def find_contacts(scene, frame, state, body, stations, settings, dt, path, advan
         )
         if scratch.noted.shape[0] > 0:
             noted, notes, book = scratch.noted, scratch.notes, scratch.book
-            near[CLEAR], near[THIN] = travel, scratch.listed[thin] if allowed < travel else -1.0
+            near.clear, near.thin = travel, scratch.listed[thin] if allowed < travel else -1
             note_contacts(noted, notes, book, scratch.keys, ground, count)
             if scene.cloud is not None:
-                for m in range(int(near[CORES])):
+                for m in range(near.cores):
                     note(noted, notes, book, scratch.listed[m])
             elif clear < free:
                 enter(noted, notes, book, scratch.listed[nearest])
         travel, free = min(travel, allowed), min(free, clear)
         # the distances are those of the pose ahead, and the pose now is within ``advance`` of it
-        near[OBSTACLES_WAKE] = path - advance + free
+        near.obstacles_wake = path - advance + free
     return count, travel, whole
 
 

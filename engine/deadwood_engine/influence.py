@@ -28,7 +28,6 @@ from numpy.typing import NDArray
 from .compiled import kernel
 from .cores import BARRIER
 from .limits import NEAR_MARGIN
-from .surroundings import CLEAR, THIN
 
 Array = NDArray[np.float64]
 
@@ -132,10 +131,10 @@ def note_step(noted, notes, book, listed, near_cores, near, travel, decider, lim
     """
     if decider >= 0:
         note(noted, notes, book, listed[decider])
-        unsure = unsure or near_cores[decider].clear > SAFE * min(travel, near[CLEAR])
+        unsure = unsure or near_cores[decider].clear > SAFE * min(travel, near.clear)
     elif limited:
-        if near[THIN] >= 0.0:
-            note(noted, notes, book, int(near[THIN]))
+        if near.thin >= 0:
+            note(noted, notes, book, near.thin)
         else:
             unsure = True
     if unsure or travel > 0.5 * NEAR_MARGIN:

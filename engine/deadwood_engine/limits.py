@@ -34,13 +34,9 @@ MOST_LOOKS = 40  # poses within a step that are looked at for the first touch of
 UNFORESEEN = 0.05
 OBSTACLE_ALONG = 0.3  # [-] of both radii: the way of a thin log along itself in a step beside a thicker stem
 THICK = 0.35  # [m] radius of log and stem together above which a step is limited by the speed sideways, not the fastest
-NEAR_MARGIN = (
-    2.0  # [m] obstacles this close to the log are listed; the list is made anew when the ends have moved so far
-)
+NEAR_MARGIN = 2.0  # [m] obstacles so close to the log are listed, anew when its ends have moved by half of it
 MADE_ANEW = 0.7  # [-] of a step: where a contact's push leaves less than that beside a stem, the step is made anew
-MET_AT_ONCE = (
-    0.01  # [-] of a step: what touches so early in it, and rebounds, does so at its start; else the step ends there
-)
+MET_AT_ONCE = 0.01  # [-] of a step: what touches so early, and rebounds, does so at its start; else the step ends there
 SHORTEST_STEP = 1e-6  # [s] floor of the adaptive step; 100 m/s then travels 0.1 mm
 
 # Contact detection

@@ -201,7 +201,7 @@ def line_ends(cone, c, d, start, u, long, z, n):
 @kernel
 def gap_at_end(state, pose, p, n, gap, left):
     """What is left of a gap [m] at a place p of the log when it has moved on for a time [s]; n points to the log."""
-    s = (p[0] - pose[3]) * pose[0] + (p[1] - pose[4]) * pose[1] + (p[2] - pose[5]) * pose[2]
+    s = (p[0] - pose.x) * pose.dx + (p[1] - pose.y) * pose.dy + (p[2] - pose.z) * pose.dz
     t = cross(state[WX], state[WY], state[WZ], state[DX], state[DY], state[DZ])
     v = (state[VX] + s * t[0], state[VY] + s * t[1], state[VZ] + s * t[2])
     return gap + left * dot(v, n)
@@ -216,7 +216,7 @@ def touch_core(
     Where both share a line, its two ends are contacts in the place of the least gap if both touch in what is left of
     the step. plate : nothing may be pushed down, for below the core is a plate.
     """
-    c, d = (pose[3], pose[4], pose[5]), (pose[0], pose[1], pose[2])
+    c, d = (pose.x, pose.y, pose.z), (pose.dx, pose.dy, pose.dz)
     first, last = line_ends(cone, c, d, start, u, long, z, n)
     if first < last:
         g0 = point(start, -1.0, c)

@@ -35,7 +35,7 @@ def _nearest(cone, pose, core):
     if core.kind == BARRIER:
         clear, _, _, _ = sides_of(cone, pose, core)
         return clear, cone[0] if -cone[0] > cone[1] else cone[1], cone[3], 0.0  # its faster end; its thinnest place
-    c, d = (pose[3], pose[4], pose[5]), (pose[0], pose[1], pose[2])
+    c, d = (pose.x, pose.y, pose.z), (pose.dx, pose.dy, pose.dz)
     start, u = (core.x, core.y, core.z), (core.ux, core.uy, core.uz)
     s, z = axes_nearest(c, d, cone[0], cone[1], start, u, core.long)
     r = point(point(point(c, s, d), -1.0, start), -z, u)
@@ -51,7 +51,7 @@ def _contacts_at(terrain, frame, core, row, contacts, keys, count, state, pose, 
         return plate_contacts(terrain, frame, core, row, contacts, keys, count, state, pose, cone, step, within)
     start, u = (core.x, core.y, core.z), (core.ux, core.uy, core.uz)
     gap, z, n, touches = deepest(
-        cone, (pose[3], pose[4], pose[5]), (pose[0], pose[1], pose[2]), start, u, core.long, core.wide, core.slope,
+        cone, (pose.x, pose.y, pose.z), (pose.dx, pose.dy, pose.dz), start, u, core.long, core.wide, core.slope,
         within,
     )  # fmt: skip
     if touches and is_its_own(core, z, n, False):

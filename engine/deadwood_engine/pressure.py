@@ -74,7 +74,6 @@ def join_lines(contacts, count, state, dt):
     vx, vy, vz, wx, wy, wz = state[VX], state[VY], state[VZ], state[WX], state[WY], state[WZ]
     for k in range(count):
         c = contacts[k]
-        c.line = 0
         c.along = c.rx * dx + c.ry * dy + c.rz * dz
     found, first = False, 0
     while first + 2 < count:

@@ -40,7 +40,7 @@ def look(terrain, i0, j0, body, stations, trial, rings, room):
 
     Parameters
     ----------
-    i0, j0 : the frame's node; trial : (6,), axis and centre; rings : (RING_ROWS, stations or more), the result
+    i0, j0 : the frame's node; trial : the pose; rings : (RING_ROWS, stations or more), the result
     room : (LOOK_ROOM,), to work in
     """
     inverse_cell, radius, centre = terrain.inverse_cell, body[BASE_RADIUS], body[CENTRE]
@@ -48,7 +48,7 @@ def look(terrain, i0, j0, body, stations, trial, rings, room):
     heights, kinks = terrain.heights, terrain.kinks
     last_i, last_j, first_i, first_j = columns - 2.0, rows - 2.0, float(i0), float(j0)
     one = np.uint64(1)
-    qx, qy, qz, ox, oy, oz = trial[0], trial[1], trial[2], trial[3], trial[4], trial[5]
+    qx, qy, qz, ox, oy, oz = trial.dx, trial.dy, trial.dz, trial.x, trial.y, trial.z
     flat_x, flat_y = abs(qx), abs(qy)
     taper = (body[TIP_RADIUS] - radius) / body[LENGTH]
     narrowing = abs(taper)

@@ -68,13 +68,13 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
 
     stations is the number of rings; those between the ends have 1 or 3 candidate ``points``. frame holds the log's node
     (column i0, row j0); step is an ``Ahead``, of the pose ``trial``.
-    trial[0:6] holds the predicted axis (direction, centre). path [m]: how far the log can have moved so far.
+    path [m]: how far the log can have moved so far.
     rings, room : for what a look at the rings finds, and to work in (``ring_look``)
     Returns (count, path [m] before which none needs to be looked at again, whether there is terrain below every ring).
     """
     dx, dy, dz = state[DX], state[DY], state[DZ]
-    qx, qy, qz = trial[0], trial[1], trial[2]
-    ox, oy, oz = trial[3], trial[4], trial[5]
+    qx, qy, qz = trial.dx, trial.dy, trial.dz
+    ox, oy, oz = trial.x, trial.y, trial.z
     length, centre = body[LENGTH], body[CENTRE]
     taper = (body[TIP_RADIUS] - body[BASE_RADIUS]) / length
     between = length / (stations - 1)

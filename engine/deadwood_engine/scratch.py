@@ -14,7 +14,7 @@ from .outline import OUTLINE_POINTS
 from .ring_look import LOOK_ROOM, RING_ROWS
 from .rocking import ROCKING_WIDTH, WINDOWS
 from .rolling import ROLLING
-from .surroundings import NEAR_WIDTH
+from .surroundings import NEAR, POSE
 from .trace import MEMORY_WIDTH
 from .way import WAY
 
@@ -54,9 +54,9 @@ class Scratch(NamedTuple):
     near_cores: np.ndarray  # these, in the log's frame
     hit_trees: np.ndarray
     hit_barriers: np.ndarray
-    trial: np.ndarray  # predicted axis direction and centre
-    pose: np.ndarray  # the same, for a time within the step
-    near: np.ndarray  # what is known of the surroundings (``detection``)
+    trial: np.ndarray  # the pose a step ahead
+    pose: np.ndarray  # that of a time within the step
+    near: np.ndarray  # what is known of the surroundings
     rings: np.ndarray  # what a look at every ring found, and room for the look (``ring_look``)
     look: np.ndarray
     memory: np.ndarray
@@ -98,9 +98,9 @@ class Scratch(NamedTuple):
             np.zeros(core_count + 1, CORE).view(np.recarray),
             np.zeros(core_count + 1, np.int64),
             np.zeros(core_count + 1, np.int64),
-            np.zeros(6),
-            np.zeros(6),
-            np.zeros(NEAR_WIDTH),
+            np.zeros(1, POSE).view(np.recarray),
+            np.zeros(1, POSE).view(np.recarray),
+            np.zeros(1, NEAR).view(np.recarray),
             np.zeros((RING_ROWS, stations)),
             np.zeros(LOOK_ROOM),
             np.zeros(MEMORY_WIDTH),

@@ -49,7 +49,7 @@ from .rest import FAILED, INTERRUPTED, LEFT_DEM, TIME_LIMIT, holder, rest_reason
 from .rocking import forget_windows, rocks_in_place, watch
 from .rolling import spin_of, start_rolling
 from .rotation import VX, VY, VZ, WX, WY, WZ, X, Y, Z, set_axis
-from .surroundings import BESIDE, CLEAR, CORES
+from .surroundings import know_nothing
 from .terrain import surface
 from .trace import (
     PEAK_ENERGY,
@@ -84,7 +84,7 @@ def begin(scene, frame, state, body, stations, settings, scratch, way, summary):
     rolling = scratch.rolling[0]
     rolling.moment = rolling.moment_before = rolling.spin_before = 0.0
     rolling.inertia, rolling.skin = body[AXIAL], body[BASE_RADIUS]
-    scratch.near[:] = 0.0
+    know_nothing(scratch.near[0])
     way.time = way.before = way.last_kick = way.path = way.work = 0.0
     way.next_look, way.next_rocking = REST_WINDOW, ROCKING_WINDOW
     way.old_count, way.kept, way.pressed = 0, 0, False
@@ -94,7 +94,7 @@ def begin(scene, frame, state, body, stations, settings, scratch, way, summary):
     for k in range(count):
         if scratch.keys[k, 0] != TERRAIN and scratch.contacts[k].gap < 0.0:
             summary.started_in_contact = 1.0
-    for k in range(int(scratch.near[CORES])):
+    for k in range(scratch.near[0].cores):
         if scratch.near_cores[k].kind == BARRIER and pierced(body, state, scratch.near_cores[k]):
             summary.started_in_contact = 1.0
             if scratch.noted.shape[0] > 0:
@@ -126,12 +126,12 @@ def choose_step(scene, state, body, settings, scratch, way):
         most = way.travel / (fastest_point(state, body) + 0.5 * gravity * settings.time_step)
         limited = most < dt
         dt = min(dt, most)
-    dt, decider = time_beside(scratch.near_cores, int(scratch.near[BESIDE]), state, body, gravity, dt)
+    dt, decider = time_beside(scratch.near_cores, scratch.near[0].beside, state, body, gravity, dt)
     if scratch.noted.shape[0] > 0:
         scratch.book[NOW] = way.time
         note_step(
-            scratch.noted, scratch.notes, scratch.book, scratch.listed, scratch.near_cores, scratch.near,
-            settings.travel, decider, limited, could_pass(state, body, gravity, SAFE * scratch.near[CLEAR], dt),
+            scratch.noted, scratch.notes, scratch.book, scratch.listed, scratch.near_cores, scratch.near[0],
+            settings.travel, decider, limited, could_pass(state, body, gravity, SAFE * scratch.near[0].clear, dt),
         )  # fmt: skip
     if scene.cloud is not None:
         turn = math.sqrt(state[WX] ** 2 + state[WY] ** 2 + state[WZ] ** 2)
@@ -186,9 +186,9 @@ def push(scene, frame, state, body, stations, settings, scratch, way, summary):
         if anew:
             break
         noting = scratch.noted.shape[0] > 0
-        if noting and could_pass(state, body, gravity, SAFE * scratch.near[CLEAR], MADE_ANEW * dt):
+        if noting and could_pass(state, body, gravity, SAFE * scratch.near[0].clear, MADE_ANEW * dt):
             note_all(scratch.notes, scratch.book)
-        beside = int(scratch.near[BESIDE])
+        beside = scratch.near[0].beside
         if beside == 0:
             break
         sooner, decider = time_beside(scratch.near_cores, beside, state, body, gravity, dt)
@@ -196,7 +196,7 @@ def push(scene, frame, state, body, stations, settings, scratch, way, summary):
             break
         if noting:
             note_step(
-                scratch.noted, scratch.notes, scratch.book, scratch.listed, scratch.near_cores, scratch.near,
+                scratch.noted, scratch.notes, scratch.book, scratch.listed, scratch.near_cores, scratch.near[0],
                 settings.travel, decider, False, False,
             )  # fmt: skip
         for k in range(6):

@@ -1,9 +1,34 @@
-"""What a log knows of its surroundings: the columns of ``Scratch.near``."""
+"""Where a log is about to be, and what it knows of its surroundings there, as records."""
 
-# Plan ends for which the list of what is near was made, whether there is such a list, and how many cores are in it
-BASE_X, TIP_X, LISTED, CORES = 0, 2, 4, 5
-# The path [m] before which no ring, and no obstacle, needs to be looked at; how many cores may limit the next step
-RINGS_WAKE, OBSTACLES_WAKE, BESIDE = 6, 7, 8
-# How far [m] the log is clear at least of what was not looked at; row of the core that bounds the next step, or -1
-CLEAR, THIN = 9, 10
-NEAR_WIDTH = 11
+from __future__ import annotations
+
+import numpy as np
+
+from .compiled import kernel
+
+# A pose ahead of a round log: its axis
+POSE = np.dtype(
+    [
+        ("dx", "f8"), ("dy", "f8"), ("dz", "f8"),  # direction, base to tip
+        ("x", "f8"), ("y", "f8"), ("z", "f8"),  # m, centre of mass
+    ]
+)  # fmt: skip
+
+# What is near
+NEAR = np.dtype(
+    [
+        ("base_x", "f8"), ("base_y", "f8"), ("tip_x", "f8"), ("tip_y", "f8"),  # m, plan ends that it was made for
+        ("cores", "i8"), ("beside", "i8"),  # cores in the list, and of these, how many may limit the next step
+        ("rings_wake", "f8"), ("obstacles_wake", "f8"),  # m, path before which no ring, no obstacle, need be looked at
+        ("clear", "f8"),  # m, that the log is clear at least of what was not looked at
+        ("thin", "i8"),  # row of the core that bounds the next step, or -1
+        ("listed", "b1"),  # whether there is such a list of the cores that are near
+    ]
+)  # fmt: skip
+
+
+@kernel
+def know_nothing(near):
+    """As of a log that has not been looked at."""
+    near.listed, near.cores, near.beside, near.rings_wake, near.obstacles_wake = False, 0, 0, 0.0, 0.0
+    near.clear, near.thin = 0.0, -1

@@ -6,6 +6,7 @@ import pytest
 from deadwood_engine.contacts import predict
 from deadwood_engine.log_body import CENTRE, LENGTH, cone_bodies
 from deadwood_engine.obstacles import _swing, _time_to
+from deadwood_engine.surroundings import POSE
 
 LOG = cone_bodies(np.array([0.6]), np.array([12.0]), np.array([300.0]))[0]
 
@@ -28,11 +29,11 @@ def test_the_axis_stays_in_its_room(seed):
         time = _time_to(_swing(state), state, LOG, 9.81, s, room)
         assert time > 0.0
         first, d = state[:3] + s * state[13:16], state[13:16].copy()
-        far = []
+        pose, far = np.zeros(1, POSE).view(np.recarray)[0], []
         for t in np.linspace(0.0, time, 40):
-            pose = np.zeros(6)
             predict(state, t, 9.81, pose)
-            moved = pose[3:6] + s * pose[:3] - first
+            ahead = np.array([pose.x, pose.y, pose.z]) + s * np.array([pose.dx, pose.dy, pose.dz])
+            moved = ahead - first
             if back < s < front:
                 moved = moved - (moved @ d) * d
             far.append(np.linalg.norm(moved))
