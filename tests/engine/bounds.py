@@ -155,8 +155,8 @@ def cones() -> dict[str, dict]:
     tables = ("listed", "near_cores", "left", "right")
     tables += ("hit_trees", "hit_barriers", "rings", "points", "keys", "old_contacts", "memory", "rocking", "trial")
     tables += ("noted", "notes")
-    # few logs meet two barriers
-    rows = dict.fromkeys(tables, 1) | {"hit_barriers": 0}
+    # few logs meet two barriers, and there is one pose ahead
+    rows = dict.fromkeys(tables, 1) | {"hit_barriers": 0, "trial": 0}
     return {"ends": told, "seen": {table: seen(table, rows[table], place, COARSE, 24, 6.0) for table in tables}}
 
 

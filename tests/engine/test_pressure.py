@@ -134,7 +134,7 @@ def test_what_is_no_line_is_left_alone():
 def test_contacts_that_must_move_otherwise_are_no_part_of_a_line():
     """A gap beyond what gravity closes leaves room for more: such a contact bears nothing yet."""
     table, state, _ = on_level_ground(np.linspace(-8, 8, 6))
-    table["target"][-1] = -0.01
+    table["target"][-1], table["line"] = -0.01, 0
     assert join_lines(table, 6, state, 0.01)
     assert table["line"].tolist() == [5, -1, -1, -1, -1, 0]
     table, state, _ = on_level_ground(np.linspace(-8, 8, 6))

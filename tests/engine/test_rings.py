@@ -14,6 +14,7 @@ from deadwood_engine.log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS, co
 from deadwood_engine.logs import stations_for
 from deadwood_engine.ring_look import LOOK_ROOM, RING_ROWS
 from deadwood_engine.rings import CANDIDATES, terrain_contacts
+from deadwood_engine.surroundings import POSE
 from deadwood_engine.terrain import prepare
 
 CELL = 0.5  # [m]
@@ -84,9 +85,10 @@ def found_in(terrain, frame, state, body, fidelity):
     table = np.zeros(CANDIDATES * stations, CONTACT).view(np.recarray)
     keys = np.zeros((CANDIDATES * stations, KEY_WIDTH), np.int64)
     step = Ahead(1e-9, 9.81, 1e-9, 0.0, -1.0, 0.0)
+    pose = np.array([(*state[13:16], *state[:3])], POSE).view(np.recarray)[0]
     count, _, _ = terrain_contacts(
         terrain, frame, table, keys, state, body, stations, fidelity.ring_points, step,
-        np.concatenate([state[13:16], state[:3]]), 0.0, np.zeros((RING_ROWS, stations)), np.zeros(LOOK_ROOM),
+        pose, 0.0, np.zeros((RING_ROWS, stations)), np.zeros(LOOK_ROOM),
     )  # fmt: skip
     return count, -table[:count]["gap"].min() if count else 0.0
 

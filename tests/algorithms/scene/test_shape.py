@@ -64,7 +64,7 @@ def test_rocks_among_trees_barriers_and_lying_logs(case, cube, tmp_path, said):
     one = case.run(said, output=str(tmp_path / "one"), threads=1, **logs, **case.everything())
     assert_same_run(one, case.run(output=str(tmp_path / "four"), threads=4, **logs, **case.everything()))
     deposits = layer(one, "deposits")
-    assert set(deposits["stop_reason"]) <= {"rest", "tree", "barrier", "left_dem"}
+    assert set(deposits["stop_reason"]) <= {"rest", "tree", "barrier", "lying_log", "left_dem"}
     assert (deposits["energy_error_rel"] < 0.01).all()
     assert deposits["tree_hits"].sum() + deposits["barrier_hits"].sum() > 0
     assert all(raster(one / f"{name}.tif").shape == (100, 60) for name in RASTERS)
