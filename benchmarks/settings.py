@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from deadwood_engine import FIDELITIES, Fidelity
 
 STANDARD, REFERENCE = FIDELITIES["standard"], FIDELITIES["reference"]
-REFINED = ("time_step", "travel_cells", "station_spacing", "spacing_cells")
+REFINED = ("time_step", "travel_cells", "station_spacing", "spacing_cells", "coarse_cells")
 UNBOUND = 1e6  # travel in cells that never shortens a step
 
 
@@ -101,7 +101,7 @@ def _all() -> list[Setting]:
     found += [Setting(f"travel {n:g}", "travel", n, STANDARD._replace(travel_cells=n)) for n in (2.0, 1.0, 0.5, 0.125)]
     found += [
         Setting(f"spacing {s:g} m", "spacing", s, STANDARD._replace(station_spacing=s, spacing_cells=1e6))
-        for s in (2.0, 1.0, 0.25)
+        for s in (2.0, 1.0, 0.5, 0.25)
     ]
     found += [Setting(f"tolerance {t:g}", "tolerance", t, STANDARD._replace(tolerance=t)) for t in (0.1, 0.01, 0.0001)]
     found += [Setting(f"sweeps {n}", "sweeps", n, STANDARD._replace(sweeps=n)) for n in (4, 20, 1000)]

@@ -605,10 +605,9 @@ def trajectories_wanted(text: str) -> int | None:
 
 def fidelity_of(ask: Ask) -> Fidelity:
     """The numbers of the preset, with those that the user gave in their place."""
-    from deadwood_engine import FIDELITIES
+    from deadwood_engine import fidelity_with
 
-    given = {"time_step": ask.time_step, "station_spacing": ask.station_spacing}
-    return FIDELITIES[ask.fidelity]._replace(**{name: value for name, value in given.items() if value is not None})
+    return fidelity_with(ask.fidelity, ask.time_step, ask.station_spacing)
 
 
 def identity(ask: Ask, fidelity: Fidelity, layers: SceneLayers, releases: Releases) -> dict[str, Any]:

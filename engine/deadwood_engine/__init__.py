@@ -4,7 +4,7 @@ from .barriers import Barriers
 from .blocks import Blocks
 from .cloud import Shape
 from .digest import engine_digest
-from .fidelity import FIDELITIES, Fidelity, station_spacing
+from .fidelity import FIDELITIES, Fidelity, fidelity_with, station_spacing
 from .influence import Influences
 from .ledger import Hits
 from .lines import Lines, Segments, segments_of
@@ -39,6 +39,7 @@ __all__ = [
     "Start",
     "Trees",
     "engine_digest",
+    "fidelity_with",
     "place_logs",
     "segments_of",
     "slide",

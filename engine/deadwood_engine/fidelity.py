@@ -26,6 +26,9 @@ class Fidelity(NamedTuple):
     ring_points : 3, or 1: the deepest point of a contact ring, and the two at 45 degrees beside it, which find the
         walls of a channel; the end faces always have nine
     backward : sweep the contacts from last to first (for the study of what the order does)
+    coarse_cells : [DEM cells] rings stand no closer than this, however far that is in metres. The ground is straight
+        within a cell but for its twist: more rings see no more of it (half a metre on cells of 5 m: 1.4 to 1.6 times
+        the time for the same reach and the same depth)
     """
 
     time_step: float
@@ -39,19 +42,31 @@ class Fidelity(NamedTuple):
     ring_points: int = 3
     trace_spacing: float = 2.0
     backward: bool = False
+    coarse_cells: float = 0.0
 
 
 FIDELITIES: dict[str, Fidelity] = {
-    "draft": Fidelity(0.070, 1.0, 2.0, 4.0, 3e-3, 300, 4.0, ring_points=1),
-    "standard": Fidelity(0.010, 0.4, 0.5, 2.0, 1e-3, 400, 1.0),
-    "fine": Fidelity(0.004, 0.2, 0.5, 1.0, 1e-3, 400, 1.0),
+    "draft": Fidelity(0.070, 1.0, 2.0, 4.0, 3e-3, 300, 4.0, ring_points=1, coarse_cells=0.5),
+    "standard": Fidelity(0.010, 0.4, 0.75, 1.5, 1e-3, 400, 1.0, coarse_cells=0.5),
+    "fine": Fidelity(0.004, 0.2, 0.5, 1.0, 1e-3, 400, 1.0, coarse_cells=0.25),
     "reference": Fidelity(0.001, 0.04, 0.5, 1.0, 1e-4, 1000, 0.5),
 }
 
 
 def station_spacing(fidelity: Fidelity, cell: float) -> float:
     """Distance of the contact rings [m] on a DEM of this cell size."""
-    return min(fidelity.station_spacing, fidelity.spacing_cells * cell)
+    finest = min(fidelity.station_spacing, fidelity.spacing_cells * cell)
+    return max(finest, fidelity.coarse_cells * cell)
+
+
+def fidelity_with(name: str, time_step: float | None, station_spacing: float | None) -> Fidelity:
+    """A row with a user's numbers in the place of its own, where there are some: then rings stand so on any cells."""
+    row = FIDELITIES[name]
+    if time_step is not None:
+        row = row._replace(time_step=time_step)
+    if station_spacing is not None:
+        row = row._replace(station_spacing=station_spacing, coarse_cells=0.0)
+    return row
 
 
 def trace_step(fidelity: Fidelity, cell: float) -> float:

@@ -5,13 +5,14 @@ from itertools import pairwise
 import pytest
 
 from deadwood_engine import FIDELITIES
-from deadwood_engine.fidelity import station_spacing, trace_step
+from deadwood_engine.fidelity import fidelity_with, station_spacing, trace_step
 
 
 def test_each_is_at_least_as_fine_as_the_one_before():
     assert list(FIDELITIES) == ["draft", "standard", "fine", "reference"]
     for coarse, fine in pairwise(FIDELITIES.values()):
-        for name in ("time_step", "travel_cells", "station_spacing", "spacing_cells", "tolerance", "trace_cells"):
+        names = "time_step", "travel_cells", "station_spacing", "spacing_cells", "tolerance", "trace_cells", "coarse_cells"
+        for name in names:
             assert getattr(fine, name) <= getattr(coarse, name), name
         assert fine.sweeps >= coarse.sweeps
         assert fine.ring_points >= coarse.ring_points
@@ -21,8 +22,14 @@ def test_each_is_at_least_as_fine_as_the_one_before():
 @pytest.mark.parametrize("name", list(FIDELITIES))
 @pytest.mark.parametrize("cell", [0.05, 0.5, 2.0, 25.0])
 def test_distances_are_the_lesser_of_metres_and_cells(name, cell):
+    """Rings besides no closer than a part of a cell, unless a user asks for them."""
     row = FIDELITIES[name]
-    assert station_spacing(row, cell) == min(row.station_spacing, row.spacing_cells * cell)
+    least = min(row.station_spacing, row.spacing_cells * cell)
+    assert station_spacing(row, cell) == max(least, row.coarse_cells * cell)
+    assert row.coarse_cells * 0.5 <= row.station_spacing  # it says nothing on the cells that the rows are measured on
+    asked = fidelity_with(name, None, 0.3)
+    assert station_spacing(asked, cell) == min(0.3, row.spacing_cells * cell)
+    assert fidelity_with(name, 0.05, None) == row._replace(time_step=0.05)
     assert trace_step(row, cell) <= row.trace_cells * cell
     assert trace_step(row, cell) <= max(row.trace_spacing, cell)
     assert trace_step(row, cell) in (row.trace_cells * cell, row.trace_spacing, cell)

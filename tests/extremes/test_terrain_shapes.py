@@ -173,7 +173,7 @@ def test_planar_height_field_is_a_plane(at, fidelity, heading):
         logs = Logs.alike([64.0], [200.0], orientation=1, azimuth=turn)
         result = at.run(
             scene, place_logs(scene, logs), fidelity=fidelity, time_limit=5.0, station_spacing=0.5, spacing_cells=1.0,
-            travel_cells=1e9, tolerance=1e-7,
+            coarse_cells=0.0, travel_cells=1e9, tolerance=1e-7,
         )  # fmt: skip
         ends.append(result)
     fine, coarse = ends

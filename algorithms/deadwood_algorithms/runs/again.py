@@ -14,9 +14,8 @@ from deadwood_algorithms.runs.folder import Run
 from deadwood_algorithms.scene.released_scene import ReleasedScene
 from deadwood_algorithms.scene.releases import Releases
 from deadwood_algorithms.tool import UserError, moved_paths
-from deadwood_engine import FIDELITIES, Fidelity, Result
+from deadwood_engine import FIDELITIES, Fidelity, Result, fidelity_with
 
-NUMBERS = ("time_step", "station_spacing")  # of the fidelity, that a run may have given itself
 WHERE = ("scheduler", "workers")  # where a run was slid is no part of what it asked
 
 
@@ -53,8 +52,7 @@ def fidelity_of(source: Run) -> Fidelity:
     name = source.fidelity
     if name not in FIDELITIES:
         raise UserError(f"{source.path}: its manifest names the fidelity '{name}', which there is none of")
-    given = {each: asked[each] for each in NUMBERS if asked.get(each) is not None}
-    return FIDELITIES[name]._replace(**given)
+    return fidelity_with(name, asked.get("time_step"), asked.get("station_spacing"))
 
 
 def logs_of(source: Run, releases: Releases, rows: NDArray[np.int64]) -> Releases:
