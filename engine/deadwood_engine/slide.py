@@ -82,7 +82,7 @@ def slide(
     influences : note which obstacles mattered to each log (``influence``); it changes nothing else
     stages : with influences, filled with stages of the logs' ways (``stages``); it changes nothing else
     going_on : int64 (n,), rows of the stages from which the logs go on instead, -1: from their start, in this scene or
-        in one ``Scene.without`` what was entered later; hits, their numbers and poses are then those of what follows
+        in one ``Scene.without`` what was entered later; hits, their numbers, poses and rasters are of what follows
     until_reached : a log that has reached every line, those aside that it is ``inside``, is left there, with -1 for the
         reason to stop
     report : called about five times a second with the number of logs done; True stops the run
@@ -129,12 +129,13 @@ def slide(
     marks = trace.Marks(touched, fences, crossed, touch_time, within)
     keeper = StageKeeper()
     begins = np.full(number, -1) if going_on is None else np.ascontiguousarray(going_on, np.int64)
+    table = StageTable.allocate(0, lines, barriers) if stages is None or going_on is None else stages.table
     if settings.stage_steps and not influences:
         raise ValueError("stages are kept by what is noted: ask for influences, too")
-    if begins.shape != (number,) or (begins >= (len(stages.table.state) if stages else 0)).any():
+    if begins.shape != (number,) or (begins >= len(table.state)).any():
         raise ValueError(f"going_on must name a stage for each of {number} logs")
-    if (begins >= 0).any() and stages and stages.table.lines.shape[1] != lines:
-        raise ValueError("the stages are not of this scene's lines")
+    if (begins >= 0).any() and (table.lines.shape[1], table.fences.shape[1]) != (lines, barriers):
+        raise ValueError("the stages are not of this scene's lines and barriers")
     lock = threading.Lock()
     done = [0] * workers
     cpu = [0.0] * workers
@@ -150,9 +151,7 @@ def slide(
             rows,
             arrays.cloud,
             influences,
-            stages.table
-            if stages and going_on is not None
-            else StageTable.allocate(MOST_STAGES if settings.stage_steps else 0, lines, barriers),
+            StageTable.allocate(MOST_STAGES, lines, barriers) if settings.stage_steps else table,
         )
         room, hit_room = np.zeros((4096, trace.POSE_WIDTH)), np.zeros((64 * chunk, HIT_WIDTH))
         note_room = np.zeros(64 * chunk if influences else 0, NOTE).view(np.recarray)
@@ -168,8 +167,8 @@ def slide(
             while row < last and not stop[0]:
                 reached, wanted = step.slide_logs(
                     arrays, start.frame, start.state, start.body, stations, settings, scratch, raster, row_stamp, marks,
-                    room, keep, hit_room, note_room, own, told, state, summary, begins, row, last,
-                    stop,
+                    room, keep, hit_room, note_room, own, told, state, summary, begins, row,
+                    last, stop,
                 )  # fmt: skip
                 if reached == row:
                     # Sliding again with more room is the same to the bit, and the stamp keeps hits from counting twice.

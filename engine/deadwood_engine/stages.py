@@ -188,8 +188,10 @@ def keep_stage(stages, scratch, state, summary, marks, travel):
     None where what is thin bounds the next step [m], but was not entered: without it the way ahead would be another.
     """
     book, near, way = scratch.book, scratch.near[0], scratch.way[0]
-    if way.travel < travel and (way.next_look == way.time + REST_WINDOW or (near.thin >= 0 and scratch.noted[near.thin] == 0)):
-        return
+    if way.travel < travel:
+        looked = way.next_look == way.time + REST_WINDOW  # and what is thin is then that of the look
+        if looked or (near.thin >= 0 and scratch.noted[near.thin] == 0):
+            return
     more = book[STAGES] == 0.0 or book[NOTED] > book[KEPT]
     row = int(book[STAGES]) - (0 if more else 1)
     if row >= stages.state.shape[0]:
@@ -262,7 +264,7 @@ def go_on(stages, row, scene, frame, body, scratch, state, marks):
 @kernel
 def all_reached(marks):
     """Whether a log has touched every line that it did not start within."""
+    reached = True
     for line in range(marks.lines.shape[0]):
-        if not (marks.lines[line] or marks.inside[line]):
-            return False
-    return True
+        reached = reached and (marks.lines[line] or marks.inside[line])
+    return reached
