@@ -82,7 +82,11 @@ def test_where_there_is_no_more_room_logs_go_on_from_earlier(monkeypatch):
     start = released(scene, 10, 5)
     _, found = kept(scene, start, "draft")
     number = len(found.table.state)
-    for module, name, value in (("slide", "MOST_STAGES", 2), ("stages", "STAGE_CONTACTS", 1), ("stages", "STAGE_BYTES", 20_000)):
+    for module, name, value in (
+        ("slide", "MOST_STAGES", 2),
+        ("stages", "STAGE_CONTACTS", 0),
+        ("stages", "STAGE_BYTES", 20_000),
+    ):
         with monkeypatch.context() as less:
             less.setattr(sys.modules[f"deadwood_engine.{module}"], name, value)
             _, fewer = kept(scene, start, "draft")
