@@ -16,6 +16,7 @@ from .rest import STOP_REASONS
 from .result import Poses, Result
 from .scene import Scene
 from .slide import Interrupted, slide
+from .stages import Stages
 from .trees import Trees
 
 __all__ = [
@@ -36,6 +37,7 @@ __all__ = [
     "Scene",
     "Segments",
     "Shape",
+    "Stages",
     "Start",
     "Trees",
     "engine_digest",

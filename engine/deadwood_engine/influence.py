@@ -32,10 +32,12 @@ from .limits import NEAR_MARGIN
 Array = NDArray[np.float64]
 
 # A core near a log; time [s] since its release from which it mattered, infinite as long as it did not
-NOTE = np.dtype([("core", "i8"), ("time", "f8")])
-# Columns of a worker's book: the time now [s], how many notes there are, how many of these, the first, have a time
-NOW, NOTED, SETTLED = range(3)
-BOOK_WIDTH = 3
+# stage : the last one kept before it was entered (``stages``), -1: none
+NOTE = np.dtype([("core", "i8"), ("time", "f8"), ("stage", "i8")])
+# Columns of a worker's book: the time now [s], how many notes there are, how many of these, the first, have a time;
+# how many stages are kept, and how many notes there were when the last one was
+NOW, NOTED, SETTLED, STAGES, KEPT = range(5)
+BOOK_WIDTH = 5
 SAFE = 1.0 - 1e-6  # [-] of a distance: more than what a path's sum of many steps loses by rounding
 
 
@@ -91,7 +93,7 @@ def enter(noted, notes, book, row):
     """Enter a core that has not mattered yet; noted : place + 1 of each core among the notes, 0 where it is not."""
     if noted[row] == 0:
         k = int(book[NOTED])
-        notes[k].core, notes[k].time = row, math.inf
+        notes[k].core, notes[k].time, notes[k].stage = row, math.inf, int(book[STAGES]) - 1
         book[NOTED] = k + 1.0
         noted[row] = k + 1
 

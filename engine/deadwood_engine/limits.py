@@ -143,3 +143,9 @@ SHAPE_SIZE = (1e-3, 150.0)  # [m] longest side of a point cloud: the boulders of
 # Health
 WILD_SPEED = 2000.0  # [m/s] faster than any fall on Earth's slopes: the log is reported as failed
 POLL_STEPS = 512  # steps between two looks at the stop flag (about 1 ms)
+
+# Stages that logs are slid again from (``stages``)
+STAGE_STEPS = 16  # from one to the next: to keep one costs as much as a step, and half of these are slid twice
+MOST_STAGES = 64  # of a log; what matters to it later is slid again from the last one
+STAGE_CONTACTS = 16  # room for loaded contacts, and for near cores, a stage of a log; they have a few each
+STAGE_BYTES = 2**30  # of all logs of a run together; those done later are slid again from their release

@@ -23,6 +23,7 @@ STOP_REASONS = ("rest", "tree", "barrier", "left_dem", "time_limit", "failed", "
 REST, HELD_BY_TREE, HELD_BY_BARRIER, LEFT_DEM, TIME_LIMIT, FAILED, HELD_BY_LYING_LOG, HELD_BY_BLOCK, INTERRUPTED = (
     range(9)
 )
+ON_ITS_WAY = -1  # it was left there, for all that was asked of it is known
 
 
 @kernel

@@ -14,6 +14,7 @@ from .outline import OUTLINE_POINTS
 from .ring_look import LOOK_ROOM, RING_ROWS
 from .rocking import ROCKING_WIDTH, WINDOWS
 from .rolling import ROLLING
+from .stages import StageTable
 from .surroundings import NEAR, POSE
 from .trace import MEMORY_WIDTH
 from .way import WAY
@@ -39,6 +40,8 @@ class Settings(NamedTuple):
     tree_restitution: float
     barrier_friction: float
     barrier_restitution: float
+    stage_steps: int  # from one kept stage to the next; 0: none is kept
+    until_reached: bool  # a log ends when it has touched every line
 
 
 class Scratch(NamedTuple):
@@ -76,10 +79,16 @@ class Scratch(NamedTuple):
     noted: np.ndarray  # each core's place among the notes (``influence``); empty where nothing is noted
     notes: np.ndarray
     book: np.ndarray
+    stages: StageTable  # those kept of the log at work, or those that logs go on from
 
     @staticmethod
     def allocate(
-        stations: int, core_count: int, raster_rows: int, cloud: Cloud | None, noting: bool = False
+        stations: int,
+        core_count: int,
+        raster_rows: int,
+        cloud: Cloud | None,
+        noting: bool = False,
+        stages: StageTable | None = None,
     ) -> Scratch:
         # every candidate of the log, and what each obstacle has at most (``CORE_CONTACTS``), of as many as a log can
         # lean on at once. ``add_contact``, the one place that writes to the table, leaves out what exceeds it
@@ -120,4 +129,5 @@ class Scratch(NamedTuple):
             np.zeros(core_count if noting else 0, np.int64),
             np.zeros(core_count if noting else 0, NOTE).view(np.recarray),
             np.zeros(BOOK_WIDTH),
+            stages or StageTable.allocate(0, 0, 0),
         )

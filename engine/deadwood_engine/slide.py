@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from . import step, trace
 from .cloud import Shape
 from .fidelity import Fidelity, station_spacing, trace_step
-from .influence import NOTE
+from .influence import NOTE, NOTED
 from .ledger import HIT_WIDTH
-from .limits import GRAVITY, LEAST_STATIONS
+from .limits import GRAVITY, LEAST_STATIONS, MOST_STAGES, STAGE_STEPS
 from .log_body import BODY_WIDTH, LENGTH
 from .logs import Logs, Start, place_logs, stations_for
 from .rasters import Rasters, raster_arrays
@@ -28,6 +28,7 @@ from .result import Result, result_of
 from .rotation import STATE_WIDTH
 from .scene import Scene
 from .scratch import Scratch, Settings
+from .stages import StageKeeper, Stages, StageTable
 from .way import SUMMARY
 
 Array = NDArray[np.float64]
@@ -61,6 +62,9 @@ def slide(
     shape: Shape | None = None,
     inside: NDArray[np.bool_] | None = None,
     influences: bool = False,
+    stages: Stages | None = None,
+    going_on: NDArray[np.int64] | None = None,
+    until_reached: bool = False,
 ) -> Result:
     """Slide logs until each rests, is held, leaves the terrain, or runs out of time.
 
@@ -76,6 +80,11 @@ def slide(
     shape : what slides in the logs' place; logs that are a Start must have been placed with it
     inside : bool (n, lines), for danger: lines that a log starts within, so reaches with its first outline
     influences : note which obstacles mattered to each log (``influence``); it changes nothing else
+    stages : with influences, filled with stages of the logs' ways (``stages``); it changes nothing else
+    going_on : int64 (n,), rows of the stages from which the logs go on instead, -1: from their start, in this scene or
+        in one ``Scene.without`` what was entered later; hits, their numbers, poses and rasters are of what follows
+    until_reached : a log that has reached every line, those aside that it is ``inside``, is left there, with -1 for the
+        reason to stop
     report : called about five times a second with the number of logs done; True stops the run
 
     Raises
@@ -98,6 +107,7 @@ def slide(
         float(restitution if tree_restitution is None else tree_restitution),
         -1.0 if barrier_friction is None else float(barrier_friction),
         float(restitution if barrier_restitution is None else barrier_restitution),
+        0 if stages is None or going_on is not None else STAGE_STEPS, bool(until_reached),
     )  # fmt: skip
     stations = stations_for(start.body[:, LENGTH], station_spacing(fidelity, cell))
     keep = np.zeros(number, np.bool_) if keep_poses is None else np.asarray(keep_poses, np.bool_)
@@ -117,6 +127,15 @@ def slide(
     if within.shape != (number, lines):
         raise ValueError(f"inside must say so for each of {number} logs and {lines} lines")
     marks = trace.Marks(touched, fences, crossed, touch_time, within)
+    keeper = StageKeeper()
+    begins = np.full(number, -1) if going_on is None else np.ascontiguousarray(going_on, np.int64)
+    table = StageTable.allocate(0, lines, barriers) if stages is None or going_on is None else stages.table
+    if settings.stage_steps and not influences:
+        raise ValueError("stages are kept by what is noted: ask for influences, too")
+    if begins.shape != (number,) or (begins >= len(table.state)).any():
+        raise ValueError(f"going_on must name a stage for each of {number} logs")
+    if (begins >= 0).any() and (table.lines.shape[1], table.fences.shape[1]) != (lines, barriers):
+        raise ValueError("the stages are not of this scene's lines and barriers")
     lock = threading.Lock()
     done = [0] * workers
     cpu = [0.0] * workers
@@ -132,6 +151,7 @@ def slide(
             rows,
             arrays.cloud,
             influences,
+            StageTable.allocate(MOST_STAGES, lines, barriers) if settings.stage_steps else table,
         )
         room, hit_room = np.zeros((4096, trace.POSE_WIDTH)), np.zeros((64 * chunk, HIT_WIDTH))
         note_room = np.zeros(64 * chunk if influences else 0, NOTE).view(np.recarray)
@@ -147,7 +167,8 @@ def slide(
             while row < last and not stop[0]:
                 reached, wanted = step.slide_logs(
                     arrays, start.frame, start.state, start.body, stations, settings, scratch, raster, row_stamp, marks,
-                    room, keep, hit_room, note_room, own, told, state, summary, row, last, stop,
+                    room, keep, hit_room, note_room, own, told, state, summary, begins, row,
+                    last, stop,
                 )  # fmt: skip
                 if reached == row:
                     # Sliding again with more room is the same to the bit, and the stamp keeps hits from counting twice.
@@ -157,6 +178,8 @@ def slide(
                         hit_room = np.zeros((2 * len(hit_room), HIT_WIDTH))
                     if told[0].influences > len(note_room):
                         note_room = np.zeros(2 * len(note_room), NOTE).view(np.recarray)
+                elif settings.stage_steps:
+                    keeper.add(row, scratch.stages, scratch.notes, int(scratch.book[NOTED]))
                 first = noted = 0
                 for each in range(row, reached):
                     struck = int(summary[each].hits)
@@ -199,6 +222,8 @@ def slide(
         raise failures[0]
     if stop[0]:
         raise Interrupted
+    if stages is not None and settings.stage_steps:
+        keeper.fill(stages, arrays.cores.solid)
     return result_of(scene, start, state, summary, poses, hits, notes, touched, touch_time, fences, crossed, sum(cpu))
 
 

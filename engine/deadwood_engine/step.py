@@ -45,10 +45,11 @@ from .log_body import AXIAL, BASE_RADIUS
 from .obstacles import could_pass, time_beside
 from .outline import count_danger
 from .pressure import join_lines
-from .rest import FAILED, INTERRUPTED, LEFT_DEM, TIME_LIMIT, holder, rest_reason
+from .rest import FAILED, INTERRUPTED, LEFT_DEM, ON_ITS_WAY, TIME_LIMIT, holder, rest_reason
 from .rocking import forget_windows, rocks_in_place, watch
 from .rolling import spin_of, start_rolling
 from .rotation import VX, VY, VZ, WX, WY, WZ, X, Y, Z, set_axis
+from .stages import all_reached, go_on, keep_stage
 from .surroundings import know_nothing
 from .terrain import surface
 from .trace import (
@@ -304,7 +305,7 @@ def move_on(scene, frame, state, body, stations, settings, scratch, way, summary
 
 @kernel
 def slide_log(
-    scene, frame, state, body, stations, settings, scratch, rasters, row, marks, poses, keep, hits, summary, stop
+    scene, frame, state, body, stations, settings, scratch, rasters, row, marks, poses, keep, hits, summary, stage, stop
 ):
     """Slide one log from its initial state to its end.
 
@@ -313,6 +314,7 @@ def slide_log(
     scene : SceneArrays; frame : int64 (2,), DEM node of the log's frame; body : row of the body table
     state : (16,), initial state, replaced by the final one; stations : number of rings
     rasters, marks, poses, hits, summary : outputs; row : the log's number, for the rasters' stamp; keep : keep poses
+    stage : row of the stage that it goes on from, whose summary is given, or -1
     stop : uint8 (1,), not zero when the user interrupts
 
     Returns
@@ -325,8 +327,11 @@ def slide_log(
         return 0
     way, memory, work = scratch.way[0], scratch.memory, (scratch.points, scratch.hull, scratch.left, scratch.right)
     energy_start = energy_of(state, body) + settings.gravity * state[Z]
-    begin(scene, frame, state, body, stations, settings, scratch, way, summary)
-    reason, first = -1, True
+    if stage >= 0:
+        go_on(scratch.stages, stage, scene, frame, body, scratch, state, marks)
+    else:
+        begin(scene, frame, state, body, stations, settings, scratch, way, summary)
+    reason, first = -1, stage < 0
     while True:
         over = reason >= 0
         if reason != FAILED and (first or over or ends_moved(memory, state, body) >= settings.trace_step):
@@ -342,6 +347,11 @@ def slide_log(
         if over:
             break
         first = False
+        if settings.until_reached and all_reached(marks):
+            reason = ON_ITS_WAY
+            break
+        if settings.stage_steps > 0 and int(summary.steps) % settings.stage_steps == 0:
+            keep_stage(scratch.stages, scratch, state, summary, marks, settings.travel)
         summary.steps += 1.0
         choose_step(scene, state, body, settings, scratch, way)
         push(scene, frame, state, body, stations, settings, scratch, way, summary)
@@ -361,13 +371,16 @@ def slide_log(
 @kernel
 def slide_logs(
     scene, frames, starts, bodies, stations, settings, scratch, rasters, stamps, marks, poses, keep, hits, notes, own,
-    told, states, summaries, first, last, stop,
+    told, states, summaries, going_on, first, last, stop,
 ):  # fmt: skip
     """Slide the logs from row ``first`` to before ``last``, one after the other, up to one whose poses are kept.
 
     Parameters are those of ``slide_log``, of all logs; own (16,), told (2,) : room for one log's state and summary,
     which come to lie in their rows of states and summaries, and the summary of a log of which nothing is known yet. The
     hits of one log follow those of another in ``hits``, and so do in ``notes`` the obstacles that mattered to it.
+    going_on : int64 (n,), rows of the stages from which logs go on, -1: from their start
+
+    Of logs whose stages are kept one at a time, too.
 
     Returns (row of the next log, number of poses wanted by the last one): the first row where that one found too little
     room for its poses or, as ``told`` has it, its hits or notes.
@@ -377,11 +390,14 @@ def slide_logs(
         for k in range(own.shape[0]):
             own[k] = starts[row, k]
         told[0] = told[1]
+        if going_on[row] >= 0:
+            told[0] = scratch.stages.summary[going_on[row]]
+            told[0].hits, told[0].tree_hits, told[0].barrier_hits = 0.0, 0.0, 0.0
         open_notes(scratch.noted, scratch.notes, scratch.book)
         each = Marks(marks.lines[row], marks.fences[row], marks.crossed[row], marks.line_time[row], marks.inside[row])
         wanted = slide_log(
             scene, frames[row], own, bodies[row], stations[row], settings, scratch, rasters, stamps[row], each,
-            poses if keep[row] else poses[:0], keep[row], hits[used:], told[0], stop,
+            poses if keep[row] else poses[:0], keep[row], hits[used:], told[0], going_on[row], stop,
         )  # fmt: skip
         struck, mattered = int(told[0].hits), copy_notes(scratch.notes, scratch.book, notes, filled)
         told[0].influences = mattered
@@ -394,9 +410,9 @@ def slide_logs(
             states[row, k] = own[k]
         summaries[row] = told[0]
         reason = int(told[0].reason)
-        if reason != LEFT_DEM and reason != FAILED and reason != INTERRUPTED:
+        if reason != LEFT_DEM and reason != FAILED and reason != INTERRUPTED and reason != ON_ITS_WAY:
             work = (scratch.points, scratch.hull, scratch.left, scratch.right)
             draw_deposit(scene, frames[row], own, bodies[row], scratch.memory, work, rasters)
-        if keep[row]:
+        if keep[row] or settings.stage_steps > 0:
             return row + 1, wanted
     return last, 0

@@ -26,6 +26,7 @@ from deadwood_engine import (
     Result,
     Scene,
     Shape,
+    Stages,
     Start,
     Trees,
     place_logs,
@@ -101,9 +102,15 @@ def slid(
     start.state[-1, 2] = np.nan
     keep = np.ones(len(start.state), bool)
     rasters = Rasters.allocate(place, 1)
-    return start, slide(
-        place, start, fidelity, time_limit=time, rasters=rasters, keep_poses=keep, shape=shape, influences=True
-    )
+    stages = Stages()
+    result = slide(
+        place, start, fidelity, time_limit=time, rasters=rasters, keep_poses=keep, shape=shape, influences=True,
+        stages=stages,
+    )  # fmt: skip
+    latest = np.full(len(start.state), -1)
+    np.maximum.at(latest, stages.log, stages.stage)
+    slide(place, start, fidelity, time_limit=time, shape=shape, stages=stages, going_on=latest, until_reached=True)
+    return start, result
 
 
 def ends(*options) -> dict[str, int]:

@@ -39,13 +39,15 @@ def slide_once(
     rasters: Rasters | None = None,
     inside: NDArray[np.bool_] | None = None,
     influences: bool = False,
+    **more: Any,
 ) -> tuple[Result, list[str]]:
-    """Slide the logs as `slide_batch` does: all that the caller has of them."""
+    """Slide the logs as `slide_batch` does: all that the caller has of them; more : as the engine takes it."""
     if isinstance(logs, Logs) and not influences:
         return slide_batch(layers, Batch(logs, keep_poses, inside), fidelity, ask, report, rasters=rasters)
     # what is placed already, or asked what mattered to it, is slid here
     return _told(
-        layers, lambda: _slide_here(layers, logs, fidelity, ask, report, keep_poses, rasters, inside, influences)
+        layers,
+        lambda: _slide_here(layers, logs, fidelity, ask, report, keep_poses, rasters, inside, influences, **more),
     )
 
 
@@ -98,6 +100,7 @@ def _slide_here(
     rasters: Rasters | None,
     inside: NDArray[np.bool_] | None,
     influences: bool = False,
+    **more: Any,
 ) -> Result:
     return slide(
         layers.scene,
@@ -111,6 +114,7 @@ def _slide_here(
         report=report,
         shape=layers.shape,
         influences=influences,
+        **more,
     )
 
 

@@ -2,7 +2,8 @@
 
 The engine notes which obstacles mattered to a log, and from when (``deadwood_engine.influence``). Without one of them
 all other logs go the same way, bit for bit; and a log that had reached every line before the obstacle mattered reaches
-them without it. So for each obstacle the few logs that are left are slid again, in the scene without it. A candidate
+them without it. So for each obstacle the few logs that are left are slid again, in the scene without it, from a stage
+kept shortly before they came near it (``deadwood_engine.stages``), and until they have reached every line. A candidate
 that is not there yet has mattered to nobody: it may matter to logs whose axis came so near that it would have been
 listed, which their poses tell.
 """
@@ -30,7 +31,7 @@ from deadwood_algorithms.scene.sliding import reporter, slide_once, until_none_e
 from deadwood_algorithms.scene.window import read_released_scene, wider_scene
 from deadwood_algorithms.tool import Cancelled, Feedback, UserError
 from deadwood_algorithms.values.obstacles import Obstacle, owner_numbers
-from deadwood_engine import STOP_REASONS, Fidelity, Result, Start, place_logs
+from deadwood_engine import STOP_REASONS, Fidelity, Result, Stages, Start, place_logs
 from deadwood_engine.fidelity import trace_step
 from deadwood_engine.limits import NEAR_MARGIN
 from deadwood_engine.log_body import BASE_RADIUS
@@ -76,6 +77,7 @@ class Known:
     reach : (n, lines); done : [s] (n,) when the log had reached every line, infinite where it has not
     owner, log, since : of each obstacle and log to which it mattered, sorted by owner; since [s] from when
     energy : [mJ, whole, so that no order of adding matters] taken, by owner; held : logs, by owner
+    layers, stages : the scene in which it slid, and stages of the logs' ways there
     """
 
     reach: NDArray[np.bool_]
@@ -86,9 +88,11 @@ class Known:
     energy: dict[int, int]
     held: dict[int, int]
     result: Result
+    layers: SceneLayers
+    stages: Stages
 
     @staticmethod
-    def of(layers: SceneLayers, releases: Releases, result: Result) -> Known:
+    def of(layers: SceneLayers, releases: Releases, result: Result, stages: Stages) -> Known:
         touched = reached(layers.lines, {"reach": result.reach}, releases)
         times = layers.lines.first_time(result.reach_time)
         times[starts_inside(layers.lines, releases)] = -np.inf
@@ -97,7 +101,8 @@ class Known:
         order = np.argsort(owner, kind="stable")
         energy, held = taken_by(result), held_by(layers, result)
         done = np.where(touched, times, np.inf).max(axis=1)
-        return Known(touched, done, owner[order], told.log_row[order], told.time[order], energy, held, result)
+        owner, log, since = owner[order], told.log_row[order], told.time[order]
+        return Known(touched, done, owner, log, since, energy, held, result, layers, stages)
 
     def logs_to_slide(self, obstacle: Obstacle) -> NDArray[np.int64]:
         """The logs that could reach other lines without the obstacle."""
@@ -167,7 +172,7 @@ class Worth:
 
 def slide_known(question: Question, layers: SceneLayers, feedback: Feedback) -> tuple[Known, SceneLayers]:
     """The run once more, with notes of what mattered; and the scene on a window that holds it."""
-    n = len(question.releases)
+    n, stages = len(question.releases), Stages()
 
     def slide_all(on: SceneLayers) -> tuple[Result, list[str]]:
         return slide_once(
@@ -177,11 +182,12 @@ def slide_known(question: Question, layers: SceneLayers, feedback: Feedback) -> 
             question.ask,
             reporter(feedback, n, "sliding the run again"),
             influences=True,
+            stages=stages,
         )
 
     result, layers = until_none_escapes(layers, question.ask, slide_all, feedback)
     feedback.progress(n, n, "sliding the run again")
-    return Known.of(layers, question.releases, result), layers
+    return Known.of(layers, question.releases, result, stages), layers
 
 
 @dataclass(frozen=True)
@@ -236,9 +242,10 @@ class Again:
         gone = own if self.others is None else np.setdiff1d(self.others, own)
         placed, rows = self.start, task.rows
         start = Start(placed.frame[rows], placed.state[rows], placed.body[rows])
+        scene = without(self.layers, gone)
         result, sides = slide_once(
-            without(self.layers, gone), start, self.question.fidelity, self.question.ask,
-            lambda done: self.stop.is_set(),
+            scene, start, self.question.fidelity, self.question.ask, lambda done: self.stop.is_set(),
+            **self.shorter(scene, task),
         )  # fmt: skip
         releases = self.question.releases.take(task.rows)
         now = reached(self.layers.lines, {"reach": result.reach}, releases)
@@ -248,6 +255,23 @@ class Again:
             (before & ~now).sum(axis=0), (now & ~before).sum(axis=0), sum(held.get(each, 0) for each in own.tolist()),
             sum(energy.get(each, 0) for each in own.tolist()), sides,
         )  # fmt: skip
+
+    def shorter(self, scene: SceneLayers, task: Task) -> dict[str, Any]:
+        """How little of the logs' ways tells what they reach. Of candidates it is asked what they hold and take, too.
+
+        In a scene without any obstacle other rules hold for steps (``logs_to_slide``), and stages are of one window.
+        """
+        if self.others is not None:
+            return {}
+        lines = self.layers.lines
+        inside = starts_inside(lines, self.question.releases.take(task.rows))
+        # the lines along the window's sides are none that a log has to reach
+        aside = np.pad(inside[:, lines.item], ((0, 0), (0, len(self.layers.watched))), constant_values=True)
+        where = {"inside": aside, "until_reached": True}
+        if self.layers is not self.known.layers or is_bare(scene):
+            return where
+        stages = self.known.stages
+        return {**where, "stages": stages, "going_on": stages.before(task.rows, task.obstacle.owners)}
 
     def all(self, tasks: Sequence[Task], feedback: Feedback, what: str) -> Iterator[tuple[Task, Change]]:
         """Each task with its change, as they come; where logs come near the window's sides, again on a wider one."""
