@@ -16,7 +16,7 @@ from deadwood_engine.contacts import CONTACT
 
 @pytest.fixture(scope="session")
 def plain() -> Callable[[str], ModuleType]:
-    """``plain("step")`` is that file of a second engine whose kernels are not compiled; arrays and records are shared."""
+    """``plain("step")`` is that file of a second engine, whose kernels are not compiled; it takes the same arrays."""
     settings: Any = vars(numba)["config"]
     before = settings.DISABLE_JIT
     kept = {name: module for name, module in sys.modules.items() if name.split(".")[0] == "deadwood_engine"}

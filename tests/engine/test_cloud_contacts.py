@@ -23,7 +23,9 @@ def cloud():
 def scene():
     """Rough ground whose friction differs from cell to cell."""
     rng = np.random.default_rng(1)
-    return Scene.prepare(0.4 * rng.random((30, 30)), 1.0, 0.0, 0.0, friction=rng.uniform(0.2, 0.8, (30, 30)), reference=0.0)
+    return Scene.prepare(
+        0.4 * rng.random((30, 30)), 1.0, 0.0, 0.0, friction=rng.uniform(0.2, 0.8, (30, 30)), reference=0.0
+    )
 
 
 def body_at(height, seed=0, plan=(14.3, 15.2), velocity=(3.0, -2.0, -4.0), spin=(1.0, -2.0, 0.5)):
@@ -79,13 +81,15 @@ def test_every_point_that_would_be_below_the_ground_is_a_contact(plain, scene, c
 
 
 def test_over_the_border_the_rest_is_looked_at(plain, scene, cloud):
-    table, keys, whole, _ = found(plain, scene, cloud, body_at(0.3, plan=(0.2, 15.0), velocity=(0, 0, 0)))
+    table, _, whole, _ = found(plain, scene, cloud, body_at(0.3, plan=(0.2, 15.0), velocity=(0, 0, 0)))
     assert not whole
     assert 0 < len(table) < 26
     assert not found(plain, scene, cloud, body_at(9.0, plan=(-3.0, 15.0)))[2]
 
 
-@pytest.mark.parametrize(("height", "plan", "seed"), [(3.0, (14.3, 15.2), 0), (1.4, (8.1, 9.9), 1), (0.2, (8.1, 9.9), 1)])
+@pytest.mark.parametrize(
+    ("height", "plan", "seed"), [(3.0, (14.3, 15.2), 0), (1.4, (8.1, 9.9), 1), (0.2, (8.1, 9.9), 1)]
+)
 def test_clearance_is_that_of_the_lowest_point_along_the_normal(plain, scene, cloud, height, plan, seed):
     state = body_at(height, seed, plan)
     there = state[:3] + cloud.cloud.points @ matrix(state).T

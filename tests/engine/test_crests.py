@@ -76,7 +76,7 @@ def test_of_all_grid_lines_the_highest_is_found_or_where_the_cell_beside_it_is_h
         low, high = -rng.uniform(0.1, 1.0), rng.uniform(0.1, 1.0)
         crossings = [
             (line * CELL - p) / along for p, along in zip((px, py), way[:2], strict=True) if abs(along) >= ALONG_GRID
-            for line in range(0, 60) if low <= (line * CELL - p) / along <= high
+            for line in range(60) if low <= (line * CELL - p) / along <= high
         ]  # fmt: skip
         best = min(crossings, key=gap_at, default=math.inf)
         found_one = _highest(*ground[:1], CELL, *ground[1:], px, py, 0.15, *way, low, high, least)

@@ -33,7 +33,7 @@ def pushed(inertia, table, moment, state):
 
 def booked(table, state, fall):
     """Enter the relative velocities before the step's impulses; ``fall`` is what gravity adds before the node."""
-    velocity, spin = state[7:10] + (0.0, 0.0, fall), state[10:13]
+    velocity, spin = state[7:10] + np.array([0.0, 0.0, fall]), state[10:13]
     for c in table:
         point = velocity + np.cross(spin, [c.rx, c.ry, c.rz])
         for name in "ntu":
@@ -41,7 +41,7 @@ def booked(table, state, fall):
 
 
 def kinetic(inertia, state, fall=0.0):
-    v = state[7:10] + (0.0, 0.0, fall)
+    v = state[7:10] + np.array([0.0, 0.0, fall])
     return 0.5 * (v @ v + state[10:13] @ inertia @ state[10:13])
 
 

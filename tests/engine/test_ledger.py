@@ -12,7 +12,20 @@ from deadwood_engine import Scene, Trees
 from deadwood_engine.contacts import CONTACT, KEY_WIDTH, TERRAIN
 from deadwood_engine.cores import TREE
 from deadwood_engine.ledger import (
-    ANGLE, BLOW_X, BLOW_Z, ENERGY, FIRST, HEIGHT, HIT_WIDTH, ITEM, LAST, PLACE, SPEED, TAKEN, hits_of, note_pushes,
+    ANGLE,
+    BLOW_X,
+    BLOW_Z,
+    ENERGY,
+    FIRST,
+    HEIGHT,
+    HIT_WIDTH,
+    ITEM,
+    LAST,
+    PLACE,
+    SPEED,
+    TAKEN,
+    hits_of,
+    note_pushes,
 )  # fmt: skip
 from deadwood_engine.limits import HIT_PAUSE
 
@@ -50,7 +63,9 @@ def pushes(scene, hits, number, time, *contacts, velocity=(-6.0, 0.0, -FALL), st
 def test_a_pause_ends_a_hit_and_another_stem_is_another(scene):
     hits = np.zeros((9, HIT_WIDTH))
     number = pushes(scene, hits, 0, 1.0, (2, 3.0, -6.0, 0.0, 0.0))
-    number = pushes(scene, hits, number, 1.0 + 0.9 * HIT_PAUSE, (2, 1.0, -1.0, 0.0, 0.0), (3, 1.0, -1.0, 0.0, 0.0), step=2)
+    number = pushes(
+        scene, hits, number, 1.0 + 0.9 * HIT_PAUSE, (2, 1.0, -1.0, 0.0, 0.0), (3, 1.0, -1.0, 0.0, 0.0), step=2
+    )
     assert number == 2
     number = pushes(scene, hits, number, 1.0 + 1.8 * HIT_PAUSE, (2, 1.0, -1.0, 0.0, 0.0), step=3)
     assert number == 2  # it went on

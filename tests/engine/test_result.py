@@ -1,4 +1,4 @@
-"""What the kernels' columns become: places in the world, rows of the user's tables, joules, and nothing where nothing."""
+"""What the kernels' columns become: places in the world, rows of the user's tables, joules; nothing for nothing."""
 
 import numpy as np
 import pytest
@@ -18,9 +18,7 @@ ORIGIN = np.array([[2000.0 + 0.5 * (10 + 3), 1000.0 + 0.5 * (20 + 5), 64.0]])
 def told():
     """Four logs' last rows, made up: (result, summary, start, last states)."""
     rng = np.random.default_rng(2)
-    scene = Scene.prepare(
-        100.0 + np.zeros((9, 9)), 0.5, 2000.0, 1000.0, friction=0.3, first=(10, 20), reference=64.0
-    )
+    scene = Scene.prepare(100.0 + np.zeros((9, 9)), 0.5, 2000.0, 1000.0, friction=0.3, first=(10, 20), reference=64.0)
     scene = type(scene)(**{**vars(scene), "tree_count": 100, "lying_count": 30})
     start = Start(
         np.tile(np.array([[3, 5]]), (N, 1)), rng.normal(size=(N, 16)),
@@ -67,7 +65,9 @@ def test_items_are_rows_of_their_own_tables(told):
 def test_energy_has_the_mass_and_the_mean_needs_a_time(told):
     made, summary, start, _, _ = told
     assert made.energy_max == pytest.approx(summary["energy_max"] * start.body[:, MASS])
-    assert made.speed_mean == pytest.approx(np.array([summary["path"][0] / 5, 0.0, summary["path"][2] / 2, summary["path"][3] / 4]))
+    assert made.speed_mean == pytest.approx(
+        np.array([summary["path"][0] / 5, 0.0, summary["path"][2] / 2, summary["path"][3] / 4])
+    )
     assert np.array_equal(made.penetration_max, np.maximum(summary["penetration"], summary["overlap"]))
     assert np.array_equal(made.overlap_max, summary["overlap"])
     assert made.started_in_contact.tolist() == [False, True, False, True]
@@ -84,7 +84,17 @@ def test_a_line_that_was_not_reached_has_no_time(told):
 
 def test_every_column_that_is_told_by_its_name_is_that_column(told):
     made, summary, _, _, _ = told
-    names = ("path", "speed_max", "jump_max", "energy_error", "grip", "tree_hits", "barrier_hits", "unconverged", "steps")
+    names = (
+        "path",
+        "speed_max",
+        "jump_max",
+        "energy_error",
+        "grip",
+        "tree_hits",
+        "barrier_hits",
+        "unconverged",
+        "steps",
+    )
     for name in names:
         assert np.array_equal(getattr(made, name), summary[name]), name
     assert np.array_equal(made.residual_max, summary["residual"])

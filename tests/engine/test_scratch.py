@@ -53,7 +53,13 @@ def test_notes_have_room_where_they_are_asked_for():
 def test_records_are_named():
     """What kernels read as records are such in Python too, under the names that they have."""
     made = SimpleNamespace(**Scratch.allocate(8, 1, 1, None)._asdict())
-    for table, kind in ((made.way, WAY), (made.trial, POSE), (made.pose, POSE), (made.near, NEAR), (made.spare, CONTACT)):
+    for table, kind in (
+        (made.way, WAY),
+        (made.trial, POSE),
+        (made.pose, POSE),
+        (made.near, NEAR),
+        (made.spare, CONTACT),
+    ):
         assert table.dtype.fields == kind.fields
         assert isinstance(table, np.recarray)
         assert len(table) == 1
