@@ -31,7 +31,7 @@ def scene():
 def body_at(height, seed=0, plan=(14.3, 15.2), velocity=(3.0, -2.0, -4.0), spin=(1.0, -2.0, 0.5)):
     state = np.zeros(16)
     state[:3], state[7:10], state[10:13] = (*plan, height), velocity, spin
-    state[3:7] = np.roll(Rotation.random(random_state=seed).as_quat(), 1)
+    state[3:7] = np.random.default_rng(seed).normal(size=4)
     set_axis(state)
     return state
 

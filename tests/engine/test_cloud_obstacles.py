@@ -74,7 +74,7 @@ def test_beside_the_box_it_is_the_nearest_point(plain, scene):
     rng = np.random.default_rng(0)
     looked = 0
     for _ in range(150):
-        box = Box(plain, scene, Rotation.random(random_state=rng), rng.uniform(10.0, 20.0, 3))
+        box = Box(plain, scene, Rotation.from_quat(rng.normal(size=4)), rng.uniform(10.0, 20.0, 3))
         start, u, long = random_core(rng, box, False)
 
         def away(z, box=box, start=start, u=u):
@@ -115,7 +115,7 @@ def test_a_core_within_is_let_out_the_shortest_way_square_to_itself(plain, scene
     inside for long."""
     rng = np.random.default_rng(1)
     for _ in range(40):
-        box = Box(plain, scene, Rotation.random(random_state=rng), rng.uniform(10.0, 20.0, 3))
+        box = Box(plain, scene, Rotation.from_quat(rng.normal(size=4)), rng.uniform(10.0, 20.0, 3))
         start, u, long = random_core(rng, box, True)
         gaps, normals, points, _ = box.meets(start, u, long, 0.1)
         across = np.linalg.svd(u[None])[2][1:]
@@ -178,7 +178,7 @@ def test_corners_beyond_a_plate_are_pushed_back_to_the_middle_s_side(plain, scen
     rng = np.random.default_rng(2)
     behind = 0
     for _ in range(60):
-        box = Box(plain, scene, Rotation.random(random_state=rng), rng.uniform(14.0, 16.0, 3) - (0.0, 0.0, 10.0))
+        box = Box(plain, scene, Rotation.from_quat(rng.normal(size=4)), rng.uniform(14.0, 16.0, 3) - (0.0, 0.0, 10.0))
         plate = np.zeros(1, CORE).view(np.recarray)[0]
         turn, rise = rng.uniform(0.0, 2 * np.pi), rng.uniform(-0.3, 0.3)
         ahead = np.array([np.cos(turn), np.sin(turn), rise]) / np.hypot(1.0, rise)

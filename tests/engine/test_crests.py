@@ -29,7 +29,15 @@ def side_of(axis, taper):
 
 
 def found(terrain, centre, q, e, taper, low, high, gap):
-    return crest(terrain, 0, 0, *centre, *q, *e, RADIUS, taper, low, high, gap)
+    numbers = [0, 0, *centre, *q, *e, RADIUS, taper, low, high, gap]
+    return crest(terrain, *numbers)
+
+
+def beside(terrain, p, d, taper):
+    """The ground's gradient at p, and that of the plane that touches a side along d."""
+    height, *gradient = bilinear(terrain.heights, terrain.inverse_cell, 0, 0, *p)
+    numbers = [0, 0, *p, height, *gradient, *d, RADIUS, taper, 1.0]
+    return tuple(gradient), along_side(terrain, *numbers)
 
 
 @pytest.mark.parametrize("turn", [0.1, 0.7, 1.2, 2.5])
@@ -79,7 +87,8 @@ def test_of_all_grid_lines_the_highest_is_found_or_where_the_cell_beside_it_is_h
             for line in range(60) if low <= (line * CELL - p) / along <= high
         ]  # fmt: skip
         best = min(crossings, key=gap_at, default=math.inf)
-        found_one = _highest(*ground[:1], CELL, *ground[1:], px, py, 0.15, *way, low, high, least)
+        numbers = [1.0 / CELL, 0, 0, px, py, 0.15, *way, low, high, least]
+        found_one = _highest(terrain.heights, CELL, *numbers)
         gap, t, slope, family, _ = found_one
         if not crossings or gap_at(best) >= least:
             assert (gap, family) == (least, -1)
@@ -123,16 +132,15 @@ def test_on_a_flank_the_plane_is_tangent_to_the_cone(taper, turn):
     d = np.array([math.cos(turn), math.sin(turn), 0.05])
     d /= np.linalg.norm(d)
     p = np.array([15.2, 14.3])
-    height, gx, gy = bilinear(ridge.heights, ridge.inverse_cell, 0, 0, *p)
-    sx, sy = along_side(ridge, 0, 0, *p, height, gx, gy, *d, RADIUS, taper, 1.0)
+    (gx, gy), (sx, sy) = beside(ridge, p, d, taper)
     ground, normal = np.array([-gx, -gy, 1.0]), np.array([-sx, -sy, 1.0])
     assert normal @ d / np.linalg.norm(normal) == pytest.approx(taper / math.sqrt(1.0 + taper**2), abs=1e-12)
-    across = [each - (each @ d) * d for each in (ground, normal)]
-    assert np.cross(*across) == pytest.approx(np.zeros(3), abs=1e-12)
-    assert across[0] @ across[1] > 0.0
+    one, other = (each - (each @ d) * d for each in (ground, normal))
+    assert np.cross(one, other) == pytest.approx(np.zeros(3), abs=1e-12)
+    assert one @ other > 0.0
     plane = terrain_of(np.tile(-0.4 * (x - 15.0), (60, 1)))
-    height, gx, gy = bilinear(plane.heights, plane.inverse_cell, 0, 0, *p)
-    assert along_side(plane, 0, 0, *p, height, gx, gy, *d, RADIUS, taper, 1.0) == (gx, gy)
+    gradient, found_one = beside(plane, p, d, taper)
+    assert found_one == gradient
     wall = terrain_of(np.tile(-4.0 * np.abs(x - 15.0), (60, 1)))
-    height, gx, gy = bilinear(wall.heights, wall.inverse_cell, 0, 0, *p)
-    assert along_side(wall, 0, 0, *p, height, gx, gy, 1.0, 0.0, 0.0, RADIUS, taper, 1.0) == (gx, gy)
+    gradient, found_one = beside(wall, p, (1.0, 0.0, 0.0), taper)
+    assert found_one == gradient

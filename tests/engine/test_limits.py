@@ -28,7 +28,7 @@ def test_each_says_what_it_is():
     }  # fmt: skip
     for node in ast.parse(SOURCE).body:
         if isinstance(node, ast.Assign):
-            said = " ".join(comments.get(line, "") for line in range(node.lineno - 1, node.end_lineno + 1))
+            said = " ".join(comments.get(line, "") for line in range(node.lineno - 1, (node.end_lineno or 0) + 1))
             assert len(said.split()) >= 3, ast.unparse(node)
 
 

@@ -27,7 +27,7 @@ def told():
     state = rng.normal(size=(N, 16))
     state[:, 13:16] /= np.linalg.norm(state[:, 13:16], axis=1, keepdims=True)
     summary = np.zeros(N, SUMMARY).view(np.recarray)
-    for name in SUMMARY.names:
+    for name in SUMMARY.names or ():
         summary[name] = rng.integers(1, 50, N)
     summary["reason"] = [STOP_REASONS.index(name) for name in ("tree", "lying_log", "block", "rest")]
     summary["item_row"] = 7, 107, 137, -1

@@ -108,7 +108,7 @@ def end_of(plain, scene, state, *, stop=0, **fields):
     way.next_look = way.next_rocking = 99.0
     way.dt, way.before, way.speed = DT, DT, np.linalg.norm(state[7:10])
     for name, value in fields.items():
-        (summary if name in SUMMARY.names else way)[name] = value
+        (summary if name in (SUMMARY.names or ()) else way)[name] = value
     reason = plain("step").move_on(scene, FRAME, state, LOG, 9, SETTINGS, scratch, way, summary, told)
     return reason, way, summary
 
@@ -222,11 +222,11 @@ def test_a_step_without_contacts_is_airborne(plain, scene):
 def test_no_book_of_the_log_before_stays_open(plain, scene):
     """What ``begin`` leaves as it was is set in every step before it is read."""
     scratch, _ = memory(len(scene.cores.solid))
-    for name in WAY.names:
+    for name in WAY.names or ():
         scratch.way[0][name] = 77
     state, summary = flying(3), np.zeros(1, SUMMARY).view(np.recarray)[0]
     plain("step").begin(scene, FRAME, state, LOG, 9, SETTINGS, scratch, scratch.way[0], summary)
-    left = {name for name in WAY.names if scratch.way[0][name] == 77}
+    left = {name for name in WAY.names or () if scratch.way[0][name] == 77}
     assert left == {"dt", "kick", "fastest", "bend", "residual", "tolerance", "count"}
     assert summary.started_in_contact == 0.0
     assert summary.speed_max == pytest.approx(np.linalg.norm(state[7:10]))

@@ -15,7 +15,7 @@ def test_all_is_forgotten_but_where_the_list_was_made_for():
     """Nothing is listed, nothing sleeps, and nothing is said to be clear; the ends are renewed with the list."""
     near = np.ones(1, NEAR).view(np.recarray)[0]
     know_nothing(near)
-    told = {name: near[name].item() for name in NEAR.names}
+    told = {name: near[name].item() for name in NEAR.names or ()}
     assert {name for name, value in told.items() if value == 1} == {"base_x", "base_y", "tip_x", "tip_y"}
     assert told["thin"] == -1
     assert not told["listed"]
