@@ -32,12 +32,12 @@ def prepared(**more):
     return Scene.prepare(HEIGHTS, 1.0, 100.0, 200.0, friction=0.3, **(parts() | more))
 
 
-def listed(scene):
-    """(kind, owner) of all that a log over all of the scene would list, each once."""
+def listed(scene, base=(0.0, 0.0), tip=(39.0, 39.0), reach=60.0):
+    """(kind, owner) of all that a log would list, each once; by default of one over all of the scene."""
     cores = scene.arrays.cores
     number = len(cores.solid)
     rows, table = np.zeros(number + 1, np.int64), np.zeros(number + 1, cores.solid.dtype).view(np.recarray)
-    count = near(cores, np.zeros(2, np.int64), 1.0, rows, table, 0.0, 0.0, 39.0, 39.0, 60.0)
+    count = near(cores, np.zeros(2, np.int64), 1.0, rows, table, *base, *tip, reach)
     return {(int(cores.solid[row].kind), int(cores.solid[row].owner)) for row in rows[:count]}
 
 
@@ -110,6 +110,9 @@ def test_a_window_has_the_cores_where_they_are():
     whole = prepared(reference=640.0)
     window = Scene.prepare(HEIGHTS[3:, 8:], 1.0, 100.0, 200.0, friction=0.3, first=(8, 3), reference=640.0, **parts())
     assert window.trees_outside.tolist() == [0, 2]  # the first tree stands west of it
+    assert (TREE, 1) in listed(whole, (10.0, 5.0), (11.0, 5.0), 1.0)
+    assert (TREE, 1) in listed(window, (2.0, 2.0), (3.0, 2.0), 1.0)
+    assert (TREE, 1) not in listed(window, (10.0, 5.0), (11.0, 5.0), 1.0)
     for name in ("x", "y", "z"):
         shift = {"x": (0, 8), "y": (1, 3)}.get(name)
         for kind in (TREE, BLOCK):
