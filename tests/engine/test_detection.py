@@ -33,7 +33,7 @@ def scene_of(*kinds):
         )
         parts["blocks"] = Blocks(np.array([45.0]), np.array([45.0]), np.array([1.5]), np.array([1.0]))
     if "far" in kinds:  # first out of the list's margin, then across the way
-        parts["barriers"] = Barriers(np.array([[21.0, 1.0], [21.0, 59.0]]), np.array([0, 2]), np.array([5.0]))
+        parts["trees"] = Trees(np.full(116, 23.0), np.arange(1.0, 59.0, 0.5), np.full(116, 0.4), np.full(116, 9.0))
     heights = 0.3 * rng.random((int(2 * SIZE), int(2 * SIZE)))
     return Scene.prepare(heights, 0.5, 0.0, 0.0, friction=0.4, reference=0.0, **parts)
 
@@ -69,7 +69,7 @@ def told(scratch, count):
 def test_what_is_known_to_be_far_is_not_missed(plain, seed, kind):
     """A log that remembers where it need not look, beside one that knows nothing at any pose: the same contacts."""
     find = plain("detection").find_contacts
-    scene, rows = scene_of(kind), 80
+    scene, rows = scene_of(kind), 130
     knowing, fresh = (Scratch.allocate(STATIONS, rows, 1, None) for _ in range(2))
     know_nothing(knowing.near[0])
     frame, path, contacts, slept, blind = np.zeros(2, np.int64), 0.0, 0, 0, 0

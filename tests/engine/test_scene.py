@@ -112,6 +112,8 @@ def test_a_window_has_the_cores_where_they_are():
     assert window.trees_outside.tolist() == [0, 2]  # the first tree stands west of it
     assert (TREE, 1) in listed(whole, (10.0, 5.0), (11.0, 5.0), 1.0)
     assert (TREE, 1) in listed(window, (2.0, 2.0), (3.0, 2.0), 1.0)
+    assert (BLOCK, 5) in listed(whole, (15.0, 30.0), (15.5, 30.0), 1.0)
+    assert (BLOCK, 5) in listed(window, (7.0, 27.0), (7.5, 27.0), 1.0)
     assert (TREE, 1) not in listed(window, (10.0, 5.0), (11.0, 5.0), 1.0)
     for name in ("x", "y", "z"):
         shift = {"x": (0, 8), "y": (1, 3)}.get(name)
