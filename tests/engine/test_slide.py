@@ -43,6 +43,22 @@ def test_every_log_is_that_of_a_run_of_its_own(scene, threads):
         assert same(run(scene, logs=logs(number).take(np.arange(number) == row)), together, of=[row])
 
 
+def test_hits_and_notes_are_those_of_their_own_log(scene):
+    """Several logs of one call hit stems: their rows lie one behind the other, and come apart again."""
+    number = 2 * LOGS_A_CALL
+    together = run(scene, number, influences=True)
+    several = [row for row in range(number) if (together.hits.log_row == row).any()]
+    assert len(several) > 8
+    for row in several[::4]:
+        alone = run(scene, logs=logs(number).take(np.arange(number) == row), influences=True)
+        for name in ("item", "time", "impulse", "place", "energy_taken"):
+            of_all = getattr(together.hits, name)[together.hits.log_row == row]
+            assert np.array_equal(of_all, getattr(alone.hits, name)), name
+        for name in ("item", "time"):
+            of_all = getattr(together.influences, name)[together.influences.log_row == row]
+            assert np.array_equal(of_all, getattr(alone.influences, name)), name
+
+
 def test_what_is_placed_is_left_as_it_was(scene):
     start = place_logs(scene, logs(6))
     state = start.state.copy()
