@@ -208,27 +208,29 @@ def core_contacts(cloud, scene, frame, scratch, count, state, key, start, u, lon
             at = u[0] * (a[0] - start[0]) + u[1] * (a[1] - start[1]) + u[2] * (a[2] - start[2])
             low, high = max(0.0, min(at, at + along)), min(long, max(at, at + along))
     if high > low:
+        before = count
         for part in range(2):
-            z = low if part == 0 else high
-            q = point(start, z, u)
+            at = low if part == 0 else high
+            q = point(start, at, u)
             if face >= 0:
                 away = _height_over(cloud, scratch, face, q)
                 side = n
             else:
                 a, b = scratch.corners[cloud.edges[edge, 0]], scratch.corners[cloud.edges[edge, 1]]
                 d = (b[0] - a[0], b[1] - a[1], b[2] - a[2])
-                share = (z - (u[0] * (a[0] - start[0]) + u[1] * (a[1] - start[1]) + u[2] * (a[2] - start[2]))) / dot(
+                share = (at - (u[0] * (a[0] - start[0]) + u[1] * (a[1] - start[1]) + u[2] * (a[2] - start[2]))) / dot(
                     d, u
                 )
                 r = point(point((a[0], a[1], a[2]), share, d), -1.0, q)
                 away = math.sqrt(dot(r, r))
                 side = (r[0] / away, r[1] / away, r[2] / away) if away > 0.0 else n
-            if away - wide - slope * z < 0.0:
+            if away - wide - slope * at < 0.0:
                 count = touch_cloud(
                     terrain, frame, scratch, count, state, (key[0], key[1], key[2] + part),
-                    point(q, away, side), side, away - wide - slope * z, step,
+                    point(q, away, side), side, away - wide - slope * at, step,
                 )  # fmt: skip
-        return count, travel
+        if count > before:  # else they cross between the two, a few degrees askew
+            return count, travel
     if 0.0 < z < long:
         # a stem's own taper leans the normal
         scale = 1.0 / math.sqrt(1.0 + slope * slope)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .limits import FLAT, LEAST_THICKNESS
+from .limits import FLAT, LEAST_THICKNESS, SAME_FACE
 
 Array = NDArray[np.float64]
 
@@ -157,7 +157,7 @@ def _merged(points: Array, triangles: NDArray[np.int64], size: float) -> Hull:
             corners = triangles[stack.pop()].tolist()
             for k in range(3):
                 other = side[corners[(k + 1) % 3], corners[k]]
-                if other in pending and np.abs(points[triangles[other]] @ normal - offset).max() <= 1e3 * FLAT * size:
+                if other in pending and np.abs(points[triangles[other]] @ normal - offset).max() <= SAME_FACE * size:
                     pending.remove(other)
                     group.append(other)
                     stack.append(other)

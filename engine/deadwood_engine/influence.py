@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from .compiled import kernel
 from .cores import BARRIER
-from .limits import NEAR_MARGIN
+from .limits import NEAR_MARGIN, SAFE
 
 Array = NDArray[np.float64]
 
@@ -38,7 +38,6 @@ NOTE = np.dtype([("core", "i8"), ("time", "f8"), ("stage", "i8")])
 # how many stages are kept, and how many notes there were when the last one was
 NOW, NOTED, SETTLED, STAGES, KEPT = range(5)
 BOOK_WIDTH = 5
-SAFE = 1.0 - 1e-6  # [-] of a distance: more than what a path's sum of many steps loses by rounding
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ from .cores import BARRIER
 from .detection import contacts_at, find_contacts, lowest_gap, owner_of
 from .energy import impulse_work, take_no_energy
 from .grid_index import insert_sorted
-from .influence import NOW, SAFE, copy_notes, note, note_all, note_step, open_notes
+from .influence import NOW, copy_notes, note, note_all, note_step, open_notes
 from .ledger import note_pushes
 from .limits import (
     AT_ONCE,
@@ -38,6 +38,7 @@ from .limits import (
     REST_TRAVEL,
     REST_WINDOW,
     ROCKING_WINDOW,
+    SAFE,
     SHORTEST_STEP,
     WILD_SPEED,
 )
