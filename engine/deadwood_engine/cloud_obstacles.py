@@ -19,7 +19,7 @@ from .cloud_contacts import AHEAD, touch_cloud
 from .compiled import kernel
 from .contacts import Ahead
 from .cores import BARRIER, TREE, skin_of
-from .limits import BEHIND, CORE_APART, FACE_ALIGNED, FLAT_TOLERANCE, OBSTACLE_TRAVEL, POST_LENGTH
+from .limits import ASKEW, BEHIND, CORE_APART, FACE_ALIGNED, FLAT_TOLERANCE, OBSTACLE_TRAVEL, POST_LENGTH
 from .log_body import REACH
 from .vectors import axes_nearest, cross, dot, point
 
@@ -198,7 +198,6 @@ def core_contacts(cloud, scene, frame, scratch, count, state, key, start, u, lon
             face, most = k, aligned
     low, high = 1.0, 0.0
     if face >= 0:
-        n = (-scratch.normals[face, 0], -scratch.normals[face, 1], -scratch.normals[face, 2])
         low, high = _clip_to_face(cloud, scratch, face, start, u, 0.0, long)
     elif edge >= 0:
         a, b = scratch.corners[cloud.edges[edge, 0]], scratch.corners[cloud.edges[edge, 1]]
@@ -208,13 +207,13 @@ def core_contacts(cloud, scene, frame, scratch, count, state, key, start, u, lon
             at = u[0] * (a[0] - start[0]) + u[1] * (a[1] - start[1]) + u[2] * (a[2] - start[2])
             low, high = max(0.0, min(at, at + along)), min(long, max(at, at + along))
     if high > low:
-        before = count
+        deepest = 0.0
         for part in range(2):
             at = low if part == 0 else high
             q = point(start, at, u)
             if face >= 0:
                 away = _height_over(cloud, scratch, face, q)
-                side = n
+                side = (-scratch.normals[face, 0], -scratch.normals[face, 1], -scratch.normals[face, 2])
             else:
                 a, b = scratch.corners[cloud.edges[edge, 0]], scratch.corners[cloud.edges[edge, 1]]
                 d = (b[0] - a[0], b[1] - a[1], b[2] - a[2])
@@ -224,13 +223,15 @@ def core_contacts(cloud, scene, frame, scratch, count, state, key, start, u, lon
                 r = point(point((a[0], a[1], a[2]), share, d), -1.0, q)
                 away = math.sqrt(dot(r, r))
                 side = (r[0] / away, r[1] / away, r[2] / away) if away > 0.0 else n
+            deepest = min(deepest, away - wide - slope * at)
             if away - wide - slope * at < 0.0:
                 count = touch_cloud(
                     terrain, frame, scratch, count, state, (key[0], key[1], key[2] + part),
                     point(q, away, side), side, away - wide - slope * at, step,
                 )  # fmt: skip
-        if count > before:  # else they cross between the two, a few degrees askew
+        if gap > deepest - ASKEW:  # else they cross between the two, a few degrees askew
             return count, travel
+        key = (key[0], key[1], -1 - key[2])
     if 0.0 < z < long:
         # a stem's own taper leans the normal
         scale = 1.0 / math.sqrt(1.0 + slope * slope)

@@ -109,6 +109,7 @@ CLOUD_TURN = 0.05  # [rad] in a step at most: half its sine is a false resistanc
 TURN = 0.2  # [rad] an asymmetric body turns at most so far in one composed step of its free rotation
 MIDPOINT_ITERATIONS = 50  # of the implicit midpoint rule's fixed point; it contracts by about 0.05
 MIDPOINT_ACCURACY = 1e-16  # [-]
+ASKEW = 1e-3  # [m] by which an edge is deeper in a core where they cross than at the ends of what they share
 FACE_ALIGNED = 0.9986  # [-] cosine of 3 degrees: a face or edge so near to an obstacle's core lies along it
 CORE_BELOW = 3.0  # [m] a stem goes on below the ground, at most, for what comes from the side of a steep slope
 

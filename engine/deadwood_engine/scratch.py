@@ -40,8 +40,8 @@ class Settings(NamedTuple):
     tree_restitution: float
     barrier_friction: float
     barrier_restitution: float
-    stage_steps: int  # from one kept stage to the next; 0: none is kept
-    until_reached: bool  # a log ends when it has touched every line
+    stage_steps: int = 0  # from one kept stage to the next; 0: none is kept
+    until_reached: bool = False  # a log ends when it has touched every line
 
 
 class Scratch(NamedTuple):

@@ -11,7 +11,15 @@ from deadwood_engine.fidelity import fidelity_with, station_spacing, trace_step
 def test_each_is_at_least_as_fine_as_the_one_before():
     assert list(FIDELITIES) == ["draft", "standard", "fine", "reference"]
     for coarse, fine in pairwise(FIDELITIES.values()):
-        names = "time_step", "travel_cells", "station_spacing", "spacing_cells", "tolerance", "trace_cells", "coarse_cells"
+        names = (
+            "time_step",
+            "travel_cells",
+            "station_spacing",
+            "spacing_cells",
+            "tolerance",
+            "trace_cells",
+            "coarse_cells",
+        )
         for name in names:
             assert getattr(fine, name) <= getattr(coarse, name), name
         assert fine.sweeps >= coarse.sweeps
