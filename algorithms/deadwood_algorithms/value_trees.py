@@ -73,7 +73,7 @@ class Ask:
         "Logs to ask with (default: all of the run)",
         default=None,
         minimum=1,
-        help="An even draw, where all would take too long: in a forest some ten times as long as the logs slid.",
+        help="An even draw, where all would take too long: in a forest some seven times as long as the logs slid.",
     )
     seed: int = tool.seed()
     threads: int | None = tool.integer("Threads (default: every core)", default=None, minimum=1, advanced=True)

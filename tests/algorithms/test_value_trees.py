@@ -15,7 +15,9 @@ from slope_case import EAST, NORTH, Case, layer, points, write_layer
 
 from deadwood_algorithms import value_trees
 from deadwood_algorithms.numbers.statistics import paired_interval
+from deadwood_algorithms.scene import reach, read, window
 from deadwood_algorithms.tool import UserError
+from deadwood_algorithms.values import worth
 
 LINES = ["road", "house"]
 
@@ -167,6 +169,40 @@ def test_threads_change_no_byte(full, tmp_path):
     for threads in (1, 3):
         value_trees.TOOL(run=str(full), output=str(tmp_path / f"{threads}.gpkg"), threads=threads)
     assert (tmp_path / "1.gpkg").read_bytes() == (tmp_path / "3.gpkg").read_bytes()
+
+
+def both_ways(run: Path, folder: Path, monkeypatch, feedback: Any = None, **more: Any) -> float:
+    """The same bytes, whether logs go on from stages or from their release; returns the share that had a stage."""
+    whole, used = worth.Again.shorter, []
+
+    def from_release(self, scene, task):
+        found = whole(self, scene, task)
+        used.append(found["going_on"] >= 0)
+        assert found["until_reached"]
+        return {}
+
+    value_trees.TOOL(feedback=feedback, run=str(run), output=str(folder / "short.gpkg"), **more)
+    with monkeypatch.context() as changed:
+        changed.setattr(worth.Again, "shorter", from_release)
+        value_trees.TOOL(run=str(run), output=str(folder / "long.gpkg"), **more)
+    assert (folder / "short.gpkg").read_bytes() == (folder / "long.gpkg").read_bytes()
+    return float(np.concatenate(used).mean())
+
+
+def test_going_on_from_stages_changes_no_byte(full, valued, tmp_path, monkeypatch):
+    """All kinds of things, and stands."""
+    assert both_ways(full, tmp_path, monkeypatch, stands=str(full.parent / "stands.gpkg")) > 0.5
+
+
+def test_nor_does_it_in_a_window_that_grows(case, said, tmp_path, monkeypatch):
+    monkeypatch.setattr(reach, "BLOCK_CELLS", 8)
+    monkeypatch.setattr(window, "WHOLE_CELLS", 100)
+    monkeypatch.setattr(read, "WHOLE_CELLS", 100)
+    monkeypatch.setattr(window, "SLOPE_LEAST", 20.0)
+    monkeypatch.setattr(window, "SLOPE_MOST", 20.0)
+    run = case.run(output=str(tmp_path / "run"), lines=case.lines, trees=case.trees)
+    assert both_ways(run, tmp_path, monkeypatch, said) > 0.5
+    assert any("is read wider" in each for each in said.notes)
 
 
 @pytest.mark.parametrize("trees", [True, False])

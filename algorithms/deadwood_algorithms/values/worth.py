@@ -237,16 +237,23 @@ class Again:
         self.layers = layers
         self.start = place_logs(layers.scene, self.question.releases.logs, layers.shape, layers.threads)
 
-    def slide(self, task: Task) -> Change:
+    def missing(self, task: Task) -> NDArray[np.int64]:
         own = task.obstacle.owners
-        gone = own if self.others is None else np.setdiff1d(self.others, own)
-        placed, rows = self.start, task.rows
-        start = Start(placed.frame[rows], placed.state[rows], placed.body[rows])
-        scene = without(self.layers, gone)
+        return own if self.others is None else np.setdiff1d(self.others, own)
+
+    def placed(self, rows: NDArray[np.int64]) -> Start:
+        return Start(self.start.frame[rows], self.start.state[rows], self.start.body[rows])
+
+    def slide(self, task: Task) -> Change:
+        scene = without(self.layers, self.missing(task))
         result, sides = slide_once(
-            scene, start, self.question.fidelity, self.question.ask, lambda done: self.stop.is_set(),
-            **self.shorter(scene, task),
+            scene, self.placed(task.rows), self.question.fidelity,
+            self.question.ask, lambda done: self.stop.is_set(), **self.shorter(scene, task),
         )  # fmt: skip
+        return self.change_of(task, result, sides)
+
+    def change_of(self, task: Task, result: Result, sides: list[str]) -> Change:
+        own = task.obstacle.owners
         releases = self.question.releases.take(task.rows)
         now = reached(self.layers.lines, {"reach": result.reach}, releases)
         before = self.known.reach[task.rows]
