@@ -108,7 +108,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     heights = class_bounds(ask.height_m, "--height-m", BARRIER_M)
     with output_folder(ask.output, ask.overwrite) as folder:
         source = read_run(ask.run, feedback=feedback)
-        question, layers, rows = asked_again(source, ask.lines, ask.logs, ask.seed, ask.threads, feedback)
+        question, layers, rows = asked_again(source, ask.lines, ask.logs, ask.seed, {"threads": ask.threads}, feedback)
         found, layers = candidates_of(ask, question, layers, above, lengths, heights, feedback)
         if len(found) > MANY:
             feedback.warn(f"{len(found)} candidates are slid, each alone; fewer are sooner done")

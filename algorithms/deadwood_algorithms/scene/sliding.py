@@ -41,12 +41,8 @@ def slide_once(
     influences: bool = False,
 ) -> tuple[Result, list[str]]:
     """Slide the logs as `slide_batch` does: all that the caller has of them."""
-    if isinstance(logs, Logs) and not influences:
-        return slide_batch(layers, Batch(logs, keep_poses, inside), fidelity, ask, report, rasters=rasters)
-    # what is placed already, or asked what mattered to it, is slid here
-    return _told(
-        layers, lambda: _slide_here(layers, logs, fidelity, ask, report, keep_poses, rasters, inside, influences)
-    )
+    batch = Batch(logs, keep_poses, inside)
+    return slide_batch(layers, batch, fidelity, ask, report, rasters=rasters, influences=influences)
 
 
 def slide_batch(
@@ -58,6 +54,7 @@ def slide_batch(
     *,
     rasters: Rasters | None = None,
     later: Iterable[Batch] = (),
+    influences: bool = False,
 ) -> tuple[Result, list[str]]:
     """Slide the logs as ``ask`` says (laws of contact, limits, where), on the window that there is.
 
@@ -65,7 +62,7 @@ def slide_batch(
     log came too near to: where there are any, neither the result nor what was drawn on the rasters may be used.
 
     ``later`` are the batches that will be asked for next, with which the workers of a scheduler may begin while a slow
-    log keeps this one waiting.
+    log keeps this one waiting. With ``influences`` the result tells what mattered to each log.
 
     Raises
     ------
@@ -75,11 +72,11 @@ def slide_batch(
 
     def anywhere() -> Result:
         with workers_of(ask.scheduler, ask.workers, threads_of(ask.threads), Quiet()) as workers:
-            if workers and len(batch.logs):
+            if workers and len(batch):
                 bands = rasters.workers[0].band if rasters else None
-                sliding = Sliding(_name_of(ask), layers.scene, layers.shape, fidelity, _laws_of(ask), bands)
+                sliding = Sliding(_name_of(ask), layers.scene, layers.shape, fidelity, _laws_of(ask), bands, influences)
                 return workers.slide(sliding, batch, later, rasters, report)
-            return _slide_here(layers, batch.logs, fidelity, ask, report, batch.keep, rasters, batch.inside)
+            return _slide_here(layers, batch, fidelity, ask, report, rasters, influences)
 
     return _told(layers, anywhere)
 
@@ -90,24 +87,22 @@ def _laws_of(ask: ReleasedScene) -> dict[str, Any]:
 
 def _slide_here(
     layers: SceneLayers,
-    logs: Logs | Start,
+    batch: Batch,
     fidelity: Fidelity,
     ask: ReleasedScene,
     report: Callable[[int], bool],
-    keep_poses: NDArray[np.bool_] | None,
     rasters: Rasters | None,
-    inside: NDArray[np.bool_] | None,
-    influences: bool = False,
+    influences: bool,
 ) -> Result:
     return slide(
         layers.scene,
-        logs,
+        batch.logs,
         fidelity,
         **_laws_of(ask),
         threads=layers.threads,
-        keep_poses=keep_poses,
+        keep_poses=batch.keep,
         rasters=rasters,
-        inside=inside,
+        inside=batch.inside,
         report=report,
         shape=layers.shape,
         influences=influences,

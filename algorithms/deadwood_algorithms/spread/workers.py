@@ -79,7 +79,7 @@ class _Job:
 
     @property
     def total(self) -> int:
-        return len(self.batch.logs)
+        return len(self.batch)
 
 
 @dataclass
@@ -198,14 +198,17 @@ class Workers:
         """The batch as a job: the one that was begun ahead, or a new one."""
         sent = self._sent_scene(sliding)
         digest = hashlib.sha256(sent.digest.encode())
-        digest.update(json.dumps([sliding.name, *sliding.fidelity, sliding.laws, batch.first], sort_keys=True).encode())
+        said = [sliding.name, *sliding.fidelity, sliding.laws, sliding.influences, batch.first]
+        said.append([(number, missing.tolist()) for number, missing in batch.missing])
+        digest.update(json.dumps(said, sort_keys=True).encode())
         for each in (*vars(batch.logs).values(), batch.keep, batch.inside, sliding.bands):
             digest.update(b"none" if each is None else np.ascontiguousarray(each).tobytes())
         name = digest.hexdigest()
         if name in self._jobs:
             return self._jobs[name]
         # Placed here: the sines and cosines of whole arrays are the numpy of one processor's, not of another's
-        start = place_logs(sliding.scene, batch.logs, sliding.shape)
+        logs = batch.logs
+        start = logs if isinstance(logs, Start) else place_logs(sliding.scene, logs, sliding.shape)
         return _Job(name, batch, sliding, sent, start)
 
     def _sent_scene(self, sliding: Sliding) -> _Sent:
@@ -367,6 +370,8 @@ class Workers:
             "fidelity": [float(each) for each in sliding.fidelity],
             "laws": sliding.laws,
             "rasters": sliding.bands is not None,
+            "influences": sliding.influences,
+            "missing": missing_in(batch, rows),
         }
         arrays = [
             job.start.frame[rows],
@@ -444,6 +449,17 @@ class Workers:
         self._pace = self._pace[0] + result.cost["cpu_s"], self._pace[1] + number
 
 
+def missing_in(batch: Batch, rows: slice) -> list[tuple[int, list[int]]]:
+    """As ``Batch.missing``, of some rows of it."""
+    first, found = 0, []
+    for number, missing in batch.missing:
+        mine = min(first + number, rows.stop) - max(first, rows.start)
+        if mine > 0:
+            found.append((mine, missing.tolist()))
+        first += number
+    return found
+
+
 def piece_size(left: int, threads: int, each_s: float | None) -> int:
     """How many logs go out next, of so many that are left, where one takes so long [s], if that is known.
 
@@ -465,5 +481,5 @@ def _gone_for_a_while() -> tuple[type[Exception], ...]:
 
 
 def _is_same(one: Sliding, other: Sliding) -> bool:
-    mine, yours = ((each.name, tuple(each.fidelity), each.laws) for each in (one, other))
+    mine, yours = ((each.name, tuple(each.fidelity), each.laws, each.influences) for each in (one, other))
     return one.scene is other.scene and one.shape is other.shape and mine == yours

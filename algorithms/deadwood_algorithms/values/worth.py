@@ -26,8 +26,11 @@ from deadwood_algorithms.runs.folder import Run
 from deadwood_algorithms.scene.read import SceneLayers
 from deadwood_algorithms.scene.released_scene import ReleasedScene
 from deadwood_algorithms.scene.releases import Releases, reached, starts_inside
-from deadwood_algorithms.scene.sliding import reporter, slide_once, until_none_escapes
+from deadwood_algorithms.scene.sliding import reporter, slide_batch, slide_once, until_none_escapes
 from deadwood_algorithms.scene.window import read_released_scene, wider_scene
+from deadwood_algorithms.spread.batch import Batch
+from deadwood_algorithms.spread.joined import rows_of
+from deadwood_algorithms.spread.piece import without as scene_without
 from deadwood_algorithms.tool import Cancelled, Feedback, UserError
 from deadwood_algorithms.values.obstacles import Obstacle, owner_numbers
 from deadwood_engine import STOP_REASONS, Fidelity, Result, Start, place_logs
@@ -54,13 +57,15 @@ class Question:
 
 
 def asked_again(
-    source: Run, lines: str | None, logs: int | None, seed: int, threads: int | None, feedback: Feedback
+    source: Run, lines: str | None, logs: int | None, seed: int, where: dict[str, Any], feedback: Feedback
 ) -> tuple[Question, SceneLayers, NDArray[np.int64]]:
     """What a run asked, of other lines if they are given, with an even draw of so many of its logs if not with all.
 
+    where : ``threads``, ``scheduler``, ``workers``
+
     Also returns the scene as it was read, and the logs' rows in the run's deposits.
     """
-    changes = {"threads": threads} | ({"lines": lines} if lines else {})
+    changes = where | ({"lines": lines} if lines else {})
     scene = question_of(source, **changes)
     if not scene.lines:
         raise UserError(f"{source.path}: the run watched no lines; --lines names some")
@@ -212,10 +217,14 @@ def tasks_of(obstacles: Sequence[Obstacle], rows: Iterable[NDArray[np.int64]]) -
     ]
 
 
-def without(layers: SceneLayers, gone: Any) -> SceneLayers:
+def without(layers: SceneLayers, missing: NDArray[np.int64]) -> SceneLayers:
     """The scene without these obstacles, slid by one thread."""
-    scene = layers.scene.without(barriers=-1 - gone[gone < 0], others=gone[gone >= 0])
-    return replace(layers, scene=scene, threads=1)
+    return replace(layers, scene=scene_without(layers.scene, missing), threads=1)
+
+
+def _cuts(ends: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Where to cut a row of tasks, of which each ends at so many logs, into parts of about ``CHUNK`` logs."""
+    return np.flatnonzero(np.diff(ends // CHUNK)) + 1
 
 
 class Again:
@@ -231,15 +240,22 @@ class Again:
         self.layers = layers
         self.start = place_logs(layers.scene, self.question.releases.logs, layers.shape, layers.threads)
 
-    def slide(self, task: Task) -> Change:
+    def missing(self, task: Task) -> NDArray[np.int64]:
         own = task.obstacle.owners
-        gone = own if self.others is None else np.setdiff1d(self.others, own)
-        placed, rows = self.start, task.rows
-        start = Start(placed.frame[rows], placed.state[rows], placed.body[rows])
+        return own if self.others is None else np.setdiff1d(self.others, own)
+
+    def placed(self, rows: NDArray[np.int64]) -> Start:
+        return Start(self.start.frame[rows], self.start.state[rows], self.start.body[rows])
+
+    def slide(self, task: Task) -> Change:
         result, sides = slide_once(
-            without(self.layers, gone), start, self.question.fidelity, self.question.ask,
-            lambda done: self.stop.is_set(),
+            without(self.layers, self.missing(task)), self.placed(task.rows), self.question.fidelity,
+            self.question.ask, lambda done: self.stop.is_set(),
         )  # fmt: skip
+        return self.change_of(task, result, sides)
+
+    def change_of(self, task: Task, result: Result, sides: list[str]) -> Change:
+        own = task.obstacle.owners
         releases = self.question.releases.take(task.rows)
         now = reached(self.layers.lines, {"reach": result.reach}, releases)
         before = self.known.reach[task.rows]
@@ -255,7 +271,8 @@ class Again:
         left = list(tasks)
         while left:
             again, sides = [], set()
-            for task, change in self._together(left, feedback):
+            together = self._on_workers if self.question.ask.scheduler else self._together
+            for task, change in together(left, feedback):
                 feedback.progress(done, total, what)
                 if change.sides:
                     again.append(task)
@@ -270,6 +287,28 @@ class Again:
 
     def widened(self, sides: list[str], feedback: Feedback) -> SceneLayers:
         return wider_scene(self.question.ask, self.layers, sides, feedback)
+
+    def _on_workers(self, tasks: list[Task], feedback: Feedback) -> Iterator[tuple[Task, Change]]:
+        """On the workers of a scheduler: so many logs at a time that few results lie here, the next begun meanwhile."""
+        ends = np.cumsum([task.rows.size for task in tasks])
+        parts = [[tasks[k] for k in group] for group in np.split(np.arange(len(tasks)), _cuts(ends))]
+        firsts = np.cumsum([0, *(sum(task.rows.size for task in part) for part in parts)])
+
+        def batch(k: int) -> Batch:
+            rows = np.concatenate([task.rows for task in parts[k]])
+            missing = [(task.rows.size, self.missing(task)) for task in parts[k]]
+            return Batch(self.placed(rows), first=int(firsts[k]), goal=int(firsts[-1]), missing=missing)
+
+        for k, part in enumerate(parts):
+            result, sides = slide_batch(
+                self.layers, batch(k), self.question.fidelity, self.question.ask,
+                lambda done: feedback.cancelled(), later=(batch(j) for j in range(k + 1, len(parts))),
+            )  # fmt: skip
+            first = 0
+            for task in part:
+                last = first + task.rows.size
+                yield task, self.change_of(task, rows_of(result, first, last), sides)
+                first = last
 
     def _together(self, tasks: list[Task], feedback: Feedback) -> Iterator[tuple[Task, Change]]:
         waiting = iter(tasks)

@@ -8,14 +8,17 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import geopandas as gpd
 import numpy as np
 import pytest
+import shapely
 from slope_case import Case, assert_same_bytes, points, summary, write_layer
 
-from deadwood_algorithms import calibrate_friction, compare_fidelity, slide_logs
+from deadwood_algorithms import calibrate_friction, compare_fidelity, slide_logs, value_trees, vary
 from deadwood_algorithms.scene import reach, read, window
 from deadwood_algorithms.spread import scheduler, workers
 from deadwood_algorithms.tool import Cancelled, Quiet, UserError
+from deadwood_algorithms.values import worth
 
 STARTED = 2  # workers
 
@@ -162,6 +165,44 @@ def test_calibrate_friction(case, tmp_path):
     on_workers(
         calibrate_friction, "calibration.csv", {k: v for k, v in values.items() if k != "trajectories"}, tmp_path
     )
+
+
+def test_vary(case, tmp_path):
+    values = case.values(vary="friction=0.15:0.3,rolling_friction", design="ends", time_limit=5.0, output=None)
+    values |= case.everything()
+    del values["trajectories"]
+    on_workers(vary, "runs.csv", values, tmp_path)
+    on_workers(vary, "tornado.csv", {**values, "overwrite": True}, tmp_path)
+
+
+@pytest.mark.parametrize("chunk", [4096, 7])
+def test_value_trees(case, tmp_path, monkeypatch, chunk):
+    """All kinds of obstacles and candidates; where pieces, chunks and obstacles end has nothing to do with each other."""
+    monkeypatch.setattr(worth, "CHUNK", chunk)
+    monkeypatch.setattr(workers, "MOST_A_PIECE", 5)
+    lying = write_layer(tmp_path / "lying.gpkg", [shapely.LineString([(18, 50), (30, 51)])], diameter_cm=[60.0])
+    run = case.run(output=str(tmp_path / "run"), lying_logs=lying, **case.everything())
+    spots = points((20.0, 50.0), (30.0, 60.0), (33.0, 45.0))
+    plant = write_layer(tmp_path / "plant.gpkg", spots, dbh_cm=[80.0, 60.0, 60.0], height_m=[25.0, 1.3, 2.0])
+    found = []
+    for name, where in (("alone", {}), ("spread", {"scheduler": "local", "workers": 2})):
+        value_trees.TOOL(run=str(run), plant=plant, output=str(tmp_path / f"{name}.gpkg"), **where)
+        found.append((tmp_path / f"{name}.gpkg").read_bytes())
+    assert found[0] == found[1]
+    assert (gpd.read_file(tmp_path / "spread.gpkg", layer="values")["gain_logs"] != 0).any()
+
+
+def test_value_trees_in_a_window_that_grows(case, said, tmp_path, monkeypatch):
+    run = case.run(output=str(tmp_path / "run"), trees=case.trees, lines=case.lines)
+    value_trees.TOOL(run=str(run), output=str(tmp_path / "alone.gpkg"))
+    monkeypatch.setattr(reach, "BLOCK_CELLS", 8)
+    monkeypatch.setattr(window, "WHOLE_CELLS", 100)
+    monkeypatch.setattr(read, "WHOLE_CELLS", 100)
+    monkeypatch.setattr(window, "SLOPE_LEAST", 20.0)
+    monkeypatch.setattr(window, "SLOPE_MOST", 20.0)
+    value_trees.TOOL(said, run=str(run), output=str(tmp_path / "spread.gpkg"), scheduler="local", workers=2)
+    assert any("is read wider" in each for each in said.notes)
+    assert (tmp_path / "alone.gpkg").read_bytes() == (tmp_path / "spread.gpkg").read_bytes()
 
 
 def test_tools_within_one_another_share_their_workers(said):
