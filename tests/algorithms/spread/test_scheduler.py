@@ -193,14 +193,15 @@ def test_value_trees(case, tmp_path, monkeypatch, chunk):
 
 
 def test_value_trees_in_a_window_that_grows(case, said, tmp_path, monkeypatch):
+    monkeypatch.setattr(read, "WHOLE_CELLS", 100)  # heights are counted from zero in every window
     run = case.run(output=str(tmp_path / "run"), trees=case.trees, lines=case.lines)
     value_trees.TOOL(run=str(run), output=str(tmp_path / "alone.gpkg"))
     monkeypatch.setattr(reach, "BLOCK_CELLS", 8)
     monkeypatch.setattr(window, "WHOLE_CELLS", 100)
-    monkeypatch.setattr(read, "WHOLE_CELLS", 100)
     monkeypatch.setattr(window, "SLOPE_LEAST", 20.0)
     monkeypatch.setattr(window, "SLOPE_MOST", 20.0)
-    value_trees.TOOL(said, run=str(run), output=str(tmp_path / "spread.gpkg"), scheduler="local", workers=2)
+    spread = {"output": str(tmp_path / "spread.gpkg"), "scheduler": "local", "workers": 2}
+    value_trees.TOOL(feedback=said, run=str(run), **spread)
     assert any("is read wider" in each for each in said.notes)
     assert (tmp_path / "alone.gpkg").read_bytes() == (tmp_path / "spread.gpkg").read_bytes()
 

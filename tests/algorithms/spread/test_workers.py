@@ -110,7 +110,8 @@ def test_value_trees_loses_nothing_with_a_worker(case, alone, site, tmp_path, mo
     value_trees.TOOL(run=str(alone), output=str(tmp_path / "alone.gpkg"))
     victim, other = site.worker(), site.worker()
     watcher = Watcher(lambda: site.kill(victim), what="sliding without each of")
-    value_trees.TOOL(watcher, run=str(alone), output=str(tmp_path / "spread.gpkg"), scheduler=site.address, workers=2)
+    spread = {"output": str(tmp_path / "spread.gpkg"), "scheduler": site.address, "workers": 2}
+    value_trees.TOOL(feedback=watcher, run=str(alone), **spread)
     assert watcher.acted
     assert watcher.heard("is gone") == 1
     assert (tmp_path / "alone.gpkg").read_bytes() == (tmp_path / "spread.gpkg").read_bytes()
