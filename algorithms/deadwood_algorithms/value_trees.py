@@ -108,7 +108,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
         load_kernels(layers.shape, feedback)
         frames: dict[str, Any] = {}
-        with workers_for(question.ask, feedback):
+        with workers_for(question.ask, feedback, f"{TOOL.name}-{Path(ask.output).stem}"):
             known, layers = slide_known(question, layers, feedback)
             refuse_other_ends(source, rows, known.result)
             if things := [*obstacles_of(layers), *stands_of(stands, layers)]:

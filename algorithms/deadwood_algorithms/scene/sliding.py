@@ -22,9 +22,14 @@ Found = TypeVar("Found")
 
 
 @contextmanager
-def workers_for(ask: ReleasedScene, feedback: Feedback) -> Iterator[None]:
-    """Keeps the workers of ``--scheduler`` for all that is slid within; tools may stand within one another."""
-    with workers_of(ask.scheduler, ask.workers, threads_of(ask.threads), feedback):
+def workers_for(ask: ReleasedScene, feedback: Feedback, name: str = "") -> Iterator[None]:
+    """Keeps the workers of ``--scheduler`` for all that is slid within; tools may stand within one another.
+
+    name : what a scheduler's page shows, where ``ask`` is not the tool's own
+    """
+    with workers_of(ask.scheduler, ask.workers, threads_of(ask.threads), feedback) as workers:
+        if workers and name:
+            workers.name = name
         yield
 
 

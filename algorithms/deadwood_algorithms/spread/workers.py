@@ -24,6 +24,7 @@ from deadwood_algorithms.spread import piece as on_worker
 from deadwood_algorithms.spread.batch import Batch, Sliding
 from deadwood_algorithms.spread.joined import joined_results
 from deadwood_algorithms.spread.packed import block_of, digest_of_block, from_block
+from deadwood_algorithms.spread.scheduler import NobodySlides
 from deadwood_algorithms.spread.sparse import add_sparse
 from deadwood_algorithms.tool import VERSION, Feedback, UserError, engine_digest
 from deadwood_engine import Interrupted, Rasters, Result, Scene, Shape, Start, place_logs
@@ -114,6 +115,7 @@ class Workers:
 
     def __init__(self, client: Any, where: str, feedback: Feedback, *, wanted: int = 1) -> None:
         self.client, self.where, self.feedback, self.wanted = client, where, feedback, wanted
+        self.name = ""  # on the scheduler's page, of what is slid; else that of the sliding
         self.carried = Carried()
         self._good: dict[str, int] = {}  # threads by address
         self._refused: dict[str, str] = {}
@@ -150,13 +152,14 @@ class Workers:
             self._drop_all_but(sliding)
             self._jobs[job.digest] = job
             ahead = iter(later)
-            while job.done < job.total:
-                if report(job.done):
+            while True:
+                if report(job.done):  # also of what was done ahead
                     raise Interrupted
+                if job.done == job.total:
+                    break
                 self._meet(job.sent)
                 self._give_out(job, sliding, ahead)
                 self._take_in(0.2)
-            report(job.done)
         except BaseException:
             self.drop()
             raise
@@ -263,7 +266,7 @@ class Workers:
             except (OSError, TimeoutError):
                 pass
             if time.monotonic() - since > LOST_S or self.client.status in ("closed", "closing"):
-                raise UserError(f"--scheduler {self.where}: the scheduler is lost; start it again")
+                raise NobodySlides(f"--scheduler {self.where}: the scheduler is lost; start it again")
             time.sleep(0.2)
 
     def _judge(self, address: str, threads: int, future: Any) -> None:
@@ -338,7 +341,7 @@ class Workers:
             self.wanted = 1
             return
         why = next(iter(self._refused.values()), "none has come; start one: dask worker ADDRESS-OF-THE-SCHEDULER")
-        raise UserError(f"--scheduler {self.where}: no worker can be used: {why}")
+        raise NobodySlides(f"--scheduler {self.where}: no worker can be used: {why}")
 
     def _next_piece(self, job: _Job, sliding: Sliding, ahead: Iterator[Batch], threads: int) -> _Piece | None:
         """Of the job, then of those begun ahead, then of a new one."""
@@ -390,7 +393,7 @@ class Workers:
             order,
             scene,
             large,
-            key=f"{sliding.name}-{piece.words} ({job.digest[:16]}{attempt})",
+            key=f"{self.name or sliding.name}-{piece.words} ({job.digest[:16]}{attempt})",
             workers=sorted(ready),
             allow_other_workers=False,
             pure=False,
