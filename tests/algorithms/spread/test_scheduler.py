@@ -72,18 +72,24 @@ def test_in_chunks_of_few_logs(case, said, tmp_path, monkeypatch):
     assert scheduler._open == {}
 
 
-def test_pieces_have_names_for_readers_of_the_dashboard(case, tmp_path, monkeypatch):
-    """Which of them the scheduler adds up as one kind of work: what comes before the logs."""
-    from dask.utils import key_split
-
-    names: list[str] = []
+@pytest.fixture
+def names(monkeypatch) -> list[str]:
+    """Of all pieces that are sent in the test."""
+    found: list[str] = []
     plain = workers.Workers._send
 
     def send(self, piece, ready) -> None:
         plain(self, piece, ready)
-        names.append(piece.future.key)
+        found.append(piece.future.key)
 
     monkeypatch.setattr(workers.Workers, "_send", send)
+    return found
+
+
+def test_pieces_have_names_for_readers_of_the_dashboard(case, tmp_path, names):
+    """Which of them the scheduler adds up as one kind of work: what comes before the logs."""
+    from dask.utils import key_split
+
     case.run(output=str(tmp_path / "valley"), scheduler="local", workers=2, time_limit=1.0)
     found = [re.fullmatch(r"slide-logs-valley-logs (\d+) to (\d+) \([0-9a-f]{16}\)", each) for each in names]
     spans = sorted((int(each[1]), int(each[2])) for each in found if each)
@@ -186,7 +192,7 @@ def test_vary(case, tmp_path):
 
 
 @pytest.mark.parametrize("chunk", [4096, 7])
-def test_value_trees(case, tmp_path, monkeypatch, chunk):
+def test_value_trees(case, tmp_path, monkeypatch, names, chunk):
     """All kinds of obstacles and candidates, however pieces, chunks and obstacles end."""
     monkeypatch.setattr(worth, "CHUNK", chunk)
     monkeypatch.setattr(workers, "MOST_A_PIECE", 5)
@@ -200,6 +206,7 @@ def test_value_trees(case, tmp_path, monkeypatch, chunk):
         found.append((tmp_path / f"{name}.gpkg").read_bytes())
     assert found[0] == found[1]
     assert (gpd.read_file(tmp_path / "spread.gpkg", layer="values")["gain_logs"] != 0).any()
+    assert {each.partition(" ")[0] for each in names} == {"value-trees-spread-logs"}
 
 
 def test_value_trees_in_a_window_that_grows(case, said, tmp_path, monkeypatch):
@@ -216,7 +223,7 @@ def test_value_trees_in_a_window_that_grows(case, said, tmp_path, monkeypatch):
     assert (tmp_path / "alone.gpkg").read_bytes() == (tmp_path / "spread.gpkg").read_bytes()
 
 
-def test_site_barriers(case, tmp_path, monkeypatch):
+def test_site_barriers(case, tmp_path, monkeypatch, names):
     """What is begun ahead, or of a scene with another barrier, is never taken for what was asked."""
     monkeypatch.setattr(workers, "MOST_A_PIECE", 5)
     run = case.run(output=str(tmp_path / "run"), trees=case.trees, lines=case.lines, barriers=case.barriers)
@@ -229,6 +236,7 @@ def test_site_barriers(case, tmp_path, monkeypatch):
     for name in ("pareto.csv", "barriers.gpkg", "barriers.png", "summary.json"):
         assert folders[0].joinpath(name).read_bytes() == folders[1].joinpath(name).read_bytes(), name
     assert (pd.read_csv(folders[0] / "pareto.csv")["gain_logs"] != 0).any()
+    assert {each.partition(" ")[0] for each in names} == {"site-barriers-spread-logs"}
 
 
 def test_site_barriers_at_contours_in_a_window_that_grows(case, said, tmp_path, monkeypatch):
