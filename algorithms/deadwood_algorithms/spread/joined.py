@@ -43,7 +43,7 @@ def joined_results(pieces: Sequence[Result]) -> Result:
     )
 
 
-def rows_of(result: Result, first: int, last: int) -> Result:
+def rows_of_result(result: Result, first: int, last: int) -> Result:
     """The result of the logs from row first to before last; the cost is that of all."""
 
     def behind(table: Any) -> Any:

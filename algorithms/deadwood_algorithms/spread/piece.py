@@ -94,7 +94,7 @@ def slide_piece(order: bytes, block: bytes, large: Sequence[NDArray]) -> bytes:
         rows = slice(first, first + number)
         found.append(
             slide(
-                without(scene, np.array(missing, np.int64)) if missing else scene,
+                scene_without(scene, np.array(missing, np.int64)) if missing else scene,
                 Start(frame[rows], state[rows], body[rows]),
                 Fidelity(*facts["fidelity"]),
                 **facts["laws"],
@@ -116,7 +116,7 @@ def slide_piece(order: bytes, block: bytes, large: Sequence[NDArray]) -> bytes:
     return block_of({"of": digest_of_block(order), "result": said, "cells": list(cells)}, [*arrays, *cells.values()])
 
 
-def without(scene: Scene, missing: Any) -> Scene:
+def scene_without(scene: Scene, missing: Any) -> Scene:
     """The scene without some obstacles; barrier b counts as -1 - b, others as ``Scene.without`` numbers them."""
     return scene.without(barriers=-1 - missing[missing < 0], others=missing[missing >= 0])
 

@@ -29,8 +29,8 @@ from deadwood_algorithms.scene.releases import Releases, reached, starts_inside
 from deadwood_algorithms.scene.sliding import reporter, slide_batch, slide_once, until_none_escapes
 from deadwood_algorithms.scene.window import read_released_scene, wider_scene
 from deadwood_algorithms.spread.batch import Batch
-from deadwood_algorithms.spread.joined import rows_of
-from deadwood_algorithms.spread.piece import without as scene_without
+from deadwood_algorithms.spread.joined import rows_of_result
+from deadwood_algorithms.spread.piece import scene_without
 from deadwood_algorithms.tool import Cancelled, Feedback, UserError
 from deadwood_algorithms.values.obstacles import Obstacle, owner_numbers
 from deadwood_engine import STOP_REASONS, Fidelity, Result, Start, place_logs
@@ -307,7 +307,7 @@ class Again:
             first = 0
             for task in part:
                 last = first + task.rows.size
-                yield task, self.change_of(task, rows_of(result, first, last), sides)
+                yield task, self.change_of(task, rows_of_result(result, first, last), sides)
                 first = last
 
     def _together(self, tasks: list[Task], feedback: Feedback) -> Iterator[tuple[Task, Change]]:

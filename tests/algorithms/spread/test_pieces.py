@@ -9,7 +9,7 @@ import pytest
 
 from deadwood_algorithms.spread import piece
 from deadwood_algorithms.spread.batch import Batch
-from deadwood_algorithms.spread.joined import joined_results, rows_of
+from deadwood_algorithms.spread.joined import joined_results, rows_of_result
 from deadwood_algorithms.spread.packed import block_of, digest_of_block, from_block, taken_apart
 from deadwood_algorithms.spread.sparse import add_sparse
 from deadwood_algorithms.spread.workers import missing_in
@@ -72,7 +72,7 @@ def test_pieces_come_to_the_whole(cut):
         assert values.tobytes() == found.totals()[name].tobytes(), name
     one: list[np.ndarray] = []
     other: list[np.ndarray] = []
-    again = joined_results([rows_of(result, first, last) for first, last in pairwise(cut)])
+    again = joined_results([rows_of_result(result, first, last) for first, last in pairwise(cut)])
     assert again.influences.log_row.tolist() == result.influences.log_row.tolist()
     assert again.poses.position.tobytes() == result.poses.position.tobytes()
     joined = joined_results(pieces)
@@ -92,7 +92,8 @@ def test_logs_that_miss_obstacles_slide_without_them():
     wanted, first = [], 0
     for number, missing in runs:
         some = Start(start.frame[first:], start.state[first:], start.body[first:])
-        wanted.append(slide(piece.without(scene, np.array(missing)), some, FIDELITIES["draft"], **LAWS, threads=1))
+        fewer = piece.scene_without(scene, np.array(missing))
+        wanted.append(slide(fewer, some, FIDELITIES["draft"], **LAWS, threads=1))
         first += number
     for rows in (slice(0, NUMBER), slice(3, 7), slice(5, 6)):
         cut = missing_in(Batch(start, missing=[(n, np.array(each)) for n, each in runs]), rows)
