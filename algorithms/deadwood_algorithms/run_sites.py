@@ -21,7 +21,8 @@ do not add up (compare-scenarios). `--report` adds a page of the first 12 sites.
 
 A site that fails is told in one line, the others are finished; the exit status is then 2. An interrupted run goes on
 with --resume, also in the middle of a site; so does one with failures, once they are mended: what is finished and
-unchanged is not slid again. Each site is the run that slide-logs would make of it, and the same bits.
+unchanged is not slid again. Each site is the run that slide-logs would make of it, and the same bits. With --scheduler
+all sites share its workers: they are started, or waited for, once.
 """
 
 from __future__ import annotations
@@ -81,8 +82,11 @@ class Ask(slide_logs.Ask):
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
+    from deadwood_algorithms.scene.sliding import workers_for
+
     refuse_unclear(ask)
-    return plan_of_sites(ask, feedback) if ask.plan else all_sites(ask, feedback)
+    with workers_for(ask, feedback):
+        return plan_of_sites(ask, feedback) if ask.plan else all_sites(ask, feedback)
 
 
 def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
@@ -91,6 +95,7 @@ def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.runs.folder import MANIFEST, name_finally, write_json
     from deadwood_algorithms.scene.warm_up import load_kernels
     from deadwood_algorithms.sites.progress import SitesFolder
+    from deadwood_algorithms.spread.scheduler import NobodySlides
 
     final = Path(ask.output)
     goes_on = ask.resume and SitesFolder.is_of(ask.output)
@@ -102,8 +107,10 @@ def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
             load_kernels(None, feedback)
             for number, site in enumerate(sites, start=1):
                 found.append(slide_site(ask, site, work, OneOfSites(feedback, site.name, number, len(sites))))
-        except (Cancelled, KeyboardInterrupt) as error:
+        except (Cancelled, KeyboardInterrupt, NobodySlides) as error:
             feedback.note(f"{len(found)} finished sites are kept in {work.path}; --resume goes on from there")
+            if isinstance(error, NobodySlides):  # no site could be slid any more
+                raise
             raise Cancelled from error
         work.bring_to(folder, [each.name for each in found if not each.failed])
         name_finally(folder, work.path, final)
@@ -189,6 +196,7 @@ def values_of(ask: Ask, site: AskedSite) -> dict[str, Any]:
 def slide_site(ask: Ask, site: AskedSite, work: SitesFolder, feedback: OneOfSites) -> SiteFound:
     """The site's run, or its failure in one line; what is there and unchanged is not slid again."""
     from deadwood_algorithms.sites.overview import found_of_failure, found_of_run
+    from deadwood_algorithms.spread.scheduler import NobodySlides
 
     values, place = values_of(ask, site), work.sites / site.name
     try:
@@ -197,7 +205,7 @@ def slide_site(ask: Ask, site: AskedSite, work: SitesFolder, feedback: OneOfSite
         if not work.begin(site.name, slide_logs.TOOL, values, feedback.feedback):
             slide_logs.TOOL(feedback=feedback, **values, output=str(place), resume=True)
         return found_of_run(site.name, place)
-    except (Cancelled, KeyboardInterrupt):
+    except (Cancelled, KeyboardInterrupt, NobodySlides):
         raise
     except UserError as error:
         message = str(error)
@@ -211,6 +219,7 @@ def slide_site(ask: Ask, site: AskedSite, work: SitesFolder, feedback: OneOfSite
 def plan_of_sites(ask: Ask, feedback: Feedback) -> Outcome:
     """What all sites would take, from pilots of some of them, evenly spread."""
     from deadwood_algorithms.runs.forecast import facts_of_forecast, refuse_too_large, together, words_of_forecast
+    from deadwood_algorithms.spread.scheduler import NobodySlides
 
     with tempfile.TemporaryDirectory(prefix="deadwood-plan-") as folder:
         sites = read_sites(ask, Path(folder) / "releases", feedback)
@@ -225,6 +234,8 @@ def plan_of_sites(ask: Ask, feedback: Feedback) -> Outcome:
                     raise UserError(sites[k].fault)
                 given = values_of(ask, sites[k]) | {"plan": True, "plan_logs": logs, "plan_workers": ask.plan_workers}
                 plans[k] = dict(slide_logs.TOOL(feedback=said, **given, output=ask.output).facts)
+            except NobodySlides:
+                raise
             except UserError as error:
                 said.warn(str(error))
         if not plans:

@@ -80,6 +80,8 @@ class Ask:
     )
     seed: int = tool.seed()
     threads: int | None = tool.integer("Threads (default: every core)", default=None, minimum=1, advanced=True)
+    scheduler: str | None = tool.scheduler()
+    workers: int | None = tool.workers()
     output: str = tool.output_folder(
         "Folder of table, layer and map", parts=(TABLE, f"{LAYER}|layername=barriers", PICTURE, FACTS)
     )
@@ -96,6 +98,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.numbers.statistics import reach_record
     from deadwood_algorithms.runs.again import refuse_other_ends
     from deadwood_algorithms.runs.folder import read_run, write_json
+    from deadwood_algorithms.scene.sliding import workers_for
     from deadwood_algorithms.scene.warm_up import load_kernels
     from deadwood_algorithms.schemas import BARRIER_M
     from deadwood_algorithms.values.picture import draw
@@ -108,19 +111,21 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     heights = class_bounds(ask.height_m, "--height-m", BARRIER_M)
     with output_folder(ask.output, ask.overwrite) as folder:
         source = read_run(ask.run, feedback=feedback)
-        question, layers, rows = asked_again(source, ask.lines, ask.logs, ask.seed, ask.threads, feedback)
-        found, layers = candidates_of(ask, question, layers, above, lengths, heights, feedback)
-        if len(found) > MANY:
-            feedback.warn(f"{len(found)} candidates are slid, each alone; fewer are sooner done")
-        load_kernels(layers.shape, feedback)
-        siting = Siting(question, layers, found, feedback)
-        now, result = siting.slide(np.arange(rows.size), (), "sliding the run again")
-        refuse_other_ends(source, rows, result)
-        if not now.any_line.any():
-            raise UserError(f"{ask.run}: no log of the run reaches a line; there is nothing to keep away")
-        siting.slid = 0
-        alone = list(trials_alone(siting, now))
-        steps, why = choose(siting, now, alone, ask.count, feedback)
+        where = {"threads": ask.threads, "scheduler": ask.scheduler, "workers": ask.workers}
+        question, layers, rows = asked_again(source, ask.lines, ask.logs, ask.seed, where, feedback)
+        with workers_for(question.ask, feedback, f"{TOOL.name}-{Path(ask.output).name}"):
+            found, layers = candidates_of(ask, question, layers, above, lengths, heights, feedback)
+            if len(found) > MANY:
+                feedback.warn(f"{len(found)} candidates are slid, each alone; fewer are sooner done")
+            load_kernels(layers.shape, feedback)
+            siting = Siting(question, layers, found, feedback)
+            now, result = siting.slide(np.arange(rows.size), (), "sliding the run again")
+            refuse_other_ends(source, rows, result)
+            if not now.any_line.any():
+                raise UserError(f"{ask.run}: no log of the run reaches a line; there is nothing to keep away")
+            siting.slid = 0
+            alone = list(trials_alone(siting, now))
+            steps, why = choose(siting, now, alone, ask.count, feedback)
         table = pandas.DataFrame(rows_of(siting, now, alone, steps))
         write_csv(folder / TABLE, table)
         frame = layer_of(siting, layers, now, steps)

@@ -175,6 +175,26 @@ def seed() -> Any:
     return integer("Seed of the random draws", default=0, minimum=0, maximum=2**63 - 1)
 
 
+def scheduler() -> Any:
+    return text(
+        "Where to slide: local, or the address of a Dask scheduler",
+        default=None,
+        advanced=True,
+        help="local starts processes on this machine, tcp://HOST:PORT names a running scheduler, whose workers then "
+        "slide the logs; the results are the same bytes. Default: threads of this process.",
+    )
+
+
+def workers() -> Any:
+    return integer(
+        "With --scheduler: workers started (local) or waited for",
+        default=None,
+        minimum=1,
+        advanced=True,
+        help="Default: one for each core (local), or one.",
+    )
+
+
 @dataclass(frozen=True)
 class Outcome:
     """What a tool leaves: its outputs by parameter name, and the few facts worth a line on the terminal."""

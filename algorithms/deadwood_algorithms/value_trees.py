@@ -77,6 +77,8 @@ class Ask:
     )
     seed: int = tool.seed()
     threads: int | None = tool.integer("Threads (default: every core)", default=None, minimum=1, advanced=True)
+    scheduler: str | None = tool.scheduler()
+    workers: int | None = tool.workers()
     output: str = tool.output_vector("What each tree, lying log, barrier and stand is worth")
     overwrite: bool = tool.overwrite()
 
@@ -86,6 +88,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.runs.again import refuse_other_ends
     from deadwood_algorithms.runs.folder import read_run
+    from deadwood_algorithms.scene.sliding import workers_for
     from deadwood_algorithms.scene.warm_up import load_kernels
     from deadwood_algorithms.values.obstacles import obstacles_of, read_candidates, read_stand_areas, stands_of
     from deadwood_algorithms.values.worth import asked_again, slide_known
@@ -93,7 +96,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     inputs = [ask.lines, ask.stands, ask.plant, ask.plant_lying]
     with output_path(ask.output, ask.overwrite, suffix=".gpkg", inputs=inputs) as path:
         source = read_run(ask.run, feedback=feedback)
-        question, layers, rows = asked_again(source, ask.lines, ask.logs, ask.seed, ask.threads, feedback)
+        where = {"threads": ask.threads, "scheduler": ask.scheduler, "workers": ask.workers}
+        question, layers, rows = asked_again(source, ask.lines, ask.logs, ask.seed, where, feedback)
         # what is wrong with the layers is said before the logs slide
         stands = read_stand_areas(ask.stands, layers, feedback) if ask.stands else []
         could = read_candidates(ask.plant, ask.plant_lying, layers, question.ask.lying_diameter_cm, feedback)
@@ -103,15 +107,16 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             )
 
         load_kernels(layers.shape, feedback)
-        known, layers = slide_known(question, layers, feedback)
-        refuse_other_ends(source, rows, known.result)
         frames: dict[str, Any] = {}
-        if things := [*obstacles_of(layers), *stands_of(stands, layers)]:
-            found = value(question, layers, known, things, feedback)
-            frames["values"] = frame_of(found, layers, "n_reach_without", +1)
-        if len(could):
-            found = value_planted(question, layers, known, could, feedback)
-            frames["planted"] = frame_of(found, layers, "n_reach_with", -1)
+        with workers_for(question.ask, feedback, f"{TOOL.name}-{Path(ask.output).stem}"):
+            known, layers = slide_known(question, layers, feedback)
+            refuse_other_ends(source, rows, known.result)
+            if things := [*obstacles_of(layers), *stands_of(stands, layers)]:
+                found = value(question, layers, known, things, feedback)
+                frames["values"] = frame_of(found, layers, "n_reach_without", +1)
+            if len(could):
+                found = value_planted(question, layers, known, could, feedback)
+                frames["planted"] = frame_of(found, layers, "n_reach_with", -1)
         write_vector(path, frames)
     facts = {name: frame.drop(columns="geometry").to_dict("records") for name, frame in frames.items()}
     return Outcome({"output": Path(ask.output)}, facts, lines_of(frames))

@@ -109,6 +109,7 @@ class Ask(ReleasedScene):
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.outputs import output_folder
     from deadwood_algorithms.runs.work_folder import WorkFolder
+    from deadwood_algorithms.scene.sliding import workers_for
     from deadwood_algorithms.scene.warm_up import load_kernels
     from deadwood_algorithms.scene.window import read_released_scene
     from deadwood_algorithms.variation.design import cube, places_at_ends, rows_of_design
@@ -133,7 +134,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         feedback.note(f"{len(places)} runs of {len(logs)} logs: {len(places) * len(logs)} logs are slid")
         work = WorkFolder(ask.output, identity(ask, layers, releases, places), resume=ask.resume, feedback=feedback)
         load_kernels(layers.shape, feedback)
-        slid = slide_places(places, ask, ask.fidelity, ask.dem_noise_length_m, layers, logs, work, feedback)
+        with workers_for(ask, feedback):
+            slid = slide_places(places, ask, ask.fidelity, ask.dem_noise_length_m, layers, logs, work, feedback)
         measured, answers = evaluate(ask, factors, slid, layers, logs, feedback)
         facts = write(folder, ask, factors, places, slid, measured, answers, layers)
     work.remove()

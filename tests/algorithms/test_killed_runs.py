@@ -83,13 +83,15 @@ def test_a_killed_run_is_resumed_to_the_same_bytes(case, start, whole, tmp_path,
     resume_and_compare(case, undisturbed, tmp_path, monkeypatch, what)
 
 
-def resume_and_compare(case: Case, undisturbed: Path, folder: Path, monkeypatch, what: str) -> None:
+def resume_and_compare(
+    case: Case, undisturbed: Path, folder: Path, monkeypatch, what: str, scheduler: str | None = None
+) -> None:
     if (folder / "run").exists():  # it was too late to disturb anything
         assert_same_bytes(undisturbed, folder / "run")
         return
     monkeypatch.setattr(slide_logs, "CHUNK", 4)
     monkeypatch.setattr(slide_logs, "CHECKPOINT_S", 0.0)
-    case.run(output=str(folder / "run"), resume=True, **case.everything())
+    case.run(output=str(folder / "run"), resume=True, scheduler=scheduler, **case.everything())
     assert_same_bytes(undisturbed, folder / "run")
     assert [each.name for each in folder.iterdir()] == ["run"], what
 
@@ -103,7 +105,9 @@ def site(tmp_path_factory) -> Iterator[Site]:
     assert all(each.poll() is not None for each in made.started)
 
 
-def test_a_killed_run_on_workers_is_resumed_without_them(case, start, whole, site, tmp_path, monkeypatch, dask_kill):
+def test_a_killed_run_on_workers_is_resumed_with_or_without_them(
+    case, start, whole, site, tmp_path, monkeypatch, dask_kill
+):
     undisturbed, moments = whole
     rng = random.Random(1000 + dask_kill)
     name = SIGNALS[dask_kill % len(SIGNALS)]
@@ -112,7 +116,9 @@ def test_a_killed_run_on_workers_is_resumed_without_them(case, start, whole, sit
     what = f"{name} {delay_s} s after moment {moment} of {moments}: {ran.returncode}, {ran.stderr}"
     assert ran.returncode in ((-signal.SIGKILL, 0) if name == "SIGKILL" else (130, 0)), what
     assert "Traceback" not in ran.stderr, what
-    resume_and_compare(case, undisturbed, tmp_path, monkeypatch, what)
+    resume_and_compare(
+        case, undisturbed, tmp_path, monkeypatch, what, scheduler=site.address if dask_kill % 2 else None
+    )
 
 
 def test_a_run_does_not_notice_a_killed_worker(start, whole, site, tmp_path, dask_kill):

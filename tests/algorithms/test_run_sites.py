@@ -6,7 +6,7 @@ import json
 import random
 import signal
 import subprocess
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import shapely
+from dask_processes import Site
 from killed_run import met_run
 from slope_case import RASTERS, Case, assert_same_run, bands, layer, points, raster, summary, write_dem, write_layer
 
@@ -340,19 +341,46 @@ def whole(case, start) -> tuple[Path, int]:
     return folder / "run", int(ran.stdout.split("moments: ")[1].split()[0])
 
 
+@pytest.fixture(scope="module")
+def site(tmp_path_factory) -> Iterator[Site]:
+    made = Site(tmp_path_factory.mktemp("site"))
+    made.worker()
+    yield made
+    made.stop()
+
+
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="signals of POSIX")
 @pytest.mark.parametrize("kill", range(4))
 def test_a_killed_run_is_resumed_to_the_same_bytes(start, whole, tmp_path, kill):
+    check_killed(start, whole, tmp_path, kill, [], [])
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="signals of POSIX")
+@pytest.mark.parametrize("kill", range(2))
+def test_a_killed_run_on_workers_is_resumed_with_or_without_them(start, whole, site, tmp_path, kill):
+    on_workers = ["--scheduler", site.address]
+    check_killed(start, whole, tmp_path, 10 + kill, on_workers, on_workers if kill else [])
+
+
+def check_killed(
+    start: Callable[..., subprocess.CompletedProcess[str]],
+    whole: tuple[Path, int],
+    tmp_path: Path,
+    kill: int,
+    before: list[str],
+    after: list[str],
+) -> None:
+    """before, after : more arguments of the run that is killed, and of the one that resumes it"""
     undisturbed, moments = whole
     rng = random.Random(kill)
     name = ("SIGKILL", "SIGTERM")[kill % 2]
     moment = rng.randint(1, moments)
-    ran = start(tmp_path, getattr(signal, name), moment, rng.choice([0.0, 0.02, 0.2]))
+    ran = start(tmp_path, getattr(signal, name), moment, rng.choice([0.0, 0.02, 0.2]), *before)
     what = f"{name} at moment {moment} of {moments}: {ran.returncode}, {ran.stderr}"
     assert ran.returncode in ((-signal.SIGKILL, 0) if name == "SIGKILL" else (130, 0)), what
     assert "Traceback" not in ran.stderr, what
     if not (tmp_path / "run").exists():
-        again = start(tmp_path, 0, 0, 0.0, "--resume")
+        again = start(tmp_path, 0, 0, 0.0, "--resume", *after)
         assert again.returncode == 0, what + again.stderr
     assert_same_sites(undisturbed, tmp_path / "run")
     assert [each.name for each in tmp_path.iterdir()] == ["run"], what

@@ -137,20 +137,8 @@ class ReleasedScene:
     min_runout: float | None = tool.min_runout()
     seed: int = tool.seed()
     threads: int | None = tool.integer("Threads (default: every core)", default=None, minimum=1, advanced=True)
-    scheduler: str | None = tool.text(
-        "Where to slide: local, or the address of a Dask scheduler",
-        default=None,
-        advanced=True,
-        help="local starts processes on this machine, tcp://HOST:PORT names a running scheduler, whose workers then "
-        "slide the logs; the results are the same bytes. Default: threads of this process.",
-    )
-    workers: int | None = tool.integer(
-        "With --scheduler: workers started (local) or waited for",
-        default=None,
-        minimum=1,
-        advanced=True,
-        help="Default: one for each core (local), or one.",
-    )
+    scheduler: str | None = tool.scheduler()
+    workers: int | None = tool.workers()
     crs: str | None = tool.crs()
 
     def laws(self) -> dict[str, Any]:

@@ -22,9 +22,14 @@ Found = TypeVar("Found")
 
 
 @contextmanager
-def workers_for(ask: ReleasedScene, feedback: Feedback) -> Iterator[None]:
-    """Keeps the workers of ``--scheduler`` for all that is slid within; tools may stand within one another."""
-    with workers_of(ask.scheduler, ask.workers, threads_of(ask.threads), feedback):
+def workers_for(ask: ReleasedScene, feedback: Feedback, name: str = "") -> Iterator[None]:
+    """Keeps the workers of ``--scheduler`` for all that is slid within; tools may stand within one another.
+
+    name : what a scheduler's page shows, where ``ask`` is not the tool's own
+    """
+    with workers_of(ask.scheduler, ask.workers, threads_of(ask.threads), feedback) as workers:
+        if workers and name:
+            workers.name = name
         yield
 
 
@@ -41,14 +46,9 @@ def slide_once(
     influences: bool = False,
     **more: Any,
 ) -> tuple[Result, list[str]]:
-    """Slide the logs as `slide_batch` does: all that the caller has of them; more : as the engine takes it."""
-    if isinstance(logs, Logs) and not influences:
-        return slide_batch(layers, Batch(logs, keep_poses, inside), fidelity, ask, report, rasters=rasters)
-    # what is placed already, or asked what mattered to it, is slid here
-    return _told(
-        layers,
-        lambda: _slide_here(layers, logs, fidelity, ask, report, keep_poses, rasters, inside, influences, **more),
-    )
+    """Slide the logs as `slide_batch` does: all that the caller has of them."""
+    batch = Batch(logs, keep_poses, inside)
+    return slide_batch(layers, batch, fidelity, ask, report, rasters=rasters, influences=influences, **more)
 
 
 def slide_batch(
@@ -60,6 +60,9 @@ def slide_batch(
     *,
     rasters: Rasters | None = None,
     later: Iterable[Batch] = (),
+    influences: bool = False,
+    until_reached: bool = False,
+    **more: Any,
 ) -> tuple[Result, list[str]]:
     """Slide the logs as ``ask`` says (laws of contact, limits, where), on the window that there is.
 
@@ -67,7 +70,9 @@ def slide_batch(
     log came too near to: where there are any, neither the result nor what was drawn on the rasters may be used.
 
     ``later`` are the batches that will be asked for next, with which the workers of a scheduler may begin while a slow
-    log keeps this one waiting.
+    log keeps this one waiting. With ``influences`` the result tells what mattered to each log, with ``until_reached``
+    a log is left when it has reached every line that it is not ``inside``; more : stages, as the engine takes them,
+    which make it shorter and change no answer: workers do without.
 
     Raises
     ------
@@ -75,47 +80,31 @@ def slide_batch(
         where the user or ``report`` stopped it
     """
 
+    laws = {**ask.laws(), "time_limit": ask.time_limit, "rest_speed": ask.rest_speed}
+    laws |= {"until_reached": True} if until_reached else {}
+
     def anywhere() -> Result:
         with workers_of(ask.scheduler, ask.workers, threads_of(ask.threads), Quiet()) as workers:
-            if workers and len(batch.logs):
+            if workers and len(batch):
                 bands = rasters.workers[0].band if rasters else None
-                sliding = Sliding(_name_of(ask), layers.scene, layers.shape, fidelity, _laws_of(ask), bands)
+                sliding = Sliding(_name_of(ask), layers.scene, layers.shape, fidelity, laws, bands, influences)
                 return workers.slide(sliding, batch, later, rasters, report)
-            return _slide_here(layers, batch.logs, fidelity, ask, report, batch.keep, rasters, batch.inside)
+            return slide(
+                layers.scene,
+                batch.logs,
+                fidelity,
+                **laws,
+                threads=layers.threads,
+                keep_poses=batch.keep,
+                rasters=rasters,
+                inside=batch.inside,
+                report=report,
+                shape=layers.shape,
+                influences=influences,
+                **more,
+            )
 
     return _told(layers, anywhere)
-
-
-def _laws_of(ask: ReleasedScene) -> dict[str, Any]:
-    return {**ask.laws(), "time_limit": ask.time_limit, "rest_speed": ask.rest_speed}
-
-
-def _slide_here(
-    layers: SceneLayers,
-    logs: Logs | Start,
-    fidelity: Fidelity,
-    ask: ReleasedScene,
-    report: Callable[[int], bool],
-    keep_poses: NDArray[np.bool_] | None,
-    rasters: Rasters | None,
-    inside: NDArray[np.bool_] | None,
-    influences: bool = False,
-    **more: Any,
-) -> Result:
-    return slide(
-        layers.scene,
-        logs,
-        fidelity,
-        **_laws_of(ask),
-        threads=layers.threads,
-        keep_poses=keep_poses,
-        rasters=rasters,
-        inside=inside,
-        report=report,
-        shape=layers.shape,
-        influences=influences,
-        **more,
-    )
 
 
 def _told(layers: SceneLayers, slid: Callable[[], Result]) -> tuple[Result, list[str]]:

@@ -13,7 +13,7 @@ from deadwood_algorithms.runs.folder import MANIFEST, link_or_copy
 from deadwood_algorithms.tool import VERSION, Feedback, Tool, engine_digest, is_path
 
 # What may change without changing a run's results.
-FREE = ("threads", "output", "overwrite", "resume", "plan", "plan_logs", "plan_workers")
+FREE = ("threads", "output", "overwrite", "resume", "plan", "plan_logs", "plan_workers", "scheduler", "workers")
 
 
 class SitesFolder:

@@ -26,6 +26,8 @@ OURS = (
     "plan",
     "plan_logs",
     "plan_workers",
+    "scheduler",
+    "workers",
 )  # of slide-logs, that run-sites sets itself
 YES, NO = ("true", "yes", "y", "1"), ("false", "no", "n", "0")
 UNFIT = re.compile(r'[\x00-\x1f/\\:*?"<>|]')  # in the name of a folder, on one system or another

@@ -1,9 +1,10 @@
-"""The results of pieces as that of all their logs: row after row, in the order of the pieces."""
+"""The results of pieces as that of all their logs, row after row, in the order of the pieces; and back."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from deadwood_engine import Result
 
 
 def joined_results(pieces: Sequence[Result]) -> Result:
-    """One result; what lies behind a log's row (its poses, its hits) counts rows from the first piece's on."""
+    """One result; what lies behind a log's row (its poses, hits, influences) counts rows from the first piece's on."""
     numbers = [len(each.stop_reason) for each in pieces]
     firsts = np.concatenate([[0], np.cumsum(numbers)[:-1]]).astype(np.int64)
     moved = [
@@ -19,6 +20,7 @@ def joined_results(pieces: Sequence[Result]) -> Result:
             each,
             poses=replace(each.poses, log_row=each.poses.log_row + first),
             hits=replace(each.hits, log_row=each.hits.log_row + first),
+            influences=replace(each.influences, log_row=each.influences.log_row + first),
         )
         for each, first in zip(pieces, firsts, strict=True)
     ]
@@ -36,5 +38,20 @@ def joined_results(pieces: Sequence[Result]) -> Result:
         **together(lambda piece: piece),
         poses=replace(one.poses, **together(lambda piece: piece.poses)),
         hits=replace(one.hits, **together(lambda piece: piece.hits)),
+        influences=replace(one.influences, **together(lambda piece: piece.influences)),
         cost={name: sum(each.cost[name] for each in moved) for name in one.cost},
     )
+
+
+def rows_of_result(result: Result, first: int, last: int) -> Result:
+    """The result of the logs from row first to before last; the cost is that of all."""
+
+    def behind(table: Any) -> Any:
+        mine = slice(*np.searchsorted(table.log_row, [first, last]))
+        found = {each.name: getattr(table, each.name)[mine] for each in fields(table)}
+        return replace(table, **{**found, "log_row": found["log_row"] - first})
+
+    own = {each.name: getattr(result, each.name) for each in fields(result)}
+    rows = {name: value[first:last] for name, value in own.items() if isinstance(value, np.ndarray)}
+    tables = {name: behind(own[name]) for name in ("poses", "hits", "influences")}
+    return replace(result, **rows, **tables)

@@ -11,10 +11,12 @@ import threading
 from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.spread.joined import joined_results
 from deadwood_algorithms.spread.packed import (
     block_of,
     digest_of_array,
@@ -87,16 +89,24 @@ def slide_piece(order: bytes, block: bytes, large: Sequence[NDArray]) -> bytes:
     if digest != facts["scene"]:
         raise WrongScene(f"the piece is of the scene {facts['scene']}, the worker was handed {digest}")
     rasters = _empty_rasters(digest, scene, bands) if facts["rasters"] else None
-    result = slide(
-        scene,
-        Start(frame, state, body),
-        Fidelity(*facts["fidelity"]),
-        **facts["laws"],
-        threads=1,
-        keep_poses=keep,
-        rasters=rasters,
-        inside=inside,
-    )
+    found, first = [], 0
+    for number, missing in facts["missing"] or [[len(state), []]]:
+        rows = slice(first, first + number)
+        found.append(
+            slide(
+                scene_without(scene, np.array(missing, np.int64)) if missing else scene,
+                Start(frame[rows], state[rows], body[rows]),
+                Fidelity(*facts["fidelity"]),
+                **facts["laws"],
+                threads=1,
+                keep_poses=keep[rows],
+                rasters=rasters,
+                inside=inside[rows],
+                influences=facts["influences"],
+            )
+        )
+        first = rows.stop
+    result = joined_results(found)
     arrays: list[NDArray] = []
     said = taken_apart(result, arrays)
     cells: dict[str, NDArray] = {}
@@ -104,6 +114,11 @@ def slide_piece(order: bytes, block: bytes, large: Sequence[NDArray]) -> bytes:
         cells = take_sparse(rasters)
         _mine.rasters = digest, bands.tobytes(), rasters
     return block_of({"of": digest_of_block(order), "result": said, "cells": list(cells)}, [*arrays, *cells.values()])
+
+
+def scene_without(scene: Scene, missing: Any) -> Scene:
+    """The scene without some obstacles; barrier b counts as -1 - b, others as ``Scene.without`` numbers them."""
+    return scene.without(barriers=-1 - missing[missing < 0], others=missing[missing >= 0])
 
 
 def _empty_rasters(digest: str, scene: Scene, bands: NDArray[np.int64]) -> Rasters:

@@ -24,6 +24,7 @@ from deadwood_algorithms.spread import piece as on_worker
 from deadwood_algorithms.spread.batch import Batch, Sliding
 from deadwood_algorithms.spread.joined import joined_results
 from deadwood_algorithms.spread.packed import block_of, digest_of_block, from_block
+from deadwood_algorithms.spread.scheduler import NobodySlides
 from deadwood_algorithms.spread.sparse import add_sparse
 from deadwood_algorithms.tool import VERSION, Feedback, UserError, engine_digest
 from deadwood_engine import Interrupted, Rasters, Result, Scene, Shape, Start, place_logs
@@ -79,7 +80,7 @@ class _Job:
 
     @property
     def total(self) -> int:
-        return len(self.batch.logs)
+        return len(self.batch)
 
 
 @dataclass
@@ -114,6 +115,7 @@ class Workers:
 
     def __init__(self, client: Any, where: str, feedback: Feedback, *, wanted: int = 1) -> None:
         self.client, self.where, self.feedback, self.wanted = client, where, feedback, wanted
+        self.name = ""  # on the scheduler's page, of what is slid; else that of the sliding
         self.carried = Carried()
         self._good: dict[str, int] = {}  # threads by address
         self._refused: dict[str, str] = {}
@@ -150,13 +152,14 @@ class Workers:
             self._drop_all_but(sliding)
             self._jobs[job.digest] = job
             ahead = iter(later)
-            while job.done < job.total:
-                if report(job.done):
+            while True:
+                if report(job.done):  # also of what was done ahead
                     raise Interrupted
+                if job.done == job.total:
+                    break
                 self._meet(job.sent)
                 self._give_out(job, sliding, ahead)
                 self._take_in(0.2)
-            report(job.done)
         except BaseException:
             self.drop()
             raise
@@ -198,14 +201,17 @@ class Workers:
         """The batch as a job: the one that was begun ahead, or a new one."""
         sent = self._sent_scene(sliding)
         digest = hashlib.sha256(sent.digest.encode())
-        digest.update(json.dumps([sliding.name, *sliding.fidelity, sliding.laws, batch.first], sort_keys=True).encode())
+        said = [sliding.name, *sliding.fidelity, sliding.laws, sliding.influences, batch.first]
+        said.append([(number, missing.tolist()) for number, missing in batch.missing])
+        digest.update(json.dumps(said, sort_keys=True).encode())
         for each in (*vars(batch.logs).values(), batch.keep, batch.inside, sliding.bands):
             digest.update(b"none" if each is None else np.ascontiguousarray(each).tobytes())
         name = digest.hexdigest()
         if name in self._jobs:
             return self._jobs[name]
         # Placed here: the sines and cosines of whole arrays are the numpy of one processor's, not of another's
-        start = place_logs(sliding.scene, batch.logs, sliding.shape)
+        logs = batch.logs
+        start = logs if isinstance(logs, Start) else place_logs(sliding.scene, logs, sliding.shape)
         return _Job(name, batch, sliding, sent, start)
 
     def _sent_scene(self, sliding: Sliding) -> _Sent:
@@ -260,7 +266,7 @@ class Workers:
             except (OSError, TimeoutError):
                 pass
             if time.monotonic() - since > LOST_S or self.client.status in ("closed", "closing"):
-                raise UserError(f"--scheduler {self.where}: the scheduler is lost; start it again")
+                raise NobodySlides(f"--scheduler {self.where}: the scheduler is lost; start it again")
             time.sleep(0.2)
 
     def _judge(self, address: str, threads: int, future: Any) -> None:
@@ -335,7 +341,7 @@ class Workers:
             self.wanted = 1
             return
         why = next(iter(self._refused.values()), "none has come; start one: dask worker ADDRESS-OF-THE-SCHEDULER")
-        raise UserError(f"--scheduler {self.where}: no worker can be used: {why}")
+        raise NobodySlides(f"--scheduler {self.where}: no worker can be used: {why}")
 
     def _next_piece(self, job: _Job, sliding: Sliding, ahead: Iterator[Batch], threads: int) -> _Piece | None:
         """Of the job, then of those begun ahead, then of a new one."""
@@ -367,6 +373,8 @@ class Workers:
             "fidelity": [float(each) for each in sliding.fidelity],
             "laws": sliding.laws,
             "rasters": sliding.bands is not None,
+            "influences": sliding.influences,
+            "missing": missing_in(batch, rows),
         }
         arrays = [
             job.start.frame[rows],
@@ -385,7 +393,7 @@ class Workers:
             order,
             scene,
             large,
-            key=f"{sliding.name}-{piece.words} ({job.digest[:16]}{attempt})",
+            key=f"{self.name or sliding.name}-{piece.words} ({job.digest[:16]}{attempt})",
             workers=sorted(ready),
             allow_other_workers=False,
             pure=False,
@@ -444,6 +452,17 @@ class Workers:
         self._pace = self._pace[0] + result.cost["cpu_s"], self._pace[1] + number
 
 
+def missing_in(batch: Batch, rows: slice) -> list[tuple[int, list[int]]]:
+    """As ``Batch.missing``, of some rows of it."""
+    first, found = 0, []
+    for number, missing in batch.missing:
+        mine = min(first + number, rows.stop) - max(first, rows.start)
+        if mine > 0:
+            found.append((mine, missing.tolist()))
+        first += number
+    return found
+
+
 def piece_size(left: int, threads: int, each_s: float | None) -> int:
     """How many logs go out next, of so many that are left, where one takes so long [s], if that is known.
 
@@ -465,5 +484,5 @@ def _gone_for_a_while() -> tuple[type[Exception], ...]:
 
 
 def _is_same(one: Sliding, other: Sliding) -> bool:
-    mine, yours = ((each.name, tuple(each.fidelity), each.laws) for each in (one, other))
+    mine, yours = ((each.name, tuple(each.fidelity), each.laws, each.influences) for each in (one, other))
     return one.scene is other.scene and one.shape is other.shape and mine == yours

@@ -9,7 +9,7 @@ come. So at any time it is known of each log what it does with the barriers chos
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -21,8 +21,9 @@ from deadwood_algorithms.numbers.statistics import mcnemar_p, paired_interval
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.read import SceneLayers
 from deadwood_algorithms.scene.releases import reached, starts_inside
-from deadwood_algorithms.scene.sliding import reporter, slide_once, until_none_escapes
+from deadwood_algorithms.scene.sliding import reporter, slide_batch, slide_once, until_none_escapes
 from deadwood_algorithms.scene.window import wider_scene
+from deadwood_algorithms.spread.batch import Batch
 from deadwood_algorithms.tool import Feedback
 from deadwood_algorithms.values.candidates import Candidate, with_barriers
 from deadwood_algorithms.values.worth import CHUNK, Question, is_bare, without
@@ -33,6 +34,7 @@ from deadwood_engine.log_body import BASE_RADIUS
 
 Array = NDArray[np.float64]
 ARCS = 16  # straight pieces of a quarter circle of a zone, which cut off 0.1 % of its width
+AHEAD = 16  # candidates with whose logs a scheduler's workers may begin while one is at work
 CHANCE = 0.05  # a gain that chance alone makes more often than this, among so many candidates, is none
 OVERLAP_M = 3.0  # of a candidate that may run within OVERLAP_WITHIN of a chosen one: joints, not one upon the other
 OVERLAP_WITHIN = 1.0  # [m]
@@ -168,19 +170,43 @@ class Siting:
         self.watched = both.with_lines_before(marks, items)
         self.rows = [np.flatnonzero(both.barriers.item == self.own + k) for k in range(len(self.candidates))]
 
+    def missing(self, chosen: Sequence[int]) -> NDArray[np.int64]:
+        """The numbers of all candidates' barriers but these."""
+        gone = [rows for k, rows in enumerate(self.rows) if k not in chosen]
+        return -1 - np.concatenate([*gone, np.zeros(0, np.int64)]).astype(np.int64)
+
     def with_only(self, chosen: Sequence[int]) -> SceneLayers:
         """The scene with its own barriers and these candidates."""
-        gone = [rows for k, rows in enumerate(self.rows) if k not in chosen]
-        numbers = -1 - np.concatenate([*gone, np.zeros(0, np.int64)]).astype(np.int64)
-        return replace(without(self.watched, numbers), threads=self.watched.threads)
+        return replace(without(self.watched, self.missing(chosen)), threads=self.watched.threads)
 
-    def slide(self, rows: NDArray[np.int64], chosen: Sequence[int], what: str) -> tuple[Ways, Result]:
-        """Slide logs with these candidates standing; on a wider window where they come near its sides."""
+    def batch(self, rows: NDArray[np.int64], chosen: Sequence[int]) -> Batch:
+        """Logs for a scheduler's workers, that have the scene with all candidates."""
+        start = Start(self.start.frame[rows], self.start.state[rows], self.start.body[rows])
+        return Batch(start, missing=[(rows.size, self.missing(chosen))])
+
+    def slide(
+        self,
+        rows: NDArray[np.int64],
+        chosen: Sequence[int],
+        what: str,
+        later: Sequence[tuple[NDArray[np.int64], Sequence[int]]] = (),
+    ) -> tuple[Ways, Result]:
+        """Slide logs with these candidates standing; on a wider window where they come near its sides.
+
+        later : logs and candidates that will be asked for next, with which a scheduler's workers may begin
+        """
         question = self.question
         report = reporter(self.feedback, rows.size, what)
         while True:
-            start = Start(self.start.frame[rows], self.start.state[rows], self.start.body[rows])
-            result, sides = slide_once(self.with_only(chosen), start, question.fidelity, question.ask, report)
+            batch = self.batch(rows, chosen)
+            if question.ask.scheduler:
+                ahead = (self.batch(*each) for each in later)
+                result, sides = slide_batch(
+                    self.watched, batch, question.fidelity, question.ask, report, later=ahead
+                )  # fmt: skip
+            else:
+                with_only = self.with_only(chosen)
+                result, sides = slide_once(with_only, batch.logs, question.fidelity, question.ask, report)
             if not sides:
                 break
             self.on(wider_scene(question.ask, self.plain, sides, self.feedback))
@@ -219,12 +245,13 @@ class Siting:
             return np.arange(len(ways.reach))
         return np.flatnonzero(ways.near[:, self.place[number]])
 
-    def trial(self, ways: Ways, chosen: Sequence[int], number: int) -> Trial:
-        """Put a candidate up and slide again the logs that come near it."""
+    def trial(self, ways: Ways, chosen: Sequence[int], number: int, following: Iterable[int] = ()) -> Trial:
+        """Put a candidate up and slide again the logs that come near it; ``following`` are tried next in its place."""
         rows = self.rows_near(ways, chosen, number)
         if rows.size:
             what = f"sliding {rows.size} logs with a barrier at {self.candidates[number].id}"
-            found, _ = self.slide(rows, [*chosen, number], what)
+            later = [(self.rows_near(ways, chosen, k), [*chosen, k]) for k in following]
+            found, _ = self.slide(rows, [*chosen, number], what, [each for each in later if each[0].size])
         else:
             found = Ways(**{each.name: getattr(ways, each.name)[rows] for each in fields(ways)})
         before, after = ways.any_line[rows], found.any_line
@@ -304,5 +331,6 @@ def choose(
 
 
 def trials_alone(siting: Siting, ways: Ways) -> Iterator[Trial]:
-    for k in range(len(siting.candidates)):
-        yield siting.trial(ways, (), k)
+    number = len(siting.candidates)
+    for k in range(number):
+        yield siting.trial(ways, (), k, range(k + 1, min(k + 1 + AHEAD, number)))

@@ -27,8 +27,11 @@ from deadwood_algorithms.runs.folder import Run
 from deadwood_algorithms.scene.read import SceneLayers
 from deadwood_algorithms.scene.released_scene import ReleasedScene
 from deadwood_algorithms.scene.releases import Releases, reached, starts_inside
-from deadwood_algorithms.scene.sliding import reporter, slide_once, until_none_escapes
+from deadwood_algorithms.scene.sliding import reporter, slide_batch, slide_once, until_none_escapes
 from deadwood_algorithms.scene.window import read_released_scene, wider_scene
+from deadwood_algorithms.spread.batch import Batch
+from deadwood_algorithms.spread.joined import rows_of_result
+from deadwood_algorithms.spread.piece import scene_without
 from deadwood_algorithms.tool import Cancelled, Feedback, UserError
 from deadwood_algorithms.values.obstacles import Obstacle, owner_numbers
 from deadwood_engine import STOP_REASONS, Fidelity, Result, Stages, Start, place_logs
@@ -55,13 +58,15 @@ class Question:
 
 
 def asked_again(
-    source: Run, lines: str | None, logs: int | None, seed: int, threads: int | None, feedback: Feedback
+    source: Run, lines: str | None, logs: int | None, seed: int, where: dict[str, Any], feedback: Feedback
 ) -> tuple[Question, SceneLayers, NDArray[np.int64]]:
     """What a run asked, of other lines if they are given, with an even draw of so many of its logs if not with all.
 
+    where : ``threads``, ``scheduler``, ``workers``
+
     Also returns the scene as it was read, and the logs' rows in the run's deposits.
     """
-    changes = {"threads": threads} | ({"lines": lines} if lines else {})
+    changes = where | ({"lines": lines} if lines else {})
     scene = question_of(source, **changes)
     if not scene.lines:
         raise UserError(f"{source.path}: the run watched no lines; --lines names some")
@@ -218,10 +223,14 @@ def tasks_of(obstacles: Sequence[Obstacle], rows: Iterable[NDArray[np.int64]]) -
     ]
 
 
-def without(layers: SceneLayers, gone: Any) -> SceneLayers:
+def without(layers: SceneLayers, missing: NDArray[np.int64]) -> SceneLayers:
     """The scene without these obstacles, slid by one thread."""
-    scene = layers.scene.without(barriers=-1 - gone[gone < 0], others=gone[gone >= 0])
-    return replace(layers, scene=scene, threads=1)
+    return replace(layers, scene=scene_without(layers.scene, missing), threads=1)
+
+
+def _cuts(ends: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Where to cut a row of tasks, of which each ends at so many logs, into parts of about ``CHUNK`` logs."""
+    return np.flatnonzero(np.diff(ends // CHUNK)) + 1
 
 
 class Again:
@@ -247,8 +256,8 @@ class Again:
     def slide(self, task: Task) -> Change:
         scene = without(self.layers, self.missing(task))
         result, sides = slide_once(
-            scene, self.placed(task.rows), self.question.fidelity,
-            self.question.ask, lambda done: self.stop.is_set(), **self.shorter(scene, task),
+            scene, self.placed(task.rows), self.question.fidelity, self.question.ask, lambda done: self.stop.is_set(),
+            inside=self.aside(task.rows), **self.stages_of(scene, task), **self.shorter(),
         )  # fmt: skip
         return self.change_of(task, result, sides)
 
@@ -263,22 +272,23 @@ class Again:
             sum(energy.get(each, 0) for each in own.tolist()), sides,
         )  # fmt: skip
 
-    def shorter(self, scene: SceneLayers, task: Task) -> dict[str, Any]:
-        """How little of the logs' ways tells what they reach. Of candidates it is asked what they hold and take, too.
+    def shorter(self) -> dict[str, Any]:
+        """How little of a log's way tells what it reaches; of candidates it is asked what they hold and take, too."""
+        return {"until_reached": True} if self.others is None else {}
 
-        In a scene without any obstacle other rules hold for steps (``logs_to_slide``), and stages are of one window.
-        """
-        if self.others is not None:
-            return {}
+    def aside(self, rows: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """The lines that these logs need not reach: where they start, and those along the window's sides."""
         lines = self.layers.lines
-        inside = starts_inside(lines, self.question.releases.take(task.rows))
-        # the lines along the window's sides are none that a log has to reach
-        aside = np.pad(inside[:, lines.item], ((0, 0), (0, len(self.layers.watched))), constant_values=True)
-        where = {"inside": aside, "until_reached": True}
-        if self.layers is not self.known.layers or is_bare(scene):
-            return where
+        inside = starts_inside(lines, self.question.releases.take(rows))[:, lines.item]
+        return np.pad(inside, ((0, 0), (0, len(self.layers.watched))), constant_values=True)
+
+    def stages_of(self, scene: SceneLayers, task: Task) -> dict[str, Any]:
+        """From where the logs can go on. In a scene without any obstacle other rules hold for steps
+        (``logs_to_slide``), and stages are of one window."""
+        if self.others is not None or self.layers is not self.known.layers or is_bare(scene):
+            return {}
         stages = self.known.stages
-        return {**where, "stages": stages, "going_on": stages.before(task.rows, task.obstacle.owners)}
+        return {"stages": stages, "going_on": stages.before(task.rows, task.obstacle.owners)}
 
     def all(self, tasks: Sequence[Task], feedback: Feedback, what: str) -> Iterator[tuple[Task, Change]]:
         """Each task with its change, as they come; where logs come near the window's sides, again on a wider one."""
@@ -286,7 +296,8 @@ class Again:
         left = list(tasks)
         while left:
             again, sides = [], set()
-            for task, change in self._together(left, feedback):
+            together = self._on_workers if self.question.ask.scheduler else self._together
+            for task, change in together(left, feedback):
                 feedback.progress(done, total, what)
                 if change.sides:
                     again.append(task)
@@ -301,6 +312,31 @@ class Again:
 
     def widened(self, sides: list[str], feedback: Feedback) -> SceneLayers:
         return wider_scene(self.question.ask, self.layers, sides, feedback)
+
+    def _on_workers(self, tasks: list[Task], feedback: Feedback) -> Iterator[tuple[Task, Change]]:
+        """On the workers of a scheduler: so many logs at a time that few results lie here, the next begun meanwhile."""
+        ends = np.cumsum([task.rows.size for task in tasks])
+        parts = [[tasks[k] for k in group] for group in np.split(np.arange(len(tasks)), _cuts(ends))]
+        firsts = np.cumsum([0, *(sum(task.rows.size for task in part) for part in parts)])
+
+        def batch(k: int) -> Batch:
+            rows = np.concatenate([task.rows for task in parts[k]])
+            missing = [(task.rows.size, self.missing(task)) for task in parts[k]]
+            return Batch(
+                self.placed(rows), inside=self.aside(rows), first=int(firsts[k]), goal=int(firsts[-1]), missing=missing
+            )
+
+        for k, part in enumerate(parts):
+            result, sides = slide_batch(
+                self.layers, batch(k), self.question.fidelity, self.question.ask,
+                lambda done: feedback.cancelled(), later=(batch(j) for j in range(k + 1, len(parts))),
+                **self.shorter(),
+            )  # fmt: skip
+            first = 0
+            for task in part:
+                last = first + task.rows.size
+                yield task, self.change_of(task, rows_of_result(result, first, last), sides)
+                first = last
 
     def _together(self, tasks: list[Task], feedback: Feedback) -> Iterator[tuple[Task, Change]]:
         waiting = iter(tasks)

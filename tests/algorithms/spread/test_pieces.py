@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from deadwood_algorithms.spread import piece
-from deadwood_algorithms.spread.joined import joined_results
+from deadwood_algorithms.spread.batch import Batch
+from deadwood_algorithms.spread.joined import joined_results, rows_of_result
 from deadwood_algorithms.spread.packed import block_of, digest_of_block, from_block, taken_apart
 from deadwood_algorithms.spread.sparse import add_sparse
+from deadwood_algorithms.spread.workers import missing_in
 from deadwood_algorithms.tool import VERSION, engine_digest
 from deadwood_engine import FIDELITIES, Barriers, Lines, Logs, Rasters, Scene, Start, Trees, place_logs, slide
 
@@ -41,6 +43,8 @@ def answer(
         "fidelity": list(FIDELITIES["draft"]),
         "laws": LAWS,
         "rasters": True,
+        "influences": True,
+        "missing": [],
     }
     tables = [start.frame[rows], start.state[rows], start.body[rows], keep[rows]]
     order = block_of({**facts, **changes}, [*tables, np.zeros((rows.stop - rows.start, 1), bool), bands])
@@ -52,8 +56,9 @@ def test_pieces_come_to_the_whole(cut):
     scene, logs = scene_and_logs()
     bands, keep = np.array([1]), np.arange(NUMBER) % 3 == 0
     whole = Rasters.allocate(scene, 2, bands)
-    result = slide(scene, logs, FIDELITIES["draft"], **LAWS, threads=2, keep_poses=keep, rasters=whole)
+    result = slide(scene, logs, FIDELITIES["draft"], **LAWS, threads=2, keep_poses=keep, rasters=whole, influences=True)
     assert len(result.hits.item) > 5
+    assert len(result.influences.item) > 5
     assert result.reach.any()
 
     start, found, pieces = place_logs(scene, logs), Rasters.allocate(scene, 2, bands), []
@@ -67,6 +72,9 @@ def test_pieces_come_to_the_whole(cut):
         assert values.tobytes() == found.totals()[name].tobytes(), name
     one: list[np.ndarray] = []
     other: list[np.ndarray] = []
+    again = joined_results([rows_of_result(result, first, last) for first, last in pairwise(cut)])
+    assert again.influences.log_row.tolist() == result.influences.log_row.tolist()
+    assert again.poses.position.tobytes() == result.poses.position.tobytes()
     joined = joined_results(pieces)
     said = [taken_apart(each, arrays) for each, arrays in ((result, one), (joined, other))]
     for facts in said:
@@ -74,6 +82,30 @@ def test_pieces_come_to_the_whole(cut):
     assert said[0] == said[1]
     for a, b in zip(one, other, strict=True):
         assert (a.dtype, a.shape, np.ascontiguousarray(a).tobytes()) == (b.dtype, b.shape, b.tobytes())
+
+
+def test_logs_that_miss_obstacles_slide_without_them():
+    """Runs of logs in scenes of their own, however they are cut: each log as in a run in such a scene."""
+    scene, logs = scene_and_logs()
+    none, runs = np.zeros(NUMBER, bool), [(5, [0, 3, -1]), (1, [7]), (8, [-1])]
+    start = place_logs(scene, logs)
+    wanted, first = [], 0
+    for number, missing in runs:
+        some = Start(start.frame[first:], start.state[first:], start.body[first:])
+        fewer = piece.scene_without(scene, np.array(missing))
+        wanted.append(slide(fewer, some, FIDELITIES["draft"], **LAWS, threads=1))
+        first += number
+    for rows in (slice(0, NUMBER), slice(3, 7), slice(5, 6)):
+        cut = missing_in(Batch(start, missing=[(n, np.array(each)) for n, each in runs]), rows)
+        assert sum(n for n, _ in cut) == rows.stop - rows.start
+        block, order = answer(scene, start, rows, np.zeros(0, np.int64), none, rasters=False, missing=cut)
+        found, _ = piece.answer_of(block, order)
+        for k, row in enumerate(range(rows.start, rows.stop)):
+            own = 0 if row < 5 else 1 if row < 6 else 2
+            before = sum(n for n, _ in runs[:own])
+            assert (found.last_state[k] == wanted[own].last_state[row - before]).all()
+    plain = slide(scene, logs, FIDELITIES["draft"], **LAWS, threads=1)
+    assert (plain.last_state[:5] != wanted[0].last_state[:5]).any()
 
 
 def test_a_worker_refuses_the_order_of_another_engine_or_scene():

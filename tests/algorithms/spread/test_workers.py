@@ -16,9 +16,10 @@ import pytest
 from dask_processes import PATHS, ROOT, Site
 from slope_case import Case, assert_same_bytes, points, write_layer
 
-from deadwood_algorithms import slide_logs
+from deadwood_algorithms import slide_logs, value_trees
 from deadwood_algorithms.spread import workers as spread_workers
 from deadwood_algorithms.tool import UserError
+from deadwood_algorithms.values import worth
 
 LOGS = 400
 pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="signals of POSIX")
@@ -27,13 +28,13 @@ pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="signals 
 class Watcher:
     """A feedback that remembers, and does something the first time that so many logs are done."""
 
-    def __init__(self, act: Callable[[], None] = lambda: None, after: int = 1) -> None:
-        self.act, self.after, self.acted = act, after, False
+    def __init__(self, act: Callable[[], None] = lambda: None, after: int = 1, what: str = "sliding logs") -> None:
+        self.act, self.after, self.acted, self.what = act, after, False, what
         self.notes: list[str] = []
         self.warnings: list[str] = []
 
     def progress(self, done: float, total: float, what: str) -> None:
-        if what == "sliding logs" and done >= self.after and not self.acted:
+        if what.startswith(self.what) and done >= self.after and not self.acted:
             self.acted = True
             assert done < total
             self.act()
@@ -100,6 +101,20 @@ def test_a_worker_killed_in_mid_run_costs_no_result(case, alone, site, tmp_path)
     assert watcher.heard("joins in") == 2
     assert watcher.heard("is gone") == 1
     assert_same_bytes(alone, found)
+    site.kill(other)
+
+
+def test_value_trees_loses_nothing_with_a_worker(case, alone, site, tmp_path, monkeypatch):
+    """Killed while logs slide without trees."""
+    monkeypatch.setattr(worth, "CHUNK", 200)
+    value_trees.TOOL(run=str(alone), output=str(tmp_path / "alone.gpkg"))
+    victim, other = site.worker(), site.worker()
+    watcher = Watcher(lambda: site.kill(victim), what="sliding without each of")
+    spread = {"output": str(tmp_path / "spread.gpkg"), "scheduler": site.address, "workers": 2}
+    value_trees.TOOL(feedback=watcher, run=str(alone), **spread)
+    assert watcher.acted
+    assert watcher.heard("is gone") == 1
+    assert (tmp_path / "alone.gpkg").read_bytes() == (tmp_path / "spread.gpkg").read_bytes()
     site.kill(other)
 
 
