@@ -230,7 +230,9 @@ def kind_of_stand(ask: Ask, fitted: dict[str, float], stand: Stand) -> Kind:
     known = fitted | given | stand.numbers
     for name in ("stems_per_ha", "dbh_mean_cm", "dbh_sd_cm"):
         if name not in known:
-            raise UserError(f"--{name.replace('_', '-')} is missing; give it, or a trees layer with --like, or a --preset")
+            raise UserError(
+                f"--{name.replace('_', '-')} is missing; give it, or a trees layer with --like, or a --preset"
+            )
     law = POWER_LAWS[ask.dbh_law] if ask.dbh_law else PowerLaw(ask.dbh_a, ask.dbh_b)
     height_mean = known.get("height_mean_m", (known["dbh_mean_cm"] / float(law.a)) ** (1 / float(law.b)))
     derived = {"height_sd_m": 0.5 * height_mean * known["dbh_sd_cm"] / known["dbh_mean_cm"], "correlation": 0.8}

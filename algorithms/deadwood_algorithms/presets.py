@@ -270,7 +270,7 @@ BARRIERS = {
             (("0", 100.0), ("1", 250.0), ("2", 500.0), ("3", 1000.0), ("4", 1500.0), ("5", 2000.0), ("6", 3000.0),
              ("7", 4500.0)),
             "8",
-            "ETAG 027 (EOTA 2008), since 2018 EAD 340059-00-0106",
+            "ETAG 027 (EOTA 2008), now EAD 340059-00-0106",
             "they are tested with compact blocks in the middle of a net: a slender log may pass through rings or "
             "load a net otherwise (the paper, 6.3), so a person decides",
         ),
