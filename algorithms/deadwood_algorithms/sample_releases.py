@@ -199,8 +199,9 @@ def sizes_of(ask: Ask, taken: presets.Taken, areas: pandas.DataFrame, feedback: 
         elif law and name not in areas and (other in areas or getattr(ask, other) is not None):
             derive = law.height if name == "length_m" else law.dbh
             known = schema_column(areas, schemas.RELEASES.column(other), getattr(ask, other))
-            areas[name] = np.round(derive(known, nowhere), 2)
-            low, high = float(areas[name].min()), float(areas[name].max())
+            derived = np.round(derive(known, nowhere), 2)
+            areas[name] = derived
+            low, high = derived.min(), derived.max()
             shown = f"{low:g}" + (f" to {high:g}" if high > low else "")
             feedback.note(f"{name} {shown} follows from {other} by {taken.preset.law}, {law}")
     missing = [name for name in ("dbh_cm", "length_m") if name not in sizes and name not in areas]

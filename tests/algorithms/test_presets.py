@@ -226,7 +226,7 @@ def test_design_values_class_energies_alone(case, tmp_path):
     rows = pd.read_csv(tmp_path / "d.csv", encoding="utf-8-sig", dtype=str, keep_default_na=False)
     etag = presets.BARRIERS["etag-027"]
     energies = rows[rows["quantity"] == "energy"]
-    told = energies[energies["value"] != ""]
+    told: Any = energies[energies["value"] != ""]
     assert len(told)
     for row in told.to_dict("records"):
         high = float(row["ci_high"] or "nan")

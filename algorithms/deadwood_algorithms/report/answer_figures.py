@@ -126,10 +126,10 @@ def siting_figure(source: ReportedRun, folder: Path, words: Words) -> Figure:
             strings = lines_of_shapes(mine.geometry)
             axes.add_collection(LineCollection(strings, colors=colour, linewidths=3.2, zorder=6))
             handles.append(Line2D([], [], color=colour, linewidth=3.2, label=words.say(phrase)))
-    for _, each in frame[steps > 0].iterrows():
-        x, y = shapely.get_coordinates(each.geometry)[-1]
+    for row in np.flatnonzero(steps > 0):
+        x, y = shapely.get_coordinates(frame.geometry.iloc[row])[-1]
         axes.annotate(
-            str(int(each["step"])), (x, y), xytext=(5, 3), textcoords="offset points", color="#111111", zorder=8,
+            str(steps[row]), (x, y), xytext=(5, 3), textcoords="offset points", color="#111111", zorder=8,
             weight="bold", bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": COLOURS[1]},
         )  # fmt: skip
     return _finished(figure, axes, handles)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from deadwood_algorithms.tool import UserError
 
 if TYPE_CHECKING:
-    import geopandas
+    import pandas
 
     from deadwood_algorithms.report.sources import ReportedRun
 
@@ -36,7 +36,7 @@ class Answers:
     folders : by tool, the folder, its facts, and the tool's parameters
     """
 
-    worth: dict[str, geopandas.GeoDataFrame] = field(default_factory=dict)
+    worth: dict[str, pandas.DataFrame] = field(default_factory=dict)
     folders: dict[str, tuple[Path, dict[str, Any], dict[str, Any]]] = field(default_factory=dict)
 
 
@@ -64,12 +64,13 @@ def places_of(named: str) -> list[Path]:
 
 def _take_worth(place: Path, sources: Sequence[ReportedRun]) -> None:
     import pyogrio
+    from pyogrio.errors import DataSourceError
 
     from deadwood_algorithms.files.vectors import read_table
 
     try:
         known = pyogrio.list_layers(place)[:, 0]
-    except (pyogrio.errors.DataSourceError, RuntimeError) as error:
+    except (DataSourceError, RuntimeError) as error:
         raise UserError(f"--results: {place} cannot be read; name {TAKEN}") from error
     there = [each for each in WORTH_LAYERS if each in known]
     if not there:
@@ -85,7 +86,7 @@ def _take_worth(place: Path, sources: Sequence[ReportedRun]) -> None:
     source.answers.worth |= layers
 
 
-def _is_of(frame: geopandas.GeoDataFrame, source: ReportedRun) -> bool:
+def _is_of(frame: pandas.DataFrame, source: ReportedRun) -> bool:
     """Whether as many logs reach the lines as in the run; of an even draw of its logs nobody can tell."""
     if not len(frame):
         return True

@@ -7,6 +7,7 @@ import re
 import shutil
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any
 
 import geopandas as gpd
 import numpy as np
@@ -107,7 +108,7 @@ def test_every_section_has_its_figure(page):
 
 
 def test_the_worth_is_that_of_the_layer(page, results):
-    frame = gpd.read_file(results["worth"], layer="values")
+    frame: Any = gpd.read_file(results["worth"], layer="values")
     shown = Shown(part(page, "worth"))
     for line in frame["line_id"].unique():
         of_line = frame[(frame["line_id"] == line) & (frame["kind"] == "tree")]
