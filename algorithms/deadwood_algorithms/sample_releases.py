@@ -61,6 +61,7 @@ if TYPE_CHECKING:
 
 MOST_LOGS = 10**9
 BYTES = 650  # a log, measured on a million: drawn and written
+DEFAULT_PRESET = "klosters"
 OF_PRESET = "Default: that of the preset."
 OPTIONS = (*NUMBERS, *SPREADS, "orientation")  # that columns of the areas go before
 
@@ -86,7 +87,10 @@ class Ask:
         help="Without it: release_id, else the row number from 1.",
     )
     preset: str = tool.choice(
-        "What the logs are like, by name", *presets.LOGS, default="klosters", help=presets.choices_told(presets.LOGS)
+        "What the logs are like, by name",
+        *presets.LOGS,
+        default=DEFAULT_PRESET,
+        help=presets.choices_told(presets.LOGS),
     )
     dbh_cm: float | None = tool.number(
         "DBH", unit="cm", default=None, minimum=0.0, maximum=DBH_CM[1], exclusive=True, help=OF_PRESET
@@ -135,7 +139,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         areas, shapes = read_areas(ask, grid, feedback)
         names = release_ids(areas, ask.release_id_field)
         taken = presets.Taken.of(presets.LOGS[ask.preset], "--preset", vars(ask))
-        feedback.note(taken.said)
+        if taken.sets or ask.preset != DEFAULT_PRESET:  # of the default, only what it set
+            feedback.note(taken.said)
         sizes = sizes_of(ask, taken, areas, feedback)
         of_area = columns_of_rows(areas, {name: getattr(ask, name) for name in OPTIONS} | sizes, feedback)
         deadwood = mapped_deadwood(ask.deadwood, feedback) if ask.deadwood else None

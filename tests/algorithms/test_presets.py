@@ -79,6 +79,9 @@ def test_the_default_is_the_papers_log_and_is_said(case, tmp_path, said):
     frame = sampled(case, tmp_path, said)
     assert frame[["dbh_cm", "length_m", "density_kg_m3"]].drop_duplicates().values.tolist() == [[75.0, 30.0, 300.0]]
     assert "--preset klosters sets dbh_cm 75, length_m 30, density_kg_m3 300 (the paper, 4" in told(said)
+    before = len(said.notes)
+    sampled(case, tmp_path, said, dbh_cm=30.0, length_m=15.0, density_kg_m3=310.0)
+    assert not any("--preset" in each for each in said.notes[before:])  # it set nothing, and nobody named it
 
 
 def test_what_is_given_goes_before_and_both_are_said(case, tmp_path, said):
