@@ -16,6 +16,7 @@ import shapely
 from slope_case import Case, write_layer
 
 from deadwood_algorithms import make_report, map_intensity, map_origins, site_barriers, value_trees, vary
+from deadwood_algorithms.presets import BARRIERS
 from deadwood_algorithms.report.answer_words import GERMAN_CLASSES
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.tool import UserError
@@ -128,6 +129,13 @@ def test_the_barriers_are_those_of_the_table(page, results):
     assert [(row[0], int(row[5]), int(row[6])) for row in told] == [
         (row["barrier_id"], row["n_stopped"], row["n_overjumped"]) for row in wanted
     ]
+    etag = BARRIERS["etag-027"]
+    for row in facts["rows"]:
+        low, high = (
+            float("nan") if row[f"energy_{end}_kj"] is None else row[f"energy_{end}_kj"] for end in ("p95", "high")
+        )
+        assert (row["barrier_class"], row["barrier_class_high"]) == (etag.class_of(low)[0], etag.class_of(high)[0])
+    assert [row[8].split("–")[0] for row in told] == [row["barrier_class"] or "" for row in wanted]
     assert "ETAG 027" in " ".join(shown.said)
     assert "a person decides" in " ".join(shown.said)
 
