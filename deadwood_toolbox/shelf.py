@@ -21,6 +21,7 @@ from deadwood_algorithms.tool import Tool
 
 # In the order of the work; make-log is TOOL of deadwood_algorithms/make_log.py, and so on.
 NAMES = (
+    "list-presets",
     "assess-mobilisation",
     "sample-releases",
     "import-trees",

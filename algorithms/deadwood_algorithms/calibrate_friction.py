@@ -36,6 +36,7 @@ import numpy as np
 from deadwood_algorithms import tool
 from deadwood_algorithms.numbers.log_order import hash_order
 from deadwood_algorithms.numbers.statistics import percent, percent_of, reach_record
+from deadwood_algorithms.presets import FRICTION_CELL_M
 from deadwood_algorithms.scene.released_scene import ReleasedScene
 from deadwood_algorithms.tool import Cancelled, Feedback, Outcome, Tool, UserError
 
@@ -48,7 +49,6 @@ if TYPE_CHECKING:
 TABLE, FACTS, PICTURE, LAYERS, MANIFEST = (
     "calibration.csv", "calibration.json", "calibration.png", "calibration.gpkg", "manifest.json",
 )  # fmt: skip
-PAPERS_CELL_M = 0.5
 MOST = 100  # coefficients
 FEW_LOGS = 100
 WORTH_A_WARNING = 0.05  # share of the logs without a deposit
@@ -198,13 +198,13 @@ def refuse_unclear(ask: Ask) -> int:
 
 
 def warn_of_cells(cell: float, feedback: Feedback) -> None:
-    if not math.isclose(cell, PAPERS_CELL_M, rel_tol=0.02):
+    if not math.isclose(cell, FRICTION_CELL_M, rel_tol=0.02):
         roughness = (
-            "has lost roughness, which friction makes up for" if cell > PAPERS_CELL_M else "shows more roughness"
+            "has lost roughness, which friction makes up for" if cell > FRICTION_CELL_M else "shows more roughness"
         )
         feedback.warn(
-            f"the terrain model's cells are {cell:g} m, not {PAPERS_CELL_M:g} m: the coefficient found holds for this "
-            f"terrain model alone, and is not the paper's 0.2 to 0.3; one with {cell:g} m cells {roughness}"
+            f"the terrain model's cells are {cell:g} m, not {FRICTION_CELL_M:g} m: the coefficient found holds for "
+            f"this terrain model alone, and is not the paper's 0.2 to 0.3; one with {cell:g} m cells {roughness}"
         )
 
 

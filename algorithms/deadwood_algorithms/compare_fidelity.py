@@ -23,7 +23,7 @@ from deadwood_algorithms import tool
 from deadwood_algorithms.fidelity.records import FidelityRow
 from deadwood_algorithms.fidelity.rule import Recommendation, recommend
 from deadwood_algorithms.numbers.log_order import hash_order
-from deadwood_algorithms.scene.released_scene import ReleasedScene
+from deadwood_algorithms.scene.released_scene import SceneByName
 from deadwood_algorithms.tool import Feedback, Outcome, Tool, UserError
 
 NAMES = ("draft", "standard", "fine", "reference")  # from the cheapest to the finest
@@ -31,7 +31,7 @@ TABLE, FACTS, PICTURE, MANIFEST = "comparison.csv", "comparison.json", "comparis
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ask(ReleasedScene):
+class Ask(SceneByName):
     fidelities: str = tool.text(
         "Fidelities to compare", default=",".join(NAMES), help="At least two, with commas; the finest of them judges."
     )

@@ -23,6 +23,9 @@ it lies with 95 % probability at least, whatever their distribution. Where the h
         --output run
     deadwood-tool design-values --run run --output design_values.csv
 
+`--barrier-classes` tells the weakest class of rockfall nets that holds each percentile of the energy, and the upper end
+of its interval.
+
 The percentiles are of the logs that were released and came so far: of heavier logs, or more friction, they are others.
 Barriers are rigid here, so impulses are those of a wall, not of a net that gives way. No safety factor is in them.
 """
@@ -34,7 +37,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from deadwood_algorithms import tool
+from deadwood_algorithms import presets, tool
 from deadwood_algorithms.tool import Feedback, Outcome, Tool, UserError
 
 if TYPE_CHECKING:
@@ -60,6 +63,12 @@ class Ask:
         maximum=99.9,
         advanced=True,
     )
+    barrier_classes: str | None = tool.choice(
+        "Classes of barriers, to tell which one holds the energies",
+        *presets.BARRIERS,
+        default=None,
+        help=presets.choices_told(presets.BARRIERS) + " They are made for rocks; a person decides.",
+    )
     output: str = tool.output_table("Design values by barrier or line, quantity and percentile")
     overwrite: bool = tool.overwrite()
 
@@ -79,8 +88,15 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         if not found:
             raise UserError(f"{ask.run}: the run has neither barriers nor lines; --lines names some")
         rows = [row for each in found for row in design_rows(each, levels, ask.confidence / 100.0)]
+        classes = presets.BARRIERS[ask.barrier_classes] if ask.barrier_classes else None
+        if classes:
+            nothing = {"barrier_class": "", "barrier_class_high": ""}
+            rows = [
+                row | (classes.record(row["value"], row["ci_high"]) if row["quantity"] == "energy" else nothing)
+                for row in rows
+            ]
         write_csv(path, pandas.DataFrame(rows))
-    return Outcome({"output": Path(ask.output)}, {"rows": rows}, lines_of(found, rows))
+    return Outcome({"output": Path(ask.output)}, {"rows": rows}, (*lines_of(found, rows), *class_lines(rows, classes)))
 
 
 def shares_of(text: str) -> list[float]:
@@ -110,6 +126,18 @@ def lines_of(found: Sequence[Passages], rows: Sequence[dict[str, Any]]) -> tuple
             named = ", ".join(quantity for quantity, reason in each.lacks.items() if reason == why)
             shown.append(f"  no {named}: {why}")
     return tuple(shown)
+
+
+def class_lines(rows: Sequence[dict[str, Any]], classes: presets.BarrierClasses | None) -> list[str]:
+    """Of each place the class that holds each percentile of the energy; whose classes they are, and who decides."""
+    if classes is None:
+        return []
+    shown = [
+        f"{row['kind']} {row['place_id']}, {row['percentile']:g} % of the energy: {classes.words(row)}"
+        for row in rows
+        if row["barrier_class"]
+    ]
+    return [*shown, classes.said]
 
 
 def value_words(row: dict[str, Any]) -> str:

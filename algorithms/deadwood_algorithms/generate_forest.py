@@ -8,8 +8,8 @@ Stands may differ: where the stand layer has columns of the names of the numbers
 ``dbh_mean_cm``, ...; or PlatRock's ``trees_density``, ``trees_dhp_mean``, ``trees_dhp_std``), each row is planted by
 its own, and where rows overlap the later one counts. A row's number goes before a given, that before a fitted one.
 
-Presets of the paper: Klosters ``--stems-per-ha 300 --dbh-mean-cm 60.23 --dbh-sd-cm 18.64``, Rothenbrunnen
-``--stems-per-ha 315 --dbh-mean-cm 44 --dbh-sd-cm 22``. As there, a draw that is no tree (DBH below 1 cm, height below
+``--preset klosters`` and ``rothenbrunnen`` are the forests of the paper; a number that is given goes before theirs. As
+there, a draw that is no tree (DBH below 1 cm, height below
 1.3 m) is drawn again, and the number of these is said: it narrows the distribution a little.
 
 Heights without numbers of their own: the mean follows from the mean DBH by the law of ``import-trees``, and they vary
@@ -17,7 +17,7 @@ half as much, relatively, as the DBH. Tree k of a stand stands at the same place
 ``--min-spacing-m`` moves it away from a tree before it. It knows no clusters, gaps or species.
 
     deadwood-tool generate-forest --dem sample_data/dem.tif --stand "sample_data/sample.gpkg|layername=forest" \\
-        --stems-per-ha 300 --dbh-mean-cm 60.23 --dbh-sd-cm 18.64 --min-spacing-m 2 --output klosters.gpkg
+        --preset klosters --min-spacing-m 2 --output klosters.gpkg
     deadwood-tool import-trees --trees sample_data/trees.csv --dem sample_data/dem.tif --output trees.gpkg
     deadwood-tool generate-forest --dem sample_data/dem.tif --stand "sample_data/sample.gpkg|layername=forest" \\
         --like trees.gpkg --output random_trees.gpkg
@@ -27,11 +27,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import shapely
 
-from deadwood_algorithms import schemas, tool
+from deadwood_algorithms import presets, schemas, tool
 from deadwood_algorithms.files.columns import schema_column, warn_implausible, where_of
 from deadwood_algorithms.files.outputs import output_path
 from deadwood_algorithms.numbers import draws
@@ -54,6 +55,12 @@ POWER_LAWS = {name: law for name, law in PUBLISHED.items() if isinstance(law, Po
 @dataclass(frozen=True, kw_only=True)
 class Ask:
     dem: str = tool.terrain("Terrain (DEM)")
+    preset: str | None = tool.choice(
+        "Density and DBH by name",
+        *presets.FORESTS,
+        default=None,
+        help=presets.choices_told(presets.FORESTS) + " Instead of --like.",
+    )
     stems_per_ha: float | None = tool.number(
         "Density", unit="1/ha", default=None, minimum=0.0, maximum=DENSEST_PER_HA, exclusive=True
     )
@@ -118,12 +125,18 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.vectors import write_vector
 
     refuse_two_laws(ask.dbh_law, ask.dbh_a, ask.dbh_b)
+    if ask.preset and ask.like:
+        raise UserError("--preset and --like both say what the forest is like; give one of them")
+    taken = presets.Taken.of(presets.FORESTS[ask.preset], "--preset", vars(ask)) if ask.preset else None
+    if taken:
+        feedback.note(taken.said)
     inputs = (ask.dem, ask.like, ask.stand, ask.exclude)
     with output_path(ask.output, ask.overwrite, suffix=".gpkg", inputs=inputs) as temporary:
         grid = read_dem(ask.dem, crs=ask.crs, feedback=feedback)
         exclude = union_of(ask.exclude, grid, ask.crs, feedback)
         stands = read_stands(ask.stand, grid, exclude, ask.crs, feedback)
         fitted = fitted_numbers(ask, [each.ground for each in stands], feedback) if ask.like else {}
+        fitted |= taken.sets if taken else {}
         kinds = [kind_of_stand(ask, fitted, each) for each in stands]
         counts = [round(kind.stems_per_ha * each.ground.area / 1e4) for kind, each in zip(kinds, stands, strict=True)]
         area, count = sum(each.ground.area for each in stands), sum(counts)
@@ -158,7 +171,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         lines.append(
             f"{redrawn} draws were no tree (DBH < {LEAST_DBH_CM:g} cm or height < {LEAST_HEIGHT_M:g} m), redrawn"
         )
-    facts = {"trees": count, "area_ha": area / 1e4, "stems_per_ha": density, "redrawn": redrawn}
+    facts: dict[str, Any] = {"trees": count, "area_ha": area / 1e4, "stems_per_ha": density, "redrawn": redrawn}
+    facts |= {"preset": taken.record} if taken else {}
     return Outcome({"output": Path(ask.output)}, facts, tuple(lines))
 
 
@@ -216,7 +230,9 @@ def kind_of_stand(ask: Ask, fitted: dict[str, float], stand: Stand) -> Kind:
     known = fitted | given | stand.numbers
     for name in ("stems_per_ha", "dbh_mean_cm", "dbh_sd_cm"):
         if name not in known:
-            raise UserError(f"--{name.replace('_', '-')} is missing; give it, or a trees layer with --like")
+            raise UserError(
+                f"--{name.replace('_', '-')} is missing; give it, or a trees layer with --like, or a --preset"
+            )
     law = POWER_LAWS[ask.dbh_law] if ask.dbh_law else PowerLaw(ask.dbh_a, ask.dbh_b)
     height_mean = known.get("height_mean_m", (known["dbh_mean_cm"] / float(law.a)) ** (1 / float(law.b)))
     derived = {"height_sd_m": 0.5 * height_mean * known["dbh_sd_cm"] / known["dbh_mean_cm"], "correlation": 0.8}

@@ -7,7 +7,11 @@ speeds and jumps, profiles along trajectories, the ledgers of barriers and trees
 of it comes from. In the 3-D view logs move again: the fastest, the farthest, those that reach a line, a random draw.
 
     deadwood-tool make-report my_case --output my_case.html
+    deadwood-tool make-report my_case --results trees_value.gpkg,siting,intensity,origins,varied --output my_case.html
     deadwood-tool make-report run_none run_forest --output forest.html --language de --figures figures --gltf slope.glb
+
+With --results the page also has what other tools found out: what each tree is worth, where a barrier serves most,
+classes of intensity and return periods, from where lines are reached, what the answer hangs on.
 
 Of several runs of the same releases the page also has the paired differences of `compare-scenarios`, with maps. Inputs
 of a run that are not where they were (the terrain model, the trees) are missing in the page, which says so. Its figures
@@ -42,6 +46,12 @@ class Ask:
     names: str | None = tool.text(
         "Names of the runs, with commas", default=None, help="Default: the names of the folders."
     )
+    results: str | None = tool.text(
+        "Results of other tools to be shown, with commas",
+        default=None,
+        path_like=True,
+        help="A layer of value-trees, folders of site-barriers, map-intensity, map-origins or vary; each with its run.",
+    )
     title: str | None = tool.text("Title of the page", default=None, help="Default: the names of the runs.")
     language: str = tool.choice("Language of the page", "en", "de", default="en")
     figures: str | None = tool.output_folder(
@@ -58,6 +68,7 @@ class Ask:
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.outputs import output_folder, output_path
+    from deadwood_algorithms.report.answers import read_answers
     from deadwood_algorithms.report.gltf import write_gltf
     from deadwood_algorithms.report.page import report_of
     from deadwood_algorithms.report.sources import read_reported_run
@@ -72,6 +83,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         folders = folders_of(ask.runs)
         names = names_of(folders, ask.names)
         sources = [read_reported_run(each, name, feedback) for each, name in zip(folders, names, strict=True)]
+        if ask.results:
+            read_answers(ask.results, sources)
         compared = compared_runs(folders, sources, feedback) if len(sources) > 1 else None
         feedback.progress(1, 3, "drawing the report")
         spaces = [space_of(each, len(sources)) for each in sources]

@@ -214,8 +214,8 @@ def warn_of_few(
     events = sum(each.events_per_year for each in areas)
     needed = Z_95**2 * (events * logs * periods[-1] - 1.0)
     feedback.warn(
-        f"where no log passed the return period may yet be {shortest:.3g} years, shorter than {periods[-1]:g}: "
-        f"{facts['logs']} logs cannot tell; about {needed:.2g} logs can"
+        f"where no log passed the return period may yet be {years_words(shortest)} years, shorter than "
+        f"{periods[-1]:g}: {facts['logs']} logs cannot tell; about {needed:.2g} logs can"
     )
 
 
@@ -232,8 +232,13 @@ def words_of(facts: dict[str, Any], rows: Sequence[dict[str, Any]]) -> tuple[str
             shown.append(line_words(row))
     empty = f"a cell that no log passed: passed by less than {100 * facts['no_hit']['p_high']:.2g} % of the logs"
     if "return_low_years" in facts["no_hit"]:
-        empty += f", return period over {facts['no_hit']['return_low_years']:.3g} years"
+        empty += f", return period over {years_words(facts['no_hit']['return_low_years'])} years"
     return (*shown, f"{empty} (95 %)", facts["rule"], facts["decides"])
+
+
+def years_words(years: float) -> str:
+    """Three digits, and never as 1e+03."""
+    return f"{float(f'{years:.3g}'):.10g}"
 
 
 def line_words(row: dict[str, Any]) -> str:
@@ -245,9 +250,9 @@ def line_words(row: dict[str, Any]) -> str:
     if "return_low_years" not in row:
         return told
     if not row["n_reach"]:
-        return f"{told}, return period over {row['return_low_years']:.3g} years"
-    ends = f"{row['return_low_years']:.3g} to {row['return_high_years']:.3g}"
-    return f"{told}, every {row['return_period_years']:.3g} years ({ends})"
+        return f"{told}, return period over {years_words(row['return_low_years'])} years"
+    ends = f"{years_words(row['return_low_years'])} to {years_words(row['return_high_years'])}"
+    return f"{told}, every {years_words(row['return_period_years'])} years ({ends})"
 
 
 TOOL = Tool(

@@ -5,6 +5,10 @@ Gives the releases layer of ``slide-logs``. Places are uniform by area inside th
 as its values say, inside the areas, or without areas wherever it is above 0. Every area gets ``--count`` logs, or
 ``--logs-per-ha`` times its area (without areas, times that of the cells above 0).
 
+What the logs are like `--preset` says by name, with its source (`deadwood-tool list-presets` shows all); an option that
+is given goes before it. A preset of a wood has the density of its critical stage of decay, and a relation of DBH and
+length, by which one of them follows from the other.
+
 The logs of an area are alike unless sizes are to be drawn: normal distributions with ``--dbh-sd-cm``, ``--length-sd-m``
 and ``--density-sd-kg-m3`` around the means (a draw that is no log is drawn again, and said), or rows of a table of
 mapped deadwood (``--deadwood``, as ``import-trees --releases`` writes it: each log is like one of its rows). Columns of
@@ -33,8 +37,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import shapely
 
-from deadwood_algorithms import tool
-from deadwood_algorithms.files.columns import id_column, where_of
+from deadwood_algorithms import presets, schemas, tool
+from deadwood_algorithms.files.columns import id_column, schema_column, where_of
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.outputs import output_path
 from deadwood_algorithms.releases.logs import (
@@ -50,12 +54,15 @@ from deadwood_algorithms.releases.places import Weights, area_m2, positions, rea
 from deadwood_algorithms.scene.memory import refuse_too_many
 from deadwood_algorithms.schemas import DBH_CM, DENSITY_KG_M3, DROP_M, SPEED_MS, TREE_M
 from deadwood_algorithms.tool import Cancelled, Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.trees.allometry import PUBLISHED
 
 if TYPE_CHECKING:
     import pandas
 
 MOST_LOGS = 10**9
 BYTES = 650  # a log, measured on a million: drawn and written
+DEFAULT_PRESET = "klosters"
+OF_PRESET = "Default: that of the preset."
 OPTIONS = (*NUMBERS, *SPREADS, "orientation")  # that columns of the areas go before
 
 
@@ -79,13 +86,23 @@ class Ask:
         default=None,
         help="Without it: release_id, else the row number from 1.",
     )
-    dbh_cm: float = tool.number("DBH", unit="cm", default=75.0, minimum=0.0, maximum=DBH_CM[1], exclusive=True)
+    preset: str = tool.choice(
+        "What the logs are like, by name",
+        *presets.LOGS,
+        default=DEFAULT_PRESET,
+        help=presets.choices_told(presets.LOGS),
+    )
+    dbh_cm: float | None = tool.number(
+        "DBH", unit="cm", default=None, minimum=0.0, maximum=DBH_CM[1], exclusive=True, help=OF_PRESET
+    )
     dbh_sd_cm: float = tool.number("Standard deviation of the DBH", unit="cm", default=0.0, minimum=0.0)
-    length_m: float = tool.number("Length", unit="m", default=30.0, minimum=0.0, maximum=TREE_M[1], exclusive=True)
+    length_m: float | None = tool.number(
+        "Length", unit="m", default=None, minimum=0.0, maximum=TREE_M[1], exclusive=True, help=OF_PRESET
+    )
     length_sd_m: float = tool.number("Standard deviation of the length", unit="m", default=0.0, minimum=0.0)
     correlation: float = tool.number("Correlation of DBH and length", default=0.8, minimum=-1.0, maximum=1.0)
-    density_kg_m3: float = tool.number(
-        "Density", unit="kg/m³", default=300.0, minimum=0.0, maximum=DENSITY_KG_M3, exclusive=True
+    density_kg_m3: float | None = tool.number(
+        "Density", unit="kg/m³", default=None, minimum=0.0, maximum=DENSITY_KG_M3, exclusive=True, help=OF_PRESET
     )
     density_sd_kg_m3: float = tool.number("Standard deviation of the density", unit="kg/m³", default=0.0, minimum=0.0)
     deadwood: str | None = tool.table(
@@ -121,7 +138,11 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         weights = read_weights(ask.weights, grid, feedback) if ask.weights else None
         areas, shapes = read_areas(ask, grid, feedback)
         names = release_ids(areas, ask.release_id_field)
-        of_area = columns_of_rows(areas, {name: getattr(ask, name) for name in OPTIONS}, feedback)
+        taken = presets.Taken.of(presets.LOGS[ask.preset], "--preset", vars(ask))
+        if taken.sets or ask.preset != DEFAULT_PRESET:  # of the default, only what it set
+            feedback.note(taken.said)
+        sizes = sizes_of(ask, taken, areas, feedback)
+        of_area = columns_of_rows(areas, {name: getattr(ask, name) for name in OPTIONS} | sizes, feedback)
         deadwood = mapped_deadwood(ask.deadwood, feedback) if ask.deadwood else None
         counts = logs_by_area(ask, shapes, weights)
         mend = "lower --count or --logs-per-ha, or sample the areas in parts"
@@ -133,7 +154,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         columns = {"log_id": log_id + 1, "release_id": names[area]} | drawn.columns
         frame = geopandas.GeoDataFrame(columns, geometry=shapely.points(places), crs=grid.plan_crs)
         write_vector(temporary, {"releases": frame})
-    facts = {"logs": log_id.size, "areas": len(areas), "redrawn": drawn.redrawn}
+    facts = {"logs": log_id.size, "areas": len(areas), "redrawn": drawn.redrawn, "preset": taken.record}
     return Outcome({"output": Path(ask.output)}, facts, lines(ask, counts, drawn))
 
 
@@ -166,6 +187,35 @@ def read_areas(ask: Ask, grid: Grid, feedback: Feedback) -> tuple[pandas.DataFra
         feedback=feedback,
     )
     return areas, list(areas.geometry)
+
+
+def sizes_of(ask: Ask, taken: presets.Taken, areas: pandas.DataFrame, feedback: Feedback) -> dict[str, float]:
+    """DBH, length and density where the areas name none: given, of the preset, or one size from the other by its law.
+
+    Where an area names the one size alone, its other size follows from that: ``areas`` gets a column of it.
+    """
+    sizes: dict[str, float] = taken.values
+    law = PUBLISHED[taken.preset.law] if taken.preset.law else None
+    nowhere = np.array(np.nan)
+    for name, other in (("length_m", "dbh_cm"), ("dbh_cm", "length_m")):
+        own = getattr(ask, name)
+        if own is not None:
+            sizes[name] = own
+        elif law and name not in areas and (other in areas or getattr(ask, other) is not None):
+            derive = law.height if name == "length_m" else law.dbh
+            known = schema_column(areas, schemas.RELEASES.column(other), getattr(ask, other))
+            derived = np.round(derive(known, nowhere), 2)
+            areas[name] = derived
+            low, high = derived.min(), derived.max()
+            shown = f"{low:g}" + (f" to {high:g}" if high > low else "")
+            feedback.note(f"{name} {shown} follows from {other} by {taken.preset.law}, {law}")
+    missing = [name for name in ("dbh_cm", "length_m") if name not in sizes and name not in areas]
+    if missing and not ask.deadwood:
+        raise UserError(
+            f"--preset {ask.preset} does not say {' and '.join(missing)}; give {presets.flag_of(missing[0])}"
+            + (" or --length-m, from which the other follows" if law else "")
+        )
+    return dict.fromkeys(missing, 1.0) | sizes  # of missing ones each row of the mapped deadwood has its own
 
 
 def logs_by_area(ask: Ask, shapes: list[Any], weights: Weights | None) -> np.ndarray:

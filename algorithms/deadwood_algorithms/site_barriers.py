@@ -16,7 +16,8 @@ The folder holds
 - `pareto.csv`: each candidate alone, and each set that was chosen: how many logs still reach a line with it, the
   interval of that and of the gain (paired: the same logs), how many it holds and how many jump over or pass beside,
   and the 95 % percentile of energy and height of its hits with exact intervals; `pareto` marks those candidates that
-  no other one beats that is neither longer nor higher;
+  no other one beats that is neither longer nor higher; with `--barrier-classes` the weakest class of rockfall nets
+  that holds that energy;
 - `barriers.gpkg`: the run's own barriers and those chosen, as slide-logs --barriers takes them, with what each does
   once all stand; `barriers.png`: a map, and remaining reach against length and height; `summary.json`.
 
@@ -34,7 +35,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from deadwood_algorithms import tool
+from deadwood_algorithms import presets, tool
 from deadwood_algorithms.numbers.statistics import percent_with_interval, points_with_interval
 from deadwood_algorithms.tool import Feedback, Outcome, Tool, UserError
 
@@ -75,6 +76,12 @@ class Ask:
     height_m: str = tool.text("Heights of barriers", default="2,4", help="m, with commas.")
     places: int = tool.integer("Places for each contour and length", default=2, minimum=1)
     count: int = tool.integer("Barriers to choose, at most", default=1, minimum=1)
+    barrier_classes: str | None = tool.choice(
+        "Classes of barriers, to tell which one holds the energies",
+        *presets.BARRIERS,
+        default=None,
+        help=presets.choices_told(presets.BARRIERS) + " They are made for rocks; a person decides.",
+    )
     logs: int | None = tool.integer(
         "Logs to ask with (default: all of the run)", default=None, minimum=1, help="An even draw."
     )
@@ -126,9 +133,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             siting.slid = 0
             alone = list(trials_alone(siting, now))
             steps, why = choose(siting, now, alone, ask.count, feedback)
-        table = pandas.DataFrame(rows_of(siting, now, alone, steps))
+        table = with_classes(pandas.DataFrame(rows_of(siting, now, alone, steps)), ask.barrier_classes)
         write_csv(folder / TABLE, table)
-        frame = layer_of(siting, layers, now, steps)
+        frame = with_classes(layer_of(siting, layers, now, steps), ask.barrier_classes)
         write_vector(folder / LAYER, {"barriers": frame})
         draw(folder / PICTURE, source, siting, table, frame)
         n = int(rows.size)
@@ -147,7 +154,17 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         write_json(folder / MANIFEST, tool.manifest(TOOL, ask))
     final = Path(ask.output)
     parts = {"table": TABLE, "layer": LAYER, "picture": PICTURE, "facts": FACTS, "manifest": MANIFEST}
-    return Outcome({"output": final} | {key: final / name for key, name in parts.items()}, facts, lines_of(facts))
+    shown = lines_of(facts, ask.barrier_classes)
+    return Outcome({"output": final} | {key: final / name for key, name in parts.items()}, facts, shown)
+
+
+def with_classes(frame: Any, name: str | None) -> Any:
+    """A table of barriers with the class that holds 95 % of the hits of each, and that which holds the upper end."""
+    if name is None:
+        return frame
+    energies = zip(frame["energy_p95_kj"].astype(float), frame["energy_high_kj"].astype(float), strict=True)
+    records = [presets.BARRIERS[name].record(*each) for each in energies]
+    return frame.assign(**{column: [each[column] for each in records] for column in NO_CLASS})
 
 
 def candidates_of(
@@ -284,6 +301,9 @@ COUNTS = (
 )  # fmt: skip
 
 
+NO_CLASS = {"barrier_class": "", "barrier_class_high": ""}
+
+
 def by_line(siting: Siting, ways: Ways) -> list[dict[str, Any]]:
     from deadwood_algorithms.numbers.statistics import reach_record
 
@@ -294,7 +314,7 @@ def by_line(siting: Siting, ways: Ways) -> list[dict[str, Any]]:
     ]
 
 
-def lines_of(facts: dict[str, Any]) -> tuple[str, ...]:
+def lines_of(facts: dict[str, Any], classes: str | None) -> tuple[str, ...]:
     """What reaches a line now, what is chosen and what is left then, and why no more."""
     record = facts["reach"]
     shown = [
@@ -313,8 +333,12 @@ def lines_of(facts: dict[str, Any]) -> tuple[str, ...]:
                 f"   95 % of its {row['n_hit']:.0f} hits: up to {row['energy_p95_kj']:.3g} kJ and "
                 f"{row['height_p95_m']:.2g} m above the terrain{more}"
             )
+            if classes:
+                shown.append(f"   {presets.BARRIERS[classes].words(row)}")
     if facts["stopped_because"]:
         shown.append(f"no more: {facts['stopped_because']}")
+    if classes:
+        shown.append(presets.BARRIERS[classes].said)
     return tuple(shown)
 
 

@@ -35,7 +35,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from deadwood_algorithms import tool
-from deadwood_algorithms.scene.released_scene import ReleasedScene
+from deadwood_algorithms.scene.released_scene import SceneByName
 from deadwood_algorithms.tool import Cancelled, Feedback, Outcome, Quiet, Tool, UserError
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ PARTS = (
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ask(ReleasedScene):
+class Ask(SceneByName):
     fidelity: str = tool.choice(
         "Speed against accuracy",
         "draft",

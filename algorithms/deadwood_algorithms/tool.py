@@ -275,7 +275,9 @@ def manifest(tool: Tool, ask: Any, **facts: Any) -> dict[str, Any]:
     places = [values[each.name] for each in tool.parameters() if each.kind == "output_folder" and values[each.name]]
     where = {"folder": places[0]} if places else {}
     said = {"tool": tool.name, "version": VERSION, "engine": engine_digest(), **where}
-    return {**said, "parameters": values, **facts}
+    presets = [each.record for each in ask.taken_presets()] if hasattr(ask, "taken_presets") else []
+    by_name = {"presets": presets} if presets else {}
+    return {**said, "parameters": values, **by_name, **facts}
 
 
 @cache

@@ -35,7 +35,7 @@ import numpy as np
 
 from deadwood_algorithms import tool
 from deadwood_algorithms.numbers.log_order import hash_order
-from deadwood_algorithms.scene.released_scene import ReleasedScene
+from deadwood_algorithms.scene.released_scene import SceneByName
 from deadwood_algorithms.tool import Cancelled, Feedback, Outcome, Tool, UserError
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ FEW_LOGS = 100
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ask(ReleasedScene):
+class Ask(SceneByName):
     vary: str = tool.text(
         "Factors and their ranges",
         default="friction_factor,rolling_friction,log_dbh_factor,log_length_factor",
@@ -117,6 +117,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.variation.runs import refuse_pointless, slide_places
 
     factors = factors_of(ask.vary)
+    for each in factors:
+        if each.offered:
+            feedback.note(each.offer_words)
     places = places_at_ends(factors)
     if ask.design != "ends":
         places += rows_of_design(factors, *cube(ask.design, ask.samples, len(factors), ask.seed))

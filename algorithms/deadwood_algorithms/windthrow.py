@@ -12,7 +12,8 @@ of the tree's truncated cone above the stump, as long on the slope as it was hig
 - `trees_before.gpkg`: the forest before;
 - `trees_after.gpkg`, `lying_after.gpkg`: what stands, with stumps, and what lies right after;
 - `trees_later.gpkg`, `lying_later.gpkg`: the same ten years on, say: a share of the lying logs is gone (`--lost`), the
-  others are thinner (`--thinner`). The defaults are assumptions, no measurement: take those of your climate and wood;
+  others are thinner (`--thinner`). The defaults are assumptions, no measurement: take those of your climate and wood.
+  `--wood spruce --years 10` reckons `--thinner` from a published rate of decay;
 - `trees_cleared.gpkg`: everything that lay is removed, the stumps stay;
 - `stems.gpkg`: every tree, and whether it stands, lies or is removed in each scenario.
 
@@ -32,7 +33,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from deadwood_algorithms import tool
+from deadwood_algorithms import presets, tool
 from deadwood_algorithms.schemas import TREE_M
 from deadwood_algorithms.tool import Feedback, Outcome, Tool, UserError
 
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 STEMS = "stems.gpkg"
+YEARS, THINNER = 10.0, 0.2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,13 +67,32 @@ class Ask:
         "Height of the stumps", unit="m", default=0.5, minimum=0.0, help="0: none, the stems are uprooted."
     )
     lost: float = tool.number("Share of the lying logs that is gone years later", default=0.3, minimum=0.0, maximum=1.0)
-    thinner: float = tool.number(
-        "Share of the others' diameter that is gone by then", default=0.2, minimum=0.0, maximum=0.95
+    thinner: float | None = tool.number(
+        "Share of the others' diameter that is gone by then",
+        default=None,
+        minimum=0.0,
+        maximum=0.95,
+        help="Default: by --wood, else 0.2, an assumption.",
+    )
+    wood: str | None = tool.choice(
+        "Wood whose rate of decay says how much thinner",
+        *presets.DECAYS,
+        default=None,
+        help=presets.choices_told(presets.DECAYS),
+    )
+    years: float | None = tool.number(
+        "Years on, with --wood", default=None, minimum=0.0, maximum=100.0, help="Default: 10."
     )
     seed: int = tool.seed()
     crs: str | None = tool.crs()
     output: str = tool.output_folder("Folder of the scenarios' layers")
     overwrite: bool = tool.overwrite()
+
+    def taken_presets(self) -> tuple[presets.Taken, ...]:
+        if self.wood is None:
+            return ()
+        decayed = presets.decayed(presets.WOODS[self.wood], YEARS if self.years is None else self.years)
+        return (presets.Taken.of(decayed, "--wood", vars(self)),)
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
@@ -85,6 +106,12 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
     if 0.0 < ask.stump_m < TREE_M[0]:
         raise UserError(f"--stump-m is {ask.stump_m:g} m, but must be 0 (none) or at least {TREE_M[0]:g} m")
+    if ask.years is not None and ask.wood is None:
+        raise UserError("--years is reckoned with the decay of a wood; name it with --wood, or give --thinner itself")
+    thinner = THINNER if ask.thinner is None else ask.thinner
+    for taken in ask.taken_presets():
+        feedback.note(taken.said)
+        thinner = float(taken.values["thinner"])
     final = Path(ask.output)
     with output_folder(ask.output, ask.overwrite) as folder:
         grid = read_dem(ask.dem, crs=ask.crs, feedback=feedback)
@@ -109,7 +136,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         standing = {"before": before, "after": after, "later": after, "cleared": after}
         logs = {
             "after": layers.lying_frame(stems, lying, rows, np.ones(rows.size, bool), 1.0),
-            "later": layers.lying_frame(stems, lying, rows, ~gone, 1.0 - ask.thinner),
+            "later": layers.lying_frame(stems, lying, rows, ~gone, 1.0 - thinner),
         }
         for name, frame in standing.items():
             if len(frame):

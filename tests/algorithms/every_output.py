@@ -66,6 +66,7 @@ def run_every_tool(folder: Path) -> list[Found]:
         assessed=at("assess-mobilisation", "assessed.gpkg"),
         factors=at("assess-mobilisation", "factors.tif"),
     )
+    run("list-presets", output=at("list-presets", "presets.csv"))
     releases = at("sample-releases", "releases.gpkg")
     run("sample-releases", dem=DEM, areas=sample("release_area"), count=40, azimuth_deg=180.0, output=releases)
     inventory = folder / "inventory.csv"
@@ -91,7 +92,8 @@ def run_every_tool(folder: Path) -> list[Found]:
         dbh_sd_cm=18.0,
         output=at("generate-forest", "trees.gpkg"),
     )
-    run("windthrow", trees=at("import-trees", "trees.gpkg"), dem=DEM, share=0.5, fall_deg=180.0, output=folder / "wind")
+    of_storm = {"share": 0.5, "fall_deg": 180.0, "wood": "spruce", "output": folder / "wind"}
+    run("windthrow", trees=at("import-trees", "trees.gpkg"), dem=DEM, **of_storm)
     run(
         "add-structures",
         dem=DEM,
@@ -110,7 +112,13 @@ def run_every_tool(folder: Path) -> list[Found]:
     places = np.add(shapely.get_coordinates(shapely.segmentize(line, 4.0)), (0.0, 20.0))
     boulders = {"block_id": range(len(places)), "diameter_m": 3.0}
     gpd.GeoDataFrame(boulders, geometry=shapely.points(places), crs=frame.crs).to_file(blocks, layer="blocks")
-    common = {"dem": DEM, "releases": releases, "friction": "0.25", "fidelity": "draft", "trajectories": "all"}
+    common = {
+        "dem": DEM,
+        "releases": releases,
+        "friction_preset": "wet-debarked",
+        "fidelity": "draft",
+        "trajectories": "all",
+    }
     common |= {"barriers": sample("barriers"), "lines": sample("lines"), "time_limit": 60.0}
     slid = run(
         "slide-logs",
@@ -148,7 +156,7 @@ def run_every_tool(folder: Path) -> list[Found]:
         output=at("reach-lines", "reached.gpkg"),
         origins=at("reach-lines", "origins.tif"),
     )
-    run("design-values", run=slid, output=at("design-values", "design_values.csv"))
+    run("design-values", run=slid, barrier_classes="etag-027", output=at("design-values", "design_values.csv"))
     candidates = {"tree_id": [1], "dbh_cm": [60.0], "height_m": [20.0]}
     spot = shapely.points(*np.mean(np.reshape(frame.total_bounds, (2, 2)), axis=0))
     gpd.GeoDataFrame(candidates, geometry=[spot], crs=frame.crs).to_file(folder / "plant.gpkg", driver="GPKG")
@@ -159,7 +167,7 @@ def run_every_tool(folder: Path) -> list[Found]:
         plant=str(folder / "plant.gpkg"),
         output=at("value-trees", "values.gpkg"),
     )
-    above = {"above_m": "15", "length_m": "40", "height_m": "4", "places": 1}
+    above = {"above_m": "15", "length_m": "40", "height_m": "4", "places": 1, "barrier_classes": "etag-027"}
     run("site-barriers", run=without, **above, output=folder / "site-barriers")
     run("map-intensity", run=slid, events_per_year=0.1, output=folder / "map-intensity")
     run("map-origins", run=without, least=1, output=folder / "map-origins")
@@ -196,7 +204,7 @@ def run_every_tool(folder: Path) -> list[Found]:
         observed=observed,
         output=folder / "calibrate-friction",
     )
-    scene = {key: common[key] for key in ("dem", "releases", "friction", "lines", "time_limit")}
+    scene = {key: common[key] for key in ("dem", "releases", "friction_preset", "lines", "time_limit")}
     of_lines = {"reached": sample("lines"), "event_logs": 4, "event_reached": 1, "friction": "0.3,0.4", "logs": 10}
     run("calibrate-friction", **of_event, **of_lines, output=folder / "calibrate-lines")
     run("compare-fidelity", **scene, fidelities="draft,standard", logs=20, output=folder / "compare-fidelity")

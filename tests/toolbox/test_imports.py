@@ -20,7 +20,7 @@ PUBLIC = {"run", "Ask", "TOOL"}  # of a tool, for another tool
 # A tool computes on arrays and hands tables on; files are opened by layers.py and its siblings.
 TOOL_LIBRARIES = {"numpy", "shapely", "geopandas", "pandas", "deadwood_algorithms", "deadwood_engine"}
 # The rooms, from the ground up: each may use those before it. The subject rooms never use one another.
-VOCABULARY = ("kinds", "tool", "schemas", "pictures")
+VOCABULARY = ("kinds", "tool", "schemas", "pictures", "presets")
 ROOMS = ("numbers", "files", "spread", "scene", "runs")
 SUBJECTS = (
     "trees", "releases", "mobilisation", "structures", "flights", "calibration", "fidelity", "scenarios", "sample",

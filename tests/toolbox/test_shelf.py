@@ -16,6 +16,7 @@ from deadwood_toolbox.catalogue import PLACE, page
 from deadwood_toolbox.shelf import TOOLS, declared, find
 
 NAMES = [
+    "list-presets",
     "assess-mobilisation",
     "sample-releases",
     "import-trees",

@@ -10,13 +10,8 @@ from __future__ import annotations
 
 import re
 
-SPRUCE_RATE = 0.033  # [1/a]
-# Rates of decay [1/a] (Herrmann et al. 2015), and the words by which a species is known.
-RATES: dict[float, tuple[str, ...]] = {
-    SPRUCE_RATE: ("picea", "spruce", "fichte", "épicéa", "epicea", "abete rosso"),
-    0.054: ("fagus", "beech", "buche", "hêtre", "hetre", "faggio"),
-    0.032: ("pinus", "pine", "föhre", "foehre", "kiefer", "pin ", "pino"),
-}
+from deadwood_algorithms.presets import SPRUCE, WOODS
+
 CRITICAL, POSSIBLE, OUTSIDE, UNKNOWN = DECAYS = ("critical", "possible", "outside", "unknown")
 NUMERALS = {"i": 1, "ii": 2, "iii": 3, "iv": 4, "v": 5}
 
@@ -42,10 +37,10 @@ def of_stage(text: str) -> str | None:
 def rate_of(species: str) -> float | None:
     """Rate of decay of a species [1/a], None if it is not known here."""
     name = species.strip().lower() + " "
-    return next((rate for rate, words in RATES.items() if any(word in name for word in words)), None)
+    return next((wood.rate for wood in WOODS.values() if any(word in name for word in wood.words)), None)
 
 
 def of_years(years: float, species: str, window: tuple[float, float]) -> str:
     """What the years since death say; ``window`` is that of spruce [a], which stands for species unknown here too."""
-    scale = SPRUCE_RATE / (rate_of(species) or SPRUCE_RATE)
+    scale = SPRUCE.rate / (rate_of(species) or SPRUCE.rate)
     return CRITICAL if window[0] * scale <= years <= window[1] * scale else OUTSIDE

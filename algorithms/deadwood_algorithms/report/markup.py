@@ -58,6 +58,13 @@ def table(head: Sequence[Any], rows: Iterable[Sequence[Any]], caption: str | Non
     return element("div", element("table", *title, element("thead", top), element("tbody", *body)), class_="scroll")
 
 
+def figure_of(drawing: Any, caption: str = "") -> Markup:
+    """A drawing (`figures.Drawing`) with its caption; nothing for None."""
+    if drawing is None:
+        return Markup("")
+    return element("figure", drawing.inline(), element("figcaption", caption) if caption else "")
+
+
 def embedded_json(content: Any) -> Markup:
     """JSON that may stand in a script element: no ``<`` in it can end that."""
     text = json.dumps(plain_numbers(content), ensure_ascii=False, separators=(",", ":"))

@@ -11,12 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.report.answer_figures import drawings_of_answers
 from deadwood_algorithms.report.figures import Drawing, drawings_of, runout_figure
-from deadwood_algorithms.report.markup import Markup, element, embedded_json, joined, table
+from deadwood_algorithms.report.markup import Markup, element, embedded_json, figure_of, joined, table
 from deadwood_algorithms.report.plan import draw_difference, draw_map
 from deadwood_algorithms.report.profiles import chosen_profiles
 from deadwood_algorithms.report.rounded import decimal, with_interval
-from deadwood_algorithms.report.sections import figure_of, left_table, question, sections_of, warnings_of
+from deadwood_algorithms.report.sections import left_table, question, sections_of, warnings_of
 from deadwood_algorithms.report.sources import Extent, ReportedRun
 from deadwood_algorithms.report.space import Space, packed
 from deadwood_algorithms.report.words import Words
@@ -71,6 +72,7 @@ def report_of(
     for k, source in enumerate(sources):
         key = f"r{k}"
         drawings = drawings_of(source, words, key, chosen_profiles(source))
+        drawings |= drawings_of_answers(source, words, key)
         drawings["map"] = Drawing(f"{key}_map", words.say("map"), partial(draw_map, source, words))
         shown += drawings.values()
         screen = Drawing(f"{key}_map", words.say("map"), partial(draw_map, source, words, every_layer=True))

@@ -40,7 +40,7 @@ def draw_map(source: ReportedRun, words: Words, *, every_layer: bool = False) ->
     figure, axes = map_frame(source.extent, words)
     handles: list[Any] = []
     if source.ground is not None:
-        _relief(axes, source)
+        draw_relief(axes, source)
     if "hits" in source.rasters:
         image = _hits(axes, source)
         bar = figure.colorbar(image, ax=axes, fraction=0.035, pad=0.015, aspect=32)
@@ -79,7 +79,7 @@ def map_frame(extent: Extent, words: Words, width: float = WIDTH) -> tuple[Figur
     return figure, axes
 
 
-def _relief(axes: Any, source: ReportedRun) -> None:
+def draw_relief(axes: Any, source: ReportedRun) -> None:
     ground = source.ground
     assert ground is not None
     west, south, east, north = ground.bounds
@@ -231,7 +231,7 @@ def draw_difference(
     """Where logs pass more often (red) or less often (blue) than in the reference, over the relief."""
     figure, axes = map_frame(shown, words)
     if source.ground is not None:
-        _relief(axes, source)
+        draw_relief(axes, source)
     points = 100.0 * band
     known = np.abs(points[np.isfinite(points)])
     far = max(float(np.quantile(known, 0.995)) if known.size else 1.0, 1e-9)

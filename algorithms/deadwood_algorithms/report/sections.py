@@ -12,9 +12,10 @@ import numpy as np
 
 from deadwood_algorithms.files.versions import lines as versions
 from deadwood_algorithms.numbers.statistics import loss_matters
+from deadwood_algorithms.report import answer_sections
 from deadwood_algorithms.report.fidelity_error import REACH_POINTS
 from deadwood_algorithms.report.figures import ARRIVAL_COLUMNS, Drawing
-from deadwood_algorithms.report.markup import Markup, element, joined, table
+from deadwood_algorithms.report.markup import Markup, element, figure_of, joined, table
 from deadwood_algorithms.report.plan import MOST_DOTS, SHOWN_AT_FIRST, layers_drawn
 from deadwood_algorithms.report.rounded import decimal, percent_if_lost, shown_number, shown_share, with_interval
 from deadwood_algorithms.report.sources import ReportedRun
@@ -34,12 +35,6 @@ DESIGN_PHRASES = {
     "impulse": "design_impulse",
 }
 Parts = list[Any]
-
-
-def figure_of(drawing: Drawing | None, caption: str = "") -> Markup:
-    if drawing is None:
-        return Markup("")
-    return element("figure", drawing.inline(), element("figcaption", caption) if caption else "")
 
 
 def question(sources: list[ReportedRun], words: Words) -> Parts:
@@ -450,6 +445,11 @@ def sections_of(
         ("reach", lambda: reach(source, drawings, words)),
         ("arrivals", lambda: arrivals(source, drawings, words)),
         ("design", lambda: design(source, words)),
+        ("worth", lambda: answer_sections.worth(source, drawings, words)),
+        ("siting", lambda: answer_sections.siting(source, drawings, words)),
+        ("intensity", lambda: answer_sections.intensity(source, drawings, words)),
+        ("from_where", lambda: answer_sections.from_where(source, drawings, words)),
+        ("varied", lambda: answer_sections.varied(source, drawings, words)),
         ("spread", lambda: spread(source, drawings, words)),
         ("ways", lambda: ways(source, drawings, words)),
         ("profile", lambda: profile_section(drawings, words)),

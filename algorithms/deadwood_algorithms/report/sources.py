@@ -25,6 +25,7 @@ from deadwood_algorithms.files.dem_windows import open_windows
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.tiles import tiles_of
 from deadwood_algorithms.files.vectors import read_table, read_vector
+from deadwood_algorithms.report.answers import Answers
 from deadwood_algorithms.runs.arrivals import arrivals_frame, find_arrivals
 from deadwood_algorithms.runs.edges import Edges
 from deadwood_algorithms.runs.folder import GEOPACKAGE, SUMMARY, Run, input_paths, layers_in, read_run
@@ -56,6 +57,7 @@ class ReportedRun:
     scene : by input (trees, barriers, lying_logs, blocks), the layer in the run's CRS; absent when not given or gone
     rasters : by name in `SHOWN_RASTERS`, values on about the ground's cells, row 0 south, with their extent
     lacks : (phrase, what fills it) of everything that could not be shown
+    answers : what other tools found out about the run, where it was named
     """
 
     name: str
@@ -72,6 +74,7 @@ class ReportedRun:
     passages: list[Passages]
     inputs: list[tuple[str, str, str]]  # parameter, file, SHA-256
     lacks: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
+    answers: Answers = field(default_factory=Answers)
 
     @property
     def dem_cell(self) -> float:
@@ -195,13 +198,13 @@ def read_rasters(run: Run, extent: Extent) -> dict[str, tuple[NDArray[np.float64
             continue
         try:
             with rasterio.open(path) as source:
-                found[name] = _thinned_raster(source, extent, np.nanmean if name in ("hits", "danger") else np.nanmax)
+                found[name] = thinned_raster(source, extent, np.nanmean if name in ("hits", "danger") else np.nanmax)
         except (RasterioError, ValueError):
             continue
     return found
 
 
-def _thinned_raster(source: Any, extent: Extent, gather: Callable) -> tuple[NDArray[np.float64], Extent]:
+def thinned_raster(source: Any, extent: Extent, gather: Callable) -> tuple[NDArray[np.float64], Extent]:
     import warnings
 
     cell, west, north = source.transform.a, source.transform.c, source.transform.f
@@ -336,4 +339,4 @@ def read_over_runs(path: Path, sources: Any) -> tuple[NDArray[np.float64], Exten
     sides = np.array([each.extent for each in sources])
     (west, south), (east, north) = sides[:, :2].min(axis=0), sides[:, 2:].max(axis=0)
     with rasterio.open(path) as source:
-        return _thinned_raster(source, (west, south, east, north), np.nanmean)
+        return thinned_raster(source, (west, south, east, north), np.nanmean)

@@ -10,6 +10,8 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
+from deadwood_algorithms.report.answer_words import ANSWER_PHRASES, GERMAN_CLASSES
+
 LANGUAGES = ("en", "de")
 
 STOPS = {
@@ -428,6 +430,7 @@ PHRASES: dict[str, tuple[str, str]] = {
     "none": ("none", "keine"),
     "made": ("Made by deadwood-tool {version}", "Erstellt mit deadwood-tool {version}"),
 }
+PHRASES |= ANSWER_PHRASES
 
 
 # What a summary says of its model, in its own English words; what is not here stays English.
@@ -489,6 +492,14 @@ class Words:
                 if found := re.fullmatch(pattern, said):
                     return found.expand(german)
         return said
+
+    def of_class(self, label: str) -> str:
+        """The name of a class as a tool wrote it, in this language."""
+        if self.language == "de":
+            for pattern, german in GERMAN_CLASSES:
+                if found := re.fullmatch(pattern, label):
+                    return re.sub(r"(?<=\d)\.(?=\d)", ",", found.expand(german))
+        return label
 
     def known(self, phrase: str, otherwise: str, **filled: Any) -> str:
         return self.say(phrase, **filled) if phrase in PHRASES else otherwise

@@ -11,7 +11,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from deadwood_algorithms import tool
+from deadwood_algorithms.presets import FRICTION_CELL_M, FRICTIONS, Taken, choices_told
 from deadwood_algorithms.schemas import DBH_CM, DENSITY_KG_M3, DROP_M, SPEED_MS, TREE_M
+from deadwood_algorithms.tool import Feedback, UserError
 
 # Ground that a log sinks into so far that it resists more does not carry a rigid log
 MOST_ROLLING = 0.5
@@ -151,6 +153,49 @@ class ReleasedScene:
             "barrier_friction": self.barrier_friction,
             "barrier_restitution": self.barrier_restitution,
         }
+
+
+@dataclass(frozen=True, kw_only=True)
+class SceneByName(ReleasedScene):
+    """The same, with a friction that may be picked by name."""
+
+    friction: str = tool.number_or_layer(
+        "Friction coefficient",
+        minimum=0.0,
+        default=None,
+        help="A number, a raster, or polygons with a field 'friction' or 'mu'. Needed, unless --friction-preset names "
+        "one.",
+    )
+    friction_preset: str | None = tool.choice(
+        "Friction coefficient by name", *FRICTIONS, default=None, help=choices_told(FRICTIONS)
+    )
+
+    def __post_init__(self) -> None:
+        if self.friction is None and self.friction_preset in FRICTIONS:
+            object.__setattr__(self, "friction", f"{FRICTIONS[self.friction_preset].values['friction']:g}")
+
+    def taken_presets(self) -> tuple[Taken, ...]:
+        if self.friction_preset is None:
+            return ()
+        return (Taken.of(FRICTIONS[self.friction_preset], "--friction-preset", {"friction": self.friction}),)
+
+
+def refuse_no_friction(ask: ReleasedScene) -> None:
+    if ask.friction is None:
+        raise UserError("--friction is missing (Friction coefficient); give it, or name one with --friction-preset")
+
+
+def say_friction(ask: ReleasedScene, cell: float, feedback: Feedback) -> None:
+    """What a friction by name is, and that it was found on cells of another size."""
+    if not isinstance(ask, SceneByName):
+        return
+    for each in ask.taken_presets():
+        feedback.note(each.said)
+        if each.sets and abs(cell - FRICTION_CELL_M) > 0.02 * FRICTION_CELL_M:
+            feedback.warn(
+                f"--friction-preset {each.preset.name} was found on cells of {FRICTION_CELL_M:g} m, and the terrain "
+                f"model has cells of {cell:g} m: on coarser ones friction should be higher (the paper, 6.1)"
+            )
 
 
 def threads_of(asked: int | None) -> int:

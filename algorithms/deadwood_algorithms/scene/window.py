@@ -18,7 +18,13 @@ from deadwood_algorithms.scene.items import digest_of, plan_of
 from deadwood_algorithms.scene.memory import LOG_BYTES, refuse_too_many, refuse_too_many_workers, threads_that_fit
 from deadwood_algorithms.scene.reach import WHOLE_CELLS, first_part, wider
 from deadwood_algorithms.scene.read import SceneLayers, read_scene
-from deadwood_algorithms.scene.released_scene import DEFAULTED, ReleasedScene, threads_of
+from deadwood_algorithms.scene.released_scene import (
+    DEFAULTED,
+    ReleasedScene,
+    refuse_no_friction,
+    say_friction,
+    threads_of,
+)
 from deadwood_algorithms.scene.releases import Releases, releases_of
 from deadwood_algorithms.scene.shape import as_shape, read_shape
 from deadwood_algorithms.spread.scheduler import LOCAL, refuse_no_scheduler
@@ -41,8 +47,10 @@ def read_released_scene(
     With ``windowed``, of a large DEM only the part is read that logs are expected to reach; the caller must then ask
     `SceneLayers.escaped` after sliding, and slide again what `wider_scene` gives.
     """
+    refuse_no_friction(ask)
     refuse_no_scheduler(ask.scheduler, ask.workers)
     with open_windows(ask.dem, crs=ask.crs, feedback=feedback, look_through=False) as dem:
+        say_friction(ask, dem.cell, feedback)
         releases = read_vector(
             ask.releases, geometry=("point",), target_crs=dem.crs, what="releases", feedback=feedback
         )

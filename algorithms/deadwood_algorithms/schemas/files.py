@@ -6,7 +6,7 @@ ends with ``.qml``.
 
 from __future__ import annotations
 
-from deadwood_algorithms.schemas.results import SITE_COLUMNS, SITED_GAIN, SITED_HITS
+from deadwood_algorithms.schemas.results import BARRIER_CLASS, SITE_COLUMNS, SITED_GAIN, SITED_HITS
 from deadwood_algorithms.schemas.words import (
     Band,
     JsonFile,
@@ -232,6 +232,19 @@ SITES_TABLE = TableFile(
     meaning="Many sites side by side: one row a site and line, one of a site without lines or that failed",
     columns=SITE_COLUMNS,
 )
+PRESETS = TableFile(
+    name="presets.csv",
+    meaning="What can be picked by name: one row a preset",
+    columns=(
+        a_text("tools", "The tools that take it"),
+        a_text("option", "The option that takes its name"),
+        a_text("name", "Its name"),
+        a_text("values", "What it sets, or the law"),
+        a_text("about", "What it stands for"),
+        a_text("source", "Where its values are from"),
+        a_text("mind", "What to mind with it"),
+    ),
+)
 DESIGN_VALUES = TableFile(
     name="design_values.csv",
     meaning="Percentiles at each barrier and line, over the logs that come to it",
@@ -251,6 +264,7 @@ DESIGN_VALUES = TableFile(
         a_number("ci_high", "Upper end"),
         a_number("n_more", "How many more hits it takes for an upper end, 0 where there is one", 0),
         a_text("note", "The same in words, or why the quantity is not there"),
+        *BARRIER_CLASS,
     ),
 )
 SITED_TABLE = TableFile(
@@ -557,6 +571,7 @@ MANIFEST = JsonFile(
         _key("engine", "Digest of the engine's sources and compiler: the same engine, the same bits"),
         _key("folder", "Where the manifest was to stand; inputs that moved together with it are found from there"),
         _whole("parameters", "Every parameter, as it was given or by default"),
+        _whole("presets", "What a preset set, from which source, and which options went before it; with one only"),
     ),
 )
 MANIFEST_OF_SCENE = JsonFile(

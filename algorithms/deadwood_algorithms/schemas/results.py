@@ -536,6 +536,10 @@ PLANTED = Layer(
     ),
 )
 
+BARRIER_CLASS = (
+    a_text("barrier_class", "Weakest class that holds the energy; with --barrier-classes, of energies"),
+    a_text("barrier_class_high", "That which holds the upper end of its interval; empty where there is none"),
+)
 SITED_HITS = (
     a_number("n_stopped", "Logs that it holds", 0),
     a_number("n_overjumped", "Logs that pass above it", 0),
@@ -548,6 +552,7 @@ SITED_HITS = (
     a_number("height_low_m", "Lower end of its exact 95 % interval"),
     a_number("height_high_m", "Upper end"),
     a_number("n_more", "How many more hits it takes for upper ends; 0 where they are told", 0),
+    *BARRIER_CLASS,
 )
 SITED_GAIN = (
     a_number("gain_logs", "Logs fewer that reach a line than before it was put up; less than 0: more"),

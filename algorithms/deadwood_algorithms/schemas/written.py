@@ -45,6 +45,7 @@ OF_RUN = (
     results.BLOCK_HITS,
 )
 WRITTEN = (
+    _by_flag("list-presets", "--output", files.PRESETS),
     _by_flag("assess-mobilisation", "--output", files.SUSCEPTIBILITY),
     *_layers("assess-mobilisation", "--areas", [results.RELEASE_AREAS]),
     *_layers("assess-mobilisation", "--assessed", [results.CANDIDATES, results.OTHERS]),

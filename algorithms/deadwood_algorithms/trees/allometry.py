@@ -144,6 +144,16 @@ ABOUT = {
 }
 
 
+_FINT = "HAFL-WWI/pyFINT"
+_CHABLAIS = "a fit to the inventory Chablais 3 (French Alps, 1350 m; lidaRtRee), made for this project"
+_OREGON = "a fit to the inventory WEF (Oregon; spBayes), made for this project"
+_JUCKER = "Jucker et al. 2017, Global Change Biology 23:177, as coded in itcSegment"
+SOURCES_OF_LAWS = {
+    name: {"fint": _FINT, "chablais": _CHABLAIS, "oregon": _OREGON, "jucker": _JUCKER}[name.split("-")[0]]
+    for name in PUBLISHED
+}
+
+
 def fit(dbh: np.ndarray, height: np.ndarray) -> FittedLaw:
     """Least squares of the logarithms, each way, brought back by exp(s^2 / 2): else the mean would come out low.
 

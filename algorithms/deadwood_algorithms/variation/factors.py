@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from deadwood_algorithms.presets import FRICTION_RANGE, FRICTIONS
 from deadwood_algorithms.tool import UserError
 
 FIDELITIES = ("draft", "standard", "fine", "reference")
@@ -33,7 +34,7 @@ class Offer:
 
 OFFERED: Mapping[str, Offer] = {
     # The paper's range, found on 0.5 m cells
-    "friction": Offer("friction", "", 0.0, 10.0, 0.2, 0.3),
+    "friction": Offer("friction", "", 0.0, 10.0, *FRICTION_RANGE),
     "friction_factor": Offer("friction of the map", "times", 0.0, 10.0, 0.8, 1.2),
     # No value measured for logs is known: a roller of 0.6 m that sinks in by 1 to 10 mm has 0.04 to 0.13
     "rolling_friction": Offer("rolling friction", "", 0.0, 0.5, 0.03, 0.15),
@@ -61,6 +62,13 @@ class Factor:
     name: str
     low: float | str
     high: float | str
+    offered: bool = False  # the user gave no range, so it is the one of `OFFERED`
+
+    @property
+    def offer_words(self) -> str:
+        """That the range is a suggestion, and whose."""
+        whose = FRICTIONS["wet-debarked"].source if self.name == "friction" else "a suggestion, nobody's measurement"
+        return f"--vary {self.name} takes the range that is offered, {self.range_words}: {whose}"
 
     @property
     def is_choice(self) -> bool:
@@ -169,7 +177,7 @@ def _checked(name: str, ends: Ends, place: str) -> Factor:
         raise UserError(f"{place}: no factor is called '{name}'; known are {', '.join(OFFERED)}")
     offer = OFFERED[key]
     if ends is None:
-        return Factor(key, offer.low, offer.high)
+        return Factor(key, offer.low, offer.high, offered=True)
     if key == "fidelity":
         low, high = (str(each).strip().lower() for each in ends)
         for each in (low, high):

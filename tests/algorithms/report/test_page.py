@@ -362,7 +362,7 @@ def test_every_phrase_has_the_same_gaps_in_each_language():
 def test_every_phrase_is_used():
     sources = "".join(each.read_text(encoding="utf-8") for each in (ROOT / "algorithms").rglob("*.py"))
     spoken = re.sub(r"(?s)PHRASES: .*?\n}\n", "", sources)
-    made = ("quantity_", "layer_", "input_", "model_", "hash_", "group_", "item_")
+    made = ("quantity_", "layer_", "input_", "model_", "hash_", "group_", "item_", "kind_", "factor_")
     unused = [
         name
         for name in PHRASES

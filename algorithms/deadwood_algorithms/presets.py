@@ -1,0 +1,315 @@
+"""Numbers that a user picks by name: what each says, where it is from, and what to mind.
+
+The one table of them. A tool offers a part of it as a choice, says what the choice set and what the user's own options
+set in its place (`Taken`), and writes it into its manifest. No number stands here without its source; what was reckoned
+from sources is called so. Standard library only.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+PAPER = "the paper"
+IPCC = "IPCC 2006 Guidelines 4, table 4.14 (density of sound wood, dry)"
+RATES_OF = "Herrmann et al. 2015, Forest Ecosystems 2:27 (rate of decay)"
+AMMANN = "Ammann 2006 in the paper, 6.1 (years)"
+FRICTION_CELL_M = 0.5  # of the terrain model on which the paper's friction was found
+
+
+@dataclass(frozen=True)
+class Preset:
+    """Values by the option that each sets, of one name."""
+
+    name: str
+    about: str
+    values: Mapping[str, float]
+    source: str
+    mind: str = ""  # what to mind with it
+    law: str = ""  # of a wood: the published law between DBH and height (`trees.allometry`)
+
+    @property
+    def values_shown(self) -> str:
+        return ", ".join(f"{name} {value:.4g}" for name, value in self.values.items())
+
+
+@dataclass(frozen=True)
+class Taken:
+    """A preset as a tool took it: what it set, and the options that were given and went before it."""
+
+    preset: Preset
+    option: str  # the flag that named it
+    sets: Mapping[str, float]
+    given: Mapping[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, preset: Preset, option: str, given: Mapping[str, Any]) -> Taken:
+        """``given``: the user's own value of each option, None where there is none."""
+        own = {name: given[name] for name, value in preset.values.items() if _is_other(given.get(name), value)}
+        return cls(preset, option, {name: value for name, value in preset.values.items() if name not in own}, own)
+
+    @property
+    def values(self) -> dict[str, Any]:
+        return {**self.sets, **self.given}
+
+    @property
+    def said(self) -> str:
+        """One line: what the preset set, from where, what went before it, and what to mind."""
+        sets = ", ".join(f"{name} {value:.4g}" for name, value in self.sets.items())
+        told = f"sets {sets} ({self.preset.source})" if sets else "sets nothing"
+        before = "".join(
+            f"; {flag_of(name)} {value} is given and goes before its {self.preset.values[name]:.4g}"
+            for name, value in self.given.items()
+        )
+        mind = f"; {self.preset.mind}" if self.preset.mind and sets else ""
+        return f"{self.option} {self.preset.name} {told}{before}{mind}"
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """For a manifest."""
+        return {
+            "option": self.option,
+            "name": self.preset.name,
+            "sets": dict(self.sets),
+            "given_instead": dict(self.given),
+            "source": self.preset.source,
+        }
+
+
+def _is_other(given: Any, value: float) -> bool:
+    """Whether an option was given that says something else: a manifest of a preset's values still is of the preset."""
+    if given is None:
+        return False
+    try:
+        return float(given) != value
+    except (TypeError, ValueError):  # a layer
+        return True
+
+
+def flag_of(name: str) -> str:
+    return "--" + name.replace("_", "-")
+
+
+# --- wood -----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Wood:
+    """A wood whose density and decay are known here; ``words`` are those by which a species is known in a table."""
+
+    name: str
+    density_kg_m3: float  # dry mass by fresh volume, sound
+    rate: float  # of decay [1/a]: mass falls as exp(-rate t)
+    words: tuple[str, ...]
+    law: str = ""
+
+    def kept(self, years: float) -> float:
+        """The share of its mass that is left so many years after death."""
+        return math.exp(-self.rate * years)
+
+
+SPRUCE = Wood("spruce", 400.0, 0.033, ("picea", "spruce", "fichte", "épicéa", "epicea", "abete rosso"),
+              "chablais-spruce")  # fmt: skip
+BEECH = Wood("beech", 580.0, 0.054, ("fagus", "beech", "buche", "hêtre", "hetre", "faggio"), "chablais-beech")
+PINE = Wood("pine", 420.0, 0.032, ("pinus", "pine", "föhre", "foehre", "kiefer", "pin ", "pino"))
+WOODS = {each.name: each for each in (SPRUCE, BEECH, PINE)}
+CRITICAL_YEARS = (2.0, 5.0)  # after death, of spruce (Ammann 2006)
+
+
+def critical_years(wood: Wood) -> tuple[float, float]:
+    """Years after death in which a wood has decayed as far as spruce in its own: smooth and still strong."""
+    low, high = (each * SPRUCE.rate / wood.rate for each in CRITICAL_YEARS)
+    return low, high
+
+
+def _critical(wood: Wood) -> Preset:
+    low, high = critical_years(wood)
+    dense, light = (wood.density_kg_m3 * wood.kept(each) for each in (low, high))
+    years = f"{low:.2g} to {high:.2g} years after death"
+    reckoned = "" if wood is SPRUCE else ", which the rates carry over from spruce"
+    return Preset(
+        f"{wood.name}-critical",
+        f"{wood.name} without bark and branches that does not break yet, {years}: {dense:.0f} to {light:.0f} kg/m³",
+        {"density_kg_m3": float(round(0.5 * (dense + light)))},
+        f"reckoned, the middle of that range, from {IPCC}; {RATES_OF}; {AMMANN}{reckoned}",
+        "it is the density of dry wood: water adds to it, and energies grow by as much",
+        wood.law,
+    )
+
+
+# --- the tables -----------------------------------------------------------------------------------------------------
+
+LOGS = {
+    each.name: each
+    for each in (
+        Preset(
+            "klosters",
+            "the logs of Klosters 2022",
+            {"dbh_cm": 75.0, "length_m": 30.0, "density_kg_m3": 300.0},
+            f"{PAPER}, 4: measured at the deposit, the density assumed",
+        ),
+        Preset(
+            "rothenbrunnen",
+            "the log of Rothenbrunnen 2022",
+            {"dbh_cm": 30.0, "length_m": 15.0, "density_kg_m3": 300.0},
+            f"{PAPER}, 4: estimated from photographs, the density assumed",
+        ),
+        *(_critical(each) for each in WOODS.values()),
+    )
+}
+FORESTS = {
+    each.name: each
+    for each in (
+        Preset(
+            "klosters",
+            "the forest of Gruobenwald, Klosters",
+            {"stems_per_ha": 300.0, "dbh_mean_cm": 60.23, "dbh_sd_cm": 18.64},
+            f"{PAPER}, 4: from airborne laser scanning",
+            "it names no heights, which follow from the DBH",
+        ),
+        Preset(
+            "rothenbrunnen",
+            "the forest of Plattawald, Rothenbrunnen",
+            {"stems_per_ha": 315.0, "dbh_mean_cm": 44.0, "dbh_sd_cm": 22.0},
+            f"{PAPER}, 4: from airborne laser scanning",
+            "it names no heights, which follow from the DBH",
+        ),
+    )
+}
+FRICTIONS = {
+    each.name: each
+    for each in (
+        Preset(
+            "wet-debarked",
+            "a wet log without bark and branches on wet ground, 0.2 to 0.3",
+            {"friction": 0.25},
+            f"{PAPER}, 5.1 and 6.1: what reproduces its two events on cells of {FRICTION_CELL_M:g} m",
+            "its range is 0.2 to 0.3: slide both ends too, or vary it",
+        ),
+    )
+}
+FRICTION_RANGE = (0.2, 0.3)  # of wet-debarked, for `vary`
+
+
+def decayed(wood: Wood, years: float) -> Preset:
+    """What windthrow takes for a lying log so many years after: how much thinner it is, as a share of its diameter."""
+    kept = wood.kept(years)
+    return Preset(
+        wood.name,
+        f"{years:g} years on",
+        {"thinner": round(1.0 - math.sqrt(kept), 3)},
+        f"{RATES_OF}: {100 * kept:.0f} % of the mass is left after {years:g} years",
+        DECAY_MIND,
+    )
+
+
+DECAY_MIND = (
+    "that decay takes wood off from outside is an assumption, and how many logs are gone by then it does not say"
+)
+DECAYS = {
+    wood.name: Preset(
+        wood.name,
+        f"its mass falls by {100 * (1 - wood.kept(1.0)):.1f} % a year, taken off from outside",
+        {"rate": wood.rate},
+        RATES_OF,
+        DECAY_MIND,
+    )
+    for wood in WOODS.values()
+}
+
+
+@dataclass(frozen=True)
+class BarrierClasses:
+    """Classes of rockfall nets by the energy that one hit may have [kJ], ascending; None: above the last."""
+
+    name: str
+    about: str
+    rows: tuple[tuple[str, float], ...]  # class, maximum energy level [kJ]
+    above: str  # the class of nets that hold more than the last of the rows
+    source: str
+    mind: str
+
+    def class_of(self, energy_kj: float) -> tuple[str, float]:
+        """The weakest class that holds an energy, and what it holds [kJ] (infinite above the last; NaN of NaN)."""
+        if math.isnan(energy_kj):
+            return "", math.nan
+        return next(((name, holds) for name, holds in self.rows if energy_kj <= holds), (self.above, math.inf))
+
+    @property
+    def said(self) -> str:
+        """Whose classes they are, and what to mind."""
+        return f"--barrier-classes {self.name}: {self.source}; {self.mind}"
+
+    def record(self, energy_kj: float, high_kj: float) -> dict[str, str]:
+        """Columns: the class that holds an energy, and the one that holds the upper end of its interval."""
+        return {"barrier_class": self.class_of(energy_kj)[0], "barrier_class_high": self.class_of(high_kj)[0]}
+
+    def words(self, record: Mapping[str, Any]) -> str:
+        """``class 3 of etag-027 (1000 kJ), up to class 4 (1500 kJ)``; of the columns of `record`."""
+        holds = dict(self.rows) | {self.above: math.inf}
+        one, other = record["barrier_class"], record["barrier_class_high"]
+        shown = {name: f"{holds[name]:g} kJ" if holds[name] < math.inf else f"over {self.rows[-1][1]:g} kJ"
+                 for name in holds}  # fmt: skip
+        end = "no upper end can be told" if not other else "its upper end too" if other == one else (
+            f"its upper end class {other} ({shown[other]})")  # fmt: skip
+        return f"class {one} of {self.name} ({shown[one]}), {end}"
+
+    @property
+    def values_shown(self) -> str:
+        return ", ".join(f"{name}: {holds:g} kJ" for name, holds in self.rows) + f", {self.above}: more"
+
+
+BARRIERS = {
+    each.name: each
+    for each in (
+        BarrierClasses(
+            "etag-027",
+            "classes of rockfall protection kits by maximum energy level (MEL)",
+            (("0", 100.0), ("1", 250.0), ("2", 500.0), ("3", 1000.0), ("4", 1500.0), ("5", 2000.0), ("6", 3000.0),
+             ("7", 4500.0)),
+            "8",
+            "ETAG 027 (EOTA 2008), now EAD 340059-00-0106",
+            "they are tested with compact blocks in the middle of a net: a slender log may pass through rings or "
+            "load a net otherwise (the paper, 6.3), so a person decides",
+        ),
+    )
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Listed:
+    """A row of the list of all presets."""
+
+    tools: str
+    option: str
+    name: str
+    values: str
+    about: str
+    source: str
+    mind: str = ""
+
+
+def listed() -> Iterator[Listed]:
+    """Every preset, by the option that takes it."""
+    sliding = "slide-logs, compare-fidelity, vary, run-sites"
+    tables = (
+        ("sample-releases", "preset", LOGS),
+        ("generate-forest", "preset", FORESTS),
+        (sliding, "friction_preset", FRICTIONS),
+        ("windthrow", "wood", DECAYS),
+    )
+    for tools, option, table in tables:
+        for each in table.values():
+            yield Listed(tools, flag_of(option), each.name, each.values_shown, each.about, each.source, each.mind)
+    for each in BARRIERS.values():
+        option = flag_of("barrier_classes")
+        yield Listed(
+            "design-values, site-barriers", option, each.name, each.values_shown, each.about, each.source, each.mind
+        )
+
+
+def choices_told(table: Mapping[str, Preset | BarrierClasses]) -> str:
+    """What the names of a table mean, for the help of the option that takes them."""
+    return "; ".join(f"{name}: {each.about} ({each.values_shown})" for name, each in table.items()) + "."

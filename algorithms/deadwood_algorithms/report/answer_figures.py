@@ -1,0 +1,223 @@
+"""Maps and bars of what other tools found out about a run, in the manner of the report's other figures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import rasterio
+import shapely
+from matplotlib.collections import LineCollection
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from deadwood_algorithms.files.vectors import read_table
+from deadwood_algorithms.pictures import scale_and_north
+from deadwood_algorithms.report.figures import COLOURS, INK, WIDTH, Drawing, plain
+from deadwood_algorithms.report.plan import (
+    BARRIER,
+    LINE,
+    MOST_DOTS,
+    dots,
+    draw_relief,
+    lines_of_shapes,
+    map_frame,
+    thinned_rows,
+)
+from deadwood_algorithms.report.sources import ReportedRun, thinned_raster
+from deadwood_algorithms.report.words import Words
+
+KEEPS, BRINGS, IDLE = "#009E73", "#CC79A7", "#3a3a3a"
+MOST_BARS = 12
+NARROW = 5.6  # inches, of one map of several
+NAMED = 5  # of the things that keep most logs away, on the map
+# map -> (title's phrase, which class of a block of cells is shown: the gravest)
+CLASS_MAPS: dict[str, tuple[str, Callable[..., Any]]] = {
+    "intensity": ("intensity_map", np.nanmax),
+    "passage": ("passage_map", np.nanmax),
+    "return_class": ("return_map", np.nanmin),  # 1 is the shortest period
+}
+
+
+def drawings_of_answers(source: ReportedRun, words: Words, key: str) -> dict[str, Drawing]:
+    """The figures of what was named with ``--results``, by what they show."""
+    found: dict[str, tuple[str, Callable[[], Figure]]] = {}
+    values = source.answers.worth.get("values")
+    if values is not None and len(values):
+        found["worth"] = "worth", partial(worth_figure, source, values, words)
+    folders = source.answers.folders
+    if "site-barriers" in folders:
+        found["siting"] = "siting", partial(siting_figure, source, folders["site-barriers"][0], words)
+    if "map-intensity" in folders:
+        folder, facts, _ = folders["map-intensity"]
+        for name, (title, gather) in CLASS_MAPS.items():
+            if (folder / f"{name}.tif").is_file():
+                draw = partial(class_figure, source, folder / f"{name}.tif", facts["classes"], gather, words)
+                found[name] = title, draw
+    if "map-origins" in folders:
+        found["from_where"] = "from_where", partial(origins_figure, source, folders["map-origins"][0], words)
+    if "vary" in folders:
+        found["varied"] = "varied", partial(tornado_figure, folders["vary"][1], words)
+    return {name: Drawing(f"{key}_{name}", words.say(title), draw) for name, (title, draw) in found.items()}
+
+
+def _slope(source: ReportedRun, words: Words) -> tuple[Figure, Any, list[Any]]:
+    """An empty map with the relief and the lines, and the legend's first entries."""
+    figure, axes = map_frame(source.extent, words, NARROW)
+    if source.ground is not None:
+        draw_relief(axes, source)
+    handles: list[Any] = []
+    if source.lines is not None:
+        strings = lines_of_shapes(source.lines.geometry)
+        axes.add_collection(LineCollection(strings, colors=LINE, linewidths=2.0, zorder=5))
+        handles.append(Line2D([], [], color=LINE, linewidth=2.0, label=words.say("layer_lines")))
+    return figure, axes, handles
+
+
+def _finished(figure: Figure, axes: Any, handles: list[Any]) -> Figure:
+    scale_and_north(axes)
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8, handlelength=1.4)
+    return figure
+
+
+def worth_figure(source: ReportedRun, values: Any, words: Words) -> Figure:
+    """Every thing at its place: its gain summed over the lines as the size of its dot."""
+    figure, axes, handles = _slope(source, words)
+    by_thing = values.groupby(["kind", "id"], sort=False)
+    gain = by_thing["gain_logs"].sum().to_numpy(float)
+    shapes = by_thing["geometry"].first()
+    x, y = shapely.get_coordinates(shapely.centroid(np.asarray(shapes, object))).T
+    idle = gain == 0.0
+    some = np.flatnonzero(idle)[thinned_rows(int(idle.sum()), MOST_DOTS)]
+    dots(axes, x[some], y[some], 1.8, IDLE, "idle", 3.0)
+    largest = max(float(np.abs(gain).max()), 1.0)
+    for sign, colour, zorder in ((-1.0, BRINGS, 6), (1.0, KEEPS, 7)):
+        mine = sign * gain > 0.0
+        size = 12.0 + 110.0 * np.sqrt(np.abs(gain[mine]) / largest)
+        axes.scatter(
+            x[mine], y[mine], s=size, color=colour, alpha=0.85, edgecolors="white", linewidths=0.5, zorder=zorder
+        )
+    for k in [k for k in np.argsort(-gain, kind="stable")[:NAMED] if gain[k] > 0.0]:
+        axes.annotate(
+            plain(shapes.index[k][1]), (x[k], y[k]), xytext=(5, 4), textcoords="offset points", color="#111111",
+            fontsize=7, zorder=9, bbox={"boxstyle": "round,pad=0.12", "facecolor": "white", "linewidth": 0},
+        )  # fmt: skip
+    handles += [
+        Line2D([], [], linestyle="none", marker="o", markersize=size, color=colour, label=words.say(phrase))
+        for colour, phrase, size in ((KEEPS, "keeps", 7), (BRINGS, "brings", 7), (IDLE, "no_worth", 3))
+    ]
+    return _finished(figure, axes, handles)
+
+
+def siting_figure(source: ReportedRun, folder: Path, words: Words) -> Figure:
+    """The barriers that were chosen, by the step in which they were, and the run's own."""
+    figure, axes, handles = _slope(source, words)
+    frame = read_table(f"{folder / 'barriers.gpkg'}|layername=barriers", what="barriers")
+    steps = frame["step"].to_numpy(int)
+    for chosen, colour, phrase in ((False, BARRIER, "layer_barriers"), (True, COLOURS[1], "chosen_barrier")):
+        mine = frame[(steps > 0) == chosen]
+        if len(mine):
+            strings = lines_of_shapes(mine.geometry)
+            axes.add_collection(LineCollection(strings, colors=colour, linewidths=3.2, zorder=6))
+            handles.append(Line2D([], [], color=colour, linewidth=3.2, label=words.say(phrase)))
+    for row in np.flatnonzero(steps > 0):
+        x, y = shapely.get_coordinates(frame.geometry.iloc[row])[-1]
+        axes.annotate(
+            str(steps[row]), (x, y), xytext=(5, 3), textcoords="offset points", color="#111111", zorder=8,
+            weight="bold", bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": COLOURS[1]},
+        )  # fmt: skip
+    return _finished(figure, axes, handles)
+
+
+def class_figure(
+    source: ReportedRun, path: Path, classes: list[dict[str, Any]], gather: Callable[..., Any], words: Words
+) -> Figure:
+    """A raster of classes over the relief, in the colours of its own table."""
+    figure, axes, handles = _slope(source, words)
+    with rasterio.open(path) as raster:
+        values, (west, south, east, north) = thinned_raster(raster, source.extent, gather)
+        table = raster.colormap(1)
+    mine = [each for each in classes if each["map"] == path.stem]
+    top = max(each["class"] for each in mine)
+    colours = [tuple(part / 255.0 for part in table[k][:3]) for k in range(1, top + 1)]
+    axes.imshow(
+        values, cmap=ListedColormap(colours), vmin=0.5, vmax=top + 0.5, alpha=0.85, extent=(west, east, south, north),
+        origin="lower", interpolation="nearest", zorder=2,
+    )  # fmt: skip
+    axes.set(xlim=(source.extent[0], source.extent[2]), ylim=(source.extent[1], source.extent[3]))
+    handles += [Patch(facecolor=colours[each["class"] - 1], label=words.of_class(each["meaning"])) for each in mine]
+    return _finished(figure, axes, handles)
+
+
+def origins_figure(source: ReportedRun, folder: Path, words: Words) -> Figure:
+    """Of the logs released in each cell, the share that reaches any line."""
+    figure, axes, handles = _slope(source, words)
+    with rasterio.open(folder / "origins.tif") as raster:
+        values, (west, south, east, north) = thinned_raster(raster, source.extent, np.nanmean)
+    shown: NDArray[np.float64] = 100.0 * values
+    known = shown[np.isfinite(shown)]
+    image = axes.imshow(
+        shown, cmap="magma_r", vmin=0.0, vmax=max(float(known.max()) if known.size else 1.0, 1.0), alpha=0.85,
+        extent=(west, east, south, north), origin="lower", interpolation="nearest", zorder=2,
+    )  # fmt: skip
+    axes.set(xlim=(source.extent[0], source.extent[2]), ylim=(source.extent[1], source.extent[3]))
+    bar = figure.colorbar(image, ax=axes, fraction=0.035, pad=0.015, aspect=32)
+    bar.set_label(words.say("from_where_map"))
+    bar.outline.set_visible(False)  # type: ignore[operator]
+    return _finished(figure, axes, handles)
+
+
+def outcomes_of(facts: dict[str, Any]) -> list[str]:
+    """The outcomes of vary, lines first."""
+    names = list(dict.fromkeys(row["outcome"] for row in facts["tornado"]))
+    return sorted(names, key=lambda name: not name.startswith("reach_"))
+
+
+def outcome_words(name: str, words: Words) -> str:
+    if name.startswith("reach_"):
+        return words.say("outcome_reach", line=name.removeprefix("reach_"))
+    return words.say("outcome_runout")
+
+
+def tornado_figure(facts: dict[str, Any], words: Words) -> Figure:
+    """For each outcome a bar a factor, from its low to its high end, the strongest at the top."""
+    names = outcomes_of(facts)[:4]
+    many = min(MOST_BARS, len(facts["factors"]))
+    figure = Figure(figsize=(WIDTH, (0.9 + 0.36 * many) * len(names) + 0.3), layout="constrained")
+    panels = figure.subplots(len(names), 1, squeeze=False)[:, 0]
+    for axes, name in zip(panels, names, strict=True):
+        rows = [row for row in facts["tornado"] if row["outcome"] == name]
+        rows = sorted(rows, key=lambda row: -abs(row["swing"]))[:MOST_BARS]
+        scale = 100.0 if name.startswith("reach_") else 1.0
+        base = scale * rows[0]["as_it_is"]
+        for k, row in enumerate(rows):
+            for end, colour in (("at_low", COLOURS[5]), ("at_high", COLOURS[4])):
+                axes.barh(k, scale * row[end] - base, 0.62, left=base, color=colour, zorder=2)
+        axes.axvline(base, color=INK, linewidth=1.2, zorder=3)
+        labels = [plain(f"{factor_words(row['factor'], words)}, {range_words(row, words)}") for row in rows]
+        axes.set_yticks(range(len(rows)), labels)
+        axes.set(ylim=(len(rows) - 0.4, -0.6), xlabel=plain(outcome_words(name, words)))
+        axes.grid(axis="y", visible=False)
+    handles = [
+        Patch(color=COLOURS[5], label=words.say("low_end")),
+        Patch(color=COLOURS[4], label=words.say("high_end")),
+    ]
+    handles.append(Line2D([], [], color=INK, linewidth=1.2, label=words.say("as_it_is")))  # type: ignore[arg-type]
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8)
+    return figure
+
+
+def factor_words(name: str, words: Words) -> str:
+    return words.known(f"factor_{name}", name)
+
+
+def range_words(row: dict[str, Any], words: Words) -> str:
+    low, high = (f"{each:g}" if isinstance(each, (int, float)) else str(each) for each in (row["low"], row["high"]))
+    told = f"{low}–{high}"
+    return told.replace(".", ",") if words.language == "de" else told

@@ -1,0 +1,235 @@
+"""The sections on what other tools found out about a run: worth, barriers, classes, origins, what the answer hangs on.
+
+What the tool said of itself, and that a person decides, stands beside its numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from deadwood_algorithms.presets import BARRIERS
+from deadwood_algorithms.report.answer_figures import CLASS_MAPS, factor_words, outcome_words, outcomes_of, range_words
+from deadwood_algorithms.report.figures import Drawing
+from deadwood_algorithms.report.markup import element, figure_of, table
+from deadwood_algorithms.report.rounded import decimal, shown_number, shown_share, with_interval
+from deadwood_algorithms.report.sources import ReportedRun
+from deadwood_algorithms.report.words import Words
+
+TOP = 10
+LINES = 4  # of which the worth is shown
+Parts = list[Any]
+
+
+def worth(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:
+    """The best of each kind at each line, and what candidates would keep away."""
+    parts: Parts = []
+    for layer in ("values", "planted"):
+        frame = source.answers.worth.get(layer)
+        if frame is None or not len(frame):
+            continue
+        if layer == "values":
+            parts += [element("p", words.say("worth_note"), class_="quiet"), figure_of(drawings.get("worth"))]
+        else:
+            parts.append(element("h4", words.say("planted")))
+        total = int(frame["n_total"].iloc[0])
+        if total < len(source.deposits):
+            parts.append(element("p", words.say("worth_of_some", n=total, all=len(source.deposits))))
+        for line in list(dict.fromkeys(frame["line_id"].astype(str)))[:LINES]:
+            of_line = frame[frame["line_id"].astype(str) == line]
+            for kind in dict.fromkeys(of_line["kind"]):
+                parts += worth_of_kind(of_line[of_line["kind"] == kind], str(kind), line, words)
+    return parts
+
+
+def worth_of_kind(rows: Any, kind: str, line: str, words: Words) -> Parts:
+    keep, bring = int((rows["gain_logs"] > 0).sum()), int((rows["gain_logs"] < 0).sum())
+    what = words.known(f"kind_{kind}", kind)
+    told = element("p", words.say("worth_counts", line=line, n=len(rows), what=what, keep=keep, bring=bring))
+    best = rows[rows["gain_logs"] > 0].sort_values("rank").head(TOP)
+    if not keep and not bring:
+        return [told, element("p", words.say("worth_none", line=line))]
+    head = [words.say(each) for each in ("thing", "gain_logs", "gain_points", "n_stops", "energy_taken")]
+    cells = [
+        (
+            str(row["id"]),
+            int(row["gain_logs"]),
+            points(row["gain_p"], row["ci_low"], row["ci_high"], words),
+            int(row["stopped"]),
+            shown_number(float(row["energy_taken_kj"]), words),
+        )
+        for row in best.to_dict("records")
+    ]
+    return [told, table(head, cells)] if cells else [told]
+
+
+def points(value: float, low: float, high: float, words: Words) -> str:
+    """A difference of shares in points, with its sign and interval."""
+    return with_interval(100.0 * value, 100.0 * low, 100.0 * high, words, signed=True)
+
+
+def siting(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:
+    """What is chosen, and the candidates alone that no other beats."""
+    if "site-barriers" not in source.answers.folders:
+        return []
+    facts = source.answers.folders["site-barriers"][1]
+    now = words.say("siting_now", share=shown_share(facts["reach"], words), n=facts["candidates"])
+    parts: Parts = [element("p", now), figure_of(drawings.get("siting"))]
+    chosen = [row for row in facts["rows"] if row["step"]]
+    if not chosen:
+        parts.append(element("p", words.say("siting_none")))
+    best = [row for row in facts["rows"] if row["pareto"] == "yes"]
+    names = ("length_height", "still_reach", "kept_away", "n_stopped", "n_overjumped", "energy_p95")
+    head = [words.say("barrier"), "", *(words.say(each) for each in names)]
+    classed = any(row.get("barrier_class") for row in [*chosen, *best])
+    head += [words.say("barrier_class")] if classed else []
+    cells = []
+    for row in [*chosen, *best]:
+        size = f"{shown_number(round(row['length_m'], 2), words)} × {shown_number(row['height_m'], words)}"
+        cells.append([
+            row["barrier_id"],
+            words.say("chosen", step=row["step"]) if row["step"] else words.say("alone"),
+            size, shown_share(row, words),
+            points(row["gain_p"], row["gain_low"], row["gain_high"], words),
+            int(row["n_stopped"]), int(row["n_overjumped"]), energy_of(row, words),
+            *([class_of(row)] if classed else []),
+        ])  # fmt: skip
+    parts += [table(head, cells), element("p", words.say("siting_note"), class_="quiet")]
+    named = source.answers.folders["site-barriers"][2]
+    if classed and (found := BARRIERS.get(str(named.get("barrier_classes")))):
+        note = words.say("class_note", name=found.name, source=found.source)
+        parts.append(element("p", note, class_="quiet"))
+    return parts
+
+
+def energy_of(row: Mapping[str, Any], words: Words) -> str:
+    value, low, high = (number(row[f"energy_{name}_kj"]) for name in ("p95", "low", "high"))
+    if np.isfinite(value) and not np.isfinite(high):
+        return words.say("design_more", value=shown_number(value, words), n=int(row["n_more"]))
+    return with_interval(value, low, high, words)
+
+
+def class_of(row: Mapping[str, Any]) -> str:
+    low, high = row.get("barrier_class") or "–", row.get("barrier_class_high") or "?"
+    return low if low in (high, "–") else f"{low}–{high}"
+
+
+def number(value: Any) -> float:
+    return float("nan") if value is None else float(value)
+
+
+def intensity(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:
+    """Maps of the classes, their ground, and the lines by least energy."""
+    if "map-intensity" not in source.answers.folders:
+        return []
+    facts = source.answers.folders["map-intensity"][1]
+    parts: Parts = []
+    for name, (title, _) in CLASS_MAPS.items():
+        mine = [each for each in facts["classes"] if each["map"] == name]
+        if not mine:
+            continue
+        parts += [element("h4", words.say(title)), figure_of(drawings.get(name))]
+        rows = [(words.of_class(each["meaning"]), shown_number(each["area_m2"] / 1e4, words)) for each in mine]
+        parts.append(table([words.say(title), words.say("class_ground")], rows))
+    timed = any("return_period_years" in row for row in facts["lines"])
+    head = [words.say(each) for each in ("line", "at_least", "n_reach", "share_of_logs")]
+    head += [words.say("return_period")] if timed else []
+    rows = [
+        [row["line_id"], decimal(row["at_least_kj"], words), int(row["n_reach"]), shown_share(row, words)]
+        + ([period_of(row, words)] if timed else [])
+        for row in facts["lines"]
+        if row["n_reach"] is not None
+    ]
+    parts += [table(head, rows)] if rows else []
+    share = f"{shown_number(100.0 * facts['no_hit']['p_high'], words, 2)} %"
+    parts.append(element("p", words.say("no_hit", share=share), class_="quiet"))
+    parts.append(element("p", words.say("intensity_rule"), class_="quiet"))
+    return parts
+
+
+def period_of(row: Mapping[str, Any], words: Words) -> str:
+    years, low, high = (number(row.get(f"return_{name}_years")) for name in ("period", "low", "high"))
+    if not np.isfinite(years):
+        return words.say("longer_than", years=shown_number(low, words))
+    ends = f"{shown_number(low, words)} {words.say('to')} {shown_number(high, words)}"
+    return f"{shown_number(years, words)} ({ends})"
+
+
+def from_where(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:
+    """The map of the shares, the ground from which at least so many reach, and the ground that is passed."""
+    if "map-origins" not in source.answers.folders:
+        return []
+    facts = source.answers.folders["map-origins"][1]
+    note = words.say("from_where_note", n=facts["logs"], cell=decimal(facts["cell_m"], words), least=facts["least"])
+    parts: Parts = [figure_of(drawings.get("from_where"), note)]
+    only = len({row["line_id"] for row in facts["reach"]}) == 2  # of one line, any line is the same again
+    rows = [
+        (
+            words.say("any_line") if row["line_id"] == "any line" else row["line_id"],
+            f"{shown_number(100.0 * row['least_p'], words)} %",
+            shown_number(row["area_m2"] / 1e4, words),
+            shown_share(row, words),
+        )
+        for row in facts["sources"]
+        if not (only and row["line_id"] == "any line")
+    ]
+    if rows:
+        head = [words.say(each) for each in ("line", "at_least_share", "class_ground", "reach_it")]
+        parts.append(table(head, rows))
+    if facts["affected"]:
+        head = [words.say(each) for each in ("release", "at_least_share", "class_ground", "n_logs")]
+        rows = [
+            (
+                str(row["release_id"]),
+                f"{shown_number(100.0 * row['least_p'], words)} %",
+                shown_number(row["area_m2"] / 1e4, words),
+                int(row["n_logs"]),
+            )
+            for row in facts["affected"][: 4 * TOP]
+        ]
+        parts.append(table(head, rows, words.say("affected")))
+    return parts
+
+
+def varied(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:
+    """The sentence of each outcome, the tornado, and its numbers."""
+    if "vary" not in source.answers.folders:
+        return []
+    facts = source.answers.folders["vary"][1]
+    answers = {each["outcome"]: each for each in facts["answers"]}
+    told = [element("li", hanging_words(answers[name], words)) for name in outcomes_of(facts) if name in answers]
+    note = words.say("varied_note", n=facts["logs"], runs=facts["runs"])
+    parts: Parts = [element("ul", *told), figure_of(drawings.get("varied"), note)]
+    totals = {
+        (row["outcome"], row["factor"]): row for row in facts["indices"] if np.isfinite(number(row["total"]))
+    }  # where the logs' own noise leaves anything of the variance
+    head = [words.say(each) for each in ("factor", "range", "low_end", "as_it_is", "high_end", "swing")]
+    head += [words.say("total_effect")] if totals else []
+    for name in outcomes_of(facts):
+        scale = 100.0 if name.startswith("reach_") else 1.0
+        rows = []
+        for row in sorted((r for r in facts["tornado"] if r["outcome"] == name), key=lambda r: -abs(r["swing"])):
+            ends = [shown_number(scale * row[each], words) for each in ("at_low", "as_it_is", "at_high")]
+            swing = with_interval(
+                scale * row["swing"], scale * number(row["ci_low"]), scale * number(row["ci_high"]), words, signed=True
+            )
+            cells = [factor_words(row["factor"], words), range_words(row, words), *ends, swing]
+            if totals:
+                index = totals.get((name, row["factor"]), {})
+                low, high = number(index.get("total_low")), number(index.get("total_high"))
+                cells.append(with_interval(number(index.get("total")), low, high, words))
+            rows.append(cells)
+        parts.append(table(head, rows, outcome_words(name, words)))
+    return parts
+
+
+def hanging_words(answer: Mapping[str, Any], words: Words) -> str:
+    """The one sentence of an outcome, or that so many logs do not decide it."""
+    outcome = outcome_words(answer["outcome"], words).rpartition(" [")[0]
+    outcome = outcome[:1].upper() + outcome[1:]
+    if not answer["factors"]:
+        return words.say("hangs_on_nothing", outcome=outcome)
+    factors = ", ".join(factor_words(each, words) for each in answer["factors"])
+    return words.say("hangs_on" if answer["decided"] else "hangs_undecided", outcome=outcome, factors=factors)

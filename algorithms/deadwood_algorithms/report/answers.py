@@ -1,0 +1,129 @@
+"""What other tools found out about a run, read from their results for the report: worth, barriers, classes, origins.
+
+`make-report --results` names them: a layer of value-trees, folders of site-barriers, map-intensity, map-origins, vary.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from deadwood_algorithms.tool import UserError
+
+if TYPE_CHECKING:
+    import pandas
+
+    from deadwood_algorithms.report.sources import ReportedRun
+
+FACTS = {
+    "site-barriers": "summary.json",
+    "map-intensity": "classes.json",
+    "map-origins": "origins.json",
+    "vary": "summary.json",
+}
+TAKEN = "a layer of value-trees, or a folder of site-barriers, map-intensity, map-origins or vary"
+WORTH_LAYERS = ("values", "planted")
+
+
+@dataclass
+class Answers:
+    """What the page shows of a run besides the run; empty where nothing was named.
+
+    worth : by layer (values, planted), the rows of value-trees
+    folders : by tool, the folder, its facts, and the tool's parameters
+    """
+
+    worth: dict[str, pandas.DataFrame] = field(default_factory=dict)
+    folders: dict[str, tuple[Path, dict[str, Any], dict[str, Any]]] = field(default_factory=dict)
+
+
+def read_answers(named: str, sources: Sequence[ReportedRun]) -> None:
+    """Give each run what was named of it; what is of no run of the page, or of no such tool, is refused."""
+    for place in places_of(named):
+        if place.is_file() and place.suffix.lower() == ".gpkg":
+            _take_worth(place, sources)
+        else:
+            _take_folder(place, sources)
+
+
+def places_of(named: str) -> list[Path]:
+    """The paths between the commas; parts that are no path by themselves belong to the next."""
+    found, name = [], ""
+    for part in named.split(","):
+        name = f"{name},{part}" if name else part
+        if Path(name.strip()).exists():
+            found.append(Path(name.strip()))
+            name = ""
+    if name.strip() or not found:
+        raise UserError(f"--results: '{name.strip()}' does not exist; name {TAKEN}")
+    return found
+
+
+def _take_worth(place: Path, sources: Sequence[ReportedRun]) -> None:
+    import pyogrio
+    from pyogrio.errors import DataSourceError
+
+    from deadwood_algorithms.files.vectors import read_table
+
+    try:
+        known = pyogrio.list_layers(place)[:, 0]
+    except (DataSourceError, RuntimeError) as error:
+        raise UserError(f"--results: {place} cannot be read; name {TAKEN}") from error
+    there = [each for each in WORTH_LAYERS if each in known]
+    if not there:
+        raise UserError(f"--results: {place} has no layer 'values' or 'planted'; name {TAKEN}")
+    layers = {each: read_table(f"{place}|layername={each}", what=each) for each in there}
+    source = next((each for each in sources if all(_is_of(frame, each) for frame in layers.values())), None)
+    if source is None:
+        raise UserError(
+            f"--results: {place} is of none of the runs {', '.join(each.name for each in sources)}: as many logs "
+            "reach the lines in none of them; name its own run"
+        )
+    _refuse_twice(bool(set(layers) & set(source.answers.worth)), "value-trees", source)
+    source.answers.worth |= layers
+
+
+def _is_of(frame: pandas.DataFrame, source: ReportedRun) -> bool:
+    """Whether as many logs reach the lines as in the run; of an even draw of its logs nobody can tell."""
+    if not len(frame):
+        return True
+    n_logs = len(source.deposits)
+    reach = {str(each["line_id"]): each["n_reach"] for each in source.summary["reach"]}
+    firsts = frame.drop_duplicates("line_id")
+    return all(
+        total <= n_logs and (total < n_logs or reach.get(str(line), n_reach) == n_reach)
+        for line, total, n_reach in zip(firsts["line_id"], firsts["n_total"], firsts["n_reach"], strict=True)
+    )
+
+
+def _take_folder(place: Path, sources: Sequence[ReportedRun]) -> None:
+    try:
+        manifest = json.loads((place / "manifest.json").read_text(encoding="utf-8"))
+        made_by = manifest["tool"]
+        facts = json.loads((place / FACTS[made_by]).read_text(encoding="utf-8"))
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise UserError(f"--results: {place} is not {TAKEN}, or is damaged") from error
+    source = sources[0] if made_by == "vary" else _run_of(place, manifest, sources)
+    _refuse_twice(made_by in source.answers.folders, made_by, source)
+    source.answers.folders[made_by] = (place, facts, manifest["parameters"])
+
+
+def _run_of(place: Path, manifest: dict[str, Any], sources: Sequence[ReportedRun]) -> ReportedRun:
+    """The run of the page that a folder was made of; where it says one that is gone, the only one."""
+    asked = Path(manifest["parameters"]["run"])
+    for each in sources:
+        if asked.resolve() == each.run.path.resolve():
+            return each
+    if len(sources) == 1 and not asked.exists():  # the run has been moved
+        return sources[0]
+    raise UserError(
+        f"--results: {place} is of the run {asked}, which is not in the page; add that run, or leave this out"
+    )
+
+
+def _refuse_twice(there: bool, made_by: str, source: ReportedRun) -> None:
+    if there:
+        raise UserError(f"--results names two results of {made_by} for the run {source.name}; give one of them")

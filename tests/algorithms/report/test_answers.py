@@ -1,0 +1,238 @@
+"""The report's sections on what other tools found out: their numbers are those of the files, each with its own run."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import geopandas as gpd
+import numpy as np
+import pytest
+import shapely
+from slope_case import Case, write_layer
+
+from deadwood_algorithms import make_report, map_intensity, map_origins, site_barriers, value_trees, vary
+from deadwood_algorithms.presets import BARRIERS
+from deadwood_algorithms.report.answer_words import GERMAN_CLASSES
+from deadwood_algorithms.report.words import Words
+from deadwood_algorithms.tool import UserError
+
+SECTIONS = ("worth", "siting", "intensity", "from_where", "varied")
+
+
+class Shown(HTMLParser):
+    """The rows of a page's tables, and its text."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__(convert_charrefs=True)
+        self.rows: list[list[str]] = []
+        self.said: list[str] = []
+        self._cell = False
+        self.feed(page)
+
+    def handle_starttag(self, tag, attrs):
+        if tag == "tr":
+            self.rows.append([])
+        if tag in ("td", "th"):
+            self.rows[-1].append("")
+            self._cell = True
+
+    def handle_endtag(self, tag):
+        if tag in ("td", "th"):
+            self._cell = False
+
+    def handle_data(self, data):
+        self.said.append(data)
+        if self._cell:
+            self.rows[-1][-1] += data
+
+
+def page_of(run: Path, results: list[Path] | str, output: Path, **more) -> str:
+    named = results if isinstance(results, str) else ",".join(map(str, results))
+    make_report.TOOL(runs=str(run), results=named, output=str(output), overwrite=True, **more)
+    return output.read_text(encoding="utf-8")
+
+
+def part(page: str, name: str) -> str:
+    """A section of a page, without the rest."""
+    start = page.index(f'<h3 id="r0-{name}">')
+    end = page.find('<h3 id="', start + 5)
+    return page[start : end if end > 0 else len(page)]
+
+
+@pytest.fixture(scope="module")
+def case(tmp_path_factory) -> Case:
+    return Case(tmp_path_factory.mktemp("answers"))
+
+
+@pytest.fixture(scope="module")
+def run(case) -> Path:
+    return case.run(output=str(case.folder / "run"), **(case.everything() | {"barriers": None}))
+
+
+@pytest.fixture(scope="module")
+def results(case, run) -> dict[str, Path]:
+    """What each tool says of the run."""
+    found = {name: case.folder / name for name in ("siting", "intensity", "origins", "varied")}
+    found["worth"] = case.folder / "worth.gpkg"
+    value_trees.TOOL(run=str(run), output=str(found["worth"]))
+    lines = [shapely.LineString([(10.0, 40.0), (50.0, 40.0)]), shapely.LineString([(20.0, 35.0), (40.0, 35.0)])]
+    candidates = write_layer(case.folder / "candidates.gpkg", lines, barrier_id=["long", "short"])
+    site = {"run": str(run), "candidates": candidates, "height_m": "2,4", "barrier_classes": "etag-027"}
+    site_barriers.TOOL(**site, output=str(found["siting"]))
+    map_intensity.TOOL(run=str(run), events_per_year=0.1, output=str(found["intensity"]))
+    map_origins.TOOL(run=str(run), least=1, cell_m=10.0, output=str(found["origins"]))
+    values = case.values(output=str(found["varied"]), design="ends", vary="friction=0.2:0.6,rolling_friction")
+    vary.TOOL(**{name: value for name, value in values.items() if name != "trajectories"}, lines=case.lines)
+    return found
+
+
+@pytest.fixture(scope="module")
+def page(case, run, results) -> str:
+    return page_of(run, list(results.values()), case.folder / "page.html")
+
+
+def test_without_results_there_is_nothing_of_them(case, run):
+    make_report.TOOL(runs=str(run), output=str(case.folder / "bare.html"))
+    bare = (case.folder / "bare.html").read_text(encoding="utf-8")
+    assert [name for name in SECTIONS if f'id="r0-{name}"' in bare] == []
+
+
+def test_every_section_has_its_figure(page):
+    for name in SECTIONS:
+        assert re.search(r'<figure><svg [^>]*class="figure"', part(page, name)), name
+        assert f'href="#r0-{name}"' in page  # in the contents
+
+
+def test_the_worth_is_that_of_the_layer(page, results):
+    frame: Any = gpd.read_file(results["worth"], layer="values")
+    shown = Shown(part(page, "worth"))
+    for line in frame["line_id"].unique():
+        of_line = frame[(frame["line_id"] == line) & (frame["kind"] == "tree")]
+        keep, bring = (of_line["gain_logs"] > 0).sum(), (of_line["gain_logs"] < 0).sum()
+        assert f"{line}: of {len(of_line)} trees, {keep} keep logs away and {bring} bring some." in shown.said
+    best = frame[frame["gain_logs"] > 0].sort_values(["line_id", "rank"]).groupby("line_id").head(10)
+    told = sorted((row[0], row[1]) for row in shown.rows if len(row) == 5 and row[1].isdigit())
+    assert told == sorted((str(row.id), str(int(row.gain_logs))) for row in best.itertuples())
+    assert len(told) > 0
+
+
+def test_the_barriers_are_those_of_the_table(page, results):
+    facts = json.loads((results["siting"] / "summary.json").read_text(encoding="utf-8"))
+    shown = Shown(part(page, "siting"))
+    wanted = [row for row in facts["rows"] if row["step"]] + [row for row in facts["rows"] if row["pareto"] == "yes"]
+    told = [row for row in shown.rows if row[0] in ("long", "short") or row[0].startswith(("long", "short"))]
+    assert [(row[0], int(row[5]), int(row[6])) for row in told] == [
+        (row["barrier_id"], row["n_stopped"], row["n_overjumped"]) for row in wanted
+    ]
+    etag = BARRIERS["etag-027"]
+    for row in facts["rows"]:
+        low, high = (
+            float("nan") if row[f"energy_{end}_kj"] is None else row[f"energy_{end}_kj"] for end in ("p95", "high")
+        )
+        assert (row["barrier_class"], row["barrier_class_high"]) == (etag.class_of(low)[0], etag.class_of(high)[0])
+    assert [row[8].split("–")[0] for row in told] == [row["barrier_class"] or "" for row in wanted]
+    assert "ETAG 027" in " ".join(shown.said)
+    assert "a person decides" in " ".join(shown.said)
+
+
+def test_the_classes_have_their_ground_and_lines_their_period(page, results):
+    facts = json.loads((results["intensity"] / "classes.json").read_text(encoding="utf-8"))
+    shown = Shown(part(page, "intensity"))
+    ground = {row[0]: row[1] for row in shown.rows if len(row) == 2}
+    for each in facts["classes"]:
+        if each["map"] in ("intensity", "passage", "return_class"):
+            assert float(ground[each["meaning"]]) == pytest.approx(each["area_m2"] / 1e4, rel=5e-3, abs=1e-9)
+    lines = [row for row in shown.rows if len(row) == 5][1:]
+    assert [(row[0], float(row[1]), int(row[2])) for row in lines] == [
+        (row["line_id"], row["at_least_kj"], row["n_reach"]) for row in facts["lines"] if row["n_reach"] is not None
+    ]
+    assert "a person decides" in " ".join(shown.said)
+
+
+def test_the_ground_of_origins_is_that_of_the_facts(page, results):
+    facts = json.loads((results["origins"] / "origins.json").read_text(encoding="utf-8"))
+    rows = [row for row in Shown(part(page, "from_where")).rows if len(row) == 4]
+    told = {(row[0], row[1], row[2]) for row in rows}
+    for row in facts["sources"]:
+        key = row["line_id"], f"{100 * row['least_p']:g} %"
+        found = [float(area) for line, share, area in told if (line, share.replace("\u00a0", " ")) == key]
+        assert any(each == pytest.approx(row["area_m2"] / 1e4, rel=5e-3) for each in found), row
+
+
+def test_what_the_answer_hangs_on_is_the_tools_answer(page, results):
+    facts = json.loads((results["varied"] / "summary.json").read_text(encoding="utf-8"))
+    section = part(page, "varied")
+    rows = [row for row in Shown(section).rows if len(row) == 6 and row[0] in ("friction", "rolling friction")]
+    assert len(rows) == len(facts["tornado"])
+    swings = sorted(round(float(row[5].split(" ")[0].replace("\u2212", "-")), 0) for row in rows)
+    scaled = [(100 if row["outcome"].startswith("reach_") else 1) * row["swing"] for row in facts["tornado"]]
+    assert swings == pytest.approx(sorted(np.round(scaled)), abs=1.0)
+    for each in facts["answers"]:
+        if each["decided"]:
+            assert "hangs on friction." in section
+
+
+def test_in_german_no_english_class_is_left(case, run, results):
+    page = page_of(run, list(results.values()), case.folder / "de.html", language="de")
+    for name in SECTIONS:
+        text = " ".join(Shown(part(page, name)).said)
+        for english in (" and more", "below", " of the logs", " years", "hangs on", "keep logs", "a person"):
+            assert english not in text, (name, english)
+    for pattern, german in GERMAN_CLASSES:
+        assert re.compile(pattern).groups == len(re.findall(r"\\\d", german))
+    assert Words("de").of_class("0.1 to 1 % of the logs") == "0,1 bis 1 % der Stämme"
+    assert Words("en").of_class("below 30 kJ") == "below 30 kJ"
+
+
+def test_figures_are_written_too(case, run, results):
+    page_of(run, list(results.values()), case.folder / "f.html", figures=str(case.folder / "figures"))
+    names = {each.name for each in (case.folder / "figures").glob("*.png")}
+    wanted = ("worth", "siting", "intensity", "passage", "return_class", "from_where", "varied")
+    assert {f"r0_{name}.png" for name in wanted} <= names
+
+
+def test_results_are_given_to_their_own_run(case, run, results, tmp_path):
+    other = case.run(output=str(tmp_path / "other"), lines=case.lines, friction="0.5")
+    make_report.TOOL(
+        runs=f"{other},{run}",
+        results=f"{results['worth']},{results['intensity']}",
+        output=str(tmp_path / "two.html"),
+    )
+    page = (tmp_path / "two.html").read_text(encoding="utf-8")
+    assert 'id="r1-intensity"' in page
+    assert 'id="r1-worth"' in page
+    assert 'id="r0-intensity"' not in page
+    with pytest.raises(UserError, match=r"intensity is of the run .*run, which is not in the page; add that run"):
+        page_of(other, [results["intensity"]], tmp_path / "no.html")
+    with pytest.raises(
+        UserError, match=r"worth.gpkg is of none of the runs other: as many logs reach the lines in none"
+    ):
+        page_of(other, [results["worth"]], tmp_path / "no.html")
+    # a run and its results that were moved together
+    moved = tmp_path / "moved"
+    shutil.copytree(results["intensity"], moved)
+    manifest = json.loads((moved / "manifest.json").read_text(encoding="utf-8"))
+    manifest["parameters"]["run"] = str(tmp_path / "gone")
+    (moved / "manifest.json").write_text(json.dumps(manifest), encoding="utf-8")
+    assert 'id="r0-intensity"' in page_of(run, [moved], tmp_path / "moved.html")
+
+
+def test_what_is_no_result_is_refused_in_a_line(case, run, results, tmp_path):
+    with pytest.raises(UserError, match=r"--results: 'nowhere' does not exist; name a layer of value-trees"):
+        page_of(run, "nowhere", tmp_path / "no.html")
+    with pytest.raises(UserError, match=r"run is not a layer of value-trees, or a folder of site-barriers"):
+        page_of(run, [run], tmp_path / "no.html")
+    with pytest.raises(UserError, match=r"trees.gpkg has no layer 'values' or 'planted'"):
+        page_of(run, [Path(case.trees)], tmp_path / "no.html")
+    (tmp_path / "odd.gpkg").write_text("no layer")
+    with pytest.raises(UserError, match=r"odd.gpkg cannot be read; name a layer"):
+        page_of(run, [tmp_path / "odd.gpkg"], tmp_path / "no.html")
+    with pytest.raises(UserError, match=r"--results names two results of map-intensity for the run run"):
+        page_of(run, [results["intensity"], results["intensity"]], tmp_path / "no.html")
+    with pytest.raises(UserError, match=r"--results names two results of value-trees for the run run"):
+        page_of(run, [results["worth"], results["worth"]], tmp_path / "no.html")
