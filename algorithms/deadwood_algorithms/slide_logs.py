@@ -585,7 +585,7 @@ def slide_chunk(
     result, sides = slide_batch(slope.layers, batch, fidelity, ask, report, rasters=rasters, later=later)
     wall_s = time.perf_counter() - began
     if not sides:
-        log_id = batch.logs.log_id
+        log_id = releases.logs.log_id[queue.rows[queue.parts[chunk]]]
         poses = pose_table(result.poses, log_id, slope.layers.dem.crs)
         work.save(chunk, arrays_of(result, slope.layers, log_id, wall_s), poses)
     return sides
