@@ -28,6 +28,7 @@ CRAWL_SPACINGS, CRAWL_DENSE = (2.0, 1.0, 0.5, 0.25), 0.125  # [m]
 PLANE_SPACING = 4.0  # [m]
 SWITCH_LOGS = 2000  # where chance among few logs would hide whether a pair differs in reach
 SWITCH_REPEATS = 5
+BESIDE = 128  # cells of a window beside the slope, or the end of a log that leans out of it hangs over nothing
 MANY, MANY_REPEATS = 20_000, 3  # logs whose wall time is taken, and how often
 LARGE = 4000  # cells along a side of the DEM that a window is cut from
 
@@ -252,10 +253,11 @@ def _in_a_large_dem(window: bool) -> tuple[float, Scene]:
     case = scenes.CASES["forest"]
     cell, heights = case.cell, scenes.ground("forest", case.cell)
     row, column = ((LARGE - n) // 2 for n in heights.shape)
-    reference, first = float(np.floor(heights.min())), (column, row)
+    reference, first = float(np.floor(heights.min())), (column - BESIDE, row - BESIDE)
+    margins = [(BESIDE, BESIDE)] * 2
     if not window:
-        margins = [(at, LARGE - n - at) for at, n in zip((row, column), heights.shape, strict=True)]
-        heights, first = np.pad(heights, margins, mode="edge"), (0, 0)
+        margins, first = [(at, LARGE - n - at) for at, n in zip((row, column), heights.shape, strict=True)], (0, 0)
+    heights = np.pad(heights, margins, mode="edge")
     corner = 0.5 * cell - column * cell, 0.5 * cell - row * cell
     trees = scenes.forest(case.stems)
 
