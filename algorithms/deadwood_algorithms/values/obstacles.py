@@ -35,11 +35,6 @@ class Obstacle:
     shape: Any
 
 
-def owner_numbers(by_barrier: NDArray[np.bool_], item: NDArray[np.int64]) -> NDArray[np.int64]:
-    """One number an engine's obstacle: trees, lying logs after them, and barriers below zero."""
-    return np.where(by_barrier, -1 - item, item)
-
-
 def obstacles_of(layers: SceneLayers) -> list[Obstacle]:
     """Every tree, lying log and barrier that is on the terrain, in the order of its layer."""
     scene = layers.scene

@@ -33,11 +33,12 @@ from deadwood_algorithms.spread.batch import Batch
 from deadwood_algorithms.spread.joined import rows_of_result
 from deadwood_algorithms.spread.piece import scene_without
 from deadwood_algorithms.tool import Cancelled, Feedback, UserError
-from deadwood_algorithms.values.obstacles import Obstacle, owner_numbers
+from deadwood_algorithms.values.obstacles import Obstacle
 from deadwood_engine import STOP_REASONS, Fidelity, Result, Stages, Start, place_logs
 from deadwood_engine.fidelity import trace_step
 from deadwood_engine.limits import NEAR_MARGIN
 from deadwood_engine.log_body import BASE_RADIUS
+from deadwood_engine.stages import number_of as owner_numbers
 
 AT_ONCE = 64  # logs of one obstacle that a thread slides in one go: a stand's many are shared among threads
 CHUNK = 4096  # logs whose poses are held at once
