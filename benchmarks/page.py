@@ -17,7 +17,9 @@ from .tables import number, span, table
 
 HERE = Path(__file__).parent
 PAGE, TEMPLATE, README = HERE / "README.md", HERE / "page_template.md", HERE.parent / "README.md"
+REPORT = HERE.parent / "algorithms/deadwood_algorithms/report/fidelity_error.py"  # what the report tells of it
 MARKS = re.compile(r"(<!-- measured: benchmarks\b[^>]*-->\n).*?(<!-- end of measured: benchmarks -->)", re.S)
+ERRORS = re.compile(r"(REACH_POINTS: [^\n]*\{\n).*?(\}\n)", re.S)
 Row = dict[str, Any]
 
 
@@ -324,11 +326,20 @@ def with_snippet(readme: str, results: Row) -> str:
     return MARKS.sub(lambda found: found[1] + snippet(results) + found[2], readme)
 
 
+def with_errors(source: str, results: Row) -> str:
+    """The report's source with its table of errors replaced by what the README's table says."""
+    rows = [line.split(" | ") for line in fidelity_table(results).splitlines()[2:]]
+    told = {row[0].strip("| `"): (row[3], row[4].rsplit(", ", 1)[0]) for row in rows}
+    body = "".join(f'    "{name}": ("{told[name][0]}", "{told[name][1]}"),\n' for name in told if name != "reference")
+    return ERRORS.sub(lambda found: found[1] + body + found[2], source)
+
+
 def write() -> None:
-    """Write page, figures and the README's table."""
+    """Write page, figures, the README's table, and the errors that the report tells."""
     results = study.read_results()
     figures.draw(results)
     PAGE.write_text(page(results), encoding="utf-8")
     readme = README.read_text(encoding="utf-8")
     README.write_text(with_snippet(readme, results), encoding="utf-8")
-    print(f"wrote {PAGE} and the table in {README}")
+    REPORT.write_text(with_errors(REPORT.read_text(encoding="utf-8"), results), encoding="utf-8")
+    print(f"wrote {PAGE}, the table in {README}, and {REPORT}")
