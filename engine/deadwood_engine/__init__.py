@@ -4,7 +4,7 @@ from .barriers import Barriers
 from .blocks import Blocks
 from .cloud import Shape
 from .digest import engine_digest
-from .fidelity import FIDELITIES, Fidelity, fidelity_with, station_spacing
+from .fidelity import FIDELITIES, Fidelity, fidelity_with, station_spacing, where_things_rebound
 from .influence import Influences
 from .ledger import Hits
 from .lines import Lines, Segments, segments_of
@@ -49,4 +49,5 @@ __all__ = [
     "sweep_danger",
     "sweep_hits",
     "sweep_touches",
+    "where_things_rebound",
 ]

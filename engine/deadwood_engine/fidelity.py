@@ -29,6 +29,8 @@ class Fidelity(NamedTuple):
     coarse_cells : [DEM cells] rings stand no closer than this, however far that is in metres. The ground is straight
         within a cell but for its twist: more rings see no more of it (half a metre on cells of 5 m: 1.4 to 1.6 times
         the time for the same reach and the same depth)
+    rebound_share : [-] of time_step and travel_cells where something rebounds: a log that hops meets ground and stems
+        anew in every step, and each time by how far the last one carried it
     """
 
     time_step: float
@@ -43,12 +45,15 @@ class Fidelity(NamedTuple):
     trace_spacing: float = 2.0
     backward: bool = False
     coarse_cells: float = 0.0
+    rebound_share: float = 1.0
 
 
 FIDELITIES: dict[str, Fidelity] = {
-    "draft": Fidelity(0.070, 1.0, 2.0, 4.0, 3e-3, 300, 4.0, ring_points=1, coarse_cells=0.5),
-    "standard": Fidelity(0.010, 0.4, 0.75, 1.5, 1e-3, 400, 1.0, coarse_cells=0.5),
-    "fine": Fidelity(0.004, 0.2, 0.5, 1.0, 1e-3, 400, 1.0, coarse_cells=0.25),
+    "draft": Fidelity(0.070, 1.0, 2.0, 4.0, 3e-3, 300, 4.0, ring_points=1, coarse_cells=0.5, rebound_share=0.25),
+    "standard": Fidelity(
+        0.018, 0.45, 0.75, 1.5, 1e-3, 400, 1.0, obstacle_travel=0.1, coarse_cells=0.5, rebound_share=0.5
+    ),
+    "fine": Fidelity(0.004, 0.2, 0.5, 1.0, 1e-3, 400, 1.0, obstacle_travel=0.1, coarse_cells=0.25),
     "reference": Fidelity(0.001, 0.04, 0.5, 1.0, 1e-4, 1000, 0.5),
 }
 
@@ -60,13 +65,20 @@ def station_spacing(fidelity: Fidelity, cell: float) -> float:
 
 
 def fidelity_with(name: str, time_step: float | None, station_spacing: float | None) -> Fidelity:
-    """A row with a user's numbers in the place of its own, where there are some: then rings stand so on any cells."""
+    """A row with a user's numbers in the place of its own, where there are some: they hold on any cells, at any
+    restitution."""
     row = FIDELITIES[name]
     if time_step is not None:
-        row = row._replace(time_step=time_step)
+        row = row._replace(time_step=time_step, rebound_share=1.0)
     if station_spacing is not None:
         row = row._replace(station_spacing=station_spacing, coarse_cells=0.0)
     return row
+
+
+def where_things_rebound(fidelity: Fidelity, *restitutions: float) -> Fidelity:
+    """The row for a scene with such restitutions [-]: its share of step and travel, if any of them is above 0."""
+    share = fidelity.rebound_share if any(each > 0.0 for each in restitutions) else 1.0
+    return fidelity._replace(time_step=share * fidelity.time_step, travel_cells=share * fidelity.travel_cells)
 
 
 def trace_step(fidelity: Fidelity, cell: float) -> float:

@@ -28,8 +28,9 @@ from __future__ import annotations
 import math
 
 from .compiled import inlined, kernel
-from .contacts import touch
+from .contacts import Ahead, touch
 from .limits import (
+    ASKEW,
     DEEPEST_STEPS,
     DEEPEST_WITHIN,
     FLAT_TOLERANCE,
@@ -38,6 +39,7 @@ from .limits import (
     LINE_INSET,
     PUSHES_DOWN,
     THROUGH_AXIS,
+    UNFORESEEN,
 )
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
 from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ
@@ -214,7 +216,8 @@ def touch_core(
     """Add the contacts of a pose with a round core whose least gap is at z, along n; returns the new count.
 
     Where both share a line, its two ends are contacts in the place of the least gap if both touch in what is left of
-    the step. plate : nothing may be pushed down, for below the core is a plate.
+    the step, and beside it where the log crosses the core between them. plate : nothing may be pushed down, for below
+    the core is a plate.
     """
     c, d = (pose.x, pose.y, pose.z), (pose.dx, pose.dy, pose.dz)
     first, last = line_ends(cone, c, d, start, u, long, z, n)
@@ -222,7 +225,7 @@ def touch_core(
         g0 = point(start, -1.0, c)
         s0 = dot(g0, d)
         p0, pu = point(g0, -s0, d), point(u, -dot(u, d), d)
-        before = count
+        before, deepest_end = count, math.inf
         for end in range(2):
             at = first if end == 0 else last
             if abs(at - z) < LINE_APART * cone[2]:
@@ -230,12 +233,15 @@ def touch_core(
             f, _, g = look_at(cone, d, u, slope, wide, s0, p0, pu, at)
             p = point(point(start, at, u), -f - wide - slope * at, g)
             g = blend(-1.0, g, 0.0, g)
-            if gap_at_end(state, pose, p, g, f, step.dt - step.at) < 0.0 and not (plate and g[2] < -PUSHES_DOWN):
+            deepest_end = min(deepest_end, f)
+            left = gap_at_end(state, pose, p, g, f, step.dt - step.at)
+            if left < UNFORESEEN and not (plate and g[2] < -PUSHES_DOWN):
+                restitution = step.restitution if left < 0.0 else 0.0
                 count = touch(
                     terrain, frame, contacts, keys, count, state, pose, (key[0], key[1], key[2] + 1 + end), p, g, f,
-                    step,
+                    Ahead(step.dt, step.gravity, step.at, restitution, step.friction, step.rolling),
                 )  # fmt: skip
-        if count - before == 2:
+        if count - before == 2 and gap > deepest_end - ASKEW:
             return count
     p = point(point(start, z, u), -gap - wide - slope * z, n)
     return touch(

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from . import step, trace
 from .cloud import Shape
-from .fidelity import Fidelity, station_spacing, trace_step
+from .fidelity import Fidelity, station_spacing, trace_step, where_things_rebound
 from .influence import NOTE, NOTED
 from .ledger import HIT_WIDTH
 from .limits import GRAVITY, LEAST_STATIONS, MOST_STAGES, STAGE_STEPS
@@ -99,14 +99,15 @@ def slide(
     _check_tables(scene, start, rasters, keep_poses)
     arrays = scene.arrays._replace(cloud=shape.cloud) if shape else scene.arrays
     cell = arrays.terrain.cell
+    stems = float(restitution if tree_restitution is None else tree_restitution)
+    fences = float(restitution if barrier_restitution is None else barrier_restitution)
+    fidelity = where_things_rebound(fidelity, restitution, stems, fences)
     settings = Settings(
         float(fidelity.time_step), float(fidelity.travel_cells * cell), float(fidelity.tolerance), int(fidelity.sweeps),
         float(trace_step(fidelity, cell)), float(restitution), float(time_limit), float(rest_speed), float(gravity),
         float(fidelity.obstacle_travel), int(fidelity.ring_points), bool(fidelity.backward), float(rolling_friction),
-        -1.0 if tree_friction is None else float(tree_friction),
-        float(restitution if tree_restitution is None else tree_restitution),
-        -1.0 if barrier_friction is None else float(barrier_friction),
-        float(restitution if barrier_restitution is None else barrier_restitution),
+        -1.0 if tree_friction is None else float(tree_friction), stems,
+        -1.0 if barrier_friction is None else float(barrier_friction), fences,
         0 if stages is None or going_on is not None else STAGE_STEPS, bool(until_reached),
     )  # fmt: skip
     stations = stations_for(start.body[:, LENGTH], station_spacing(fidelity, cell))

@@ -27,7 +27,7 @@ from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.read import SceneLayers
 from deadwood_algorithms.scene.releases import Releases
 from deadwood_algorithms.scene.shape import words_of
-from deadwood_engine import STOP_REASONS, Fidelity, station_spacing
+from deadwood_engine import STOP_REASONS, Fidelity, station_spacing, where_things_rebound
 
 if TYPE_CHECKING:
     from deadwood_algorithms.scene.released_scene import ReleasedScene
@@ -66,6 +66,8 @@ def summary_of(
 ) -> dict[str, Any]:
     """The content of ``summary.json``; ``releases`` are the logs that were slid."""
     reasons = np.bincount(by_log["stop_reason"], minlength=len(STOP_REASONS))
+    scene = asked.scene
+    restitutions = (scene.restitution, scene.tree_restitution or 0.0, scene.barrier_restitution or 0.0)
     cpu, wall, steps = (float(by_log[f"cost_{name}"].sum()) for name in ("cpu_s", "wall_s", "steps"))
     return {
         "logs": {
@@ -85,7 +87,7 @@ def summary_of(
         "speed": speed_record(by_log),
         "accuracy": {
             "fidelity": asked.fidelity,
-            "time_step_s": float(fidelity.time_step),
+            "time_step_s": float(where_things_rebound(fidelity, *restitutions).time_step),
             "station_spacing_m": float(station_spacing(fidelity, layers.dem.cell)),
             "penetration_max_m": float(by_log["penetration_max"].max()),
             "energy_error_rel_max": float(by_log["energy_error"].max()),
