@@ -90,7 +90,7 @@ def _all() -> list[Setting]:
         for share in (0.5, 0.25)
     ]  # fmt: skip
     found += [
-        Setting(f"obstacles {n:g}", "obstacles", n, STANDARD._replace(obstacle_travel=n)) for n in (0.1, 0.6, 0.9)
+        Setting(f"obstacles {n:g}", "obstacles", n, STANDARD._replace(obstacle_travel=n)) for n in (0.05, 0.2, 0.3)
     ]
     found.append(Setting("flanks 1", "flanks", 1.0, STANDARD._replace(ring_points=1)))
     found.append(Setting("backward", "order", 1.0, STANDARD._replace(backward=True)))

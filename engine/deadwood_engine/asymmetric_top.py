@@ -41,6 +41,7 @@ from .rotation import (
     kinetic_energy,
     set_axis,
 )
+from .vectors import cross, dot, norm
 
 _FIFTH = 1.0 / (4.0 - 4.0 ** (1.0 / 3.0))  # Suzuki's weight of the four outer steps
 
@@ -68,16 +69,16 @@ def move_freely(state, body, time):
     state[Z] += time * state[VZ]
     i1, i2, i3 = 1.0 / body[TRANSVERSE] + body[SKEW], 1.0 / body[TRANSVERSE], 1.0 / body[AXIAL]
     wx, wy, wz = state[WX], state[WY], state[WZ]
-    spin = math.sqrt(wx * wx + wy * wy + wz * wz)
+    spin = norm((wx, wy, wz))
     if spin == 0.0:
         return
     # momentum in the body's axes
     fx, fy, fz = first_axis(state)
     dx, dy, dz = state[DX], state[DY], state[DZ]
-    gx, gy, gz = dy * fz - dz * fy, dz * fx - dx * fz, dx * fy - dy * fx
-    y1 = (fx * wx + fy * wy + fz * wz) / i1
-    y2 = (gx * wx + gy * wy + gz * wz) / i2
-    y3 = (dx * wx + dy * wy + dz * wz) / i3
+    gx, gy, gz = cross((dx, dy, dz), (fx, fy, fz))
+    y1 = dot((fx, fy, fz), (wx, wy, wz)) / i1
+    y2 = dot((gx, gy, gz), (wx, wy, wz)) / i2
+    y3 = dot((dx, dy, dz), (wx, wy, wz)) / i3
     a, b, c, e = state[Q0], state[Q1], state[Q2], state[Q3]
     # the energy bounds the spin for all time: |w|^2 <= 2 E / least moment of inertia
     most = math.sqrt((i1 * y1 * y1 + i2 * y2 * y2 + i3 * y3 * y3) * max(i1, i2, i3))
@@ -107,7 +108,7 @@ def move_freely(state, body, time):
     set_axis(state)
     fx, fy, fz = first_axis(state)
     dx, dy, dz = state[DX], state[DY], state[DZ]
-    gx, gy, gz = dy * fz - dz * fy, dz * fx - dx * fz, dx * fy - dy * fx
+    gx, gy, gz = cross((dx, dy, dz), (fx, fy, fz))
     w1, w2, w3 = i1 * y1, i2 * y2, i3 * y3
     state[WX] = w1 * fx + w2 * gx + w3 * dx
     state[WY] = w1 * fy + w2 * gy + w3 * dy

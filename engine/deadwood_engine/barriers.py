@@ -27,7 +27,7 @@ from .log_body import CENTRE, LENGTH
 from .narrow_phase import deepest, gap_at_end, touch_core
 from .rotation import DX, DY, DZ, X, Y, Z
 from .terrain import Terrain, surfaces_at
-from .vectors import cross, dot, point
+from .vectors import cross, dot, norm, point
 
 Array = NDArray[np.float64]
 
@@ -120,7 +120,7 @@ def deepest_below_edge(ex, ey, ez, dx, dy, dz, sine, a, nx, ny, x, y, ax, ay, to
     """
     nd = nx * dx + ny * dy
     qx, qy, qz = nd * dx - nx, nd * dy - ny, nd * dz
-    size = math.sqrt(qx * qx + qy * qy + qz * qz)
+    size = norm((qx, qy, qz))
     px, py, pz = ex, ey, ez
     if size > FLAT_TOLERANCE:
         qx, qy, qz = qx / size, qy / size, qz / size
@@ -130,7 +130,7 @@ def deepest_below_edge(ex, ey, ez, dx, dy, dz, sine, a, nx, ny, x, y, ax, ay, to
             # both ends of the chord in the plate's plane
             away = off / size
             half = math.sqrt(a * a - away * away)
-            hx, hy, hz = cross(dx, dy, dz, qx, qy, qz)
+            hx, hy, hz = cross((dx, dy, dz), (qx, qy, qz))
             hangs = True
             for way in range(2):
                 turn = half if way == 0 else -half
@@ -236,7 +236,7 @@ def _reaches_plate(ex, ey, ez, dx, dy, dz, a, nx, ny, edge):
     # the chord in the plane, from its middle by t
     away = off / size
     qx, qy, qz = (nd * dx - nx) / size, (nd * dy - ny) / size, nd * dz / size
-    hx, hy, hz = cross(dx, dy, dz, qx, qy, qz)
+    hx, hy, hz = cross((dx, dy, dz), (qx, qy, qz))
     u, along = (gx + away * qx) * ax + (gy + away * qy) * ay, hx * ax + hy * ay
     high = math.sqrt(a * a - away * away)
     low = -high

@@ -21,7 +21,7 @@ from .contacts import Ahead
 from .cores import BARRIER, TREE, skin_of
 from .limits import ASKEW, BEHIND, CORE_APART, FACE_ALIGNED, FLAT_TOLERANCE, OBSTACLE_TRAVEL, POST_LENGTH
 from .log_body import REACH
-from .vectors import axes_nearest, cross, dot, point
+from .vectors import axes_nearest, cross, dot, minus, norm, point
 
 _NOWHERE = (0.0, 0.0, 0.0)
 
@@ -45,10 +45,7 @@ def lay_out(cloud, scratch):
 def _height_over(cloud, scratch, face, p):
     """Distance [m] of a place from a face's plane, outward."""
     trial = scratch.trial[0]
-    n = scratch.normals[face]
-    return (
-        n[0] * (p[0] - trial.x) + n[1] * (p[1] - trial.y) + n[2] * (p[2] - trial.z) - cloud.offsets[face]
-    )  # fmt: skip
+    return dot(scratch.normals[face], minus(p, (trial.x, trial.y, trial.z))) - cloud.offsets[face]
 
 
 @kernel
@@ -59,8 +56,8 @@ def _clip_to_face(cloud, scratch, face, start, u, low, high):
     for k in range(first, last):
         a = scratch.corners[cloud.loops[k]]
         b = scratch.corners[cloud.loops[k + 1 if k + 1 < last else first]]
-        out = cross(b[0] - a[0], b[1] - a[1], b[2] - a[2], n[0], n[1], n[2])
-        away = out[0] * (start[0] - a[0]) + out[1] * (start[1] - a[1]) + out[2] * (start[2] - a[2])
+        out = cross(minus(b, a), n)
+        away = dot(out, minus(start, a))
         rate = dot(out, u)
         if rate == 0.0:
             if away > 0.0:
@@ -80,20 +77,20 @@ def _way_out(cloud, scratch, start, u, long, enter, leave, free_start, free_end)
     best, m_best, first, last = math.inf, _NOWHERE, enter, leave
     for k in range(cloud.edges.shape[0]):
         a, b = corners[cloud.edges[k, 0]], corners[cloud.edges[k, 1]]
-        m = cross(b[0] - a[0], b[1] - a[1], b[2] - a[2], u[0], u[1], u[2])
-        size = math.sqrt(dot(m, m))
+        m = cross(minus(b, a), u)
+        size = norm(m)
         if size <= FLAT_TOLERANCE:
             continue
-        side = m[0] * (a[0] - centre[0]) + m[1] * (a[1] - centre[1]) + m[2] * (a[2] - centre[2])
+        side = dot(m, minus(a, centre))
         size = size if side >= 0.0 else -size
         m = (m[0] / size, m[1] / size, m[2] / size)
-        depth = m[0] * (a[0] - start[0]) + m[1] * (a[1] - start[1]) + m[2] * (a[2] - start[2])
+        depth = dot(m, minus(a, start))
         if depth < 0.0 or depth >= best:
             continue
         support = True
         for j in range(corners.shape[0]):
             c = corners[j]
-            over = m[0] * (c[0] - a[0]) + m[1] * (c[1] - a[1]) + m[2] * (c[2] - a[2])
+            over = dot(m, minus(c, a))
             if over > BEHIND * (1.0 + abs(side)):
                 support = False
                 break
@@ -122,7 +119,7 @@ def _nearest(cloud, scratch, start, u, long):
     best, p_best, z_best, edge = math.inf, _NOWHERE, 0.0, -1
     for k in range(cloud.edges.shape[0]):
         a, b = corners[cloud.edges[k, 0]], corners[cloud.edges[k, 1]]
-        d = (b[0] - a[0], b[1] - a[1], b[2] - a[2])
+        d = minus(b, a)
         size = math.sqrt(dot(d, d))
         d = (d[0] / size, d[1] / size, d[2] / size)
         s, z = axes_nearest((a[0], a[1], a[2]), d, 0.0, size, start, u, long)
@@ -193,7 +190,7 @@ def core_contacts(cloud, scene, frame, scratch, count, state, key, start, u, lon
     # a face along the core: two contacts, where the core enters and leaves the face's outline
     face, most = -1, FACE_ALIGNED
     for k in range(cloud.normals.shape[0]):
-        aligned = -(n[0] * scratch.normals[k, 0] + n[1] * scratch.normals[k, 1] + n[2] * scratch.normals[k, 2])
+        aligned = -(dot(n, scratch.normals[k]))
         if aligned > most:
             face, most = k, aligned
     low, high = 1.0, 0.0
@@ -201,10 +198,10 @@ def core_contacts(cloud, scene, frame, scratch, count, state, key, start, u, lon
         low, high = _clip_to_face(cloud, scratch, face, start, u, 0.0, long)
     elif edge >= 0:
         a, b = scratch.corners[cloud.edges[edge, 0]], scratch.corners[cloud.edges[edge, 1]]
-        d = (b[0] - a[0], b[1] - a[1], b[2] - a[2])
+        d = minus(b, a)
         along = dot(d, u)
         if along * along > FACE_ALIGNED * FACE_ALIGNED * dot(d, d):
-            at = u[0] * (a[0] - start[0]) + u[1] * (a[1] - start[1]) + u[2] * (a[2] - start[2])
+            at = dot(u, minus(a, start))
             low, high = max(0.0, min(at, at + along)), min(long, max(at, at + along))
     if high > low:
         deepest = 0.0
@@ -216,12 +213,10 @@ def core_contacts(cloud, scene, frame, scratch, count, state, key, start, u, lon
                 side = (-scratch.normals[face, 0], -scratch.normals[face, 1], -scratch.normals[face, 2])
             else:
                 a, b = scratch.corners[cloud.edges[edge, 0]], scratch.corners[cloud.edges[edge, 1]]
-                d = (b[0] - a[0], b[1] - a[1], b[2] - a[2])
-                share = (at - (u[0] * (a[0] - start[0]) + u[1] * (a[1] - start[1]) + u[2] * (a[2] - start[2]))) / dot(
-                    d, u
-                )
+                d = minus(b, a)
+                share = (at - dot(u, minus(a, start))) / dot(d, u)
                 r = point(point((a[0], a[1], a[2]), share, d), -1.0, q)
-                away = math.sqrt(dot(r, r))
+                away = norm(r)
                 side = (r[0] / away, r[1] / away, r[2] / away) if away > 0.0 else n
             deepest = min(deepest, away - wide - slope * at)
             if away - wide - slope * at < 0.0:

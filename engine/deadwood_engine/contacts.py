@@ -15,9 +15,9 @@ import numpy as np
 from .compiled import inlined, kernel
 from .limits import HOVER, HOVER_MOST, IMPACT
 from .log_body import AXIAL, SKEW, TRANSVERSE
-from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ, X, Y, Z, first_axis
+from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ, X, Y, Z, first_axis, square_to_axis, swing_of
 from .terrain import friction_at, surface
-from .vectors import cross
+from .vectors import cross, dot, norm
 
 # A contact: world axes, per unit of mass
 CONTACT = np.dtype(
@@ -88,11 +88,10 @@ def set_normal(c, state, smooth):
     it a spinning end bored itself in.
     """
     nx, ny, nz = c.nx, c.ny, c.nz
-    ax, ay, az = cross(c.rx, c.ry, c.rz, nx, ny, nz)
+    a = cross((c.rx, c.ry, c.rz), (nx, ny, nz))
     if smooth:
-        dx, dy, dz = state[DX], state[DY], state[DZ]
-        k = ax * dx + ay * dy + az * dz
-        ax, ay, az = ax - k * dx, ay - k * dy, az - k * dz
+        a = square_to_axis(state, a)
+    ax, ay, az = a
     c.rnx, c.rny, c.rnz = ax, ay, az
     vx, vy, vz, wx, wy, wz = state[VX], state[VY], state[VZ], state[WX], state[WY], state[WZ]
     c.before_n = nx * vx + ny * vy + nz * vz + ax * wx + ay * wy + az * wz
@@ -118,14 +117,14 @@ def set_frames(contacts, count, state, body):
             tx, ty, tz = -nz, 0.0, nx
         else:
             tx, ty, tz = ny, -nx, 0.0
-        scale = 1.0 / math.sqrt(tx * tx + ty * ty + tz * tz)
+        scale = 1.0 / norm((tx, ty, tz))
         tx, ty, tz = tx * scale, ty * scale, tz * scale
-        ux, uy, uz = cross(nx, ny, nz, tx, ty, tz)
+        ux, uy, uz = cross((nx, ny, nz), (tx, ty, tz))
         c.tx, c.ty, c.tz = tx, ty, tz
         c.ux, c.uy, c.uz = ux, uy, uz
         anx, any_, anz = c.rnx, c.rny, c.rnz
-        atx, aty, atz = cross(rx, ry, rz, tx, ty, tz)
-        aux, auy, auz = cross(rx, ry, rz, ux, uy, uz)
+        atx, aty, atz = cross((rx, ry, rz), (tx, ty, tz))
+        aux, auy, auz = cross((rx, ry, rz), (ux, uy, uz))
         c.rtx, c.rty, c.rtz = atx, aty, atz
         c.rux, c.ruy, c.ruz = aux, auy, auz
         k = ic * (anx * dx + any_ * dy + anz * dz)
@@ -184,8 +183,8 @@ def add_contact(contacts, keys, count, state, key, rx, ry, rz, nx, ny, nz, mu, g
     c.mu, c.turn = mu, 0.0
     c.roll = 0.0
     if step.rolling > 0.0 and smooth:
-        s = rx * state[DX] + ry * state[DY] + rz * state[DZ]
-        c.roll = step.rolling * math.sqrt(max(0.0, rx * rx + ry * ry + rz * rz - s * s))
+        s = dot((rx, ry, rz), (state[DX], state[DY], state[DZ]))
+        c.roll = step.rolling * math.sqrt(max(0.0, dot((rx, ry, rz), (rx, ry, rz)) - s * s))
     c.pn, c.pt, c.pu, c.shift = 0.0, 0.0, 0.0, 0.0
     c.last_n, c.last_t, c.last_u, c.line = 0.0, 0.0, 0.0, 0
     return count + 1
@@ -233,7 +232,7 @@ def touch(terrain, frame, contacts, keys, count, state, trial, key, p, n, gap, s
     of rad/s) times that turn would pass for a speed along the normal.
     """
     rx, ry, rz = p[0] - trial.x, p[1] - trial.y, p[2] - trial.z
-    s = rx * trial.dx + ry * trial.dy + rz * trial.dz
+    s = dot((rx, ry, rz), (trial.dx, trial.dy, trial.dz))
     rx, ry, rz = rx + s * (state[DX] - trial.dx), ry + s * (state[DY] - trial.dy), rz + s * (state[DZ] - trial.dz)
     mu = step.friction if step.friction >= 0.0 else friction_at(terrain, frame[0], frame[1], p[0], p[1])
     return add_contact(contacts, keys, count, state, key, rx, ry, rz, n[0], n[1], n[2], mu, gap, step, True)
@@ -242,9 +241,9 @@ def touch(terrain, frame, contacts, keys, count, state, trial, key, p, n, gap, s
 @kernel
 def predict(state, dt, gravity, trial):
     """The pose of a log after free motion for dt, into ``trial`` (``surroundings.POSE``)."""
-    tx, ty, tz = cross(state[WX], state[WY], state[WZ], state[DX], state[DY], state[DZ])
+    tx, ty, tz = swing_of(state)
     qx, qy, qz = state[DX] + dt * tx, state[DY] + dt * ty, state[DZ] + dt * tz
-    scale = 1.0 / math.sqrt(qx * qx + qy * qy + qz * qz)
+    scale = 1.0 / norm((qx, qy, qz))
     trial.dx, trial.dy, trial.dz = qx * scale, qy * scale, qz * scale
     trial.x, trial.y = state[X] + dt * state[VX], state[Y] + dt * state[VY]
     trial.z = state[Z] + dt * (state[VZ] - 0.5 * gravity * dt)

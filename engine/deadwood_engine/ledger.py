@@ -26,6 +26,7 @@ from .energy import contact_work
 from .limits import BLOW, HIT_PAUSE, LEAST_PUSH
 from .rotation import VX, X, Y, Z
 from .terrain import surface
+from .vectors import dot, norm
 
 Array = NDArray[np.float64]
 
@@ -155,8 +156,8 @@ def _first_push(scene, frame, state, vx, vy, vz, c, time, dt, hit):
     hit[PLACE], hit[PLACE + 1], hit[PLACE + 2] = px, py, pz
     height, _, _ = surface(scene.terrain, frame[0], frame[1], px, py)
     hit[HEIGHT] = pz - height
-    speed = math.sqrt(vx * vx + vy * vy + vz * vz)
+    speed = norm((vx, vy, vz))
     hit[SPEED] = speed
     if speed > 0.0:
-        square = -(vx * c.nx + vy * c.ny + vz * c.nz) / speed
+        square = -dot((vx, vy, vz), (c.nx, c.ny, c.nz)) / speed
         hit[ANGLE] = math.acos(min(1.0, max(-1.0, square)))

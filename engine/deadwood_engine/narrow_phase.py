@@ -42,8 +42,8 @@ from .limits import (
     UNFORESEEN,
 )
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
-from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ
-from .vectors import across, blend, cross, dot, point
+from .rotation import VX, VY, VZ, swing_of
+from .vectors import across, blend, dot, norm, point
 
 
 @kernel
@@ -170,7 +170,7 @@ def deepest(cone, c, d, start, u, long, wide, slope, within):
             z, f = (low, f_low) if f_low < f_high else (high, f_high)
     if f >= within:
         return f, z, g, False
-    size = math.sqrt(dot(g, g))
+    size = norm(g)
     # right through the axis: a log is put to the core's one side as well as to its other
     n = blend(1.0 / size, g, 0.0, g) if size > THROUGH_AXIS else across(d, u)
     return reach_along(cone, d, n, point(g0, z, u)) - wide - slope * z, z, n, True
@@ -203,9 +203,9 @@ def line_ends(cone, c, d, start, u, long, z, n):
 @kernel
 def gap_at_end(state, pose, p, n, gap, left):
     """What is left of a gap [m] at a place p of the log when it has moved on for a time [s]; n points to the log."""
-    s = (p[0] - pose.x) * pose.dx + (p[1] - pose.y) * pose.dy + (p[2] - pose.z) * pose.dz
-    t = cross(state[WX], state[WY], state[WZ], state[DX], state[DY], state[DZ])
-    v = (state[VX] + s * t[0], state[VY] + s * t[1], state[VZ] + s * t[2])
+    s = dot((p[0] - pose.x, p[1] - pose.y, p[2] - pose.z), (pose.dx, pose.dy, pose.dz))
+    t = swing_of(state)
+    v = point((state[VX], state[VY], state[VZ]), s, t)
     return gap + left * dot(v, n)
 
 

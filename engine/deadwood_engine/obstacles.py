@@ -25,8 +25,8 @@ from .limits import (
 )
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
 from .narrow_phase import cone_of, deepest, touch_core
-from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ
-from .vectors import axes_nearest, cross, point
+from .rotation import DX, DY, DZ, VX, VY, VZ, swing_of
+from .vectors import axes_nearest, dot, norm, point
 
 
 @kernel
@@ -39,7 +39,7 @@ def _nearest(cone, pose, core):
     start, u = (core.x, core.y, core.z), (core.ux, core.uy, core.uz)
     s, z = axes_nearest(c, d, cone[0], cone[1], start, u, core.long)
     r = point(point(point(c, s, d), -1.0, start), -z, u)
-    distance = math.sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2])
+    distance = norm(r)
     wide, end = core.wide, core.wide + core.slope * core.long
     return distance - cone[2] - max(wide, end), s, cone[2] + cone[4] * (s - cone[0]), wide + core.slope * z
 
@@ -139,18 +139,17 @@ def contacts_with(
 @kernel
 def _swing(state):
     """The axis' velocity as it turns (its end, seen from a metre behind) and its size [1/s]; speed along it [m/s]."""
-    dx, dy, dz = state[DX], state[DY], state[DZ]
-    tx, ty, tz = cross(state[WX], state[WY], state[WZ], dx, dy, dz)
-    turn = math.sqrt(tx * tx + ty * ty + tz * tz)
-    return tx, ty, tz, turn, state[VX] * dx + state[VY] * dy + state[VZ] * dz
+    t = swing_of(state)
+    sliding = dot((state[VX], state[VY], state[VZ]), (state[DX], state[DY], state[DZ]))
+    return t, norm(t), sliding
 
 
 @kernel
 def _time_to(swing, state, body, gravity, s, room):
     """The least time [s] in which the log's axis at s moves by the room [m]: sideways, or any way at its ends."""
-    tx, ty, tz, turn, sliding = swing
-    vx, vy, vz = state[VX] + s * tx, state[VY] + s * ty, state[VZ] + s * tz
-    square = vx * vx + vy * vy + vz * vz
+    t, turn, sliding = swing
+    v = point((state[VX], state[VY], state[VZ]), s, t)
+    square = dot(v, v)
     if -body[CENTRE] < s < body[LENGTH] - body[CENTRE]:
         square = max(0.0, square - sliding * sliding)
     speed = math.sqrt(square)
@@ -163,10 +162,10 @@ def _pace(state, body, gravity):
     """(swing, speed along the axis, of any point at most, how it grows): what is farther away than the latter two allow
     within a step is not looked at more closely."""
     swing = _swing(state)
-    sliding = abs(swing[4])
+    sliding = abs(swing[2])
     straight = math.sqrt(state[VX] ** 2 + state[VY] ** 2 + state[VZ] ** 2)
-    speed = straight + swing[3] * max(body[CENTRE], body[LENGTH] - body[CENTRE])
-    return swing, sliding, speed, swing[3] * (sliding + speed) + 0.5 * gravity
+    speed = straight + swing[1] * max(body[CENTRE], body[LENGTH] - body[CENTRE])
+    return swing, sliding, speed, swing[1] * (sliding + speed) + 0.5 * gravity
 
 
 @inlined

@@ -18,6 +18,7 @@ import math
 from .compiled import inlined, kernel
 from .limits import LINE_BEND, LINE_ROOM, LINE_STEP, LINE_TURN
 from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ
+from .vectors import dot
 
 
 @kernel
@@ -48,7 +49,7 @@ def _end_of_line(contacts, first, count, dt):
         if (c.along - contacts[after - 1].along) * way < LINE_STEP:
             break  # points of one ring or face, or of another line
         tx, ty, tz = c.nx - a.nx, c.ny - a.ny, c.nz - a.nz
-        if tx * tx + ty * ty + tz * tz > LINE_TURN * LINE_TURN:
+        if dot((tx, ty, tz), (tx, ty, tz)) > LINE_TURN * LINE_TURN:
             break
         room, bend = LINE_ROOM / abs(between), LINE_BEND / abs(between)
         fits, low_t, high_t = _within(low_t, high_t, (c.target - a.target) * dt / between, room)
@@ -74,7 +75,7 @@ def join_lines(contacts, count, state, dt):
     vx, vy, vz, wx, wy, wz = state[VX], state[VY], state[VZ], state[WX], state[WY], state[WZ]
     for k in range(count):
         c = contacts[k]
-        c.along = c.rx * dx + c.ry * dy + c.rz * dz
+        c.along = dot((c.rx, c.ry, c.rz), (dx, dy, dz))
     found, first = False, 0
     while first + 2 < count:
         after = _end_of_line(contacts, first, count, dt)
@@ -108,7 +109,7 @@ def _ends(contacts, first, last, at_first, at_last, before_first, before_last):
     """
     a, b = contacts[first], contacts[last]
     gaa, gbb = a.gnn, b.gnn
-    gab = (a.nx * b.nx + a.ny * b.ny + a.nz * b.nz) + (a.rnx * b.bnx + a.rny * b.bny + a.rnz * b.bnz)
+    gab = dot((a.nx, a.ny, a.nz), (b.nx, b.ny, b.nz)) + dot((a.rnx, a.rny, a.rnz), (b.bnx, b.bny, b.bnz))
     fa = at_first - gaa * before_first - gab * before_last
     fb = at_last - gab * before_first - gbb * before_last
     det = gaa * gbb - gab * gab

@@ -113,7 +113,7 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
                 ex, ey, ez = -dy * dx, 1.0 - dy * dy, -dy * dz
         scale = a / math.sqrt(ex * ex + ey * ey + ez * ez)
         ex, ey, ez = scale * ex, scale * ey, scale * ez
-        fx, fy, fz = cross(dx, dy, dz, ex, ey, ez)
+        fx, fy, fz = cross((dx, dy, dz), (ex, ey, ez))
         side = 0 < k < stations - 1
         ox1, oy1, oz1, ox2, oy2, oz2 = math.inf, 0.0, 0.0, math.inf, 0.0, 0.0
         before, other_gap = count, math.inf

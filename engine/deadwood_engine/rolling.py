@@ -30,12 +30,6 @@ ROLLING = np.dtype(
 
 
 @kernel
-def spin_of(state):
-    """Spin about the axis [1/s]."""
-    return state[WX] * state[DX] + state[WY] * state[DY] + state[WZ] * state[DZ]
-
-
-@kernel
 def start_rolling(rolling, contacts, count, state, ratio):
     """Eq. [l]: start from the moment of the step before, as contacts do (``contact_solver.warm_start``), after them."""
     most = 0.0

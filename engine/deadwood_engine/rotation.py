@@ -20,6 +20,7 @@ import numpy as np
 
 from .compiled import kernel
 from .limits import SMALL_TURN, VERTICAL
+from .vectors import cross, dot, norm, point
 
 # Columns of a log's working state
 X, Y, Z = 0, 1, 2  # centre of mass, local frame [m]
@@ -54,6 +55,25 @@ def set_axis(state):
 
 
 @kernel
+def spin_of(state):
+    """Spin about the axis [1/s]."""
+    return dot((state[WX], state[WY], state[WZ]), (state[DX], state[DY], state[DZ]))
+
+
+@kernel
+def swing_of(state):
+    """Velocity of the axis' direction, w x d [1/s]."""
+    return cross((state[WX], state[WY], state[WZ]), (state[DX], state[DY], state[DZ]))
+
+
+@kernel
+def square_to_axis(state, a):
+    """What a vector has square to the axis."""
+    d = (state[DX], state[DY], state[DZ])
+    return point(a, -dot(a, d), d)
+
+
+@kernel
 def first_axis(state):
     """R(q) e1, the first principal axis in the world."""
     a, b, c, e = state[Q0], state[Q1], state[Q2], state[Q3]
@@ -68,11 +88,11 @@ def drift(state, transverse, axial, time):
     state[Z] += time * state[VZ]
     dx, dy, dz = state[DX], state[DY], state[DZ]
     wx, wy, wz = state[WX], state[WY], state[WZ]
-    along = wx * dx + wy * dy + wz * dz  # constant: spin about the own axis
+    along = spin_of(state)  # constant
     # Angular momentum over A: the precession vector itself
     k = (axial / transverse - 1.0) * along
     px, py, pz = wx + k * dx, wy + k * dy, wz + k * dz
-    rate = math.sqrt(px * px + py * py + pz * pz)
+    rate = norm((px, py, pz))
     if rate == 0.0:
         return
     c1, s1 = half_turn(rate * time)
@@ -100,7 +120,7 @@ def drift(state, transverse, axial, time):
 @kernel
 def kinetic_energy(state, transverse, axial):
     """Kinetic energy per mass [J/kg]."""
-    along = state[WX] * state[DX] + state[WY] * state[DY] + state[WZ] * state[DZ]
+    along = spin_of(state)
     spin = state[WX] ** 2 + state[WY] ** 2 + state[WZ] ** 2
     speed = state[VX] ** 2 + state[VY] ** 2 + state[VZ] ** 2
     return 0.5 * (speed + transverse * (spin - along * along) + axial * along * along)

@@ -48,8 +48,8 @@ from .outline import count_danger
 from .pressure import join_lines
 from .rest import FAILED, INTERRUPTED, LEFT_DEM, ON_ITS_WAY, TIME_LIMIT, holder, rest_reason
 from .rocking import forget_windows, rocks_in_place, watch
-from .rolling import spin_of, start_rolling
-from .rotation import VX, VY, VZ, WX, WY, WZ, X, Y, Z, set_axis
+from .rolling import start_rolling
+from .rotation import VX, VY, VZ, WX, WY, WZ, X, Y, Z, set_axis, spin_of
 from .stages import all_reached, go_on, keep_stage
 from .surroundings import know_nothing
 from .terrain import surface

@@ -6,14 +6,13 @@ import math
 
 from .compiled import kernel
 from .log_body import AXIAL, BASE_RADIUS, CENTRE, LENGTH, REACH, TRANSVERSE
-from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ
-from .vectors import cross
+from .rotation import VX, VY, VZ, WX, WY, WZ, spin_of, swing_of
 
 
 @kernel
 def fastest_point(state, body):
     """Bound of the speed of the body's fastest point [m/s]."""
-    along = state[WX] * state[DX] + state[WY] * state[DY] + state[WZ] * state[DZ]
+    along = spin_of(state)
     spin = state[WX] ** 2 + state[WY] ** 2 + state[WZ] ** 2
     across = math.sqrt(max(0.0, spin - along * along))
     arm = max(body[CENTRE], body[LENGTH] - body[CENTRE], body[REACH])
@@ -30,8 +29,8 @@ def travel_bound(cloud, state, body):
     """
     if cloud is not None:
         return fastest_point(state, body), 0.0, 0.0
-    ux, uy, uz = cross(state[WX], state[WY], state[WZ], state[DX], state[DY], state[DZ])
-    along = state[WX] * state[DX] + state[WY] * state[DY] + state[WZ] * state[DZ]
+    ux, uy, uz = swing_of(state)
+    along = spin_of(state)
     vx, vy, vz = state[VX], state[VY], state[VZ]
     back, front = -body[CENTRE], body[LENGTH] - body[CENTRE]
     base = (vx + back * ux) ** 2 + (vy + back * uy) ** 2 + (vz + back * uz) ** 2

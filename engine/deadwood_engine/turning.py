@@ -18,18 +18,17 @@ from __future__ import annotations
 
 from .compiled import inlined, kernel
 from .contacts import TERRAIN, set_normal
-from .rotation import DX, VX, WX
-from .vectors import blend, cross, point, unit
+from .rotation import VX, VY, VZ, WX, WY, WZ, square_to_axis
+from .vectors import blend, cross, dot, point, unit
 
 
 @kernel
 def plane_speed(old, state):
     """Velocity [m/s] of the log along the normal of an old plane, at its point."""
-    ax, ay, az = cross(old.rx, old.ry, old.rz, old.nx, old.ny, old.nz)
-    k = ax * state[DX] + ay * state[DX + 1] + az * state[DX + 2]
-    ax, ay, az = ax - k * state[DX], ay - k * state[DX + 1], az - k * state[DX + 2]
-    straight = old.nx * state[VX] + old.ny * state[VX + 1] + old.nz * state[VX + 2]
-    return straight + ax * state[WX] + ay * state[WX + 1] + az * state[WX + 2]
+    n = (old.nx, old.ny, old.nz)
+    ax, ay, az = square_to_axis(state, cross((old.rx, old.ry, old.rz), n))
+    straight = dot(n, (state[VX], state[VY], state[VZ]))
+    return straight + ax * state[WX] + ay * state[WY] + az * state[WZ]
 
 
 @kernel

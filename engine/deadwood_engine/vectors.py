@@ -1,4 +1,4 @@
-"""Vectors of three numbers, as tuples: the one dialect of the geometry of obstacles."""
+"""Vectors of three numbers, as tuples."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from .limits import FLAT_TOLERANCE, SKEW_LINES
 
 
 @kernel
-def cross(ax, ay, az, bx, by, bz):
-    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+def cross(a, b):
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 @kernel
@@ -19,9 +19,19 @@ def dot(a, b):
 
 
 @kernel
+def norm(a):
+    return math.sqrt(dot(a, a))
+
+
+@kernel
 def point(a, s, d):
     """a + s d."""
     return a[0] + s * d[0], a[1] + s * d[1], a[2] + s * d[2]
+
+
+@kernel
+def minus(a, b):
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
 @kernel
@@ -33,23 +43,23 @@ def blend(p, a, q, b):
 @kernel
 def unit(a):
     """In the direction of a, of length 1."""
-    scale = 1.0 / math.sqrt(dot(a, a))
+    scale = 1.0 / norm(a)
     return a[0] * scale, a[1] * scale, a[2] * scale
 
 
 @kernel
 def across(d, u):
     """A unit vector square to d and, unless they are parallel, to u (both unit)."""
-    n = cross(d[0], d[1], d[2], u[0], u[1], u[2])
+    n = cross(d, u)
     if dot(n, n) < FLAT_TOLERANCE**2:
         ax, ay, az = abs(d[0]), abs(d[1]), abs(d[2])
         if ax <= ay and ax <= az:
-            n = cross(d[0], d[1], d[2], 1.0, 0.0, 0.0)
+            n = cross(d, (1.0, 0.0, 0.0))
         elif ay <= az:
-            n = cross(d[0], d[1], d[2], 0.0, 1.0, 0.0)
+            n = cross(d, (0.0, 1.0, 0.0))
         else:
-            n = cross(d[0], d[1], d[2], 0.0, 0.0, 1.0)
-    return blend(1.0 / math.sqrt(dot(n, n)), n, 0.0, n)
+            n = cross(d, (0.0, 0.0, 1.0))
+    return blend(1.0 / norm(n), n, 0.0, n)
 
 
 @kernel

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from deadwood_engine.energy import contact_work, impulse_work, take_no_energy
-from deadwood_engine.rolling import ROLLING, spin_of
+from deadwood_engine.rolling import ROLLING
+from deadwood_engine.rotation import spin_of
 
 G_DT = 0.3  # [m/s] of gravity in a step
 

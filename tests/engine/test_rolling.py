@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from deadwood_engine.contacts import CONTACT
-from deadwood_engine.rolling import ROLLING, rolling_work, spin_of, start_rolling
+from deadwood_engine.rolling import ROLLING, rolling_work, start_rolling
+from deadwood_engine.rotation import spin_of
 
 INERTIA = 0.08  # [m2]
 AXIS = np.array([0.6, 0.0, 0.8])

@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 
 from deadwood_engine.log_body import AXIAL, TRANSVERSE, cone_bodies
-from deadwood_engine.rotation import drift, kinetic_energy, quaternion_from_axis, set_axis
+from deadwood_engine.rotation import (
+    drift,
+    kinetic_energy,
+    quaternion_from_axis,
+    set_axis,
+    spin_of,
+    square_to_axis,
+    swing_of,
+)
 
 
 def top(diameter=0.75, length=30.0, spin_body=(1.0, 0.0, 20.0)):
@@ -89,3 +97,16 @@ def test_quaternions_point_the_axis():
         state[3:7] = quaternion
         set_axis(state)
         assert state[13:16] == pytest.approx(axis, abs=1e-15)
+
+
+def test_what_turns_the_axis_and_what_does_not():
+    """w = (w.d) d + d x (w x d), and what is square to d has no part along it; of random axes, to rounding."""
+    rng = np.random.default_rng(3)
+    for axis, w, a in rng.standard_normal((20, 3, 3)):
+        state = np.zeros(16)
+        state[10:13], state[13:16] = w, axis / np.linalg.norm(axis)
+        d = state[13:16]
+        assert spin_of(state) * d + np.cross(d, swing_of(state)) == pytest.approx(w, abs=1e-14)
+        square = np.array(square_to_axis(state, a))
+        assert square @ d == pytest.approx(0.0, abs=1e-15)
+        assert np.cross(d, square) == pytest.approx(np.cross(d, a), abs=1e-14)

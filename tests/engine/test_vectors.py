@@ -3,14 +3,16 @@
 import numpy as np
 import pytest
 
-from deadwood_engine.vectors import across, axes_nearest, blend, cross, dot, point
+from deadwood_engine.vectors import across, axes_nearest, blend, cross, dot, minus, norm, point
 
 
 def test_sums_and_products_are_numpys():
     rng = np.random.default_rng(1)
     for a, b in rng.standard_normal((20, 2, 3)):
-        assert cross(*a, *b) == pytest.approx(np.cross(a, b), abs=1e-15)
+        assert cross(a, b) == pytest.approx(np.cross(a, b), abs=1e-15)
         assert dot(a, b) == pytest.approx(a @ b, abs=1e-15)
+        assert norm(a) == pytest.approx(np.linalg.norm(a), abs=1e-15)
+        assert minus(a, b) == pytest.approx(a - b, abs=1e-15)
         assert point(a, 2.5, b) == pytest.approx(a + 2.5 * b, abs=1e-15)
         assert blend(-0.5, a, 3.0, b) == pytest.approx(-0.5 * a + 3.0 * b, abs=1e-15)
 
