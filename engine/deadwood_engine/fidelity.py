@@ -76,7 +76,7 @@ def fidelity_with(name: str, time_step: float | None, station_spacing: float | N
 
 
 def where_things_rebound(fidelity: Fidelity, *restitutions: float) -> Fidelity:
-    """The row for a scene with such restitutions [-]: its share of step and travel, if any of them is above 0."""
+    """The row for a scene: its share of step and travel, if any of the restitutions [-] of what is there is above 0."""
     share = fidelity.rebound_share if any(each > 0.0 for each in restitutions) else 1.0
     return fidelity._replace(time_step=share * fidelity.time_step, travel_cells=share * fidelity.travel_cells)
 

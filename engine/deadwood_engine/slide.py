@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from . import step, trace
 from .cloud import Shape
+from .cores import BARRIER, LYING, TREE
 from .fidelity import Fidelity, station_spacing, trace_step, where_things_rebound
 from .influence import NOTE, NOTED
 from .ledger import HIT_WIDTH
@@ -101,7 +102,9 @@ def slide(
     cell = arrays.terrain.cell
     stems = float(restitution if tree_restitution is None else tree_restitution)
     fences = float(restitution if barrier_restitution is None else barrier_restitution)
-    fidelity = where_things_rebound(fidelity, restitution, stems, fences)
+    kinds = arrays.cores.solid["kind"]
+    wood, plates = bool(np.isin(kinds, (TREE, LYING)).any()), bool((kinds == BARRIER).any())
+    fidelity = where_things_rebound(fidelity, restitution, stems * wood, fences * plates)
     settings = Settings(
         float(fidelity.time_step), float(fidelity.travel_cells * cell), float(fidelity.tolerance), int(fidelity.sweeps),
         float(trace_step(fidelity, cell)), float(restitution), float(time_limit), float(rest_speed), float(gravity),

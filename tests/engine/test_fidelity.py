@@ -5,7 +5,7 @@ from itertools import pairwise
 import pytest
 
 from deadwood_engine import FIDELITIES
-from deadwood_engine.fidelity import fidelity_with, station_spacing, trace_step
+from deadwood_engine.fidelity import fidelity_with, station_spacing, trace_step, where_things_rebound
 
 
 def test_each_is_at_least_as_fine_as_the_one_before():
@@ -37,10 +37,21 @@ def test_distances_are_the_lesser_of_metres_and_cells(name, cell):
     assert row.coarse_cells * 0.5 <= row.station_spacing  # it says nothing on the cells that the rows are measured on
     asked = fidelity_with(name, None, 0.3)
     assert station_spacing(asked, cell) == min(0.3, row.spacing_cells * cell)
-    assert fidelity_with(name, 0.05, None) == row._replace(time_step=0.05)
+    assert fidelity_with(name, 0.05, None) == row._replace(time_step=0.05, rebound_share=1.0)
     assert trace_step(row, cell) <= row.trace_cells * cell
     assert trace_step(row, cell) <= max(row.trace_spacing, cell)
     assert trace_step(row, cell) in (row.trace_cells * cell, row.trace_spacing, cell)
+
+
+@pytest.mark.parametrize("name", list(FIDELITIES))
+def test_steps_are_shorter_where_something_rebounds_unless_a_user_chose_them(name):
+    row = FIDELITIES[name]
+    assert where_things_rebound(row, 0.0, 0.0) == row
+    found = where_things_rebound(row, 0.0, 0.05)
+    assert found.time_step == row.rebound_share * row.time_step
+    assert found.travel_cells == row.rebound_share * row.travel_cells
+    asked = fidelity_with(name, 0.05, None)
+    assert where_things_rebound(asked, 0.5) == asked
 
 
 def test_nobody_changes_sides_of_a_stem_in_one_step():

@@ -67,7 +67,9 @@ def summary_of(
     """The content of ``summary.json``; ``releases`` are the logs that were slid."""
     reasons = np.bincount(by_log["stop_reason"], minlength=len(STOP_REASONS))
     scene = asked.scene
-    restitutions = (scene.restitution, scene.tree_restitution or 0.0, scene.barrier_restitution or 0.0)
+    stems = scene.tree_restitution if layers.tree_ids or layers.lying.ids else None
+    fences = scene.barrier_restitution if len(layers.barriers.ids) else None
+    restitutions = (scene.restitution, stems or 0.0, fences or 0.0)
     cpu, wall, steps = (float(by_log[f"cost_{name}"].sum()) for name in ("cpu_s", "wall_s", "steps"))
     return {
         "logs": {
