@@ -43,7 +43,7 @@ PLAN = (
     Part("stems", _of("tree restitution", "tree friction"), FOREST, 2000, 1.0),
     Part("barriers", _of("barrier restitution", "barrier friction"), ("barriers",), 2000, 1.0),
     Part("restitution of the ground", _of("ground restitution"), USUAL, 2000, 1.2),
-    Part("the fidelities where things rebound", _of("impacts"), ("forest", "rough"), 4000, 3.3),
+    Part("the fidelities where things rebound", _of("impacts"), ("forest", "rough"), 3000, 3.3),
     Part("smooth cone or rings in a forest", _of("rings"), ("forest",), 2000, 3.0),
     Part("smooth cone or rings on open slopes", _of("rings"), ("rough", "sensitive"), 400, 9.5),
     Part("the fidelities in forests, more logs", MAIN, FOREST, 20_000, 3.3),
