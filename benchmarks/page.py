@@ -327,10 +327,12 @@ def with_snippet(readme: str, results: Row) -> str:
 
 
 def with_errors(source: str, results: Row) -> str:
-    """The report's source with its table of errors replaced by what the README's table says."""
-    rows = [line.split(" | ") for line in fidelity_table(results).splitlines()[2:]]
-    told = {row[0].strip("| `"): (row[3], row[4].rsplit(", ", 1)[0]) for row in rows}
-    body = "".join(f'    "{name}": ("{told[name][0]}", "{told[name][1]}"),\n' for name in told if name != "reference")
+    """The report's source with its table of errors replaced by the numbers of the README's table."""
+    found = {name: tables.pooled(results, name) for name in figures.FIDELITIES}
+    told = {
+        name: (tables.with_interval(row), tables.worst_of(row).rsplit(", ", 1)[0]) for name, row in found.items() if row
+    }
+    body = "".join(f'    "{name}": ("{mean}", "{worst}"),\n' for name, (mean, worst) in told.items())
     return ERRORS.sub(lambda found: found[1] + body + found[2], source)
 
 
