@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from deadwood_algorithms.report.answer_words import ANSWER_PHRASES, GERMAN_CLASSES
+from deadwood_algorithms.runs.modelled import in_german
 
 LANGUAGES = ("en", "de")
 
@@ -433,43 +434,6 @@ PHRASES: dict[str, tuple[str, str]] = {
 PHRASES |= ANSWER_PHRASES
 
 
-# What a summary says of its model, in its own English words; what is not here stays English.
-GERMAN_MODEL = (
-    (r"bilinear surface through (.+) cells of (.+)", r"bilineare Fläche durch \1 Zellen von \2"),
-    (r"the whole DEM", "das ganze DEM"),
-    (r"Coulomb, (.+) everywhere", r"Coulomb, überall \1"),
-    (r"Coulomb, (.+) to (.+) by cell", r"Coulomb, \1 bis \2 je Zelle"),
-    (r"(.+) at every contact", r"\1 bei jedem Kontakt"),
-    (
-        r"rigid truncated cones, tip half the diameter of the base; they do not break or meet each other",
-        "starre Kegelstümpfe, Spitze halb so dick wie die Basis; sie brechen nicht und treffen einander nicht",
-    ),
-    (
-        r"(\d+) rigid truncated cones; (\d+) off the DEM left out",
-        r"\1 starre Kegelstümpfe; \2 ausserhalb des DEM weggelassen",
-    ),
-    (
-        r"(\d+) rigid truncated cones at rest on the terrain, in (\d+) straight pieces",
-        r"\1 starre Kegelstümpfe, ruhend auf dem Gelände, in \2 geraden Stücken",
-    ),
-    (r"not modelled: no layer was given", "nicht modelliert: keine Ebene angegeben"),
-    (
-        r"(\d+) rigid spheres, with the ground's friction and restitution; (\d+) off the DEM left out",
-        r"\1 starre Kugeln mit Reibung und Stosszahl des Bodens; \2 ausserhalb des DEM weggelassen",
-    ),
-    (r"(\d+) rigid thin plates", r"\1 starre dünne Platten"),
-    (r"(\d+) lines or outlines watched", r"\1 Linien oder Umrisse beobachtet"),
-    (
-        r"deposits and rasters of every log, and what the layers above ask for",
-        "Ablagerungen und Raster jedes Stamms, und was die Ebenen verlangen",
-    ),
-    (
-        r"deposits and rasters of every log, and what the layers above ask for; not computed: (.+)",
-        r"Ablagerungen und Raster jedes Stamms, und was die Ebenen verlangen; nicht berechnet: \1",
-    ),
-)
-
-
 @dataclass(frozen=True)
 class Words:
     """The phrases of one language."""
@@ -487,11 +451,7 @@ class Words:
 
     def modelled(self, said: str) -> str:
         """What a summary says of its model, in this language."""
-        if self.language == "de":
-            for pattern, german in GERMAN_MODEL:
-                if found := re.fullmatch(pattern, said):
-                    return found.expand(german)
-        return said
+        return in_german(said) if self.language == "de" else said
 
     def of_class(self, label: str) -> str:
         """The name of a class as a tool wrote it, in this language."""

@@ -22,11 +22,11 @@ from deadwood_algorithms.numbers.statistics import (
     wilson_interval,
 )
 from deadwood_algorithms.runs.hits import ledger_records, obstacle_record
+from deadwood_algorithms.runs.modelled import modelled
 from deadwood_algorithms.runs.queue import Queue
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.read import SceneLayers
 from deadwood_algorithms.scene.releases import Releases
-from deadwood_algorithms.scene.shape import words_of
 from deadwood_engine import STOP_REASONS, Fidelity, station_spacing, where_things_rebound
 
 if TYPE_CHECKING:
@@ -51,7 +51,6 @@ class Asked:
 NEAR_EDGE_DEG = 5.0  # from the edge of a friction cone: as from mu 0.30 to 0.21, or 0.39
 WORTH_A_WARNING = 0.05  # share of the logs that have no deposit
 SPREAD_MOVED_DEG = 1.0  # by the logs that left the terrain model: worth a warning
-CONES = "rigid truncated cones, tip half the diameter of the base; they do not break or meet each other"
 
 
 def summary_of(
@@ -152,89 +151,6 @@ def speed_record(by_log: Mapping[str, NDArray]) -> dict[str, float]:
         "p95_ms": float(np.quantile(by_log["speed_max"], 0.95)),
         "max_ms": float(by_log["speed_max"].max()),
     }
-
-
-def modelled(asked: Asked, layers: SceneLayers) -> dict[str, str]:
-    """What of the scene was modelled, and what was not and why, in words."""
-    (ny, nx), cell, scene = layers.dem.shape, layers.dem.cell, layers.scene
-    absent = "not modelled: no layer was given"
-    mu = layers.friction
-    if isinstance(mu, np.ndarray):
-        on_dem = mu[np.isfinite(layers.dem.values)]
-        friction = f"Coulomb, {on_dem.min():g} to {on_dem.max():g} by cell"
-    else:
-        friction = f"Coulomb, {mu:g} everywhere"
-    friction += _apart(asked.scene.tree_friction, asked.scene.barrier_friction)
-    trees, beyond = len(layers.tree_ids) - len(scene.trees_outside), layers.trees_left_out
-    beyond_words = f"{beyond} off the DEM left out"
-    if layers.dem.whole is not None:
-        beyond_words += f", {len(scene.trees_outside)} beyond the window"
-    return {
-        "terrain": f"bilinear surface through {nx} x {ny} cells of {cell:g} m",
-        "window": _window_words(layers),
-        "friction": friction,
-        "restitution": f"{asked.scene.restitution:g} at every contact"
-        + _apart(asked.scene.tree_restitution, asked.scene.barrier_restitution),
-        "rolling_friction": _rolling_words(asked, layers),
-        "logs": words_of(layers.shape) if layers.shape else CONES,
-        "trees": f"{trees} rigid truncated cones; {beyond_words}" if layers.tree_ids else absent,
-        "barriers": f"{len(layers.barriers.ids)} rigid thin plates" if scene.barrier_count else absent,
-        "lying_logs": _lying_words(layers) if layers.lying.ids else absent,
-        "blocks": _block_words(layers) if layers.blocks.ids else absent,
-        "lines": f"{len(layers.lines.ids)} lines or outlines watched" if layers.lines.ids else absent,
-        "outputs": _output_words(asked, layers),
-    }
-
-
-def _apart(trees: float | None, barriers: float | None) -> str:
-    """What stems and barriers have of their own, in words; nothing where they have what the ground has."""
-    told = [("stems and lying logs", trees), ("barriers", barriers)]
-    return "".join(f"; {value:g} at {name}" for name, value in told if value is not None)
-
-
-def _rolling_words(asked: Asked, layers: SceneLayers) -> str:
-    if layers.shape:
-        return "none but that of the points' corners"
-    coefficient = asked.scene.rolling_friction
-    return f"{coefficient:g} of the ground's push times the radius" if coefficient else "none: rigid ground"
-
-
-def _output_words(asked: Asked, layers: SceneLayers) -> str:
-    """What was computed of each log and what was not. The rasters always are: they take 6 to 10 % of the time of
-    sliding on cells of 0.5 m (poses 1 %), less than an option to leave them out would be worth."""
-    nothing_asked = {
-        "poses and trajectories (--trajectories none)": not asked.keeps_poses,
-        "reach and danger (no lines)": not layers.lines.ids,
-        "hits of trees (no trees)": not layers.tree_ids,
-        "hits of barriers (no barriers)": not layers.barriers.ids,
-    }
-    skipped = [name for name, nobody in nothing_asked.items() if nobody]
-    computed = "deposits and rasters of every log, and what the layers above ask for"
-    return f"{computed}; not computed: {', '.join(skipped)}" if skipped else computed
-
-
-def _lying_words(layers: SceneLayers) -> str:
-    pieces = len(layers.scene.arrays.lying.owner)
-    return f"{len(layers.lying.ids)} rigid truncated cones at rest on the terrain, in {pieces} straight pieces"
-
-
-def _block_words(layers: SceneLayers) -> str:
-    blocks, beyond = layers.blocks, len(layers.scene.blocks_outside)
-    words = f"{len(blocks.ids) - beyond} rigid spheres, with the ground's friction and restitution; "
-    words += f"{blocks.left_out} off the DEM left out"
-    return words + (f", {beyond} beyond the window" if layers.dem.whole is not None else "")
-
-
-def _window_words(layers: SceneLayers) -> str:
-    """Which part of the DEM was modelled, and why that is as good as all of it."""
-    if layers.dem.whole is None:
-        return "the whole DEM"
-    part, (rows, columns) = layers.dem.part, layers.dem.whole.shape
-    return (
-        f"{part.columns} x {part.rows} of the DEM's {columns} x {rows} cells, from column {part.column} and row "
-        f"{part.row} (from the south-west): as far as an energy line reaches; no log came near its sides, so results "
-        "are those of the whole DEM, and no log was anywhere else"
-    )
 
 
 def spread_records(

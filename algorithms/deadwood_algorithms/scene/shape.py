@@ -106,11 +106,3 @@ def as_shape(releases: Releases, shape: Shape) -> Releases:
     diameter, length = np.full(number, 2.0 * body[0]), np.full(number, body[2])
     logs = dataclasses.replace(releases.logs, diameter=diameter, length=length)
     return dataclasses.replace(releases, logs=logs, dbh_cm=100.0 * diameter)
-
-
-def words_of(shape: Shape) -> str:
-    """For the summary: what slid."""
-    return (
-        f"rigid convex bodies of {len(shape.cloud.points)} points, {shape.volume:.4g} m³, all of one shape; "
-        "they do not break or meet each other"
-    )

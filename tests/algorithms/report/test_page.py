@@ -253,7 +253,7 @@ def test_runs_of_other_logs_stand_side_by_side_uncompared(case, run, tmp_path):
 def test_in_german(run):
     text = Reader(page_of(run, language="de")[0]).text
     assert "Wie viele erreichen" in text
-    assert "Reibung Coulomb, überall 0.25" in text
+    assert "Reibung Coulomb, überall 0,25" in text
     assert re.search(r"\d,\d", text)
     for english in ("What was modelled", "percentile", "held by a tree", "rigid"):
         assert english not in text
