@@ -55,7 +55,7 @@ PLAN = (
         "single factors", _of("coarse", "obstacles", "flanks", "order", "time step", "travel", "spacing", "tolerance",
         "sweeps", "trace"), USUAL, 400, 1.0,
     ),
-    Part("the fidelities on open slopes, more logs", MAIN, OPEN, 4000, 3.3),
+    Part("the fidelities on open slopes, more logs", MAIN, OPEN, 9600, 3.3),
 )  # fmt: skip
 # CPU milliseconds a log at ``standard``, where nothing has been slid yet: pilots, good to a factor of two
 PILOT_MS = {"plane": 16, "rough": 6, "forest": 4, "barriers": 3.5, "cliff": 7, "gully": 7.5, "sensitive": 8}

@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 
 from .compiled import inlined, kernel
+from .contacts import along_normal, along_t, along_u
 from .extrapolation import before_unloading, go_ahead, sweeps_ahead
 from .limits import (
     BISECTIONS,
@@ -149,7 +150,7 @@ def solve(contacts, count, state, rolling, tolerance, sweeps, lines, used=0):
         for k in range(count):
             c = contacts[k]
             pn, pt, pu = c.pn, c.pt, c.pu
-            gn = c.nx * vx + c.ny * vy + c.nz * vz + c.rnx * wx + c.rny * wy + c.rnz * wz - c.target
+            gn = along_normal(c, (vx, vy, vz), (wx, wy, wz)) - c.target
             pressed = 0.0
             if lines and c.line != 0:  # the line has renewed the normal impulse
                 gn, pressed = 0.0, c.pressed
@@ -158,8 +159,8 @@ def solve(contacts, count, state, rolling, tolerance, sweeps, lines, used=0):
                     before += c.last_n * c.last_n + c.last_t * c.last_t + c.last_u * c.last_u
                     c.last_n, c.last_t, c.last_u = 0.0, 0.0, 0.0
                 continue
-            gt = c.tx * vx + c.ty * vy + c.tz * vz + c.rtx * wx + c.rty * wy + c.rtz * wz
-            gu = c.ux * vx + c.uy * vy + c.uz * vz + c.rux * wx + c.ruy * wy + c.ruz * wz
+            gt = along_t(c, (vx, vy, vz), (wx, wy, wz))
+            gu = along_u(c, (vx, vy, vz), (wx, wy, wz))
             gnn, gnt, gnu = c.gnn, c.gnt, c.gnu
             mu = c.mu
             solved, qn, qt, qu = False, 0.0, 0.0, 0.0

@@ -80,6 +80,24 @@ class Ahead(NamedTuple):
 
 
 @kernel
+def along_normal(c, v, w):
+    """Velocity [m/s] along a contact's normal of a body that moves with v [m/s] and turns with w [1/s] (eq. 6)."""
+    return dot((c.nx, c.ny, c.nz), v) + dot((c.rnx, c.rny, c.rnz), w)
+
+
+@kernel
+def along_t(c, v, w):
+    """The same along its first tangent."""
+    return dot((c.tx, c.ty, c.tz), v) + dot((c.rtx, c.rty, c.rtz), w)
+
+
+@kernel
+def along_u(c, v, w):
+    """The same along its second tangent."""
+    return dot((c.ux, c.uy, c.uz), v) + dot((c.rux, c.ruy, c.ruz), w)
+
+
+@kernel
 def set_normal(c, state, smooth):
     """Lever of the normal, and velocity along it before the step, of a contact whose point and normal are set.
 
@@ -87,14 +105,11 @@ def set_normal(c, state, smooth):
     a normal turns it about that axis. The lever of a candidate that is not the deepest of its ring says otherwise: by
     it a spinning end bored itself in.
     """
-    nx, ny, nz = c.nx, c.ny, c.nz
-    a = cross((c.rx, c.ry, c.rz), (nx, ny, nz))
+    a = cross((c.rx, c.ry, c.rz), (c.nx, c.ny, c.nz))
     if smooth:
         a = square_to_axis(state, a)
-    ax, ay, az = a
-    c.rnx, c.rny, c.rnz = ax, ay, az
-    vx, vy, vz, wx, wy, wz = state[VX], state[VY], state[VZ], state[WX], state[WY], state[WZ]
-    c.before_n = nx * vx + ny * vy + nz * vz + ax * wx + ay * wy + az * wz
+    c.rnx, c.rny, c.rnz = a
+    c.before_n = along_normal(c, (state[VX], state[VY], state[VZ]), (state[WX], state[WY], state[WZ]))
 
 
 @inlined
@@ -104,7 +119,7 @@ def set_frames(contacts, count, state, body):
     Once for all, when no normal changes any more (``turning``).
     """
     dx, dy, dz = state[DX], state[DY], state[DZ]
-    vx, vy, vz, wx, wy, wz = state[VX], state[VY], state[VZ], state[WX], state[WY], state[WZ]
+    v, w = (state[VX], state[VY], state[VZ]), (state[WX], state[WY], state[WZ])
     ia = 1.0 / body[TRANSVERSE]
     ic = 1.0 / body[AXIAL] - ia
     for row in range(count):
@@ -150,8 +165,8 @@ def set_frames(contacts, count, state, body):
         c.gnt = anx * btx + any_ * bty + anz * btz
         c.gnu = anx * bux + any_ * buy + anz * buz
         c.gtu = atx * bux + aty * buy + atz * buz
-        c.before_t = tx * vx + ty * vy + tz * vz + atx * wx + aty * wy + atz * wz
-        c.before_u = ux * vx + uy * vy + uz * vz + aux * wx + auy * wy + auz * wz
+        c.before_t = along_t(c, v, w)
+        c.before_u = along_u(c, v, w)
 
 
 @kernel

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from .compiled import kernel
+from .contacts import along_normal, along_t, along_u
 from .rolling import rolling_work
 from .rotation import VX
 
@@ -10,12 +11,13 @@ from .rotation import VX
 @kernel
 def contact_work(c, motion, at, fall):
     """Work of one contact's impulse per mass [J/kg]: the mean of the velocities before and after, times the impulse."""
-    vx, vy, vz = motion[at], motion[at + 1], motion[at + 2] + fall
-    wx, wy, wz = motion[at + 3], motion[at + 4], motion[at + 5]
-    gn = c.nx * vx + c.ny * vy + c.nz * vz + (c.rnx * wx + c.rny * wy + c.rnz * wz)
-    gt = c.tx * vx + c.ty * vy + c.tz * vz + (c.rtx * wx + c.rty * wy + c.rtz * wz)
-    gu = c.ux * vx + c.uy * vy + c.uz * vz + (c.rux * wx + c.ruy * wy + c.ruz * wz)
-    return 0.5 * (c.pn * (gn + c.before_n) + c.pt * (gt + c.before_t) + c.pu * (gu + c.before_u))
+    v = (motion[at], motion[at + 1], motion[at + 2] + fall)
+    w = (motion[at + 3], motion[at + 4], motion[at + 5])
+    return 0.5 * (
+        c.pn * (along_normal(c, v, w) + c.before_n)
+        + c.pt * (along_t(c, v, w) + c.before_t)
+        + c.pu * (along_u(c, v, w) + c.before_u)
+    )
 
 
 @kernel

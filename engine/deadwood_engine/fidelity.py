@@ -49,9 +49,9 @@ class Fidelity(NamedTuple):
 
 
 FIDELITIES: dict[str, Fidelity] = {
-    "draft": Fidelity(0.070, 1.0, 2.0, 4.0, 3e-3, 300, 4.0, ring_points=1, coarse_cells=0.5, rebound_share=0.25),
+    "draft": Fidelity(0.070, 1.0, 2.0, 4.0, 1e-3, 300, 4.0, ring_points=1, coarse_cells=0.5, rebound_share=0.25),
     "standard": Fidelity(
-        0.018, 0.45, 0.75, 1.5, 1e-3, 400, 1.0, obstacle_travel=0.1, coarse_cells=0.5, rebound_share=0.5
+        0.022, 0.3, 0.75, 1.5, 1e-3, 400, 1.0, obstacle_travel=0.1, coarse_cells=0.5, rebound_share=0.5
     ),
     "fine": Fidelity(0.004, 0.2, 0.5, 1.0, 1e-3, 400, 1.0, obstacle_travel=0.1, coarse_cells=0.25),
     "reference": Fidelity(0.001, 0.04, 0.5, 1.0, 1e-4, 1000, 0.5),

@@ -215,9 +215,9 @@ def touch_core(
 ):
     """Add the contacts of a pose with a round core whose least gap is at z, along n; returns the new count.
 
-    Where both share a line, its two ends are contacts in the place of the least gap if both touch in what is left of
-    the step, and beside it where the log crosses the core between them. plate : nothing may be pushed down, for below
-    the core is a plate.
+    Where both share a line, each of its two ends that comes within ``UNFORESEEN`` in what is left of the step is a
+    contact: both in the place of the least gap, unless the log crosses the core between them; one beside it. plate :
+    nothing may be pushed down, for below the core is a plate.
     """
     c, d = (pose.x, pose.y, pose.z), (pose.dx, pose.dy, pose.dz)
     first, last = line_ends(cone, c, d, start, u, long, z, n)

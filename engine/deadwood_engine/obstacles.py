@@ -40,8 +40,12 @@ def _nearest(cone, pose, core):
     s, z = axes_nearest(c, d, cone[0], cone[1], start, u, core.long)
     r = point(point(point(c, s, d), -1.0, start), -z, u)
     distance = norm(r)
-    wide, end = core.wide, core.wide + core.slope * core.long
-    return distance - cone[2] - max(wide, end), s, cone[2] + cone[4] * (s - cone[0]), wide + core.slope * z
+    mine, theirs = cone[2] + cone[4] * (s - cone[0]), core.wide + core.slope * z
+    # a way t farther on, the axes are sqrt(distance^2 + apart t^2) apart, and both thicker by sqrt(steep) t at most
+    apart, steep = 1.0 - abs(dot(d, u)), cone[4] * cone[4] + core.slope * core.slope
+    if steep < 0.5 * apart:
+        return distance * math.sqrt(1.0 - steep / apart) - mine - theirs, s, mine, theirs
+    return distance - cone[2] - max(core.wide, core.wide + core.slope * core.long), s, mine, theirs
 
 
 @inlined
@@ -186,11 +190,11 @@ def time_beside(table, number, state, body, gravity, longest):
             continue
         if back < s < front:
             # close by, the log's taper is a wedge between two stems: then the way along counts, too
-            along = body[BASE_RADIUS] + taper * (s - back) + table[m].wide
-            if room < OBSTACLE_ALONG * along:
-                along *= OBSTACLE_ALONG  # a log thin beside its stems
-            if room < along and longest * sliding > along:
-                longest = along / sliding
+            mine = body[BASE_RADIUS] + taper * (s - back)
+            along = mine + table[m].wide
+            if room < along:
+                along *= OBSTACLE_ALONG if 4.0 * mine < along else 1.0  # a log thin beside its stems
+                longest = min(longest, along / sliding) if sliding > 0.0 else longest
         longest = min(longest, _time_to(swing, state, body, gravity, s, room))
         if longest < before:
             decider = m

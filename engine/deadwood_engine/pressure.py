@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 
 from .compiled import inlined, kernel
+from .contacts import along_normal
 from .limits import LINE_BEND, LINE_ROOM, LINE_STEP, LINE_TURN
 from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ
 from .vectors import dot
@@ -72,7 +73,7 @@ def join_lines(contacts, count, state, dt):
     dt : [s] the step, in which they may use up the gaps that they leave
     """
     dx, dy, dz = state[DX], state[DY], state[DZ]
-    vx, vy, vz, wx, wy, wz = state[VX], state[VY], state[VZ], state[WX], state[WY], state[WZ]
+    v, w = (state[VX], state[VY], state[VZ]), (state[WX], state[WY], state[WZ])
     for k in range(count):
         c = contacts[k]
         c.along = dot((c.rx, c.ry, c.rz), (dx, dy, dz))
@@ -96,7 +97,7 @@ def join_lines(contacts, count, state, dt):
             c.nx, c.ny, c.nz = nx, ny, nz
             c.rnx, c.rny, c.rnz = ax + share * bx, ay + share * by, az + share * bz
             c.target = target + share * more
-            c.before_n = nx * vx + ny * vy + nz * vz + c.rnx * wx + c.rny * wy + c.rnz * wz
+            c.before_n = along_normal(c, v, w)
         first = after
     return found
 
@@ -165,8 +166,8 @@ def press(contacts, count, vx, vy, vz, wx, wy, wz):
             before_last = (moment - a.along * total) / length
             one, other = _ends(
                 contacts, start, last,
-                a.nx * vx + a.ny * vy + a.nz * vz + a.rnx * wx + a.rny * wy + a.rnz * wz - a.target,
-                b.nx * vx + b.ny * vy + b.nz * vz + b.rnx * wx + b.rny * wy + b.rnz * wz - b.target,
+                along_normal(a, (vx, vy, vz), (wx, wy, wz)) - a.target,
+                along_normal(b, (vx, vy, vz), (wx, wy, wz)) - b.target,
                 total - before_last, before_last,
             )  # fmt: skip
             change = max(change, a.gnn * abs(one - total + before_last), b.gnn * abs(other - before_last))

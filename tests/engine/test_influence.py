@@ -97,7 +97,7 @@ def test_a_scene_without_is_the_scene_prepared_without():
 
 def test_more_notes_than_there_is_room_for():
     """A log that bounces across a slope full of stumps: it is slid again, with more room, and is the same."""
-    x, y = (places.ravel() for places in np.meshgrid(np.arange(20.0, 80), np.arange(10.0, 80)))
+    x, y = (places.ravel() for places in np.meshgrid(np.arange(20.0, 80), np.arange(10.0, 80, 0.5)))
     stumps = Trees(x, y, np.full(len(x), 0.03), np.full(len(x), 0.1))
     scene = slope(1.0, 3, trees=stumps)
     across = Logs.alike(50.0, 85.0, diameter=0.4, length=20.0, orientation=1, azimuth=1.57, drop=1.0)
