@@ -8,9 +8,9 @@ from __future__ import annotations
 
 # fidelity: (mean of the slopes with its interval, the worst slope with its interval)
 REACH_POINTS: dict[str, tuple[str, str]] = {
-    "draft": ("+0.0 (-0.7 to +0.8)", "-2.5 (-4.6 to -0.5)"),
-    "standard": ("-0.2 (-0.9 to +0.5)", "-1.4 (-3.4 to +0.7)"),
-    "fine": ("-0.4 (-1.4 to +0.6)", "-1.1 (-3.8 to +1.7)"),
+    "draft": ("-0.4 (-0.8 to +0.1)", "-3.6 (-4.7 to -2.5)"),
+    "standard": ("-0.1 (-0.5 to +0.4)", "-0.7 (-1.8 to +0.4)"),
+    "fine": ("-0.6 (-1.6 to +0.4)", "-1.7 (-4.3 to +1.0)"),
 }
 
 
