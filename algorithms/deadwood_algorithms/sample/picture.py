@@ -116,4 +116,4 @@ def _legend(figure: Any, ends: set[str]) -> None:
                     markeredgewidth=0.4, label=f"deposit: {label}",
                 )
             )  # fmt: skip
-    figure.legend(handles=marks, loc="lower left", bbox_to_anchor=(0.006, 0.0), ncols=5, frameon=False, fontsize=9.5)
+    figure.legend(handles=marks, loc="lower left", bbox_to_anchor=(0.006, 0.0), ncols=6, frameon=False, fontsize=9.5)
