@@ -71,14 +71,14 @@ def brute_force(run: Path, cell: float, chosen=None) -> dict[str, np.ndarray]:
 
 @pytest.fixture(scope="module")
 def expected(full) -> dict[str, np.ndarray]:
-    return brute_force(full, 4.0)
+    return brute_force(full, 5.0)
 
 
 @pytest.mark.parametrize("most", [20_000_000, 150])
 def test_every_cell_is_as_by_brute_force(full, expected, tmp_path, monkeypatch, most):
     """In one band, and in as many as there are rows or so, which stands for a large run; float32 in the files."""
     monkeypatch.setattr(cell_quantiles, "HITS_AT_ONCE", most)
-    ours = made(full, tmp_path, cell_m=4.0)
+    ours = made(full, tmp_path, cell_m=5.0)
     hits = raster(tmp_path / "hits.tif")[::-1]
     assert hits.max() > 8
     for name in NAMES:
