@@ -7,8 +7,9 @@ import re
 import numpy as np
 import pytest
 
-from benchmarks import page, plan, scenes, study
+from benchmarks import page, plan, scenes, study, tables
 from benchmarks.settings import SETTINGS
+from deadwood_algorithms.fidelity.auto import COSTS
 from deadwood_engine import FIDELITIES, place_logs
 
 RESULTS = study.read_results()
@@ -36,6 +37,11 @@ def test_every_fidelity_is_measured_with_the_numbers_that_it_has_today():
     for case in RESULTS["scenes"]:
         for name, row in FIDELITIES.items():
             assert RESULTS["entries"][case][name]["fidelity"] == row._asdict(), (case, name)
+
+
+def test_the_choice_of_a_fidelity_counts_with_the_costs_of_the_page():
+    measured = {name: tables.relative_cost(RESULTS, name) for name in COSTS}
+    assert pytest.approx(measured, rel=0.2) == COSTS  # which is how well the page knows them
 
 
 def test_every_number_says_where_it_comes_from():

@@ -45,7 +45,7 @@ from deadwood_algorithms.tool import UserError
 
 # From the cheapest to the finest, with what a log costs of one at standard, on the benchmark's slopes: which judge is
 # tried first hangs on it, no promise does.
-COSTS = {"draft": 0.15, "standard": 1.0, "fine": 2.2, "reference": 8.7}
+COSTS = {"draft": 0.32, "standard": 1.0, "fine": 2.5, "reference": 8.9}
 FIRST_LOOK, LOOKS = 200, 6  # of the pilot, each at twice the logs of the one before
 LEAST = 50  # logs that any promise takes
 PROBE = 32  # logs that tell how long one takes

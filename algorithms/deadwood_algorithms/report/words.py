@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from deadwood_algorithms.report.answer_words import ANSWER_PHRASES, GERMAN_CLASSES
-from deadwood_algorithms.runs.modelled import in_german
+from deadwood_algorithms.runs.modelled import german_numbers, in_german
 
 LANGUAGES = ("en", "de")
 
@@ -458,7 +458,7 @@ class Words:
         if self.language == "de":
             for pattern, german in GERMAN_CLASSES:
                 if found := re.fullmatch(pattern, label):
-                    return re.sub(r"(?<=\d)\.(?=\d)", ",", found.expand(german))
+                    return german_numbers(found.expand(german))
         return label
 
     def known(self, phrase: str, otherwise: str, **filled: Any) -> str:

@@ -87,6 +87,11 @@ def clause(name: str, **filled: Any) -> str:
     return CLAUSES[name][0].format(**filled)
 
 
+def german_numbers(text: str) -> str:
+    """With commas for decimal points."""
+    return re.sub(r"(?<=\d)\.(?=\d)", ",", text)
+
+
 def in_german(said: str) -> str:
     """What ``modelled`` said, in German; a clause that is not of the table (of an older run) as it is written."""
     return BETWEEN.join(_one_in_german(each) or each for each in said.split(BETWEEN))
@@ -96,7 +101,7 @@ def _one_in_german(said: str) -> str | None:
     for english, german in CLAUSES.values():
         pattern = re.sub(r"\\\{(\w+)\\\}", r"(?P<\1>[^;]+?)", re.escape(english))
         if found := re.fullmatch(pattern, said):
-            filled = {name: re.sub(r"(?<=\d)\.(?=\d)", ",", value) for name, value in found.groupdict().items()}
+            filled = {name: german_numbers(value) for name, value in found.groupdict().items()}
             if "parts" in filled:
                 filled["parts"] = AMONG.join(_one_in_german(each) or each for each in filled["parts"].split(AMONG))
             return german.format(**filled)
