@@ -45,7 +45,7 @@ PLAN = (
     Part("restitution of the ground", _of("ground restitution"), USUAL, 2000, 1.2),
     Part("the fidelities where things rebound", _of("impacts"), ("forest", "rough"), 3000, 3.3),
     Part("smooth cone or rings in a forest", _of("rings"), ("forest",), 2000, 3.0),
-    Part("smooth cone or rings on open slopes", _of("rings"), ("rough", "sensitive"), 400, 9.5),
+    Part("smooth cone or rings on open slopes", _of("rings"), ("rough", "sensitive"), 2000, 9.5),
     Part("the fidelities in forests, more logs", MAIN, FOREST, 20_000, 3.3),
     Part("the yardstick in forests, more logs", _of("friction"), FOREST, 6000, 1.0),
     Part("cells of the terrain model", _of("cell", "smooth"), USUAL, 400, 1.7),
