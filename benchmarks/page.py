@@ -17,9 +17,9 @@ from .tables import number, span, table
 
 HERE = Path(__file__).parent
 PAGE, TEMPLATE, README = HERE / "README.md", HERE / "page_template.md", HERE.parent / "README.md"
-REPORT = HERE.parent / "algorithms/deadwood_algorithms/report/fidelity_error.py"  # what the report tells of it
+TRADE = HERE.parent / "algorithms/deadwood_algorithms/numbers/fidelity_trade.py"  # what the tools know of it
 MARKS = re.compile(r"(<!-- measured: benchmarks\b[^>]*-->\n).*?(<!-- end of measured: benchmarks -->)", re.S)
-ERRORS = re.compile(r"(REACH_POINTS: [^\n]*\{\n).*?(\}\n)", re.S)
+TABLES = re.compile(r"((COSTS|REACH_POINTS): [^\n]*\{\n).*?(\}\n)", re.S)
 Row = dict[str, Any]
 
 
@@ -326,22 +326,26 @@ def with_snippet(readme: str, results: Row) -> str:
     return MARKS.sub(lambda found: found[1] + snippet(results) + found[2], readme)
 
 
-def with_errors(source: str, results: Row) -> str:
-    """The report's source with its table of errors replaced by the numbers of the README's table."""
+def with_trade(source: str, results: Row) -> str:
+    """The tools' source with its tables of costs and errors replaced by the numbers of the README's table."""
     found = {name: tables.pooled(results, name) for name in figures.FIDELITIES}
     told = {
         name: (tables.with_interval(row), tables.worst_of(row).rsplit(", ", 1)[0]) for name, row in found.items() if row
     }
-    body = "".join(f'    "{name}": ("{mean}", "{worst}"),\n' for name, (mean, worst) in told.items())
-    return ERRORS.sub(lambda found: found[1] + body + found[2], source)
+    rows = {
+        "COSTS": [f'"{name}": {float(f"{tables.relative_cost(results, name):.2g}")}' for name in figures.FIDELITIES],
+        "REACH_POINTS": [f'"{name}": ("{mean}", "{worst}")' for name, (mean, worst) in told.items()],
+    }
+    bodies = {name: "".join(f"    {row},\n" for row in mine) for name, mine in rows.items()}
+    return TABLES.sub(lambda found: found[1] + bodies[found[2]] + found[3], source)
 
 
 def write() -> None:
-    """Write page, figures, the README's table, and the errors that the report tells."""
+    """Write page, figures, the README's table, and the costs and errors that the tools know."""
     results = study.read_results()
     figures.draw(results)
     PAGE.write_text(page(results), encoding="utf-8")
     readme = README.read_text(encoding="utf-8")
     README.write_text(with_snippet(readme, results), encoding="utf-8")
-    REPORT.write_text(with_errors(REPORT.read_text(encoding="utf-8"), results), encoding="utf-8")
-    print(f"wrote {PAGE}, the table in {README}, and {REPORT}")
+    TRADE.write_text(with_trade(TRADE.read_text(encoding="utf-8"), results), encoding="utf-8")
+    print(f"wrote {PAGE}, the table in {README}, and {TRADE}")

@@ -391,7 +391,7 @@ class Draw:
     def promised(self, began: float) -> dict[str, Any]:
         """Slide what keeps the promise; the fidelity, what is said of it, and what the pilot cost beside the run."""
         from deadwood_algorithms.fidelity.auto import keep_error
-        from deadwood_algorithms.report.fidelity_error import assumed_bounds
+        from deadwood_algorithms.numbers.fidelity_trade import assumed_bounds
 
         assumed = assumed_bounds(self.ask.assume)
         line_ids = self.layers.lines.ids
@@ -486,7 +486,7 @@ class Draw:
         return f"{self.ask.output}.{AUTO}-{name}"
 
     def remove(self) -> None:
-        from deadwood_algorithms.fidelity.auto import COSTS
+        from deadwood_algorithms.numbers.fidelity_trade import COSTS
         from deadwood_algorithms.runs.work_folder import part_path
 
         for name in COSTS:

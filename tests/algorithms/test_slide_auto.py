@@ -15,8 +15,8 @@ from slope_case import RASTERS, Case, assert_same_run, bands, layer, raster, sum
 
 from deadwood_algorithms import compare_scenarios, slide_logs
 from deadwood_algorithms.fidelity import auto
+from deadwood_algorithms.numbers.fidelity_trade import assumed_bounds
 from deadwood_algorithms.numbers.log_order import hash_order
-from deadwood_algorithms.report.fidelity_error import assumed_bounds
 from deadwood_algorithms.tool import Cancelled, Quiet, UserError
 from deadwood_engine import FIDELITIES
 from deadwood_toolbox import cli

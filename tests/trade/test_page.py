@@ -7,9 +7,8 @@ import re
 import numpy as np
 import pytest
 
-from benchmarks import page, plan, scenes, study, tables
+from benchmarks import page, plan, scenes, study
 from benchmarks.settings import SETTINGS
-from deadwood_algorithms.fidelity.auto import COSTS
 from deadwood_engine import FIDELITIES, place_logs
 
 RESULTS = study.read_results()
@@ -39,9 +38,10 @@ def test_every_fidelity_is_measured_with_the_numbers_that_it_has_today():
             assert RESULTS["entries"][case][name]["fidelity"] == row._asdict(), (case, name)
 
 
-def test_the_choice_of_a_fidelity_counts_with_the_costs_of_the_page():
-    measured = {name: tables.relative_cost(RESULTS, name) for name in COSTS}
-    assert pytest.approx(measured, rel=0.2) == COSTS  # which is how well the page knows them
+def test_the_tools_know_the_costs_and_errors_of_the_page():
+    source = page.TRADE.read_text(encoding="utf-8")
+    assert [found[2] for found in page.TABLES.finditer(source)] == ["COSTS", "REACH_POINTS"]
+    assert page.with_trade(source, RESULTS) == source
 
 
 def test_every_number_says_where_it_comes_from():

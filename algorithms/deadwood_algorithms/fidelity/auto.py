@@ -39,13 +39,11 @@ from deadwood_algorithms.fidelity.promise import (
     sigma_of,
     together_of,
 )
+from deadwood_algorithms.numbers.fidelity_trade import COSTS
 from deadwood_algorithms.numbers.statistics import Z_95
 from deadwood_algorithms.runs.queue import z_of_looks
 from deadwood_algorithms.tool import UserError
 
-# From the cheapest to the finest, with what a log costs of one at standard, on the benchmark's slopes: which judge is
-# tried first hangs on it, no promise does.
-COSTS = {"draft": 0.32, "standard": 1.0, "fine": 2.5, "reference": 8.9}
 FIRST_LOOK, LOOKS = 200, 6  # of the pilot, each at twice the logs of the one before
 LEAST = 50  # logs that any promise takes
 PROBE = 32  # logs that tell how long one takes

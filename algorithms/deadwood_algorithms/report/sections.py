@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from deadwood_algorithms.files.versions import lines as versions
+from deadwood_algorithms.numbers.fidelity_trade import REACH_POINTS
 from deadwood_algorithms.numbers.statistics import loss_matters
 from deadwood_algorithms.report import answer_sections
-from deadwood_algorithms.report.fidelity_error import REACH_POINTS
 from deadwood_algorithms.report.figures import ARRIVAL_COLUMNS, Drawing
 from deadwood_algorithms.report.markup import Markup, element, figure_of, joined, table
 from deadwood_algorithms.report.plan import MOST_DOTS, SHOWN_AT_FIRST, layers_drawn

@@ -95,11 +95,10 @@ def test_over_all_cases_it_holds_in_95_of_100():
 def test_a_smooth_slope_is_left_to_draft_and_a_chaotic_one_costs_next_to_nothing_more():
     rng = np.random.default_rng(5)
     smooth, chaotic = Pool(rng, 0.5, 0.005, {}), Pool(rng, 0.3, 0.9, {})
-    chosen, _ = promise(smooth, 0.02, {})
+    # to 1.8 points: to 2 the pilot's 1600 pairs alone cost 0.74 of what reference does
+    chosen, _ = promise(smooth, 0.018, {})
     assert (chosen.option.fidelity, chosen.option.measured) == ("draft", "reference")
-    alone = COSTS["reference"] * 0.25 * (1.96 / 0.02) ** 2
-    assert smooth.slid["reference"] == smooth.slid["standard"] == 1600  # pairs, which are 0.74 of reference alone
-    assert smooth.cost() < 0.9 * alone
+    assert smooth.cost() < 0.85 * COSTS["reference"] * 0.25 * (1.96 / 0.018) ** 2  # reference alone
     chosen, _ = promise(chaotic, 0.02, ASSUMED)
     assert (chosen.option.fidelity, chosen.option.measured) == ("standard", None)
     # Not one pair: bounds of ±0.8 and of what pairs could show at best leave too little to sampling.

@@ -18,7 +18,8 @@ from rasterio.transform import from_origin
 from slope_case import Case, points, summary, write_layer
 
 from deadwood_algorithms import make_report
-from deadwood_algorithms.report import fidelity_error, rounded, words
+from deadwood_algorithms.numbers import fidelity_trade
+from deadwood_algorithms.report import rounded, words
 from deadwood_algorithms.report.markup import element, embedded_json, table
 from deadwood_algorithms.report.words import PHRASES, STOPS, Words
 from deadwood_algorithms.tool import UserError
@@ -348,7 +349,7 @@ def test_a_large_terrain_is_thinned(tmp_path):
 def test_the_error_of_calculation_is_the_readmes():
     rows = re.findall(r"^\| `(draft|standard|fine)` \|(.+)$", (ROOT / "README.md").read_text(encoding="utf-8"), re.M)
     told = {name: tuple(cell.strip() for cell in row.split("|")[2:4]) for name, row in rows}
-    assert {name: (mean, worst.split(", ")[0]) for name, (mean, worst) in told.items()} == fidelity_error.REACH_POINTS
+    assert {name: (mean, worst.split(", ")[0]) for name, (mean, worst) in told.items()} == fidelity_trade.REACH_POINTS
 
 
 def test_every_phrase_has_the_same_gaps_in_each_language():
