@@ -27,10 +27,10 @@ import numpy as np
 import psutil
 from numpy.typing import NDArray
 
-from deadwood_algorithms.spread import workers as spread_workers
-from deadwood_algorithms.spread.batch import Batch, Sliding
-from deadwood_algorithms.spread.scheduler import workers_of
-from deadwood_algorithms.tool import Quiet, engine_digest
+from deadwood_algorithms.params.tool import Quiet, engine_digest
+from deadwood_algorithms.simulate import workers as spread_workers
+from deadwood_algorithms.simulate.batch import Batch, Sliding
+from deadwood_algorithms.simulate.scheduler import workers_of
 from deadwood_engine import FIDELITIES, Rasters, Result, slide
 
 from . import scenes, study
@@ -188,7 +188,7 @@ def scene_cells() -> int:
 
 
 def scene_bytes() -> int:
-    from deadwood_algorithms.spread.piece import packed_scene
+    from deadwood_algorithms.simulate.piece import packed_scene
 
     block, large = packed_scene(scenes.build("forest").scene)
     return len(block) + sum(each.nbytes for each in large.values())

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from deadwood_algorithms.numbers.statistics import Z_95, wilson_interval
+from deadwood_algorithms.stats.statistics import Z_95, wilson_interval
 from deadwood_engine import FIDELITIES, Fidelity, Logs, Rasters, Result, Scene, Start, place_logs, slide
 
 from . import measures, scenes, study

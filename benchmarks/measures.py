@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from deadwood_algorithms.numbers.statistics import Z_95, paired_interval
+from deadwood_algorithms.stats.statistics import Z_95, paired_interval
 
 Array = NDArray[np.float64]
 

@@ -17,7 +17,7 @@ from .tables import number, span, table
 
 HERE = Path(__file__).parent
 PAGE, TEMPLATE, README = HERE / "README.md", HERE / "page_template.md", HERE.parent / "README.md"
-TRADE = HERE.parent / "algorithms/deadwood_algorithms/numbers/fidelity_trade.py"  # what the tools know of it
+TRADE = HERE.parent / "algorithms/deadwood_algorithms/simulate/fidelity_trade.py"  # what the tools know of it
 MARKS = re.compile(r"(<!-- measured: benchmarks\b[^>]*-->\n).*?(<!-- end of measured: benchmarks -->)", re.S)
 TABLES = re.compile(r"((COSTS|REACH_POINTS): [^\n]*\{\n).*?(\}\n)", re.S)
 Row = dict[str, Any]

@@ -20,9 +20,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from deadwood_algorithms.fidelity.auto import Option, Slid, keep_error, needed
-from deadwood_algorithms.numbers.fidelity_trade import COSTS, assumed_bounds
-from deadwood_algorithms.numbers.statistics import paired_interval
+from deadwood_algorithms.evaluate.fidelity.auto import Option, Slid, keep_error, needed
+from deadwood_algorithms.simulate.fidelity_trade import COSTS, assumed_bounds
+from deadwood_algorithms.stats.statistics import paired_interval
 
 from . import scenes, study
 from .settings import SETTINGS

@@ -24,7 +24,7 @@ from typing import Any, Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from deadwood_algorithms.numbers.statistics import wilson_interval
+from deadwood_algorithms.stats.statistics import wilson_interval
 from deadwood_engine import FIDELITIES, STOP_REASONS, Lines, Scene, Start, place_logs, slide
 from deadwood_engine.limits import GRAVITY
 from deadwood_engine.log_body import CENTRE, LENGTH

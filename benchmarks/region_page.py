@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from deadwood_algorithms import sample_releases, slide_logs
-from deadwood_algorithms.numbers.statistics import wilson_interval
+from deadwood_algorithms.stats.statistics import wilson_interval
+from deadwood_algorithms.tools import sample_releases, slide_logs
 
 from . import study
 
@@ -61,7 +61,7 @@ REGIONS = (
 
 def measure() -> dict[str, Any]:
     """What a run writes, holds and spends beside the sliding: by the log and by the run."""
-    from deadwood_algorithms.runs.forecast import most_held
+    from deadwood_algorithms.results.forecast import most_held
 
     found: dict[int, tuple[float, float, float, float]] = {}
     with tempfile.TemporaryDirectory() as folder:

@@ -27,8 +27,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import deadwood_engine
-from deadwood_algorithms.numbers.directions import quantile_arc
-from deadwood_algorithms.numbers.statistics import wilson_interval
+from deadwood_algorithms.stats.directions import quantile_arc
+from deadwood_algorithms.stats.statistics import wilson_interval
 from deadwood_engine import Logs, Rasters, Result, Scene, slide, station_spacing
 
 from . import measures, scenes

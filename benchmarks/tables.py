@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from deadwood_algorithms.numbers.statistics import Z_95
+from deadwood_algorithms.stats.statistics import Z_95
 
 from . import measures
 from .scenes import CASES

@@ -9,15 +9,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from deadwood_algorithms.tool import Parameter, Tool
+from deadwood_algorithms.params.tool import Parameter, Tool
 from deadwood_toolbox import layers_page, parameters
 
 PLACE = Path(__file__).parents[1] / "algorithms" / "README.md"
 HEAD = """\
 # The tools
 
-One room a tool: `deadwood_algorithms/<name>.py` declares its parameters once, and the command line, this page, the
-checks and `deadwood-tool describe TOOL --json` are rendered from that. Every tool also takes `--config FILE`,
+One file a tool: `deadwood_algorithms/tools/<name>.py` declares its parameters once, and the command line, this page,
+the checks and `deadwood-tool describe TOOL --json` are rendered from that. Every tool also takes `--config FILE`,
 `--progress`, `--quiet` and `--verbose`. Layers and their columns: [docs/layers.md](../docs/layers.md).
 
 *Written by `python -m deadwood_toolbox.catalogue`; edit the declarations, not this page.*

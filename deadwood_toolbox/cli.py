@@ -25,7 +25,7 @@ from typing import Any
 
 import click
 
-from deadwood_algorithms.tool import VERSION, Cancelled, Outcome, Tool, UserError, manifest
+from deadwood_algorithms.params.tool import VERSION, Cancelled, Outcome, Tool, UserError, manifest
 from deadwood_toolbox import collector, parameters, shelf
 from deadwood_toolbox.commands import Answer, Job, build
 from deadwood_toolbox.environment import drop_foreign_paths, refuse_small_address_space, stay_offline

@@ -13,7 +13,7 @@ from typing import Any
 
 import click
 
-from deadwood_algorithms.tool import VERSION, Parameter, Tool, UserError
+from deadwood_algorithms.params.tool import VERSION, Parameter, Tool, UserError
 from deadwood_toolbox import parameters
 from deadwood_toolbox.feedback import PROGRESS, plain
 from deadwood_toolbox.plugin_zip import TOOL as QGIS_PLUGIN

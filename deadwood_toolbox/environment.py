@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import MutableMapping
 
 from deadwood_algorithms.files.network import ALLOWED
-from deadwood_algorithms.tool import UserError
+from deadwood_algorithms.params.tool import UserError
 
 FOREIGN = ("PROJ_LIB", "PROJ_DATA", "GDAL_DATA", "GDAL_DRIVER_PATH")
 # Measured: below 2.2 GB the libraries' threads find no stacks, and the compiler aborts or never ends.

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from deadwood_algorithms.files.configs import closest, read_config
-from deadwood_algorithms.tool import VERSION, Parameter, Tool, UserError
+from deadwood_algorithms.params.tool import VERSION, Parameter, Tool, UserError
 
 __all__ = ["closest", "read_config"]  # of the algorithms; the rest is here
 LARGEST_INTEGER = 2**63 - 1

@@ -17,9 +17,9 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from deadwood_algorithms import tool
 from deadwood_algorithms.files.outputs import output_path
-from deadwood_algorithms.tool import VERSION, Feedback, Outcome, Tool
+from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.tool import VERSION, Feedback, Outcome, Tool
 from deadwood_toolbox import parameters
 from deadwood_toolbox.feedback import plain
 

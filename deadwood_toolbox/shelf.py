@@ -17,9 +17,9 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from deadwood_algorithms.tool import Tool
+from deadwood_algorithms.params.tool import Tool
 
-# In the order of the work; make-log is TOOL of deadwood_algorithms/make_log.py, and so on.
+# In the order of the work; make-log is TOOL of deadwood_algorithms/tools/make_log.py, and so on.
 NAMES = (
     "list-presets",
     "assess-mobilisation",
@@ -83,7 +83,7 @@ def _declared(name: str) -> Declared:
 
 
 def _module(name: str) -> str:
-    return f"deadwood_algorithms.{name.replace('-', '_')}"
+    return f"deadwood_algorithms.tools.{name.replace('-', '_')}"
 
 
 def __getattr__(name: str) -> Any:

@@ -13,8 +13,8 @@ import rasterio
 from rasterio.transform import from_origin
 from scipy import stats
 
-from deadwood_algorithms import import_trees, sample_releases
-from deadwood_algorithms.tool import Outcome
+from deadwood_algorithms.params.tool import Outcome
+from deadwood_algorithms.tools import import_trees, sample_releases
 
 sys.path.insert(0, str(Path(__file__).parent))  # importlib mode leaves the cases that tests share to us
 

@@ -19,7 +19,7 @@ import rasterio
 import shapely
 
 from deadwood_algorithms.files import styles
-from deadwood_algorithms.tool import Tool
+from deadwood_algorithms.params.tool import Tool
 from deadwood_toolbox.shelf import find
 
 SAMPLE = Path(__file__).parents[2] / "sample_data"

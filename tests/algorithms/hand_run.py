@@ -19,7 +19,7 @@ import shapely
 from slope_case import EAST, LENGTH, NORTH, WIDTH
 
 from deadwood_algorithms.files.vectors import write_vector
-from deadwood_algorithms.runs.folder import pose_schema
+from deadwood_algorithms.results.run_folder import pose_schema
 
 
 @dataclass

@@ -48,7 +48,7 @@ def watch(event: str, values: tuple) -> None:
 
 
 if __name__ == "__main__":
-    from deadwood_algorithms import slide_logs
+    from deadwood_algorithms.tools import slide_logs
     from deadwood_toolbox import cli
 
     number, moment, delay_s, folder = int(sys.argv[1]), int(sys.argv[2]), float(sys.argv[3]), sys.argv[5]

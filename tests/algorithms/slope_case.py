@@ -16,7 +16,7 @@ import rasterio
 import shapely
 from rasterio.transform import from_origin
 
-from deadwood_algorithms import slide_logs
+from deadwood_algorithms.tools import slide_logs
 
 EAST, NORTH = 2_786_000.0, 1_196_000.0
 WIDTH, LENGTH = 60, 100

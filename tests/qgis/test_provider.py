@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from deadwood_algorithms.tool import VERSION
+from deadwood_algorithms.params.tool import VERSION
 from deadwood_toolbox.shelf import TOOLS, find
 
 IN_QGIS = [tool for tool in TOOLS if tool.in_qgis]

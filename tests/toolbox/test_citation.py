@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from deadwood_algorithms.tool import VERSION
+from deadwood_algorithms.params.tool import VERSION
 
 ROOT = Path(__file__).parents[2]
 # The schema's keys of a software record; it allows no others.

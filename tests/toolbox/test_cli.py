@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from deadwood_algorithms.tool import VERSION, engine_digest, manifest
+from deadwood_algorithms.params.tool import VERSION, engine_digest, manifest
 
 
 @pytest.fixture

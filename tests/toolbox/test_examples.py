@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from deadwood_algorithms.tool import Tool
+from deadwood_algorithms.params.tool import Tool
 from deadwood_toolbox import cli
 from deadwood_toolbox.shelf import TOOLS
 

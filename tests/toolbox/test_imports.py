@@ -19,17 +19,11 @@ HEAVY = {"geopandas", "pandas", "rasterio", "pyogrio", "pyproj", "pyarrow", "mat
 PUBLIC = {"run", "Ask", "TOOL"}  # of a tool, for another tool
 # A tool computes on arrays and hands tables on; files are opened by layers.py and its siblings.
 TOOL_LIBRARIES = {"numpy", "shapely", "geopandas", "pandas", "deadwood_algorithms", "deadwood_engine"}
-# The rooms, from the ground up: each may use those before it. The subject rooms never use one another.
-VOCABULARY = ("kinds", "tool", "schemas", "pictures", "presets")
-ROOMS = ("numbers", "files", "spread", "scene", "runs")
-SUBJECTS = (
-    "trees", "releases", "mobilisation", "structures", "flights", "calibration", "fidelity", "scenarios", "sample",
-    "hazard",
-    "variation",
-    "values",
-    "paper",
-    "sites",
-    "report",
+# The rooms, from the ground up: each may use those before it. The subjects of a room (its folders) never use one
+# another, but what lies in the room itself.
+ROOMS = (
+    "params", "schemas", "files", "stats", "scene", "simulate", "results", "ensemble",
+    "prepare", "evaluate", "report", "paper", "tools",
 )  # fmt: skip
 
 
@@ -55,12 +49,12 @@ def tool_breaches(source: str, tools: set[str]) -> list[str]:
     """What a tool's file imports against the house rules; ``tools`` are the names of the other tools' modules."""
     breaches = sorted(foreign(source, "deadwood_algorithms", TOOL_LIBRARIES))
     whole = set()  # other tools imported as modules
-    for module, names in imported(source, "deadwood_algorithms"):
+    for module, names in imported(source, "deadwood_algorithms.tools"):
         if module.startswith("deadwood_engine."):
             breaches.append(f"{module}: only the engine's public names")
-        if module == "deadwood_algorithms":
+        if module == "deadwood_algorithms.tools":
             whole |= tools & set(names)
-        if module.removeprefix("deadwood_algorithms.") in tools and not set(names) <= PUBLIC:
+        if module.removeprefix("deadwood_algorithms.tools.") in tools and not set(names) <= PUBLIC:
             breaches.append(f"{module}: another tool only through its run")
     for node in ast.walk(ast.parse(source)):
         if not isinstance(node, ast.Attribute) or not isinstance(node.value, ast.Name):
@@ -70,30 +64,37 @@ def tool_breaches(source: str, tools: set[str]) -> list[str]:
     return breaches
 
 
-def room_of(module: str) -> str:
-    """The room in which a module of the algorithms is; "vocabulary", or "" for a tool."""
-    first = module.removeprefix("deadwood_algorithms").removeprefix(".").split(".")[0]
-    return "vocabulary" if first in VOCABULARY else first if first in (*ROOMS, *SUBJECTS) else ""
+def place_of(module: str) -> tuple[str, str]:
+    """The room of a module of the algorithms, and its subject ("" for what lies in the room itself)."""
+    parts = module.split(".")[1:]
+    nested = len(parts) > 1 and (ALGORITHMS / parts[0] / parts[1]).is_dir()
+    return parts[0] if parts else "", parts[1] if nested else ""
 
 
-def room_breaches(source: str, room: str) -> list[str]:
-    """What a helper in a room, or a word of the vocabulary, imports from rooms that are not below its own."""
-    below = ("vocabulary", *ROOMS)
-    allowed = {room, *(below if room in SUBJECTS else below[: below.index(room)])}
+def room_breaches(source: str, place: tuple[str, str]) -> list[str]:
+    """What a file in a room, and of a subject, imports from rooms above its own or from other subjects."""
+    room, subject = place
+    below = ROOMS[: ROOMS.index(room)]
     modules = set()
     for module, names in imported(source, "deadwood_algorithms"):
-        if module == "deadwood_algorithms":
+        if module == "deadwood_algorithms" or module.removeprefix("deadwood_algorithms.") in ROOMS:
             modules |= {f"{module}.{name}" for name in names}
         elif module.startswith("deadwood_algorithms."):
             modules.add(module)
-    return sorted(module for module in modules if room_of(module) not in allowed)
+    breaches = []
+    for module in sorted(modules):
+        where, about = place_of(module)
+        same = where == room and about in ("", subject)
+        if not same and where not in below:
+            breaches.append(module)
+    return breaches
 
 
 def is_tool(path: Path) -> bool:
     return any(line.startswith("TOOL = ") for line in path.read_text(encoding="utf-8").splitlines())
 
 
-TOOL_FILES = sorted(path for path in ALGORITHMS.glob("*.py") if is_tool(path))
+TOOL_FILES = sorted(path for path in (ALGORITHMS / "tools").glob("*.py") if is_tool(path))
 
 
 def files_of(folder: Path) -> list[object]:
@@ -105,7 +106,7 @@ def test_the_engine_knows_numpy_and_numba_only(path):
     assert foreign(path.read_text(encoding="utf-8"), "deadwood_engine", {"numpy", "numba", "deadwood_engine"}) == set()
 
 
-@pytest.mark.parametrize("path", [ALGORITHMS / "kinds.py", ALGORITHMS / "tool.py", *files_of(ALGORITHMS / "schemas")])
+@pytest.mark.parametrize("path", [*files_of(ALGORITHMS / "params"), *files_of(ALGORITHMS / "schemas")])
 def test_the_vocabulary_needs_the_standard_library_only(path):
     assert foreign(path.read_text(encoding="utf-8"), "", {"deadwood_algorithms"}) == set()
 
@@ -118,27 +119,9 @@ def test_algorithms_know_nothing_of_the_front_door(path):
 
 @pytest.mark.parametrize("path", [case for case in files_of(ALGORITHMS) if case.values[0] not in TOOL_FILES])
 def test_rooms_are_built_on_those_below_them(path):
-    place = path.relative_to(ALGORITHMS)
-    room = room_of(".".join(("deadwood_algorithms", *place.with_suffix("").parts)))
-    assert room, f"{place}: neither a tool, nor a word of the vocabulary, nor in a room"
-    assert room_breaches(path.read_text(encoding="utf-8"), room) == []
-
-
-def public_names(path: Path) -> set[str]:
-    """The functions and classes that a file defines for others."""
-    kinds = (ast.FunctionDef, ast.ClassDef)
-    body = ast.parse(path.read_text(encoding="utf-8")).body
-    return {node.name for node in body if isinstance(node, kinds) and not node.name.startswith("_")}
-
-
-def test_a_public_name_of_a_helper_has_one_meaning():
-    """`draw` draws a room's picture; a declaration of the vocabulary is called like what it declares."""
-    owners: dict[str, list[str]] = {}
-    for path in sorted(ALGORITHMS.rglob("*.py")):
-        if path not in TOOL_FILES and path.name != "tool.py":
-            for name in public_names(path) - {"draw"}:
-                owners.setdefault(name, []).append(path.relative_to(ALGORITHMS).as_posix())
-    assert {name: files for name, files in owners.items() if len(files) > 1} == {}
+    place = place_of(".".join(("deadwood_algorithms", *path.relative_to(ALGORITHMS).with_suffix("").parts)))
+    assert place[0] in ROOMS[:-1], f"{path.name}: neither a tool nor in a room"
+    assert room_breaches(path.read_text(encoding="utf-8"), place) == []
 
 
 @pytest.mark.parametrize("path", [pytest.param(path, id=path.stem) for path in TOOL_FILES])
@@ -168,17 +151,18 @@ def test_the_checks_above_find_what_they_look_for():
     assert foreign("from .near import x", "deadwood_engine", {"deadwood_engine"}) == set()
     assert tool_breaches("from deadwood_engine.step import x", set())
     assert tool_breaches("import rasterio", set()) == ["rasterio"]
-    assert tool_breaches("from deadwood_algorithms.other import run", {"other"}) == []
+    assert tool_breaches("from deadwood_algorithms.tools.other import run", {"other"}) == []
     assert tool_breaches("from .other import helper", {"other"})
-    assert tool_breaches("from deadwood_algorithms import other\nother.TOOL(x=1)", {"other"}) == []
-    assert tool_breaches("from deadwood_algorithms import other\nother.helper()", {"other"})
+    assert tool_breaches("from deadwood_algorithms.tools import other\nother.TOOL(x=1)", {"other"}) == []
+    assert tool_breaches("from deadwood_algorithms.tools import other\nother.helper()", {"other"})
     assert len(TOOL_FILES) >= 1
-    assert room_breaches("from deadwood_algorithms.runs.folder import x", "scene") == [
-        "deadwood_algorithms.runs.folder"
-    ]
-    assert room_breaches("from deadwood_algorithms import slide_logs", "runs") == ["deadwood_algorithms.slide_logs"]
-    assert room_breaches("from deadwood_algorithms.trees.columns import x", "releases")
-    assert room_breaches("def f():\n    from deadwood_algorithms import tool\n", "numbers") == []
+    assert place_of("deadwood_algorithms.evaluate.hazard.rates") == ("evaluate", "hazard")
+    assert place_of("deadwood_algorithms.scene.layers") == ("scene", "")
+    folder, tool = "deadwood_algorithms.results.run_folder", "deadwood_algorithms.tools.slide_logs"
+    assert room_breaches(f"from {folder} import x", ("scene", "")) == [folder]
+    assert room_breaches("from deadwood_algorithms.tools import slide_logs", ("results", "")) == [tool]
+    assert room_breaches("from deadwood_algorithms.evaluate.hazard.rates import x", ("evaluate", "protection"))
+    assert room_breaches("def f():\n    from deadwood_algorithms.params import tool\n", ("stats", "")) == []
 
 
 def test_the_shelf_brings_no_heavy_library_along(checkout):
@@ -193,7 +177,7 @@ def test_the_help_of_a_tool_imports_no_other(checkout):
     )
     ran = subprocess.run([sys.executable, "-c", look], env=checkout, capture_output=True, text=True, check=True)
     assert "Usage: deadwood-tool make-log" in ran.stdout
-    loaded = {module.removeprefix("deadwood_algorithms.") for module in ran.stderr.split()}
+    loaded = {module.removeprefix("deadwood_algorithms.tools.") for module in ran.stderr.split()}
     assert loaded & {path.stem for path in TOOL_FILES} == {"make_log"}
 
 

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from deadwood_algorithms import kinds, tool
-from deadwood_algorithms.kinds import KINDS, Kind
-from deadwood_algorithms.tool import Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.params import kinds, tool
+from deadwood_algorithms.params.kinds import KINDS, Kind
+from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_toolbox import catalogue, cli, parameters
 
 ROOT = Path(__file__).parents[2]
@@ -68,7 +68,9 @@ def test_a_kind_that_is_none_is_refused_where_it_is_declared():
 
 def test_the_kinds_stand_in_their_table_alone():
     """But for QGIS's widgets, which bear the names of the kinds that they are made for, no file names a kind."""
-    functions = set(re.findall(r'ask\(\s*"(\w+)"', (ROOT / "algorithms/deadwood_algorithms/tool.py").read_text()))
+    functions = set(
+        re.findall(r'ask\(\s*"(\w+)"', (ROOT / "algorithms/deadwood_algorithms/params/tool.py").read_text())
+    )
     assert functions <= set(KINDS)
     for path in sorted((ROOT / "deadwood_toolbox").rglob("*.py")):
         assert not re.search(r"""\bkind("\])? *(==|!=|in) """, path.read_text(encoding="utf-8")), path

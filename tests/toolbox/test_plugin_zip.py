@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from deadwood_algorithms.tool import VERSION
+from deadwood_algorithms.params.tool import VERSION
 from deadwood_toolbox import cli, plugin_zip
 from deadwood_toolbox.shelf import TOOLS
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from deadwood_algorithms.kinds import KINDS
-from deadwood_algorithms.tool import Parameter, Tool, check_value, manifest
+from deadwood_algorithms.params.kinds import KINDS
+from deadwood_algorithms.params.tool import Parameter, Tool, check_value, manifest
 from deadwood_toolbox import cli, parameters
 from deadwood_toolbox.catalogue import PLACE, page
 from deadwood_toolbox.shelf import TOOLS, declared, find

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from deadwood_algorithms.tool import VERSION
+from deadwood_algorithms.params.tool import VERSION
 
 ROOT = Path(__file__).parents[2]
 

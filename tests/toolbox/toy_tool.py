@@ -14,8 +14,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from deadwood_algorithms import tool as declare
-from deadwood_algorithms.tool import Cancelled, Feedback, Outcome, Tool, UserError, manifest
+from deadwood_algorithms.params import tool as declare
+from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError, manifest
 
 FAILURES = ("none", "user", "fault", "full", "denied", "memory", "cancelled", "pipe")
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from deadwood_algorithms.tool import UserError
+from deadwood_algorithms.params.tool import UserError
 
 HEADER_BYTES = 2000
 CHUNK_BYTES = 2**24

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from deadwood_algorithms import schemas
-from deadwood_algorithms.tool import Feedback, UserError
+from deadwood_algorithms.params.tool import Feedback, UserError
 
 if TYPE_CHECKING:
     import pandas

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from deadwood_algorithms.tool import Parameter, Quiet, Tool, UserError, is_path, moved_paths
+from deadwood_algorithms.params.tool import Parameter, Quiet, Tool, UserError, is_path, moved_paths
 
 LARGEST_CONFIG = 64 * 2**20  # bytes
 UNHEARD = Quiet().note

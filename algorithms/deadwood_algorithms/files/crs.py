@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import pyproj
 from pyproj.exceptions import CRSError, ProjError
 
-from deadwood_algorithms.tool import UserError
+from deadwood_algorithms.params.tool import UserError
 
 
 def horizontal(crs: pyproj.CRS) -> pyproj.CRS:

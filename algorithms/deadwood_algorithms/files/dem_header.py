@@ -17,11 +17,11 @@ from pyproj.exceptions import ProjError
 from rasterio.enums import ColorInterp
 from rasterio.transform import Affine
 
-from deadwood_algorithms.files import mends
+from deadwood_algorithms.files import remedies
 from deadwood_algorithms.files.crs import crs_name, horizontal, parse_crs, same_crs
 from deadwood_algorithms.files.rasters import is_raster, open_raster, refuse_cut_off
 from deadwood_algorithms.files.tiles import Mosaic, Tile, tiles_of
-from deadwood_algorithms.tool import Feedback, Quiet, UserError
+from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 
 # Skew, unequal cell sides or rounded headers may shift the far corner of the grid by this part of a cell: less
 # than any survey's positional accuracy, and less than a bilinear surface can tell.
@@ -100,19 +100,19 @@ def _refuse_crs(crs: pyproj.CRS, source: Any, path: str | Path, given: str | Non
             unit = flat.axis_info[0].unit_name
             raise UserError(
                 f"{path}: the DEM's CRS {crs_name(crs)} counts in {unit}, but must count in metres; "
-                f"mend: {mends.warp(source, path, size, _metric_code(source, crs), crs=given or '')}"
+                f"mend: {remedies.warp(source, path, size, _metric_code(source, crs), crs=given or '')}"
                 + (" (if its heights are in feet too, multiply them by 0.3048)" if "foot" in unit else "")
             )
     elif flat.is_geographic:
         size = f"{abs(source.transform.e) * 111_320:.2g}"
         raise UserError(
             f"{path}: the DEM's CRS {crs_name(crs)} is geographic (degrees), but must be projected in metres; "
-            f"mend: {mends.warp(source, path, size, _metric_code(source, crs), crs=given or '')}"
+            f"mend: {remedies.warp(source, path, size, _metric_code(source, crs), crs=given or '')}"
         )
     else:
         raise UserError(
             f"{path}: the DEM's CRS '{crs.name}' is not a projected one; "
-            f"mend: {mends.with_crs(path, 'EPSG:2056')}, with the code of its true CRS"
+            f"mend: {remedies.with_crs(path, 'EPSG:2056')}, with the code of its true CRS"
         )
     for part in crs.sub_crs_list if crs.is_compound else []:
         if part.is_vertical and part.axis_info:
@@ -134,7 +134,7 @@ def _refuse_stretched(crs: pyproj.CRS, source: Any, path: str | Path, given: str
         raise UserError(
             f"{path}: the DEM's CRS {crs_name(crs)} is a map of the whole world: where the DEM lies, its metres are "
             f"{shrink:.2f} m, so that every slope comes out wrong; "
-            f"mend: {mends.warp(source, path, size, _metric_code(source, crs), crs=given or '')}"
+            f"mend: {remedies.warp(source, path, size, _metric_code(source, crs), crs=given or '')}"
         )
 
 
@@ -142,7 +142,8 @@ def _refuse_foot_heights(unit: str | None, factor: float, path: str | Path, code
     """``code`` of the horizontal CRS, where the heights' unit is told by the CRS and must go with them."""
     if unit and ("foot" in unit.lower() or "feet" in unit.lower() or unit.strip().lower() in FEET):
         raise UserError(
-            f"{path}: the DEM's heights are in {unit}, but must be in metres; mend: {mends.times(path, factor, code)}"
+            f"{path}: the DEM's heights are in {unit}, but must be in metres; "
+            f"mend: {remedies.times(path, factor, code)}"
         )
 
 
@@ -160,9 +161,9 @@ def _refuse_images(source: Any, path: str | Path, feedback: Feedback) -> None:
         if source.gcps[0]:
             raise UserError(
                 f"{path}: the DEM is placed by {len(source.gcps[0])} ground control points only; "
-                f"mend: {mends.warp(source, path, '1')}, with the wanted cell size in place of 1"
+                f"mend: {remedies.warp(source, path, '1')}, with the wanted cell size in place of 1"
             )
-        raise UserError(f"{path}: the DEM has no georeference; mend, with its own numbers: {mends.placed(path)}")
+        raise UserError(f"{path}: the DEM has no georeference; mend, with its own numbers: {remedies.placed(path)}")
 
 
 def _square_transform(source: Any, path: str | Path, given: str | None) -> Affine:
@@ -173,12 +174,12 @@ def _square_transform(source: Any, path: str | Path, given: str | None) -> Affin
         raise UserError(f"{path}: the DEM's cells are {t.a:g} x {t.e:g} m large; correct the cell size in its header")
     if t.a <= 0 or max(abs(t.b) * ny, abs(t.d) * nx) > SHIFT_ALLOWED_CELLS * size:
         turned = "mirrored" if t.a <= 0 and t.b == 0 == t.d else "rotated"
-        mend = mends.warp(source, path, f"{size:.6g}", crs=given or "")
+        mend = remedies.warp(source, path, f"{size:.6g}", crs=given or "")
         raise UserError(f"{path}: the DEM's grid is {turned}, but must be north-up; mend: {mend}")
     if abs(t.a - abs(t.e)) * max(nx, ny) > SHIFT_ALLOWED_CELLS * t.a:
         raise UserError(
             f"{path}: the DEM's cells are {t.a:.9g} m x {abs(t.e):.9g} m, but must be square; "
-            f"mend: {mends.warp(source, path, f'{min(t.a, abs(t.e)):.6g}', crs=given or '')}"
+            f"mend: {remedies.warp(source, path, f'{min(t.a, abs(t.e)):.6g}', crs=given or '')}"
         )
     return t
 

@@ -25,7 +25,7 @@ from deadwood_algorithms.files.dem_header import open_dem
 from deadwood_algorithms.files.geotiff import TILE_CELLS, Statistics, lay_out
 from deadwood_algorithms.files.grid import Grid, Part
 from deadwood_algorithms.files.rasters import read_values
-from deadwood_algorithms.tool import Cancelled, Feedback, Quiet, UserError
+from deadwood_algorithms.params.tool import Cancelled, Feedback, Quiet, UserError
 
 # No ground on Earth is that high or deep on land: an undeclared nodata value such as -9999, -32768 or 3.4e38.
 HEIGHT_LIMIT_M = 9000.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from deadwood_algorithms.files.network import is_special, refuse_elsewhere, refuse_pointers
-from deadwood_algorithms.tool import UserError
+from deadwood_algorithms.params.tool import UserError
 
 LONGEST_SHOWN = 300  # characters of a path in a message
 

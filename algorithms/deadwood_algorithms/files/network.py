@@ -14,7 +14,7 @@ import stat
 from pathlib import Path
 from xml.etree import ElementTree
 
-from deadwood_algorithms.tool import UserError
+from deadwood_algorithms.params.tool import UserError
 
 ALLOWED = "DEADWOOD_NETWORK"
 # How GDAL and OGR name what is not a file here: addresses, file systems of clouds, servers.

@@ -16,7 +16,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from deadwood_algorithms.tool import UserError
+from deadwood_algorithms.params.tool import UserError
 
 if TYPE_CHECKING:
     from filelock import BaseFileLock

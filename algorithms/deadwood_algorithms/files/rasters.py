@@ -16,13 +16,13 @@ from rasterio.errors import RasterioError
 from rasterio.transform import Affine
 from rasterio.windows import Window
 
-from deadwood_algorithms.files import mends, styles
+from deadwood_algorithms.files import remedies, styles
 from deadwood_algorithms.files.ascii_grid import refuse_broken_ascii, why_not_ascii
 from deadwood_algorithms.files.crs import accuracy_words, horizontal, same_crs
 from deadwood_algorithms.files.geotiff import TILE_CELLS, Statistics, geotiff_profile, lay_out
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.inputs import refuse_missing
-from deadwood_algorithms.tool import Feedback, Quiet, UserError
+from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 
 STRIP_BYTES = 32 * 2**20
 PACKED = (".zip", ".gz", ".7z", ".rar", ".tar", ".tgz", ".bz2", ".xz")
@@ -41,7 +41,7 @@ def read_raster_on(path: str | Path, grid: Grid, *, what: str, feedback: Feedbac
         refuse_cut_off(source, path)
         if source.transform == Affine.identity():
             raise UserError(
-                f"{path}: the {what} raster has no georeference; mend, with its own numbers: {mends.placed(path)}"
+                f"{path}: the {what} raster has no georeference; mend, with its own numbers: {remedies.placed(path)}"
             )
         if source.crs is None:
             feedback.note(f"{path}: the {what} raster has no CRS, it is taken to be in the DEM's")
@@ -202,7 +202,9 @@ def open_raster(path: str | Path, what: str) -> Any:
         names = ", ".join(name.split(":")[-1] for name in whole)
         source.close()
         inside = (
-            f"several rasters ({names}); write one of them out: {mends.one_of(path, whole[0])}" if whole else "no band"
+            f"several rasters ({names}); write one of them out: {remedies.one_of(path, whole[0])}"
+            if whole
+            else "no band"
         )
         raise UserError(f"{path}: the {what} file holds {inside}")
     return source

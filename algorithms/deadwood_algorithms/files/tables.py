@@ -16,7 +16,7 @@ import pandas as pd
 
 from deadwood_algorithms.files.free_memory import GIB, SHARE, free_bytes
 from deadwood_algorithms.files.inputs import refuse_missing
-from deadwood_algorithms.tool import UserError
+from deadwood_algorithms.params.tool import UserError
 
 TEXT_SUFFIXES = (".csv", ".txt", ".tsv", ".tab", ".dat", ".xyd", ".xyz")
 MISSING_WORDS = ("", "na", "n/a", "nan", "null", "none", "-", "#n/a")

@@ -26,9 +26,9 @@ from rasterio.errors import RasterioError
 from rasterio.transform import Affine
 from rasterio.windows import Window
 
-from deadwood_algorithms.files import mends
+from deadwood_algorithms.files import remedies
 from deadwood_algorithms.files.crs import crs_name, same_crs
-from deadwood_algorithms.tool import Feedback, Quiet, UserError
+from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 
 ENDINGS = (".tif", ".tiff", ".asc", ".img", ".bil", ".flt", ".xyz")  # of the files in a folder that are its tiles
 OFF_GRID_CELLS = 0.05  # as headers that were rounded may be off (`dem_header.SHIFT_ALLOWED_CELLS`)
@@ -262,7 +262,7 @@ def _refuse_foreign(tile: Tile, first: Tile) -> None:
         raise UserError(
             f"{tile.path}: the tile's heights have the scale {tile.scale:g} and offset {tile.offset:g}, those of "
             f"{first.path} {first.scale:g} and {first.offset:g}; mend, for each: "
-            f"{mends.unscaled(tile.path, tile.scale, tile.offset)}"
+            f"{remedies.unscaled(tile.path, tile.scale, tile.offset)}"
         )
 
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from deadwood_algorithms import schemas
-from deadwood_algorithms.tool import Feedback
+from deadwood_algorithms.params.tool import Feedback
 
 if TYPE_CHECKING:
     import pandas

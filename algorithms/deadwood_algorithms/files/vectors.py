@@ -24,8 +24,8 @@ from deadwood_algorithms.files.inputs import refuse_missing
 from deadwood_algorithms.files.streams import Stream, write_layer
 from deadwood_algorithms.files.tables import is_text_table, read_text_table
 from deadwood_algorithms.files.units import with_schema_names
+from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 from deadwood_algorithms.schemas.written import geometry_named
-from deadwood_algorithms.tool import Feedback, Quiet, UserError
 
 # GEOS's codes of Point; LineString, LinearRing, MultiLineString; Polygon, MultiPolygon. A MultiPoint of several points
 # is no single place, so it is refused.

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from deadwood_algorithms.numbers.statistics import Z_95, wilson_interval
+from deadwood_algorithms.stats.statistics import Z_95, wilson_interval
 
 Row = Mapping[str, Any]
 QUICK = "Not judged: a --quick run is no evidence. "

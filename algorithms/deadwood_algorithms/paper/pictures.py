@@ -15,9 +15,9 @@ import numpy as np
 from matplotlib.colors import ListedColormap, LogNorm
 
 from deadwood_algorithms.files.dem_windows import read_dem
+from deadwood_algorithms.files.pictures import hillshade
 from deadwood_algorithms.files.rasters import read_raster_on
 from deadwood_algorithms.files.vectors import read_vector
-from deadwood_algorithms.pictures import hillshade
 
 HITS = ListedColormap(matplotlib.colormaps["magma_r"](np.linspace(0.12, 1.0, 256)))
 ANY_SHAPE = ("point", "line", "polygon")

@@ -19,7 +19,7 @@ from deadwood_algorithms.files.rasters import write_raster
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.paper import klosters, rothenbrunnen
 from deadwood_algorithms.paper.twin import write_site
-from deadwood_algorithms.tool import UserError
+from deadwood_algorithms.params.tool import UserError
 
 TWINS = {klosters.NAME: klosters.klosters, rothenbrunnen.NAME: rothenbrunnen.rothenbrunnen}
 ANY_SHAPE = ("point", "line", "polygon")

@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.rasters import write_raster
 from deadwood_algorithms.files.vectors import write_vector
-from deadwood_algorithms.numbers.synthetic_slope import stem_sizes, stems_apart, waves
-from deadwood_algorithms.runs.folder import write_json
+from deadwood_algorithms.prepare.synthetic_slope import stem_sizes, stems_apart, waves
+from deadwood_algorithms.results.run_folder import write_json
 
 CRS_NAME = "EPSG:2056"
 CELL = 0.5  # [m], the paper's (section 4)

@@ -17,8 +17,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from deadwood_algorithms.files.pictures import scale_and_north
 from deadwood_algorithms.files.vectors import read_table
-from deadwood_algorithms.pictures import scale_and_north
 from deadwood_algorithms.report.figures import COLOURS, INK, WIDTH, Drawing, plain
 from deadwood_algorithms.report.plan import (
     BARRIER,

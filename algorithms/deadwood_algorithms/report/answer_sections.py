@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from deadwood_algorithms.presets import BARRIERS
+from deadwood_algorithms.params.presets import BARRIERS
 from deadwood_algorithms.report.answer_figures import CLASS_MAPS, factor_words, outcome_words, outcomes_of, range_words
 from deadwood_algorithms.report.figures import Drawing
 from deadwood_algorithms.report.markup import element, figure_of, table

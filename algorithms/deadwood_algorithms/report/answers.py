@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from deadwood_algorithms.tool import UserError
+from deadwood_algorithms.params.tool import UserError
 
 if TYPE_CHECKING:
     import pandas

@@ -22,11 +22,11 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 from PIL import Image
 
-from deadwood_algorithms.numbers.directions import spread_of_release
 from deadwood_algorithms.report.markup import Markup, escaped, picture_address
 from deadwood_algorithms.report.rounded import share_of
 from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.words import Words
+from deadwood_algorithms.stats.directions import spread_of_release
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 INK = "#0a0b0c"  # stands for the page's text colour

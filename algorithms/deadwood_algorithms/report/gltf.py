@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from deadwood_algorithms.params.tool import VERSION
 from deadwood_algorithms.report.space import Space
-from deadwood_algorithms.tool import VERSION
 
 SIDES = 10
 FLOAT, UINT = 5126, 5125

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.params.tool import VERSION
 from deadwood_algorithms.report.answer_figures import drawings_of_answers
 from deadwood_algorithms.report.figures import Drawing, drawings_of, runout_figure
 from deadwood_algorithms.report.markup import Markup, element, embedded_json, figure_of, joined, table
@@ -21,7 +22,6 @@ from deadwood_algorithms.report.sections import left_table, question, sections_o
 from deadwood_algorithms.report.sources import Extent, ReportedRun
 from deadwood_algorithms.report.space import Space, packed
 from deadwood_algorithms.report.words import Words
-from deadwood_algorithms.tool import VERSION
 
 # A page that may load nothing, whatever a name in it says.
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'; base-uri 'none'"

@@ -19,8 +19,8 @@ from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from deadwood_algorithms.files.pictures import scale_and_north, show_relief
 from deadwood_algorithms.files.styles import ENDS
-from deadwood_algorithms.pictures import scale_and_north, show_relief
 from deadwood_algorithms.report.figures import INK, WIDTH
 from deadwood_algorithms.report.sources import Extent, ReportedRun
 from deadwood_algorithms.report.words import STOPS, Words

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from deadwood_algorithms.numbers.statistics import decimals_of, percent_with_interval
-from deadwood_algorithms.numbers.statistics import percent as share_in_percent
 from deadwood_algorithms.report.words import Words
+from deadwood_algorithms.stats.statistics import decimals_of, percent_with_interval
+from deadwood_algorithms.stats.statistics import percent as share_in_percent
 
 DIGITS = 3  # of a number without an interval
 NBSP = "\u00a0"

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from deadwood_algorithms.files.versions import lines as versions
-from deadwood_algorithms.numbers.fidelity_trade import REACH_POINTS
-from deadwood_algorithms.numbers.statistics import loss_matters
+from deadwood_algorithms.params.tool import VERSION
 from deadwood_algorithms.report import answer_sections
 from deadwood_algorithms.report.figures import ARRIVAL_COLUMNS, Drawing
 from deadwood_algorithms.report.markup import Markup, element, figure_of, joined, table
@@ -20,8 +19,9 @@ from deadwood_algorithms.report.plan import MOST_DOTS, SHOWN_AT_FIRST, layers_dr
 from deadwood_algorithms.report.rounded import decimal, percent_if_lost, shown_number, shown_share, with_interval
 from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.words import Words
-from deadwood_algorithms.runs.passages import UNITS, design_rows
-from deadwood_algorithms.tool import VERSION
+from deadwood_algorithms.results.passages import UNITS, design_rows
+from deadwood_algorithms.simulate.fidelity_trade import REACH_POINTS
+from deadwood_algorithms.stats.statistics import loss_matters
 
 TOP_TREES = 10
 LEVELS = (5, 25, 50, 75, 95)

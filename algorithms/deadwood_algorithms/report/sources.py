@@ -25,14 +25,14 @@ from deadwood_algorithms.files.dem_windows import open_windows
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.tiles import tiles_of
 from deadwood_algorithms.files.vectors import read_table, read_vector
+from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 from deadwood_algorithms.report.answers import Answers
-from deadwood_algorithms.runs.arrivals import arrivals_frame, find_arrivals
-from deadwood_algorithms.runs.edges import Edges
-from deadwood_algorithms.runs.folder import GEOPACKAGE, SUMMARY, Run, input_paths, layers_in, read_run
-from deadwood_algorithms.runs.passages import Passages, barrier_passages, line_passages
+from deadwood_algorithms.results.arrivals import arrivals_frame, find_arrivals
+from deadwood_algorithms.results.edges import Edges
+from deadwood_algorithms.results.passages import Passages, barrier_passages, line_passages
+from deadwood_algorithms.results.run_folder import GEOPACKAGE, SUMMARY, Run, input_paths, layers_in, read_run
 from deadwood_algorithms.scene.items import ids_of
-from deadwood_algorithms.scene.read import read_lines
-from deadwood_algorithms.tool import Feedback, Quiet, UserError
+from deadwood_algorithms.scene.layers import read_lines
 
 MARGIN = 0.06  # of the longer side of what the logs covered, around it
 GROUND_CELLS = 800  # along the longer side of the terrain that is kept

@@ -17,7 +17,7 @@ import shapely
 from numpy.typing import NDArray
 from PIL import Image
 
-from deadwood_algorithms.pictures import hillshade
+from deadwood_algorithms.files.pictures import hillshade
 from deadwood_algorithms.report.markup import picture_address
 from deadwood_algorithms.report.plan import lines_of_shapes, thinned_rows
 from deadwood_algorithms.report.sources import ReportedRun, mean_of_blocks, paths_by_log

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from deadwood_algorithms.report.answer_words import ANSWER_PHRASES, GERMAN_CLASSES
-from deadwood_algorithms.runs.modelled import german_numbers, in_german
+from deadwood_algorithms.results.modelled import german_numbers, in_german
 
 LANGUAGES = ("en", "de")
 

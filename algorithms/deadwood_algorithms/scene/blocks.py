@@ -9,9 +9,9 @@ import numpy as np
 from deadwood_algorithms.files.columns import filled_column, schema_column, warn_implausible, where_of
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.scene.items import extent_words, ids_of, plan_of, points_on, rows_named, shared_words
 from deadwood_algorithms.schemas import BLOCKS
-from deadwood_algorithms.tool import Feedback, UserError
 from deadwood_engine import Blocks
 
 DIAMETER, RADIUS, HEIGHT = "diameter_m", "radius_m", "height_m"

@@ -21,7 +21,7 @@ from deadwood_algorithms.files.columns import field_names, number_column, where_
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.rasters import is_raster, open_raster, read_part_on, read_raster_on
 from deadwood_algorithms.files.vectors import read_vector
-from deadwood_algorithms.tool import Feedback, UserError
+from deadwood_algorithms.params.tool import Feedback, UserError
 
 COLUMNS = ("friction", "mu")  # looked for in this order, in any letter case
 # Wood on soil, rock, snow or litter slides with 0.1 to 1; a median beyond this is a slip of the unit.

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from deadwood_algorithms.files import mends
+from deadwood_algorithms.files import remedies
 from deadwood_algorithms.files.grid import Grid
-from deadwood_algorithms.tool import Feedback
+from deadwood_algorithms.params.tool import Feedback
 
 # Relief that is smaller than a log holds it, and cells larger than this know none: of 20 logs on one steep hillside all
 # left it with cells of 5 m, and all came to rest with cells of 0.5 m.
@@ -33,7 +33,7 @@ def warn_of_ground(grid: Grid, x: NDArray[np.float64], y: NDArray[np.float64], f
         feedback.warn(
             f"{grid.path}: the median slope {where} is {steeper:.0f} degrees, as hardly any ground has; are its "
             f"heights in feet (then it is {true:.0f} degrees), or in another unit than metres? Mend: "
-            f"{mends.times(grid.path, FOOT_M)}"
+            f"{remedies.times(grid.path, FOOT_M)}"
         )
 
 

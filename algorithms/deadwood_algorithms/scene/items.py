@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.files.columns import id_column, where_of
 from deadwood_algorithms.files.grid import Grid
-from deadwood_algorithms.tool import Feedback, UserError
+from deadwood_algorithms.params.tool import Feedback, UserError
 
 if TYPE_CHECKING:
     import geopandas

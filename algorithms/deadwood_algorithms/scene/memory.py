@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 
-from deadwood_algorithms.files import mends
+from deadwood_algorithms.files import remedies
 from deadwood_algorithms.files.free_memory import GIB, SHARE, free_bytes
-from deadwood_algorithms.tool import Feedback, UserError
+from deadwood_algorithms.params.tool import Feedback, UserError
 
 # Bytes a cell: heights as read, for the kernels, and their roughness (4 each); writing the rasters and the copies that
 # numpy makes on the way (28, measured on 16 million cells); friction that differs by cell (8, and 8 while it is read).
@@ -60,7 +60,7 @@ def threads_that_fit(
             f"{what}: {cells / 1e6:.0f} million cells need {(base + each) / GIB:.1f} GB of memory, "
             f"{free / GIB:.1f} GB are free; slide the releases of each area apart "
             f"(deadwood-tool run-sites --by FIELD), {fewer}or take a coarser DEM "
-            f"({mends.coarser(what, 2.0 * cell)})"
+            f"({remedies.coarser(what, 2.0 * cell)})"
         )
     feedback.note(f"{fitting} threads are used instead of {wanted}, for which the memory does not suffice")
     return fitting

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.files.dem_windows import HEIGHT_LIMIT_M, DemWindows
 from deadwood_algorithms.files.grid import Grid, Part
-from deadwood_algorithms.tool import UserError
+from deadwood_algorithms.params.tool import UserError
 
 # A DEM of so many cells at most is read whole: 100 MB of heights, read in a second.
 WHOLE_CELLS = 25_000_000

@@ -10,10 +10,10 @@ import os
 from dataclasses import dataclass
 from typing import Any
 
-from deadwood_algorithms import tool
-from deadwood_algorithms.presets import FRICTION_CELL_M, FRICTIONS, Taken, choices_told
+from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.presets import FRICTION_CELL_M, FRICTIONS, Taken, choices_told
+from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.schemas import DBH_CM, DENSITY_KG_M3, DROP_M, SPEED_MS, TREE_M
-from deadwood_algorithms.tool import Feedback, UserError
 
 # Ground that a log sinks into so far that it resists more does not carry a rigid log
 MOST_ROLLING = 0.5

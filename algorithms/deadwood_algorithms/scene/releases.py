@@ -15,9 +15,9 @@ from deadwood_algorithms.files.dem_windows import open_windows
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.units import say_defaults
 from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.scene.items import Items, digest_of, extent_words, plan_of, rows_named
 from deadwood_algorithms.schemas import ORIENTATIONS, RELEASES
-from deadwood_algorithms.tool import Feedback, UserError
 from deadwood_engine import Logs
 from deadwood_engine.limits import DENSITY, DIAMETER, LENGTH
 

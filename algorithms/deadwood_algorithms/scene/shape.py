@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.inputs import refuse_missing
+from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.schemas import TREE_M
-from deadwood_algorithms.tool import Feedback, UserError
 from deadwood_engine import Shape
 
 if TYPE_CHECKING:

@@ -7,16 +7,7 @@ ends with ``.qml``.
 from __future__ import annotations
 
 from deadwood_algorithms.schemas.results import BARRIER_CLASS, SITE_COLUMNS, SITED_GAIN, SITED_HITS
-from deadwood_algorithms.schemas.words import (
-    Band,
-    JsonFile,
-    Key,
-    OtherFile,
-    RasterFile,
-    TableFile,
-    a_number,
-    a_text,
-)
+from deadwood_algorithms.schemas.words import Band, JsonFile, Key, OtherFile, RasterFile, TableFile, a_number, a_text
 
 # --- rasters --------------------------------------------------------------------------------------------------------
 

@@ -16,7 +16,7 @@ from deadwood_algorithms.files.dem_windows import WindowWriter, open_windows, re
 from deadwood_algorithms.files.geotiff import geotiff_profile
 from deadwood_algorithms.files.grid import Grid, Part
 from deadwood_algorithms.files.rasters import write_raster
-from deadwood_algorithms.tool import UserError
+from deadwood_algorithms.params.tool import UserError
 
 NX, NY, CELL = 70, 50, 2.0
 NORTH_UP = from_origin(2_783_000.0, 1_190_000.0 + NY * CELL, CELL, CELL)

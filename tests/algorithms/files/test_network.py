@@ -23,8 +23,8 @@ from deadwood_algorithms.files.inputs import refuse_missing
 from deadwood_algorithms.files.network import ALLOWED
 from deadwood_algorithms.files.rasters import is_raster
 from deadwood_algorithms.files.vectors import read_table
-from deadwood_algorithms.scene.read import read_lines
-from deadwood_algorithms.tool import UserError
+from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.scene.layers import read_lines
 from deadwood_toolbox import cli
 from deadwood_toolbox.environment import stay_offline
 

@@ -20,7 +20,7 @@ from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.outputs import output_folder, output_path
 from deadwood_algorithms.files.rasters import write_raster
 from deadwood_algorithms.files.vectors import write_vector
-from deadwood_algorithms.tool import UserError
+from deadwood_algorithms.params.tool import UserError
 
 
 def listing(folder: Path) -> list[str]:

@@ -13,7 +13,7 @@ from rasterio.transform import Affine, from_origin
 from deadwood_algorithms.files.dem_windows import read_dem
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.rasters import read_raster_on, write_raster
-from deadwood_algorithms.tool import UserError
+from deadwood_algorithms.params.tool import UserError
 
 # 3 rows, 4 columns as on a map: the north-west corner first. Every value tells its place.
 MAP = np.array([[11.0, 12, 13, 14], [21, 22, 23, 24], [31, 32, 33, 34]])

@@ -15,8 +15,8 @@ from slope_case import Case, layer
 
 from deadwood_algorithms.files.streams import Stream, write_geoparquet
 from deadwood_algorithms.files.vectors import read_vector, write_vector
-from deadwood_algorithms.runs import results
-from deadwood_algorithms.runs.folder import layers_in
+from deadwood_algorithms.results import writing
+from deadwood_algorithms.results.run_folder import layers_in
 
 
 def frame(lines: bool, flat: bool) -> gpd.GeoDataFrame:
@@ -79,8 +79,8 @@ def test_a_run_has_its_layers_as_geoparquet(tmp_path, monkeypatch, changes):
     case = Case(tmp_path)
     whole = case.run(**case.everything(), **changes, output=str(tmp_path / "whole"))
     assert not list(whole.glob("deposits.parquet"))
-    monkeypatch.setattr(results, "PIECE", 7)
-    monkeypatch.setattr(results, "PATHS_PIECE", 3)
+    monkeypatch.setattr(writing, "PIECE", 7)
+    monkeypatch.setattr(writing, "PATHS_PIECE", 3)
     run = case.run(**case.everything(), **changes, geoparquet=True)
     for name in layers_in(whole) - {"layer_styles"}:
         one, two = layer(whole, name), layer(run, name)

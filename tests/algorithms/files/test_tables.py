@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from deadwood_algorithms.files.vectors import read_table
-from deadwood_algorithms.tool import UserError
+from deadwood_algorithms.params.tool import UserError
 
 
 def table(tmp_path, text: str | bytes, name="trees.csv"):

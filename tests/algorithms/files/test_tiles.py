@@ -12,13 +12,13 @@ from rasterio.shutil import copy
 from rasterio.transform import Affine, from_origin
 from slope_case import Case, assert_same_run, raster
 
-from deadwood_algorithms import add_structures, slide_logs
 from deadwood_algorithms.files import tiles as of_tiles
 from deadwood_algorithms.files.dem_windows import open_windows, read_dem, read_part
 from deadwood_algorithms.files.grid import Part
 from deadwood_algorithms.files.tiles import open_to_draw
-from deadwood_algorithms.runs.folder import read_run
-from deadwood_algorithms.tool import Quiet, UserError
+from deadwood_algorithms.params.tool import Quiet, UserError
+from deadwood_algorithms.results.run_folder import read_run
+from deadwood_algorithms.tools import add_structures, slide_logs
 
 WEST, NORTH, CELL = 2_783_000.0, 1_190_100.0, 2.0
 
@@ -201,8 +201,8 @@ def test_a_run_on_tiles_is_the_run_on_one_file(tmp_path, monkeypatch):
             assert np.array_equal(source.read(1), values)
         assert "0_35.tif" in (other / "report.html").read_text(encoding="utf-8")
     moved = (tmp_path / "case").rename(tmp_path / "moved")
-    from deadwood_algorithms.runs.edges import Edges
-    from deadwood_algorithms.runs.folder import input_paths
+    from deadwood_algorithms.results.edges import Edges
+    from deadwood_algorithms.results.run_folder import input_paths
 
     for name in ("list", "folder"):
         run = read_run(str(moved / name), feedback=Quiet())
@@ -235,6 +235,6 @@ def test_a_manifest_names_tiles_that_mean_the_same_anywhere(tmp_path, monkeypatc
     case = Case(tmp_path)
     monkeypatch.chdir(tmp_path)
     ask = slide_logs.Ask(**case.values(dem="dem.tif, lines.gpkg"))
-    from deadwood_algorithms import tool
+    from deadwood_algorithms.params import tool
 
     assert tool.manifest(slide_logs.TOOL, ask)["parameters"]["dem"] == f"{tmp_path}/dem.tif,{tmp_path}/lines.gpkg"

@@ -16,7 +16,7 @@ from shapely import LineString, MultiLineString, MultiPoint, MultiPolygon, Point
 from deadwood_algorithms import schemas
 from deadwood_algorithms.files.columns import id_column, number_column, warn_implausible, where_of
 from deadwood_algorithms.files.vectors import read_vector, write_vector
-from deadwood_algorithms.tool import UserError
+from deadwood_algorithms.params.tool import UserError
 
 LV95 = pyproj.CRS(2056)
 EAST, NORTH = 2_783_000.0, 1_190_000.0

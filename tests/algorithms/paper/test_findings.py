@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from deadwood_algorithms.numbers.statistics import paired_interval, wilson_interval
 from deadwood_algorithms.paper.findings import Evidence, above, all_of, findings_of, friction_for, within
 from deadwood_algorithms.paper.report import markdown
+from deadwood_algorithms.stats.statistics import paired_interval, wilson_interval
 
 N = 2000
 

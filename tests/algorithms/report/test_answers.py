@@ -15,11 +15,11 @@ import pytest
 import shapely
 from slope_case import Case, write_layer
 
-from deadwood_algorithms import make_report, map_intensity, map_origins, site_barriers, value_trees, vary
-from deadwood_algorithms.presets import BARRIERS
+from deadwood_algorithms.params.presets import BARRIERS
+from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.report.answer_words import GERMAN_CLASSES
 from deadwood_algorithms.report.words import Words
-from deadwood_algorithms.tool import UserError
+from deadwood_algorithms.tools import make_report, map_intensity, map_origins, site_barriers, value_trees, vary
 
 SECTIONS = ("worth", "siting", "intensity", "from_where", "varied")
 

@@ -13,7 +13,7 @@ from browser import Browser
 from PIL import Image
 from slope_case import Case
 
-from deadwood_algorithms import make_report
+from deadwood_algorithms.tools import make_report
 
 CANVAS = "document.querySelector('.space canvas')"
 

@@ -17,12 +17,12 @@ import shapely
 from rasterio.transform import from_origin
 from slope_case import Case, points, summary, write_layer
 
-from deadwood_algorithms import make_report
-from deadwood_algorithms.numbers import fidelity_trade
+from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.report import rounded, words
 from deadwood_algorithms.report.markup import element, embedded_json, table
 from deadwood_algorithms.report.words import PHRASES, STOPS, Words
-from deadwood_algorithms.tool import UserError
+from deadwood_algorithms.simulate import fidelity_trade
+from deadwood_algorithms.tools import make_report
 from deadwood_engine import STOP_REASONS
 
 ROOT = Path(__file__).parents[3]

@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 from slope_case import Case, assert_same_run, layer, points, summary, write_layer
 
-from deadwood_algorithms import compare_scenarios, schemas
+from deadwood_algorithms import schemas
 from deadwood_algorithms.files.dem_windows import read_dem
 from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.params.tool import Quiet, UserError
 from deadwood_algorithms.scene.blocks import Boulders, read_blocks
-from deadwood_algorithms.scene.read import read_scene
-from deadwood_algorithms.tool import Quiet, UserError
+from deadwood_algorithms.scene.layers import read_scene
+from deadwood_algorithms.tools import compare_scenarios
 
 LYING = {"orientation": "lying", "azimuth_deg": 90.0}
 ROW = [(12.0 + 4.0 * k, 50.0) for k in range(10)]  # nearer to each other than the logs of 10 m are long

@@ -14,8 +14,8 @@ from slope_case import EAST, LENGTH, NORTH, WIDTH, Case, layer, points, write_de
 
 from deadwood_algorithms.files.dem_windows import read_dem
 from deadwood_algorithms.files.grid import Part
+from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.scene.friction import read_friction
-from deadwood_algorithms.tool import UserError
 
 ALL = shapely.box(-5, -5, WIDTH + 5, LENGTH + 5)
 

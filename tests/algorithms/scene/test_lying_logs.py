@@ -13,8 +13,8 @@ from slope_case import Case, assert_same_run, layer, points, summary, write_laye
 from deadwood_algorithms import schemas
 from deadwood_algorithms.files.dem_windows import read_dem
 from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.params.tool import Quiet, UserError
 from deadwood_algorithms.scene.lying_logs import read_lying_logs
-from deadwood_algorithms.tool import Quiet, UserError
 
 ACROSS = [shapely.LineString([(12.0, 50.0), (48.0, 50.0)])]
 

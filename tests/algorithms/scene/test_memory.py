@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from deadwood_algorithms.files.free_memory import free_bytes
+from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.scene import memory
 from deadwood_algorithms.scene.memory import refuse_too_many_workers, threads_that_fit
-from deadwood_algorithms.tool import UserError
 
 CELLS = 10_000_000
 

@@ -11,9 +11,9 @@ import pytest
 import shapely
 from slope_case import RASTERS, Case, assert_same_run, layer, points, raster, summary, write_dem, write_layer
 
-from deadwood_algorithms.runs.folder import read_run
+from deadwood_algorithms.params.tool import Quiet, UserError
+from deadwood_algorithms.results.run_folder import read_run
 from deadwood_algorithms.scene.shape import longest_gap, read_points, read_shape
-from deadwood_algorithms.tool import Quiet, UserError
 from deadwood_toolbox import cli
 
 G = 9.81

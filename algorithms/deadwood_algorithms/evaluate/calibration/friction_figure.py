@@ -1,0 +1,158 @@
+"""The picture of `calibrate-friction`: how likely each coefficient is, what it does, and where the best one leads."""
+
+from __future__ import annotations
+
+import textwrap
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+import shapely
+from matplotlib.axes import Axes
+from matplotlib.ticker import FuncFormatter
+
+from deadwood_algorithms.evaluate.calibration.friction_runs import FrictionRun, Observed, Watched
+from deadwood_algorithms.evaluate.calibration.score import LEVEL, Range
+from deadwood_algorithms.files.pictures import hillshade
+from deadwood_algorithms.scene.layers import SceneLayers
+from deadwood_algorithms.scene.releases import Releases
+
+# Okabe and Ito's colours, which colour-blind readers tell apart.
+LIKELY, TESTED, WITHIN, SEEN, SLID, START = "#0072B2", "#D55E00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7"
+MARGIN_M = 20.0
+CELLS_DRAWN = 900  # along the longer side of the map
+
+
+def draw(
+    path: Path,
+    rows: list[dict[str, Any]],
+    found: Range | None,
+    sentence: str,
+    best: FrictionRun,
+    layers: SceneLayers,
+    logs: Releases,
+    observed: Observed | None,
+    watched: Watched,
+    share_seen: float | None,
+) -> None:
+    """Likelihood and test over the coefficients; run-outs or shares over them; the map of the best.
+
+    ``share_seen`` is the share of the event's logs that did what was observed, where that was counted.
+    """
+    friction = np.array([row["friction"] for row in rows])
+    figure, panels = plt.subplots(1, 3, figsize=(15.0, 5.6), gridspec_kw={"width_ratios": [1.0, 1.0, 1.05]})
+    likelihoods(panels[0], friction, rows)
+    if "share" in rows[0]:
+        _shares_panel(panels[1], friction, rows, share_seen)
+    else:
+        _runouts_panel(panels[1], friction, rows, seen_runouts(observed, logs))
+    for axes in panels[:2]:
+        axes.set_xlabel("friction coefficient")
+        axes.grid(color="#E5E5E5", linewidth=0.6)
+        axes.set_axisbelow(True)
+        if found:
+            axes.axvspan(found.low, found.high, color=WITHIN, alpha=0.15, zorder=0)
+    ground(panels[2], best, layers, logs, observed, watched)
+    cell = f"{layers.dem.cell:g} m cells"
+    figure.suptitle(
+        textwrap.fill(f"{sentence} {len(logs)} logs a coefficient, {cell}.", 150), x=0.01, ha="left", fontsize=11
+    )
+    figure.tight_layout(rect=(0.0, 0.0, 1.0, 0.96), w_pad=1.5)
+    figure.savefig(path, dpi=110)
+    plt.close(figure)
+
+
+def likelihoods(axes: Axes, friction: np.ndarray, rows: list[dict[str, Any]]) -> None:
+    value, low, high = (np.array([row[f"relative_{key}"] for row in rows]) for key in ("likelihood", "low", "high"))
+    bars = np.clip([value - low, high - value], 0.0, None)
+    style = {"marker": "o", "markersize": 5, "linewidth": 1.2, "capsize": 2.5}
+    axes.errorbar(friction, value, bars, color=LIKELY, label="relative likelihood", **style)
+    axes.plot(friction, [row["p_range"] for row in rows], color=TESTED, marker="s", markersize=4, linewidth=1.0,
+              linestyle="--", label="share of its own events\nthat are no likelier (p)")  # fmt: skip
+    axes.axhline(LEVEL, color="#777777", linewidth=0.8, linestyle=":")
+    axes.annotate(f"{LEVEL:g}", (1.0, LEVEL), xycoords=("axes fraction", "data"), xytext=(-2, 2),
+                  textcoords="offset points", ha="right", va="bottom", fontsize=8, color="#777777")  # fmt: skip
+    axes.set_ylim(-0.03, 1.08)
+    axes.set_title("how well it reproduces the event; green: range", fontsize=10, loc="left")
+    axes.legend(fontsize=8.5, framealpha=0.85, edgecolor="none")
+
+
+def _shares_panel(axes: Axes, friction: np.ndarray, rows: list[dict[str, Any]], seen: float | None) -> None:
+    value, low, high = (np.array([row[key] for row in rows]) for key in ("share", "share_low", "share_high"))
+    bars = np.clip([value - low, high - value], 0.0, None)
+    axes.errorbar(friction, value, bars, color=SLID, marker="o", markersize=5, linewidth=1.2, capsize=2.5)
+    if seen is not None:
+        axes.axhline(seen, color=SEEN, linewidth=1.2)
+        axes.annotate("observed", (0.0, seen), xycoords=("axes fraction", "data"), xytext=(4, 3),
+                      textcoords="offset points", va="bottom", fontsize=8.5, color=SEEN)  # fmt: skip
+    axes.set_ylim(0.0, max(1.12 * high.max(), 1.08 * (seen or 0.0), 1e-3))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda share, _: f"{100 * share:g} %"))
+    axes.set_title("simulated logs that do what was observed", fontsize=10, loc="left")
+
+
+def _runouts_panel(axes: Axes, friction: np.ndarray, rows: list[dict[str, Any]], seen: np.ndarray) -> None:
+    low, middle, high = (np.array([row[f"runout_{key}_m"] for row in rows]) for key in ("p05", "median", "p95"))
+    axes.fill_between(friction, low, high, color=SLID, alpha=0.35, linewidth=0, label="5 to 95 % of the logs")
+    axes.plot(friction, middle, color=LIKELY, marker="o", markersize=4, linewidth=1.2, label="median")
+    for k, distance in enumerate(seen):
+        axes.axhline(distance, color=SEEN, linewidth=1.2, label="observed" if k == 0 else None)
+    axes.set_ylim(bottom=0.0)
+    axes.set_title("run-out, horizontal [m]", fontsize=10, loc="left")
+    axes.legend(fontsize=8.5, framealpha=0.85, edgecolor="none")
+
+
+def seen_runouts(observed: Observed | None, logs: Releases) -> np.ndarray:
+    """Distance of each observed point from the middle of the releases that it may come from [m]."""
+    if observed is None:
+        return np.zeros(0)
+    return np.array([
+        np.hypot(shape.x - logs.x[rows].mean(), shape.y - logs.y[rows].mean())
+        for shape, rows in zip(observed.geometry, observed.logs, strict=True)
+    ])  # fmt: skip
+
+
+def ground(
+    axes: Axes, best: FrictionRun, layers: SceneLayers, logs: Releases, observed: Observed | None, watched: Watched
+) -> None:
+    """Releases, simulated deposits of the likeliest coefficient, and what was observed, on the relief."""
+    rests = best.resting
+    x, y = (np.concatenate([getattr(logs, name), getattr(best, name)]) for name in "xy")
+    if observed:
+        west, south, east, north = shapely.total_bounds(observed.geometry)
+        x, y = np.append(x, [west, east]), np.append(y, [south, north])
+    frame = x.min() - MARGIN_M, x.max() + MARGIN_M, y.min() - MARGIN_M, y.max() + MARGIN_M
+    dem = layers.dem
+    (ny, nx), cell = dem.shape, dem.cell
+    columns = slice(max(0, int((frame[0] - dem.x0) / cell)), min(nx, int((frame[1] - dem.x0) / cell) + 2))
+    rows = slice(max(0, int((frame[2] - dem.y0) / cell)), min(ny, int((frame[3] - dem.y0) / cell) + 2))
+    step = max(1, max(columns.stop - columns.start, rows.stop - rows.start) // CELLS_DRAWN)
+    heights = dem.values[rows, columns][::step, ::step]
+    if min(heights.shape) > 1:
+        west, south = dem.x0 + (columns.start - 0.5) * cell, dem.y0 + (rows.start - 0.5) * cell
+        size = heights.shape[1] * step * cell, heights.shape[0] * step * cell
+        extent = (west, west + size[0], south, south + size[1])
+        axes.imshow(hillshade(heights, step * cell), cmap="gray", origin="lower", extent=extent, vmin=-0.4, vmax=1.15)
+    for k, shape in enumerate(watched.items.geometry):
+        for part in shapely.get_parts(shape.boundary if shapely.get_dimensions(shape) == 2 else shape):
+            axes.plot(*part.xy, color=SEEN if k not in watched.own else "black", linewidth=1.5, zorder=3)
+    axes.scatter(logs.x, logs.y, s=4, color=START, linewidths=0, zorder=2, label="released")
+    axes.scatter(best.x[rests], best.y[rests], s=7, color=SLID, edgecolors="black", linewidths=0.2, zorder=4,
+                 label=f"deposits at {best.friction:g}")  # fmt: skip
+    if not rests.all():
+        axes.scatter(best.x[~rests], best.y[~rests], s=9, marker="x", color="#444444", linewidths=0.5, zorder=4,
+                     label="left, or no rest")  # fmt: skip
+    if observed:
+        points = observed.geometry[observed.are_points]
+        for shape in observed.geometry[~observed.are_points]:
+            for part in shapely.get_parts(shape.boundary):
+                axes.plot(*part.xy, color=SEEN, linewidth=1.5, zorder=5)
+        if points.size:
+            axes.scatter(shapely.get_x(points), shapely.get_y(points), s=70, marker="X", color=SEEN,
+                         edgecolors="white", linewidths=0.8, zorder=6, label="observed")  # fmt: skip
+    axes.set(xlim=frame[:2], ylim=frame[2:], xticks=[], yticks=[], aspect="equal")
+    axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.01), ncol=3, frameon=False)

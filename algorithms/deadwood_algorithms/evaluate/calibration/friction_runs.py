@@ -1,0 +1,207 @@
+"""The same logs with one friction coefficient after the other, and what of an event each of them did."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from deadwood_algorithms.evaluate.calibration.score import Observation
+from deadwood_algorithms.files.columns import id_column, where_of
+from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.params.tool import Feedback, UserError
+from deadwood_algorithms.scene.items import Items
+from deadwood_algorithms.scene.layers import SceneLayers, read_lines
+from deadwood_algorithms.scene.released_scene import ReleasedScene
+from deadwood_algorithms.scene.releases import Releases, reached
+from deadwood_algorithms.simulate.sliding import reporter, slide_once, until_none_escapes
+from deadwood_engine import STOP_REASONS, Fidelity, Lines, Result
+
+Array = NDArray[np.float64]
+AT_REST = [STOP_REASONS.index(name) for name in ("rest", "tree", "barrier", "lying_log", "block")]
+
+
+@dataclass(frozen=True)
+class FrictionRun:
+    """The logs with one coefficient; arrays by log. reach : (n, watched lines)"""
+
+    friction: float
+    x: Array
+    y: Array
+    runout: Array
+    speed_max: Array
+    stop_reason: NDArray[np.int8]
+    reach: NDArray[np.bool_]
+
+    @property
+    def resting(self) -> NDArray[np.bool_]:
+        """Logs whose deposit is one: they neither left the DEM nor still moved."""
+        return np.isin(self.stop_reason, AT_REST)
+
+
+@dataclass(frozen=True)
+class Watched:
+    """Lines and areas whose reach is counted: of the event first, then the user's own; columns of `reach`.
+
+    marks : the event's lines as the engine takes them; event : what they are called
+    """
+
+    marks: Lines
+    event: Items
+    items: Items
+    reached: NDArray[np.int64]
+    not_reached: NDArray[np.int64]
+    own: NDArray[np.int64]
+
+    @staticmethod
+    def of(reached: str | None, not_reached: str | None, layers: SceneLayers, feedback: Feedback) -> Watched:
+        """Read what the event reached, or did not; paths of layers, or None."""
+        marks, event = Lines.none(), Items([], np.array([], object), np.array([], np.int64))
+        columns = []
+        for path in (reached, not_reached):
+            more, things = read_lines(path, layers.dem, feedback)
+            columns.append(len(event.ids) + np.arange(len(things.ids)))
+            marks, event = marks.then(more), event.then(things)
+        columns.append(len(event.ids) + np.arange(len(layers.lines.ids)))
+        return Watched(marks, event, event.then(layers.lines), *columns)
+
+
+def slide_with(
+    friction: float,
+    ask: ReleasedScene,
+    fidelity: Fidelity,
+    watched: Watched,
+    layers: SceneLayers,
+    logs: Releases,
+    feedback: Feedback,
+) -> tuple[FrictionRun, SceneLayers]:
+    """Slide the logs with one coefficient.
+
+    ``ask`` holds one coefficient, with which the scene is read; it is exchanged before the logs are slid. Also returns
+    the scene that the logs needed, on a wider window or the same.
+    """
+    what = f"sliding at friction {friction:g}"
+
+    def slide_all(on: SceneLayers) -> tuple[Result, list[str]]:
+        on = on.with_lines_before(watched.marks, watched.event)
+        on = replace(on, scene=on.scene.with_friction(friction))
+        return slide_once(on, logs.logs, fidelity, ask, reporter(feedback, len(logs), what))
+
+    result, layers = until_none_escapes(layers, ask, slide_all, feedback)
+    feedback.progress(len(logs), len(logs), what)
+    end, start = result.end_position, result.release_position
+    slid = FrictionRun(
+        friction=friction,
+        x=end[:, 0],
+        y=end[:, 1],
+        runout=np.hypot(*(end - start)[:, :2].T),
+        speed_max=result.speed_max,
+        stop_reason=result.stop_reason,
+        reach=reached(watched.items, {"reach": result.reach}, logs),
+    )
+    return slid, layers
+
+
+@dataclass(frozen=True)
+class Observed:
+    """Observed deposits, one a row: the rows of the logs that each may have been, and its point or area."""
+
+    geometry: NDArray[Any]
+    logs: list[NDArray[np.int64]]
+    names: list[str]
+
+    @property
+    def are_points(self) -> NDArray[np.bool_]:
+        return shapely.get_dimensions(self.geometry) == 0
+
+
+def read_observed(path: str, layers: SceneLayers, logs: Releases, feedback: Feedback) -> Observed:
+    """Observed deposits as points or areas; a field release_id says which release each belongs to."""
+    kinds = ("point", "polygon")
+    frame = read_vector(path, geometry=kinds, target_crs=layers.dem.crs, what="observed deposits", feedback=feedback)
+    geometry = np.asarray(frame.geometry)
+    off = ~shapely.intersects(geometry, shapely.box(*layers.dem.bounds))
+    if off.any():
+        row = int(np.argmax(off))
+        raise UserError(
+            f"{where_of(frame)}, row {row + 1}: the observed deposit does not lie on the DEM; check its CRS"
+        )
+    everything = np.arange(len(logs))
+    if "release_id" not in frame:
+        return Observed(geometry, [everything] * len(frame), [str(row + 1) for row in range(len(frame))])
+    named = id_column(frame, "release_id")
+    have = logs.release_id.astype(str)
+    rows = []
+    for row, name in enumerate(named):
+        mine = np.flatnonzero(have == str(name))
+        if not mine.size:
+            known = ", ".join(sorted(set(have.tolist()))[:10])
+            raise UserError(
+                f"{where_of(frame)}, field 'release_id', row {row + 1}: no released log has '{name}'; they have {known}"
+            )
+        rows.append(mine)
+    return Observed(geometry, rows, [f"{row + 1} (release {name})" for row, name in enumerate(named)])
+
+
+def outcomes_of_deposits(observed: Observed, slid: list[FrictionRun], error: float) -> list[Observation]:
+    """Each observed deposit, and what the logs that it may have been did with every coefficient."""
+    x, y = (np.stack([np.where(each.resting, getattr(each, name), np.nan) for each in slid]) for name in "xy")
+    sides = [np.nanmax(at) - np.nanmin(at) + 4.0 * error if np.isfinite(at).any() else math.inf for at in (x, y)]
+    area = float(sides[0] * sides[1])  # two errors beyond the outermost deposits
+    out = []
+    for shape, rows, is_point in zip(observed.geometry, observed.logs, observed.are_points, strict=True):
+        if is_point:
+            out.append(Observation(rows, (shape.x, shape.y), x[:, rows], y[:, rows], area=area))
+        else:
+            inside = shapely.contains_xy(shape, x[:, rows], y[:, rows])
+            out.append(Observation(rows, done=inside & np.isfinite(x[:, rows])))
+    return out
+
+
+def outcomes_of_reach(watched: Watched, slid: list[FrictionRun], logs: int, did: int) -> list[Observation]:
+    """So many logs of the event, of which so many reached one thing and not the other."""
+    done = np.stack([did_it(watched, each) for each in slid])
+    rows = np.arange(done.shape[1])
+    return [Observation(rows, done=done, yes=k < did) for k in range(logs)]
+
+
+def did_it(watched: Watched, slid: FrictionRun) -> NDArray[np.bool_]:
+    """Which logs reached what the event reached, and not what it did not, as far as they were seen."""
+    done = np.logical_not(slid.reach[:, watched.not_reached].any(axis=1))
+    return done & slid.reach[:, watched.reached].any(axis=1) if watched.reached.size else done
+
+
+def lost_for(watched: Watched, slid: FrictionRun) -> NDArray[np.bool_]:
+    """Which logs left the terrain model before it was known whether they would do what the event did."""
+    left = slid.stop_reason == STOP_REASONS.index("left_dem")
+    beyond = slid.reach[:, watched.not_reached].any(axis=1)  # it did what the event did not, whatever came then
+    arrived = slid.reach[:, watched.reached].any(axis=1)
+    settled = beyond | (arrived & (watched.not_reached.size == 0))
+    return left & ~settled
+
+
+def layers_of(slid: list[FrictionRun], logs: Releases, observed: Observed | None, crs: Any) -> dict[str, Any]:
+    """The simulated deposits of every coefficient, and the observed ones; logs without a deposit apart."""
+    import geopandas
+
+    columns = {
+        "friction": np.repeat([each.friction for each in slid], len(logs)),
+        "log_id": np.tile(logs.logs.log_id, len(slid)),
+        "release_id": np.tile(logs.release_id, len(slid)),
+        "stop_reason": np.array(STOP_REASONS, object)[np.concatenate([each.stop_reason for each in slid])],
+        "runout_m": np.concatenate([each.runout for each in slid]),
+        "speed_max_ms": np.concatenate([each.speed_max for each in slid]),
+    }
+    places = shapely.points(*(np.concatenate([getattr(each, name) for each in slid]) for name in "xy"))
+    everything = geopandas.GeoDataFrame(columns, geometry=places, crs=crs)
+    rests = np.concatenate([each.resting for each in slid])
+    layers = {"deposits": everything[rests].reset_index(drop=True)}
+    if not rests.all():
+        layers["no_deposit"] = everything[~rests].reset_index(drop=True)
+    if observed:
+        layers["observed"] = geopandas.GeoDataFrame({"name": observed.names}, geometry=observed.geometry, crs=crs)
+    return layers

@@ -1,0 +1,268 @@
+"""How well friction coefficients reproduce an observed event: likelihoods from simulated logs, and tests of them.
+
+An event is some outcomes, each of one log: where it came to rest (a point), or whether it did what was seen of it (came
+to rest within an area, reached one line and not another). The same logs are slid with every coefficient, so what
+differs between coefficients is the coefficient.
+
+Likelihood. A point y has the density of the simulated deposits x_j seen with an error s in both directions, of the
+mapping and of what the model cannot know: (sum_j N(y; x_j, s^2) + 1/2 / A) / (n + 1). A yes or no has the share of the
+logs that do it: (k + 1/2) / (n + 1) for k of n. The half a log, which for points lies evenly on the ground A on which
+any log came to rest with any coefficient, keeps a coefficient from being ruled out by too few logs. Outcomes multiply.
+A log that came to no rest in sight (it left the terrain model, failed, or still moved at the time limit) is no deposit:
+it stays in n, and in the events that the simulation makes it is an outcome of its own, with the share of such logs,
+(k + 1/2) / (n + 1). So a coefficient with which many logs leave must explain why none of the observed ones did. Where
+logs may have gone on unseen, that is no evidence: take a larger terrain model.
+
+Range. A coefficient stays in the range unless the event is less likely with it, relative to the best coefficient, than
+in 95 % of events that the simulation itself makes with that coefficient, of as many logs: log j instead of an observed
+one, its deposit shifted by a drawn error, its own share taken out of all densities. So whatever the coefficient is, the
+range holds it in 95 % of events, for one observed log as for many (Feldman & Cousins 1998), where the usual limit of
+1.92 on the log-likelihood counts on many. A range that holds every coefficient says that the event tells nothing.
+
+Fit. The best coefficient is best even when none is good. So it is also asked how likely the event is with a coefficient
+compared with the events that it makes itself, regardless of the others.
+
+Energy score. For points also the mean of E|X - y| - E|X - X'| / 2 [m] (Gneiting & Raftery 2007): the distance of the
+simulated deposits from the observed one, less what they scatter themselves. Lower is better; the truth is best.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_algorithms.stats.draws import EVENT_ERROR, EVENT_LOG, normals, uniforms
+from deadwood_algorithms.stats.resampling import resamples
+
+Array = NDArray[np.float64]
+EVENTS = 400  # made with each coefficient: a p-value of 0.05 is then known to +-0.011
+LEVEL = 0.05
+PAIRS_AT_ONCE = 4_000_000  # of made deposits and logs: 32 MB
+SCORED_LOGS = 1000  # for the scatter of the energy score, whose pairs grow with the square
+TIE = 1e-9
+
+
+@dataclass(frozen=True)
+class Observation:
+    """One observed outcome, and what each simulated log did, with every coefficient.
+
+    logs : rows of the logs that it may have been, shape (m,)
+    place : observed deposit [m], or None for a yes
+    x, y : simulated deposits [m], shape (coefficients, m); NaN where a log came to no rest on the DEM
+    done : whether each simulated log did what was seen, shape (coefficients, m), for a yes
+    yes : whether it was seen
+    area : of the ground on which any log came to rest [m2]
+    """
+
+    logs: NDArray[np.int64]
+    place: tuple[float, float] | None = None
+    x: Array | None = None
+    y: Array | None = None
+    done: NDArray[np.bool_] | None = None
+    yes: bool = True
+    area: float = math.inf
+
+
+@dataclass(frozen=True)
+class Scores:
+    """By coefficient, shape (c,).
+
+    log_likelihood : of the event; low, high : 95 % of what it is with other draws of as many logs, relative to the best
+    p_range : share of its own events that are no more likely, relative to their best, than the observed one
+    p_fit : the same of the likelihood itself
+    """
+
+    log_likelihood: Array
+    low: Array
+    high: Array
+    p_range: Array
+    p_fit: Array
+
+    @property
+    def relative(self) -> Array:
+        """Likelihood as a share of the best; 0 where there is none."""
+        top = self.log_likelihood.max()
+        return np.exp(self.log_likelihood - top) if math.isfinite(top) else np.zeros(self.log_likelihood.size)
+
+    @property
+    def within(self) -> NDArray[np.bool_]:
+        return (self.p_range >= LEVEL) & np.isfinite(self.log_likelihood)
+
+
+def score(
+    outcomes: list[Observation], log_id: NDArray[np.int64], error: float, seed: int, report: Callable[[float], None]
+) -> Scores:
+    """Score every coefficient; ``log_id`` by row of the logs, ``error`` [m] of observed places."""
+    observed = np.stack([log_densities(each, each.place, error) for each in outcomes])
+    total = observed.sum(axis=0)
+    low, high = sampling_interval(outcomes, log_id, error, seed)
+    ranges, fits = np.ones(total.size), np.ones(total.size)
+    for k in range(total.size):
+        report(k / total.size)
+        parts = [made_densities(each, k, number, log_id, error, seed) for number, each in enumerate(outcomes)]
+        made = np.sum(parts, axis=0)
+        ranges[k] = share_below(relative_to_best(made, k), relative_to_best(total[None], k)[0])
+        fits[k] = share_below(made[:, k], total[k])
+    return Scores(total, low, high, ranges, fits)
+
+
+def relative_to_best(log_likelihood: Array, k: int) -> Array:
+    """Of coefficient k, by event; -inf where it has no likelihood at all."""
+    best = log_likelihood.max(axis=1)
+    own = log_likelihood[:, k]
+    return np.where(np.isfinite(own), own - np.where(np.isfinite(best), best, 0.0), -np.inf)
+
+
+def share_below(made: Array, seen: float) -> float:
+    """Share of the made events that are no better than the one that was seen; it counts itself."""
+    return float((1 + np.count_nonzero(made <= seen + TIE)) / (made.size + 1))
+
+
+def log_densities(outcome: Observation, place: tuple[float, float] | None, error: float) -> Array:
+    """Log-likelihood of one observed outcome with each coefficient, shape (c,)."""
+    if outcome.done is not None:
+        return log_share(outcome.done.sum(axis=1), outcome.done.shape[1], outcome.yes)
+    assert place is not None  # a point
+    return log_density(log_kernels(outcome, np.array([place]), error)[:, 0], outcome.logs.size, outcome.area)
+
+
+def log_share(hits: NDArray, n: int, yes: bool) -> Array:
+    share = (hits + 0.5) / (n + 1.0)
+    return np.log(share if yes else 1.0 - share)
+
+
+def log_kernels(outcome: Observation, places: Array, error: float) -> Array:
+    """Log of N(place; deposit, error^2) for places (k, 2), shape (c, k, m); -inf for logs without a deposit."""
+    assert outcome.x is not None  # a point
+    assert outcome.y is not None
+    square = (outcome.x[:, None] - places[None, :, :1]) ** 2 + (outcome.y[:, None] - places[None, :, 1:]) ** 2
+    return np.where(np.isnan(square), -np.inf, -square / (2.0 * error**2) - math.log(2.0 * math.pi * error**2))
+
+
+def log_density(kernels: Array, n: int, area: float) -> Array:
+    """Log of the density that the kernels (their logs, along the last axis) of n logs and half a log make."""
+    top = kernels.max(axis=-1, keepdims=True)
+    top = np.where(np.isfinite(top), top, 0.0)
+    with np.errstate(divide="ignore"):
+        total = np.log(np.exp(kernels - top).sum(axis=-1)) + top[..., 0]
+    return np.logaddexp(total, math.log(0.5) - math.log(area)) - math.log(n + 1.0)
+
+
+def made_densities(
+    outcome: Observation, k: int, number: int, log_id: NDArray[np.int64], error: float, seed: int
+) -> Array:
+    """Log-likelihoods, shape (events, c), of outcomes made with coefficient k, each without the log it was made from.
+
+    The draws belong to the event and the outcome: with every coefficient the same logs stand for the observed ones.
+    """
+    item = np.arange(EVENTS) * 1024 + number
+    order = np.argsort(log_id[outcome.logs], kind="stable")  # the same log whatever row it stands in
+    chosen = order[(uniforms(seed, item, EVENT_LOG)[0] * order.size).astype(np.int64)]
+    if outcome.done is not None:
+        own = outcome.done[:, chosen].T  # (events, c)
+        hits = outcome.done.sum(axis=1) - own
+        seen = own[:, k]
+        n = outcome.done.shape[1] - 1
+        return np.where(seen[:, None], log_share(hits, n, True), log_share(hits, n, False))
+    assert outcome.x is not None  # a point
+    assert outcome.y is not None
+    shift = error * np.stack(normals(seed, item, EVENT_ERROR), axis=1)
+    places = np.stack([outcome.x[k, chosen], outcome.y[k, chosen]], axis=1) + shift
+    out = np.empty((EVENTS, outcome.x.shape[0]))
+    step = max(1, PAIRS_AT_ONCE // max(1, outcome.x.size))
+    for start in range(0, EVENTS, step):
+        part = slice(start, min(EVENTS, start + step))
+        kernels = log_kernels(outcome, places[part], error)
+        rows = np.arange(part.stop - part.start)
+        kernels[:, rows, chosen[part]] = -np.inf  # its own place would be too good a guess
+        out[part] = log_density(kernels, outcome.logs.size - 1, outcome.area).T
+    # A log without a deposit is no deposit elsewhere, and no other log takes its place: it is an outcome of its own.
+    lost = np.isnan(outcome.x)
+    gone = chosen[lost[k, chosen]]
+    others = lost.sum(axis=1) - lost[:, gone].T
+    out[lost[k, chosen]] = log_share(others, outcome.logs.size - 1, True)
+    return out
+
+
+def sampling_interval(
+    outcomes: list[Observation], log_id: NDArray[np.int64], error: float, seed: int
+) -> tuple[Array, Array]:
+    """95 % bootstrap interval of the log-likelihood relative to the best, over the logs, drawn alike for all."""
+    weights = np.array(list(resamples(log_id, seed)), np.float64)  # (resamples, n)
+    total: Array = np.zeros(1)
+    for each in outcomes:
+        mine = weights[:, each.logs]
+        count = mine.sum(axis=1)[:, None]
+        if each.done is not None:
+            share = (mine @ each.done.T.astype(float) + 0.5) / (count + 1.0)
+            total = total + np.log(share if each.yes else 1.0 - share)
+            continue
+        kernels = log_kernels(each, np.array([each.place]), error)[:, 0]  # (c, m)
+        top = kernels.max(axis=1)
+        top = np.where(np.isfinite(top), top, 0.0)
+        with np.errstate(divide="ignore"):
+            sums = np.log(mine @ np.exp(kernels - top[:, None]).T) + top
+        total = total + np.logaddexp(sums, math.log(0.5) - math.log(each.area)) - np.log(count + 1.0)
+    best = total.max(axis=1, keepdims=True)
+    relative = np.where(np.isfinite(total), total - np.where(np.isfinite(best), best, 0.0), -np.inf)
+    low, high = np.quantile(relative, [0.025, 0.975], axis=0, method="nearest")
+    return low, high
+
+
+def energy_score(outcome: Observation, place: tuple[float, float]) -> Array:
+    """Energy score of simulated deposits against an observed place, by coefficient [m]; NaN without deposits."""
+    assert outcome.x is not None  # a point
+    assert outcome.y is not None
+    out = np.full(outcome.x.shape[0], np.nan)
+    for k in range(out.size):
+        x, y = (each[k][np.isfinite(each[k])][:SCORED_LOGS] for each in (outcome.x, outcome.y))
+        if x.size > 1:
+            scatter = np.hypot(x[:, None] - x, y[:, None] - y).sum() / (x.size * (x.size - 1))
+            out[k] = np.hypot(x - place[0], y - place[1]).mean() - 0.5 * scatter
+    return out
+
+
+@dataclass(frozen=True)
+class Range:
+    """The coefficients that reproduce the event; low or high is open where the sweep ended before they did."""
+
+    low: float
+    high: float
+    best: float
+    open_low: bool
+    open_high: bool
+    gaps: bool  # some between low and high do not
+
+    def words(self) -> str:
+        text = f"{self.low:.3g} to {self.high:.3g}"
+        if self.open_low or self.open_high:
+            ends = " and ".join(
+                word for word, is_open in (("below", self.open_low), ("above", self.open_high)) if is_open
+            )
+            text += f" (perhaps {ends}: the sweep ends there)"
+        return text
+
+
+def range_of(friction: Array, scores: Scores) -> Range | None:
+    """From the first coefficient that reproduces the event to the last; ends between two by the p-values' crossing."""
+    inside = np.flatnonzero(scores.within)
+    if not inside.size:
+        return None
+    first, last = int(inside[0]), int(inside[-1])
+
+    def crossing(within: int, beyond: int) -> float:
+        p, q = scores.p_range[within], scores.p_range[beyond]
+        return float(friction[within] + (p - LEVEL) / (p - q) * (friction[beyond] - friction[within]))
+
+    return Range(
+        low=float(friction[first]) if first == 0 else crossing(first, first - 1),
+        high=float(friction[last]) if last == friction.size - 1 else crossing(last, last + 1),
+        best=float(friction[int(np.argmax(scores.log_likelihood))]),
+        open_low=first == 0,
+        open_high=last == friction.size - 1,
+        gaps=bool((~scores.within[first : last + 1]).any()),
+    )

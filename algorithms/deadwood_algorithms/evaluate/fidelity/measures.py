@@ -1,0 +1,159 @@
+"""How far the same logs, slid at a coarser fidelity, come from where the finest puts them: pure functions on arrays.
+
+Single logs part ways among trees whatever the fidelity, so what is compared is what users take from a run:
+probabilities, distributions, maps. Each difference comes with what tells it from chance: an interval over the logs
+(McNemar's pairs, normal, or bootstrap), or, for distances between distributions, which are never negative, the distance
+that two halves of the finest run's own logs have.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_algorithms.evaluate.fidelity.records import Array, FidelityRow, FidelityRun, Hits
+from deadwood_algorithms.evaluate.fidelity.rule import verdict_of_distance, verdict_of_interval
+from deadwood_algorithms.scene.releases import LEAST_OF_A_RELEASE, Group
+from deadwood_algorithms.stats.directions import spread_of_release
+from deadwood_algorithms.stats.statistics import Z_95, paired_interval, wilson_interval
+
+SPLITS = 32  # ways to halve the logs for the noise of the deposit distance
+BOOTSTRAPS = 200
+
+
+def rows_of(
+    one: FidelityRun, finest: FidelityRun, line_ids: list[Any], groups: list[Group], planned: int, seed: int
+) -> list[FidelityRow]:
+    """Everything that is said of one fidelity; ``planned`` is the number of logs whose noise is the yardstick."""
+    rows = [
+        FidelityRow(one.name, "cpu_per_log", "", "ms", one.cpu_ms, finest.cpu_ms),
+        FidelityRow(one.name, "steps_per_log", "", "1", one.steps, finest.steps),
+        *reach_rows(one, finest, line_ids, planned),
+        *spread_rows(one, finest, groups, seed),
+        deposit_row(one, finest, planned, seed),
+        hits_row(one, finest, planned),
+        *top_rows(one, finest, "speed_max", "m/s", seed),
+        *top_rows(one, finest, "jump_max", "m", seed),
+        *own_rows(one, finest),
+    ]
+    if one is finest:  # the judge: what it errs by, only a finer one could tell
+        return [replace(row, ci_low=math.nan, ci_high=math.nan, verdict="") for row in rows]
+    return rows
+
+
+def reach_rows(one: FidelityRun, finest: FidelityRun, line_ids: list[Any], planned: int) -> Iterator[FidelityRow]:
+    n = len(one.x)
+    for column, line_id in enumerate(line_ids):
+        ours, theirs = one.reach[:, column], finest.reach[:, column]
+        low, high = paired_interval(int((theirs & ~ours).sum()), int((ours & ~theirs).sum()), n)
+        p, p_finest = float(ours.mean()), float(theirs.mean())
+        bottom, top = wilson_interval(round(p_finest * planned), planned)
+        noise = (top - bottom) / 2.0
+        verdict = verdict_of_interval(low, high, noise)
+        yield FidelityRow(one.name, "reach", str(line_id), "1", p, p_finest, p - p_finest, low, high, noise, verdict)
+
+
+def spread_rows(one: FidelityRun, finest: FidelityRun, groups: list[Group], seed: int) -> Iterator[FidelityRow]:
+    """Angle from the 5 % to the 95 % quantile of each release's deposits; the smallest arc hangs on a single log."""
+    groups = [group for group in groups if group.rows.size >= LEAST_OF_A_RELEASE]
+
+    def spread(run: FidelityRun, group: Group, chosen: NDArray[np.intp]) -> float:
+        rows = group.rows[chosen]
+        record, _, _ = spread_of_release(group.centre, run.x[rows], run.y[rows], group.min_runout[chosen])
+        return record["p05_p95_deg"]
+
+    for group in groups:
+        everything = np.arange(group.rows.size)
+        ours, theirs = spread(one, group, everything), spread(finest, group, everything)
+
+        def difference(chosen: NDArray[np.intp], group: Group = group) -> float:
+            return spread(one, group, chosen) - spread(finest, group, chosen)
+
+        low, high = bootstrap(difference, group.rows.size, seed)
+        name = str(group.release_id)
+        yield FidelityRow(one.name, "spread_p05_p95", name, "deg", ours, theirs, ours - theirs, low, high)
+
+
+def deposit_row(one: FidelityRun, finest: FidelityRun, planned: int, seed: int) -> FidelityRow:
+    """Wasserstein distance between the run-outs: by how many metres a deposit is moved on average."""
+    distance = wasserstein(one.runout, finest.runout)
+    verdict, noise = verdict_of_distance(distance, split_half(finest.runout, seed), len(one.x), planned)
+    means = float(one.runout.mean()), float(finest.runout.mean())
+    return FidelityRow(one.name, "deposit_distance", "", "m", *means, distance, noise=noise, verdict=verdict)
+
+
+def hits_row(one: FidelityRun, finest: FidelityRun, planned: int) -> FidelityRow:
+    """1 minus the weighted Jaccard index of the maps of hit probability; the values are the cells that were hit."""
+    distance = jaccard_distance(one.hits[0], finest.hits[0])
+    halves = jaccard_distance(finest.hits[1], finest.hits[2])
+    verdict, noise = verdict_of_distance(distance, halves, len(one.x), planned)
+    sizes = float(one.hits[0][0].size), float(finest.hits[0][0].size)
+    return FidelityRow(one.name, "hit_raster_distance", "", "1", *sizes, distance, noise=noise, verdict=verdict)
+
+
+def top_rows(one: FidelityRun, finest: FidelityRun, name: str, unit: str, seed: int) -> Iterator[FidelityRow]:
+    """Mean and 95 % quantile over the logs of the largest that each had."""
+    ours, theirs = getattr(one, name), getattr(finest, name)
+    change = ours - theirs
+    half = Z_95 * float(change.std(ddof=1)) / math.sqrt(change.size) if change.size > 1 else math.inf
+    mean = float(change.mean())
+    means = float(ours.mean()), float(theirs.mean())
+    yield FidelityRow(one.name, f"{name}_mean", "", unit, *means, mean, mean - half, mean + half)
+
+    def difference(rows: NDArray[np.intp]) -> float:
+        return float(np.quantile(ours[rows], 0.95) - np.quantile(theirs[rows], 0.95))
+
+    low, high = bootstrap(difference, ours.size, seed)
+    quantiles = float(np.quantile(ours, 0.95)), float(np.quantile(theirs, 0.95))
+    yield FidelityRow(one.name, f"{name}_p95", "", unit, *quantiles, quantiles[0] - quantiles[1], low, high)
+
+
+def own_rows(one: FidelityRun, finest: FidelityRun) -> Iterator[FidelityRow]:
+    """What each run says of its own calculation; right would be 0."""
+    for name, unit in (("penetration_max", "m"), ("energy_error", "1")):
+        ours, theirs = getattr(one, name), getattr(finest, name)
+        yield FidelityRow(one.name, f"{name}_median", "", unit, float(np.median(ours)), float(np.median(theirs)))
+        yield FidelityRow(one.name, name, "", unit, float(ours.max()), float(theirs.max()))
+    yield FidelityRow(one.name, "unconverged_steps", "", "1", one.unconverged_share, finest.unconverged_share)
+    yield FidelityRow(one.name, "failed", "", "logs", one.failed, finest.failed)
+    yield FidelityRow(one.name, "still_moving", "", "logs", one.still_moving, finest.still_moving)
+
+
+def wasserstein(a: Array, b: Array) -> float:
+    """First Wasserstein distance of two samples of any sizes: the area between their distribution functions."""
+    everything = np.sort(np.concatenate([a, b]))
+    at_a = np.searchsorted(np.sort(a), everything[:-1], side="right") / a.size
+    at_b = np.searchsorted(np.sort(b), everything[:-1], side="right") / b.size
+    return float(np.sum(np.abs(at_a - at_b) * np.diff(everything)))
+
+
+def split_half(values: Array, seed: int) -> float:
+    """Mean distance between two random halves."""
+    rng = np.random.default_rng(seed)
+    half = values.size // 2
+    shuffled = (rng.permutation(values) for _ in range(SPLITS))
+    return float(np.mean([wasserstein(each[:half], each[half:]) for each in shuffled])) if half else math.nan
+
+
+def jaccard_distance(a: Hits, b: Hits) -> float:
+    """1 - sum(min(p, q)) / sum(max(p, q)) over the cells; 0 where neither hit any."""
+    cells = np.union1d(a[0], b[0])
+    p, q = np.zeros(cells.size), np.zeros(cells.size)
+    p[np.searchsorted(cells, a[0])] = a[1]
+    q[np.searchsorted(cells, b[0])] = b[1]
+    return 1.0 - float(np.minimum(p, q).sum() / np.maximum(p, q).sum()) if cells.size else 0.0
+
+
+def bootstrap(statistic: Callable[[NDArray[np.intp]], float], n: int, seed: int) -> tuple[float, float]:
+    """95 % percentile interval of a statistic of rows drawn with replacement; NaN where it has no value."""
+    rng = np.random.default_rng(seed)
+    drawn = np.array([statistic(rng.integers(0, n, n)) for _ in range(BOOTSTRAPS)])
+    if np.isnan(drawn).all():
+        return math.nan, math.nan
+    low, high = np.nanquantile(drawn, [0.025, 0.975])
+    return float(low), float(high)

@@ -1,0 +1,79 @@
+"""How far a share may lie from the finest fidelity's: error of sampling and of calculation, apart and together.
+
+A run of n logs at fidelity f gives a share p. It is off from what `reference` would give for endlessly many such logs
+by s + d: s is chance, with a standard error sigma that shrinks with n; d is the calculation's, the same for every n.
+Of d a bound is known, |d| <= b. Then s + d is worst where d is +-b, and the 95 % point of |normal(b, sigma)| is what
+the two come to *together*: more than either, less than their sum (a bias-aware interval, Armstrong and Kolesar 2018).
+With b = 0 it is the usual 1.96 sigma, with b >> sigma it is b + 1.645 sigma, for then only one side can fail.
+
+Where b was itself measured, by pairs of logs, it may be wrong once in a while: the risk is shared out between the pilot
+(its bound holds at all of its looks) and the sampling. Each line is its own statement, as everywhere in the toolbox.
+"""
+
+from __future__ import annotations
+
+import math
+
+from deadwood_algorithms.stats.statistics import Z_95, paired_interval, wilson_interval
+
+# Of a promise at 95 %: the number of logs is set by what the logs themselves show, which takes a little off, and a
+# share of few logs is not quite normal.
+RISK = 0.04
+PILOT_RISK = 0.02  # of it, where the bound of calculation comes from a pilot
+
+
+def _within(bias: float, most: float) -> float:
+    """Probability that a normal number of mean ``bias`` and standard deviation 1 is no farther from 0 than ``most``."""
+    return 0.5 * (math.erf((most - bias) / math.sqrt(2.0)) + math.erf((most + bias) / math.sqrt(2.0)))
+
+
+def together_of(bound: float, sigma: float, risk: float = RISK) -> float:
+    """What sampling (standard error ``sigma``) and a calculation that is off by at most ``bound`` come to."""
+    if sigma <= 0.0:
+        return bound
+    low, high = 0.0, bound / sigma + 10.0
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if _within(bound / sigma, middle) < 1.0 - risk else (low, middle)
+    return sigma * high
+
+
+def sigma_for(error: float, bound: float, risk: float = RISK) -> float:
+    """The standard error with which the two come to ``error``; 0 where the bound alone is no smaller."""
+    if bound >= error:
+        return 0.0
+    low, high = 0.0, error
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if _within(bound / middle, error / middle) >= 1.0 - risk else (low, middle)
+    return low
+
+
+def sampling_of(n_hit: float, n_total: int, *, z: float = Z_95) -> float:
+    """How far the share may be off by chance: the farther end of its interval, which is lopsided near 0 and 1."""
+    if n_total <= 0:
+        return 1.0
+    low, high = wilson_interval(n_hit, n_total, z=z)  # type: ignore[arg-type]
+    return max(n_hit / n_total - low, high - n_hit / n_total)
+
+
+def sigma_of(share: float, n_total: int) -> float:
+    """Standard error of a share of so many logs, as its interval has it."""
+    return sampling_of(share * n_total, n_total) / Z_95
+
+
+def logs_for(sigma: float, share: float, cap: int = 2**40) -> int | None:
+    """Logs that bring the standard error of such a share down to ``sigma``; None where more than ``cap``."""
+    if sigma <= 0.0 or sigma_of(share, cap) > sigma:
+        return None
+    low, high = 0, cap
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if sigma_of(share, middle) > sigma else (low, middle)
+    return high
+
+
+def pairs_bound(n_lost: float, n_gained: float, n_pairs: int, z: float) -> float:
+    """How far two fidelities are apart at most, by logs that slid at both: the farther end of the paired interval."""
+    low, high = paired_interval(n_lost, n_gained, n_pairs, z=z)  # type: ignore[arg-type]
+    return max(-low, high)

@@ -1,0 +1,72 @@
+"""What the classes are called and how they look."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from deadwood_algorithms.params.tool import UserError
+
+Rows = list[tuple[int, str, str]]  # value, colour, label
+WARM = ("#fee0b6", "#fdb863", "#e66101", "#b2182b", "#67001f")
+COLD = ("#d0d1e6", "#a6bddb", "#67a9cf", "#3690c0", "#02818a", "#016450")
+# Corners of the matrix: weak and rare, weak and frequent, strong and rare, strong and frequent (Stevens 2015). They are
+# not those of a hazard map, because which hazard a field is, is not the tool's to say.
+CORNERS = (("#e8e8e8", "#64acbe"), ("#c85a5a", "#574249"))
+
+
+def class_bounds(text: str, flag: str, most: float = np.inf) -> list[float]:
+    """Bounds of classes: ascending, above 0, at most eight."""
+    try:
+        found = [float(each) for each in str(text).split(",") if each.strip()]
+    except ValueError:
+        found = []
+    rising = all(low < high for low, high in pairwise(found))
+    if not 1 <= len(found) <= 8 or not rising or not all(0.0 < each < most for each in found):
+        below = f" and below {most:g}" if np.isfinite(most) else ""
+        raise UserError(
+            f"{flag} is '{text}', but must be one to eight numbers above 0{below}, each larger than the one before, "
+            "with commas"
+        )
+    return found
+
+
+def rising_labels(bounds: Sequence[float], unit: str) -> list[str]:
+    """``below 30 kJ``, ``30 to 300 kJ``, ``300 kJ and more``."""
+    between = [f"{low:g} to {high:g} {unit}" for low, high in pairwise(bounds)]
+    return [f"below {bounds[0]:g} {unit}", *between, f"{bounds[-1]:g} {unit} and more"]
+
+
+def period_labels(bounds: Sequence[float]) -> list[str]:
+    """``up to 30 years``, ``30 to 100 years``, ``over 300 years``."""
+    between = [f"{low:g} to {high:g} years" for low, high in pairwise(bounds)]
+    return [f"up to {bounds[0]:g} years", *between, f"over {bounds[-1]:g} years"]
+
+
+def class_rows(labels: Sequence[str], ramp: tuple[str, ...]) -> Rows:
+    places = np.linspace(0.0, len(ramp) - 1.0, len(labels))
+    return [(k, ramp[round(place)], label) for k, (place, label) in enumerate(zip(places, labels, strict=True), 1)]
+
+
+def matrix_rows(strong: Sequence[str], often: Sequence[str], *, rarest_first: bool) -> Rows:
+    """One row a field: 10 times the class of intensity and the other class."""
+    rows = []
+    for i, intensity in enumerate(strong):
+        for j, other in enumerate(often):
+            s, t = i / max(len(strong) - 1, 1), j / max(len(often) - 1, 1)
+            colour = mixed(s, t if rarest_first else 1.0 - t)
+            rows.append((10 * (i + 1) + j + 1, colour, f"{intensity}, {other}"))
+    return rows
+
+
+def mixed(strong: float, often: float) -> str:
+    """The colour of a field, between those of the corners."""
+    corners = np.array([[_rgb(each) for each in row] for row in CORNERS], float)
+    a, b = (corners[k, 0] + often * (corners[k, 1] - corners[k, 0]) for k in (0, 1))
+    return "#" + "".join(f"{round(each):02x}" for each in a + strong * (b - a))
+
+
+def _rgb(colour: str) -> tuple[int, ...]:
+    return tuple(int(colour[k : k + 2], 16) for k in (1, 3, 5))

@@ -1,0 +1,93 @@
+"""Each line by what energy reaches it and how often: the rows of the table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_algorithms.evaluate.hazard.frequencies import stored_areas
+from deadwood_algorithms.evaluate.hazard.rates import ReleaseArea, period_class, rate_with_interval, return_period
+from deadwood_algorithms.files.vectors import read_table
+from deadwood_algorithms.results.passages import Passages
+from deadwood_algorithms.results.run_folder import GEOPACKAGE, Run, layers_in
+from deadwood_algorithms.stats.statistics import reach_record
+
+NO_ENERGY = "energies need stored trajectories; run slide-logs with --trajectories all"
+
+
+def line_rows(
+    source: Run,
+    passages: Sequence[Passages],
+    areas: Sequence[ReleaseArea],
+    logs_per_event: int,
+    energies: Sequence[float],
+    periods: Sequence[float],
+    *,
+    of_run: bool,
+) -> list[dict[str, Any]]:
+    """Rows by line and least energy: 0, then the bounds of the classes.
+
+    of_run : the lines are the run's own, so that all of its logs say whether they reach; else the stored ones do.
+    """
+    everyone = source.deposits["log_id"].to_numpy(np.int64)
+    reached = reached_logs(source) if of_run else {}
+    rows = []
+    for each in passages:
+        for bound in (0.0, *energies):
+            if bound == 0.0 and of_run:
+                ids, among = reached.get(each.place_id, np.zeros(0, np.int64)), everyone
+            elif "energy" in each.values:
+                ids, among = each.log_id[each.values["energy"] >= bound], source.stored_log_ids
+            else:
+                rows.append(_row(each.place_id, bound, None, {}, NO_ENERGY))
+                continue
+            record = reach_record(ids.size, among.size)
+            rates = rates_of(source, ids, among, areas, logs_per_event, periods) if areas else {}
+            note = "" if ids.size else "no log of the run; the upper ends are what that leaves possible"
+            rows.append(_row(each.place_id, bound, record, rates, note))
+    return rows
+
+
+def reached_logs(source: Run) -> dict[str, NDArray[np.int64]]:
+    """By line, the logs that reached it, as the run itself says."""
+    if "reached_by" not in layers_in(source.path):
+        return {}
+    rows = read_table(f"{source.path / GEOPACKAGE}|layername=reached_by", what="reached_by")
+    names = rows["line_id"].astype(str)
+    return {str(line): rows["log_id"].to_numpy(np.int64)[names == line] for line in names.unique()}
+
+
+def rates_of(
+    source: Run,
+    ids: NDArray[np.int64],
+    among: NDArray[np.int64],
+    areas: Sequence[ReleaseArea],
+    logs_per_event: int,
+    periods: Sequence[float],
+) -> dict[str, Any]:
+    """Events a year, return period and its class, with the ends of their intervals."""
+    of_log = source.deposits.set_index("log_id")["release_id"]
+    told = list(areas) if among.size == len(of_log) else stored_areas(source, list(areas))
+    hit = of_log.loc[ids].to_numpy()
+    counts = [np.array(int((hit == each.release_id).sum())) for each in told]
+    rate, low, high = rate_with_interval(counts, told, logs_per_event)
+    years, shortest, longest = (float(return_period(each)) for each in (rate, high, low))
+    return {
+        "rate_per_year": float(rate),
+        "rate_low_per_year": float(low),
+        "rate_high_per_year": float(high),
+        "return_period_years": years,
+        "return_low_years": shortest,
+        "return_high_years": longest,
+        "return_class": int(period_class(years, periods)),
+    }
+
+
+def _row(
+    line_id: str, bound: float, record: dict[str, float] | None, rates: dict[str, Any], note: str
+) -> dict[str, Any]:
+    empty = {"n_total": None, "n_reach": None, "p": None, "ci_low": None, "ci_high": None}
+    return {"line_id": line_id, "at_least_kj": bound} | (record or empty) | rates | {"note": note}

@@ -1,0 +1,74 @@
+"""The picture of `map-origins`: from where any line is reached, and how sure that is, on the relief."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.colors import ListedColormap
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter
+
+from deadwood_algorithms.evaluate.hazard.origins import ANY, Origins
+from deadwood_algorithms.files.pictures import ROAD, scale_and_north, show_relief
+from deadwood_algorithms.files.styles import HITS
+from deadwood_algorithms.results.relief import Extent, coordinates_of, read_relief
+from deadwood_algorithms.results.run_folder import Run
+
+MAP_IN, MOST_MAP_IN = 4.4, 9.0  # a map's width and greatest height [inches]
+
+
+def draw(path: Path, source: Run, origins: Origins, lines: Sequence[Any]) -> None:
+    """Three maps of one colour scale: the share, and the ends of its interval; with the lines to be reached."""
+    frame = frame_around(origins, lines)
+    high = min(MAP_IN * (frame[3] - frame[2]) / (frame[1] - frame[0]), MOST_MAP_IN)
+    figure, panels = plt.subplots(1, 3, figsize=(3.0 * MAP_IN + 1.2, high + 1.0), layout="constrained")
+    relief, roads = read_relief(source, frame), coordinates_of(lines) if len(lines) else []
+    west, south, east, north = origins.grid.bounds
+    ramp = ListedColormap(list(HITS))
+    titles = ("share", "lower end of its 95 % interval", "upper end")
+    order = (1, 0, 2)  # lower end, share, upper end, from left to right
+    shares = origins.shares(ANY)
+    image: Any = None
+    for axes, k in zip(panels, order, strict=True):
+        if relief is not None:
+            show_relief(axes, *relief)
+        image = axes.imshow(
+            shares[k], cmap=ramp, vmin=0.0, vmax=1.0, extent=(west, east, south, north), origin="lower",
+            interpolation="nearest", alpha=0.85, zorder=2,
+        )  # fmt: skip
+        for road in roads:
+            axes.plot(*road, color=ROAD, linewidth=1.8, zorder=4)
+        axes.set(xlim=frame[:2], ylim=frame[2:], xticks=[], yticks=[], aspect="equal", facecolor="#F2F2F2")
+        axes.set_title(titles[k], fontsize=10, loc="left")
+    scale_and_north(panels[0])
+    bar = figure.colorbar(image, ax=panels, shrink=0.8)
+    bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda share, _: f"{100 * share:g} %"))
+    bar.set_label("logs released in a cell that reach any line")
+    number = int(origins.released.sum())
+    figure.suptitle(
+        f"From where lines are reached: {number} logs in cells of {origins.grid.cell:g} m; empty where fewer than "
+        f"{origins.least} were released",
+        fontsize=11,
+    )
+    marks = [Line2D([], [], color=ROAD, linewidth=1.8, label="lines to be reached")]
+    figure.legend(handles=marks, loc="outside lower left", ncols=2, frameon=False, fontsize=9)
+    figure.savefig(path, dpi=110)
+    plt.close(figure)
+
+
+def frame_around(origins: Origins, shapes: Sequence[Any]) -> Extent:
+    """West, east, south and north [m] of the cells and the shapes near them, with a margin."""
+    west, south, east, north = origins.grid.bounds
+    bounds = np.array([[west, south, east, north], *(each.bounds for each in shapes if not each.is_empty)])
+    (west, south), (east, north) = bounds[:, :2].min(axis=0), bounds[:, 2:].max(axis=0)
+    margin = 0.03 * math.hypot(east - west, north - south) + 1.0
+    return float(west - margin), float(east + margin), float(south - margin), float(north + margin)

@@ -1,0 +1,458 @@
+"""What an obstacle is worth: the logs that reach a line with it and without, each slid again where it could differ.
+
+The engine notes which obstacles mattered to a log, and from when (``deadwood_engine.influence``). Without one of them
+all other logs go the same way, bit for bit; and a log that had reached every line before the obstacle mattered reaches
+them without it. So for each obstacle the few logs that are left are slid again, in the scene without it, from a stage
+kept shortly before they came near it (``deadwood_engine.stages``), and until they have reached every line. A candidate
+that is not there yet has mattered to nobody: it may matter to logs whose axis came so near that it would have been
+listed, which their poses tell.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from deadwood_algorithms.evaluate.protection.obstacles import Obstacle
+from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
+from deadwood_algorithms.results.replay import fidelity_of, logs_of, question_of
+from deadwood_algorithms.results.run_folder import Run
+from deadwood_algorithms.scene.layers import SceneLayers
+from deadwood_algorithms.scene.released_scene import ReleasedScene
+from deadwood_algorithms.scene.releases import Releases, reached, starts_inside
+from deadwood_algorithms.simulate.batch import Batch
+from deadwood_algorithms.simulate.joined import rows_of_result
+from deadwood_algorithms.simulate.log_order import hash_order
+from deadwood_algorithms.simulate.piece import scene_without
+from deadwood_algorithms.simulate.sliding import reporter, slide_batch, slide_once, until_none_escapes
+from deadwood_algorithms.simulate.windows import read_released_scene, wider_scene
+from deadwood_algorithms.stats.statistics import paired_interval
+from deadwood_engine import STOP_REASONS, Fidelity, Result, Stages, Start, place_logs
+from deadwood_engine.fidelity import trace_step
+from deadwood_engine.limits import NEAR_MARGIN
+from deadwood_engine.log_body import BASE_RADIUS
+from deadwood_engine.stages import number_of as owner_numbers
+
+AT_ONCE = 64  # logs of one obstacle that a thread slides in one go: a stand's many are shared among threads
+CHUNK = 4096  # logs whose poses are held at once
+HOLDERS = {STOP_REASONS.index(name): name for name in ("tree", "barrier", "lying_log")}
+
+
+@dataclass(frozen=True)
+class Question:
+    """What is slid, and how."""
+
+    ask: ReleasedScene
+    fidelity: Fidelity
+    releases: Releases
+
+    def longest_step(self, cell: float) -> float:
+        """The most way [m] of a log in a step."""
+        return self.fidelity.travel_cells * cell
+
+
+def asked_again(
+    source: Run, lines: str | None, logs: int | None, seed: int, where: dict[str, Any], feedback: Feedback
+) -> tuple[Question, SceneLayers, NDArray[np.int64]]:
+    """What a run asked, of other lines if they are given, with an even draw of so many of its logs if not with all.
+
+    where : ``threads``, ``scheduler``, ``workers``
+
+    Also returns the scene as it was read, and the logs' rows in the run's deposits.
+    """
+    changes = where | ({"lines": lines} if lines else {})
+    scene = question_of(source, **changes)
+    if not scene.lines:
+        raise UserError(f"{source.path}: the run watched no lines; --lines names some")
+    layers, releases = read_released_scene(scene, feedback, windowed=True)
+    rows = np.sort(hash_order(source.deposits["log_id"].to_numpy(np.int64), seed)[:logs])
+    return Question(scene, fidelity_of(source), logs_of(source, releases, rows)), layers, rows
+
+
+@dataclass(frozen=True)
+class Known:
+    """The run as it was, log by log.
+
+    reach : (n, lines); done : [s] (n,) when the log had reached every line, infinite where it has not
+    owner, log, since : of each obstacle and log to which it mattered, sorted by owner; since [s] from when
+    energy : [mJ, whole, so that no order of adding matters] taken, by owner; held : logs, by owner
+    layers, stages : the scene in which it slid, and stages of the logs' ways there
+    """
+
+    reach: NDArray[np.bool_]
+    done: NDArray[np.float64]
+    owner: NDArray[np.int64]
+    log: NDArray[np.int64]
+    since: NDArray[np.float64]
+    energy: dict[int, int]
+    held: dict[int, int]
+    result: Result
+    layers: SceneLayers
+    stages: Stages
+
+    @staticmethod
+    def of(layers: SceneLayers, releases: Releases, result: Result, stages: Stages) -> Known:
+        touched = reached(layers.lines, {"reach": result.reach}, releases)
+        times = layers.lines.first_time(result.reach_time)
+        times[starts_inside(layers.lines, releases)] = -np.inf
+        told = result.influences
+        owner = owner_numbers(told.by_barrier, told.item)
+        order = np.argsort(owner, kind="stable")
+        energy, held = taken_by(result), held_by(layers, result)
+        done = np.where(touched, times, np.inf).max(axis=1)
+        owner, log, since = owner[order], told.log_row[order], told.time[order]
+        return Known(touched, done, owner, log, since, energy, held, result, layers, stages)
+
+    def logs_to_slide(self, obstacle: Obstacle) -> NDArray[np.int64]:
+        """The logs that could reach other lines without the obstacle."""
+        first, last = (np.searchsorted(self.owner, obstacle.owners, side=side) for side in ("left", "right"))
+        rows = np.concatenate([np.arange(a, b) for a, b in zip(first, last, strict=True)])
+        log, since = self.log[rows], self.since[rows]
+        return np.unique(log[self.done[log] >= since])
+
+
+def logs_to_slide(question: Question, layers: SceneLayers, known: Known, obstacle: Obstacle) -> NDArray[np.int64]:
+    """Rows of the logs that could reach other lines without an obstacle.
+
+    Where a step may be longer than what is left of the list's margin, the scene's last obstacle bounds every step.
+    """
+    if question.longest_step(layers.dem.cell) > 0.5 * NEAR_MARGIN and is_bare(without(layers, obstacle.owners)):
+        return np.arange(len(question.releases))
+    return known.logs_to_slide(obstacle)
+
+
+def is_bare(layers: SceneLayers) -> bool:
+    return not len(layers.scene.arrays.cores.solid)
+
+
+def taken_by(result: Result) -> dict[int, int]:
+    """Energy [mJ, whole] that each obstacle took from the logs that hit it, by its number."""
+    numbers, place = np.unique(owner_numbers(result.hits.by_barrier, result.hits.item), return_inverse=True)
+    sums = np.zeros(numbers.size, np.int64)
+    np.add.at(sums, place, np.rint(1e3 * result.hits.energy_taken).astype(np.int64))
+    return dict(zip(numbers.tolist(), sums.tolist(), strict=True))
+
+
+def held_by(layers: SceneLayers, result: Result) -> dict[int, int]:
+    """How many logs each obstacle holds at the end, by its number."""
+    counts: dict[int, int] = {}
+    for reason, item in zip(result.stop_reason.tolist(), result.stop_item.tolist(), strict=True):
+        if reason in HOLDERS and item >= 0:
+            number = {"tree": item, "barrier": -1 - item, "lying_log": layers.scene.tree_count + item}[HOLDERS[reason]]
+            counts[number] = counts.get(number, 0) + 1
+    return counts
+
+
+@dataclass(frozen=True)
+class Worth:
+    """One obstacle and line: logs that reach it in the run, and without the obstacle, or with the candidate.
+
+    lost, gained : logs that reach it only in the run, and only in the changed scene
+    """
+
+    obstacle: Obstacle
+    line_id: str
+    n_total: int
+    n_reach: int
+    lost: int
+    gained: int
+    stopped: int
+    energy_taken_kj: float
+
+    @property
+    def n_changed(self) -> int:
+        return self.n_reach - self.lost + self.gained
+
+    def gain(self) -> tuple[float, float, float]:
+        """Share of the logs that reaches the line only because the obstacle is gone, and its 95 % interval."""
+        low, high = paired_interval(self.lost, self.gained, self.n_total)
+        return (self.gained - self.lost) / self.n_total, low, high
+
+
+def slide_known(question: Question, layers: SceneLayers, feedback: Feedback) -> tuple[Known, SceneLayers]:
+    """The run once more, with notes of what mattered; and the scene on a window that holds it."""
+    n, stages = len(question.releases), Stages()
+
+    def slide_all(on: SceneLayers) -> tuple[Result, list[str]]:
+        return slide_once(
+            on,
+            question.releases.logs,
+            question.fidelity,
+            question.ask,
+            reporter(feedback, n, "sliding the run again"),
+            influences=True,
+            stages=stages,
+        )
+
+    result, layers = until_none_escapes(layers, question.ask, slide_all, feedback)
+    feedback.progress(n, n, "sliding the run again")
+    return Known.of(layers, question.releases, result, stages), layers
+
+
+@dataclass(frozen=True)
+class Task:
+    """Some logs of one obstacle, by their rows."""
+
+    number: int
+    obstacle: Obstacle
+    rows: NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Change:
+    """What came of a task: by line, logs that reach it only in the run, and only in the changed scene."""
+
+    lost: NDArray[np.int64]
+    gained: NDArray[np.int64]
+    held: int
+    energy: int
+    sides: list[str]
+
+
+def tasks_of(obstacles: Sequence[Obstacle], rows: Iterable[NDArray[np.int64]]) -> list[Task]:
+    return [
+        Task(number, each, some[first : first + AT_ONCE])
+        for number, (each, some) in enumerate(zip(obstacles, rows, strict=True))
+        for first in range(0, some.size, AT_ONCE)
+    ]
+
+
+def without(layers: SceneLayers, missing: NDArray[np.int64]) -> SceneLayers:
+    """The scene without these obstacles, slid by one thread."""
+    return replace(layers, scene=scene_without(layers.scene, missing), threads=1)
+
+
+def _cuts(ends: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Where to cut a row of tasks, of which each ends at so many logs, into parts of about ``CHUNK`` logs."""
+    return np.flatnonzero(np.diff(ends // CHUNK)) + 1
+
+
+class Again:
+    """Slides logs again in changed scenes, many at once on all threads, until all tasks are done."""
+
+    def __init__(self, question: Question, layers: SceneLayers, known: Known, others: NDArray[np.int64] | None) -> None:
+        """others : of candidates, the numbers of all of them: of a task's obstacle only itself stays."""
+        self.question, self.known, self.others = question, known, others
+        self.stop = threading.Event()
+        self.on(layers)
+
+    def on(self, layers: SceneLayers) -> None:
+        self.layers = layers
+        self.start = place_logs(layers.scene, self.question.releases.logs, layers.shape, layers.threads)
+
+    def missing(self, task: Task) -> NDArray[np.int64]:
+        own = task.obstacle.owners
+        return own if self.others is None else np.setdiff1d(self.others, own)
+
+    def placed(self, rows: NDArray[np.int64]) -> Start:
+        return Start(self.start.frame[rows], self.start.state[rows], self.start.body[rows])
+
+    def slide(self, task: Task) -> Change:
+        scene = without(self.layers, self.missing(task))
+        result, sides = slide_once(
+            scene, self.placed(task.rows), self.question.fidelity, self.question.ask, lambda done: self.stop.is_set(),
+            inside=self.aside(task.rows), **self.stages_of(scene, task), **self.shorter(),
+        )  # fmt: skip
+        return self.change_of(task, result, sides)
+
+    def change_of(self, task: Task, result: Result, sides: list[str]) -> Change:
+        own = task.obstacle.owners
+        releases = self.question.releases.take(task.rows)
+        now = reached(self.layers.lines, {"reach": result.reach}, releases)
+        before = self.known.reach[task.rows]
+        energy, held = taken_by(result), held_by(self.layers, result)
+        return Change(
+            (before & ~now).sum(axis=0), (now & ~before).sum(axis=0), sum(held.get(each, 0) for each in own.tolist()),
+            sum(energy.get(each, 0) for each in own.tolist()), sides,
+        )  # fmt: skip
+
+    def shorter(self) -> dict[str, Any]:
+        """How little of a log's way tells what it reaches; of candidates it is asked what they hold and take, too."""
+        return {"until_reached": True} if self.others is None else {}
+
+    def aside(self, rows: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """The lines that these logs need not reach: where they start, and those along the window's sides."""
+        lines = self.layers.lines
+        inside = starts_inside(lines, self.question.releases.take(rows))[:, lines.item]
+        return np.pad(inside, ((0, 0), (0, len(self.layers.watched))), constant_values=True)
+
+    def stages_of(self, scene: SceneLayers, task: Task) -> dict[str, Any]:
+        """From where the logs can go on. In a scene without any obstacle other rules hold for steps
+        (``logs_to_slide``), and stages are of one window."""
+        if self.others is not None or self.layers is not self.known.layers or is_bare(scene):
+            return {}
+        stages = self.known.stages
+        return {"stages": stages, "going_on": stages.before(task.rows, task.obstacle.owners)}
+
+    def all(self, tasks: Sequence[Task], feedback: Feedback, what: str) -> Iterator[tuple[Task, Change]]:
+        """Each task with its change, as they come; where logs come near the window's sides, again on a wider one."""
+        total, done = sum(task.rows.size for task in tasks), 0
+        left = list(tasks)
+        while left:
+            again, sides = [], set()
+            together = self._on_workers if self.question.ask.scheduler else self._together
+            for task, change in together(left, feedback):
+                feedback.progress(done, total, what)
+                if change.sides:
+                    again.append(task)
+                    sides |= set(change.sides)
+                    continue
+                done += task.rows.size
+                yield task, change
+            left = again
+            if left:
+                self.on(self.widened(sorted(sides), feedback))
+        feedback.progress(total, total, what)
+
+    def widened(self, sides: list[str], feedback: Feedback) -> SceneLayers:
+        return wider_scene(self.question.ask, self.layers, sides, feedback)
+
+    def _on_workers(self, tasks: list[Task], feedback: Feedback) -> Iterator[tuple[Task, Change]]:
+        """On the workers of a scheduler: so many logs at a time that few results lie here, the next begun meanwhile."""
+        ends = np.cumsum([task.rows.size for task in tasks])
+        parts = [[tasks[k] for k in group] for group in np.split(np.arange(len(tasks)), _cuts(ends))]
+        firsts = np.cumsum([0, *(sum(task.rows.size for task in part) for part in parts)])
+
+        def batch(k: int) -> Batch:
+            rows = np.concatenate([task.rows for task in parts[k]])
+            missing = [(task.rows.size, self.missing(task)) for task in parts[k]]
+            return Batch(
+                self.placed(rows), inside=self.aside(rows), first=int(firsts[k]), goal=int(firsts[-1]), missing=missing
+            )
+
+        for k, part in enumerate(parts):
+            result, sides = slide_batch(
+                self.layers, batch(k), self.question.fidelity, self.question.ask,
+                lambda done: feedback.cancelled(), later=(batch(j) for j in range(k + 1, len(parts))),
+                **self.shorter(),
+            )  # fmt: skip
+            first = 0
+            for task in part:
+                last = first + task.rows.size
+                yield task, self.change_of(task, rows_of_result(result, first, last), sides)
+                first = last
+
+    def _together(self, tasks: list[Task], feedback: Feedback) -> Iterator[tuple[Task, Change]]:
+        waiting = iter(tasks)
+        running: dict[Future[Change], Task] = {}
+        with ThreadPoolExecutor(self.layers.threads) as pool:
+            try:
+                while True:
+                    for task in waiting:
+                        running[pool.submit(self.slide, task)] = task
+                        if len(running) >= 4 * self.layers.threads:
+                            break
+                    if not running:
+                        return
+                    if feedback.cancelled():
+                        raise Cancelled
+                    ready, _ = wait(running, timeout=0.2, return_when=FIRST_COMPLETED)
+                    for future in ready:
+                        task = running.pop(future)
+                        yield task, future.result()
+            except KeyboardInterrupt as error:
+                raise Cancelled from error
+            finally:
+                if running:
+                    self.stop.set()
+                for future in running:
+                    future.cancel()
+
+
+class AgainWith(Again):
+    """The same for candidates: the scene holds all of them, wherever its window ends."""
+
+    def __init__(self, question: Question, layers: SceneLayers, known: Known, candidates) -> None:
+        self.candidates, self.plain = candidates, layers
+        both, found = candidates(layers)
+        self.found = found
+        owners = np.concatenate([each.owners for each in found]) if found else np.zeros(0, np.int64)
+        super().__init__(question, both, known, owners)
+
+    def widened(self, sides: list[str], feedback: Feedback) -> SceneLayers:
+        self.plain = wider_scene(self.question.ask, self.plain, sides, feedback)
+        return self.candidates(self.plain)[0]
+
+
+def worths(
+    question: Question,
+    layers: SceneLayers,
+    known: Known,
+    obstacles: Sequence[Obstacle],
+    changes: Iterable[tuple[Task, Change]],
+    *,
+    planted: bool = False,
+) -> list[Worth]:
+    """One row an obstacle and line, in their order; of candidates what they hold and take are those of the changes."""
+    lost, gained = np.zeros((2, len(obstacles), len(layers.lines.ids)), np.int64)
+    held = np.array([sum(known.held.get(each, 0) for each in one.owners.tolist()) for one in obstacles], np.int64)
+    energy = np.array([sum(known.energy.get(each, 0) for each in one.owners.tolist()) for one in obstacles], np.int64)
+    if planted:
+        held[:], energy[:] = 0, 0
+    for task, change in changes:
+        lost[task.number] += change.lost
+        gained[task.number] += change.gained
+        if planted:
+            held[task.number] += change.held
+            energy[task.number] += change.energy
+    total, now = len(question.releases), known.reach.sum(axis=0)
+    return [
+        Worth(one, str(line_id), total, int(now[line]), int(lost[k, line]), int(gained[k, line]), int(held[k]),
+              float(energy[k]) / 1e6)
+        for k, one in enumerate(obstacles)
+        for line, line_id in enumerate(layers.lines.ids)
+    ]  # fmt: skip
+
+
+def ranks(gains: Sequence[float], worths: Sequence[Worth]) -> NDArray[np.int64]:
+    """Place of each row among those of its kind and line, 1 the largest gain; of equal ones that which holds, then
+    takes, more."""
+    out = np.zeros(len(worths), np.int64)
+    groups: dict[tuple[str, str], list[int]] = {}
+    for k, each in enumerate(worths):
+        groups.setdefault((each.obstacle.kind, each.line_id), []).append(k)
+    for rows in groups.values():
+        rows.sort(key=lambda k: (-gains[k], -worths[k].stopped, -worths[k].energy_taken_kj, k))
+        out[rows] = np.arange(1, len(rows) + 1)
+    return out
+
+
+def logs_near(
+    question: Question, layers: SceneLayers, candidates: Sequence[Obstacle], widest: float, feedback: Feedback
+) -> tuple[list[NDArray[np.int64]], SceneLayers]:
+    """The logs that each candidate could matter to: whose axis came so near that it would have been listed.
+
+    widest : [m] largest radius of a candidate. Between two kept poses the ends move by less than ``trace_step`` and a
+    step, and the pose ahead is another step away.
+    """
+    cell, n = layers.dem.cell, len(question.releases)
+    if is_bare(layers) and question.longest_step(cell) > 0.5 * NEAR_MARGIN:  # as in ``logs_to_slide``
+        return [np.arange(n) for _ in candidates], layers
+    near: list[list[NDArray[np.int64]]] = [[] for _ in candidates]
+    shapes = np.array([each.shape for each in candidates], object)
+    step = question.longest_step(cell)
+    margin = NEAR_MARGIN + widest + trace_step(question.fidelity, cell) + 3.0 * step + 0.01
+    for first in range(0, n, CHUNK):
+        some = question.releases.take(np.arange(first, min(first + CHUNK, n)))
+
+        def slide_some(on: SceneLayers, some: Releases = some, first: int = first) -> tuple[Result, list[str]]:
+            report = reporter(feedback, n, "finding who comes near a candidate", before=first)
+            keep = np.ones(len(some), bool)
+            return slide_once(on, some.logs, question.fidelity, question.ask, report, keep_poses=keep)
+
+        result, layers = until_none_escapes(layers, question.ask, slide_some, feedback)
+        poses = result.poses
+        axes: Any = shapely.linestrings(np.stack([poses.base[:, :2], poses.tip[:, :2]], axis=1))
+        body = place_logs(layers.scene, some.logs, layers.shape, layers.threads).body
+        reach = margin + float(body[:, BASE_RADIUS].max(initial=0.0))
+        which, pose = shapely.STRtree(axes).query(shapes, predicate="dwithin", distance=reach)
+        for k in np.unique(which):
+            near[k].append(first + np.unique(poses.log_row[pose[which == k]]))
+    return [np.concatenate(rows) if rows else np.zeros(0, np.int64) for rows in near], layers

@@ -1,0 +1,143 @@
+"""The things of a scene whose worth is asked for: trees, lying logs, barriers, stands of trees, and candidates."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.params.tool import Feedback, UserError
+from deadwood_algorithms.scene.items import Items, ids_of
+from deadwood_algorithms.scene.layers import SceneLayers, read_trees
+from deadwood_algorithms.scene.lying_logs import read_lying_logs
+from deadwood_engine import LyingLogs, Trees
+
+TREE, LYING, BARRIER, STAND = "tree", "lying_log", "barrier", "stand"
+
+
+@dataclass(frozen=True)
+class Obstacle:
+    """One thing, and what it is to the engine: numbers of `Influences`, barriers counted down from -1.
+
+    x, y : where it is shown [m]; shape : of a stand, lying log or barrier, else its place
+    """
+
+    kind: str
+    id: str
+    x: float
+    y: float
+    owners: NDArray[np.int64]
+    shape: Any
+
+
+def obstacles_of(layers: SceneLayers) -> list[Obstacle]:
+    """Every tree, lying log and barrier that is on the terrain, in the order of its layer."""
+    scene = layers.scene
+    there = np.ones(len(layers.tree_ids), bool)
+    there[scene.trees_outside] = False
+    x, y = layers.trees.x, layers.trees.y
+    found = [
+        Obstacle(TREE, layers.tree_ids[row], x[row], y[row], np.array([row]), shapely.Point(x[row], y[row]))
+        for row in np.flatnonzero(there).tolist()
+    ]
+    lying = np.setdiff1d(np.arange(scene.lying_count), scene.lying_outside)
+    found += _things(LYING, layers.lying, lying, scene.tree_count + np.arange(scene.lying_count))
+    plates = np.setdiff1d(np.arange(scene.barrier_count), scene.barriers_outside)
+    found += _things(BARRIER, layers.barriers, plates, -1 - np.arange(scene.barrier_count))
+    return found
+
+
+def _things(kind: str, items: Items, there: NDArray[np.int64], owners: NDArray[np.int64]) -> list[Obstacle]:
+    found = []
+    for number, name in enumerate(items.ids):
+        rows = there[items.item[there] == number]
+        if rows.size:
+            shape = items.geometry[number]
+            place = _on_it(shape)
+            found.append(Obstacle(kind, str(name), place.x, place.y, owners[rows], shape))
+    return found
+
+
+def _on_it(shape: Any) -> Any:
+    """A point on a line, in its middle where it is one piece; one within a polygon."""
+    if shapely.get_dimensions(shape) == 1 and shape.geom_type == "LineString":
+        return shapely.line_interpolate_point(shape, 0.5, normalized=True)
+    return shapely.point_on_surface(shape)
+
+
+def read_stand_areas(path: str, layers: SceneLayers, feedback: Feedback) -> list[tuple[str, Any]]:
+    """Ids and polygons of stands; one without trees has nothing to hold, and is said."""
+    frame = read_vector(path, geometry=("polygon",), target_crs=layers.dem.crs, what="stands", feedback=feedback)
+    areas = list(zip(map(str, ids_of(frame, "stand_id", "name").tolist()), frame.geometry, strict=True))
+    held = [shapely.contains_xy(shape, layers.trees.x, layers.trees.y).any() for _, shape in areas]
+    empty = [name for (name, _), holds in zip(areas, held, strict=True) if not holds]
+    if len(empty) == len(areas):
+        raise UserError(f"{path}: none of the {len(areas)} stands holds a tree of the run; check the layer")
+    if empty:
+        feedback.note(f"{path}: no tree of the run stands in {', '.join(empty[:5])}{', ...' if empty[5:] else ''}")
+    return areas
+
+
+def stands_of(areas: Sequence[tuple[str, Any]], layers: SceneLayers) -> list[Obstacle]:
+    """Each stand with the trees on the terrain within it."""
+    there = np.ones(len(layers.tree_ids), bool)
+    there[layers.scene.trees_outside] = False
+    found = []
+    for name, shape in areas:
+        place = shapely.point_on_surface(shape)
+        rows = np.flatnonzero(there & shapely.contains_xy(shape, layers.trees.x, layers.trees.y))
+        found.append(Obstacle(STAND, name, place.x, place.y, rows, shape))
+    return found
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """What could be put somewhere: standing ones (trees, high stumps) and lying logs, as the engine takes them."""
+
+    trees: Trees
+    tree_ids: list[str]
+    lying: LyingLogs
+    lying_items: Items
+
+    def __len__(self) -> int:
+        return len(self.tree_ids) + len(self.lying_items.ids)
+
+    @property
+    def widest_radius(self) -> float:
+        """[m] of the thickest place of all; below the ground a stem is up to half as thick again as its DBH."""
+        standing = 0.75 * self.trees.diameter
+        return float(max(standing.max(initial=0.0), *(0.5 * each.max(initial=0.0) for each in self.lying[2:])))
+
+
+def read_candidates(
+    standing: str | None, lying: str | None, layers: SceneLayers, default_cm: float, feedback: Feedback
+) -> Candidates:
+    trees, ids, _ = read_trees(standing, layers.dem, feedback)
+    logs, items = read_lying_logs(lying, layers.dem, default_cm, feedback)
+    return Candidates(trees, ids, logs, items)
+
+
+def with_candidates(layers: SceneLayers, candidates: Candidates) -> tuple[SceneLayers, list[Obstacle]]:
+    """The scene with all candidates in it, behind its own things, and these; those off the terrain are left out."""
+    trees = Trees(*(np.concatenate(pair) for pair in zip(layers.trees, candidates.trees, strict=True)))
+    own, more = layers.lying_logs, candidates.lying
+    lying = LyingLogs(
+        np.concatenate([own.vertices, more.vertices]),
+        np.concatenate([own.starts, own.starts[-1] + more.starts[1:]]),
+        np.concatenate([own.diameter, more.diameter]),
+        np.concatenate([own.tip_diameter, more.tip_diameter]),
+    )
+    both = replace(
+        layers,
+        trees=trees,
+        tree_ids=[*layers.tree_ids, *candidates.tree_ids],
+        lying_logs=lying,
+        lying=layers.lying.then(candidates.lying_items),
+    ).prepared_again()
+    first = {TREE: len(layers.tree_ids), LYING: both.scene.tree_count + len(own.diameter)}
+    return both, [each for each in obstacles_of(both) if each.kind in first and each.owners[0] >= first[each.kind]]

@@ -1,0 +1,336 @@
+"""Barriers chosen one after the other: of each candidate only the logs that come near it are slid again.
+
+All candidates' lines, and a zone around each, are watched while the logs slide. A log whose outline never touches the
+zone keeps every bit of its way when the barrier is put there, for the engine lists an obstacle, and lets it shorten a
+step, only within ``NEAR_MARGIN`` of the log's axis (``logs_near`` of `worth` argues the same from poses). The others
+slide again in the scene with the barrier; while they do, the zones tell near which other candidates their new ways
+come. So at any time it is known of each log what it does with the barriers chosen so far, and where else it comes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from deadwood_algorithms.evaluate.protection.candidate_barriers import Candidate, with_barriers
+from deadwood_algorithms.evaluate.protection.effect import CHUNK, Question, is_bare, without
+from deadwood_algorithms.params.tool import Feedback
+from deadwood_algorithms.scene.items import Items
+from deadwood_algorithms.scene.layers import SceneLayers
+from deadwood_algorithms.scene.releases import reached, starts_inside
+from deadwood_algorithms.simulate.batch import Batch
+from deadwood_algorithms.simulate.sliding import reporter, slide_batch, slide_once, until_none_escapes
+from deadwood_algorithms.simulate.windows import wider_scene
+from deadwood_algorithms.stats.statistics import mcnemar_p, paired_interval
+from deadwood_engine import STOP_REASONS, Lines, Result, Start, place_logs
+from deadwood_engine.fidelity import trace_step
+from deadwood_engine.limits import NEAR_MARGIN
+from deadwood_engine.log_body import BASE_RADIUS
+
+Array = NDArray[np.float64]
+ARCS = 16  # straight pieces of a quarter circle of a zone, which cut off 0.1 % of its width
+AHEAD = 16  # candidates with whose logs a scheduler's workers may begin while one is at work
+CHANCE = 0.05  # a gain that chance alone makes more often than this, among so many candidates, is none
+OVERLAP_M = 3.0  # of a candidate that may run within OVERLAP_WITHIN of a chosen one: joints, not one upon the other
+OVERLAP_WITHIN = 1.0  # [m]
+
+
+@dataclass(frozen=True)
+class Ways:
+    """What each log does in a scene, shape (n, ...).
+
+    reach : (n, lines); near, flux : (n, shapes), comes near a candidate's line; touches it and a line afterwards
+    held, met, crossed : (n, candidates); energy [kJ], height [m] : of the largest hit of each candidate, NaN without
+    """
+
+    reach: NDArray[np.bool_]
+    near: NDArray[np.bool_]
+    flux: NDArray[np.bool_]
+    held: NDArray[np.bool_]
+    met: NDArray[np.bool_]
+    crossed: NDArray[np.bool_]
+    energy: Array
+    height: Array
+
+    def with_rows(self, rows: NDArray[np.int64], other: Ways) -> Ways:
+        """These ways, of some logs those of another scene."""
+        out = {}
+        for each in fields(self):
+            values = getattr(self, each.name).copy()
+            values[rows] = getattr(other, each.name)
+            out[each.name] = values
+        return Ways(**out)
+
+    @property
+    def any_line(self) -> NDArray[np.bool_]:
+        return np.atleast_1d(self.reach.any(axis=1))
+
+
+def as_lines(shapes: Sequence[Any]) -> tuple[Lines, Items]:
+    """Lines and polygons (their outer rings) to be watched, numbered."""
+    strings, item = shapely.get_parts(list(shapes), return_index=True)
+    strings = np.array([each.exterior if each.geom_type == "Polygon" else each for each in strings], object)
+    vertices, string = shapely.get_coordinates(strings, return_index=True)
+    starts = np.concatenate([[0], np.cumsum(np.bincount(string, minlength=len(strings)))]).astype(np.int64)
+    geometry = np.empty(len(shapes), object)
+    geometry[:] = list(shapes)
+    return Lines(vertices, starts), Items(list(range(len(shapes))), geometry, item.astype(np.int64))
+
+
+def times_of(items: Items, result: Result, releases: Any) -> Array:
+    """When [s] each log first touches each thing, -inf where it starts within, +inf where it never does."""
+    times = items.first_time(result.reach_time)
+    times[~reached(items, {"reach": result.reach}, releases)] = np.inf
+    times[starts_inside(items, releases)] = -np.inf
+    return times
+
+
+def passed_to_lines(
+    question: Question, layers: SceneLayers, shapes: Sequence[Any], feedback: Feedback
+) -> tuple[NDArray[np.bool_], SceneLayers]:
+    """Which log touches which of the shapes and a line to be protected then or later, shape (n, shapes)."""
+    marks, items = as_lines(shapes)
+    n, found = len(question.releases), []
+    for first in range(0, n, CHUNK):
+        some = question.releases.take(np.arange(first, min(first + CHUNK, n)))
+
+        def slide_some(on: SceneLayers, some: Any = some, first: int = first) -> tuple[Any, list[str]]:
+            on = on.with_lines_before(marks, items)
+            report = reporter(feedback, n, "finding where logs pass", before=first)
+            result, sides = slide_once(on, some.logs, question.fidelity, question.ask, report)
+            times = times_of(on.lines, result, some)
+            return flux_of(times[:, : len(shapes)], times[:, len(shapes) :]), sides
+
+        passes, layers = until_none_escapes(layers, question.ask, slide_some, feedback)
+        found.append(passes)
+    feedback.progress(n, n, "finding where logs pass")
+    return np.concatenate(found), layers
+
+
+def flux_of(touched: Array, lines: Array) -> NDArray[np.bool_]:
+    """Which log touches which thing at a time, and any line then or later; both (n, things), inf: never."""
+    last = np.where(lines < np.inf, lines, -np.inf).max(axis=1, initial=-np.inf)
+    reached = np.atleast_1d((lines < np.inf).any(axis=1))
+    return (touched < np.inf) & reached[:, None] & (last[:, None] >= touched)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A candidate put up beside those chosen: the logs that were slid again, their ways, and by how much reach falls.
+
+    kept : logs that reach a line no more; brought : logs that reach one only now
+    """
+
+    number: int
+    rows: NDArray[np.int64]
+    ways: Ways
+    kept: int
+    brought: int
+
+    @property
+    def gain(self) -> int:
+        return self.kept - self.brought
+
+    def gain_record(self, n: int) -> dict[str, float]:
+        """Share of the logs that reaches no line any more, and its 95 % interval (the same logs)."""
+        low, high = paired_interval(self.brought, self.kept, n)
+        return {"gain_logs": self.gain, "gain_p": self.gain / n, "gain_low": low, "gain_high": high}
+
+
+class Siting:
+    """The run's logs, slid in its scene with any of the candidates."""
+
+    def __init__(self, question: Question, layers: SceneLayers, candidates: Sequence[Candidate], feedback: Feedback):
+        self.question, self.candidates, self.feedback = question, list(candidates), feedback
+        self.own = len(layers.barriers.ids)
+        keys = [shapely.to_wkb(each.shape) for each in candidates]
+        shapes = {key: each.shape for key, each in zip(keys, candidates, strict=True)}
+        self.place = np.array([list(shapes).index(key) for key in keys], np.int64)  # of each candidate among the shapes
+        self.shapes = list(shapes.values())
+        self.slid = 0  # logs slid again
+        self.on(layers)
+
+    def on(self, layers: SceneLayers) -> None:
+        question, cell = self.question, layers.dem.cell
+        self.plain = layers
+        both = with_barriers(layers, self.candidates)
+        self.start = place_logs(both.scene, question.releases.logs, both.shape, both.threads)
+        step = question.longest_step(cell)
+        thick = float(self.start.body[:, BASE_RADIUS].max(initial=0.0))
+        # as in ``logs_near``: outlines are drawn a ``trace_step`` apart, and the engine looks a step ahead
+        width = NEAR_MARGIN + thick + trace_step(question.fidelity, cell) + 3.0 * step + 0.01
+        width /= np.cos(np.pi / (4.0 * ARCS))
+        zones = [shapely.buffer(each, width, quad_segs=ARCS) for each in self.shapes]
+        marks, items = as_lines([*self.shapes, *(shapely.Polygon(each.exterior) for each in zones)])
+        self.watched = both.with_lines_before(marks, items)
+        self.rows = [np.flatnonzero(both.barriers.item == self.own + k) for k in range(len(self.candidates))]
+
+    def missing(self, chosen: Sequence[int]) -> NDArray[np.int64]:
+        """The numbers of all candidates' barriers but these."""
+        gone = [rows for k, rows in enumerate(self.rows) if k not in chosen]
+        return -1 - np.concatenate([*gone, np.zeros(0, np.int64)]).astype(np.int64)
+
+    def with_only(self, chosen: Sequence[int]) -> SceneLayers:
+        """The scene with its own barriers and these candidates."""
+        return replace(without(self.watched, self.missing(chosen)), threads=self.watched.threads)
+
+    def batch(self, rows: NDArray[np.int64], chosen: Sequence[int]) -> Batch:
+        """Logs for a scheduler's workers, that have the scene with all candidates."""
+        start = Start(self.start.frame[rows], self.start.state[rows], self.start.body[rows])
+        return Batch(start, missing=[(rows.size, self.missing(chosen))])
+
+    def slide(
+        self,
+        rows: NDArray[np.int64],
+        chosen: Sequence[int],
+        what: str,
+        later: Sequence[tuple[NDArray[np.int64], Sequence[int]]] = (),
+    ) -> tuple[Ways, Result]:
+        """Slide logs with these candidates standing; on a wider window where they come near its sides.
+
+        later : logs and candidates that will be asked for next, with which a scheduler's workers may begin
+        """
+        question = self.question
+        report = reporter(self.feedback, rows.size, what)
+        while True:
+            batch = self.batch(rows, chosen)
+            if question.ask.scheduler:
+                ahead = (self.batch(*each) for each in later)
+                result, sides = slide_batch(
+                    self.watched, batch, question.fidelity, question.ask, report, later=ahead
+                )  # fmt: skip
+            else:
+                with_only = self.with_only(chosen)
+                result, sides = slide_once(with_only, batch.logs, question.fidelity, question.ask, report)
+            if not sides:
+                break
+            self.on(wider_scene(question.ask, self.plain, sides, self.feedback))
+        self.feedback.progress(rows.size, rows.size, what)
+        self.slid += rows.size
+        return self.ways_of(result, rows), result
+
+    def ways_of(self, result: Result, rows: NDArray[np.int64]) -> Ways:
+        layers, count, n = self.watched, len(self.shapes), rows.size
+        times = times_of(layers.lines, result, self.question.releases.take(rows))
+        touched, near, lines = times[:, :count], times[:, count : 2 * count], times[:, 2 * count :]
+        barriers, number = layers.barriers, len(self.candidates)
+        crossed = barriers.any_row(result.barrier_crossed)
+        met = barriers.any_row(result.barrier_reached) | crossed
+        held = np.zeros((n, len(barriers.ids)), bool)
+        at = np.flatnonzero(result.stop_reason == STOP_REASONS.index("barrier"))
+        held[at, barriers.item[result.stop_item[at]]] = True
+        energy, height = np.full((2, n, number), -np.inf)
+        hits = result.hits
+        mine = np.flatnonzero(hits.by_barrier)
+        item = barriers.item[hits.item[mine]] - self.own
+        mine, item = mine[item >= 0], item[item >= 0]
+        np.maximum.at(energy, (hits.log_row[mine], item), hits.energy[mine] / 1000.0)
+        np.maximum.at(height, (hits.log_row[mine], item), hits.height[mine])
+        energy[energy == -np.inf], height[height == -np.inf] = np.nan, np.nan
+        own = self.own
+        return Ways(
+            lines < np.inf, near < np.inf, flux_of(touched, lines), held[:, own:], met[:, own:], crossed[:, own:],
+            energy, height,
+        )  # fmt: skip
+
+    def rows_near(self, ways: Ways, chosen: Sequence[int], number: int) -> NDArray[np.int64]:
+        """The logs that a candidate could matter to: all, where it would be the first obstacle and steps are long."""
+        long = self.question.longest_step(self.plain.dem.cell) > 0.5 * NEAR_MARGIN
+        if long and is_bare(self.with_only(chosen)):
+            return np.arange(len(ways.reach))
+        return np.flatnonzero(ways.near[:, self.place[number]])
+
+    def trial(self, ways: Ways, chosen: Sequence[int], number: int, following: Iterable[int] = ()) -> Trial:
+        """Put a candidate up and slide again the logs that come near it; ``following`` are tried next in its place."""
+        rows = self.rows_near(ways, chosen, number)
+        if rows.size:
+            what = f"sliding {rows.size} logs with a barrier at {self.candidates[number].id}"
+            later = [(self.rows_near(ways, chosen, k), [*chosen, k]) for k in following]
+            found, _ = self.slide(rows, [*chosen, number], what, [each for each in later if each[0].size])
+        else:
+            found = Ways(**{each.name: getattr(ways, each.name)[rows] for each in fields(ways)})
+        before, after = ways.any_line[rows], found.any_line
+        return Trial(number, rows, found, int((before & ~after).sum()), int((after & ~before).sum()))
+
+    def free(self, chosen: Sequence[int]) -> list[int]:
+        """Candidates that do not run along one that is chosen."""
+        built = shapely.union_all([self.candidates[k].shape for k in chosen]).buffer(OVERLAP_WITHIN)
+        return [
+            k
+            for k, each in enumerate(self.candidates)
+            if k not in chosen and each.shape.intersection(built).length <= OVERLAP_M
+        ]
+
+    def best(self, ways: Ways, chosen: Sequence[int], tried: Sequence[int]) -> tuple[Trial | None, int]:
+        """The candidate with which fewest logs reach a line, and among how many it was the best.
+
+        No candidate keeps away more logs than come near it and reach a line, so those are not slid that cannot be best.
+        Of equal ones that with the smaller face is taken, then the first.
+        """
+        most = {k: int(ways.any_line[self.rows_near(ways, chosen, k)].sum()) for k in tried}
+        found: Trial | None = None
+        for k in sorted(tried, key=lambda k: (-most[k], k)):
+            if found is not None and most[k] < found.gain:
+                break
+            found = self.better(found, self.trial(ways, chosen, k))
+        return found, len(tried)
+
+    def better(self, one: Trial | None, other: Trial) -> Trial:
+        def order(trial: Trial) -> tuple[float, ...]:
+            each = self.candidates[trial.number]
+            return -trial.gain, each.length * each.height, trial.number
+
+        return other if one is None or order(other) < order(one) else one
+
+
+@dataclass(frozen=True)
+class Step:
+    """A barrier that was chosen: all chosen so far, the trial, and every log's way with them."""
+
+    chosen: tuple[int, ...]
+    trial: Trial
+    ways: Ways
+
+
+def chance_of(trial: Trial, among: int) -> float:
+    """How likely chance alone makes the best of so many candidates so good, at most (McNemar, Bonferroni)."""
+    return min(1.0, mcnemar_p(trial.brought, trial.kept) * among)
+
+
+def choose(
+    siting: Siting, ways: Ways, first: Sequence[Trial], count: int, feedback: Feedback
+) -> tuple[list[Step], str]:
+    """Barriers one after the other, each the best beside those before; and in words why no more.
+
+    first : the trials of each candidate alone, from which the first is taken
+    """
+    steps: list[Step] = []
+    while len(steps) < count:
+        chosen = steps[-1].chosen if steps else ()
+        if steps:
+            free = siting.free(chosen)
+            best, among = siting.best(ways, chosen, free)
+        else:
+            best, among = None, len(first)
+            for trial in first:
+                best = siting.better(best, trial)
+        if best is None:
+            return steps, "no candidate is left"
+        if best.gain <= 0 or chance_of(best, among) >= CHANCE:
+            return steps, (
+                f"the best of {among} candidates left would keep {best.gain} logs more away, which is not beyond chance"
+            )
+        ways = ways.with_rows(best.rows, best.ways)
+        steps.append(Step((*chosen, best.number), best, ways))
+    return steps, ""
+
+
+def trials_alone(siting: Siting, ways: Ways) -> Iterator[Trial]:
+    number = len(siting.candidates)
+    for k in range(number):
+        yield siting.trial(ways, (), k, range(k + 1, min(k + 1 + AHEAD, number)))

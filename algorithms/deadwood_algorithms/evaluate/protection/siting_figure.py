@@ -1,0 +1,72 @@
+"""The picture of `site-barriers`: where candidates and chosen barriers lie, and what is left by length and height."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.lines import Line2D
+
+from deadwood_algorithms.evaluate.protection.siting import Siting
+from deadwood_algorithms.files.pictures import ROAD, scale_and_north, show_relief
+from deadwood_algorithms.results.relief import coordinates_of, read_relief
+from deadwood_algorithms.results.run_folder import Run
+
+CHOSEN, CANDIDATE = "#009E73", "#56B4E9"  # Okabe and Ito; the road has their vermilion
+MARKS = "osD^vP*X"  # one a height
+
+
+def draw(path: Path, source: Run, siting: Siting, table: Any, frame: Any) -> None:
+    """A map, and beside it remaining reach with its interval against the length, by height."""
+    figure, (plan, chart) = plt.subplots(1, 2, figsize=(12.0, 5.6), layout="constrained")
+    _map(plan, source, siting, frame)
+    alone = table[table["step"] == 0]
+    most = float(alone["length_m"].max())
+    for k, (height, rows) in enumerate(alone.groupby("height_m")):
+        at = rows["length_m"] + 0.012 * (k + 1) * most  # heights stand side by side
+        reach = 100.0 * rows[["p", "ci_low", "ci_high"]].to_numpy()
+        chart.errorbar(
+            at, reach[:, 0], yerr=np.abs(reach[:, 1:] - reach[:, :1]).T, fmt=MARKS[k % len(MARKS)], linewidth=0.8,
+            capsize=2, markersize=5, label=f"{height:g} m high",
+        )  # fmt: skip
+    chart.set(xlabel="length [m]", ylabel="logs that still reach a line [%]", title="Each candidate alone")
+    chart.set_ylim(bottom=0.0)
+    chart.legend(frameon=False, fontsize=9)
+    figure.savefig(path, dpi=110)
+    plt.close(figure)
+
+
+def _map(axes: Any, source: Run, siting: Siting, frame: Any) -> None:
+    x, y = (source.deposits[f"release_{axis}"].to_numpy() for axis in "xy")
+    lines = list(siting.plain.lines.geometry)
+    bounds = np.array([*(each.bounds for each in siting.shapes), [x.min(), y.min(), x.max(), y.max()]])
+    (west, south), (east, north) = bounds[:, :2].min(axis=0), bounds[:, 2:].max(axis=0)
+    margin = 0.15 * max(east - west, north - south) + 20.0
+    extent = (float(west - margin), float(east + margin), float(south - margin), float(north + margin))
+    relief = read_relief(source, extent)
+    if relief is not None:
+        show_relief(axes, *relief)
+    axes.plot(x, y, ".", color="#333333", markersize=1.5, alpha=0.4, zorder=2)
+    for road in coordinates_of(lines):
+        axes.plot(*road, color=ROAD, linewidth=1.8, zorder=3)
+    for each in coordinates_of(siting.shapes):
+        axes.plot(*each, color=CANDIDATE, linewidth=1.4, zorder=4)
+    for shape, step in zip(frame.geometry, frame["step"], strict=True):
+        axes.plot(*coordinates_of([shape])[0], color=CHOSEN if step else "black", linewidth=3.0, zorder=5)
+        if step:
+            axes.annotate(f"{step}", shape.coords[-1], color=CHOSEN, fontsize=11, fontweight="bold", zorder=6)
+    axes.set(xlim=extent[:2], ylim=extent[2:], xticks=[], yticks=[], aspect="equal", facecolor="#F2F2F2")
+    scale_and_north(axes)
+    marks = [
+        Line2D([], [], color=CHOSEN, linewidth=3.0, label="chosen"),
+        Line2D([], [], color=CANDIDATE, linewidth=1.4, label="candidates"),
+        Line2D([], [], color=ROAD, linewidth=1.8, label="lines to be protected"),
+        Line2D([], [], color="#333333", marker=".", linewidth=0.0, label="releases"),
+    ]
+    axes.legend(handles=marks, loc="best", fontsize=8, framealpha=0.8)

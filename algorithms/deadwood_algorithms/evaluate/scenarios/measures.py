@@ -1,0 +1,273 @@
+"""What the same logs come to in two scenarios, and how far the difference can be chance: functions on arrays.
+
+Every log is its own control, so a difference is told by the logs that changed: a share by Tango's interval and
+McNemar's exact test, a mean by the changes' own scatter, a spread or quantile by a bootstrap that draws the same logs
+in both. The indices of a protection forest (`indices`) are bootstrapped likewise.
+A log that left the terrain model before it reached a line, or before anything held it, may have done so beyond. Shares
+and their differences come with bounds for such logs: none did in the one scenario and all did in the other, and the
+other way round. A mean speed leaves out logs that still moved at the time limit in any of the scenarios compared: they
+roll slowly for minutes, so their path over time tells the limit.
+These intervals are over logs. Another random forest, friction or DEM is another scenario, which they do not cover.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_algorithms.evaluate.scenarios.indices import barrier_index, energy_indices, reach_index
+from deadwood_algorithms.evaluate.scenarios.paired_runs import Compared, Scenario
+from deadwood_algorithms.params.tool import Cancelled, Feedback
+from deadwood_algorithms.scene.releases import LEAST_OF_A_RELEASE, Group
+from deadwood_algorithms.stats.directions import spread_of_release
+from deadwood_algorithms.stats.resampling import bootstrap_interval
+from deadwood_algorithms.stats.statistics import Z_95, mcnemar_p, paired_interval, wilson_interval
+
+Array = NDArray[np.float64]
+HELD = ("tree", "lying_log", "block", "barrier", "left_dem", "time_limit")
+
+
+@dataclass(frozen=True)
+class ScenarioRow:
+    """One quantity of one scenario, beside the reference's; NaN where there is nothing to say.
+
+    low, high : 95 % interval of the value; diff_low, diff_high : of the difference, over the same logs
+    n_only_reference, n_only_scenario, p_mcnemar : of shares: logs that changed, and whether chance would do as much
+    n_lost : logs that left the terrain model before it was seen what they do
+    value_..., difference_..._if_lost : the least and the most of both, whatever these did
+    diff_..._if_lost : the outer ends of the intervals of the least and the most difference
+    """
+
+    scenario: str
+    quantity: str
+    item: str
+    unit: str
+    n: int
+    value: float
+    low: float = math.nan
+    high: float = math.nan
+    difference: float = math.nan
+    diff_low: float = math.nan
+    diff_high: float = math.nan
+    n_only_reference: float = math.nan
+    n_only_scenario: float = math.nan
+    p_mcnemar: float = math.nan
+    n_lost: float = math.nan
+    value_low_if_lost: float = math.nan
+    value_high_if_lost: float = math.nan
+    difference_low_if_lost: float = math.nan
+    difference_high_if_lost: float = math.nan
+    diff_low_if_lost: float = math.nan
+    diff_high_if_lost: float = math.nan
+
+    @property
+    def loss_matters(self) -> bool:
+        """Whether the lost logs could move the value or the difference out of the interval beside it."""
+        if self.value_high_if_lost > self.high:
+            return True
+        return self.difference_low_if_lost < self.diff_low or self.difference_high_if_lost > self.diff_high
+
+
+def groups_by_release(compared: Compared, min_runout: float | None) -> list[Group]:
+    one = compared.reference
+    ids = one.column("release_id")
+    x, y = one.column("release_x"), one.column("release_y")
+    nearest = one.column("length_m").astype(float) if min_runout is None else np.full(ids.size, min_runout)
+    found = []
+    for each in dict.fromkeys(ids.tolist()):
+        rows = np.flatnonzero(ids == each)
+        found.append(Group(each, rows, (float(x[rows].mean()), float(y[rows].mean())), nearest[rows]))
+    return found
+
+
+def compared_rows(compared: Compared, min_runout: float | None, seed: int, feedback: Feedback) -> list[ScenarioRow]:
+    """Everything that is said of each scenario, the reference first."""
+    releases = groups_by_release(compared, min_runout)
+    rows: list[ScenarioRow] = []
+    for number, each in enumerate(compared.scenarios):
+        if feedback.cancelled():
+            raise Cancelled
+        feedback.progress(number, len(compared.scenarios), "comparing")
+        other = None if each is compared.reference else compared.reference
+        for column, line_id in enumerate(compared.line_ids):
+            shares = [Share.of(run.reach[:, column], run.left_dem) for run in (each, other) if run]
+            rows.append(share_row(each.name, "reach", str(line_id), *shares))
+        if other:
+            for column, line_id in enumerate(compared.line_ids):
+                rows += index_rows(each, other, column, str(line_id), compared.log_id, seed)
+        for reason in HELD:
+            shares = [
+                Share.of(run.column("stop_reason") == reason, run.left_dem & (reason != "time_limit"))
+                for run in (each, other)
+                if run
+            ]
+            rows.append(share_row(each.name, "ended", reason, *shares))
+        rows += spread_differences(each, other, releases, compared.log_id, seed)
+        rows += number_rows(each, other, compared.log_id, seed)
+    feedback.progress(1, 1, "comparing")
+    return rows
+
+
+@dataclass(frozen=True)
+class Share:
+    """Which logs did something; ``lost`` are those that left the terrain model without having done it."""
+
+    did: NDArray[np.bool_]
+    lost: NDArray[np.bool_]
+
+    @staticmethod
+    def of(did: NDArray[np.bool_], left: NDArray[np.bool_]) -> Share:
+        return Share(did, left & ~did)
+
+    @property
+    def most(self) -> NDArray[np.bool_]:
+        """Which logs may have done it."""
+        return self.did | self.lost
+
+
+def share_row(name: str, quantity: str, item: str, now: Share, before: Share | None = None) -> ScenarioRow:
+    """A share of the logs with its Wilson interval, the paired difference, and the bounds of both for lost logs."""
+    n, hit = now.did.size, int(now.did.sum())
+    facts = {"value": hit / n, "value_low_if_lost": hit / n, "value_high_if_lost": int(now.most.sum()) / n}
+    facts |= dict(zip(("low", "high"), wilson_interval(hit, n), strict=True))
+    facts["n_lost"] = int(now.lost.sum())
+    if before is not None:
+        facts["n_lost"] = int((now.lost | before.lost).sum())
+        facts |= dict(zip(("difference", "diff_low", "diff_high"), _paired(before.did, now.did), strict=True))
+        lost, gained = int((before.did & ~now.did).sum()), int((now.did & ~before.did).sum())
+        facts |= {"n_only_reference": lost, "n_only_scenario": gained, "p_mcnemar": mcnemar_p(lost, gained)}
+        least, most = _paired(before.most, now.did), _paired(before.did, now.most)
+        facts |= {"difference_low_if_lost": least[0], "diff_low_if_lost": least[1]}
+        facts |= {"difference_high_if_lost": most[0], "diff_high_if_lost": most[2]}
+    return ScenarioRow(name, quantity, item, "1", n, **facts)
+
+
+def index_rows(
+    each: Scenario, other: Scenario, column: int, line_id: str, log_id: NDArray[np.int64], seed: int
+) -> Iterator[ScenarioRow]:
+    """BARI of all logs, MIRI and ORPI of those whose trajectory is stored in both, where any is."""
+    before, now = (Share.of(run.reach[:, column], run.left_dem) for run in (other, each))
+    value, low, high = reach_index(before.did, now.did, log_id, seed)
+    row = ScenarioRow(each.name, "bari", line_id, "1", log_id.size, value, low, high)
+    yield replace(
+        row,
+        n_lost=int((before.lost | now.lost).sum()),
+        value_low_if_lost=barrier_index(before.did, now.most),
+        value_high_if_lost=barrier_index(before.most, now.did),
+    )
+    both = each.stored & other.stored
+    if both.any():
+        energies = other.energy[both, column], each.energy[both, column]
+        for name, found in energy_indices(*energies, log_id[both], seed).items():
+            yield ScenarioRow(each.name, name, line_id, "1", int(both.sum()), *found)
+
+
+def _paired(before: NDArray[np.bool_], now: NDArray[np.bool_]) -> tuple[float, float, float]:
+    """Difference of two shares of the same logs, and its interval."""
+    lost, gained = int((before & ~now).sum()), int((now & ~before).sum())
+    return (gained - lost) / now.size, *paired_interval(lost, gained, now.size)
+
+
+def spread_differences(
+    each: Scenario, other: Scenario | None, releases: list[Group], log_id: NDArray[np.int64], seed: int
+) -> Iterator[ScenarioRow]:
+    """Lateral spread of each release: the paper's, which single logs decide, and the range from 5 to 95 %."""
+    for release in releases:
+        name, n = str(release.release_id), release.rows.size
+        everything = np.arange(n)
+
+        def spread(run: Scenario, chosen: NDArray[np.intp], release: Group = release) -> dict[str, float]:
+            x, y = run.places[release.rows[chosen]].T
+            return spread_of_release(release.centre, x, y, release.min_runout[chosen])[0]
+
+        now = spread(each, everything)
+        before = spread(other, everything) if other else {"spread_deg": math.nan, "p05_p95_deg": math.nan}
+        change = now["spread_deg"] - before["spread_deg"]
+        left = each.left_dem | other.left_dem if other else each.left_dem
+        lost = int(left[release.rows].sum())
+        yield ScenarioRow(each.name, "spread", name, "deg", n, now["spread_deg"], difference=change, n_lost=lost)
+        if n < LEAST_OF_A_RELEASE:
+            continue
+
+        def middle(chosen: NDArray[np.intp]) -> float:
+            return spread(each, chosen)["p05_p95_deg"]
+
+        def difference(chosen: NDArray[np.intp]) -> float:
+            return middle(chosen) - spread(other, chosen)["p05_p95_deg"] if other else math.nan
+
+        ids = log_id[release.rows]
+        own = bootstrap_interval(middle, ids, seed)
+        bounds = bootstrap_interval(difference, ids, seed) if other else (math.nan, math.nan)
+        change = now["p05_p95_deg"] - before["p05_p95_deg"]
+        yield ScenarioRow(
+            each.name, "spread_p05_p95", name, "deg", n, now["p05_p95_deg"], *own, change, *bounds, n_lost=lost
+        )
+
+
+def number_rows(each: Scenario, other: Scenario | None, log_id: NDArray[np.int64], seed: int) -> Iterator[ScenarioRow]:
+    """Speeds, run-outs and jumps: means by the logs' own changes, tails by bootstrap, the largest without interval."""
+    for name, column, unit in (
+        ("speed_mean", "speed_mean_ms", "m/s"),
+        ("speed_max", "speed_max_ms", "m/s"),
+        ("energy_max", "energy_max_kj", "kJ"),
+        ("jump_max", "jump_max_m", "m"),
+        ("runout", "runout_m", "m"),
+    ):
+        now = each.column(column).astype(float)
+        before = other.column(column).astype(float) if other else None
+        if name == "speed_mean":
+            yield speed_row(each, other, now, before)
+            continue
+        change = math.nan if before is None else float((now - before).mean())
+        bounds = (math.nan, math.nan) if before is None else around(change, now - before)
+        yield ScenarioRow(
+            each.name, name, "mean", unit, now.size, float(now.mean()), *around(now.mean(), now), change, *bounds
+        )
+        yield tail_row(each.name, name, unit, now, before, log_id, seed)
+        top = math.nan if before is None else float(now.max() - before.max())
+        yield ScenarioRow(each.name, name, "largest", unit, now.size, float(now.max()), difference=top)
+    if other:
+        moved = np.hypot(*(each.places - other.places).T)
+        yield ScenarioRow(each.name, "deposit_moved", "median", "m", moved.size, float(np.median(moved)))
+
+
+def speed_row(each: Scenario, other: Scenario | None, now: Array, before: Array | None) -> ScenarioRow:
+    """The mean over the logs of their path over time, without those that still moved at the time limit in either."""
+    ended = ~each.still_moving if other is None else ~(each.still_moving | other.still_moving)
+    n = int(ended.sum())
+    if not n:
+        return ScenarioRow(each.name, "speed_mean", "mean", "m/s", 0, math.nan)
+    values = now[ended]
+    mean = float(values.mean())
+    row = ScenarioRow(each.name, "speed_mean", "mean", "m/s", n, mean, *around(mean, values))
+    if before is None:
+        return row
+    change = values - before[ended]
+    low, high = around(float(change.mean()), change)
+    return replace(row, difference=float(change.mean()), diff_low=low, diff_high=high)
+
+
+def tail_row(
+    name: str, quantity: str, unit: str, now: Array, before: Array | None, log_id: NDArray[np.int64], seed: int
+) -> ScenarioRow:
+    def tail(values: Array) -> Callable[[NDArray[np.intp]], float]:
+        return lambda rows: float(np.quantile(values[rows], 0.95))
+
+    value = float(np.quantile(now, 0.95))
+    own = bootstrap_interval(tail(now), log_id, seed)
+    if before is None:
+        return ScenarioRow(name, quantity, "p95", unit, now.size, value, *own)
+    bounds = bootstrap_interval(lambda rows: tail(now)(rows) - tail(before)(rows), log_id, seed)
+    return ScenarioRow(
+        name, quantity, "p95", unit, now.size, value, *own, value - float(np.quantile(before, 0.95)), *bounds
+    )
+
+
+def around(mean: float, values: Array) -> tuple[float, float]:
+    """95 % interval of a mean."""
+    half = Z_95 * float(values.std(ddof=1)) / math.sqrt(values.size) if values.size > 1 else math.nan
+    return float(mean) - half, float(mean) + half

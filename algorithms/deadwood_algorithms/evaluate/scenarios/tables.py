@@ -1,0 +1,152 @@
+"""The comparison as a table: long for a spreadsheet, and a line a scenario for the terminal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from deadwood_algorithms.evaluate.scenarios.indices import INDICES, LEAST_ARRIVALS
+from deadwood_algorithms.evaluate.scenarios.measures import ScenarioRow
+from deadwood_algorithms.stats.statistics import (
+    decimals_of,
+    percent,
+    percent_of,
+    percent_with_interval,
+    points_with_interval,
+    reach_record,
+    wilson_interval,
+)
+
+SHOWN = 4  # lines and releases in the printed table; the files have them all
+
+
+def long_table(rows: Sequence[ScenarioRow]) -> list[dict[str, Any]]:
+    """The rows for a spreadsheet: the scenarios of a quantity one below the other, in percent, rounded as far as their
+    intervals allow."""
+    keys = list(dict.fromkeys((row.quantity, row.item) for row in rows))
+    return [table_row(row) for row in sorted(rows, key=lambda row: keys.index((row.quantity, row.item)))]
+
+
+def table_row(row: ScenarioRow) -> dict[str, Any]:
+    scale = 100.0 if row.unit == "1" else 1.0
+
+    def rounded(value: float, low: float, high: float) -> float | None:
+        if not math.isfinite(value):
+            return None
+        if math.isfinite(low):
+            return round(scale * value, decimals_of(scale * low, scale * high))
+        return float(f"{scale * value:.3g}")
+
+    own, change = (row.low, row.high), (row.diff_low, row.diff_high)
+    record: dict[str, Any] = {"quantity": row.quantity, "of": row.item, "scenario": row.scenario}
+    record |= {"unit": "%" if row.unit == "1" else row.unit, "logs": row.n}
+    record |= {"value": rounded(row.value, *own), "from": rounded(row.low, *own), "to": rounded(row.high, *own)}
+    record["difference"] = rounded(row.difference, *change)
+    record |= {f"difference_{word}": rounded(end, *change) for word, end in zip(("from", "to"), change, strict=True)}
+    record["logs_lost"] = int(row.n_lost) if math.isfinite(row.n_lost) else None
+    record |= {f"if_lost_{word}": rounded(getattr(row, f"value_{end}_if_lost"), *own)
+               for word, end in (("from", "low"), ("to", "high"))}  # fmt: skip
+    record |= {f"difference_if_lost_{word}": rounded(getattr(row, f"difference_{end}_if_lost"), *change)
+               for word, end in (("from", "low"), ("to", "high"))}  # fmt: skip
+    return record
+
+
+def table_lines(
+    rows: Sequence[ScenarioRow], names: Sequence[str], differences: dict[str, dict[str, Any]], n_logs: int, file: str
+) -> tuple[str, ...]:
+    """A table with a line a scenario, and what makes the scenarios differ."""
+    of = {(row.scenario, row.quantity, row.item): row for row in rows}
+    lines = list(dict.fromkeys(row.item for row in rows if row.quantity == "reach"))
+    releases = list(dict.fromkeys(row.item for row in rows if row.quantity == "spread"))
+    head = ["scenario"]
+    for line in lines[:SHOWN]:
+        head += [f"reach {line}", f"minus {names[0]} [points]"]
+    head += [f"spread {release} (5-95 %)" for release in releases[:SHOWN]]
+    held = {"tree": "held by trees", "lying_log": "by lying logs", "block": "by boulders", "barrier": "by barriers"}
+    if not any(of[name, "ended", "block"].value for name in names):
+        del held["block"]  # few scenes have them
+    head += ["mean speed", "max speed", *held.values()]
+    table = [head]
+    for name in names:
+        cells = [name]
+        for line in lines[:SHOWN]:
+            row = of[name, "reach", line]
+            cells += [share_words(row), difference_words(row) if name != names[0] else "-"]
+        for release in releases[:SHOWN]:
+            row, middle = of[name, "spread", release], of.get((name, "spread_p05_p95", release))
+            cells.append(f"{degrees(row.value)} ({degrees(middle.value if middle else math.nan)})")
+        cells += [speed_words(of[name, *key]) for key in (("speed_mean", "mean"), ("speed_max", "largest"))]
+        cells += [share_of_end(of[name, "ended", each]) for each in held]
+        table.append(cells)
+    widths = [max(len(row[k]) for row in table) for k in range(len(head))]
+    shown = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table]
+    if any("[" in cell for row in table[1:] for cell in row):
+        shown.append("[]: all that it may be, with its interval, for the logs that left the terrain model before")
+    shown += index_lines(rows, names[0])
+    for parameter, values in differences.items():
+        told = ", ".join(f"{name}: {Path(str(value)).name if value else 'none'}" for name, value in values.items())
+        shown.append(f"--{parameter.replace('_', '-')} differs: {told}")
+    if not differences:
+        shown.append("the runs differ in no parameter of slide-logs (their layers may)")
+    hidden = max(len(lines) - SHOWN, 0) + max(len(releases) - SHOWN, 0)
+    more = f"; {hidden} more lines or releases in {file}" if hidden else ""
+    return (f"{n_logs} logs in each scenario, intervals 95 %{more}:", *shown)
+
+
+def index_lines(rows: Sequence[ScenarioRow], reference: str) -> tuple[str, ...]:
+    """The indices of the protection forest, a line a scenario and line; none without lines."""
+    of = {(row.scenario, row.quantity, row.item): row for row in rows}
+    shown = []
+    for scenario, item in dict.fromkeys((row.scenario, row.item) for row in rows if row.quantity == "bari"):
+        told = [index_words(of[scenario, name, item]) for name in INDICES if (scenario, name, item) in of]
+        shown.append(f"{scenario} against {reference}, line {item}: {', '.join(told)}")
+    return tuple(shown)
+
+
+def index_words(row: ScenarioRow) -> str:
+    """``BARI 60 % (43 to 75 %)``; with ``[..]`` where logs were lost that could change it."""
+    name = row.quantity.upper()
+    if not math.isfinite(row.value):
+        return f"{name} - (no log reaches)"
+    if not math.isfinite(row.low):
+        return f"{name} {100 * row.value:.0f} % (fewer than {LEAST_ARRIVALS[row.quantity]} logs reach: no interval)"
+    value, low, high = (percent(each, row.low, row.high) for each in (row.value, row.low, row.high))
+    text = f"{name} {value} % ({low} to {high} %)"
+    if row.value_low_if_lost < row.low or row.value_high_if_lost > row.high:
+        ends = (percent(each, row.low, row.high) for each in (row.value_low_if_lost, row.value_high_if_lost))
+        text += f" [{' to '.join(ends)} %]"
+    return text
+
+
+def share_words(row: ScenarioRow) -> str:
+    """``30 % (18 to 45 %)``, with ``[18 to 67 %]`` where logs were lost that could change it."""
+    text = percent_with_interval(reach_record(round(row.value * row.n), row.n))
+    if not row.value_high_if_lost > row.high:
+        return text
+    top = wilson_interval(round(row.value_high_if_lost * row.n), row.n)[1]
+    return f"{text} [{percent(row.low, row.low, row.high)} to {percent(top, row.low, row.high)} %]"
+
+
+def difference_words(row: ScenarioRow) -> str:
+    """``-45 (-62 to -25)``, with its bounds where logs were lost that could change it."""
+    text = points_with_interval(row.difference, row.diff_low, row.diff_high)
+    if not (row.difference_low_if_lost < row.diff_low or row.difference_high_if_lost > row.diff_high):
+        return text
+    ends = (
+        percent(each, row.diff_low, row.diff_high, sign=True) for each in (row.diff_low_if_lost, row.diff_high_if_lost)
+    )
+    return f"{text} [{' to '.join(ends)}]"
+
+
+def share_of_end(row: ScenarioRow) -> str:
+    return percent_of(round(row.value * row.n), row.n)
+
+
+def speed_words(row: ScenarioRow) -> str:
+    return f"{row.value:.1f} m/s" if math.isfinite(row.value) else "-"
+
+
+def degrees(angle: float) -> str:
+    return f"{angle:.0f}°" if math.isfinite(angle) else "-"

@@ -1,0 +1,123 @@
+"""The one sentence: which factor the answer hangs on, or that so many logs do not decide it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_algorithms.evaluate.sensitivity.indices import Indices
+from deadwood_algorithms.evaluate.sensitivity.tornado import Bar
+from deadwood_algorithms.stats.statistics import decimals_of, percent, points_with_interval
+
+SURE = 0.95
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What is known of one outcome: its bars, and its indices where a design was run.
+
+    name : ``reach_LINE`` or ``runout_mean_m``; line : the line's id, empty for the run-out
+    """
+
+    name: str
+    line: str
+    bars: list[Bar]
+    indices: Indices | None
+
+    @property
+    def is_share(self) -> bool:
+        return self.name != "runout_mean_m"
+
+    @property
+    def words(self) -> str:
+        return f"the reach of {self.line}" if self.is_share else "the mean run-out"
+
+    def change(self, bar: Bar) -> str:
+        """``-12 points (-15 to -9)``, or in metres."""
+        if self.is_share:
+            text = points_with_interval(bar.swing, bar.ci_low, bar.ci_high)
+            number, space, rest = text.partition(" ")
+            return f"{number} points{space}{rest}"
+        if not bar.n_changed:
+            return "0 m (no log changes)"
+        decimals = decimals_of(bar.ci_low, bar.ci_high)
+        swing, low, high = (f"{each:+.{decimals}f}" for each in (bar.swing, bar.ci_low, bar.ci_high))
+        return f"{swing} m ({low} to {high})"
+
+    def level(self, value: float, bar: Bar) -> str:
+        """An outcome's value, as far as the bar's interval allows."""
+        if self.is_share:
+            return f"{percent(value, bar.ci_low, bar.ci_high)} %"
+        return f"{value:.{decimals_of(bar.ci_low, bar.ci_high)}f} m"
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Which factors an outcome hangs on, the strongest first; none where none is beyond chance.
+
+    decided : whether the first is the strongest in so many resamples; by : ``total`` index or ``swing``
+    """
+
+    outcome: str
+    by: str
+    factors: list[str]
+    decided: bool
+    sentence: str
+
+
+def what_it_hangs_on(measured: Measured, logs: int) -> Answer:
+    bars, indices = measured.bars, measured.indices
+    by_index = indices is not None and bool(np.isfinite(indices.total).all())
+    if indices is not None and by_index:
+        strength, draws = indices.total, indices.total_draws
+        beyond = indices.total_interval[0] > 0.0
+    else:
+        strength, draws = np.array([abs(bar.swing) for bar in bars]), np.abs(np.stack([bar.draws for bar in bars], 1))
+        beyond = np.array([bar.beyond_chance for bar in bars])
+    by = "total" if by_index else "swing"
+    order = [int(k) for k in np.argsort(-strength, kind="stable")]
+    found = [k for k in order if beyond[k]]
+    if not found:
+        k = order[0]
+        return Answer(measured.name, by, [], False, _undecided(measured, bars[k], logs, design=indices is not None))
+    first = order_of_strength(found, draws)
+    names = [bars[k].factor.name for k in first]
+    if len(first) == 1:
+        bar = bars[first[0]]
+        low, high = measured.level(bar.at_low, bar), measured.level(bar.at_high, bar)
+        text = (
+            f"Your answer hangs on {bar.factor.words}: {bar.factor.range_words} takes {measured.words} from {low} to "
+            f"{high}, {measured.change(bar)}"
+        )
+        if indices is not None and by_index:
+            text += f"; its total-effect index is {indices.total_words(first[0])}"
+        return Answer(measured.name, by, names, True, text + ".")
+    several = " or ".join(f"{bars[k].factor.words} ({bars[k].factor.range_words})" for k in first)
+    effects = "; ".join(f"{bars[k].factor.words} {measured.change(bars[k])}" for k in first)
+    rows = " and so many rows" if by_index else ""
+    text = (
+        f"Your answer hangs on {several}: which of them moves {measured.words} more is not decided by so many logs "
+        f"({logs}){rows}: {effects}."
+    )
+    return Answer(measured.name, by, names, False, text)
+
+
+def order_of_strength(found: list[int], draws: NDArray[np.float64]) -> list[int]:
+    """So many of the factors, the strongest first, that one of them is the strongest in `SURE` of the resamples."""
+    usable = draws[np.isfinite(draws).all(axis=1)][:, found]
+    if not len(usable):
+        return found
+    # Where two are alike in a resample, the one that stands first is it
+    share = np.bincount(np.argmax(usable, axis=1), minlength=len(found)) / len(usable)
+    kept = int(np.searchsorted(np.cumsum(share), SURE - 1e-12)) + 1
+    return found[:kept]
+
+
+def _undecided(measured: Measured, bar: Bar, logs: int, *, design: bool) -> str:
+    runs = "and rows of the design " if design else ""
+    return (
+        f"What {measured.words} hangs on is not decided by so many logs {runs}({logs}): no factor moves it beyond "
+        f"chance. The largest change is that of {bar.factor.words}, {measured.change(bar)}."
+    )

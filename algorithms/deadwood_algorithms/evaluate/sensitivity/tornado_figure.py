@@ -1,0 +1,132 @@
+"""The picture of `vary`: a tornado for each outcome, and beside it the indices, where a design was run."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from deadwood_algorithms.evaluate.sensitivity.answer import Answer, Measured
+
+# Okabe and Ito's colours, which colour-blind readers tell apart.
+LOW, HIGH, FIRST, TOTAL = "#56B4E9", "#E69F00", "#999999", "#0072B2"
+OUTCOMES_SHOWN = 5
+PANEL_IN, BAR_IN, HEAD_IN, FOOT_IN = 1.25, 0.36, 0.75, 0.55
+
+
+def draw(path: Path, measured: Sequence[Measured], answers: Sequence[Answer], logs: int, runs: int, note: str) -> None:
+    shown = list(zip(measured, answers, strict=True))[:OUTCOMES_SHOWN]
+    factors = len(shown[0][0].bars)
+    design = any(each.indices is not None for each, _ in shown)
+    panel = PANEL_IN + BAR_IN * factors
+    height = HEAD_IN + panel * len(shown) + FOOT_IN
+    figure, grid = plt.subplots(
+        len(shown), 2 if design else 1, figsize=(13.0, height), squeeze=False, layout="constrained",
+        width_ratios=(3, 2) if design else None,
+    )  # fmt: skip
+    for (one, answer), panels in zip(shown, grid, strict=True):
+        order = strongest_first(one)
+        bars(panels[0], one, order, answer)
+        if design:
+            indices(panels[1], one, order)
+    hidden = len(measured) - len(shown)
+    more = f"; {hidden} more outcomes in tornado.csv" if hidden > 0 else ""
+    figure.suptitle(f"What the answer hangs on: the same {logs} logs in {runs} runs{more}", fontsize=12)
+    handles = [
+        Patch(facecolor=LOW, label="low end of the range"),
+        Patch(facecolor=HIGH, label="high end"),
+        Line2D([], [], color="black", linewidth=1.0, label="as it is"),
+    ]
+    if design:
+        handles += [
+            Patch(facecolor=TOTAL, label="total-effect index"),
+            Patch(facecolor=FIRST, label="first-order index"),
+            Line2D([], [], color="black", marker="|", linewidth=1.2, label="95 % interval"),
+        ]
+    figure.legend(
+        handles=handles,
+        loc="outside lower left",
+        ncols=len(handles),
+        frameon=False,
+        fontsize=8.5,
+        title=note,
+        title_fontsize=8.5,
+        alignment="left",
+    )
+    figure.savefig(path, dpi=120)
+    plt.close(figure)
+
+
+def strongest_first(one: Measured) -> list[int]:
+    """Factors by their swing; by their total index where there is one."""
+    if one.indices is not None and np.isfinite(one.indices.total).all():
+        strength = one.indices.total
+    else:
+        strength = np.array([abs(bar.swing) for bar in one.bars])
+    return [int(k) for k in np.argsort(-strength, kind="stable")]
+
+
+def bars(axes: Axes, one: Measured, order: Sequence[int], answer: Answer) -> None:
+    """From the outcome as it is to that at each end; beside them the swing between the ends and its interval."""
+    scale = 100.0 if one.is_share else 1.0
+    base = scale * one.bars[0].base
+    for place, k in enumerate(order):
+        bar = one.bars[k]
+        # The longer one below, so that both are seen where they lie on one side
+        ends = sorted(((scale * bar.at_low, LOW), (scale * bar.at_high, HIGH)), key=lambda each: -abs(each[0] - base))
+        for value, colour in ends:
+            axes.barh(place, value - base, left=base, height=0.62, color=colour, zorder=2)
+        axes.text(
+            1.01,
+            place,
+            one.change(bar),
+            transform=axes.get_yaxis_transform(),
+            va="center",
+            fontsize=8.5,
+            fontweight="bold" if bar.beyond_chance else "normal",
+        )
+    axes.axvline(base, color="black", linewidth=1.0, zorder=3)
+    names = [f"{one.bars[k].factor.words}\n{one.bars[k].factor.range_words}" for k in order]
+    axes.set_yticks(range(len(order)), names, fontsize=8.5)
+    axes.set_ylim(len(order) - 0.5, -0.5)
+    axes.set_xlabel(f"reach of {one.line} [%]" if one.is_share else "mean run-out [m]", fontsize=9)
+    axes.set_title(textwrap.fill(answer.sentence, 120, break_on_hyphens=False), fontsize=8.5, loc="left")
+    axes.margins(x=0.06)
+    bare_frame(axes)
+
+
+def indices(axes: Axes, one: Measured, order: Sequence[int]) -> None:
+    axes.set_xlabel("share of the outcome's variance", fontsize=9)
+    axes.set_xlim(0.0, 1.03)
+    axes.set_yticks(range(len(order)), [""] * len(order))
+    axes.set_ylim(len(order) - 0.5, -0.5)
+    found = one.indices
+    if found is None or not np.isfinite(found.total).all():
+        axes.text(0.5, 0.5, "varies no more than chance", transform=axes.transAxes, ha="center", color="#777777")
+        bare_frame(axes)
+        return
+    for place, k in enumerate(order):
+        for aside, value, (low, high), colour in (
+            (-0.18, found.total[k], found.total_interval[:, k], TOTAL),
+            (0.18, found.first[k], found.first_interval[:, k], FIRST),
+        ):
+            axes.barh(place + aside, min(max(value, 0.0), 1.0), height=0.32, color=colour, zorder=2)
+            axes.plot([low, high], [place + aside] * 2, color="black", linewidth=1.2, marker="|", zorder=3)
+    bare_frame(axes)
+
+
+def bare_frame(axes: Axes) -> None:
+    axes.grid(axis="x", color="#E5E5E5", linewidth=0.6)
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.tick_params(axis="x", labelsize=8.5)

@@ -1,0 +1,90 @@
+"""The hidden folder in which a run over sites works, and whether a run that is there still counts."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from deadwood_algorithms.params.tool import VERSION, Feedback, Tool, engine_digest, is_path
+from deadwood_algorithms.results.run_folder import MANIFEST, link_or_copy
+
+# What may change without changing a run's results.
+FREE = ("threads", "output", "overwrite", "resume", "plan", "plan_logs", "plan_workers", "scheduler", "workers")
+
+
+class SitesFolder:
+    """The folder ``.NAME.part`` beside the output: ``sites/SITE`` is a whole run, ``.SITE.json`` what it is of."""
+
+    def __init__(self, output: str, *, resume: bool, feedback: Feedback) -> None:
+        self.path = self.place(output)
+        self.sites, self.releases = self.path / "sites", self.path / "releases"
+        if self.path.is_dir() and not resume:
+            feedback.note(f"{self.path}: the unfinished work of an earlier run is dropped (--resume goes on with it)")
+            shutil.rmtree(self.path)
+        elif resume and not self.path.is_dir():
+            feedback.note(f"{self.path}: there is no unfinished work to resume; all sites are slid")
+        self.sites.mkdir(parents=True, exist_ok=True)
+
+    @staticmethod
+    def place(output: str) -> Path:
+        final = Path(output).absolute()
+        return final.parent / f".{final.name}.part"
+
+    @staticmethod
+    def is_of(output: str) -> bool:
+        """Whether what stands at the output is an earlier result of sites, to which unfinished work belongs."""
+        try:
+            made = json.loads((Path(output) / MANIFEST).read_text(encoding="utf-8"))
+            return made["tool"] == "run-sites" and SitesFolder.place(output).is_dir()
+        except (OSError, ValueError, KeyError, TypeError):
+            return False
+
+    def bring_to(self, folder: Path, names: Sequence[str]) -> None:
+        """The runs of these sites and their layers of releases, on the same place of the disk where it can be."""
+        for name in names:
+            shutil.copytree(self.sites / name, folder / "sites" / name, copy_function=link_or_copy)
+            layer = self.releases / f"{name}.gpkg"
+            if layer.is_file():
+                (folder / "releases").mkdir(exist_ok=True)
+                link_or_copy(str(layer), str(folder / "releases" / layer.name))
+
+    def begin(self, name: str, slides: Tool, values: Mapping[str, Any], feedback: Feedback) -> bool:
+        """Whether the site's run is there and of the same making; what is of another is dropped."""
+        identity, note = identity_of(slides, values), self.sites / f".{name}.json"
+        try:
+            same = json.loads(note.read_text(encoding="utf-8")) == identity
+        except (OSError, ValueError):
+            same = False
+        run, part = self.sites / name, self.sites / f".{name}.part"
+        if not same:
+            if run.is_dir() or part.is_dir():
+                feedback.note(f"{name}: its inputs or parameters, or the engine, have changed; it is slid again")
+            for each in (run, part):
+                shutil.rmtree(each, ignore_errors=True)
+            beside = note.with_suffix(".partial")
+            beside.write_text(json.dumps(identity), encoding="utf-8")
+            os.replace(beside, note)
+        return (run / MANIFEST).is_file()
+
+    def remove(self) -> None:
+        shutil.rmtree(self.path, ignore_errors=True)
+
+
+def identity_of(slides: Tool, values: Mapping[str, Any]) -> dict[str, Any]:
+    """What decides a site's results, as far as one sees without opening a file: its size and time stand for it."""
+    files = {}
+    for each in slides.parameters():
+        value = values.get(each.name)
+        if not each.is_output and is_path(each, value):
+            file = str(value).partition("|")[0]
+            try:
+                stat = os.stat(file)
+                files[file] = [stat.st_size, stat.st_mtime_ns]
+            except OSError:
+                files[file] = []
+    kept = {key: value for key, value in values.items() if key not in FREE}
+    return json.loads(json.dumps({"version": VERSION, "engine": engine_digest(), "parameters": kept, "files": files}))

@@ -1,0 +1,106 @@
+"""The map of `run-sites`: where the sites are, and which share of their logs reaches a line."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+import rasterio
+import shapely
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
+from matplotlib.lines import Line2D
+
+from deadwood_algorithms.evaluate.sites.overview import FAILED, SiteFound
+from deadwood_algorithms.files.pictures import HALO, scale_and_north
+
+if TYPE_CHECKING:
+    import geopandas
+
+LEAST_SHARE = 0.001
+SHARES = LogNorm(LEAST_SHARE, 1.0)
+MOST_CELLS, CELLS_DRAWN = 2**28, 900  # of a raster that is read for the map; and along its longer side
+NAMED = 40  # sites, above which names would hide the map
+MARGIN = 0.08
+COLOURS = {"none": "#666666", "failed": "#000000"}
+SIZE_IN, LEAST_DOTS = 8.0, 9.0
+
+
+def draw(path: Path, layer: geopandas.GeoDataFrame, done: Sequence[SiteFound], merged: Sequence[Path]) -> None:
+    """One mark a site, coloured by the largest share of its logs that reaches a line; its name where there is room.
+
+    Under it lies where logs passed, of the folders with ``merged`` rasters that are in the layer's CRS.
+    """
+    figure, axes = plt.subplots(figsize=(SIZE_IN, SIZE_IN), layout="constrained")
+    worst = layer.sort_values("p", ascending=False, na_position="last").drop_duplicates("site").sort_index()
+    centres = np.array([each.coords[0] for each in shapely.centroid(worst.geometry.to_numpy())])
+    failed, share = (worst["status"] == FAILED).to_numpy(), worst["p"].to_numpy(float)
+    layer.drop_duplicates("site").boundary.plot(ax=axes, color="#444444", linewidth=0.6)
+    known = np.isfinite(share) & ~failed
+    kinds = ((~known & ~failed, COLOURS["none"], "o"), (failed, COLOURS["failed"], "x"))
+    for chosen, colour, mark in kinds:
+        axes.scatter(*centres[chosen].T, color=colour, marker=mark, s=LEAST_DOTS**2 / 2, zorder=3)
+    dots = axes.scatter(
+        *centres[known].T, c=np.maximum(share[known], LEAST_SHARE), cmap="magma_r", norm=SHARES, s=LEAST_DOTS**2,
+        edgecolor="black", linewidth=0.6, zorder=3,
+    )  # fmt: skip
+    if len(worst) <= NAMED:
+        for name, (x, y) in zip(worst["site"], centres, strict=True):
+            axes.annotate(
+                name, (x, y), xytext=(6, 4), textcoords="offset points", fontsize=8, path_effects=HALO, zorder=4
+            )
+    extents = [layer.total_bounds, *show_passed(axes, merged, layer.crs)]
+    (west, south), (east, north) = np.min(extents, axis=0)[:2], np.max(extents, axis=0)[2:]
+    middle, half = ((west + east) / 2, (south + north) / 2), (0.5 + MARGIN) * max(east - west, north - south)
+    axes.set(xlim=(middle[0] - half, middle[0] + half), ylim=(middle[1] - half, middle[1] + half))
+    axes.set(xticks=[], yticks=[], xlabel="", ylabel="", aspect="equal", facecolor="#F2F2F2")
+    scale_and_north(axes)
+    if known.any():
+        bar = figure.colorbar(dots, ax=axes, shrink=0.6, ticks=[LEAST_SHARE, 0.01, 0.1, 1.0])
+        bar.ax.set_yticklabels(["0.1 % or less", "1 %", "10 %", "100 %"])
+        bar.set_label("share of the logs: dots, that reach a line; ground, that pass (of all sites)")
+    words = ("no line", FAILED)
+    marks = [
+        Line2D([], [], linestyle="", marker=mark, color=colour, label=word)
+        for (chosen, colour, mark), word in zip(kinds, words, strict=True)
+        if chosen.any()
+    ]
+    if marks:
+        axes.legend(handles=marks, loc="lower right", fontsize=8)
+    told = f"{len(worst)} sites, {sum(each.logs for each in done)} logs"
+    axes.set_title(told + (f"; {int(failed.sum())} failed" if failed.any() else ""), fontsize=11)
+    figure.savefig(path, dpi=110)
+    plt.close(figure)
+
+
+def show_passed(axes: Axes, merged: Sequence[Path], crs: Any) -> list[tuple[float, float, float, float]]:
+    """Draw the cells that logs passed, thinned; where they are (west, south, east, north)."""
+    found = []
+    for folder in merged:
+        with rasterio.open(folder / "reach_probability.tif") as source:
+            if source.width * source.height > MOST_CELLS or (source.crs and crs and source.crs != crs):
+                continue
+            share = source.read(1)
+            passed = np.argwhere(share > 0.0)
+            if not len(passed):
+                continue
+            (top, left), (bottom, right) = passed.min(axis=0), passed.max(axis=0) + 1
+            step = max(1, math.ceil(max(bottom - top, right - left) / CELLS_DRAWN))
+            seen = share[top:bottom:step, left:right:step]
+            cell, west, north = source.transform.a, source.transform.c, source.transform.f
+            west, north = west + cell * left, north - cell * top
+        high, wide = (step * cell * size for size in seen.shape)
+        axes.imshow(
+            np.where(seen > 0.0, seen, np.nan), cmap="magma_r", norm=SHARES, alpha=0.6, interpolation="nearest",
+            extent=(west, west + wide, north - high, north), zorder=1,
+        )  # fmt: skip
+        found.append((west, north - high, west + wide, north))
+    return found

@@ -1,0 +1,173 @@
+"""Which sites there are, and what each is slid with: rows of a table, files of parameters, or groups of releases."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from deadwood_algorithms.files.columns import where_of
+from deadwood_algorithms.files.configs import closest, read_config
+from deadwood_algorithms.files.vectors import read_table
+from deadwood_algorithms.params.kinds import check_value
+from deadwood_algorithms.params.tool import Feedback, Parameter, Tool, UserError, is_path
+
+if TYPE_CHECKING:
+    import pandas
+
+NAME = "site"
+OURS = (
+    "output",
+    "overwrite",
+    "resume",
+    "plan",
+    "plan_logs",
+    "plan_workers",
+    "scheduler",
+    "workers",
+)  # of slide-logs, that run-sites sets itself
+YES, NO = ("true", "yes", "y", "1"), ("false", "no", "n", "0")
+UNFIT = re.compile(r'[\x00-\x1f/\\:*?"<>|]')  # in the name of a folder, on one system or another
+LONGEST_NAME = 80
+
+
+@dataclass(frozen=True)
+class AskedSite:
+    """One site: the parameters of slide-logs that are its own, or what is wrong with them."""
+
+    name: str
+    values: Mapping[str, Any]
+    fault: str = ""
+
+
+def sites_of_table(path: str, slides: Tool, feedback: Feedback) -> list[AskedSite]:
+    """One site a row; columns are parameters of ``slides`` by their flags' names, empty cells are not given.
+
+    Relative paths are seen from the table's folder.
+    """
+    rows = read_table(path, what="sites")
+    where = where_of(rows)
+    known = {each.name: each for each in slides.parameters()}
+    columns = columns_by_key(rows, known, where, feedback)
+    if NAME not in columns:
+        raise UserError(f"{where}: the sites table has no column '{NAME}' with the name of each site")
+    names = [_text(each) for each in rows[columns[NAME]]]
+    refuse_bad_names(names, where)
+    base = Path(path.partition("|")[0]).parent
+    sites = []
+    for row, name in enumerate(names):
+        values, fault = {}, ""
+        for key, column in columns.items():
+            cell = rows[column].iloc[row]
+            if key == NAME or _text(cell) == "":
+                continue
+            try:
+                values[key] = path_seen_from(known[key], value_of_cell(known[key], cell), base)
+            except UserError as error:
+                fault = fault or f"{where}, row {row + 1}: {error}"
+        sites.append(AskedSite(name, values, fault))
+    return sites
+
+
+def columns_by_key(
+    rows: pandas.DataFrame, known: Mapping[str, Parameter], where: str, feedback: Feedback
+) -> dict[str, str]:
+    """The columns that name the site or a parameter, by its name; what is near a known word is no foreign column."""
+    columns: dict[str, str] = {}
+    foreign = []
+    for column in rows.columns:
+        key = str(column).strip().lower().lstrip("-").replace("-", "_").replace(" ", "_")
+        if key in OURS:
+            raise UserError(f"{where}: the column '{column}' is set by run-sites itself; remove it")
+        if key in columns:
+            raise UserError(f"{where}: the columns '{columns[key]}' and '{column}' mean the same; remove one")
+        if key == NAME or key in known:
+            columns[key] = column
+        elif key != "geometry":
+            foreign.append(str(column))
+    for column in foreign if NAME in columns else ():
+        if hint := closest(column, known):
+            raise UserError(f"{where}: no parameter of slide-logs is called '{column}'{hint} (rename the column)")
+    if foreign:
+        feedback.note(f"{where}: no parameters of slide-logs, and left aside: {', '.join(foreign)}")
+    return columns
+
+
+def value_of_cell(parameter: Parameter, cell: Any) -> Any:
+    """The checked value that a cell stands for, as the flag would give it."""
+    text = _text(cell)
+    if parameter.is_switch:
+        if text.lower() not in (*YES, *NO):
+            raise UserError(f"{parameter.flag} is '{text}', but must be true or false")
+        return text.lower() in YES
+    value = parameter.of_kind.from_text(parameter, text)
+    check_value(parameter, value)
+    return value
+
+
+def _text(cell: Any) -> str:
+    """A cell as one types it; empty where nothing is in it."""
+    if cell is None or cell != cell or str(cell) == "<NA>":
+        return ""
+    if hasattr(cell, "item"):
+        cell = cell.item()
+    if isinstance(cell, float) and cell.is_integer() and abs(cell) < 2.0**53:
+        return str(int(cell))
+    return str(cell).strip()
+
+
+def path_seen_from(parameter: Parameter, value: Any, base: Path) -> Any:
+    """A relative path as seen from a folder; other values as they are."""
+    if not is_path(parameter, value):
+        return value
+    file, bar, layer = str(value).partition("|")
+    return os.path.abspath(base / file) + bar + layer
+
+
+def sites_of_folder(path: str, slides: Tool, feedback: Feedback) -> list[AskedSite]:
+    """One site a JSON file, or a folder with a manifest, in a folder; it is what ``slide-logs --config`` takes.
+
+    Relative paths are seen from where the command runs, as there, or, where nothing is there, from the file's folder.
+    """
+    folder = Path(path)
+    if not folder.is_dir():
+        raise UserError(f"--configs {path}: this is no folder; it must hold a JSON file of parameters for each site")
+    files = {each.stem: each for each in sorted(folder.glob("*.json"))}
+    files |= {each.parent.name: each for each in sorted(folder.glob("*/manifest.json"))}
+    if not files:
+        raise UserError(f"--configs {path}: the folder holds no JSON file of parameters (NAME.json for each site)")
+    refuse_bad_names(list(files), path)
+    known = {each.name: each for each in slides.parameters()}
+    sites = []
+    for name, file in files.items():
+        try:
+            values = read_config(str(file), slides, feedback.note)
+        except UserError as error:
+            sites.append(AskedSite(name, {}, str(error).removeprefix("--config ")))
+            continue
+        for key, value in values.items():
+            if is_path(known[key], value) and not os.path.exists(str(value).partition("|")[0]):
+                beside = path_seen_from(known[key], value, file.parent)
+                values[key] = beside if os.path.exists(beside.partition("|")[0]) else value
+        sites.append(AskedSite(name, {key: value for key, value in values.items() if key not in OURS}))
+    return sites
+
+
+def refuse_bad_names(names: Sequence[str], where: str) -> None:
+    """Names become folders, also on systems that tell no capital from a small letter."""
+    seen: dict[str, int] = {}
+    for row, name in enumerate(names, start=1):
+        if not name or name != folder_name(name):
+            shown = f"'{name}' is no name of a folder" if name else "the site has no name"
+            raise UserError(f"{where}, field '{NAME}', row {row}: {shown}; name it with letters, digits, - and _")
+        if name.lower() in seen:
+            raise UserError(f"{where}, field '{NAME}': '{name}' stands in rows {seen[name.lower()]} and {row}")
+        seen[name.lower()] = row
+
+
+def folder_name(text: str) -> str:
+    """A text as the name of a folder, on any system."""
+    return UNFIT.sub("_", text).strip(" .")[:LONGEST_NAME] or "_"

@@ -1,0 +1,342 @@
+"""The vocabulary in which a tool declares itself: parameters, outcome, feedback, and the user's errors.
+
+A tool's declaration is a frozen dataclass ``Ask`` whose fields are made by the functions below, one line a parameter.
+Nothing about a parameter is written anywhere else: the command line, ``describe --json``, the catalogue, the QGIS
+dialogs and the checks for Python callers are all rendered from it. What each kind of parameter is, `kinds` says.
+Standard library only.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import os
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any, Protocol, TypeVar
+
+from deadwood_algorithms.params.kinds import KINDS, Parameter, UserError, check_value
+
+__all__ = ["Cancelled", "Feedback", "Outcome", "Parameter", "Tool", "UserError", "check_value"]
+VERSION = "0.3.0"  # the one place: pyproject.toml, the QGIS plugin and every manifest take it from here
+
+REQUIRED: Any = object()
+Record = TypeVar("Record")  # a small dataclass of parameters
+
+
+class Cancelled(Exception):
+    """The user interrupted the tool; nothing stands under a final name (exit 130)."""
+
+
+class Feedback(Protocol):
+    """What a tool may say while it works; the caller decides where it goes."""
+
+    def progress(self, done: float, total: float, what: str) -> None: ...
+
+    def note(self, message: str) -> None: ...
+
+    def warn(self, message: str) -> None: ...
+
+    def cancelled(self) -> bool: ...
+
+
+class Quiet:
+    """A feedback that says nothing: the default for Python callers."""
+
+    def progress(self, done: float, total: float, what: str) -> None:
+        pass
+
+    def note(self, message: str) -> None:
+        pass
+
+    def warn(self, message: str) -> None:
+        pass
+
+    def cancelled(self) -> bool:
+        return False
+
+
+def ask(kind: str, label: str, *, default: Any = REQUIRED, **facts: Any) -> Any:
+    """One parameter of a tool, of a kind of `KINDS`; a default of None makes it optional, none makes it required."""
+    if kind not in KINDS:
+        raise ValueError(f"{label}: no kind of parameter is called '{kind}'; known are {', '.join(KINDS)}")
+    optional = default is None or bool(facts.pop("optional", False))
+    shown = None if default is REQUIRED else default
+    parameter = Parameter(kind=kind, label=label, optional=optional, default=shown, **facts)
+    metadata = {"parameter": parameter}
+    if default is REQUIRED:
+        return field(metadata=metadata)
+    return field(default=default, metadata=metadata)
+
+
+def raster(label: str, **facts: Any) -> Any:
+    """Path of a raster file."""
+    return ask("raster", label, **facts)
+
+
+def terrain(label: str, **facts: Any) -> Any:
+    """Path of a terrain model: a raster file, a folder of tiles, or tiles with commas between."""
+    told = "A raster, a folder of tiles, or tiles with commas between."
+    return ask("raster", label, path_like=True, help=" ".join([facts.pop("help", ""), told]).strip(), **facts)
+
+
+def vector(label: str, *geometry: str, **facts: Any) -> Any:
+    """Path of a vector layer, ``file.gpkg|layername=trees`` names one of several; geometry: point, line, polygon."""
+    return ask("vector", label, geometry=geometry, **facts)
+
+
+def table(label: str, **facts: Any) -> Any:
+    """Path of a table or vector layer (CSV, text, GeoPackage, shapefile)."""
+    return ask("table", label, **facts)
+
+
+def number(label: str, **facts: Any) -> Any:
+    return ask("number", label, **facts)
+
+
+def integer(label: str, **facts: Any) -> Any:
+    return ask("integer", label, **facts)
+
+
+def number_or_layer(label: str, **facts: Any) -> Any:
+    """A number, or the path of a raster or polygon layer that holds it (given as text)."""
+    return ask("number_or_layer", label, **facts)
+
+
+def choice(label: str, *choices: str, **facts: Any) -> Any:
+    return ask("choice", label, choices=choices, **facts)
+
+
+def flag(label: str, **facts: Any) -> Any:
+    return ask("flag", label, default=False, **facts)
+
+
+def text(label: str, **facts: Any) -> Any:
+    return ask("text", label, **facts)
+
+
+def field_of(parent: str, label: str, **facts: Any) -> Any:
+    """The name of a field of the layer that the parameter ``parent`` takes."""
+    return ask("field", label, parent=parent, **facts)
+
+
+def folder(label: str, **facts: Any) -> Any:
+    """Path of an existing folder that is read (a run)."""
+    return ask("folder", label, **facts)
+
+
+def file(label: str, **facts: Any) -> Any:
+    return ask("file", label, **facts)
+
+
+def output_raster(label: str, **facts: Any) -> Any:
+    return ask("output_raster", label, **facts)
+
+
+def output_vector(label: str, **facts: Any) -> Any:
+    return ask("output_vector", label, **facts)
+
+
+def output_table(label: str, **facts: Any) -> Any:
+    return ask("output_table", label, **facts)
+
+
+def output_folder(label: str, **facts: Any) -> Any:
+    return ask("output_folder", label, **facts)
+
+
+def output_file(label: str, **facts: Any) -> Any:
+    return ask("output_file", label, **facts)
+
+
+def overwrite() -> Any:
+    return flag("Replace an output that exists")
+
+
+def crs() -> Any:
+    return ask(
+        "crs",
+        "CRS of inputs that name none",
+        default=None,
+        advanced=True,
+        help="An authority code such as EPSG:2056, for a DEM or layer whose file holds no CRS.",
+    )
+
+
+def min_runout(
+    label: str = "Deposits nearer than this do not count for the spread", help: str = "Default: one log length."
+) -> Any:
+    return number(label, unit="m", default=None, minimum=0.0, help=help)
+
+
+def seed() -> Any:
+    return integer("Seed of the random draws", default=0, minimum=0, maximum=2**63 - 1)
+
+
+def scheduler() -> Any:
+    return text(
+        "Where to slide: local, or the address of a Dask scheduler",
+        default=None,
+        advanced=True,
+        help="local starts processes on this machine, tcp://HOST:PORT names a running scheduler, whose workers then "
+        "slide the logs; the results are the same bytes. Default: threads of this process.",
+    )
+
+
+def workers() -> Any:
+    return integer(
+        "With --scheduler: workers started (local) or waited for",
+        default=None,
+        minimum=1,
+        advanced=True,
+        help="Default: one for each core (local), or one.",
+    )
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a tool leaves: its outputs by parameter name, and the few facts worth a line on the terminal."""
+
+    outputs: Mapping[str, Path]
+    facts: Mapping[str, Any] = field(default_factory=dict)
+    lines: tuple[str, ...] = ()  # printed after the run, for a reader
+
+
+@dataclass(frozen=True)
+class Tool:
+    """One room of the toolbox: ``run(ask, feedback)`` does the work that ``Ask`` declares."""
+
+    name: str
+    group: str  # Prepare, Simulate, Evaluate
+    summary: str
+    Ask: type
+    run: Callable[[Any, Feedback], Outcome]
+    in_qgis: bool = True
+
+    @property
+    def qgis_id(self) -> str:
+        """Its name in QGIS's toolbox; empty for a tool that is not there."""
+        return "deadwood:" + self.name.replace("-", "") if self.in_qgis else ""
+
+    @property
+    def label(self) -> str:
+        return self.name.replace("-", " ").capitalize()
+
+    @property
+    def description(self) -> str:
+        """The docstring of the tool's file."""
+        import sys
+
+        return (sys.modules[self.Ask.__module__].__doc__ or "").strip()
+
+    def parameters(self) -> Iterator[Parameter]:
+        for each in dataclasses.fields(self.Ask):
+            yield dataclasses.replace(each.metadata["parameter"], name=each.name)
+
+    def check(self, ask: Any) -> None:
+        """Refuse what no file needs to be opened for: kinds, bounds and choices."""
+        for parameter in self.parameters():
+            check_value(parameter, getattr(ask, parameter.name))
+
+    def __call__(self, ask: Any = None, feedback: Feedback | None = None, **values: Any) -> Outcome:
+        """Run from Python: ``TOOL(Ask(...))`` or ``TOOL(dem=..., output=...)``, with the same checks as a flag gets."""
+        if ask is None:
+            ask = self.ask_from(values)
+        self.check(ask)
+        return self.run(ask, feedback or Quiet())
+
+    def ask_from(self, values: Mapping[str, Any]) -> Any:
+        """Build the ``Ask`` from a mapping; an unknown or missing name is the user's error."""
+        known = {parameter.name: parameter for parameter in self.parameters()}
+        for name in values:
+            if name not in known:
+                raise UserError(f"{self.name}: no parameter is called '{name}'; known are {', '.join(known)}")
+        required = (f.name for f in dataclasses.fields(self.Ask) if f.default is dataclasses.MISSING)
+        for name in required:
+            if values.get(name) is None:
+                raise UserError(f"{self.name}: {known[name].flag} is missing ({known[name].label})")
+        return self.Ask(**values)
+
+
+def taken(ask: Any, record: type[Record]) -> Record:
+    """The parameters that a small record names, for a helper: it need not know the tool's ``Ask``."""
+    return record(**{each.name: getattr(ask, each.name) for each in dataclasses.fields(record)})  # type: ignore[arg-type]
+
+
+def manifest(tool: Tool, ask: Any, **facts: Any) -> dict[str, Any]:
+    """What a run was made of, and by which version and engine; the file works as ``--config`` of the same tool.
+
+    Paths are absolute, so it does from any folder. ``folder`` says where the manifest was to stand, so that inputs are
+    found again where all has been moved together.
+    """
+    values = {each.name: _anywhere(each, getattr(ask, each.name)) for each in tool.parameters()}
+    places = [values[each.name] for each in tool.parameters() if each.kind == "output_folder" and values[each.name]]
+    where = {"folder": places[0]} if places else {}
+    said = {"tool": tool.name, "version": VERSION, "engine": engine_digest(), **where}
+    presets = [each.record for each in ask.taken_presets()] if hasattr(ask, "taken_presets") else []
+    by_name = {"presets": presets} if presets else {}
+    return {**said, "parameters": values, **by_name, **facts}
+
+
+@cache
+def engine_digest() -> str:
+    """Of the engine's sources and its compiler: two runs with the same one are slid alike, bit for bit.
+
+    The one that names the engine's cache of kernels, found without importing either. It is asked once a process: what
+    is edited while a run works does not work in it.
+    """
+    from importlib import metadata, util
+
+    found = util.find_spec("deadwood_engine")
+    assert found is not None
+    assert found.origin is not None
+    digest = hashlib.sha256(metadata.version("numba").encode())
+    for source in sorted(Path(found.origin).parent.glob("*.py")):
+        digest.update(source.name.encode())
+        digest.update(source.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def is_path(parameter: Parameter, value: Any) -> bool:
+    """Whether a value names a file or folder of this machine: no number, no address on a network."""
+    if not isinstance(value, str | Path) or not (parameter.is_input or parameter.is_output or parameter.path_like):
+        return False
+    if parameter.kind == "number_or_layer":
+        try:
+            float(str(value))
+        except ValueError:
+            pass
+        else:
+            return False
+    return "://" not in str(value) and value != parameter.default
+
+
+def _anywhere(parameter: Parameter, value: Any) -> Any:
+    """A value as it means the same in any folder: paths are absolute, the rest stays."""
+    if not is_path(parameter, value):
+        return str(value) if isinstance(value, Path) else value
+    if parameter.path_like and not os.path.exists(value):
+        parts = str(value).split(",")
+        return ",".join(os.path.abspath(part.strip()) if os.path.exists(part.strip()) else part for part in parts)
+    file, bar, layer = str(value).partition("|")
+    return os.path.abspath(file) + bar + layer
+
+
+def moved_paths(named: str, now: Path, then: str | None) -> list[Path]:
+    """Where a path that a manifest names may lie, now that the manifest stands in another folder than at first.
+
+    Parameters
+    ----------
+    now, then
+        The manifest's folder, and the one that it names; manifests of version 0.1.0 name none, and their relative
+        paths were mostly seen from beside the run's folder.
+    """
+    if not os.path.isabs(named):
+        return [now.parent / named]
+    try:
+        moved = [Path(os.path.normpath(now / os.path.relpath(named, then)))] if then else []
+    except ValueError:  # another drive
+        return []
+    return [each for each in moved if each.name == Path(named).name]

@@ -1,0 +1,132 @@
+"""Mapped deadwood judged by its decay and by the ground on which it stands or lies.
+
+For `assess_mobilisation`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import geopandas
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_algorithms.files.columns import field_names, number_column, where_of
+from deadwood_algorithms.files.dem_windows import DemWindows
+from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.params.tool import Feedback, UserError
+from deadwood_algorithms.prepare.mobilisation import decay
+
+FIELDS = {"stage_field": "decay_stage", "years_field": "years_dead", "species_field": "species"}
+
+
+@dataclass
+class Deadwood:
+    """The mapped points, the cell of the DEM that each is in (-1: off it), their decay, and the ground's verdict."""
+
+    frame: geopandas.GeoDataFrame
+    row: NDArray[np.int64]
+    column: NDArray[np.int64]
+    decay: NDArray[np.str_]
+    ground: dict[str, NDArray[np.float64]]
+
+    def look(self, rows: slice, columns: slice, **values: NDArray[np.floating]) -> None:
+        """Take the values of a window's cells for the points in it."""
+        here = (self.row >= rows.start) & (self.row < rows.stop)
+        here &= (self.column >= columns.start) & (self.column < columns.stop)
+        for name, cells in values.items():
+            self.ground[name][here] = cells[self.row[here] - rows.start, self.column[here] - columns.start]
+
+    def split(self, threshold: float) -> dict[str, geopandas.GeoDataFrame]:
+        """Two layers: ``candidates``, which could start to slide, and ``others``, with what holds them."""
+        frame = self.frame.copy()
+        on = np.isfinite(self.ground["susceptibility"])
+        sound = self.decay != decay.OUTSIDE
+        steep = np.nan_to_num(self.ground["susceptibility"]) >= threshold
+        frame["decay"] = self.decay.astype(object)
+        for name, values in self.ground.items():
+            frame[name] = values
+        reason = np.where(~on, "off_dem", np.where(sound, "ground", np.where(steep, "decay", "decay and ground")))
+        could = on & sound & steep
+        candidates, others = (geopandas.GeoDataFrame(frame[which].reset_index(drop=True)) for which in (could, ~could))
+        others["reason"] = reason[~could].astype(object)
+        return {"candidates": candidates, "others": others}
+
+
+@dataclass(frozen=True, kw_only=True)
+class DecayFields:
+    """Where the decay of mapped deadwood stands, and the years since death in which spruce is smooth and strong."""
+
+    stage_field: str | None
+    years_field: str | None
+    species_field: str | None
+    years_from: float
+    years_to: float
+
+
+def read_deadwood(
+    path: str | None, crs: str | None, fields: DecayFields, dem: DemWindows, feedback: Feedback
+) -> Deadwood | None:
+    """The mapped points with their decay; None where no layer is given."""
+    if path is None:
+        return None
+    frame = read_vector(path, geometry=("point",), target_crs=dem.crs, crs=crs, what="deadwood", feedback=feedback)
+    column = np.floor((frame.geometry.x.to_numpy() - dem.bounds[0]) / dem.cell).astype(np.int64)
+    row = np.floor((frame.geometry.y.to_numpy() - dem.bounds[1]) / dem.cell).astype(np.int64)
+    off = (row < 0) | (row >= dem.shape[0]) | (column < 0) | (column >= dem.shape[1])
+    if off.all():
+        raise UserError(f"{where_of(frame)}: none of the {len(frame)} points lies on the DEM; check the CRS of both")
+    row[off] = -1
+    names = ("susceptibility", "slope_deg", "roughness_m", "gully")
+    ground = {name: np.full(len(frame), np.nan) for name in names}
+    return Deadwood(frame, row, column, _decay_of(frame, fields, feedback), ground)
+
+
+def _decay_of(frame: geopandas.GeoDataFrame, named: DecayFields, feedback: Feedback) -> NDArray[np.str_]:
+    """The stage where it is mapped, else the years since death; unknown where neither is."""
+    where = where_of(frame)
+    fields = {}
+    for option, usual in FIELDS.items():
+        given = getattr(named, option)
+        if given is not None and given not in frame:
+            flag = "--" + option.replace("_", "-")
+            raise UserError(f"{where}: there is no field '{given}' ({flag}); it has {field_names(frame)}")
+        fields[option] = given or (usual if usual in frame else None)
+    found = np.full(len(frame), decay.UNKNOWN, dtype="<U8")
+    species = _words(frame, fields["species_field"])
+    if name := fields["years_field"]:
+        years = number_column(frame, name, minimum=0.0, gaps=True)
+        window = (named.years_from, named.years_to)
+        for row in np.flatnonzero(np.isfinite(years)):
+            found[row] = decay.of_years(float(years[row]), species[row], window)
+        strange = {each.strip() for each in species if each.strip() and decay.rate_of(each) is None}
+        if strange:
+            feedback.note(f"{where}: no rate of decay is known of {', '.join(sorted(strange))}; spruce stands for it")
+    if name := fields["stage_field"]:
+        for row, word in enumerate(_words(frame, name)):
+            if not word.strip():
+                continue
+            stage = decay.of_stage(word)
+            if stage is None:
+                raise UserError(
+                    f"{where}, field '{name}', row {row + 1}: '{word}' is no stage of decay; "
+                    "write I to V or 1 to 5, with early or late before it where that is known"
+                )
+            found[row] = stage
+    unknown = int((found == decay.UNKNOWN).sum())
+    if unknown:
+        feedback.note(
+            f"{where}: of {unknown} of {len(frame)} points the decay is unknown; they count as if it were right"
+        )
+    return found
+
+
+def _words(frame: geopandas.GeoDataFrame, name: str | None) -> list[str]:
+    """A column as text, whole numbers without a point; empty where it is, or where there is none."""
+    if name is None:
+        return [""] * len(frame)
+    values = frame[name]
+    words = [
+        str(int(each)) if isinstance(each, float) and each == int(each) else str(each) for each in values.fillna("")
+    ]
+    return [word.strip() for word in words]

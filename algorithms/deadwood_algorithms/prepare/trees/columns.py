@@ -1,0 +1,168 @@
+"""The columns of single-tree tables, brought into the units of the trees layer.
+
+For `import_trees`; which column holds what is said by the table's `sources.Layout`. What is missing is NaN here;
+what to do about it is that tool's business.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import numpy as np
+import shapely
+
+from deadwood_algorithms.files.columns import id_column, number_column, where_of
+from deadwood_algorithms.files.units import named
+from deadwood_algorithms.params.tool import Feedback, UserError
+from deadwood_algorithms.prepare.trees.sources import ROLES, Layout, names_of
+
+if TYPE_CHECKING:
+    import geopandas
+    import pandas
+
+# Of a DBH, in cm; girth-cm is the circumference, as French and Spanish inventories measure it.
+DBH_UNITS = {"cm": 1.0, "m": 100.0, "mm": 0.1, "in": 2.54, "girth-cm": 1 / np.pi}
+HEIGHT_UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "ft": 0.3048}  # in m
+AREA_UNITS = ("m2", "m²", "qm", "sqm")  # of a crown, whose area is read in m2
+CROWN_MEASURES = ("diameter", "radius", "area")
+# A Z of points or a column z whose median is above this is the height of the ground above the sea, not of a tree.
+TALLEST_M = 80.0
+
+
+def find(source: pandas.DataFrame, asked: str | None, option: str, names: Iterable[str]) -> str | None:
+    """The column asked for, else the first of the usual names that is there, in any letter case."""
+    there = names_of(source)
+    if asked and asked.lower() not in there:
+        has = ", ".join(dict.fromkeys(there.values()))
+        raise UserError(f"{where_of(source)}: there is no field '{asked}' ({option}); it has {has}")
+    return next((there[name] for name in ([asked.lower()] if asked else names) if name in there), None)
+
+
+def sizes(source: pandas.DataFrame, name: str, missing_value: float | None) -> np.ndarray:
+    """A column of sizes, NaN where it is empty or holds the missing value."""
+    try:
+        return number_column(source, name, minimum=0.0, exclusive=True, gaps=True, missing_value=missing_value)
+    except UserError as error:
+        raise UserError(f"{error}, or say --missing-value if the number means missing") from error
+
+
+def unit_of(name: str, units: dict[str, float], given: str | None, usual: str, where: str, feedback: Feedback) -> float:
+    """By what a field is multiplied: the unit given, else the one in its name, else the usual one, which is said."""
+    told = named(name)
+    if given is None and told.word and told.unit not in units:
+        feedback.warn(f"{where}: the unit '{told.word}' of the field '{name}' is not known, {usual} is taken")
+    return units[given or (told.unit if told.unit in units else usual)]
+
+
+def dbh_column(
+    source: pandas.DataFrame,
+    layout: Layout,
+    asked: str | None,
+    unit: str | None,
+    missing_value: float | None,
+    feedback: Feedback,
+) -> np.ndarray:
+    """DBH in cm, NaN where missing; without ``unit`` the field's name tells it (``BHD [mm]``, ``dbh_in``), else cm."""
+    name = find(source, asked, "--dbh-field", layout.dbh)
+    if name is None:
+        return np.full(len(source), np.nan)
+    return sizes(source, name, missing_value) * unit_of(name, DBH_UNITS, unit, "cm", where_of(source), feedback)
+
+
+def height_column(
+    source: pandas.DataFrame,
+    layout: Layout,
+    asked: str | None,
+    unit: str | None,
+    missing_value: float | None,
+    feedback: Feedback,
+) -> np.ndarray:
+    """Height in m, NaN where missing: a column, else the Z of the points where that can be the height of a tree.
+
+    Without ``unit`` the field's name tells it, else it is m.
+    """
+    where = where_of(source)
+    name = find(source, asked, "--height-field", layout.height)
+    in_z = name is None and layout.height_in_z and has_z(source)
+    if in_z:
+        name = "the Z of the points"
+        source = source.copy()
+        source[name] = shapely.get_z(np.asarray(source.geometry.array))
+    if name is None:
+        return np.full(len(source), np.nan)
+    times = HEIGHT_UNITS[unit or "m"] if in_z else unit_of(name, HEIGHT_UNITS, unit, "m", where, feedback)
+    if asked is None and (in_z or named(name).plain == "z"):
+        middle = float(np.nanmedian(number_column(source, name, gaps=True))) * times
+        if middle == 0:
+            return np.full(len(source), np.nan)  # as some programs write a Z that they do not have
+        if not middle <= TALLEST_M:
+            feedback.warn(f"{where}: {name} (median {middle:.0f} m) is not the height of trees, and is not used")
+            return np.full(len(source), np.nan)
+        feedback.note(f"{where}: the height is taken from {name}")
+    return sizes(source, name, missing_value) * times
+
+
+def not_understood(source: pandas.DataFrame, layout: Layout, asked: Iterable[str | None]) -> list[str]:
+    """The fields of numbers that nothing is read from: one of them may hold what is about to be computed."""
+    import pandas
+
+    used = {find(source, None, "", getattr(layout, role)) for role in ROLES}
+    used |= {names_of(source).get(name.lower()) for name in asked if name}
+    numbers = (name for name in source.columns if name != "geometry" and name not in used)
+    return [str(name) for name in numbers if pandas.api.types.is_numeric_dtype(source[name])]
+
+
+def has_z(source: pandas.DataFrame) -> bool:
+    """Whether the rows are points that all have a Z."""
+    shapes = np.asarray(source.geometry.array) if "geometry" in source else np.empty(0, object)
+    return bool(shapes.size) and not (shapely.get_type_id(shapes) != 0).any() and bool(shapely.has_z(shapes).all())
+
+
+def crown_column(
+    source: geopandas.GeoDataFrame, layout: Layout, asked: str | None, measure: str | None, outlines: np.ndarray | None
+) -> np.ndarray | None:
+    """Diameter of the crown [m], NaN where missing: from a column, else of the circle as large as the outline.
+
+    ``measure`` says what a column asked for holds: diameter or radius [m], or area [m2]; else its usual meaning.
+    """
+    name = find(source, asked, "--crown-field", layout.crown)
+    if name is None:
+        if outlines is None:
+            return None
+        return 2 * np.sqrt(shapely.area(outlines) / np.pi)
+    values = number_column(source, name, minimum=0.0, gaps=True)
+    told = named(name)
+    measure = measure or layout.crown.get(name.lower(), layout.crown.get(told.plain, "diameter"))
+    if measure == "area":
+        return 2 * np.sqrt(values / np.pi)
+    times = 1.0 if told.word in AREA_UNITS else HEIGHT_UNITS.get(told.unit, 1.0)
+    return values * times * (2.0 if measure == "radius" else 1.0)
+
+
+def id_columns(
+    source: pandas.DataFrame, layout: Layout, kept: np.ndarray, asked: str | None, feedback: Feedback
+) -> dict[str, np.ndarray]:
+    """The ids as they are; where two trees share one, or one has none, new ones, and the old as ``source_id``."""
+    name = find(source, asked, "--id-field", layout.id)
+    running = np.arange(1, int(kept.sum()) + 1)
+    if name is None:
+        return {"tree_id": running}
+    empty = int(np.count_nonzero(source[name].isna()))
+    ids = source[name].astype(str).to_numpy()[kept] if empty else id_column(source, name)[kept]
+    repeated = ids.size - np.unique(ids.astype(str)).size
+    if not (repeated or empty):
+        return {"tree_id": ids}
+    what = f"{empty} trees have no id" if empty else f"{repeated} trees have an id that another one has"
+    feedback.warn(
+        f"{where_of(source)}, field '{name}': {what}; all are numbered anew from 1, the old ids are kept as source_id"
+    )
+    return {"tree_id": running, "source_id": ids}
+
+
+def species_column(source: pandas.DataFrame, layout: Layout, asked: str | None) -> np.ndarray | None:
+    """The species as the source names it, None where empty."""
+    name = find(source, asked, "--species-field", layout.species)
+    if name is None:
+        return None
+    return np.array([None if word is None or word != word else str(word) for word in source[name]], object)

@@ -1,0 +1,139 @@
+"""DBH and height where only one is known: the law that the user chose, given, by zones, or fitted to measured trees.
+
+For `import_trees`; the laws themselves are in `allometry`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import shapely
+
+from deadwood_algorithms.files.columns import field_names, number_column, where_of
+from deadwood_algorithms.params.tool import Feedback, UserError
+from deadwood_algorithms.prepare.trees import allometry
+from deadwood_algorithms.prepare.trees.allometry import (
+    FEW_TO_FIT,
+    FEWEST_TO_FIT,
+    PUBLISHED,
+    FittedLaw,
+    Law,
+    LawsByTree,
+    PowerLaw,
+)
+
+if TYPE_CHECKING:
+    import geopandas
+    import pyproj
+
+DEFAULT = PUBLISHED["fint-ch"]
+
+
+@dataclass(frozen=True)
+class Filled:
+    """DBH [cm] and height [m] of each tree, which of them were computed, and what is to be said of it."""
+
+    dbh: np.ndarray
+    height: np.ndarray
+    from_height: np.ndarray
+    from_dbh: np.ndarray
+    said: tuple[str, ...]
+
+
+def fill_sizes(
+    dbh: np.ndarray, height: np.ndarray, law: Law, crown: np.ndarray | None = None, otherwise: Law | None = None
+) -> Filled:
+    """Fill DBH and height by ``law`` where only the other is known; ``otherwise`` serves where the crown is missing."""
+    crown = np.full(dbh.size, np.nan) if crown is None else crown
+    from_height = np.isnan(dbh) & np.isfinite(height)
+    from_dbh = np.isnan(height) & np.isfinite(dbh)
+    thick, tall = law.dbh(height, crown), law.height(dbh, crown)
+    said = []
+    if otherwise is not None:
+        lacking = (from_height & np.isnan(thick)) | (from_dbh & np.isnan(tall))
+        thick = np.where(np.isnan(thick), otherwise.dbh(height, crown), thick)
+        tall = np.where(np.isnan(tall), otherwise.height(dbh, crown), tall)
+        if lacking.any():
+            said.append(f"{lacking.sum()} of these have no crown diameter, there {otherwise} serves")
+    return Filled(
+        np.where(from_height, thick, dbh), np.where(from_dbh, tall, height), from_height, from_dbh, tuple(said)
+    )
+
+
+def chosen_law(name: str | None, a: float, b: float, sample: FittedLaw | None) -> Law:
+    """The layer's law: fitted, or published by name, or a and b; two of them are one too many."""
+    if sample is not None and (name or PowerLaw(a, b) != DEFAULT):
+        raise UserError("--dbh-sample fits the law that --dbh-law or --dbh-a and --dbh-b would name; give one of them")
+    refuse_two_laws(name, a, b)
+    return sample or (PUBLISHED[name] if name else PowerLaw(a, b))
+
+
+def refuse_two_laws(name: str | None, a: float, b: float) -> None:
+    """Beside a law with the crown, a and b have their use: they serve the trees whose crown is not known."""
+    if name and isinstance(PUBLISHED[name], PowerLaw) and PowerLaw(a, b) not in (DEFAULT, PUBLISHED[name]):
+        raise UserError(f"--dbh-law {name} and --dbh-a {a:g}, --dbh-b {b:g} are two laws; give one of them")
+
+
+def fitted_law(
+    path: str,
+    dbh: np.ndarray,
+    height: np.ndarray,
+    feedback: Feedback,
+) -> FittedLaw:
+    """The law of the trees of a sample that have both sizes."""
+    both = np.isfinite(dbh) & np.isfinite(height)
+    if both.sum() < FEWEST_TO_FIT:
+        raise UserError(
+            f"{path}: {both.sum()} of the sample's {both.size} trees have a DBH and a height; a fit needs "
+            f"{FEWEST_TO_FIT}, and better {FEW_TO_FIT}"
+        )
+    if np.ptp(height[both]) == 0 or np.ptp(dbh[both]) == 0:
+        raise UserError(f"{path}: the sample's trees are all of one height or DBH, no law can be fitted to them")
+    law = allometry.fit(dbh[both], height[both])
+    if law.dbh_law.b <= 0 or law.b_height <= 0:
+        raise UserError(f"{path}: in the sample the DBH falls with the height ({law}); check the columns")
+    if both.sum() < FEW_TO_FIT:
+        feedback.warn(f"{path}: a law fitted to {both.sum()} trees only is uncertain; {FEW_TO_FIT} and more are better")
+    return law
+
+
+def zoned(
+    law: Law, path: str, places: np.ndarray, crs: pyproj.CRS | None, given: str | None, feedback: Feedback
+) -> tuple[Law, str]:
+    """The laws of zone polygons (``dbh_a`` and ``dbh_b``, or ``dbh_law``), elsewhere ``law``; and how many stand where.
+
+    Where zones overlap, the later row counts, as in the friction polygons.
+    """
+    from deadwood_algorithms.files.vectors import read_vector
+
+    zones = read_vector(path, geometry=("polygon",), target_crs=crs, crs=given, what="DBH zones", feedback=feedback)
+    laws = zone_laws(zones)
+    inside, row = shapely.STRtree(np.asarray(zones.geometry.array)).query(places, predicate="intersects")
+    zone = np.zeros(places.size, np.int64)
+    np.maximum.at(zone, inside, row + 1)
+    if not zone.any():
+        raise UserError(f"{where_of(zones)}: no tree stands in a zone; check the CRS of both")
+    outside = int((zone == 0).sum())
+    said = f"DBH by the laws of {np.unique(zone[zone > 0]).size} zones" + (
+        f"; {outside} trees stand in none, there {law}" if outside else ""
+    )
+    return LawsByTree((law, *laws), zone), said
+
+
+def zone_laws(zones: geopandas.GeoDataFrame) -> list[Law]:
+    if "dbh_law" in zones:
+        words = [str(word).strip().lower() for word in zones["dbh_law"]]
+        for row, word in enumerate(words):
+            if word not in PUBLISHED:
+                raise UserError(
+                    f"{where_of(zones)}, field 'dbh_law', row {row + 1}: '{word}' is none of {', '.join(PUBLISHED)}"
+                )
+        return [PUBLISHED[word] for word in words]
+    if "dbh_a" not in zones or "dbh_b" not in zones:
+        raise UserError(
+            f"{where_of(zones)}: zones need the fields dbh_a and dbh_b, or dbh_law; it has {field_names(zones)}"
+        )
+    a, b = (number_column(zones, name, minimum=0.0, exclusive=True) for name in ("dbh_a", "dbh_b"))
+    return [PowerLaw(float(each), float(power)) for each, power in zip(a, b, strict=True)]

@@ -1,0 +1,125 @@
+"""Places for the trees of a random forest: on the DEM, inside polygons, clear of each other.
+
+For `generate_forest`. Places are drawn uniformly by area; what a tree draws comes from the seed and its own number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import shapely
+
+from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
+from deadwood_algorithms.stats import draws
+
+# Random sequential packing of discs ends at a cover of 0.547; near it the planting takes for ever.
+DENSEST_COVER = 0.5
+TURNS = 2000  # of drawing a place, before it is called impossible
+
+
+@dataclass(frozen=True)
+class Ground:
+    """Where trees may stand: the DEM, within the polygons if there are any; ``area`` [m2]."""
+
+    grid: Grid
+    polygons: Any  # shapely Polygon or MultiPolygon, None: everywhere on the DEM
+    bounds: tuple[float, float, float, float]
+    area: float
+
+    def holds(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        on = self.grid.contains(x, y)
+        return on if self.polygons is None else on & shapely.contains_xy(self.polygons, x, y)
+
+
+def ground_of(grid: Grid, stand: Any, exclude: Any) -> Ground:
+    """Where trees may stand; its area counts the patches between four heights, and of polygons what lies on such."""
+    ny, nx = grid.shape
+    west, south = grid.x0, grid.y0
+    box = shapely.box(west, south, west + (nx - 1) * grid.cell, south + (ny - 1) * grid.cell)
+    z = np.isfinite(grid.values)
+    patch = z[:-1, :-1] & z[1:, :-1] & z[:-1, 1:] & z[1:, 1:]
+    if stand is None and exclude is None:
+        return Ground(grid, None, box.bounds, float(patch.sum()) * grid.cell**2)
+    shape = shapely.intersection(box, stand) if stand is not None else box
+    shape = shapely.difference(shape, exclude) if exclude is not None else shape
+    if not shape.area > 0:
+        raise UserError("--stand and --exclude leave no place on the DEM for a tree; check the polygons and their CRS")
+    shapely.prepare(shape)
+    columns = west + (np.arange(nx - 1) + 0.5) * grid.cell
+    total = on = 0
+    first, last = (int((each - south) / grid.cell) for each in (shape.bounds[1], shape.bounds[3]))
+    for row in range(max(first, 0), min(last + 1, ny - 1)):  # by rows: a large DEM needs no second one in memory
+        inside = shapely.contains_xy(shape, columns, south + (row + 0.5) * grid.cell)
+        total, on = total + int(inside.sum()), on + int((inside & patch[row]).sum())
+    area = shape.area * (on / total if total else 1.0)
+    if not area > 0:
+        raise UserError("--stand lies wholly on nodata of the DEM; take another DEM or stand")
+    return Ground(grid, shape, shape.bounds, area)
+
+
+def plant(
+    grounds: Sequence[Ground], counts: Sequence[int], spacing: float, seed: int, feedback: Feedback
+) -> tuple[np.ndarray, np.ndarray]:
+    """Places of the trees [m], by ground: each draws until it stands on its ground, and clear of those before it."""
+    for ground, count in zip(grounds, counts, strict=True):
+        if spacing and count * np.pi * (spacing / 2) ** 2 > DENSEST_COVER * ground.area:
+            most = DENSEST_COVER * 1e4 / (np.pi * (spacing / 2) ** 2)
+            raise UserError(
+                f"--min-spacing-m {spacing:g} leaves no room for {count / ground.area * 1e4:.0f} stems/ha, "
+                f"at most for {most:.0f}; lower one of them"
+            )
+    total = sum(counts)
+    of_ground = np.repeat(np.arange(len(grounds)), counts)
+    tree = numbers_of_trees(counts)
+    place = np.empty((total, 2))
+    turn = np.zeros(total, np.int64)  # of the draw that each tree has come to
+    left = np.arange(total)
+    while left.size:
+        for number in np.unique(of_ground[left]):
+            these = left[of_ground[left] == number]
+            place[these], turn[these] = next_place(grounds[number], tree[these], turn[these], seed)
+        left = too_near(place, spacing)
+        feedback.progress(total - left.size, total, "planting trees")
+        if feedback.cancelled():
+            raise Cancelled
+        if left.size and turn[left].max() > TURNS:
+            raise UserError(f"--min-spacing-m {spacing:g} leaves no room for tree {left[0] + 1} of {total}; lower it")
+    return place[:, 0], place[:, 1]
+
+
+def numbers_of_trees(counts: Sequence[int]) -> np.ndarray:
+    """What each tree is called to the random draws: its number in its ground, from 1, and the ground's above that.
+
+    So a tree keeps its place and sizes when another ground gets more trees.
+    """
+    return np.concatenate([(number << 32) + np.arange(1, count + 1) for number, count in enumerate(counts)])
+
+
+def next_place(ground: Ground, tree: np.ndarray, turn: np.ndarray, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """The first place of each tree (`numbers_of_trees`) on the ground, of its draws from ``turn`` on; the next turn"""
+    west, south, east, north = ground.bounds
+    place, turn = np.empty((tree.size, 2)), turn.copy()
+    left = np.arange(tree.size)
+    while left.size:
+        u, v = draws.uniforms(seed, tree[left], draws.TREE_PLACE, turn[left])
+        x, y = west + u * (east - west), south + v * (north - south)
+        place[left] = np.column_stack((x, y))
+        turn[left] += 1
+        left = left[~ground.holds(x, y)]
+    return place, turn
+
+
+def too_near(place: np.ndarray, spacing: float) -> np.ndarray:
+    """Rows of the trees that stand within ``spacing`` [m] of a tree before them.
+
+    That tree may itself have to move; but a tree looks only at those before it, so the first k never learn of the rest.
+    """
+    if not spacing:
+        return np.empty(0, np.int64)
+    points = np.asarray(shapely.points(place))
+    one, other = shapely.STRtree(points).query(points, predicate="dwithin", distance=spacing)
+    return np.unique(one[other < one])

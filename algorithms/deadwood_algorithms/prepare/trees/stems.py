@@ -1,0 +1,188 @@
+"""Stems of a trees layer before and after a storm, and the layers of each scenario: for `windthrow`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import geopandas
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from deadwood_algorithms.files.columns import number_column, schema_column, warn_implausible, where_of
+from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.params.tool import Feedback, UserError
+from deadwood_algorithms.prepare.trees.throwing import LEAST_LOG_M, Lying, chosen_share, class_shares, item_numbers
+from deadwood_algorithms.scene.items import extent_words, ids_of, plan_of, shared_words
+from deadwood_algorithms.schemas import DBH_CM, TREES
+from deadwood_algorithms.stats import draws
+
+STANDING, LYING, REMOVED = "standing", "lying", "removed"
+
+
+@dataclass(frozen=True)
+class Storm:
+    """What of the tool's parameters says which stems are thrown."""
+
+    share: float | None
+    dbh_classes: str | None
+    areas: str | None
+    ids: str | None
+    stump_m: float
+    seed: int
+
+
+@dataclass(frozen=True)
+class Stems:
+    """The trees on the terrain; ``frame`` has their columns, ``item`` the number by which each draws."""
+
+    frame: geopandas.GeoDataFrame
+    ids: NDArray[Any]
+    item: NDArray[np.uint64]
+    dbh_cm: NDArray[np.float64]
+    height_m: NDArray[np.float64]
+
+    @property
+    def place(self) -> NDArray[np.float64]:
+        return np.column_stack(plan_of(self.frame))
+
+
+def read_stems(path: str, grid: Grid, crs: str | None, feedback: Feedback) -> Stems:
+    """The trees that stand on the terrain; an id that two of them share is refused."""
+    frame = read_vector(path, geometry=("point",), target_crs=grid.crs, crs=crs, what="trees", feedback=feedback)
+    for name in ("dbh_cm", "height_m"):
+        if name not in frame:
+            raise UserError(
+                f"{where_of(frame)}: the trees have no field '{name}'; "
+                "deadwood-tool import-trees makes a trees layer of any table"
+            )
+    sizes = [schema_column(frame, TREES.column(name)) for name in ("dbh_cm", "height_m")]
+    for name, values in zip(("dbh_cm", "height_m"), sizes, strict=True):
+        warn_implausible(values, TREES.column(name), where_of(frame), feedback)
+    ids = ids_of(frame, "tree_id")
+    if twins := shared_words(frame, "tree_id", ids.tolist()):
+        raise UserError(f"{twins}, and no storm can tell them apart; deadwood-tool import-trees numbers them anew")
+    x, y = plan_of(frame)
+    on = grid.contains(x, y)
+    if not on.any():
+        raise UserError(f"{path}: none of the {len(frame)} trees stands on the DEM{extent_words(x, y, grid)}")
+    if not on.all():
+        feedback.note(f"{path}: {np.count_nonzero(~on)} of {len(frame)} trees stand off the DEM and are left out")
+    kept: Any = frame[on].reset_index(drop=True)
+    return Stems(kept, ids[on], item_numbers([str(each) for each in ids[on]]), sizes[0][on], sizes[1][on])
+
+
+def thrown_stems(stems: Stems, storm: Storm, grid: Grid, crs: str | None, feedback: Feedback) -> NDArray[np.bool_]:
+    """Which stems are thrown: those that are named, and of the others the share of their area and class of DBH."""
+    if storm.share is None and not (storm.dbh_classes or storm.areas or storm.ids):
+        raise UserError("nothing says which stems are thrown; give --share, --dbh-classes, --areas or --ids")
+    share = np.full(stems.ids.size, np.nan if storm.share is None else storm.share)
+    group = np.zeros(stems.ids.size, np.int64)
+    if storm.dbh_classes:
+        bounds, shares = class_shares(storm.dbh_classes, DBH_CM[1])
+        group = np.searchsorted(bounds, stems.dbh_cm, side="right")
+        share = np.where(group > 0, np.append(share[:1], shares)[group], share)
+    if storm.areas:
+        area, own = _areas(stems, storm.areas, grid, crs, feedback)
+        share = np.where(area < 0, 0.0, np.where(np.isfinite(own), own, share))
+        if np.isnan(share).any():
+            raise UserError(
+                f"{storm.areas}: the areas have no field 'share', or gaps in it; fill it, or give --share or "
+                "--dbh-classes"
+            )
+        # an area with a share of its own is one group, whatever the classes of its stems
+        group = (area + 1) * 1000 + np.where(np.isfinite(own), 0, group)
+    share = np.nan_to_num(share)
+    named = _named(stems, storm.ids)
+    short = stems.height_m - storm.stump_m < LEAST_LOG_M
+    if (named & short).any():
+        row = int(np.argmax(named & short))
+        raise UserError(
+            f"--ids: tree '{stems.ids[row]}' is {stems.height_m[row]:g} m high, of which a stump of "
+            f"{storm.stump_m:g} m leaves no log; lower --stump-m"
+        )
+    may = ~named & ~short
+    if short.any():
+        feedback.note(f"{int(short.sum())} trees leave no log above a stump of {storm.stump_m:g} m and stay")
+    thrown = named.copy()
+    thrown[may] = chosen_share(stems.item[may], share[may], group[may], storm.seed, draws.STEM_THROWN)
+    if not thrown.any():
+        raise UserError("no stem is thrown; raise the share, or look at the areas and their CRS")
+    return thrown
+
+
+def _named(stems: Stems, ids: str | None) -> NDArray[np.bool_]:
+    names = [each.strip() for each in (ids or "").split(",") if each.strip()]
+    have = np.array([str(each) for each in stems.ids])
+    unknown = np.setdiff1d(names, have)
+    if unknown.size:
+        more = f", nor are {unknown.size - 1} more" if unknown.size > 1 else ""
+        raise UserError(f"--ids: tree '{unknown[0]}' is not among the trees on the DEM{more}")
+    return np.isin(have, names)
+
+
+def _areas(
+    stems: Stems, path: str, grid: Grid, crs: str | None, feedback: Feedback
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """The row of the area in which each tree stands, the later where two overlap, -1 for none; and that row's share."""
+    frame = read_vector(path, geometry=("polygon",), target_crs=grid.crs, crs=crs, what="areas", feedback=feedback)
+    shares = np.full(len(frame), np.nan)
+    if "share" in frame:
+        shares = number_column(frame, "share", minimum=0.0, maximum=1.0, gaps=True)
+    area = np.full(stems.ids.size, -1)
+    x, y = stems.place.T
+    for row, shape in enumerate(np.asarray(frame.geometry)):
+        shapely.prepare(shape)
+        area[shapely.intersects_xy(shape, x, y)] = row
+    if (area < 0).all():
+        raise UserError(f"{where_of(frame)}: no tree stands in an area; check the areas and their CRS")
+    return area, np.where(area < 0, np.nan, shares[area])
+
+
+def states_of(thrown: NDArray[np.bool_], lost: NDArray[np.bool_]) -> dict[str, NDArray[Any]]:
+    """Where each stem is in each scenario: standing, lying or removed."""
+    fallen = np.where(thrown, LYING, STANDING)
+    return {
+        "before": np.full(thrown.size, STANDING),
+        "after": fallen,
+        "later": np.where(lost, REMOVED, fallen),
+        "cleared": np.where(thrown, REMOVED, STANDING),
+    }
+
+
+def trees_with_stumps(stems: Stems, thrown: NDArray[np.bool_], stump_m: float) -> geopandas.GeoDataFrame:
+    """The trees layer after the storm: thrown stems are as high as their stumps, or gone where these have no height."""
+    frame: Any = stems.frame.copy()
+    columns = [each.name for each in TREES.columns if each.name in frame]
+    frame["tree_id"] = stems.ids
+    frame["height_m"] = np.where(thrown, stump_m, stems.height_m)
+    if "crown_diameter_m" in frame:
+        frame.loc[thrown, "crown_diameter_m"] = np.nan
+    columns = ["tree_id", *(name for name in columns if name != "tree_id"), "geometry"]
+    return frame[columns] if stump_m > 0.0 else frame.loc[~thrown, columns].reset_index(drop=True)
+
+
+def lying_frame(
+    stems: Stems, lying: Lying, rows: NDArray[np.intp], kept: NDArray[np.bool_], thickness: float
+) -> geopandas.GeoDataFrame:
+    """The lying logs that are still there, as thick as so much of what they were; ``rows`` are those of the stems."""
+    lines = shapely.linestrings(np.stack([lying.base, lying.tip], axis=1)[kept])
+    columns = {
+        "lying_id": stems.ids[rows][kept],
+        "diameter_cm": thickness * lying.base_cm[kept],
+        "tip_diameter_cm": thickness * lying.tip_cm[kept],
+    }
+    return geopandas.GeoDataFrame(columns, geometry=lines, crs=stems.frame.crs)
+
+
+def stems_frame(
+    stems: Stems, thrown: NDArray[np.bool_], azimuth_deg: NDArray[np.float64], states: dict[str, NDArray[Any]]
+) -> geopandas.GeoDataFrame:
+    """One row a tree: what becomes of it in each scenario."""
+    towards = np.full(thrown.size, np.nan)
+    towards[thrown] = azimuth_deg
+    columns = {"tree_id": stems.ids, "dbh_cm": stems.dbh_cm, "height_m": stems.height_m, "fall_deg": towards}
+    points = np.asarray(stems.frame.geometry)
+    return geopandas.GeoDataFrame(columns | states, geometry=points, crs=stems.frame.crs)

@@ -1,0 +1,140 @@
+"""Which stems a storm throws, how they fall and lie, and what is left of them: the work of `windthrow`, on arrays.
+
+What a tree draws hangs on the seed and its own id, so a tree falls the same way whatever the others do, and a larger
+share throws all that a smaller one does.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.stats import draws
+
+Array = NDArray[np.float64]
+TAPER = 0.5  # the top of a stem has half its DBH, as everywhere here
+LEAST_LOG_M = 0.5  # of a stem that leaves less above its stump, nothing falls
+TURNS = 60  # of halving, for the plan length of a stem on a slope
+
+
+def item_numbers(ids: Sequence[str]) -> NDArray[np.uint64]:
+    """A number for each id, by which it draws."""
+    return np.array([int.from_bytes(hashlib.blake2b(each.encode(), digest_size=8).digest()) for each in ids], np.uint64)
+
+
+def chosen_share(
+    items: NDArray[np.uint64], share: Array, group: NDArray[np.int64], seed: int, stream: int
+) -> NDArray[np.bool_]:
+    """Which items a share of each group takes: the nearest whole number of them, those with the smallest draws."""
+    order = draws.uniforms(seed, items, stream)[0]
+    taken = np.zeros(items.size, bool)
+    for each in np.unique(group):
+        mine = np.flatnonzero(group == each)
+        count = int(np.floor(share[mine[0]] * mine.size + 0.5))
+        taken[mine[np.lexsort((items[mine], order[mine]))[:count]]] = True
+    return taken
+
+
+def fall_directions(items: NDArray[np.uint64], towards_deg: float, scatter_deg: float, seed: int) -> Array:
+    """Azimuths towards which stems fall [deg]: normal about the wind's."""
+    return (towards_deg + scatter_deg * draws.normals(seed, items, draws.STEM_FALL)[0]) % 360.0
+
+
+@dataclass(frozen=True)
+class Lying:
+    """Lying stems: base and tip in plan [m], shape (n, 2) each; diameters [cm].
+
+    azimuth_deg : towards which they lie; cut : they end at the terrain's edge
+    """
+
+    base: Array
+    tip: Array
+    base_cm: Array
+    tip_cm: Array
+    azimuth_deg: Array
+    cut: NDArray[np.bool_]
+
+
+def lying_stems(place: Array, dbh_cm: Array, height_m: Array, azimuth_deg: Array, stump_m: float, grid: Grid) -> Lying:
+    """Stems above their stumps, fallen from the stump's edge; as long on the slope as they were when standing.
+
+    A stem is the part of the tree's cone above the stump. Where it would reach beyond the terrain it ends there; one
+    that has no room at all falls the other way, so that no stem is lost.
+    """
+    length, edge = height_m - stump_m, 0.5 * dbh_cm / 100.0
+    found = [lain(place, edge, azimuth, length, grid) for azimuth in (azimuth_deg, (azimuth_deg + 180.0) % 360.0)]
+    turned = found[0].far < LEAST_LOG_M
+    base, way, far, cut = (
+        np.where(turned.reshape(-1, *[1] * (a.ndim - 1)), b, a)
+        for a, b in zip(*((each.base, each.way, each.far, each.cut) for each in found), strict=True)
+    )
+    towards = np.where(turned, (azimuth_deg + 180.0) % 360.0, azimuth_deg)
+    at = np.clip(stump_m / height_m, 0.0, 1.0)
+    base_cm = dbh_cm * (1.0 - (1.0 - TAPER) * at)
+    return Lying(base, base + far[:, None] * way, base_cm, TAPER * dbh_cm, towards, cut | turned)
+
+
+@dataclass(frozen=True)
+class Laid:
+    """Stems laid in one direction: where they begin, the direction in plan, how far they go, whether they are cut."""
+
+    base: Array
+    way: Array
+    far: Array
+    cut: NDArray[np.bool_]
+
+
+def lain(place: Array, edge: Array, azimuth_deg: Array, length: Array, grid: Grid) -> Laid:
+    """Stems from the edge of their stumps [m from its middle]; from the middle where the terrain ends before that."""
+    angle = np.radians(azimuth_deg)
+    way = np.column_stack([np.sin(angle), np.cos(angle)])
+    base = place + edge[:, None] * way
+    outside = ~grid.contains(*base.T)
+    base[outside] = place[outside]
+    return Laid(base, way, *plan_lengths(base, way, length, grid))
+
+
+def plan_lengths(base: Array, way: Array, length: Array, grid: Grid) -> tuple[Array, NDArray[np.bool_]]:
+    """How far in plan a straight stem of this length reaches when both its ends lie on the ground; and whether the
+    terrain ends before."""
+    ground = grid.height(*base.T)
+
+    def beyond(far: Array) -> NDArray[np.bool_]:
+        height = grid.height(*(base + far[:, None] * way).T)
+        return ~(np.hypot(far, height - ground) <= length)  # NaN off the terrain is beyond
+
+    low, high = np.zeros(length.size), length.copy()
+    level = ~beyond(high)
+    for _ in range(TURNS):
+        middle = 0.5 * (low + high)
+        out = beyond(middle)
+        low, high = np.where(out, low, middle), np.where(out, middle, high)
+    far = np.where(level, length, low)
+    cut = ~np.isfinite(grid.height(*(base + 1.001 * far[:, None] * way + 1e-6 * way).T)) & ~level
+    return far, cut
+
+
+def class_shares(text: str, most_cm: float) -> tuple[Array, Array]:
+    """``0:0.1,20:0.3``: least DBH [cm] of each class, ascending, and its share."""
+    try:
+        pairs = [tuple(float(each) for each in part.split(":")) for part in text.split(",") if part.strip()]
+        bounds, shares = np.array(pairs, np.float64).reshape(-1, 2).T
+    except ValueError:
+        bounds, shares = np.zeros(0), np.zeros(0)
+    rising = bool((np.diff(bounds) > 0.0).all())
+    if not bounds.size or not rising or bounds[0] < 0.0 or bounds[-1] > most_cm or not _is_share(shares).all():
+        raise UserError(
+            f"--dbh-classes is '{text}', but must be least DBH and share of each class, rising, with commas: "
+            "0:0.1,20:0.3,40:0.7"
+        )
+    return bounds, shares
+
+
+def _is_share(values: Array) -> NDArray[np.bool_]:
+    return (values >= 0.0) & (values <= 1.0)

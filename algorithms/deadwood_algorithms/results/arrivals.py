@@ -1,0 +1,252 @@
+"""Arrivals at lines and polygons, from stored trajectories, and where their logs came from: the work of `reach-lines`.
+
+An arrival is the first pose at which any part of the log's outline in plan touches the line or the polygon's outline;
+a log that starts inside a polygon arrives with its first pose.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import geopandas
+import numpy as np
+import pandas
+import shapely
+from numpy.typing import NDArray
+
+from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.params.tool import Cancelled, Feedback
+from deadwood_algorithms.results.edges import Edges
+from deadwood_algorithms.results.motion import bodies_of, energies_kj, path_so_far, travel
+from deadwood_algorithms.results.run_folder import Run, ends_of
+from deadwood_algorithms.scene.items import Items
+from deadwood_algorithms.stats.directions import azimuth
+from deadwood_algorithms.stats.statistics import bounds_if_lost, reach_record
+from deadwood_engine import Lines, segments_of, sweep_touches
+
+POSE_FACTS = ("t_s", "path_m", *"xyz", "speed_ms", "clearance_m", "xb", "yb", "zb", "xt", "yt", "zt")
+
+
+@dataclass(frozen=True)
+class Arrived:
+    """One row a log and line that it reached, by line and then log; ``line`` and ``log`` are rows of items and logs.
+
+    near_edge : bool, by log of the deposits: its stored path came near an edge of the terrain
+    """
+
+    table: pandas.DataFrame
+    near_edge: NDArray[np.bool_]
+
+    def reached(self, n_logs: int, n_lines: int) -> NDArray[np.bool_]:
+        out = np.zeros((n_logs, n_lines), bool)
+        out[self.table["log"], self.table["line"]] = True
+        return out
+
+
+def find_arrivals(
+    source: Run, lines: Lines, items: Items, edges: Edges | None, edge_m: float, feedback: Feedback
+) -> Arrived:
+    """Follow the stored trajectories, piece by piece; without edges, nothing is near one."""
+    bodies = bodies_of(source)
+    near_edge = np.zeros(len(source.deposits), bool)
+    pieces: list[dict[str, NDArray]] = []
+    done = 0
+    for piece in source.poses(source.stored_log_ids):
+        if feedback.cancelled():
+            raise Cancelled
+        if edges:
+            near_edge[piece["log_row"][edges.near(piece["x"], piece["y"], edge_m)]] = True
+        first = first_touches(source, piece, lines, items)
+        log, line = np.nonzero(first >= 0)
+        pose = first[log, line]
+        piece["path_m"] = path_so_far(piece)
+        moving, turning = energies_kj(piece, bodies)
+        towards = travel(piece, pose)
+        pieces.append(
+            {"log": log, "line": line}
+            | {name: piece[name][pose] for name in POSE_FACTS}
+            | {"energy_kj": moving[pose], "rotation_kj": turning[pose], "dx": towards[:, 0], "dy": towards[:, 1]}
+        )
+        done += np.unique(piece["log_id"]).size
+        feedback.progress(done, source.stored_log_ids.size, "following trajectories")
+    table = pandas.DataFrame({name: np.concatenate([each[name] for each in pieces]) for name in pieces[0]})
+    return Arrived(table.sort_values(["line", "log"], kind="stable", ignore_index=True), near_edge)
+
+
+def first_touches(source: Run, piece: dict[str, NDArray], lines: Lines, items: Items) -> NDArray[np.int64]:
+    """Row in ``piece`` of the first pose of each log that touches each item, -1 for none; shape (n_logs, n_items)."""
+    n_logs = len(source.deposits)
+    segments = segments_of(lines, source.grid.x0, source.grid.y0)
+    base, tip = ends_of(piece)
+    _, pose = sweep_touches(piece["log_row"], base, tip, *source.radii(), segments)
+    none = np.iinfo(np.int64).max
+    first = np.full((n_logs, len(items.ids)), none)
+    for row, item in enumerate(items.item):
+        first[:, item] = np.minimum(first[:, item], np.where(pose[:, row] < 0, none, pose[:, row]))
+    starts = np.flatnonzero(np.diff(piece["log_row"], prepend=-1))
+    for column, shape in enumerate(items.geometry):
+        if shapely.get_dimensions(shape) == 2:
+            inside = starts[shapely.contains_xy(shape, piece["x"][starts], piece["y"][starts])]
+            first[piece["log_row"][inside], column] = inside
+    return np.where(first == none, -1, first)
+
+
+def arrivals_frame(source: Run, arrived: Arrived, items: Items, edges: Edges) -> geopandas.GeoDataFrame:
+    """The arrivals as a layer: a point at the log's centre of mass then, and how it came."""
+    table = arrived.table
+    of_log = source.deposits.iloc[table["log"].to_numpy()]
+    x, y, z = (table[name].to_numpy() for name in "xyz")
+    touched = touch_places(table, items)
+    angle = travel_angles(table, items, touched)
+    columns = {
+        "log_id": of_log["log_id"].to_numpy(),
+        "release_id": of_log["release_id"].to_numpy(),
+        "line_id": np.array(items.ids)[table["line"].to_numpy()],
+        "t_s": table["t_s"].to_numpy(),
+        "path_m": table["path_m"].to_numpy(),
+        "speed_ms": table["speed_ms"].to_numpy(np.float64),
+        "energy_kj": table["energy_kj"].to_numpy(),
+        "rotation_kj": table["rotation_kj"].to_numpy(),
+        "clearance_m": table["clearance_m"].to_numpy(np.float64),
+        "height_m": z - edges.heights(x, y),
+        "azimuth_deg": angle["azimuth_deg"],
+        "impact_deg": angle["impact_deg"],
+        "axis_deg": angle["axis_deg"],
+        "touch_x": touched[:, 0],
+        "touch_y": touched[:, 1],
+        "release_x": of_log["release_x"].to_numpy(),
+        "release_y": of_log["release_y"].to_numpy(),
+        "stop_reason": of_log["stop_reason"].to_numpy(),
+    }
+    points = shapely.points(np.column_stack([x, y, z]))
+    return geopandas.GeoDataFrame(columns, geometry=points, crs=source.deposits.crs)
+
+
+def touch_places(table: pandas.DataFrame, items: Items) -> NDArray[np.float64]:
+    """Where on the line or outline each arrival is: the place nearest to the log's axis then, shape (k, 2) [m]."""
+    outlines = np.array([_outline(shape) for shape in items.geometry], object)[table["line"].to_numpy()]
+    axes = shapely.linestrings(table[["xb", "yb", "xt", "yt"]].to_numpy().reshape(-1, 2, 2))
+    ends = shapely.get_coordinates(shapely.shortest_line(outlines, axes))
+    return ends[::2]
+
+
+def travel_angles(
+    table: pandas.DataFrame, items: Items, touched: NDArray[np.float64]
+) -> dict[str, NDArray[np.float64]]:
+    """Direction of travel, and the angles in plan between it and the line there, and the log's axis; NaN at rest."""
+    way = table[["dx", "dy"]].to_numpy()
+    moving = np.hypot(*way.T) > 0.0
+    along = np.array(
+        [_direction_at(items.geometry[k], place) for k, place in zip(table["line"], touched, strict=True)], float
+    ).reshape(-1, 2)
+    axis = table[["xt", "yt"]].to_numpy() - table[["xb", "yb"]].to_numpy()
+    facts = {
+        "azimuth_deg": azimuth(way[:, 0], way[:, 1]),
+        "impact_deg": angle_between(way, along),
+        "axis_deg": angle_between(way, axis),
+    }
+    return {name: np.where(moving, values, np.nan) for name, values in facts.items()}
+
+
+def angle_between(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Angle between directions in plan, whichever way they point: 0 along, 90 across [deg]."""
+    cross = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+    return np.degrees(np.arctan2(cross, np.abs((a * b).sum(axis=1))))
+
+
+def _outline(shape: Any) -> Any:
+    return shape.boundary if shapely.get_dimensions(shape) == 2 else shape
+
+
+def _direction_at(shape: Any, place: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Direction of the line or outline's segment that is nearest to a place on it."""
+    parts = shapely.get_parts(_outline(shape))
+    part = parts[int(np.argmin(shapely.distance(parts, shapely.Point(place))))]
+    ends = shapely.get_coordinates(part)
+    a, b = ends[:-1], ends[1:]
+    step = b - a
+    size = np.maximum((step**2).sum(axis=1), 1e-300)
+    t = np.clip(((place - a) * step).sum(axis=1) / size, 0.0, 1.0)
+    return step[int(np.argmin(((a + t[:, None] * step - place) ** 2).sum(axis=1)))]
+
+
+def arrival_counts_frame(source: Run, arrivals: geopandas.GeoDataFrame, items: Items) -> geopandas.GeoDataFrame:
+    """One row a line: its probability, and how fast, hard and high logs arrive there."""
+    rows = []
+    stored = source.deposits[source.deposits["log_id"].isin(source.stored_log_ids.tolist())]
+    for line_id in items.ids:
+        mine = arrivals[arrivals["line_id"] == line_id]
+        record = {"line_id": line_id, **_share(mine, stored)}
+        rows.append(record | _strength(mine) | {"clearance_max_m": _largest(mine["clearance_m"])})
+    return geopandas.GeoDataFrame(pandas.DataFrame(rows), geometry=items.geometry, crs=source.deposits.crs)
+
+
+def attribution_frame(source: Run, arrivals: geopandas.GeoDataFrame, items: Items) -> geopandas.GeoDataFrame:
+    """One row a release and line: which release hits which object, drawn from the release to where its logs touch."""
+    stored = source.deposits[source.deposits["log_id"].isin(source.stored_log_ids.tolist())]
+    of_pair = dict(list(arrivals.groupby(["release_id", "line_id"])))
+    per_line = arrivals["line_id"].value_counts()
+    rows, shapes = [], []
+    for release_id, released in stored.groupby("release_id", sort=False):
+        centre = released["release_x"].mean(), released["release_y"].mean()
+        for k, line_id in enumerate(items.ids):
+            mine = of_pair.get((release_id, line_id), arrivals[:0])
+            share = len(mine) / per_line[line_id] if line_id in per_line else np.nan
+            record = {"release_id": release_id, "line_id": line_id, **_share(mine, released)}
+            rows.append(record | {"share_of_arrivals": share} | _strength(mine))
+            somewhere = items.geometry[k].representative_point().coords[0]
+            there = tuple(mine[["touch_x", "touch_y"]].mean()) if len(mine) else somewhere
+            shapes.append(shapely.LineString([centre, there]))
+    return geopandas.GeoDataFrame(pandas.DataFrame(rows), geometry=shapes, crs=source.deposits.crs)
+
+
+def origins_frame(arrivals: geopandas.GeoDataFrame) -> geopandas.GeoDataFrame:
+    """The arrivals once more, each drawn where its log was released: from where is the object hit?"""
+    names = ["log_id", "release_id", "line_id", "t_s", "speed_ms", "energy_kj"]
+    points = shapely.points(arrivals["release_x"], arrivals["release_y"])
+    return geopandas.GeoDataFrame(arrivals[names], geometry=points, crs=arrivals.crs)
+
+
+def origin_rasters(
+    source: Run, reached: NDArray[np.bool_], items: Items, cell: float
+) -> tuple[Grid, dict[str, NDArray[np.float32]]]:
+    """Where logs were released: the share of those of each cell that reach any line, each line, and their number.
+
+    The grid covers the releases alone; its borders are whole multiples of the cell. NaN where no log was released.
+    """
+    stored = np.flatnonzero(np.isin(source.deposits["log_id"], source.stored_log_ids))
+    x, y = (source.deposits[f"release_{name}"].to_numpy()[stored] for name in "xy")
+    i, j = (np.floor(at / cell).astype(np.int64) for at in (x, y))
+    shape = (int(np.ptp(j)) + 1, int(np.ptp(i)) + 1)
+    place = np.ravel_multi_index((j - j.min(), i - i.min()), shape)
+    released = np.bincount(place, minlength=shape[0] * shape[1]).astype(np.float64)
+    released[released == 0.0] = np.nan
+    chosen = {"any line": reached[stored].any(axis=1)}
+    chosen |= {f"line {line_id}": reached[stored, k] for k, line_id in enumerate(items.ids)}
+    bands = {name: np.bincount(place, weights=hit, minlength=released.size) / released for name, hit in chosen.items()}
+    bands["logs released"] = released
+    nothing = np.broadcast_to(np.float32(np.nan), shape)
+    grid = Grid(nothing, cell, (i.min() + 0.5) * cell, (j.min() + 0.5) * cell, source.grid.crs)
+    return grid, {name: band.reshape(shape).astype(np.float32) for name, band in bands.items()}
+
+
+def _share(mine: Any, logs: Any) -> dict[str, float]:
+    """Reach probability of these logs by their arrivals, and its bounds for those that left before they arrived."""
+    lost = logs.loc[logs["stop_reason"] == "left_dem", "log_id"]
+    n_lost = int((~lost.isin(mine["log_id"])).sum())
+    return reach_record(len(mine), len(logs)) | bounds_if_lost(len(mine), len(logs), n_lost)
+
+
+def _strength(mine: Any) -> dict[str, float]:
+    """Median and 95 % quantile of speed and energy of arrivals; NaN without any."""
+    out = {}
+    for name, unit in (("speed", "ms"), ("energy", "kj")):
+        values = mine[f"{name}_{unit}"].to_numpy(np.float64)
+        for word, level in (("median", 0.5), ("p95", 0.95)):
+            out[f"{name}_{word}_{unit}"] = float(np.quantile(values, level)) if values.size else np.nan
+    return out
+
+
+def _largest(values: Any) -> float:
+    return float(values.max()) if len(values) else np.nan

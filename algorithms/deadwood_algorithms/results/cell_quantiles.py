@@ -1,0 +1,133 @@
+"""Quantiles, over the logs that pass a cell, of the largest speed, energy and jump that each of them had in it.
+
+Every log that overlaps a cell counts once in it, with its largest value there, as in PlatRock's rasters: not the
+poses, of which a slow log has more, and not the logs that pass elsewhere. With n logs in a cell the quantile is the
+usual one (linear between order statistics); of few logs a 99 % quantile is just the largest.
+
+Memory is bounded by the rows that are worked on at once: so many that their hits, which are counted beforehand, stay
+below `HITS_AT_ONCE`. The stored poses are read once for each such band of rows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
+from deadwood_algorithms.results.motion import bodies_of, energies_kj
+from deadwood_algorithms.results.run_folder import Run, ends_of
+from deadwood_engine.peaks import CellPeaks
+
+HITS_AT_ONCE = 20_000_000  # 4 bytes each and quantity, and 16 more while one is sorted: 0.6 GB
+QUANTITIES = {"speed": "m/s", "energy": "kJ", "jump": "m"}
+
+
+def levels_of(text: str) -> list[float]:
+    """The quantiles asked for, as shares of 1."""
+    try:
+        percent = [float(each) for each in str(text).split(",") if each.strip()]
+    except ValueError:
+        percent = []
+    if not percent or not all(0.0 <= each <= 100.0 for each in percent) or len(set(percent)) < len(percent):
+        raise UserError(f"--quantiles is '{text}', but must be different numbers from 0 to 100, with commas")
+    return [each / 100.0 for each in percent]
+
+
+def cell_quantiles(
+    source: Run,
+    chosen: NDArray[np.int64],
+    counts: NDArray[np.uint32],
+    grid: Grid,
+    quantities: Sequence[str],
+    levels: Sequence[float],
+    feedback: Feedback,
+) -> dict[str, NDArray[np.float32]]:
+    """Rasters of quantiles, by quantity shape (levels, ny, nx), NaN where no log was.
+
+    ``counts`` are the hits of the chosen logs on ``grid``; they say how much room is needed.
+    """
+    out = {name: np.full((len(levels), *grid.shape), np.nan, np.float32) for name in quantities}
+    bands = list(row_bands(counts.sum(axis=1, dtype=np.int64), HITS_AT_ONCE))
+    bodies, reach = bodies_of(source), extents(source, chosen)
+    for number, rows in enumerate(bands):
+        peaks = CellPeaks(counts[rows], len(quantities))
+        y0 = grid.y0 + rows.start * grid.cell
+        south, north = y0 - 0.5 * grid.cell, y0 + (rows.stop - rows.start - 0.5) * grid.cell
+        wanted = chosen[(reach[0] <= north) & (reach[1] >= south)]
+        done = 0
+        for piece in source.poses(wanted):
+            if feedback.cancelled():
+                raise Cancelled
+            base, tip = ends_of(piece)
+            values = np.stack([values_of(name, piece, bodies) for name in quantities])
+            place = {"x0": grid.x0, "y0": y0, "cell": grid.cell}
+            peaks.add(piece["log_row"], base, tip, *source.radii(), values, **place)
+            done += np.unique(piece["log_id"]).size
+            feedback.progress(
+                number + done / max(1, wanted.size), len(bands), "gathering what each log had in each cell"
+            )
+        for channel, name in enumerate(quantities):
+            found = quantiles_by_cell(peaks.peaks[channel], peaks.start, levels)
+            out[name][:, rows] = found.reshape(len(levels), rows.stop - rows.start, -1)
+    feedback.progress(1, 1, "gathering what each log had in each cell")
+    return out
+
+
+def values_of(name: str, piece: dict[str, NDArray], bodies: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Speed [m/s], kinetic energy of translation and rotation [kJ], or clearance under the log [m] at each pose."""
+    if name == "energy":
+        return np.add(*energies_kj(piece, bodies))
+    values = piece["speed_ms"] if name == "speed" else piece["clearance_m"]
+    return np.maximum(values, 0.0).astype(np.float64)
+
+
+def row_bands(hits: NDArray[np.int64], most: int) -> Iterator[slice]:
+    """Successive rows with at most so many hits together; a row that alone has more is a band of its own."""
+    start, held = 0, 0
+    for row, count in enumerate(hits.tolist()):
+        if held + count > most and row > start:
+            yield slice(start, row)
+            start, held = row, 0
+        held += count
+    yield slice(start, len(hits))
+
+
+def extents(source: Run, chosen: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Southernmost and northernmost reach of each chosen log [m], shape (2, k)."""
+    low, high = np.full(len(source.deposits), np.inf), np.full(len(source.deposits), -np.inf)
+    base_radius, _ = source.radii()
+    for piece in source.poses(chosen):
+        row = piece["log_row"]
+        np.minimum.at(low, row, np.minimum(piece["yb"], piece["yt"]) - base_radius[row])
+        np.maximum.at(high, row, np.maximum(piece["yb"], piece["yt"]) + base_radius[row])
+    ids = source.deposits["log_id"].to_numpy()
+    order = np.argsort(ids)
+    rows = order[np.searchsorted(ids[order], chosen)]
+    return np.stack([low[rows], high[rows]])
+
+
+def quantiles_by_cell(
+    values: NDArray[np.float32], start: NDArray[np.int64], levels: Sequence[float]
+) -> NDArray[np.float32]:
+    """Quantiles of the values of each cell, shape (levels, cells); values are not negative, NaN without any.
+
+    Sorted all at once: the bits of a float that is not negative order it, and the cell's number stands before them.
+    """
+    count = np.diff(start)
+    keys = np.repeat(np.arange(count.size, dtype=np.uint64), count)
+    keys <<= np.uint64(32)  # in place: these are the largest arrays of the tool
+    keys |= values.view(np.uint32)
+    keys.sort()
+    ordered = keys.astype(np.uint32).view(np.float32)  # the lower half
+    filled = np.flatnonzero(count)
+    out = np.full((len(levels), count.size), np.nan, np.float32)
+    for k, level in enumerate(levels):
+        at = level * (count[filled] - 1)
+        low = np.floor(at).astype(np.int64)
+        first = ordered[start[filled] + low].astype(np.float64)
+        second = ordered[start[filled] + np.minimum(low + 1, count[filled] - 1)]
+        out[k, filled] = first + (at - low) * (second - first)
+    return out

@@ -1,0 +1,72 @@
+"""Where a moving log ends on the road: of the logs that pass a cell, the share that reach a line then or later.
+
+A log passes a cell when its outline in plan touches it. It reaches a line afterwards when its first touch of the line
+comes with the outline that first touched the cell, or with a later one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.params.tool import Cancelled, Feedback
+from deadwood_algorithms.results.arrivals import first_touches
+from deadwood_algorithms.results.run_folder import Run, ends_of
+from deadwood_algorithms.scene.items import Items
+from deadwood_algorithms.scene.memory import refuse_too_many
+from deadwood_engine import Lines, sweep_danger
+
+ANY = "Share of the logs that passed which reached any line afterwards"
+COUNT = "Logs that passed"
+LEAST = 10
+STYLE = "danger"
+BAND_BYTES = 20  # a cell and line, of what is counted in a piece, in all, and written
+
+
+def danger_bands(
+    passed: NDArray[np.uint32], danger: NDArray[np.uint32], line_ids: Sequence[Any], least: int
+) -> dict[str, NDArray[np.float32]]:
+    """The bands of a danger raster by their descriptions; NaN where fewer than ``least`` logs passed.
+
+    Parameters
+    ----------
+    passed : shape (ny, nx), logs that passed each cell
+    danger : shape (lines + 1, ny, nx), those that reached any line afterwards, then each line
+    """
+    few = passed < least
+    count = np.where(few, np.nan, passed).astype(np.float32)
+    shares = [(reached / np.where(few, np.nan, passed)).astype(np.float32) for reached in danger]
+    return {ANY: shares[0], COUNT: count} | dict(zip(map(str, line_ids), shares[1:], strict=True))
+
+
+def units_of(bands: Sequence[str]) -> list[str]:
+    return ["logs" if name == COUNT else "1" for name in bands]
+
+
+def danger_of(
+    source: Run, wanted: NDArray[np.int64], grid: Grid, lines: Lines, items: Items, feedback: Feedback
+) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
+    """How many of the wanted logs pass each cell, and how many of these reach any line afterwards, and each line."""
+    cells = grid.shape[0] * grid.shape[1]
+    refuse_too_many(
+        cells, "cells", source.grid.path, each=BAND_BYTES * (len(items.ids) + 1), mend="take a larger --cell-m"
+    )
+    count = np.zeros(grid.shape, np.uint32)
+    danger = np.zeros((len(items.ids) + 1, *grid.shape), np.uint32)
+    place = {"x0": grid.x0, "y0": grid.y0, "cell": grid.cell, "shape": grid.shape}
+    done = 0
+    for piece in source.poses(wanted):
+        if feedback.cancelled():
+            raise Cancelled
+        base, tip = ends_of(piece)
+        touch = first_touches(source, piece, lines, items)
+        passed, reached = sweep_danger(piece["log_row"], base, tip, *source.radii(), touch, **place)
+        count += passed
+        danger += reached
+        done += np.unique(piece["log_id"]).size
+        feedback.progress(done, wanted.size, "following logs to the lines")
+    return count, danger

@@ -1,0 +1,271 @@
+"""What a run will take, told from a pilot: so many of its logs, evenly drawn, slid and written in a folder that goes.
+
+Time: what the pilot's logs took each, times all of them, and what a run takes beside the sliding. Memory: the most that
+this process has held at the pilot's end, and what each further log adds. Disk: the pilot's files, of which those with a
+row a log grow with the logs, and rasters with the logarithm of their number, because more logs pass the same ground;
+beside the result stands the working folder until the end.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import shutil
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from deadwood_algorithms.files.free_memory import GIB, SHARE, free_bytes
+from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.simulate.log_order import hash_order
+
+if TYPE_CHECKING:
+    import geopandas
+
+PILOT_LOGS = 400
+# Of results that have a row a log [bytes]: what is held in memory while they are written, and what the working folder
+# has of a log and of a cell that any log passed (two states of the rasters are kept).
+LOG_MEMORY, KEPT_MEMORY, WORK_LOG, WORK_CELL = 2000, 400, 800, 2 * 40
+VERTEX_MEMORY = 100  # of a trajectory's vertex, as it is read, thinned and written
+# Bytes of a GeoPackage without rows, with its styles, and of a trajectory's row beside its vertices: measured on 400 to
+# 40 000 logs.
+EMPTY_LAYERS, TRAJECTORY_ROW = 220_000, 300
+RASTER_DECADE = 0.9  # by so much of itself a raster's file grows with ten times the logs; 0.5 to 0.9 measured
+WRITE_S = 0.5e-3  # a log, to gather and write its rows
+# What the least of runs has of a log and of one that keeps its trajectory, working folder included: below this much no
+# run has been seen, so where not even that is free nothing is begun.
+LEAST_LOG_DISK, LEAST_KEPT_DISK = 1000, 3000
+
+
+@dataclass(frozen=True)
+class Pilot:
+    """What the pilot took.
+
+    Attributes
+    ----------
+    logs, kept : logs that were slid; those of them that kept their trajectory
+    cpu_s, slide_s, other_s : processor time and wall time of the sliding, wall time of all else
+    memory : most bytes that the process has held
+    files : size of each file by its name
+    passed_cells : cells that any log passed
+    vertices : of all trajectories
+    spread : standard deviation of a log's run, by its mean: of the time that it is slid for
+    """
+
+    logs: int
+    kept: int
+    cpu_s: float
+    slide_s: float
+    other_s: float
+    memory: int
+    files: Mapping[str, int]
+    passed_cells: int
+    vertices: int
+    spread: float
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """What the run will take; sizes in bytes, times in seconds. ``off`` is the half-width of the time's 95 % interval,
+    by the time."""
+
+    logs: int
+    kept: int
+    pilot_logs: int
+    cpu_s: float
+    off: float
+    memory: int
+    disk: int
+    disk_at_end: int
+    wall_s: float
+    threads: int
+    workers: int
+    workers_s: float
+
+
+def pilot_of(frame: geopandas.GeoDataFrame, seed: int, logs: int = PILOT_LOGS) -> geopandas.GeoDataFrame:
+    """So many releases in the order of an even draw, at most all; ``frame`` has the column ``log_id``."""
+    rows = np.sort(hash_order(frame["log_id"].to_numpy(np.int64), seed)[:logs])
+    return frame.iloc[rows].reset_index(drop=True)
+
+
+def pilot_from(folder: Path, whole_s: float) -> Pilot:
+    """Read what a pilot left, that took so long from its beginning to its end."""
+    import json
+
+    import pyogrio
+    import rasterio
+    import shapely
+
+    from deadwood_algorithms.results.run_folder import GEOPACKAGE, SUMMARY, layers_in
+
+    summary = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
+    cost, logs = summary["cost"], summary["logs"]["released"]
+    package = folder / GEOPACKAGE
+    deposits = pyogrio.read_dataframe(package, layer="deposits", columns=["duration_s"], read_geometry=False)
+    run = deposits["duration_s"].to_numpy(np.float64)
+    kept, vertices = 0, 0
+    if "trajectories" in layers_in(folder):
+        shapes = pyogrio.read_dataframe(package, layer="trajectories", columns=[]).geometry.to_numpy()
+        kept, vertices = len(shapes), int(shapely.get_num_coordinates(shapes).sum())
+    with rasterio.open(folder / "hit_count.tif") as source:
+        passed = int(np.count_nonzero(source.read(1))) if source.width * source.height <= 2**28 else 0
+    return Pilot(
+        logs=logs,
+        kept=kept,
+        cpu_s=cost["cpu_s"],
+        slide_s=cost["wall_s"],
+        other_s=max(0.0, whole_s - cost["wall_s"]),
+        memory=most_held(),
+        files={each.name: each.stat().st_size for each in folder.iterdir()},
+        passed_cells=passed,
+        vertices=vertices,
+        spread=float(run.std() / run.mean()) if run.mean() > 0.0 else 0.0,
+    )
+
+
+def forecast(pilot: Pilot, logs: int, kept: int, *, threads: int, workers: int) -> Forecast:
+    """What so many logs will take, of which so many keep their trajectory."""
+    times, more = logs / pilot.logs, max(0, logs - pilot.logs)
+    more_kept = max(0, kept - pilot.kept)
+    a_trajectory = pilot.vertices / max(pilot.kept, 1)
+    memory = pilot.memory + more * LOG_MEMORY + round(more_kept * (KEPT_MEMORY + VERTEX_MEMORY * a_trajectory))
+    poses = pilot.files.get("poses.parquet", 0) * kept / max(pilot.kept, 1)
+    lines = pilot.vertices * 24 + pilot.kept * TRAJECTORY_ROW  # x, y, z a vertex
+    rows = max(0, pilot.files.get("run.gpkg", 0) - EMPTY_LAYERS - lines) * times
+    package = EMPTY_LAYERS + rows + lines * kept / max(pilot.kept, 1)
+    decades = math.log10(max(times, 1.0))
+    rasters = {name: size for name, size in pilot.files.items() if name.endswith(".tif")}
+    if "danger.tif" in rasters:  # has nothing where few logs passed, as mostly in a pilot
+        rasters["danger.tif"] = max(rasters["danger.tif"], rasters["speed_max.tif"])
+    grown = sum(rasters.values()) * (1.0 + RASTER_DECADE * decades)
+    others = sum(pilot.files.values()) - pilot.files.get("poses.parquet", 0) - pilot.files.get("run.gpkg", 0)
+    at_end = poses + package + grown + others - sum(size for name, size in pilot.files.items() if name.endswith(".tif"))
+    work = poses + logs * WORK_LOG + pilot.passed_cells * (1.0 + 0.5 * decades) * WORK_CELL
+    beside = pilot.other_s + more * WRITE_S
+    return Forecast(
+        logs=logs,
+        kept=kept,
+        pilot_logs=pilot.logs,
+        cpu_s=pilot.cpu_s * times,
+        off=1.96 * pilot.spread / math.sqrt(pilot.logs) if logs > pilot.logs else 0.0,
+        memory=memory,
+        disk=round(at_end + work),
+        disk_at_end=round(at_end),
+        wall_s=pilot.slide_s * times + beside,
+        threads=threads,
+        workers=workers,
+        workers_s=pilot.slide_s * times / workers + beside,
+    )
+
+
+def together(parts: Sequence[Forecast]) -> Forecast:
+    """Of several runs, one after the other: times and disk add up, memory and the working folder are the largest."""
+    cpu_s = sum(each.cpu_s for each in parts)
+    at_end = sum(each.disk_at_end for each in parts)
+    return Forecast(
+        logs=sum(each.logs for each in parts),
+        kept=sum(each.kept for each in parts),
+        pilot_logs=sum(each.pilot_logs for each in parts),
+        cpu_s=cpu_s,
+        off=math.sqrt(sum((each.off * each.cpu_s) ** 2 for each in parts)) / max(cpu_s, 1e-9),
+        memory=max(each.memory for each in parts),
+        disk=at_end + max(each.disk - each.disk_at_end for each in parts),
+        disk_at_end=at_end,
+        wall_s=sum(each.wall_s for each in parts),
+        threads=max(each.threads for each in parts),
+        workers=parts[0].workers,
+        workers_s=sum(each.workers_s for each in parts),
+    )
+
+
+def refuse_too_large(found: Forecast, output: str) -> None:
+    """Raise ``UserError`` where the run will not find the memory or the disk that it takes."""
+    free = free_bytes()
+    if free is not None and found.memory > SHARE * (free + held_now()):
+        raise UserError(
+            f"{output}: {found.logs} logs would take {_size(found.memory)} of memory, "
+            f"{_size(free + held_now())} are to be had; slide them in parts (run-sites), keep fewer --trajectories, or "
+            "let --until-ci draw as many as it needs"
+        )
+    room = free_disk(output)
+    if found.disk > room:
+        raise UserError(
+            f"{output}: {found.logs} logs would take {_size(found.disk)} of disk, {_size(room)} are free there; keep "
+            "fewer --trajectories, or name an output on another disk"
+        )
+
+
+def refuse_full_disk(output: str, logs: int, kept: int) -> None:
+    """Raise ``UserError`` before the work where not even the least that so many logs leave will fit on the disk."""
+    least, room = logs * LEAST_LOG_DISK + kept * LEAST_KEPT_DISK, free_disk(output)
+    if least > room:
+        raise UserError(
+            f"{output}: {logs} logs, of which {kept} keep their trajectory, take at least {_size(least)} of disk, "
+            f"{_size(room)} are free there; keep fewer --trajectories, or name an output on another disk"
+        )
+
+
+def free_disk(output: str) -> int:
+    """Bytes that are free where an output will stand."""
+    place = Path(output).absolute()
+    while not place.exists():
+        place = place.parent
+    return shutil.disk_usage(place).free
+
+
+def most_held() -> int:
+    """Most bytes that this process has held."""
+    try:
+        import resource
+    except ImportError:  # Windows: what the libraries take by themselves
+        return 500_000_000
+    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return most if sys.platform == "darwin" else most * 1024
+
+
+def held_now() -> int:
+    """Bytes that this process holds now, which are not free but its own."""
+    try:
+        return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    except (OSError, ValueError, IndexError):
+        return 0
+
+
+def facts_of_forecast(found: Forecast, output: str) -> dict[str, Any]:
+    """The forecast for programs."""
+    free = {"memory_free": free_bytes(), "disk_free": free_disk(output)}
+    return {**vars(found), "core_hours": found.cpu_s / 3600.0, **free}
+
+
+def words_of_forecast(found: Forecast, output: str) -> tuple[str, ...]:
+    """The forecast for a reader."""
+    free = free_bytes()
+    off = f" (±{100 * found.off:.0f} %)" if found.off else ""
+    rows = {
+        "logs": f"{found.logs}, of which {found.kept} keep their trajectory",
+        "core-hours": f"{found.cpu_s / 3600.0:.3g}{off}",
+        "memory": _size(found.memory) + (f"; {_size(free)} are free" if free is not None else ""),
+        "disk": f"{_size(found.disk)}, of which {_size(found.disk_at_end)} stay; {_size(free_disk(output))} are free",
+        "this machine": f"{_span(found.wall_s)}, {found.threads} threads",
+        f"{found.workers} workers": f"{_span(found.workers_s)}, each as fast as this machine",
+    }
+    told = [f"{name + ':':<14} {what}" for name, what in rows.items()]
+    return (*told, f"from a pilot of {found.pilot_logs} logs, evenly drawn; nothing was written")
+
+
+def _size(count: float) -> str:
+    value, unit = (count / GIB, "GB") if count >= 0.1 * GIB else (count / 2**20, "MB")
+    return f"{value:.0f} {unit}" if value >= 10.0 else f"{value:.2g} {unit}"
+
+
+def _span(seconds: float) -> str:
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    if seconds < 5400.0:
+        return f"{seconds / 60.0:.0f} min"
+    return f"{seconds / 3600.0:.1f} h" if seconds < 48 * 3600.0 else f"{seconds / 86400.0:.1f} days"

@@ -1,0 +1,84 @@
+"""A run's question, to be asked again with something changed: its layers and options from its manifest."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.tool import UserError, moved_paths
+from deadwood_algorithms.results.run_folder import Run
+from deadwood_algorithms.scene.released_scene import ReleasedScene
+from deadwood_algorithms.scene.releases import Releases
+from deadwood_engine import FIDELITIES, Fidelity, Result, fidelity_with
+
+WHERE = ("scheduler", "workers")  # where a run was slid is no part of what it asked
+
+
+def question_of(source: Run, **changes: Any) -> ReleasedScene:
+    """The layers and options of a run; inputs that were moved together with it are found, others are missed."""
+    asked = source.manifest.get("parameters", {})
+    names = [each.name for each in dataclasses.fields(ReleasedScene) if each.name not in WHERE]
+    values = {name: asked[name] for name in names if name in asked}
+    for each in dataclasses.fields(ReleasedScene):
+        declared = each.metadata["parameter"]
+        if each.name in values and tool.is_path(declared, values[each.name]):
+            values[each.name] = _found(source, each.name, str(values[each.name]))
+    try:
+        return ReleasedScene(**{**values, **changes})
+    except TypeError as error:
+        raise UserError(f"{source.path}: its manifest names no {error.args[0].split()[-1]}; slide it again") from error
+
+
+def _found(source: Run, parameter: str, named: str) -> str:
+    file, bar, layer = named.partition("|")
+    places = [file, *(str(each) for each in moved_paths(file, source.path, source.manifest.get("folder")))]
+    there = next((each for each in places if os.path.exists(each)), None)
+    if there is None:
+        raise UserError(
+            f"{source.path}: {file}, the run's {parameter.replace('_', ' ')}, is not there any more; put it back, "
+            "the logs slide again"
+        )
+    return f"{there}{bar}{layer}"
+
+
+def fidelity_of(source: Run) -> Fidelity:
+    """The numbers of the run's fidelity, with those that it was given in their place."""
+    asked = source.manifest.get("parameters", {})
+    name = source.fidelity
+    if name not in FIDELITIES:
+        raise UserError(f"{source.path}: its manifest names the fidelity '{name}', which there is none of")
+    return fidelity_with(name, asked.get("time_step"), asked.get("station_spacing"))
+
+
+def logs_of(source: Run, releases: Releases, rows: NDArray[np.int64]) -> Releases:
+    """The releases that these rows of the run's deposits come from."""
+    wanted = source.deposits["log_id"].to_numpy(np.int64)[rows]
+    order = np.argsort(releases.logs.log_id)
+    place = np.minimum(np.searchsorted(releases.logs.log_id[order], wanted), order.size - 1)
+    found = order[place]
+    lost = releases.logs.log_id[found] != wanted
+    if lost.any():
+        raise UserError(
+            f"{source.path}: the releases have no log {int(wanted[lost][0])} any more, which the run slid; "
+            "slide it again"
+        )
+    return releases.take(found)
+
+
+def refuse_other_ends(source: Run, rows: NDArray[np.int64], result: Result) -> None:
+    """Raise ``UserError`` where logs, slid again, do not end where those rows of the deposits say, to the bit."""
+    points: Any = source.deposits.geometry.iloc[rows]
+    before: NDArray[np.float64] = np.column_stack([points.x, points.y, points.z])
+    same = (before == result.end_position).all(axis=1) | (np.isnan(before) & np.isnan(result.end_position)).any(axis=1)
+    if not same.all():
+        made = source.manifest.get("engine")
+        why = "the engine is another" if made != tool.engine_digest() else "an input has changed since"
+        raise UserError(
+            f"{source.path}: {int((~same).sum())} of {same.size} logs, slid again, end elsewhere than in the run: "
+            f"{why}; run slide-logs again"
+        )

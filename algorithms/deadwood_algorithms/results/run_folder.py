@@ -1,0 +1,205 @@
+"""A run's folder: what `slide-logs` leaves in it, and how the evaluating tools read it again."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import geopandas
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as parquet
+import pyogrio
+import pyproj
+from numpy.typing import NDArray
+from pyproj.exceptions import CRSError
+
+from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.params.tool import VERSION, Feedback, UserError, moved_paths
+
+GEOPACKAGE, POSES, SUMMARY, MANIFEST = "run.gpkg", "poses.parquet", "summary.json", "manifest.json"
+POSE_COLUMNS = ("log_id", "t_s", *"xyz", "xb", "yb", "zb", "xt", "yt", "zt", "speed_ms", "spin_rad_s", "clearance_m")
+SINGLE = ("speed_ms", "spin_rad_s", "clearance_m")  # float32 is plenty; positions in world coordinates need float64
+
+
+def pose_schema(crs: pyproj.CRS | None = None) -> pa.Schema:
+    """The columns of ``poses.parquet``; the CRS stands in the file's metadata."""
+    kinds = {name: pa.float32() if name in SINGLE else pa.float64() for name in POSE_COLUMNS} | {"log_id": pa.int64()}
+    facts = {"crs": crs.to_wkt()} if crs else None
+    return pa.schema(list(kinds.items()), metadata=facts)
+
+
+def write_json(path: Path, content: Mapping[str, Any]) -> None:
+    """Readable JSON; what is not a number stands as null, because NaN is no JSON."""
+    path.write_text(json.dumps(_plain(content), indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+def name_finally(folder: Path, made_in: Path, final: Path) -> None:
+    """In every manifest in a folder, put the final place for the hidden one in which its runs were made."""
+    hidden, stands = (json.dumps(os.path.abspath(each))[1:-1] for each in (made_in, final))
+    for manifest in folder.rglob(MANIFEST):
+        manifest.write_text(manifest.read_text(encoding="utf-8").replace(hidden, stands), encoding="utf-8")
+
+
+def link_or_copy(source: str, target: str) -> None:
+    """Large results take no second place on the disk where it can be helped; manifests are rewritten, so copied."""
+    try:
+        if Path(source).name == MANIFEST:
+            raise OSError
+        os.link(source, target)
+    except OSError:
+        shutil.copy2(source, target)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _plain(each) for key, each in value.items()}
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return [_plain(each) for each in value]
+    if isinstance(value, np.generic):
+        return _plain(value.item())
+    if isinstance(value, float):
+        return value if np.isfinite(value) else None
+    return value
+
+
+def layers_in(folder: Path) -> set[str]:
+    """The layers that a run wrote into its GeoPackage."""
+    return {str(name) for name in pyogrio.list_layers(folder / GEOPACKAGE)[:, 0]}
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run that was read back: its deposits (one row a log), its grid without values, and where its poses are."""
+
+    path: Path
+    deposits: geopandas.GeoDataFrame
+    grid: Grid
+    manifest: dict[str, Any]
+    stored_log_ids: NDArray[np.int64]
+
+    @property
+    def fidelity(self) -> str:
+        """Name of the fidelity that the logs slid at: with --fidelity auto the one that was chosen."""
+        name = str(self.manifest.get("parameters", {}).get("fidelity", "standard"))
+        if name != "auto":
+            return name
+        return json.loads((self.path / SUMMARY).read_text(encoding="utf-8"))["accuracy"]["fidelity"]
+
+    def poses(self, wanted: NDArray[np.int64]) -> Iterator[dict[str, NDArray]]:
+        """Poses of the wanted logs in bounded pieces; no log is split between two of them.
+
+        Each piece holds the columns as arrays, and ``log_row``: the row of the log in ``deposits``.
+        """
+        order = np.argsort(self.deposits["log_id"].to_numpy())
+        ids = self.deposits["log_id"].to_numpy()[order]
+        source = parquet.ParquetFile(self.path / POSES)
+        held: dict[str, NDArray] = {}
+        for group in range(source.num_row_groups):
+            piece = _columns(source.read_row_group(group))
+            if held:
+                piece = {name: np.concatenate([held[name], piece[name]]) for name in piece}
+            last = group == source.num_row_groups - 1
+            cut = piece["log_id"].size if last else int(np.argmax(piece["log_id"] == piece["log_id"][-1]))
+            held = {name: column[cut:] for name, column in piece.items()}
+            chosen = np.isin(piece["log_id"][:cut], wanted)
+            out = {name: column[:cut][chosen] for name, column in piece.items()}
+            if out["log_id"].size:
+                out["log_row"] = order[np.searchsorted(ids, out["log_id"])].astype(np.int64)
+                yield out
+
+    def extent(self) -> tuple[float, float, float, float]:
+        """West, south, east and north [m] of all that the stored logs ever covered, from the file's own statistics."""
+        facts = parquet.ParquetFile(self.path / POSES)
+        columns = {name: POSE_COLUMNS.index(name) for name in ("xb", "yb", "xt", "yt")}
+        groups = [facts.metadata.row_group(k) for k in range(facts.num_row_groups)]
+        low, high = (
+            {name: [getattr(group.column(at).statistics, end) for group in groups] for name, at in columns.items()}
+            for end in ("min", "max")
+        )
+        thick = float(self.radii()[0].max(initial=0.0))
+        west, south = (min(low[axis + "b"] + low[axis + "t"]) - thick for axis in "xy")
+        east, north = (max(high[axis + "b"] + high[axis + "t"]) + thick for axis in "xy")
+        return west, south, east, north
+
+    def radii(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Base and tip radius of every log of the deposits [m]; the tip has half the diameter.
+
+        A body of another shape (``--shape``) is taken for the cylinder around it.
+        """
+        radius = self.deposits["dbh_cm"].to_numpy(np.float64) / 200.0
+        cone = str(self.manifest.get("parameters", {}).get("shape", "cone")) == "cone"
+        return radius, 0.5 * radius if cone else radius
+
+
+def _columns(table: pa.Table) -> dict[str, NDArray]:
+    return {name: table.column(name).to_numpy() for name in POSE_COLUMNS}
+
+
+def ends_of(piece: Mapping[str, NDArray]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Centres of base and tip at each pose [m], shape (m, 3) each."""
+    base, tip = (np.stack([piece[f"{axis}{end}"] for axis in "xyz"], axis=1) for end in "bt")
+    return base, tip
+
+
+def read_run(path: str, *, feedback: Feedback) -> Run:
+    """Open a run's folder, or say which of its parts is missing."""
+    folder = Path(path)
+    if not folder.is_dir():
+        raise UserError(f"{path}: the run's folder does not exist; deadwood-tool slide-logs --output makes one")
+    for name in (MANIFEST, GEOPACKAGE, POSES):
+        if not (folder / name).is_file():
+            raise UserError(f"{path}: this is no folder of slide-logs, it has no {name}")
+    manifest, grid = read_manifest(folder)
+    layer = f"{folder / GEOPACKAGE}|layername=deposits"
+    deposits = read_vector(layer, geometry=("point",), target_crs=grid.crs, what="deposits", feedback=feedback)
+    stored = parquet.read_table(folder / POSES, columns=["log_id"]).column("log_id").unique().to_numpy()
+    return Run(folder, deposits, grid, manifest, np.sort(stored.astype(np.int64)))
+
+
+def input_paths(run: Path, manifest: Mapping[str, Any], parameter: str) -> list[Path]:
+    """Where an input of a run may lie: as its manifest names it, as from the run's folder, or beside that."""
+    named = str(manifest.get("parameters", {}).get(parameter) or "")
+    if not named:
+        return []
+    if "," in named and not os.path.exists(named):  # tiles of a DEM
+        moved = [input_paths(run, {**manifest, "parameters": {"tile": each}}, "tile") for each in named.split(",")]
+        return [Path(",".join(map(str, each))) for each in zip(*moved, strict=False)]
+    return [Path(named), *moved_paths(named, run, manifest.get("folder")), run.parent / Path(named).name]
+
+
+def read_manifest(folder: Path) -> tuple[dict[str, Any], Grid]:
+    """The manifest of a run, and its grid without values."""
+    try:
+        manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+        facts = manifest["grid"]
+        shape, crs = (int(facts["ny"]), int(facts["nx"])), pyproj.CRS.from_user_input(facts["crs"])
+        cell, x0, y0 = (float(facts[name]) for name in ("cell", "x0", "y0"))
+        return manifest, Grid.empty(shape, cell, x0, y0, crs, str(folder))
+    except (ValueError, KeyError, TypeError, CRSError) as error:
+        raise UserError(f"{folder / MANIFEST}: not the manifest of a run of slide-logs {VERSION} ({error})") from error
+
+
+def chosen_logs(run: Run, *, release_id: str | None, log_id: str | None, stop_reason: str | None) -> NDArray[np.int64]:
+    """The log_ids of a subset: comma-separated values of each column that was given, joined by AND."""
+    chosen = np.ones(len(run.deposits), bool)
+    for column, wanted in (("release_id", release_id), ("log_id", log_id), ("stop_reason", stop_reason)):
+        if wanted is None:
+            continue
+        have = run.deposits[column].astype(str).to_numpy()
+        names = [name.strip() for name in str(wanted).split(",") if name.strip()]
+        unknown = [name for name in names if name not in have]
+        if unknown or not names:
+            known = sorted(set(have))
+            listed = ", ".join(known[:10]) + (" ..." if len(known) > 10 else "")
+            raise UserError(
+                f"--{column.replace('_', '-')}: the run has no {column} '{', '.join(unknown)}'; it has {listed}"
+            )
+        chosen &= np.isin(have, names)
+    return run.deposits["log_id"].to_numpy(np.int64)[chosen]

@@ -1,0 +1,297 @@
+"""What a run comes to: the content of ``summary.json``, and the few lines of it that a reader wants to see first."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import geopandas
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_algorithms.results.hits import ledger_records, obstacle_record
+from deadwood_algorithms.results.modelled import modelled
+from deadwood_algorithms.scene.items import Items
+from deadwood_algorithms.scene.layers import SceneLayers
+from deadwood_algorithms.scene.releases import Releases
+from deadwood_algorithms.simulate.queue import Queue
+from deadwood_algorithms.stats.directions import spread_of_release
+from deadwood_algorithms.stats.statistics import (
+    bounds_if_lost,
+    loss_matters,
+    lost_words,
+    percent,
+    percent_of,
+    percent_with_interval,
+    reach_record,
+    wilson_interval,
+)
+from deadwood_engine import STOP_REASONS, Fidelity, station_spacing, where_things_rebound
+
+if TYPE_CHECKING:
+    from deadwood_algorithms.scene.released_scene import ReleasedScene
+
+
+@dataclass(frozen=True, kw_only=True)
+class Asked:
+    """What a run was asked: the scene, the fidelity by name, whether any trajectory is kept, on how few logs danger is
+    told, and whether its counts are kept. With --fidelity auto also what was promised, and what the pilot cost beside
+    the run."""
+
+    scene: ReleasedScene
+    fidelity: str
+    keeps_poses: bool
+    danger_least: int
+    danger_counts: bool = False
+    auto: dict[str, Any] | None = None
+    pilot_cpu_s: float = 0.0
+
+
+NEAR_EDGE_DEG = 5.0  # from the edge of a friction cone: as from mu 0.30 to 0.21, or 0.39
+WORTH_A_WARNING = 0.05  # share of the logs that have no deposit
+SPREAD_MOVED_DEG = 1.0  # by the logs that left the terrain model: worth a warning
+
+
+def summary_of(
+    asked: Asked,
+    fidelity: Fidelity,
+    layers: SceneLayers,
+    releases: Releases,
+    by_log: Mapping[str, NDArray],
+    touched: NDArray[np.bool_],
+    hits: dict[str, geopandas.GeoDataFrame],
+    queue: Queue,
+) -> dict[str, Any]:
+    """The content of ``summary.json``; ``releases`` are the logs that were slid."""
+    reasons = np.bincount(by_log["stop_reason"], minlength=len(STOP_REASONS))
+    scene = asked.scene
+    stems = scene.tree_restitution if layers.tree_ids or layers.lying.ids else None
+    fences = scene.barrier_restitution if len(layers.barriers.ids) else None
+    restitutions = (scene.restitution, stems or 0.0, fences or 0.0)
+    cpu, wall, steps = (float(by_log[f"cost_{name}"].sum()) for name in ("cpu_s", "wall_s", "steps"))
+    return {
+        "logs": {
+            "released": len(releases),
+            "not_run": queue.rows.size - len(releases),
+            "by_stop_reason": {name: int(count) for name, count in zip(STOP_REASONS, reasons, strict=True)},
+            "started_in_contact": int(by_log["started_in_contact"].sum()),
+        },
+        "reach": reach_records(layers.lines, touched, left_dem(by_log)),
+        "until_ci": queue.rule.record() if queue.rule else None,
+        "spread": spread_records(releases, by_log["end_position"], left_dem(by_log), asked.scene.min_runout),
+        "barriers": ledger_records(barrier_records(layers.barriers, by_log), hits["barrier_hits"]),
+        "trees": obstacle_record(hits["tree_hits"], len(layers.tree_ids)) if layers.tree_ids else None,
+        "held": held_record(by_log["grip"]) if layers.tree_ids else None,
+        "lying_logs": obstacle_record(hits["lying_hits"], len(layers.lying.ids)) if layers.lying.ids else None,
+        "blocks": obstacle_record(hits["block_hits"], len(layers.blocks.ids)) if layers.blocks.ids else None,
+        "speed": speed_record(by_log),
+        "accuracy": {
+            "fidelity": asked.fidelity,
+            "time_step_s": float(where_things_rebound(fidelity, *restitutions).time_step),
+            "station_spacing_m": float(station_spacing(fidelity, layers.dem.cell)),
+            "penetration_max_m": float(by_log["penetration_max"].max()),
+            "energy_error_rel_max": float(by_log["energy_error"].max()),
+            "contact_residual_max": float(by_log["residual_max"].max()),
+            "unconverged_steps": int(by_log["unconverged"].sum()),
+            "auto": asked.auto,
+        },
+        "modelled": modelled(asked, layers),
+        "cost": {
+            "cpu_s": cpu,
+            "wall_s": wall,
+            **({"pilot_cpu_s": asked.pilot_cpu_s} if asked.auto else {}),
+            "steps": int(steps),
+            "logs_per_s": len(releases) / max(wall, 1e-9),
+        },
+    }
+
+
+def left_dem(by_log: Mapping[str, NDArray]) -> NDArray[np.bool_]:
+    """Which logs went out of sight: beyond the terrain model, or onto its nodata."""
+    return by_log["stop_reason"] == STOP_REASONS.index("left_dem")
+
+
+def reach_records(lines: Items, touched: NDArray[np.bool_], left: NDArray[np.bool_]) -> list[dict[str, Any]]:
+    """One record a line, with the bounds for the logs that left the terrain model before they reached it."""
+    n = touched.shape[0]
+    counts, lost = touched.sum(axis=0), (left[:, None] & ~touched).sum(axis=0)
+    return [
+        {"line_id": line_id, **reach_record(int(hit), n), **bounds_if_lost(int(hit), n, int(gone))}
+        for line_id, hit, gone in zip(lines.ids, counts, lost, strict=True)
+    ]
+
+
+def held_record(grip: NDArray[np.float64]) -> dict[str, Any]:
+    """Of the logs that one standing tree alone holds, how many would slip off it with a little less friction there.
+
+    grip : [rad] as the engine's ``Result.grip``, NaN where no tree holds the log, or not it alone
+    """
+    alone = np.degrees(grip[np.isfinite(grip)])
+    near = int(np.sum(alone < NEAR_EDGE_DEG))
+    low, high = wilson_interval(near, len(alone))
+    return {
+        "n_by_one_tree": len(alone),
+        "near_edge_deg": NEAR_EDGE_DEG,
+        "n_near_edge": near,
+        "p_near_edge": near / len(alone) if len(alone) else None,
+        "ci_low": low,
+        "ci_high": high,
+    }
+
+
+def speed_record(by_log: Mapping[str, NDArray]) -> dict[str, float]:
+    """Speeds over the logs. The mean leaves out those that still moved at the time limit: they roll slowly for
+    minutes, so their path over time tells the limit and not how fast they went; NaN where every log did.
+    """
+    ended = by_log["stop_reason"] != STOP_REASONS.index("time_limit")
+    return {
+        "mean_ms": float(by_log["speed_mean"][ended].mean()) if ended.any() else np.nan,
+        "n_mean": int(ended.sum()),
+        "p95_ms": float(np.quantile(by_log["speed_max"], 0.95)),
+        "max_ms": float(by_log["speed_max"].max()),
+    }
+
+
+def spread_records(
+    releases: Releases, ends: NDArray[np.float64], left: NDArray[np.bool_], min_runout: float | None
+) -> list[dict[str, Any]]:
+    """Lateral spread of each release, seen from the mean of its release points; also without the logs that left."""
+    records = []
+    x, y = np.ascontiguousarray(ends[:, 0]), np.ascontiguousarray(ends[:, 1])
+    nearest = releases.logs.length if min_runout is None else np.full(x.size, min_runout)
+    for release_id in dict.fromkeys(releases.release_id.tolist()):
+        rows = releases.release_id == release_id
+        centre = float(releases.x[rows].mean()), float(releases.y[rows].mean())
+        record, _, _ = spread_of_release(centre, x[rows], y[rows], nearest[rows])
+        seen = rows & ~left
+        without, _, _ = spread_of_release(centre, x[seen], y[seen], nearest[seen])
+        lost = {"n_left_dem": int((rows & left).sum())}
+        lost |= {f"{name}_without_lost_deg": without[f"{name}_deg"] for name in ("spread", "p05_p95")}
+        records.append({"release_id": release_id, **record, **lost})
+    return records
+
+
+def barrier_records(barriers: Items, by_log: Mapping[str, NDArray]) -> list[dict[str, Any]]:
+    """What each barrier did: reached = stopped + overjumped + passed beside; each log counts once a barrier."""
+    records = []
+    crossed = barriers.any_row(by_log["barrier_crossed"])
+    met = barriers.any_row(by_log["barrier_reached"]) | crossed
+    held_by = np.full(by_log["stop_item"].size, -1)
+    held = by_log["stop_reason"] == STOP_REASONS.index("barrier")
+    held_by[held] = barriers.item[by_log["stop_item"][held]] if len(barriers.item) else -1
+    for column, barrier_id in enumerate(barriers.ids):
+        stopped = held_by == column
+        over = crossed[:, column] & ~stopped
+        beside = met[:, column] & ~stopped & ~over
+        records.append(
+            {
+                "barrier_id": barrier_id,
+                "n_reached": int((stopped | over | beside).sum()),
+                "n_stopped": int(stopped.sum()),
+                "n_overjumped": int(over.sum()),
+                "n_passed_beside": int(beside.sum()),
+            }
+        )
+    return records
+
+
+def lines_of(summary: dict[str, Any]) -> tuple[str, ...]:
+    """What a reader wants to know first."""
+    logs, speed, accuracy = summary["logs"], summary["speed"], summary["accuracy"]
+    ends = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in logs["by_stop_reason"].items() if count)
+    lines = [f"{logs['released']} logs: {ends}"]
+    for record in summary["reach"]:
+        lines.append(
+            f"line {record['line_id']}: reached by {record['n_reach']} of {record['n_total']} logs, "
+            f"{percent_with_interval(record)}{lost_words(record)}"
+        )
+    if summary["until_ci"]:
+        lines.append(enough_words(summary["until_ci"]))
+    if accuracy.get("auto"):
+        lines.append(promised_words(accuracy["auto"]))
+    for record in summary["spread"]:
+        if np.isfinite(record["spread_deg"]):
+            lines.append(
+                f"release {record['release_id']}: lateral spread {record['spread_deg']:.0f}° "
+                f"(5 to 95 %: {record['p05_p95_deg']:.0f}°), {record['n_left_out']} of {record['n']} logs left out"
+                f"{spread_words(record)}"
+            )
+    for record in summary["barriers"]:
+        lines.append(
+            f"barrier {record['barrier_id']}: {record['n_reached']} logs reach it, {record['n_stopped']} stopped, "
+            f"{record['n_overjumped']} overjumped, {record['n_passed_beside']} passed beside"
+        )
+    lines.append(f"speed: {mean_words(speed, logs['released'])}, max {speed['max_ms']:.1f} m/s")
+    lines.append(
+        f"accuracy: penetration up to {100 * accuracy['penetration_max_m']:.1f} cm, energy error up to "
+        f"{100 * accuracy['energy_error_rel_max']:.2g} %"
+    )
+    return tuple(lines)
+
+
+def mean_words(speed: dict[str, Any], n_logs: int) -> str:
+    """The mean speed, and which logs it leaves out."""
+    if not speed["n_mean"]:
+        return "no mean (every log still moved at the time limit)"
+    left_out = n_logs - speed["n_mean"]
+    told = f" (without {left_out} logs that still moved at the time limit)" if left_out else ""
+    return f"mean {speed['mean_ms']:.1f} m/s{told}"
+
+
+def spread_words(record: dict[str, Any]) -> str:
+    """What the logs that left the terrain model have to do with a spread; empty where none left."""
+    if not record["n_left_dem"]:
+        return ""
+    without = record["spread_without_lost_deg"]
+    told = f" ({without:.0f}° without them)" if np.isfinite(without) else ""
+    return f"; {record['n_left_dem']} left the terrain model{told}"
+
+
+def lost_warning(summary: dict[str, Any]) -> str | None:
+    """What in a summary hangs on logs that left the terrain model; None where nothing of weight does."""
+    logs = summary["logs"]
+    lost, released = logs["by_stop_reason"]["left_dem"], logs["released"]
+    told = []
+    for record in summary["reach"]:
+        if loss_matters(record):
+            low, high = record["ci_low_if_lost"], record["ci_high_if_lost"]
+            told.append(
+                f"the reach of line {record['line_id']} may be anything from {percent(low, low, high)} to "
+                f"{percent(high, low, high)} %"
+            )
+    for record in summary["spread"]:
+        moved = abs(record["spread_deg"] - record["spread_without_lost_deg"]) >= SPREAD_MOVED_DEG
+        if moved or record["n_left_dem"] > WORTH_A_WARNING * record["n"]:
+            told.append(f"the spread of release {record['release_id']} is as far as they were seen")
+    if lost > WORTH_A_WARNING * released:
+        told.append("their deposits and run-outs are where they left")
+    if not told:
+        return None
+    return (
+        f"{lost} of {released} logs ({percent_of(lost, released)}) left the terrain model or came onto its nodata, and "
+        f"what they did beyond is not known: {'; '.join(told)}; take a larger terrain model"
+    )
+
+
+def enough_words(record: dict[str, Any]) -> str:
+    """Whether the intervals became as narrow as was asked, and after how many logs."""
+    wide, wanted = 100 * record["half_width"], 100 * record["target_half_width"]
+    widest = f"the widest interval, of line {record['line_id']}, is ±{wide:.2g} points"
+    if record["reached"]:
+        return f"enough logs: after {record['logs']} of {record['logs_at_most']}, {widest} (wanted: ±{wanted:.2g})"
+    return f"not enough logs: after all {record['logs']}, {widest} (wanted: ±{wanted:.2g}); release more"
+
+
+def promised_words(record: dict[str, Any]) -> str:
+    """Both errors of the line that is farthest off, apart and together, and who says so of the calculation."""
+    sampling, calculation, together = (100 * record[name] for name in ("sampling", "calculation", "together"))
+    source = "by definition" if record["chosen"] == "reference" else "as on the benchmark's slopes, assumed"
+    if record["measured_against"]:
+        source = f"measured on this slope against {record['measured_against']}"
+    asked = f", ±{100 * record['error']:.2g} were asked for" if record.get("error") else ""
+    missed = "" if record.get("reached", True) else "; NOT kept, all logs were slid: release more"
+    return (
+        f"{record['logs']} logs at {record['chosen']}: reach of lines within ±{together:.2g} points at 95 %{asked} "
+        f"(line {record['line_id']}: sampling ±{sampling:.2g}, calculation ±{calculation:.2g} {source}){missed}"
+    )

@@ -1,0 +1,471 @@
+"""The results of a run as layers, rasters and a summary: the way up from the engine's arrays.
+
+Directions become azimuths from grid north, joules become kilojoules, row numbers become the ids of logs, trees,
+barriers and lines. `slide_logs` calls `write_results` once, when the last chunk of logs is finished.
+"""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryFile
+from typing import Any, BinaryIO
+
+import geopandas
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as parquet
+import pyproj
+import shapely
+from numpy.typing import NDArray
+
+from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.files.rasters import write_bands, write_raster
+from deadwood_algorithms.files.streams import Stream, write_geoparquet
+from deadwood_algorithms.files.vectors import write_vector
+from deadwood_algorithms.params.tool import Feedback, Outcome
+from deadwood_algorithms.results.danger import STYLE, danger_bands, units_of
+from deadwood_algorithms.results.hits import (
+    barrier_hits_frame,
+    block_hits_frame,
+    hit_arrays,
+    lying_hits_frame,
+    tree_hits_frame,
+)
+from deadwood_algorithms.results.run_folder import GEOPACKAGE, MANIFEST, POSES, SUMMARY, pose_schema, write_json
+from deadwood_algorithms.results.summary import (
+    WORTH_A_WARNING,
+    Asked,
+    left_dem,
+    lines_of,
+    lost_warning,
+    reach_records,
+    summary_of,
+)
+from deadwood_algorithms.scene.items import Items
+from deadwood_algorithms.scene.layers import SceneLayers
+from deadwood_algorithms.scene.releases import Releases, reached
+from deadwood_algorithms.simulate.checkpoints import WorkFolder
+from deadwood_algorithms.simulate.columns import Columns
+from deadwood_algorithms.simulate.queue import Queue
+from deadwood_algorithms.stats.directions import azimuth
+from deadwood_engine import STOP_REASONS, Fidelity, Rasters
+
+# A vertex of a trajectory line per so much path: at 30 m/s a flight sags 1.4 mm between two of them.
+VERTEX_SPACING_M = 1.0
+VERTEX_BYTES = 24
+PIECE, PATHS_PIECE = 2**14, 2**11  # rows of a layer that are made at once, and paths, which are longer
+COST = "cost_"  # how the columns begin that have one row a chunk
+FAILED = "failed_"  # and those of logs that failed
+FAILED_STATES = "failed.json"
+# Name, type, unit, description and style of the rasters that every run has.
+MAPS = (
+    ("hit_count", "uint32", "logs", "Logs whose outline overlapped the cell at any time", "counts"),
+    ("reach_probability", "float32", "1", "Share of the logs that overlapped the cell at any time", "shares"),
+    ("deposit_count", "uint32", "logs", "Logs whose outline overlaps the cell at the end", "counts"),
+    ("speed_max", "float32", "m/s", "Largest speed of a log over the cell", "speed"),
+    ("energy_max", "float32", "kJ", "Largest kinetic energy of a log", "energy"),
+    ("jump_max", "float32", "m", "Largest clearance between a log and the terrain", "jump"),
+)
+ANY_COUNT = "Logs that passed and reached any line afterwards"
+BY_LOG = (
+    "stop_reason",
+    "stop_item",
+    "duration",
+    "path",
+    "end_position",
+    "release_position",
+    "base_end",
+    "tip_end",
+    "speed_max",
+    "speed_mean",
+    "energy_max",
+    "jump_max",
+    "tree_hits",
+    "barrier_hits",
+    "energy_error",
+    "penetration_max",
+    "residual_max",
+    "unconverged",
+    "steps",
+    "grip",
+    "started_in_contact",
+    "reach",
+    "reach_time",
+    "barrier_reached",
+    "barrier_crossed",
+)
+
+
+def arrays_of(result: Any, layers: SceneLayers, log_id: NDArray[np.int64], wall_s: float) -> dict[str, NDArray]:
+    """What is kept of a chunk: one row a log, the ledgers of hits, and one row a chunk of what it cost."""
+    cost = {f"{COST}{name}": np.array([value], np.float64) for name, value in result.cost.items()}
+    kept = {name: np.asarray(getattr(result, name)) for name in BY_LOG}
+    failed = result.stop_reason == STOP_REASONS.index("failed")
+    kept |= {f"{FAILED}log_id": log_id[failed], f"{FAILED}state": result.last_state[failed]}
+    return kept | hit_arrays(result.hits, log_id, layers) | cost | {f"{COST}wall_s": np.array([wall_s])}
+
+
+def pose_table(poses: Any, log_id: NDArray[np.int64], crs: pyproj.CRS) -> pa.Table:
+    """The engine's poses under the names of ``poses.parquet``."""
+    columns = {"log_id": log_id[poses.log_row], "t_s": poses.time}
+    for ending, points in (("", poses.position), ("b", poses.base), ("t", poses.tip)):
+        columns |= {axis + ending: points[:, k] for k, axis in enumerate("xyz")}
+    columns |= {"speed_ms": poses.speed, "spin_rad_s": poses.spin, "clearance_m": poses.clearance}
+    schema = pose_schema(crs)
+    return pa.table([pa.array(columns[each.name], each.type) for each in schema], schema=schema)
+
+
+def write_results(
+    folder: Path,
+    final: Path,
+    manifest: Mapping[str, Any],
+    asked: Asked,
+    fidelity: Fidelity,
+    layers: SceneLayers,
+    releases: Releases,
+    queue: Queue,
+    rasters: Rasters,
+    work: WorkFolder,
+    feedback: Feedback,
+    *,
+    geoparquet: bool = False,
+) -> Outcome:
+    """Write every file of the run's folder, which will stand at ``final``; with ``geoparquet`` its layers twice.
+
+    Rows are in the order of the releases, in whatever order logs were slid.
+    """
+    feedback.progress(0, 3, "writing the results")
+    rows, order = queue.slid_rows()
+    releases = releases if rows.size == len(releases) else releases.take(rows)
+    by_log = work.by_log(BY_LOG, order)
+    touched = reached(layers.lines, by_log, releases)
+    crs = layers.dem.plan_crs
+    tables: dict[str, geopandas.GeoDataFrame | Stream] = {
+        "deposits": in_pieces(layers, releases, by_log, "Point Z", lambda deposits, part: deposits),
+        "deposited_logs": in_pieces(layers, releases, by_log, "LineString Z", axes_frame),
+    }
+    with _stream_poses(folder / POSES, work, layers.dem.crs) as paths:
+        if len(paths):
+            tables["trajectories"] = trajectories(paths, layers, releases, by_log)
+        if layers.lines.ids:
+            tables["reach"] = reach_frame(layers.lines, touched, left_dem(by_log), crs)
+            if touched.any():
+                tables["reached_by"] = Stream("Point Z", partial(reached_by, layers, touched, by_log, releases))
+        hits = {
+            "barrier_hits": barrier_hits_frame(layers, releases, by_log, crs),
+            "tree_hits": tree_hits_frame(layers, by_log, crs),
+            "lying_hits": lying_hits_frame(layers, by_log, crs),
+            "block_hits": block_hits_frame(layers, by_log, crs),
+        }
+        tables |= {name: each for name, each in hits.items() if len(each)}
+        write_vector(folder / GEOPACKAGE, tables)
+        for name, layer in tables.items() if geoparquet else ():
+            write_geoparquet(folder / f"{name}.parquet", layer if isinstance(layer, Stream) else Stream.of(layer))
+    feedback.progress(1, 3, "writing the results")
+
+    outputs = write_run_rasters(
+        folder, rasters, layers, len(releases), asked.danger_least, danger_counts=asked.danger_counts
+    )
+    feedback.progress(2, 3, "writing the results")
+
+    summary = summary_of(asked, fidelity, layers, releases, by_log, touched, hits, queue)
+    still = summary["logs"]["by_stop_reason"]["time_limit"]
+    if still > WORTH_A_WARNING * len(releases):
+        feedback.warn(
+            f"{still} of {len(releases)} logs still moved at --time-limit {asked.scene.time_limit:g} s, so their "
+            "deposits are not final; most such logs roll on smooth ground, for the model has no rolling resistance"
+        )
+    if told := lost_warning(summary):
+        feedback.warn(told)
+    if states := failed_states(layers, releases, by_log):
+        write_json(folder / FAILED_STATES, {"logs": states})
+        feedback.warn(
+            f"{len(states)} of {len(releases)} logs failed, the others did not suffer; {FAILED_STATES} has their last "
+            "states, from which the engine can go on (deadwood_engine.Start): please report them"
+        )
+    by_log.close()
+    write_json(folder / SUMMARY, summary)
+    write_json(folder / MANIFEST, {**manifest, **_facts(layers, releases)})
+    feedback.progress(3, 3, "writing the results")
+    names = {"run": GEOPACKAGE, "poses": POSES, "summary": SUMMARY, "manifest": MANIFEST} | outputs
+    paths = {"output": final} | {key: final / name for key, name in names.items()}
+    return Outcome(paths, summary, lines_of(summary))
+
+
+def in_pieces(
+    layers: SceneLayers,
+    releases: Releases,
+    by_log: Columns,
+    geometry: str,
+    frame_of: Callable[[geopandas.GeoDataFrame, Mapping[str, NDArray]], geopandas.GeoDataFrame],
+) -> Stream:
+    """A layer of one row a log, made of so many deposits at once."""
+
+    def pieces() -> Iterator[geopandas.GeoDataFrame]:
+        for start in range(0, len(releases), PIECE):
+            rows = slice(start, start + PIECE)
+            part = by_log.rows(rows)
+            yield frame_of(deposits_frame(layers, releases.take(rows), part), part)
+
+    return Stream(geometry, pieces)
+
+
+def deposits_frame(layers: SceneLayers, releases: Releases, by_log: Mapping[str, NDArray]) -> geopandas.GeoDataFrame:
+    """One row a released log: where it ended, and how it went."""
+    start, end, axis = by_log["release_position"], by_log["end_position"], by_log["tip_end"] - by_log["base_end"]
+    dx, dy, dz = (end - start).T
+    columns: dict[str, Any] = {
+        "log_id": releases.logs.log_id,
+        "release_id": releases.release_id,
+        "release_x": start[:, 0],
+        "release_y": start[:, 1],
+        "release_z": start[:, 2],
+        "stop_reason": np.array(STOP_REASONS, object)[by_log["stop_reason"]],
+        "stop_id": _stop_ids(layers, by_log),
+        "duration_s": by_log["duration"],
+        "path_m": by_log["path"],
+        "runout_m": np.hypot(dx, dy),
+        "fall_m": -dz,
+        "bearing_deg": azimuth(dx, dy),
+        "heading_deg": azimuth(axis[:, 0], axis[:, 1]),
+        "tilt_deg": np.degrees(np.arctan2(np.hypot(axis[:, 0], axis[:, 1]), axis[:, 2])),
+        "speed_max_ms": by_log["speed_max"],
+        "speed_mean_ms": by_log["speed_mean"],
+        "energy_max_kj": by_log["energy_max"] / 1000.0,
+        "jump_max_m": by_log["jump_max"],
+        "tree_hits": by_log["tree_hits"],
+        "barrier_hits": by_log["barrier_hits"],
+        "energy_error_rel": by_log["energy_error"],
+        "penetration_max_m": by_log["penetration_max"],
+        "dbh_cm": releases.dbh_cm,
+        "length_m": releases.logs.length,
+        "density_kg_m3": releases.logs.density,
+    }
+    return geopandas.GeoDataFrame(columns, geometry=shapely.points(end), crs=layers.dem.plan_crs)
+
+
+def _stop_ids(layers: SceneLayers, by_log: Mapping[str, NDArray]) -> NDArray[Any]:
+    """Id, as text, of the tree, lying log (``lying:ID``), boulder (``block:ID``) or barrier that holds each log; None
+    for the others."""
+    ids = np.full(by_log["stop_item"].size, None, object)
+    reason = np.array(STOP_REASONS, object)[by_log["stop_reason"]]
+    for row in np.flatnonzero(by_log["stop_item"] >= 0):
+        item = int(by_log["stop_item"][row])
+        if reason[row] == "tree":
+            ids[row] = layers.tree_ids[item]
+        elif reason[row] == "lying_log":
+            ids[row] = f"lying:{layers.lying.ids[layers.lying.item[item]]}"
+        elif reason[row] == "block":
+            ids[row] = f"block:{layers.blocks.ids[item]}"
+        elif reason[row] == "barrier":
+            ids[row] = str(layers.barriers.ids[layers.barriers.item[item]])
+    return ids
+
+
+def failed_states(layers: SceneLayers, releases: Releases, by_log: Columns) -> list[dict[str, Any]]:
+    """The last finite state of each log that failed, in world coordinates and SI units, for a replay."""
+    failed = np.flatnonzero(np.isin(releases.logs.log_id, by_log[f"{FAILED}log_id"]))
+    rows = deposits_frame(layers, releases.take(failed), by_log.rows(failed)).set_index("log_id")
+    return [
+        {
+            "log_id": int(log_id),
+            "t_s": float(rows.at[log_id, "duration_s"]),
+            "position_m": [rows.at[log_id, "geometry"].x, rows.at[log_id, "geometry"].y, rows.at[log_id, "geometry"].z],
+            "quaternion_wxyz": state[3:7],
+            "velocity_ms": state[7:10],
+            "angular_velocity_rad_s": state[10:13],
+            "dbh_cm": float(rows.at[log_id, "dbh_cm"]),
+            "length_m": float(rows.at[log_id, "length_m"]),
+            "density_kg_m3": float(rows.at[log_id, "density_kg_m3"]),
+        }
+        for log_id, state in zip(by_log[f"{FAILED}log_id"], by_log[f"{FAILED}state"], strict=True)
+    ]
+
+
+def axes_frame(deposits: geopandas.GeoDataFrame, by_log: Mapping[str, NDArray]) -> geopandas.GeoDataFrame:
+    """The logs as they lie at the end: a line from base to tip."""
+    ends = np.stack([by_log["base_end"], by_log["tip_end"]], axis=1)
+    columns = deposits[["log_id", "release_id", "stop_reason", "dbh_cm", "length_m"]]
+    return geopandas.GeoDataFrame(columns, geometry=shapely.linestrings(ends), crs=deposits.crs)
+
+
+@dataclass
+class KeptPaths:
+    """The thinned paths of the logs that keep theirs, in a nameless file, and where in it the path of each lies."""
+
+    spool: BinaryIO
+    log_id: array[int] = field(default_factory=lambda: array("q"))
+    starts: array[int] = field(default_factory=lambda: array("q", [0]))  # vertices
+
+    def __len__(self) -> int:
+        return len(self.log_id)
+
+    def keep(self, log_id: int, points: NDArray[np.float64]) -> None:
+        self.spool.write(np.ascontiguousarray(points, np.float64).tobytes())
+        self.log_id.append(log_id)
+        self.starts.append(self.starts[-1] + len(points))
+
+    def line(self, number: int) -> NDArray[np.float64]:
+        """Vertices of the path that was kept as such a number, shape (n, 3)."""
+        start, stop = self.starts[number : number + 2]
+        self.spool.seek(start * VERTEX_BYTES)
+        return np.frombuffer(self.spool.read((stop - start) * VERTEX_BYTES)).reshape(-1, 3)
+
+
+@contextmanager
+def _stream_poses(path: Path, work: WorkFolder, crs: pyproj.CRS) -> Iterator[KeptPaths]:
+    """Bring the chunks' poses into one file, one row group each, and thin the paths of their logs on the way."""
+    with TemporaryFile(dir=work.path) as spool:
+        paths = KeptPaths(spool)
+        with parquet.ParquetWriter(path, pose_schema(crs), compression="zstd") as writer:
+            for table in work.poses():
+                if not table.num_rows:
+                    continue
+                writer.write_table(table, row_group_size=table.num_rows)
+                log_id = table.column("log_id").to_numpy()
+                points = np.stack([table.column(axis).to_numpy() for axis in "xyz"], axis=1)
+                starts = np.flatnonzero(np.diff(log_id, prepend=log_id[0] - 1))
+                for start, stop in zip(starts, [*starts[1:], log_id.size], strict=True):
+                    paths.keep(int(log_id[start]), thinned(points[start:stop]))
+        yield paths
+
+
+def trajectories(paths: KeptPaths, layers: SceneLayers, releases: Releases, by_log: Mapping[str, NDArray]) -> Stream:
+    """One row a log that keeps its path, in the order of the releases."""
+    sorter = np.argsort(releases.logs.log_id)
+    row = sorter[np.searchsorted(releases.logs.log_id, paths.log_id, sorter=sorter)]
+    order = np.argsort(row, kind="stable")
+    duration, speed, reason = (by_log[name] for name in ("duration", "speed_max", "stop_reason"))
+
+    def pieces() -> Iterator[geopandas.GeoDataFrame]:
+        for start in range(0, order.size, PATHS_PIECE):
+            chosen = order[start : start + PATHS_PIECE]
+            rows = row[chosen]
+            columns = {
+                "log_id": releases.logs.log_id[rows],
+                "release_id": releases.release_id[rows],
+                "duration_s": duration[rows],
+                "speed_max_ms": speed[rows],
+                "stop_reason": np.array(STOP_REASONS, object)[reason[rows]],
+            }
+            lines = [paths.line(number) for number in chosen]
+            owner = np.repeat(np.arange(len(lines)), [len(line) for line in lines])
+            shapes = shapely.linestrings(np.concatenate(lines), indices=owner)
+            yield geopandas.GeoDataFrame(columns, geometry=shapes, crs=layers.dem.plan_crs)
+
+    return Stream("LineString Z", pieces)
+
+
+def thinned(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The first and last point, and the first in each further metre of path; at least two points, shape (k, 3)."""
+    if len(points) == 1:
+        return np.repeat(points, 2, axis=0)
+    path = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    keep = np.diff(np.floor(path / VERTEX_SPACING_M), prepend=-1.0) > 0.0
+    keep[-1] = True
+    return points[keep]
+
+
+def reach_frame(lines: Items, touched: NDArray[np.bool_], left: NDArray[np.bool_], crs: Any) -> geopandas.GeoDataFrame:
+    """One row a line: how many logs reached it, and the probability with its interval."""
+    records = reach_records(lines, touched, left)
+    columns = {name: [record[name] for record in records] for name in records[0]}
+    return geopandas.GeoDataFrame(columns, geometry=lines.geometry, crs=crs)
+
+
+def reached_by(
+    layers: SceneLayers, touched: NDArray[np.bool_], by_log: Columns, releases: Releases
+) -> Iterator[geopandas.GeoDataFrame]:
+    """One row a log and line that it reached, drawn at the log's release point: from where is the road hit?"""
+    lines = layers.lines
+    for start in range(0, len(releases), PIECE):
+        rows = slice(start, start + PIECE)
+        log, line = np.nonzero(touched[rows])
+        if not log.size:
+            continue
+        part = by_log.rows(rows)
+        columns = {
+            "log_id": releases.logs.log_id[rows][log],
+            "release_id": releases.release_id[rows][log],
+            "line_id": np.array(lines.ids)[line],
+            "t_s": np.nan_to_num(lines.first_time(part["reach_time"])[log, line]),  # inside from the start: 0 s
+        }
+        points = shapely.points(part["release_position"][log])
+        yield geopandas.GeoDataFrame(columns, geometry=points, crs=layers.dem.plan_crs)
+
+
+def write_run_rasters(
+    folder: Path, rasters: Rasters, layers: SceneLayers, n_logs: int, danger_least: int, *, danger_counts: bool = False
+) -> dict[str, str]:
+    """Write the six GeoTIFFs, with lines a seventh; counts are 0 where no log was, the others NaN.
+
+    With ``danger_counts`` and lines, the counts behind the seventh are an eighth.
+    """
+    total = rasters.totals()
+    total["energy_max"] = total["energy_max"] / np.float32(1000.0)
+    written = write_maps(folder, total, layers.dem, n_logs)
+    if "danger" in total:
+        written["danger"] = write_danger(folder, total, layers.dem, layers.lines.ids, danger_least)
+        if danger_counts:
+            written["danger_count"] = write_danger_counts(folder, total["danger"], layers.dem, layers.lines.ids)
+    return written
+
+
+def write_maps(folder: Path, total: Mapping[str, NDArray], grid: Grid, n_logs: int) -> dict[str, str]:
+    """The six GeoTIFFs of what so many logs drew on the cells, energies in kJ; what the grid has no height for is NaN
+    in the shares."""
+    values = {**total, "reach_probability": shares_of(total["hit_count"], n_logs, np.isnan(grid.values))}
+    for name, kind, units, meaning, style in MAPS:
+        write_raster(
+            folder / f"{name}.tif",
+            values[name],
+            grid,
+            nodata=nodata_of(name, kind, windowed=grid.whole is not None),
+            dtype=kind,
+            units=units,
+            description=meaning,
+            style=style,
+        )
+    return {row[0]: f"{row[0]}.tif" for row in MAPS}
+
+
+def shares_of(hits: NDArray[np.uint32], n_logs: int, outside: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """The share of the logs that passed each cell; NaN where there is no ground."""
+    share = (hits / np.float32(n_logs)).astype(np.float32)
+    share[outside] = np.nan
+    return share
+
+
+def nodata_of(name: str, kind: str, *, windowed: bool) -> float | None:
+    """Beyond the window of a large DEM nothing is stored. No log went there, so a share must read as 0 there, as it
+    does within, where no log was; the others mean nothing there and within."""
+    return np.nan if kind == "float32" and not (windowed and name == "reach_probability") else None
+
+
+def write_danger(
+    folder: Path, total: Mapping[str, NDArray], grid: Grid, line_ids: Sequence[Any], danger_least: int
+) -> str:
+    bands = danger_bands(total["hit_count"], total["danger"], line_ids, danger_least)
+    place = folder / "danger.tif"
+    write_bands(place, bands, grid, nodata=np.nan, dtype="float32", units=units_of(list(bands)), style=STYLE)
+    return place.name
+
+
+def write_danger_counts(folder: Path, danger: NDArray[np.uint32], grid: Grid, line_ids: Sequence[Any]) -> str:
+    """Of any line, then of each: the counts from which those of several runs add up."""
+    bands = dict(zip((ANY_COUNT, *map(str, line_ids)), danger, strict=True))
+    place = folder / "danger_count.tif"
+    write_bands(place, bands, grid, dtype="uint32", units=["logs"] * len(bands), style="counts")
+    return place.name
+
+
+def _facts(layers: SceneLayers, releases: Releases) -> dict[str, Any]:
+    dem = layers.dem.frame
+    crs = dem.plan_crs.to_string()
+    grid = {"nx": dem.shape[1], "ny": dem.shape[0], "cell": dem.cell, "x0": dem.x0, "y0": dem.y0, "crs": crs}
+    return {"grid": grid, "digests": {"scene": layers.digest, "releases": releases.digest}}

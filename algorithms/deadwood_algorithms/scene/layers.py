@@ -1,0 +1,263 @@
+"""From layers to the engine's arrays: a `Scene` from DEM, trees, barriers, lines and friction.
+
+Here centimetres become metres, and what makes no sense together is refused in one line: lines off the DEM, friction
+that does not cover it, trees in another country. What a scene lacks becomes an empty array, never None.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_algorithms.files.columns import schema_column, warn_implausible, where_of
+from deadwood_algorithms.files.dem_windows import read_dem
+from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.params.tool import Feedback, UserError
+from deadwood_algorithms.scene.blocks import Boulders, read_blocks
+from deadwood_algorithms.scene.friction import read_friction
+from deadwood_algorithms.scene.items import (
+    Items,
+    digest_of,
+    extent_words,
+    ids_of,
+    items_of,
+    paths_of,
+    plan_of,
+    points_on,
+    shared_words,
+)
+from deadwood_algorithms.scene.reach import WHOLE_CELLS, watched_sides
+from deadwood_algorithms.schemas import BARRIERS, TREES
+from deadwood_engine import Barriers, Blocks, Lines, LyingLogs, Scene, Shape, Trees
+
+if TYPE_CHECKING:
+    from deadwood_engine.result import Result
+
+
+@dataclass(frozen=True)
+class SceneLayers:
+    """A prepared scene, and what its arrays are called in the layers."""
+
+    dem: Grid
+    scene: Scene
+    friction: float | NDArray[np.float64]
+    trees: Trees
+    tree_ids: list[str]
+    trees_left_out: int  # they stand off the DEM
+    plates: Barriers  # the barriers as the engine takes them
+    barriers: Items
+    lines: Items
+    marks: Lines  # the lines as the engine takes them, before those that watch the window's sides
+    lying_logs: LyingLogs
+    lying: Items
+    blocks: Boulders
+    digest: str  # of every array that went into the scene
+    # Sides of the DEM's window, and the lines along them, which the engine watches behind those of the layer.
+    watched: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    threads: int = 1  # as many as were asked for, or as there is memory for
+    shape: Shape | None = None  # what slides in the logs' place
+
+    def escaped(self, result: Result) -> list[str]:
+        """The sides of the window that some log came too near to; they must be slid again in a wider one."""
+        count = result.reach.shape[1] - len(self.watched)
+        return [side for k, side in enumerate(self.watched) if result.reach[:, count + k].any()]
+
+    def without_watch(self, result: Result) -> Result:
+        """The result for the lines of the layer alone."""
+        count = result.reach.shape[1] - len(self.watched)
+        return replace(result, reach=result.reach[:, :count], reach_time=result.reach_time[:, :count])
+
+    def danger_bands(self) -> NDArray[np.int64]:
+        """The band of danger, from 1, of each line that the engine watches; 0 of those along the window's sides."""
+        return np.concatenate([self.lines.item + 1, np.zeros(len(self.watched), np.int64)])
+
+    def by_scene_line(self, by_item: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """From (n, items) of the lines to (n, lines that the engine watches)."""
+        return np.pad(by_item[:, self.lines.item], ((0, 0), (0, len(self.watched))))
+
+    def with_lines_before(self, marks: Lines, items: Items) -> SceneLayers:
+        """The scene with further lines, which come before its own."""
+        marks, items = marks.then(self.marks), items.then(self.lines)
+        scene = self.scene.with_lines(_watched_too(marks, self.watched))
+        return replace(self, scene=scene, marks=marks, lines=items)
+
+    def varied(
+        self,
+        *,
+        heights: NDArray[np.float64] | None = None,
+        friction: float | NDArray[np.float64] | None = None,
+        trees: Trees | None = None,
+    ) -> SceneLayers:
+        """The scene with other heights [m], another friction or other trees in the same places; the rest is the same.
+
+        The digest stays that of the layers.
+        """
+        return replace(
+            self,
+            dem=self.dem if heights is None else replace(self.dem, values=heights),
+            friction=self.friction if friction is None else friction,
+            trees=self.trees if trees is None else trees,
+        ).prepared_again()
+
+    def prepared_again(self) -> SceneLayers:
+        """The scene prepared of these arrays: after some of them have been changed."""
+        watched = _watched(self.dem, self.lying_logs, self.blocks.solid)
+        marks = _watched_too(self.marks, watched)
+        scene = _prepared(self.dem, self.friction, self.trees, self.plates, marks, self.lying_logs, self.blocks.solid)
+        return replace(self, scene=scene, watched=watched)
+
+
+def read_scene(
+    dem: str,
+    friction: str | float,
+    trees: str | None,
+    barriers: str | None,
+    lines: str | None,
+    *,
+    crs: str | None,
+    feedback: Feedback,
+    lying_logs: str | None = None,
+    lying_diameter_cm: float = 40.0,
+    blocks: str | None = None,
+    friction_column: str | None = None,
+    friction_elsewhere: float | None = None,
+    grid: Grid | None = None,
+) -> SceneLayers:
+    """Read and check every layer but the releases, and prepare the engine's scene.
+
+    ``grid`` is the DEM, or a window of it, where that has been read already.
+    """
+    from deadwood_algorithms.scene.lying_logs import read_lying_logs
+
+    grid = grid or read_dem(dem, crs=crs, feedback=feedback)
+    mu = read_friction(friction, grid, feedback, column=friction_column, elsewhere=friction_elsewhere)
+    standing, tree_ids, left_out = read_trees(trees, grid, feedback)
+    plates, barrier_items = read_barriers(barriers, grid, feedback)
+    marks, line_items = read_lines(lines, grid, feedback)
+    lying, lying_items = read_lying_logs(lying_logs, grid, lying_diameter_cm, feedback)
+    boulders = read_blocks(blocks, grid, feedback)
+    watched = _watched(grid, lying, boulders.solid)
+    scene = _prepared(grid, mu, standing, plates, _watched_too(marks, watched), lying, boulders.solid)
+    there = (boulders.solid,) if boulders.ids else ()  # none leave the digest of a scene without such a layer
+    digest = digest_of(grid.values, [grid.cell, grid.x0, grid.y0], mu, standing, plates, marks, lying, *there)
+    return SceneLayers(
+        grid,
+        scene,
+        mu,
+        standing,
+        tree_ids,
+        left_out,
+        plates,
+        barrier_items,
+        line_items,
+        marks,
+        lying,
+        lying_items,
+        boulders,
+        digest,
+        watched,
+    )
+
+
+def _watched(grid: Grid, lying: LyingLogs, blocks: Blocks) -> Mapping[str, NDArray[np.float64]]:
+    """Lines along the sides of a window.
+
+    A lying log rests on all the terrain below it, so none that is cut by the window's side may be met; nor may a block
+    whose middle is beyond it.
+    """
+    return watched_sides(grid, beyond_m=max(_longest(lying), 0.5 * float(blocks.diameter.max(initial=0.0))))
+
+
+def _prepared(
+    grid: Grid,
+    mu: float | NDArray[np.float64],
+    trees: Trees,
+    plates: Barriers,
+    lines: Lines,
+    lying: LyingLogs,
+    blocks: Blocks,
+) -> Scene:
+    """The engine's scene on a grid."""
+    frame = grid.frame
+    return Scene.prepare(
+        grid.values,
+        grid.cell,
+        frame.x0,
+        frame.y0,
+        friction=mu,
+        trees=trees,
+        barriers=plates,
+        lines=lines,
+        lying_logs=lying,
+        blocks=blocks,
+        first=grid.first,
+        reference=0.0 if frame.part.cells > WHOLE_CELLS else None,  # a large DEM's lowest height is never looked for
+    )
+
+
+def _watched_too(marks: Lines, watched: Mapping[str, NDArray[np.float64]]) -> Lines:
+    """The lines of the layer, then those that watch the sides of the window."""
+    return marks.then(*(Lines(side, np.array([0, len(side)])) for side in watched.values()))
+
+
+def _longest(lying: LyingLogs) -> float:
+    """How far [m] the farthest two vertices of a lying log's line are apart, at most."""
+    lines = zip(lying.starts[:-1], lying.starts[1:], strict=True)
+    return max((float(np.ptp(lying.vertices[a:b], axis=0).sum()) for a, b in lines), default=0.0)
+
+
+def read_trees(path: str | None, grid: Grid, feedback: Feedback) -> tuple[Trees, list[str], int]:
+    """Standing trees on the DEM, their ids as text, and how many stand off it and are left out: no log meets them."""
+    if path is None:
+        return Trees.none(), [], 0
+    frame = read_vector(path, geometry=("point",), target_crs=grid.crs, what="trees", feedback=feedback)
+    for name in ("dbh_cm", "height_m"):
+        if name not in frame:
+            raise UserError(
+                f"{where_of(frame)}: the trees have no field '{name}'; "
+                "deadwood-tool import-trees makes a trees layer of any table"
+            )
+    dbh_cm, height = (schema_column(frame, TREES.column(name)) for name in ("dbh_cm", "height_m"))
+    for name, values in (("dbh_cm", dbh_cm), ("height_m", height)):
+        warn_implausible(values, TREES.column(name), where_of(frame), feedback)
+    x, y = plan_of(frame)
+    on = points_on(grid, x, y)
+    if not on.any():
+        raise UserError(f"{path}: none of the {len(frame)} trees stands on the DEM{extent_words(x, y, grid)}")
+    if not on.all():
+        feedback.note(f"{path}: {np.count_nonzero(~on)} of {len(frame)} trees stand off the DEM and are left out")
+    ids = ids_of(frame, "tree_id")
+    twins = shared_words(frame, "tree_id", ids.tolist())
+    if twins:
+        feedback.warn(f"{twins}; no result can tell them apart. deadwood-tool import-trees numbers them anew")
+    ids = ids[on]
+    return Trees(x[on], y[on], dbh_cm[on] / 100.0, height[on]), [str(each) for each in ids], int(np.count_nonzero(~on))
+
+
+def read_barriers(path: str | None, grid: Grid, feedback: Feedback) -> tuple[Barriers, Items]:
+    """Barriers with their heights; rows of one barrier_id (without it: of one name) count as one, which is said."""
+    if path is None:
+        return Barriers.none(), Items([], np.array([], object), np.array([], np.int64))
+    frame = read_vector(path, geometry=("line",), target_crs=grid.crs, what="barriers", feedback=feedback)
+    height = schema_column(frame, BARRIERS.column("height_m"))
+    warn_implausible(height, BARRIERS.column("height_m"), where_of(frame), feedback)
+    paths = paths_of(frame, grid, "barrier")
+    items = items_of(frame, ("barrier_id", "name"), paths, feedback)
+    return Barriers(paths.vertices, paths.starts, height[paths.item]), items
+
+
+def read_lines(path: str | None, grid: Grid, feedback: Feedback) -> tuple[Lines, Items]:
+    """Lines, or the outlines of polygons, whose reach is counted; rows of one line_id count as one.
+
+    Without that field rows of one name do. Either is said.
+    """
+    if path is None:
+        return Lines.none(), Items([], np.array([], object), np.array([], np.int64))
+    frame = read_vector(path, geometry=("line", "polygon"), target_crs=grid.crs, what="lines", feedback=feedback)
+    paths = paths_of(frame, grid, "line")
+    return Lines(paths.vertices, paths.starts), items_of(frame, ("line_id", "name"), paths, feedback)

@@ -1,0 +1,259 @@
+"""The hidden working folder ``.NAME.part`` beside a run's folder, in which a run keeps its finished chunks of logs.
+
+An interrupted run goes on from it with ``--resume``. A checkpoint holds the rasters after so many chunks; chunks that
+came later are slid again, so what is resumed is the run that was interrupted, bit for bit.
+
+Nothing in it is believed without its seal: a digest, at the end of each file, of its content, of its name and of the
+run's identity. So a flipped bit, a cut file, a chunk copied over another or brought from another run is found out; what
+such a file held is slid again. The two last checkpoints are kept, so that a damaged one costs little.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import os
+import shutil
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import astuple
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as parquet
+from numpy.typing import NDArray
+
+from deadwood_algorithms.files.grid import Grid, Part
+from deadwood_algorithms.params.tool import Feedback, UserError
+from deadwood_algorithms.simulate.columns import Columns
+
+IDENTITY = "identity.json"
+SEAL_BYTES = hashlib.sha256().digest_size
+
+
+class Damaged(UserError):
+    """A file of the working folder is not as it was written."""
+
+
+class WorkFolder:
+    """The finished chunks of a run, and the rasters after the last of them.
+
+    finished : chunks whose logs are on the rasters; lost : those of them whose results were damaged
+    """
+
+    def __init__(self, output: str, identity: Mapping[str, Any], *, resume: bool, feedback: Feedback) -> None:
+        self.path = part_path(output)
+        self.finished = 0
+        self.lost: frozenset[int] = frozenset()
+        self._identity = json.dumps(dict(identity), sort_keys=True).encode()
+        if self.path.is_dir() and resume:
+            self._refuse_another(dict(identity), feedback)
+            self._take_over(feedback)
+        else:
+            if self.path.is_dir():
+                feedback.note(
+                    f"{self.path}: the unfinished work of an earlier run is dropped (--resume goes on with it)"
+                )
+                shutil.rmtree(self.path)
+            elif resume:
+                feedback.note(f"{self.path}: there is no unfinished work to resume; the run starts from its beginning")
+            self.path.mkdir(parents=True)
+        written = {**identity, "seal": self._seal(IDENTITY, self._identity).hex()}
+        _write_whole(self.path / IDENTITY, json.dumps(written, indent=1).encode())
+
+    def _refuse_another(self, identity: dict[str, Any], feedback: Feedback) -> None:
+        """Refuse work that was begun with other inputs, parameters or code.
+
+        Where the file that says so is damaged, the seals of the chunks decide: those of another run do not fit.
+        """
+        before = _read_identity(self.path / IDENTITY)
+        if before is None:
+            feedback.warn(f"{self.path / IDENTITY} is damaged; only what was surely begun as this run is taken over")
+            return
+        changed = [name for name in identity if before.get(name) != identity[name]]
+        if "engine" in changed:
+            raise UserError(
+                f"--resume: the unfinished work in {self.path} was begun by another engine ({before.get('engine')}, "
+                f"version {before.get('version')}; this is {identity['engine']}, version {identity['version']}), and "
+                "two must not mix in one result; go on with that one, or leave out --resume to start again"
+            )
+        if changed:
+            raise UserError(
+                f"--resume: the unfinished work in {self.path} was begun with other {', '.join(changed)}; "
+                "give the same inputs and parameters, or leave out --resume to start again"
+            )
+
+    def _take_over(self, feedback: Feedback) -> None:
+        numbers = [each.stem.removeprefix("rasters_") for each in self.path.glob("rasters_*.npz")]
+        states = sorted((int(each) for each in numbers if each.isdecimal()), reverse=True)
+        sound = [state for state in states if self._is_sound(_rasters_name(state))]
+        self.finished = max(sound, default=0)
+        self.lost = frozenset(
+            chunk
+            for chunk in range(self.finished)
+            if not all(self._is_sound(name) for name in (_logs_name(chunk), _poses_name(chunk)))
+        )
+        feedback.note(f"{self.path}: {self.finished - len(self.lost)} finished chunks of logs are taken over")
+        if self.lost:
+            feedback.warn(f"{self.path}: {len(self.lost)} finished chunks of logs are damaged and are slid again")
+        if len(sound) < len(states):
+            feedback.warn(f"{self.path}: a checkpoint is damaged; the logs since the one before it are slid again")
+
+    def save(self, chunk: int, by_log: Mapping[str, NDArray], poses: pa.Table) -> None:
+        """Keep what a finished chunk says of its logs; it counts as finished from the next `checkpoint` on."""
+        self._write(_logs_name(chunk), _packed(by_log))
+        table = io.BytesIO()
+        parquet.write_table(poses, table, compression="zstd")
+        self._write(_poses_name(chunk), table.getvalue())
+
+    def checkpoint(self, finished: int, rasters: Mapping[str, NDArray], grid: Grid) -> None:
+        """Keep the rasters as they are after so many finished chunks: the cells that any log has passed over.
+
+        The cells are numbered in the whole DEM, of which ``grid`` may be a window.
+        """
+        row, column = np.nonzero((rasters["hit_count"] > 0) | (rasters["deposit_count"] > 0))
+        cells = (row + grid.first[1]) * grid.frame.shape[1] + column + grid.first[0]
+        part = np.array(astuple(grid.part), np.int64)
+        sparse = {"cells": cells, "part": part} | {name: values[..., row, column] for name, values in rasters.items()}
+        self._write(_rasters_name(finished), _packed(sparse))
+        kept = (_rasters_name(finished), _rasters_name(self.finished))
+        for old in self.path.glob("rasters_*.npz"):
+            if old.name not in kept:
+                _remove(old)
+        self.finished = finished
+
+    @property
+    def part(self) -> Part | None:
+        """The part of the DEM that the last checkpoint's rasters are of."""
+        return Part(*self._arrays(_rasters_name(self.finished))["part"].tolist()) if self.finished else None
+
+    def rasters(self, grid: Grid) -> dict[str, NDArray]:
+        """The rasters at the last checkpoint, on a grid that holds them; empty cells are 0 in counts, NaN in maxima."""
+        stored = self._arrays(_rasters_name(self.finished))
+        row, column = np.divmod(stored.pop("cells"), grid.frame.shape[1])
+        del stored["part"]
+        out: dict[str, NDArray] = {}
+        for name, values in stored.items():
+            shape = (*values.shape[:-1], *grid.shape)  # of several bands, the bands first
+            out[name] = np.full(shape, np.nan if values.dtype.kind == "f" else 0, values.dtype)
+            out[name][..., row - grid.first[1], column - grid.first[0]] = values
+        return out
+
+    def chunk(self, chunk: int) -> dict[str, NDArray]:
+        """The results of a finished chunk's logs."""
+        return self._arrays(_logs_name(chunk))
+
+    def by_log(self, by_row: Collection[str], order: NDArray[np.intp]) -> Columns:
+        """The results of all finished logs, of which ``by_row`` has one row a log; in the ``order`` that is wanted."""
+        return Columns(self.path, (self.chunk(chunk) for chunk in range(self.finished)), by_row, order)
+
+    def poses(self) -> Iterator[pa.Table]:
+        """The kept poses, chunk by chunk in the order of the logs."""
+        for chunk in range(self.finished):
+            yield parquet.read_table(io.BytesIO(self._read(_poses_name(chunk))))
+
+    def remove(self) -> None:
+        shutil.rmtree(self.path, ignore_errors=True)
+
+    def _seal(self, name: str, content: bytes) -> bytes:
+        digest = hashlib.sha256(self._identity)
+        digest.update(name.encode())
+        digest.update(content)
+        return digest.digest()
+
+    def _write(self, name: str, content: bytes) -> None:
+        _write_whole(self.path / name, content + self._seal(name, content))
+
+    def _read(self, name: str) -> bytes:
+        """The content of a file whose seal fits."""
+        try:
+            raw = (self.path / name).read_bytes()
+        except (FileNotFoundError, IsADirectoryError):
+            raw = b""
+        content, seal = raw[:-SEAL_BYTES], raw[-SEAL_BYTES:]
+        if seal != self._seal(name, content):
+            raise Damaged(
+                f"{self.path / name}: damaged since this run wrote it; run again with --resume: its logs are slid again"
+            )
+        return content
+
+    def _is_sound(self, name: str) -> bool:
+        try:
+            self._read(name)
+        except Damaged:
+            return False
+        return True
+
+    def _arrays(self, name: str) -> dict[str, NDArray]:
+        with np.load(io.BytesIO(self._read(name))) as stored:
+            return {name: stored[name] for name in stored.files}
+
+
+def part_path(output: str) -> Path:
+    """The working folder of a run that is to stand at ``output``."""
+    final = Path(output).absolute()
+    return final.parent / f".{final.name}.part"
+
+
+def _logs_name(chunk: int) -> str:
+    return f"logs_{chunk}.npz"
+
+
+def _poses_name(chunk: int) -> str:
+    return f"poses_{chunk}.parquet"
+
+
+def _rasters_name(finished: int) -> str:
+    return f"rasters_{finished}.npz"
+
+
+def _read_identity(place: Path) -> dict[str, Any] | None:
+    """What a working folder's run was; None where the file is missing or not as it was written.
+
+    Up to version 0.1.0 nothing was sealed.
+    """
+    try:
+        content = json.loads(place.read_bytes())
+        seal = content.pop("seal", None)
+        said = json.dumps(content, sort_keys=True).encode()
+        if seal is None and content.get("version") == "0.1.0":
+            return content
+        sealed = hashlib.sha256(said + IDENTITY.encode() + said).hexdigest()
+    except (OSError, ValueError, AttributeError, RecursionError):
+        return None
+    return content if seal == sealed else None
+
+
+def _packed(arrays: Mapping[str, NDArray]) -> bytes:
+    target = io.BytesIO()
+    np.savez(target, **arrays)  # type: ignore[arg-type]
+    return target.getvalue()
+
+
+def _remove(place: Path) -> None:
+    """A file, or the folder that someone has put in its place."""
+    if place.is_dir():
+        shutil.rmtree(place)
+    else:
+        place.unlink()
+
+
+def _write_whole(path: Path, content: bytes) -> None:
+    """Under its name there is the old content or the new one, also after a power cut."""
+    beside = path.with_name(path.name + ".partial")
+    with beside.open("wb") as target:
+        target.write(content)
+        target.flush()
+        os.fsync(target.fileno())
+    if path.is_dir():  # no file can take its place
+        _remove(path)
+    os.replace(beside, path)
+    with suppress(OSError, AttributeError):  # Windows opens no folders
+        folder = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY)
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)

@@ -1,0 +1,183 @@
+"""The scheduler of ``--scheduler``: one that runs already, or one with workers on this machine for as long as it takes.
+
+What listens on this machine for ``local`` listens on the loopback alone, and asks for a certificate that is made for
+this one run and never leaves the memory of its processes: another user of the machine cannot speak to it.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import re
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from typing import TYPE_CHECKING, Any
+
+from deadwood_algorithms.params.tool import Feedback, UserError
+
+if TYPE_CHECKING:
+    from deadwood_algorithms.simulate.workers import Workers
+
+LOCAL = "local"
+ADDRESS = re.compile(r"(tcp|tls)://(\[[0-9a-fA-F:]+\]|[^\s:/\[\]]+):\d{1,5}")
+CONNECT_S = 10.0
+MISSING = (
+    "--scheduler needs Dask, which is not installed in this environment: pip install 'deadwood-toolbox[dask]', "
+    "or pip install distributed cryptography"
+)
+_open: dict[tuple[str, int | None], Workers] = {}
+
+
+class NobodySlides(UserError):
+    """The scheduler is lost, or none of its workers can be used, whatever was to be slid."""
+
+
+def refuse_no_scheduler(scheduler: str | None, workers: int | None) -> None:
+    """Raise ``UserError`` for an address that cannot be one; what nobody answers at is found out by asking."""
+    if scheduler is None:
+        if workers is not None:
+            raise UserError("--workers needs --scheduler: local starts so many on this machine")
+    elif scheduler != LOCAL and not ADDRESS.fullmatch(scheduler):
+        raise UserError(
+            f"--scheduler is '{scheduler}', but must be local or the address of a Dask scheduler, such as "
+            "tcp://127.0.0.1:8786 (its first lines of output name it)"
+        )
+
+
+@contextmanager
+def workers_of(scheduler: str | None, workers: int | None, cores: int, feedback: Feedback) -> Iterator[Workers | None]:
+    """The workers that were asked for, or None; within another such block the ones of that.
+
+    scheduler : None, ``local`` or an address; workers : how many are started, or waited for; cores : of this machine
+    """
+    refuse_no_scheduler(scheduler, workers)
+    if scheduler is None:
+        yield None
+        return
+    key = scheduler, workers
+    if key in _open:
+        yield _open[key]
+        return
+    with ExitStack() as stack:
+        found = stack.enter_context(_connected(scheduler, workers or (cores if scheduler == LOCAL else 1), feedback))
+        _open[key] = found
+        try:
+            yield found
+        finally:
+            del _open[key]
+            say_carried(found, feedback)
+
+
+@contextmanager
+def _connected(scheduler: str, number: int, feedback: Feedback) -> Iterator[Workers]:
+    try:
+        import distributed
+    except ImportError as error:
+        raise UserError(MISSING) from error
+    from deadwood_algorithms.simulate.workers import Workers
+
+    with ExitStack() as stack:
+        stack.enter_context(_quiet_logs())
+        where, security = scheduler, None
+        if scheduler == LOCAL:
+            feedback.progress(0, 1, f"starting {number} workers")
+            where, security = stack.enter_context(_local_cluster(distributed, number))
+        elif scheduler.startswith("tls:") and not distributed.Security().get_connection_args("client").get(
+            "ssl_context"
+        ):
+            raise UserError(
+                f"--scheduler {scheduler}: Dask's configuration names no certificate for it; write ca-file and client "
+                "(cert, key) under distributed, comm, tls into ~/.config/dask/tls.yaml (docs/many-machines.md)"
+            )
+        try:
+            client = distributed.Client(where, security=security, timeout=CONNECT_S, set_as_default=False)
+        except (OSError, TimeoutError, ValueError, RuntimeError) as error:
+            why = str(error).splitlines()[0] if str(error) else type(error).__name__
+            raise UserError(
+                f"--scheduler {scheduler}: no scheduler answers there ({why}); start one with: dask scheduler"
+            ) from error
+        stack.callback(client.close, timeout=5)
+        workers = Workers(client, scheduler, feedback, wanted=number)
+        stack.callback(workers.close)
+        yield workers
+
+
+@contextmanager
+def _local_cluster(distributed: Any, number: int) -> Iterator[tuple[str, Any]]:
+    """The address of so many processes of one thread each, and the certificate that they ask for.
+
+    Processes, for the kernels let go of Python's lock, but what lies around them does not.
+    """
+    import dask.config as dask_config
+
+    try:
+        security = distributed.Security.temporary()
+    except ImportError as error:
+        raise UserError(MISSING) from error
+    _start_silent_tracker()
+    # No pages, and no look at every thread a hundred times a second, at every loop fifty times
+    lean = {f"distributed.{each}.http.routes": [] for each in ("scheduler", "worker", "nanny")}
+    lean |= {"distributed.worker.profile.enabled": False, "distributed.admin.system-monitor.interval": "5s"}
+    lean |= {"distributed.admin.tick.interval": "1s"}
+    try:
+        with dask_config.set(lean):
+            cluster = distributed.LocalCluster(
+                n_workers=number,
+                threads_per_worker=1,
+                processes=True,
+                host="127.0.0.1",
+                protocol="tls",
+                security=security,
+                dashboard_address=None,
+                worker_dashboard_address=None,
+                scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},  # without pages, and in nobody's way
+                memory_limit=0,  # what fits is reckoned before the run
+                silence_logs=logging.CRITICAL,
+                preload=["import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"],  # Ctrl-C is ours to answer
+            )
+    except (OSError, RuntimeError, TimeoutError) as error:
+        raise UserError(
+            f"--scheduler local: the workers do not start ({(str(error).splitlines() or [''])[0]}); where a script of "
+            'your own calls the tool, the call must stand under: if __name__ == "__main__":'
+        ) from error
+    try:
+        yield cluster.scheduler_address, security
+    finally:
+        cluster.close(timeout=10)
+
+
+def _start_silent_tracker() -> None:
+    """Python's own process that puts away what processes share: it would else complain on stderr after a Ctrl-C."""
+    if os.name == "posix":
+        from multiprocessing import resource_tracker
+
+        sys.warnoptions.append("ignore")
+        try:
+            resource_tracker.ensure_running()
+        finally:
+            sys.warnoptions.remove("ignore")
+
+
+@contextmanager
+def _quiet_logs() -> Iterator[None]:
+    """Dask writes of every worker that comes or goes to stderr; what matters of it is said by us."""
+    loggers = [logging.getLogger(name) for name in ("distributed", "asyncio", "tornado")]
+    before = [each.level for each in loggers]
+    for each in loggers:
+        each.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        for each, level in zip(loggers, before, strict=True):
+            each.setLevel(level)
+
+
+def say_carried(workers: Workers, feedback: Feedback) -> None:
+    """What the network carried, for those who plan it."""
+    carried = workers.carried
+    if carried.logs:
+        feedback.note(
+            f"--scheduler: the network carried {carried.orders / carried.logs:.0f} bytes a log to the workers, "
+            f"{carried.answers / carried.logs:.0f} back, and {carried.scenes / 1e6:.3g} MB of scenes in all"
+        )

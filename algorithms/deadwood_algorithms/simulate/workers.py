@@ -1,0 +1,488 @@
+"""Logs slid by the workers of a Dask scheduler: pieces of the work go out, results come back, the same bits as here.
+
+Dask brings messages, scheduling and the news of who is there. What is ours: which worker may be used at all (one of
+this engine, that computes this machine's bits), how large a piece is, that little is out at a time, so that a worker
+added late is soon used and a slow log at the end holds nobody up, and that a piece whose worker died goes out again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import queue
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_algorithms.params.tool import VERSION, Feedback, UserError, engine_digest
+from deadwood_algorithms.simulate import piece as on_worker
+from deadwood_algorithms.simulate.batch import Batch, Sliding
+from deadwood_algorithms.simulate.joined import joined_results
+from deadwood_algorithms.simulate.packed import block_of, digest_of_block, from_block
+from deadwood_algorithms.simulate.scheduler import NobodySlides
+from deadwood_algorithms.simulate.sparse import add_sparse
+from deadwood_engine import Interrupted, Rasters, Result, Scene, Shape, Start, place_logs
+
+# How long a piece shall take: long beside the milliseconds that Dask needs for it; at the end of a run, at least.
+PIECE_S, LEAST_PIECE_S = 1.0, 0.02
+FIRST_PIECE, MOST_A_PIECE = 8, 512  # logs, before it is known how long one takes, and at most
+OUT_PER_THREAD = 2  # pieces: one at work, one that waits for it
+MOST_WAITING = 8192  # logs done ahead of a batch that a slow log keeps waiting: their results lie in memory
+LOOK_EVERY_S = 1.0  # who is there
+WAIT_S = 60.0  # for a worker, before it is said that none is there
+LOST_S = 20.0  # without a word from the scheduler, before it is taken for lost
+MOST_TRIES = 6  # of a piece; each stands for one or more dead workers
+
+
+@dataclass
+class _Sent:
+    """A scene as it lies on the workers."""
+
+    scene: Scene
+    shape: Shape | None
+    block: bytes
+    large: dict[str, NDArray]
+    digest: str
+
+    @property
+    def parts(self) -> dict[str, Any]:
+        """All of it by the names of its parts on the scheduler, the block first."""
+        named = {f"deadwood-scene-{digest[:32]}": array for digest, array in self.large.items()}
+        return {f"deadwood-scene-{self.digest[:32]}": self.block, **named}
+
+
+@dataclass
+class _Lying:
+    """A part of a scene on the scheduler, and the workers that have it."""
+
+    future: Any = None
+    at: set[str] = field(default_factory=set)
+
+
+@dataclass
+class _Job:
+    """A batch at work: rows up to ``given`` are out or done."""
+
+    digest: str
+    batch: Batch
+    sliding: Sliding
+    sent: _Sent
+    start: Start
+    given: int = 0
+    done: int = 0
+    answers: dict[int, tuple[Result, dict[str, NDArray]]] = field(default_factory=dict)
+
+    @property
+    def total(self) -> int:
+        return len(self.batch)
+
+
+@dataclass
+class _Piece:
+    """Rows of a job that are out."""
+
+    job: _Job
+    rows: slice
+    tries: int = 0
+    order: str = ""  # its digest
+    workers: frozenset[str] = frozenset()
+    future: Any = None
+
+    @property
+    def words(self) -> str:
+        first = self.job.batch.first
+        return f"logs {first + self.rows.start} to {first + self.rows.stop - 1}"
+
+
+@dataclass
+class Carried:
+    """What went over the network [bytes]: orders and answers, and scenes to each worker; and for how many logs."""
+
+    orders: int = 0
+    answers: int = 0
+    scenes: int = 0
+    logs: int = 0
+
+
+class Workers:
+    """The workers of one scheduler, for as many calls of `slide` as there are."""
+
+    def __init__(self, client: Any, where: str, feedback: Feedback, *, wanted: int = 1) -> None:
+        self.client, self.where, self.feedback, self.wanted = client, where, feedback, wanted
+        self.name = ""  # on the scheduler's page, of what is slid; else that of the sliding
+        self.carried = Carried()
+        self._good: dict[str, int] = {}  # threads by address
+        self._refused: dict[str, str] = {}
+        self._looking: dict[str, Any] = {}
+        self._sent: list[_Sent] = []
+        self._lying: dict[str, _Lying] = {}  # parts of these scenes
+        self._jobs: dict[str, _Job] = {}
+        self._out: dict[Any, _Piece] = {}  # by the future's key
+        self._again: list[_Piece] = []
+        self._news: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self._looked = self._heard = -math.inf
+        self._pace: tuple[float, int] = (0.0, 0)  # CPU seconds, logs
+        self._bits = from_block(on_worker.look(VERSION, engine_digest()))[0]["bits"]
+
+    def slide(
+        self,
+        sliding: Sliding,
+        batch: Batch,
+        later: Iterable[Batch],
+        rasters: Rasters | None,
+        report: Callable[[int], bool],
+    ) -> Result:
+        """Slide a batch, and meanwhile begin what comes ``later``, of the same sliding; as the engine's ``slide`` does.
+
+        Raises
+        ------
+        Interrupted
+            when ``report`` asked to stop
+        UserError
+            where the scheduler is lost, or no worker can be used
+        """
+        try:
+            job = self._job(sliding, batch)
+            self._drop_all_but(sliding)
+            self._jobs[job.digest] = job
+            ahead = iter(later)
+            while True:
+                if report(job.done):  # also of what was done ahead
+                    raise Interrupted
+                if job.done == job.total:
+                    break
+                self._meet(job.sent)
+                self._give_out(job, sliding, ahead)
+                self._take_in(0.2)
+        except BaseException:
+            self.drop()
+            raise
+        del self._jobs[job.digest]
+        answers = [job.answers[first] for first in sorted(job.answers)]
+        if rasters:
+            for _, cells in answers:
+                add_sparse(rasters, cells)
+        self.carried.logs += job.total
+        return joined_results([result for result, _ in answers])
+
+    def drop(self) -> None:
+        """Forget all that is out."""
+        futures = [each.future for each in self._out.values()]
+        self._out.clear()
+        self._again.clear()
+        self._jobs.clear()
+        self._cancel(futures)
+
+    def _cancel(self, futures: list[Any]) -> None:
+        if futures and self.client.status == "running":
+            with suppress(OSError):
+                self.client.cancel(futures, force=True)
+
+    def close(self) -> None:
+        self.drop()
+        for future in self._looking.values():
+            future.release()
+        self._looking.clear()
+        self._sent.clear()
+        self._lying.clear()
+
+    def _drop_all_but(self, sliding: Sliding) -> None:
+        """What was begun of other work, or of a scene that has grown since, is not wanted any more."""
+        if any(not _is_same(each.sliding, sliding) for each in self._jobs.values()):
+            self.drop()
+
+    def _job(self, sliding: Sliding, batch: Batch) -> _Job:
+        """The batch as a job: the one that was begun ahead, or a new one."""
+        sent = self._sent_scene(sliding)
+        digest = hashlib.sha256(sent.digest.encode())
+        said = [sliding.name, *sliding.fidelity, sliding.laws, sliding.influences, batch.first]
+        said.append([(number, missing.tolist()) for number, missing in batch.missing])
+        digest.update(json.dumps(said, sort_keys=True).encode())
+        for each in (*vars(batch.logs).values(), batch.keep, batch.inside, sliding.bands):
+            digest.update(b"none" if each is None else np.ascontiguousarray(each).tobytes())
+        name = digest.hexdigest()
+        if name in self._jobs:
+            return self._jobs[name]
+        # Placed here: the sines and cosines of whole arrays are the numpy of one processor's, not of another's
+        logs = batch.logs
+        start = logs if isinstance(logs, Start) else place_logs(sliding.scene, logs, sliding.shape)
+        return _Job(name, batch, sliding, sent, start)
+
+    def _sent_scene(self, sliding: Sliding) -> _Sent:
+        for each in self._sent:
+            if each.scene is sliding.scene and each.shape is sliding.shape:
+                return each
+        scene = sliding.scene
+        if sliding.shape:  # what the engine does with it
+            scene = replace(scene, arrays=scene.arrays._replace(cloud=sliding.shape.cloud))
+        block, large = on_worker.packed_scene(scene)
+        self._sent = [*self._sent[-2:], _Sent(sliding.scene, sliding.shape, block, large, digest_of_block(block))]
+        wanted = {name for each in self._sent for name in each.parts}
+        self._lying = {name: self._lying.get(name, _Lying()) for name in wanted}
+        return self._sent[-1]
+
+    def _meet(self, sent: _Sent) -> None:
+        """See who is there: look at new workers, hand them the scene, send again what dead ones had."""
+        if time.monotonic() - self._looked < LOOK_EVERY_S and not self._looking:
+            return
+        self._looked = time.monotonic()
+        there = self._addresses()
+        for address in set(self._good) - set(there):
+            del self._good[address]
+            self.feedback.note(f"--scheduler: the worker {address} is gone; what it had goes out again")
+            for each in self._lying.values():
+                each.at.discard(address)
+        for address in set(there) - {*self._good, *self._refused, *self._looking}:
+            name = f"deadwood-toolbox-look at {address} ({self.client.id})"
+            self._looking[address] = self.client.submit(
+                on_worker.look, VERSION, engine_digest(), key=name, workers=[address], pure=False, priority=10
+            )
+        for address, future in list(self._looking.items()):
+            if address not in there or future.status in ("cancelled", "lost"):
+                future.release()
+                del self._looking[address]
+            elif future.status != "pending":
+                del self._looking[address]
+                self._judge(address, there[address], future)
+        self._hand_over(sent)
+        for each in list(self._out.values()):
+            if not each.workers & set(self._good):
+                self._send_again(each)
+
+    def _addresses(self) -> dict[str, int]:
+        """Threads of each worker by its address, as the scheduler says."""
+        since = time.monotonic()
+        while True:
+            try:
+                if self.client.status == "running":
+                    found = self.client.sync(self.client.scheduler.identity, callback_timeout=LOST_S)["workers"]
+                    return {address: int(facts["nthreads"]) for address, facts in found.items()}
+            except (OSError, TimeoutError):
+                pass
+            if time.monotonic() - since > LOST_S or self.client.status in ("closed", "closing"):
+                raise NobodySlides(f"--scheduler {self.where}: the scheduler is lost; start it again")
+            time.sleep(0.2)
+
+    def _judge(self, address: str, threads: int, future: Any) -> None:
+        """Whether a worker may be used; why not is said once."""
+        mend = f"install deadwood-toolbox {VERSION} on both sides, from the same source"
+        try:
+            facts = from_block(future.result(timeout=LOST_S))[0]
+        except (*_gone_for_a_while(), TimeoutError):
+            return  # it is looked at again, if it is still there
+        except Exception as error:
+            said = (str(error).splitlines() or [""])[0]
+            why = f"it has no deadwood-toolbox {VERSION} ({type(error).__name__}: {said}); {mend}"
+        else:
+            ours = {"version": VERSION, "engine": engine_digest(), "bits": self._bits}
+            if facts == ours:
+                self._good[address] = threads
+                self.feedback.note(f"--scheduler: the worker {address} ({threads} threads) joins in")
+                return
+            if (facts["version"], facts["engine"]) != (VERSION, engine_digest()):
+                why = f"it has engine {facts['engine']}, version {facts['version']}; here it is engine "
+                why += f"{engine_digest()}, version {VERSION}; {mend}"
+            else:
+                why = "the same engine gives other bits on its processor or system library than here, and two must not "
+                why += "mix in one result; take workers like this machine, or start the run on a machine like them"
+        self._refused[address] = why
+        self.feedback.warn(f"--scheduler: the worker {address} is not used: {why}")
+
+    def _hand_over(self, sent: _Sent) -> None:
+        """Put a scene on the workers that may be used: to each the parts that it lacks, once."""
+        lacking: dict[frozenset[str], dict[str, Any]] = {}
+        for name, part in sent.parts.items():
+            to = frozenset(set(self._good) - self._lying[name].at)
+            lacking.setdefault(to, {})[name] = part
+        for to, parts in lacking.items():
+            if not to:
+                continue
+            try:
+                futures = self.client.scatter(parts, workers=sorted(to), broadcast=True, hash=False)
+            except (OSError, TimeoutError, ValueError, KeyError):  # one of them has gone: seen in the next look
+                return
+            for name, future in futures.items():
+                self._lying[name].future = future
+                self._lying[name].at |= to
+            self.carried.scenes += len(to) * sum(len(p) if isinstance(p, bytes) else p.nbytes for p in parts.values())
+
+    def _give_out(self, job: _Job, sliding: Sliding, ahead: Iterator[Batch]) -> None:
+        """Send pieces until so many are out that no thread waits; first those that came back, then the job's own."""
+        threads = sum(self._good.values())
+        ready = frozenset(self._good).intersection(*(self._lying[name].at for name in job.sent.parts))
+        if not ready or (len(self._good) < self.wanted and not self._out and job.done == 0):
+            self._wait_for_workers()
+            return
+        self._heard, self.wanted = -math.inf, 1
+        while len(self._out) < OUT_PER_THREAD * threads:
+            piece = self._again.pop() if self._again else self._next_piece(job, sliding, ahead, threads)
+            if piece is None:
+                return
+            self._send(piece, ready)
+
+    def _wait_for_workers(self) -> None:
+        """While none can be used; for a while."""
+        now = time.monotonic()
+        if self._looking:  # it may be compiling the engine, which takes minutes
+            self._heard = now
+        if self._heard == -math.inf:
+            self._heard = now
+        hopeless = self._refused and not self._good and not self._pace[1]
+        if now - self._heard <= (0.0 if hopeless else WAIT_S):
+            return
+        if self._good and self.wanted > 1:
+            self.feedback.warn(f"--workers {self.wanted}: only {len(self._good)} have come; the run begins with them")
+            self.wanted = 1
+            return
+        why = next(iter(self._refused.values()), "none has come; start one: dask worker ADDRESS-OF-THE-SCHEDULER")
+        raise NobodySlides(f"--scheduler {self.where}: no worker can be used: {why}")
+
+    def _next_piece(self, job: _Job, sliding: Sliding, ahead: Iterator[Batch], threads: int) -> _Piece | None:
+        """Of the job, then of those begun ahead, then of a new one."""
+        each = next((one for one in [job, *self._jobs.values()] if one.given < one.total), None)
+        while each is None:
+            waiting = sum(one.done for one in self._jobs.values() if one is not job)
+            batch = next(ahead, None) if waiting < MOST_WAITING else None
+            if batch is None:
+                return None
+            new = self._job(sliding, batch)
+            if new.digest not in self._jobs:  # else an earlier call has begun it
+                self._jobs[new.digest] = each = new
+        seconds, logs = self._pace
+        # of all that is left of the run, not only of this batch
+        left = max(each.total, each.batch.goal - each.batch.first) - each.given
+        size = piece_size(left, threads, seconds / logs if logs else None)
+        rows = slice(each.given, min(each.given + size, each.total))
+        each.given = rows.stop
+        return _Piece(each, rows)
+
+    def _send(self, piece: _Piece, ready: frozenset[str]) -> None:
+        job, rows = piece.job, piece.rows
+        sliding, batch, lines = job.sliding, job.batch, job.sliding.scene.line_count
+        number = rows.stop - rows.start
+        facts = {
+            "version": VERSION,
+            "engine": engine_digest(),
+            "scene": job.sent.digest,
+            "fidelity": [float(each) for each in sliding.fidelity],
+            "laws": sliding.laws,
+            "rasters": sliding.bands is not None,
+            "influences": sliding.influences,
+            "missing": missing_in(batch, rows),
+        }
+        arrays = [
+            job.start.frame[rows],
+            job.start.state[rows],
+            job.start.body[rows],
+            np.zeros(number, np.bool_) if batch.keep is None else batch.keep[rows],
+            np.zeros((number, lines), np.bool_) if batch.inside is None else batch.inside[rows],
+            np.zeros(0, np.int64) if sliding.bands is None else sliding.bands,
+        ]
+        order = block_of(facts, arrays)
+        piece.order, piece.workers = digest_of_block(order), ready
+        scene, *large = (self._lying[name].future for name in job.sent.parts)
+        attempt = f", try {piece.tries + 1}" if piece.tries else ""
+        piece.future = self.client.submit(
+            on_worker.slide_piece,
+            order,
+            scene,
+            large,
+            key=f"{self.name or sliding.name}-{piece.words} ({job.digest[:16]}{attempt})",
+            workers=sorted(ready),
+            allow_other_workers=False,
+            pure=False,
+            priority=-batch.first,
+        )
+        self.carried.orders += len(order)
+        self._out[piece.future.key] = piece
+        self.client.loop.add_callback(self._fetch, piece.future)
+
+    def _send_again(self, piece: _Piece) -> None:
+        """A piece whose workers are gone, or whose scene is lost with them."""
+        self._out.pop(piece.future.key, None)
+        self._cancel([piece.future])
+        piece.tries += 1
+        if piece.tries >= MOST_TRIES:
+            raise UserError(
+                f"--scheduler {self.where}: the workers of {piece.words} died {piece.tries} times; look at their own "
+                "messages, and whether they have the memory that the scene needs"
+            )
+        self._again.append(piece)
+
+    async def _fetch(self, future: Any) -> None:
+        """On the client's own loop: wait for a piece, bring its answer here, and tell."""
+        try:
+            told = await self.client.gather(future, asynchronous=True)
+        except Exception as error:
+            told = error
+        self._news.put((future.key, told))
+
+    def _take_in(self, patience: float) -> None:
+        """What has come back since."""
+        news = []
+        with suppress(queue.Empty):
+            news.append(self._news.get(timeout=patience))
+            while True:
+                news.append(self._news.get_nowait())
+        for key, told in news:
+            if key in self._out:
+                self._settle(self._out[key], told)
+
+    def _settle(self, piece: _Piece, told: bytes | Exception) -> None:
+        if isinstance(told, Exception):
+            if not isinstance(told, _gone_for_a_while()):
+                raise told
+            for name in piece.job.sent.parts:  # its scene may be gone with the workers that had it
+                self._lying[name].at.clear()
+            self._send_again(piece)
+            self._looked = -math.inf
+            return
+        del self._out[piece.future.key]
+        result, cells = on_worker.answer_of(told, piece.order)
+        self.carried.answers += len(told)
+        piece.job.answers[piece.rows.start] = result, cells
+        number = piece.rows.stop - piece.rows.start
+        piece.job.done += number
+        self._pace = self._pace[0] + result.cost["cpu_s"], self._pace[1] + number
+
+
+def missing_in(batch: Batch, rows: slice) -> list[tuple[int, list[int]]]:
+    """As ``Batch.missing``, of some rows of it."""
+    first, found = 0, []
+    for number, missing in batch.missing:
+        mine = min(first + number, rows.stop) - max(first, rows.start)
+        if mine > 0:
+            found.append((mine, missing.tolist()))
+        first += number
+    return found
+
+
+def piece_size(left: int, threads: int, each_s: float | None) -> int:
+    """How many logs go out next, of so many that are left, where one takes so long [s], if that is known.
+
+    Pieces are long beside what it costs to send them, and shorter towards the end, where all wait for the last: a log
+    that takes a hundred times as long as others then holds up few of them.
+    """
+    size, least = FIRST_PIECE, 1
+    if each_s is not None:
+        size, least = (max(1, int(wanted / max(each_s, 1e-9))) for wanted in (PIECE_S, LEAST_PIECE_S))
+    return max(min(size, MOST_A_PIECE, math.ceil(left / (2 * threads))), least)
+
+
+def _gone_for_a_while() -> tuple[type[Exception], ...]:
+    """What a piece fails with whose worker, scene or scheduler is gone: it goes out again."""
+    from distributed.client import FutureCancelledError
+    from distributed.scheduler import KilledWorker
+
+    return KilledWorker, FutureCancelledError, on_worker.WrongScene, OSError
+
+
+def _is_same(one: Sliding, other: Sliding) -> bool:
+    mine, yours = ((each.name, tuple(each.fidelity), each.laws, each.influences) for each in (one, other))
+    return one.scene is other.scene and one.shape is other.shape and mine == yours

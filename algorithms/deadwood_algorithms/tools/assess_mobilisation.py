@@ -1,0 +1,174 @@
+"""Assess where a log could start to slide: susceptibility raster, candidate release areas, mapped deadwood judged.
+
+The susceptibility of a cell is the product of three numbers from 0 to 1, all at the scale of a log, from a quadratic
+surface fitted to the heights in a window of ``--window-m`` around the cell (`relief.py` has the formulas):
+
+- drive, max(0, 1 - mu / tan(slope)): the share of gravity's pull along the slope that friction does not hold. It is 0
+  where mu >= tan(slope), the paper's condition of sliding (section 6.1);
+- steepness, from 0 at ``--slope-none-deg`` to 1 at ``--slope-full-deg``: the paper's logs all started on about 35° or
+  more, however low the friction that reproduces them, because relief finer than the friction knows holds them;
+- smoothness, from 1 on ground without roughness to 0 at ``--roughness-limit-m``, the standard deviation of the heights
+  about the fitted surface. That roughness holds logs is the paper's; the limit is a judgement: set your own.
+
+``--areas`` takes the connected ground above ``--threshold`` as polygons, for ``sample-releases --areas``; the raster
+serves as its ``--weights``. Gullies, the preferred tracks, are told by how deep the ground lies across the slope
+(``gully_share`` of an area); they change nothing of the susceptibility. ``--factors`` keeps slope, roughness and depth.
+
+Mapped ``--deadwood`` (points) is split by ``--assessed`` into the layers ``candidates`` and ``others``. A candidate
+stands on susceptible ground and is in the decay window in which wood is smooth but still strong, late stage II to early
+III (Maser and Trappe): by a field ``decay_stage``, else by ``years_dead`` and ``species`` (spruce 2 to 5 years). A
+plain II or III, and an unknown decay, count as candidates: the tool errs on the safe side.
+
+    deadwood-tool assess-mobilisation --dem sample_data/dem.tif --output susceptibility.tif --areas zones.gpkg \\
+        --deadwood 'sample_data/sample.gpkg|layername=deadwood' --assessed deadwood.gpkg
+    deadwood-tool sample-releases --areas zones.gpkg --dem sample_data/dem.tif --weights susceptibility.tif \\
+        --logs-per-ha 30 --output releases.gpkg
+    deadwood-tool sample-releases --areas 'deadwood.gpkg|layername=candidates' --dem sample_data/dem.tif \\
+        --count 50 --output releases_mapped.gpkg
+
+It knows no trigger (storm, snow, felling), no single block or stump that holds a log, and no probability: the numbers
+rank the ground. A DEM of any size is read in windows.
+"""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import shapely
+
+from deadwood_algorithms.files.outputs import output_path
+from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ask:
+    dem: str = tool.terrain("Terrain (DEM)")
+    friction: str = tool.number_or_layer(
+        "Friction coefficient",
+        default="0.25",
+        minimum=0.0,
+        help="A number, a raster, or polygons with a field 'friction' or 'mu'.",
+    )
+    window_m: float = tool.number(
+        "Window of slope and roughness, about as long as a log bridges",
+        unit="m",
+        default=10.0,
+        minimum=0.0,
+        exclusive=True,
+    )
+    slope_none_deg: float = tool.number(
+        "Slope up to which nothing starts", unit="°", default=30.0, minimum=0.0, maximum=90.0
+    )
+    slope_full_deg: float = tool.number(
+        "Slope from which the steepness is full", unit="°", default=35.0, minimum=0.0, maximum=90.0
+    )
+    roughness_limit_m: float = tool.number(
+        "Roughness that holds every log", unit="m", default=1.0, minimum=0.0, exclusive=True
+    )
+    gully_window_m: float = tool.number("Window of gullies", unit="m", default=20.0, minimum=0.0, exclusive=True)
+    gully_depth_m: float = tool.number(
+        "Depth across the slope that makes a gully", unit="m", default=0.5, minimum=0.0, exclusive=True
+    )
+    threshold: float = tool.number(
+        "Susceptibility of a release area", default=0.3, minimum=0.0, maximum=1.0, exclusive=True
+    )
+    min_area_m2: float = tool.number("Smallest release area", unit="m²", default=100.0, minimum=0.0)
+    deadwood: str | None = tool.vector("Mapped deadwood", "point", default=None)
+    stage_field: str | None = tool.field_of(
+        "deadwood", "Field of the stage of decay", default=None, help="Without it: decay_stage."
+    )
+    years_field: str | None = tool.field_of(
+        "deadwood", "Field of the years since death", default=None, help="Without it: years_dead."
+    )
+    species_field: str | None = tool.field_of(
+        "deadwood", "Field of the species", default=None, help="Without it: species."
+    )
+    years_from: float = tool.number("Years since death from which spruce is smooth", default=2.0, minimum=0.0)
+    years_to: float = tool.number("Years since death up to which spruce is strong", default=5.0, minimum=0.0)
+    crs: str | None = tool.crs()
+    overwrite: bool = tool.overwrite()
+    output: str = tool.output_raster("Susceptibility (.tif)")
+    areas: str | None = tool.output_vector("Candidate release areas (.gpkg)", default=None)
+    assessed: str | None = tool.output_vector(
+        "Mapped deadwood, judged (.gpkg)", default=None, parts=("|layername=candidates", "|layername=others")
+    )
+    factors: str | None = tool.output_raster("Slope, roughness and gully depth (.tif)", default=None)
+
+
+def run(ask: Ask, feedback: Feedback) -> Outcome:
+    from deadwood_algorithms.files.dem_windows import open_windows
+    from deadwood_algorithms.files.vectors import write_vector
+    from deadwood_algorithms.prepare.mobilisation.deadwood import DecayFields, read_deadwood
+    from deadwood_algorithms.prepare.mobilisation.rasters import Limits, write_susceptibility
+    from deadwood_algorithms.prepare.mobilisation.zones import zones
+    from deadwood_algorithms.scene.friction import open_friction
+
+    refuse_contradictions(ask)
+    inputs = (ask.dem, ask.deadwood, None if is_number(ask.friction) else ask.friction)
+    with ExitStack() as stack:
+
+        def place(path: str | None, suffix: str) -> Path | None:
+            return stack.enter_context(output_path(path, ask.overwrite, suffix=suffix, inputs=inputs)) if path else None
+
+        output, factors = place(ask.output, ".tif"), place(ask.factors, ".tif")
+        areas, assessed = place(ask.areas, ".gpkg"), place(ask.assessed, ".gpkg")
+        assert output is not None
+        dem = stack.enter_context(open_windows(ask.dem, crs=ask.crs, feedback=feedback))
+        friction = stack.enter_context(open_friction(ask.friction, dem.crs, feedback))
+        deadwood = read_deadwood(ask.deadwood, ask.crs, tool.taken(ask, DecayFields), dem, feedback)
+
+        limits = tool.taken(ask, Limits)
+        beside, mask = factors or output.with_name("factors.tif"), output.with_name("mask.tif")
+        mean = write_susceptibility(
+            output, beside, mask, dem, friction, deadwood, limits, feedback, keeps_factors=bool(factors)
+        )
+        lines = [f"susceptibility {mean:.3f} on average; {ask.threshold:g} and more counts as susceptible"]
+        facts: dict[str, object] = {"susceptibility_mean": mean}
+        judged = deadwood.split(ask.threshold) if deadwood else {}
+        if areas:
+            found = zones(mask, output, beside, dem.plan_crs, ask.min_area_m2, ask.gully_depth_m, feedback)
+            if judged:
+                points = np.asarray(judged["candidates"].geometry)
+                owner = shapely.STRtree(np.asarray(found.geometry)).query(points, predicate="intersects")[1]
+                found["n_candidates"] = np.bincount(owner, minlength=len(found))
+            write_vector(areas, {"release_areas": found})
+            hectares = float(found["area_m2"].to_numpy().sum()) / 1e4
+            facts |= {"areas": len(found), "area_ha": hectares}
+            lines.append(f"{len(found)} candidate release areas, {hectares:.2f} ha")
+        if assessed:
+            write_vector(assessed, judged)
+        if judged:
+            counts = {name: len(frame) for name, frame in judged.items()}
+            facts |= counts
+            lines.append(f"{counts['candidates']} of {sum(counts.values())} mapped logs could start to slide")
+        for each in (mask, beside):
+            if each != factors:
+                each.unlink()
+    paths = {"output": ask.output, "areas": ask.areas, "assessed": ask.assessed, "factors": ask.factors}
+    return Outcome({name: Path(path) for name, path in paths.items() if path}, facts, tuple(lines))
+
+
+def refuse_contradictions(ask: Ask) -> None:
+    if ask.slope_none_deg > ask.slope_full_deg:
+        raise UserError(f"--slope-none-deg {ask.slope_none_deg:g} is above --slope-full-deg {ask.slope_full_deg:g}")
+    if ask.years_from > ask.years_to:
+        raise UserError(f"--years-from {ask.years_from:g} is above --years-to {ask.years_to:g}")
+    if ask.assessed and not ask.deadwood:
+        raise UserError("--assessed needs --deadwood, the mapped points that it judges")
+    if ask.deadwood and not (ask.assessed or ask.areas):
+        raise UserError("--deadwood needs --assessed, a file for its judgement, or --areas")
+
+
+def is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+TOOL = Tool("assess-mobilisation", "Prepare", "Where a log could start to slide: raster, areas, deadwood", Ask, run)

@@ -1,0 +1,142 @@
+"""Measure on your own scene what each fidelity costs and how far it errs, and which is the cheapest that will do.
+
+The same logs slide at every fidelity. What they come to is compared with the finest: the reach of every line, the
+spread and the distance of the deposits, the hit raster, top speeds and jumps, each beside the CPU time a log takes and
+beside what the calculation says of itself (penetration, energy, unconverged steps). Differences come with intervals
+over the logs, so that an error is told from chance.
+
+Recommended is the cheapest fidelity whose error is shown to stay below the sampling noise of a run of your number of
+logs: |difference of reach| + half-width of its paired interval <= half-width of the 95 % interval that such a run would
+have, for every line. Without lines, the deposit distance and the hit raster are judged by the distance of two halves of
+the logs. When too few logs were compared to show it, the tool says so, and about how many could: among trees up to
+twice the number of the run.
+
+It knows no fidelity finer than the finest compared, and no error of the inputs: friction and terrain model weigh more.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from deadwood_algorithms.evaluate.fidelity.records import FidelityRow
+from deadwood_algorithms.evaluate.fidelity.rule import Recommendation, recommend
+from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.scene.released_scene import SceneByName
+from deadwood_algorithms.simulate.log_order import hash_order
+
+NAMES = ("draft", "standard", "fine", "reference")  # from the cheapest to the finest
+TABLE, FACTS, PICTURE, MANIFEST = "comparison.csv", "comparison.json", "comparison.png", "manifest.json"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ask(SceneByName):
+    fidelities: str = tool.text(
+        "Fidelities to compare", default=",".join(NAMES), help="At least two, with commas; the finest of them judges."
+    )
+    logs: int = tool.integer(
+        "Logs to compare", default=2000, minimum=1, help="An even draw by seed and log_id; all if the layer has fewer."
+    )
+    planned_logs: int | None = tool.integer(
+        "Logs of the run to be decided on", default=None, minimum=1, help="Default: all of the layer."
+    )
+    output: str = tool.output_folder("Folder of the comparison")
+    overwrite: bool = tool.overwrite()
+
+
+def run(ask: Ask, feedback: Feedback) -> Outcome:
+    import pandas
+
+    from deadwood_algorithms.evaluate.fidelity.fidelity_runs import groups_of, slide_at
+    from deadwood_algorithms.evaluate.fidelity.measures import rows_of
+    from deadwood_algorithms.evaluate.fidelity.trade_figure import draw
+    from deadwood_algorithms.files.outputs import output_folder
+    from deadwood_algorithms.files.tables import write_csv
+    from deadwood_algorithms.results.run_folder import write_json
+    from deadwood_algorithms.simulate.sliding import workers_for
+    from deadwood_algorithms.simulate.warm_up import load_kernels
+    from deadwood_algorithms.simulate.windows import read_released_scene
+
+    names = fidelities_wanted(ask.fidelities)
+    with output_folder(ask.output, ask.overwrite) as folder:
+        layers, releases = read_released_scene(ask, feedback, windowed=True)
+        planned = ask.planned_logs or len(releases)
+        logs = releases.take(hash_order(releases.logs.log_id, ask.seed)[: ask.logs])
+
+        load_kernels(layers.shape, feedback)
+        slid = []
+        with workers_for(ask, feedback):
+            for name in names:
+                one, layers = slide_at(name, ask, layers, logs, feedback)
+                slid.append(one)
+        feedback.progress(0, 1, "comparing")
+        groups = groups_of(logs, ask.min_runout)
+        rows = [row for one in slid for row in rows_of(one, slid[-1], layers.lines.ids, groups, planned, ask.seed)]
+        advice = recommend(rows, names, len(logs), len(releases), planned)
+        feedback.progress(1, 1, "comparing")
+
+        write_csv(folder / TABLE, pandas.DataFrame([asdict(row) for row in rows]))
+        counts = {"compared": len(logs), "in_layer": len(releases), "planned": planned}
+        facts = {"finest": names[-1], "logs": counts, "recommendation": asdict(advice), "settings": settings_of(names)}
+        write_json(folder / FACTS, {**facts, "rows": [asdict(row) for row in rows]})
+        draw(rows, names, advice, counts, folder / PICTURE)
+        digests = {"scene": layers.digest, "releases": releases.digest}
+        write_json(folder / MANIFEST, tool.manifest(TOOL, ask, digests=digests))
+    final = Path(ask.output)
+    parts = {"table": TABLE, "facts": FACTS, "picture": PICTURE, "manifest": MANIFEST}
+    outputs = {"output": final} | {key: final / name for key, name in parts.items()}
+    return Outcome(outputs, facts, lines_of(rows, names, advice, len(logs)))
+
+
+def fidelities_wanted(text: str) -> list[str]:
+    """The named fidelities, from the cheapest to the finest."""
+    wanted = [name.strip().lower() for name in str(text).split(",") if name.strip()]
+    unknown = [name for name in wanted if name not in NAMES]
+    if unknown:
+        raise UserError(f"--fidelities: '{unknown[0]}' is none of {', '.join(NAMES)}")
+    chosen = [name for name in NAMES if name in wanted]
+    if len(chosen) < 2:
+        raise UserError(f"--fidelities is '{text}', but must name at least two of {', '.join(NAMES)}, with commas")
+    return chosen
+
+
+def settings_of(names: list[str]) -> dict[str, dict[str, float]]:
+    from deadwood_engine import FIDELITIES
+
+    return {name: {key: float(value) for key, value in FIDELITIES[name]._asdict().items()} for name in names}
+
+
+def lines_of(rows: list[FidelityRow], names: list[str], advice: Recommendation, n_logs: int) -> tuple[str, ...]:
+    """A table with a line a fidelity, and the recommendation in one sentence."""
+    head = ["fidelity", "CPU", "reach of lines, points", "run-outs", "hit raster", "top speed", "deepest"]
+    table = [head]
+    for name in names:
+        of = {(row.quantity, row.item): row for row in rows if row.fidelity == name}
+        reach = [row for key, row in of.items() if key[0] == "reach"]
+        worst = max(reach, key=lambda row: abs(row.difference), default=None)
+        judge = name == names[-1]
+        apart, map_apart, top = (of[key, ""] for key in ("deposit_distance", "hit_raster_distance", "speed_max_mean"))
+        table.append(
+            [
+                name,
+                f"{of['cpu_per_log', ''].value:.3g} ms a log",
+                "-" if worst is None else "judge" if judge else f"{points(worst)} ({worst.item})",
+                "judge" if judge else f"{apart.difference:.2g} m apart",
+                "judge" if judge else f"{map_apart.difference:.2g} apart",
+                f"{top.value:.1f} m/s",
+                f"{100 * of['penetration_max', ''].value:.2g} cm",
+            ]
+        )
+    widths = [max(len(row[k]) for row in table) for k in range(len(head))]
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table]
+    if advice.silent_lines:
+        lines.append(f"reached by all logs or by none, so not judged: line {', '.join(advice.silent_lines)}")
+    return (f"{n_logs} logs, each fidelity against {names[-1]}:", *lines, advice.sentence)
+
+
+def points(row: FidelityRow) -> str:
+    return f"{100 * row.difference:+.2g} [{100 * row.ci_low:+.2g}, {100 * row.ci_high:+.2g}]"
+
+
+TOOL = Tool("compare-fidelity", "Evaluate", "Your scene at every fidelity: CPU time against error", Ask, run)

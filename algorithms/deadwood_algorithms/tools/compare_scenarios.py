@@ -1,0 +1,141 @@
+"""Compare runs of the same logs: with the forest and without, as mapped and random, with barriers or a dam.
+
+Every scenario is compared with the first, log by log: each log is its own control, so a few hundred logs show what
+independent runs would need thousands for. The folder holds
+
+- `table.csv`: for a spreadsheet, a row a quantity and scenario: reach, how logs ended, lateral spread, speed, run-out,
+  each with its 95 % interval and its difference to the first, rounded as far as these allow;
+- `comparison.csv`: the same in full precision; shares also with the number of logs that changed either way, the p-value
+  of McNemar's exact test, and their bounds where logs left the terrain model before (`..._if_lost`);
+- `difference_NAME.tif`: how much likelier each cell is passed, and that in standard errors;
+- `changes.gpkg`: the logs that reach a line in one of two scenarios only (`changed`, at their releases), and from
+  where to where each deposit moved (`moved`);
+- `comparison.png`: reach, run-outs and the maps side by side;
+- `comparison.json`: all of it, and in which parameters the runs differ.
+
+Of each line it has the indices that practice gives a protection forest (after Dupire et al. 2016), against the first
+scenario, with a bootstrap interval that draws the same logs in both: `bari` = 1 - N / N0, of the logs that reach it;
+`miri` = 1 - E95 / E95_0, of the 95 % quantile of their energies there; `orpi` = 1 - S / S0, of the sum of these. 1 is
+full protection, 0 none. Energies need stored trajectories (`--trajectories all`); docs/indices.md has the small print.
+
+    deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
+        --count 200 --output releases.gpkg
+    deadwood-tool slide-logs --dem sample_data/dem.tif --releases releases.gpkg --trees sample_data/trees.csv \\
+        --lines 'sample_data/sample.gpkg|layername=lines' --friction 0.25 --trajectories all \\
+        --output with_forest
+    deadwood-tool slide-logs --dem sample_data/dem.tif --releases releases.gpkg \\
+        --lines 'sample_data/sample.gpkg|layername=lines' --friction 0.25 --trajectories all \\
+        --output without
+    deadwood-tool compare-scenarios --runs without,with_forest --output forest_effect
+
+Runs of other releases are refused. The intervals are over the logs: one random forest is one draw of many, and how
+much another would differ, only other runs can tell.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
+
+if TYPE_CHECKING:
+    from deadwood_algorithms.evaluate.scenarios.measures import ScenarioRow
+    from deadwood_algorithms.evaluate.scenarios.paired_runs import Compared
+
+TABLE, ROWS, FACTS, CHANGES = "table.csv", "comparison.csv", "comparison.json", "changes.gpkg"
+PICTURE = "comparison.png"
+WORTH_A_WARNING = 0.05  # share of the logs that left the terrain model
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ask:
+    runs: str = tool.text(
+        "Folders of the runs, with commas; the first is what the others are compared with",
+        path_like=True,
+        help="Each a folder of slide-logs, of the same releases: run_none,run_forest,run_barriers.",
+    )
+    names: str | None = tool.text(
+        "Names of the scenarios, with commas", default=None, help="Default: the names of the folders."
+    )
+    lines: str | None = tool.vector(
+        "Other lines or houses than those of the runs",
+        "line",
+        "polygon",
+        default=None,
+        help="Their reach is found from stored trajectories, of the logs that have one in every run.",
+    )
+    min_runout: float | None = tool.min_runout()
+    seed: int = tool.seed()
+    output: str = tool.output_folder("Folder of the comparison")
+    overwrite: bool = tool.overwrite()
+
+
+def run(ask: Ask, feedback: Feedback) -> Outcome:
+    import pandas
+
+    from deadwood_algorithms.evaluate.scenarios.difference_figure import draw
+    from deadwood_algorithms.evaluate.scenarios.maps import changed_frame, difference_map, moved_frame
+    from deadwood_algorithms.evaluate.scenarios.measures import compared_rows
+    from deadwood_algorithms.evaluate.scenarios.paired_runs import differing, read_compared
+    from deadwood_algorithms.evaluate.scenarios.tables import long_table, table_lines
+    from deadwood_algorithms.files.outputs import output_folder
+    from deadwood_algorithms.files.tables import write_csv
+    from deadwood_algorithms.files.vectors import write_vector
+    from deadwood_algorithms.results.run_folder import MANIFEST, write_json
+
+    final = Path(ask.output)
+    with output_folder(ask.output, ask.overwrite) as folder:
+        compared = read_compared(ask.runs, ask.names, ask.lines, feedback)
+        rows = compared_rows(compared, ask.min_runout, ask.seed, feedback)
+        names = [each.name for each in compared.scenarios]
+        differences = differing(compared)
+
+        parts = {"table": TABLE, "rows": ROWS, "facts": FACTS, "changes": CHANGES, "picture": PICTURE}
+        parts |= {"manifest": MANIFEST}
+        maps: dict[str, Path] = {}
+        outputs = {"output": final} | {key: final / name for key, name in parts.items()}
+        for other in compared.others:
+            path = folder / f"difference_{other.name}.tif"
+            try:
+                difference_map(compared.reference, other, path, feedback)
+            except UserError as error:  # of grids that do not fit; all else can be compared
+                path.unlink(missing_ok=True)
+                feedback.warn(f"no map of {other.name}: {error}")
+            else:
+                maps[other.name] = path
+                outputs[path.stem] = final / path.name
+        warn_of_lost(rows, compared, feedback)
+        draw(folder / PICTURE, rows, compared, maps)
+        write_csv(folder / ROWS, pandas.DataFrame([asdict(row) for row in rows]))
+        write_csv(folder / TABLE, pandas.DataFrame(long_table(rows)).astype({"logs_lost": "Int64"}))
+        layers = {"moved": moved_frame(compared)}
+        changed = changed_frame(compared)
+        write_vector(folder / CHANGES, layers | ({"changed": changed} if len(changed) else {}))
+        facts = {"reference": names[0], "logs": compared.log_id.size, "parameters_that_differ": differences}
+        write_json(folder / FACTS, {**facts, "rows": [asdict(row) for row in rows]})
+        write_json(folder / MANIFEST, tool.manifest(TOOL, ask))
+    return Outcome(outputs, facts, table_lines(rows, names, differences, compared.log_id.size, TABLE))
+
+
+def warn_of_lost(rows: Sequence[ScenarioRow], compared: Compared, feedback: Feedback) -> None:
+    """Say which of the numbers hang on logs that left the terrain model, if any do."""
+    told = [f"reach of {row.item} in {row.scenario}" for row in rows if row.quantity == "reach" and row.loss_matters]
+    few = WORTH_A_WARNING * compared.log_id.size
+    if any(each.left_dem.sum() > few for each in compared.scenarios):
+        told.append("spread, run-outs and deposits, which are as far as the logs were seen")
+    if not told:
+        return
+    counts = ", ".join(f"{int(each.left_dem.sum())} in {each.name}" for each in compared.scenarios)
+    feedback.warn(
+        f"of {compared.log_id.size} logs some left the terrain model ({counts}), and what they did beyond is not "
+        f"known; on them hang: {'; '.join(told)}; run slide-logs on a larger terrain model"
+    )
+
+
+TOOL = Tool(
+    "compare-scenarios", "Evaluate", "Runs of the same logs: paired differences of reach, maps, table", Ask, run
+)

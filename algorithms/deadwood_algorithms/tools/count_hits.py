@@ -1,0 +1,188 @@
+"""Count, from stored trajectories, how many logs pass over each cell, and how fast: any subset of logs, any cell size.
+
+The count is the one that slide-logs makes while it runs: a log counts once in every cell that any part of its plan-view
+outline overlaps at any time (paper, section 4). With all trajectories stored, every log chosen and the run's own cell
+size it equals the run's hit_count.tif. Logs whose trajectory was not stored cannot be counted; the tool says how many.
+
+--speed, --energy and --jump write quantiles a cell, a band each: of the largest value that each log had in the cell,
+over the logs that pass it. Speed is that of the centre of mass; energy that of translation and rotation, as poses tell
+it (within a few percent of the run's); jump the clearance between log and terrain.
+
+--danger writes where a moving log ends on the road: of the logs that pass a cell, the share that reach a line of
+--reaching (default: the run's own lines) with the same outline or afterwards; band 1 of any line, band 2 how many
+passed, then a band for each line. Cells that fewer than --danger-least logs pass are transparent. With all
+trajectories stored and the run's own lines and cells it equals the run's danger.tif.
+
+    deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
+        --count 200 --output releases.gpkg
+    deadwood-tool slide-logs --dem sample_data/dem.tif --releases releases.gpkg --friction 0.25 --trajectories all \\
+        --output run
+    deadwood-tool count-hits --run run --cell-m 2 --output hits.tif --energy energy.tif --quantiles 50,95
+"""
+
+from __future__ import annotations
+
+import math
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from deadwood_algorithms.files.grid import Grid, Part
+from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from deadwood_algorithms.results.run_folder import Run
+    from deadwood_algorithms.scene.items import Items
+    from deadwood_engine import Lines
+
+CELLS_MOST = 4_000_000_000 // 4  # a raster of 4 GB; a finer one is a slip of the decimal point
+CELLS_HELD = 25_000_000  # of a larger raster only the window is held in which the run's logs were
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ask:
+    run: str = tool.folder("Folder of a run of slide-logs")
+    cell_m: float | None = tool.number(
+        "Cell size", unit="m", default=None, minimum=0.0, exclusive=True, help="Default: the run's."
+    )
+    release_id: str | None = tool.text("Only logs of these releases", default=None, help="Comma-separated.")
+    log_id: str | None = tool.text("Only these logs", default=None, help="Comma-separated.")
+    stop_reason: str | None = tool.text(
+        "Only logs that ended so",
+        default=None,
+        help="Comma-separated: rest, tree, barrier, left_dem, time_limit, failed.",
+    )
+    quantiles: str = tool.text(
+        "Quantiles of the rasters below", default="50,90,95,99", help="Percent, with commas; a band each."
+    )
+    speed: str | None = tool.output_raster("Quantiles of the logs' largest speed in each cell", default=None)
+    energy: str | None = tool.output_raster("Quantiles of their largest kinetic energy", default=None)
+    jump: str | None = tool.output_raster("Quantiles of their largest clearance above the terrain", default=None)
+    danger: str | None = tool.output_raster(
+        "Share of the logs that reach lines after the cell",
+        default=None,
+        help="Bands: any line, number of logs that passed, each line.",
+    )
+    reaching: str | None = tool.vector(
+        "Lines of that raster", "line", "polygon", default=None, help="Default: the lines of the run."
+    )
+    danger_least: int = tool.integer(
+        "Logs that must have passed a cell for its danger to be told", default=10, minimum=1, advanced=True
+    )
+    output: str = tool.output_raster("Hit counts")
+    overwrite: bool = tool.overwrite()
+
+
+def run(ask: Ask, feedback: Feedback) -> Outcome:
+    from deadwood_algorithms.files.outputs import output_path
+    from deadwood_algorithms.files.rasters import write_bands, write_raster
+    from deadwood_algorithms.results.cell_quantiles import QUANTITIES, cell_quantiles, levels_of
+    from deadwood_algorithms.results.hit_counts import count_of
+    from deadwood_algorithms.results.run_folder import chosen_logs, read_run
+
+    if ask.reaching and not ask.danger:
+        raise UserError("--reaching says which lines --danger is of; add --danger FILE.tif")
+    levels = levels_of(ask.quantiles)
+    given = {name: getattr(ask, name) for name in QUANTITIES if getattr(ask, name)}
+    with ExitStack() as stack:
+        path = stack.enter_context(output_path(ask.output, ask.overwrite, suffix=".tif"))
+        more = {
+            name: stack.enter_context(output_path(place, ask.overwrite, suffix=".tif")) for name, place in given.items()
+        }
+        end = stack.enter_context(output_path(ask.danger, ask.overwrite, suffix=".tif")) if ask.danger else None
+        source = read_run(ask.run, feedback=feedback)
+        reach_of = lines_to_reach(ask, source, feedback) if end else None
+        grid = visited(with_cell(source.grid, ask.cell_m), source)
+        chosen = chosen_logs(source, release_id=ask.release_id, log_id=ask.log_id, stop_reason=ask.stop_reason)
+
+        stored = np.intersect1d(chosen, source.stored_log_ids)
+        if not stored.size:
+            raise UserError(
+                f"{ask.run}: of the {chosen.size} chosen logs none has a stored trajectory; "
+                "run slide-logs with --trajectories all"
+            )
+        if stored.size < chosen.size:
+            feedback.warn(
+                f"only {stored.size} of the {chosen.size} chosen logs have a stored trajectory and are counted"
+            )
+
+        counts = count_of(source, stored, grid, feedback)
+        write_raster(
+            path, counts, grid, dtype="uint32", units="logs", description=f"Hits of {stored.size} logs", style="counts"
+        )
+        found = cell_quantiles(source, stored, counts, grid, list(more), levels, feedback) if more else {}
+        for name, place in more.items():
+            bands = {f"{name}, {100 * level:g} %": band for level, band in zip(levels, found[name], strict=True)}
+            write_bands(
+                place, bands, grid, nodata=np.nan, dtype="float32", units=[QUANTITIES[name]] * len(bands), style=name
+            )
+        if end and reach_of:
+            write_danger(end, source, stored, grid, *reach_of, ask.danger_least, feedback)
+    facts = {"n_chosen": int(chosen.size), "n_counted": int(stored.size), "hit_count_max": int(counts.max())}
+    line = f"{stored.size} logs counted; the most that passed over one cell of {grid.cell:g} m: {counts.max()}"
+    outputs = {"output": Path(ask.output)} | {name: Path(place) for name, place in given.items()}
+    outputs |= {"danger": Path(ask.danger)} if ask.danger else {}
+    return Outcome(outputs, facts, (line,))
+
+
+def lines_to_reach(ask: Ask, source: Run, feedback: Feedback) -> tuple[Lines, Items]:
+    """The lines asked for, or those that the run watched."""
+    from deadwood_algorithms.results.run_folder import GEOPACKAGE, layers_in
+    from deadwood_algorithms.scene.layers import read_lines
+
+    if not ask.reaching and "reach" not in layers_in(source.path):
+        raise UserError(f"{ask.run}: the run has no lines; name those to be reached with --reaching LAYER")
+    return read_lines(ask.reaching or f"{source.path / GEOPACKAGE}|layername=reach", source.grid, feedback)
+
+
+def write_danger(
+    path: Path,
+    source: Run,
+    stored: NDArray[np.int64],
+    grid: Grid,
+    lines: Lines,
+    items: Items,
+    least: int,
+    feedback: Feedback,
+) -> None:
+    from deadwood_algorithms.files.rasters import write_bands
+    from deadwood_algorithms.results.danger import STYLE, danger_bands, danger_of, units_of
+
+    passed, danger = danger_of(source, stored, grid, lines, items, feedback)
+    bands = danger_bands(passed, danger, items.ids, least)
+    write_bands(path, bands, grid, nodata=np.nan, dtype="float32", units=units_of(list(bands)), style=STYLE)
+
+
+def with_cell(grid: Grid, cell: float | None) -> Grid:
+    """A grid of another cell size over the same area, from the same south-western corner."""
+    if cell is None or cell == grid.cell:
+        return grid
+    west, south, east, north = grid.bounds
+    nx, ny = (max(1, math.ceil((high - low) / cell - 1e-9)) for low, high in ((west, east), (south, north)))
+    return Grid.empty((ny, nx), cell, west + 0.5 * cell, south + 0.5 * cell, grid.crs, grid.path)
+
+
+def visited(grid: Grid, source: Run) -> Grid:
+    """The window of a large grid in which any stored log ever was; a small grid as it is."""
+    part = grid.part
+    if part.cells > CELLS_HELD:
+        west, south, east, north = source.extent()
+        column, row = int((west - grid.x0) // grid.cell) - 1, int((south - grid.y0) // grid.cell) - 1
+        columns, rows = int((east - grid.x0) // grid.cell) + 3 - column, int((north - grid.y0) // grid.cell) + 3 - row
+        part = Part(column, row, columns, rows).cut_to(grid.shape)
+    if part.cells > CELLS_MOST:
+        raise UserError(
+            f"--cell-m {grid.cell:g} makes a raster of {part.columns} x {part.rows} cells; take a larger cell"
+        )
+    return grid if part == grid.part else grid.window(part)
+
+
+TOOL = Tool(
+    "count-hits", "Evaluate", "Stored trajectories: how many logs pass over each cell, how fast and high", Ask, run
+)

@@ -1,0 +1,156 @@
+"""Give design values of a run for barriers and lines: percentiles of energy, speed, height and impulse, with intervals.
+
+For each barrier of the run, and each line (a road, or a profile line across the slope where a barrier might stand), the
+50, 90, 95 and 99 % percentiles, or others, over the logs that come to it:
+
+- `energy`: kinetic energy of translation and rotation together; `translation` and `rotation`: each apart;
+- `speed`: of the centre of mass;
+- `height`: at a barrier, of the place that is hit, above the terrain; at a line, of the upper edge of the log where it
+  first touches the line: as high must be what is to hold it;
+- `impulse`: momentum that the barrier takes up in a hit. A line has none, for nothing is hit there.
+
+At a barrier the values are those just before a hit, the largest of each log; they are stored in every run. At a line
+they are those of the first touch, from stored trajectories: energies of rotation within a few percent of the run's own.
+
+The interval of a percentile is exact, by order statistics: the binomial law says between which two of the sorted values
+it lies with 95 % probability at least, whatever their distribution. Where the hits are too few for an upper bound,
+`ci_high` is empty and `note` says how many more hits it takes: 72 in all for 95 %, 368 for 99 %.
+
+    deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
+        --count 200 --output releases.gpkg
+    deadwood-tool slide-logs --dem sample_data/dem.tif --releases releases.gpkg --friction 0.25 --trajectories all \\
+        --barriers 'sample_data/sample.gpkg|layername=barriers' --lines 'sample_data/sample.gpkg|layername=lines' \\
+        --output run
+    deadwood-tool design-values --run run --output design_values.csv
+
+`--barrier-classes` tells the weakest class of rockfall nets that holds each percentile of the energy, and the upper end
+of its interval.
+
+The percentiles are of the logs that were released and came so far: of heavier logs, or more friction, they are others.
+Barriers are rigid here, so impulses are those of a wall, not of a net that gives way. No safety factor is in them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from deadwood_algorithms.params import presets, tool
+from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
+
+if TYPE_CHECKING:
+    from deadwood_algorithms.results.passages import Passages
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ask:
+    run: str = tool.folder("Folder of a run of slide-logs")
+    lines: str | None = tool.vector(
+        "Other lines or houses than those of the run, such as profile lines across the slope",
+        "line",
+        "polygon",
+        default=None,
+        help="Without it, the lines of the run. Lines need stored trajectories.",
+    )
+    percentiles: str = tool.text("Percentiles", default="50,90,95,99", help="Percent, with commas.")
+    confidence: float = tool.number(
+        "Probability with which an interval holds its percentile, at least",
+        unit="%",
+        default=95.0,
+        minimum=50.0,
+        maximum=99.9,
+        advanced=True,
+    )
+    barrier_classes: str | None = tool.choice(
+        "Classes of barriers, to tell which one holds the energies",
+        *presets.BARRIERS,
+        default=None,
+        help=presets.choices_told(presets.BARRIERS) + " They are made for rocks; a person decides.",
+    )
+    output: str = tool.output_table("Design values by barrier or line, quantity and percentile")
+    overwrite: bool = tool.overwrite()
+
+
+def run(ask: Ask, feedback: Feedback) -> Outcome:
+    import pandas
+
+    from deadwood_algorithms.files.outputs import output_path
+    from deadwood_algorithms.files.tables import write_csv
+    from deadwood_algorithms.results.passages import barrier_passages, design_rows, passages_of_lines
+    from deadwood_algorithms.results.run_folder import read_run
+
+    levels = shares_of(ask.percentiles)
+    with output_path(ask.output, ask.overwrite, suffix=".csv", inputs=[ask.lines]) as path:
+        source = read_run(ask.run, feedback=feedback)
+        found = [*barrier_passages(source), *passages_of_lines(source, ask.lines, feedback)]
+        if not found:
+            raise UserError(f"{ask.run}: the run has neither barriers nor lines; --lines names some")
+        rows = [row for each in found for row in design_rows(each, levels, ask.confidence / 100.0)]
+        classes = presets.BARRIERS[ask.barrier_classes] if ask.barrier_classes else None
+        if classes:
+            nothing = {"barrier_class": "", "barrier_class_high": ""}
+            rows = [
+                row | (classes.record(row["value"], row["ci_high"]) if row["quantity"] == "energy" else nothing)
+                for row in rows
+            ]
+        write_csv(path, pandas.DataFrame(rows))
+    return Outcome({"output": Path(ask.output)}, {"rows": rows}, (*lines_of(found, rows), *class_lines(rows, classes)))
+
+
+def shares_of(text: str) -> list[float]:
+    """The percentiles asked for, as shares of 1, ascending."""
+    try:
+        percent = sorted(float(each) for each in str(text).split(",") if each.strip())
+    except ValueError:
+        percent = []
+    if not percent or not all(0.0 < each < 100.0 for each in percent) or len(set(percent)) < len(percent):
+        raise UserError(f"--percentiles is '{text}', but must be different numbers between 0 and 100, with commas")
+    return [each / 100.0 for each in percent]
+
+
+def lines_of(found: Sequence[Passages], rows: Sequence[dict[str, Any]]) -> tuple[str, ...]:
+    """For each place its hits, of each quantity the highest percentile that can be told, and what cannot."""
+    shown = []
+    for each in found:
+        mine = [row for row in rows if (row["kind"], row["place_id"]) == (each.kind, each.place_id)]
+        shown.append(f"{each.kind} {each.place_id}: {each.log_id.size} logs come to it")
+        told = {
+            row["quantity"]: row for row in mine if row["n"] and not row["n_more"]
+        }  # the highest that has both ends
+        shown += [f"  {value_words(row)}" for row in told.values()]
+        short = {row["percentile"]: row["note"] for row in mine if row["n_more"]}
+        shown += [f"  {percentile:g} % {note}" for percentile, note in short.items()]
+        for why in dict.fromkeys(each.lacks.values()):
+            named = ", ".join(quantity for quantity, reason in each.lacks.items() if reason == why)
+            shown.append(f"  no {named}: {why}")
+    return tuple(shown)
+
+
+def class_lines(rows: Sequence[dict[str, Any]], classes: presets.BarrierClasses | None) -> list[str]:
+    """Of each place the class that holds each percentile of the energy; whose classes they are, and who decides."""
+    if classes is None:
+        return []
+    shown = [
+        f"{row['kind']} {row['place_id']}, {row['percentile']:g} % of the energy: {classes.words(row)}"
+        for row in rows
+        if row["barrier_class"]
+    ]
+    return [*shown, classes.said]
+
+
+def value_words(row: dict[str, Any]) -> str:
+    """``energy, 95 %: 310 kJ (250 to 420)``."""
+    value, low, high = (f"{float(f'{row[name]:.3g}'):g}" for name in ("value", "ci_low", "ci_high"))
+    ends = f"{low} to {high}" if row["ci_low"] == row["ci_low"] else f"up to {high}"
+    return f"{row['quantity']}, {row['percentile']:g} %: {value} {row['unit']} ({ends})"
+
+
+TOOL = Tool(
+    "design-values",
+    "Evaluate",
+    "A run: percentiles of energy, speed, height and impulse at barriers and lines",
+    Ask,
+    run,
+)

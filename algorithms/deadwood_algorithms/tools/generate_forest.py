@@ -1,0 +1,260 @@
+"""Plant a random forest: stems per hectare at uniform places, with normally distributed DBH and height.
+
+Gives a trees layer for ``slide-logs`` over the DEM, or over the stand polygons on it less the excluded ones. The
+numbers are given, or fitted to a trees layer (``--like``): its density over the same area, the means and standard
+deviations of its DBH and height, and their correlation; a number that is given goes before the fitted one.
+
+Stands may differ: where the stand layer has columns of the names of the numbers' options (``stems_per_ha``,
+``dbh_mean_cm``, ...; or PlatRock's ``trees_density``, ``trees_dhp_mean``, ``trees_dhp_std``), each row is planted by
+its own, and where rows overlap the later one counts. A row's number goes before a given, that before a fitted one.
+
+``--preset klosters`` and ``rothenbrunnen`` are the forests of the paper; a number that is given goes before theirs. As
+there, a draw that is no tree (DBH below 1 cm, height below
+1.3 m) is drawn again, and the number of these is said: it narrows the distribution a little.
+
+Heights without numbers of their own: the mean follows from the mean DBH by the law of ``import-trees``, and they vary
+half as much, relatively, as the DBH. Tree k of a stand stands at the same place whatever the density, unless
+``--min-spacing-m`` moves it away from a tree before it. It knows no clusters, gaps or species.
+
+    deadwood-tool generate-forest --dem sample_data/dem.tif --stand "sample_data/sample.gpkg|layername=forest" \\
+        --preset klosters --min-spacing-m 2 --output klosters.gpkg
+    deadwood-tool import-trees --trees sample_data/trees.csv --dem sample_data/dem.tif --output trees.gpkg
+    deadwood-tool generate-forest --dem sample_data/dem.tif --stand "sample_data/sample.gpkg|layername=forest" \\
+        --like trees.gpkg --output random_trees.gpkg
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import shapely
+
+from deadwood_algorithms import schemas
+from deadwood_algorithms.files.columns import schema_column, warn_implausible, where_of
+from deadwood_algorithms.files.outputs import output_path
+from deadwood_algorithms.params import presets, tool
+from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.prepare.drawn_sizes import draw_pair
+from deadwood_algorithms.prepare.trees.allometry import PUBLISHED, PowerLaw
+from deadwood_algorithms.prepare.trees.dbh_filling import refuse_two_laws
+from deadwood_algorithms.prepare.trees.planting import Ground, numbers_of_trees, plant
+from deadwood_algorithms.prepare.trees.stands import COLUMNS, DENSEST_PER_HA, Stand, read_stands, union_of
+from deadwood_algorithms.scene.memory import refuse_too_many
+from deadwood_algorithms.schemas import DBH_CM, TREE_M
+from deadwood_algorithms.stats import draws
+
+LEAST_DBH_CM = 1.0
+LEAST_HEIGHT_M = 1.3  # below it there is no breast height
+STANDS_SHOWN = 10
+TREE_BYTES = 400  # a tree, drawn and written
+POWER_LAWS = {name: law for name, law in PUBLISHED.items() if isinstance(law, PowerLaw)}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ask:
+    dem: str = tool.terrain("Terrain (DEM)")
+    preset: str | None = tool.choice(
+        "Density and DBH by name",
+        *presets.FORESTS,
+        default=None,
+        help=presets.choices_told(presets.FORESTS) + " Instead of --like.",
+    )
+    stems_per_ha: float | None = tool.number(
+        "Density", unit="1/ha", default=None, minimum=0.0, maximum=DENSEST_PER_HA, exclusive=True
+    )
+    dbh_mean_cm: float | None = tool.number(
+        "Mean DBH", unit="cm", default=None, minimum=0.0, maximum=DBH_CM[1], exclusive=True
+    )
+    dbh_sd_cm: float | None = tool.number("Standard deviation of the DBH", unit="cm", default=None, minimum=0.0)
+    height_mean_m: float | None = tool.number(
+        "Mean height", unit="m", default=None, minimum=0.0, maximum=TREE_M[1], exclusive=True
+    )
+    height_sd_m: float | None = tool.number("Standard deviation of the height", unit="m", default=None, minimum=0.0)
+    correlation: float | None = tool.number(
+        "Correlation of DBH and height", default=None, minimum=-1.0, maximum=1.0, help="Without --like: 0.8."
+    )
+    like: str | None = tool.vector("Trees layer to fit the numbers to", "point", default=None)
+    stand: str | None = tool.vector(
+        "Stand polygons",
+        "polygon",
+        default=None,
+        help="Without them: the whole DEM. Columns may give each its numbers.",
+    )
+    exclude: str | None = tool.vector("Polygons without trees", "polygon", default=None)
+    min_spacing_m: float = tool.number("Smallest distance of two stems", unit="m", default=0.0, minimum=0.0)
+    dbh_a: float = tool.number("a of DBH[cm] = a * H[m]^b", default=2.52, minimum=0.0, exclusive=True, advanced=True)
+    dbh_b: float = tool.number("b of DBH[cm] = a * H[m]^b", default=0.84, minimum=0.0, exclusive=True, advanced=True)
+    dbh_law: str | None = tool.choice(
+        "Published law in place of a and b",
+        *POWER_LAWS,
+        default=None,
+        advanced=True,
+        help="Of heights without numbers of their own; import-trees lists them.",
+    )
+    seed: int = tool.seed()
+    crs: str | None = tool.crs()
+    overwrite: bool = tool.overwrite()
+    output: str = tool.output_vector("Trees layer (.gpkg)")
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Normal distributions of DBH [cm] and height [m], and their correlation."""
+
+    dbh_mean: float
+    dbh_sd: float
+    height_mean: float
+    height_sd: float
+    correlation: float
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What the trees of a stand are like: density [1/ha] and sizes."""
+
+    stems_per_ha: float
+    sizes: Sizes
+
+
+def run(ask: Ask, feedback: Feedback) -> Outcome:
+    import geopandas
+
+    from deadwood_algorithms.files.dem_windows import read_dem
+    from deadwood_algorithms.files.vectors import write_vector
+
+    refuse_two_laws(ask.dbh_law, ask.dbh_a, ask.dbh_b)
+    if ask.preset and ask.like:
+        raise UserError("--preset and --like both say what the forest is like; give one of them")
+    taken = presets.Taken.of(presets.FORESTS[ask.preset], "--preset", vars(ask)) if ask.preset else None
+    if taken:
+        feedback.note(taken.said)
+    inputs = (ask.dem, ask.like, ask.stand, ask.exclude)
+    with output_path(ask.output, ask.overwrite, suffix=".gpkg", inputs=inputs) as temporary:
+        grid = read_dem(ask.dem, crs=ask.crs, feedback=feedback)
+        exclude = union_of(ask.exclude, grid, ask.crs, feedback)
+        stands = read_stands(ask.stand, grid, exclude, ask.crs, feedback)
+        fitted = fitted_numbers(ask, [each.ground for each in stands], feedback) if ask.like else {}
+        fitted |= taken.sets if taken else {}
+        kinds = [kind_of_stand(ask, fitted, each) for each in stands]
+        counts = [round(kind.stems_per_ha * each.ground.area / 1e4) for kind, each in zip(kinds, stands, strict=True)]
+        area, count = sum(each.ground.area for each in stands), sum(counts)
+        if not count:
+            density = max(kind.stems_per_ha for kind in kinds)
+            raise UserError(f"{density:g} stems/ha on {area / 1e4:.4g} ha is no tree at all; enlarge the stand")
+
+        mend = "lower --stems-per-ha, or take a smaller --stand"
+        refuse_too_many(count, "trees", ask.output, each=TREE_BYTES, mend=mend)
+        x, y = plant([each.ground for each in stands], counts, ask.min_spacing_m, ask.seed, feedback)
+        drawn = [
+            draw_sizes(kind.sizes, items, ask.seed)
+            for kind, items in zip(kinds, np.split(numbers_of_trees(counts), np.cumsum(counts)[:-1]), strict=True)
+        ]
+        dbh, height = (np.concatenate([each[k] for each in drawn]) for k in (0, 1))
+        columns = {"tree_id": np.arange(1, count + 1), "dbh_cm": dbh, "height_m": height}
+        frame = geopandas.GeoDataFrame(columns, geometry=shapely.points(x, y), crs=grid.plan_crs)
+        write_vector(temporary, {"trees": frame})
+    density, redrawn = count / area * 1e4, sum(each[2] for each in drawn)
+    if len(stands) == 1:
+        density = kinds[0].stems_per_ha
+    lines = [f"{count} trees on {area / 1e4:.2f} ha ({density:.4g} stems/ha)"]
+    if len(stands) == 1:
+        lines += asked_and_planted(kinds[0].sizes, dbh, height)
+    else:
+        lines += stand_lines(stands, kinds, counts)
+        lines.append(
+            f"planted in all: DBH {dbh.mean():.1f} +- {dbh.std():.1f} cm, height {height.mean():.1f} +- "
+            f"{height.std():.1f} m"
+        )
+    if redrawn:
+        lines.append(
+            f"{redrawn} draws were no tree (DBH < {LEAST_DBH_CM:g} cm or height < {LEAST_HEIGHT_M:g} m), redrawn"
+        )
+    facts: dict[str, Any] = {"trees": count, "area_ha": area / 1e4, "stems_per_ha": density, "redrawn": redrawn}
+    facts |= {"preset": taken.record} if taken else {}
+    return Outcome({"output": Path(ask.output)}, facts, tuple(lines))
+
+
+def asked_and_planted(sizes: Sizes, dbh: np.ndarray, height: np.ndarray) -> list[str]:
+    return [
+        f"DBH asked {sizes.dbh_mean:.1f} +- {sizes.dbh_sd:.1f} cm, planted {dbh.mean():.1f} +- {dbh.std():.1f} cm",
+        f"height asked {sizes.height_mean:.1f} +- {sizes.height_sd:.1f} m, "
+        f"planted {height.mean():.1f} +- {height.std():.1f} m, correlation {sizes.correlation:.2f}",
+    ]
+
+
+def stand_lines(stands: list[Stand], kinds: list[Kind], counts: list[int]) -> list[str]:
+    """A line for each of the first stands, and how many more there are."""
+    rows = [
+        f"stand of {stand.name}: {count} trees on {stand.ground.area / 1e4:.2f} ha ({kind.stems_per_ha:.4g} stems/ha), "
+        f"DBH {kind.sizes.dbh_mean:.1f} +- {kind.sizes.dbh_sd:.1f} cm, "
+        f"height {kind.sizes.height_mean:.1f} +- {kind.sizes.height_sd:.1f} m"
+        for stand, kind, count in zip(stands, kinds, counts, strict=True)
+    ]
+    more = [f"and {len(rows) - STANDS_SHOWN} stands more"] if len(rows) > STANDS_SHOWN else []
+    return rows[:STANDS_SHOWN] + more
+
+
+def fitted_numbers(ask: Ask, grounds: list[Ground], feedback: Feedback) -> dict[str, float]:
+    """Density and size distribution of the trees of a layer that stand on these grounds."""
+    from deadwood_algorithms.files.vectors import read_vector
+
+    path = str(ask.like)
+    frame = read_vector(
+        path, geometry=("point",), target_crs=grounds[0].grid.crs, crs=ask.crs, what="trees", feedback=feedback
+    )
+    points = np.asarray(frame.geometry.array)
+    x, y = shapely.get_x(points), shapely.get_y(points)
+    here = np.any([ground.holds(x, y) for ground in grounds], axis=0)
+    if here.sum() < 2:
+        raise UserError(f"{where_of(frame)}: {here.sum()} of its trees stand on the DEM and stand; a fit needs 2")
+    dbh = schema_column(frame, schemas.TREES.column("dbh_cm"))[here]
+    height = schema_column(frame, schemas.TREES.column("height_m"))[here]
+    warn_implausible(dbh, schemas.TREES.column("dbh_cm"), where_of(frame), feedback)
+    warn_implausible(height, schemas.TREES.column("height_m"), where_of(frame), feedback)
+    alike = dbh.std() == 0 or height.std() == 0
+    return {
+        "stems_per_ha": here.sum() / sum(ground.area for ground in grounds) * 1e4,
+        "dbh_mean_cm": float(dbh.mean()),
+        "dbh_sd_cm": float(dbh.std(ddof=1)),
+        "height_mean_m": float(height.mean()),
+        "height_sd_m": float(height.std(ddof=1)),
+        "correlation": 0.0 if alike else float(np.corrcoef(dbh, height)[0, 1]),
+    }
+
+
+def kind_of_stand(ask: Ask, fitted: dict[str, float], stand: Stand) -> Kind:
+    """The numbers of a stand: its own, else given, else fitted, else (height only) derived from the DBH."""
+    given = {name: getattr(ask, name) for name in COLUMNS if getattr(ask, name) is not None}
+    known = fitted | given | stand.numbers
+    for name in ("stems_per_ha", "dbh_mean_cm", "dbh_sd_cm"):
+        if name not in known:
+            raise UserError(
+                f"--{name.replace('_', '-')} is missing; give it, or a trees layer with --like, or a --preset"
+            )
+    law = POWER_LAWS[ask.dbh_law] if ask.dbh_law else PowerLaw(ask.dbh_a, ask.dbh_b)
+    height_mean = known.get("height_mean_m", (known["dbh_mean_cm"] / float(law.a)) ** (1 / float(law.b)))
+    derived = {"height_sd_m": 0.5 * height_mean * known["dbh_sd_cm"] / known["dbh_mean_cm"], "correlation": 0.8}
+    known = derived | known
+    sizes = Sizes(known["dbh_mean_cm"], known["dbh_sd_cm"], height_mean, known["height_sd_m"], known["correlation"])
+    return Kind(float(known["stems_per_ha"]), sizes)
+
+
+def draw_sizes(sizes: Sizes, items: np.ndarray, seed: int) -> tuple[np.ndarray, np.ndarray, int]:
+    """DBH [cm] and height [m] of each tree (`planting.numbers_of_trees`), to 0.01, and how many draws were no tree."""
+    return draw_pair(
+        (sizes.dbh_mean, sizes.height_mean),
+        (sizes.dbh_sd, sizes.height_sd),
+        sizes.correlation,
+        (LEAST_DBH_CM, LEAST_HEIGHT_M),
+        seed,
+        items,
+        draws.TREE_SIZE,
+        f"DBH {sizes.dbh_mean:g} +- {sizes.dbh_sd:g} cm and height {sizes.height_mean:g} +- {sizes.height_sd:g} m "
+        "give hardly a tree; check the numbers and their units",
+    )
+
+
+TOOL = Tool("generate-forest", "Prepare", "Plant a random forest of given density and sizes", Ask, run)

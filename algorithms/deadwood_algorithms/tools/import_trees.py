@@ -1,0 +1,302 @@
+"""Make the trees layer from a table or layer of single trees, and a releases layer of the dead ones among them.
+
+Reads what tree detection and inventories write (GeoPackage, shapefile, CSV and other text tables in any common
+encoding, with decimal commas, with or without header). ``--source`` names what wrote the table; ``auto`` knows it by
+its columns or its name, else finds columns by their usual names. Any column can be named, with its unit, by the
+``--...-field`` and ``--...-unit`` options, which go first; in a file without header they are ``column_1``, ``column_2``
+and so on. Crown polygons give trees at their centroids (or at the columns named) and, by their area, crown diameters.
+
+Where the DBH is missing it follows from the height by DBH[cm] = a * H[m]^b, where the height is missing from the DBH by
+the same law; a tree with neither is dropped. The law is that of ``--dbh-a`` and ``--dbh-b``, or a published one
+(``--dbh-law``), or that of the zone polygon in which the tree stands, or fitted to measured trees (``--dbh-sample``; of
+the logarithms, corrected by exp(s^2 / 2)). A single law misjudges stems by up to a factor of two; set your region's.
+``dbh_source`` tells ``measured`` from ``modelled``. What was filled, dropped or merged is counted and said.
+
+Dead standing trees and snags are kept apart, for they are the logs of tomorrow: ``--releases`` writes them as a
+releases layer (upright, where they stand, with their DBH and height). What lies or was removed is dropped. An id used
+twice (tiles number their trees anew) makes the tool renumber all trees and keep the old ids as ``source_id``;
+``--merge-within-m`` makes one of the trees found twice at the seams. It does not judge whether a tree is real.
+
+    deadwood-tool import-trees --trees sample_data/trees.csv --dem sample_data/dem.tif --output trees.gpkg
+    deadwood-tool import-trees --trees sample_data/trees.csv --dem sample_data/dem.tif --dbh-law chablais-spruce \\
+        --replace-dbh --merge-within-m 2.5 --output modelled_trees.gpkg
+
+With an inventory: ``--status-field Zustand --dead-values "tot,Dürrständer" --releases snags.gpkg``; with the output of
+FINT: ``--trees Ind_trees.csv --source fint``.
+"""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import shapely
+
+from deadwood_algorithms import schemas
+from deadwood_algorithms.files.columns import warn_implausible, where_of
+from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.files.outputs import output_path
+from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.prepare.trees import allometry
+from deadwood_algorithms.prepare.trees import columns as tree_columns
+from deadwood_algorithms.prepare.trees import sources as tree_sources
+from deadwood_algorithms.prepare.trees import status as tree_status
+from deadwood_algorithms.prepare.trees.dbh_filling import DEFAULT, Filled, chosen_law, fill_sizes, fitted_law, zoned
+from deadwood_algorithms.prepare.trees.merging import duplicates
+from deadwood_algorithms.prepare.trees.table import (
+    Source,
+    measured_trees,
+    read_source,
+    refuse_nothing_known,
+    warn_of_idle_fields,
+)
+
+__doc__ = f"""{__doc__}
+Sources:
+
+{tree_sources.sources_described()}
+
+Laws of DBH[cm] from the height H[m] (the module ``allometry`` names their sources):
+
+{allometry.laws_described()}
+"""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ask:
+    trees: str = tool.table("Table or layer of single trees", geometry=("point", "polygon"))
+    source: str = tool.choice(
+        "What wrote the table", *tree_sources.SOURCES, default="auto", help="table: usual names only."
+    )
+    dem: str | None = tool.terrain(
+        "Terrain (DEM)", default=None, help="Gives the CRS of the output; trees off the DEM are dropped."
+    )
+    x_field: str | None = tool.field_of("trees", "Field of the easting", default=None)
+    y_field: str | None = tool.field_of("trees", "Field of the northing", default=None)
+    id_field: str | None = tool.field_of("trees", "Field of the tree's id", default=None)
+    dbh_field: str | None = tool.field_of("trees", "Field of the DBH", default=None)
+    dbh_unit: str | None = tool.choice(
+        "Unit of the DBH", *tree_columns.DBH_UNITS, default=None, help="Without it: as the field's name says, else cm."
+    )
+    height_field: str | None = tool.field_of("trees", "Field of the height", default=None)
+    height_unit: str | None = tool.choice(
+        "Unit of the height",
+        *tree_columns.HEIGHT_UNITS,
+        default=None,
+        help="Without it: as the field's name says, else m.",
+    )
+    species_field: str | None = tool.field_of("trees", "Field of the species", default=None)
+    crown_field: str | None = tool.field_of("trees", "Field of the crown diameter in m", default=None)
+    crown_measure: str | None = tool.choice(
+        "What the crown field holds, in m or m²",
+        *tree_columns.CROWN_MEASURES,
+        default=None,
+        help="Without it: as the source or the field's usual name says, else the diameter.",
+    )
+    missing_value: float | None = tool.number(
+        "Number that stands for a missing value", default=None, help="For example -1 (FINT-CH) or 0."
+    )
+    status_field: str | None = tool.field_of("trees", "Field that tells dead trees from living ones", default=None)
+    dead_values: str | None = tool.text(
+        "Its values of dead standing trees",
+        default=None,
+        help="Separated by commas, or by semicolons where a value holds a comma. Without it: the usual words.",
+    )
+    gone_values: str | None = tool.text(
+        "Its values of trees that stand no more", default=None, help="As the dead values; these trees are dropped."
+    )
+    keep_dead: bool = tool.flag("Keep dead standing trees among the trees too")
+    dbh_a: float = tool.number("a of DBH[cm] = a * H[m]^b", default=2.52, minimum=0.0, exclusive=True)
+    dbh_b: float = tool.number("b of DBH[cm] = a * H[m]^b", default=0.84, minimum=0.0, exclusive=True)
+    dbh_law: str | None = tool.choice(
+        "Published law in place of a and b",
+        *allometry.PUBLISHED,
+        default=None,
+        help="The description lists them. Beside a law with the crown, a and b serve trees whose crown is not known.",
+    )
+    dbh_zones: str | None = tool.vector(
+        "Zones with laws of their own", "polygon", default=None, help="Fields dbh_a and dbh_b, or dbh_law."
+    )
+    dbh_sample: str | None = tool.table(
+        "Measured trees to fit the law to",
+        default=None,
+        help="Those with a DBH and a height; the table itself will do.",
+    )
+    replace_dbh: bool = tool.flag("Compute the DBH from the height even where the table has one")
+    merge_within_m: float = tool.number(
+        "Trees nearer than this are one", unit="m", default=0.0, minimum=0.0, help="The tallest stays; 0 merges none."
+    )
+    tile_field: str | None = tool.field_of(
+        "trees",
+        "Field of the tile",
+        default=None,
+        advanced=True,
+        help="Only trees of different tiles are then merged. QGIS's Merge Vector Layers calls it layer.",
+    )
+    crs: str | None = tool.crs()
+    overwrite: bool = tool.overwrite()
+    releases: str | None = tool.output_vector("Releases layer of the dead standing trees (.gpkg)", default=None)
+    output: str = tool.output_vector("Trees layer (.gpkg)")
+
+
+def run(ask: Ask, feedback: Feedback) -> Outcome:
+    from deadwood_algorithms.files.dem_windows import read_dem
+
+    refuse_contradictions(ask)
+    inputs = (ask.trees, ask.dem, ask.dbh_zones, ask.dbh_sample)
+    with ExitStack() as outputs:
+        temporary = outputs.enter_context(output_path(ask.output, ask.overwrite, suffix=".gpkg", inputs=inputs))
+        snags = None
+        if ask.releases:
+            snags = outputs.enter_context(output_path(ask.releases, ask.overwrite, suffix=".gpkg", inputs=inputs))
+        grid = read_dem(ask.dem, crs=ask.crs, feedback=feedback) if ask.dem else None
+        xy = (ask.x_field, ask.y_field) if ask.x_field and ask.y_field else None
+        source = read_source(ask.trees, ask.source, xy, grid, crs=ask.crs, feedback=feedback)
+        where, said = where_of(source.frame), source.said
+        status = tree_status.status_of(
+            source.frame, source.layout, ask.status_field, ask.dead_values, ask.gone_values, feedback
+        )
+        crown = tree_columns.crown_column(
+            source.frame, source.layout, ask.crown_field, ask.crown_measure, source.outlines
+        )
+        filled = sizes(ask, source, status == tree_status.LIVE, crown, feedback)
+        said += filled.said
+
+        kept = what_stays(ask, source, filled, status, grid, said)
+        dead = kept & (status == tree_status.DEAD)
+        trees = kept if ask.keep_dead else kept & ~dead
+        if not trees.any():
+            raise UserError(f"{where}: no tree is left; {'; '.join(said[1:])}")
+        if snags and not dead.any():
+            raise UserError(
+                f"{where}: no dead tree is found for --releases; --status-field and --dead-values name them"
+            )
+
+        columns = tree_columns.id_columns(source.frame, source.layout, kept, ask.id_field, feedback)
+        columns |= {"dbh_cm": filled.dbh[kept], "height_m": filled.height[kept]}
+        species = tree_columns.species_column(source.frame, source.layout, ask.species_field)
+        columns |= {} if species is None else {"species": species[kept]}
+        columns |= {} if crown is None else {"crown_diameter_m": crown[kept]}
+        modelled = filled.from_height | (source.layout.dbh_modelled & (ask.dbh_field is None))
+        columns["dbh_source"] = np.where(modelled, "modelled", "measured")[kept]
+        points = shapely.force_2d(source.places[kept])
+        write(temporary, "trees", columns, points, trees[kept], source)
+        if snags:
+            write(snags, "releases", releases_columns(columns, dead[kept]), points, dead[kept], source)
+    if dead.any():
+        said.append(
+            f"{dead.sum()} dead standing trees "
+            + (
+                f"written to {ask.releases}"
+                if ask.releases
+                else "kept apart; --releases writes them as a releases layer"
+            )
+            + (", and kept among the trees" if ask.keep_dead else "")
+        )
+    said.append(f"{trees.sum()} trees written, median DBH {np.median(filled.dbh[trees]):.1f} cm")
+    facts = {"trees": int(trees.sum()), "dead": int(dead.sum()), "dropped": int((~kept).sum())}
+    facts |= {"dbh_from_height": int(filled.from_height.sum()), "height_from_dbh": int(filled.from_dbh.sum())}
+    made = {"output": Path(ask.output)} | ({"releases": Path(ask.releases)} if ask.releases else {})
+    return Outcome(made, facts, tuple(said))
+
+
+def sizes(ask: Ask, source: Source, living: np.ndarray, crown: np.ndarray | None, feedback: Feedback) -> Filled:
+    """DBH and height of each tree, read, checked, and filled by the law that was chosen."""
+    frame, layout = source.frame, source.layout
+    where = where_of(frame)
+    missing = layout.missing_value if ask.missing_value is None else ask.missing_value
+    dbh = tree_columns.dbh_column(frame, layout, ask.dbh_field, ask.dbh_unit, missing, feedback)
+    height = tree_columns.height_column(frame, layout, ask.height_field, ask.height_unit, missing, feedback)
+    refuse_nothing_known(frame, dbh, height)
+    asked = (ask.id_field, ask.dbh_field, ask.height_field, ask.crown_field, ask.status_field, ask.tile_field)
+    for what, values, other in (("DBH", dbh, "height"), ("height", height, "DBH")):
+        if np.isnan(values).all():
+            warn_of_idle_fields(frame, layout, what, other, asked, feedback)
+    warn_implausible(dbh, schemas.TREES.column("dbh_cm"), where, feedback, mend="--dbh-unit names the unit")
+    warn_implausible(height, schemas.TREES.column("height_m"), where, feedback, mend="--height-unit names the unit")
+
+    sample = None
+    if ask.dbh_sample == ask.trees:
+        sample = fitted_law(ask.trees, dbh[living], height[living], feedback)
+    elif ask.dbh_sample:
+        sample = fitted_law(ask.dbh_sample, *measured_trees(ask.dbh_sample, feedback), feedback)
+    law = chosen_law(ask.dbh_law, ask.dbh_a, ask.dbh_b, sample)
+    named = str(law)
+    if ask.dbh_zones:
+        law, named = zoned(law, ask.dbh_zones, source.places, frame.crs, ask.crs, feedback)
+    if ask.replace_dbh:
+        replaced = np.isfinite(dbh) & np.isfinite(height)
+        source.said.append(f"{replaced.sum()} DBH of the table set aside (--replace-dbh)")
+        dbh = np.where(replaced, np.nan, dbh)
+    filled = fill_sizes(dbh, height, law, crown, otherwise=allometry.PowerLaw(ask.dbh_a, ask.dbh_b))
+    if filled.from_height.any():
+        source.said.append(f"{filled.from_height.sum()} DBH missing, computed from the height: {named}")
+    if filled.from_dbh.any():
+        source.said.append(f"{filled.from_dbh.sum()} heights missing, computed from the DBH: {named}")
+    named_a_law = ask.dbh_law or ask.dbh_zones or ask.dbh_sample or law != DEFAULT
+    if named_a_law and not (filled.from_height | filled.from_dbh).any():
+        feedback.warn(f"{where}: every tree has a DBH and a height, the law has nothing to do; --replace-dbh lets it")
+    if filled.from_height.any():
+        mend = "check the law (--dbh-law, --dbh-a, --dbh-b)"
+        modelled = filled.dbh[filled.from_height]
+        warn_implausible(modelled, schemas.TREES.column("dbh_cm"), f"{where}, computed DBH", feedback, mend=mend)
+    return filled
+
+
+def what_stays(
+    ask: Ask, source: Source, filled: Filled, status: np.ndarray, grid: Grid | None, said: list[str]
+) -> np.ndarray:
+    """Which trees are written to one of the layers; why the others are not is said."""
+    kept = status != tree_status.GONE
+    if not kept.all():
+        said.append(f"{(~kept).sum()} trees dropped, they stand no more")
+    sized = np.isfinite(filled.dbh) & np.isfinite(filled.height)
+    if (kept & ~sized).any():
+        said.append(f"{(kept & ~sized).sum()} trees dropped, they have neither DBH nor height")
+    kept &= sized
+    if grid:
+        on = grid.contains(shapely.get_x(source.places), shapely.get_y(source.places))
+        if (kept & ~on).any():
+            said.append(f"{(kept & ~on).sum()} trees dropped, they stand off the DEM")
+        kept &= on
+    if ask.merge_within_m and kept.any():
+        name = tree_columns.find(source.frame, ask.tile_field, "--tile-field", ())
+        tile = source.frame[name].astype(str).to_numpy()[kept] if name else None
+        goes = duplicates(source.places[kept], filled.height[kept], filled.dbh[kept], ask.merge_within_m, tile)
+        if goes.any():
+            said.append(f"{goes.sum()} trees dropped, a taller one stands within {ask.merge_within_m:g} m")
+        kept[np.flatnonzero(kept)[goes]] = False
+    return kept
+
+
+def releases_columns(columns: dict[str, np.ndarray], dead: np.ndarray) -> dict[str, np.ndarray]:
+    """The columns of the releases layer, of all kept trees: each dead one is a log that stands upright in its place."""
+    made = {"log_id": np.cumsum(dead), "release_id": columns["tree_id"], "dbh_cm": columns["dbh_cm"]}
+    made |= {"length_m": columns["height_m"], "orientation": np.full(dead.size, "upright", object)}
+    return made | {name: columns[name] for name in ("species", "dbh_source") if name in columns}
+
+
+def write(
+    path: Path, layer: str, columns: dict[str, np.ndarray], points: np.ndarray, chosen: np.ndarray, source: Source
+) -> None:
+    import geopandas
+
+    from deadwood_algorithms.files.vectors import write_vector
+
+    of_chosen = {name: values[chosen] for name, values in columns.items()}
+    write_vector(path, {layer: geopandas.GeoDataFrame(of_chosen, geometry=points[chosen], crs=source.frame.crs)})
+
+
+def refuse_contradictions(ask: Ask) -> None:
+    if bool(ask.x_field) != bool(ask.y_field):
+        raise UserError("--x-field and --y-field belong together; name both")
+    if ask.tile_field and not ask.merge_within_m:
+        raise UserError("--tile-field is for --merge-within-m; give the distance too")
+    if ask.releases and Path(ask.releases).absolute() == Path(ask.output).absolute():
+        raise UserError(f"{ask.output}: --releases and --output are one file; name two")
+
+
+TOOL = Tool("import-trees", "Prepare", "Make the trees layer from any table of single trees", Ask, run)

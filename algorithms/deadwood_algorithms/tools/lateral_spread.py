@@ -1,0 +1,203 @@
+"""Measure how wide the deposits of each release fan out: their azimuths, and the smallest angle that holds them all.
+
+The angle is seen from the centre of the release area (paper, equation 11), and counts across north: 350 and 10 degrees
+span 20. Deposits nearer than the least run-out are left out, because the azimuth of a log that hardly moved means
+nothing. The smallest angle grows with the number of logs, since one stray log decides it: `spread_half_deg`, its mean
+over random halves of the logs, shows by how much, and no interval can be given for it. To compare runs of different
+size, take the range from the 5 % to the 95 % quantile beside it, which has a 95 % interval by bootstrap over the logs.
+
+    deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
+        --count 200 --output releases.gpkg
+    deadwood-tool slide-logs --dem sample_data/dem.tif --releases releases.gpkg --trees sample_data/trees.csv \\
+        --friction 0.25 --output run
+    deadwood-tool lateral-spread --deposits run --output spread.gpkg
+
+Logs that left the terrain model, or ended near its edge, would have gone on otherwise on a larger one: the tool warns
+of them. A layer of deposits that is no run's needs --dem for that.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import shapely
+
+from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.stats.directions import arc_start, quantile_arc, smallest_arc, spread_of_release
+from deadwood_algorithms.stats.resampling import bootstrap_interval, halves
+
+if TYPE_CHECKING:
+    import geopandas
+    from numpy.typing import NDArray
+
+NEEDED = ("release_x", "release_y")
+ARC_STEP_DEG = 2.0
+HALVES = 100  # random halves of the logs, for how the smallest angle grows
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ask:
+    deposits: str = tool.vector("Deposits of slide-logs, or the folder of its run", "point")
+    min_runout: float | None = tool.min_runout(
+        "Deposits nearer than this do not count", help="Default: one log length, from the field length_m."
+    )
+    dem: str | None = tool.terrain(
+        "Terrain model, for the distance to its edges", default=None, help="Default: the run's, where it still lies."
+    )
+    edge_m: float = tool.number(
+        "Distance from the terrain model's edges within which deposits are warned of",
+        unit="m",
+        default=20.0,
+        minimum=0.0,
+        help="Edges are its border and its nodata; more than half a log's length is wise.",
+    )
+    seed: int = tool.seed()
+    output: str = tool.output_vector(
+        "Spread of each release, and the azimuth of each deposit", parts=("|layername=spread", "|layername=azimuths")
+    )
+    overwrite: bool = tool.overwrite()
+
+
+def run(ask: Ask, feedback: Feedback) -> Outcome:
+    from deadwood_algorithms.files.columns import id_column, number_column, where_of
+    from deadwood_algorithms.files.outputs import output_path
+    from deadwood_algorithms.files.vectors import read_vector, write_vector
+
+    with output_path(ask.output, ask.overwrite, suffix=".gpkg", inputs=[ask.deposits]) as path:
+        source = layer_of(ask.deposits)
+        deposits = read_vector(source, geometry=("point",), target_crs=None, what="deposits", feedback=feedback)
+        release_x, release_y = (number_column(deposits, name) for name in NEEDED)
+        if ask.min_runout is None and "length_m" not in deposits:
+            raise UserError(f"{where_of(deposits)}: the deposits have no field 'length_m'; give --min-runout")
+        if ask.min_runout is None:
+            nearest = number_column(deposits, "length_m", minimum=0.0)
+        else:
+            nearest = np.full(len(deposits), ask.min_runout)
+        release_id = id_column(deposits, "release_id") if "release_id" in deposits else np.ones(len(deposits), np.int64)
+        log_id = number_column(deposits, "log_id") if "log_id" in deposits else np.arange(1, len(deposits) + 1)
+        left, near = at_edges(ask, deposits, feedback)
+
+        at = Deposits(log_id.astype(np.int64), release_id, release_x, release_y, nearest, left, near)
+        records, azimuths = spreads(deposits, at, ask.seed)
+        write_vector(path, {"spread": records, "azimuths": azimuths})
+    facts = [{name: row[name] for name in row if name != "geometry"} for row in records.to_dict("records")]
+    return Outcome({"output": Path(ask.output)}, {"spread": facts}, tuple(words_of(row) for row in facts))
+
+
+@dataclass(frozen=True)
+class Deposits:
+    """What is known of each deposit beside its place; arrays by row."""
+
+    log_id: NDArray[np.int64]
+    release_id: NDArray[Any]
+    release_x: NDArray[np.float64]
+    release_y: NDArray[np.float64]
+    nearest: NDArray[np.float64]  # [m]: up to here it does not count
+    left: NDArray[np.bool_]
+    near_edge: NDArray[np.bool_]
+
+
+def words_of(row: dict[str, Any]) -> str:
+    """A line on one release; without deposits that count there is no angle to tell."""
+    counted = row["n"] - row["n_left_out"]
+    if not counted:
+        return (
+            f"release {row['release_id']}: no spread, none of {row['n']} deposits lies farther than --min-runout from "
+            "the release"
+        )
+    return (
+        f"release {row['release_id']}: spread {row['spread_deg']:.1f}° ({row['spread_half_deg']:.1f}° with half the "
+        f"logs), 5 to 95 %: {row['p05_p95_deg']:.1f}° ({row['p05_p95_low_deg']:.1f} to {row['p05_p95_high_deg']:.1f}°)"
+        f", {counted} of {row['n']} deposits"
+    )
+
+
+def at_edges(
+    ask: Ask, deposits: geopandas.GeoDataFrame, feedback: Feedback
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Which logs left the terrain model, and which others ended near its edges; warned of."""
+    from deadwood_algorithms.results.edges import edge_words, edges_of_deposits
+
+    left = np.zeros(len(deposits), bool)
+    if "stop_reason" in deposits:
+        left = (deposits["stop_reason"] == "left_dem").to_numpy(bool)
+    near, words = np.zeros(len(deposits), bool), "its edges"
+    assert deposits.crs is not None  # a layer without is refused when it is read
+    with edges_of_deposits(ask.deposits, ask.dem, deposits.crs, feedback) as edges:
+        if edges:
+            x, y = deposits.geometry.x.to_numpy(), deposits.geometry.y.to_numpy()
+            near, words = edges.near(x, y, ask.edge_m) & ~left, edges.words
+    if left.any() or near.any():
+        told = edge_words(int(left.sum()), int(near.sum()), len(deposits), ask.edge_m, words, "ended")
+        feedback.warn(f"{ask.deposits}: {told}")
+    return left, near
+
+
+def layer_of(deposits: str) -> str:
+    """The layer of deposits in a run's folder or its GeoPackage; any other layer as it was named."""
+    path = Path(deposits)
+    package = path / "run.gpkg" if path.is_dir() else path
+    return f"{package}|layername=deposits" if package.name == "run.gpkg" else deposits
+
+
+def spreads(
+    deposits: geopandas.GeoDataFrame, at: Deposits, seed: int
+) -> tuple[geopandas.GeoDataFrame, geopandas.GeoDataFrame]:
+    """One sector a release, and one point a deposit."""
+    import geopandas
+
+    x, y = deposits.geometry.x.to_numpy(), deposits.geometry.y.to_numpy()
+    rows: list[dict[str, Any]] = []
+    angle, distance, used = np.zeros(x.size), np.zeros(x.size), np.zeros(x.size, bool)
+    for each in dict.fromkeys(at.release_id.tolist()):
+        member = at.release_id == each
+        centre = float(at.release_x[member].mean()), float(at.release_y[member].mean())
+        record, angle[member], used[member] = spread_of_release(centre, x[member], y[member], at.nearest[member])
+        distance[member] = np.hypot(x[member] - centre[0], y[member] - centre[1])
+        counted = member & used
+        low = arc_start(angle[counted])
+        far = float(distance[counted].max()) if counted.any() else 0.0
+        shape = sector(centre, far, low, record["spread_deg"]) if counted.any() else shapely.Polygon()
+        more = uncertainty(angle[counted], at.log_id[counted], seed)
+        edges = {"n_left_dem": int(at.left[member].sum()), "n_near_edge": int(at.near_edge[member].sum())}
+        place = {"from_deg": low, "runout_max_m": far, "geometry": shape}
+        rows.append({"release_id": each, **record, **more, **edges, **place})
+    points = geopandas.GeoDataFrame(
+        {
+            "log_id": at.log_id,
+            "release_id": at.release_id,
+            "azimuth_deg": angle,
+            "distance_m": distance,
+            "counted": used,
+            "near_edge": at.near_edge,
+        },
+        geometry=np.asarray(deposits.geometry),
+        crs=deposits.crs,
+    )
+    return geopandas.GeoDataFrame(rows, geometry="geometry", crs=deposits.crs), points
+
+
+def uncertainty(azimuths: NDArray[np.float64], log_id: NDArray[np.int64], seed: int) -> dict[str, float]:
+    """Interval of the range between quantiles, and the smallest angle with half the logs [deg]; NaN without logs."""
+    low, high = bootstrap_interval(lambda rows: quantile_arc(azimuths[rows]), log_id, seed)
+    arcs = [smallest_arc(azimuths[half]) for half in halves(log_id, seed, HALVES) if half.any()]
+    return {
+        "p05_p95_low_deg": low,
+        "p05_p95_high_deg": high,
+        "spread_half_deg": float(np.mean(arcs)) if arcs else np.nan,
+    }
+
+
+def sector(centre: tuple[float, float], radius: float, low: float, width: float) -> shapely.Polygon:
+    """The sector of a circle from azimuth ``low`` over ``width`` degrees clockwise, for the map."""
+    steps = max(2, int(np.ceil(width / ARC_STEP_DEG)) + 1)
+    angles = np.radians(low + np.linspace(0.0, width, steps))
+    arc = np.column_stack([centre[0] + radius * np.sin(angles), centre[1] + radius * np.cos(angles)])
+    return shapely.Polygon(np.vstack([centre, arc, centre]))
+
+
+TOOL = Tool("lateral-spread", "Evaluate", "Deposits: azimuths and lateral spread of each release", Ask, run)

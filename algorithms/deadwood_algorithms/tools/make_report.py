@@ -1,0 +1,174 @@
+"""Make one HTML page of a run, or of several side by side: maps, figures, tables and a 3-D view, for reading and paper.
+
+The page needs nothing but itself: no network, no server, no other file; any browser opens it from the file system, it
+prints on A4, and it can be sent as an annex. It says what was asked and answered, what was modelled and what was not,
+shows the map with layers to switch, the reach of each line with both kinds of error, arrivals, lateral spread, run-out,
+speeds and jumps, profiles along trajectories, the ledgers of barriers and trees, the measured accuracy, and where all
+of it comes from. In the 3-D view logs move again: the fastest, the farthest, those that reach a line, a random draw.
+
+    deadwood-tool make-report my_case --output my_case.html
+    deadwood-tool make-report my_case --results trees_value.gpkg,siting,intensity,origins,varied --output my_case.html
+    deadwood-tool make-report run_none run_forest --output forest.html --language de --figures figures --gltf slope.glb
+
+With --results the page also has what other tools found out: what each tree is worth, where a barrier serves most,
+classes of intensity and return periods, from where lines are reached, what the answer hangs on.
+
+Of several runs of the same releases the page also has the paired differences of `compare-scenarios`, with maps. Inputs
+of a run that are not where they were (the terrain model, the trees) are missing in the page, which says so. Its figures
+are for reading: numbers for further work are in the run's own files.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from deadwood_algorithms.report.page import Comparison
+    from deadwood_algorithms.report.sources import ReportedRun
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ask:
+    runs: str = tool.text(
+        "Folders of the runs, with commas; the first is what the others are compared with",
+        positional=True,
+        help="Each a folder of slide-logs. On the command line they may also stand without the flag, one by one.",
+    )
+    names: str | None = tool.text(
+        "Names of the runs, with commas", default=None, help="Default: the names of the folders."
+    )
+    results: str | None = tool.text(
+        "Results of other tools to be shown, with commas",
+        default=None,
+        path_like=True,
+        help="A layer of value-trees, folders of site-barriers, map-intensity, map-origins or vary; each with its run.",
+    )
+    title: str | None = tool.text("Title of the page", default=None, help="Default: the names of the runs.")
+    language: str = tool.choice("Language of the page", "en", "de", default="en")
+    figures: str | None = tool.output_folder(
+        "Folder for every figure as PNG, SVG and PDF", default=None, help="For other documents."
+    )
+    gltf: str | None = tool.output_file(
+        "The first run's scene as binary glTF (.glb), for other viewers",
+        default=None,
+        help="Terrain, trees, barriers, lying logs and boulders in true size, and the moving logs as an animation.",
+    )
+    output: str = tool.output_file("HTML page to be made")
+    overwrite: bool = tool.overwrite()
+
+
+def run(ask: Ask, feedback: Feedback) -> Outcome:
+    from deadwood_algorithms.files.outputs import output_folder, output_path
+    from deadwood_algorithms.report.answers import read_answers
+    from deadwood_algorithms.report.gltf import write_gltf
+    from deadwood_algorithms.report.page import report_of
+    from deadwood_algorithms.report.sources import read_reported_run
+    from deadwood_algorithms.report.space import drapes, space_of
+    from deadwood_algorithms.report.words import Words
+    from deadwood_algorithms.results.run_folder import MANIFEST, write_json
+
+    with ExitStack() as stack:
+        path = stack.enter_context(output_path(ask.output, ask.overwrite, suffix=".html"))
+        figures = stack.enter_context(output_folder(ask.figures, ask.overwrite)) if ask.figures else None
+        gltf = stack.enter_context(output_path(ask.gltf, ask.overwrite, suffix=".glb")) if ask.gltf else None
+        folders = folders_of(ask.runs)
+        names = names_of(folders, ask.names)
+        sources = [read_reported_run(each, name, feedback) for each, name in zip(folders, names, strict=True)]
+        if ask.results:
+            read_answers(ask.results, sources)
+        compared = compared_runs(folders, sources, feedback) if len(sources) > 1 else None
+        feedback.progress(1, 3, "drawing the report")
+        spaces = [space_of(each, len(sources)) for each in sources]
+        if gltf and spaces[0] is None:
+            raise UserError(f"{folders[0]}: its terrain model is not there any more, without which --gltf has no scene")
+        report = report_of(sources, spaces, compared, Words(ask.language), ask.title)
+        path.write_text(report.page, encoding="utf-8")
+        feedback.progress(2, 3, "drawing the report")
+        for each in report.drawings if figures else ():
+            assert figures is not None
+            each.write(figures)
+        if figures:
+            write_json(figures / MANIFEST, tool.manifest(TOOL, ask))
+        if gltf and spaces[0] is not None:
+            write_gltf(gltf, spaces[0], drapes(sources[0])["hits" if "hits" in sources[0].rasters else "relief"])
+        feedback.progress(3, 3, "drawing the report")
+    for source in sources:
+        for phrase, filled in source.lacks:
+            feedback.note(f"{source.name}: {Words('en').say(phrase, **filled)}")
+    outputs = {"output": ask.output, "figures": ask.figures, "gltf": ask.gltf}
+    facts = {"runs": [each.name for each in sources], "bytes": Path(ask.output).stat().st_size}
+    lines = (f"{ask.output}: {facts['bytes'] / 1e6:.1f} MB, of {', '.join(facts['runs'])}",)
+    return Outcome({name: Path(place) for name, place in outputs.items() if place}, facts, lines)
+
+
+def folders_of(runs: str) -> list[str]:
+    """The folders of the runs; parts between commas that are no folder by themselves belong to the next."""
+    folders, name = [], ""
+    for part in runs.split(","):
+        name = f"{name},{part}" if name else part
+        if Path(name.strip()).is_dir():
+            folders.append(name.strip())
+            name = ""
+    folders += [name.strip()] if name.strip() else []
+    if not folders:
+        raise UserError("--runs names no folder; give that of a run of slide-logs")
+    return folders
+
+
+def names_of(folders: Sequence[str], given: str | None) -> list[str]:
+    """What the runs are called: their folders' names, with the folder above where two are alike."""
+    if given is not None:
+        called = [each.strip() for each in given.split(",")]
+        if len(called) != len(folders) or len(set(called)) < len(called) or not all(called):
+            raise UserError(f"--names is '{given}', but must hold another name for each of the {len(folders)} runs")
+        return called
+    names = [Path(each).resolve().name for each in folders]
+    if len(set(names)) < len(names):
+        names = ["_".join(Path(each).resolve().parts[-2:]) for each in folders]
+    if len(set(names)) < len(names):
+        raise UserError("--runs names a folder twice; give each run once")
+    return names
+
+
+def compared_runs(folders: Sequence[str], sources: Sequence[ReportedRun], feedback: Feedback) -> Comparison:
+    """The comparison of the runs; what cannot be compared is told in the page."""
+    from deadwood_algorithms.evaluate.scenarios.maps import difference_map
+    from deadwood_algorithms.evaluate.scenarios.measures import compared_rows
+    from deadwood_algorithms.evaluate.scenarios.paired_runs import differing, read_compared
+    from deadwood_algorithms.report.page import Comparison
+    from deadwood_algorithms.report.sources import read_over_runs
+
+    found = Comparison()
+    numbered = [f"run{k}" for k in range(len(sources))]  # of names, the comparison makes files
+    try:
+        compared = read_compared(",".join(folders), ",".join(numbered), None, feedback)
+    except UserError as error:
+        found.lacks.append(("comparison_lacks", {"reason": str(error)}))
+        return found
+    names = dict(zip(numbered, (each.name for each in sources), strict=True))
+    found.rows = [replace(row, scenario=names[row.scenario]) for row in compared_rows(compared, None, 0, feedback)]
+    found.differing = {
+        parameter: {names[each]: value for each, value in values.items()}
+        for parameter, values in differing(compared).items()
+    }
+    with tempfile.TemporaryDirectory() as folder:
+        for k, other in enumerate(compared.others):
+            place = Path(folder) / f"difference_{k}.tif"
+            try:
+                difference_map(compared.reference, other, place, feedback)
+                found.maps[sources[k + 1].name] = read_over_runs(place, sources)
+            except (UserError, ValueError) as error:
+                found.lacks.append(("comparison_map_lacks", {"name": names[other.name], "reason": str(error)}))
+    return found
+
+
+TOOL = Tool("make-report", "Evaluate", "Runs: one page with maps, figures, tables and a 3-D view", Ask, run)

@@ -1,0 +1,260 @@
+"""Map classes of intensity and probability of a run, with return periods where it is known how often logs start.
+
+The folder holds, over the ground that any log passed:
+
+- `intensity.tif`: class of the largest energy of a log over the cell (`--energy` takes another raster, such as the 95 %
+  quantile of `count-hits`): 1 below 30 kJ, 2 from 30 to 300 kJ, 3 from 300 kJ on;
+- `passage.tif`: class of the share of the logs that passed: 1 below 0.1 %, then to 1 %, to 10 %, and from 10 % on;
+- `matrix.tif`: both: 10 times the class of intensity, and the other; with a frequency the other is the return period's;
+- with a frequency `return_period.tif` (years, and the ends of its 95 % interval) and `return_class.tif`: 1 up to 30
+  years, 2 to 100, 3 to 300, 4 beyond;
+- `lines.csv`: for each line, how many logs reach it with at least 0, 30, 300 kJ, their share and the return period of
+  it, each with its interval;
+- `classes.json`: what every class means, and how much ground it has.
+
+The frequency is that of events in each release area: `--events-per-year`, or a column of the releases that has the same
+number in all rows of an area (`--events-field`). An event lets `--logs-per-event` of the run's logs go. Where areas
+differ in frequency the hits of each are counted from stored trajectories.
+
+    deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
+        --count 200 --output releases.gpkg
+    deadwood-tool slide-logs --dem sample_data/dem.tif --releases releases.gpkg --friction 0.25 --trajectories all \\
+        --lines 'sample_data/sample.gpkg|layername=lines' --output run
+    deadwood-tool map-intensity --run run --events-per-year 0.1 --output intensity
+
+The classes of 30 and 300 kJ and of 30, 100 and 300 years are those of the Swiss federal recommendations for falls of
+rock (BRP, BWW and BUWAL 1997; BAFU 2016). They were made for rock: whether they suit wood, and which hazard a field of
+the matrix is, a person decides. A cell is classed by its estimate, the ends of its interval stand beside
+it. Where no log passed a cell is empty, which is no promise: `classes.json` says how
+probable a passage may be there yet, and how short the return period.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.tool import Feedback, Outcome, Tool
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from deadwood_algorithms.evaluate.hazard.rates import ReleaseArea
+    from deadwood_algorithms.files.grid import Grid
+    from deadwood_algorithms.results.run_folder import Run
+
+RULE = (
+    "30 and 300 kJ, and 30, 100 and 300 years, are the classes of the Swiss federal recommendations for falls of rock "
+    "(BRP, BWW, BUWAL 1997; BAFU 2016); other bounds are the user's"
+)
+DECIDES = "which hazard a field of the matrix is, and whether these classes suit wood, a person decides"
+LINES, FACTS = "lines.csv", "classes.json"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ask:
+    run: str = tool.folder("Folder of a run of slide-logs")
+    energy_classes: str = tool.text("Bounds of the classes of energy", default="30,300", help="kJ, with commas.")
+    energy: str | None = tool.raster(
+        "Energies to be classed in place of the run's largest [kJ]",
+        default=None,
+        help="Band 1; such as count-hits --energy FILE --quantiles 95.",
+    )
+    probability_classes: str = tool.text(
+        "Bounds of the classes of passage", default="0.1,1,10", help="Percent of the logs, with commas."
+    )
+    events_per_year: float | None = tool.number(
+        "Events a year in each release area", default=None, minimum=0.0, exclusive=True
+    )
+    releases: str | None = tool.vector(
+        "Releases or release areas with a column of events a year",
+        "point",
+        "polygon",
+        default=None,
+        help="With release_id; without it, the run's own releases.",
+    )
+    events_field: str | None = tool.field_of(
+        "releases", "Column of events a year", default=None, help="Default, with releases: events_per_year."
+    )
+    logs_per_event: int = tool.integer("Logs that start in one event", default=1, minimum=1, maximum=1_000_000)
+    return_periods: str = tool.text(
+        "Bounds of the classes of return period", default="30,100,300", help="Years, with commas."
+    )
+    lines: str | None = tool.vector(
+        "Other lines or houses than those of the run",
+        "line",
+        "polygon",
+        default=None,
+        help="Their reach is found from stored trajectories.",
+    )
+    output: str = tool.output_folder("Folder of the maps")
+    overwrite: bool = tool.overwrite()
+
+
+def run(ask: Ask, feedback: Feedback) -> Outcome:
+    import pandas
+
+    from deadwood_algorithms.evaluate.hazard import cells, legend
+    from deadwood_algorithms.evaluate.hazard.frequencies import release_areas
+    from deadwood_algorithms.evaluate.hazard.line_passages import line_rows
+    from deadwood_algorithms.evaluate.hazard.rates import period_class, rising_class
+    from deadwood_algorithms.files.outputs import output_folder
+    from deadwood_algorithms.files.tables import write_csv
+    from deadwood_algorithms.results.passages import passages_of_lines
+    from deadwood_algorithms.results.run_folder import MANIFEST, read_run, write_json
+    from deadwood_algorithms.stats.statistics import wilson_interval
+
+    strong = legend.class_bounds(ask.energy_classes, "--energy-classes")
+    shares = legend.class_bounds(ask.probability_classes, "--probability-classes", 100.0)
+    periods = legend.class_bounds(ask.return_periods, "--return-periods")
+    final = Path(ask.output)
+    with output_folder(ask.output, ask.overwrite) as folder:
+        source = read_run(ask.run, feedback=feedback)
+        areas = release_areas(source, ask.events_per_year, ask.releases, ask.events_field)
+        grid = cells.passed_window(source)
+        hits = cells.values_on(cells.run_raster(source, cells.HITS), grid, "hits")
+        energy = cells.values_on(ask.energy or cells.run_raster(source, cells.ENERGY), grid, "energy")
+        passed, n_logs = hits > 0.0, len(source.deposits)
+        maps = Maps(folder, grid)
+        names = legend.rising_labels(strong, "kJ")
+        weights = rising_class(np.where(passed, energy, np.nan), strong)
+        maps.write("intensity", weights, legend.class_rows(names, legend.WARM), "Class of intensity")
+        passages = rising_class(np.where(passed, 100.0 * hits / n_logs, np.nan), shares)
+        often = legend.rising_labels(shares, "% of the logs")
+        maps.write(
+            "passage", passages, legend.class_rows(often, legend.COLD), "Class of the share of the logs that pass"
+        )
+        facts: dict[str, Any] = {"rule": RULE, "decides": DECIDES, "energy": ask.energy or "largest of all logs"}
+        facts["logs"] = n_logs
+        facts["no_hit"] = {"p_high": wilson_interval(0, n_logs)[1]}
+        other, rarest_first = passages, True
+        if areas:
+            years, shortest = years_of(source, areas, ask.logs_per_event, grid, hits, feedback)
+            facts["areas"] = [vars(each) for each in areas]
+            facts["logs_per_event"] = ask.logs_per_event
+            facts["no_hit"]["return_low_years"] = shortest
+            write_years(folder / "return_period.tif", years, grid)
+            other, rarest_first, often = period_class(years[0], periods), False, legend.period_labels(periods)
+            maps.write("return_class", other, legend.class_rows(often, legend.COLD[::-1]), "Class of the return period")
+            warn_of_few(facts, areas, ask.logs_per_event, periods, feedback)
+        both = np.where((weights > 0) & (other > 0), 10 * weights + other, 0).astype(np.uint8)
+        maps.write("matrix", both, legend.matrix_rows(names, often, rarest_first=rarest_first), "Class of both")
+        facts["classes"] = maps.classes
+        found = passages_of_lines(source, ask.lines, feedback)
+        rows = line_rows(source, found, areas, ask.logs_per_event, strong, periods, of_run=ask.lines is None)
+        if rows:
+            write_csv(folder / LINES, pandas.DataFrame(rows))
+        facts["lines"] = rows
+        write_json(folder / FACTS, facts)
+        write_json(folder / MANIFEST, tool.manifest(TOOL, ask))
+        outputs = {each.stem: final / each.name for each in sorted(folder.iterdir()) if each.suffix != ".qml"}
+    return Outcome({"output": final} | outputs, facts, words_of(facts, rows))
+
+
+class Maps:
+    """Rasters of classes in a folder, and what ground each class has."""
+
+    def __init__(self, folder: Path, grid: Grid) -> None:
+        self.folder, self.grid = folder, grid
+        self.classes: list[dict[str, Any]] = []
+
+    def write(self, name: str, values: NDArray[np.uint8], rows: Sequence[tuple[int, str, str]], about: str) -> None:
+        from deadwood_algorithms.files.rasters import write_classes
+
+        write_classes(self.folder / f"{name}.tif", values, self.grid, rows, description=about)
+        count = np.bincount(values.ravel(), minlength=256)
+        for value, _, label in rows:
+            ground = {"cells": int(count[value]), "area_m2": float(count[value] * self.grid.cell**2)}
+            self.classes.append({"map": name, "class": value, "meaning": label} | ground)
+
+
+def years_of(
+    source: Run, areas: Sequence[ReleaseArea], logs: int, grid: Grid, hits: NDArray[np.float32], feedback: Feedback
+) -> tuple[list[NDArray[np.float64]], float]:
+    """Return period of each cell with the ends of its interval [years]; and how short it may be where no log passed."""
+    from deadwood_algorithms.evaluate.hazard.cells import hits_of_areas
+    from deadwood_algorithms.evaluate.hazard.frequencies import stored_areas
+    from deadwood_algorithms.evaluate.hazard.rates import pooled, rate_with_interval, return_period
+
+    told = pooled(areas, logs)
+    if told:
+        counts: Any = [hits]
+    else:
+        told = stored_areas(source, list(areas))
+        counts = hits_of_areas(source, told, grid, feedback)
+        feedback.note("release areas of unlike frequency: the hits of each are counted from its stored trajectories")
+    rate, low, high = rate_with_interval(counts, told, logs)
+    most = float(rate_with_interval([np.array(0)] * len(told), told, logs)[2])
+    return [return_period(each) for each in (rate, high, low)], 1.0 / most
+
+
+def write_years(path: Path, years: Sequence[NDArray[np.float64]], grid: Grid) -> None:
+    from deadwood_algorithms.files.rasters import write_bands
+
+    names = ("Return period", "Lower end of its 95 % interval", "Upper end")
+    passed = np.isfinite(years[0])
+    bands = {name: np.where(passed, each, np.nan) for name, each in zip(names, years, strict=True)}
+    write_bands(path, bands, grid, nodata=np.nan, dtype="float32", units=["a"] * 3, style="return period")
+
+
+def warn_of_few(
+    facts: dict[str, Any], areas: Sequence[ReleaseArea], logs: int, periods: Sequence[float], feedback: Feedback
+) -> None:
+    """Say where the logs are too few to tell the longest return period from none."""
+    from deadwood_algorithms.stats.statistics import Z_95
+
+    shortest = facts["no_hit"]["return_low_years"]
+    if shortest >= periods[-1]:
+        return
+    events = sum(each.events_per_year for each in areas)
+    needed = Z_95**2 * (events * logs * periods[-1] - 1.0)
+    feedback.warn(
+        f"where no log passed the return period may yet be {years_words(shortest)} years, shorter than "
+        f"{periods[-1]:g}: {facts['logs']} logs cannot tell; about {needed:.2g} logs can"
+    )
+
+
+def words_of(facts: dict[str, Any], rows: Sequence[dict[str, Any]]) -> tuple[str, ...]:
+    """The ground of each class, the lines, what an empty cell means, and whose rule it is."""
+    shown = []
+    for name in dict.fromkeys(each["map"] for each in facts["classes"]):
+        told = [f"{each['meaning']}: {each['area_m2'] / 1e4:.3g} ha" for each in facts["classes"]
+                if each["map"] == name and each["cells"]]  # fmt: skip
+        if name != "matrix":
+            shown.append(f"{name}: {'; '.join(told)}")
+    for row in rows:
+        if row["n_reach"] is not None:
+            shown.append(line_words(row))
+    empty = f"a cell that no log passed: passed by less than {100 * facts['no_hit']['p_high']:.2g} % of the logs"
+    if "return_low_years" in facts["no_hit"]:
+        empty += f", return period over {years_words(facts['no_hit']['return_low_years'])} years"
+    return (*shown, f"{empty} (95 %)", facts["rule"], facts["decides"])
+
+
+def years_words(years: float) -> str:
+    """Three digits, and never as 1e+03."""
+    return f"{float(f'{years:.3g}'):.10g}"
+
+
+def line_words(row: dict[str, Any]) -> str:
+    """``road, 30 kJ and more: 12 % (9 to 16 %), every 83 years (62 to 111)``."""
+    from deadwood_algorithms.stats.statistics import percent_with_interval
+
+    least = f", {row['at_least_kj']:g} kJ and more" if row["at_least_kj"] else ""
+    told = f"{row['line_id']}{least}: {percent_with_interval(row)}"
+    if "return_low_years" not in row:
+        return told
+    if not row["n_reach"]:
+        return f"{told}, return period over {years_words(row['return_low_years'])} years"
+    ends = f"{years_words(row['return_low_years'])} to {years_words(row['return_high_years'])}"
+    return f"{told}, every {years_words(row['return_period_years'])} years ({ends})"
+
+
+TOOL = Tool(
+    "map-intensity", "Evaluate", "A run: classes of energy and probability, return periods, and the matrix", Ask, run
+)

@@ -1,0 +1,207 @@
+"""Map from where a road is reached: the share of logs that reach it, by the place where they were released.
+
+The folder holds
+
+- `origins.tif`: for any line and for each line four bands, of the logs released in a cell: the share that reaches the
+  line, both ends of its 95 % Wilson interval, how many reach it; the last band is how many were released. Where fewer
+  than --least logs were released the share is not told and the cell is transparent. Cells are as small as leaves nine
+  of ten logs told, or as --cell-m says;
+- `origins.gpkg`, layer `sources`: for each line the ground from which at least so many of the logs reach it
+  (--source-shares), with their share and its interval; layer `affected`: for each release area the ground that at least
+  so many of its logs pass (--affected-shares), from stored trajectories (one release area needs none);
+- `origins.png`: a map of the shares and of both ends of their intervals; `origins.json`: all in numbers.
+
+A grid of releases over all ground on which logs could start, as dense as it is susceptible:
+
+    deadwood-tool assess-mobilisation --dem sample_data/dem.tif --friction 0.25 --output susceptibility.tif \\
+        --areas zones.gpkg
+    deadwood-tool sample-releases --areas zones.gpkg --weights susceptibility.tif --dem sample_data/dem.tif \\
+        --logs-per-ha 500 --output releases.gpkg
+    deadwood-tool slide-logs --dem sample_data/dem.tif --releases releases.gpkg --friction 0.25 --trajectories all \\
+        --lines 'sample_data/sample.gpkg|layername=lines' --output run
+    deadwood-tool map-origins --run run --output origins
+
+The shares are those of logs that have started. How likely a log starts, assess-mobilisation judges; a share times that
+is not calculated here. A place where no log was released is empty, which says nothing of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.stats.statistics import percent_with_interval
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from deadwood_algorithms.results.run_folder import Run
+
+RASTER, LAYERS, PICTURE = "origins.tif", "origins.gpkg", "origins.png"
+FACTS, MANIFEST = "origins.json", "manifest.json"
+EDGE_M = 20.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ask:
+    run: str = tool.folder("Folder of a run of slide-logs")
+    lines: str | None = tool.vector(
+        "Other lines or houses than those of the run",
+        "line",
+        "polygon",
+        default=None,
+        help="Their reach is found from stored trajectories.",
+    )
+    cell_m: float | None = tool.number(
+        "Cell size of the raster",
+        unit="m",
+        default=None,
+        minimum=0.0,
+        exclusive=True,
+        help="Default: the smallest of 1, 2, 3, 5, 10, ... m that leaves nine of ten logs told.",
+    )
+    least: int = tool.integer("Logs released in a cell for its share to be told", default=10, minimum=1)
+    source_shares: str = tool.text(
+        "Least shares of the polygons of sources", default="1,10,50", help="Percent of the logs, with commas."
+    )
+    affected_shares: str = tool.text(
+        "Least shares of the polygons of affected ground",
+        default="1,10",
+        help="Percent of a release area's logs, with commas.",
+    )
+    output: str = tool.output_folder(
+        "Folder of the maps",
+        parts=(RASTER, *(f"{LAYERS}|layername={name}" for name in ("sources", "affected")), PICTURE, FACTS),
+    )
+    overwrite: bool = tool.overwrite()
+
+
+def run(ask: Ask, feedback: Feedback) -> Outcome:
+    from deadwood_algorithms.evaluate.hazard import cells, origins
+    from deadwood_algorithms.evaluate.hazard.origins_figure import draw
+    from deadwood_algorithms.files.outputs import output_folder
+    from deadwood_algorithms.files.rasters import write_bands
+    from deadwood_algorithms.files.vectors import write_vector
+    from deadwood_algorithms.results.run_folder import read_run, write_json
+
+    source_shares = shares_of(ask.source_shares, "--source-shares")
+    affected_shares = shares_of(ask.affected_shares, "--affected-shares")
+    with output_folder(ask.output, ask.overwrite) as folder:
+        source = read_run(ask.run, feedback=feedback)
+        rows, reached = reached_rows(ask, source, feedback)
+        reached = {origins.ANY: np.any(list(reached.values()), axis=0)} | reached
+        x, y = (source.deposits[f"release_{axis}"].to_numpy()[rows] for axis in "xy")
+        cell = ask.cell_m or origins.cell_for(x, y, ask.least)
+        found = origins.origins_of(source, rows, reached, cell, ask.least)
+        if found.told_share < origins.TOLD:
+            feedback.warn(
+                f"of {rows.size} logs {rows.size - found.released[found.told].sum()} were released in cells of "
+                f"{cell:g} m with fewer than {ask.least}, whose share is not told; take a larger --cell-m, a smaller "
+                "--least, or release more"
+            )
+        bands, units = found.bands()
+        write_bands(folder / RASTER, bands, found.grid, nodata=np.nan, dtype="float32", units=units, style="danger")
+        layers = {"sources": origins.sources_frame(found, source_shares)}
+        affected = origins.affected_frame(source, cells.passed_window(source), affected_shares, feedback)
+        if affected is not None:
+            layers["affected"] = affected
+        write_vector(folder / LAYERS, layers)
+        draw(folder / PICTURE, source, found, line_shapes(ask, source))
+        records = {name: frame.drop(columns="geometry").to_dict("records") for name, frame in layers.items()}
+        facts: dict[str, Any] = {
+            "cell_m": cell,
+            "least": ask.least,
+            "logs": int(rows.size),
+            "told": found.told_share,
+            "reach": [{"line_id": line, **record_of(hit)} for line, hit in reached.items()],
+            "sources": records["sources"],
+            "affected": records.get("affected"),
+        }
+        write_json(folder / FACTS, facts)
+        write_json(folder / MANIFEST, tool.manifest(TOOL, ask))
+    final = Path(ask.output)
+    parts = {"raster": RASTER, "layers": LAYERS, "picture": PICTURE, "facts": FACTS, "manifest": MANIFEST}
+    return Outcome({"output": final} | {key: final / name for key, name in parts.items()}, facts, lines_of(facts))
+
+
+def line_shapes(ask: Ask, source: Run) -> list[Any]:
+    """The lines that are drawn."""
+    from deadwood_algorithms.files.vectors import read_vector
+    from deadwood_algorithms.params.tool import Quiet
+    from deadwood_algorithms.results.run_folder import GEOPACKAGE
+
+    path = ask.lines or f"{source.path / GEOPACKAGE}|layername=reach"
+    kinds = ("line", "polygon")
+    return list(read_vector(path, geometry=kinds, target_crs=source.grid.crs, what="lines", feedback=Quiet()).geometry)
+
+
+def record_of(hit: NDArray[np.bool_]) -> dict[str, float]:
+    from deadwood_algorithms.stats.statistics import reach_record
+
+    return reach_record(int(hit.sum()), hit.size)
+
+
+def shares_of(text: str, flag: str) -> list[float]:
+    """Shares of 0 to 1 from percent, ascending."""
+    from deadwood_algorithms.evaluate.hazard.legend import class_bounds
+
+    return [each / 100.0 for each in class_bounds(text, flag, 100.0 + 1e-9)]
+
+
+def reached_rows(ask: Ask, source: Run, feedback: Feedback) -> tuple[NDArray[np.int64], dict[str, NDArray[np.bool_]]]:
+    """The rows of the logs that count, and by line which of them reach it.
+
+    Of the run's own lines all logs say whether they do, of others those whose trajectory was stored.
+    """
+    from deadwood_algorithms.evaluate.hazard.line_passages import reached_logs
+    from deadwood_algorithms.files.vectors import read_table
+    from deadwood_algorithms.results import arrivals
+    from deadwood_algorithms.results.edges import Edges
+    from deadwood_algorithms.results.run_folder import GEOPACKAGE, input_paths, layers_in
+    from deadwood_algorithms.scene.layers import read_lines
+
+    ids = source.deposits["log_id"].to_numpy(np.int64)
+    if ask.lines is None:
+        if "reach" not in layers_in(source.path):
+            raise UserError(f"{ask.run}: the run watched no lines; name those to be reached with --lines LAYER")
+        names = read_table(f"{source.path / GEOPACKAGE}|layername=reach", what="reach")["line_id"].astype(str)
+        by_line = reached_logs(source)
+        nobody = np.zeros(0, np.int64)
+        return np.arange(ids.size), {name: np.isin(ids, by_line.get(name, nobody)) for name in names}
+    lines, items = read_lines(ask.lines, source.grid, feedback)
+    if not source.stored_log_ids.size:
+        raise UserError(f"{ask.run}: no trajectory was stored; run slide-logs with --trajectories all")
+    rows = np.flatnonzero(np.isin(ids, source.stored_log_ids))
+    if rows.size < ids.size:
+        feedback.note(f"{rows.size} of {ids.size} logs have a stored trajectory; the shares are theirs")
+    with Edges(source.grid, input_paths(source.path, source.manifest, "dem"), feedback) as edges:
+        arrived = arrivals.find_arrivals(source, lines, items, edges, EDGE_M, feedback)
+    reached = arrived.reached(ids.size, len(items.ids))[rows]
+    return rows, {str(name): reached[:, k] for k, name in enumerate(items.ids)}
+
+
+def lines_of(facts: dict[str, Any]) -> tuple[str, ...]:
+    """How many logs reach each line, and from how much ground."""
+    shown = [f"{facts['logs']} logs in cells of {facts['cell_m']:g} m, {100 * facts['told']:.0f} % of them told"]
+    for each in facts["reach"][1 if len(facts["reach"]) == 2 else 0 :]:
+        shown.append(f"{each['line_id']}: {each['n_reach']} of {each['n_total']} logs, {percent_with_interval(each)}")
+        for row in facts["sources"]:
+            if row["line_id"] == each["line_id"]:
+                shown.append(
+                    f"  at least {100 * row['least_p']:g} %: from {row['area_m2'] / 1e4:.2g} ha, "
+                    f"of whose logs {percent_with_interval(row)} reach it"
+                )
+    for row in facts["affected"] or []:
+        shown.append(
+            f"release {row['release_id']}: {row['area_m2'] / 1e4:.2g} ha passed by at least {100 * row['least_p']:g} % "
+            f"of its {row['n_logs']} logs"
+        )
+    return tuple(shown)
+
+
+TOOL = Tool("map-origins", "Evaluate", "A run: from where roads are reached, and what ground logs pass", Ask, run)

@@ -1,0 +1,135 @@
+"""Find which stored trajectories reach lines or polygons (roads, houses), how hard they arrive, and where from.
+
+A log reaches a line when any part of its plan-view outline touches it at any time, and a polygon also when it starts
+inside (paper, equation 10). Each probability comes with its 95 % Wilson interval, over the logs whose trajectory was
+stored: with fewer than all of them stored it is an estimate from that sample.
+
+The output's layers: `reach`, a row a line; `arrivals`, a row a log and line, with time, speed, energy of translation
+and of rotation, clearance below the log, height of its centre of mass above the terrain, direction of travel, and the
+angles to the line and to the log's own axis; `attribution`, a row a release and line: which release hits which object,
+with what probability; `origins`, the arrivals drawn where their logs were released. --origins adds a raster of the
+releases: the share of each cell's logs that reach each line.
+
+    deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
+        --count 200 --output releases.gpkg
+    deadwood-tool slide-logs --dem sample_data/dem.tif --releases releases.gpkg --friction 0.25 --trajectories all \\
+        --output run
+    deadwood-tool reach-lines --run run --lines 'sample_data/sample.gpkg|layername=lines' --output reached.gpkg \\
+        --origins origins.tif
+
+Logs that left the terrain model, or passed near its edge, would have gone on otherwise on a larger one: the tool warns
+of them, and `p_low_if_lost` to `p_high_if_lost` are the bounds if none or all of those reach the line that left before
+they did. It counts what the run did; it does not say how likely a log starts at all.
+"""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.stats.statistics import lost_words, percent_with_interval
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ask:
+    run: str = tool.folder("Folder of a run of slide-logs")
+    lines: str = tool.vector("Roads, railways, houses to be reached", "line", "polygon")
+    edge_m: float = tool.number(
+        "Distance from the terrain model's edges within which logs are warned of",
+        unit="m",
+        default=20.0,
+        minimum=0.0,
+        help="Edges are its border and its nodata; more than half a log's length is wise.",
+    )
+    origins: str | None = tool.output_raster(
+        "Raster of the releases: share of the logs that reach the lines",
+        default=None,
+        help="Bands: any line, each line, number of logs released in the cell.",
+    )
+    origin_cell_m: float = tool.number(
+        "Cell size of that raster", unit="m", default=2.0, minimum=0.0, exclusive=True, advanced=True
+    )
+    output: str = tool.output_vector(
+        "Reach, arrivals, attribution and origins", parts=("|layername=reach", "|layername=arrivals")
+    )
+    overwrite: bool = tool.overwrite()
+
+
+def run(ask: Ask, feedback: Feedback) -> Outcome:
+    from deadwood_algorithms.files.outputs import output_path
+    from deadwood_algorithms.files.rasters import write_bands
+    from deadwood_algorithms.files.vectors import write_vector
+    from deadwood_algorithms.results import arrivals
+    from deadwood_algorithms.results.edges import Edges, edge_words
+    from deadwood_algorithms.results.run_folder import input_paths, read_run
+    from deadwood_algorithms.scene.layers import read_lines
+
+    with ExitStack() as stack:
+        path = stack.enter_context(output_path(ask.output, ask.overwrite, suffix=".gpkg", inputs=[ask.lines]))
+        raster = stack.enter_context(output_path(ask.origins, ask.overwrite, suffix=".tif")) if ask.origins else None
+        source = read_run(ask.run, feedback=feedback)
+        lines, items = read_lines(ask.lines, source.grid, feedback)
+        if not source.stored_log_ids.size:
+            raise UserError(f"{ask.run}: no trajectory was stored; run slide-logs with --trajectories all")
+        total = len(source.deposits)
+        if source.stored_log_ids.size < total:
+            feedback.note(f"{source.stored_log_ids.size} of {total} logs have a stored trajectory; p is theirs")
+
+        edges = stack.enter_context(Edges(source.grid, input_paths(source.path, source.manifest, "dem"), feedback))
+        arrived = arrivals.find_arrivals(source, lines, items, edges, ask.edge_m, feedback)
+        frame = arrivals.arrivals_frame(source, arrived, items, edges)
+        reach = arrivals.arrival_counts_frame(source, frame, items)
+        attribution = arrivals.attribution_frame(source, frame, items)
+
+        stored = np.isin(source.deposits["log_id"], source.stored_log_ids)
+        left = stored & (source.deposits["stop_reason"] == "left_dem").to_numpy()
+        near = arrived.near_edge & ~left
+        if left.any() or near.any():
+            counts = int(left.sum()), int(near.sum()), source.stored_log_ids.size
+            feedback.warn(f"{ask.run}: " + edge_words(*counts, ask.edge_m, edges.words, "passed"))
+        layers = {"reach": reach, "arrivals": frame, "attribution": attribution}
+        write_vector(path, layers | {"origins": arrivals.origins_frame(frame)})
+        if raster:
+            reached = arrived.reached(total, len(items.ids))
+            grid, bands = arrivals.origin_rasters(source, reached, items, ask.origin_cell_m)
+            write_bands(
+                raster,
+                bands,
+                grid,
+                nodata=np.nan,
+                dtype="float32",
+                units=["1"] * (len(bands) - 1) + ["logs"],
+                style="shares",
+            )
+    facts = {
+        "reach": reach.drop(columns="geometry").to_dict("records"),
+        "attribution": attribution.drop(columns="geometry").to_dict("records"),
+        "edges": {"n_left_dem": int(left.sum()), "n_near_edge": int(near.sum()), "edge_m": ask.edge_m},
+    }
+    outputs = {"output": Path(ask.output)} | ({"origins": Path(ask.origins)} if ask.origins else {})
+    return Outcome(outputs, facts, lines_of(facts))
+
+
+def lines_of(facts: dict) -> tuple[str, ...]:
+    """A line a line; where several releases hit one, a line each for those that do."""
+    shown = []
+    for each in facts["reach"]:
+        how = f", median {each['speed_median_ms']:.1f} m/s and {each['energy_median_kj']:.0f} kJ"
+        shown.append(
+            f"{each['line_id']}: reached by {each['n_reach']} of {each['n_total']} logs, {percent_with_interval(each)}"
+            + lost_words(each)
+            + (how if each["n_reach"] else "")
+        )
+        of_line = [row for row in facts["attribution"] if row["line_id"] == each["line_id"]]
+        hits = [row for row in of_line if row["n_reach"]]
+        if len(of_line) > 1:
+            shown += [f"  from release {row['release_id']}: {percent_with_interval(row)}" for row in hits]
+    return tuple(shown)
+
+
+TOOL = Tool("reach-lines", "Evaluate", "Stored trajectories: probability of reaching roads or houses", Ask, run)

@@ -1,0 +1,488 @@
+"""Repeat sections 5, 6 and the appendices of the paper on two synthetic twins, and judge its findings one by one.
+
+The folder holds `findings.json` (statement, section, the paper's figure, ours with its interval, whether it holds, and
+why), the same as `findings.csv` and `findings.md`, `report.html` with the figures beside the paper's (3, 4, A1, B1),
+and every run. Judged is a finding (an order, a direction, the size of a ratio), not another slope's number. The twins
+and the rules were fixed before the first run; the numbers of the twins, each with its source, are in
+`deadwood_algorithms/paper/README.md`. The log slides as the smooth cone, and again as the paper's point cloud
+(`make-log`, ids that end in `.cloud`). `--quick` takes a few hundred logs and a coarser set: it shows that all works
+and judges nothing. An interrupted run goes on with `--resume`; what is finished is not slid again.
+
+With `--site-data FOLDER` the data of the real sites take the twins' place. FOLDER has a folder `klosters`,
+`rothenbrunnen` or both, each with
+
+- `dem.tif`, or a folder `dem` of tiles (swissALTI3D 0.5 m, as GeoTIFF);
+- `trees.gpkg` (`dbh_cm`, `height_m`), or `trees.csv`, any table that `import-trees` reads;
+- `releases.gpkg`: the mapped places as points with `release_id` (10 m around each), or polygons;
+- `lines.gpkg`: lines with `line_id`: `road`; Klosters also `beyond`, 20 m below the road, Rothenbrunnen `terrace`,
+  across the place of the take-off;
+- `barriers.gpkg` (`barrier_id`, `height_m`; the one that was jumped is `south`), `forest.gpkg` (the stand's outline);
+- if there are any, `dams.gpkg` (as for `add-structures`) and `flight.gpkg` (as for `fit-flight`);
+- `site.json`, if a number differs from the paper's: `friction`, `dbh_cm`, `length_m`, `density_kg_m3`,
+  `release_radius_m`, and, of Rothenbrunnen, `rock_friction`, `rock_density_kg_m3`.
+
+    deadwood-tool reproduce-paper --quick --output paper
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.tools import (
+    add_structures,
+    calibrate_friction,
+    compare_scenarios,
+    fit_flight,
+    generate_forest,
+    import_trees,
+    lateral_spread,
+    make_log,
+    reach_lines,
+    sample_releases,
+    slide_logs,
+)
+
+if TYPE_CHECKING:
+    from deadwood_algorithms.paper.findings import Evidence, Finding
+    from deadwood_algorithms.paper.site import Site
+
+SITES = ("klosters", "rothenbrunnen")
+FRICTIONS = (0.15, 0.2, 0.25, 0.3, 0.35, 0.4)
+ROCKS = {"platy": (1.6, 1.25, 0.5), "cubic": (1.0, 1.0, 1.0)}  # sides of 1 m3 [m]
+QUICK_LOGS = 300
+ANY_SHAPE = ("point", "line", "polygon")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ask:
+    site: str = tool.choice("Which site", *SITES, "both", default="both")
+    logs: int = tool.integer(
+        "Logs of each scenario, over all releases", default=20_000, minimum=8, maximum=10_000_000,
+        help="The sweeps of friction and cells take a fifth of them.",
+    )  # fmt: skip
+    fidelity: str = tool.choice("Speed against accuracy", "draft", "standard", "fine", "reference", default="standard")
+    quick: bool = tool.flag("At most 300 logs and a coarser set, in a minute or two; not judged")
+    site_data: str | None = tool.folder("Data of the real sites, in place of the twins", default=None)
+    seed: int = tool.seed()
+    threads: int | None = tool.integer("Threads (default: every core)", default=None, minimum=1, advanced=True)
+    resume: bool = tool.flag("Go on with an interrupted run")
+    output: str = tool.output_folder("Folder of the findings", parts=("findings.json", "report.html"))
+    overwrite: bool = tool.overwrite()
+
+
+class Stage:
+    """The caller's feedback, told which step is at work; what the steps note and warn of stands in their folders."""
+
+    def __init__(self, feedback: Feedback, name: str) -> None:
+        self.feedback, self.name = feedback, name
+
+    def progress(self, done: float, total: float, what: str) -> None:
+        self.feedback.progress(done, total, f"{self.name}: {what}")
+
+    def note(self, message: str) -> None:
+        pass
+
+    def warn(self, message: str) -> None:
+        pass
+
+    def cancelled(self) -> bool:
+        return self.feedback.cancelled()
+
+
+def run(ask: Ask, feedback: Feedback) -> Outcome:
+    from deadwood_algorithms.files.outputs import output_folder
+    from deadwood_algorithms.paper.findings import findings_of
+    from deadwood_algorithms.paper.report import HOLDS, write_report
+    from deadwood_algorithms.paper.site import read_site, write_twin
+    from deadwood_algorithms.results.run_folder import link_or_copy, name_finally, write_json
+    from deadwood_algorithms.simulate.warm_up import load_kernels
+
+    final = Path(ask.output)
+    names = SITES if ask.site == "both" else (ask.site,)
+    with output_folder(ask.output, ask.overwrite) as folder:
+        work = work_folder(ask, feedback)
+        found: list[Finding] = []
+        figures: list[tuple[str, Path]] = []
+        try:
+            for name in names:
+                place = work / name
+                source = Path(ask.site_data) / name if ask.site_data else place / "data"
+                if not ask.site_data and not (source / "site.json").is_file():
+                    shutil.rmtree(source, ignore_errors=True)
+                    write_twin(name, source)
+                site = read_site(name, source, place / "prepared")
+                if name == names[0]:  # said here: what the steps note is not (``Stage``)
+                    load_kernels(None, feedback)
+                slide = Steps(ask, site, place, feedback)
+                for convention in ("", "cloud") if not ask.quick else ("",):
+                    found += findings_of(slide.evidence(convention), quick=ask.quick, convention=convention)
+                figures += slide.figures()
+        except (Cancelled, KeyboardInterrupt) as error:
+            feedback.note(f"what is finished is kept in {work}; --resume goes on from there")
+            raise Cancelled from error
+        hidden = shutil.ignore_patterns(".*")
+        shutil.copytree(work, folder, dirs_exist_ok=True, ignore=hidden, copy_function=link_or_copy)
+        name_finally(folder, work, final)
+        head = words(ask)
+        write_report(folder, found, head, [(title, folder / path.relative_to(work)) for title, path in figures])
+        write_json(folder / "manifest.json", tool.manifest(TOOL, ask))
+    shutil.rmtree(work)
+    lines = [f"{HOLDS[each.holds]:12} {each.id}" for each in found]
+    outputs = {"output": final, "findings": final / "findings.json", "report": final / "report.html"}
+    return Outcome(outputs, {"findings": len(found), "hold": sum(each.holds is True for each in found)}, (*lines, head))
+
+
+def words(ask: Ask) -> str:
+    """What the findings come from."""
+    where = f"the data in {ask.site_data}" if ask.site_data else "two synthetic twins, not the paper's slopes"
+    told = f"{logs_of(ask)} logs a scenario, {fidelity_of(ask)}, seed {ask.seed}, on {where}; "
+    told += f"deadwood-tool {tool.VERSION}."
+    return told + (" A --quick run: it judges nothing." if ask.quick else " Intervals are 95 %, over logs.")
+
+
+def rows_of(path: Path, layer: str) -> list[dict[str, Any]]:
+    """The columns of a layer that a tool has just written; its shapes may be empty, such as a sector of one deposit."""
+    import geopandas
+
+    return geopandas.read_file(path, layer=layer, ignore_geometry=True).to_dict("records")
+
+
+def logs_of(ask: Ask) -> int:
+    return min(ask.logs, QUICK_LOGS) if ask.quick else ask.logs
+
+
+def fidelity_of(ask: Ask) -> str:
+    return "draft" if ask.quick else ask.fidelity
+
+
+def work_folder(ask: Ask, feedback: Feedback) -> Path:
+    """The hidden folder of finished scenarios; dropped unless it is resumed, refused if it was begun otherwise."""
+    final = Path(ask.output)
+    work = final.absolute().parent / f".{final.name}.part"
+    names = ("site", "fidelity", "logs", "quick", "site_data", "seed")
+    identity = {"version": tool.VERSION} | {name: getattr(ask, name) for name in names}
+    note = work / ".identity.json"
+    if work.is_dir() and ask.resume:
+        before = json.loads(note.read_text(encoding="utf-8")) if note.is_file() else {}
+        changed = [name for name in identity if before.get(name) != identity[name]]
+        if changed:
+            raise UserError(
+                f"--resume: the unfinished work in {work} was begun with other {', '.join(changed)}; give the same, "
+                "or leave out --resume to start again"
+            )
+        return work
+    if work.is_dir():
+        feedback.note(f"{work}: the unfinished work of an earlier run is dropped (--resume goes on with it)")
+        shutil.rmtree(work)
+    work.mkdir(parents=True)
+    note.write_text(json.dumps(identity), encoding="utf-8")
+    return work
+
+
+class Steps:
+    """The tools' calls for one site; what is there already is not made again."""
+
+    def __init__(self, ask: Ask, site: Site, place: Path, feedback: Feedback) -> None:
+        self.ask, self.site, self.place, self.feedback = ask, site, place, feedback
+        self.prepared, self.runs, self.results = (place / name for name in ("prepared", "runs", "results"))
+        for folder in (self.prepared, self.runs, self.results):
+            folder.mkdir(parents=True, exist_ok=True)
+        self.klosters = site.name == SITES[0]
+        self.draws = 1 if ask.quick else 3
+        self.trees: dict[str, str | None] = {"none": None, "als": self.mapped_trees()}
+        for draw in range(self.draws):
+            self.trees["random" + (f"_{draw + 1}" if draw else "")] = self.random_trees(draw)
+        self.terrains: dict[str, str] = {}
+        self._evidence: Evidence | None = None
+
+    def step(self, path: Path, called: Tool, what: str, **values: Any) -> Path:
+        """One call of a tool; its output appears whole or not at all, so what is there is finished."""
+        if not path.exists():
+            if "resume" in {each.name for each in called.parameters()}:
+                values["resume"] = True
+            called(feedback=Stage(self.feedback, f"{self.site.name}, {what}"), output=str(path), **values)
+        return path
+
+    def mapped_trees(self) -> str:
+        if self.site.trees.endswith(".gpkg"):
+            return self.site.trees
+        path = self.prepared / "trees.gpkg"
+        return str(self.step(path, import_trees.TOOL, "trees", trees=self.site.trees, dem=self.site.dem))
+
+    def random_trees(self, draw: int) -> str:
+        return str(
+            self.step(
+                self.prepared / f"trees_random_{draw + 1}.gpkg", generate_forest.TOOL, "random forest",
+                dem=self.site.dem, like=self.mapped_trees(), stand=self.site.layers["forest"],
+                seed=self.ask.seed + draw,
+            )
+        )  # fmt: skip
+
+    def releases(self, kind: str = "logs") -> str:
+        facts, areas = self.site.facts, self.site.layers["releases"]
+        from deadwood_algorithms.files.vectors import read_vector
+
+        count = -(
+            -logs_of(self.ask) // len(read_vector(str(areas), geometry=ANY_SHAPE, target_crs=None, what="releases"))
+        )
+        rock = {"density_kg_m3": facts.get("rock_density_kg_m3", 2700.0), "orientation": "random"}
+        log = {"density_kg_m3": facts["density_kg_m3"]}
+        return str(
+            self.step(
+                self.prepared / f"releases_{kind}.gpkg", sample_releases.TOOL, "releases", areas=areas,
+                dem=self.site.dem, count=count, radius_m=facts["release_radius_m"], dbh_cm=facts["dbh_cm"],
+                length_m=facts["length_m"], seed=self.ask.seed, **(log if kind == "logs" else rock),
+            )
+        )  # fmt: skip
+
+    def protected_dem(self) -> str:
+        if self.site.layers["dams"] is None:
+            return self.site.dem
+        path = self.prepared / "dem_with_dams.tif"
+        return str(self.step(path, add_structures.TOOL, "dams", dem=self.site.dem, structures=self.site.layers["dams"]))
+
+    def shape(self, kind: str) -> str:
+        """The point cloud of the site's log, or of a rock."""
+        if kind in ROCKS:
+            path = self.prepared / f"{kind}.pts"
+            corners = (np.indices((2, 2, 2)).reshape(3, -1).T - 0.5) * ROCKS[kind]
+            np.savetxt(path, corners, fmt="%.6g")
+            return str(path)
+        facts = self.site.facts
+        sizes = {name: facts[name] for name in ("dbh_cm", "length_m", "density_kg_m3")}
+        return str(self.step(self.prepared / "log", make_log.TOOL, "point cloud", rings=31, **sizes) / "log.pts")
+
+    def slide(self, scenario: str, convention: str = "", friction: float | None = None, logs: str = "logs") -> Path:
+        """One run of `slide-logs`."""
+        facts = self.site.facts
+        protects = scenario in ("protected", "barriers")
+        forest = "als" if protects or scenario in ROCKS else scenario
+        mu = facts["friction"] if friction is None else friction
+        self.terrains[scenario] = self.protected_dem() if scenario == "protected" else self.site.dem
+        name = scenario + (f"_{convention}" if convention else "") + (f"_{friction:g}" if friction is not None else "")
+        if scenario in ROCKS:
+            mu, logs = facts.get("rock_friction", 0.5), "rocks"
+        keeps = "all" if scenario == "barriers" or friction is not None else "none"
+        return self.step(
+            self.runs / name, slide_logs.TOOL, name, dem=self.terrains[scenario], releases=self.releases(logs),
+            trees=self.trees[forest], barriers=self.site.layers["barriers"] if protects else None,
+            lines=self.site.layers["lines"], friction=str(mu), fidelity=fidelity_of(self.ask), seed=self.ask.seed,
+            threads=self.ask.threads, trajectories=keeps,
+            shape=self.shape(scenario if scenario in ROCKS else "log") if convention or scenario in ROCKS else "cone",
+        )  # fmt: skip
+
+    def scenarios(self) -> list[str]:
+        """Those whose logs are compared one by one; the first is what the others are compared with."""
+        randoms = [name for name in self.trees if name.startswith("random")]
+        return ["als", "protected" if self.klosters else "barriers", *randoms, "none"]
+
+    def compared(self, convention: str) -> dict[tuple[str, str, str], Any]:
+        """Rows of `compare-scenarios`, by scenario, quantity and item."""
+        names = self.scenarios()
+        runs = [str(self.slide(name, convention)) for name in names]
+        place = self.step(
+            self.results / ("comparison" + (f"_{convention}" if convention else "")), compare_scenarios.TOOL,
+            "comparing", runs=",".join(runs), names=",".join(names), seed=self.ask.seed,
+        )  # fmt: skip
+        rows = json.loads((place / "comparison.json").read_text(encoding="utf-8"))["rows"]
+        plain = [{key: float("nan") if value is None else value for key, value in row.items()} for row in rows]
+        return {(str(row["scenario"]), str(row["quantity"]), str(row["item"])): row for row in plain}
+
+    def evidence(self, convention: str) -> Evidence:
+        """All that the findings of the site are judged by."""
+        from deadwood_algorithms.files.vectors import read_table
+        from deadwood_algorithms.paper.findings import Evidence
+
+        rows = self.compared(convention)
+        names = self.scenarios()
+        logs, summaries = {}, {}
+        for name in names:
+            place = self.slide(name, convention)
+            frame = read_table(f"{place / 'run.gpkg'}|layername=deposits", what="deposits")
+            logs[name] = {str(column): frame[column].to_numpy() for column in frame.columns if column != "geometry"}
+            summaries[name] = json.loads((place / "summary.json").read_text(encoding="utf-8"))
+        of = Evidence(self.site.name, self.site.facts, rows, logs, summaries)
+        if convention:
+            return of
+        self._evidence = of
+        if self.klosters:
+            of.sweeps = {cell: self.sweep(cell) for cell in self.cells()}
+        else:
+            of.spreads = {name: self.spread(name) for name in ("als", *ROCKS)}
+            of.flight = self.flight()
+            if self.site.facts["takeoff_line"]:
+                of.takeoffs = {mu: self.takeoffs(mu) for mu in self.frictions()}
+                of.jumped = [(row["speed_ms"], row["jump_m"]) for row in self.jumps()]
+        return of
+
+    def frictions(self) -> Sequence[float]:
+        return (0.15, 0.25, 0.4) if self.ask.quick else FRICTIONS
+
+    def cells(self) -> Sequence[float]:
+        """Cell sizes of the sweeps [m]: the terrain model's, and coarser ones."""
+        from deadwood_algorithms.files.dem_windows import read_dem
+
+        finest = read_dem(self.site.dem).cell
+        return [finest * times for times in ((1, 4) if self.ask.quick else (1, 2, 4))]
+
+    def sweep(self, cell: float) -> list[dict[str, Any]]:
+        """Rows of `calibrate-friction` on cells of this size, the event being a log that stops on the road."""
+        from deadwood_algorithms.files.dem_windows import read_dem
+        from deadwood_algorithms.paper.site import write_coarser
+
+        times = round(cell / read_dem(self.site.dem).cell)
+        dem = Path(self.site.dem)
+        if times > 1:
+            dem = self.prepared / f"dem_{cell:g}m.tif"
+            if not dem.is_file():
+                write_coarser(self.site.dem, times, dem)
+        count = self.fifth()
+        place = self.step(
+            self.results / f"friction_{cell:g}m", calibrate_friction.TOOL, f"friction on {cell:g} m", dem=str(dem),
+            releases=self.releases(), trees=self.trees["als"], lines=self.site.layers["lines"],
+            reached=self.line("road"), not_reached=self.line("beyond"), seed=self.ask.seed, logs=count,
+            friction=",".join(f"{mu:g}" for mu in self.frictions()), fidelity=fidelity_of(self.ask),
+            threads=self.ask.threads,
+        )  # fmt: skip
+        told = json.loads((place / "calibration.json").read_text(encoding="utf-8"))
+        return [row | {"n": told["logs"]} for row in told["rows"]]
+
+    def fifth(self) -> int:
+        return max(logs_of(self.ask) // 5, min(logs_of(self.ask), 200))
+
+    def line(self, fact: str) -> str | None:
+        """A file with one of the site's lines alone."""
+        from deadwood_algorithms.files.vectors import read_vector, write_vector
+
+        name = self.site.facts[fact]
+        if name is None:
+            return None
+        path = self.prepared / f"line_{fact}.gpkg"
+        if not path.is_file():
+            frame = read_vector(str(self.site.layers["lines"]), geometry=ANY_SHAPE, target_crs=None, what="lines")
+            write_vector(path, {"lines": frame.loc[frame["line_id"] == name]})
+        return str(path)
+
+    def spread(self, scenario: str) -> dict[str, Any]:
+        """`lateral-spread` of one run, seen past the same least run-out for logs and rocks."""
+        path = self.step(
+            self.results / f"spread_{scenario}.gpkg", lateral_spread.TOOL, "spread", deposits=str(self.slide(scenario)),
+            min_runout=float(self.site.facts["length_m"]), seed=self.ask.seed,
+        )  # fmt: skip
+        return rows_of(path, "spread")[0]
+
+    def flight(self) -> dict[str, Any] | None:
+        if self.site.layers["flight"] is None:
+            return None
+        path = self.step(
+            self.results / "flight.gpkg", fit_flight.TOOL, "flight", dem=self.site.dem,
+            flights=self.site.layers["flight"], barriers=self.site.layers["barriers"],
+            plots=str(self.results / "flight"), dbh_cm=self.site.facts["dbh_cm"], length_m=self.site.facts["length_m"],
+        )  # fmt: skip
+        return rows_of(path, "flights")[0]
+
+    def arrivals(self, run_folder: Path) -> Any:
+        from deadwood_algorithms.files.vectors import read_table
+
+        path = self.step(
+            self.results / f"arrivals_{run_folder.name}.gpkg", reach_lines.TOOL, "arrivals", run=str(run_folder),
+            lines=str(self.site.layers["lines"]),
+        )  # fmt: skip
+        return read_table(f"{path}|layername=arrivals", what="arrivals")
+
+    def takeoffs(self, mu: float) -> tuple[np.ndarray, int]:
+        """Speeds at the take-off line with this friction, in the mapped forest without barriers; and the logs slid."""
+        import geopandas
+
+        fewer = self.prepared / "releases_fewer.gpkg"
+        if not fewer.is_file():
+            from deadwood_algorithms.files.vectors import write_vector
+
+            write_vector(fewer, {"releases": geopandas.read_file(self.releases()).iloc[: self.fifth()]})
+        rows = self.arrivals(self.slide("als", friction=mu, logs="fewer"))
+        return rows.loc[rows["line_id"] == self.site.facts["takeoff_line"], "speed_ms"].to_numpy(float), self.fifth()
+
+    def jumps(self) -> list[dict[str, Any]]:
+        """The logs that fly over the terrace's barrier to the road: take-off speed and jump, the slowest first."""
+        rows = self.arrivals(self.slide("barriers"))
+        lip = rows[rows["line_id"] == self.site.facts["takeoff_line"]].set_index("log_id")
+        road = rows[rows["line_id"] == self.site.facts["road"]].set_index("log_id")
+        assert self._evidence is not None
+        logs = self._evidence.logs["barriers"]
+        jump = dict(zip(logs["log_id"].tolist(), logs["jump_max_m"].tolist(), strict=True))
+        both = [each for each in lip.index if each in road.index and road["t_s"][each] > lip["t_s"][each]]
+        told = [
+            {
+                "log_id": int(each),
+                "t_s": float(lip["t_s"][each]),
+                "speed_ms": float(lip["speed_ms"][each]),
+                "jump_m": jump[each],
+            }
+            for each in both
+        ]
+        return sorted(told, key=lambda row: row["speed_ms"])
+
+    def figures(self) -> list[tuple[str, Path]]:
+        """The pictures beside the paper's."""
+        from deadwood_algorithms.paper.pictures import draw_hits, draw_jump, draw_sweeps
+        from deadwood_algorithms.results.run_folder import read_run
+
+        assert self._evidence is not None
+        of, layers, made = self._evidence, self.site.layers, []
+
+        def panels(names: Sequence[str]) -> list[Any]:
+            out = []
+            for name in names:
+                forest = "als" if name in ("protected", "barriers") else name
+                over = {"trees": self.trees[forest], "lines": layers["lines"], "releases": layers["releases"]}
+                over |= {"barriers": layers["barriers"]} if name in ("protected", "barriers") else {}
+                over |= {"dams": layers["dams"]} if name == "protected" else {}
+                p = of.reach(name)
+                title = (
+                    f"{name}: {100 * p['value']:.1f} % ({100 * p['low']:.1f} to {100 * p['high']:.1f}) reach the road"
+                )
+                out.append((title, self.slide(name), self.terrains[name], over))
+            return out
+
+        sets = {"Fig. 3": ("als", "protected", "random", "none")} if self.klosters else {
+            "Fig. 4a-b": ("barriers", "als"), "Fig. A1": ("none", "random"),
+        }  # fmt: skip
+        for title, names in sets.items():
+            path = self.results / f"{title.replace('. ', '_').replace(' ', '').lower()}.png"
+            draw_hits(path, f"As the paper's {title}, {self.site.name}", panels(names))
+            made.append((f"{self.site.name}: as the paper's {title}", path))
+        if of.sweeps:
+            path = self.results / "friction.png"
+            draw_sweeps(path, of.sweeps, self.site.facts["road"])
+            made.append((f"{self.site.name}: friction and cells (5.1, 6.1)", path))
+        for path in sorted((self.results / "flight").glob("*.png")):
+            made.append((f"{self.site.name}: as the paper's Fig. 4c, the flight", path))
+        jumps = self.jumps() if of.jumped else []
+        if jumps:
+            row = jumps[len(jumps) // 2]
+            poses = next(
+                iter(read_run(str(self.slide("barriers")), feedback=tool.Quiet()).poses(np.array([row["log_id"]])))
+            )
+            path = self.results / "fig_b1.png"
+            said = f"log {row['log_id']}: {row['speed_ms']:.1f} m/s at the terrace, jump {row['jump_m']:.1f} m"
+            draw_jump(path, poses, self.site.dem, said, row["t_s"])
+            made.append((f"{self.site.name}: as the paper's Fig. B1", path))
+        return made
+
+
+TOOL = Tool(
+    "reproduce-paper",
+    "Evaluate",
+    "The paper's findings, one by one, on two twins or the real sites",
+    Ask,
+    run,
+)

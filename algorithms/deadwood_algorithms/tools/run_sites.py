@@ -1,0 +1,352 @@
+"""Slide the logs of many sites, one run each, and put what they come to side by side.
+
+The sites are one of these:
+
+- `--sites TABLE`: one row a site. The column `site` names it, the others are parameters of slide-logs by their flags'
+  names (`dem`, `releases`, `friction`, `time-limit` or `time_limit`, ...). An empty cell, or a column that is missing,
+  takes what run-sites was given, or slide-logs' default. Relative paths are seen from the table;
+- `--configs FOLDER`: a JSON file for each site (`NAME.json`, or `NAME/manifest.json`), as slide-logs --config takes it;
+- `--by FIELD`: one layer of releases on one terrain model; each value of the field is a site. Of a large terrain model
+  only the window is read that the logs of a site can reach, so releases may be scattered over a whole region.
+
+The folder holds `sites/SITE`, the whole run of slide-logs for each site; `overview.csv`, one row a site and line;
+`overview.gpkg`, the same where the releases are; `overview.png`; `summary.json`; and `merged/DEM`, the rasters of all
+sites on one terrain model as those of one run over all their logs; sites that slide the same logs are scenarios, which
+do not add up (compare-scenarios). `--report` adds a page of the first 12 sites.
+
+    deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
+        --count 60 --output releases.gpkg
+    deadwood-tool run-sites --dem sample_data/dem.tif --releases releases.gpkg --by release_id --friction 0.25 \\
+        --lines 'sample_data/sample.gpkg|layername=lines' --output region
+
+A site that fails is told in one line, the others are finished; the exit status is then 2. An interrupted run goes on
+with --resume, also in the middle of a site; so does one with failures, once they are mended: what is finished and
+unchanged is not slid again. Each site is the run that slide-logs would make of it, and the same bits. With --scheduler
+all sites share its workers: they are started, or waited for, once.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.tools import make_report, slide_logs
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from deadwood_algorithms.evaluate.sites.overview import SiteFound
+    from deadwood_algorithms.evaluate.sites.progress import SitesFolder
+    from deadwood_algorithms.evaluate.sites.sites_table import AskedSite
+    from deadwood_algorithms.results.forecast import Forecast
+
+OVERVIEW, LAYER, PICTURE, REPORT = "overview.csv", "overview.gpkg", "overview.png", "report.html"
+ON_PAGE = 12  # sites that the report shows
+PILOTS = 8  # sites that --plan slides a part of; the others are taken to be like the nearest of these
+LEAST_PILOT = 10  # logs of a site
+APART = (
+    "output",
+    "overwrite",
+    "resume",
+    "report",
+    "plan",
+    "plan_logs",
+    "plan_workers",
+)  # of slide-logs, that mean another thing here
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ask(slide_logs.Ask):
+    sites: str | None = tool.table("Table with one row a site", default=None)
+    configs: str | None = tool.folder("Folder with a JSON file of parameters for each site", default=None)
+    by: str | None = tool.field_of("releases", "Field of the releases that tells the sites apart", default=None)
+    # Of a site they are needed as ever; here they are what the sites that name none take.
+    dem: str | None = tool.terrain(  # type: ignore[assignment]
+        "Terrain model, where the sites name none", default=None
+    )
+    releases: str | None = tool.vector(  # type: ignore[assignment]
+        "Released logs, where the sites name none", "point", default=None
+    )
+    friction: str | None = tool.number_or_layer(  # type: ignore[assignment]
+        "Friction coefficient, where the sites name none",
+        minimum=0.0,
+        default=None,
+        help="A number, a raster, or polygons with a field 'friction' or 'mu'.",
+    )
+    merge: bool = tool.ask("flag", "Merge the rasters of sites on one terrain model", default=True)
+    report: bool = tool.flag("Add one page of the first 12 sites", help="report.html (make-report).")
+    output: str = tool.output_folder("Folder of all runs", parts=(f"{LAYER}|layername=sites", OVERVIEW, REPORT))
+
+
+def run(ask: Ask, feedback: Feedback) -> Outcome:
+    from deadwood_algorithms.simulate.sliding import workers_for
+
+    refuse_unclear(ask)
+    with workers_for(ask, feedback):
+        return plan_of_sites(ask, feedback) if ask.plan else all_sites(ask, feedback)
+
+
+def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
+    """The runs themselves."""
+    from deadwood_algorithms.evaluate.sites.progress import SitesFolder
+    from deadwood_algorithms.files.outputs import output_folder
+    from deadwood_algorithms.results.run_folder import MANIFEST, name_finally, write_json
+    from deadwood_algorithms.simulate.scheduler import NobodySlides
+    from deadwood_algorithms.simulate.warm_up import load_kernels
+
+    final = Path(ask.output)
+    goes_on = ask.resume and SitesFolder.is_of(ask.output)
+    with output_folder(ask.output, ask.overwrite or goes_on) as folder:
+        work = SitesFolder(ask.output, resume=ask.resume, feedback=feedback)
+        found: list[SiteFound] = []
+        try:
+            sites = read_sites(ask, work.releases, feedback)
+            load_kernels(None, feedback)
+            for number, site in enumerate(sites, start=1):
+                found.append(slide_site(ask, site, work, OneOfSites(feedback, site.name, number, len(sites))))
+        except (Cancelled, KeyboardInterrupt, NobodySlides) as error:
+            feedback.note(f"{len(found)} finished sites are kept in {work.path}; --resume goes on from there")
+            if isinstance(error, NobodySlides):  # no site could be slid any more
+                raise
+            raise Cancelled from error
+        work.bring_to(folder, [each.name for each in found if not each.failed])
+        name_finally(folder, work.path, final)
+        facts = summary_of_sites(found)
+        facts["merged"] = write_merged(ask, folder, found, feedback) if ask.merge else []
+        write_overview(folder, found, [folder / "merged" / each["folder"] for each in facts["merged"]])
+        if ask.report:
+            add_page(ask, folder, found, feedback)
+        write_json(folder / "summary.json", facts)
+        write_json(folder / MANIFEST, tool.manifest(TOOL, ask))
+    failed = [each for each in found if each.failed]
+    if failed:
+        names = ", ".join(each.name for each in failed[:5]) + (" ..." if len(failed) > 5 else "")
+        raise UserError(
+            f"{len(failed)} of {len(found)} sites failed ({names}); the others are in {ask.output}, whose {OVERVIEW} "
+            "says why; mend them, and run again with --resume: only what is not finished is slid"
+        )
+    work.remove()
+    outputs = {"overview": OVERVIEW, "layer": LAYER, "picture": PICTURE, "summary": "summary.json"}
+    return Outcome(
+        {"output": final} | {key: final / name for key, name in outputs.items() if (final / name).is_file()},
+        facts,
+        lines_of_outcome(found, facts),
+    )
+
+
+def refuse_unclear(ask: Ask) -> None:
+    """Exactly one kind of sites, and of scattered releases what they need."""
+    given = [flag for flag, value in (("--sites", ask.sites), ("--configs", ask.configs), ("--by", ask.by)) if value]
+    if len(given) != 1:
+        told = f"{' and '.join(given)} are given" if given else "none is given"
+        raise UserError(
+            f"run-sites takes one of --sites TABLE, --configs FOLDER, and --by FIELD with --releases; {told}"
+        )
+    if ask.by is not None:
+        for flag, value in (("--dem", ask.dem), ("--releases", ask.releases)):
+            if value is None:
+                raise UserError(f"--by {ask.by} needs {flag}: one layer of releases on one terrain model")
+
+
+def read_sites(ask: Ask, releases: Path, feedback: Feedback) -> list[AskedSite]:
+    """The sites; layers of grouped releases are written into the folder ``releases``."""
+    from deadwood_algorithms.evaluate.sites.groups import sites_of_groups
+    from deadwood_algorithms.evaluate.sites.sites_table import sites_of_folder, sites_of_table
+
+    if ask.sites is not None:
+        return sites_of_table(ask.sites, slide_logs.TOOL, feedback)
+    if ask.configs is not None:
+        return sites_of_folder(ask.configs, slide_logs.TOOL, feedback)
+    assert ask.dem is not None
+    assert ask.releases is not None
+    assert ask.by is not None
+    return sites_of_groups(ask.dem, ask.releases, ask.by, ask.crs, releases, feedback)
+
+
+class OneOfSites:
+    """The caller's feedback while one site is at work; what it notes is not repeated for each of them."""
+
+    def __init__(self, feedback: Feedback, name: str, number: int, count: int) -> None:
+        self.feedback, self.name, self.place = feedback, name, f"{name} ({number} of {count})"
+
+    def progress(self, done: float, total: float, what: str) -> None:
+        self.feedback.progress(done, total, f"{self.place}: {what}")
+
+    def note(self, message: str) -> None:
+        pass
+
+    def warn(self, message: str) -> None:
+        self.feedback.warn(f"{self.name}: {message}")
+
+    def cancelled(self) -> bool:
+        return self.feedback.cancelled()
+
+
+def values_of(ask: Ask, site: AskedSite) -> dict[str, Any]:
+    """What slide-logs is given for a site: its own values, then those given to all, then its defaults."""
+    names = {each.name for each in fields(slide_logs.Ask)} - set(APART)
+    common = {name: value for name in names if (value := getattr(ask, name)) is not None}
+    asked = {name: value for name, value in site.values.items() if name not in APART or name == "report"}
+    return common | {"danger_counts": ask.merge} | asked
+
+
+def slide_site(ask: Ask, site: AskedSite, work: SitesFolder, feedback: OneOfSites) -> SiteFound:
+    """The site's run, or its failure in one line; what is there and unchanged is not slid again."""
+    from deadwood_algorithms.evaluate.sites.overview import found_of_failure, found_of_run
+    from deadwood_algorithms.simulate.scheduler import NobodySlides
+
+    values, place = values_of(ask, site), work.sites / site.name
+    try:
+        if site.fault:
+            raise UserError(site.fault)
+        if not work.begin(site.name, slide_logs.TOOL, values, feedback.feedback):
+            slide_logs.TOOL(feedback=feedback, **values, output=str(place), resume=True)
+        return found_of_run(site.name, place)
+    except (Cancelled, KeyboardInterrupt, NobodySlides):
+        raise
+    except UserError as error:
+        message = str(error)
+    except Exception as error:  # of one site; the others are not to suffer
+        told = str(error).splitlines()[0] if str(error) else "no message"
+        message = f"a fault of ours, please report it: {type(error).__name__}: {told}"
+    feedback.warn(message)
+    return found_of_failure(site.name, message, values)
+
+
+def plan_of_sites(ask: Ask, feedback: Feedback) -> Outcome:
+    """What all sites would take, from pilots of some of them, evenly spread."""
+    from deadwood_algorithms.results.forecast import facts_of_forecast, refuse_too_large, together, words_of_forecast
+    from deadwood_algorithms.simulate.scheduler import NobodySlides
+
+    with tempfile.TemporaryDirectory(prefix="deadwood-plan-") as folder:
+        sites = read_sites(ask, Path(folder) / "releases", feedback)
+        spaced = min(PILOTS, len(sites))
+        chosen = sorted({k * len(sites) // spaced for k in range(spaced)})
+        logs = max(LEAST_PILOT, ask.plan_logs // len(chosen))
+        plans: dict[int, dict[str, Any]] = {}
+        for k in chosen:
+            said = OneOfSites(feedback, sites[k].name, k + 1, len(sites))
+            try:
+                if sites[k].fault:
+                    raise UserError(sites[k].fault)
+                given = values_of(ask, sites[k]) | {"plan": True, "plan_logs": logs, "plan_workers": ask.plan_workers}
+                plans[k] = dict(slide_logs.TOOL(feedback=said, **given, output=ask.output).facts)
+            except NobodySlides:
+                raise
+            except UserError as error:
+                said.warn(str(error))
+        if not plans:
+            raise UserError("--plan: none of the sites can be slid; the lines above say why")
+        parts = [forecast_like(plans, k, ask, site) for k, site in enumerate(sites)]
+    found = together([each for each in parts if each is not None])
+    refuse_too_large(found, ask.output)
+    head = f"{'sites:':<14} {len(sites)}, of which {len(plans)} were looked at"
+    return Outcome(
+        {},
+        {"sites": len(sites), **facts_of_forecast(found, ask.output)},
+        (head, *words_of_forecast(found, ask.output)),
+    )
+
+
+def forecast_like(plans: dict[int, dict[str, Any]], number: int, ask: Ask, site: AskedSite) -> Forecast | None:
+    """A site's forecast, from its own pilot or that of the nearest site; None for one whose logs cannot be read."""
+    from deadwood_algorithms.files.vectors import read_table
+    from deadwood_algorithms.results.forecast import Forecast, Pilot, forecast
+
+    near = plans[min(plans, key=lambda k: abs(k - number))]
+    own = {each.name: near[each.name] for each in fields(Forecast)}
+    if number in plans:
+        return Forecast(**own)
+    try:
+        logs = len(read_table(values_of(ask, site)["releases"], what="releases"))
+    except (UserError, KeyError):
+        return None
+    kept = round(near["kept"] * logs / near["logs"])
+    like = forecast(Pilot(**near["pilot"]), logs, kept, threads=near["threads"], workers=near["workers"])
+    return replace(like, pilot_logs=0)
+
+
+def summary_of_sites(found: Sequence[SiteFound]) -> dict[str, Any]:
+    from deadwood_algorithms.evaluate.sites.overview import reach_of_all
+
+    failed = [each for each in found if each.failed]
+    return {
+        "sites": {"asked": len(found), "done": len(found) - len(failed), "failed": len(failed)},
+        "logs": {"released": sum(each.logs for each in found)},
+        "reach": reach_of_all(found),
+        "failures": [{"site": each.name, "message": each.rows[0].message} for each in failed],
+    }
+
+
+def write_overview(folder: Path, found: Sequence[SiteFound], merged: Sequence[Path]) -> None:
+    import pandas
+
+    from deadwood_algorithms.evaluate.sites import sites_figure
+    from deadwood_algorithms.evaluate.sites.overview import sites_layer
+    from deadwood_algorithms.files.tables import write_csv
+    from deadwood_algorithms.files.vectors import write_vector
+
+    write_csv(folder / OVERVIEW, pandas.DataFrame([vars(row) for each in found for row in each.rows]))
+    layer = sites_layer(found)
+    if layer is not None:
+        write_vector(folder / LAYER, {"sites": layer})
+        sites_figure.draw(folder / PICTURE, layer, [each for each in found if not each.failed], merged)
+
+
+def write_merged(ask: Ask, folder: Path, found: Sequence[SiteFound], feedback: Feedback) -> list[dict[str, Any]]:
+    """The mosaics, one for each terrain model that several sites share; what cannot be merged is told."""
+    from deadwood_algorithms.evaluate.sites.mosaic import merge, pieces_by_grid, scenarios_in
+
+    runs = [(folder / "sites" / each.name, each.logs) for each in found if not each.failed]
+    merged: list[dict[str, Any]] = []
+    for pieces in pieces_by_grid(runs):
+        if len(pieces) < 2:
+            continue
+        if twice := scenarios_in(pieces):
+            told = f"{', '.join(twice[:5])}{' ...' if len(twice) > 5 else ''}"
+            feedback.note(f"{pieces[0].terrain}: not merged, for {told} slid the very logs of another site")
+            continue
+        name = unlike(pieces[0].terrain, [each["folder"] for each in merged])
+        record = {"folder": name, "sites": [each.folder.name for each in pieces], "logs": sum(p.logs for p in pieces)}
+        try:
+            written = merge(folder / "merged" / name, pieces, ask.danger_least, feedback)
+        except UserError as error:
+            feedback.warn(str(error))
+            continue
+        merged.append({**record, "rasters": sorted(written.values())})
+    return merged
+
+
+def unlike(name: str, taken: Sequence[str]) -> str:
+    number, found = 1, name
+    while found in taken:
+        number += 1
+        found = f"{name}_{number}"
+    return found
+
+
+def add_page(ask: Ask, folder: Path, found: Sequence[SiteFound], feedback: Feedback) -> None:
+    """One page of the first sites; where it cannot be made, the runs do not suffer."""
+    done = [each.name for each in found if not each.failed][:ON_PAGE]
+    if not done:
+        return
+    runs = ",".join(str(folder / "sites" / each) for each in done)
+    page = make_report.Ask(runs=runs, title=Path(ask.output).name, output=str(folder / REPORT))
+    make_report.run(page, feedback)
+
+
+def lines_of_outcome(found: Sequence[SiteFound], facts: dict[str, Any]) -> tuple[str, ...]:
+    from deadwood_algorithms.evaluate.sites.overview import words_of_sites
+    from deadwood_algorithms.stats.statistics import percent_with_interval
+
+    told = [
+        f"all sites, {each['line_id']}: {percent_with_interval(each)}" for each in facts["reach"] if each["sites"] > 1
+    ]
+    return (*words_of_sites(found), *told)
+
+
+TOOL = Tool("run-sites", "Simulate", "Many sites, or scattered releases: a run each, and one overview", Ask, run)

@@ -1,0 +1,297 @@
+"""Draw the start positions of many logs inside release areas, and what each log is like.
+
+Gives the releases layer of ``slide-logs``. Places are uniform by area inside the circle around a point (the paper:
+10 m) or inside a polygon or multipolygon, holes left out; or, with a raster of susceptibility (``--weights``), as dense
+as its values say, inside the areas, or without areas wherever it is above 0. Every area gets ``--count`` logs, or
+``--logs-per-ha`` times its area (without areas, times that of the cells above 0).
+
+What the logs are like `--preset` says by name, with its source (`deadwood-tool list-presets` shows all); an option that
+is given goes before it. A preset of a wood has the density of its critical stage of decay, and a relation of DBH and
+length, by which one of them follows from the other.
+
+The logs of an area are alike unless sizes are to be drawn: normal distributions with ``--dbh-sd-cm``, ``--length-sd-m``
+and ``--density-sd-kg-m3`` around the means (a draw that is no log is drawn again, and said), or rows of a table of
+mapped deadwood (``--deadwood``, as ``import-trees --releases`` writes it: each log is like one of its rows). Columns of
+the areas go before the options of the same names, those of the mapped deadwood before both. The axis is upright, lying,
+tilted, ``random`` (any direction in space) or ``random-lying`` (on the ground, any azimuth).
+
+Log k has the same id, place and size however many logs are drawn, for its draws come from the seed and its id alone;
+the ids, from 1, go round the areas (area 1, 2, ..., 1, 2, ...), so that a larger ``--count`` only adds logs.
+
+It does not judge where wood could start to slide. Source: the paper, section 3.3 (small perturbations of the position
+are the statistical variable).
+
+    deadwood-tool sample-releases --areas "sample_data/sample.gpkg|layername=release_area" --dem sample_data/dem.tif \\
+        --count 200 --output releases.gpkg
+    deadwood-tool sample-releases --areas "sample_data/sample.gpkg|layername=release_area" --dem sample_data/dem.tif \\
+        --logs-per-ha 5000 --dbh-cm 60 --dbh-sd-cm 19 --length-m 25 --length-sd-m 5 --orientation random-lying \\
+        --output windthrow.gpkg
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import shapely
+
+from deadwood_algorithms import schemas
+from deadwood_algorithms.files.columns import id_column, schema_column, where_of
+from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.files.outputs import output_path
+from deadwood_algorithms.params import presets, tool
+from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.prepare.releases.logs import (
+    NUMBERS,
+    ORIENTATIONS,
+    SPREADS,
+    Drawn,
+    columns_of_rows,
+    draw_logs,
+    mapped_deadwood,
+)
+from deadwood_algorithms.prepare.releases.places import Weights, area_m2, positions, read_weights, weighted_positions
+from deadwood_algorithms.prepare.trees.allometry import PUBLISHED
+from deadwood_algorithms.scene.memory import refuse_too_many
+from deadwood_algorithms.schemas import DBH_CM, DENSITY_KG_M3, DROP_M, SPEED_MS, TREE_M
+
+if TYPE_CHECKING:
+    import pandas
+
+MOST_LOGS = 10**9
+BYTES = 650  # a log, measured on a million: drawn and written
+DEFAULT_PRESET = "klosters"
+OF_PRESET = "Default: that of the preset."
+OPTIONS = (*NUMBERS, *SPREADS, "orientation")  # that columns of the areas go before
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ask:
+    areas: str | None = tool.vector(
+        "Release points or polygons", "point", "polygon", default=None, help="May be left out with --weights."
+    )
+    dem: str = tool.terrain("Terrain (DEM); its CRS is that of the output")
+    weights: str | None = tool.raster(
+        "Susceptibility raster: how likely logs start in a cell", default=None, help="Any numbers from 0 up."
+    )
+    count: int = tool.integer("Logs per area", default=2000, minimum=1, maximum=MOST_LOGS)
+    logs_per_ha: float | None = tool.number(
+        "Logs per hectare of each area, in place of the count", unit="1/ha", default=None, minimum=0.0, exclusive=True
+    )
+    radius_m: float = tool.number("Radius of the circle around a point", unit="m", default=10.0, minimum=0.0)
+    release_id_field: str | None = tool.field_of(
+        "areas",
+        "Field of the areas that names them",
+        default=None,
+        help="Without it: release_id, else the row number from 1.",
+    )
+    preset: str = tool.choice(
+        "What the logs are like, by name",
+        *presets.LOGS,
+        default=DEFAULT_PRESET,
+        help=presets.choices_told(presets.LOGS),
+    )
+    dbh_cm: float | None = tool.number(
+        "DBH", unit="cm", default=None, minimum=0.0, maximum=DBH_CM[1], exclusive=True, help=OF_PRESET
+    )
+    dbh_sd_cm: float = tool.number("Standard deviation of the DBH", unit="cm", default=0.0, minimum=0.0)
+    length_m: float | None = tool.number(
+        "Length", unit="m", default=None, minimum=0.0, maximum=TREE_M[1], exclusive=True, help=OF_PRESET
+    )
+    length_sd_m: float = tool.number("Standard deviation of the length", unit="m", default=0.0, minimum=0.0)
+    correlation: float = tool.number("Correlation of DBH and length", default=0.8, minimum=-1.0, maximum=1.0)
+    density_kg_m3: float | None = tool.number(
+        "Density", unit="kg/m³", default=None, minimum=0.0, maximum=DENSITY_KG_M3, exclusive=True, help=OF_PRESET
+    )
+    density_sd_kg_m3: float = tool.number("Standard deviation of the density", unit="kg/m³", default=0.0, minimum=0.0)
+    deadwood: str | None = tool.table(
+        "Mapped deadwood to draw the logs from",
+        default=None,
+        help="Fields dbh_cm and length_m, and any other of a log.",
+    )
+    orientation: str = tool.choice("Orientation at the start", *ORIENTATIONS, default="upright")
+    tilt_deg: float = tool.number("Tilt from the vertical", unit="°", default=0.0, minimum=0.0, maximum=180.0)
+    azimuth_deg: float = tool.number(
+        "Azimuth of tip and speed, from north", unit="°", default=0.0, minimum=0.0, maximum=360.0
+    )
+    speed_ms: float = tool.number("Initial speed", unit="m/s", default=0.0, minimum=0.0, maximum=SPEED_MS)
+    drop_m: float = tool.number(
+        "Clearance above the terrain at the start", unit="m", default=0.0, minimum=0.0, maximum=DROP_M
+    )
+    seed: int = tool.seed()
+    crs: str | None = tool.crs()
+    overwrite: bool = tool.overwrite()
+    output: str = tool.output_vector("Releases layer (.gpkg)")
+
+
+def run(ask: Ask, feedback: Feedback) -> Outcome:
+    import geopandas
+
+    from deadwood_algorithms.files.dem_windows import read_dem
+    from deadwood_algorithms.files.vectors import write_vector
+
+    refuse_contradictions(ask)
+    inputs = (ask.areas, ask.dem, ask.weights, ask.deadwood)
+    with output_path(ask.output, ask.overwrite, suffix=".gpkg", inputs=inputs) as temporary:
+        grid = read_dem(ask.dem, crs=ask.crs, feedback=feedback)
+        weights = read_weights(ask.weights, grid, feedback) if ask.weights else None
+        areas, shapes = read_areas(ask, grid, feedback)
+        names = release_ids(areas, ask.release_id_field)
+        taken = presets.Taken.of(presets.LOGS[ask.preset], "--preset", vars(ask))
+        if taken.sets or ask.preset != DEFAULT_PRESET:  # of the default, only what it set
+            feedback.note(taken.said)
+        sizes = sizes_of(ask, taken, areas, feedback)
+        of_area = columns_of_rows(areas, {name: getattr(ask, name) for name in OPTIONS} | sizes, feedback)
+        deadwood = mapped_deadwood(ask.deadwood, feedback) if ask.deadwood else None
+        counts = logs_by_area(ask, shapes, weights)
+        mend = "lower --count or --logs-per-ha, or sample the areas in parts"
+        refuse_too_many(int(counts.sum()), "logs", ask.output, each=BYTES, mend=mend)
+
+        log_id, places = place_logs(ask, grid, areas, shapes, weights, counts, feedback)
+        area = log_id % len(areas)
+        drawn = draw_logs(of_area, area, log_id, ask.seed, ask.correlation, deadwood)
+        columns = {"log_id": log_id + 1, "release_id": names[area]} | drawn.columns
+        frame = geopandas.GeoDataFrame(columns, geometry=shapely.points(places), crs=grid.plan_crs)
+        write_vector(temporary, {"releases": frame})
+    facts = {"logs": log_id.size, "areas": len(areas), "redrawn": drawn.redrawn, "preset": taken.record}
+    return Outcome({"output": Path(ask.output)}, facts, lines(ask, counts, drawn))
+
+
+def refuse_contradictions(ask: Ask) -> None:
+    if not ask.areas and not ask.weights:
+        raise UserError("--areas is missing (Release points or polygons); without areas give a raster of --weights")
+    if ask.release_id_field and not ask.areas:
+        raise UserError("--release-id-field names a field of --areas, which is missing; give both or none")
+    given = next((name for name in SPREADS[:2] if getattr(ask, name)), None)
+    if ask.deadwood and given:
+        raise UserError(f"--deadwood and --{given.replace('_', '-')} both draw the sizes; give one of them")
+
+
+def read_areas(ask: Ask, grid: Grid, feedback: Feedback) -> tuple[pandas.DataFrame, list[Any]]:
+    """The areas' columns and shapes; without a layer one area, the cells that have a weight (None)."""
+    import pandas
+
+    from deadwood_algorithms.files.vectors import read_vector
+
+    if ask.areas is None:
+        anywhere = pandas.DataFrame(index=[0])
+        anywhere.attrs["where"] = str(ask.weights)
+        return anywhere, [None]
+    areas = read_vector(
+        ask.areas,
+        geometry=("point", "polygon"),
+        target_crs=grid.crs,
+        crs=ask.crs,
+        what="releases",
+        feedback=feedback,
+    )
+    return areas, list(areas.geometry)
+
+
+def sizes_of(ask: Ask, taken: presets.Taken, areas: pandas.DataFrame, feedback: Feedback) -> dict[str, float]:
+    """DBH, length and density where the areas name none: given, of the preset, or one size from the other by its law.
+
+    Where an area names the one size alone, its other size follows from that: ``areas`` gets a column of it.
+    """
+    sizes: dict[str, float] = taken.values
+    law = PUBLISHED[taken.preset.law] if taken.preset.law else None
+    nowhere = np.array(np.nan)
+    for name, other in (("length_m", "dbh_cm"), ("dbh_cm", "length_m")):
+        own = getattr(ask, name)
+        if own is not None:
+            sizes[name] = own
+        elif law and name not in areas and (other in areas or getattr(ask, other) is not None):
+            derive = law.height if name == "length_m" else law.dbh
+            known = schema_column(areas, schemas.RELEASES.column(other), getattr(ask, other))
+            derived = np.round(derive(known, nowhere), 2)
+            areas[name] = derived
+            low, high = derived.min(), derived.max()
+            shown = f"{low:g}" + (f" to {high:g}" if high > low else "")
+            feedback.note(f"{name} {shown} follows from {other} by {taken.preset.law}, {law}")
+    missing = [name for name in ("dbh_cm", "length_m") if name not in sizes and name not in areas]
+    if missing and not ask.deadwood:
+        raise UserError(
+            f"--preset {ask.preset} does not say {' and '.join(missing)}; give {presets.flag_of(missing[0])}"
+            + (" or --length-m, from which the other follows" if law else "")
+        )
+    return dict.fromkeys(missing, 1.0) | sizes  # of missing ones each row of the mapped deadwood has its own
+
+
+def logs_by_area(ask: Ask, shapes: list[Any], weights: Weights | None) -> np.ndarray:
+    """How many logs each area gets."""
+    if ask.logs_per_ha is None:
+        return np.full(len(shapes), ask.count)
+    area = np.array([area_m2(shape, ask.radius_m, weights) for shape in shapes])
+    counts = np.rint(area * ask.logs_per_ha / 1e4).astype(np.int64)
+    if not counts.any():
+        raise UserError(
+            f"--logs-per-ha {ask.logs_per_ha:g} on {area.sum() / 1e4:.4g} ha is no log at all; raise it, or say --count"
+        )
+    if counts.max() > MOST_LOGS:
+        raise UserError(f"--logs-per-ha {ask.logs_per_ha:g} is {counts.max()} logs in one area; lower it")
+    return counts
+
+
+def place_logs(
+    ask: Ask,
+    grid: Grid,
+    areas: pandas.DataFrame,
+    shapes: list[Any],
+    weights: Weights | None,
+    counts: np.ndarray,
+    feedback: Feedback,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers from 0 and places [m] of all logs, in order; area ``row`` has the numbers row, row + n, row + 2 n, ..."""
+    ids, places = [], []
+    for row, shape in enumerate(shapes):
+        if feedback.cancelled():
+            raise Cancelled
+        where = f"{where_of(areas)}, row {row + 1}" if ask.areas else where_of(areas)
+        log_id = row + len(shapes) * np.arange(counts[row])
+        if weights is None:
+            place = positions(shape, ask.radius_m, ask.seed, log_id, where)
+            refuse_off_dem(place, grid, where)
+        else:
+            place = weighted_positions(shape, ask.radius_m, weights, ask.seed, log_id, where)
+        ids.append(log_id)
+        places.append(place)
+        feedback.progress(int(counts[: row + 1].sum()), int(counts.sum()), "drawing release positions")
+    order = np.argsort(np.concatenate(ids), kind="stable")
+    return np.concatenate(ids)[order], np.concatenate(places)[order]
+
+
+def lines(ask: Ask, counts: np.ndarray, drawn: Drawn) -> tuple[str, ...]:
+    each = f"{counts.min()}" if counts.min() == counts.max() else f"{counts.min()} to {counts.max()}"
+    where = f"{counts.size} release areas" if ask.areas else f"the cells of {ask.weights} with a weight"
+    first = f"{counts.sum()} logs in {where}" + (f", {each} each" if ask.areas else "")
+    first += f" ({ask.logs_per_ha:g} a hectare)" if ask.logs_per_ha else ""
+    empty = int((counts == 0).sum())
+    said = [f"{empty} areas are too small for a log at {ask.logs_per_ha:g} a hectare"] if empty else []
+    return (first, *said, *drawn.said)
+
+
+def release_ids(areas: pandas.DataFrame, field: str | None) -> np.ndarray:
+    """The name of each area: the field asked for, else ``release_id``, else the row number from 1."""
+    if field and field not in areas:
+        known = ", ".join(str(name) for name in areas.columns if name != "geometry") or "none"
+        raise UserError(f"{where_of(areas)}: there is no field '{field}' (--release-id-field); the fields are {known}")
+    field = field or ("release_id" if "release_id" in areas else None)
+    return id_column(areas, field) if field else np.arange(1, len(areas) + 1)
+
+
+def refuse_off_dem(place: np.ndarray, grid: Grid, where: str) -> None:
+    on = grid.contains(place[:, 0], place[:, 1])
+    if on.all():
+        return
+    x, y = place[np.argmin(on)]
+    share = "every release position lies" if not on.any() else f"{(~on).sum()} of {on.size} release positions lie"
+    raise UserError(
+        f"{where}: {share} off the DEM or on its nodata (one at {x:.1f}, {y:.1f}; the DEM spans "
+        "{:.1f} to {:.1f} east, {:.1f} to {:.1f} north)".format(*(grid.bounds[i] for i in (0, 2, 1, 3)))
+        + "; check the area's CRS, clip it, or take a larger DEM"
+    )
+
+
+TOOL = Tool("sample-releases", "Prepare", "Draw release positions of logs in points, polygons or by a raster", Ask, run)

@@ -1,0 +1,347 @@
+"""Find where a barrier serves most, and how long and high it must be, by sliding again only the logs that come near.
+
+Candidates are the lines of a layer (--candidates), or pieces of contours above the lines that the run watched: of each
+height above them (--above-m) and each length (--length-m) the few places that most logs pass on their way to a line
+(--places). Each is put up alone, with each --height-m, and the logs that come near it slide again. Then the best is
+chosen, and beside it the next, until there are --count, or none gains more than chance.
+
+    deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
+        --count 200 --output releases.gpkg
+    deadwood-tool slide-logs --dem sample_data/dem.tif --releases releases.gpkg --friction 0.25 \\
+        --lines 'sample_data/sample.gpkg|layername=lines' --output run
+    deadwood-tool site-barriers --run run --above-m 10,20 --length-m 20,40 --height-m 2,4 --count 2 --output barriers
+
+The folder holds
+
+- `pareto.csv`: each candidate alone, and each set that was chosen: how many logs still reach a line with it, the
+  interval of that and of the gain (paired: the same logs), how many it holds and how many jump over or pass beside,
+  and the 95 % percentile of energy and height of its hits with exact intervals; `pareto` marks those candidates that
+  no other one beats that is neither longer nor higher; with `--barrier-classes` the weakest class of rockfall nets
+  that holds that energy;
+- `barriers.gpkg`: the run's own barriers and those chosen, as slide-logs --barriers takes them, with what each does
+  once all stand; `barriers.png`: a map, and remaining reach against length and height; `summary.json`.
+
+What is told is exact for the logs of the run: the same, log by log, as a run of its own with those barriers. But the
+best of many was picked by these very logs and serves others a little less; slide others (another seed) to see how much.
+Barriers are rigid and infinitely strong here. A person decides where one can be founded and what it costs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from deadwood_algorithms.params import presets, tool
+from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.stats.statistics import percent_with_interval, points_with_interval
+
+if TYPE_CHECKING:
+    import geopandas
+
+    from deadwood_algorithms.evaluate.protection.candidate_barriers import Candidate
+    from deadwood_algorithms.evaluate.protection.effect import Question
+    from deadwood_algorithms.evaluate.protection.siting import Siting, Step, Trial, Ways
+    from deadwood_algorithms.scene.layers import SceneLayers
+
+TABLE, LAYER, PICTURE = "pareto.csv", "barriers.gpkg", "barriers.png"
+FACTS, MANIFEST = "summary.json", "manifest.json"
+MANY = 200  # candidates that are slid, each alone, without a word
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ask:
+    run: str = tool.folder("Folder of a run of slide-logs, with lines")
+    lines: str | None = tool.vector(
+        "Other roads, railways or houses than those of the run",
+        "line",
+        "polygon",
+        default=None,
+        help="Without it, the lines of the run.",
+    )
+    candidates: str | None = tool.vector(
+        "Lines where a barrier could stand",
+        "line",
+        default=None,
+        help="With barrier_id and, optionally, height_m; without that field each has every --height-m. Without the "
+        "layer, pieces of contours.",
+    )
+    above_m: str = tool.text(
+        "Heights of contours above the lines", default="10,30", help="m above the nearest place, with commas."
+    )
+    length_m: str = tool.text("Lengths of pieces of contours", default="20,40", help="m, with commas.")
+    height_m: str = tool.text("Heights of barriers", default="2,4", help="m, with commas.")
+    places: int = tool.integer("Places for each contour and length", default=2, minimum=1)
+    count: int = tool.integer("Barriers to choose, at most", default=1, minimum=1)
+    barrier_classes: str | None = tool.choice(
+        "Classes of barriers, to tell which one holds the energies",
+        *presets.BARRIERS,
+        default=None,
+        help=presets.choices_told(presets.BARRIERS) + " They are made for rocks; a person decides.",
+    )
+    logs: int | None = tool.integer(
+        "Logs to ask with (default: all of the run)", default=None, minimum=1, help="An even draw."
+    )
+    seed: int = tool.seed()
+    threads: int | None = tool.integer("Threads (default: every core)", default=None, minimum=1, advanced=True)
+    scheduler: str | None = tool.scheduler()
+    workers: int | None = tool.workers()
+    output: str = tool.output_folder(
+        "Folder of table, layer and map", parts=(TABLE, f"{LAYER}|layername=barriers", PICTURE, FACTS)
+    )
+    overwrite: bool = tool.overwrite()
+
+
+def run(ask: Ask, feedback: Feedback) -> Outcome:
+    import pandas
+
+    from deadwood_algorithms.evaluate.hazard.legend import class_bounds
+    from deadwood_algorithms.evaluate.protection.effect import asked_again
+    from deadwood_algorithms.evaluate.protection.siting import Siting, choose, trials_alone
+    from deadwood_algorithms.evaluate.protection.siting_figure import draw
+    from deadwood_algorithms.files.outputs import output_folder
+    from deadwood_algorithms.files.tables import write_csv
+    from deadwood_algorithms.files.vectors import write_vector
+    from deadwood_algorithms.results.replay import refuse_other_ends
+    from deadwood_algorithms.results.run_folder import read_run, write_json
+    from deadwood_algorithms.schemas import BARRIER_M
+    from deadwood_algorithms.simulate.sliding import workers_for
+    from deadwood_algorithms.simulate.warm_up import load_kernels
+    from deadwood_algorithms.stats.statistics import reach_record
+
+    above, lengths = (
+        class_bounds(getattr(ask, each), f"--{each.replace('_', '-')}") for each in ("above_m", "length_m")
+    )
+    heights = class_bounds(ask.height_m, "--height-m", BARRIER_M)
+    with output_folder(ask.output, ask.overwrite) as folder:
+        source = read_run(ask.run, feedback=feedback)
+        where = {"threads": ask.threads, "scheduler": ask.scheduler, "workers": ask.workers}
+        question, layers, rows = asked_again(source, ask.lines, ask.logs, ask.seed, where, feedback)
+        with workers_for(question.ask, feedback, f"{TOOL.name}-{Path(ask.output).name}"):
+            found, layers = candidates_of(ask, question, layers, above, lengths, heights, feedback)
+            if len(found) > MANY:
+                feedback.warn(f"{len(found)} candidates are slid, each alone; fewer are sooner done")
+            load_kernels(layers.shape, feedback)
+            siting = Siting(question, layers, found, feedback)
+            now, result = siting.slide(np.arange(rows.size), (), "sliding the run again")
+            refuse_other_ends(source, rows, result)
+            if not now.any_line.any():
+                raise UserError(f"{ask.run}: no log of the run reaches a line; there is nothing to keep away")
+            siting.slid = 0
+            alone = list(trials_alone(siting, now))
+            steps, why = choose(siting, now, alone, ask.count, feedback)
+        table = with_classes(pandas.DataFrame(rows_of(siting, now, alone, steps)), ask.barrier_classes)
+        write_csv(folder / TABLE, table)
+        frame = with_classes(layer_of(siting, layers, now, steps), ask.barrier_classes)
+        write_vector(folder / LAYER, {"barriers": frame})
+        draw(folder / PICTURE, source, siting, table, frame)
+        n = int(rows.size)
+        facts: dict[str, Any] = {
+            "logs": n,
+            "slid_again": siting.slid,
+            "candidates": len(found),
+            "reach": reach_record(int(now.any_line.sum()), n),
+            "reach_by_line": by_line(siting, now),
+            "chosen": [row for row in table.to_dict("records") if row["step"]],
+            "reach_by_line_after": by_line(siting, steps[-1].ways if steps else now),
+            "stopped_because": why,
+            "rows": table.to_dict("records"),
+        }
+        write_json(folder / FACTS, facts)
+        write_json(folder / MANIFEST, tool.manifest(TOOL, ask))
+    final = Path(ask.output)
+    parts = {"table": TABLE, "layer": LAYER, "picture": PICTURE, "facts": FACTS, "manifest": MANIFEST}
+    shown = lines_of(facts, ask.barrier_classes)
+    return Outcome({"output": final} | {key: final / name for key, name in parts.items()}, facts, shown)
+
+
+def with_classes(frame: Any, name: str | None) -> Any:
+    """A table of barriers with the class that holds 95 % of the hits of each, and that which holds the upper end."""
+    if name is None:
+        return frame
+    energies = zip(frame["energy_p95_kj"].astype(float), frame["energy_high_kj"].astype(float), strict=True)
+    records = [presets.BARRIERS[name].record(*each) for each in energies]
+    return frame.assign(**{column: [each[column] for each in records] for column in NO_CLASS})
+
+
+def candidates_of(
+    ask: Ask,
+    question: Question,
+    layers: SceneLayers,
+    above: Sequence[float],
+    lengths: Sequence[float],
+    heights: Sequence[float],
+    feedback: Feedback,
+) -> tuple[list[Candidate], SceneLayers]:
+    """Those that are given, or pieces of contours where most logs pass; and the scene on a window wide enough."""
+    from deadwood_algorithms.evaluate.protection.candidate_barriers import contour_candidates, read_given
+    from deadwood_algorithms.evaluate.protection.siting import passed_to_lines
+    from deadwood_algorithms.simulate.warm_up import load_kernels
+
+    if ask.candidates:
+        return read_given(ask.candidates, heights, layers, feedback), layers
+    load_kernels(layers.shape, feedback)
+    if layers.dem.whole is not None:  # contours are drawn on all the ground that logs come to
+        _, layers = passed_to_lines(question, layers, list(layers.lines.geometry), feedback)
+
+    def passed(shapes: Sequence[Any]) -> Any:
+        return passed_to_lines(question, layers, shapes, feedback)[0]
+
+    found = contour_candidates(layers, above, lengths, heights, ask.places, passed)
+    if not found:
+        raise UserError(
+            f"{ask.run}: no log that reaches a line passes a contour {ask.above_m} m above it that is {ask.length_m} m "
+            "long; take others, or name --candidates"
+        )
+    return found, layers
+
+
+def rows_of(siting: Siting, now: Ways, alone: Sequence[Trial], steps: Sequence[Step]) -> list[dict[str, Any]]:
+    """One row a candidate alone, by what is left, and one a chosen set."""
+    n = len(now.reach)
+    rows = []
+    for trial in alone:
+        ways = now.with_rows(trial.rows, trial.ways)
+        flux = int(now.flux[:, siting.place[trial.number]].sum())
+        rows.append({"step": 0, **row_of(siting, (trial.number,), trial, ways, flux, n)})
+    for row in rows:
+        row["pareto"] = "yes" if not any(beats(other, row) for other in rows) else "no"
+    rows.sort(key=lambda row: row["n_reach"])
+    before = now
+    for number, step in enumerate(steps, 1):
+        flux = int(before.flux[:, siting.place[step.trial.number]].sum())
+        row = row_of(siting, step.chosen, step.trial, step.ways, flux, n)
+        rows.append({"step": number, **row, "pareto": ""})
+        before = step.ways
+    return rows
+
+
+def beats(one: dict[str, Any], other: dict[str, Any]) -> bool:
+    """Whether a candidate is as good in all of length, height and remaining reach, and better in one."""
+    pairs = [(round(one[name], 6), round(other[name], 6)) for name in ("length_m", "height_m", "n_reach")]
+    return all(a <= b for a, b in pairs) and any(a < b for a, b in pairs)
+
+
+def row_of(siting: Siting, chosen: Sequence[int], trial: Trial, ways: Ways, flux: int, n: int) -> dict[str, Any]:
+    from deadwood_algorithms.stats.statistics import reach_record
+
+    each = siting.candidates[trial.number]
+    return {
+        "barriers": " + ".join(siting.candidates[k].id for k in chosen),
+        "barrier_id": each.id,
+        "length_m": each.length,
+        "height_m": each.height,
+        "above_m": each.above,
+        "n_flux": flux,
+        "n_near": int(trial.rows.size),
+        **reach_record(int(ways.any_line.sum()), n),
+        **trial.gain_record(n),
+        **what_it_does(ways, trial.number),
+    }
+
+
+def what_it_does(ways: Ways, number: int) -> dict[str, Any]:
+    """Logs that a barrier holds, that jump over it and that pass beside; energy and height of 95 % of its hits."""
+    from deadwood_algorithms.stats.order_statistics import percentile_record
+
+    held = ways.held[:, number]
+    over = ways.crossed[:, number] & ~held
+    beside = ways.met[:, number] & ~held & ~over
+    record: dict[str, Any] = {
+        "n_stopped": int(held.sum()),
+        "n_overjumped": int(over.sum()),
+        "n_passed_beside": int(beside.sum()),
+    }
+    hit = np.isfinite(ways.energy[:, number])
+    record["n_hit"] = int(hit.sum())
+    more = 0
+    for name, unit, values in (("energy", "kj", ways.energy), ("height", "m", ways.height)):
+        told = percentile_record(values[hit, number], 0.95)
+        record |= {
+            f"{name}_p95_{unit}": told["value"],
+            f"{name}_low_{unit}": told["ci_low"],
+            f"{name}_high_{unit}": told["ci_high"],
+        }
+        more = told["n_more"]
+    return record | {"n_more": more}
+
+
+def layer_of(siting: Siting, layers: SceneLayers, now: Ways, steps: Sequence[Step]) -> geopandas.GeoDataFrame:
+    """The run's own barriers, then those chosen in the order of the candidates, with what each does when all stand."""
+    import geopandas
+    import shapely
+
+    rows: list[dict[str, Any]] = []
+    shapes: list[Any] = []
+    own, starts = layers.plates, layers.plates.starts
+    for k, item in enumerate(layers.barriers.item.tolist()):
+        rows.append({"barrier_id": str(layers.barriers.ids[item]), "height_m": float(own.height[k]), "step": 0})
+        shapes.append(shapely.LineString(own.vertices[starts[k] : starts[k + 1]]))
+    final = steps[-1].ways if steps else now
+    number = {step.trial.number: k for k, step in enumerate(steps, 1)}
+    for k in sorted(number):
+        each, step = siting.candidates[k], steps[number[k] - 1]
+        gain = step.trial.gain_record(len(now.reach))
+        facts = {"length_m": each.length, "above_m": each.above, "n_flux": int(now.flux[:, siting.place[k]].sum())}
+        for part in shapely.get_parts(each.shape):
+            record = {"barrier_id": each.id, "height_m": each.height, "step": number[k]}
+            rows.append(record | facts | gain | what_it_does(final, k))
+            shapes.append(part)
+    columns = ["barrier_id", "height_m", "step", "length_m", "above_m", "n_flux", *COUNTS]
+    frame = geopandas.GeoDataFrame(rows, columns=columns, geometry=shapes, crs=layers.dem.plan_crs)
+    return frame.astype({name: float for name in columns if name not in ("barrier_id", "step")})
+
+
+COUNTS = (
+    "gain_logs", "gain_p", "gain_low", "gain_high", "n_stopped", "n_overjumped", "n_passed_beside", "n_hit",
+    "energy_p95_kj", "energy_low_kj", "energy_high_kj", "height_p95_m", "height_low_m", "height_high_m", "n_more",
+)  # fmt: skip
+
+
+NO_CLASS = {"barrier_class": "", "barrier_class_high": ""}
+
+
+def by_line(siting: Siting, ways: Ways) -> list[dict[str, Any]]:
+    from deadwood_algorithms.stats.statistics import reach_record
+
+    n = len(ways.reach)
+    names = siting.plain.lines.ids
+    return [
+        {"line_id": str(name), **reach_record(int(hit.sum()), n)} for name, hit in zip(names, ways.reach.T, strict=True)
+    ]
+
+
+def lines_of(facts: dict[str, Any], classes: str | None) -> tuple[str, ...]:
+    """What reaches a line now, what is chosen and what is left then, and why no more."""
+    record = facts["reach"]
+    shown = [
+        f"{record['n_reach']} of {record['n_total']} logs reach a line, {percent_with_interval(record)}; "
+        f"{facts['candidates']} candidates, {facts['slid_again']} logs slid again"
+    ]
+    for row in facts["chosen"]:
+        points = points_with_interval(row["gain_p"], row["gain_low"], row["gain_high"])
+        shown.append(
+            f"{row['step']}. {row['barrier_id']}: {row['gain_logs']} logs less, {points} points; {row['n_reach']} "
+            f"still reach a line; it holds {row['n_stopped']}, {row['n_overjumped']} jump over"
+        )
+        if row["n_hit"]:
+            more = f" ({row['n_more']:.0f} more hits are needed for upper bounds)" if row["n_more"] else ""
+            shown.append(
+                f"   95 % of its {row['n_hit']:.0f} hits: up to {row['energy_p95_kj']:.3g} kJ and "
+                f"{row['height_p95_m']:.2g} m above the terrain{more}"
+            )
+            if classes:
+                shown.append(f"   {presets.BARRIERS[classes].words(row)}")
+    if facts["stopped_because"]:
+        shown.append(f"no more: {facts['stopped_because']}")
+    if classes:
+        shown.append(presets.BARRIERS[classes].said)
+    return tuple(shown)
+
+
+TOOL = Tool(
+    "site-barriers", "Evaluate", "A run: where a barrier keeps most logs away, by its length and height", Ask, run
+)

@@ -1,0 +1,308 @@
+"""Tell which of the inputs the answer hangs on: friction, the sizes of logs and trees, the terrain model, and others.
+
+The same logs slide again and again, each time with other values of the factors that --vary names. Two things are read
+from it, for the reach of every line and for the mean run-out:
+
+- the tornado: every factor alone at both ends of its range, the others as they are. The swing
+  between the ends has the interval of a paired difference over the logs (Tango's; of run-outs a bootstrap);
+- the indices, of --design latin or sobol: all factors at once, over all of their ranges. The first-order index is the
+  share of the variance that a factor accounts for alone, the total-effect index the share that it has a part in, alone
+  or with others (Saltelli et al. 2010, Jansen 1999). What so few logs add to them by chance is taken off; the
+  intervals are by bootstrap over the design's rows and the logs. The design has (factors + 2) x --samples runs.
+
+In the folder are `tornado.csv`, `tornado.png`, `indices.csv`, `runs.csv` (one row a run) and `summary.json` with the
+sentence "your answer hangs on ...", or that so many logs do not decide it.
+
+    deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
+        --count 100 --output releases.gpkg
+    deadwood-tool vary --dem sample_data/dem.tif --releases releases.gpkg --trees sample_data/trees.csv \\
+        --lines 'sample_data/sample.gpkg|layername=lines' --friction 0.25 \\
+        --vary friction=0.2:0.3,rolling_friction,log_density_factor --design ends --output varied
+
+A range is the user's: a wide one makes its factor strong. The ranges that are offered are suggestions (rolling friction
+0.03 to 0.15, for no value is measured for logs). Values in a range count as equally likely and factors as independent.
+Of what is not varied the tool knows nothing. The error of the terrain model is a random surface, which does not change
+from log to log: the tornado shows one of them, the design another in every row.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.scene.released_scene import SceneByName
+from deadwood_algorithms.simulate.log_order import hash_order
+
+if TYPE_CHECKING:
+    from deadwood_algorithms.evaluate.sensitivity.answer import Answer, Measured
+    from deadwood_algorithms.evaluate.sensitivity.design import Place
+    from deadwood_algorithms.evaluate.sensitivity.factor_runs import SlidRuns
+    from deadwood_algorithms.evaluate.sensitivity.factors import Factor
+    from deadwood_algorithms.scene.layers import SceneLayers
+    from deadwood_algorithms.scene.releases import Releases
+
+RUNS, TORNADO, INDICES, PICTURE, FACTS, MANIFEST = (
+    "runs.csv", "tornado.csv", "indices.csv", "tornado.png", "summary.json", "manifest.json",
+)  # fmt: skip
+FEW_LOGS = 100
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ask(SceneByName):
+    vary: str = tool.text(
+        "Factors and their ranges",
+        default="friction_factor,rolling_friction,log_dbh_factor,log_length_factor",
+        path_like=True,
+        help="NAME=LOW:HIGH with commas, or a JSON or CSV file of them. A name alone takes the range that is offered: "
+        "friction 0.2:0.3, friction_factor 0.8:1.2, rolling_friction 0.03:0.15, restitution 0:0.2, tree_friction "
+        "0.2:0.6, tree_restitution 0:0.2, log_dbh_factor and log_length_factor 0.9:1.1, log_density_factor 0.7:1.3, "
+        "tree_dbh_factor 0.9:1.1, dem_noise_m 0:0.1, fidelity draft:standard. Factors multiply what the layers say.",
+    )
+    design: str = tool.choice(
+        "How to vary: the ends of each range alone, or also all together",
+        "ends",
+        "latin",
+        "sobol",
+        default="latin",
+        help="latin: a Latin hypercube; sobol: Sobol's sequence, which needs SciPy. Both bring the indices.",
+    )
+    samples: int = tool.integer(
+        "Rows of the design",
+        default=32,
+        minimum=8,
+        maximum=65536,
+        help="The design has (factors + 2) times as many runs. Of sobol a power of two.",
+    )
+    logs: int = tool.integer(
+        "Logs to slide in each run",
+        default=300,
+        minimum=2,
+        help="An even draw by seed and log_id; all if the layer has fewer.",
+    )
+    dem_noise_length_m: float = tool.number(
+        "Distance over which errors of the terrain model are alike",
+        unit="m",
+        default=5.0,
+        minimum=0.0,
+        exclusive=True,
+        help="At this distance their correlation is 0.37; at least one cell.",
+    )
+    fidelity: str = tool.choice(
+        "Speed against accuracy",
+        "draft",
+        "standard",
+        "fine",
+        "reference",
+        default="draft",
+        help="Differences hang less on it than their ends; the factor 'fidelity' tells how much.",
+    )
+    resume: bool = tool.flag("Go on with interrupted runs")
+    output: str = tool.output_folder("Folder of the variation", parts=(TORNADO, INDICES, RUNS, PICTURE, FACTS))
+    overwrite: bool = tool.overwrite()
+
+
+def run(ask: Ask, feedback: Feedback) -> Outcome:
+    from deadwood_algorithms.evaluate.sensitivity.design import cube, places_at_ends, rows_of_design
+    from deadwood_algorithms.evaluate.sensitivity.factor_runs import refuse_pointless, slide_places
+    from deadwood_algorithms.evaluate.sensitivity.factors import factors_of
+    from deadwood_algorithms.files.outputs import output_folder
+    from deadwood_algorithms.simulate.checkpoints import WorkFolder
+    from deadwood_algorithms.simulate.sliding import workers_for
+    from deadwood_algorithms.simulate.warm_up import load_kernels
+    from deadwood_algorithms.simulate.windows import read_released_scene
+
+    factors = factors_of(ask.vary)
+    for each in factors:
+        if each.offered:
+            feedback.note(each.offer_words)
+    places = places_at_ends(factors)
+    if ask.design != "ends":
+        places += rows_of_design(factors, *cube(ask.design, ask.samples, len(factors), ask.seed))
+    with output_folder(ask.output, ask.overwrite) as folder:
+        layers, releases = read_released_scene(ask, feedback, windowed=True)
+        logs = releases.take(hash_order(releases.logs.log_id, ask.seed)[: ask.logs])
+        refuse_pointless(factors, ask, layers, logs)
+        if any(each.name == "dem_noise_m" for each in factors) and ask.dem_noise_length_m < layers.dem.cell:
+            raise UserError(
+                f"--dem-noise-length-m is {ask.dem_noise_length_m:g}, less than a cell of the terrain model; "
+                f"give at least {layers.dem.cell:g}"
+            )
+        if len(logs) < FEW_LOGS:
+            feedback.warn(f"{len(logs)} logs tell strong factors only; release some hundreds")
+        feedback.note(f"{len(places)} runs of {len(logs)} logs: {len(places) * len(logs)} logs are slid")
+        work = WorkFolder(ask.output, identity(ask, layers, releases, places), resume=ask.resume, feedback=feedback)
+        load_kernels(layers.shape, feedback)
+        with workers_for(ask, feedback):
+            slid = slide_places(places, ask, ask.fidelity, ask.dem_noise_length_m, layers, logs, work, feedback)
+        measured, answers = evaluate(ask, factors, slid, layers, logs, feedback)
+        facts = write(folder, ask, factors, places, slid, measured, answers, layers)
+    work.remove()
+    final = Path(ask.output)
+    parts = {"runs": RUNS, "tornado": TORNADO, "picture": PICTURE, "summary": FACTS, "manifest": MANIFEST}
+    parts |= {"indices": INDICES} if ask.design != "ends" else {}
+    outputs = {"output": final} | {key: final / name for key, name in parts.items()}
+    return Outcome(outputs, facts, lines_of(measured, answers, facts))
+
+
+def identity(ask: Ask, layers: SceneLayers, releases: Releases, places: list[Place]) -> dict[str, Any]:
+    """What decides every run, bit for bit: only what agrees in all of it is gone on with."""
+    return {
+        "version": tool.VERSION,
+        "engine": tool.engine_digest(),
+        "DEM, friction, trees, barriers, lying logs or lines": layers.digest,
+        "releases": releases.digest,
+        "options": [*ask.laws().values(), ask.shape, ask.time_limit, ask.rest_speed, ask.fidelity],
+        "--logs or --seed": [ask.logs, ask.seed],
+        "--dem-noise-length-m": ask.dem_noise_length_m,
+        "factors or design": [asdict(each) for each in places],
+    }
+
+
+def evaluate(
+    ask: Ask, factors: list[Factor], slid: SlidRuns, layers: SceneLayers, logs: Releases, feedback: Feedback
+) -> tuple[list[Measured], list[Answer]]:
+    """Bars, indices and sentences of every outcome."""
+    from deadwood_algorithms.evaluate.sensitivity.answer import Measured, what_it_hangs_on
+    from deadwood_algorithms.evaluate.sensitivity.indices import indices_of, rows_drawn, weights_of
+    from deadwood_algorithms.evaluate.sensitivity.tornado import bars_of
+
+    weights = weights_of(logs.logs.log_id, ask.seed)
+    ends, n = 1 + 2 * len(factors), ask.samples
+    drawn = rows_drawn(n, ask.seed) if ask.design != "ends" else None
+    lines = layers.lines.ids
+    outcomes = [(f"reach_{line}", str(line), slid.reach[:, :, k].astype(float)) for k, line in enumerate(lines)]
+    outcomes.append(("runout_mean_m", "", slid.runout))
+    measured = []
+    for turn, (name, line, values) in enumerate(outcomes):
+
+        def look(turn: int = turn) -> None:
+            feedback.progress(turn, len(outcomes), "evaluating")
+            if feedback.cancelled():
+                raise Cancelled
+
+        look()
+        bars = bars_of(factors, values[:ends], weights, share=bool(line))
+        found = None
+        if drawn is not None:
+            a, b = values[ends : ends + n], values[ends + n : ends + 2 * n]
+            mixed = values[ends + 2 * n :].reshape(len(factors), n, values.shape[1])
+            found = indices_of(a, b, mixed, weights, drawn, look)
+        measured.append(Measured(name, line, bars, found))
+    feedback.progress(1, 1, "evaluating")
+    return measured, [what_it_hangs_on(each, len(logs)) for each in measured]
+
+
+def write(
+    folder: Path,
+    ask: Ask,
+    factors: list[Factor],
+    places: list[Place],
+    slid: SlidRuns,
+    measured: list[Measured],
+    answers: list[Answer],
+    layers: SceneLayers,
+) -> dict[str, Any]:
+    """Write the folder; gives the facts of summary.json."""
+    import pandas
+
+    from deadwood_algorithms.evaluate.sensitivity.factor_runs import table_of
+    from deadwood_algorithms.evaluate.sensitivity.tornado_figure import draw
+    from deadwood_algorithms.files.tables import write_csv
+    from deadwood_algorithms.results.run_folder import write_json
+
+    logs = slid.runout.shape[1]
+    head = headline(measured, answers)
+    facts: dict[str, Any] = {
+        "sentence": answers[head].sentence,
+        "answers": [asdict(each) for each in answers],
+        "logs": logs,
+        "runs": len(places),
+        "design": ask.design,
+        "samples": ask.samples if ask.design != "ends" else 0,
+        "factors": [{"factor": each.name, "low": each.low, "high": each.high} for each in factors],
+        "tornado": tornado_rows(measured),
+        "indices": index_rows(measured),
+    }
+    write_csv(folder / RUNS, pandas.DataFrame(table_of(places, slid, factors, layers.lines.ids)))
+    write_csv(folder / TORNADO, pandas.DataFrame(facts["tornado"]))
+    if facts["indices"]:
+        write_csv(folder / INDICES, pandas.DataFrame(facts["indices"]))
+    write_json(folder / FACTS, facts)
+    note = (
+        "High less low end with its 95 % interval over the same logs, bold where that leaves out 0. Values of a range "
+        f"count as equally likely. Fidelity {ask.fidelity}, seed {ask.seed}."
+    )
+    draw(folder / PICTURE, measured, answers, logs, len(places), note)
+    write_json(folder / MANIFEST, tool.manifest(TOOL, ask))
+    return facts
+
+
+def headline(measured: list[Measured], answers: list[Answer]) -> int:
+    """The outcome whose sentence stands for all: the line that a factor moves most, a decided one first."""
+    lines = [k for k, each in enumerate(measured) if each.is_share] or [len(measured) - 1]
+    return max(lines, key=lambda k: (bool(answers[k].factors), max(abs(bar.swing) for bar in measured[k].bars)))
+
+
+def tornado_rows(measured: list[Measured]) -> list[dict[str, Any]]:
+    return [
+        {
+            "outcome": each.name,
+            "factor": bar.factor.name,
+            "low": bar.factor.low,
+            "high": bar.factor.high,
+            "as_it_is": bar.base,
+            "at_low": bar.at_low,
+            "at_high": bar.at_high,
+            "swing": bar.swing,
+            "ci_low": bar.ci_low,
+            "ci_high": bar.ci_high,
+            "n_changed": bar.n_changed,
+            "beyond_chance": bar.beyond_chance,
+        }
+        for each in measured
+        for bar in each.bars
+    ]
+
+
+def index_rows(measured: list[Measured]) -> list[dict[str, Any]]:
+    return [
+        {
+            "outcome": each.name,
+            "factor": bar.factor.name,
+            "first": found.first[k],
+            "first_low": found.first_interval[0, k],
+            "first_high": found.first_interval[1, k],
+            "total": found.total[k],
+            "total_low": found.total_interval[0, k],
+            "total_high": found.total_interval[1, k],
+            "mean": found.mean,
+            "variance": found.variance,
+            "variance_low": found.variance_low,
+            "variance_high": found.variance_high,
+        }
+        for each in measured
+        if (found := each.indices) is not None
+        for k, bar in enumerate(each.bars)
+    ]
+
+
+def lines_of(measured: list[Measured], answers: list[Answer], facts: dict[str, Any]) -> tuple[str, ...]:
+    """What each factor does to each outcome, and the sentences."""
+    shown = []
+    for each in measured:
+        shown.append(f"{each.words}:")
+        for k, bar in sorted(enumerate(each.bars), key=lambda pair: -abs(pair[1].swing)):
+            text = f"  {bar.factor.words} {bar.factor.range_words}: {each.change(bar)}"
+            if each.indices is not None and np.isfinite(each.indices.total[k]):
+                text += f", total-effect index {each.indices.total_words(k)}"
+            shown.append(text)
+    others = [one.sentence for one in answers if one.sentence != facts["sentence"]]
+    return (f"{facts['runs']} runs of the same {facts['logs']} logs", *shown, *others, facts["sentence"])
+
+
+TOOL = Tool("vary", "Evaluate", "What the answer hangs on: factors varied alone and together", Ask, run)

@@ -1,0 +1,38 @@
+"""Open a run's report in the browser; one that has none yet is made, and stays in the run's folder.
+
+    deadwood-tool view my_case
+
+The page is `report.html` in the folder, as `slide-logs --report` and `make-report` write it. It opens from the file
+system; nothing is sent anywhere. A report that is there is opened as it is: `make-report --overwrite` renews it.
+"""
+
+from __future__ import annotations
+
+import webbrowser
+from dataclasses import dataclass
+from pathlib import Path
+
+from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.tool import Feedback, Outcome, Tool
+from deadwood_algorithms.tools import make_report
+
+REPORT = "report.html"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ask:
+    run: str = tool.folder("Folder of a run of slide-logs, or of a demo", positional=True)
+    language: str = tool.choice("Language of a page that has to be made", "en", "de", default="en")
+
+
+def run(ask: Ask, feedback: Feedback) -> Outcome:
+    page = Path(ask.run) / REPORT
+    if not page.is_file():
+        make_report.run(make_report.Ask(runs=ask.run, language=ask.language, output=str(page)), feedback)
+    address = page.resolve().as_uri()
+    if not webbrowser.open(address):
+        feedback.note(f"no browser could be started; open {address} in one")
+    return Outcome({"output": page}, {"address": address})
+
+
+TOOL = Tool("view", "Evaluate", "Open a run's report in the browser, made if missing", Ask, run, in_qgis=False)

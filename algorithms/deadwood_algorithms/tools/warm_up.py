@@ -1,0 +1,41 @@
+"""Compile the engine for this machine, so that the first run need not: once after each installation or update.
+
+    deadwood-tool warm-up
+
+What is compiled is kept in the user's cache folder (`NUMBA_CACHE_DIR` names another one) and serves every tool and
+QGIS; the same engine is compiled once. `--shapes` compiles the kernels of point clouds (`slide-logs --shape`) too,
+which otherwise wait for the first that slides.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.tool import Feedback, Outcome, Tool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ask:
+    shapes: bool = tool.flag("Also the kernels of point clouds")
+
+
+def run(ask: Ask, feedback: Feedback) -> Outcome:
+    from deadwood_algorithms.simulate.warm_up import load_kernels
+    from deadwood_engine import Shape
+
+    began = time.monotonic()
+    load_kernels(None, feedback)
+    if ask.shapes:
+        load_kernels(Shape.of(np.array(CUBE)), feedback)
+    seconds = time.monotonic() - began
+    feedback.note(f"the engine is ready ({seconds:.0f} s)")
+    return Outcome({}, {"seconds": round(seconds, 1), "engine": tool.engine_digest()})
+
+
+CUBE = [(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]
+
+TOOL = Tool("warm-up", "Simulate", "Compile the engine for this machine, before the first run", Ask, run, in_qgis=False)

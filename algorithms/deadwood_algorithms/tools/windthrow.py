@@ -1,0 +1,175 @@
+"""Throw trees as a storm does, and write what stands and lies before, after, years later, and cleared.
+
+Of a trees layer a share of the stems is thrown: of all (`--share`), of each class of DBH (`--dbh-classes 0:0.1,40:0.7`,
+from 0 cm on a tenth, from 40 cm on seven tenths), within polygons (`--areas`, whose column `share` goes before), and
+the trees that `--ids` names. The nearest whole number of each group falls; which ones hangs on the seed and each tree's
+id.
+
+A thrown stem lies from its stump towards `--fall-deg`, where the wind blows to, with a normal scatter; it is the part
+of the tree's truncated cone above the stump, as long on the slope as it was high. The stump stays, as a short tree
+(`--stump-m 0`: uprooted, none). The folder holds layers ready for `slide-logs`:
+
+- `trees_before.gpkg`: the forest before;
+- `trees_after.gpkg`, `lying_after.gpkg`: what stands, with stumps, and what lies right after;
+- `trees_later.gpkg`, `lying_later.gpkg`: the same ten years on, say: a share of the lying logs is gone (`--lost`), the
+  others are thinner (`--thinner`). The defaults are assumptions, no measurement: take those of your climate and wood.
+  `--wood spruce --years 10` reckons `--thinner` from a published rate of decay;
+- `trees_cleared.gpkg`: everything that lay is removed, the stumps stay;
+- `stems.gpkg`: every tree, and whether it stands, lies or is removed in each scenario.
+
+    deadwood-tool import-trees --trees sample_data/trees.csv --dem sample_data/dem.tif --output trees.gpkg
+    deadwood-tool windthrow --trees trees.gpkg --dem sample_data/dem.tif --share 0.4 --fall-deg 180 --output storm
+
+It prints the commands that slide the same logs through all four, and compare them. It does not say which trees a storm
+throws: that is yours to say. Stems lie flat, not on one another or against standing trees; nothing grows in between.
+"""
+
+from __future__ import annotations
+
+import shlex
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from deadwood_algorithms.params import presets, tool
+from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.schemas import TREE_M
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+STEMS = "stems.gpkg"
+YEARS, THINNER = 10.0, 0.2
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ask:
+    trees: str = tool.vector("Trees before the storm", "point")
+    dem: str = tool.terrain("Terrain (DEM)")
+    share: float | None = tool.number("Share of the stems that is thrown", default=None, minimum=0.0, maximum=1.0)
+    dbh_classes: str | None = tool.text(
+        "Share by class of DBH", default=None, help="Least DBH [cm]:share, with commas: 0:0.1,20:0.3,40:0.7."
+    )
+    areas: str | None = tool.vector(
+        "Areas of windthrow",
+        "polygon",
+        default=None,
+        help="Nothing falls outside. A column share goes before --share and --dbh-classes.",
+    )
+    ids: str | None = tool.text("Trees that are thrown in any case", default=None, help="tree_id, with commas.")
+    fall_deg: float = tool.number(
+        "Azimuth towards which stems fall, where the wind blows to", unit="°", minimum=0.0, maximum=360.0
+    )
+    scatter_deg: float = tool.number("Standard deviation of that", unit="°", default=20.0, minimum=0.0, maximum=180.0)
+    stump_m: float = tool.number(
+        "Height of the stumps", unit="m", default=0.5, minimum=0.0, help="0: none, the stems are uprooted."
+    )
+    lost: float = tool.number("Share of the lying logs that is gone years later", default=0.3, minimum=0.0, maximum=1.0)
+    thinner: float | None = tool.number(
+        "Share of the others' diameter that is gone by then",
+        default=None,
+        minimum=0.0,
+        maximum=0.95,
+        help="Default: by --wood, else 0.2, an assumption.",
+    )
+    wood: str | None = tool.choice(
+        "Wood whose rate of decay says how much thinner",
+        *presets.DECAYS,
+        default=None,
+        help=presets.choices_told(presets.DECAYS),
+    )
+    years: float | None = tool.number(
+        "Years on, with --wood", default=None, minimum=0.0, maximum=100.0, help="Default: 10."
+    )
+    seed: int = tool.seed()
+    crs: str | None = tool.crs()
+    output: str = tool.output_folder("Folder of the scenarios' layers")
+    overwrite: bool = tool.overwrite()
+
+    def taken_presets(self) -> tuple[presets.Taken, ...]:
+        if self.wood is None:
+            return ()
+        decayed = presets.decayed(presets.WOODS[self.wood], YEARS if self.years is None else self.years)
+        return (presets.Taken.of(decayed, "--wood", vars(self)),)
+
+
+def run(ask: Ask, feedback: Feedback) -> Outcome:
+    from deadwood_algorithms.files.dem_windows import read_dem
+    from deadwood_algorithms.files.outputs import output_folder
+    from deadwood_algorithms.files.vectors import write_vector
+    from deadwood_algorithms.prepare.trees import stems as layers
+    from deadwood_algorithms.prepare.trees.throwing import chosen_share, fall_directions, lying_stems
+    from deadwood_algorithms.results.run_folder import MANIFEST, write_json
+    from deadwood_algorithms.stats import draws
+
+    if 0.0 < ask.stump_m < TREE_M[0]:
+        raise UserError(f"--stump-m is {ask.stump_m:g} m, but must be 0 (none) or at least {TREE_M[0]:g} m")
+    if ask.years is not None and ask.wood is None:
+        raise UserError("--years is reckoned with the decay of a wood; name it with --wood, or give --thinner itself")
+    thinner = THINNER if ask.thinner is None else ask.thinner
+    for taken in ask.taken_presets():
+        feedback.note(taken.said)
+        thinner = float(taken.values["thinner"])
+    final = Path(ask.output)
+    with output_folder(ask.output, ask.overwrite) as folder:
+        grid = read_dem(ask.dem, crs=ask.crs, feedback=feedback)
+        stems = layers.read_stems(ask.trees, grid, ask.crs, feedback)
+        thrown = layers.thrown_stems(stems, tool.taken(ask, layers.Storm), grid, ask.crs, feedback)
+        rows = np.flatnonzero(thrown)
+        items = stems.item[rows]
+        azimuth = fall_directions(items, ask.fall_deg, ask.scatter_deg, ask.seed)
+        lying = lying_stems(stems.place[rows], stems.dbh_cm[rows], stems.height_m[rows], azimuth, ask.stump_m, grid)
+        if lying.cut.any():
+            feedback.note(
+                f"{int(lying.cut.sum())} stems would reach beyond the terrain; they end at its edge, or fall the other "
+                "way where there is no room"
+            )
+        one_group = np.zeros(rows.size, np.int64)
+        gone = chosen_share(items, np.full(rows.size, ask.lost), one_group, ask.seed, draws.STEM_LOST)
+        lost = np.zeros(thrown.size, bool)
+        lost[rows] = gone
+        states = layers.states_of(thrown, lost)
+        after = layers.trees_with_stumps(stems, thrown, ask.stump_m)
+        before = layers.trees_with_stumps(stems, np.zeros_like(thrown), 1.0)
+        standing = {"before": before, "after": after, "later": after, "cleared": after}
+        logs = {
+            "after": layers.lying_frame(stems, lying, rows, np.ones(rows.size, bool), 1.0),
+            "later": layers.lying_frame(stems, lying, rows, ~gone, 1.0 - thinner),
+        }
+        for name, frame in standing.items():
+            if len(frame):
+                write_vector(folder / f"trees_{name}.gpkg", {"trees": frame})
+        for name, frame in logs.items():
+            if len(frame):
+                write_vector(folder / f"lying_{name}.gpkg", {"lying_logs": frame})
+        write_vector(folder / STEMS, {"stems": layers.stems_frame(stems, thrown, lying.azimuth_deg, states)})
+        write_json(folder / MANIFEST, tool.manifest(TOOL, ask))
+        made = {each.stem: final / each.name for each in sorted(folder.iterdir())}
+    facts = {name: {state: int((values == state).sum()) for state in (layers.STANDING, layers.LYING, layers.REMOVED)}
+             for name, values in states.items()}  # fmt: skip
+    return Outcome({"output": final} | made, facts, lines_of(facts, made, ask.dem))
+
+
+def lines_of(facts: Mapping[str, Any], made: Mapping[str, Path], dem: str) -> tuple[str, ...]:
+    """What each scenario has, and the commands that slide the same logs through all of them."""
+    shown = []
+    for name, counts in facts.items():
+        shown.append(f"{name}: {counts['standing']} trees stand, {counts['lying']} stems lie, "
+                     f"{counts['removed']} are removed")  # fmt: skip
+    shown.append("now slide the same logs through each, with your releases, lines and friction:")
+    for name in facts:
+        layers = ""
+        for flag, stem in (("--trees", f"trees_{name}"), ("--lying-logs", f"lying_{name}")):
+            layers += f" {flag} {shlex.quote(str(made[stem]))}" if stem in made else ""
+        shown.append(
+            f"  deadwood-tool slide-logs --dem {shlex.quote(dem)} --releases releases.gpkg{layers} --lines road.gpkg "
+            f"--friction 0.4 --trajectories all --output run_{name}"
+        )
+    runs = ",".join(f"run_{name}" for name in facts)
+    shown.append(f"  deadwood-tool compare-scenarios --runs {runs} --output windthrow_effect")
+    return tuple(shown)
+
+
+TOOL = Tool("windthrow", "Prepare", "Trees and a storm: layers before, after, years on and cleared", Ask, run)

@@ -1,0 +1,86 @@
+"""The sentence, for outcomes made by hand: one factor, two that cannot be told apart, none."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from deadwood_algorithms.evaluate.sensitivity.answer import Measured, order_of_strength, what_it_hangs_on
+from deadwood_algorithms.evaluate.sensitivity.factors import factors_of
+from deadwood_algorithms.evaluate.sensitivity.indices import Indices, weights_of
+from deadwood_algorithms.evaluate.sensitivity.tornado import bars_of
+
+FACTORS = factors_of("friction=0.2:0.3,rolling_friction,log_density_factor")
+LOGS = 200
+
+
+def measured(*highs: int, share: bool = True) -> Measured:
+    """100 of 200 logs reach with nothing varied and at low ends; at the high ends so many of these less."""
+    values = np.tile(np.arange(LOGS) < 100, (1 + 2 * len(FACTORS), 1)).astype(float)
+    rng = np.random.default_rng(1)
+    for k, less in enumerate(highs):
+        values[2 + 2 * k, rng.permutation(100)[:less]] = 0.0
+    bars = bars_of(FACTORS, values, weights_of(np.arange(LOGS), 0), share=share)
+    return Measured("reach_road" if share else "runout_mean_m", "road" if share else "", bars, None)
+
+
+def test_one_factor():
+    told = what_it_hangs_on(measured(60, 5, 0), LOGS)
+    assert told.factors == ["friction"]
+    assert told.decided
+    assert told.sentence == (
+        "Your answer hangs on friction: 0.2 to 0.3 takes the reach of road from 50.0 % to 20.0 %, "
+        "-30.0 points (-36.7 to -24.1)."
+    )
+
+
+def test_two_that_cannot_be_told_apart():
+    told = what_it_hangs_on(measured(30, 32, 0), LOGS)
+    assert set(told.factors) == {"friction", "rolling_friction"}
+    assert not told.decided
+    assert "which of them moves the reach of road more is not decided by so many logs (200)" in told.sentence
+
+
+def test_none():
+    told = what_it_hangs_on(measured(1, 2, 0), LOGS)
+    assert told.factors == []
+    assert not told.decided
+    assert told.sentence.startswith("What the reach of road hangs on is not decided by so many logs (200)")
+    assert "The largest change is that of rolling friction, -1.0 points" in told.sentence
+
+
+def test_a_mean_in_metres():
+    one = measured(60, 5, 0, share=False)
+    told = what_it_hangs_on(one, LOGS)
+    assert "takes the mean run-out from 0.500 m to 0.200 m, -0.300 m (-0.3" in told.sentence
+    assert one.change(one.bars[2]) == "0 m (no log changes)"
+
+
+def test_so_many_factors_are_named_that_one_of_them_is_the_strongest():
+    draws = np.array([[3.0, 1.0, 0.0]] * 90 + [[1.0, 2.0, 0.0]] * 7 + [[0.0, 1.0, 2.0]] * 3)
+    assert order_of_strength([0, 1, 2], draws) == [0, 1]
+    assert order_of_strength([0, 1, 2], draws[:90]) == [0]
+    assert order_of_strength([1, 2], draws[:90]) == [1]
+    assert order_of_strength([0, 1], np.full((4, 3), np.nan)) == [0, 1]
+
+
+def indexed(total: list[float], low: list[float], high: list[float], scatter: float) -> Indices:
+    """Indices by hand, whose resamples scatter so much."""
+    ends, none = np.array([low, high]), np.full(3, np.nan)
+    draws = np.array(total) + scatter * np.random.default_rng(2).standard_normal((400, 3))
+    return Indices(0.4, 0.01, 0.005, 0.02, none, np.full((2, 3), np.nan), np.array(total), ends, draws)
+
+
+def test_the_indices_decide_where_there_are_some():
+    """The swing of friction is larger, but over all ranges rolling friction has the larger part."""
+    bars = measured(60, 40, 0).bars
+    told = what_it_hangs_on(
+        Measured("reach_road", "road", bars, indexed([0.2, 0.8, 0.0], [0.1, 0.6, 0.0], [0.3, 1.0, 0.1], 0.05)), LOGS
+    )
+    assert (told.by, told.factors, told.decided) == ("total", ["rolling_friction"], True)
+    assert told.sentence.endswith("; its total-effect index is 0.80 (0.60 to 1.00).")
+    near = Measured("reach_road", "road", bars, indexed([0.5, 0.6, 0.0], [0.1, 0.2, 0.0], [0.9, 1.0, 0.1], 0.2))
+    told = what_it_hangs_on(near, LOGS)
+    assert told.factors == ["rolling_friction", "friction"]
+    assert "is not decided by so many logs (200) and so many rows" in told.sentence
+    empty = Measured("reach_road", "road", bars, indexed([np.nan] * 3, [np.nan] * 3, [np.nan] * 3, 0.0))
+    assert what_it_hangs_on(empty, LOGS).by == "swing"

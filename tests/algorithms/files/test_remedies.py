@@ -1,0 +1,164 @@
+"""Every command that a message prints as the mend is run as printed, and the tool takes what it leaves."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import rasterio
+from rasterio.control import GroundControlPoint
+from rasterio.crs import CRS
+from rasterio.transform import Affine, from_origin
+
+from deadwood_algorithms.files import remedies
+from deadwood_algorithms.files.dem_windows import read_dem
+from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.scene.ground import warn_of_ground
+from deadwood_algorithms.scene.memory import threads_that_fit
+
+E, N = 2_783_000.0, 1_190_000.0
+HEIGHTS = np.add.outer(np.arange(40.0), 0.5 * np.arange(50.0)).astype(np.float32) + 500.0
+NORTH_UP = from_origin(E, N, 2, 2)
+RIO = "import sys; from rasterio.rio.main import main_group; main_group(sys.argv[1:])"
+
+
+def tif(path: Path, transform: Affine = NORTH_UP, crs: Any = "EPSG:2056", **facts: Any) -> Path:
+    change = facts.pop("change", None)
+    profile = {"driver": "GTiff", "dtype": "float32", "count": 1, "height": 40, "width": 50} | facts
+    values = facts.pop("values", HEIGHTS)
+    profile.pop("values", None)
+    with rasterio.open(path, "w", transform=transform, crs=crs, **profile) as made:
+        made.write(values.astype(profile["dtype"]), 1)
+        if change:
+            change(made)
+    return path
+
+
+def gcps(made: Any) -> None:
+    corners = [(0, 0), (39, 49), (0, 49), (39, 0)]
+    places = [GroundControlPoint(row, column, E + 2 * column, N - 2 * row) for row, column in corners]
+    made.gcps = (places, CRS.from_epsg(2056))
+
+
+def carry_out(message: str, folder: Path) -> Path:
+    """Run what stands behind ``mend`` in a message, in its folder; gives the last file that was made."""
+    command = re.search(r"\b\S*rio'? .*", message, re.DOTALL)
+    assert command, message
+    text = re.split(r", (?:with|and) the?|, and take| \(if its", command[0])[0]
+    last = folder
+    for step in text.split(" && "):
+        words = shlex.split(step.strip().rstrip(")") if step.count(")") > step.count("(") else step)
+        assert Path(words[0]).name == "rio"
+        ran = subprocess.run([sys.executable, "-c", RIO, *words[1:]], cwd=folder, capture_output=True, text=True)
+        assert ran.returncode == 0, (step, ran.stderr[-500:])
+        last = folder / next(word for word in words[::-1] if word.endswith(".tif"))
+    return last
+
+
+def asc(path: Path, dy: float) -> Path:
+    head = f"ncols 50\nnrows 40\nxllcorner {E}\nyllcorner {N}\ndx 2\ndy {dy}\nNODATA_value -9999\n"
+    path.write_text(head + "\n".join(" ".join(f"{v:.1f}" for v in row) for row in HEIGHTS))
+    return path
+
+
+TURNED = Affine.translation(E, N) @ Affine.rotation(20.0) @ Affine.scale(2.0, -2.0)
+REFUSED: dict[str, Any] = {
+    "degrees": lambda f: tif(f / "my dem.tif", from_origin(9.0, 47.0, 2e-5, 2e-5), "EPSG:4326"),
+    "feet": lambda f: tif(f / "d.tif", from_origin(6_000_000, 2_000_000, 3, 3), "EPSG:2225"),
+    "Web Mercator": lambda f: tif(f / "d.tif", from_origin(1.1e6, 5.9e6, 2.0, 2.0), "EPSG:3857"),
+    "rotated": lambda f: tif(f / "d.tif", TURNED),
+    "rotated, nodata": lambda f: tif(f / "d.tif", TURNED, nodata=-32768),
+    "rotated, without code": lambda f: tif(f / "d.tif", TURNED, CRS.from_string("+proj=tmerc +lon_0=9 +datum=WGS84")),
+    "mirrored": lambda f: tif(f / "d.tif", Affine(-2, 0, E, 0, -2, N)),
+    "rotated, south up": lambda f: tif(f / "d.tif", TURNED @ Affine.scale(1, -1)),
+    "oblong": lambda f: tif(f / "d.tif", from_origin(E, N, 2, 3)),
+    "oblong, no CRS": lambda f: asc(f / "d.asc", 3.0),
+    "oblong, int16": lambda f: tif(f / "d.tif", from_origin(E, N, 2, 3), dtype="int16"),
+    "oblong, uint16": lambda f: tif(f / "d.tif", from_origin(E, N, 2, 3), dtype="uint16"),
+    "control points": lambda f: tif(f / "d.tif", Affine.identity(), None, change=gcps),
+    "heights in feet by the CRS": lambda f: tif(f / "d.tif", from_origin(5e5, 4e6, 2, 2), "EPSG:32611+6360", nodata=0),
+    "heights in feet by the band": lambda f: tif(f / "d.tif", change=lambda m: setattr(m, "units", ("feet",))),
+    "a quarry": lambda f: tif(f / "d.tif", crs='LOCAL_CS["quarry",UNIT["metre",1]]'),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_the_mend_of_a_refused_dem_mends_it(tmp_path, name, said):
+    path = REFUSED[name](tmp_path)
+    crs = "EPSG:2056" if "no CRS" in name else None
+    with pytest.raises(UserError) as refused:
+        read_dem(path, crs=crs)
+    mended = read_dem(carry_out(str(refused.value).split("mend: ", 1)[1], tmp_path), feedback=said)
+    assert not said.warnings, said.warnings  # such as heights of 0 m around it
+    heights = mended.values[np.isfinite(mended.values)]
+    feet = 0.3048 if "heights in feet" in name else 1.0
+    assert heights.size > 1000
+    assert heights.min() == pytest.approx(HEIGHTS.min() * feet, rel=0.01)
+    assert heights.max() == pytest.approx(HEIGHTS.max() * feet, rel=0.01)
+
+
+def test_a_dem_without_place_is_mended_with_its_own_numbers(tmp_path):
+    path = tif(tmp_path / "d.tif", Affine.identity())
+    with pytest.raises(UserError) as refused:
+        read_dem(path)
+    message = str(refused.value)
+    for word, number in (("CELL", "2"), ("WEST", str(E)), ("NORTH", str(N))):
+        message = message.replace(word, number)
+    grid = read_dem(carry_out(message.split("numbers: ")[1], tmp_path))
+    assert (grid.cell, grid.x0, grid.y0) == (2.0, E + 1.0, N - 79.0)
+
+
+def test_one_of_several_rasters_is_written_out(tmp_path):
+    path = tmp_path / "two.gpkg"
+    for table, more in (("a", {}), ("b", {"APPEND_SUBDATASET": "YES"})):
+        tif(path, driver="GPKG", RASTER_TABLE=table, **more)
+    with pytest.raises(UserError, match="several rasters") as refused:
+        read_dem(path)
+    assert np.isfinite(read_dem(carry_out(str(refused.value).split("out: ")[1], tmp_path)).values).all()
+
+
+def test_a_dem_in_feet_of_a_metric_crs_is_suspected_and_mended(tmp_path, said):
+    slope = (500.0 + 2.0 * np.tan(np.radians(35.0)) * np.arange(40.0)[:, None] + np.zeros(50)) / 0.3048
+    grid = read_dem(tif(tmp_path / "d.tif", values=slope))
+    warn_of_ground(grid, np.array([E + 50.0]), np.array([N - 40.0]), said)
+    assert "median slope over its cells is 66 degrees" in said.warnings[0]
+    assert "then it is 35 degrees" in said.warnings[0]
+    mended = read_dem(carry_out(said.warnings[0].split("Mend: ")[1], tmp_path))
+    warn_of_ground(mended, np.array([E + 50.0]), np.array([N - 40.0]), said)
+    assert len(said.warnings) == 1
+
+
+def test_a_dem_too_large_for_the_memory_is_made_coarser(tmp_path, monkeypatch, said):
+    monkeypatch.setattr("deadwood_algorithms.scene.memory.free_bytes", lambda: 1)
+    path = str(tif(tmp_path / "d.tif"))
+    with pytest.raises(UserError) as refused:
+        threads_that_fit(1, 2000, friction_by_cell=False, what=path, feedback=said, cell=2.0)
+    message = str(refused.value)
+    assert read_dem(carry_out(message[message.index("(") + 1 : -1], tmp_path)).cell == 4.0
+
+
+def test_scaled_numbers_become_heights(tmp_path):
+    def scaled(made: Any) -> None:
+        made.scales, made.offsets = (0.5,), (100.0,)
+
+    path = tif(tmp_path / "d.tif", values=(HEIGHTS - 100.0) * 2.0, dtype="int16", change=scaled)
+    mended = carry_out(remedies.unscaled(path, 0.5, 100.0), tmp_path)
+    assert np.array_equal(read_dem(mended).values, read_dem(path).values)
+
+
+def test_rio_is_named_as_it_is_found(monkeypatch, tmp_path):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    beside = tmp_path / "bin"
+    beside.mkdir()
+    (beside / "rio").write_text("#!/bin/sh\n")
+    (beside / "rio").chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(beside / "python"))
+    assert remedies.rio() == str(beside / "rio")
+    monkeypatch.setenv("PATH", str(beside))
+    assert remedies.rio() == "rio"

@@ -1,0 +1,214 @@
+"""What --plan tells against what the run then takes, and the refusals that rest on it."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import threading
+from dataclasses import replace
+from pathlib import Path
+
+import geopandas as gpd
+import numpy as np
+import pytest
+from slope_case import Case, points, write_layer
+
+from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.results import forecast
+from deadwood_algorithms.results.forecast import Pilot
+from deadwood_algorithms.simulate.log_order import hash_order
+from deadwood_algorithms.tools import run_sites, slide_logs
+
+LOGS = 6000
+ROOT = Path(__file__).parents[3]
+PILOT = Pilot(
+    logs=400, kept=400, cpu_s=8.0, slide_s=5.0, other_s=3.0, memory=500_000_000, passed_cells=10_000, vertices=40_000,
+    files={"poses.parquet": 4_000_000, "run.gpkg": 2_000_000, "hit_count.tif": 100_000, "summary.json": 5_000},
+    spread=0.5,
+)  # fmt: skip
+PEAK = """
+import resource, sys
+from deadwood_toolbox import cli
+status = cli.run(sys.argv[1:])
+print("peak", resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
+sys.exit(status)
+"""
+
+
+@pytest.fixture(scope="module")
+def case(tmp_path_factory) -> Case:
+    """The slope with so many logs that a pilot is a small part of them."""
+    case = Case(tmp_path_factory.mktemp("case"))
+    places = np.random.default_rng(8).random((LOGS, 2)) * (40.0, 20.0) + (10.0, 65.0)
+    case.releases = write_layer(
+        case.folder / "many.gpkg", points(*places), log_id=np.arange(LOGS), release_id=["a", "b", "c"] * (LOGS // 3)
+    )
+    return case
+
+
+def told(case: Case, **changes: object) -> dict:
+    values = case.values(lines=case.lines, output=str(case.folder / "planned"), **changes)
+    return dict(slide_logs.TOOL(**values, plan=True).facts)
+
+
+def size_of(folder: Path) -> int:
+    return sum(each.stat().st_size for each in folder.rglob("*") if each.is_file())
+
+
+def test_what_is_told_is_what_the_run_takes(case):
+    """Of memory and disk: what the run adds to the pilot within a factor of 2, for logs differ in how long they slide
+    (the pilot's mean is within a few percent) and files in how well they pack; the forecast may rather be too large.
+
+    The clock of a shared machine is no measure: the processor time is.
+    """
+    values = case.values(lines=case.lines, output=str(case.folder / "whole"))
+    asked = case.folder / "ask.json"
+    asked.write_text(json.dumps(values))
+    paths = os.pathsep.join(str(ROOT / each) for each in ("", "engine", "algorithms"))
+
+    def peak(*words: str) -> tuple[int, str]:
+        ran = subprocess.run(
+            [sys.executable, "-c", PEAK, "slide-logs", "--config", str(asked), *words],
+            env={**os.environ, "PYTHONPATH": paths},
+            capture_output=True,
+            text=True,
+            timeout=600,
+        )
+        assert ran.returncode == 0, ran.stderr
+        return int(ran.stdout.rsplit("peak", 1)[1]), ran.stderr
+
+    _, said = peak("--plan", "--progress", "json")
+    facts = json.loads(said.strip().splitlines()[-1])["facts"]
+    assert (facts["logs"], facts["pilot_logs"]) == (LOGS, 400)
+    most = [0]
+    done = threading.Event()
+
+    def watch() -> None:
+        while not done.wait(0.05):
+            places = [each for each in case.folder.glob(".whole*") if each.is_dir()]
+            try:
+                most[0] = max(most[0], sum(size_of(each) for each in places))
+            except OSError:  # removed between the look and the count
+                continue
+
+    watcher = threading.Thread(target=watch)
+    watcher.start()
+    try:
+        taken, _ = peak()
+    finally:
+        done.set()
+        watcher.join()
+    run = case.folder / "whole"
+    # memory hardly grows with the logs (docs/memory.md), so it is all of it that is told: libraries, scene and logs
+    assert 0.5 * facts["memory"] < taken < 1.1 * facts["memory"]
+    assert 0.7 * size_of(run) < facts["disk_at_end"] < 1.4 * size_of(run)
+    assert 0.8 * most[0] < facts["disk"] < 2.0 * most[0]
+    cost = json.loads((run / "summary.json").read_text(encoding="utf-8"))["cost"]
+    assert facts["cpu_s"] == pytest.approx(cost["cpu_s"], rel=0.5)  # threads that share a core cost some more
+
+
+def test_a_plan_writes_nothing(case, said, tmp_path, monkeypatch):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    outcome = slide_logs.TOOL(
+        feedback=said, **case.values(output=str(case.folder / "planned")), plan=True, plan_logs=20
+    )
+    assert outcome.outputs == {}
+    assert outcome.lines[0] == f"logs:          {LOGS}, of which {LOGS} keep their trajectory"
+    assert outcome.lines[-1] == "from a pilot of 20 logs, evenly drawn; nothing was written"
+    assert any(each.startswith("16 workers:") for each in outcome.lines)
+    assert not list(case.folder.glob("*planned*"))
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_pilot_is_an_even_draw_of_the_very_logs(case):
+    frame = gpd.read_file(case.releases)
+    few = forecast.pilot_of(frame, seed=3)
+    wanted = frame["log_id"].to_numpy()[hash_order(frame["log_id"].to_numpy(), 3)[:400]]
+    assert sorted(wanted) == few["log_id"].tolist()
+    shuffled = frame.sample(frac=1.0, random_state=1).reset_index(drop=True)
+    assert sorted(forecast.pilot_of(shuffled, seed=3)["log_id"]) == few["log_id"].tolist()
+    assert len(forecast.pilot_of(frame.head(7), seed=3)) == 7
+
+
+def test_the_arithmetic_by_hand():
+    same = forecast.forecast(PILOT, 400, 400, threads=2, workers=5)
+    assert (same.cpu_s, same.wall_s, same.memory, same.off) == (8.0, 8.0, 500_000_000, 0.0)
+    assert same.workers_s == 5.0 / 5 + 3.0
+    assert same.disk_at_end == sum(PILOT.files.values())
+    many = forecast.forecast(PILOT, 40_000, 1_000, threads=2, workers=10)
+    assert many.cpu_s == 800.0
+    assert many.wall_s == pytest.approx(500.0 + 3.0 + 39_600 * forecast.WRITE_S)
+    assert many.workers_s == pytest.approx(many.wall_s - 450.0)
+    assert many.off == pytest.approx(1.96 * 0.5 / 20.0)
+    log, kept, vertex = forecast.LOG_MEMORY, forecast.KEPT_MEMORY, forecast.VERTEX_MEMORY
+    assert many.memory == 500_000_000 + 39_600 * log + 600 * (kept + 100 * vertex)
+    lines = 40_000 * 24 + 400 * forecast.TRAJECTORY_ROW
+    rows = 2_000_000 - forecast.EMPTY_LAYERS - lines
+    files = (
+        10_000_000
+        + forecast.EMPTY_LAYERS
+        + 100 * rows
+        + 2.5 * lines
+        + 5_000
+        + 100_000 * (1.0 + 2.0 * forecast.RASTER_DECADE)
+    )
+    assert many.disk_at_end == pytest.approx(files, abs=1.0)
+
+
+def test_sites_one_after_the_other_add_up():
+    one, other = (forecast.forecast(PILOT, n, 0, threads=2, workers=4) for n in (4_000, 40_000))
+    both = forecast.together([one, other])
+    assert both.logs == 44_000
+    assert both.cpu_s == one.cpu_s + other.cpu_s
+    assert both.wall_s == one.wall_s + other.wall_s
+    assert both.memory == other.memory
+    assert both.disk_at_end == one.disk_at_end + other.disk_at_end
+    assert both.disk - both.disk_at_end == other.disk - other.disk_at_end
+
+
+def test_too_little_memory_or_disk_is_refused_in_time(monkeypatch):
+    found = forecast.forecast(PILOT, 10**7, 10**7, threads=2, workers=4)
+    monkeypatch.setattr(forecast, "free_bytes", lambda: 2 * found.memory)
+    monkeypatch.setattr(forecast, "free_disk", lambda output: found.disk - 1)
+    with pytest.raises(UserError, match=r"run: 10000000 logs would take \d+ GB of disk, .* --trajectories"):
+        forecast.refuse_too_large(found, "run")
+    monkeypatch.setattr(forecast, "free_disk", lambda output: found.disk)
+    forecast.refuse_too_large(found, "run")
+    monkeypatch.setattr(forecast, "free_bytes", lambda: found.memory // 2)
+    with pytest.raises(UserError, match=r"run: 10000000 logs would take \d+ GB of memory, .* --until-ci"):
+        forecast.refuse_too_large(found, "run")
+    monkeypatch.setattr(forecast, "free_bytes", lambda: None)
+    forecast.refuse_too_large(replace(found, disk=1), "run")
+
+
+def test_a_run_that_cannot_fit_the_disk_is_refused_before_the_first_log(case, monkeypatch):
+    monkeypatch.setattr(forecast, "free_disk", lambda output: 1_000_000)
+    with pytest.raises(
+        UserError, match=rf"{LOGS} logs, of which {LOGS} keep their trajectory, take at least 23 MB of disk"
+    ):
+        case.run(output=str(case.folder / "full"))
+    assert not list(case.folder.glob("*full*"))
+
+
+def test_the_plan_of_sites_counts_all_their_logs(case, tmp_path, monkeypatch):
+    monkeypatch.setattr(run_sites, "PILOTS", 2)
+    values = {key: value for key, value in case.values().items() if key != "output"}
+    outcome = run_sites.TOOL(**values, by="release_id", output=str(case.folder / "sites"), plan=True, plan_logs=40)
+    assert (outcome.facts["sites"], outcome.facts["logs"], outcome.facts["pilot_logs"]) == (3, LOGS, 40)
+    alone = dict(slide_logs.TOOL(**case.values(), plan=True, plan_logs=40).facts)
+    # two pilots of forty logs, of which one may slide a hundred times longer than others
+    assert outcome.facts["cpu_s"] == pytest.approx(alone["cpu_s"], rel=0.8)
+    assert outcome.lines[0] == "sites:         3, of which 2 were looked at"
+    assert not list(case.folder.glob("*sites*"))
+
+
+def test_a_plan_of_sites_of_which_none_can_be_slid_is_refused(case, said, tmp_path):
+    (tmp_path / "sites.csv").write_text("site,releases\na,none.gpkg\nb,none.gpkg\n")
+    values = {key: value for key, value in case.values().items() if key not in ("output", "releases")}
+    with pytest.raises(UserError, match="none of the sites can be slid"):
+        run_sites.TOOL(
+            feedback=said, **values, sites=str(tmp_path / "sites.csv"), output=str(tmp_path / "sites"), plan=True
+        )
+    assert [each.partition(":")[0] for each in said.warnings] == ["a", "b"]

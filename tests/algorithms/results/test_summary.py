@@ -1,0 +1,101 @@
+"""What a summary says of logs that left the terrain model, or still moved in the end."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rasterio
+from slope_case import Case, layer, summary
+
+from deadwood_algorithms.results.summary import lines_of, speed_record
+from deadwood_algorithms.stats.statistics import wilson_interval
+from deadwood_algorithms.tools import slide_logs
+from deadwood_engine import STOP_REASONS
+
+
+@pytest.fixture(scope="module")
+def cut(tmp_path_factory) -> Case:
+    """The case with a terrain model that ends above the road: logs that no tree holds leave it before they arrive."""
+    made = Case(tmp_path_factory.mktemp("cut"))
+    with rasterio.open(made.dem, "r+") as dem:
+        heights = dem.read(1)
+        heights[60:] = -9999.0  # up to 40 m from the south; the road is at 25 m
+        dem.write(heights, 1)
+    return made
+
+
+def test_logs_that_left_before_a_line_are_lost_for_it_and_warned_of(cut, tmp_path, said):
+    """Before: `line road: reached by 0 of 24 logs, < 14 %` and not a word of the logs that left."""
+    values = cut.values(trees=cut.trees, lines=cut.lines, output=str(tmp_path / "run"))
+    outcome = slide_logs.TOOL(feedback=said, **values)
+    told = summary(tmp_path / "run")
+    lost = told["logs"]["by_stop_reason"]["left_dem"]
+    assert 4 <= lost < 24
+    for record in told["reach"]:
+        assert (record["n_reach"], record["n_lost"]) == (0, lost)
+        assert (record["p_low_if_lost"], record["p_high_if_lost"]) == (0.0, lost / 24)
+        assert record["ci_high_if_lost"] == wilson_interval(lost, 24)[1] > record["ci_high"]
+    reach = layer(tmp_path / "run", "reach").set_index("line_id")
+    assert reach.loc["road", "p_high_if_lost"] == lost / 24
+    assert any(f"{lost} others left the terrain model before it: up to" in each for each in outcome.lines)
+    warned = [each for each in said.warnings if "left the terrain model" in each]
+    assert len(warned) == 1
+    assert "the reach of line road may be anything from 0 to" in warned[0]
+    assert "the spread of release" in warned[0]
+    assert "their deposits and run-outs are where they left" in warned[0]
+    assert sum(each["n_left_dem"] for each in told["spread"]) == lost
+    assert any("left the terrain model" in each for each in outcome.lines if each.startswith("release "))
+
+
+def test_a_log_that_reached_a_line_before_it_left_is_not_lost_for_it(cut, tmp_path, said):
+    from shapely import LineString
+    from slope_case import write_layer
+
+    near = write_layer(tmp_path / "near.gpkg", [LineString([(0.5, 42.0), (59.5, 42.0)])], line_id=["near"])
+    cut.run(feedback=said, lines=near, output=str(tmp_path / "run"))
+    told = summary(tmp_path / "run")
+    left = told["logs"]["by_stop_reason"]["left_dem"]
+    assert left > 20
+    record = told["reach"][0]
+    assert record["n_reach"] >= left
+    assert record["n_lost"] == 0
+    assert record["p_high_if_lost"] == record["p"]
+    assert not any("the reach of line" in each for each in said.warnings)  # of the deposits it is warned
+
+
+def test_where_none_left_nothing_is_said_of_it(tmp_path, said):
+    case = Case(tmp_path / "case")
+    case.run(feedback=said, lines=case.lines, trees=case.trees, friction="0.9")
+    told = summary(tmp_path / "case" / "run")
+    assert told["logs"]["by_stop_reason"]["left_dem"] == 0
+    assert [each["n_lost"] for each in told["reach"]] == [0, 0]
+    assert not any("left the terrain model" in each for each in said.warnings)
+    for record in told["spread"]:
+        assert record["spread_without_lost_deg"] == record["spread_deg"]
+
+
+def test_the_mean_speed_leaves_out_logs_that_still_moved_at_the_time_limit():
+    """Two that came to rest at 10 and 12 m/s on average, and one that rolled on for minutes: 11, not 7.7."""
+    reason = np.array([STOP_REASONS.index(name) for name in ("rest", "tree", "time_limit")])
+    mean, most = np.array([10.0, 12.0, 1.0]), np.array([20.0, 22.0, 30.0])
+    found = speed_record({"stop_reason": reason, "speed_mean": mean, "speed_max": most})
+    assert (found["mean_ms"], found["n_mean"], found["max_ms"]) == (11.0, 2, 30.0)
+    rolling = speed_record({"stop_reason": reason[2:], "speed_mean": mean[2:], "speed_max": most[2:]})
+    assert np.isnan(rolling["mean_ms"])
+    assert rolling["n_mean"] == 0
+
+
+def test_the_printed_speed_says_which_logs_it_leaves_out(tmp_path: Path):
+    case = Case(tmp_path / "case")
+    values = case.values(time_limit=2.0, output=str(tmp_path / "run"))
+    outcome = slide_logs.TOOL(**values)
+    told = summary(tmp_path / "run")
+    still = told["logs"]["by_stop_reason"]["time_limit"]
+    assert still > 0
+    assert told["speed"]["n_mean"] == 24 - still
+    line = next(each for each in lines_of(told) if each.startswith("speed: "))
+    assert line in outcome.lines
+    words = "every log still moved" if still == 24 else f"without {still} logs that still moved at the time limit"
+    assert words in line

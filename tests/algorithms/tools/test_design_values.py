@@ -1,0 +1,178 @@
+"""design-values against what is reckoned by hand, from tracks whose every number is known and from the run's layers."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow.parquet as parquet
+import pytest
+import shapely
+from hand_run import Track, write_run
+from slope_case import Case, layer, write_dem, write_layer
+
+from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.stats.order_statistics import percentile_ranks
+from deadwood_algorithms.tools import design_values
+from deadwood_engine.log_body import MASS, cone_bodies
+
+KEYS = ["kind", "place_id", "quantity", "percentile"]
+
+
+@pytest.fixture(scope="module")
+def case(tmp_path_factory) -> Case:
+    return Case(tmp_path_factory.mktemp("case"))
+
+
+@pytest.fixture(scope="module")
+def full(case) -> Path:
+    return case.run(output=str(case.folder / "full"), **case.everything())
+
+
+def table(run: Path, path: Path, **values) -> Any:
+    design_values.TOOL(run=str(run), output=str(path), overwrite=True, **values)
+    return pd.read_csv(path, encoding="utf-8-sig", dtype={"place_id": str}).set_index(KEYS).sort_index()
+
+
+def flat_run(folder: Path, tracks: list[Track], **values) -> Path:
+    """A run by hand on flat ground at 1000 m, with a road across the way at v = 50 and no barriers."""
+    folder.mkdir(exist_ok=True)
+    dem = write_dem(folder / "dem.tif", flat=True)
+    road = shapely.LineString([(0.5, 50.0), (59.5, 50.0)])
+    made = write_run(folder / "run", tracks, dem=dem, lines={"road": (road, list(range(len(tracks))))}, **values)
+    (made / "summary.json").write_text(json.dumps({"barriers": []}))
+    return made
+
+
+def test_speeds_and_energies_are_those_of_the_tracks(tmp_path):
+    speeds = np.arange(1.0, 101.0)
+    tracks = [Track((20.0, 70.0), (20.0, 30.0), speed=speed) for speed in speeds]
+    found = table(flat_run(tmp_path, tracks), tmp_path / "d.csv")
+    mass = float(cone_bodies(np.array([0.4]), np.array([4.0]), np.array([300.0]))[0, MASS])
+    row = found.loc[("line", "road", "speed", 90.0)]
+    low, high = percentile_ranks(100, 0.9)
+    assert row["n"] == 100
+    assert row["value"] == pytest.approx(np.quantile(speeds, 0.9))
+    assert (row["ci_low"], row["ci_high"]) == (speeds[low - 1], speeds[high - 1])
+    energy = 0.5 * mass * speeds**2 / 1000.0
+    for quantity in ("energy", "translation"):
+        assert found.loc[("line", "road", quantity, 50.0), "value"] == pytest.approx(np.quantile(energy, 0.5), rel=1e-6)
+    assert found.loc[("line", "road", "rotation", 99.0), "value"] == 0.0
+    assert found.loc[("line", "road", "energy", 99.0), "n_more"] == 268
+    assert np.isnan(found.loc[("line", "road", "energy", 99.0), "ci_high"])
+    assert found.loc[("line", "road", "energy", 99.0), "note"] == "needs 268 more hits for an upper bound"
+    assert "nothing is hit" in found.loc[("line", "road", "impulse", 50.0), "note"]
+    assert found.loc[("line", "road", "impulse", 50.0), "n_more"] == 0
+
+
+def test_a_spinning_log_has_its_energy_of_rotation_apart(tmp_path):
+    found = table(flat_run(tmp_path, [Track((20.0, 70.0), (20.0, 30.0), spin=5.0)] * 3), tmp_path / "d.csv")
+    body = cone_bodies(np.array([0.4]), np.array([4.0]), np.array([300.0]))[0]
+    moving, turning, both = (
+        found.loc[("line", "road", name, 50.0), "value"] for name in ("translation", "rotation", "energy")
+    )
+    from deadwood_engine.log_body import AXIAL
+
+    assert turning == pytest.approx(0.5 * body[MASS] * body[AXIAL] * 25.0 / 1000.0, rel=1e-6)
+    assert both == pytest.approx(moving + turning)
+
+
+def test_the_height_is_that_of_the_upper_edge_over_the_line(tmp_path):
+    """Level logs, 0.5 m above the ground with their axis: across the way 0.2 m thicker at the base, 0.1 m at the tip;
+    end first the tip comes to the line."""
+    broadside = flat_run(tmp_path / "a", [Track((20.0, 70.0), (20.0, 30.0), broadside_deg=90.0)])
+    head = flat_run(tmp_path / "b", [Track((20.0, 70.0), (20.0, 30.0))])
+    assert table(broadside, tmp_path / "a.csv").loc[("line", "road", "height", 50.0), "value"] == pytest.approx(
+        0.7, abs=0.01
+    )
+    over = table(head, tmp_path / "b.csv").loc[("line", "road", "height", 50.0), "value"]
+    assert over == pytest.approx(0.6, abs=0.02)  # the thicker part comes later
+
+
+def test_barriers_are_those_of_the_run_one_value_a_log(case, tmp_path):
+    full = case.run(output=str(tmp_path / "bare"), barriers=case.barriers, friction="0.1")
+    found = table(full, tmp_path / "d.csv", percentiles="50,80")
+    hits: Any = layer(full, "barrier_hits")
+    deposits = layer(full, "deposits")
+    mass = float(cone_bodies(np.array([0.4]), np.array([10.0]), np.array([300.0]))[0, MASS])
+    assert (deposits["dbh_cm"] == 40.0).all()
+    columns = {"energy": "energy_kj", "speed": "speed_ms", "height": "height_m", "impulse": "impulse_kns"}
+    hits["translation"] = 0.5 * mass * hits["speed_ms"] ** 2 / 1000.0
+    hits["rotation"] = hits["energy_kj"] - hits["translation"]
+    assert (hits["rotation"] > -1e-6).all()
+    assert found.loc[("barrier", "east", "energy", 50.0), "n"] == (hits["barrier_id"] == "east").sum() == 0
+    mine = hits[hits["barrier_id"] == "west"]
+    for quantity in ("energy", "translation", "rotation", "speed", "height", "impulse"):
+        largest = mine.groupby("log_id")[columns.get(quantity, quantity)].max()
+        row = found.loc[("barrier", "west", quantity, 80.0)]
+        assert row["n"] == largest.size > 0
+        assert row["value"] == pytest.approx(np.quantile(largest, 0.8), abs=1e-9), quantity
+
+
+def test_a_line_of_the_run_has_as_many_logs_as_reach_it(full, tmp_path):
+    found = table(full, tmp_path / "d.csv")
+    reach: Any = layer(full, "reach").set_index("line_id")["n_reach"]
+    for line, count in reach.items():
+        assert found.loc[("line", line, "speed", 50.0), "n"] == count
+        assert found.loc[("line", line, "height", 50.0), "n"] == count
+    assert found.loc[("line", "road", "height", 99.0), "value"] < 12.0
+    assert found.loc[("line", "road", "height", 50.0), "value"] > 0.1
+
+
+def test_a_profile_line_takes_the_place_of_the_runs_lines(full, tmp_path):
+    across = shapely.LineString([(0.5, 60.0), (59.5, 60.0)])
+    found = table(full, tmp_path / "d.csv", lines=write_layer(tmp_path / "p.gpkg", [across], line_id=["profile"]))
+    assert set(found.xs("line").index.get_level_values("place_id")) == {"profile"}
+    assert set(found.xs("barrier").index.get_level_values("place_id")) == {"west", "east"}
+    poses = parquet.read_table(full / "poses.parquet").to_pandas()
+    assert found.loc[("line", "profile", "speed", 99.0), "value"] <= poses["speed_ms"].max()
+
+
+def test_without_trajectories_lines_say_why_and_barriers_stay(case, tmp_path, said):
+    run = case.run(output=str(tmp_path / "run"), trajectories="none", **case.everything())
+    design_values.TOOL(feedback=said, run=str(run), output=str(tmp_path / "d.csv"))
+    found: Any = pd.read_csv(tmp_path / "d.csv", encoding="utf-8-sig").set_index(KEYS).sort_index()
+    assert found.loc[("barrier", "west", "energy", 50.0), "n"] > 0
+    assert "--trajectories all" in found.loc[("line", "road", "energy", 50.0), "note"]
+    assert found.loc[("line", "road", "energy", 50.0), "n_more"] == 0
+    assert len(said.warnings) == 1
+
+
+def test_an_unhit_barrier_has_its_rows(case, tmp_path):
+    far = write_layer(
+        tmp_path / "far.gpkg", [shapely.LineString([(2.0, 3.0), (4.0, 3.0)])], barrier_id=["far"], height_m=[2.0]
+    )
+    found = table(case.run(output=str(tmp_path / "run"), barriers=far), tmp_path / "d.csv")
+    assert found.loc[("barrier", "far", "energy", 95.0), "note"] == "needs 72 more hits for an upper bound"
+    assert found["n"].sum() == 0
+
+
+@pytest.mark.parametrize("text", ["0,50", "100", "many", "50,50", ","])
+def test_percentiles_that_are_none_are_refused(full, tmp_path, text):
+    with pytest.raises(UserError, match="--percentiles is '.*', but must be different numbers between 0 and 100"):
+        design_values.TOOL(run=str(full), percentiles=text, output=str(tmp_path / "d.csv"))
+    assert not (tmp_path / "d.csv").exists()
+
+
+def test_a_run_without_barriers_and_lines_is_refused(case, tmp_path):
+    run = case.run(output=str(tmp_path / "run"))
+    with pytest.raises(UserError, match="neither barriers nor lines; --lines names some"):
+        design_values.TOOL(run=str(run), output=str(tmp_path / "d.csv"))
+
+
+def test_other_lines_need_trajectories(case, tmp_path):
+    run = case.run(output=str(tmp_path / "run"), trajectories="none")
+    with pytest.raises(UserError, match="no trajectory was stored; run slide-logs with --trajectories all"):
+        design_values.TOOL(run=str(run), lines=case.lines, output=str(tmp_path / "d.csv"))
+
+
+def test_a_damaged_summary_is_named(full, tmp_path):
+    import shutil
+
+    copy = shutil.copytree(full, tmp_path / "copy")
+    (copy / "summary.json").write_text("{")
+    with pytest.raises(UserError, match=r"summary\.json: the run's summary cannot be read; run slide-logs again"):
+        design_values.TOOL(run=str(copy), output=str(tmp_path / "d.csv"))

@@ -1,0 +1,254 @@
+"""map-intensity cell by cell and line by line against what is counted by hand."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+import pandas as pd
+import pytest
+import rasterio
+import shapely
+from hand_run import Track, write_run
+from slope_case import LENGTH, WIDTH, Case, layer, points, raster, write_layer
+
+from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.stats.statistics import wilson_interval
+from deadwood_algorithms.tools import map_intensity
+from deadwood_engine.log_body import MASS, cone_bodies
+
+N = 50
+ROAD = shapely.LineString([(0.5, 50.0), (59.5, 50.0)])
+
+
+def fields(seed: int = 2) -> dict[str, np.ndarray]:
+    """Hits of up to 50 logs in a corner of the grid, and energies on either side of every bound."""
+    rng = np.random.default_rng(seed)
+    hits = np.zeros((LENGTH, WIDTH), np.uint32)
+    hits[20:70, 10:40] = rng.integers(0, N + 1, (50, 30)) * (rng.random((50, 30)) < 0.6)
+    energy = np.where(hits > 0, rng.choice([5.0, 30.0, 299.0, 300.0, 2000.0], hits.shape), np.nan).astype(np.float32)
+    return {"hit_count": hits, "energy_max": energy}
+
+
+def tracks(count: int = N, **more: Any) -> list[Track]:
+    return [Track((20.0, 70.0), (20.0, 30.0), speed=1.0 + k, **more) for k in range(count)]
+
+
+@pytest.fixture
+def made(tmp_path) -> Path:
+    lines = {"road": (ROAD, list(range(20))), "far": (shapely.LineString([(1.0, 5.0), (9.0, 5.0)]), [])}
+    return write_run(tmp_path / "run", tracks(), lines=lines, rasters=fields())
+
+
+def maps(run: Path, folder: Path, **values: Any) -> dict[str, np.ndarray]:
+    map_intensity.TOOL(run=str(run), output=str(folder), overwrite=True, **values)
+    return {each.stem: raster(each)[::-1] for each in folder.glob("*.tif")}
+
+
+def table(folder: Path) -> Any:
+    return pd.read_csv(folder / "lines.csv", encoding="utf-8-sig").set_index(["line_id", "at_least_kj"]).sort_index()
+
+
+def whole(values: np.ndarray) -> np.ndarray:
+    assert values.shape == (LENGTH, WIDTH)
+    return values
+
+
+def test_every_cell_has_the_classes_of_its_numbers(made, tmp_path):
+    found, given = maps(made, tmp_path / "m"), fields()
+    assert set(found) == {"intensity", "passage", "matrix"}
+    for row, column in np.ndindex(LENGTH, WIDTH):
+        hits, energy = int(given["hit_count"][row, column]), float(given["energy_max"][row, column])
+        strong = 0 if not hits else 1 if energy < 30.0 else 2 if energy < 300.0 else 3
+        share = 100.0 * hits / N
+        often = 0 if not hits else 1 if share < 0.1 else 2 if share < 1.0 else 3 if share < 10.0 else 4
+        assert whole(found["intensity"])[row, column] == strong
+        assert found["passage"][row, column] == often
+        assert found["matrix"][row, column] == (10 * strong + often if hits else 0)
+
+
+def test_return_periods_of_one_area_are_those_of_the_shares(made, tmp_path):
+    found, hits = maps(made, tmp_path / "m", events_per_year=0.2), fields()["hit_count"]
+    with rasterio.open(tmp_path / "m" / "return_period.tif") as source:
+        years, low, high = (band[::-1] for band in source.read())
+        assert source.descriptions == ("Return period", "Lower end of its 95 % interval", "Upper end")
+    assert np.isnan(years[hits == 0]).all()
+    for row, column in np.argwhere(hits > 0)[::37]:
+        count = int(hits[row, column])
+        bottom, top = wilson_interval(count, N)
+        assert years[row, column] == pytest.approx(N / (0.2 * count), rel=1e-6)
+        assert (low[row, column], high[row, column]) == pytest.approx((1 / (0.2 * top), 1 / (0.2 * bottom)), rel=1e-6)
+    with np.errstate(divide="ignore"):
+        exact = np.where(hits > 0, N / (0.2 * hits), np.nan)
+    expected = np.select([hits == 0, exact <= 30, exact <= 100, exact <= 300], [0, 1, 2, 3], 4)
+    assert np.array_equal(found["return_class"], expected)
+    assert np.array_equal(found["matrix"], np.where(hits > 0, 10 * found["intensity"] + expected, 0))
+
+
+def test_the_ground_of_each_class_and_what_an_empty_cell_means(made, tmp_path):
+    found = maps(made, tmp_path / "m", events_per_year=0.2)
+    facts = json.loads((tmp_path / "m" / "classes.json").read_text())
+    for each in facts["classes"]:
+        assert each["cells"] == each["area_m2"] == (found[each["map"]] == each["class"]).sum()
+    top = wilson_interval(0, N)[1]
+    assert facts["no_hit"] == {"p_high": top, "return_low_years": pytest.approx(1.0 / (0.2 * top))}
+    assert "Swiss federal" in facts["rule"]
+    assert "a person decides" in facts["decides"]
+
+
+def test_colours_stand_in_the_file_and_beside_it(made, tmp_path):
+    maps(made, tmp_path / "m")
+    with rasterio.open(tmp_path / "m" / "intensity.tif") as source:
+        assert source.nodata == 0
+        assert source.colorinterp[0] == rasterio.enums.ColorInterp.palette
+        inside = source.colormap(1)
+    style = (tmp_path / "m" / "intensity.qml").read_text(encoding="utf-8")
+    entries = list(ElementTree.fromstring(style.partition("\n")[2]).iter("paletteEntry"))
+    assert [each.get("label") for each in entries] == ["below 30 kJ", "30 to 300 kJ", "300 kJ and more"]
+    for each in entries:
+        colour = bytes.fromhex(str(each.get("color"))[1:])
+        assert inside[int(each.get("value", ""))] == (*colour, 255)
+
+
+def test_areas_of_unlike_frequency_are_counted_apart(tmp_path):
+    """One lane each, and a cell that both pass: 1 of 2 years' events of the rare, all of the frequent."""
+    ways = [Track((10.0, 70.0), (10.0, 30.0), release_id="a")] * 3 + [
+        Track((10.0, 70.0), (10.0, 50.0), release_id="b"),
+        Track((40.0, 70.0), (40.0, 30.0), release_id="b"),
+    ]
+    hits = np.zeros((LENGTH, WIDTH), np.uint32)
+    hits[25:75, 5:45] = 1
+    given = {"hit_count": hits, "energy_max": np.where(hits > 0, 10.0, np.nan).astype(np.float32)}
+    run = write_run(tmp_path / "run", ways, rasters=given)
+    areas = write_layer(
+        tmp_path / "areas.gpkg", points((10.0, 70.0), (40.0, 70.0)), release_id=["a", "b"], events_per_year=[0.5, 0.02]
+    )
+    maps(run, tmp_path / "m", releases=areas)
+    years = raster(tmp_path / "m" / "return_period.tif")[::-1]
+    assert years[60, 10] == pytest.approx(1.0 / (0.5 * 3 / 3 + 0.02 * 1 / 2), rel=1e-6)
+    assert years[35, 10] == pytest.approx(1.0 / 0.5, rel=1e-6)
+    assert years[40, 40] == pytest.approx(1.0 / (0.02 / 2), rel=1e-6)
+    assert np.isnan(years[50, 25])
+    maps(run, tmp_path / "e", releases=areas, logs_per_event=2)
+    years = raster(tmp_path / "e" / "return_period.tif")[::-1]
+    assert years[40, 40] == pytest.approx(1.0 / (0.02 * 0.75), rel=1e-6)
+
+
+def test_a_column_of_the_runs_own_releases_may_say_it(tmp_path):
+    own = write_layer(tmp_path / "r.gpkg", points((20.0, 70.0), (20.0, 71.0)), release_id=[1, 1], rate=[0.2, 0.2])
+    run = write_run(tmp_path / "run", tracks(), rasters=fields(), parameters={"releases": own})
+    by_column, by_number = (
+        maps(run, tmp_path / name, **how)
+        for name, how in (("a", {"events_field": "rate"}), ("b", {"events_per_year": 0.2}))
+    )
+    assert all(np.array_equal(by_column[name], by_number[name], equal_nan=True) for name in by_number)
+
+
+def test_lines_by_energy_with_their_return_periods(made, tmp_path):
+    maps(made, tmp_path / "m", events_per_year=0.2, energy_classes="10,100")
+    found = table(tmp_path / "m")
+    mass = float(cone_bodies(np.array([0.4]), np.array([4.0]), np.array([300.0]))[0, MASS])
+    energy = 0.5 * mass * (1.0 + np.arange(N)) ** 2 / 1000.0
+    for bound, count in ((0.0, 20), (10.0, (energy >= 10.0).sum()), (100.0, (energy >= 100.0).sum())):
+        row = found.loc[("road", bound)]
+        low, high = wilson_interval(int(count), N)
+        assert (row["n_reach"], row["n_total"]) == (count, N)
+        assert (row["ci_low"], row["ci_high"]) == pytest.approx((low, high))
+        assert row["return_period_years"] == pytest.approx(N / (0.2 * count))
+        assert (row["return_low_years"], row["return_high_years"]) == pytest.approx((1 / (0.2 * high), 1 / (0.2 * low)))
+    empty = found.loc[("far", 0.0)]
+    assert empty["n_reach"] == 0
+    assert np.isnan(empty["return_period_years"])
+    assert empty["return_low_years"] == pytest.approx(1.0 / (0.2 * wilson_interval(0, N)[1]))
+    assert empty["return_class"] == 0
+    assert "no log" in empty["note"]
+
+
+def test_other_energies_and_other_lines(made, tmp_path):
+    from hand_run import write_values
+
+    grid = json.loads((made / "manifest.json").read_text())["grid"]
+    write_values(tmp_path / "e95.tif", np.full((LENGTH, WIDTH), 31.0, np.float32), grid)
+    across = write_layer(tmp_path / "l.gpkg", [shapely.LineString([(0.5, 40.0), (59.5, 40.0)])], line_id=["mine"])
+    found = maps(made, tmp_path / "m", energy=str(tmp_path / "e95.tif"), lines=across)
+    assert set(np.unique(found["intensity"])) == {0, 2}
+    rows = table(tmp_path / "m")
+    assert set(rows.index.get_level_values(0)) == {"mine"}
+    assert rows.loc[("mine", 0.0), "n_reach"] == N
+
+
+def test_on_a_run_of_the_engine(tmp_path, said):
+    """Two areas of as many logs: their rate is that of all logs, with trajectories and without."""
+    case = Case(tmp_path / "case")
+    run = case.run(lines=case.lines, trajectories="none")
+    found = maps(run, tmp_path / "m", events_per_year=0.1)
+    hits = raster(run / "hit_count.tif")[::-1]
+    years = raster(tmp_path / "m" / "return_period.tif")[::-1]
+    assert np.allclose(years[hits > 0], 24 / (0.2 * hits[hits > 0]), rtol=1e-6)
+    assert (found["intensity"] > 0).sum() == (hits > 0).sum()
+    rows = table(tmp_path / "m")
+    reach = layer(run, "reach").set_index("line_id")["n_reach"]
+    assert rows.loc[("road", 0.0), "n_reach"] == reach["road"]
+    assert np.isnan(rows.loc[("road", 30.0), "n_reach"])
+    assert "--trajectories all" in rows.loc[("road", 30.0), "note"]
+    map_intensity.TOOL(feedback=said, run=str(run), events_per_year=0.1, output=str(tmp_path / "w"))
+    assert any("24 logs cannot tell; about " in each for each in said.warnings)
+
+
+REFUSED = {
+    "--energy-classes is '300,30'": {"energy_classes": "300,30"},
+    "--probability-classes is '1,200', but must be .* below 100": {"probability_classes": "1,200"},
+    "--return-periods is 'x'": {"return_periods": "x"},
+    "leave out --releases and --events-field": {"events_per_year": 1.0, "events_field": "rate"},
+    "the run's releases are not where they were; --releases names them": {"events_field": "rate"},
+    "--events-per-year is 0, but must be greater than 0": {"events_per_year": 0.0},
+}
+
+
+@pytest.mark.parametrize("line", REFUSED)
+def test_wrong_options_are_refused_in_a_line(made, tmp_path, line):
+    with pytest.raises(UserError, match=line):
+        map_intensity.TOOL(run=str(made), output=str(tmp_path / "m"), **REFUSED[line])
+    assert not (tmp_path / "m").exists()
+
+
+WRONG = {
+    "release area '1' of the run is not there": {"release_id": ["x", "y"], "events_per_year": [1.0, 1.0]},
+    "row 2: 2 for release area '1', but 1 in a row before": {"release_id": [1, 1], "events_per_year": [1.0, 2.0]},
+    "field 'events_per_year', row 2: -1 is not a number at least 0": {
+        "release_id": [1, 2],
+        "events_per_year": [1.0, -1.0],
+    },
+    "no release area has an event at all": {"release_id": [1, 2], "events_per_year": [0.0, 0.0]},
+    "the field 'events_per_year' is missing": {"release_id": [1, 2], "rate": [0.0, 0.0]},
+}
+
+
+@pytest.mark.parametrize("line", WRONG)
+def test_wrong_frequencies_are_refused_in_a_line(made, tmp_path, line):
+    given = write_layer(tmp_path / "r.gpkg", points((20.0, 70.0), (20.0, 71.0)), **WRONG[line])
+    with pytest.raises(UserError, match=line):
+        map_intensity.TOOL(run=str(made), releases=given, output=str(tmp_path / "m"))
+
+
+def test_unlike_areas_need_trajectories(tmp_path):
+    case = Case(tmp_path / "case")
+    run = case.run(trajectories="none")
+    areas = write_layer(
+        tmp_path / "a.gpkg", points((20.0, 70.0), (40.0, 70.0)), release_id=["a", "b"], events_per_year=[0.5, 0.02]
+    )
+    with pytest.raises(UserError, match="release area 'a' has no stored trajectory.*--trajectories all"):
+        map_intensity.TOOL(run=str(run), releases=areas, output=str(tmp_path / "m"))
+
+
+def test_a_run_without_its_rasters_or_without_passages_is_refused(tmp_path):
+    bare = write_run(tmp_path / "bare", tracks(3))
+    with pytest.raises(UserError, match=r"has no hit_count\.tif; run slide-logs again"):
+        map_intensity.TOOL(run=str(bare), output=str(tmp_path / "m"))
+    nothing = {name: np.zeros_like(each) for name, each in fields().items()}
+    empty = write_run(tmp_path / "empty", tracks(3), rasters=nothing)
+    with pytest.raises(UserError, match="no log of the run passed any cell"):
+        map_intensity.TOOL(run=str(empty), output=str(tmp_path / "m"))

@@ -1,0 +1,166 @@
+"""Release positions: uniform by area, inside, each log's own whatever the number, and the layer as promised."""
+
+from __future__ import annotations
+
+import geopandas as gpd
+import numpy as np
+import pytest
+import shapely
+from shapely import MultiPolygon, Point, Polygon
+
+from deadwood_algorithms import schemas
+from deadwood_algorithms.params.tool import Cancelled, UserError
+from deadwood_algorithms.prepare.releases.places import positions
+from deadwood_algorithms.tools.sample_releases import TOOL
+
+EAST, NORTH = 2_783_000.0, 1_190_000.0
+MIDDLE = Point(EAST + 100, NORTH + 80)
+RING = Polygon(
+    [(EAST + x, NORTH + y) for x, y in [(40, 40), (120, 40), (120, 120), (40, 120)]],
+    [[(EAST + x, NORTH + y) for x, y in [(60, 60), (100, 60), (100, 100), (60, 100)]]],
+)
+
+
+def areas(tmp_path, shapes, name="areas.gpkg", crs="EPSG:2056", **columns) -> str:
+    gpd.GeoDataFrame(columns, geometry=list(shapes), crs=crs).to_file(tmp_path / name)
+    return str(tmp_path / name)
+
+
+def in_rings_and_sectors(x, y, radius):
+    """Counts in 5 rings of equal area times 8 sectors."""
+    ring = np.minimum((x**2 + y**2) / radius**2 * 5, 4).astype(int)
+    sector = ((np.arctan2(y, x) + np.pi) / (2 * np.pi) * 8).astype(int) % 8
+    return np.bincount(ring * 8 + sector, minlength=40)
+
+
+def test_a_circle_is_filled_uniformly_by_area(chi_square_excess):
+    n, radius = 20_000, 10.0
+    x, y = (positions(MIDDLE, radius, 7, np.arange(n), "") - [MIDDLE.x, MIDDLE.y]).T
+    assert np.hypot(x, y).max() <= radius
+    even = np.full(40, 1 / 40)
+    assert chi_square_excess(in_rings_and_sectors(x, y, radius), even) < 1
+    # The test has teeth: the usual mistake, uniform in the radius, fails it by far.
+    rng = np.random.default_rng(1)
+    r, angle = radius * rng.random(n), 2 * np.pi * rng.random(n)
+    assert chi_square_excess(in_rings_and_sectors(r * np.cos(angle), r * np.sin(angle), radius), even) > 50
+
+
+@pytest.mark.parametrize(
+    "area",
+    [
+        RING,
+        MultiPolygon([shapely.box(0, 0, 30, 10), shapely.box(50, 50, 60, 100)]),
+        Polygon([(0, 0), (100, 0), (0, 40)]),
+    ],
+)
+def test_polygons_are_filled_uniformly_by_area_and_their_holes_left_out(area, chi_square_excess):
+    place = positions(area, 10.0, 7, np.arange(20_000), "")
+    assert shapely.contains_xy(area, *place.T).all()
+    west, south, east, north = area.bounds
+    edges_x, edges_y = np.linspace(west, east, 7), np.linspace(south, north, 7)
+    cells = [shapely.box(edges_x[i], edges_y[j], edges_x[i + 1], edges_y[j + 1]) for i in range(6) for j in range(6)]
+    shares = shapely.area(shapely.intersection(cells, area)) / area.area
+    counts = np.histogram2d(*place.T, bins=(edges_x, edges_y))[0].ravel()
+    assert counts[shares == 0].sum() == 0
+    assert chi_square_excess(counts[shares > 0], shares[shares > 0]) < 1
+
+
+def test_a_log_keeps_its_place_and_area_when_the_number_grows(tmp_path, sample):
+    layer = areas(tmp_path, [MIDDLE, RING, Point(EAST + 50, NORTH + 30)])
+    few, many = sample(layer, count=20), sample(layer, count=50)
+    assert (len(few), len(many)) == (60, 150)
+    assert many.iloc[:60].equals(few)
+    assert few["log_id"].tolist() == list(range(1, 61))
+    assert few["release_id"].value_counts().to_dict() == {1: 20, 2: 20, 3: 20}
+
+
+def test_the_same_seed_gives_the_same_file_and_another_seed_other_places(tmp_path, sample):
+    layer = areas(tmp_path, [MIDDLE])
+    sample(layer, count=100, seed=3)
+    first = (tmp_path / "releases.gpkg").read_bytes()
+    one = sample(layer, count=100, seed=3)
+    assert (tmp_path / "releases.gpkg").read_bytes() == first
+    other = sample(layer, count=100, seed=4)
+    assert not (one.geometry == other.geometry).any()
+
+
+def test_the_layer_is_the_contracts(tmp_path, sample):
+    frame = sample(areas(tmp_path, [MIDDLE]), count=5, dbh_cm=30.0, length_m=15.0, orientation="tilted", tilt_deg=10.0)
+    assert list(frame)[:-1] == [column.name for column in schemas.RELEASES.columns]
+    row = frame.iloc[0]
+    assert (row["dbh_cm"], row["length_m"], row["density_kg_m3"], row["orientation"]) == (30, 15, 300, "tilted")
+    assert frame.crs.to_epsg() == 2056
+    assert (frame.geometry.geom_type == "Point").all()
+    assert frame["log_id"].dtype == np.int64
+    for column in schemas.RELEASES.columns:
+        assert (
+            schemas.value_fault(column, row[column.name].item() if column.kind == "int" else row[column.name]) is None
+        )
+
+
+def test_columns_of_the_areas_go_before_the_options(tmp_path, sample):
+    layer = areas(
+        tmp_path,
+        [MIDDLE, RING],
+        dbh_cm=[30.0, 75.0],
+        azimuth_deg=[360.0, 90.0],
+        orientation=["Lying", "upright"],
+        event=["2019", "2022 b"],
+    )
+    frame = sample(layer, count=2, dbh_cm=50.0, length_m=15.0, release_id_field="event")
+    assert frame["release_id"].tolist() == ["2019", "2022 b"] * 2
+    assert frame["dbh_cm"].tolist() == [30, 75] * 2
+    assert frame["azimuth_deg"].tolist() == [0, 90] * 2
+    assert frame["orientation"].tolist() == ["lying", "upright"] * 2
+    assert frame["length_m"].tolist() == [15] * 4
+
+
+def test_shapefile_areas_keep_their_long_columns(tmp_path, sample):
+    layer = areas(tmp_path, [MIDDLE], "areas.shp", density_kg=[450.0])
+    assert sample(layer, count=2)["density_kg_m3"].tolist() == [450, 450]
+
+
+def test_the_radius_is_in_metres_of_the_dem_whatever_the_crs_of_the_areas(tmp_path, sample):
+    layer = areas(tmp_path, gpd.GeoSeries([MIDDLE], crs=2056).to_crs(4326), crs="EPSG:4326")
+    distance = sample(layer, count=500).distance(MIDDLE)
+    assert 9.5 < distance.max() < 10.01
+    assert (sample(layer, count=3, radius_m=0.0).distance(MIDDLE) < 0.01).all()
+
+
+def test_a_csv_of_points_will_do(tmp_path, sample):
+    (tmp_path / "mapped.csv").write_text(f"release_id;x;y\nA;{MIDDLE.x};{MIDDLE.y}\n")
+    assert sample(str(tmp_path / "mapped.csv"), count=3)["release_id"].tolist() == ["A"] * 3
+
+
+def test_areas_off_the_dem_are_refused_with_row_and_number(tmp_path, sample):
+    beyond = Point(EAST + 195, NORTH + 80)
+    with pytest.raises(UserError, match=r"layer 'areas', row 2: \d+ of 100 release positions lie off the DEM"):
+        sample(areas(tmp_path, [MIDDLE, beyond]), count=100)
+    with pytest.raises(UserError, match="row 1: every release position lies off the DEM"):
+        sample(areas(tmp_path, [Point(0, 0)]), count=100)
+    assert not (tmp_path / "releases.gpkg").exists()
+
+
+def test_nodata_is_off_the_dem(tmp_path, slope, sample):
+    with pytest.raises(UserError, match=r"row 1: .* off the DEM or on its nodata"):
+        sample(areas(tmp_path, [Point(EAST + 100, NORTH + 150)]), dem=slope("holed.tif", nodata_rows=5), count=100)
+
+
+def test_wrong_ids_and_words_are_refused(tmp_path, sample):
+    with pytest.raises(UserError, match=r"no field 'event' .*the fields are label"):
+        sample(areas(tmp_path, [MIDDLE], label=["a"]), release_id_field="event")
+    with pytest.raises(UserError, match="field 'orientation', row 1: 'sideways' is not one of upright, lying, tilted"):
+        sample(areas(tmp_path, [MIDDLE], orientation=["sideways"]))
+
+
+def test_a_dbh_in_metres_is_suspected(tmp_path, sample, said):
+    sample(areas(tmp_path, [MIDDLE]), count=1, dbh_cm=0.75)
+    assert "--dbh-cm: the median dbh_cm is 0.75 cm, which is too small; if these are metres" in said.warnings[0]
+
+
+def test_an_interrupted_run_leaves_nothing(tmp_path, slope, said):
+    said.cancelled = lambda: True
+    ask = {"areas": areas(tmp_path, [MIDDLE]), "dem": slope(), "output": str(tmp_path / "releases.gpkg")}
+    with pytest.raises(Cancelled):
+        TOOL(TOOL.ask_from(ask), said)
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["areas.gpkg", "dem.tif"]
