@@ -22,8 +22,9 @@ from .contact_solver import find_old, remember, solve, turn_around, warm_start
 from .contacts import TERRAIN, first_rebound, set_frames
 from .cores import BARRIER
 from .detection import contacts_at, find_contacts, lowest_gap, owner_of
-from .energy import impulse_work, take_no_energy
+from .energy import impulse_work
 from .grid_index import insert_sorted
+from .impacts import make_admissible
 from .influence import NOW, copy_notes, note, note_all, note_step, open_notes
 from .ledger import note_pushes
 from .limits import (
@@ -216,16 +217,18 @@ def keep_books(scene, frame, state, body, settings, scratch, way, marks, hits, s
     dt, count, pressed = way.dt, way.count, False
     if count > 0:
         summary.contacts += count
-        summary.residual = max(summary.residual, way.residual)
         # the work is that of the velocities at the node, between gravity's two halves
         gained = impulse_work(contacts, count, state, VX, 0.5 * gravity * dt, rolling, spin_of(state))
-        unfinished = way.residual > way.tolerance
-        if unfinished:
-            summary.unconverged += 1.0
         # Newton's law, contact by contact, can give energy where several act: not beyond gravity's own share
-        bouncing = bounces and gained > 0.125 * (gravity * dt) ** 2
-        if gained > 0.0 and (unfinished or bouncing):
-            gained = take_no_energy(contacts, count, state, scratch.free, gained, 0.5 * gravity * dt, rolling)
+        if way.residual > way.tolerance or (bounces and gained > 0.125 * (gravity * dt) ** 2):
+            gained, way.residual, used = make_admissible(
+                contacts, count, state, body, scratch.free, scratch.trial_state, rolling, way.tolerance,
+                settings.sweeps, way.residual, 0.5 * gravity * dt, gained,
+            )  # fmt: skip
+            summary.sweeps += used
+        if way.residual > way.tolerance:
+            summary.unconverged += 1.0
+        summary.residual = max(summary.residual, way.residual)
         way.work += gained
         summary.energy_gain += max(0.0, gained)
         pushed = False  # against an obstacle
