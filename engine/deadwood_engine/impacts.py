@@ -39,15 +39,17 @@ from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ, spin_of
 
 
 @kernel
-def settle(contacts, count, state, rolling, most, falling, tolerance, sweeps):
-    """Sweep on with friction that does not grow, until nothing changes by more than the tolerance [m/s].
+def settle(contacts, count, state, rolling, tolerance, sweeps, share):
+    """Sweep on with friction that no longer grows, until nothing changes by more than the tolerance [m/s].
 
-    |P_T,k| <= limit_k [m/s], the contact's field; if falling, that is the least mu P_N,k so far. most [m2/s] bounds the
-    moment against rolling likewise.
-
-    Returns (sweeps used, bound of the moment).
+    |P_T,k| <= limit_k [m/s], the contact's field: the least mu P_N,k so far, times the share (1, or 0: no friction). The
+    moment against rolling is bounded likewise. Returns the sweeps used.
     """
-    change, used = math.inf, 0
+    change, used, most = math.inf, 0, 0.0
+    for k in range(count):
+        c = contacts[k]
+        c.limit = share * c.mu * c.pn
+        most += share * c.roll * c.pn
     while used < sweeps and change > tolerance:
         used += 1
         change, rolls = 0.0, 0.0
@@ -56,8 +58,7 @@ def settle(contacts, count, state, rolling, most, falling, tolerance, sweeps):
             v, w = (state[VX], state[VY], state[VZ]), (state[WX], state[WY], state[WZ])
             pn, pt, pu = c.pn, c.pt, c.pu
             qn = max(0.0, pn - (along_normal(c, v, w) - c.target) / c.gnn)
-            if falling:
-                c.limit = min(c.limit, c.mu * qn)
+            c.limit = min(c.limit, c.mu * qn)
             qt, qu, c.shift = disc_impulse(
                 c.gtt, c.gtu, c.guu,
                 along_t(c, v, w) + c.gnt * (qn - pn) - c.gtt * pt - c.gtu * pu,
@@ -70,12 +71,13 @@ def settle(contacts, count, state, rolling, most, falling, tolerance, sweeps):
             qn, qt, qu = qn - pn, qt - pt, qu - pu
             change = max(change, c.gnn * abs(qn), c.gtt * abs(qt), c.guu * abs(qu))
             _add(c, state, qn, qt, qu)
-        if falling:
-            most = min(most, rolls)
-        turn = (min(most, max(-most, rolling.moment - rolling.inertia * spin_of(state))) - rolling.moment) / rolling.inertia
+        most = min(most, rolls)
+        turn = (
+            min(most, max(-most, rolling.moment - rolling.inertia * spin_of(state))) - rolling.moment
+        ) / rolling.inertia
         change = max(change, rolling.skin * abs(turn))
         _turn(rolling, state, turn)
-    return used, most
+    return used
 
 
 @kernel
@@ -169,15 +171,11 @@ def make_admissible(contacts, count, state, body, free, tried, rolling, toleranc
         used, residual = solve(contacts, count, state, rolling, tolerance, sweeps, False)
     held = gained
     if residual > tolerance:
-        for k in range(count):
-            contacts[k].limit = contacts[k].mu * contacts[k].pn
-        more, most = settle(contacts, count, state, rolling, math.inf, True, tolerance, sweeps)
-        used += more
+        used += settle(contacts, count, state, rolling, tolerance, sweeps, 1.0)
         held = impulse_work(contacts, count, state, VX, fall, rolling, spin_of(state))
         if held > 0.5 * fall * fall:
             restart(contacts, count, state, free, rolling)
-            more, _ = settle(contacts, count, state, rolling, most, False, tolerance, sweeps)
-            used += more
+            used += settle(contacts, count, state, rolling, tolerance, sweeps, 0.0)
     held = impulse_work(contacts, count, state, VX, fall, rolling, spin_of(state))
     if not (rebounds and share_of):
         return held, residual, used
