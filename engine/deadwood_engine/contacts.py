@@ -198,8 +198,8 @@ def add_contact(contacts, keys, count, state, key, rx, ry, rz, nx, ny, nz, mu, g
     c.target = -now / dt if now > 0.0 else 0.0
     c.rebound = 0.0
     if restitution > 0.0 and before < -IMPACT * gravity * dt:
-        # Newton's impact law, eq. 8, of the velocities at the node: by the middle of the step gravity has taken its half.
-        # As the target there, -eps gamma- let a log rise by eps v dt / 2 too high
+        # Newton's impact law, eq. 8, of the velocities at the node; by the middle of the step gravity has taken its
+        # half. As the target there, -eps gamma- let a log rise by eps v dt / 2 too high
         c.rebound = max(0.0, -restitution * before - 0.5 * nz * gravity * dt - c.target)
         c.target += c.rebound
     c.mu, c.turn = mu, 0.0

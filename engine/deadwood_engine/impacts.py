@@ -22,8 +22,11 @@ restitution that found no end nothing is taken (s = 0).
 
 **Solves without an end.** A jam between opposed normals may hit the cap of sweeps without restitution, too. From there
 on no friction impulse may grow beyond the least mu P_N of the sweeps so far (``settle``): with limits that only fall
-the sweeps go towards Tresca's problem, whose friction does not depend on the pressure. That is convex, its sweeps
-descend, and its solution does no work, for P = 0 is admissible. Less friction than Coulomb's is what it costs.
+the sweeps go towards Tresca's problem, whose friction does not depend on the pressure. That is convex: sweeps descend
+to its solution, which does no work, for P = 0 is admissible. It costs friction, in that one step. If the sweeps that
+are granted leave it with a positive work, they begin once more from P = 0 without friction: there every sweep lowers
+P.(gamma- - b) + P.G P / 2 exactly, which is 0 at first, so wherever they are cut off no work is left. What still
+approaches then does so by what a sweep changes; the step counts as unconverged.
 """
 
 from __future__ import annotations
@@ -42,8 +45,8 @@ from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ, spin_of
 def settle(contacts, count, state, rolling, tolerance, sweeps, share):
     """Sweep on with friction that no longer grows, until nothing changes by more than the tolerance [m/s].
 
-    |P_T,k| <= limit_k [m/s], the contact's field: the least mu P_N,k so far, times the share (1, or 0: no friction). The
-    moment against rolling is bounded likewise. Returns the sweeps used.
+    |P_T,k| <= limit_k [m/s], the contact's field: the least mu P_N,k so far, times the share (1, or 0: no friction).
+    The moment against rolling is bounded likewise. Returns the sweeps used.
     """
     change, used, most = math.inf, 0, 0.0
     for k in range(count):
@@ -72,11 +75,13 @@ def settle(contacts, count, state, rolling, tolerance, sweeps, share):
             change = max(change, c.gnn * abs(qn), c.gtt * abs(qt), c.guu * abs(qu))
             _add(c, state, qn, qt, qu)
         most = min(most, rolls)
-        turn = (
-            min(most, max(-most, rolling.moment - rolling.inertia * spin_of(state))) - rolling.moment
-        ) / rolling.inertia
+        renewed = min(most, max(-most, rolling.moment - rolling.inertia * spin_of(state)))
+        turn = (renewed - rolling.moment) / rolling.inertia
+        rolling.moment = renewed
         change = max(change, rolling.skin * abs(turn))
-        _turn(rolling, state, turn)
+        state[WX] += turn * state[DX]
+        state[WY] += turn * state[DY]
+        state[WZ] += turn * state[DZ]
     return used
 
 
@@ -89,15 +94,6 @@ def _add(c, state, qn, qt, qu):
     state[WX] += c.bnx * qn + c.btx * qt + c.bux * qu
     state[WY] += c.bny * qn + c.bty * qt + c.buy * qu
     state[WZ] += c.bnz * qn + c.btz * qt + c.buz * qu
-
-
-@kernel
-def _turn(rolling, state, turn):
-    """Add to the moment against rolling what changes the spin by ``turn`` [1/s]."""
-    rolling.moment += turn * rolling.inertia
-    state[WX] += turn * state[DX]
-    state[WY] += turn * state[DY]
-    state[WZ] += turn * state[DZ]
 
 
 @kernel
@@ -115,10 +111,10 @@ def restart(contacts, count, state, free, rolling):
 @kernel
 def rebounds_at_all(contacts, count):
     """Whether a contact is to leave with a part of its speed (eq. 8)."""
+    most = 0.0
     for k in range(count):
-        if contacts[k].rebound > 0.0:
-            return True
-    return False
+        most = max(most, contacts[k].rebound)
+    return most > 0.0
 
 
 @kernel
@@ -157,7 +153,7 @@ def make_admissible(contacts, count, state, body, free, tried, rolling, toleranc
 
     Returns (work now [J/kg], residual of the solve without restitution [m/s], sweeps used).
     """
-    used, share_of, moment = 0, residual <= tolerance, rolling.moment
+    used, finished, moment = 0, residual <= tolerance, rolling.moment
     rebounds = rebounds_at_all(contacts, count)
     if rebounds:
         for k in range(state.shape[0]):
@@ -169,15 +165,13 @@ def make_admissible(contacts, count, state, body, free, tried, rolling, toleranc
             c.line = 0
         restart(contacts, count, state, free, rolling)
         used, residual = solve(contacts, count, state, rolling, tolerance, sweeps, False)
-    held = gained
     if residual > tolerance:
         used += settle(contacts, count, state, rolling, tolerance, sweeps, 1.0)
-        held = impulse_work(contacts, count, state, VX, fall, rolling, spin_of(state))
-        if held > 0.5 * fall * fall:
+        if impulse_work(contacts, count, state, VX, fall, rolling, spin_of(state)) > 0.5 * fall * fall:
             restart(contacts, count, state, free, rolling)
             used += settle(contacts, count, state, rolling, tolerance, sweeps, 0.0)
     held = impulse_work(contacts, count, state, VX, fall, rolling, spin_of(state))
-    if not (rebounds and share_of):
+    if not (rebounds and finished):
         return held, residual, used
     for k in range(VX, WZ + 1):
         tried[k] -= state[k]
