@@ -96,9 +96,11 @@ def begin(scene, frame, state, body, stations, settings, scratch, way, summary):
     count, way.travel, way.whole = contacts_at(
         scene, frame, state, body, stations, settings, AT_ONCE, 0.0, 0.0, scratch, True
     )
+    way.buried = False
     for k in range(count):
         if scratch.keys[k, 0] != TERRAIN and scratch.contacts[k].gap < 0.0:
             summary.started_in_contact = 1.0
+        way.buried = way.buried or (scratch.keys[k, 0] == TERRAIN and scratch.contacts[k].gap < -body[BASE_RADIUS])
     for k in range(scratch.near[0].cores):
         if scratch.near_cores[k].kind == BARRIER and pierced(body, state, scratch.near_cores[k]):
             summary.started_in_contact = 1.0
@@ -240,8 +242,9 @@ def keep_books(scene, frame, state, body, settings, scratch, way, marks, hits, s
             # not the overlap that a log was released with, nor what sank where the DEM ends
             if ground and way.whole:
                 summary.penetration = max(summary.penetration, -contacts[k].gap)
-                deepest = max(deepest, -contacts[k].gap)
-                way.lost = way.lost or -contacts[k].gap > body[BASE_RADIUS] + settings.travel
+                if not way.buried:
+                    deepest = max(deepest, -contacts[k].gap)
+                    way.lost = way.lost or -contacts[k].gap > body[BASE_RADIUS] + settings.travel
             if not ground and summary.started_in_contact == 0.0:
                 summary.overlap = max(summary.overlap, -contacts[k].gap)
                 deepest = max(deepest, -contacts[k].gap)
