@@ -18,7 +18,7 @@ velocities are affine in P: with P0 and Pe every blend P0 + s (Pe - P0) keeps th
 b0. The work is a parabola in s that opens upwards, W(s) = W0 + s m + s^2 q with q the kinetic energy of the difference
 of both velocities, so all s with W(s) <= max(0, W0) form an interval that begins at 0. Its end is taken. What a blend
 does not keep is complementarity: a contact may be pushed, and separate more slowly than by its own e. Of a solve with
-restitution that found no end nothing is taken (s = 0).
+restitution that found no end, as much is taken as lets no contact approach: the rest of it may be nothing.
 
 **Solves without an end.** A jam between opposed normals may hit the cap of sweeps without restitution, too. From there
 on no friction impulse may grow beyond the least mu P_N of the sweeps so far (``settle``): with limits that only fall
@@ -38,6 +38,7 @@ from .compiled import kernel
 from .contact_solver import disc_impulse, solve
 from .contacts import along_normal, along_t, along_u
 from .energy import impulse_work
+from .limits import LEAST_APPROACH
 from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ, spin_of
 
 
@@ -131,6 +132,20 @@ def largest_share(held, gained, parting):
 
 
 @kernel
+def share_that_holds_out(contacts, count, state, tried, allowed):
+    """The largest s in [0, 1] for which gamma_N(s) - b0 >= -allowed [m/s] in every contact, of velocities that go from
+    those of ``state`` to those that were tried; targets are those without restitution."""
+    share = 1.0
+    for k in range(count):
+        c = contacts[k]
+        held = along_normal(c, (state[VX], state[VY], state[VZ]), (state[WX], state[WY], state[WZ])) - c.target
+        then = along_normal(c, (tried[VX], tried[VY], tried[VZ]), (tried[WX], tried[WY], tried[WZ])) - c.target
+        if then < -allowed and then < held:
+            share = min(share, max(0.0, (held + allowed) / (held - then)))
+    return share
+
+
+@kernel
 def blend(contacts, count, state, tried, rolling, moment, share):
     """Add the share of what is missing to the impulses that were tried, to their velocities and their moment."""
     for k in range(count):
@@ -153,7 +168,7 @@ def make_admissible(contacts, count, state, body, free, tried, rolling, toleranc
 
     Returns (work now [J/kg], residual of the solve without restitution [m/s], sweeps used).
     """
-    used, finished, moment = 0, residual <= tolerance, rolling.moment
+    used, moment = 0, rolling.moment
     rebounds = rebounds_at_all(contacts, count)
     if rebounds:
         for k in range(state.shape[0]):
@@ -171,12 +186,12 @@ def make_admissible(contacts, count, state, body, free, tried, rolling, toleranc
             restart(contacts, count, state, free, rolling)
             used += settle(contacts, count, state, rolling, tolerance, sweeps, 0.0)
     held = impulse_work(contacts, count, state, VX, fall, rolling, spin_of(state))
-    if not (rebounds and finished):
+    if not rebounds:
         return held, residual, used
+    share = share_that_holds_out(contacts, count, state, tried, max(tolerance, LEAST_APPROACH))
     for k in range(VX, WZ + 1):
         tried[k] -= state[k]
-    parting = energy_of(tried, body)
-    share = largest_share(held, gained, parting)
+    share = min(share, largest_share(held, gained, energy_of(tried, body)))
     for k in range(VX, WZ + 1):
         tried[k] += state[k]
     blend(contacts, count, state, tried, rolling, moment, share)
