@@ -48,6 +48,9 @@ CONTACT = np.dtype(
         ("line", "i8"),  # contacts, from this one on, on one straight line; -1 within, 0 on none (``pressure``)
         ("pressed", "f8"),  # m/s, change of pn by the line
         ("last_n", "f8"), ("last_t", "f8"), ("last_u", "f8"),  # m/s, change of P in the last sweep
+        ("rebound", "f8"),  # m/s, what restitution adds to the target
+        ("tried_n", "f8"), ("tried_t", "f8"), ("tried_u", "f8"),  # m/s, P of a solve with restitution (``impacts``)
+        ("limit", "f8"),  # m/s, most friction where a solve finds no end (``impacts``)
         ("along", "f8"), ("stretch", "f8"),  # m, its place along the log's axis, and of the line for which it bears
     ]
 )  # fmt: skip
@@ -193,8 +196,12 @@ def add_contact(contacts, keys, count, state, key, rx, ry, rz, nx, ny, nz, mu, g
     # A gap that gravity closes within the step counts as closed, or contacts of a resting log would flicker
     now -= min(HOVER * gravity * dt * dt, HOVER_MOST)
     c.target = -now / dt if now > 0.0 else 0.0
+    c.rebound = 0.0
     if restitution > 0.0 and before < -IMPACT * gravity * dt:
-        c.target = -restitution * before  # Newton's impact law, eq. 8
+        # Newton's impact law, eq. 8, of the velocities at the node; by the middle of the step gravity has taken its
+        # half. As the target there, -eps gamma- let a log rise by eps v dt / 2 too high
+        c.rebound = max(0.0, -restitution * before - 0.5 * nz * gravity * dt - c.target)
+        c.target += c.rebound
     c.mu, c.turn = mu, 0.0
     c.roll = 0.0
     if step.rolling > 0.0 and smooth:

@@ -15,6 +15,7 @@ EXTRAPOLATE_ALIKE = 0.9  # [-] cosine between two sweeps' changes beyond which t
 EXTRAPOLATE_MOST = 300.0  # sweeps that one extrapolation stands for at most
 DISC_ITERATIONS = 12  # Newton steps of the friction disc's secular equation; it needs 1-4
 DISC_ACCURACY = 1e-2  # [-] of the friction impulse before it is put on the disc; each further sweep squares it
+LEAST_APPROACH = 1e-9  # [m/s] that is none, whatever the tolerance: 10 pm in a step (without gravity that is rounding)
 LEAST_TOLERANCE = 1e-15  # [m/s] on top of the fidelity's: rounding, where there is no gravity to measure by
 
 # Lines of contacts (``pressure``)

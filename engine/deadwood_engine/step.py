@@ -22,8 +22,9 @@ from .contact_solver import find_old, remember, solve, turn_around, warm_start
 from .contacts import TERRAIN, first_rebound, set_frames
 from .cores import BARRIER
 from .detection import contacts_at, find_contacts, lowest_gap, owner_of
-from .energy import impulse_work, take_no_energy
+from .energy import impulse_work
 from .grid_index import insert_sorted
+from .impacts import make_admissible, rebounds_at_all
 from .influence import NOW, copy_notes, note, note_all, note_step, open_notes
 from .ledger import note_pushes
 from .limits import (
@@ -34,6 +35,7 @@ from .limits import (
     LEAST_TURN,
     MADE_ANEW,
     MET_AT_ONCE,
+    OBSTACLE_TRAVEL,
     POLL_STEPS,
     REST_TRAVEL,
     REST_WINDOW,
@@ -61,6 +63,7 @@ from .trace import (
     draw,
     draw_deposit,
     ends_moved,
+    forget_after,
     forget_touches,
     keep_pose,
     remember_peaks,
@@ -89,13 +92,15 @@ def begin(scene, frame, state, body, stations, settings, scratch, way, summary):
     know_nothing(scratch.near[0])
     way.time = way.before = way.last_kick = way.path = way.work = 0.0
     way.next_look, way.next_rocking = REST_WINDOW, ROCKING_WINDOW
-    way.old_count, way.kept, way.pressed = 0, 0, False
+    way.old_count, way.kept, way.pressed, way.sunk, way.lost = 0, 0, False, math.inf, False
     count, way.travel, way.whole = contacts_at(
         scene, frame, state, body, stations, settings, AT_ONCE, 0.0, 0.0, scratch, True
     )
+    way.buried = False
     for k in range(count):
         if scratch.keys[k, 0] != TERRAIN and scratch.contacts[k].gap < 0.0:
             summary.started_in_contact = 1.0
+        way.buried = way.buried or (scratch.keys[k, 0] == TERRAIN and scratch.contacts[k].gap < -body[BASE_RADIUS])
     for k in range(scratch.near[0].cores):
         if scratch.near_cores[k].kind == BARRIER and pierced(body, state, scratch.near_cores[k]):
             summary.started_in_contact = 1.0
@@ -213,19 +218,21 @@ def keep_books(scene, frame, state, body, settings, scratch, way, marks, hits, s
     """3. What the contacts did: their work, how deep they were, whom they hit, and what the next step starts from."""
     gravity, rolling, contacts, keys = settings.gravity, scratch.rolling[0], scratch.contacts, scratch.keys
     bounces = settings.restitution + settings.tree_restitution + settings.barrier_restitution > 0.0
-    dt, count, pressed = way.dt, way.count, False
+    dt, count, pressed, deepest = way.dt, way.count, False, 0.0
     if count > 0:
         summary.contacts += count
-        summary.residual = max(summary.residual, way.residual)
         # the work is that of the velocities at the node, between gravity's two halves
         gained = impulse_work(contacts, count, state, VX, 0.5 * gravity * dt, rolling, spin_of(state))
-        unfinished = way.residual > way.tolerance
-        if unfinished:
+        # Newton's law, contact by contact, can give energy where several act
+        if way.residual > way.tolerance or (gained > 0.0 and bounces and rebounds_at_all(contacts, count)):
+            gained, way.residual, used = make_admissible(
+                contacts, count, state, body, scratch.free, scratch.trial_state, rolling, way.tolerance,
+                settings.sweeps, way.residual, 0.5 * gravity * dt, gained,
+            )  # fmt: skip
+            summary.sweeps += used
+        if way.residual > way.tolerance:
             summary.unconverged += 1.0
-        # Newton's law, contact by contact, can give energy where several act: not beyond gravity's own share
-        bouncing = bounces and gained > 0.125 * (gravity * dt) ** 2
-        if gained > 0.0 and (unfinished or bouncing):
-            gained = take_no_energy(contacts, count, state, scratch.free, gained, 0.5 * gravity * dt, rolling)
+        summary.residual = max(summary.residual, way.residual)
         way.work += gained
         summary.energy_gain += max(0.0, gained)
         pushed = False  # against an obstacle
@@ -235,8 +242,15 @@ def keep_books(scene, frame, state, body, settings, scratch, way, marks, hits, s
             # not the overlap that a log was released with, nor what sank where the DEM ends
             if ground and way.whole:
                 summary.penetration = max(summary.penetration, -contacts[k].gap)
+                if not way.buried:
+                    deepest = max(deepest, -contacts[k].gap)
+                    way.lost = way.lost or -contacts[k].gap > body[BASE_RADIUS] + settings.travel
             if not ground and summary.started_in_contact == 0.0:
                 summary.overlap = max(summary.overlap, -contacts[k].gap)
+                deepest = max(deepest, -contacts[k].gap)
+                both = body[BASE_RADIUS] + scene.cores.solid[keys[k, 1]].wide
+                allowed = body[BASE_RADIUS] + max(settings.travel, OBSTACLE_TRAVEL * both)
+                way.lost = way.lost or -contacts[k].gap > allowed
             if not ground and contacts[k].pn > 0.0:
                 pushed = True
                 is_barrier, item = owner_of(scene, keys[k])
@@ -257,6 +271,7 @@ def keep_books(scene, frame, state, body, settings, scratch, way, marks, hits, s
         rolling.moment_before = 0.0
         summary.airborne += 1.0
     way.pressed = pressed
+    way.sunk = min(way.sunk, way.time) if deepest > body[BASE_RADIUS] else math.inf
     way.old_count = remember(contacts, keys, count, state, scratch.old_keys, scratch.old_contacts, scene.cloud is None)
     way.before, way.last_kick = dt, way.kick
     way.speed = math.sqrt(state[VX] ** 2 + state[VY] ** 2 + state[VZ] ** 2)
@@ -273,6 +288,8 @@ def move_on(scene, frame, state, body, stations, settings, scratch, way, summary
     """4. Free motion to the next node. Returns the reason to stop there, -1 where there is none."""
     dt = way.dt
     if not (way.speed < WILD_SPEED and way.energy < math.inf):  # NaN, of the spin or the axis too, is less than nothing
+        return FAILED
+    if way.lost:
         return FAILED
     fastest, bend, _ = travel_bound(scene.cloud, state, body)
     way.path += dt * (fastest + 0.5 * bend * dt)
@@ -346,6 +363,8 @@ def slide_log(
             if keep:
                 way.kept = keep_pose(poses, way.kept, way.time, state, body, way.gap)
         if over:
+            if reason == FAILED:
+                forget_after(marks, way.sunk)
             break
         first = False
         if settings.until_reached and all_reached(marks):

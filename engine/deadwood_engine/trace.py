@@ -197,6 +197,18 @@ def forget_touches(marks):
 
 
 @kernel
+def forget_after(marks, sunk):
+    """Of a log that failed: what it touched since it was deeper in something than its radius (time sunk [s]), and every
+    barrier that it crossed, which have no time, count for nothing."""
+    for line in range(marks.lines.shape[0]):
+        if marks.line_time[line] >= sunk:
+            marks.lines[line] = False
+            marks.line_time[line] = math.inf
+    for fence in range(marks.crossed.shape[0]):
+        marks.crossed[fence] = False
+
+
+@kernel
 def draw_deposit(scene, frame, state, body, memory, work, rasters):
     """Count the log in the cells that its final outline overlaps."""
     points, hull, left, right = work

@@ -38,5 +38,8 @@ WAY = np.dtype(
         ("kept", "i8"),  # poses
         ("whole", "b1"),  # whether there was terrain below all of the log so far
         ("pressed", "b1"),  # whether the ground pushes
+        ("buried", "b1"),  # whether it was released deeper in the ground than its radius
+        ("sunk", "f8"),  # s, since when the log is deeper in something than its radius; infinite: it is not
+        ("lost", "b1"),  # whether it is deeper than any step could bring it
     ]
 )  # fmt: skip

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from deadwood_engine.energy import contact_work, impulse_work, take_no_energy
+from deadwood_engine.energy import contact_work, impulse_work
 from deadwood_engine.rolling import ROLLING
 from deadwood_engine.rotation import spin_of
 
@@ -68,31 +68,3 @@ def test_work_is_the_change_of_kinetic_energy_at_the_node(random_contacts, seed)
     table[1].pn = 0.0  # what does not push does no work
     parts[1] = 0.0
     assert impulse_work(table, 4, after, 7, 0.5 * G_DT, rolling, spin_of(after)) == pytest.approx(sum(parts))
-
-
-@pytest.mark.parametrize("seed", range(40))
-def test_impulses_that_push_are_scaled_until_they_do_not(random_contacts, seed):
-    """All by one factor, with the moment; the velocities are those of what is left, and its work is what is told."""
-    rng = np.random.default_rng(seed)
-    inertia, axial, free = motion(rng)
-    table, moment = random_contacts(rng, 4), rng.normal()
-    booked(table, free, 0.0)
-    after = pushed(inertia, table, moment, free)
-    rolling = rolling_of(axial, moment, spin_of(free))
-    gained = impulse_work(table, 4, after, 7, 0.0, rolling, spin_of(after))
-    assert gained == pytest.approx(kinetic(inertia, after) - kinetic(inertia, free))
-    if gained <= 0.0:
-        return
-    before = table.copy()
-    left = take_no_energy(table, 4, after, free[7:13].copy(), gained, 0.0, rolling)
-    assert left == pytest.approx(0.0, abs=1e-12)  # the largest factor that gives none
-    share = rolling.moment / moment
-    assert 0.0 <= share < 1.0
-    for name in ("pn", "pt", "pu"):
-        assert table[name] == pytest.approx(share * before[name], abs=1e-15)
-    assert after == pytest.approx(pushed(inertia, table, rolling.moment, free), abs=1e-12)
-    assert left == pytest.approx(kinetic(inertia, after) - kinetic(inertia, free), abs=1e-12)
-    if share == 0.0:  # even a part of them would give some
-        little = pushed(inertia, before, moment, free)
-        little[7:13] = free[7:13] + 1e-4 * (little[7:13] - free[7:13])
-        assert kinetic(inertia, little) > kinetic(inertia, free)

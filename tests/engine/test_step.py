@@ -195,7 +195,31 @@ def test_an_unfinished_solve_gives_nothing(plain, scene):
     assert summary.unconverged == 1.0
     assert way.work <= 1e-12
     assert summary.energy_gain <= 1e-12
-    assert state[9] == pytest.approx(1.0 - 0.5 * G * DT)  # as much as it takes: back with the speed that it came with
+    assert state[9] == pytest.approx(0.0, abs=1e-12)  # held out in the middle of the step, and no more
+
+
+def test_what_is_deeper_than_a_step_can_bring_it_fails(plain, scene):
+    """By its radius and a step's travel; what it touched since it was deeper than its radius counts for nothing."""
+    radius = LOG[BASE_RADIUS]
+    for kind, row in ((0, 1), (TREE, 1)):
+        depths = (0.5 * radius, 1.1 * radius, radius + 1.01 * max(TRAVEL, 0.3 * (radius + 0.4)))
+        for depth, sunk, lost in zip(depths, (math.inf, 3.0, 3.0), (False, False, True), strict=True):
+            _, way, _, state = booked(plain, scene, (kind, row, -depth), push=0.1, time=3.0, sunk=math.inf, lost=False)
+            assert (way.sunk, way.lost) == (sunk, lost)
+            assert end_of(plain, scene, state, lost=lost)[0] == (FAILED if lost else -1)
+        # since the first of such steps in a row; and neither what was released in contact nor where terrain is missing
+        _, way, *_ = booked(plain, scene, (kind, row, -1.1 * radius), push=0.1, time=3.0, sunk=2.0, lost=False)
+        assert way.sunk == 2.0
+        exempt = {"whole": False} if kind == 0 else {"started_in_contact": 1.0}
+        _, way, *_ = booked(plain, scene, (kind, row, -9.0), push=0.1, time=3.0, sunk=2.0, lost=False, **exempt)
+        assert (way.sunk, way.lost) == (math.inf, False)
+    marks = Marks(
+        np.ones(3, bool), np.ones(2, bool), np.ones(2, bool), np.array([1.0, 2.0, 3.0]), np.zeros(3, bool)
+    )  # fmt: skip
+    plain("trace").forget_after(marks, 2.0)
+    assert marks.lines.tolist() == [True, False, False]
+    assert marks.line_time.tolist() == [1.0, math.inf, math.inf]
+    assert not marks.crossed.any()
 
 
 def test_who_pushed_is_told(plain, scene):

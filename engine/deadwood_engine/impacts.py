@@ -1,0 +1,198 @@
+"""The impulses of a step where Newton's law gives energy, or where a solve finds no end.
+
+A step never ends with a closed contact that approaches, beyond the solver's tolerance: impulses P that the table of
+contacts may end with are **admissible**, which is that
+
+    P_N >= 0,  |P_T| <= mu P_N,  |M| <= sum(a_k P_k)     in the cones of friction, that of rolling too,     [n]
+    gamma_N+ >= b0                                       no closed contact approaches; a gap is closed at most,
+    W = P.gamma- + P.G P / 2 <= W0                       the contacts do no work.
+
+b0 is the target of a contact (``contacts.add_contact``) less its part of restitution (``rebound``), so it is -gap/dt
+or 0; gamma- are velocities at the node, and W0 is 0, or what the solve without restitution does: at most (g dt)^2 / 8,
+gravity's own share between the node and the middle of the step (docs/tests.md, T62).
+
+**Restitution.** Newton's law contact by contact may give energy where several contacts act, or friction does (Kane's
+paradox), and may ask for what no motion fulfils (a log in a wedge cannot leave both sides): no sweep ends then. So
+beside Pe, the solve with restitution, stands P0, that with the targets b0. The first two conditions are convex, and
+velocities are affine in P: with P0 and Pe every blend P0 + s (Pe - P0) keeps them, for Pe's targets are no less than
+b0. The work is a parabola in s that opens upwards, W(s) = W0 + s m + s^2 q with q the kinetic energy of the difference
+of both velocities, so all s with W(s) <= max(0, W0) form an interval that begins at 0. Its end is taken. What a blend
+does not keep is complementarity: a contact may be pushed, and separate more slowly than by its own e. Of a solve with
+restitution that found no end, as much is taken as lets no contact approach: the rest of it may be nothing.
+
+**Solves without an end.** A jam between opposed normals may hit the cap of sweeps without restitution, too. From there
+on no friction impulse may grow beyond the least mu P_N of the sweeps so far (``settle``): with limits that only fall
+the sweeps go towards Tresca's problem, whose friction does not depend on the pressure. That is convex: sweeps descend
+to its solution, which does no work, for P = 0 is admissible. It costs friction, in that one step. If the sweeps that
+are granted leave it with a positive work, they begin once more from P = 0 without friction: there every sweep lowers
+P.(gamma- - b) + P.G P / 2 exactly, which is 0 at first, so wherever they are cut off no work is left. What still
+approaches then does so by what a sweep changes; the step counts as unconverged.
+"""
+
+from __future__ import annotations
+
+import math
+
+from .asymmetric_top import energy_of
+from .compiled import kernel
+from .contact_solver import disc_impulse, solve
+from .contacts import along_normal, along_t, along_u
+from .energy import impulse_work
+from .limits import LEAST_APPROACH
+from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ, spin_of
+
+
+@kernel
+def settle(contacts, count, state, rolling, tolerance, sweeps, share):
+    """Sweep on with friction that no longer grows, until nothing changes by more than the tolerance [m/s].
+
+    |P_T,k| <= limit_k [m/s], the contact's field: the least mu P_N,k so far, times the share (1, or 0: no friction).
+    The moment against rolling is bounded likewise. Returns the sweeps used.
+    """
+    change, used, most = math.inf, 0, 0.0
+    for k in range(count):
+        c = contacts[k]
+        c.limit = share * c.mu * c.pn
+        most += share * c.roll * c.pn
+    while used < sweeps and change > tolerance:
+        used += 1
+        change, rolls = 0.0, 0.0
+        for k in range(count):
+            c = contacts[k]
+            v, w = (state[VX], state[VY], state[VZ]), (state[WX], state[WY], state[WZ])
+            pn, pt, pu = c.pn, c.pt, c.pu
+            qn = max(0.0, pn - (along_normal(c, v, w) - c.target) / c.gnn)
+            c.limit = min(c.limit, c.mu * qn)
+            qt, qu, c.shift = disc_impulse(
+                c.gtt, c.gtu, c.guu,
+                along_t(c, v, w) + c.gnt * (qn - pn) - c.gtt * pt - c.gtu * pu,
+                along_u(c, v, w) + c.gnu * (qn - pn) - c.gtu * pt - c.guu * pu,
+                c.limit,
+                c.shift,
+            )  # fmt: skip
+            rolls += c.roll * qn
+            c.pn, c.pt, c.pu = qn, qt, qu
+            qn, qt, qu = qn - pn, qt - pt, qu - pu
+            change = max(change, c.gnn * abs(qn), c.gtt * abs(qt), c.guu * abs(qu))
+            _add(c, state, qn, qt, qu)
+        most = min(most, rolls)
+        renewed = min(most, max(-most, rolling.moment - rolling.inertia * spin_of(state)))
+        turn = (renewed - rolling.moment) / rolling.inertia
+        rolling.moment = renewed
+        change = max(change, rolling.skin * abs(turn))
+        state[WX] += turn * state[DX]
+        state[WY] += turn * state[DY]
+        state[WZ] += turn * state[DZ]
+    return used
+
+
+@kernel
+def _add(c, state, qn, qt, qu):
+    """Add a contact's impulse (n, t, u) [m/s] to the velocities (eq. 5)."""
+    state[VX] += c.nx * qn + c.tx * qt + c.ux * qu
+    state[VY] += c.ny * qn + c.ty * qt + c.uy * qu
+    state[VZ] += c.nz * qn + c.tz * qt + c.uz * qu
+    state[WX] += c.bnx * qn + c.btx * qt + c.bux * qu
+    state[WY] += c.bny * qn + c.bty * qt + c.buy * qu
+    state[WZ] += c.bnz * qn + c.btz * qt + c.buz * qu
+
+
+@kernel
+def restart(contacts, count, state, free, rolling):
+    """Take all impulses back: the velocities are those before them, ``free``."""
+    for k in range(count):
+        c = contacts[k]
+        c.pn, c.pt, c.pu, c.shift = 0.0, 0.0, 0.0, 0.0
+        c.last_n, c.last_t, c.last_u = 0.0, 0.0, 0.0
+    for k in range(6):
+        state[VX + k] = free[k]
+    rolling.moment = 0.0
+
+
+@kernel
+def rebounds_at_all(contacts, count):
+    """Whether a contact is to leave with a part of its speed (eq. 8)."""
+    most = 0.0
+    for k in range(count):
+        most = max(most, contacts[k].rebound)
+    return most > 0.0
+
+
+@kernel
+def largest_share(held, gained, parting):
+    """The largest s in [0, 1] with W(s) = W0 + s m + s^2 q <= max(0, W0), where W(0) = held, W(1) = gained and
+    q = parting >= 0 [J/kg]."""
+    m = gained - held - parting
+    if gained <= max(0.0, held):
+        return 1.0
+    if held >= 0.0:
+        return max(0.0, -m / parting) if parting > 0.0 else 0.0
+    root = math.sqrt(m * m - 4.0 * parting * held)
+    return min(1.0, -2.0 * held / (m + root) if m > 0.0 else (root - m) / (2.0 * parting))
+
+
+@kernel
+def share_that_holds_out(contacts, count, state, tried, allowed):
+    """The largest s in [0, 1] for which gamma_N(s) - b0 >= -allowed [m/s] in every contact, of velocities that go from
+    those of ``state`` to those that were tried; targets are those without restitution."""
+    share = 1.0
+    for k in range(count):
+        c = contacts[k]
+        held = along_normal(c, (state[VX], state[VY], state[VZ]), (state[WX], state[WY], state[WZ])) - c.target
+        then = along_normal(c, (tried[VX], tried[VY], tried[VZ]), (tried[WX], tried[WY], tried[WZ])) - c.target
+        if then < -allowed and then < held:
+            share = min(share, max(0.0, (held + allowed) / (held - then)))
+    return share
+
+
+@kernel
+def blend(contacts, count, state, tried, rolling, moment, share):
+    """Add the share of what is missing to the impulses that were tried, to their velocities and their moment."""
+    for k in range(count):
+        c = contacts[k]
+        c.pn += share * (c.tried_n - c.pn)
+        c.pt += share * (c.tried_t - c.pt)
+        c.pu += share * (c.tried_u - c.pu)
+    rolling.moment += share * (moment - rolling.moment)
+    for k in range(VX, WZ + 1):
+        state[k] += share * (tried[k] - state[k])
+
+
+@kernel
+def make_admissible(contacts, count, state, body, free, tried, rolling, tolerance, sweeps, residual, fall, gained):
+    """Put impulses that are admissible [n] into the place of those that a solve ended with.
+
+    free : (6,), velocities before the impulses [m/s, 1/s]; tried : (16,), room for a state
+    residual, tolerance : [m/s] of the solve; fall : [m/s] of gravity since the node, in the state and in ``free``
+    gained : [J/kg] the work of its impulses
+
+    Returns (work now [J/kg], residual of the solve without restitution [m/s], sweeps used).
+    """
+    used, moment = 0, rolling.moment
+    rebounds = rebounds_at_all(contacts, count)
+    if rebounds:
+        for k in range(state.shape[0]):
+            tried[k] = state[k]
+        for k in range(count):
+            c = contacts[k]
+            c.tried_n, c.tried_t, c.tried_u = c.pn, c.pt, c.pu
+            c.target -= c.rebound
+            c.line = 0
+        restart(contacts, count, state, free, rolling)
+        used, residual = solve(contacts, count, state, rolling, tolerance, sweeps, False)
+    if residual > tolerance:
+        used += settle(contacts, count, state, rolling, tolerance, sweeps, 1.0)
+        if impulse_work(contacts, count, state, VX, fall, rolling, spin_of(state)) > 0.5 * fall * fall:
+            restart(contacts, count, state, free, rolling)
+            used += settle(contacts, count, state, rolling, tolerance, sweeps, 0.0)
+    held = impulse_work(contacts, count, state, VX, fall, rolling, spin_of(state))
+    if not rebounds:
+        return held, residual, used
+    share = share_that_holds_out(contacts, count, state, tried, max(tolerance, LEAST_APPROACH))
+    for k in range(VX, WZ + 1):
+        tried[k] -= state[k]
+    share = min(share, largest_share(held, gained, energy_of(tried, body)))
+    for k in range(VX, WZ + 1):
+        tried[k] += state[k]
+    blend(contacts, count, state, tried, rolling, moment, share)
+    return impulse_work(contacts, count, state, VX, fall, rolling, spin_of(state)), residual, used
