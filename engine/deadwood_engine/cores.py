@@ -93,10 +93,34 @@ def left_out(cores: Cores, gone: NDArray[np.bool_]) -> Cores:
 
 
 @kernel
+def _beside(x, y, ax, ay, bx, by):
+    """Squared distance [m2] in plan of a point p from a segment a to b: |p - a - s (b - a)|^2, s in [0, 1]."""
+    ex, ey = bx - ax, by - ay
+    square, share = ex * ex + ey * ey, 0.0
+    if square > 0.0:
+        share = min(1.0, max(0.0, ((x - ax) * ex + (y - ay) * ey) / square))
+    gx, gy = ax + share * ex - x, ay + share * ey - y
+    return gx * gx + gy * gy
+
+
+@kernel
+def _apart_in_plan(ax, ay, bx, by, cx, cy, dx, dy):
+    """Distance [m] in plan of two segments, a to b and c to d: 0 where they cross, else that of one of the four ends."""
+    ex, ey, fx, fy = bx - ax, by - ay, dx - cx, dy - cy
+    one, two = ex * (cy - ay) - ey * (cx - ax), ex * (dy - ay) - ey * (dx - ax)
+    three, four = fx * (ay - cy) - fy * (ax - cx), fx * (by - cy) - fy * (bx - cx)
+    if one * two < 0.0 and three * four < 0.0:
+        return 0.0
+    least = min(_beside(cx, cy, ax, ay, bx, by), _beside(dx, dy, ax, ay, bx, by))
+    return math.sqrt(min(least, _beside(ax, ay, cx, cy, dx, dy), _beside(bx, by, cx, cy, dx, dy)))
+
+
+@kernel
 def near(cores, frame, cell, listed, table, bx, by, tx, ty, reach):
     """List the cores within reach [m] of the log's axis in plan (base to tip), in its frame; returns the count.
 
-    Upright ones exactly, the others if their box is near the axis' box.
+    Listed is what is no farther than ``reach`` from axis to axis in plan [m], less the core's largest radius: by the
+    core alone, whatever else there is and however the index is laid out. Tools count on that (``values.siting``).
     """
     if cores.solid.shape[0] == 0:
         return 0
@@ -118,8 +142,11 @@ def near(cores, frame, cell, listed, table, bx, by, tx, ty, reach):
             if square > 0.0:
                 share = min(1.0, max(0.0, ((x - bx) * ex + (y - by) * ey) / square))
             gx, gy = bx + share * ex - x, by + share * ey - y
-            if math.sqrt(gx * gx + gy * gy) - max(core.wide, core.wide + core.long * core.slope) > reach:
-                continue
+            apart = math.sqrt(gx * gx + gy * gy)
+        else:
+            apart = _apart_in_plan(bx, by, tx, ty, x, y, x + core.long * core.ux, y + core.long * core.uy)
+        if apart - max(core.wide, core.wide + core.long * core.slope) > reach:
+            continue
         listed[count] = item
         table[count] = core
         table[count].x, table[count].y = x, y
