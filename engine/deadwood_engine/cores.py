@@ -1,6 +1,7 @@
 """All obstacles as the kernels read them: round cores, of whatever kind, in one table with one index.
 
-A round core is all that lies within wide + slope z of the points of its axis, start + z u, 0 <= z <= long. What a file
+A round core is all that lies within wide + slope z of the points of its axis, start + z u, 0 <= z <= long. A stump is
+an upright cylinder whose end is flat: within wide - disc of the discs of radius disc about its axis. What a file
 of obstacles (``trees``, ``barriers``, ``lying_logs``, ``blocks``) has to do is to say which cores its things are
 (``lay_out``); what touches them is the affair of ``narrow_phase`` and ``obstacles``.
 
@@ -35,6 +36,7 @@ CORE = np.dtype(
         ("x", "f8"), ("y", "f8"), ("z", "f8"),
         ("ux", "f8"), ("uy", "f8"), ("uz", "f8"), ("long", "f8"),  # direction [-] and length [m]
         ("wide", "f8"), ("slope", "f8"),  # radius at the start [m], its change along the core [-]
+        ("disc", "f8"),  # radius [m] of what is flat of a stump's top; the rim's rounding is wide - disc
         ("before_x", "f8"), ("before_y", "f8"), ("before_z", "f8"), ("after", "f8"),
         ("first_post", "f8"), ("last_post", "f8"),  # of a barrier's edge: whether a post stands at its start, its end
         ("kind", "i8"), ("owner", "i8"),  # row in the user's table; what is no barrier is numbered after the trees
@@ -83,6 +85,17 @@ def joined(parts: list[Any], cell: float) -> Cores:
     return Cores(node, solid, index_boxes(np.minimum(start, end) - wide, np.maximum(start, end) + wide))
 
 
+def by_kind(cores: Cores, cell: float, first: tuple[int, int]) -> dict[int, Any]:
+    """The cores that are listed, as ``lay_out`` made them, by their kind; first : DEM node that theirs count from.
+
+    To the bit: x = start - node cell is exact, for both are near one another, and so is their sum.
+    """
+    rows = np.unique(cores.index.items)
+    solid, node = cores.solid[rows].copy(), cores.node[rows] + first
+    solid["x"], solid["y"] = (node * cell + np.column_stack([solid["x"], solid["y"]])).T
+    return {kind: solid[solid["kind"] == kind] for kind in (TREE, BARRIER, LYING, BLOCK)}
+
+
 def left_out(cores: Cores, gone: NDArray[np.bool_]) -> Cores:
     """Cores of which some are listed nowhere; rows stay what they are. No cores at all where none is left."""
     if gone.all():
@@ -105,7 +118,7 @@ def _beside(x, y, ax, ay, bx, by):
 
 @kernel
 def _apart_in_plan(ax, ay, bx, by, cx, cy, dx, dy):
-    """Distance [m] in plan of two segments, a to b and c to d: 0 where they cross, else that of one of the four ends."""
+    """Distance [m] in plan of two segments, a to b and c to d: 0 where they cross, else that of one of their ends."""
     ex, ey, fx, fy = bx - ax, by - ay, dx - cx, dy - cy
     one, two = ex * (cy - ay) - ey * (cx - ax), ex * (dy - ay) - ey * (dx - ax)
     three, four = fx * (ay - cy) - fy * (ax - cx), fx * (by - cy) - fy * (bx - cx)

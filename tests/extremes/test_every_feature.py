@@ -35,7 +35,9 @@ def past_one_another(n, base, tip, first, last, solid):
     nd = (n @ d[:, :, None])[..., 0]
     off = np.sqrt(np.maximum(0.0, 1.0 - nd**2))
     rims = [(n @ end[:, :, None])[..., 0] - r[:, None] * off for end, r in ((base, first), (tip, last))]
-    reach = np.max([n @ point + r for point, r in zip(*solid[:2], strict=True)], axis=0)
+    reach = np.full(n.shape[:-1], -np.inf)
+    for point, r in zip(*solid[:2], strict=True):
+        reach = np.maximum(reach, n @ point + r)
     reach = reach - np.minimum(*rims)
     # a plate goes down for ever: no way out leads there
     return np.where(n[..., 2] < -1e-12, np.inf, reach) if solid[2] else reach
@@ -113,6 +115,12 @@ def solids(scene):
         end = start + core["long"] * np.array([core["ux"], core["uy"], core["uz"]])
         radii = [core["wide"], core["wide"] + core["long"] * core["slope"]]
         down = core["kind"] == BARRIER
+        if core["disc"] > 0.0:  # a stump: its rim as a polygon, 0.3 mm within that of a stump of half a metre
+            turn = np.linspace(0.0, 2 * np.pi, 64, endpoint=False)
+            ring = core["disc"] * np.column_stack([np.cos(turn), np.sin(turn), 0.0 * turn])
+            points = [start, *(start + ring), *(end + ring), end]
+            found.append((points, [core["wide"] - core["disc"]] * len(points), False))
+            continue
         if down and not core["first_post"] and core["before_x"] ** 2 + core["before_y"] ** 2 > 0.0:
             points, _, _ = found.pop()
             start = points[0]
@@ -162,6 +170,7 @@ STUMP, STEM = stems((0.1, 0.1, 0.7, 0.8)), stems((0.1, 0.1, 0.6, 30.0))
 FEATURES = {
     "stem": Feature(((-0.8, 0.8), (-0.8, 0.8), (2.0, 6.0)), {"trees": STEM}),
     "stump": Feature(((-0.7, 0.8), (-0.7, 0.8), (1.0, 1.6)), {"trees": STUMP}),
+    "low stump": Feature(((-0.9, 1.0), (-0.9, 1.0), (0.2, 0.7)), {"trees": stems((0.1, 0.1, 1.0, 0.3))}),
     "thin stump": Feature(((-0.4, 0.6), (-0.4, 0.6), (1.5, 2.0)), {"trees": stems((0.1, 0.1, 0.12, 1.3))}),
     "top edge": Feature(((-1.0, 1.0), (-0.5, 0.5), (1.3, 1.8)), {"barriers": fence((-9, 0.1), (9, 0.2))}),
     "joint": Feature(((-0.6, 0.6), (-0.5, 0.5), (1.3, 1.8)), {"barriers": fence((-8, 0.1), (8, 0.1))}),
