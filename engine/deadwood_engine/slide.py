@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from . import step, trace
 from .cloud import Shape
 from .cores import BARRIER, LYING, TREE
-from .fidelity import Fidelity, station_spacing, trace_step, where_things_rebound
+from .fidelity import Fidelity, longest_travel, station_spacing, trace_step, where_things_rebound
 from .influence import NOTE, NOTED
 from .ledger import HIT_WIDTH
 from .limits import GRAVITY, LEAST_STATIONS, MOST_STAGES, STAGE_STEPS
@@ -104,7 +104,8 @@ def slide(
     fences = float(restitution if barrier_restitution is None else barrier_restitution)
     fidelity = fidelity_in(scene, fidelity, restitution, stems, fences)
     settings = Settings(
-        float(fidelity.time_step), float(fidelity.travel_cells * cell), float(fidelity.tolerance), int(fidelity.sweeps),
+        float(fidelity.time_step), float(longest_travel(fidelity, cell)), float(fidelity.tolerance),
+        int(fidelity.sweeps),
         float(trace_step(fidelity, cell)), float(restitution), float(time_limit), float(rest_speed), float(gravity),
         float(fidelity.obstacle_travel), int(fidelity.ring_points), bool(fidelity.backward), float(rolling_friction),
         -1.0 if tree_friction is None else float(tree_friction), stems,

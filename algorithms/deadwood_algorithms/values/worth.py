@@ -35,7 +35,7 @@ from deadwood_algorithms.spread.piece import scene_without
 from deadwood_algorithms.tool import Cancelled, Feedback, UserError
 from deadwood_algorithms.values.obstacles import Obstacle
 from deadwood_engine import STOP_REASONS, Fidelity, Result, Stages, Start, fidelity_in, place_logs
-from deadwood_engine.fidelity import trace_step
+from deadwood_engine.fidelity import longest_travel, trace_step
 from deadwood_engine.limits import NEAR_MARGIN
 from deadwood_engine.log_body import BASE_RADIUS
 from deadwood_engine.stages import number_of as owner_numbers
@@ -55,7 +55,7 @@ class Question:
 
     def longest_step(self, cell: float) -> float:
         """The most way [m] of a log in a step."""
-        return self.fidelity.travel_cells * cell
+        return longest_travel(self.fidelity, cell)
 
     def rule_of_steps(self, layers: SceneLayers) -> tuple[Fidelity, bool]:
         """What decides in a scene how long every step is, wherever the log is: whether anything rebounds there, and,
