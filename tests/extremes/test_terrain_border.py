@@ -6,11 +6,11 @@ import pytest
 from deadwood_engine import FIDELITIES, STOP_REASONS, Logs, Scene, slide
 from deadwood_engine.limits import BURIED
 
-CELL, SIDE, SLOPE = 1.0, 40, np.tan(np.radians(45.0))
+CELL, SIDE, SLOPE = 1.0, 40, np.tan(np.radians(35.0))
 
 
 def heights():
-    """45 degrees down to the south and slightly rough; a stripe of 3 m without data across the middle."""
+    """35 degrees down to the south and slightly rough; a stripe of 3 m without data across the middle."""
     y, _ = np.mgrid[0 : SIDE + 1, 0 : SIDE + 1] * CELL
     found = SLOPE * y + np.random.default_rng(1).normal(0.0, 0.05, y.shape)
     found[18:21] = np.nan
@@ -26,7 +26,7 @@ def test_no_log_rests_buried_at_the_border(at, fidelity):
     """
     number, rng = 400, np.random.default_rng(3)
     grid = heights()
-    scene = Scene.prepare(grid, CELL, 0.0, 0.0, friction=0.4)
+    scene = Scene.prepare(grid, CELL, 0.0, 0.0, friction=0.8)
     x, y = rng.uniform(1.0, SIDE - 1.0, (2, number))
     at_edge = np.arange(number) % 2 == 0
     x[at_edge] = rng.choice([0.0, SIDE], at_edge.sum()) + rng.uniform(-1.0, 1.0, at_edge.sum())
