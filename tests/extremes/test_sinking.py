@@ -6,7 +6,7 @@ import pytest
 from deadwood_engine import FIDELITIES, Logs, Scene, slide
 
 # [-] of the diameter, what engine/README.md says
-SINKS = {"draft": 1.0, "standard": 0.25, "fine": 0.25}
+SINKS = {"draft": 1.0, "standard": 0.5}
 
 
 @pytest.mark.parametrize("cell", [0.5, 1.0, 2.0, 5.0, 10.0])
