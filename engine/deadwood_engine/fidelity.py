@@ -59,8 +59,8 @@ FIDELITIES: dict[str, Fidelity] = {
 
 
 # [m] size of cells from which on a step is no longer: by how much the ground turns from cell to cell does not grow with
-# them, so with a way of as many cells what a log of the same size sinks by would. On rough cells of 5 m draft's sank by 0.16
-# of their diameter in the median, now by 0.08, for 1.4 times the steps
+# them, so with a way of as many cells what a log of the same size sinks by would. On rough cells of 5 m draft's sank by
+# 0.16 of their diameter in the median, now by 0.08, for 1.4 times the steps
 LARGEST_CELL = 1.0
 
 
