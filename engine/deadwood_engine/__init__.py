@@ -15,7 +15,7 @@ from .rasters import Rasters
 from .rest import STOP_REASONS
 from .result import Poses, Result
 from .scene import Scene
-from .slide import Interrupted, slide
+from .slide import Interrupted, fidelity_in, slide
 from .stages import Stages
 from .trees import Trees
 
@@ -41,6 +41,7 @@ __all__ = [
     "Start",
     "Trees",
     "engine_digest",
+    "fidelity_in",
     "fidelity_with",
     "place_logs",
     "segments_of",

@@ -283,7 +283,7 @@ def cloud_obstacle_contacts(cloud, scene, frame, scratch, count, state, body, se
         step = Ahead(dt, settings.gravity, dt, restitution, friction, 0.0)
         free = (not plate and core.kind != TREE and dot(before, before) == 0.0, not plate and core.after == 0.0)
         count, allowed = core_contacts(
-            cloud, scene, frame, scratch, count, state, (core.kind, row, 0), start, u, core.long, core.wide,
+            cloud, scene, frame, scratch, count, state, (core.kind, row, 0), start, u, core.long - core.disc, core.wide,
             core.slope, free, step, most,
         )  # fmt: skip
         travel = min(travel, allowed)

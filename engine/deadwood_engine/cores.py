@@ -1,6 +1,7 @@
 """All obstacles as the kernels read them: round cores, of whatever kind, in one table with one index.
 
-A round core is all that lies within wide + slope z of the points of its axis, start + z u, 0 <= z <= long. What a file
+A round core is all that lies within wide + slope z of the points of its axis, start + z u, 0 <= z <= long. A stump is
+an upright cylinder whose end is flat: within wide - disc of the discs of radius disc about its axis. What a file
 of obstacles (``trees``, ``barriers``, ``lying_logs``, ``blocks``) has to do is to say which cores its things are
 (``lay_out``); what touches them is the affair of ``narrow_phase`` and ``obstacles``.
 
@@ -35,6 +36,7 @@ CORE = np.dtype(
         ("x", "f8"), ("y", "f8"), ("z", "f8"),
         ("ux", "f8"), ("uy", "f8"), ("uz", "f8"), ("long", "f8"),  # direction [-] and length [m]
         ("wide", "f8"), ("slope", "f8"),  # radius at the start [m], its change along the core [-]
+        ("disc", "f8"),  # radius [m] of what is flat of a stump's top; the rim's rounding is wide - disc
         ("before_x", "f8"), ("before_y", "f8"), ("before_z", "f8"), ("after", "f8"),
         ("first_post", "f8"), ("last_post", "f8"),  # of a barrier's edge: whether a post stands at its start, its end
         ("kind", "i8"), ("owner", "i8"),  # row in the user's table; what is no barrier is numbered after the trees
@@ -83,6 +85,17 @@ def joined(parts: list[Any], cell: float) -> Cores:
     return Cores(node, solid, index_boxes(np.minimum(start, end) - wide, np.maximum(start, end) + wide))
 
 
+def by_kind(cores: Cores, cell: float, first: tuple[int, int]) -> dict[int, Any]:
+    """The cores that are listed, as ``lay_out`` made them, by their kind; first : DEM node that theirs count from.
+
+    To the bit: x = start - node cell is exact, for both are near one another, and so is their sum.
+    """
+    rows = np.unique(cores.index.items)
+    solid, node = cores.solid[rows].copy(), cores.node[rows] + first
+    solid["x"], solid["y"] = (node * cell + np.column_stack([solid["x"], solid["y"]])).T
+    return {kind: solid[solid["kind"] == kind] for kind in (TREE, BARRIER, LYING, BLOCK)}
+
+
 def left_out(cores: Cores, gone: NDArray[np.bool_]) -> Cores:
     """Cores of which some are listed nowhere; rows stay what they are. No cores at all where none is left."""
     if gone.all():
@@ -93,10 +106,34 @@ def left_out(cores: Cores, gone: NDArray[np.bool_]) -> Cores:
 
 
 @kernel
+def _beside(x, y, ax, ay, bx, by):
+    """Squared distance [m2] in plan of a point p from a segment a to b: |p - a - s (b - a)|^2, s in [0, 1]."""
+    ex, ey = bx - ax, by - ay
+    square, share = ex * ex + ey * ey, 0.0
+    if square > 0.0:
+        share = min(1.0, max(0.0, ((x - ax) * ex + (y - ay) * ey) / square))
+    gx, gy = ax + share * ex - x, ay + share * ey - y
+    return gx * gx + gy * gy
+
+
+@kernel
+def _apart_in_plan(ax, ay, bx, by, cx, cy, dx, dy):
+    """Distance [m] in plan of two segments, a to b and c to d: 0 where they cross, else that of one of their ends."""
+    ex, ey, fx, fy = bx - ax, by - ay, dx - cx, dy - cy
+    one, two = ex * (cy - ay) - ey * (cx - ax), ex * (dy - ay) - ey * (dx - ax)
+    three, four = fx * (ay - cy) - fy * (ax - cx), fx * (by - cy) - fy * (bx - cx)
+    if one * two < 0.0 and three * four < 0.0:
+        return 0.0
+    least = min(_beside(cx, cy, ax, ay, bx, by), _beside(dx, dy, ax, ay, bx, by))
+    return math.sqrt(min(least, _beside(ax, ay, cx, cy, dx, dy), _beside(bx, by, cx, cy, dx, dy)))
+
+
+@kernel
 def near(cores, frame, cell, listed, table, bx, by, tx, ty, reach):
     """List the cores within reach [m] of the log's axis in plan (base to tip), in its frame; returns the count.
 
-    Upright ones exactly, the others if their box is near the axis' box.
+    Listed is what is no farther than ``reach`` from axis to axis in plan [m], less the core's largest radius: by the
+    core alone, whatever else there is and however the index is laid out. Tools count on that (``values.siting``).
     """
     if cores.solid.shape[0] == 0:
         return 0
@@ -118,8 +155,11 @@ def near(cores, frame, cell, listed, table, bx, by, tx, ty, reach):
             if square > 0.0:
                 share = min(1.0, max(0.0, ((x - bx) * ex + (y - by) * ey) / square))
             gx, gy = bx + share * ex - x, by + share * ey - y
-            if math.sqrt(gx * gx + gy * gy) - max(core.wide, core.wide + core.long * core.slope) > reach:
-                continue
+            apart = math.sqrt(gx * gx + gy * gy)
+        else:
+            apart = _apart_in_plan(bx, by, tx, ty, x, y, x + core.long * core.ux, y + core.long * core.uy)
+        if apart - max(core.wide, core.wide + core.long * core.slope) > reach:
+            continue
         listed[count] = item
         table[count] = core
         table[count].x, table[count].y = x, y

@@ -12,8 +12,8 @@ class Fidelity(NamedTuple):
     """The numbers that trade speed for accuracy.
 
     time_step : [s] longest step; governs the order-one error of impacts and friction
-    travel_cells : [DEM cells] the log moves at most so far in a step (``travel``); governs penetration and what of the
-        terrain's roughness is seen
+    travel_cells : [DEM cells, of 1 m at most] the log moves at most so far in a step (``travel``); governs penetration
+        and what of the terrain's roughness is seen
     station_spacing : [m] longest distance of the log's contact rings; each finds the highest crest of its stretch
     spacing_cells : [DEM cells] the same, in cells; governs how deep a second crest of the same stretch may poke in
     tolerance : [-] of g dt; contact velocities are solved to this; governs creep
@@ -56,6 +56,17 @@ FIDELITIES: dict[str, Fidelity] = {
     "fine": Fidelity(0.004, 0.2, 0.5, 1.0, 1e-3, 400, 1.0, obstacle_travel=0.1, coarse_cells=0.25),
     "reference": Fidelity(0.001, 0.04, 0.5, 1.0, 1e-4, 1000, 0.5),
 }
+
+
+# [m] size of cells from which on a step is no longer: by how much the ground turns from cell to cell does not grow with
+# them, so with a way of as many cells what a log of the same size sinks by would. On rough cells of 5 m draft's sank by
+# 0.16 of their diameter in the median, now by 0.08, for 1.4 times the steps
+LARGEST_CELL = 1.0
+
+
+def longest_travel(fidelity: Fidelity, cell: float) -> float:
+    """Most way [m] of a log in a step on a DEM of this cell size."""
+    return fidelity.travel_cells * min(cell, LARGEST_CELL)
 
 
 def station_spacing(fidelity: Fidelity, cell: float) -> float:

@@ -6,9 +6,22 @@ comes back hits it again. All contacts with one barrier (its plates, top edges a
 
 Of the first push: time, place, the log's speed and energy just before, and the angle between its velocity and the
 square on what it hit. Of the whole episode: the energy that the contact took (its work, friction included; the work
-of all contacts is all that a log loses, see ``energy``) and the impulse of its blows. What a log that leans on a tree
-presses is no blow: it would grow for as long as one looks. Blows are what stops a contact that approaches faster than
-gravity accounts for, so the definition does not depend on the time step.
+of all contacts is all that a log loses, see ``energy``) and the impulse of its blows, the sum of those of its steps.
+
+The *blow* of a step is what stops the log's approach to this one owner. Its contacts there push, friction included,
+with J = sum P_k in all [m/s, per mass] and turn with T = sum r_k x P_k. Along that push the log approaches with
+u = -sum P_k . gamma_k- / |J| [m/s] (gamma- the contacts' velocities before), and weighs G = 1 + T . I^-1 T / |J|^2 [-].
+To stop it takes u / G; to throw it back as fast as the law of impact asks, b = sum P_N max(0, target) / |J| [m/s],
+takes (u + b) / G. So
+
+    blow = J min(1, (u + b) / (G |J|)),    where u is more than ``BLOW`` g dt; else none.
+
+- Head-on it is m (1 + e) v: G = 1, u = v.
+- What a log that leans presses is none, at any time step alike, for it does not approach; it would grow for as long as
+  one looks. Nor is what squeezes a jammed log between two owners, or between one and the ground, however much that is.
+- It is no more than the log can bring: a body that moves with u along a push of weight G has the energy u^2 / 2G at
+  least, so u / G <= sqrt(2 E / G) <= sqrt(2 E), E its kinetic energy per mass; with e, (1 + e) times that. Of a hit of
+  several blows each is so bounded; to approach anew the log must have been thrown back, or pulled down by its weight.
 """
 
 from __future__ import annotations
@@ -26,7 +39,7 @@ from .energy import contact_work
 from .limits import BLOW, HIT_PAUSE, LEAST_PUSH
 from .rotation import VX, X, Y, Z
 from .terrain import surface
-from .vectors import dot, norm
+from .vectors import dot, norm, point
 
 Array = NDArray[np.float64]
 
@@ -107,10 +120,6 @@ def note_pushes(scene, frame, state, free, contacts, keys, count, clock, energy,
     fall = 0.5 * gravity * dt
     if number > hits.shape[0]:
         return number
-    approach = 0.0
-    for k in range(count):
-        approach = max(approach, -contacts[k].before_n)
-    least = BLOW * gravity * dt
     for k in range(count):
         c = contacts[k]
         if keys[k, 0] == TERRAIN or c.pn <= 0.0:
@@ -131,11 +140,47 @@ def note_pushes(scene, frame, state, free, contacts, keys, count, clock, energy,
         if hit[STEP] == step and c.pn > hit[STRONGEST]:
             _first_push(scene, frame, state, free[0], free[1], free[2] + fall, c, time, dt, hit)
         hit[TAKEN] -= contact_work(c, state, VX, fall)
-        if approach > least and c.pn > least:
-            hit[BLOW_X] += c.nx * c.pn + c.tx * c.pt + c.ux * c.pu
-            hit[BLOW_Y] += c.ny * c.pn + c.ty * c.pt + c.uy * c.pu
-            hit[BLOW_Z] += c.nz * c.pn + c.tz * c.pt + c.uz * c.pu
+        if _is_first(scene, contacts, keys, k):
+            blow = _blow(scene, contacts, keys, count, k, BLOW * gravity * dt)
+            hit[BLOW_X] += blow[0]
+            hit[BLOW_Y] += blow[1]
+            hit[BLOW_Z] += blow[2]
     return number
+
+
+@kernel
+def _is_first(scene, contacts, keys, row):
+    """Whether none of the contacts before this one pushes on the same owner."""
+    mine = owner_of(scene, keys[row])
+    for k in range(row):
+        if keys[k, 0] != TERRAIN and contacts[k].pn > 0.0 and owner_of(scene, keys[k]) == mine:
+            return False
+    return True
+
+
+@kernel
+def _blow(scene, contacts, keys, count, first, least):
+    """Impulse per mass [m/s] that stops the approach to the owner of the contact ``first``, of all contacts with it:
+    J min(1, (u + b) / (G |J|)), nothing where u is no more than ``least`` [m/s] (see above)."""
+    mine = owner_of(scene, keys[first])
+    push, turn, turned, approach, back = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0, 0.0
+    for k in range(first, count):
+        c = contacts[k]
+        if keys[k, 0] == TERRAIN or c.pn <= 0.0 or owner_of(scene, keys[k]) != mine:
+            continue
+        push = point(point(point(push, c.pn, (c.nx, c.ny, c.nz)), c.pt, (c.tx, c.ty, c.tz)), c.pu, (c.ux, c.uy, c.uz))
+        turn = point(turn, c.pn, (c.rnx, c.rny, c.rnz))
+        turn = point(point(turn, c.pt, (c.rtx, c.rty, c.rtz)), c.pu, (c.rux, c.ruy, c.ruz))
+        turned = point(turned, c.pn, (c.bnx, c.bny, c.bnz))
+        turned = point(point(turned, c.pt, (c.btx, c.bty, c.btz)), c.pu, (c.bux, c.buy, c.buz))
+        approach -= c.pn * c.before_n + c.pt * c.before_t + c.pu * c.before_u
+        back += c.pn * max(0.0, c.target)
+    square = dot(push, push)
+    size = math.sqrt(square)
+    if not approach > least * size:
+        return 0.0, 0.0, 0.0
+    share = min(1.0, (approach + back) / (square + dot(turn, turned)))
+    return share * push[0], share * push[1], share * push[2]
 
 
 @kernel

@@ -112,7 +112,15 @@ MIDPOINT_ITERATIONS = 50  # of the implicit midpoint rule's fixed point; it cont
 MIDPOINT_ACCURACY = 1e-16  # [-]
 ASKEW = 1e-3  # [m] by which an edge is deeper in a core where they cross than at the ends of what they share
 FACE_ALIGNED = 0.9986  # [-] cosine of 3 degrees: a face or edge so near to an obstacle's core lies along it
-CORE_BELOW = 3.0  # [m] a stem goes on below the ground, at most, for what comes from the side of a steep slope
+CORE_BELOW = 3.0  # [m] a stem goes on below the ground, for what comes from the side of a steep slope
+STUMP = 3.0  # [m] height up to which a stem is cut or broken: as wide as its DBH all the way up, and flat at its top
+STUMP_RIM = 0.25  # [-] of its radius: the rounding of the rim, half of its height at most
+TOP_LOOKS = 40  # chords of a flat top looked at for its least gap, at most; halving its width, 1e-12 of it
+TOP_LEVEL = 1e-9  # [-] change of the gap across the chord below which it is the one
+
+# The terrain's border
+BURIED = 0.5  # [-] of the log's radius at its base: what is deeper in the ground, of a log of which a part was beyond
+# the border, came in below the surface there, where nothing held it up: it has left. Beyond the border a log hangs free
 
 # Rest
 REST_WINDOW = 0.25  # [s] between two looks at a slow log
@@ -134,7 +142,7 @@ LEAST_SPENT = GRAVITY  # [J/kg] that an error is measured by at least: a metre's
 
 # Ledger of hits
 HIT_PAUSE = 0.1  # [s] without a push after which the next push is another hit: contacts flicker for a step or two
-BLOW = 2.0  # [-] of g dt: contacts that approach faster, and are pushed harder, are struck; slower ones are leant upon
+BLOW = 2.0  # [-] of g dt: what a log approaches faster is struck; slower, it is leant upon
 LEAST_PUSH = 1e-6  # [m/s] per mass: a smaller first push is rounding, not a hit
 
 # What can slide, least and most; the most is well over what there is, so what exceeds it is another unit or a slip.

@@ -16,6 +16,10 @@ to the core (the one that f has no slope along), and the gap along it follows fr
 Where the core lies along the log's side or across its face, f is all but flat: then the two ends of what they share
 are contacts too (``line_ends``).
 
+A stump's top is a disc, all points of which are such spheres' middles: the gap is least over all of its chords along
+the log, h(y) = min over z of f on the chord at y, convex again (``top_chord``), and that chord is a core as any other.
+Beside and below the top a stump is a round core: there the least gap lies on the ray from its axis to the log.
+
 symbol          in code               unit
 c, d            c, d                  m, -   centre and direction of the log's axis
 s, rho          s, rho                m      place along that axis, distance from it
@@ -38,8 +42,12 @@ from .limits import (
     LINE_APART,
     LINE_INSET,
     PUSHES_DOWN,
+    SAFE,
     THROUGH_AXIS,
+    TOP_LEVEL,
+    TOP_LOOKS,
     UNFORESEEN,
+    VERTICAL,
 )
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
 from .rotation import VX, VY, VZ, swing_of
@@ -174,6 +182,43 @@ def deepest(cone, c, d, start, u, long, wide, slope, within):
     # right through the axis: a log is put to the core's one side as well as to its other
     n = blend(1.0 / size, g, 0.0, g) if size > THROUGH_AXIS else across(d, u)
     return reach_along(cone, d, n, point(g0, z, u)) - wide - slope * z, z, n, True
+
+
+@kernel
+def top_chord(cone, c, d, middle, flat, wide):
+    """The chord of a flat top along the log that has the top's least gap: (start, direction, length [m]).
+
+    middle : of the disc of radius ``flat`` [m], about which the top is rounded by ``wide`` [m]
+
+    The chord at y, from -b to b with b^2 = flat^2 - y^2, has its least gap at s. The change of that with y is n.l, n
+    the gap's gradient and l the direction across; at a chord's end, s = +-b, n.l + n.t ds/dy with ds/dy = -y/s.
+    """
+    level = math.sqrt(d[0] * d[0] + d[1] * d[1])
+    t = (d[0] / level, d[1] / level, 0.0) if level > VERTICAL else (1.0, 0.0, 0.0)
+    across_x, across_y = -t[1], t[0]
+    low, high = -flat, flat
+    y = (c[0] - middle[0]) * across_x + (c[1] - middle[1]) * across_y
+    y = min(SAFE * flat, max(-SAFE * flat, y))  # below the log's axis, if the top is there
+    start, long = middle, 0.0
+    for _ in range(TOP_LOOKS):
+        half = math.sqrt(max(0.0, flat * flat - y * y))
+        start, long = point(point(middle, y, (across_x, across_y, 0.0)), -half, t), 2.0 * half
+        _, z, n, _ = deepest(cone, c, d, start, t, long, wide, 0.0, math.inf)
+        rise, along = n[0] * across_x + n[1] * across_y, dot(n, t)
+        if z <= 0.0:
+            rise = rise * half + along * y
+        elif z >= long:
+            rise = rise * half - along * y
+        else:
+            rise *= half
+        if abs(rise) <= TOP_LEVEL * flat:
+            break
+        if rise > 0.0:
+            high = y
+        else:
+            low = y
+        y = 0.5 * (low + high)
+    return start, t, long
 
 
 @inlined

@@ -24,7 +24,7 @@ from .limits import (
     UNFORESEEN,
 )
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
-from .narrow_phase import cone_of, deepest, touch_core
+from .narrow_phase import cone_of, deepest, top_chord, touch_core
 from .rotation import DX, DY, DZ, VX, VY, VZ, swing_of
 from .vectors import axes_nearest, dot, norm, point
 
@@ -53,15 +53,17 @@ def _contacts_at(terrain, frame, core, row, contacts, keys, count, state, pose, 
     """Contacts of one pose with one obstacle, of gaps below ``within`` [m]."""
     if core.kind == BARRIER:
         return plate_contacts(terrain, frame, core, row, contacts, keys, count, state, pose, cone, step, within)
-    start, u = (core.x, core.y, core.z), (core.ux, core.uy, core.uz)
-    gap, z, n, touches = deepest(
-        cone, (pose.x, pose.y, pose.z), (pose.dx, pose.dy, pose.dz), start, u, core.long, core.wide, core.slope,
-        within,
-    )  # fmt: skip
+    c, d = (pose.x, pose.y, pose.z), (pose.dx, pose.dy, pose.dz)
+    start, u, long, wide = (core.x, core.y, core.z), (core.ux, core.uy, core.uz), core.long, core.wide
+    gap, z, n, touches = deepest(cone, c, d, start, u, long, wide, core.slope, within)
+    if touches and core.disc > 0.0 and z >= long:
+        wide -= core.disc
+        start, u, long = top_chord(cone, c, d, point(start, long, u), core.disc, wide)
+        gap, z, n, touches = deepest(cone, c, d, start, u, long, wide, core.slope, within)
     if touches and is_its_own(core, z, n, False):
         count = touch_core(
-            terrain, frame, contacts, keys, count, state, pose, cone, (core.kind, row, 0), start, u, core.long,
-            core.wide, core.slope, z, n, gap, step, False,
+            terrain, frame, contacts, keys, count, state, pose, cone, (core.kind, row, 0), start, u, long, wide,
+            core.slope, z, n, gap, step, False,
         )  # fmt: skip
     return count
 

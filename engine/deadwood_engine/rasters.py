@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 
 from .outline import LISTED
 from .scene import Scene
-from .trace import ENERGY, HITS, JUMP, SPEED, RasterArrays
+from .trace import ENERGY, HEIGHT, HITS, JUMP, SPEED, RasterArrays
 
+_MAXIMA = (SPEED, "speed_max"), (ENERGY, "energy_max"), (JUMP, "jump_max"), (HEIGHT, "height_max")
 NO_BANDS = np.zeros(0, np.int64)
 
 
@@ -20,7 +21,7 @@ class Rasters:
 
     @staticmethod
     def allocate(scene: Scene, workers: int, bands: NDArray[np.int64] = NO_BANDS) -> Rasters:
-        """Empty rasters of the scene's grid: 24 bytes a cell and worker.
+        """Empty rasters of the scene's grid: 28 bytes a cell and worker.
 
         ``bands`` says to which band of ``danger``, from 1, each line of the scene belongs, 0 for none; lines of one
         thing share a band. None asks for no danger; else 4 bytes a cell, worker and band are added, and 8 more.
@@ -29,14 +30,15 @@ class Rasters:
         return Rasters([raster_arrays(shape, bands) for _ in range(max(1, workers))])
 
     def totals(self) -> dict[str, NDArray]:
-        """hit_count, deposit_count (uint32); speed_max [m/s], energy_max [J], jump_max [m] (float32, NaN = no log).
+        """hit_count, deposit_count (uint32); speed_max [m/s], energy_max [J], jump_max, height_max [m] (float32,
+        NaN = no log).
 
         With lines also danger (uint32, bands x rows x columns): how many of the logs that hit the cell touched any
         line then or later (band 0), and each (the others).
         """
         first, *others = self.workers
         hits, deposits = first.hits[:, :, HITS].copy(), first.deposits.copy()
-        maxima = [first.maxima[:, :, k].copy() for k in (SPEED, ENERGY, JUMP)]
+        maxima = [first.maxima[:, :, k].copy() for k in (SPEED, ENERGY, JUMP, HEIGHT)]
         danger = first.danger.copy()
         for other in others:
             hits += other.hits[:, :, HITS]
@@ -52,6 +54,7 @@ class Rasters:
             "speed_max": maxima[SPEED],
             "energy_max": maxima[ENERGY],
             "jump_max": maxima[JUMP],
+            "height_max": maxima[HEIGHT],
         }
         return totals | {"danger": danger.reshape(len(danger), *hits.shape)} if len(danger) else totals
 
@@ -60,7 +63,7 @@ class Rasters:
         first = self.workers[0]
         first.hits[:, :, HITS] += totals["hit_count"]
         first.deposits[...] += totals["deposit_count"]
-        for k, name in ((SPEED, "speed_max"), (ENERGY, "energy_max"), (JUMP, "jump_max")):
+        for k, name in _MAXIMA:
             np.fmax(first.maxima[:, :, k], totals[name], out=first.maxima[:, :, k])
         if "danger" in totals:
             first.danger[...] += totals["danger"].reshape(first.danger.shape)
@@ -73,7 +76,7 @@ def raster_arrays(shape: tuple[int, int], bands: NDArray[np.int64] = NO_BANDS) -
     order[LISTED] = 0
     return RasterArrays(
         np.zeros((*shape, 2), np.uint32),
-        np.zeros((*shape, 3), np.float32),
+        np.zeros((*shape, 4), np.float32),
         np.zeros(shape, np.uint32),
         np.asarray(bands if count else NO_BANDS, np.int64),
         np.zeros(cells, np.uint32),  # pages that no list reaches are never given out

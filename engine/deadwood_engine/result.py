@@ -23,7 +23,8 @@ Array = NDArray[np.float64]
 class Poses:
     """Poses kept along the way, ordered by log row, then time; world coordinates [m].
 
-    log_row : int64 (m,); time [s], speed [m/s], spin [rad/s], clearance [m] (m,); position, base, tip (m, 3)
+    log_row : int64 (m,); time [s], speed [m/s], spin [rad/s], clearance [m], height [m] of the centre of mass above
+        the terrain (m,); position, base, tip (m, 3)
     """
 
     log_row: NDArray[np.int64]
@@ -34,6 +35,7 @@ class Poses:
     speed: Array
     spin: Array
     clearance: Array
+    height: Array
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,8 @@ class Result:
         the log, else -1
     energy_error : [-] energy gained from contacts and lost by the books, over the energy spent
     penetration_max : [m] deepest contact, overlap_max : with a tree or barrier alone
+    jump_max : [m] largest clearance between log and terrain
+    height_max : [m] greatest height of the centre of mass above the terrain below it, at the nodes of the steps
     residual_max : [m/s] of the contact solver's last sweep
     speed_max, speed_mean, and the velocities of last_state : [m/s] at the middle of a step
     tree_hits, barrier_hits : number of different trees and barriers that pushed the log
@@ -67,6 +71,7 @@ class Result:
     speed_mean: Array
     energy_max: Array
     jump_max: Array
+    height_max: Array
     tree_hits: NDArray[np.int64]
     barrier_hits: NDArray[np.int64]
     energy_error: Array
@@ -137,6 +142,7 @@ def result_of(
         speed_mean=mean,
         energy_max=summary["energy_max"] * body[:, MASS],
         jump_max=summary["jump_max"],
+        height_max=summary["height_max"],
         tree_hits=summary["tree_hits"].astype(np.int64),
         barrier_hits=summary["barrier_hits"].astype(np.int64),
         energy_error=summary["energy_error"],
@@ -153,7 +159,7 @@ def result_of(
         barrier_crossed=crossed,
         last_state=state,
         frame=start.frame,
-        poses=Poses(log_row, table[:, 0], position, base, tip, *(table[:, k].copy() for k in (10, 11, 12))),
+        poses=Poses(log_row, table[:, 0], position, base, tip, *(table[:, k].copy() for k in (10, 11, 12, 13))),
         hits=hits_of(hits, origin, body[:, MASS]),
         influences=influences_of(notes, scene.arrays.cores.solid),
         cost={

@@ -16,7 +16,7 @@ from . import trees as tree_file
 from .barriers import Barriers
 from .blocks import Blocks
 from .cloud import Cloud
-from .cores import BARRIER, Cores, joined, left_out
+from .cores import BARRIER, BLOCK, LYING, TREE, Cores, by_kind, joined, left_out
 from .lines import Lines, Segments, segments_of
 from .lying_logs import LyingLogs, Pieces, pieces_of
 from .terrain import Terrain, surfaces_at
@@ -92,13 +92,11 @@ class Scene:
         """
         trees, barriers, lines = trees or Trees.none(), barriers or Barriers.none(), lines or Lines.none()
         terrain = terrain_file.prepare(heights, cell, x0, y0, friction, first, reference)
-        for name, values in (("diameter", trees.diameter), ("height", trees.height), ("height", barriers.height)):
-            if not np.all(np.isfinite(values) & (np.asarray(values) > 0)):
-                raise ValueError(f"a tree's or barrier's {name} must be positive and finite")
+        _check_sizes(diameter=trees.diameter, height=trees.height)
+        _check_sizes(height=barriers.height)
         lying_logs, blocks = lying_logs or LyingLogs.none(), blocks or Blocks.none()
-        for name, vertices in (("barrier", barriers), ("line", lines), ("lying log", lying_logs)):
-            if not np.isfinite(vertices.vertices).all():
-                raise ValueError(f"a vertex of a {name} is no finite place")
+        for name, each in (("barrier", barriers), ("line", lines), ("lying log", lying_logs)):
+            _check_places(name, each.vertices)
         after_lying = len(trees.x) + len(lying_logs.diameter)
         standing, trees_outside = _standing(terrain, trees)
         edges, barriers_outside = barrier_file.prepare(terrain, barriers)
@@ -127,6 +125,44 @@ class Scene:
         arrays = self.arrays._replace(lines=segments_of(lines, terrain.x0, terrain.y0))
         return replace(self, arrays=arrays, line_count=len(lines.starts) - 1)
 
+    def with_trees(self, trees: Trees) -> Scene:
+        """The scene with these trees in place of its own; the terrain is shared, and all is as prepared anew.
+
+        Lying logs and blocks are numbered after the trees; what was left out (``without``) stays so.
+        """
+        _check_sizes(diameter=trees.diameter, height=trees.height)
+        standing, outside = _standing(self.arrays.terrain, trees)
+        arrays = self._arrays_with(TREE, standing, len(trees.x) - self.tree_count)
+        return replace(self, arrays=arrays, tree_count=len(trees.x), trees_outside=outside)
+
+    def with_barriers(self, barriers: Barriers) -> Scene:
+        """The scene with these barriers in place of its own; as ``with_trees``."""
+        _check_sizes(height=barriers.height)
+        _check_places("barrier", barriers.vertices)
+        terrain = self.arrays.terrain
+        edges, outside = barrier_file.prepare(terrain, barriers)
+        fences = segments_of(Lines(barriers.vertices, barriers.starts), terrain.x0, terrain.y0)
+        arrays = self._arrays_with(BARRIER, edges, 0)._replace(fences=fences)
+        return replace(self, arrays=arrays, barrier_count=len(barriers.height), barriers_outside=outside)
+
+    def with_lying_logs(self, lying_logs: LyingLogs) -> Scene:
+        """The scene with these lying logs in place of its own; as ``with_trees``."""
+        _check_places("lying log", lying_logs.vertices)
+        lying, outside = lying_file.prepare(self.arrays.terrain, lying_logs, self.tree_count)
+        number = len(lying_logs.diameter)
+        arrays = self._arrays_with(LYING, lying, number - self.lying_count)
+        return replace(self, arrays=arrays, lying_count=number, lying_outside=outside)
+
+    def _arrays_with(self, kind: int, solid: Any, more: int) -> SceneArrays:
+        """The arrays with other cores of one kind; more : how many things more that makes, which shifts later ones."""
+        terrain = self.arrays.terrain
+        parts = by_kind(self.arrays.cores, terrain.cell, (terrain.column, terrain.row))
+        order = (TREE, LYING, BLOCK)
+        for each in order[order.index(kind) + 1 :] if kind in order else ():
+            parts[each]["owner"] += more
+        parts[kind] = solid
+        return self.arrays._replace(cores=_in_window(joined(list(parts.values()), terrain.cell), terrain))
+
     def without(self, *, barriers: Array | tuple[()] = (), others: Array | tuple[()] = ()) -> Scene:
         """The scene without some obstacles, the others numbered as before; the terrain is shared.
 
@@ -148,6 +184,17 @@ class Scene:
         found = surfaces_at(terrain, np.column_stack([x, y]).astype(float) - (terrain.x0, terrain.y0))
         found[:, 0] += terrain.reference
         return found
+
+
+def _check_sizes(**sizes: Array) -> None:
+    for name, values in sizes.items():
+        if not np.all(np.isfinite(values) & (np.asarray(values) > 0)):
+            raise ValueError(f"a tree's or barrier's {name} must be positive and finite")
+
+
+def _check_places(name: str, vertices: Array) -> None:
+    if not np.isfinite(vertices).all():
+        raise ValueError(f"a vertex of a {name} is no finite place")
 
 
 def _in_window(items: Any, terrain: Terrain) -> Any:

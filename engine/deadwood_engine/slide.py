@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from . import step, trace
 from .cloud import Shape
 from .cores import BARRIER, LYING, TREE
-from .fidelity import Fidelity, station_spacing, trace_step, where_things_rebound
+from .fidelity import Fidelity, longest_travel, station_spacing, trace_step, where_things_rebound
 from .influence import NOTE, NOTED
 from .ledger import HIT_WIDTH
 from .limits import GRAVITY, LEAST_STATIONS, MOST_STAGES, STAGE_STEPS
@@ -102,11 +102,10 @@ def slide(
     cell = arrays.terrain.cell
     stems = float(restitution if tree_restitution is None else tree_restitution)
     fences = float(restitution if barrier_restitution is None else barrier_restitution)
-    kinds = arrays.cores.solid["kind"]
-    wood, plates = bool(np.isin(kinds, (TREE, LYING)).any()), bool((kinds == BARRIER).any())
-    fidelity = where_things_rebound(fidelity, restitution, stems * wood, fences * plates)
+    fidelity = fidelity_in(scene, fidelity, restitution, stems, fences)
     settings = Settings(
-        float(fidelity.time_step), float(fidelity.travel_cells * cell), float(fidelity.tolerance), int(fidelity.sweeps),
+        float(fidelity.time_step), float(longest_travel(fidelity, cell)), float(fidelity.tolerance),
+        int(fidelity.sweeps),
         float(trace_step(fidelity, cell)), float(restitution), float(time_limit), float(rest_speed), float(gravity),
         float(fidelity.obstacle_travel), int(fidelity.ring_points), bool(fidelity.backward), float(rolling_friction),
         -1.0 if tree_friction is None else float(tree_friction), stems,
@@ -229,6 +228,21 @@ def slide(
     if stages is not None and settings.stage_steps:
         keeper.fill(stages, arrays.cores.solid)
     return result_of(scene, start, state, summary, poses, hits, notes, touched, touch_time, fences, crossed, sum(cpu))
+
+
+def fidelity_in(
+    scene: Scene,
+    fidelity: Fidelity,
+    restitution: float,
+    tree_restitution: float | None,
+    barrier_restitution: float | None,
+) -> Fidelity:
+    """The row by which logs slide in a scene: that where things rebound, if any that stands there does."""
+    stems = restitution if tree_restitution is None else tree_restitution
+    fences = restitution if barrier_restitution is None else barrier_restitution
+    kinds = scene.arrays.cores.solid["kind"][scene.arrays.cores.index.items]  # of what is there (``Scene.without``)
+    wood, plates = bool(np.isin(kinds, (TREE, LYING)).any()), bool((kinds == BARRIER).any())
+    return where_things_rebound(fidelity, restitution, stems * wood, fences * plates)
 
 
 def _check_tables(scene: Scene, start: Start, rasters: Rasters | None, keep_poses: NDArray[np.bool_] | None) -> None:

@@ -29,6 +29,7 @@ from .influence import NOW, copy_notes, note, note_all, note_step, open_notes
 from .ledger import note_pushes
 from .limits import (
     AT_ONCE,
+    BURIED,
     CLOUD_TURN,
     LEAST_SPENT,
     LEAST_TOLERANCE,
@@ -57,6 +58,7 @@ from .surroundings import know_nothing
 from .terrain import surface
 from .trace import (
     PEAK_ENERGY,
+    PEAK_HEIGHT,
     PEAK_JUMP,
     PEAK_SPEED,
     Marks,
@@ -92,7 +94,7 @@ def begin(scene, frame, state, body, stations, settings, scratch, way, summary):
     know_nothing(scratch.near[0])
     way.time = way.before = way.last_kick = way.path = way.work = 0.0
     way.next_look, way.next_rocking = REST_WINDOW, ROCKING_WINDOW
-    way.old_count, way.kept, way.pressed, way.sunk, way.lost = 0, 0, False, math.inf, False
+    way.old_count, way.kept, way.pressed, way.undermined, way.sunk, way.lost = 0, 0, False, False, math.inf, False
     count, way.travel, way.whole = contacts_at(
         scene, frame, state, body, stations, settings, AT_ONCE, 0.0, 0.0, scratch, True
     )
@@ -109,10 +111,13 @@ def begin(scene, frame, state, body, stations, settings, scratch, way, summary):
     way.gap = lowest_gap(scene, frame, state, body, stations, scratch)
     way.speed = math.sqrt(state[VX] ** 2 + state[VY] ** 2 + state[VZ] ** 2)
     way.energy = energy_of(state, body)
+    height, _, _ = surface(scene.terrain, frame[0], frame[1], state[X], state[Y])
+    way.height = state[Z] - height if height == height else 0.0
     summary.speed_max, summary.energy_max, summary.jump_max = way.speed, way.energy, way.gap
+    summary.height_max = way.height
     remember_pose(scratch.memory, state, body)
     remember_turn(scratch.memory, state)
-    remember_peaks(scratch.memory, way.speed, way.energy, way.gap)
+    remember_peaks(scratch.memory, way.speed, way.energy, way.gap, way.height)
     remember_pose(scratch.rest, state, body)
     forget_windows(scratch.rocking)
 
@@ -239,18 +244,20 @@ def keep_books(scene, frame, state, body, settings, scratch, way, marks, hits, s
         for k in range(count):
             ground = keys[k, 0] == TERRAIN
             pressed = pressed or (ground and contacts[k].pn > 0.0)
-            # not the overlap that a log was released with, nor what sank where the DEM ends
-            if ground and way.whole:
-                summary.penetration = max(summary.penetration, -contacts[k].gap)
-                if not way.buried:
-                    deepest = max(deepest, -contacts[k].gap)
-                    way.lost = way.lost or -contacts[k].gap > body[BASE_RADIUS] + settings.travel
-            if not ground and summary.started_in_contact == 0.0:
-                summary.overlap = max(summary.overlap, -contacts[k].gap)
-                deepest = max(deepest, -contacts[k].gap)
+            depth = -contacts[k].gap  # NaN where the ground begins within the step
+            if ground and not way.whole and depth > BURIED * body[BASE_RADIUS]:
+                way.undermined = True
+            elif ground and depth > summary.penetration:
+                summary.penetration = depth
+            if ground and way.whole and not way.buried:
+                deepest = max(deepest, depth)
+                way.lost = way.lost or depth > body[BASE_RADIUS] + settings.travel
+            if not ground and summary.started_in_contact == 0.0:  # not the overlap that a log was released with
+                summary.overlap = max(summary.overlap, depth)
+                deepest = max(deepest, depth)
                 both = body[BASE_RADIUS] + scene.cores.solid[keys[k, 1]].wide
                 allowed = body[BASE_RADIUS] + max(settings.travel, OBSTACLE_TRAVEL * both)
-                way.lost = way.lost or -contacts[k].gap > allowed
+                way.lost = way.lost or depth > allowed
             if not ground and contacts[k].pn > 0.0:
                 pushed = True
                 is_barrier, item = owner_of(scene, keys[k])
@@ -298,8 +305,11 @@ def move_on(scene, frame, state, body, stations, settings, scratch, way, summary
     summary.path += dt * way.speed
     watch(scratch.rocking, state, body, way.energy, settings.rest_speed)
     height, _, _ = surface(scene.terrain, frame[0], frame[1], state[X], state[Y])
-    if height != height:
+    if height != height or way.undermined:
         return LEFT_DEM
+    way.height = state[Z] - height
+    scratch.memory[PEAK_HEIGHT] = max(scratch.memory[PEAK_HEIGHT], way.height)
+    summary.height_max = max(summary.height_max, way.height)
     if way.time >= settings.time_limit:
         return TIME_LIMIT
     if way.time >= way.next_look:
@@ -359,9 +369,9 @@ def slide_log(
                 memory[PEAK_JUMP] = max(memory[PEAK_JUMP], way.gap)
                 summary.jump_max = max(summary.jump_max, way.gap)
             draw(scene, frame, state, body, memory, work, rasters, row, marks, way.time)
-            remember_peaks(memory, way.speed, way.energy, way.gap)
+            remember_peaks(memory, way.speed, way.energy, way.gap, way.height)
             if keep:
-                way.kept = keep_pose(poses, way.kept, way.time, state, body, way.gap)
+                way.kept = keep_pose(poses, way.kept, way.time, state, body, way.gap, way.height)
         if over:
             if reason == FAILED:
                 forget_after(marks, way.sunk)

@@ -21,7 +21,7 @@ class RasterArrays(NamedTuple):
     What a passing log changes lies together cell by cell, for a log's cells are far apart in memory.
 
     hits : uint32 (rows, columns, 2), logs that hit the cell (HITS), and the last of them, row + 1 (STAMP)
-    maxima : float32 (rows, columns, 3), SPEED [m/s], ENERGY [J], JUMP [m]; deposits : uint32 (rows, columns)
+    maxima : float32 (rows, columns, 4), SPEED [m/s], ENERGY [J], JUMP, HEIGHT [m]; deposits : uint32 (rows, columns)
 
     Of a scene with lines, where logs that pass a cell end (``outline.count_danger``); without, nothing is listed:
 
@@ -41,7 +41,7 @@ class RasterArrays(NamedTuple):
 
 
 HITS, STAMP = range(2)
-SPEED, ENERGY, JUMP = range(3)
+SPEED, ENERGY, JUMP, HEIGHT = range(4)
 
 
 class Marks(NamedTuple):
@@ -56,11 +56,13 @@ class Marks(NamedTuple):
 
 # Columns of a pose
 POSE_T, POSE_X, POSE_BASE, POSE_TIP, POSE_SPEED, POSE_SPIN, POSE_CLEARANCE = 0, 1, 4, 7, 10, 11, 12
-POSE_WIDTH = 13
+POSE_HEIGHT = 13  # [m] of the centre of mass above the terrain
+POSE_WIDTH = 14
 
 # Columns of the trace's memory: ends at the last outline, centre there, and maxima since
 LAST_BASE, LAST_TIP, LAST_X, LAST_Y, PEAK_SPEED, PEAK_ENERGY, PEAK_JUMP, LAST_TURN = 0, 3, 6, 7, 8, 9, 10, 11
-MEMORY_WIDTH = 20
+PEAK_HEIGHT = 20
+MEMORY_WIDTH = 21
 
 
 @kernel
@@ -103,9 +105,9 @@ def remember_pose(memory, state, body):
 
 
 @kernel
-def remember_peaks(memory, speed, energy, jump):
+def remember_peaks(memory, speed, energy, jump, height):
     """Start the maxima anew with what the last outline's pose has: that pose is part of the area swept from it."""
-    memory[PEAK_SPEED], memory[PEAK_ENERGY], memory[PEAK_JUMP] = speed, energy, jump
+    memory[PEAK_SPEED], memory[PEAK_ENERGY], memory[PEAK_JUMP], memory[PEAK_HEIGHT] = speed, energy, jump, height
 
 
 @kernel
@@ -160,6 +162,7 @@ def draw(scene, frame, state, body, memory, work, rasters, row, marks, time):
     part = (terrain.column, terrain.row, columns, rows)
     first, last = hull_rows(hull, size, -shift_x, -shift_y, terrain.cell, part, left, right)
     now, fast, heavy, high = np.uint32(row + 1), np.float32(speed), np.float32(energy), np.float32(jump)
+    tall = np.float32(memory[PEAK_HEIGHT])
     listed = rasters.order[LISTED]
     for j in range(first, last + 1):
         cells, most = rasters.hits[j], rasters.maxima[j]
@@ -178,6 +181,8 @@ def draw(scene, frame, state, body, memory, work, rasters, row, marks, time):
                 most[i, ENERGY] = heavy
             if most[i, JUMP] < high:
                 most[i, JUMP] = high
+            if most[i, HEIGHT] < tall:
+                most[i, HEIGHT] = tall
     rasters.order[LISTED] = listed
     for line in range(rasters.band.shape[0]):
         band = rasters.band[line]
@@ -226,7 +231,7 @@ def draw_deposit(scene, frame, state, body, memory, work, rasters):
 
 
 @kernel
-def keep_pose(poses, kept, time, state, body, clearance):
+def keep_pose(poses, kept, time, state, body, clearance, height):
     """Append a pose if there is room; returns the number wanted so far."""
     if kept < poses.shape[0]:
         pose = poses[kept]
@@ -242,5 +247,5 @@ def keep_pose(poses, kept, time, state, body, clearance):
         spin = state[WX] ** 2 + state[WY] ** 2 + state[WZ] ** 2
         pose[POSE_SPEED] = math.sqrt(speed)
         pose[POSE_SPIN] = math.sqrt(spin)
-        pose[POSE_CLEARANCE] = clearance
+        pose[POSE_CLEARANCE], pose[POSE_HEIGHT] = clearance, height
     return kept + 1

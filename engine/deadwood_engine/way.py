@@ -11,6 +11,7 @@ SUMMARY = np.dtype(
         ("grip", "f8"),  # [rad] as ``rest.holder``
         ("duration", "f8"), ("path", "f8"), ("speed_max", "f8"),  # s, m, m/s
         ("energy_max", "f8"), ("jump_max", "f8"),  # per mass J/kg, m
+        ("height_max", "f8"),  # m, of the centre of mass above the terrain below it
         ("energy_error", "f8"), ("energy_gain", "f8"),  # of the energy to spend; J/kg made by contacts
         ("penetration", "f8"), ("overlap", "f8"),  # m in the ground, in obstacles
         ("residual", "f8"), ("unconverged", "f8"),  # m/s of the worst solve; steps that hit the cap of sweeps
@@ -32,6 +33,7 @@ WAY = np.dtype(
         ("path", "f8"),  # m, that the log can have moved since its release
         ("work", "f8"),  # J/kg, of all contacts so far
         ("speed", "f8"), ("energy", "f8"), ("gap", "f8"),  # m/s, J/kg, m, of the log now
+        ("height", "f8"),  # m, of its centre of mass above the terrain
         ("residual", "f8"), ("tolerance", "f8"),  # m/s, of this step's solve
         ("next_look", "f8"), ("next_rocking", "f8"),  # s, when to look whether it rests, and whether it rocks in place
         ("count", "i8"), ("old_count", "i8"),  # contacts of this step, and those loaded in the last
@@ -41,5 +43,6 @@ WAY = np.dtype(
         ("buried", "b1"),  # whether it was released deeper in the ground than its radius
         ("sunk", "f8"),  # s, since when the log is deeper in something than its radius; infinite: it is not
         ("lost", "b1"),  # whether it is deeper than any step could bring it
+        ("undermined", "b1"),  # whether it came into the ground from beyond the terrain's border (``limits.BURIED``)
     ]
 )  # fmt: skip

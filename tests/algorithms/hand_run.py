@@ -54,6 +54,7 @@ class Track:
             "xb": x - half[0], "yb": y - half[1], "zb": flat, "xt": x + half[0], "yt": y + half[1], "zt": flat,
             "speed_ms": np.full(n, self.speed), "spin_rad_s": np.full(n, self.spin),
             "clearance_m": np.full(n, self.clearance),
+            "height_m": np.full(n, self.clearance + 0.2),
         }  # fmt: skip
 
 
@@ -92,6 +93,7 @@ def write_run(
         "speed_mean_ms": [each.speed for each in tracks],
         "energy_max_kj": [0.5 * each.speed**2 for each in tracks],
         "jump_max_m": [each.clearance for each in tracks],
+        "height_max_m": [each.clearance + 0.2 for each in tracks],
         "dbh_cm": dbh_cm,
         "length_m": length_m,
         "density_kg_m3": 300.0,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from strewn_slope import TOLD, differing, mattered, obstacles, only, owners, released, slope, spared
 
-from deadwood_engine import FIDELITIES, Barriers, Blocks, Logs, LyingLogs, Shape, Trees, place_logs, slide
+from deadwood_engine import FIDELITIES, Barriers, Blocks, Logs, LyingLogs, Scene, Shape, Trees, place_logs, slide
 
 
 @pytest.mark.parametrize("cell", [0.5, 1.0, 2.0])
@@ -53,6 +53,32 @@ def test_what_mattered_changes_nothing_before(name):
     assert changed > 0.8 * len(whole.influences.log_row)  # what is noted is seldom noted in vain
 
 
+@pytest.mark.parametrize("name", ["draft", "standard"])
+@pytest.mark.parametrize("kind", ["barriers", "lying_logs"])
+def test_what_a_long_log_passes_within_its_box_only_changes_nothing(name, kind):
+    """30 m and askew: its box reaches plates and logs that it comes no nearer to than 6 m. Those were listed, and a
+    plate's own directions say of such a log that it is beside neither its end nor its face, so its steps were short."""
+    heights = np.tan(np.radians(30.0)) * np.arange(81)[:, None] * np.ones((1, 81))
+    trees = {"trees": Trees(np.array([75.0]), np.array([75.0]), np.array([0.4]), np.array([20.0]))}
+    line, sizes = np.array([[31.0, 40.0], [34.0, 40.0]]), (np.array([0.4]), np.array([0.4]))
+    more = (
+        Barriers(line, np.array([0, 2]), np.array([3.0]))
+        if kind == "barriers"
+        else LyingLogs(line, np.array([0, 2]), *sizes)
+    )
+    logs = Logs.alike([40.0], [48.0], length=30.0, orientation=1, azimuth=np.radians(135.0), speed=3.0)
+    plain, full = (
+        slide(
+            Scene.prepare(heights, 1.0, 0.0, 0.0, friction=0.9, **each), logs, FIDELITIES[name], time_limit=1.0,
+            influences=True,
+        )
+        for each in (trees, trees | {kind: more})
+    )  # fmt: skip
+    assert len(full.influences.item) == 0
+    assert np.array_equal(plain.last_state, full.last_state)
+    assert plain.steps == full.steps
+
+
 def test_noting_changes_nothing_and_threads_change_no_note():
     scene = slope(1.0, 3, **obstacles(4))
     start = released(scene, 40, 5)
@@ -97,7 +123,7 @@ def test_a_scene_without_is_the_scene_prepared_without():
 
 def test_more_notes_than_there_is_room_for():
     """A log that bounces across a slope full of stumps: it is slid again, with more room, and is the same."""
-    x, y = (places.ravel() for places in np.meshgrid(np.arange(20.0, 80), np.arange(10.0, 80, 0.5)))
+    x, y = (places.ravel() for places in np.meshgrid(np.arange(20.0, 80), np.arange(10.0, 80, 0.25)))
     stumps = Trees(x, y, np.full(len(x), 0.03), np.full(len(x), 0.1))
     scene = slope(1.0, 3, trees=stumps)
     across = Logs.alike(50.0, 85.0, diameter=0.4, length=20.0, orientation=1, azimuth=1.57, drop=1.0)

@@ -87,15 +87,49 @@ def test_what_begins_no_hit(scene):
 
 
 def test_blows_are_struck_and_leaning_is_not(scene):
-    """Faster than twice g dt, and pushed harder; work is taken by both: P (before + after) / 2."""
+    """What approaches faster than twice g dt; work is taken by both: P (before + after) / 2."""
     hits = np.zeros((9, HIT_WIDTH))
     pushes(scene, hits, 0, 1.0, (2, 6.0, -6.0, 0.0, 0.0))
     assert hits[0, BLOW_X : BLOW_Z + 1].tolist() == [6.0, 0.0, 0.0]
     assert hits[0, TAKEN] == pytest.approx(18.0)
-    pushes(scene, hits, 1, 1.0 + DT, (2, 0.9 * 2.0 * G * DT, -6.0, 0.0, 0.0), step=2)  # soft
     pushes(scene, hits, 1, 1.0 + DT, (2, 1.0, -0.9 * 2.0 * G * DT, 0.0, 0.0), step=2)  # slow
     assert hits[0, BLOW_X] == 6.0
-    assert hits[0, TAKEN] == pytest.approx(18.0 + 0.9 * 2.0 * G * DT * (3.0 + 0.5))
+    assert hits[0, TAKEN] == pytest.approx(18.0 + 0.9 * 2.0 * G * DT * 0.5)
+
+
+def test_a_jam_adds_no_blow_and_a_blow_no_more_than_it_stops(scene):
+    """Squeezed with 500 m/s between two stems, or a stem and the ground, at rest: none, even where another contact is
+    struck. And of a push of 500 m/s on what approaches with 6 the 6 that stop it."""
+    hits = np.zeros((9, HIT_WIDTH))
+    number = pushes(
+        scene, hits, 0, 1.0, (2, 500.0, 0.0, 0.0, 0.0), (3, 500.0, 0.0, 0.0, 0.0), (-1, 500.0, -6.0, 0.0, 0.0)
+    )
+    assert number == 2
+    assert (hits[:2, BLOW_X : BLOW_Z + 1] == 0.0).all()
+    pushes(scene, hits, 2, 1.5, (4, 500.0, -6.0, 0.0, 0.0), step=2)
+    assert hits[2, ITEM] == 4
+    assert hits[2, BLOW_X : BLOW_Z + 1] == pytest.approx([6.0, 0.0, 0.0])
+
+
+def test_no_blow_is_more_than_the_energy_before_it_can_bring(plain, scene, random_contacts):
+    """Of any contacts with one stem, whatever they push: |blow| <= sqrt(2 E), with E the energy before them."""
+    rng, ledger, largest = np.random.default_rng(2), plain("ledger"), 0.0
+    for _ in range(300):
+        number, axial, across = int(rng.integers(1, 6)), rng.uniform(0.01, 0.1), rng.uniform(1.0, 20.0)
+        table, v, w = random_contacts(rng, number), 9.0 * rng.normal(size=3), rng.normal(size=3)
+        keys = np.tile(np.array([TREE, 2, 0], np.int64), (number, 1))
+        for c in table:
+            c.pn *= 10.0 ** rng.uniform(-1, 3)
+            for name in "ntu":
+                lever = np.array([c["r" + name + axis] for axis in "xyz"])
+                for axis, value in zip("xyz", lever / (across, across, axial), strict=True):
+                    c["b" + name + axis] = value
+                c["before_" + name] = v @ [c[name + axis] for axis in "xyz"] + w @ lever
+        blow = ledger._blow(scene, table, keys, number, 0, 0.0)
+        energy = 0.5 * (v @ v + w @ ((across, across, axial) * w))
+        assert np.linalg.norm(blow) <= np.sqrt(2.0 * energy) * (1.0 + 1e-12)
+        largest = max(largest, np.linalg.norm(blow) / np.sqrt(2.0 * energy))
+    assert largest > 0.8  # the bound is no loose one
 
 
 def test_the_first_push_is_where_the_gap_closes(scene):

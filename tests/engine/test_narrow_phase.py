@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from deadwood_engine.log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS, cone_bodies
-from deadwood_engine.narrow_phase import cone_of, deepest, reach_along, signed_distance
+from deadwood_engine.narrow_phase import cone_of, deepest, reach_along, signed_distance, top_chord
 
 
 def solid(taper=0.5):
@@ -121,3 +121,68 @@ def test_an_edge_through_a_rim_leaves_square_to_itself():
         left, _, _, _ = deepest(cone, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), away, *core[1:], np.inf)
         assert left > -1e-4
     assert seen > 150
+
+
+def least_gap_of_a_stump(cone, c, d, foot, long, wide, flat):
+    """(gap, n) of a log and a stump, as ``obstacles`` finds them, and whether it is the top's."""
+    gap, z, n, _ = deepest(cone, c, d, foot, (0.0, 0.0, 1.0), long, wide, 0.0, np.inf)
+    if z < long:
+        return gap, n, False
+    start, t, size = top_chord(cone, c, d, (foot[0], foot[1], foot[2] + long), flat, wide - flat)
+    gap, _, n, _ = deepest(cone, c, d, start, t, size, wide - flat, 0.0, np.inf)
+    return gap, n, True
+
+
+def test_a_stump_is_touched_as_the_body_that_it_is():
+    """Beside, above, over its rim, by the log's side, its rims and its faces: against 34 000 points of the cylinder
+    that is rounded, each the middle of a ball, and 900 more around the best of them. None has less, and the best is
+    farther away by no more than the points there are apart."""
+    body = solid()
+    cone, rng = cone_of(body), np.random.default_rng(4)
+    flat, rim, high = 0.3, 0.1, 0.8
+    turn, ring = np.meshgrid(np.linspace(0, 2 * np.pi, 240, endpoint=False), np.linspace(0.0, flat, 40))
+    top = np.column_stack([(ring * np.cos(turn)).ravel(), (ring * np.sin(turn)).ravel(), np.full(ring.size, high)])
+    turn, level = np.meshgrid(np.linspace(0, 2 * np.pi, 120, endpoint=False), np.linspace(-3.0, high, 200))
+    side = np.column_stack([flat * np.cos(turn).ravel(), flat * np.sin(turn).ravel(), level.ravel()])
+    points, tops, apart = np.vstack([top, side]), 0, 0
+    for number in range(300):
+        d = rng.standard_normal(3) * (1.0, 1.0, rng.choice([0.0, 0.2, 1.0]))
+        d /= np.linalg.norm(d)
+        end = rng.choice([-body[CENTRE], body[LENGTH] - body[CENTRE], 0.0]) + rng.uniform(-0.3, 0.3)
+        place = np.array([*rng.uniform(-0.6, 0.6, 2), rng.uniform(0.0, 1.6)])
+        c = place - end * d
+        x = points - c
+        s = x @ d
+        rho = np.linalg.norm(x - s[:, None] * d, axis=1)
+        guess = np.array([s, rho]).T
+        least = min(signed_distance(cone, *each)[0] for each in guess[np.argsort(np.abs(rho - 0.3))[::40]])
+        if not 0.0 < least < 0.6:  # in the log the shortest way out need not be to the skin
+            continue
+        phi = [signed_distance(cone, *each)[0] for each in guess]
+        best, brute = points[np.argmin(phi)], min(phi) - rim
+        for spread in (0.02, 0.005, 0.001):  # closer and closer to the best
+            tried = best + spread * rng.uniform(-1.0, 1.0, (300, 3))
+            tried[:, :2] *= np.minimum(1.0, flat / np.linalg.norm(tried[:, :2], axis=1))[:, None]
+            tried[:, 2] = np.clip(tried[:, 2], -3.0, high)
+            s = (tried - c) @ d
+            rho = np.linalg.norm(tried - c - s[:, None] * d, axis=1)
+            phi = [signed_distance(cone, *each)[0] for each in zip(s, rho, strict=True)]
+            best, brute = tried[np.argmin(phi)], min(brute, min(phi) - rim)
+        gap, n, on_top = least_gap_of_a_stump(cone, tuple(c), tuple(d), (0.0, 0.0, -3.0), 3.0 + high, flat + rim, flat)
+        assert np.linalg.norm(n) == pytest.approx(1.0, abs=1e-12)
+        assert gap <= brute + 1e-6, number
+        if brute > -rim:  # no deeper than the rounding: further in, the way out is no shorter than to the skin
+            assert gap >= brute - 5e-4, number
+        tops, apart = tops + on_top, apart + 1
+    assert tops > 40
+    assert apart - tops > 20
+
+
+def test_a_log_across_a_stump_lies_on_all_of_its_flat_top():
+    """Level, 10 cm beside its middle: the chord below its axis, as long as it is there."""
+    body = solid(taper=1.0)
+    cone = cone_of(body)
+    start, t, long = top_chord(cone, (0.0, 0.1, 2.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.3, 0.1)
+    assert long == pytest.approx(2.0 * np.sqrt(0.3**2 - 0.1**2), abs=1e-9)
+    assert start == pytest.approx((-0.5 * long, 0.1, 1.0), abs=1e-9)
+    assert t == (1.0, 0.0, 0.0)

@@ -23,20 +23,20 @@ def filled(scene, workers, seed=0, bands=None):
     made = Rasters.allocate(scene, workers, *([] if bands is None else [np.array(bands)]))
     for worker in made.workers:
         worker.hits[:, :, HITS] = rng.integers(0, 3, SHAPE)
-        worker.maxima[...] = rng.uniform(0.0, 9.0, (*SHAPE, 3)) * (worker.hits[:, :, HITS] > 0)[:, :, None]
+        worker.maxima[...] = rng.uniform(0.0, 9.0, (*SHAPE, 4)) * (worker.hits[:, :, HITS] > 0)[:, :, None]
         worker.deposits[...] = rng.integers(0, 2, SHAPE)
         worker.danger[...] = rng.integers(0, 4, worker.danger.shape)
     return made
 
 
 def test_workers_are_put_together(scene):
-    made = filled(scene, 3, bands=[1, 2])
+    made = filled(scene, 3, seed=2, bands=[1, 2])
     told = made.totals()
     hits = sum(worker.hits[:, :, HITS] for worker in made.workers)
     assert np.array_equal(told["hit_count"], hits)
     assert np.array_equal(told["deposit_count"], sum(worker.deposits for worker in made.workers))
     most = np.max([worker.maxima for worker in made.workers], axis=0)
-    for k, name in enumerate(("speed_max", "energy_max", "jump_max")):
+    for k, name in enumerate(("speed_max", "energy_max", "jump_max", "height_max")):
         assert np.array_equal(told[name], np.where(hits > 0, most[:, :, k], np.nan).astype(np.float32), equal_nan=True)
         assert np.isnan(told[name]).any()
     danger = sum(worker.danger for worker in made.workers)

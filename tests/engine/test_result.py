@@ -53,7 +53,13 @@ def test_places_are_those_of_the_world(told):
     table = np.vstack([poses[0], poses[2]])
     for values, at in ((made.poses.position, 1), (made.poses.base, 4), (made.poses.tip, 7)):
         assert values == pytest.approx(table[:, at : at + 3] + ORIGIN)
-    for values, at in ((made.poses.time, 0), (made.poses.speed, 10), (made.poses.spin, 11), (made.poses.clearance, 12)):
+    for values, at in (
+        (made.poses.time, 0),
+        (made.poses.speed, 10),
+        (made.poses.spin, 11),
+        (made.poses.clearance, 12),
+        (made.poses.height, 13),
+    ):
         assert np.array_equal(values, table[:, at])
 
 
@@ -88,6 +94,7 @@ def test_every_column_that_is_told_by_its_name_is_that_column(told):
         "path",
         "speed_max",
         "jump_max",
+        "height_max",
         "energy_error",
         "grip",
         "tree_hits",

@@ -97,6 +97,64 @@ def test_other_lines_and_another_friction_share_the_rest():
     assert scene.arrays.terrain.friction.tolist() == [[0.3]]
 
 
+def _parts_of(values):
+    return values if isinstance(values, tuple) else (values,)
+
+
+def everything(scene):
+    """All of a scene's arrays and numbers, by their place."""
+    arrays = scene.arrays
+    for name, each in (("cores", arrays.cores), ("lines", arrays.lines), ("fences", arrays.fences)):
+        for place, values in zip(each._fields, each, strict=True):
+            yield from ((f"{name}.{place}.{k}", part) for k, part in enumerate(_parts_of(values)))
+    yield from vars(scene).items()
+
+
+@pytest.mark.parametrize("window", [False, True])
+@pytest.mark.parametrize("name", ["trees", "barriers", "lying_logs"])
+@pytest.mark.parametrize("number", [0, 2, 30])
+def test_another_layer_on_the_same_terrain_is_a_scene_prepared_anew(name, number, window):
+    """Every bit of it, also in a window of a DEM far away whose cells are no power of two; the terrain is shared."""
+    rng, cell, x0, y0 = np.random.default_rng(number), 0.7, 2_786_103.1, 1_196_011.3
+    heights = rng.uniform(0.0, 0.3, (60, 60)) + 0.4 * np.arange(60)[:, None]
+    options = {"first": (5, 3), "reference": 0.0} if window else {}
+
+    def some(many, seed):
+        draw = np.random.default_rng(seed)
+        ends = draw.uniform(3.0, 40.0, (many, 2)) + np.array([x0, y0])
+        ends = np.stack([ends, ends + draw.uniform(-6.0, 6.0, (many, 2))], axis=1).reshape(-1, 2)
+        return {
+            "trees": Trees(ends[::2, 0], ends[::2, 1], draw.uniform(0.1, 0.9, many), draw.choice([0.4, 20.0], many)),
+            "barriers": Barriers(ends, 2 * np.arange(many + 1), draw.uniform(1.0, 4.0, many)),
+            "lying_logs": LyingLogs(ends, 2 * np.arange(many + 1), np.full(many, 0.5), np.full(many, 0.3)),
+        }
+
+    blocks = Blocks(*(np.array([value]) for value in (x0 + 20.0, y0 + 20.0, 1.5, 1.0)))
+    own, other = some(12, 99) | {"blocks": blocks}, some(number, 7)
+    scene = Scene.prepare(heights, cell, x0, y0, friction=0.3, **options, **own)
+    made = getattr(scene, f"with_{name}")(other[name])
+    anew = Scene.prepare(heights, cell, x0, y0, friction=0.3, **options, **(own | {name: other[name]}))
+    assert made.arrays.terrain is scene.arrays.terrain
+    for (place, one), (_, two) in zip(everything(made), everything(anew), strict=True):
+        if place != "arrays":
+            assert np.array_equal(one, two), place
+
+
+def test_what_was_left_out_stays_out_where_another_layer_is_put():
+    scene = prepared().without(barriers=[0], others=[1, 5])
+    made = scene.with_lying_logs(
+        LyingLogs(np.array([[103.0, 225], [108, 226]]), np.array([0, 2]), *np.full((2, 1), 0.4))
+    )
+    assert listed(made) == {(TREE, 0), (BARRIER, 1), (LYING, 3)}
+
+
+def test_a_layer_that_cannot_be_is_refused_there_too():
+    with pytest.raises(ValueError, match="diameter"):
+        prepared().with_trees(Trees(*np.full((4, 1), np.nan)))
+    with pytest.raises(ValueError, match="finite place"):
+        prepared().with_barriers(Barriers(np.full((2, 2), np.inf), np.array([0, 2]), np.ones(1)))
+
+
 def test_heights_are_those_of_the_world():
     scene = prepared()
     found = scene.terrain_surface(np.array([110.2, 99.0]), np.array([207.5, 207.5]))

@@ -12,7 +12,7 @@ from deadwood_engine import Scene, Trees
 from deadwood_engine.contacts import Ahead, add_contact, set_frames
 from deadwood_engine.cores import TREE
 from deadwood_engine.ledger import HIT_WIDTH
-from deadwood_engine.limits import CLOUD_TURN, POLL_STEPS, SHORTEST_STEP, WILD_SPEED
+from deadwood_engine.limits import BURIED, CLOUD_TURN, POLL_STEPS, SHORTEST_STEP, WILD_SPEED
 from deadwood_engine.log_body import BASE_RADIUS, CENTRE, LENGTH, cone_bodies
 from deadwood_engine.rest import FAILED, INTERRUPTED, LEFT_DEM, TIME_LIMIT
 from deadwood_engine.rotation import drift, set_axis
@@ -232,9 +232,16 @@ def test_who_pushed_is_told(plain, scene):
     assert (summary.tree_hits, summary.hits, way.pressed) == (0.0, 0.0, False)
 
 
-def test_what_a_release_or_the_border_does_is_no_depth(plain, scene):
+def test_what_a_release_does_is_no_depth_and_what_came_in_below_the_border_has_left(plain, scene):
+    """Up to half the log's radius it is a depth like any other, there too; NaN is where the ground begins ahead."""
     assert booked(plain, scene, (TREE, 1, -0.03), started_in_contact=1.0)[0].overlap == 0.0
-    assert booked(plain, scene, (0, 1, -0.03), whole=False)[0].penetration == 0.0
+    least = BURIED * LOG[BASE_RADIUS]
+    for whole, depth, told, sunk in (
+        (True, 2.0 * least, 2.0 * least, False), (False, 0.99 * least, 0.99 * least, False),
+        (False, 1.01 * least, 0.0, True), (False, math.nan, 0.0, False),
+    ):  # fmt: skip
+        summary, way, *_ = booked(plain, scene, (0, 1, -depth), whole=whole)
+        assert (summary.penetration, way.sunk) == (pytest.approx(told), sunk)
 
 
 def test_a_step_without_contacts_is_airborne(plain, scene):

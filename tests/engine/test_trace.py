@@ -34,9 +34,9 @@ def test_the_farther_end_counts():
 def test_a_kept_pose_has_ends_speed_spin_and_the_number_wanted_goes_on_without_room():
     state = pose((1, 2, 3), (1, 1, 1), velocity=(3, 4, 12), spin=(2, -1, 2))
     poses = np.zeros((1, trace.POSE_WIDTH))
-    assert trace.keep_pose(poses, 0, 0.7, state, LOG, 0.25) == 1
+    assert trace.keep_pose(poses, 0, 0.7, state, LOG, 0.25, 1.5) == 1
     row = poses[0].tolist()
     base, tip = ends(state)
-    assert row == pytest.approx([0.7, 1, 2, 3, *base, *tip, 13.0, 3.0, 0.25])
-    assert trace.keep_pose(poses, 1, 0.9, state, LOG, 0.5) == 2  # it is slid again with more room
+    assert row == pytest.approx([0.7, 1, 2, 3, *base, *tip, 13.0, 3.0, 0.25, 1.5])
+    assert trace.keep_pose(poses, 1, 0.9, state, LOG, 0.5, 1.75) == 2  # it is slid again with more room
     assert poses[0].tolist() == row

@@ -1,4 +1,4 @@
-"""The solid of a stem: a truncated cone of half the diameter at its top, which is round, whatever its height."""
+"""The solid of a stem: a truncated cone of half the diameter at its top, which is round; a stump keeps its DBH."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ def stem(diameter, height, ground=100.0):
 
 
 @pytest.mark.parametrize("diameter", [0.05, 0.6, 1.5])
-@pytest.mark.parametrize("height", [20.0, 2.0, 0.5, 0.1])
+@pytest.mark.parametrize("height", [20.0, 3.01])
 def test_a_stem_has_its_height_and_ends_in_half_a_sphere(diameter, height):
     core, start = stem(diameter, height)
     top = start + core.long + core.wide + core.slope * core.long
@@ -27,7 +27,23 @@ def test_a_stem_has_its_height_and_ends_in_half_a_sphere(diameter, height):
     assert abs(core.slope) <= 1.0  # or the sphere at one end would swallow that at the other
 
 
-@pytest.mark.parametrize("height", [30.0, 10.0, 3.0])
+@pytest.mark.parametrize(
+    ("diameter", "height"),
+    [(0.75, 0.1), (0.75, 0.3), (0.75, 0.5), (0.4, 0.3), (0.3, 0.5), (1.0, 0.5), (0.75, 1.3), (14.0, 0.2), (0.02, 3.0)],
+)
+def test_a_stump_has_its_dbh_all_the_way_up_and_a_flat_top_at_its_height(diameter, height):
+    """Before, half a sphere at its top left 0.62 to 0.93 of the DBH at the ground."""
+    core, start = stem(diameter, height)
+    assert core.slope == 0.0
+    assert core.wide == pytest.approx(0.5 * diameter, abs=1e-12)
+    rim = core.wide - core.disc
+    assert 0.0 < rim <= 0.125 * diameter + 1e-12  # of the rounding, above which the top is flat
+    assert start + core.long + rim == pytest.approx(height, abs=1e-9)
+    assert start + core.long >= 0.5 * height - 1e-9  # so far up it is as wide as it says
+    assert start <= -3.0
+
+
+@pytest.mark.parametrize("height", [30.0, 10.0, 3.1])
 def test_where_it_is_higher_than_wide_its_foot_is_as_thick_as_it_says(height):
     """Radius of the cores' spheres at the ground: half the DBH, to the slant of the taper."""
     core, start = stem(0.6, height)

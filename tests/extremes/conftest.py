@@ -121,6 +121,23 @@ def healthy(
     assert (after <= before + fall + scheme + gained * np.maximum(before + np.abs(fall), G)).all()
 
 
+def sunk_each(scene: Scene, base: np.ndarray, tip: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+    """The same of many logs at once, (n, ...), of radius first and last at their ends: 61 x 16 points of each."""
+    axis = tip - base
+    d = axis / np.linalg.norm(axis, axis=1)[:, None]
+    one = np.cross(d, np.where(np.abs(d[:, 2:]) < 0.9, (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)))
+    one /= np.linalg.norm(one, axis=1)[:, None]
+    two, deepest = np.cross(d, one), np.zeros(len(base))
+    for s in np.linspace(0.0, 1.0, 61):
+        radius = (first + s * (last - first))[:, None]
+        for turn in np.linspace(0.0, 2 * np.pi, 16, endpoint=False):
+            p = base + s * axis + radius * (np.cos(turn) * one + np.sin(turn) * two)
+            found = scene.terrain_surface(p[:, 0], p[:, 1])
+            gap = (p[:, 2] - found[:, 0]) / np.sqrt(1 + found[:, 1] ** 2 + found[:, 2] ** 2)
+            deepest = np.fmax(deepest, -gap)
+    return deepest
+
+
 def reasons(result: Result) -> list[str]:
     return [STOP_REASONS[code] for code in result.stop_reason]
 
@@ -128,6 +145,6 @@ def reasons(result: Result) -> list[str]:
 @pytest.fixture(scope="session")
 def at() -> SimpleNamespace:
     """Everything above: ``at.flat()``, ``at.healthy(...)`` and so on."""
-    tools = (flat, trees, barrier, body, start, together, run, farthest, energy, sunk, healthy, reasons)
+    tools = (flat, trees, barrier, body, start, together, run, farthest, energy, sunk, sunk_each, healthy, reasons)
     columns = {"CENTRE": CENTRE, "LENGTH": LENGTH, "BASE": BASE_RADIUS, "TIP": TIP_RADIUS}
     return SimpleNamespace(**{tool.__name__: tool for tool in tools}, **columns)

@@ -36,6 +36,7 @@ def past_one_another(n, base, tip, first, last, solid):
     off = np.sqrt(np.maximum(0.0, 1.0 - nd**2))
     rims = [(n @ end[:, :, None])[..., 0] - r[:, None] * off for end, r in ((base, first), (tip, last))]
     reach = np.max([n @ point + r for point, r in zip(*solid[:2], strict=True)], axis=0)
+    reach = reach + solid[3] * np.hypot(n[..., 0], n[..., 1])
     reach = reach - np.minimum(*rims)
     # a plate goes down for ever: no way out leads there
     return np.where(n[..., 2] < -1e-12, np.inf, reach) if solid[2] else reach
@@ -104,7 +105,8 @@ def _depths(base, tip, first, last, solid):
 
 
 def solids(scene):
-    """The convex solids of a scene as they stand, (points, radii, goes down for ever); straight stretches are one."""
+    """The convex solids of a scene as they stand, (points, radii, goes down for ever, radius of their discs); straight
+    stretches are one."""
     terrain, cores = scene.arrays.terrain, scene.arrays.cores
     found = []
     for node, core in zip(cores.node, cores.solid, strict=True):
@@ -114,9 +116,10 @@ def solids(scene):
         radii = [core["wide"], core["wide"] + core["long"] * core["slope"]]
         down = core["kind"] == BARRIER
         if down and not core["first_post"] and core["before_x"] ** 2 + core["before_y"] ** 2 > 0.0:
-            points, _, _ = found.pop()
+            points, *_ = found.pop()
             start = points[0]
-        found.append(([start, end], radii, down))
+        disc = core["disc"]  # of a stump: its spheres' middles are all over an upright cylinder of that radius
+        found.append(([start, end], [each - disc for each in radii], down, disc))
     return found
 
 
@@ -124,12 +127,14 @@ def test_the_ruler_measures_what_is_known():
     """A cylinder in a sphere, on a stem, over a plate: depths that a pencil gives."""
     r = np.array([0.3])
     base, tip = np.array([[0.0, 0.0, 1.0]]), np.array([[4.0, 0.0, 1.0]])
-    ball = ([np.array([2.0, 0.4, 1.0])] * 2, [0.2, 0.2], False)
+    ball = ([np.array([2.0, 0.4, 1.0])] * 2, [0.2, 0.2], False, 0.0)
     assert depths(base, tip, r, r, ball)[0] == pytest.approx(0.1, abs=1e-5)
-    stem = ([np.array([-0.1, 0.0, 0.0]), np.array([-0.1, 0.0, 9.0])], [0.15, 0.15], False)
+    stem = ([np.array([-0.1, 0.0, 0.0]), np.array([-0.1, 0.0, 9.0])], [0.15, 0.15], False, 0.0)
     assert depths(base, tip, r, r, stem)[0] == pytest.approx(0.05, abs=1e-5)
-    plate = ([np.array([2.0, -5.0, 0.73]), np.array([2.0, 5.0, 0.73])], [0.0, 0.0], True)
+    plate = ([np.array([2.0, -5.0, 0.73]), np.array([2.0, 5.0, 0.73])], [0.0, 0.0], True, 0.0)
     assert depths(base, tip, r, r, plate)[0] == pytest.approx(0.03, abs=1e-5)
+    stump = ([np.array([2.0, 0.0, -3.0]), np.array([2.0, 0.0, 0.7])], [0.05, 0.05], False, 0.2)
+    assert depths(base, tip, r, r, stump)[0] == pytest.approx(0.05, abs=1e-5)
     up = np.array([0.0, 0.0, 0.031])
     assert depths(base + up, tip + up, r, r, plate)[0] < 0.0
 
@@ -162,6 +167,7 @@ STUMP, STEM = stems((0.1, 0.1, 0.7, 0.8)), stems((0.1, 0.1, 0.6, 30.0))
 FEATURES = {
     "stem": Feature(((-0.8, 0.8), (-0.8, 0.8), (2.0, 6.0)), {"trees": STEM}),
     "stump": Feature(((-0.7, 0.8), (-0.7, 0.8), (1.0, 1.6)), {"trees": STUMP}),
+    "low stump": Feature(((-0.9, 1.0), (-0.9, 1.0), (0.2, 0.7)), {"trees": stems((0.1, 0.1, 1.0, 0.3))}),
     "thin stump": Feature(((-0.4, 0.6), (-0.4, 0.6), (1.5, 2.0)), {"trees": stems((0.1, 0.1, 0.12, 1.3))}),
     "top edge": Feature(((-1.0, 1.0), (-0.5, 0.5), (1.3, 1.8)), {"barriers": fence((-9, 0.1), (9, 0.2))}),
     "joint": Feature(((-0.6, 0.6), (-0.5, 0.5), (1.3, 1.8)), {"barriers": fence((-8, 0.1), (8, 0.1))}),

@@ -77,9 +77,9 @@ def test_a_stem_holds_a_log_across_by_its_middle(physics, fidelity):
 @EVERY
 @pytest.mark.parametrize("speed", [1.0, 10.0, 40.0])
 def test_a_tapering_stem_throws_up_what_hits_it(physics, fidelity, speed):
-    """A cylinder broadside against a stump's taper, without friction or gravity: what stays is the speed along the
-    stump's side, which leans by its taper: v (sin2, cos sin) of that angle."""
-    scene = physics.plane(0.0, friction=0.0, cell=1.0, size=40.0, trees=Trees(*np.array([[0.0], [0.0], [1.0], [2.0]])))
+    """A cylinder broadside against a stem's taper, without friction or gravity: what stays is the speed along the
+    stem's side, which leans by its taper: v (sin2, cos sin) of that angle."""
+    scene = physics.plane(0.0, friction=0.0, cell=1.0, size=40.0, trees=Trees(*np.array([[0.0], [0.0], [1.0], [4.0]])))
     core = scene.arrays.cores.solid[0]
     lean = np.arcsin(-core["slope"])
     solid = physics.body(0.4, 6.0, taper=1.0)

@@ -24,8 +24,9 @@ from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.tool import VERSION, Feedback, UserError, moved_paths
 
 GEOPACKAGE, POSES, SUMMARY, MANIFEST = "run.gpkg", "poses.parquet", "summary.json", "manifest.json"
-POSE_COLUMNS = ("log_id", "t_s", *"xyz", "xb", "yb", "zb", "xt", "yt", "zt", "speed_ms", "spin_rad_s", "clearance_m")
-SINGLE = ("speed_ms", "spin_rad_s", "clearance_m")  # float32 is plenty; positions in world coordinates need float64
+# float32 is plenty for these; positions in world coordinates need float64
+SINGLE = ("speed_ms", "spin_rad_s", "clearance_m", "height_m")
+POSE_COLUMNS = ("log_id", "t_s", *"xyz", "xb", "yb", "zb", "xt", "yt", "zt", *SINGLE)
 
 
 def pose_schema(crs: pyproj.CRS | None = None) -> pa.Schema:

@@ -24,7 +24,7 @@ import shapely
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.grid import Grid
-from deadwood_algorithms.files.rasters import write_bands, write_raster
+from deadwood_algorithms.files.rasters import write_bands
 from deadwood_algorithms.files.streams import Stream, write_geoparquet
 from deadwood_algorithms.files.vectors import write_vector
 from deadwood_algorithms.params.tool import Feedback, Outcome
@@ -71,6 +71,8 @@ MAPS = (
     ("energy_max", "float32", "kJ", "Largest kinetic energy of a log", "energy"),
     ("jump_max", "float32", "m", "Largest clearance between a log and the terrain", "jump"),
 )
+# And of those of two bands the second's values and description; its unit is the first's.
+SECOND = {"jump_max": ("height_max", "Greatest height of a log's centre of mass above the terrain")}
 ANY_COUNT = "Logs that passed and reached any line afterwards"
 BY_LOG = (
     "stop_reason",
@@ -85,6 +87,7 @@ BY_LOG = (
     "speed_mean",
     "energy_max",
     "jump_max",
+    "height_max",
     "tree_hits",
     "barrier_hits",
     "energy_error",
@@ -115,7 +118,12 @@ def pose_table(poses: Any, log_id: NDArray[np.int64], crs: pyproj.CRS) -> pa.Tab
     columns = {"log_id": log_id[poses.log_row], "t_s": poses.time}
     for ending, points in (("", poses.position), ("b", poses.base), ("t", poses.tip)):
         columns |= {axis + ending: points[:, k] for k, axis in enumerate("xyz")}
-    columns |= {"speed_ms": poses.speed, "spin_rad_s": poses.spin, "clearance_m": poses.clearance}
+    columns |= {
+        "speed_ms": poses.speed,
+        "spin_rad_s": poses.spin,
+        "clearance_m": poses.clearance,
+        "height_m": poses.height,
+    }
     schema = pose_schema(crs)
     return pa.table([pa.array(columns[each.name], each.type) for each in schema], schema=schema)
 
@@ -238,6 +246,7 @@ def deposits_frame(layers: SceneLayers, releases: Releases, by_log: Mapping[str,
         "speed_mean_ms": by_log["speed_mean"],
         "energy_max_kj": by_log["energy_max"] / 1000.0,
         "jump_max_m": by_log["jump_max"],
+        "height_max_m": by_log["height_max"],
         "tree_hits": by_log["tree_hits"],
         "barrier_hits": by_log["barrier_hits"],
         "energy_error_rel": by_log["energy_error"],
@@ -421,17 +430,22 @@ def write_maps(folder: Path, total: Mapping[str, NDArray], grid: Grid, n_logs: i
     in the shares."""
     values = {**total, "reach_probability": shares_of(total["hit_count"], n_logs, np.isnan(grid.values))}
     for name, kind, units, meaning, style in MAPS:
-        write_raster(
+        bands = {described: values[each] for each, described in bands_of(name, meaning)}
+        write_bands(
             folder / f"{name}.tif",
-            values[name],
+            bands,
             grid,
             nodata=nodata_of(name, kind, windowed=grid.whole is not None),
             dtype=kind,
-            units=units,
-            description=meaning,
+            units=[units] * len(bands),
             style=style,
         )
     return {row[0]: f"{row[0]}.tif" for row in MAPS}
+
+
+def bands_of(name: str, meaning: str) -> list[tuple[str, str]]:
+    """What the bands of a map hold, by its name among the totals, and their descriptions."""
+    return [(name, meaning), *([SECOND[name]] if name in SECOND else [])]
 
 
 def shares_of(hits: NDArray[np.uint32], n_logs: int, outside: NDArray[np.bool_]) -> NDArray[np.float32]:

@@ -61,11 +61,21 @@ RUN_RASTERS = (
     ),
     _one("speed_max", "Largest speed of a log over the cell", "Largest speed of a log over the cell", "m/s"),
     _one("energy_max", "Largest kinetic energy of a log", "Largest kinetic energy of a log over the cell", "kJ"),
-    _one(
-        "jump_max",
-        "Largest clearance between a log and the terrain",
-        "Largest clearance between a log over the cell and the terrain",
-        "m",
+    RasterFile(
+        name="jump_max",
+        meaning="How high logs jump over the cell",
+        bands=(
+            Band(
+                name="Largest clearance between a log and the terrain",
+                meaning="Largest clearance between a log over the cell and the terrain",
+                unit="m",
+            ),
+            Band(
+                name="Greatest height of a log's centre of mass above the terrain",
+                meaning="Greatest height above the terrain of the centre of mass of a log that covers the cell",
+                unit="m",
+            ),
+        ),
     ),
 )
 DANGER = RasterFile(

@@ -64,6 +64,7 @@ DEPOSITS = Layer(
         a_number("speed_mean_ms", "Path over duration; of a log at its time limit also the minutes of slow rolling", 0),
         a_number("energy_max_kj", "Largest kinetic energy, of translation and rotation", 0),
         a_number("jump_max_m", "Largest clearance between the log and the terrain", 0),
+        a_number("height_max_m", "Greatest height of the log's centre of mass above the terrain"),
         a_count("tree_hits", "How many trees, standing or lying, and boulders it hit"),
         a_count("barrier_hits", "How many barriers it hit"),
         a_number("energy_error_rel", "Energy gained by the numbers, relative to the energy turned over"),
@@ -108,6 +109,7 @@ POSES = Layer(
         a_number("speed_ms", "Speed of the centre of mass", 0),
         a_number("spin_rad_s", "Rate of rotation", 0),
         a_number("clearance_m", "Lowest gap between log and terrain"),
+        a_number("height_m", "Height of the centre of mass above the terrain"),
     ),
 )
 

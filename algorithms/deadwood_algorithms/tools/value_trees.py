@@ -144,8 +144,8 @@ def value_planted(
     from deadwood_algorithms.evaluate.protection.effect import AgainWith, logs_near, tasks_of, worths
     from deadwood_algorithms.evaluate.protection.obstacles import with_candidates
 
-    _, found = with_candidates(layers, could)
-    near, layers = logs_near(question, layers, found, could.widest_radius, feedback)
+    both, found = with_candidates(layers, could)
+    near, layers = logs_near(question, layers, both, found, could.widest_radius, feedback)
     again = AgainWith(question, layers, known, lambda on: with_candidates(on, could))
     changes = again.all(tasks_of(again.found, near), feedback, f"sliding with each of {len(again.found)}")
     return worths(question, layers, known, again.found, changes, planted=True)

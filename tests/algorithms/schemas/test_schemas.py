@@ -18,10 +18,10 @@ COLUMNS = {
     "barriers": "barrier_id height_m",
     "lines": "line_id name",
     "deposits": "log_id release_id release_x release_y release_z stop_reason stop_id duration_s path_m runout_m fall_m "
-    "bearing_deg heading_deg tilt_deg speed_max_ms speed_mean_ms energy_max_kj jump_max_m tree_hits barrier_hits "
-    "energy_error_rel penetration_max_m",
+    "bearing_deg heading_deg tilt_deg speed_max_ms speed_mean_ms energy_max_kj jump_max_m height_max_m tree_hits "
+    "barrier_hits energy_error_rel penetration_max_m",
     "trajectories": "log_id release_id duration_s speed_max_ms",
-    "poses": "log_id t_s x y z xb yb zb xt yt zt speed_ms spin_rad_s clearance_m",
+    "poses": "log_id t_s x y z xb yb zb xt yt zt speed_ms spin_rad_s clearance_m height_m",
 }
 
 

@@ -119,6 +119,38 @@ def test_what_is_left_is_what_whole_runs_leave(case, bare, lines, tmp_path, tree
     assert by_line == {each["line_id"]: each["n_reach"] for each in summary(then)["reach"]}
 
 
+@pytest.mark.parametrize("fidelity", ["draft", "standard"])
+def test_long_logs_that_lie_askew_go_as_in_whole_runs(case, tmp_path, fidelity):
+    """Of 30 m: the box of such a log reaches plates that it comes nowhere near, which then shortened its steps."""
+    more = {"lines": case.lines, "trees": case.trees, "length_m": 30.0, "fidelity": fidelity, "trajectories": "none"}
+    run = case.run(output=str(tmp_path / "run"), **more)
+    shapes = [shapely.LineString([(a, b), (a + 5.0, b)]) for a, b in ((8.0, 48.0), (14.0, 60.0), (40.0, 52.0))]
+    could = write_layer(tmp_path / "could.gpkg", shapes, barrier_id=["a", "b", "c"], height_m=[3.0] * 3)
+    table, _, _ = site(run, tmp_path / "out", candidates=could)
+    alone = table[table["step"] == 0]
+    assert (alone["n_near"] < LOGS).all(), "every log is slid again: what is left out is not tested"
+    for row in alone.itertuples():
+        frame = gpd.read_file(could)
+        name = row.barrier_id.split()[0]
+        frame[frame["barrier_id"] == name].assign(barrier_id=row.barrier_id).to_file(tmp_path / "one.gpkg")
+        then = case.run(output=str(tmp_path / "then"), overwrite=True, barriers=str(tmp_path / "one.gpkg"), **more)
+        check(row, run, then, row.barrier_id)
+
+
+def test_the_first_barrier_from_which_logs_rebound_shortens_every_step(case, lines, tmp_path):
+    """And so changes the way of logs that come nowhere near it; before, of these none was slid again."""
+    more = {"lines": case.lines, "trees": case.trees, "trajectories": "none", "barrier_restitution": 0.3}
+    run = case.run(output=str(tmp_path / "run"), **more)
+    table, _, _ = site(run, tmp_path / "out", candidates=lines, height_m="3")
+    assert table["n_near"].eq(LOGS)[table["step"] == 0].all()
+    row: Any = next(table[table["step"] == 0].itertuples())
+    one = gpd.read_file(lines)
+    one = one[one["barrier_id"] == row.barrier_id.split()[0]].assign(height_m=3.0, barrier_id=row.barrier_id)
+    one.to_file(tmp_path / "one.gpkg", driver="GPKG")
+    then = case.run(output=str(tmp_path / "then"), barriers=str(tmp_path / "one.gpkg"), **more)
+    check(row, run, then, row.barrier_id)
+
+
 def test_the_best_alone_is_the_first_chosen(bare, lines, tmp_path):
     table, frame, facts = site(bare, tmp_path / "out", candidates=lines, height_m="1,3")
     alone, first = table[table["step"] == 0], table[table["step"] == 1].iloc[0]

@@ -127,6 +127,14 @@ def test_the_rasters(full):
     deposits = layer(full, "deposits")
     assert np.nanmax(maps["speed_max"]) == pytest.approx(deposits["speed_max_ms"].max(), rel=1e-3)
     assert np.nanmax(maps["energy_max"]) == pytest.approx(deposits["energy_max_kj"].max(), rel=1e-3)
+    assert np.nanmax(maps["jump_max"]) == pytest.approx(deposits["jump_max_m"].max(), rel=1e-6)
+    with rasterio.open(full / "jump_max.tif") as source:
+        assert source.descriptions[1] == "Greatest height of a log's centre of mass above the terrain"
+        assert source.units == ("m", "m")
+        height = source.read(2)
+        assert np.array_equal(np.isnan(height), untouched)
+        assert np.nanmax(height) == pytest.approx(deposits["height_max_m"].max(), rel=1e-6)
+        assert (height > maps["jump_max"])[~untouched].mean() > 0.9  # over the log's middle, not below its underside
     with rasterio.open(full / "energy_max.tif") as source:
         assert source.units == ("kJ",)
         assert source.crs.to_epsg() == 2056

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import sqlite3
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +17,10 @@ from slope_case import EAST, NORTH, Case, layer, points, write_layer
 from deadwood_algorithms.evaluate.protection import effect
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.scene import layers, reach
-from deadwood_algorithms.simulate import windows
+from deadwood_algorithms.simulate import sliding, windows
 from deadwood_algorithms.stats.statistics import paired_interval
 from deadwood_algorithms.tools import value_trees
+from deadwood_engine.limits import NEAR_MARGIN
 
 LINES = ["road", "house"]
 
@@ -238,6 +240,45 @@ def test_what_is_planted_holds_what_whole_runs_with_it_say(case, tmp_path, trees
         differing += after != before
         check(found[(found["kind"] == "lying_log") & (found["id"] == str(row + 7))], before, after, "n_reach_with", -1)
     assert differing > 2
+
+
+def test_no_log_that_would_list_a_candidate_is_left_out(case, monkeypatch, tmp_path, said):
+    """812 candidates all over the slope, against poses two centimetres apart: whoever's axis comes within the engine's
+    margin of one is slid again with it, at the run's fidelity. And asked with steps and outlines as short as those, no
+    log that keeps 20 cm farther away: what the margin has beside the engine's is for these alone.
+    """
+    run = case.run(output=str(tmp_path / "run"), lines=case.lines, trees=case.trees, trajectories="none")
+    spots = [(3.0 + 2.0 * k, 8.0 + 3.1 * j) for k in range(28) for j in range(29)]
+    sizes = {"dbh_cm": np.full(len(spots), 30.0), "height_m": np.full(len(spots), 20.0)}
+    plant = write_layer(tmp_path / "plant.gpkg", points(*spots), tree_id=np.arange(len(spots)), **sizes)
+    told: list[Any] = []
+
+    def caught(question, layers, both, found, widest, feedback):
+        short = replace(question, fidelity=question.fidelity._replace(trace_cells=0.02, travel_cells=0.05))
+        near = [logs_near(each, layers, both, found, widest, feedback)[0] for each in (question, short)]
+        told.append((question, short, layers, found, widest, near))
+        raise UserError("enough")
+
+    logs_near = effect.logs_near
+    monkeypatch.setattr(effect, "logs_near", caught)
+    with pytest.raises(UserError, match="enough"):
+        value_trees.TOOL(run=str(run), output=str(tmp_path / "v.gpkg"), plant=plant)
+    question, short, layers, found, widest, near = told[0]
+    keep, outside = np.ones(len(question.releases), bool), [0, 0]
+    for each, told_near in zip((question, short), near, strict=True):
+        row = each.fidelity._replace(trace_cells=0.02)
+        report = sliding.reporter(said, keep.size, "")
+        result, _ = sliding.slide_once(layers, each.releases.logs, row, each.ask, report, keep_poses=keep)
+        poses = result.poses
+        tree = shapely.STRtree(shapely.linestrings(np.stack([poses.base[:, :2], poses.tip[:, :2]], axis=1)))
+        reach = widest + 0.5 * float(each.releases.logs.diameter.max()) + NEAR_MARGIN
+        for one, rows in zip(found, told_near, strict=True):
+            listed = set(poses.log_row[tree.query(one.shape, "dwithin", reach)].tolist())
+            assert listed <= set(rows.tolist())
+            if each is short:
+                assert set(rows.tolist()) <= set(poses.log_row[tree.query(one.shape, "dwithin", reach + 0.2)].tolist())
+            outside[each is short] += len(rows) < keep.size
+    assert min(outside) > 100
 
 
 def test_a_run_that_was_moved_with_its_inputs_is_found(case, tmp_path):

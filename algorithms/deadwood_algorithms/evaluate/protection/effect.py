@@ -34,8 +34,8 @@ from deadwood_algorithms.simulate.piece import scene_without
 from deadwood_algorithms.simulate.sliding import reporter, slide_batch, slide_once, until_none_escapes
 from deadwood_algorithms.simulate.windows import read_released_scene, wider_scene
 from deadwood_algorithms.stats.statistics import paired_interval
-from deadwood_engine import STOP_REASONS, Fidelity, Result, Stages, Start, place_logs
-from deadwood_engine.fidelity import trace_step
+from deadwood_engine import STOP_REASONS, Fidelity, Result, Stages, Start, fidelity_in, place_logs
+from deadwood_engine.fidelity import longest_travel, trace_step
 from deadwood_engine.limits import NEAR_MARGIN
 from deadwood_engine.log_body import BASE_RADIUS
 from deadwood_engine.stages import number_of as owner_numbers
@@ -55,7 +55,19 @@ class Question:
 
     def longest_step(self, cell: float) -> float:
         """The most way [m] of a log in a step."""
-        return self.fidelity.travel_cells * cell
+        return longest_travel(self.fidelity, cell)
+
+    def rule_of_steps(self, layers: SceneLayers) -> tuple[Fidelity, bool]:
+        """What decides in a scene how long every step is, wherever the log is: whether anything rebounds there, and,
+        where a step may be longer than what is left of the list's margin, whether there is any obstacle at all.
+
+        In two scenes of one rule a log that comes near nothing that only one of them holds goes the same way, bit for
+        bit; in two of different rules no log need do so.
+        """
+        laws = self.ask.laws()
+        stems, fences = laws["tree_restitution"], laws["barrier_restitution"]
+        row = fidelity_in(layers.scene, self.fidelity, laws["restitution"], stems, fences)
+        return row, self.longest_step(layers.dem.cell) > 0.5 * NEAR_MARGIN and is_bare(layers)
 
 
 def asked_again(
@@ -119,11 +131,8 @@ class Known:
 
 
 def logs_to_slide(question: Question, layers: SceneLayers, known: Known, obstacle: Obstacle) -> NDArray[np.int64]:
-    """Rows of the logs that could reach other lines without an obstacle.
-
-    Where a step may be longer than what is left of the list's margin, the scene's last obstacle bounds every step.
-    """
-    if question.longest_step(layers.dem.cell) > 0.5 * NEAR_MARGIN and is_bare(without(layers, obstacle.owners)):
+    """Rows of the logs that could reach other lines without an obstacle: all, if it is the last of what rules steps."""
+    if question.rule_of_steps(without(layers, obstacle.owners)) != question.rule_of_steps(layers):
         return np.arange(len(question.releases))
     return known.logs_to_slide(obstacle)
 
@@ -284,9 +293,10 @@ class Again:
         return np.pad(inside, ((0, 0), (0, len(self.layers.watched))), constant_values=True)
 
     def stages_of(self, scene: SceneLayers, task: Task) -> dict[str, Any]:
-        """From where the logs can go on. In a scene without any obstacle other rules hold for steps
-        (``logs_to_slide``), and stages are of one window."""
-        if self.others is not None or self.layers is not self.known.layers or is_bare(scene):
+        """From where the logs can go on: where the same rule holds for steps, for stages are of one window and rule."""
+        if self.others is not None or self.layers is not self.known.layers:
+            return {}
+        if is_bare(scene) or self.question.rule_of_steps(scene) != self.question.rule_of_steps(self.layers):
             return {}
         stages = self.known.stages
         return {"stages": stages, "going_on": stages.before(task.rows, task.obstacle.owners)}
@@ -425,15 +435,20 @@ def ranks(gains: Sequence[float], worths: Sequence[Worth]) -> NDArray[np.int64]:
 
 
 def logs_near(
-    question: Question, layers: SceneLayers, candidates: Sequence[Obstacle], widest: float, feedback: Feedback
+    question: Question,
+    layers: SceneLayers,
+    both: SceneLayers,
+    candidates: Sequence[Obstacle],
+    widest: float,
+    feedback: Feedback,
 ) -> tuple[list[NDArray[np.int64]], SceneLayers]:
     """The logs that each candidate could matter to: whose axis came so near that it would have been listed.
 
-    widest : [m] largest radius of a candidate. Between two kept poses the ends move by less than ``trace_step`` and a
-    step, and the pose ahead is another step away.
+    both : the scene with the candidates; widest : [m] largest radius of a candidate. Between two kept poses the ends
+    move by less than ``trace_step`` and a step, and the pose ahead is another step away.
     """
     cell, n = layers.dem.cell, len(question.releases)
-    if is_bare(layers) and question.longest_step(cell) > 0.5 * NEAR_MARGIN:  # as in ``logs_to_slide``
+    if question.rule_of_steps(both) != question.rule_of_steps(layers):
         return [np.arange(n) for _ in candidates], layers
     near: list[list[NDArray[np.int64]]] = [[] for _ in candidates]
     shapes = np.array([each.shape for each in candidates], object)

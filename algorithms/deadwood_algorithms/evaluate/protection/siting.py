@@ -2,7 +2,8 @@
 
 All candidates' lines, and a zone around each, are watched while the logs slide. A log whose outline never touches the
 zone keeps every bit of its way when the barrier is put there, for the engine lists an obstacle, and lets it shorten a
-step, only within ``NEAR_MARGIN`` of the log's axis (``logs_near`` of `worth` argues the same from poses). The others
+step, only within ``NEAR_MARGIN`` of the log's surface in plan (``cores.near``; ``logs_near`` of `worth` argues the same
+from poses), unless it is the first whose presence alone makes steps shorter (``Question.rule_of_steps``). The others
 slide again in the scene with the barrier; while they do, the zones tell near which other candidates their new ways
 come. So at any time it is known of each log what it does with the barriers chosen so far, and where else it comes.
 """
@@ -18,7 +19,7 @@ import shapely
 from numpy.typing import NDArray
 
 from deadwood_algorithms.evaluate.protection.candidate_barriers import Candidate, with_barriers
-from deadwood_algorithms.evaluate.protection.effect import CHUNK, Question, is_bare, without
+from deadwood_algorithms.evaluate.protection.effect import CHUNK, Question, without
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.layers import SceneLayers
@@ -169,6 +170,8 @@ class Siting:
         marks, items = as_lines([*self.shapes, *(shapely.Polygon(each.exterior) for each in zones)])
         self.watched = both.with_lines_before(marks, items)
         self.rows = [np.flatnonzero(both.barriers.item == self.own + k) for k in range(len(self.candidates))]
+        # two barriers rule no more than one: whatever is chosen, the next is not the first
+        self.first_rules = question.rule_of_steps(self.watched) != question.rule_of_steps(self.with_only(()))
 
     def missing(self, chosen: Sequence[int]) -> NDArray[np.int64]:
         """The numbers of all candidates' barriers but these."""
@@ -239,9 +242,8 @@ class Siting:
         )  # fmt: skip
 
     def rows_near(self, ways: Ways, chosen: Sequence[int], number: int) -> NDArray[np.int64]:
-        """The logs that a candidate could matter to: all, where it would be the first obstacle and steps are long."""
-        long = self.question.longest_step(self.plain.dem.cell) > 0.5 * NEAR_MARGIN
-        if long and is_bare(self.with_only(chosen)):
+        """The logs that a candidate could matter to: all, where the first barrier changes every step."""
+        if not chosen and self.first_rules:
             return np.arange(len(ways.reach))
         return np.flatnonzero(ways.near[:, self.place[number]])
 

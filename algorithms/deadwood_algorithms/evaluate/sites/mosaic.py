@@ -24,10 +24,25 @@ from deadwood_algorithms.files.grid import Grid, Part
 from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
 from deadwood_algorithms.results.danger import ANY, COUNT, STYLE, danger_bands, units_of
 from deadwood_algorithms.results.run_folder import read_manifest
-from deadwood_algorithms.results.writing import ANY_COUNT, MAPS, nodata_of, shares_of, write_danger, write_maps
+from deadwood_algorithms.results.writing import (
+    ANY_COUNT,
+    MAPS,
+    bands_of,
+    nodata_of,
+    shares_of,
+    write_danger,
+    write_maps,
+)
 from deadwood_algorithms.scene.reach import WHOLE_CELLS
 
-COUNTS, MAXIMA = ("hit_count", "deposit_count"), ("speed_max", "energy_max", "jump_max")
+COUNTS = ("hit_count", "deposit_count")
+# Of which file, and which band of it, each is
+MAXIMA = {
+    each: (name, number)
+    for name, _, _, meaning, _ in MAPS
+    if name.endswith("_max")
+    for number, (each, _) in enumerate(bands_of(name, meaning), start=1)
+}
 DANGER_COUNT = "danger_count.tif"
 
 
@@ -103,9 +118,9 @@ def merged_values(
         columns = slice(own.column - window.column, own.column - window.column + own.columns)
         for name in COUNTS:
             total[name][rows, columns] += band_of(piece, f"{name}.tif", own)
-        for name in MAXIMA:
+        for name, (file, number) in MAXIMA.items():
             here = total[name][rows, columns]
-            np.fmax(here, band_of(piece, f"{name}.tif", own), out=here)
+            np.fmax(here, band_of(piece, f"{file}.tif", own, number), out=here)
         outside[rows, columns] |= np.isnan(band_of(piece, "reach_probability.tif", own))
         for number in range(len(lines) + 1 if lines else 0):
             total["danger"][number, rows, columns] += band_of(piece, DANGER_COUNT, own, number + 1)
@@ -130,7 +145,11 @@ def _merge_by_windows(
 ) -> dict[str, str]:
     """The same where the runs are too far apart to be held at once: tile by tile of those that any run has stored."""
     frame, logs = pieces[0].grid, sum(each.logs for each in pieces)
-    rows = {name: (kind, [units], [meaning], style) for name, kind, units, meaning, style in MAPS}
+    named = {name: bands_of(name, meaning) for name, _, _, meaning, _ in MAPS}
+    rows = {
+        name: (kind, [units] * len(named[name]), [each for _, each in named[name]], style)
+        for name, kind, units, _, style in MAPS
+    }
     if lines:
         names = [ANY, COUNT, *lines]
         rows["danger"] = ("float32", units_of(names), names, STYLE)
@@ -152,7 +171,7 @@ def _merge_by_windows(
                 raise Cancelled
             total, outside = merged_values(pieces, parts, window, lines)
             values = {**total, "reach_probability": shares_of(total["hit_count"], logs, outside)}
-            bands = {name: values[name][None] for name in rows if name != "danger"}
+            bands = {name: np.stack([values[each] for each, _ in named[name]]) for name in named}
             if lines:
                 found = danger_bands(total["hit_count"], total["danger"], lines, danger_least)
                 bands["danger"] = np.stack(list(found.values()))
