@@ -13,11 +13,13 @@ import functools
 import hashlib
 import json
 import math
+import multiprocessing
 import os
 import platform
 import subprocess
 import time
 from collections.abc import Iterable
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -37,6 +39,7 @@ from .settings import SETTINGS, Setting
 HERE = Path(__file__).parent
 RESULTS, WORK = HERE / "results.json", HERE / ".work"
 BLOCK = 200  # logs a block
+FAILED = deadwood_engine.STOP_REASONS.index("failed")
 TIME_LIMIT = 120.0  # [s] of sliding: on all slopes but the plane no log reaches another line after that
 LEAST_RUNOUT = 5.0  # [m] nearer deposits have no direction worth counting
 MOST_IN_ENERGY_DISTANCE = 4000  # logs; its work grows with their square
@@ -80,6 +83,7 @@ def folder_of(name: str, setting: Setting) -> Path:
         TIME_LIMIT,
         setting.options,
         setting.vertices,
+        setting.posture,
     )
     return WORK / f"{name}-{setting.name.replace(' ', '_')}-{hashlib.sha256(repr(what).encode()).hexdigest()[:12]}"
 
@@ -109,6 +113,7 @@ def slide_logs(name: str, setting: Setting, logs: Logs, **more: Any) -> Result:
     """Slide logs as the setting wants it."""
     shape = scenes.rings(setting.vertices) if setting.vertices else None
     chosen = logs if setting.vertices is None else scenes.alike(logs)
+    chosen = chosen if setting.posture is None else scenes.in_posture(chosen, setting.posture)
     options: dict[str, Any] = dict(setting.options) | more
     return slide(build_for(name, setting).scene, chosen, setting.fidelity, shape=shape, **options)
 
@@ -331,33 +336,45 @@ def add_section(name: str, found: dict[str, Any]) -> None:
     write_results(read_results() | {name: found | {"source": provenance()}})
 
 
-def summarise(names: list[str], settings: list[Setting], say=print) -> None:
-    """Measure all that has been slid and merge it into the results file, entry by entry."""
+@functools.lru_cache(maxsize=2)  # what others of the scene are compared with
+def _base(name: str, which: str) -> Sample | None:
+    return load(name, SETTINGS[which])
+
+
+def entry_of(name: str, which: str) -> dict[str, Any] | None:
+    """All that is measured of a scene in a setting; None where nothing has been slid."""
+    setting, sample = SETTINGS[which], load(name, SETTINGS[which])
+    if sample is None:
+        return None
+    entry: dict[str, Any] = {"fidelity": setting.fidelity._asdict(), **describe(name, sample)}
+    if setting.against != setting.name and (base := _base(name, setting.against)) is not None:
+        entry["against"], entry["error"] = setting.against, compare(name, sample, base)
+    if setting.group == "refined" and (coarse := _base(name, "standard")) is not None:
+        blocks = min(len(coarse.cost), len(sample.cost))
+        depth, finer = (each.head(blocks).fields["penetration_max"] for each in (coarse, sample))
+        entry["penetration_fall"] = measures.fall_of_median(depth, finer, round(-math.log2(setting.value)))
+    return entry
+
+
+def summarise(names: list[str], settings: list[Setting], *, threads: int = 1, say: Any = print) -> None:
+    """Measure all that has been slid and merge it into the results file, entry by entry; in so many processes."""
     results, source = read_results(), provenance()
     common = {
         "seed": scenes.SEED, "block": BLOCK, "time_limit_s": TIME_LIMIT,
         "scenes": {c.name: {"title": c.title, "friction": c.friction, "line_y": c.line} for c in scenes.CASES.values()},
     }  # fmt: skip
     results |= common
+    slid = [(name, each.name) for name in names for each in settings if blocks_done(name, each)]
+    with ProcessPoolExecutor(threads, multiprocessing.get_context("spawn")) as pool:
+        for (name, which), entry in zip(
+            slid, pool.map(entry_of, *zip(*slid, strict=True)) if slid else (), strict=True
+        ):
+            if entry is not None:
+                results["entries"].setdefault(name, {})[which] = entry | {"source": source}
+                say(f"measured {name} {which}: {entry['logs']} logs")
     for name in names:
-        loaded = functools.cache(lambda which, name=name: load(name, SETTINGS[which]))
-        for setting in settings:
-            sample = load(name, setting)
-            if sample is None:
-                continue
-            entry: dict[str, Any] = {"fidelity": setting.fidelity._asdict(), **describe(name, sample), "source": source}
-            if setting.against != setting.name:
-                base = loaded(setting.against)
-                if base is not None:
-                    entry["against"], entry["error"] = setting.against, compare(name, sample, base)
-            if setting.group == "refined" and (coarse := loaded("standard")) is not None:
-                blocks = min(len(coarse.cost), len(sample.cost))
-                depth, finer = (each.head(blocks).fields["penetration_max"] for each in (coarse, sample))
-                entry["penetration_fall"] = measures.fall_of_median(depth, finer, round(-math.log2(setting.value)))
-            results["entries"].setdefault(name, {})[setting.name] = entry
-            say(f"measured {name} {setting.name}: {entry['logs']} logs")
         mine = results["entries"].get(name, {})
         # settings that the study no longer has, and what an engine before this one did
         for gone in [n for n in mine if n not in SETTINGS or mine[n]["source"]["engine"] != source["engine"]]:
             del mine[gone]
-        write_results(results)
+    write_results(results)
