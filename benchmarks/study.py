@@ -7,7 +7,6 @@ The figures that come out, with where they come from, go to ``results.json``.
 
 from __future__ import annotations
 
-import ast
 import datetime
 import functools
 import hashlib
@@ -32,6 +31,7 @@ import deadwood_engine
 from deadwood_algorithms.numbers.directions import quantile_arc
 from deadwood_algorithms.numbers.statistics import wilson_interval
 from deadwood_engine import Logs, Rasters, Result, Scene, slide, station_spacing
+from deadwood_engine.digest import digest_of
 
 from . import measures, scenes
 from .settings import SETTINGS, Setting
@@ -53,15 +53,11 @@ KEPT = (
 def engine_digest(*, barriers: bool = True) -> str:
     """Digest of what the engine's sources say to the machine: results of another engine are another study's.
 
-    Of their syntax trees, so that a comment voids nothing. Without fidelity.py: a setting's numbers are in the digest
-    of its runs, so a new row does not void the others. On request without barriers.py, which scenes without barriers
-    do not run.
+    Without fidelity.py: a setting's numbers are in the digest of its runs, so a new row does not void the others. On
+    request without barriers.py, which scenes without barriers do not run.
     """
-    digest, left_out = hashlib.sha256(), {"fidelity.py"} | (set() if barriers else {"barriers.py"})
-    for source in sorted(Path(deadwood_engine.__file__).parent.glob("*.py")):
-        if source.name not in left_out:
-            digest.update(ast.dump(ast.parse(source.read_bytes())).encode())
-    return digest.hexdigest()[:16]
+    left_out = {"fidelity.py"} | (set() if barriers else {"barriers.py"})
+    return digest_of(Path(deadwood_engine.__file__).parent, without=left_out)
 
 
 def build_for(name: str, setting: Setting) -> scenes.Built:
