@@ -6,6 +6,7 @@ python -m benchmarks --only posture noise              these parts of the plan a
 python -m benchmarks --minutes 30                      no new block after half an hour; run it again to go on
 python -m benchmarks slide --scenes forest --settings draft standard reference --logs 40000
 python -m benchmarks extras | peers                    the small studies anew | other engines
+python -m benchmarks same-bits --engine PATH           is this engine the other checkout's, bit for bit?
 python -m benchmarks page                              page and figures anew from results.json
 """
 
@@ -13,8 +14,9 @@ from __future__ import annotations
 
 import argparse
 import time
+from pathlib import Path
 
-from . import peers, plan, scenes, study
+from . import peers, plan, same_bits, scenes, study
 from .settings import FACTORS, SETTINGS
 
 
@@ -22,7 +24,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    jobs = ("all", "slide", "measure", "extras", "peers", "page")
+    jobs = ("all", "slide", "measure", "extras", "peers", "same-bits", "page")
     parser.add_argument("job", nargs="?", default="all", choices=jobs)
     parser.add_argument("--logs", type=int, default=400, help=f"slide: a scene and setting, in blocks of {study.BLOCK}")
     parser.add_argument("--scenes", nargs="+", default=list(scenes.CASES), choices=list(scenes.CASES))
@@ -31,6 +33,7 @@ def main() -> None:
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--minutes", type=float, default=1e6, help="start no new block after so long")
     parser.add_argument("--only", nargs="+", default=[], metavar="NAME", help="all: parts of the plan, small studies")
+    parser.add_argument("--engine", type=Path, metavar="PATH", help="same-bits: root of another checkout")
     parser.add_argument("--dry", action="store_true", help="all: only say what is missing and how long it takes")
     parser.add_argument("--no-page", action="store_true", help="slide only")
     ask = parser.parse_args()
@@ -44,6 +47,11 @@ def main() -> None:
         study.summarise(list(scenes.CASES), list(SETTINGS.values()), threads=ask.threads)
     if ask.job == "extras":
         plan.do_sections(list(plan.SECTIONS), threads=ask.threads)
+    if ask.job == "same-bits":
+        if ask.engine is None:
+            parser.error("same-bits needs --engine PATH, the root of another checkout")
+        if not same_bits.compare(ask.engine.resolve()):
+            raise SystemExit(1)
     if ask.job == "peers":
         study.add_section("peers", peers.compare())
     if not ask.no_page and not ask.dry:

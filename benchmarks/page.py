@@ -40,7 +40,15 @@ def provenance(results: Row) -> str:
             engines.setdefault((source["date"], source["commit"], source["engine"]), set()).add(what)
     for (date, commit, engine), what in sorted(engines.items(), key=lambda item: len(item[1])):
         lines.append(f"- engine of commit {commit} (sources {engine}), {date}: {', '.join(sorted(what))}")
-    if (now := study.engine_digest()) not in {engine for _, _, engine in engines}:
+    certified = [each for each in results.get("same_bits", []) if each["as"] in study.engines_of(results)]
+    for each in certified:
+        lines.append(
+            f"- **the engine of sources {each['engine']} gives the same bits** as the measured one ({each['as']}): "
+            f"every array of {each['combinations']} combinations of scene, fidelity and law with {each['logs']} logs "
+            f"each, compared on {each['date']}. What is said here of one holds for the other"
+        )
+    now = study.engine_digest()
+    if now not in study.engines_of(results) | {each["engine"] for each in certified}:
         lines.append(f"- **the engine has changed since** (sources now {now}); `python -m benchmarks` measures it anew")
     if len(engines) > 1:
         lines.append("- **several engines**: rows are comparable within a line above; `python -m benchmarks` mends it")

@@ -99,7 +99,7 @@ def outlook(parts: Sequence[Part] = PLAN) -> list[tuple[Part, int, float]]:
 
 def sections_due() -> list[str]:
     """Small studies that are not there, or of another engine."""
-    results, engine = study.read_results(), study.engine_digest()
+    results, engine = study.read_results(), study.measured_as()
     return [name for name in SECTIONS if results.get(name, {}).get("source", {}).get("engine") != engine]
 
 

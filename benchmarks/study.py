@@ -50,14 +50,55 @@ KEPT = (
 
 
 @functools.cache
-def engine_digest(*, barriers: bool = True) -> str:
-    """Digest of what the engine's sources say to the machine: results of another engine are another study's.
+def _digest(folder: Path, barriers: bool = True) -> str:
+    """Digest of what an engine's sources say to the machine: results of another engine are another study's.
 
     Without fidelity.py: a setting's numbers are in the digest of its runs, so a new row does not void the others. On
     request without barriers.py, which scenes without barriers do not run.
     """
-    left_out = {"fidelity.py"} | (set() if barriers else {"barriers.py"})
-    return digest_of(Path(deadwood_engine.__file__).parent, without=left_out)
+    return digest_of(folder, without={"fidelity.py"} | (set() if barriers else {"barriers.py"}))
+
+
+def engine_digest(*, barriers: bool = True) -> str:
+    """Digest of this engine."""
+    return _digest(Path(deadwood_engine.__file__).parent, barriers)
+
+
+def certificates() -> list[dict[str, Any]]:
+    """Engines that give the same bits as one that was measured (``same_bits``)."""
+    return read_results().get("same_bits", [])
+
+
+def measured_as(*, barriers: bool = True) -> str:
+    """Digest of the engine whose results are this one's: itself, or the measured one that gives the same bits."""
+    now = engine_digest()
+    found = next((each for each in certificates() if each["engine"] == now), None)
+    if found:
+        return found["as" if barriers else "as_without_barriers"]
+    return engine_digest(barriers=barriers)
+
+
+def engines_of(results: dict[str, Any]) -> set[str]:
+    """Digests of the engines that the entries were measured with."""
+    return {entry["source"]["engine"] for mine in results["entries"].values() for entry in mine.values()}
+
+
+def certify(folder: Path, *, combinations: int, logs: int) -> str:
+    """Note that this engine gives the same bits as the one in a folder, if that is as good as measured; says what."""
+    results, now, other = read_results(), engine_digest(), _digest(folder)
+    known = {each["engine"]: each for each in results.get("same_bits", [])}
+    measured = engines_of(results)
+    if now in measured:
+        return "this engine is the measured one"
+    found = {"as": other, "as_without_barriers": _digest(folder, False)}
+    if other in known:
+        found = {name: known[other][name] for name in found}
+    if found["as"] not in measured:
+        return f"nothing noted: that engine (sources {other}) is not the measured one"
+    row = {"engine": now, **found, "combinations": combinations, "logs": logs}
+    row |= {"date": datetime.date.today().isoformat()}
+    write_results(results | {"same_bits": [*(each for name, each in known.items() if name != now), row]})
+    return f"noted: sources {now} give the same bits as the measured {found['as']}"
 
 
 def build_for(name: str, setting: Setting) -> scenes.Built:
@@ -69,7 +110,7 @@ def folder_of(name: str, setting: Setting) -> Path:
     """Where the blocks of a scene in a setting are kept."""
     built = build_for(name, setting)
     spacing = station_spacing(setting.fidelity, built.cell)
-    engine = engine_digest(barriers=bool(built.case.fences))
+    engine = measured_as(barriers=bool(built.case.fences))
     what = (
         engine,
         built.digest,
@@ -284,7 +325,7 @@ def provenance() -> dict[str, str]:
     )
     return {
         "commit": commit[:12],
-        "engine": engine_digest(),
+        "engine": measured_as(),
         "machine": f"{os.cpu_count()} cores, {model}, {platform.system()} {platform.machine()}, shared with other work",
         "versions": f"Python {platform.python_version()}, NumPy {np.__version__}, Numba {numba.__version__}",
         "date": datetime.date.today().isoformat(),
@@ -373,4 +414,6 @@ def summarise(names: list[str], settings: list[Setting], *, threads: int = 1, sa
         # settings that the study no longer has, and what an engine before this one did
         for gone in [n for n in mine if n not in SETTINGS or mine[n]["source"]["engine"] != source["engine"]]:
             del mine[gone]
+    if "same_bits" in results:  # of engines whose results are here
+        results["same_bits"] = [each for each in results["same_bits"] if each["as"] in engines_of(results)]
     write_results(results)
