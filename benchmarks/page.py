@@ -40,7 +40,15 @@ def provenance(results: Row) -> str:
             engines.setdefault((source["date"], source["commit"], source["engine"]), set()).add(what)
     for (date, commit, engine), what in sorted(engines.items(), key=lambda item: len(item[1])):
         lines.append(f"- engine of commit {commit} (sources {engine}), {date}: {', '.join(sorted(what))}")
-    if (now := study.engine_digest()) not in {engine for _, _, engine in engines}:
+    certified = [each for each in results.get("same_bits", []) if each["as"] in study.engines_of(results)]
+    for each in certified:
+        lines.append(
+            f"- **the engine of sources {each['engine']} gives the same bits** as the measured one ({each['as']}): "
+            f"every array of {each['combinations']} combinations of scene, fidelity and law with {each['logs']} logs "
+            f"each, compared on {each['date']}. What is said here of one holds for the other"
+        )
+    now = study.engine_digest()
+    if now not in study.engines_of(results) | {each["engine"] for each in certified}:
         lines.append(f"- **the engine has changed since** (sources now {now}); `python -m benchmarks` measures it anew")
     if len(engines) > 1:
         lines.append("- **several engines**: rows are comparable within a line above; `python -m benchmarks` mends it")
@@ -240,6 +248,31 @@ def impact_table(results: Row) -> str:
     return table([*head, "at the time limit [%]"], rows)
 
 
+def rebound_table(results: Row) -> str:
+    """Logs that slide against a rigid barrier, by restitution and fidelity."""
+    rows = [
+        [f"{r['e']:g}", *_depths(r), f"{100 * r['overlap_m']:.1f}", str(r["through"]), _share(r["past"])]
+        for r in results.get("rebounds", {}).get("rows", [])
+    ]
+    head = ["restitution", *DEPTHS, "deepest in the barrier [cm]", "logs that are through it", "past it [%]"]
+    return table(head, rows)
+
+
+def noise_table(results: Row) -> str:
+    """Depth on ground of white noise, by fidelity."""
+    return table(DEPTHS, [_depths(r) for r in results.get("noise", {}).get("rows", [])])
+
+
+DEPTHS = ["fidelity", "logs", "CPU ms a log", "penetration: median [cm]", "99 %", "deepest", "deepest by sampling"]
+DEPTHS += ["energy error, largest", "failed logs"]
+
+
+def _depths(row: Row) -> list[str]:
+    deep = [f"{100 * row['penetration_m'][k]:.1f}" for k in ("median", "p99", "max")]
+    found = [f"`{row['fidelity']}`", str(row["logs"]), number(row["cpu_ms_per_log"]), *deep]
+    return [*found, f"{100 * row['sampled_m']['max']:.1f}", f"{row['energy_error']:.1g}", str(row["failed"])]
+
+
 def sensitive_table(results: Row) -> str:
     """All that was slid in the sensitive case."""
     rows = [
@@ -299,6 +332,11 @@ def page(results: Row) -> str:
         rolling=f"{ROLLING:g}",
         impacts=verdicts.impacts(results),
         impact_table=impact_table(results),
+        rebounds=verdicts.rebounds(results),
+        rebound_table=rebound_table(results),
+        noise=verdicts.noise(results),
+        noise_table=noise_table(results),
+        posture=verdicts.posture(results),
         sensitive=verdicts.sensitive(results),
         sensitive_table=sensitive_table(results),
         switch_table=switch_table(results),

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from . import extras, study
+from . import extras, harsh, study
 from .scenes import CASES
 from .settings import SETTINGS
 
@@ -43,9 +43,10 @@ PLAN = (
     Part("stems", _of("tree restitution", "tree friction"), FOREST, 2000, 1.0),
     Part("barriers", _of("barrier restitution", "barrier friction"), ("barriers",), 2000, 1.0),
     Part("restitution of the ground", _of("ground restitution"), USUAL, 2000, 1.2),
-    Part("the fidelities where things rebound", _of("impacts"), ("forest", "rough"), 3000, 3.3),
+    Part("posture of the released logs", _of("posture"), EVERYWHERE, 2000, 1.0),
+    Part("the fidelities where things rebound", _of("impacts"), ("forest", "rough"), 2000, 3.3),
     Part("smooth cone or rings in a forest", _of("rings"), ("forest",), 2000, 3.0),
-    Part("smooth cone or rings on open slopes", _of("rings"), ("rough", "sensitive"), 2000, 9.5),
+    Part("smooth cone or rings on open slopes", _of("rings"), ("rough", "sensitive"), 1000, 9.5),
     Part("the fidelities in forests, more logs", MAIN, FOREST, 20_000, 3.3),
     Part("the yardstick in forests, more logs", _of("friction"), FOREST, 6000, 1.0),
     Part("cells of the terrain model", _of("cell", "smooth"), USUAL, 400, 1.7),
@@ -66,17 +67,21 @@ SECTIONS: dict[str, tuple[Callable[..., dict[str, Any]], float]] = {
     "plane": (extras.on_the_plane, 100.0),
     "speed": (extras.speed, 250.0),
     "switches": (extras.switches, 120.0),
+    "rebounds": (harsh.rebounds, 80.0),
+    "noise": (harsh.ground_of_noise, 30.0),
 }
 
 
-def outlook() -> list[tuple[Part, int, float]]:
+def outlook(parts: Sequence[Part] = PLAN) -> list[tuple[Part, int, float]]:
     """Each part with the logs that it has yet to slide, of all its scenes and settings, and the CPU seconds for them.
 
-    By the first blocks of the same, where there are some, else by the pilots.
+    By the first blocks of the same, where there are some, else by what the results file says of an engine before, else
+    by the pilots.
     """
     found: list[tuple[Part, int, float]] = []
     there: dict[tuple[str, str], int] = {}
-    for part in PLAN:
+    measured = study.read_results()["entries"]
+    for part in parts:
         logs, cpu = 0, 0.0
         for name in part.settings:
             for scene in part.scenes:
@@ -84,16 +89,17 @@ def outlook() -> list[tuple[Part, int, float]]:
                 before = there.get((scene, name), study.BLOCK * study.blocks_done(scene, setting))
                 there[scene, name] = max(before, part.logs)
                 if part.logs > before:
+                    pilot = measured.get(scene, {}).get(name, {}).get("cpu_ms_per_log", PILOT_MS[scene] * part.ratio)
                     each = study.cost_of(scene, setting)
                     logs += part.logs - before
-                    cpu += (part.logs - before) * (1e-3 * PILOT_MS[scene] * part.ratio if each is None else each)
+                    cpu += (part.logs - before) * (1e-3 * pilot if each is None else each)
         found.append((part, logs, cpu))
     return found
 
 
 def sections_due() -> list[str]:
     """Small studies that are not there, or of another engine."""
-    results, engine = study.read_results(), study.engine_digest()
+    results, engine = study.read_results(), study.measured_as()
     return [name for name in SECTIONS if results.get(name, {}).get("source", {}).get("engine") != engine]
 
 
@@ -104,18 +110,34 @@ def do_sections(names: list[str], *, threads: int) -> None:
         study.add_section(name, SECTIONS[name][0](threads=threads))
 
 
-def whole(*, threads: int, until: float) -> None:
-    """All that the page needs and is not there yet: says how long it takes, then slides and measures."""
-    due, left = sections_due(), outlook()
+def chosen(names: Sequence[str]) -> tuple[list[Part], list[str]]:
+    """Parts of the plan and small studies by name (the first words of a part's do); all where there are none."""
+    if not names:
+        return list(PLAN), list(SECTIONS)
+    parts = [part for part in PLAN if any(part.what.startswith(name) for name in names)]
+    studies = [study for study in SECTIONS if study in names]
+    for name in names:
+        if name not in studies and not any(part.what.startswith(name) for part in parts):
+            known = "; ".join([part.what for part in PLAN] + list(SECTIONS))
+            raise SystemExit(f"no part of the plan and no small study is called {name!r}; there are: {known}")
+    return parts, studies
+
+
+def whole(*, threads: int, until: float, only: Sequence[str] = (), dry: bool = False) -> None:
+    """What the page needs and is not there yet, or these parts of it: says how long it takes, slides and measures."""
+    parts, studies = chosen(only)
+    due, left = [name for name in sections_due() if name in studies], outlook(parts)
     for part, logs, cpu in left:
         print(f"{part.what:45s} {logs:7d} logs to slide, about {cpu:6.0f} CPU s")
     cpu = sum(each for _, _, each in left) + sum(SECTIONS[name][1] for name in due)
     minutes = cpu / threads / 60.0
     print(f"small studies: {', '.join(due) or 'none'}; in all about {cpu:.0f} CPU s, {minutes:.0f} minutes", flush=True)
+    if dry:
+        return
     done = all(
         study.run(part.scenes, [SETTINGS[s] for s in part.settings], part.logs, threads=threads, until=until)
-        for part in PLAN
+        for part in parts
     )
-    study.summarise(list(CASES), list(SETTINGS.values()))
+    study.summarise(list(CASES), list(SETTINGS.values()), threads=threads)
     if done:
         do_sections(due, threads=threads)

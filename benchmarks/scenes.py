@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from deadwood_engine import Barriers, Lines, Logs, Scene, Shape, Trees
+from deadwood_engine.logs import LYING, UPRIGHT
 
 Array = NDArray[np.float64]
 
@@ -29,6 +30,7 @@ STEMS_PER_HA, DBH_MEAN, DBH_SD, DBH_LEAST = 200.0, 0.60, 0.19, 0.10  # the sizes
 LINES_Y = tuple(float(y) for y in (*range(260, 40, -20), 50, 40, 30, 20, 10))  # [m] lines whose reach is counted
 FAR_BANK, RISE = 60.0, np.tan(np.radians(14.0))  # [m] y where the ground beyond the gully begins to rise, and how
 RING_LOG = (0.6, 25.0, 0.5)  # [m] base diameter and length of the logs that are made of rings, and the rings' distance
+POSTURES = ("upright", "lying", "random-lying")  # as the releases' orientation calls them; lying: down the slope
 LINE_MARGIN = 1.0  # [m] between the ends of the lines and the sides of the DEM
 
 
@@ -196,6 +198,13 @@ def alike(logs: Logs) -> Logs:
     """The same releases, all of one size."""
     number = len(logs)
     return replace(logs, diameter=np.full(number, RING_LOG[0]), length=np.full(number, RING_LOG[1]))
+
+
+def in_posture(logs: Logs, posture: str) -> Logs:
+    """The same releases, all upright, all lying with the tip down the slope, or all lying towards any azimuth."""
+    lying = np.full(len(logs), UPRIGHT if posture == "upright" else LYING, np.int8)
+    azimuth = np.full(len(logs), np.pi) if posture == "lying" else logs.azimuth
+    return replace(logs, orientation=lying, azimuth=azimuth)
 
 
 @cache

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 from deadwood_engine import FIDELITIES, Fidelity
 
+from .scenes import POSTURES
+
 STANDARD, REFERENCE = FIDELITIES["standard"], FIDELITIES["reference"]
 REFINED = ("time_step", "travel_cells", "station_spacing", "spacing_cells", "coarse_cells")
 UNBOUND = 1e6  # travel in cells that never shortens a step
@@ -20,6 +22,7 @@ class Setting:
     cell, friction_change, smooth : changes of the scene (``scenes.build``)
     options : further arguments of ``slide``; where there are none, those that the product has
     vertices : None: the study's logs; 0: cones of one size, ``scenes.RING_LOG``; else rings of so many vertices of it
+    posture : how all logs are released (``scenes.POSTURES``); None: a third of them each upright, lying and tilted
     """
 
     name: str
@@ -32,6 +35,7 @@ class Setting:
     smooth: bool = False
     options: tuple[tuple[str, float], ...] = ()
     vertices: int | None = None
+    posture: str | None = None
 
 
 IMPACTS = (0.05, 0.2)  # [-] restitutions that are looked at
@@ -64,6 +68,7 @@ FACTORS: dict[str, tuple[str, str]] = {
     "ground restitution": ("restitution of the ground alone", "e"),
     "impacts": ("restitution of everything", "e"),
     "rings": ("smooth cone or rings of vertices", "vertices"),
+    "posture": ("how all logs are released", ""),
     "cell": ("DEM cell", "m"),
     "smooth": ("DEM refined by cubic splines", ""),
 }
@@ -130,6 +135,7 @@ def _all() -> list[Setting]:
     found += [Setting("cone", "rings", 0.0, STANDARD, "cone", vertices=0)]
     found += [Setting("cone, rolling 0", "rings", 0.0, STANDARD, "cone", vertices=0, options=still)]
     found += [Setting(f"rings {n}", "rings", n, STANDARD, "cone", vertices=n, options=still) for n in RINGS]
+    found += [Setting(posture, "posture", 0.0, STANDARD, "upright", posture=posture) for posture in POSTURES]
     found += [
         Setting(f"cell {c:g} m", "cell", c, STANDARD, against="standard", cell=c) for c in (0.25, 0.5, 1.0, 2.0, 5.0)
     ]

@@ -7,17 +7,18 @@ The figures that come out, with where they come from, go to ``results.json``.
 
 from __future__ import annotations
 
-import ast
 import datetime
 import functools
 import hashlib
 import json
 import math
+import multiprocessing
 import os
 import platform
 import subprocess
 import time
 from collections.abc import Iterable
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -30,6 +31,7 @@ import deadwood_engine
 from deadwood_algorithms.stats.directions import quantile_arc
 from deadwood_algorithms.stats.statistics import wilson_interval
 from deadwood_engine import Logs, Rasters, Result, Scene, slide, station_spacing
+from deadwood_engine.digest import digest_of
 
 from . import measures, scenes
 from .settings import SETTINGS, Setting
@@ -37,6 +39,7 @@ from .settings import SETTINGS, Setting
 HERE = Path(__file__).parent
 RESULTS, WORK = HERE / "results.json", HERE / ".work"
 BLOCK = 200  # logs a block
+FAILED = deadwood_engine.STOP_REASONS.index("failed")
 TIME_LIMIT = 120.0  # [s] of sliding: on all slopes but the plane no log reaches another line after that
 LEAST_RUNOUT = 5.0  # [m] nearer deposits have no direction worth counting
 MOST_IN_ENERGY_DISTANCE = 4000  # logs; its work grows with their square
@@ -47,18 +50,55 @@ KEPT = (
 
 
 @functools.cache
-def engine_digest(*, barriers: bool = True) -> str:
-    """Digest of what the engine's sources say to the machine: results of another engine are another study's.
+def _digest(folder: Path, barriers: bool = True) -> str:
+    """Digest of what an engine's sources say to the machine: results of another engine are another study's.
 
-    Of their syntax trees, so that a comment voids nothing. Without fidelity.py: a setting's numbers are in the digest
-    of its runs, so a new row does not void the others. On request without barriers.py, which scenes without barriers
-    do not run.
+    Without fidelity.py: a setting's numbers are in the digest of its runs, so a new row does not void the others. On
+    request without barriers.py, which scenes without barriers do not run.
     """
-    digest, left_out = hashlib.sha256(), {"fidelity.py"} | (set() if barriers else {"barriers.py"})
-    for source in sorted(Path(deadwood_engine.__file__).parent.glob("*.py")):
-        if source.name not in left_out:
-            digest.update(ast.dump(ast.parse(source.read_bytes())).encode())
-    return digest.hexdigest()[:16]
+    return digest_of(folder, without={"fidelity.py"} | (set() if barriers else {"barriers.py"}))
+
+
+def engine_digest(*, barriers: bool = True) -> str:
+    """Digest of this engine."""
+    return _digest(Path(deadwood_engine.__file__).parent, barriers)
+
+
+def certificates() -> list[dict[str, Any]]:
+    """Engines that give the same bits as one that was measured (``same_bits``)."""
+    return read_results().get("same_bits", [])
+
+
+def measured_as(*, barriers: bool = True) -> str:
+    """Digest of the engine whose results are this one's: itself, or the measured one that gives the same bits."""
+    now = engine_digest()
+    found = next((each for each in certificates() if each["engine"] == now), None)
+    if found:
+        return found["as" if barriers else "as_without_barriers"]
+    return engine_digest(barriers=barriers)
+
+
+def engines_of(results: dict[str, Any]) -> set[str]:
+    """Digests of the engines that the entries were measured with."""
+    return {entry["source"]["engine"] for mine in results["entries"].values() for entry in mine.values()}
+
+
+def certify(folder: Path, *, combinations: int, logs: int) -> str:
+    """Note that this engine gives the same bits as the one in a folder, if that is as good as measured; says what."""
+    results, now, other = read_results(), engine_digest(), _digest(folder)
+    known = {each["engine"]: each for each in results.get("same_bits", [])}
+    measured = engines_of(results)
+    if now in measured:
+        return "this engine is the measured one"
+    found = {"as": other, "as_without_barriers": _digest(folder, False)}
+    if other in known:
+        found = {name: known[other][name] for name in found}
+    if found["as"] not in measured:
+        return f"nothing noted: that engine (sources {other}) is not the measured one"
+    row = {"engine": now, **found, "combinations": combinations, "logs": logs}
+    row |= {"date": datetime.date.today().isoformat()}
+    write_results(results | {"same_bits": [*(each for name, each in known.items() if name != now), row]})
+    return f"noted: sources {now} give the same bits as the measured {found['as']}"
 
 
 def build_for(name: str, setting: Setting) -> scenes.Built:
@@ -70,7 +110,7 @@ def folder_of(name: str, setting: Setting) -> Path:
     """Where the blocks of a scene in a setting are kept."""
     built = build_for(name, setting)
     spacing = station_spacing(setting.fidelity, built.cell)
-    engine = engine_digest(barriers=bool(built.case.fences))
+    engine = measured_as(barriers=bool(built.case.fences))
     what = (
         engine,
         built.digest,
@@ -80,6 +120,7 @@ def folder_of(name: str, setting: Setting) -> Path:
         TIME_LIMIT,
         setting.options,
         setting.vertices,
+        setting.posture,
     )
     return WORK / f"{name}-{setting.name.replace(' ', '_')}-{hashlib.sha256(repr(what).encode()).hexdigest()[:12]}"
 
@@ -109,6 +150,7 @@ def slide_logs(name: str, setting: Setting, logs: Logs, **more: Any) -> Result:
     """Slide logs as the setting wants it."""
     shape = scenes.rings(setting.vertices) if setting.vertices else None
     chosen = logs if setting.vertices is None else scenes.alike(logs)
+    chosen = chosen if setting.posture is None else scenes.in_posture(chosen, setting.posture)
     options: dict[str, Any] = dict(setting.options) | more
     return slide(build_for(name, setting).scene, chosen, setting.fidelity, shape=shape, **options)
 
@@ -283,7 +325,7 @@ def provenance() -> dict[str, str]:
     )
     return {
         "commit": commit[:12],
-        "engine": engine_digest(),
+        "engine": measured_as(),
         "machine": f"{os.cpu_count()} cores, {model}, {platform.system()} {platform.machine()}, shared with other work",
         "versions": f"Python {platform.python_version()}, NumPy {np.__version__}, Numba {numba.__version__}",
         "date": datetime.date.today().isoformat(),
@@ -331,33 +373,47 @@ def add_section(name: str, found: dict[str, Any]) -> None:
     write_results(read_results() | {name: found | {"source": provenance()}})
 
 
-def summarise(names: list[str], settings: list[Setting], say=print) -> None:
-    """Measure all that has been slid and merge it into the results file, entry by entry."""
+@functools.lru_cache(maxsize=2)  # what others of the scene are compared with
+def _base(name: str, which: str) -> Sample | None:
+    return load(name, SETTINGS[which])
+
+
+def entry_of(name: str, which: str) -> dict[str, Any] | None:
+    """All that is measured of a scene in a setting; None where nothing has been slid."""
+    setting, sample = SETTINGS[which], load(name, SETTINGS[which])
+    if sample is None:
+        return None
+    entry: dict[str, Any] = {"fidelity": setting.fidelity._asdict(), **describe(name, sample)}
+    if setting.against != setting.name and (base := _base(name, setting.against)) is not None:
+        entry["against"], entry["error"] = setting.against, compare(name, sample, base)
+    if setting.group == "refined" and (coarse := _base(name, "standard")) is not None:
+        blocks = min(len(coarse.cost), len(sample.cost))
+        depth, finer = (each.head(blocks).fields["penetration_max"] for each in (coarse, sample))
+        entry["penetration_fall"] = measures.fall_of_median(depth, finer, round(-math.log2(setting.value)))
+    return entry
+
+
+def summarise(names: list[str], settings: list[Setting], *, threads: int = 1, say: Any = print) -> None:
+    """Measure all that has been slid and merge it into the results file, entry by entry; in so many processes."""
     results, source = read_results(), provenance()
     common = {
         "seed": scenes.SEED, "block": BLOCK, "time_limit_s": TIME_LIMIT,
         "scenes": {c.name: {"title": c.title, "friction": c.friction, "line_y": c.line} for c in scenes.CASES.values()},
     }  # fmt: skip
     results |= common
+    slid = [(name, each.name) for name in names for each in settings if blocks_done(name, each)]
+    with ProcessPoolExecutor(threads, multiprocessing.get_context("spawn")) as pool:
+        for (name, which), entry in zip(
+            slid, pool.map(entry_of, *zip(*slid, strict=True)) if slid else (), strict=True
+        ):
+            if entry is not None:
+                results["entries"].setdefault(name, {})[which] = entry | {"source": source}
+                say(f"measured {name} {which}: {entry['logs']} logs")
     for name in names:
-        loaded = functools.cache(lambda which, name=name: load(name, SETTINGS[which]))
-        for setting in settings:
-            sample = load(name, setting)
-            if sample is None:
-                continue
-            entry: dict[str, Any] = {"fidelity": setting.fidelity._asdict(), **describe(name, sample), "source": source}
-            if setting.against != setting.name:
-                base = loaded(setting.against)
-                if base is not None:
-                    entry["against"], entry["error"] = setting.against, compare(name, sample, base)
-            if setting.group == "refined" and (coarse := loaded("standard")) is not None:
-                blocks = min(len(coarse.cost), len(sample.cost))
-                depth, finer = (each.head(blocks).fields["penetration_max"] for each in (coarse, sample))
-                entry["penetration_fall"] = measures.fall_of_median(depth, finer, round(-math.log2(setting.value)))
-            results["entries"].setdefault(name, {})[setting.name] = entry
-            say(f"measured {name} {setting.name}: {entry['logs']} logs")
         mine = results["entries"].get(name, {})
         # settings that the study no longer has, and what an engine before this one did
         for gone in [n for n in mine if n not in SETTINGS or mine[n]["source"]["engine"] != source["engine"]]:
             del mine[gone]
-        write_results(results)
+    if "same_bits" in results:  # of engines whose results are here
+        results["same_bits"] = [each for each in results["same_bits"] if each["as"] in engines_of(results)]
+    write_results(results)

@@ -114,7 +114,9 @@ def friction_slope(results: Row, scenes: tuple[str, ...] = POOLED) -> tuple[floa
     for name in scenes:
         entries = results["entries"].get(name, {})
         found = [
-            (SETTINGS[s].friction_change, e["error"]["reach"]) for s, e in entries.items() if group_of(s) == "friction"
+            (SETTINGS[s].friction_change, e["error"]["reach"])
+            for s, e in entries.items()
+            if group_of(s) == "friction" and "error" in e
         ]
         if found:
             slopes.append(

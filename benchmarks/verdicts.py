@@ -145,6 +145,12 @@ def choice(results: Row) -> str:
         found.append(f"**Friction of rolling**, measured by nobody, moves it by {told} against {ROLLING:g}: vary it.")
     if told := _of_factor(results, "tree restitution"):
         found.append(f"**Stems that rebound** move it by {told} against none, in forests.")
+    if rows := tables.of_group(results, "posture"):
+        name, most = max(rows, key=lambda row: abs(row[1]["delta"]))
+        found.append(
+            f"**How logs are released** moves it by up to {tables.with_interval(most)} points ({name} instead of "
+            f"upright), as much as mu {tables.in_friction(results, most)}."
+        )
     if records := _rebounds(results, "draft"):
         worst = max(records, key=lambda k: abs(records[k]["delta"]))
         word = "Not `draft`" if "missed" in _below(list(records.values()), DRAFT_POINTS) else "`draft`"
@@ -197,6 +203,56 @@ def impacts(results: Row) -> str:
                 f"the most is {tables.with_interval(records[worst])} ({worst})."
             )
     return "\n".join(f"- {line}" for line in found) if found else "*Not measured yet.*"
+
+
+def posture(results: Row) -> str:
+    """What the posture of the released logs does to reach, beside friction."""
+    rows = [
+        f"{name} logs {tables.with_interval(row)} points, as much as mu {tables.in_friction(results, row)} (most in "
+        f"{row['worst_scene']}: {tables.with_interval(row['worst'])})"
+        for name, row in tables.of_group(results, "posture")
+    ]
+    if not rows:
+        return "*Not measured yet.*"
+    return f"Against all logs upright, from the same places, in the mean of scenes: {'; '.join(rows)}."
+
+
+def rebounds(results: Row) -> str:
+    """Whether what is rigid holds at any restitution."""
+    found = results.get("rebounds")
+    if not found:
+        return "*Not measured yet.*"
+    deepest = max(found["rows"], key=lambda r: max(r["overlap_m"], r["sampled_m"]["max"]))
+    through, most = sum(r["through"] for r in found["rows"]), max(deepest["overlap_m"], deepest["sampled_m"]["max"])
+    kept = _kept(through == 0 and most < found["radius_m"])
+    radius, logs = f"{100 * found['radius_m']:.1f} cm", sum(r["logs"] for r in found["rows"])
+    return (
+        f"Lying logs slide against a rigid barrier of {found['height_m']:g} m on a slope of {found['degrees']:g} "
+        f"degrees with {100 * found['noise_m']:g} cm of white noise (mu {found['friction']:g}); ground and barrier "
+        f"rebound alike. Nothing passes what is rigid, nor lies deeper in anything than its radius ({radius}): {kept}; "
+        f"{through} logs of {logs} were through the barrier, and the deepest is {100 * most:.1f} cm (restitution "
+        f"{deepest['e']:g}, `{deepest['fidelity']}`). *Through* is an axis that cuts the barrier below its top in any "
+        "pose; *past* may have jumped. *By sampling* is how deep points all over the log lay in the ground, in every "
+        "pose kept, without asking the engine's contacts."
+    )
+
+
+def noise(results: Row) -> str:
+    """How deep logs get on ground of white noise."""
+    found = results.get("noise")
+    if not found:
+        return "*Not measured yet.*"
+    usual = {
+        name: max(e["penetration_m"]["max"] for _, f, e in tables.fidelities_of(results) if f == name)
+        for name in tables.FIDELITIES
+    }
+    deep = {r["fidelity"]: max(r["penetration_m"]["max"], r["sampled_m"]["max"]) for r in found["rows"]}
+    each = ", ".join(f"`{name}` {100 * deep[name]:.0f} ({100 * usual[name]:.0f})" for name in deep)
+    return (
+        f"White noise of {100 * found['noise_m']:g} cm on cells of {found['cell_m']:g} m, on a slope of "
+        f"{found['degrees']:g} degrees (mu {found['friction']:g}): every cell is a kink. The deepest there, and in all "
+        f"scenes above (in brackets) [cm]: {each}."
+    )
 
 
 def verdicts(results: Row) -> str:

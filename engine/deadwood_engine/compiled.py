@@ -1,13 +1,15 @@
 """Compilation: one decorator for every kernel, and a disk cache that sees edits in all of the engine's files.
 
 Numba's own cache looks only at the file of the function itself, so a kernel that calls an edited kernel of another
-file is served stale (measured: 3.0 instead of 300.0). Here the cache folder is named by a digest of all the engine's
-sources (about 5 ms), so any edit starts an empty one. It lies in the user's cache folder, which also serves
-read-only installs and leaves nothing behind in site-packages.
+file is served stale (measured: 3.0 instead of 300.0). Here the cache folder is named by a digest of all that the
+engine's sources say (``digest``), so any edit of that starts an empty one. It lies in the user's cache folder, which
+also serves read-only installs and leaves nothing behind in site-packages. Numba names a kernel's files by its line,
+too, and drops them when their source is younger: those of the engine's own kernels are named without
+(``CheckedFiles.keep_by_name``), for there the digest tells, and an edited comment leaves all kernels compiled.
 
-What lies in the cache is pickles and machine code, which run: so it must be the user's alone (``private_folder``), and
-a file that is not what was written (a full disk, a crash, a flipped bit) is dropped and compiled again
-(``CheckedFiles``).
+What lies in the cache is pickles and machine code, which run: so it must be the user's alone
+(``digest.private_folder``), and a file that is not what was written (a full disk, a crash, a flipped bit) is dropped
+and compiled again (``CheckedFiles``).
 """
 
 from __future__ import annotations
@@ -17,7 +19,7 @@ import hashlib
 import os
 import pickle
 import shutil
-import stat
+import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -28,7 +30,7 @@ from numba.core.caching import IndexDataCacheFile
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 
-from .digest import engine_digest
+from .digest import engine_digest, user_folder
 
 # Numba's settings have no type stubs
 _settings: Any = vars(numba)["config"]
@@ -37,41 +39,12 @@ _KEPT_CACHES = 3
 F = TypeVar("F", bound=Callable[..., Any])  # a kernel is called as what it was made of
 
 
-def _is_ours(folder: Path) -> bool:
-    """Whether it is a folder of this user, no link, that nobody else can write to. Windows keeps profiles apart."""
-    seen = folder.lstat()
-    if not stat.S_ISDIR(seen.st_mode):
-        return False
-    return not hasattr(os, "getuid") or (seen.st_uid == os.getuid() and not seen.st_mode & 0o022)
-
-
-def private_folder(folder: Path) -> bool:
-    """Make a folder that only this user can read and write, or make sure that it is one; False where it cannot be.
-
-    One of the user's own that others could write to (an umask of 002 made such) is emptied: its files may be theirs.
-    """
-    try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        folder.mkdir(mode=0o700, exist_ok=True)
-        if not _is_ours(folder):
-            if folder.is_symlink() or folder.lstat().st_uid != os.getuid():
-                return False
-            shutil.rmtree(folder)
-            folder.mkdir(mode=0o700)
-        folder.chmod(0o700)
-        with tempfile.TemporaryFile(dir=folder):
-            return _is_ours(folder)
-    except OSError:
-        return False
-
-
 def _cache_folder() -> Path:
-    base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "deadwood-toolbox"
-    if not private_folder(base):
-        base = Path(tempfile.gettempdir()) / f"deadwood-toolbox-{os.getuid() if hasattr(os, 'getuid') else 'user'}"
-        if not private_folder(base):
-            base = Path(tempfile.mkdtemp(prefix="deadwood-toolbox-"))
-            atexit.register(shutil.rmtree, base, ignore_errors=True)
+    """The folder of this engine's kernels; those of engines before the last few are removed."""
+    base = user_folder()
+    if base is None:
+        base = Path(tempfile.mkdtemp(prefix="deadwood-toolbox-"))
+        atexit.register(shutil.rmtree, base, ignore_errors=True)
     current = base / engine_digest()
     current.mkdir(mode=0o700, exist_ok=True)
     os.utime(current)
@@ -81,12 +54,26 @@ def _cache_folder() -> Path:
     return current
 
 
-CACHE_FOLDER = str(os.environ.get("NUMBA_CACHE_DIR") or _cache_folder())
+def _chosen_folder() -> Path:
+    """The one that the user names, or the user's own; in both, the kernels of each engine lie apart."""
+    named = os.environ.get("NUMBA_CACHE_DIR")
+    return Path(named) / engine_digest() if named else _cache_folder()
+
+
+CACHE_FOLDER = str(_chosen_folder())
+_HERE = Path(__file__).parent
 
 
 class CheckedFiles(IndexDataCacheFile):
     """Numba's files of one kernel, each behind a checksum of its name and what was written: what is not that is not
     there."""
+
+    def keep_by_name(self, function: Callable[..., Any]) -> None:
+        """Find the files of a kernel by what it is called and Python's version, whatever line it stands on."""
+        name = f"{Path(function.__code__.co_filename).stem}.{function.__qualname__}".replace("<", "").replace(">", "")
+        name = f"{name}.py{sys.version_info[0]}{sys.version_info[1]}"
+        self._index_name, self._data_name_pattern = f"{name}.nbi", f"{name}.{{number:d}}.nbc"
+        self._index_path, self._source_stamp = os.path.join(self._cache_path, self._index_name), None
 
     @staticmethod
     def _checksum(path: str, data: bytes) -> bytes:
@@ -168,6 +155,8 @@ def kernel(function: F, inline: bool = False) -> F:
         files = getattr(getattr(compiled, "_cache", None), "_cache_file", None)
         if files is not None:
             files.__class__ = CheckedFiles
+            if Path(function.__code__.co_filename).parent == _HERE:
+                files.keep_by_name(function)
             bare = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": _CalledCompiler}
             called: Any = numba.njit(**options, **bare)(function)
             compiled.get_call_template, compiled.get_overload = called.get_call_template, called.get_overload

@@ -1,6 +1,8 @@
 """The cache of compiled kernels: the user's alone, and never believed where it is damaged."""
 
+import math
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -10,7 +12,8 @@ import pytest
 
 import deadwood_engine
 from deadwood_engine import engine_digest
-from deadwood_engine.compiled import CheckedFiles, _cache_folder, private_folder
+from deadwood_engine.compiled import CheckedFiles, _cache_folder
+from deadwood_engine.digest import private_folder
 
 needs_owners = pytest.mark.skipif(not hasattr(os, "getuid"), reason="this system has no owners of files as Unix has")
 
@@ -81,6 +84,29 @@ import sys
 from deadwood_engine.rotation import half_turn
 print(half_turn(3.0)[0], half_turn.stats.cache_hits[half_turn.signatures[0]] if half_turn.stats.cache_hits else 0)
 """
+
+
+def test_an_edited_comment_leaves_kernels_compiled_and_an_edited_number_does_not(tmp_path):
+    """Numba looks at lines and at the age of the source; the digest at what all sources say."""
+    shutil.copytree(Path(deadwood_engine.__file__).parent, tmp_path / "deadwood_engine")
+    source = tmp_path / "deadwood_engine" / "rotation.py"
+    text = source.read_text(encoding="utf-8")
+
+    def run(edited: str) -> list[str]:
+        source.write_text(edited, encoding="utf-8")
+        environment = {**os.environ, "PYTHONPATH": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path / "cache")}
+        environment.pop("NUMBA_CACHE_DIR", None)
+        done = subprocess.run([sys.executable, "-c", KERNEL], env=environment, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        return done.stdout.split()
+
+    value, compiled = run(text)
+    assert compiled == "0"
+    assert run("# a comment above\n\n\n" + text.replace('"""', '"""Other words. ', 1)) == [value, "1"]
+    assert text.count("math.cos(0.5 * angle)") == 1
+    other, compiled = run(text.replace("math.cos(0.5 * angle)", "math.cos(0.25 * angle)"))
+    assert compiled == "0"
+    assert float(other) == pytest.approx(math.cos(0.75), abs=1e-12) != float(value)
 
 
 @pytest.mark.parametrize("suffix", [".nbi", ".nbc"])

@@ -1,4 +1,4 @@
-"""The digest of an engine: any edit of any of its sources is another engine, and nothing else is."""
+"""The digest of an engine: any edit of what any of its sources says is another engine, and nothing else is."""
 
 import importlib.util
 import shutil
@@ -8,16 +8,32 @@ import pytest
 
 from deadwood_engine import digest
 
+TWO = '''"""What it is."""
+
+B = 2
+
+
+class C:
+    """One of them."""
+
+    def f(self, x=None, *, y=(1, "a", ...)):
+        """What it does."""
+        return [x, y, f"{x} {y!r:>3}"]
+'''
+
 
 @pytest.fixture
-def told(tmp_path):
+def told(tmp_path, monkeypatch):
     """The digest of a small engine in a folder of its own, made anew at every call."""
-    shutil.copy(digest.__file__, tmp_path / "digest.py")
-    (tmp_path / "one.py").write_text("A = 1\n")
-    (tmp_path / "two.py").write_text("B = 2\n")
+    folder = tmp_path / "engine"
+    folder.mkdir()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    shutil.copy(digest.__file__, folder / "digest.py")
+    (folder / "one.py").write_text("A = 1\n")
+    (folder / "two.py").write_text(TWO)
 
     def tell(compiler="0.61"):
-        spec = importlib.util.spec_from_file_location("a_digest", tmp_path / "digest.py")
+        spec = importlib.util.spec_from_file_location("a_digest", folder / "digest.py")
         module = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(module)
         module.version = lambda name: {"numba": compiler}[name]
@@ -29,27 +45,82 @@ def told(tmp_path):
 @pytest.mark.parametrize(
     "edit",
     [
-        lambda folder: (folder / "two.py").write_text("B = 3\n"),
-        lambda folder: (folder / "two.py").write_text("B = 2  # a comment\n"),
+        lambda folder: (folder / "two.py").write_text(TWO.replace("B = 2", "B = 3")),
+        lambda folder: (folder / "two.py").write_text(TWO.replace("B = 2", "B = 2.0")),
+        lambda folder: (folder / "two.py").write_text(TWO.replace("x=None", "x=0")),
+        lambda folder: (folder / "two.py").write_text(TWO.replace(", *,", ",")),
+        lambda folder: (folder / "two.py").write_text(TWO.replace("!r", "")),
+        lambda folder: (folder / "two.py").write_text(TWO.replace("...", "'...'")),
         lambda folder: (folder / "two.py").rename(folder / "three.py"),
         lambda folder: (folder / "three.py").write_text(""),
         lambda folder: (folder / "one.py").unlink(),
     ],
-    ids=["number", "comment", "name", "more", "less"],
+    ids=["number", "type", "default", "keyword", "conversion", "string", "name", "more", "less"],
 )
-def test_any_edit_is_another_engine(told, tmp_path, edit):
+def test_any_edit_of_what_is_said_is_another_engine(told, tmp_path, edit):
     before = told()
     assert told() == before
-    edit(tmp_path)
+    edit(tmp_path / "engine")
     assert told() != before
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        TWO.replace("B = 2", "B = 2  # a comment"),
+        TWO.replace("What it", "That which it").replace("One of them", "More"),
+        TWO.replace('    """One of them."""\n\n', ""),
+        TWO.replace("x=None, *, y", "x=None,\n        *,\n        y").replace("B = 2", "B = (2)"),
+        TWO.replace("\n", "\r\n"),
+    ],
+    ids=["comment", "docstring", "no docstring", "layout", "line ends"],
+)
+def test_other_words_about_it_are_the_same_engine(told, tmp_path, words):
+    before = told()
+    assert words != TWO
+    (tmp_path / "engine" / "two.py").write_bytes(words.encode())
+    assert told() == before
 
 
 def test_another_compiler_is_another_engine_and_what_is_no_source_is_none(told, tmp_path):
     before = told()
     assert told("0.62") != before
-    (tmp_path / "notes.txt").write_text("nothing")
-    (tmp_path / "one.pyc").write_bytes(b"nothing")
+    (tmp_path / "engine" / "notes.txt").write_text("nothing")
+    (tmp_path / "engine" / "one.pyc").write_bytes(b"nothing")
     assert told() == before
+
+
+def test_what_is_remembered_is_believed_only_whole(told, tmp_path):
+    """It spares the parsing; a line that was cut or changed is none, and neither is what is not to be written."""
+    before, file = told(), tmp_path / "cache" / "deadwood-toolbox" / digest.REMEMBERED
+    whole = file.read_text()
+    read, found, _ = whole.split()
+    assert found == before
+    for damage in ("", whole[: len(whole) // 2], whole.replace(found, "0" * 16), "\x00" * 50, "a b c\n"):
+        file.write_text(damage)
+        assert told() == before
+        assert file.read_text().splitlines()[-1] == whole.strip()
+    file.write_text(digest._line(read, "f" * 16) + "\n")
+    assert told() == "f" * 16  # it is read
+    (tmp_path / "engine" / "one.py").write_text("A = 1  # again\n")
+    assert told() == before  # other bytes, the same trees
+    assert len(file.read_text().splitlines()) == 2
+    for k in range(60):
+        (tmp_path / "engine" / "one.py").write_text(f"A = 1  # {k}\n")
+        assert told() == before
+    assert len(file.read_text().splitlines()) <= digest._MOST
+    file.unlink()
+    file.mkdir()  # no place to write
+    assert told() == before
+    assert sorted(each.name for each in file.parent.iterdir()) == [digest.REMEMBERED]
+
+
+def test_left_out_files_are_left_out(told, tmp_path):
+    folder = tmp_path / "engine"
+    before = digest.digest_of(folder, without={"two.py"})
+    (folder / "two.py").write_text("B = 3\n")
+    assert digest.digest_of(folder, without={"two.py"}) == before
+    assert digest.digest_of(folder) != before
 
 
 def test_it_is_of_all_files_of_this_engine():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -54,7 +55,7 @@ def test_every_number_says_where_it_comes_from():
 def test_settings_have_names_of_their_own_and_something_to_be_compared_with():
     assert all(name == setting.name for name, setting in SETTINGS.items())
     assert {setting.against for setting in SETTINGS.values()} <= SETTINGS.keys()
-    keys = [(s.fidelity, s.cell, s.friction_change, s.smooth, s.options, s.vertices) for s in SETTINGS.values()]
+    keys = [repr(replace(setting, name="", group="", value=0.0, against="")) for setting in SETTINGS.values()]
     doubled = {s.name for s, key in zip(SETTINGS.values(), keys, strict=True) if keys.count(key) > 1}
     assert not doubled
 
@@ -97,3 +98,23 @@ def test_coarser_cells_are_means_of_the_same_ground():
 def test_a_scene_with_other_friction_is_another_scene():
     digests = {scenes.build("rough", friction_change=d).digest for d in (0.0, 0.01)} | {scenes.build("cliff").digest}
     assert len(digests) == 3
+
+
+def test_parts_of_the_plan_are_chosen_by_name():
+    assert plan.chosen([]) == (list(plan.PLAN), list(plan.SECTIONS))
+    parts, studies = plan.chosen(["posture", "noise"])
+    assert ([part.what for part in parts], studies) == (["posture of the released logs"], ["noise"])
+    with pytest.raises(SystemExit, match="no part of the plan"):
+        plan.chosen(["postures"])
+
+
+def test_postures_change_nothing_but_how_logs_stand():
+    logs = scenes.logs_of_block(0, 20)
+    upright, lying, any_way = (scenes.in_posture(logs, each) for each in scenes.POSTURES)
+    assert (upright.orientation == 0).all()
+    assert (lying.orientation == 1).all()
+    assert (any_way.orientation == 1).all()
+    assert np.array_equal(any_way.azimuth, logs.azimuth)
+    start = place_logs(scenes.build("plane").scene, lying)
+    assert (start.state[:, 14] < -0.9).all()  # the axis points down the slope, to the south
+    assert np.array_equal(lying.diameter, logs.diameter)

@@ -9,8 +9,8 @@ Standard library only.
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 import os
+import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
@@ -284,19 +284,22 @@ def manifest(tool: Tool, ask: Any, **facts: Any) -> dict[str, Any]:
 def engine_digest() -> str:
     """Of the engine's sources and its compiler: two runs with the same one are slid alike, bit for bit.
 
-    The one that names the engine's cache of kernels, found without importing either. It is asked once a process: what
-    is edited while a run works does not work in it.
+    The one that names the engine's cache of kernels, by the engine's own file but without importing its compiler. It is
+    asked once a process: what is edited while a run works does not work in it.
     """
-    from importlib import metadata, util
+    from importlib import util
 
+    if loaded := sys.modules.get("deadwood_engine.digest"):
+        return loaded.engine_digest()
     found = util.find_spec("deadwood_engine")
     assert found is not None
     assert found.origin is not None
-    digest = hashlib.sha256(metadata.version("numba").encode())
-    for source in sorted(Path(found.origin).parent.glob("*.py")):
-        digest.update(source.name.encode())
-        digest.update(source.read_bytes())
-    return digest.hexdigest()[:16]
+    alone = util.spec_from_file_location("deadwood_engine_digest", Path(found.origin).with_name("digest.py"))
+    assert alone is not None
+    assert alone.loader is not None
+    module = util.module_from_spec(alone)
+    alone.loader.exec_module(module)
+    return module.engine_digest()
 
 
 def is_path(parameter: Parameter, value: Any) -> bool:
