@@ -144,8 +144,9 @@ class _Value(click.ParamType):
 def _option(parameter: Parameter) -> click.Option:
     """An option without default: what is not given is told apart from what is, so that flags override ``--config``."""
     if parameter.is_switch:
-        return click.Option([f"{parameter.flag}/--no-{parameter.flag[2:]}", parameter.name], default=None)
-    return click.Option([parameter.flag, parameter.name], type=_Value(parameter), default=None)
+        words = [f"{each}/--no-{each[2:]}" for each in (parameter.flag, *parameter.old_flags)]
+        return click.Option([*words, parameter.name], default=None)
+    return click.Option([parameter.flag, *parameter.old_flags, parameter.name], type=_Value(parameter), default=None)
 
 
 def _common_options() -> list[click.Parameter]:

@@ -55,7 +55,8 @@ class Inputs:
         context: QgsProcessingContext,
         feedback: QgsProcessingFeedback,
     ) -> None:
-        self.algorithm, self.parameters, self.context, self.feedback = algorithm, parameters, context, feedback
+        self.algorithm, self.context, self.feedback = algorithm, context, feedback
+        self.parameters = dict(parameters)
         self.arguments: list[str] = []
         self.outputs: dict[str, str] = {}
         self.layers: list[tuple[dict[str, Any], QgsMapLayer | str]] = []
@@ -66,6 +67,9 @@ class Inputs:
     def collect(self, declared: list[dict[str, Any]]) -> None:
         told = {"parameters": declared}
         for each in declared:
+            for old in each["old_names"]:  # of a model or script made for the version before
+                if old.upper() in self.parameters:
+                    self.parameters.setdefault(each["name"].upper(), self.parameters[old.upper()])
             if is_hidden(each, told):
                 self.arguments.append("--overwrite")  # QGIS has asked already
             else:

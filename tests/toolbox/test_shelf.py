@@ -55,8 +55,7 @@ UNITS = {
     "_m": {"m"},
     "_s": {"s"},
 }
-# Flags that the contract (section 4) names without their unit.
-UNIT_LEFT_OUT = {"time_step", "time_limit", "station_spacing", "rest_speed", "min_runout"}
+
 every_tool = pytest.mark.parametrize("tool", TOOLS, ids=lambda tool: tool.name)
 
 
@@ -78,7 +77,7 @@ def flaws(parameter: Parameter) -> list[str]:
     if named and parameter.kind in ("number", "integer") and parameter.unit not in named:
         found.append(f"unit '{parameter.unit}' but the name says {sorted(named)}")
     units_of_names = set().union(*UNITS.values())
-    if parameter.unit in units_of_names and not named and parameter.name not in UNIT_LEFT_OUT:
+    if parameter.unit in units_of_names and not named:
         found.append(f"unit '{parameter.unit}' is missing in the name")
     if parameter.kind == "choice" and len(parameter.choices) < 1:
         found.append("no choices")

@@ -39,11 +39,16 @@ class Parameter:
     optional: bool = False
     advanced: bool = False
     positional: bool = False  # on the command line it may stand without its flag; several with commas, or one by one
+    old_names: tuple[str, ...] = ()  # under which it is known too, in this version (`renamed`)
     default: Any = None
 
     @property
     def flag(self) -> str:
         return "--" + self.name.replace("_", "-")
+
+    @property
+    def old_flags(self) -> tuple[str, ...]:
+        return tuple("--" + each.replace("_", "-") for each in self.old_names)
 
     @property
     def of_kind(self) -> Kind:

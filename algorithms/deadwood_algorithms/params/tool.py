@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
 from deadwood_algorithms.params.kinds import KINDS, Parameter, UserError, check_value
+from deadwood_algorithms.params.renamed import old_names_of, with_new_names
 
 __all__ = ["Cancelled", "Feedback", "Outcome", "Parameter", "Tool", "UserError", "check_value"]
 VERSION = "0.3.0"  # the one place: pyproject.toml, the QGIS plugin and every manifest take it from here
@@ -233,7 +234,8 @@ class Tool:
 
     def parameters(self) -> Iterator[Parameter]:
         for each in dataclasses.fields(self.Ask):
-            yield dataclasses.replace(each.metadata["parameter"], name=each.name)
+            old = old_names_of(self.name, each.name)
+            yield dataclasses.replace(each.metadata["parameter"], name=each.name, old_names=old)
 
     def check(self, ask: Any) -> None:
         """Refuse what no file needs to be opened for: kinds, bounds and choices."""
@@ -250,6 +252,7 @@ class Tool:
     def ask_from(self, values: Mapping[str, Any]) -> Any:
         """Build the ``Ask`` from a mapping; an unknown or missing name is the user's error."""
         known = {parameter.name: parameter for parameter in self.parameters()}
+        values = with_new_names(self.name, values)
         for name in values:
             if name not in known:
                 raise UserError(f"{self.name}: no parameter is called '{name}'; known are {', '.join(known)}")

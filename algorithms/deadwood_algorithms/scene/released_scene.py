@@ -100,8 +100,8 @@ class ReleasedScene:
         "rocks, or logs as rings of vertices. dbh_cm and length_m of the releases then do not count, the density does; "
         "its z axis takes the place of a log's axis.",
     )
-    time_limit: float = tool.number("Longest run of a log", unit="s", default=300.0, minimum=0.0, exclusive=True)
-    rest_speed: float = tool.number(
+    time_limit_s: float = tool.number("Longest run of a log", unit="s", default=300.0, minimum=0.0, exclusive=True)
+    rest_speed_ms: float = tool.number(
         "Speed below which a log may be at rest", unit="m/s", default=0.1, minimum=0.0, exclusive=True, advanced=True
     )
     dbh_cm: float = tool.number(
@@ -136,7 +136,7 @@ class ReleasedScene:
         maximum=DBH_CM[1],
         exclusive=True,
     )
-    min_runout: float | None = tool.min_runout()
+    min_runout_m: float | None = tool.min_runout()
     seed: int = tool.seed()
     threads: int | None = tool.integer("Threads (default: every core)", default=None, minimum=1, advanced=True)
     scheduler: str | None = tool.scheduler()

@@ -2,7 +2,7 @@
 
 The folder holds, over the ground that any log passed:
 
-- `intensity.tif`: class of the largest energy of a log over the cell (`--energy` takes another raster, such as the 95 %
+- `intensity.tif`: class of the largest energy of a log over the cell (`--energy-raster` takes another, such as the 95 %
   quantile of `count-hits`): 1 below 30 kJ, 2 from 30 to 300 kJ, 3 from 300 kJ on;
 - `passage.tif`: class of the share of the logs that passed: 1 below 0.1 %, then to 1 %, to 10 %, and from 10 % on;
 - `matrix.tif`: both: 10 times the class of intensity, and the other; with a frequency the other is the return period's;
@@ -60,7 +60,7 @@ LINES, FACTS = "lines.csv", "classes.json"
 class Ask:
     run: str = tool.folder("Folder of a run of slide-logs")
     energy_classes: str = tool.text("Bounds of the classes of energy", default="30,300", help="kJ, with commas.")
-    energy: str | None = tool.raster(
+    energy_raster: str | None = tool.raster(
         "Energies to be classed in place of the run's largest [kJ]",
         default=None,
         help="Band 1; such as count-hits --energy FILE --quantiles 95.",
@@ -118,7 +118,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         areas = release_areas(source, ask.events_per_year, ask.releases, ask.events_field)
         grid = cells.passed_window(source)
         hits = cells.values_on(cells.run_raster(source, cells.HITS), grid, "hits")
-        energy = cells.values_on(ask.energy or cells.run_raster(source, cells.ENERGY), grid, "energy")
+        energy = cells.values_on(ask.energy_raster or cells.run_raster(source, cells.ENERGY), grid, "energy")
         passed, n_logs = hits > 0.0, len(source.deposits)
         maps = Maps(folder, grid)
         names = legend.rising_labels(strong, "kJ")
@@ -129,7 +129,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         maps.write(
             "passage", passages, legend.class_rows(often, legend.COLD), "Class of the share of the logs that pass"
         )
-        facts: dict[str, Any] = {"rule": RULE, "decides": DECIDES, "energy": ask.energy or "largest of all logs"}
+        facts: dict[str, Any] = {"rule": RULE, "decides": DECIDES, "energy": ask.energy_raster or "largest of all logs"}
         facts["logs"] = n_logs
         facts["no_hit"] = {"p_high": wilson_interval(0, n_logs)[1]}
         other, rarest_first = passages, True

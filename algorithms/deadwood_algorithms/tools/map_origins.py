@@ -14,7 +14,7 @@ The folder holds
 A grid of releases over all ground on which logs could start, as dense as it is susceptible:
 
     deadwood-tool assess-mobilisation --dem sample_data/dem.tif --friction 0.25 --output susceptibility.tif \\
-        --areas zones.gpkg
+        --release-areas zones.gpkg
     deadwood-tool sample-releases --areas zones.gpkg --weights susceptibility.tif --dem sample_data/dem.tif \\
         --logs-per-ha 500 --output releases.gpkg
     deadwood-tool slide-logs --dem sample_data/dem.tif --releases releases.gpkg --friction 0.25 --trajectories all \\

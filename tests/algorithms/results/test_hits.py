@@ -126,7 +126,7 @@ def test_chunks_threads_and_an_interruption_change_no_bit(case, full, tmp_path, 
 
 
 def test_no_hit_no_layer(case, tmp_path):
-    run = case.run(output=str(tmp_path / "bare"), trajectories="none", time_limit=1.0)
+    run = case.run(output=str(tmp_path / "bare"), trajectories="none", time_limit_s=1.0)
     assert not {"barrier_hits", "tree_hits"} & set(gpd.list_layers(run / "run.gpkg")["name"])
 
 

@@ -59,7 +59,7 @@ class Plane:
             "fidelity": "draft",
             "error_m": 1.0,
         }
-        sweep = {"friction": "0.45:0.7:0.025", "time_limit": 60.0}
+        sweep = {"friction": "0.45:0.7:0.025", "time_limit_s": 60.0}
         return {name: value for name, value in (values | logs | sweep | changes).items() if value is not None}
 
 

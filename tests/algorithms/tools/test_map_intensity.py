@@ -173,7 +173,7 @@ def test_other_energies_and_other_lines(made, tmp_path):
     grid = json.loads((made / "manifest.json").read_text())["grid"]
     write_values(tmp_path / "e95.tif", np.full((LENGTH, WIDTH), 31.0, np.float32), grid)
     across = write_layer(tmp_path / "l.gpkg", [shapely.LineString([(0.5, 40.0), (59.5, 40.0)])], line_id=["mine"])
-    found = maps(made, tmp_path / "m", energy=str(tmp_path / "e95.tif"), lines=across)
+    found = maps(made, tmp_path / "m", energy_raster=str(tmp_path / "e95.tif"), lines=across)
     assert set(np.unique(found["intensity"])) == {0, 2}
     rows = table(tmp_path / "m")
     assert set(rows.index.get_level_values(0)) == {"mine"}

@@ -31,7 +31,7 @@ SAME = {
 # Parameters that change no log's way, or are compared as releases.
 NO_MATTER = (
     "output", "overwrite", "threads", "resume", "trajectories", "until_ci", "error", "budget", "assume", "seed",
-    "min_runout", "releases", "report", "qgis_project", "geoparquet", "outline_every_s", "danger_least",
+    "min_runout_m", "releases", "report", "qgis_project", "geoparquet", "outline_every_s", "danger_least",
     "danger_counts", "scheduler", "workers", "friction_preset",  # which friction it means, friction says
 )  # fmt: skip
 SAME_LINE_M = 0.01
