@@ -20,7 +20,6 @@ from deadwood_toolbox.plugin_zip import TOOL as QGIS_PLUGIN
 from deadwood_toolbox.shelf import Declared
 
 WIDE = {"max_content_width": 110}  # as wide as the terminal, but no wider than one reads
-SECTIONS = ("Inputs", "Parameters", "Advanced", "Outputs")
 
 
 @dataclass(frozen=True)
@@ -102,7 +101,8 @@ class _ToolCommand(click.Command):
             formatter.write_text(_lists_kept(self.tool.description))
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        for title in SECTIONS:
+        groups = dict.fromkeys(p.group for p in self.tool.parameters() if p.group)
+        for title in ("Inputs", "Parameters", *groups, "Advanced", "Outputs"):
             rows = [parameters.help_line(p) for p in self.tool.parameters() if parameters.section(p) == title]
             if rows:
                 with formatter.section(title):

@@ -23,7 +23,7 @@ OLD = [(tool, each, old) for tool in TOOLS for each in tool.parameters() for old
 
 
 def example(parameter: Parameter) -> str:
-    return "7" if parameter.kind == "number" else "some.gpkg"
+    return "7" if parameter.kind in ("number", "numbers") else "some.gpkg"
 
 
 def needed(tool: Tool) -> list[str]:

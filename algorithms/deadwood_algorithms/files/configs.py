@@ -20,7 +20,7 @@ def value_from_json(parameter: Parameter, value: Any) -> Any:
     """The value that stands in a file of parameters, in the form in which the flag would give it."""
     kind = parameter.of_kind
     if kind.json_as_it_is:
-        return value  # Tool.check refuses what does not fit
+        return kind.from_value(parameter, value)  # Tool.check refuses what does not fit
     if kind.number_as_text and isinstance(value, (int, float)) and not isinstance(value, bool):
         return str(value)
     if not isinstance(value, str) or not value.strip():

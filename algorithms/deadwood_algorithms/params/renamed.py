@@ -20,7 +20,11 @@ OF_ALL_TOOLS = {
 OF_ONE_TOOL = {
     "assess-mobilisation": {"release_areas": "areas"},
     "import-trees": {"snags": "releases"},
-    "map-intensity": {"energy_raster": "energy"},
+    "map-intensity": {
+        "energy_classes_kj": "energy_classes",
+        "energy_raster": "energy",
+        "return_periods_years": "return_periods",
+    },
     "windthrow": {"windthrow_areas": "areas"},
 }
 

@@ -97,6 +97,16 @@ def number(label: str, **facts: Any) -> Any:
     return ask("number", label, **facts)
 
 
+def numbers(label: str, *default: float, **facts: Any) -> Any:
+    """Several numbers, as a tuple; on the command line with commas, or from:to:step."""
+    return ask("numbers", label, default=default, **facts)
+
+
+def class_bounds(label: str, *default: float, **facts: Any) -> Any:
+    """Bounds of classes: ascending, above 0, at most eight."""
+    return numbers(label, *default, minimum=0.0, exclusive=True, ascending=True, most_count=8, **facts)
+
+
 def integer(label: str, **facts: Any) -> Any:
     return ask("integer", label, **facts)
 
@@ -260,7 +270,7 @@ class Tool:
         for name in required:
             if values.get(name) is None:
                 raise UserError(f"{self.name}: {known[name].flag} is missing ({known[name].label})")
-        return self.Ask(**values)
+        return self.Ask(**{name: known[name].of_kind.from_value(known[name], each) for name, each in values.items()})
 
 
 def taken(ask: Any, record: type[Record]) -> Record:

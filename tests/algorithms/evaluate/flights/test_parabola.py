@@ -128,3 +128,11 @@ def test_a_log_is_free_where_both_its_ends_have_left_the_ground_and_not_come_bac
     half = 3.0 * math.cos(math.atan(slope))
     assert (half <= s <= 30.0 - half) is free
     assert found.crossings[0].free is free
+
+
+def test_a_flight_that_lands_while_it_still_rises_is_highest_at_its_landing():
+    rising, falling = Flight(10.0, 4.0, 0.6), Flight(10.0, -9.0, -0.4)
+    assert rising.bend > 0.0
+    assert rising.slope(10.0) > 0.0
+    assert rising.apex == pytest.approx((10.0, 4.0))
+    assert falling.apex == (0.0, 0.0)

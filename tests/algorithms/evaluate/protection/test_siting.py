@@ -48,7 +48,7 @@ class Paper(Siting):
 
     def slide(self, rows: np.ndarray, chosen: Any, what: str, later: Any = ()) -> Any:
         self.tried.append(chosen[-1])
-        reach = ~self.stops[rows][:, list(chosen)].any(axis=1)
+        reach = np.atleast_1d(~self.stops[rows][:, list(chosen)].any(axis=1))
         return ways_of(reach[:, None], self.near[rows]), None
 
 
@@ -96,7 +96,7 @@ def test_the_best_beside_those_chosen_is_that_of_trying_all(seed):
 
 
 def test_of_equal_gains_the_smaller_face_is_built_then_the_first():
-    near = stops = np.repeat(np.arange(40)[:, None] < 20, 4, axis=1)
+    near = stops = np.tile(np.arange(40)[:, None] < 20, (1, 4))
     siting = Paper(near, stops, candidates((20.0, 4.0), (25.0, 3.0), (30.0, 2.5), (15.0, 5.0)))
     start = ways_of(np.ones((40, 1), bool), near)
     best, among = siting.best(start, (), range(4))

@@ -81,8 +81,8 @@ def test_merged_rasters_are_those_of_all_cells_one_by_one(monkeypatch, seed):
         for name in mosaic.COUNTS:
             assert total[name][j, i] == sum(int(layers[k][f"{name}.tif", 1][place]) for k in mine)
         for name in mosaic.MAXIMA:
-            values = [v for k in mine if np.isfinite(v := layers[k][f"{name}.tif", 1][place])]
-            assert np.array_equal(total[name][j, i], max(values, default=np.float32(np.nan)), equal_nan=True)
+            known = [v for k in mine if np.isfinite(v := layers[k][f"{name}.tif", 1][place])]
+            assert np.array_equal(total[name][j, i], max(known, default=np.float32(np.nan)), equal_nan=True)
         for band in (1, 2):
             assert total["danger"][band - 1, j, i] == sum(
                 int(layers[k][mosaic.DANGER_COUNT, band][place]) for k in mine

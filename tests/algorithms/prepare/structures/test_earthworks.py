@@ -110,3 +110,17 @@ def test_stations_are_dense_and_a_vertex_twice_is_one():
     assert (one.station[0], one.station[-1]) == (0.0, 5.0)
     assert one.crest == pytest.approx(-(5.0 + one.station))
     assert one.above == pytest.approx(-(5.0 + one.station - 2.0 * 0.6 * one.station))
+
+
+def test_earth_that_lies_there_already_is_not_moved_again():
+    """The same dam twice, then one 1 m higher on it: only what the heights rise by is filled."""
+    ground = grid_of(lambda x, y: 100.0 + 0.0 * x + 0.0 * y)
+    line = shapely.LineString([(20.0, 20.0), (40.0, 20.0)])
+    work, current = Work(), ground.values.copy()
+    for rise in (3.0, 3.0, 4.0):
+        before, filled = current.copy(), work.fill_m3
+        structure = made(line, ground, sign=1.0, rise=rise, half=1.0, left=1.0, right=1.0)
+        changed = build(structure, ground, current, work, lambda *_: ground)
+        assert work.fill_m3 - filled == pytest.approx(float((current - before).sum()) * CELL**2)
+        assert np.array_equal(changed, current != before)
+    assert work.fill_m3 == pytest.approx(float((current - ground.values).sum()) * CELL**2)
