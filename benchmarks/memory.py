@@ -63,7 +63,7 @@ def one(folder: Path, keep: str) -> dict[str, float]:
 
     inputs = {name: folder / f"{name}.{'tif' if name == 'dem' else 'gpkg'}" for name in ("dem", "releases", "lines")}
     flags = [f"--{name}={place}" for name, place in inputs.items()]
-    flags += ["--friction=0.5", "--fidelity=draft", "--time-limit=60", f"--trajectories={keep}", "--threads=2"]
+    flags += ["--friction=0.5", "--fidelity=draft", "--time-limit-s=60", f"--trajectories={keep}", "--threads=2"]
     if cli.run(["slide-logs", *flags, f"--output={folder / 'run'}", "--quiet"]) != 0:
         raise SystemExit(1)
     used = resource.getrusage(resource.RUSAGE_SELF)

@@ -20,7 +20,6 @@ from deadwood_toolbox.plugin_zip import TOOL as QGIS_PLUGIN
 from deadwood_toolbox.shelf import Declared
 
 WIDE = {"max_content_width": 110}  # as wide as the terminal, but no wider than one reads
-SECTIONS = ("Inputs", "Parameters", "Advanced", "Outputs")
 
 
 @dataclass(frozen=True)
@@ -102,7 +101,8 @@ class _ToolCommand(click.Command):
             formatter.write_text(_lists_kept(self.tool.description))
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        for title in SECTIONS:
+        groups = dict.fromkeys(p.group for p in self.tool.parameters() if p.group)
+        for title in ("Inputs", "Parameters", *groups, "Advanced", "Outputs"):
             rows = [parameters.help_line(p) for p in self.tool.parameters() if parameters.section(p) == title]
             if rows:
                 with formatter.section(title):
@@ -144,8 +144,9 @@ class _Value(click.ParamType):
 def _option(parameter: Parameter) -> click.Option:
     """An option without default: what is not given is told apart from what is, so that flags override ``--config``."""
     if parameter.is_switch:
-        return click.Option([f"{parameter.flag}/--no-{parameter.flag[2:]}", parameter.name], default=None)
-    return click.Option([parameter.flag, parameter.name], type=_Value(parameter), default=None)
+        words = [f"{each}/--no-{each[2:]}" for each in (parameter.flag, *parameter.old_flags)]
+        return click.Option([*words, parameter.name], default=None)
+    return click.Option([parameter.flag, *parameter.old_flags, parameter.name], type=_Value(parameter), default=None)
 
 
 def _common_options() -> list[click.Parameter]:

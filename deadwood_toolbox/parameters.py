@@ -40,6 +40,8 @@ def section(parameter: Parameter) -> str:
     """Under which heading of the help a parameter stands."""
     if parameter.is_output or parameter.name in ("overwrite", "resume"):
         return "Outputs"
+    if parameter.group:
+        return parameter.group
     if parameter.advanced:
         return "Advanced"
     return "Inputs" if parameter.is_input else "Parameters"
@@ -50,16 +52,18 @@ def bounds(parameter: Parameter) -> str:
     low, high = parameter.minimum, parameter.maximum
     if high is not None and high >= LARGEST_INTEGER:
         high = None
+    below = "<" if parameter.exclusive_maximum else "<="
     if low is not None and high is not None:
-        return f"{low:.10g} {'<' if parameter.exclusive else '<='} x <= {high:.10g}"
+        return f"{low:.10g} {'<' if parameter.exclusive else '<='} x {below} {high:.10g}"
     if low is not None:
         return f"{'>' if parameter.exclusive else '>='} {low:.10g}"
-    return f"<= {high:.10g}" if high is not None else ""
+    return f"{below} {high:.10g}" if high is not None else ""
 
 
 def default_text(parameter: Parameter) -> str:
     """The default as one types it."""
-    return f"{parameter.default:.10g}" if isinstance(parameter.default, float) else str(parameter.default)
+    values = parameter.default if isinstance(parameter.default, tuple) else (parameter.default,)
+    return ",".join(f"{each:.10g}" if isinstance(each, float) else str(each) for each in values)
 
 
 def facts(parameter: Parameter) -> str:

@@ -28,6 +28,7 @@ from qgis.core import (
     QgsProcessingParameterFileDestination,
     QgsProcessingParameterFolderDestination,
     QgsProcessingParameterMapLayer,
+    QgsProcessingParameterMatrix,
     QgsProcessingParameterNumber,
     QgsProcessingParameterRasterDestination,
     QgsProcessingParameterRasterLayer,
@@ -164,6 +165,14 @@ def _number(declared: dict[str, Any], name: str, label: str, optional: bool) -> 
     return made
 
 
+def _numbers(declared: dict[str, Any], name: str, label: str, optional: bool) -> QgsProcessingParameterMatrix:
+    """A table of one column to which rows can be added; a text with commas is taken as well."""
+    default = list(declared["default"] or ())
+    return QgsProcessingParameterMatrix(
+        name, label, numberRows=len(default), headers=[label], defaultValue=default, optional=optional
+    )
+
+
 def _destination(make: Callable[..., QgsProcessingParameterDefinition], **facts: Any) -> Widget:
     """The widget of an output; one that need not be made is off at first."""
 
@@ -186,6 +195,7 @@ WIDGETS: dict[str, Widget] = {
     "number_or_layer": _number_or_layer,
     "number": _number,
     "integer": _number,
+    "numbers": _numbers,
     "choice": _choice,
     "flag": lambda told, name, label, optional: QgsProcessingParameterBoolean(
         name, label, defaultValue=bool(told["default"])

@@ -55,7 +55,8 @@ class Inputs:
         context: QgsProcessingContext,
         feedback: QgsProcessingFeedback,
     ) -> None:
-        self.algorithm, self.parameters, self.context, self.feedback = algorithm, parameters, context, feedback
+        self.algorithm, self.context, self.feedback = algorithm, context, feedback
+        self.parameters = dict(parameters)
         self.arguments: list[str] = []
         self.outputs: dict[str, str] = {}
         self.layers: list[tuple[dict[str, Any], QgsMapLayer | str]] = []
@@ -66,6 +67,9 @@ class Inputs:
     def collect(self, declared: list[dict[str, Any]]) -> None:
         told = {"parameters": declared}
         for each in declared:
+            for old in each["old_names"]:  # of a model or script made for the version before
+                if old.upper() in self.parameters:
+                    self.parameters.setdefault(each["name"].upper(), self.parameters[old.upper()])
             if is_hidden(each, told):
                 self.arguments.append("--overwrite")  # QGIS has asked already
             else:
@@ -129,15 +133,16 @@ class Inputs:
 
     def _plain(self, declared: dict[str, Any], name: str) -> str:
         """Numbers and words, as given where that can be: the tool's own line is the clearest on a wrong one."""
-        value = self.parameters.get(name, declared["default"])
+        default = declared["default"]
+        value = self.parameters.get(name, default)
         if isinstance(value, QgsProperty):
             value = value.valueAsString(self.context.expressionContext())[0]
         if declared["widget"] == "choice" and isinstance(value, int):
             value = self.algorithm.parameterAsEnumString(self.parameters, name, self.context)
+        if value is None or value == "" or value == default:
+            return ""
         if isinstance(value, (list, tuple)):
             value = ",".join(map(str, value))
-        if value is None or value == "" or value == declared["default"]:
-            return ""
         if declared["widget"] == "integer" and isinstance(value, float) and value.is_integer():
             return str(int(value))
         return repr(value) if isinstance(value, float) else str(value)

@@ -62,7 +62,7 @@ def run_every_tool(folder: Path) -> list[Found]:
         dem=DEM,
         deadwood=sample("deadwood"),
         output=at("assess-mobilisation", "susceptibility.tif"),
-        areas=at("assess-mobilisation", "areas.gpkg"),
+        release_areas=at("assess-mobilisation", "areas.gpkg"),
         assessed=at("assess-mobilisation", "assessed.gpkg"),
         factors=at("assess-mobilisation", "factors.tif"),
     )
@@ -81,7 +81,7 @@ def run_every_tool(folder: Path) -> list[Found]:
         crown_field="crown",
         status_field="status",
         output=at("import-trees", "trees.gpkg"),
-        releases=at("import-trees", "snags.gpkg"),
+        snags=at("import-trees", "snags.gpkg"),
     )
     run(
         "generate-forest",
@@ -119,7 +119,7 @@ def run_every_tool(folder: Path) -> list[Found]:
         "fidelity": "draft",
         "trajectories": "all",
     }
-    common |= {"barriers": sample("barriers"), "lines": sample("lines"), "time_limit": 60.0}
+    common |= {"barriers": sample("barriers"), "lines": sample("lines"), "time_limit_s": 60.0}
     slid = run(
         "slide-logs",
         **common,
@@ -193,7 +193,7 @@ def run_every_tool(folder: Path) -> list[Found]:
         gltf=at("make-report", "scene.glb"),
         output=at("make-report", "report.html"),
     )
-    of_event = {key: common[key] for key in ("dem", "releases", "fidelity", "time_limit")}
+    of_event = {key: common[key] for key in ("dem", "releases", "fidelity", "time_limit_s")}
     observed = str(slid / "run.gpkg") + "|layername=deposits"
     run(
         "calibrate-friction",
@@ -204,7 +204,7 @@ def run_every_tool(folder: Path) -> list[Found]:
         observed=observed,
         output=folder / "calibrate-friction",
     )
-    scene = {key: common[key] for key in ("dem", "releases", "friction_preset", "lines", "time_limit")}
+    scene = {key: common[key] for key in ("dem", "releases", "friction_preset", "lines", "time_limit_s")}
     of_lines = {"reached": sample("lines"), "event_logs": 4, "event_reached": 1, "friction": "0.3,0.4", "logs": 10}
     run("calibrate-friction", **of_event, **of_lines, output=folder / "calibrate-lines")
     run("compare-fidelity", **scene, fidelities="draft,standard", logs=20, output=folder / "compare-fidelity")

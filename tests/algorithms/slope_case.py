@@ -78,7 +78,7 @@ class Case:
 
     def values(self, **changes: Any) -> dict[str, Any]:
         values = {"dem": self.dem, "releases": self.releases, "friction": "0.25", "output": str(self.folder / "run")}
-        logs = {"dbh_cm": 40.0, "length_m": 10.0, "fidelity": "draft", "time_limit": 60.0, "trajectories": "all"}
+        logs = {"dbh_cm": 40.0, "length_m": 10.0, "fidelity": "draft", "time_limit_s": 60.0, "trajectories": "all"}
         return {name: value for name, value in (values | logs | changes).items() if value is not None}
 
     def everything(self) -> dict[str, str]:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from deadwood_engine.contacts import CONTACT, OLD_CONTACT
+from deadwood_engine.contacts import CONTACT, OLD_CONTACT, Ahead
 from deadwood_engine.cores import CORE
 from deadwood_engine.rolling import ROLLING
 from deadwood_engine.scratch import Scratch
@@ -22,3 +22,26 @@ def test_a_worker_has_contacts_as_records():
         assert isinstance(table, np.recarray)
         assert table.dtype.fields == kind.fields
     assert len(scratch.spare) == 1
+
+
+@pytest.mark.parametrize("dt", [0.002, 0.01, 0.03])
+@pytest.mark.parametrize("gap", [-0.01, 0.0, 2e-5, 3e-4, 7e-4, 0.02])
+def test_a_gap_counts_as_closed_that_gravity_closes_in_the_step_but_half_a_millimetre_at_most(plain, gap, dt):
+    """A log at rest in level ground's pose at the step's end: it may come down by the gap less g dt^2 / 2, or 0.5 mm.
+
+    At 30 ms gravity falls 4.4 mm, and a log that may fall so much no more would lie on air by as much.
+    """
+    gravity = 9.81
+    scratch = Scratch.allocate(8, 3, 1, None)
+    state = np.zeros(16)
+    state[13] = 1.0
+    step = Ahead(dt, gravity, dt, 0.0, 0.4, 0.0)
+    ahead = gap - 0.5 * gravity * dt * dt  # of the pose of ``step``, to which gravity alone has moved it
+    count = plain("contacts").add_contact(
+        scratch.contacts, scratch.keys, 0, state, (0, 0, 0), 0.0, 0.0, -0.3, 0.0, 0.0, 1.0, 0.4, ahead, step, True
+    )
+    assert count == 1
+    contact = scratch.contacts[0]
+    assert contact.gap == pytest.approx(gap, abs=1e-15)
+    left = gap - min(0.5 * gravity * dt**2, 0.0005)
+    assert contact.target == pytest.approx(-max(left, 0.0) / dt, abs=1e-12)

@@ -66,7 +66,7 @@ CASES: dict[str, dict[str, object]] = {
         "event_reached": 1,
         "friction": "0.3:0.6:0.3",
         "fidelity": "draft",
-        "time_limit": 10.0,
+        "time_limit_s": 10.0,
     },
     "compare-fidelity": {
         "dem": DEM,
@@ -74,7 +74,7 @@ CASES: dict[str, dict[str, object]] = {
         "friction": 0.25,
         "fidelities": "draft,standard",
         "logs": 8,
-        "time_limit": 5.0,
+        "time_limit_s": 5.0,
     },
     "vary": {
         "dem": DEM,
@@ -84,7 +84,7 @@ CASES: dict[str, dict[str, object]] = {
         "vary": "friction=0.2:0.4,rolling_friction",
         "design": "ends",
         "logs": 8,
-        "time_limit": 5.0,
+        "time_limit_s": 5.0,
     },
     "make-report": {"runs": "{work}/slide-logs,{work}/slide-logs-bare", "names": "with,without"},
     "reproduce-paper": {"site": "rothenbrunnen", "quick": True, "logs": 8},

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import subprocess
 import sys
@@ -11,6 +12,7 @@ import pytest
 
 from deadwood_algorithms.params.kinds import KINDS
 from deadwood_algorithms.params.tool import Parameter, Tool, check_value, manifest
+from deadwood_algorithms.scene.default_log import DEFAULTED
 from deadwood_toolbox import cli, parameters
 from deadwood_toolbox.catalogue import PLACE, page
 from deadwood_toolbox.shelf import TOOLS, declared, find
@@ -54,9 +56,9 @@ UNITS = {
     "_kj": {"kJ"},
     "_m": {"m"},
     "_s": {"s"},
+    "_years": {"years"},
 }
-# Flags that the contract (section 4) names without their unit.
-UNIT_LEFT_OUT = {"time_step", "time_limit", "station_spacing", "rest_speed", "min_runout"}
+
 every_tool = pytest.mark.parametrize("tool", TOOLS, ids=lambda tool: tool.name)
 
 
@@ -78,7 +80,7 @@ def flaws(parameter: Parameter) -> list[str]:
     if named and parameter.kind in ("number", "integer") and parameter.unit not in named:
         found.append(f"unit '{parameter.unit}' but the name says {sorted(named)}")
     units_of_names = set().union(*UNITS.values())
-    if parameter.unit in units_of_names and not named and parameter.name not in UNIT_LEFT_OUT:
+    if parameter.unit in units_of_names and not named:
         found.append(f"unit '{parameter.unit}' is missing in the name")
     if parameter.kind == "choice" and len(parameter.choices) < 1:
         found.append("no choices")
@@ -161,6 +163,21 @@ def sample(parameter: Parameter) -> object:
         low = parameter.minimum if parameter.minimum is not None else 0
         return int(low) + 1
     return parameter.choices[0] if parameter.kind == "choice" else "0.4"
+
+
+def test_what_a_log_is_like_by_default_is_one_group_of_the_tools_that_slide():
+    """Declared once: the same in each, one after the other, under a heading of its own in the help."""
+    groups = {}
+    for tool in TOOLS:
+        declared = list(tool.parameters())
+        places = [k for k, p in enumerate(declared) if p.group]
+        if places:
+            assert places == list(range(places[0], places[0] + len(places)))
+            groups[tool.name] = [dataclasses.replace(declared[k], old_names=()) for k in places]
+    assert list(groups) == ["slide-logs", "run-sites", "calibrate-friction", "compare-fidelity", "vary"]
+    first, *others = groups.values()
+    assert [p.name for p in first] == list(DEFAULTED)
+    assert all(each == first for each in others)
 
 
 def test_the_flaws_above_are_found():

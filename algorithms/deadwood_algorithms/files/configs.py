@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from deadwood_algorithms.params.renamed import with_new_names
 from deadwood_algorithms.params.tool import Parameter, Quiet, Tool, UserError, is_path, moved_paths
 
 LARGEST_CONFIG = 64 * 2**20  # bytes
@@ -19,7 +20,7 @@ def value_from_json(parameter: Parameter, value: Any) -> Any:
     """The value that stands in a file of parameters, in the form in which the flag would give it."""
     kind = parameter.of_kind
     if kind.json_as_it_is:
-        return value  # Tool.check refuses what does not fit
+        return kind.from_value(parameter, value)  # Tool.check refuses what does not fit
     if kind.number_as_text and isinstance(value, (int, float)) and not isinstance(value, bool):
         return str(value)
     if not isinstance(value, str) or not value.strip():
@@ -54,6 +55,7 @@ def read_config(path: str, tool: Tool, note: Callable[[str], None] = UNHEARD) ->
     if not isinstance(content, dict):
         raise UserError(f'--config {path} must hold a JSON object of parameters, such as {{"seed": 0}}')
     known = {parameter.name: parameter for parameter in tool.parameters()}
+    content = with_new_names(tool.name, content)
     values = {}
     for name, value in content.items():
         if name not in known:

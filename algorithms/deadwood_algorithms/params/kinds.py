@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 
@@ -30,6 +31,10 @@ class Parameter:
     minimum: float | None = None
     maximum: float | None = None
     exclusive: bool = False  # the minimum itself is not allowed (a length, a diameter)
+    exclusive_maximum: bool = False
+    least_count: int = 1  # of numbers
+    most_count: int = 100
+    ascending: bool = False  # of numbers: bounds of classes, each larger than the one before; else all different
     choices: tuple[str, ...] = ()
     geometry: tuple[str, ...] = ()  # of a vector input: point, line, polygon
     parent: str = ""  # of a field: the parameter whose layer has it
@@ -38,12 +43,18 @@ class Parameter:
     parts: tuple[str, ...] = ()
     optional: bool = False
     advanced: bool = False
+    group: str = ""  # a heading of its own in the help, for parameters that belong together
     positional: bool = False  # on the command line it may stand without its flag; several with commas, or one by one
+    old_names: tuple[str, ...] = ()  # under which it is known too, in this version (`renamed`)
     default: Any = None
 
     @property
     def flag(self) -> str:
         return "--" + self.name.replace("_", "-")
+
+    @property
+    def old_flags(self) -> tuple[str, ...]:
+        return tuple("--" + each.replace("_", "-") for each in self.old_names)
 
     @property
     def of_kind(self) -> Kind:
@@ -96,6 +107,36 @@ def _whole(parameter: Parameter, text: str) -> int:
     return int(text)
 
 
+def _numbers(parameter: Parameter, text: str) -> tuple[float, ...]:
+    """``0.1,0.2`` or ``0.1:0.5:0.05``, from, to and step."""
+    if text.count(":") == 2:
+        low, high, step = (_number(parameter, part) for part in text.split(":"))
+        if math.isfinite(low) and low < high < math.inf and step > 0.0 and (high - low) / step < parameter.most_count:
+            return tuple(round(low + k * step, 10) for k in range(math.floor((high - low) / step + 1e-9) + 1))
+        raise UserError(
+            f"{parameter.flag} is '{text}', but from:to:step must rise, in at most {parameter.most_count} numbers"
+        )
+    try:
+        return tuple(float(part) for part in text.split(",") if part.strip())
+    except ValueError:
+        raise UserError(
+            f"{parameter.flag} is '{text}', but must be numbers with commas between, or from:to:step"
+        ) from None
+
+
+# --- a value from Python or JSON as a flag would give it ---
+
+
+def _as_it_is(parameter: Parameter, value: Any) -> Any:
+    return value
+
+
+def _as_numbers(parameter: Parameter, value: Any) -> Any:
+    if isinstance(value, str):
+        return _numbers(parameter, value)
+    return tuple(value) if isinstance(value, Iterable) else (value,)
+
+
 # --- what of a value is checked -------------------------------------------------------------------------------------
 
 
@@ -118,12 +159,26 @@ def _check_number(parameter: Parameter, value: Any, *, whole: bool = False) -> N
     if low is not None and (value < low or (parameter.exclusive and value <= low)):
         word = "greater than" if parameter.exclusive else "at least"
         raise UserError(f"{parameter.flag} is {value:g}{unit}, but must be {word} {low:g}{unit}")
-    if high is not None and value > high:
-        raise UserError(f"{parameter.flag} is {value:g}{unit}, but must be at most {high:g}{unit}")
+    if high is not None and (value > high or (parameter.exclusive_maximum and value >= high)):
+        word = "less than" if parameter.exclusive_maximum else "at most"
+        raise UserError(f"{parameter.flag} is {value:g}{unit}, but must be {word} {high:g}{unit}")
 
 
 def _check_whole(parameter: Parameter, value: Any) -> None:
     _check_number(parameter, value, whole=True)
+
+
+def _check_numbers(parameter: Parameter, value: Any) -> None:
+    for each in value:
+        _check_number(parameter, each)
+    shown = ",".join(f"{each:g}" for each in value)
+    least, most = parameter.least_count, parameter.most_count
+    if not least <= len(value) <= most:
+        raise UserError(f"{parameter.flag} is '{shown}', but must be {least} to {most} numbers, with commas")
+    if parameter.ascending and not all(low < high for low, high in pairwise(value)):
+        raise UserError(f"{parameter.flag} is '{shown}', but each number must be larger than the one before")
+    if len(set(value)) < len(value):
+        raise UserError(f"{parameter.flag} is '{shown}', but must be different numbers")
 
 
 def _check_number_or_layer(parameter: Parameter, value: Any) -> None:
@@ -158,6 +213,8 @@ class Kind:
         ``input``: the path of something that is read, ``output``: of something that is written, else ``setting``.
     from_text : callable
         The value that a flag's text stands for.
+    from_value : callable
+        The value that a flag would give, from what stands in a file of parameters or comes from Python.
     check : callable
         Raises `UserError` when a value does not fit.
     json_as_it_is : bool
@@ -174,6 +231,7 @@ class Kind:
     metavar: str
     direction: str = "setting"
     from_text: Callable[[Parameter, str], Any] = _words
+    from_value: Callable[[Parameter, Any], Any] = _as_it_is
     check: Callable[[Parameter, Any], None] = _check_nothing
     json_as_it_is: bool = False
     number_as_text: bool = False
@@ -192,6 +250,9 @@ KINDS = {
     ),
     "number": Kind(metavar="NUMBER", from_text=_number, check=_check_number, json_as_it_is=True),
     "integer": Kind(metavar="WHOLE", from_text=_whole, check=_check_whole, json_as_it_is=True),
+    "numbers": Kind(
+        metavar="NUMBER,...", from_text=_numbers, from_value=_as_numbers, check=_check_numbers, json_as_it_is=True
+    ),
     "choice": Kind(metavar="", check=_check_choice),
     "flag": Kind(metavar="", check=_check_flag, json_as_it_is=True, switch=True),
     "text": Kind(metavar="TEXT", number_as_text=True),

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
 from deadwood_algorithms.params.kinds import KINDS, Parameter, UserError, check_value
+from deadwood_algorithms.params.renamed import old_names_of, with_new_names
 
 __all__ = ["Cancelled", "Feedback", "Outcome", "Parameter", "Tool", "UserError", "check_value"]
 VERSION = "0.3.0"  # the one place: pyproject.toml, the QGIS plugin and every manifest take it from here
@@ -94,6 +95,16 @@ def table(label: str, **facts: Any) -> Any:
 
 def number(label: str, **facts: Any) -> Any:
     return ask("number", label, **facts)
+
+
+def numbers(label: str, *default: float, **facts: Any) -> Any:
+    """Several numbers, as a tuple; on the command line with commas, or from:to:step."""
+    return ask("numbers", label, default=default, **facts)
+
+
+def class_bounds(label: str, *default: float, **facts: Any) -> Any:
+    """Bounds of classes: ascending, above 0, at most eight."""
+    return numbers(label, *default, minimum=0.0, exclusive=True, ascending=True, most_count=8, **facts)
 
 
 def integer(label: str, **facts: Any) -> Any:
@@ -233,7 +244,8 @@ class Tool:
 
     def parameters(self) -> Iterator[Parameter]:
         for each in dataclasses.fields(self.Ask):
-            yield dataclasses.replace(each.metadata["parameter"], name=each.name)
+            old = old_names_of(self.name, each.name)
+            yield dataclasses.replace(each.metadata["parameter"], name=each.name, old_names=old)
 
     def check(self, ask: Any) -> None:
         """Refuse what no file needs to be opened for: kinds, bounds and choices."""
@@ -250,6 +262,7 @@ class Tool:
     def ask_from(self, values: Mapping[str, Any]) -> Any:
         """Build the ``Ask`` from a mapping; an unknown or missing name is the user's error."""
         known = {parameter.name: parameter for parameter in self.parameters()}
+        values = with_new_names(self.name, values)
         for name in values:
             if name not in known:
                 raise UserError(f"{self.name}: no parameter is called '{name}'; known are {', '.join(known)}")
@@ -257,7 +270,7 @@ class Tool:
         for name in required:
             if values.get(name) is None:
                 raise UserError(f"{self.name}: {known[name].flag} is missing ({known[name].label})")
-        return self.Ask(**values)
+        return self.Ask(**{name: known[name].of_kind.from_value(known[name], each) for name, each in values.items()})
 
 
 def taken(ask: Any, record: type[Record]) -> Record:

@@ -198,7 +198,7 @@ def _histogram(axes: Any, values: NDArray[np.float64], label: str, words: Words)
 
 def counted_azimuths(source: ReportedRun) -> dict[str, NDArray[np.float64]]:
     """Azimuths [deg] of the deposits that count for the spread, by release."""
-    given = source.run.manifest.get("parameters", {}).get("min_runout")
+    given = source.run.manifest.get("parameters", {}).get("min_runout_m")
     frame = source.deposits
     nearest = frame["length_m"].to_numpy(np.float64) if given is None else np.full(len(frame), float(given))
     x, y = shapely.get_coordinates(np.asarray(frame.geometry)).T

@@ -182,7 +182,7 @@ def calculation_words(accuracy: Mapping[str, Any], parameters: Mapping[str, Any]
     fidelity = accuracy["fidelity"]
     if promise := accuracy.get("auto"):
         return words.say("calculation_bound", bound=shown_number(100.0 * promise["calculation"], words, 2))
-    if parameters.get("time_step") is not None or parameters.get("station_spacing") is not None:
+    if parameters.get("time_step_s") is not None or parameters.get("station_spacing_m") is not None:
         return words.say("calculation_unknown")
     if fidelity == "reference":
         return words.say("calculation_none")

@@ -16,24 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.grid import Grid
-from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
+from deadwood_algorithms.params.tool import Cancelled, Feedback
 from deadwood_algorithms.results.motion import bodies_of, energies_kj
 from deadwood_algorithms.results.run_folder import Run, ends_of
 from deadwood_engine.peaks import CellPeaks
 
 HITS_AT_ONCE = 20_000_000  # 4 bytes each and quantity, and 16 more while one is sorted: 0.6 GB
 QUANTITIES = {"speed": "m/s", "energy": "kJ", "jump": "m"}
-
-
-def levels_of(text: str) -> list[float]:
-    """The quantiles asked for, as shares of 1."""
-    try:
-        percent = [float(each) for each in str(text).split(",") if each.strip()]
-    except ValueError:
-        percent = []
-    if not percent or not all(0.0 <= each <= 100.0 for each in percent) or len(set(percent)) < len(percent):
-        raise UserError(f"--quantiles is '{text}', but must be different numbers from 0 to 100, with commas")
-    return [each / 100.0 for each in percent]
 
 
 def cell_quantiles(

@@ -52,7 +52,7 @@ def fidelity_of(source: Run) -> Fidelity:
     name = source.fidelity
     if name not in FIDELITIES:
         raise UserError(f"{source.path}: its manifest names the fidelity '{name}', which there is none of")
-    return fidelity_with(name, asked.get("time_step"), asked.get("station_spacing"))
+    return fidelity_with(name, asked.get("time_step_s"), asked.get("station_spacing_m"))
 
 
 def logs_of(source: Run, releases: Releases, rows: NDArray[np.int64]) -> Releases:

@@ -21,6 +21,7 @@ from pyproj.exceptions import CRSError
 
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.params.renamed import with_new_names
 from deadwood_algorithms.params.tool import VERSION, Feedback, UserError, moved_paths
 
 GEOPACKAGE, POSES, SUMMARY, MANIFEST = "run.gpkg", "poses.parquet", "summary.json", "manifest.json"
@@ -179,6 +180,7 @@ def read_manifest(folder: Path) -> tuple[dict[str, Any], Grid]:
     """The manifest of a run, and its grid without values."""
     try:
         manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+        manifest["parameters"] = with_new_names("slide-logs", manifest.get("parameters", {}))
         facts = manifest["grid"]
         shape, crs = (int(facts["ny"]), int(facts["nx"])), pyproj.CRS.from_user_input(facts["crs"])
         cell, x0, y0 = (float(facts[name]) for name in ("cell", "x0", "y0"))

@@ -79,7 +79,7 @@ def summary_of(
         },
         "reach": reach_records(layers.lines, touched, left_dem(by_log)),
         "until_ci": queue.rule.record() if queue.rule else None,
-        "spread": spread_records(releases, by_log["end_position"], left_dem(by_log), asked.scene.min_runout),
+        "spread": spread_records(releases, by_log["end_position"], left_dem(by_log), asked.scene.min_runout_m),
         "barriers": ledger_records(barrier_records(layers.barriers, by_log), hits["barrier_hits"]),
         "trees": obstacle_record(hits["tree_hits"], len(layers.tree_ids)) if layers.tree_ids else None,
         "held": held_record(by_log["grip"]) if layers.tree_ids else None,

@@ -185,7 +185,7 @@ def write_results(
     still = summary["logs"]["by_stop_reason"]["time_limit"]
     if still > WORTH_A_WARNING * len(releases):
         feedback.warn(
-            f"{still} of {len(releases)} logs still moved at --time-limit {asked.scene.time_limit:g} s, so their "
+            f"{still} of {len(releases)} logs still moved at --time-limit-s {asked.scene.time_limit_s:g}, so their "
             "deposits are not final; most such logs roll on smooth ground, for the model has no rolling resistance"
         )
     if told := lost_warning(summary):

@@ -13,16 +13,15 @@ from typing import Any
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.presets import FRICTION_CELL_M, FRICTIONS, Taken, choices_told
 from deadwood_algorithms.params.tool import Feedback, UserError
-from deadwood_algorithms.schemas import DBH_CM, DENSITY_KG_M3, DROP_M, SPEED_MS, TREE_M
+from deadwood_algorithms.scene.default_log import DefaultLog
+from deadwood_algorithms.schemas import DBH_CM
 
 # Ground that a log sinks into so far that it resists more does not carry a rigid log
 MOST_ROLLING = 0.5
 
-DEFAULTED = ("dbh_cm", "length_m", "density_kg_m3", "orientation", "tilt_deg", "azimuth_deg", "speed_ms", "drop_m")
-
 
 @dataclass(frozen=True, kw_only=True)
-class ReleasedScene:
+class _LayersAndLaws:
     dem: str = tool.terrain("Terrain model")
     releases: str = tool.vector("Released logs", "point")
     trees: str | None = tool.vector("Standing trees", "point", default=None)
@@ -100,34 +99,16 @@ class ReleasedScene:
         "rocks, or logs as rings of vertices. dbh_cm and length_m of the releases then do not count, the density does; "
         "its z axis takes the place of a log's axis.",
     )
-    time_limit: float = tool.number("Longest run of a log", unit="s", default=300.0, minimum=0.0, exclusive=True)
-    rest_speed: float = tool.number(
+    time_limit_s: float = tool.number("Longest run of a log", unit="s", default=300.0, minimum=0.0, exclusive=True)
+    rest_speed_ms: float = tool.number(
         "Speed below which a log may be at rest", unit="m/s", default=0.1, minimum=0.0, exclusive=True, advanced=True
     )
-    dbh_cm: float = tool.number(
-        "DBH of logs whose layer names none",
-        unit="cm",
-        default=75.0,
-        minimum=0.0,
-        maximum=DBH_CM[1],
-        exclusive=True,
-    )
-    length_m: float = tool.number(
-        "Length, likewise", unit="m", default=30.0, minimum=0.0, maximum=TREE_M[1], exclusive=True
-    )
-    density_kg_m3: float = tool.number(
-        "Density, likewise",
-        unit="kg/m³",
-        default=300.0,
-        minimum=0.0,
-        maximum=DENSITY_KG_M3,
-        exclusive=True,
-    )
-    orientation: str = tool.choice("Orientation, likewise", "upright", "lying", "tilted", default="upright")
-    tilt_deg: float = tool.number("Tilt from the vertical, likewise", unit="°", default=0.0, minimum=0, maximum=180)
-    azimuth_deg: float = tool.number("Azimuth of tip and speed, likewise", unit="°", default=0.0)
-    speed_ms: float = tool.number("Initial speed, likewise", unit="m/s", default=0.0, minimum=0.0, maximum=SPEED_MS)
-    drop_m: float = tool.number("Clearance at the start, likewise", unit="m", default=0.0, minimum=0.0, maximum=DROP_M)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReleasedScene(DefaultLog, _LayersAndLaws):
+    """Fields in the order of the bases from the last: the layers and laws, the default log, then these."""
+
     lying_diameter_cm: float = tool.number(
         "Base diameter of lying logs whose layer names none",
         unit="cm",
@@ -136,7 +117,7 @@ class ReleasedScene:
         maximum=DBH_CM[1],
         exclusive=True,
     )
-    min_runout: float | None = tool.min_runout()
+    min_runout_m: float | None = tool.min_runout()
     seed: int = tool.seed()
     threads: int | None = tool.integer("Threads (default: every core)", default=None, minimum=1, advanced=True)
     scheduler: str | None = tool.scheduler()

@@ -481,7 +481,7 @@ SUMMARY = JsonFile(
         _key("spread", "One a release, as layer `spread`"),
         _key("spread[].release_id", "The release"),
         _key("spread[].n", "Its logs"),
-        _key("spread[].n_left_out", "Of these, deposits nearer than --min-runout"),
+        _key("spread[].n_left_out", "Of these, deposits nearer than --min-runout-m"),
         _key("spread[].n_left_dem", "Logs that left the terrain model: their last places stand for deposits"),
         _key("spread[].spread_without_lost_deg", "spread_deg of the others alone [°]"),
         _key("spread[].p05_p95_without_lost_deg", "p05_p95_deg of the others alone [°]"),

@@ -80,7 +80,7 @@ def slide_batch(
         where the user or ``report`` stopped it
     """
 
-    laws = {**ask.laws(), "time_limit": ask.time_limit, "rest_speed": ask.rest_speed}
+    laws = {**ask.laws(), "time_limit": ask.time_limit_s, "rest_speed": ask.rest_speed_ms}
     laws |= {"until_reached": True} if until_reached else {}
 
     def anywhere() -> Result:

@@ -13,6 +13,7 @@ from deadwood_algorithms.files.dem_windows import DemWindows, open_windows, read
 from deadwood_algorithms.files.grid import Part
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.tool import Feedback, Quiet
+from deadwood_algorithms.scene.default_log import DEFAULTED
 from deadwood_algorithms.scene.friction import number_of
 from deadwood_algorithms.scene.ground import warn_of_ground
 from deadwood_algorithms.scene.items import digest_of, plan_of
@@ -20,7 +21,6 @@ from deadwood_algorithms.scene.layers import SceneLayers, read_scene
 from deadwood_algorithms.scene.memory import LOG_BYTES, refuse_too_many, refuse_too_many_workers, threads_that_fit
 from deadwood_algorithms.scene.reach import WHOLE_CELLS, first_part, wider
 from deadwood_algorithms.scene.released_scene import (
-    DEFAULTED,
     ReleasedScene,
     refuse_no_friction,
     say_friction,

@@ -38,10 +38,12 @@ def bootstrap_interval(
 ) -> tuple[float, float]:
     """95 % percentile interval of a statistic of rows; NaN where it never has a value.
 
-    ``statistic`` gets the rows of the logs of a resample, ascending, each as often as it counts.
+    ``statistic`` gets the rows of the logs of a resample, ascending, each as often as it counts; a resample without any
+    log, which few logs make now and then, has no value.
     """
     rows = np.arange(log_id.size)
-    values = np.array([statistic(np.repeat(rows, times)) for times in resamples(log_id, seed)])
+    draws = resamples(log_id, seed)
+    values = np.array([statistic(np.repeat(rows, times)) if times.any() else math.nan for times in draws])
     if np.isnan(values).all():
         return math.nan, math.nan
     low, high = np.nanquantile(values, [0.025, 0.975])

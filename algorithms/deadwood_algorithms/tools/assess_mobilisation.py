@@ -10,8 +10,8 @@ surface fitted to the heights in a window of ``--window-m`` around the cell (`re
 - smoothness, from 1 on ground without roughness to 0 at ``--roughness-limit-m``, the standard deviation of the heights
   about the fitted surface. That roughness holds logs is the paper's; the limit is a judgement: set your own.
 
-``--areas`` takes the connected ground above ``--threshold`` as polygons, for ``sample-releases --areas``; the raster
-serves as its ``--weights``. Gullies, the preferred tracks, are told by how deep the ground lies across the slope
+``--release-areas`` takes the connected ground above ``--threshold`` as polygons, for ``sample-releases --areas``; the
+raster serves as its ``--weights``. Gullies, the preferred tracks, are told by how deep the ground lies across the slope
 (``gully_share`` of an area); they change nothing of the susceptibility. ``--factors`` keeps slope, roughness and depth.
 
 Mapped ``--deadwood`` (points) is split by ``--assessed`` into the layers ``candidates`` and ``others``. A candidate
@@ -19,8 +19,8 @@ stands on susceptible ground and is in the decay window in which wood is smooth 
 III (Maser and Trappe): by a field ``decay_stage``, else by ``years_dead`` and ``species`` (spruce 2 to 5 years). A
 plain II or III, and an unknown decay, count as candidates: the tool errs on the safe side.
 
-    deadwood-tool assess-mobilisation --dem sample_data/dem.tif --output susceptibility.tif --areas zones.gpkg \\
-        --deadwood 'sample_data/sample.gpkg|layername=deadwood' --assessed deadwood.gpkg
+    deadwood-tool assess-mobilisation --dem sample_data/dem.tif --output susceptibility.tif \\
+        --release-areas zones.gpkg --deadwood 'sample_data/sample.gpkg|layername=deadwood' --assessed deadwood.gpkg
     deadwood-tool sample-releases --areas zones.gpkg --dem sample_data/dem.tif --weights susceptibility.tif \\
         --logs-per-ha 30 --output releases.gpkg
     deadwood-tool sample-releases --areas 'deadwood.gpkg|layername=candidates' --dem sample_data/dem.tif \\
@@ -92,7 +92,7 @@ class Ask:
     crs: str | None = tool.crs()
     overwrite: bool = tool.overwrite()
     output: str = tool.output_raster("Susceptibility (.tif)")
-    areas: str | None = tool.output_vector("Candidate release areas (.gpkg)", default=None)
+    release_areas: str | None = tool.output_vector("Candidate release areas (.gpkg)", default=None)
     assessed: str | None = tool.output_vector(
         "Mapped deadwood, judged (.gpkg)", default=None, parts=("|layername=candidates", "|layername=others")
     )
@@ -115,7 +115,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             return stack.enter_context(output_path(path, ask.overwrite, suffix=suffix, inputs=inputs)) if path else None
 
         output, factors = place(ask.output, ".tif"), place(ask.factors, ".tif")
-        areas, assessed = place(ask.areas, ".gpkg"), place(ask.assessed, ".gpkg")
+        areas, assessed = place(ask.release_areas, ".gpkg"), place(ask.assessed, ".gpkg")
         assert output is not None
         dem = stack.enter_context(open_windows(ask.dem, crs=ask.crs, feedback=feedback))
         friction = stack.enter_context(open_friction(ask.friction, dem.crs, feedback))
@@ -148,8 +148,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         for each in (mask, beside):
             if each != factors:
                 each.unlink()
-    paths = {"output": ask.output, "areas": ask.areas, "assessed": ask.assessed, "factors": ask.factors}
-    return Outcome({name: Path(path) for name, path in paths.items() if path}, facts, tuple(lines))
+    places = {name: getattr(ask, name) for name in ("output", "release_areas", "assessed", "factors")}
+    return Outcome({name: Path(path) for name, path in places.items() if path}, facts, tuple(lines))
 
 
 def refuse_contradictions(ask: Ask) -> None:
@@ -159,8 +159,8 @@ def refuse_contradictions(ask: Ask) -> None:
         raise UserError(f"--years-from {ask.years_from:g} is above --years-to {ask.years_to:g}")
     if ask.assessed and not ask.deadwood:
         raise UserError("--assessed needs --deadwood, the mapped points that it judges")
-    if ask.deadwood and not (ask.assessed or ask.areas):
-        raise UserError("--deadwood needs --assessed, a file for its judgement, or --areas")
+    if ask.deadwood and not (ask.assessed or ask.release_areas):
+        raise UserError("--deadwood needs --assessed, a file for its judgement, or --release-areas")
 
 
 def is_number(text: str) -> bool:

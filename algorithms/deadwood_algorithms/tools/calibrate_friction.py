@@ -49,16 +49,16 @@ if TYPE_CHECKING:
 TABLE, FACTS, PICTURE, LAYERS, MANIFEST = (
     "calibration.csv", "calibration.json", "calibration.png", "calibration.gpkg", "manifest.json",
 )  # fmt: skip
-MOST = 100  # coefficients
 FEW_LOGS = 100
 WORTH_A_WARNING = 0.05  # share of the logs without a deposit
 
 
 @dataclass(frozen=True, kw_only=True)
 class Ask(ReleasedScene):
-    friction: str = tool.text(
-        "Friction coefficients to try", default="0.1:0.5:0.05", help="from:to:step, or single ones with commas."
-    )
+    friction: tuple[float, ...] = tool.numbers(  # pyright: ignore[reportIncompatibleVariableOverride]
+        "Friction coefficients to try", *(round(0.1 + 0.05 * k, 2) for k in range(9)), minimum=0.0, least_count=2,
+        help="Single ones with commas, or from:to:step, such as 0.1:0.5:0.05.",
+    )  # fmt: skip
     observed: str | None = tool.vector(
         "Observed deposits: points, or areas in which logs came to rest",
         "point",
@@ -106,7 +106,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.simulate.windows import read_released_scene
     from deadwood_engine import FIDELITIES
 
-    sweep = coefficients(ask.friction)
+    sweep = sorted(ask.friction)
     did = refuse_unclear(ask)
     with output_folder(ask.output, ask.overwrite) as folder:
         least = replace(ask, friction=str(sweep[0]))  # with it logs go farthest: the window that they need
@@ -161,27 +161,6 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     parts = {"table": TABLE, "facts": FACTS, "picture": PICTURE, "layers": LAYERS, "manifest": MANIFEST}
     outputs = {"output": final} | {key: final / name for key, name in parts.items()}
     return Outcome(outputs, facts, lines_of(rows, sentence, len(logs)))
-
-
-def coefficients(text: str) -> list[float]:
-    """The coefficients of a sweep, ascending."""
-    wrong = UserError(
-        f"--friction is '{text}', but must be from:to:step, such as 0.1:0.5:0.05, or at least two numbers with commas"
-    )
-    try:
-        if ":" in text:
-            low, high, step = (float(part) for part in text.split(":"))
-            if not (0.0 <= low < high and step > 0.0) or (high - low) / step > MOST - 1:
-                raise wrong
-            values = [round(low + k * step, 10) for k in range(math.floor((high - low) / step + 1e-9) + 1)]
-        else:
-            values = sorted(float(part) for part in text.split(",") if part.strip())
-    except ValueError:
-        raise wrong from None
-    fits = all(math.isfinite(each) and each >= 0.0 for each in values)
-    if not fits or not 2 <= len(set(values)) == len(values) <= MOST:
-        raise wrong
-    return values
 
 
 def refuse_unclear(ask: Ask) -> int:

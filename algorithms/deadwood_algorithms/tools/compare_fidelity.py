@@ -71,7 +71,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
                 one, layers = slide_at(name, ask, layers, logs, feedback)
                 slid.append(one)
         feedback.progress(0, 1, "comparing")
-        groups = groups_of(logs, ask.min_runout)
+        groups = groups_of(logs, ask.min_runout_m)
         rows = [row for one in slid for row in rows_of(one, slid[-1], layers.lines.ids, groups, planned, ask.seed)]
         advice = recommend(rows, names, len(logs), len(releases), planned)
         feedback.progress(1, 1, "comparing")

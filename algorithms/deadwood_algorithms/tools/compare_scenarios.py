@@ -68,7 +68,7 @@ class Ask:
         default=None,
         help="Their reach is found from stored trajectories, of the logs that have one in every run.",
     )
-    min_runout: float | None = tool.min_runout()
+    min_runout_m: float | None = tool.min_runout()
     seed: int = tool.seed()
     output: str = tool.output_folder("Folder of the comparison")
     overwrite: bool = tool.overwrite()
@@ -90,7 +90,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     final = Path(ask.output)
     with output_folder(ask.output, ask.overwrite) as folder:
         compared = read_compared(ask.runs, ask.names, ask.lines, feedback)
-        rows = compared_rows(compared, ask.min_runout, ask.seed, feedback)
+        rows = compared_rows(compared, ask.min_runout_m, ask.seed, feedback)
         names = [each.name for each in compared.scenarios]
         differences = differing(compared)
 

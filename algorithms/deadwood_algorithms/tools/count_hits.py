@@ -58,9 +58,10 @@ class Ask:
         default=None,
         help="Comma-separated: rest, tree, barrier, left_dem, time_limit, failed.",
     )
-    quantiles: str = tool.text(
-        "Quantiles of the rasters below", default="50,90,95,99", help="Percent, with commas; a band each."
-    )
+    quantiles: tuple[float, ...] = tool.numbers(
+        "Quantiles of the rasters below", 50.0, 90.0, 95.0, 99.0, unit="%", minimum=0.0, maximum=100.0,
+        help="A band each.",
+    )  # fmt: skip
     speed: str | None = tool.output_raster("Quantiles of the logs' largest speed in each cell", default=None)
     energy: str | None = tool.output_raster("Quantiles of their largest kinetic energy", default=None)
     jump: str | None = tool.output_raster("Quantiles of their largest clearance above the terrain", default=None)
@@ -82,13 +83,13 @@ class Ask:
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.outputs import output_path
     from deadwood_algorithms.files.rasters import write_bands, write_raster
-    from deadwood_algorithms.results.cell_quantiles import QUANTITIES, cell_quantiles, levels_of
+    from deadwood_algorithms.results.cell_quantiles import QUANTITIES, cell_quantiles
     from deadwood_algorithms.results.hit_counts import count_of
     from deadwood_algorithms.results.run_folder import chosen_logs, read_run
 
     if ask.reaching and not ask.danger:
         raise UserError("--reaching says which lines --danger is of; add --danger FILE.tif")
-    levels = levels_of(ask.quantiles)
+    levels = [each / 100.0 for each in ask.quantiles]
     given = {name: getattr(ask, name) for name in QUANTITIES if getattr(ask, name)}
     with ExitStack() as stack:
         path = stack.enter_context(output_path(ask.output, ask.overwrite, suffix=".tif"))

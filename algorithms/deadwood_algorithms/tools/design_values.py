@@ -54,7 +54,10 @@ class Ask:
         default=None,
         help="Without it, the lines of the run. Lines need stored trajectories.",
     )
-    percentiles: str = tool.text("Percentiles", default="50,90,95,99", help="Percent, with commas.")
+    percentiles: tuple[float, ...] = tool.numbers(
+        "Percentiles", 50.0, 90.0, 95.0, 99.0, unit="%", minimum=0.0, maximum=100.0, exclusive=True,
+        exclusive_maximum=True,
+    )  # fmt: skip
     confidence: float = tool.number(
         "Probability with which an interval holds its percentile, at least",
         unit="%",
@@ -81,7 +84,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.results.passages import barrier_passages, design_rows, passages_of_lines
     from deadwood_algorithms.results.run_folder import read_run
 
-    levels = shares_of(ask.percentiles)
+    levels = [each / 100.0 for each in sorted(ask.percentiles)]
     with output_path(ask.output, ask.overwrite, suffix=".csv", inputs=[ask.lines]) as path:
         source = read_run(ask.run, feedback=feedback)
         found = [*barrier_passages(source), *passages_of_lines(source, ask.lines, feedback)]
@@ -97,17 +100,6 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             ]
         write_csv(path, pandas.DataFrame(rows))
     return Outcome({"output": Path(ask.output)}, {"rows": rows}, (*lines_of(found, rows), *class_lines(rows, classes)))
-
-
-def shares_of(text: str) -> list[float]:
-    """The percentiles asked for, as shares of 1, ascending."""
-    try:
-        percent = sorted(float(each) for each in str(text).split(",") if each.strip())
-    except ValueError:
-        percent = []
-    if not percent or not all(0.0 < each < 100.0 for each in percent) or len(set(percent)) < len(percent):
-        raise UserError(f"--percentiles is '{text}', but must be different numbers between 0 and 100, with commas")
-    return [each / 100.0 for each in percent]
 
 
 def lines_of(found: Sequence[Passages], rows: Sequence[dict[str, Any]]) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ the same law; a tree with neither is dropped. The law is that of ``--dbh-a`` and
 the logarithms, corrected by exp(s^2 / 2)). A single law misjudges stems by up to a factor of two; set your region's.
 ``dbh_source`` tells ``measured`` from ``modelled``. What was filled, dropped or merged is counted and said.
 
-Dead standing trees and snags are kept apart, for they are the logs of tomorrow: ``--releases`` writes them as a
+Dead standing trees and snags are kept apart, for they are the logs of tomorrow: ``--snags`` writes them as a
 releases layer (upright, where they stand, with their DBH and height). What lies or was removed is dropped. An id used
 twice (tiles number their trees anew) makes the tool renumber all trees and keep the old ids as ``source_id``;
 ``--merge-within-m`` makes one of the trees found twice at the seams. It does not judge whether a tree is real.
@@ -21,7 +21,7 @@ twice (tiles number their trees anew) makes the tool renumber all trees and keep
     deadwood-tool import-trees --trees sample_data/trees.csv --dem sample_data/dem.tif --dbh-law chablais-spruce \\
         --replace-dbh --merge-within-m 2.5 --output modelled_trees.gpkg
 
-With an inventory: ``--status-field Zustand --dead-values "tot,Dürrständer" --releases snags.gpkg``; with the output of
+With an inventory: ``--status-field Zustand --dead-values "tot,Dürrständer" --snags snags.gpkg``; with the output of
 FINT: ``--trees Ind_trees.csv --source fint``.
 """
 
@@ -138,7 +138,7 @@ class Ask:
     )
     crs: str | None = tool.crs()
     overwrite: bool = tool.overwrite()
-    releases: str | None = tool.output_vector("Releases layer of the dead standing trees (.gpkg)", default=None)
+    snags: str | None = tool.output_vector("Releases layer of the dead standing trees (.gpkg)", default=None)
     output: str = tool.output_vector("Trees layer (.gpkg)")
 
 
@@ -150,8 +150,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     with ExitStack() as outputs:
         temporary = outputs.enter_context(output_path(ask.output, ask.overwrite, suffix=".gpkg", inputs=inputs))
         snags = None
-        if ask.releases:
-            snags = outputs.enter_context(output_path(ask.releases, ask.overwrite, suffix=".gpkg", inputs=inputs))
+        if ask.snags:
+            snags = outputs.enter_context(output_path(ask.snags, ask.overwrite, suffix=".gpkg", inputs=inputs))
         grid = read_dem(ask.dem, crs=ask.crs, feedback=feedback) if ask.dem else None
         xy = (ask.x_field, ask.y_field) if ask.x_field and ask.y_field else None
         source = read_source(ask.trees, ask.source, xy, grid, crs=ask.crs, feedback=feedback)
@@ -171,9 +171,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         if not trees.any():
             raise UserError(f"{where}: no tree is left; {'; '.join(said[1:])}")
         if snags and not dead.any():
-            raise UserError(
-                f"{where}: no dead tree is found for --releases; --status-field and --dead-values name them"
-            )
+            raise UserError(f"{where}: no dead tree is found for --snags; --status-field and --dead-values name them")
 
         columns = tree_columns.id_columns(source.frame, source.layout, kept, ask.id_field, feedback)
         columns |= {"dbh_cm": filled.dbh[kept], "height_m": filled.height[kept]}
@@ -189,17 +187,13 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     if dead.any():
         said.append(
             f"{dead.sum()} dead standing trees "
-            + (
-                f"written to {ask.releases}"
-                if ask.releases
-                else "kept apart; --releases writes them as a releases layer"
-            )
+            + (f"written to {ask.snags}" if ask.snags else "kept apart; --snags writes them as a releases layer")
             + (", and kept among the trees" if ask.keep_dead else "")
         )
     said.append(f"{trees.sum()} trees written, median DBH {np.median(filled.dbh[trees]):.1f} cm")
     facts = {"trees": int(trees.sum()), "dead": int(dead.sum()), "dropped": int((~kept).sum())}
     facts |= {"dbh_from_height": int(filled.from_height.sum()), "height_from_dbh": int(filled.from_dbh.sum())}
-    made = {"output": Path(ask.output)} | ({"releases": Path(ask.releases)} if ask.releases else {})
+    made = {"output": Path(ask.output)} | ({"snags": Path(ask.snags)} if ask.snags else {})
     return Outcome(made, facts, tuple(said))
 
 
@@ -295,8 +289,8 @@ def refuse_contradictions(ask: Ask) -> None:
         raise UserError("--x-field and --y-field belong together; name both")
     if ask.tile_field and not ask.merge_within_m:
         raise UserError("--tile-field is for --merge-within-m; give the distance too")
-    if ask.releases and Path(ask.releases).absolute() == Path(ask.output).absolute():
-        raise UserError(f"{ask.output}: --releases and --output are one file; name two")
+    if ask.snags and Path(ask.snags).absolute() == Path(ask.output).absolute():
+        raise UserError(f"{ask.output}: --snags and --output are one file; name two")
 
 
 TOOL = Tool("import-trees", "Prepare", "Make the trees layer from any table of single trees", Ask, run)

@@ -42,7 +42,7 @@ HALVES = 100  # random halves of the logs, for how the smallest angle grows
 @dataclass(frozen=True, kw_only=True)
 class Ask:
     deposits: str = tool.vector("Deposits of slide-logs, or the folder of its run", "point")
-    min_runout: float | None = tool.min_runout(
+    min_runout_m: float | None = tool.min_runout(
         "Deposits nearer than this do not count", help="Default: one log length, from the field length_m."
     )
     dem: str | None = tool.terrain(
@@ -71,12 +71,12 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         source = layer_of(ask.deposits)
         deposits = read_vector(source, geometry=("point",), target_crs=None, what="deposits", feedback=feedback)
         release_x, release_y = (number_column(deposits, name) for name in NEEDED)
-        if ask.min_runout is None and "length_m" not in deposits:
-            raise UserError(f"{where_of(deposits)}: the deposits have no field 'length_m'; give --min-runout")
-        if ask.min_runout is None:
+        if ask.min_runout_m is None and "length_m" not in deposits:
+            raise UserError(f"{where_of(deposits)}: the deposits have no field 'length_m'; give --min-runout-m")
+        if ask.min_runout_m is None:
             nearest = number_column(deposits, "length_m", minimum=0.0)
         else:
-            nearest = np.full(len(deposits), ask.min_runout)
+            nearest = np.full(len(deposits), ask.min_runout_m)
         release_id = id_column(deposits, "release_id") if "release_id" in deposits else np.ones(len(deposits), np.int64)
         log_id = number_column(deposits, "log_id") if "log_id" in deposits else np.arange(1, len(deposits) + 1)
         left, near = at_edges(ask, deposits, feedback)
@@ -106,8 +106,8 @@ def words_of(row: dict[str, Any]) -> str:
     counted = row["n"] - row["n_left_out"]
     if not counted:
         return (
-            f"release {row['release_id']}: no spread, none of {row['n']} deposits lies farther than --min-runout from "
-            "the release"
+            f"release {row['release_id']}: no spread, none of {row['n']} deposits lies farther than --min-runout-m "
+            "from the release"
         )
     return (
         f"release {row['release_id']}: spread {row['spread_deg']:.1f}° ({row['spread_half_deg']:.1f}° with half the "

@@ -2,7 +2,7 @@
 
 The folder holds, over the ground that any log passed:
 
-- `intensity.tif`: class of the largest energy of a log over the cell (`--energy` takes another raster, such as the 95 %
+- `intensity.tif`: class of the largest energy of a log over the cell (`--energy-raster` takes another, such as the 95 %
   quantile of `count-hits`): 1 below 30 kJ, 2 from 30 to 300 kJ, 3 from 300 kJ on;
 - `passage.tif`: class of the share of the logs that passed: 1 below 0.1 %, then to 1 %, to 10 %, and from 10 % on;
 - `matrix.tif`: both: 10 times the class of intensity, and the other; with a frequency the other is the return period's;
@@ -59,15 +59,16 @@ LINES, FACTS = "lines.csv", "classes.json"
 @dataclass(frozen=True, kw_only=True)
 class Ask:
     run: str = tool.folder("Folder of a run of slide-logs")
-    energy_classes: str = tool.text("Bounds of the classes of energy", default="30,300", help="kJ, with commas.")
-    energy: str | None = tool.raster(
+    energy_classes_kj: tuple[float, ...] = tool.class_bounds("Bounds of the classes of energy", 30.0, 300.0, unit="kJ")
+    energy_raster: str | None = tool.raster(
         "Energies to be classed in place of the run's largest [kJ]",
         default=None,
         help="Band 1; such as count-hits --energy FILE --quantiles 95.",
     )
-    probability_classes: str = tool.text(
-        "Bounds of the classes of passage", default="0.1,1,10", help="Percent of the logs, with commas."
-    )
+    probability_classes: tuple[float, ...] = tool.class_bounds(
+        "Bounds of the classes of passage", 0.1, 1.0, 10.0, unit="%", maximum=100.0, exclusive_maximum=True,
+        help="Of the logs.",
+    )  # fmt: skip
     events_per_year: float | None = tool.number(
         "Events a year in each release area", default=None, minimum=0.0, exclusive=True
     )
@@ -82,8 +83,8 @@ class Ask:
         "releases", "Column of events a year", default=None, help="Default, with releases: events_per_year."
     )
     logs_per_event: int = tool.integer("Logs that start in one event", default=1, minimum=1, maximum=1_000_000)
-    return_periods: str = tool.text(
-        "Bounds of the classes of return period", default="30,100,300", help="Years, with commas."
+    return_periods_years: tuple[float, ...] = tool.class_bounds(
+        "Bounds of the classes of return period", 30.0, 100.0, 300.0, unit="years"
     )
     lines: str | None = tool.vector(
         "Other lines or houses than those of the run",
@@ -109,16 +110,14 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.results.run_folder import MANIFEST, read_run, write_json
     from deadwood_algorithms.stats.statistics import wilson_interval
 
-    strong = legend.class_bounds(ask.energy_classes, "--energy-classes")
-    shares = legend.class_bounds(ask.probability_classes, "--probability-classes", 100.0)
-    periods = legend.class_bounds(ask.return_periods, "--return-periods")
+    strong, shares, periods = ask.energy_classes_kj, ask.probability_classes, ask.return_periods_years
     final = Path(ask.output)
     with output_folder(ask.output, ask.overwrite) as folder:
         source = read_run(ask.run, feedback=feedback)
         areas = release_areas(source, ask.events_per_year, ask.releases, ask.events_field)
         grid = cells.passed_window(source)
         hits = cells.values_on(cells.run_raster(source, cells.HITS), grid, "hits")
-        energy = cells.values_on(ask.energy or cells.run_raster(source, cells.ENERGY), grid, "energy")
+        energy = cells.values_on(ask.energy_raster or cells.run_raster(source, cells.ENERGY), grid, "energy")
         passed, n_logs = hits > 0.0, len(source.deposits)
         maps = Maps(folder, grid)
         names = legend.rising_labels(strong, "kJ")
@@ -129,7 +128,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         maps.write(
             "passage", passages, legend.class_rows(often, legend.COLD), "Class of the share of the logs that pass"
         )
-        facts: dict[str, Any] = {"rule": RULE, "decides": DECIDES, "energy": ask.energy or "largest of all logs"}
+        facts: dict[str, Any] = {"rule": RULE, "decides": DECIDES, "energy": ask.energy_raster or "largest of all logs"}
         facts["logs"] = n_logs
         facts["no_hit"] = {"p_high": wilson_interval(0, n_logs)[1]}
         other, rarest_first = passages, True

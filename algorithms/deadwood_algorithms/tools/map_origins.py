@@ -14,7 +14,7 @@ The folder holds
 A grid of releases over all ground on which logs could start, as dense as it is susceptible:
 
     deadwood-tool assess-mobilisation --dem sample_data/dem.tif --friction 0.25 --output susceptibility.tif \\
-        --areas zones.gpkg
+        --release-areas zones.gpkg
     deadwood-tool sample-releases --areas zones.gpkg --weights susceptibility.tif --dem sample_data/dem.tif \\
         --logs-per-ha 500 --output releases.gpkg
     deadwood-tool slide-logs --dem sample_data/dem.tif --releases releases.gpkg --friction 0.25 --trajectories all \\
@@ -66,14 +66,13 @@ class Ask:
         help="Default: the smallest of 1, 2, 3, 5, 10, ... m that leaves nine of ten logs told.",
     )
     least: int = tool.integer("Logs released in a cell for its share to be told", default=10, minimum=1)
-    source_shares: str = tool.text(
-        "Least shares of the polygons of sources", default="1,10,50", help="Percent of the logs, with commas."
+    source_shares: tuple[float, ...] = tool.class_bounds(
+        "Least shares of the polygons of sources", 1.0, 10.0, 50.0, unit="%", maximum=100.0, help="Of the logs."
     )
-    affected_shares: str = tool.text(
-        "Least shares of the polygons of affected ground",
-        default="1,10",
-        help="Percent of a release area's logs, with commas.",
-    )
+    affected_shares: tuple[float, ...] = tool.class_bounds(
+        "Least shares of the polygons of affected ground", 1.0, 10.0, unit="%", maximum=100.0,
+        help="Of a release area's logs.",
+    )  # fmt: skip
     output: str = tool.output_folder(
         "Folder of the maps",
         parts=(RASTER, *(f"{LAYERS}|layername={name}" for name in ("sources", "affected")), PICTURE, FACTS),
@@ -89,8 +88,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.results.run_folder import read_run, write_json
 
-    source_shares = shares_of(ask.source_shares, "--source-shares")
-    affected_shares = shares_of(ask.affected_shares, "--affected-shares")
+    source_shares, affected_shares = (
+        [each / 100.0 for each in percent] for percent in (ask.source_shares, ask.affected_shares)
+    )
     with output_folder(ask.output, ask.overwrite) as folder:
         source = read_run(ask.run, feedback=feedback)
         rows, reached = reached_rows(ask, source, feedback)
@@ -144,13 +144,6 @@ def record_of(hit: NDArray[np.bool_]) -> dict[str, float]:
     from deadwood_algorithms.stats.statistics import reach_record
 
     return reach_record(int(hit.sum()), hit.size)
-
-
-def shares_of(text: str, flag: str) -> list[float]:
-    """Shares of 0 to 1 from percent, ascending."""
-    from deadwood_algorithms.evaluate.hazard.legend import class_bounds
-
-    return [each / 100.0 for each in class_bounds(text, flag, 100.0 + 1e-9)]
 
 
 def reached_rows(ask: Ask, source: Run, feedback: Feedback) -> tuple[NDArray[np.int64], dict[str, NDArray[np.bool_]]]:

@@ -376,7 +376,7 @@ class Steps:
         """`lateral-spread` of one run, seen past the same least run-out for logs and rocks."""
         path = self.step(
             self.results / f"spread_{scenario}.gpkg", lateral_spread.TOOL, "spread", deposits=str(self.slide(scenario)),
-            min_runout=float(self.site.facts["length_m"]), seed=self.ask.seed,
+            min_runout_m=float(self.site.facts["length_m"]), seed=self.ask.seed,
         )  # fmt: skip
         return rows_of(path, "spread")[0]
 

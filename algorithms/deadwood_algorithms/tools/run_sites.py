@@ -3,8 +3,8 @@
 The sites are one of these:
 
 - `--sites TABLE`: one row a site. The column `site` names it, the others are parameters of slide-logs by their flags'
-  names (`dem`, `releases`, `friction`, `time-limit` or `time_limit`, ...). An empty cell, or a column that is missing,
-  takes what run-sites was given, or slide-logs' default. Relative paths are seen from the table;
+  names (`dem`, `releases`, `friction`, `time-limit-s` or `time_limit_s`, ...). An empty cell, or a column that is
+  missing, takes what run-sites was given, or slide-logs' default. Relative paths are seen from the table;
 - `--configs FOLDER`: a JSON file for each site (`NAME.json`, or `NAME/manifest.json`), as slide-logs --config takes it;
 - `--by FIELD`: one layer of releases on one terrain model; each value of the field is a site. Of a large terrain model
   only the window is read that the logs of a site can reach, so releases may be scattered over a whole region.

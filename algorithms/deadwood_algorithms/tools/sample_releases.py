@@ -11,7 +11,7 @@ length, by which one of them follows from the other.
 
 The logs of an area are alike unless sizes are to be drawn: normal distributions with ``--dbh-sd-cm``, ``--length-sd-m``
 and ``--density-sd-kg-m3`` around the means (a draw that is no log is drawn again, and said), or rows of a table of
-mapped deadwood (``--deadwood``, as ``import-trees --releases`` writes it: each log is like one of its rows). Columns of
+mapped deadwood (``--deadwood``, as ``import-trees --snags`` writes it: each log is like one of its rows). Columns of
 the areas go before the options of the same names, those of the mapped deadwood before both. The axis is upright, lying,
 tilted, ``random`` (any direction in space) or ``random-lying`` (on the ground, any azimuth).
 

@@ -37,6 +37,7 @@ import numpy as np
 
 from deadwood_algorithms.params import presets, tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.schemas import BARRIER_M
 from deadwood_algorithms.stats.statistics import percent_with_interval, points_with_interval
 
 if TYPE_CHECKING:
@@ -69,11 +70,13 @@ class Ask:
         help="With barrier_id and, optionally, height_m; without that field each has every --height-m. Without the "
         "layer, pieces of contours.",
     )
-    above_m: str = tool.text(
-        "Heights of contours above the lines", default="10,30", help="m above the nearest place, with commas."
+    above_m: tuple[float, ...] = tool.class_bounds(
+        "Heights of contours above the lines", 10.0, 30.0, unit="m", help="Above the nearest place."
     )
-    length_m: str = tool.text("Lengths of pieces of contours", default="20,40", help="m, with commas.")
-    height_m: str = tool.text("Heights of barriers", default="2,4", help="m, with commas.")
+    length_m: tuple[float, ...] = tool.class_bounds("Lengths of pieces of contours", 20.0, 40.0, unit="m")
+    height_m: tuple[float, ...] = tool.class_bounds(
+        "Heights of barriers", 2.0, 4.0, unit="m", maximum=BARRIER_M, exclusive_maximum=True
+    )
     places: int = tool.integer("Places for each contour and length", default=2, minimum=1)
     count: int = tool.integer("Barriers to choose, at most", default=1, minimum=1)
     barrier_classes: str | None = tool.choice(
@@ -98,7 +101,6 @@ class Ask:
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     import pandas
 
-    from deadwood_algorithms.evaluate.hazard.legend import class_bounds
     from deadwood_algorithms.evaluate.protection.effect import asked_again
     from deadwood_algorithms.evaluate.protection.siting import Siting, choose, trials_alone
     from deadwood_algorithms.evaluate.protection.siting_figure import draw
@@ -107,21 +109,16 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.results.replay import refuse_other_ends
     from deadwood_algorithms.results.run_folder import read_run, write_json
-    from deadwood_algorithms.schemas import BARRIER_M
     from deadwood_algorithms.simulate.sliding import workers_for
     from deadwood_algorithms.simulate.warm_up import load_kernels
     from deadwood_algorithms.stats.statistics import reach_record
 
-    above, lengths = (
-        class_bounds(getattr(ask, each), f"--{each.replace('_', '-')}") for each in ("above_m", "length_m")
-    )
-    heights = class_bounds(ask.height_m, "--height-m", BARRIER_M)
     with output_folder(ask.output, ask.overwrite) as folder:
         source = read_run(ask.run, feedback=feedback)
         where = {"threads": ask.threads, "scheduler": ask.scheduler, "workers": ask.workers}
         question, layers, rows = asked_again(source, ask.lines, ask.logs, ask.seed, where, feedback)
         with workers_for(question.ask, feedback, f"{TOOL.name}-{Path(ask.output).name}"):
-            found, layers = candidates_of(ask, question, layers, above, lengths, heights, feedback)
+            found, layers = candidates_of(ask, question, layers, feedback)
             if len(found) > MANY:
                 feedback.warn(f"{len(found)} candidates are slid, each alone; fewer are sooner done")
             load_kernels(layers.shape, feedback)
@@ -171,9 +168,6 @@ def candidates_of(
     ask: Ask,
     question: Question,
     layers: SceneLayers,
-    above: Sequence[float],
-    lengths: Sequence[float],
-    heights: Sequence[float],
     feedback: Feedback,
 ) -> tuple[list[Candidate], SceneLayers]:
     """Those that are given, or pieces of contours where most logs pass; and the scene on a window wide enough."""
@@ -182,7 +176,7 @@ def candidates_of(
     from deadwood_algorithms.simulate.warm_up import load_kernels
 
     if ask.candidates:
-        return read_given(ask.candidates, heights, layers, feedback), layers
+        return read_given(ask.candidates, ask.height_m, layers, feedback), layers
     load_kernels(layers.shape, feedback)
     if layers.dem.whole is not None:  # contours are drawn on all the ground that logs come to
         _, layers = passed_to_lines(question, layers, list(layers.lines.geometry), feedback)
@@ -190,11 +184,12 @@ def candidates_of(
     def passed(shapes: Sequence[Any]) -> Any:
         return passed_to_lines(question, layers, shapes, feedback)[0]
 
-    found = contour_candidates(layers, above, lengths, heights, ask.places, passed)
+    found = contour_candidates(layers, ask.above_m, ask.length_m, ask.height_m, ask.places, passed)
     if not found:
+        above, long = (",".join(f"{each:g}" for each in many) for many in (ask.above_m, ask.length_m))
         raise UserError(
-            f"{ask.run}: no log that reaches a line passes a contour {ask.above_m} m above it that is {ask.length_m} m "
-            "long; take others, or name --candidates"
+            f"{ask.run}: no log that reaches a line passes a contour {above} m above it that is {long} m long; take "
+            "others, or name --candidates"
         )
     return found, layers
 

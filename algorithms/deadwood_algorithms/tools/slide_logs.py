@@ -110,10 +110,10 @@ class Ask(SceneByName):
         help="none: all that is promised is measured on this slope, which mostly takes reference. standard: that "
         "standard is off by no more than it may be on the worst of them. draft: draft as well.",
     )
-    time_step: float | None = tool.number(
+    time_step_s: float | None = tool.number(
         "Longest time step, instead of the fidelity's", unit="s", default=None, minimum=0, exclusive=True, advanced=True
     )
-    station_spacing: float | None = tool.number(
+    station_spacing_m: float | None = tool.number(
         "Distance of the contact rings, instead of the fidelity's",
         unit="m",
         default=None,
@@ -312,7 +312,7 @@ def refuse_unfit(ask: Ask) -> None:
         raise UserError("--plan needs a fidelity: with --fidelity auto the run itself decides what it takes; name one")
     if ask.lines is None:
         raise UserError("--fidelity auto needs --lines: it is the reach of lines whose error is promised")
-    for name in ("until_ci", "time_step", "station_spacing"):
+    for name in ("until_ci", "time_step_s", "station_spacing_m"):
         if getattr(ask, name) is not None:
             flag = "--" + name.replace("_", "-")
             raise UserError(f"{flag} does not go with --fidelity auto, which picks it; leave one of them out")
@@ -607,7 +607,7 @@ def fidelity_of(ask: Ask) -> Fidelity:
     """The numbers of the preset, with those that the user gave in their place."""
     from deadwood_engine import fidelity_with
 
-    return fidelity_with(ask.fidelity, ask.time_step, ask.station_spacing)
+    return fidelity_with(ask.fidelity, ask.time_step_s, ask.station_spacing_m)
 
 
 def identity(ask: Ask, fidelity: Fidelity, layers: SceneLayers, releases: Releases) -> dict[str, Any]:
@@ -618,7 +618,7 @@ def identity(ask: Ask, fidelity: Fidelity, layers: SceneLayers, releases: Releas
         "DEM, friction, trees, barriers, lying logs, blocks or lines": layers.digest,
         "releases": releases.digest,
         "fidelity": [float(number) for number in fidelity],
-        "options": [*ask.laws().values(), ask.shape, ask.time_limit, ask.rest_speed],
+        "options": [*ask.laws().values(), ask.shape, ask.time_limit_s, ask.rest_speed_ms],
         "trajectories": [ask.trajectories, ask.seed, CHUNK, list(FIRST_CHUNKS)],
         "--until-ci": ask.until_ci,
     }

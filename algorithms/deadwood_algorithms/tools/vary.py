@@ -156,7 +156,7 @@ def identity(ask: Ask, layers: SceneLayers, releases: Releases, places: list[Pla
         "engine": tool.engine_digest(),
         "DEM, friction, trees, barriers, lying logs or lines": layers.digest,
         "releases": releases.digest,
-        "options": [*ask.laws().values(), ask.shape, ask.time_limit, ask.rest_speed, ask.fidelity],
+        "options": [*ask.laws().values(), ask.shape, ask.time_limit_s, ask.rest_speed_ms, ask.fidelity],
         "--logs or --seed": [ask.logs, ask.seed],
         "--dem-noise-length-m": ask.dem_noise_length_m,
         "factors or design": [asdict(each) for each in places],

@@ -1,9 +1,9 @@
 """Throw trees as a storm does, and write what stands and lies before, after, years later, and cleared.
 
 Of a trees layer a share of the stems is thrown: of all (`--share`), of each class of DBH (`--dbh-classes 0:0.1,40:0.7`,
-from 0 cm on a tenth, from 40 cm on seven tenths), within polygons (`--areas`, whose column `share` goes before), and
-the trees that `--ids` names. The nearest whole number of each group falls; which ones hangs on the seed and each tree's
-id.
+from 0 cm on a tenth, from 40 cm on seven tenths), within polygons (`--windthrow-areas`, whose column `share` goes
+before), and the trees that `--ids` names. The nearest whole number of each group falls; which ones hangs on the seed
+and each tree's id.
 
 A thrown stem lies from its stump towards `--fall-deg`, where the wind blows to, with a normal scatter; it is the part
 of the tree's truncated cone above the stump, as long on the slope as it was high. The stump stays, as a short tree
@@ -52,7 +52,7 @@ class Ask:
     dbh_classes: str | None = tool.text(
         "Share by class of DBH", default=None, help="Least DBH [cm]:share, with commas: 0:0.1,20:0.3,40:0.7."
     )
-    areas: str | None = tool.vector(
+    windthrow_areas: str | None = tool.vector(
         "Areas of windthrow",
         "polygon",
         default=None,

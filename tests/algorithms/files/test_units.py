@@ -15,9 +15,9 @@ from slope_case import EAST, NORTH, points, write_dem, write_layer
 from deadwood_algorithms.files.dem_windows import read_dem
 from deadwood_algorithms.files.units import Named, factor, named, scaled
 from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.scene.default_log import DEFAULTED
 from deadwood_algorithms.scene.layers import read_barriers, read_trees
 from deadwood_algorithms.scene.lying_logs import read_lying_logs
-from deadwood_algorithms.scene.released_scene import DEFAULTED
 from deadwood_algorithms.scene.releases import read_releases
 from deadwood_algorithms.tools import generate_forest, import_trees, sample_releases
 

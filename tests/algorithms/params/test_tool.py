@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+import re
+from typing import Any
 
+import numpy as np
 import pytest
 
 from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.kinds import KINDS
 from deadwood_algorithms.params.tool import Parameter, UserError, check_value
 
 
@@ -31,6 +35,59 @@ def test_numbers_of_any_size_that_floats_hold_are_taken():
     for value in (10**300, -(10**300), 0, 1e-320, 1.7e308):
         check_value(parameter, value)
     check_value(dataclasses.replace(parameter, kind="integer"), 2**200)
+
+
+def several(**facts: Any) -> Parameter:
+    return Parameter(kind="numbers", label="Heights", name="heights_m", unit="m", **facts)
+
+
+def test_numbers_are_given_with_commas_or_as_a_range():
+    from_text = KINDS["numbers"].from_text
+    assert from_text(several(), "3") == (3.0,)
+    assert from_text(several(), "0.4, 0.2,0.3,") == (0.4, 0.2, 0.3)
+    assert from_text(several(), "0.1:0.3:0.05") == (0.1, 0.15, 0.2, 0.25, 0.3)
+    assert from_text(several(), "0.1:0.3:0.15") == (0.1, 0.25)
+    assert from_text(several(), "-1:1:1") == (-1.0, 0.0, 1.0)
+    for text, words in (
+        ("0.3:0.1:0.1", "from:to:step must rise"), ("0:1:0", "from:to:step must rise"), ("0:1:-1", "must rise"),
+        ("0:1e9:1", "in at most 100 numbers"), ("0:inf:1", "must rise"), ("0:1", "'0:1', but must be numbers"),
+        ("1,x", "'1,x', but must be numbers with commas between, or from:to:step"),
+    ):  # fmt: skip
+        with pytest.raises(UserError, match=re.escape(words)):
+            from_text(several(), text)
+
+
+def test_numbers_from_json_and_python_are_those_of_the_flag():
+    given = KINDS["numbers"].from_value
+    for value in ("1,2.5", [1, 2.5], (1.0, 2.5), np.array([1.0, 2.5])):
+        assert given(several(), value) == (1.0, 2.5)
+    assert given(several(), 3) == (3,)
+
+
+@pytest.mark.parametrize(
+    ("facts", "value", "words"),
+    [
+        ({}, (), "--heights-m is '', but must be 1 to 100 numbers"),
+        ({}, (1.0, 2.0, 1.0), "--heights-m is '1,2,1', but must be different numbers"),
+        ({"ascending": True}, (2.0, 1.0), "each number must be larger than the one before"),
+        ({"ascending": True}, (1.0, 1.0), "each number must be larger than the one before"),
+        ({"most_count": 2}, (1.0, 2.0, 3.0), "must be 1 to 2 numbers"),
+        ({"least_count": 2}, (1.0,), "must be 2 to 100 numbers"),
+        ({"minimum": 0.0, "exclusive": True}, (1.0, 0.0), "is 0 m, but must be greater than 0 m"),
+        ({"maximum": 5.0, "exclusive_maximum": True}, (5.0, 1.0), "is 5 m, but must be less than 5 m"),
+        ({}, (1.0, float("nan")), "must be finite"),
+        ({}, ("1",), "is '1', but must be a number"),
+        ({}, (None,), "is 'None', but must be a number"),
+    ],
+)
+def test_numbers_that_do_not_fit_are_refused(facts, value, words):
+    with pytest.raises(UserError, match=re.escape(words)):
+        check_value(several(**facts), value)
+
+
+def test_numbers_that_fit_are_taken():
+    check_value(several(), (2.0, 1.0))
+    check_value(several(maximum=5.0, minimum=0.0, ascending=True, most_count=2), (0.0, 5.0))
 
 
 def test_the_seed_is_bounded_by_what_philox_takes():

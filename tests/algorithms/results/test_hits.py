@@ -13,9 +13,9 @@ from slope_case import EAST, NORTH, Case, assert_same_run, layer, points, summar
 
 from deadwood_algorithms import schemas
 from deadwood_algorithms.params.tool import Cancelled, Quiet
-from deadwood_algorithms.results.hits import hit_arrays
+from deadwood_algorithms.results.hits import barrier_hits_frame, block_hits_frame, hit_arrays, lying_hits_frame
 from deadwood_algorithms.tools import slide_logs
-from deadwood_engine import Hits
+from deadwood_engine import STOP_REASONS, Hits
 
 G = 9.81
 
@@ -126,8 +126,68 @@ def test_chunks_threads_and_an_interruption_change_no_bit(case, full, tmp_path, 
 
 
 def test_no_hit_no_layer(case, tmp_path):
-    run = case.run(output=str(tmp_path / "bare"), trajectories="none", time_limit=1.0)
+    run = case.run(output=str(tmp_path / "bare"), trajectories="none", time_limit_s=1.0)
     assert not {"barrier_hits", "tree_hits"} & set(gpd.list_layers(run / "run.gpkg")["name"])
+
+
+def items(ids: list, item: list[int]) -> SimpleNamespace:
+    shapes = np.array([shapely.LineString([(k, 0), (k, 1)]) for k in range(len(ids))], object)
+    return SimpleNamespace(ids=ids, item=np.array(item, np.int64), geometry=shapes)
+
+
+def test_the_last_hit_of_the_barrier_that_holds_a_log_is_the_one_that_stopped_it():
+    """Log 7 hits net a three times, net b in between, and is held by a, whose second line is the engine's row 2."""
+    layers = SimpleNamespace(barriers=items(["a", "b"], [0, 1, 0]))
+    logs = SimpleNamespace(log_id=np.array([7, 9]))
+    releases = SimpleNamespace(logs=logs, release_id=np.array(["x", "y"]))
+    time, item, log_id = np.array([4.0, 1.0, 2.0, 3.0, 1.5]), np.array([2, 0, 2, 1, 0]), np.array([7, 7, 7, 7, 9])
+    plain = dict.fromkeys(("duration", "height", "speed", "energy", "angle", "impulse", "energy_taken"), np.ones(5))
+    kept = {"time": time, "item": item, "log_id": log_id, "place": np.zeros((5, 3))} | plain
+    by_log = {f"hits_barrier_{name}": values for name, values in kept.items()}
+    by_log |= {
+        "stop_reason": np.array([STOP_REASONS.index("barrier"), STOP_REASONS.index("rest")]),
+        "stop_item": np.array([2, -1]),
+    }
+    frame = barrier_hits_frame(layers, releases, by_log, "EPSG:2056")
+    assert frame["t_s"].tolist() == [1.0, 2.0, 3.0, 4.0, 1.5]
+    assert frame["barrier_id"].tolist() == ["a", "a", "b", "a", "a"]
+    assert frame["stopped"].tolist() == [0, 0, 0, 1, 0]
+    by_log["stop_item"] = np.array([1, -1])
+    assert barrier_hits_frame(layers, releases, by_log, "EPSG:2056")["stopped"].tolist() == [0, 0, 1, 0, 0]
+
+
+def test_stops_are_told_of_the_boulder_though_a_lying_log_has_several_lines():
+    """Two trees, two lying logs of three lines together, three boulders: each stop by hand, in the engine's rows."""
+    reasons = ["block", "lying_log", "lying_log", "tree", "block", "rest", "block"]
+    rows = [1, 2, 0, 1, 2, -1, 1]
+    solid = SimpleNamespace(diameter=np.ones(3), height=np.ones(3), x=np.arange(3.0), y=np.zeros(3))
+    layers = SimpleNamespace(
+        tree_ids=["s", "t"],
+        lying=items(["l", "m"], [0, 0, 1]),
+        blocks=SimpleNamespace(ids=["p", "q", "r"], solid=solid),
+    )
+    by_log = {"stop_reason": np.array([STOP_REASONS.index(each) for each in reasons]), "stop_item": np.array(rows)}
+    empty = np.zeros(0, np.int64)
+    names = ("item", "n_logs", "n_hits", "impulse_sum", "impulse_max", "energy_taken")
+    by_log |= {f"hits_tree_{name}": empty for name in names}
+    blocks = block_hits_frame(layers, by_log, "EPSG:2056")
+    assert dict(zip(blocks["block_id"], blocks["n_stops"], strict=True)) == {"q": 2, "r": 1}
+    lying = lying_hits_frame(layers, by_log, "EPSG:2056")
+    assert dict(zip(lying["lying_id"], lying["n_stops"], strict=True)) == {"l": 1, "m": 1}
+
+
+def test_a_hit_of_any_line_of_a_lying_log_is_the_logs():
+    """Hits of the engine's rows: two trees, three lines of two lying logs, two boulders."""
+    layers = SimpleNamespace(
+        tree_ids=["s", "t"], lying=items(["l", "m"], [0, 0, 1]), blocks=SimpleNamespace(ids=["p", "q"])
+    )
+    item = np.array([0, 2, 3, 3, 4, 5, 6, 6])
+    values = {name: np.ones(item.size) for name in Hits.__dataclass_fields__}
+    values |= {"item": item, "log_row": np.array([0, 0, 0, 1, 1, 2, 2, 2]), "place": np.zeros((item.size, 3))}
+    values["by_barrier"] = np.zeros(item.size, bool)
+    kept = hit_arrays(Hits(**values), np.arange(3), layers)
+    counts = {name: kept[f"hits_tree_{name}"].tolist() for name in ("item", "n_logs", "n_hits")}
+    assert counts == {"item": [0, 2, 3, 4, 5], "n_logs": [1, 2, 1, 1, 1], "n_hits": [1, 3, 1, 1, 2]}
 
 
 def test_sums_do_not_depend_on_how_hits_are_split():

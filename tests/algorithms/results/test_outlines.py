@@ -55,7 +55,7 @@ def test_a_solid_is_closed_and_has_the_volume_of_its_frustum(axis):
 @pytest.fixture(scope="module")
 def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = Case(tmp_path_factory.mktemp("outlines"))
-    return made.run(time_limit=20.0, **made.everything())
+    return made.run(time_limit_s=20.0, **made.everything())
 
 
 def test_each_moment_shows_each_log_once_and_where_the_run_counted_it(case, said):

@@ -18,7 +18,7 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
     axis = shapely.LineString([(20.0, 60.0), (28.0, 61.0)])
     lying = write_layer(made.folder / "lying.gpkg", [axis], diameter_cm=[35.0])
     blocks = write_layer(made.folder / "b.gpkg", points((20.0, 58.0)), block_id=[4], diameter_m=[1.5], height_m=[1.0])
-    return made.run(time_limit=10.0, qgis_project=True, lying_logs=lying, blocks=blocks, **made.everything())
+    return made.run(time_limit_s=10.0, qgis_project=True, lying_logs=lying, blocks=blocks, **made.everything())
 
 
 def project(case: Path) -> ElementTree.Element:
@@ -68,7 +68,7 @@ def test_the_scene_is_as_it_was_modelled(case):
 
 def test_a_bare_run_without_trajectories_has_its_project_too(tmp_path):
     made = Case(tmp_path)
-    run = made.run(time_limit=5.0, trajectories="none", qgis_project=True)
+    run = made.run(time_limit_s=5.0, trajectories="none", qgis_project=True)
     with sqlite3.connect(run / "scene.gpkg") as database:
         layers = {name for (name,) in database.execute("select table_name from gpkg_geometry_columns")}
     assert layers == {"releases", "log_solids"}
@@ -77,6 +77,6 @@ def test_a_bare_run_without_trajectories_has_its_project_too(tmp_path):
 
 def test_without_the_request_there_is_no_project(tmp_path):
     made = Case(tmp_path)
-    run = made.run(time_limit=2.0)
+    run = made.run(time_limit_s=2.0)
     assert not (run / "project.qgz").exists()
     assert not (run / "scene.gpkg").exists()

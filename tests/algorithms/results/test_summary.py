@@ -89,7 +89,7 @@ def test_the_mean_speed_leaves_out_logs_that_still_moved_at_the_time_limit():
 
 def test_the_printed_speed_says_which_logs_it_leaves_out(tmp_path: Path):
     case = Case(tmp_path / "case")
-    values = case.values(time_limit=2.0, output=str(tmp_path / "run"))
+    values = case.values(time_limit_s=2.0, output=str(tmp_path / "run"))
     outcome = slide_logs.TOOL(**values)
     told = summary(tmp_path / "run")
     still = told["logs"]["by_stop_reason"]["time_limit"]

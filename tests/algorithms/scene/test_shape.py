@@ -39,7 +39,7 @@ def test_a_cube_slides_as_a_cube_does(case, cube, tmp_path):
     """Lying on 35 degrees with mu = 0.5 its path is g (sin - mu cos) t^2 / 2; its mass is the density times 1 m3."""
     one = write_layer(tmp_path / "one.gpkg", points((30.25, 90.0)), orientation=["lying"], azimuth_deg=[180.0])
     run = case.run(
-        releases=one, shape=cube, friction="0.5", density_kg_m3=2700.0, output=str(tmp_path / "run"), time_limit=3.0
+        releases=one, shape=cube, friction="0.5", density_kg_m3=2700.0, output=str(tmp_path / "run"), time_limit_s=3.0
     )
     deposit = layer(run, "deposits").iloc[0]
     fall = 0.5 * G * (np.sin(np.radians(35)) - 0.5 * np.cos(np.radians(35))) * deposit["duration_s"] ** 2
@@ -104,7 +104,7 @@ def test_another_shape_is_another_run(case, cube, tmp_path):
     runs = []
     for scale in (1.0, 1.1):
         path = pts(tmp_path / "rock.pts", scale * CORNERS)
-        runs.append(case.run(shape=path, output=str(tmp_path / f"run_{scale}"), time_limit=0.5, trajectories="none"))
+        runs.append(case.run(shape=path, output=str(tmp_path / f"run_{scale}"), time_limit_s=0.5, trajectories="none"))
     digests = [json.loads((run / "manifest.json").read_text())["digests"]["scene"] for run in runs]
     assert digests[0] != digests[1]
 

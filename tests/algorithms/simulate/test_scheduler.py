@@ -90,7 +90,7 @@ def test_pieces_have_names_for_readers_of_the_dashboard(case, tmp_path, names):
     """Which of them the scheduler adds up as one kind of work: what comes before the logs."""
     from dask.utils import key_split
 
-    case.run(output=str(tmp_path / "valley"), scheduler="local", workers=2, time_limit=1.0)
+    case.run(output=str(tmp_path / "valley"), scheduler="local", workers=2, time_limit_s=1.0)
     found = [re.fullmatch(r"slide-logs-valley-logs (\d+) to (\d+) \([0-9a-f]{16}\)", each) for each in names]
     spans = sorted((int(each[1]), int(each[2])) for each in found if each)
     assert len(spans) == len(names) > 1
@@ -125,7 +125,7 @@ def test_another_shape(case, tmp_path):
 
 
 def test_friction_by_cell_and_no_trajectories(case, tmp_path):
-    both(case, tmp_path, friction=case.dem, friction_elsewhere=0.3, time_limit=3.0, trajectories="none")
+    both(case, tmp_path, friction=case.dem, friction_elsewhere=0.3, time_limit_s=3.0, trajectories="none")
 
 
 def test_a_cancelled_run_goes_on(case, tmp_path, monkeypatch):
@@ -162,7 +162,7 @@ def on_workers(tool, name: str, values: dict, folder: Path) -> None:
 
 
 def test_compare_fidelity(case, tmp_path):
-    values = case.values(fidelities="draft,standard", time_limit=5.0, output=None, **case.everything())
+    values = case.values(fidelities="draft,standard", time_limit_s=5.0, output=None, **case.everything())
     values = {name: value for name, value in values.items() if name not in ("fidelity", "trajectories")}
     on_workers(compare_fidelity, "comparison.csv", values, tmp_path)
 
@@ -170,21 +170,21 @@ def test_compare_fidelity(case, tmp_path):
 def test_compare_fidelity_of_one_log(case, tmp_path, monkeypatch):
     """Of which one half is empty; the picture of so little is not what is looked at."""
     monkeypatch.setattr("deadwood_algorithms.evaluate.fidelity.trade_figure.draw", lambda *given: None)
-    values = case.values(fidelities="draft,standard", time_limit=5.0, output=None, logs=1)
+    values = case.values(fidelities="draft,standard", time_limit_s=5.0, output=None, logs=1)
     values = {name: value for name, value in values.items() if name not in ("fidelity", "trajectories")}
     on_workers(compare_fidelity, "comparison.csv", values, tmp_path)
 
 
 def test_calibrate_friction(case, tmp_path):
     observed = write_layer(tmp_path / "observed.gpkg", points((30.0, 40.0), (28.0, 50.0)))
-    values = case.values(friction="0.2,0.3,0.4", observed=observed, time_limit=10.0, error_m=5.0, output=None)
+    values = case.values(friction="0.2,0.3,0.4", observed=observed, time_limit_s=10.0, error_m=5.0, output=None)
     on_workers(
         calibrate_friction, "calibration.csv", {k: v for k, v in values.items() if k != "trajectories"}, tmp_path
     )
 
 
 def test_vary(case, tmp_path):
-    values = case.values(vary="friction=0.15:0.3,rolling_friction", design="ends", time_limit=5.0, output=None)
+    values = case.values(vary="friction=0.15:0.3,rolling_friction", design="ends", time_limit_s=5.0, output=None)
     values |= case.everything()
     del values["trajectories"]
     on_workers(vary, "runs.csv", values, tmp_path)

@@ -68,7 +68,7 @@ def case(tmp_path_factory):
         "dbh_cm": 40.0,
         "length_m": 9.0,
         "fidelity": "draft",
-        "time_limit": 40.0,
+        "time_limit_s": 40.0,
         "trajectories": "all",
         "threads": 2,
     }

@@ -55,3 +55,11 @@ def test_intervals_of_a_quantile_range_cover_it():
 
 def test_a_statistic_without_a_value_has_no_interval():
     assert np.isnan(bootstrap_interval(lambda rows: float("nan"), np.arange(5), 0)).all()
+
+
+def test_of_few_logs_a_resample_without_any_has_no_value():
+    """Of three logs one resample in twenty holds none; a quantile of it was a traceback of compare-scenarios."""
+    assert any(not times.any() for times in resamples(np.arange(3), 0))
+    values = np.array([1.0, 5.0, 9.0])
+    low, high = bootstrap_interval(lambda rows: float(np.quantile(values[rows], 0.95)), np.arange(3), 0)
+    assert 1.0 <= low < high <= 9.0

@@ -62,7 +62,7 @@ class Assessed:
 
     def __init__(self, folder: Path, said=None, **values) -> None:
         self.folder = folder
-        places = {"output": "s.tif", "factors": "f.tif", "areas": "areas.gpkg"}
+        places = {"output": "s.tif", "factors": "f.tif", "release_areas": "areas.gpkg"}
         places |= {"assessed": "deadwood.gpkg"} if values.get("deadwood") else {}
         values = {name: str(folder / place) for name, place in places.items()} | {"overwrite": True} | values
         tool = assess_mobilisation.TOOL
@@ -258,7 +258,9 @@ def test_a_large_dem_is_never_held_whole(tmp_path, monkeypatch):
     dem = write_raster(tmp_path / "dem.tif", heights, dtype="float32", tiled=True)
     del heights
     tracemalloc.start()
-    assess_mobilisation.TOOL(dem=dem, output=str(tmp_path / "s.tif"), areas=str(tmp_path / "a.gpkg"), window_m=5.0)
+    assess_mobilisation.TOOL(
+        dem=dem, output=str(tmp_path / "s.tif"), release_areas=str(tmp_path / "a.gpkg"), window_m=5.0
+    )
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 16e6
@@ -425,7 +427,7 @@ BAD = {
     ),
     "a window too large": (lambda _: {"window_m": 70.0}, "no cell has a whole window of 70 m around it"),
     "a threshold": (lambda _: {"threshold": 0.0}, "--threshold is 0, but must be greater than 0"),
-    "a name": (lambda f: {"areas": str(f / "areas.shp")}, "the output must be a .gpkg file"),
+    "a name": (lambda f: {"release_areas": str(f / "areas.shp")}, "the output must be a .gpkg file"),
 }
 
 

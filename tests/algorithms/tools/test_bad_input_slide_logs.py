@@ -168,7 +168,7 @@ MATRIX = {
     "friction negative": (lambda f: {"friction": "-0.1"}, ["--friction", "at least 0"]),
     "friction NaN": (lambda f: {"friction": "nan"}, ["--friction", "finite"]),
     "restitution above 1": (lambda f: {"restitution": 1.5}, ["--restitution", "at most 1"]),
-    "time step 0": (lambda f: {"time_step": 0.0}, ["--time-step", "greater than 0"]),
+    "time step 0": (lambda f: {"time_step_s": 0.0}, ["--time-step-s", "greater than 0"]),
     "trajectories": (lambda f: {"trajectories": "-3"}, ["--trajectories", "all, none or a whole number"]),
     "several layers": (lambda f: {"releases": two_layers(f)}, ["bad.gpkg", "several layers", "|layername="]),
 }
@@ -210,8 +210,8 @@ def test_the_command_ends_with_status_2_and_one_line(case, tmp_path, name, capsy
 
 
 def test_a_dbh_in_metres_is_warned_of(case, tmp_path, said):
-    case.run(said, output=str(tmp_path / "run"), dbh_cm=0.4, time_limit=2.0, trajectories="none")
-    case.run(said, output=str(tmp_path / "more"), time_limit=2.0, **releases(tmp_path, dbh_cm=[0.4, 0.5]))
+    case.run(said, output=str(tmp_path / "run"), dbh_cm=0.4, time_limit_s=2.0, trajectories="none")
+    case.run(said, output=str(tmp_path / "more"), time_limit_s=2.0, **releases(tmp_path, dbh_cm=[0.4, 0.5]))
     warnings = [each for each in said.warnings if "dbh_cm" in each]
     assert warnings
     assert "multiply by 100" in warnings[-1]

@@ -88,7 +88,7 @@ def test_a_log_at_rest_hits_the_cells_under_its_outline(case, tmp_path):
     """By hand: 10 m from west to east within one row of 1 m cells, its thick end 40 cm wide."""
     flat = write_dem(tmp_path / "flat.tif", flat=True)
     one = write_layer(tmp_path / "one.gpkg", points((30.0, 50.5)), orientation=["lying"], azimuth_deg=[90.0])
-    run = case.run(dem=flat, releases=one, output=str(tmp_path / "run"), time_limit=5.0)
+    run = case.run(dem=flat, releases=one, output=str(tmp_path / "run"), time_limit_s=5.0)
     lies = layer(run, "deposited_logs").geometry.iloc[0]
     west, east = lies.coords[0][0] - EAST, lies.coords[1][0] - EAST
     expected = np.zeros((100, 60))

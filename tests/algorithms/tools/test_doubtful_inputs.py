@@ -146,7 +146,7 @@ def test_what_is_doubtful_of_a_run_is_said(case, tmp_path, said):
     steep = write_dem(tmp_path / "feet.tif", cell=5.0)
     with rasterio.open(steep, "r+") as made:
         made.write(made.read(1) / 0.3048, 1)
-    case.run(said, dem=steep, friction="25", output=str(tmp_path / "run"), time_limit=0.1)
+    case.run(said, dem=steep, friction="25", output=str(tmp_path / "run"), time_limit_s=0.1)
     told = "\n".join(said.warnings)
     assert (
         "--friction: the friction coefficient is 25; is it in percent or degrees? Then 0.25 or 0.466 is meant" in told
@@ -263,4 +263,4 @@ def test_lateral_spread_says_no_nan(case, tmp_path, capsys):
     assert cli.run(["lateral-spread", "--deposits", near, "--output", str(tmp_path / "s.gpkg")]) == 0
     said = capsys.readouterr().out
     assert "nan" not in said.lower()
-    assert "release 1: no spread, none of 1 deposits lies farther than --min-runout from the release" in said
+    assert "release 1: no spread, none of 1 deposits lies farther than --min-runout-m from the release" in said

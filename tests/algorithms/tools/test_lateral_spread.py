@@ -47,10 +47,10 @@ def test_deposits_nearer_than_a_log_length_do_not_count(tmp_path):
     assert fan["n_left_out"].tolist() == [1]
     assert fan["spread_deg"].tolist() == pytest.approx([130.0])
     assert each["counted"].tolist() == [True, True, False, True]
-    fan, _ = spread(layer, tmp_path / "s.gpkg", min_runout=20.0)
+    fan, _ = spread(layer, tmp_path / "s.gpkg", min_runout_m=20.0)
     assert fan["n_left_out"].tolist() == [2]
     assert fan["spread_deg"].tolist() == pytest.approx([20.0])
-    fan, _ = spread(layer, tmp_path / "s.gpkg", min_runout=0.0)
+    fan, _ = spread(layer, tmp_path / "s.gpkg", min_runout_m=0.0)
     assert fan["n_left_out"].tolist() == [0]
 
 
@@ -64,7 +64,7 @@ def test_each_release_is_seen_from_its_own_centre(tmp_path):
         release_x=[EAST - 5.0, EAST + 5.0, EAST + 499.0, EAST + 501.0],
         release_y=[NORTH] * 4,
     )
-    fan, each = spread(layer, tmp_path / "s.gpkg", min_runout=5.0)
+    fan, each = spread(layer, tmp_path / "s.gpkg", min_runout_m=5.0)
     assert fan["release_id"].tolist() == ["west", "east"]
     assert fan["spread_deg"].tolist() == pytest.approx([90.0, 0.0])
     assert each["azimuth_deg"].tolist() == pytest.approx([180.0, 90.0, 0.0, 0.0])
@@ -104,7 +104,7 @@ def test_what_is_missing_is_named(tmp_path):
     with pytest.raises(UserError, match="'release_y' is missing"):
         spread(without, tmp_path / "s.gpkg")
     short = write_layer(tmp_path / "e.gpkg", [shapely.Point(1, 1)], release_x=[EAST], release_y=[NORTH])
-    with pytest.raises(UserError, match="--min-runout"):
+    with pytest.raises(UserError, match="--min-runout-m"):
         spread(short, tmp_path / "s.gpkg")
     assert not (tmp_path / "s.gpkg").exists()
 

@@ -148,7 +148,7 @@ def test_a_column_of_the_runs_own_releases_may_say_it(tmp_path):
 
 
 def test_lines_by_energy_with_their_return_periods(made, tmp_path):
-    maps(made, tmp_path / "m", events_per_year=0.2, energy_classes="10,100")
+    maps(made, tmp_path / "m", events_per_year=0.2, energy_classes_kj=(10.0, 100.0))
     found = table(tmp_path / "m")
     mass = float(cone_bodies(np.array([0.4]), np.array([4.0]), np.array([300.0]))[0, MASS])
     energy = 0.5 * mass * (1.0 + np.arange(N)) ** 2 / 1000.0
@@ -173,7 +173,7 @@ def test_other_energies_and_other_lines(made, tmp_path):
     grid = json.loads((made / "manifest.json").read_text())["grid"]
     write_values(tmp_path / "e95.tif", np.full((LENGTH, WIDTH), 31.0, np.float32), grid)
     across = write_layer(tmp_path / "l.gpkg", [shapely.LineString([(0.5, 40.0), (59.5, 40.0)])], line_id=["mine"])
-    found = maps(made, tmp_path / "m", energy=str(tmp_path / "e95.tif"), lines=across)
+    found = maps(made, tmp_path / "m", energy_raster=str(tmp_path / "e95.tif"), lines=across)
     assert set(np.unique(found["intensity"])) == {0, 2}
     rows = table(tmp_path / "m")
     assert set(rows.index.get_level_values(0)) == {"mine"}
@@ -199,9 +199,9 @@ def test_on_a_run_of_the_engine(tmp_path, said):
 
 
 REFUSED = {
-    "--energy-classes is '300,30'": {"energy_classes": "300,30"},
-    "--probability-classes is '1,200', but must be .* below 100": {"probability_classes": "1,200"},
-    "--return-periods is 'x'": {"return_periods": "x"},
+    "--energy-classes-kj is '300,30'": {"energy_classes_kj": "300,30"},
+    "--probability-classes is 200 %, but must be less than 100 %": {"probability_classes": "1,200"},
+    "--return-periods-years is 'x'": {"return_periods_years": "x"},
     "leave out --releases and --events-field": {"events_per_year": 1.0, "events_field": "rate"},
     "the run's releases are not where they were; --releases names them": {"events_field": "rate"},
     "--events-per-year is 0, but must be greater than 0": {"events_per_year": 0.0},

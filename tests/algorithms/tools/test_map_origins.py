@@ -215,9 +215,9 @@ def test_a_run_without_lines_is_refused(case, tmp_path):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"source_shares": "0,10"}, "--source-shares is '0,10', but must be"),
-        ({"affected_shares": "ten"}, "--affected-shares is 'ten', but must be"),
-        ({"source_shares": "150"}, "--source-shares is '150', but must be"),
+        ({"source_shares": "0,10"}, "--source-shares is 0 %, but must be greater than 0 %"),
+        ({"affected_shares": "ten"}, "--affected-shares is 'ten', but must be numbers"),
+        ({"source_shares": "150"}, "--source-shares is 150 %, but must be at most 100 %"),
         ({"cell_m": 0.0005}, "cells; take a larger cell"),
     ],
 )

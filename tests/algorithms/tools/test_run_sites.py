@@ -23,7 +23,7 @@ from deadwood_algorithms.params.tool import Cancelled, UserError
 from deadwood_algorithms.tools import run_sites, slide_logs
 
 LEAST = {"danger_least": 3}
-SHARED = {"friction": "0.25", "dbh_cm": 40.0, "length_m": 10.0, "fidelity": "draft", "time_limit": 60.0}
+SHARED = {"friction": "0.25", "dbh_cm": 40.0, "length_m": 10.0, "fidelity": "draft", "time_limit_s": 60.0}
 
 
 @pytest.fixture(scope="module")
@@ -141,7 +141,7 @@ def test_scattered_groups_have_windows_of_their_own(case, monkeypatch, tmp_path)
     monkeypatch.setattr(reach, "BLOCK_CELLS", 64)
     places = [(6.0, 12.0), (6.0, 14.0), (54.0, 95.0)]
     releases = write_layer(tmp_path / "far.gpkg", points(*places), area=["south", "south", "north"])
-    given = {"releases": releases, "dem": dem, "friction": "5.0", "length_m": 3.0, "threads": 1, "rest_speed": 0.5}
+    given = {"releases": releases, "dem": dem, "friction": "5.0", "length_m": 3.0, "threads": 1, "rest_speed_ms": 0.5}
     most = 1_000_000 * (40 + 24) / SHARE
     monkeypatch.setattr(memory, "free_bytes", lambda: int(most))
     with pytest.raises(UserError, match=r"million cells need .* are free; .*run-sites --by FIELD"):
@@ -160,7 +160,7 @@ def test_scattered_groups_have_windows_of_their_own(case, monkeypatch, tmp_path)
 def test_a_table_gives_each_site_its_own(case, tmp_path, monkeypatch):
     place = case.folder / "tables"
     place.mkdir()
-    text = "site;dem;releases;friction;time-limit;report;owner\n"
+    text = "site;dem;releases;friction;time-limit-s;report;owner\n"
     text += "steep;../dem.tif;../releases.gpkg;0,5;;;someone\nplain;;../releases.gpkg;;30;;\n"
     monkeypatch.chdir(tmp_path)  # paths are seen from the table
     run = sites(case, "table", sites=table(place, text), releases=None)
@@ -169,7 +169,7 @@ def test_a_table_gives_each_site_its_own(case, tmp_path, monkeypatch):
         for name in ("steep", "plain")
     )
     assert (steep["friction"], plain["friction"]) == ("0.5", "0.25")
-    assert (steep["time_limit"], plain["time_limit"]) == (60.0, 30.0)
+    assert (steep["time_limit_s"], plain["time_limit_s"]) == (60.0, 30.0)
     assert steep["releases"] == plain["releases"] == case.releases
     assert_same_run(
         run / "sites" / "steep", case.run(output=str(tmp_path / "one"), friction="0.5", trajectories="1000")
@@ -399,7 +399,7 @@ def check_killed(
         ("site,friction\na,0.3\nA,0.4\n", "field 'site': 'A' stands in rows 1 and 2"),
         ("site,friction\na/b,0.3\n", "field 'site', row 1: 'a/b' is no name of a folder"),
         ("site,friction\n,0.3\n", "field 'site', row 1: the site has no name"),
-        ("site,time-limit,time_limit\na,3,4\n", "the columns 'time-limit' and 'time_limit' mean the same"),
+        ("site,time-limit,time_limit_s\na,3,4\n", "the columns 'time-limit' and 'time_limit_s' mean the same"),
     ],
 )
 def test_a_table_that_is_wrong_is_refused_before_any_site(case, tmp_path, text, words):

@@ -228,7 +228,7 @@ def test_what_cannot_be_asked_is_refused(case, bare, lines, tmp_path):
     out = tmp_path / "out"
     silent = case.run(output=str(tmp_path / "silent"), trajectories="none")
     refused("the run watched no lines; --lines names some", silent, out, candidates=lines)
-    refused("--height-m is '0', but must be", bare, out, candidates=lines, height_m="0")
+    refused("--height-m is 0 m, but must be greater than 0 m", bare, out, candidates=lines, height_m="0")
     refused("--length-m is 'long'", bare, out, length_m="long")
     refused("does not exist", tmp_path / "none", out, candidates=lines)
     refused("does not exist", bare, out, candidates=str(tmp_path / "none.gpkg"))

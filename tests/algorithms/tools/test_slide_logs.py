@@ -189,7 +189,7 @@ def test_a_log_on_the_flat_keeps_its_azimuth(case, tmp_path, azimuth, heading):
     flat = write_dem(tmp_path / "flat.tif", flat=True)
     one = write_layer(tmp_path / "one.gpkg", points((30.0, 50.0)))
     run = case.run(
-        dem=flat, releases=one, output=str(tmp_path / "run"), orientation="lying", azimuth_deg=azimuth, time_limit=5.0
+        dem=flat, releases=one, output=str(tmp_path / "run"), orientation="lying", azimuth_deg=azimuth, time_limit_s=5.0
     )
     deposit = layer(run, "deposits").iloc[0]
     turn = (deposit["heading_deg"] - heading + 180.0) % 360.0 - 180.0
@@ -370,7 +370,7 @@ def test_an_overjumped_barrier_is_counted_so(case, tmp_path):
         speed_ms=[15.0],
         drop_m=[8.0],
     )
-    told = summary(case.run(releases=one, barriers=wall, output=str(tmp_path / "run"), time_limit=20.0))
+    told = summary(case.run(releases=one, barriers=wall, output=str(tmp_path / "run"), time_limit_s=20.0))
     counts = {"barrier_id": 7, "n_reached": 1, "n_stopped": 0, "n_overjumped": 1, "n_passed_beside": 0, "n_hits": 0}
     assert told["barriers"] == [{**counts, "energy_max_kj": None, "height_max_m": None}]
 
@@ -380,7 +380,7 @@ def test_logs_released_through_a_barrier_are_counted(case, tmp_path):
     places = points((22.0, 44.0), (28.0, 47.0), (22.0, 80.0))  # the barrier runs along v = 45; the third is far above
     releases = write_layer(tmp_path / "r.gpkg", places, log_id=[1, 2, 3])
     logs = {"releases": releases, "barriers": case.barriers, "orientation": "lying", "azimuth_deg": 0.0}
-    run = case.run(output=str(tmp_path / "run"), time_limit=3.0, **logs)
+    run = case.run(output=str(tmp_path / "run"), time_limit_s=3.0, **logs)
     assert summary(run)["logs"]["started_in_contact"] == 2
     deposits = layer(run, "deposits")[:2]
     assert (deposits["speed_max_ms"] ** 2 <= 2 * 9.81 * np.maximum(deposits["fall_m"], 0.0) + 1.0).all()
@@ -400,8 +400,8 @@ def test_a_high_barrier_stops_a_log(case, tmp_path):
 
 
 def test_logs_that_ran_out_of_time_are_warned_of(case, tmp_path, said):
-    case.run(said, output=str(tmp_path / "short"), time_limit=1.0, trajectories="none")
+    case.run(said, output=str(tmp_path / "short"), time_limit_s=1.0, trajectories="none")
     assert any("24 of 24 logs still moved" in warning for warning in said.warnings)
     said.warnings.clear()
-    case.run(said, output=str(tmp_path / "long"), trees=case.trees, trajectories="none", time_limit=300.0)
+    case.run(said, output=str(tmp_path / "long"), trees=case.trees, trajectories="none", time_limit_s=300.0)
     assert not any("still moved" in warning for warning in said.warnings)  # of those that left it is warned

@@ -156,7 +156,7 @@ def test_classes_areas_and_names_together(place, tmp_path):
     south, north = shapely.box(0.0, 0.0, 60.0, 45.0), shapely.box(0.0, 55.0, 60.0, 99.0)
     areas = write_layer(tmp_path / "a.gpkg", [south, north], share=[None, 0.5])
     named = str(trees["tree_id"][int(np.argmin(np.abs(v - 50.0)))])
-    found = throw(place, tmp_path / "s", dbh_classes="0:0,40:1", areas=areas, ids=named)
+    found = throw(place, tmp_path / "s", dbh_classes="0:0,40:1", windthrow_areas=areas, ids=named)
     lying = set(found["lying_after"]["lying_id"])
     tall = trees["height_m"] - 0.5 >= 0.5
     in_south = set(trees["tree_id"][(v <= 45.0) & (trees["dbh_cm"] >= 40.0) & tall])
@@ -233,7 +233,7 @@ def test_slide_logs_takes_the_layers_and_the_commands_are_understood(tmp_path):
 
 
 REFUSED: dict[str, dict[str, Any]] = {
-    "nothing says which stems are thrown; give --share, --dbh-classes, --areas or --ids": {},
+    "nothing says which stems are thrown; give --share, --dbh-classes, --windthrow-areas or --ids": {},
     "--share is 1.5, but must be at most 1": {"share": 1.5},
     "--dbh-classes is '20:0.5,10:0.3', but must be": {"dbh_classes": "20:0.5,10:0.3"},
     "--dbh-classes is '20', but must be": {"dbh_classes": "20"},
@@ -264,10 +264,10 @@ def test_wrong_layers_are_refused_in_a_line(place, tmp_path):
         throw(place, tmp_path / "s", trees=bare, share=0.5)
     far = write_layer(tmp_path / "far.gpkg", [shapely.box(1000.0, 0.0, 1001.0, 1.0)])
     with pytest.raises(UserError, match="no tree stands in an area; check the areas and their CRS"):
-        throw(place, tmp_path / "s", areas=far, share=0.5)
+        throw(place, tmp_path / "s", windthrow_areas=far, share=0.5)
     empty = write_layer(tmp_path / "empty.gpkg", [shapely.box(0.0, 0.0, 60.0, 100.0)])
     with pytest.raises(UserError, match="the areas have no field 'share', or gaps in it"):
-        throw(place, tmp_path / "s", areas=empty)
+        throw(place, tmp_path / "s", windthrow_areas=empty)
     wrong = write_layer(tmp_path / "wrong.gpkg", [shapely.box(0.0, 0.0, 60.0, 100.0)], share=[40.0])
     with pytest.raises(UserError, match="field 'share', row 1: 40 is not a number at least 0 and at most 1"):
-        throw(place, tmp_path / "s", areas=wrong)
+        throw(place, tmp_path / "s", windthrow_areas=wrong)

@@ -7,30 +7,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from deadwood_algorithms.params.tool import UserError
-
 Rows = list[tuple[int, str, str]]  # value, colour, label
 WARM = ("#fee0b6", "#fdb863", "#e66101", "#b2182b", "#67001f")
 COLD = ("#d0d1e6", "#a6bddb", "#67a9cf", "#3690c0", "#02818a", "#016450")
 # Corners of the matrix: weak and rare, weak and frequent, strong and rare, strong and frequent (Stevens 2015). They are
 # not those of a hazard map, because which hazard a field is, is not the tool's to say.
 CORNERS = (("#e8e8e8", "#64acbe"), ("#c85a5a", "#574249"))
-
-
-def class_bounds(text: str, flag: str, most: float = np.inf) -> list[float]:
-    """Bounds of classes: ascending, above 0, at most eight."""
-    try:
-        found = [float(each) for each in str(text).split(",") if each.strip()]
-    except ValueError:
-        found = []
-    rising = all(low < high for low, high in pairwise(found))
-    if not 1 <= len(found) <= 8 or not rising or not all(0.0 < each < most for each in found):
-        below = f" and below {most:g}" if np.isfinite(most) else ""
-        raise UserError(
-            f"{flag} is '{text}', but must be one to eight numbers above 0{below}, each larger than the one before, "
-            "with commas"
-        )
-    return found
 
 
 def rising_labels(bounds: Sequence[float], unit: str) -> list[str]:

@@ -16,8 +16,8 @@ from deadwood_algorithms.files.vectors import read_table, read_vector
 from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 from deadwood_algorithms.results.arrivals import Arrived, find_arrivals
 from deadwood_algorithms.results.run_folder import GEOPACKAGE, Run, layers_in, read_run
+from deadwood_algorithms.scene.default_log import DEFAULTED
 from deadwood_algorithms.scene.layers import read_lines
-from deadwood_algorithms.scene.released_scene import DEFAULTED
 
 # Of the releases, what deposits repeat, and how far two of the same may differ: coordinates by rounding alone.
 SAME = {
@@ -31,7 +31,7 @@ SAME = {
 # Parameters that change no log's way, or are compared as releases.
 NO_MATTER = (
     "output", "overwrite", "threads", "resume", "trajectories", "until_ci", "error", "budget", "assume", "seed",
-    "min_runout", "releases", "report", "qgis_project", "geoparquet", "outline_every_s", "danger_least",
+    "min_runout_m", "releases", "report", "qgis_project", "geoparquet", "outline_every_s", "danger_least",
     "danger_counts", "scheduler", "workers", "friction_preset",  # which friction it means, friction says
 )  # fmt: skip
 SAME_LINE_M = 0.01

@@ -78,8 +78,10 @@ def columns_by_key(
     """The columns that name the site or a parameter, by its name; what is near a known word is no foreign column."""
     columns: dict[str, str] = {}
     foreign = []
+    now = {old: name for name, each in known.items() for old in each.old_names}
     for column in rows.columns:
         key = str(column).strip().lower().lstrip("-").replace("-", "_").replace(" ", "_")
+        key = now.get(key, key)
         if key in OURS:
             raise UserError(f"{where}: the column '{column}' is set by run-sites itself; remove it")
         if key in columns:

@@ -28,7 +28,7 @@ class Storm:
 
     share: float | None
     dbh_classes: str | None
-    areas: str | None
+    windthrow_areas: str | None
     ids: str | None
     stump_m: float
     seed: int
@@ -76,20 +76,20 @@ def read_stems(path: str, grid: Grid, crs: str | None, feedback: Feedback) -> St
 
 def thrown_stems(stems: Stems, storm: Storm, grid: Grid, crs: str | None, feedback: Feedback) -> NDArray[np.bool_]:
     """Which stems are thrown: those that are named, and of the others the share of their area and class of DBH."""
-    if storm.share is None and not (storm.dbh_classes or storm.areas or storm.ids):
-        raise UserError("nothing says which stems are thrown; give --share, --dbh-classes, --areas or --ids")
+    if storm.share is None and not (storm.dbh_classes or storm.windthrow_areas or storm.ids):
+        raise UserError("nothing says which stems are thrown; give --share, --dbh-classes, --windthrow-areas or --ids")
     share = np.full(stems.ids.size, np.nan if storm.share is None else storm.share)
     group = np.zeros(stems.ids.size, np.int64)
     if storm.dbh_classes:
         bounds, shares = class_shares(storm.dbh_classes, DBH_CM[1])
         group = np.searchsorted(bounds, stems.dbh_cm, side="right")
         share = np.where(group > 0, np.append(share[:1], shares)[group], share)
-    if storm.areas:
-        area, own = _areas(stems, storm.areas, grid, crs, feedback)
+    if storm.windthrow_areas:
+        area, own = _areas(stems, storm.windthrow_areas, grid, crs, feedback)
         share = np.where(area < 0, 0.0, np.where(np.isfinite(own), own, share))
         if np.isnan(share).any():
             raise UserError(
-                f"{storm.areas}: the areas have no field 'share', or gaps in it; fill it, or give --share or "
+                f"{storm.windthrow_areas}: the areas have no field 'share', or gaps in it; fill it, or give --share or "
                 "--dbh-classes"
             )
         # an area with a share of its own is one group, whatever the classes of its stems

@@ -10,14 +10,17 @@ from scipy.stats import multivariate_normal
 
 from deadwood_algorithms.evaluate.calibration import score as friction_score
 from deadwood_algorithms.evaluate.calibration.score import (
+    TIE,
     Observation,
     Scores,
     energy_score,
     log_densities,
     made_densities,
     range_of,
+    relative_to_best,
     sampling_interval,
     score,
+    share_below,
 )
 
 FRICTION = np.linspace(0.1, 0.5, 9)
@@ -166,6 +169,21 @@ def test_the_sampling_interval_is_that_of_other_logs():
     wide = (expected > 0.3) & (np.median(fresh, axis=0) > -5.0)
     assert wide.sum() >= 2
     assert np.median((high - low)[wide] / expected[wide]) == pytest.approx(1.0, abs=0.35)
+
+
+def test_a_p_value_counts_the_observed_event_among_the_made_ones():
+    """The share of 1 + n events: of n made ones none worse is 1 / (n + 1), never 0, and a tie counts."""
+    made = np.array([-4.0, -3.0, -2.0, -1.0])
+    for seen, no_better in ((-5.0, 0), (-4.0, 1), (-3.5, 1), (-2.0, 3), (0.0, 4)):
+        assert share_below(made, seen) == (1 + no_better) / 5
+    assert share_below(made, -2.0 - 0.5 * TIE) == 4 / 5  # the same but for rounding
+    assert share_below(np.full(399, 0.0), -1.0) == 1 / 400
+
+
+def test_relative_to_the_best_a_coefficient_without_likelihood_is_none():
+    table = np.array([[-1.0, -3.0], [-2.0, -np.inf], [-np.inf, -np.inf]])
+    assert relative_to_best(table, 0).tolist() == [0.0, 0.0, -np.inf]
+    assert relative_to_best(table, 1).tolist() == [-2.0, -np.inf, -np.inf]
 
 
 def test_the_energy_score_is_least_for_the_truth():

@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.stats import wasserstein_distance
+from scipy.stats import norm, sem, wasserstein_distance
 
 from deadwood_algorithms.evaluate.fidelity.measures import bootstrap, jaccard_distance, rows_of, split_half, wasserstein
 from deadwood_algorithms.evaluate.fidelity.records import FidelityRow, FidelityRun
 from deadwood_algorithms.evaluate.fidelity.rule import UNDECIDED, WITHIN
-from deadwood_algorithms.scene.releases import Group
+from deadwood_algorithms.scene.releases import LEAST_OF_A_RELEASE, Group
 
 N = 400
 SOME = (np.array([3, 8]), np.array([0.5, 0.25]))
@@ -124,3 +124,18 @@ def test_the_bootstrap_holds_the_mean():
     assert high - low == pytest.approx(2 * 1.96 * 2.0 / 30.0, rel=0.2)
     assert low < values.mean() < high
     assert all(map(math.isnan, bootstrap(lambda chosen: math.nan, 10, 0)))
+
+
+def test_the_mean_of_the_largest_has_the_normal_interval_of_the_changes():
+    change = np.random.default_rng(4).normal(0.3, 0.5, N)
+    fine = slid()
+    row = rows(slid("draft", speed_max=fine.speed_max + change), fine)["speed_max_mean"]
+    expected = norm.interval(0.95, loc=change.mean(), scale=sem(change))
+    assert (row.difference, row.ci_low, row.ci_high) == pytest.approx((change.mean(), *expected), rel=1e-6)
+
+
+@pytest.mark.parametrize("n", [LEAST_OF_A_RELEASE - 1, LEAST_OF_A_RELEASE])
+def test_the_spread_of_a_release_is_told_from_so_many_logs(n):
+    groups = [Group("a", np.arange(n), (0.0, 0.0), np.full(n, 10.0))]
+    found = [row for row in rows_of(slid("draft"), slid(), ["road"], groups, N, 0) if row.quantity == "spread_p05_p95"]
+    assert len(found) == (n >= LEAST_OF_A_RELEASE)

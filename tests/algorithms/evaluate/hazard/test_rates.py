@@ -7,7 +7,6 @@ import pytest
 
 from deadwood_algorithms.evaluate.hazard.legend import (
     CORNERS,
-    class_bounds,
     matrix_rows,
     mixed,
     period_labels,
@@ -22,7 +21,6 @@ from deadwood_algorithms.evaluate.hazard.rates import (
     return_period,
     rising_class,
 )
-from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.stats.statistics import wilson_bounds, wilson_interval
 
 
@@ -86,9 +84,3 @@ def test_classes_are_named_and_the_matrix_has_its_corners():
     assert rows[14][0] == CORNERS[0][0]
     assert rows[11][0] == CORNERS[0][1]
     assert mixed(0.5, 0.5) not in sum(CORNERS, ())
-
-
-@pytest.mark.parametrize("text", ["300,30", "30,30", "0,30", "-1", "many", ",", "1,2,3,4,5,6,7,8,9"])
-def test_bounds_that_are_none_are_refused(text):
-    with pytest.raises(UserError, match="--energy-classes is '.*', but must be one to eight numbers above 0"):
-        class_bounds(text, "--energy-classes")

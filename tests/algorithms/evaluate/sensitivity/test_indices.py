@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from deadwood_algorithms.evaluate.sensitivity.design import cube, latin_hypercube, sobol_sequence
+from deadwood_algorithms.evaluate.sensitivity.design import cube, latin_hypercube, rows_of_design, sobol_sequence
+from deadwood_algorithms.evaluate.sensitivity.factors import Factor
 from deadwood_algorithms.evaluate.sensitivity.indices import indices_of, rows_drawn, weights_of
 from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.stats.resampling import RESAMPLES, resamples
 
 
 def ishigami(u: np.ndarray) -> np.ndarray:
@@ -145,3 +147,40 @@ def test_sobols_sequence_wants_a_power_of_two_and_scipy(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "scipy.stats", None)
     with pytest.raises(UserError, match=r"deadwood-toolbox\[sobol\]"):
         sobol_sequence(32, 4, 0)
+
+
+def test_the_variance_is_that_of_all_runs_of_both_samples():
+    """The second sample scatters three times as far as the first, which chance makes of few rows; logs count alike."""
+    rng = np.random.default_rng(12)
+    a, b = rng.normal(0.0, 1.0, (6, 1)), rng.normal(1.0, 3.0, (6, 1))
+    found = indices_of(a, b, np.stack([b]), weights_of(np.arange(1), 0, 50), rows_drawn(6, 0, 50))
+    assert found.variance == pytest.approx(np.concatenate([a, b]).var(ddof=1))
+    assert found.mean == pytest.approx(np.concatenate([a, b]).mean())
+
+
+def test_a_resample_of_one_log_counts_all_once():
+    """The noise of a mean takes two logs: of three, a resample has fewer than two in one of five."""
+    drawn = weights_of(np.arange(3), 0)
+    assert drawn.shape == (3, RESAMPLES)
+    assert drawn.sum(axis=0).min() >= 2.0
+    plain = np.stack(list(resamples(np.arange(3), 0)), axis=1)
+    few = plain.sum(axis=0) < 2
+    assert few.any()
+    assert (drawn[:, few] == 1.0).all()
+    assert np.array_equal(drawn[:, ~few], plain[:, ~few])
+
+
+def test_the_rows_of_the_design_by_hand():
+    """A factor from B, the others from A; the surface of the terrain's error goes with the row of its own column."""
+    factors = [Factor("friction", 0.0, 1.0), Factor("dem_noise_m", 0.0, 10.0)]
+    a, b = np.array([[0.1, 0.2], [0.3, 0.4]]), np.array([[0.5, 0.6], [0.7, 0.8]])
+    found = rows_of_design(factors, a, b)
+    shown = [(each.label, *each.values.values(), each.surface) for each in found]
+    assert shown == [
+        ("A 1", pytest.approx(0.1), pytest.approx(2.0), 1), ("A 2", pytest.approx(0.3), pytest.approx(4.0), 2),
+        ("B 1", pytest.approx(0.5), pytest.approx(6.0), 3), ("B 2", pytest.approx(0.7), pytest.approx(8.0), 4),
+        ("A, friction of B 1", pytest.approx(0.5), pytest.approx(2.0), 1),
+        ("A, friction of B 2", pytest.approx(0.7), pytest.approx(4.0), 2),
+        ("A, dem_noise_m of B 1", pytest.approx(0.1), pytest.approx(6.0), 3),
+        ("A, dem_noise_m of B 2", pytest.approx(0.3), pytest.approx(8.0), 4),
+    ]  # fmt: skip

@@ -36,7 +36,7 @@ def test_lists_of_codes():
 
 
 def test_the_usual_words_in_the_usual_fields_are_known(imported, tmp_path, outcome, said):
-    trees = imported(MIXED, releases=str(tmp_path / "snags.gpkg"))
+    trees = imported(MIXED, snags=str(tmp_path / "snags.gpkg"))
     assert trees["dbh_cm"].tolist() == [40, 30]
     snags = gpd.read_file(tmp_path / "snags.gpkg")
     assert snags["dbh_cm"].tolist() == [50, 35]
@@ -44,16 +44,16 @@ def test_the_usual_words_in_the_usual_fields_are_known(imported, tmp_path, outco
     assert f"2 dead standing trees written to {tmp_path / 'snags.gpkg'}" in outcome["last"].lines
     assert "1 trees dropped, they stand no more" in outcome["last"].lines
     assert "field 'Zustand': living (lebend: 1, empty: 1); dead, standing (" in said.notes[-1]
-    assert str(outcome["last"].outputs["releases"]) == str(tmp_path / "snags.gpkg")
+    assert str(outcome["last"].outputs["snags"]) == str(tmp_path / "snags.gpkg")
 
 
 def test_without_the_option_they_are_kept_apart_and_said(imported, outcome):
     assert imported(MIXED)["dbh_cm"].tolist() == [40, 30]
-    assert "2 dead standing trees kept apart; --releases writes them as a releases layer" in outcome["last"].lines
+    assert "2 dead standing trees kept apart; --snags writes them as a releases layer" in outcome["last"].lines
 
 
 def test_they_may_stay_among_the_trees_as_well(imported, tmp_path, outcome):
-    trees = imported(MIXED, releases=str(tmp_path / "snags.gpkg"), keep_dead=True)
+    trees = imported(MIXED, snags=str(tmp_path / "snags.gpkg"), keep_dead=True)
     assert trees["dbh_cm"].tolist() == [40, 50, 30, 35]
     assert len(gpd.read_file(tmp_path / "snags.gpkg")) == 2
     assert ", and kept among the trees" in " ".join(outcome["last"].lines)
@@ -61,14 +61,14 @@ def test_they_may_stay_among_the_trees_as_well(imported, tmp_path, outcome):
 
 def test_codes_of_ones_own(imported, tmp_path):
     text = table("40;25;1", "50;20;7", "30;18;8", "35;12;9", head="x;y;dbh;h;code")
-    values = {"status_field": "CODE", "dead_values": "7,8", "gone_values": "9", "releases": str(tmp_path / "s.gpkg")}
+    values = {"status_field": "CODE", "dead_values": "7,8", "gone_values": "9", "snags": str(tmp_path / "s.gpkg")}
     assert imported(text, **values)["dbh_cm"].tolist() == [40]
     assert gpd.read_file(tmp_path / "s.gpkg")["dbh_cm"].tolist() == [50, 30]
 
 
 def test_what_the_user_says_goes_before_the_usual_words(imported, tmp_path):
     text = table("40;25;lebend", "50;20;liegend")
-    imported(text, dead_values="liegend", status_field="Zustand", releases=str(tmp_path / "s.gpkg"))
+    imported(text, dead_values="liegend", status_field="Zustand", snags=str(tmp_path / "s.gpkg"))
     assert gpd.read_file(tmp_path / "s.gpkg")["dbh_cm"].tolist() == [50]
     trees = imported(table("40;25;lebend", "50;20;tot"), gone_values="tot", status_field="Zustand")
     assert trees["dbh_cm"].tolist() == [40]
@@ -80,7 +80,7 @@ def test_the_releases_are_a_layer_of_the_contract(imported, tmp_path, slope, sai
         table(
             "40;25;A;lebend;Fichte", "50;20;B;tot;Fichte", "60;;C;tot;Tanne", head="x;y;dbh;h;baum_id;Zustand;Baumart"
         ),
-        releases=str(path),
+        snags=str(path),
     )
     snags = gpd.read_file(path)
     assert snags["log_id"].tolist() == [1, 2]
@@ -97,14 +97,14 @@ def test_the_releases_are_a_layer_of_the_contract(imported, tmp_path, slope, sai
 
 
 def test_faults(imported, tmp_path):
-    with pytest.raises(UserError, match="no dead tree is found for --releases; --status-field and --dead-values name"):
-        imported(table("40;25;lebend"), releases=str(tmp_path / "s.gpkg"))
+    with pytest.raises(UserError, match="no dead tree is found for --snags; --status-field and --dead-values name"):
+        imported(table("40;25;lebend"), snags=str(tmp_path / "s.gpkg"))
     assert not (tmp_path / "s.gpkg").exists()
     with pytest.raises(UserError, match=r"no field 'state' \(--status-field\)"):
         imported(MIXED, status_field="state")
     with pytest.raises(UserError, match="--dead-values and --gone-values need --status-field"):
         imported("x;y;h\n2783050;1190050;20\n", dead_values="7")
-    with pytest.raises(UserError, match="--releases and --output are one file"):
-        imported(MIXED, releases=str(tmp_path / "out.gpkg"))
+    with pytest.raises(UserError, match="--snags and --output are one file"):
+        imported(MIXED, snags=str(tmp_path / "out.gpkg"))
     with pytest.raises(UserError, match="no tree is left; .*1 trees dropped, they stand no more"):
         imported(table("40;25;gefällt"))
