@@ -10,12 +10,12 @@ from pathlib import Path
 
 import numpy as np
 import rasterio
+from deadwood_algorithms.sample import slope as sample_slope
 from deadwood_algorithms.sample.layers import layers_to_try, sample_layers
 
 from deadwood_algorithms.files import styles
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.vectors import write_vector
-from deadwood_algorithms.sample import slope as sample_slope
 
 HERE = Path(__file__).parent
 
