@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import glob
 import re
+import shutil
+import tempfile
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -110,7 +113,7 @@ def read_vector(
     """
     feedback = feedback or Quiet()
     xy_fields = (x_field, y_field) if x_field else None
-    rows = read_table(path, what=what) if rows is None else rows
+    rows = read_table(path, what=what, geometry=geometry) if rows is None else rows
     where = where_of(rows)
     for words in rows.attrs.get("notes", ()):
         feedback.note(f"{where}: {words}")
@@ -124,8 +127,11 @@ def read_vector(
     return frame
 
 
-def read_table(path: str | Path, *, what: str) -> pd.DataFrame:
-    """Read the rows of a text table or vector layer as they are: a GeoDataFrame where the file holds geometries."""
+def read_table(path: str | Path, *, what: str, geometry: Sequence[str] = ()) -> pd.DataFrame:
+    """Read the rows of a text table or vector layer as they are: a GeoDataFrame where the file holds geometries.
+
+    Of a file of several layers that one is read which alone holds anything, or alone has the geometry that is wanted.
+    """
     name, layer = _name_and_layer(path)
     if is_text_table(name) and not layer:
         frame = read_text_table(name, what)
@@ -135,10 +141,12 @@ def read_table(path: str | Path, *, what: str) -> pd.DataFrame:
     if Path(name).suffix.lower() in (".parquet", ".geoparquet", ".feather"):
         return _read_arrow(name, what)
     _refuse_torn_shapefile(name, what)
+    if Path(name).suffix.lower() == ".shp" and _parts_of_shapefile(Path(name)) == {".shp", ".dbf"}:
+        return _read_without_index(name, what, geometry)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of M values and curves, which are dropped and straightened
-            layer = _layer_of(name, layer, what)
+            layer = _layer_of(name, layer, what, geometry)
             _refuse_too_many_rows(name, layer, what)
             frame = _read_features(name, layer)
     except (DataSourceError, DataLayerError, FeatureError, CRSError, UnicodeDecodeError) as error:
@@ -167,6 +175,25 @@ def _read_features(name: str, layer: str) -> pd.DataFrame:
             ) from None
         frame.attrs["notes"] = ("rings that do not close were closed; check these polygons",)
         return frame
+
+
+def _read_without_index(name: str, what: str, geometry: Sequence[str]) -> pd.DataFrame:
+    """A shapefile whose index of rows (.shx) was not copied along: it is made anew, beside a copy of the file."""
+    place = Path(name)
+    with tempfile.TemporaryDirectory() as folder:
+        for part in place.parent.glob(f"{glob.escape(place.stem)}.*"):
+            shutil.copy(part, folder)
+        pyogrio.set_gdal_config_options({"SHAPE_RESTORE_SHX": "YES"})
+        try:
+            pyogrio.list_layers(Path(folder) / place.name)  # opening it writes the index
+        except DataSourceError as error:
+            raise UserError(f"{name}: the {what} file is no vector layer that can be read ({error})") from error
+        finally:
+            pyogrio.set_gdal_config_options({"SHAPE_RESTORE_SHX": None})
+        frame = read_table(Path(folder) / place.name, what=what, geometry=geometry)
+    made = f"the part {place.stem}.shx is missing and was made anew; copy all parts of a shapefile together"
+    frame.attrs.update(where=name, notes=(made, *frame.attrs.get("notes", ())))
+    return frame
 
 
 def _refuse_too_many_rows(name: str, layer: str, what: str) -> None:
@@ -217,13 +244,17 @@ def _refuse_torn_shapefile(name: str, what: str) -> None:
     place = Path(name)
     if place.suffix.lower() != ".shp" or place.read_bytes()[:4] != b"\x00\x00\x27\x0a":
         return
-    beside = {each.name.lower() for each in place.parent.iterdir()}
-    missing = [ending for ending in (".shx", ".dbf") if place.stem.lower() + ending not in beside]
-    if missing:
+    if ".dbf" not in _parts_of_shapefile(place):
         raise UserError(
-            f"{name}: of the {what} shapefile the part {place.stem}{missing[0]} is missing; "
+            f"{name}: of the {what} shapefile the part {place.stem}.dbf is missing; "
             "copy all its parts (.shp, .shx, .dbf, .prj) together"
         )
+
+
+def _parts_of_shapefile(place: Path) -> set[str]:
+    """Which of .shp, .shx and .dbf lie beside one another under this name."""
+    beside = {each.name.lower() for each in place.parent.iterdir()}
+    return {ending for ending in (".shp", ".shx", ".dbf") if place.stem.lower() + ending in beside}
 
 
 def _read_arrow(name: str, what: str) -> pd.DataFrame:
@@ -267,7 +298,7 @@ def write_vector(path: str | Path, layers: Mapping[str, gpd.GeoDataFrame | Strea
     styles.store_in(Path(path), {name: styles.of_layer(name, frame) for name, frame in firsts.items()})
 
 
-def _layer_of(name: str, layer: str, what: str) -> str:
+def _layer_of(name: str, layer: str, what: str, geometry: Sequence[str] = ()) -> str:
     """The layer that is meant: the one named, else the only one with geometry, else the only one."""
     found = [each for each in pyogrio.list_layers(name) if each[0] != styles.TABLE]
     names = [str(each) for each, _ in found]
@@ -281,6 +312,9 @@ def _layer_of(name: str, layer: str, what: str) -> str:
     candidates = spatial or names
     if len(candidates) > 1:
         candidates = [each for each in candidates if _holds_rows(name, each)] or candidates
+        drawn = {str(each): str(kind).lower() for each, kind in found}
+        wanted = [each for each in candidates if any(kind in drawn[each] for kind in geometry)]
+        candidates = wanted or candidates
     if not candidates:
         raise UserError(f"{name}: the {what} file holds no layer")
     if len(candidates) > 1:

@@ -119,8 +119,16 @@ def shared_words(frame: geopandas.GeoDataFrame, field: str, ids: list[Any]) -> s
 
 
 def ids_of(frame: geopandas.GeoDataFrame, *names: str) -> NDArray[Any]:
-    """The ids from the first of these fields that the layer has; the row numbers, from 1, where it has none."""
+    """The ids from the first of these fields that the layer has; the row numbers, from 1, where it has none.
+
+    A row without a ``name`` (a road that the map has no name for) is called by its number: row 7.
+    """
     name = next((name for name in names if name in frame), None)
+    if name == "name":
+        blank = np.asarray(frame[name].isna() | (frame[name].astype(str).str.strip() == ""))
+        if blank.any():
+            called = frame[name].astype(object).where(~blank, [f"row {row}" for row in range(1, len(frame) + 1)])
+            frame = frame.assign(name=called)
     return id_column(frame, name) if name else np.arange(1, len(frame) + 1)
 
 
