@@ -53,7 +53,7 @@ def number_column(
     numbers = np.array(pandas.Series(pandas.to_numeric(column, errors="coerce")).astype("float64"))
     bad = ~np.isfinite(numbers)
     if gaps:
-        missing = np.asarray(column.isna()) | (numbers == missing_value)
+        missing = np.asarray(column.isna()) | (numbers == missing_value) | _gap_words(column)
         numbers[missing] = np.nan
         bad &= ~missing
     if minimum is not None:
@@ -65,6 +65,17 @@ def number_column(
         complaint = _complaint(column.iloc[row], minimum, exclusive, maximum)
         raise UserError(f"{where}, field '{name}', row {int(frame.index[row]) + 1}: {complaint}")
     return numbers
+
+
+def _gap_words(column: pandas.Series) -> np.ndarray:
+    """Which cells hold a word for a gap (k.A., n/d, #NV) in place of a number."""
+    import pandas
+
+    from deadwood_algorithms.files.quantities import is_gap
+
+    if pandas.api.types.is_numeric_dtype(column):
+        return np.zeros(len(column), bool)
+    return np.array([isinstance(cell, str) and is_gap(cell) for cell in column], bool)
 
 
 def schema_column(frame: pandas.DataFrame, column: schemas.Column, default: Any = None) -> np.ndarray:

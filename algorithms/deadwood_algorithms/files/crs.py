@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
 import pyproj
 from pyproj.exceptions import CRSError, ProjError
 
 from deadwood_algorithms.params.tool import UserError
+
+LV03_TO_LV95 = (2_000_000.0, 1_000_000.0)  # what LV95 adds to LV03 [m]; true within 2 m
 
 
 def horizontal(crs: pyproj.CRS) -> pyproj.CRS:
@@ -66,3 +69,26 @@ def accuracy_words(source: pyproj.CRS, target: pyproj.CRS, bounds: Sequence[floa
     if accuracy is None or accuracy < 0:
         return "accuracy unknown"
     return "accurate to the millimetre" if accuracy == 0 else f"accurate to about {accuracy:g} m"
+
+
+def misplacement(x: np.ndarray, y: np.ndarray, bounds: tuple[float, float, float, float]) -> str:
+    """The usual mistake, and its cure, by which places [m] are off ``bounds`` (west, south, east, north); or nothing.
+
+    In Swiss and Austrian surveys Y is the easting and X the northing; LV03 lacks the leading digits of LV95.
+    """
+    west, south, east, north = bounds
+
+    def lie(e: np.ndarray, n: np.ndarray) -> bool:
+        return float(np.mean((e >= west) & (e <= east) & (n >= south) & (n <= north))) > 0.5
+
+    easting, northing = LV03_TO_LV95
+    swap = "x and y are exchanged (in Swiss and Austrian surveys Y is the easting): "
+    swap += "name the fields, --x-field for the easting and --y-field for the northing, or exchange them in the layer"
+    for e, n, exchanged in ((x, y, False), (y, x, True)):
+        for shift, code in ((0.0, ""), (1.0, "EPSG:21781"), (-1.0, "EPSG:2056")):
+            if (exchanged or shift) and lie(e + shift * easting, n + shift * northing):
+                system = (
+                    f"these are coordinates of {code}: --crs {code}, if the layer holds no CRS; else define it anew"
+                )
+                return "; ".join(each for each in (swap if exchanged else "", system if code else "") if each)
+    return ""

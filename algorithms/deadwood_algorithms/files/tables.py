@@ -12,15 +12,19 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from deadwood_algorithms.files.free_memory import GIB, SHARE, free_bytes
 from deadwood_algorithms.files.inputs import refuse_missing
+from deadwood_algorithms.files.quantities import is_gap
 from deadwood_algorithms.params.tool import UserError
 
 TEXT_SUFFIXES = (".csv", ".txt", ".tsv", ".tab", ".dat", ".xyd", ".xyz")
 MISSING_WORDS = ("", "na", "n/a", "nan", "null", "none", "-", "#n/a")
+SUM_WORDS = r"(summe|total|totale|somme|suma|sum|mittel|mittelwert|mean|average|moyenne|media|anzahl|nombre|count)\W*"
 SAMPLE_LINES = 50
+MOST_TITLE_LINES = 12
 MEMORY_TIMES = 20  # the file's size, while it is cut into cells; 16 measured on 600 000 rows
 NUMBER = re.compile(r"[-+]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?")
 GROUPED = r"(?<=\d)['’ \u00a0\u202f](?=\d{3}(\D|$))"  # 2'600'000, as Swiss spreadsheets write it; 2 600 000
@@ -57,6 +61,7 @@ def read_text_table(path: str | Path, what: str) -> pd.DataFrame:
     separator = said.group(1) if said else _separator(lines[:SAMPLE_LINES])
     if separator == " ":
         lines = [re.sub(r"[ \t]+", " ", line.strip()) for line in lines]
+    lines = _below_title(lines, separator)
     first = next(csv.reader([lines[0]], delimiter=separator, skipinitialspace=True))
     while len(first) > 1 and not first[-1].strip():
         first = first[:-1]
@@ -71,7 +76,73 @@ def read_text_table(path: str | Path, what: str) -> pd.DataFrame:
         names = [f"column_{i + 1}" for i in range(len(first))]
     if not lines:
         raise UserError(f"{path}: the {what} table holds a header but no row")
-    return pd.DataFrame({name: _numbers(cells) for name, cells in _columns(lines, separator, names, path).items()})
+    frame = _without_sums(pd.DataFrame(_columns(lines, separator, names, path)))
+    return _typed(frame)
+
+
+def sheet_table(frame: pd.DataFrame) -> pd.DataFrame:
+    """A spreadsheet's cells as a table: named by its header, also below a title, and without sums at the end."""
+    cells = frame.astype(object).where(frame.notna(), "").map(lambda cell: str(cell).strip())
+    if all(re.fullmatch(r"Field\d+", str(name)) for name in frame.columns):  # GDAL's, where it sees no header
+        rows = cells.to_numpy().tolist()
+        at = header_row(rows[:SAMPLE_LINES])
+        if any(_is_number(cell) for cell in rows[at]) or len(rows) <= at + 1:
+            return frame
+        names = [name or f"column_{i + 1}" for i, name in enumerate(rows[at])]
+        if len(set(names)) < len(names):
+            return frame
+        cells = pd.DataFrame(rows[at + 1 :], columns=pd.Index(names), dtype=object)
+    return _typed(_without_sums(cells))
+
+
+def _typed(cells: pd.DataFrame) -> pd.DataFrame:
+    """Cells of text as columns of numbers where all are numbers; what was left out is kept in ``attrs``."""
+    typed = pd.DataFrame({name: _numbers(cells[name]) for name in cells.columns})
+    typed.attrs.update(cells.attrs)
+    return typed
+
+
+def _without_sums(cells: pd.DataFrame) -> pd.DataFrame:
+    """Without the sums and means that stand below a table: rows named so, of which most cells are empty."""
+    last = len(cells)
+    while last > 1:
+        row = [str(cell).strip() for cell in cells.iloc[last - 1]]
+        named = any(re.fullmatch(SUM_WORDS, cell, re.IGNORECASE) for cell in row)
+        blank = sum(not cell for cell in row)
+        if not (blank == len(row) or (named and 2 * blank >= len(row))):
+            break
+        last -= 1
+    if last == len(cells):
+        return cells
+    kept = cells.iloc[:last].copy()
+    kept.attrs["notes"] = (f"{len(cells) - last} rows below the table (sums, means or blank) are left out",)
+    return kept
+
+
+def _below_title(lines: list[str], separator: str) -> list[str]:
+    """The lines from the header on, where a title of fewer cells stands above it."""
+    if separator == " ":
+        return lines
+    rows = [[cell.strip() for cell in row] for row in csv.reader(lines[:SAMPLE_LINES], delimiter=separator)]
+    if len(rows) != len(lines[:SAMPLE_LINES]):
+        return lines  # cells over several lines: nothing is guessed
+    return lines[header_row(rows) :]
+
+
+def header_row(rows: list[list[str]]) -> int:
+    """Which of the first rows names the columns: the first that names nearly as many as the rows have cells filled.
+
+    Zero where the first row will do, or where no row looks like a header.
+    """
+    filled = [sum(bool(cell) for cell in row) for row in rows]
+    usual = sorted(filled)[len(filled) // 2]
+    if not rows or usual < 3 or filled[0] > usual / 2:
+        return 0
+    for at, row in enumerate(rows[:MOST_TITLE_LINES]):
+        names = [cell for cell in row if cell]
+        if len(names) >= max(2, 0.8 * usual) and not any(_is_number(cell) for cell in names):
+            return at if len(set(names)) == len(names) else 0
+    return 0
 
 
 def _decoded(path: Path, what: str) -> str:
@@ -157,7 +228,8 @@ def _numbers(cells: pd.Series) -> pd.Series:
     if text.str.fullmatch(r"0\d+").any():
         return text
     plain = text.str.replace(GROUPED, "", regex=True).str.replace("\u2212", "-", regex=False)
-    known = plain.dropna()
+    gaps = plain.isna() | plain.map(lambda cell: isinstance(cell, str) and is_gap(cell))  # in a column of numbers only
+    known = plain[~gaps]
     if _grouped_by_points(known):
         plain = plain.str.replace(".", "", regex=False)
     elif _grouped_by_points(known.str.translate(EXCHANGED)):
@@ -165,7 +237,8 @@ def _numbers(cells: pd.Series) -> pd.Series:
     elif known.str.contains(",", regex=False).any() and known.str.contains(".", regex=False).any():
         return text  # 1.234 beside 35,5 in one column: what the point means, nobody can tell
     numbers = pd.Series(pd.to_numeric(plain.str.replace(",", ".", regex=False), errors="coerce"))
-    return numbers if numbers.notna().sum() == text.notna().sum() else text
+    numbers[gaps] = np.nan
+    return numbers if numbers.notna().sum() == len(known) and (len(known) or text.isna().all()) else text
 
 
 def _grouped_by_points(cells: pd.Series) -> bool:

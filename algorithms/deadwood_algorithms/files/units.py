@@ -43,6 +43,7 @@ ALSO = {
 ALSO |= {"height": ("höhe", "hoehe", "hauteur", "altezza"), "length": ("länge", "laenge", "longueur", "lunghezza")}
 ALSO |= {"density": ("dichte", "rohdichte", "densité", "densità"), "speed": ("geschwindigkeit", "vitesse", "velocità")}
 ALSO |= {"azimuth": ("azimut",), "tilt": ("neigung",)}
+IN_METRES = ("barriers",)  # layers whose lengths are in metres when the name of the field tells no unit
 BRACKETED = re.compile(r"(.*?)[\s_]*[\[({]\s*([^\])}]*?)\s*[\])}]")
 APART = re.compile(r"(.*?)(?:\s*[,/]\s*|\s+)(?:in\s+)?(mm|cm|dm|m|in|ft|°|kg/m[3³]|m/s|km/h)")
 JOINED = re.compile(r"(.*?)_(mm|cm|dm|m|in|ft)")
@@ -104,7 +105,12 @@ def with_schema_names(frame: Any, what: str, where: str, feedback: Feedback) -> 
             feedback.note(f"{where}: the field '{name}' is read as {column.name}{told}")
             frame = frame.assign(**{str(name): scaled(frame[name], times)}) if times != 1.0 else frame
             continue
-        for name in _alike(frame, column):
+        alike = list(_alike(frame, column))
+        if what in IN_METRES and column.unit == "m" and alike:  # nobody gives a net's height in another unit
+            renamed[alike[0]] = column.name
+            feedback.note(f"{where}: the field '{alike[0]}' is read as {column.name}, in metres")
+            continue
+        for name in alike:
             feedback.warn(f"{where}: the field '{name}' is not used; rename it to {column.name} if it is meant")
     return frame.rename(columns=renamed)
 

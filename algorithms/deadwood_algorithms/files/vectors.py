@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import glob
 import re
+import shutil
+import tempfile
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,6 +18,7 @@ import pyogrio
 import pyproj
 import shapely
 from pyogrio.errors import CRSError, DataLayerError, DataSourceError, FeatureError
+from shapely.errors import GEOSException
 
 from deadwood_algorithms.files import styles
 from deadwood_algorithms.files.columns import field_names, number_column, where_of
@@ -22,13 +26,14 @@ from deadwood_algorithms.files.crs import accuracy_words, crs_name, horizontal, 
 from deadwood_algorithms.files.free_memory import GIB, SHARE, free_bytes
 from deadwood_algorithms.files.inputs import refuse_missing
 from deadwood_algorithms.files.streams import Stream, write_layer
-from deadwood_algorithms.files.tables import is_text_table, read_text_table
+from deadwood_algorithms.files.tables import is_text_table, read_text_table, sheet_table
 from deadwood_algorithms.files.units import with_schema_names
 from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 from deadwood_algorithms.schemas.written import geometry_named
 
 # GEOS's codes of Point; LineString, LinearRing, MultiLineString; Polygon, MultiPolygon. A MultiPoint of several points
 # is no single place, so it is refused.
+SHEETS = (".xlsx", ".xls", ".ods")  # spreadsheets: rows of cells
 TYPE_CODES = {"point": (0,), "line": (1, 2, 5), "polygon": (3, 6)}
 # Pairs of column names that hold coordinates, in the order in which they are looked for.
 XY_NAMES = (
@@ -42,6 +47,19 @@ XY_NAMES = (
     ("xcoord", "ycoord"),
     ("coord_x", "coord_y"),
     ("rechtswert", "hochwert"),
+    ("rechts", "hoch"),
+    ("ost", "nord"),
+    ("est", "nord"),
+    ("este", "norte"),
+    ("e_lv95", "n_lv95"),
+    ("x_lv95", "y_lv95"),
+    ("e_coord", "n_coord"),
+    ("coord_e", "coord_n"),
+    ("koord_e", "koord_n"),
+    ("utm_e", "utm_n"),
+    ("utm_x", "utm_y"),
+    ("point_x", "point_y"),
+    ("pos_x", "pos_y"),
     ("tree_x", "tree_y"),
     ("x_tree", "y_tree"),
     ("lon", "lat"),
@@ -95,8 +113,10 @@ def read_vector(
     """
     feedback = feedback or Quiet()
     xy_fields = (x_field, y_field) if x_field else None
-    rows = read_table(path, what=what) if rows is None else rows
+    rows = read_table(path, what=what, geometry=geometry) if rows is None else rows
     where = where_of(rows)
+    for words in rows.attrs.get("notes", ()):
+        feedback.note(f"{where}: {words}")
     if rows.empty:
         raise UserError(f"{where}: the {what} layer is empty (no feature)")
     frame = rows if isinstance(rows, gpd.GeoDataFrame) and not xy_fields else _shapes_of_table(rows, what, xy_fields)
@@ -107,8 +127,11 @@ def read_vector(
     return frame
 
 
-def read_table(path: str | Path, *, what: str) -> pd.DataFrame:
-    """Read the rows of a text table or vector layer as they are: a GeoDataFrame where the file holds geometries."""
+def read_table(path: str | Path, *, what: str, geometry: Sequence[str] = ()) -> pd.DataFrame:
+    """Read the rows of a text table or vector layer as they are: a GeoDataFrame where the file holds geometries.
+
+    Of a file of several layers that one is read which alone holds anything, or alone has the geometry that is wanted.
+    """
     name, layer = _name_and_layer(path)
     if is_text_table(name) and not layer:
         frame = read_text_table(name, what)
@@ -118,20 +141,58 @@ def read_table(path: str | Path, *, what: str) -> pd.DataFrame:
     if Path(name).suffix.lower() in (".parquet", ".geoparquet", ".feather"):
         return _read_arrow(name, what)
     _refuse_torn_shapefile(name, what)
+    if Path(name).suffix.lower() == ".shp" and _parts_of_shapefile(Path(name)) == {".shp", ".dbf"}:
+        return _read_without_index(name, what, geometry)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of M values and curves, which are dropped and straightened
-            layer = _layer_of(name, layer, what)
+            layer = _layer_of(name, layer, what, geometry)
             _refuse_too_many_rows(name, layer, what)
-            frame = pyogrio.read_dataframe(name, layer=layer)
+            frame = _read_features(name, layer)
     except (DataSourceError, DataLayerError, FeatureError, CRSError, UnicodeDecodeError) as error:
         raise UserError(
             f"{name}: the {what} file is no vector layer that can be read ({_reason(name, error)})"
         ) from error
+    if Path(name).suffix.lower() in SHEETS:
+        frame = sheet_table(frame)
     _refuse_twins(frame, name)
     single = Path(name).suffix.lower() not in (".gpkg", ".gdb", ".sqlite", ".kml", ".gpx")
     frame = frame.reset_index(drop=True)
     frame.attrs["where"] = name if single else f"{name}, layer '{layer}'"
+    return frame
+
+
+def _read_features(name: str, layer: str) -> pd.DataFrame:
+    """The features of a layer; rings that do not close are closed, which is kept in ``attrs`` to be said."""
+    try:
+        return pyogrio.read_dataframe(name, layer=layer)
+    except GEOSException:
+        frame = pyogrio.read_dataframe(name, layer=layer, on_invalid="fix")
+        lost = np.asarray(frame.geometry.isna())
+        if lost.any():
+            raise UserError(
+                f"{name}, row {int(np.argmax(lost)) + 1}: the geometry is broken and cannot be repaired; draw it anew"
+            ) from None
+        frame.attrs["notes"] = ("rings that do not close were closed; check these polygons",)
+        return frame
+
+
+def _read_without_index(name: str, what: str, geometry: Sequence[str]) -> pd.DataFrame:
+    """A shapefile whose index of rows (.shx) was not copied along: it is made anew, beside a copy of the file."""
+    place = Path(name)
+    with tempfile.TemporaryDirectory() as folder:
+        for part in place.parent.glob(f"{glob.escape(place.stem)}.*"):
+            shutil.copy(part, folder)
+        pyogrio.set_gdal_config_options({"SHAPE_RESTORE_SHX": "YES"})
+        try:
+            pyogrio.list_layers(Path(folder) / place.name)  # opening it writes the index
+        except DataSourceError as error:
+            raise UserError(f"{name}: the {what} file is no vector layer that can be read ({error})") from error
+        finally:
+            pyogrio.set_gdal_config_options({"SHAPE_RESTORE_SHX": None})
+        frame = read_table(Path(folder) / place.name, what=what, geometry=geometry)
+    made = f"the part {place.stem}.shx is missing and was made anew; copy all parts of a shapefile together"
+    frame.attrs.update(where=name, notes=(made, *frame.attrs.get("notes", ())))
     return frame
 
 
@@ -171,7 +232,7 @@ def _refuse_twins(frame: pd.DataFrame, name: str) -> None:
 def _reason(name: str, error: Exception) -> str:
     """Why GDAL could not read it, short; where another word helps more, that one."""
     suffix = Path(name).suffix.lower()
-    if suffix in (".xlsx", ".xls", ".ods"):
+    if suffix in SHEETS:
         return "a spreadsheet is best saved as CSV, and that given"
     if suffix == "" and not Path(name).is_dir():
         return "its name has no ending; give a text table the ending .csv"
@@ -183,13 +244,17 @@ def _refuse_torn_shapefile(name: str, what: str) -> None:
     place = Path(name)
     if place.suffix.lower() != ".shp" or place.read_bytes()[:4] != b"\x00\x00\x27\x0a":
         return
-    beside = {each.name.lower() for each in place.parent.iterdir()}
-    missing = [ending for ending in (".shx", ".dbf") if place.stem.lower() + ending not in beside]
-    if missing:
+    if ".dbf" not in _parts_of_shapefile(place):
         raise UserError(
-            f"{name}: of the {what} shapefile the part {place.stem}{missing[0]} is missing; "
+            f"{name}: of the {what} shapefile the part {place.stem}.dbf is missing; "
             "copy all its parts (.shp, .shx, .dbf, .prj) together"
         )
+
+
+def _parts_of_shapefile(place: Path) -> set[str]:
+    """Which of .shp, .shx and .dbf lie beside one another under this name."""
+    beside = {each.name.lower() for each in place.parent.iterdir()}
+    return {ending for ending in (".shp", ".shx", ".dbf") if place.stem.lower() + ending in beside}
 
 
 def _read_arrow(name: str, what: str) -> pd.DataFrame:
@@ -233,7 +298,7 @@ def write_vector(path: str | Path, layers: Mapping[str, gpd.GeoDataFrame | Strea
     styles.store_in(Path(path), {name: styles.of_layer(name, frame) for name, frame in firsts.items()})
 
 
-def _layer_of(name: str, layer: str, what: str) -> str:
+def _layer_of(name: str, layer: str, what: str, geometry: Sequence[str] = ()) -> str:
     """The layer that is meant: the one named, else the only one with geometry, else the only one."""
     found = [each for each in pyogrio.list_layers(name) if each[0] != styles.TABLE]
     names = [str(each) for each, _ in found]
@@ -245,6 +310,11 @@ def _layer_of(name: str, layer: str, what: str) -> str:
         return layer
     spatial = [str(each) for each, kind in found if kind is not None]
     candidates = spatial or names
+    if len(candidates) > 1:
+        candidates = [each for each in candidates if _holds_rows(name, each)] or candidates
+        drawn = {str(each): str(kind).lower() for each, kind in found}
+        wanted = [each for each in candidates if any(kind in drawn[each] for kind in geometry)]
+        candidates = wanted or candidates
     if not candidates:
         raise UserError(f"{name}: the {what} file holds no layer")
     if len(candidates) > 1:
@@ -253,6 +323,12 @@ def _layer_of(name: str, layer: str, what: str) -> str:
             f"name one: '{name}|layername={candidates[0]}'"
         )
     return candidates[0]
+
+
+def _holds_rows(name: str, layer: str) -> bool:
+    """Whether a layer has any feature: a GPX file always has five layers, of which most are empty."""
+    count = pyogrio.read_info(name, layer=layer)["features"]
+    return count != 0 if count >= 0 else len(pyogrio.read_dataframe(name, layer=layer, max_features=1)) > 0
 
 
 def _shapes_of_table(frame: pd.DataFrame, what: str, fields: tuple[str | None, str | None] | None) -> gpd.GeoDataFrame:
@@ -304,6 +380,11 @@ def _welcome(shapes: gpd.GeoSeries, kinds: Sequence[str], what: str, where: str,
         raise UserError(f"{where}, row {int(np.argmax(bad)) + 1}: the geometry is empty; delete the row or draw it")
     single = (shapely.get_type_id(array) >= 4) & (shapely.get_num_geometries(array) == 1)
     array = np.where(single, shapely.get_geometry(array, 0), array)
+    collections = shapely.get_type_id(array) == 7
+    if collections.any():  # as tools that cut crowns write them: a crown and slivers of lines
+        array = array.copy()
+        array[collections] = [_parts_of(each, kinds) for each in array[collections]]
+        feedback.note(f"{where}: {int(collections.sum())} geometry collections; their {' and '.join(kinds)}s are used")
     kinds_of = shapely.get_type_id(array)
     foreign = ~np.isin(kinds_of, [code for kind in kinds for code in TYPE_CODES[kind]])
     if foreign.any():
@@ -323,6 +404,16 @@ def _welcome(shapes: gpd.GeoSeries, kinds: Sequence[str], what: str, where: str,
         if shapely.is_empty(array).any():
             raise UserError(f"{where}, row {int(np.argmax(shapely.is_empty(array))) + 1}: the polygon has no area")
     return gpd.GeoSeries(array, index=shapes.index, crs=shapes.crs)
+
+
+def _parts_of(collection: Any, kinds: Sequence[str]) -> Any:
+    """Of a collection the parts of the first welcome kind that it has, the areas before lines and points."""
+    parts = shapely.get_parts(collection)
+    for kind in ("polygon", "line", "point"):
+        chosen = parts[np.isin(shapely.get_type_id(parts), TYPE_CODES[kind])]
+        if kind in kinds and len(chosen):
+            return shapely.union_all(chosen) if kind != "point" else (chosen[0] if len(chosen) == 1 else collection)
+    return collection
 
 
 def _refuse_far(array: np.ndarray, where: str) -> None:

@@ -12,6 +12,7 @@ import shapely
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.columns import id_column, where_of
+from deadwood_algorithms.files.crs import misplacement
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params.tool import Feedback, UserError
 
@@ -118,8 +119,16 @@ def shared_words(frame: geopandas.GeoDataFrame, field: str, ids: list[Any]) -> s
 
 
 def ids_of(frame: geopandas.GeoDataFrame, *names: str) -> NDArray[Any]:
-    """The ids from the first of these fields that the layer has; the row numbers, from 1, where it has none."""
+    """The ids from the first of these fields that the layer has; the row numbers, from 1, where it has none.
+
+    A row without a ``name`` (a road that the map has no name for) is called by its number: row 7.
+    """
     name = next((name for name in names if name in frame), None)
+    if name == "name":
+        blank = np.asarray(frame[name].isna() | (frame[name].astype(str).str.strip() == ""))
+        if blank.any():
+            called = frame[name].astype(object).where(~blank, [f"row {row}" for row in range(1, len(frame) + 1)])
+            frame = frame.assign(name=called)
     return id_column(frame, name) if name else np.arange(1, len(frame) + 1)
 
 
@@ -161,8 +170,10 @@ def digest_of(*parts: Any) -> str:
 
 
 def extent_words(x: NDArray[np.float64], y: NDArray[np.float64], grid: Grid) -> str:
+    """Where things are that are not on the DEM, where it is, and what the usual mistake is if it is one."""
     west, south, east, north = grid.frame.bounds
+    cure = misplacement(x, y, (west, south, east, north)) or "check the CRS of both"
     return (
         f" ({x.min():.0f} to {x.max():.0f} east, {y.min():.0f} to {y.max():.0f} north; the DEM has {west:.0f} to "
-        f"{east:.0f}, {south:.0f} to {north:.0f}); check the CRS of both"
+        f"{east:.0f}, {south:.0f} to {north:.0f}); {cure}"
     )

@@ -53,6 +53,7 @@ from deadwood_algorithms.prepare.trees.table import (
     refuse_nothing_known,
     warn_of_idle_fields,
 )
+from deadwood_algorithms.scene.items import extent_words
 
 __doc__ = f"""{__doc__}
 Sources:
@@ -63,6 +64,10 @@ Laws of DBH[cm] from the height H[m] (the module ``allometry`` names their sourc
 
 {allometry.laws_described()}
 """
+
+
+# Height / DBH [-] of the median tree of a stand: solitary oaks to dense spruce. A girth taken as DBH is a third of it.
+SLENDERNESS = (25, 150)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,6 +114,13 @@ class Ask:
         "Its values of trees that stand no more", default=None, help="As the dead values; these trees are dropped."
     )
     keep_dead: bool = tool.flag("Keep dead standing trees among the trees too")
+    min_height_m: float = tool.number(
+        "Least height of a tree",
+        unit="m",
+        default=1.3,
+        minimum=0.0,
+        help="Lower ones are dropped and counted; below breast height there is no DBH.",
+    )
     dbh_a: float = tool.number("a of DBH[cm] = a * H[m]^b", default=2.52, minimum=0.0, exclusive=True)
     dbh_b: float = tool.number("b of DBH[cm] = a * H[m]^b", default=0.84, minimum=0.0, exclusive=True)
     dbh_law: str | None = tool.choice(
@@ -166,6 +178,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         said += filled.said
 
         kept = what_stays(ask, source, filled, status, grid, said)
+        warn_of_doubts(source, filled, kept, feedback)
         dead = kept & (status == tree_status.DEAD)
         trees = kept if ask.keep_dead else kept & ~dead
         if not trees.any():
@@ -251,10 +264,22 @@ def what_stays(
     if (kept & ~sized).any():
         said.append(f"{(kept & ~sized).sum()} trees dropped, they have neither DBH nor height")
     kept &= sized
+    for column, values, least in (
+        ("height_m", filled.height, ask.min_height_m),
+        ("dbh_cm", filled.dbh, schemas.TREES.column("dbh_cm").least or 0.0),
+    ):
+        schema = schemas.TREES.column(column)
+        low, high = max(least, schema.least or 0.0), schema.maximum or np.inf
+        for wrong, words in ((values < low, f"below {low:g}"), (values > high, f"above {high:g}")):
+            if (kept & wrong).any():
+                said.append(f"{(kept & wrong).sum()} trees dropped, their {column} is {words} {schema.unit}")
+                kept &= ~wrong
     if grid:
-        on = grid.contains(shapely.get_x(source.places), shapely.get_y(source.places))
+        x, y = shapely.get_x(source.places), shapely.get_y(source.places)
+        on = grid.contains(x, y)
         if (kept & ~on).any():
-            said.append(f"{(kept & ~on).sum()} trees dropped, they stand off the DEM")
+            nowhere = extent_words(x, y, grid) if not on.any() else ""
+            said.append(f"{(kept & ~on).sum()} trees dropped, they stand off the DEM{nowhere}")
         kept &= on
     if ask.merge_within_m and kept.any():
         name = tree_columns.find(source.frame, ask.tile_field, "--tile-field", ())
@@ -264,6 +289,28 @@ def what_stays(
             said.append(f"{goes.sum()} trees dropped, a taller one stands within {ask.merge_within_m:g} m")
         kept[np.flatnonzero(kept)[goes]] = False
     return kept
+
+
+def warn_of_doubts(source: Source, filled: Filled, kept: np.ndarray, feedback: Feedback) -> None:
+    """Warn of trees in one place, and of sizes measured that no stand has together: a girth or inches taken as DBH."""
+    where = where_of(source.frame)
+    places = np.round(shapely.get_coordinates(source.places[kept]), 2)
+    double = int(kept.sum()) - len(np.unique(places, axis=0))
+    if double:
+        feedback.warn(
+            f"{where}: {double} trees stand in the very place of another one (stems of one tree? rows twice?); "
+            "--merge-within-m 0.1 keeps the tallest of each"
+        )
+    measured = kept & ~filled.from_height & ~filled.from_dbh
+    if measured.any():
+        slender = float(np.median(100.0 * filled.height[measured] / filled.dbh[measured]))
+        low, high = SLENDERNESS
+        if not low <= slender <= high:
+            mend = "a girth is divided by pi with --dbh-unit girth-cm" if slender < low else "inches: --dbh-unit in"
+            feedback.warn(
+                f"{where}: the median of height / DBH is {slender:.0f}, stands have {low} to {high}; check the units "
+                f"of both ({mend})"
+            )
 
 
 def releases_columns(columns: dict[str, np.ndarray], dead: np.ndarray) -> dict[str, np.ndarray]:

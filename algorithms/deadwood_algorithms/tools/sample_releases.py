@@ -54,6 +54,7 @@ from deadwood_algorithms.prepare.releases.logs import (
 )
 from deadwood_algorithms.prepare.releases.places import Weights, area_m2, positions, read_weights, weighted_positions
 from deadwood_algorithms.prepare.trees.allometry import PUBLISHED
+from deadwood_algorithms.scene.items import rows_named
 from deadwood_algorithms.scene.memory import refuse_too_many
 from deadwood_algorithms.schemas import DBH_CM, DENSITY_KG_M3, DROP_M, SPEED_MS, TREE_M
 
@@ -64,6 +65,7 @@ MOST_LOGS = 10**9
 BYTES = 650  # a log, measured on a million: drawn and written
 DEFAULT_PRESET = "klosters"
 OF_PRESET = "Default: that of the preset."
+SLIVER_M2 = 0.1  # less ground than a single stem stands on
 OPTIONS = (*NUMBERS, *SPREADS, "orientation")  # that columns of the areas go before
 
 
@@ -187,7 +189,14 @@ def read_areas(ask: Ask, grid: Grid, feedback: Feedback) -> tuple[pandas.DataFra
         what="releases",
         feedback=feedback,
     )
-    return areas, list(areas.geometry)
+    shapes = np.asarray(areas.geometry)
+    slivers = np.flatnonzero((shapely.get_dimensions(shapes) == 2) & (shapely.area(shapes) < SLIVER_M2))
+    if slivers.size:
+        feedback.warn(
+            f"{where_of(areas)}, {rows_named(slivers)}: an area of {shapely.area(shapes[slivers[0]]):.2g} m2 is no "
+            "place for a tree (a sliver left by cutting polygons?), but gets as many logs as the others; delete it"
+        )
+    return areas, list(shapes)
 
 
 def sizes_of(ask: Ask, taken: presets.Taken, areas: pandas.DataFrame, feedback: Feedback) -> dict[str, float]:

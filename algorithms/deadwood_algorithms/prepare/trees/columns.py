@@ -13,6 +13,7 @@ import numpy as np
 import shapely
 
 from deadwood_algorithms.files.columns import id_column, number_column, where_of
+from deadwood_algorithms.files.quantities import read_sizes
 from deadwood_algorithms.files.units import named
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.prepare.trees.sources import ROLES, Layout, names_of
@@ -23,6 +24,9 @@ if TYPE_CHECKING:
 
 # Of a DBH, in cm; girth-cm is the circumference, as French and Spanish inventories measure it.
 DBH_UNITS = {"cm": 1.0, "m": 100.0, "mm": 0.1, "in": 2.54, "girth-cm": 1 / np.pi}
+GIRTH_UNITS = {"cm": 1.0, "m": 100.0, "mm": 0.1, "in": 2.54}  # in cm
+SIZE_UNITS = {"girth-cm": "cm"}  # in which a girth is written
+IN_Z = "the Z of the points"
 HEIGHT_UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "ft": 0.3048}  # in m
 AREA_UNITS = ("m2", "m²", "qm", "sqm")  # of a crown, whose area is read in m2
 CROWN_MEASURES = ("diameter", "radius", "area")
@@ -32,27 +36,54 @@ TALLEST_M = 80.0
 
 def find(source: pandas.DataFrame, asked: str | None, option: str, names: Iterable[str]) -> str | None:
     """The column asked for, else the first of the usual names that is there, in any letter case."""
+    return next(iter(candidates(source, asked, option, names)), None)
+
+
+def candidates(source: pandas.DataFrame, asked: str | None, option: str, names: Iterable[str]) -> list[str]:
+    """The column asked for, else those of the usual names that are there, the most telling first."""
     there = names_of(source)
     if asked and asked.lower() not in there:
         has = ", ".join(dict.fromkeys(there.values()))
         raise UserError(f"{where_of(source)}: there is no field '{asked}' ({option}); it has {has}")
-    return next((there[name] for name in ([asked.lower()] if asked else names) if name in there), None)
+    return list(dict.fromkeys(there[name] for name in ([asked.lower()] if asked else names) if name in there))
 
 
-def sizes(source: pandas.DataFrame, name: str, missing_value: float | None) -> np.ndarray:
-    """A column of sizes, NaN where it is empty or holds the missing value."""
+def sizes(
+    source: pandas.DataFrame, name: str, unit: str, missing_value: float | None, feedback: Feedback
+) -> np.ndarray:
+    """A column of sizes in ``unit``, NaN where it is empty, 0, or holds the missing value.
+
+    Text such as 41,4 cm is read, and a class such as 40-45 as its middle, which is said.
+    """
+    import pandas
+
+    where = where_of(source)
+    if not pandas.api.types.is_numeric_dtype(source[name]):
+        read = read_sizes(source[name], unit)
+        if not read.unread.any():
+            source = source.assign(**{name: read.values})
+            source.attrs["where"] = where
+        if read.classes and not read.unread.any():
+            feedback.warn(
+                f"{where}, field '{name}': {read.classes} cells hold classes such as {read.example}; "
+                "the middle of each is taken"
+            )
     try:
-        return number_column(source, name, minimum=0.0, exclusive=True, gaps=True, missing_value=missing_value)
+        values = number_column(source, name, minimum=0.0, gaps=True, missing_value=missing_value)
     except UserError as error:
         raise UserError(f"{error}, or say --missing-value if the number means missing") from error
+    nothing = values == 0.0
+    if nothing.any():
+        feedback.note(f"{where}, field '{name}': {nothing.sum()} cells hold 0, which counts as missing")
+    return np.where(nothing, np.nan, values)
 
 
-def unit_of(name: str, units: dict[str, float], given: str | None, usual: str, where: str, feedback: Feedback) -> float:
-    """By what a field is multiplied: the unit given, else the one in its name, else the usual one, which is said."""
+def unit_of(name: str, units: dict[str, float], given: str | None, usual: str, where: str, feedback: Feedback) -> str:
+    """The unit given, else the one in the field's name, else the usual one, which is said."""
     told = named(name)
     if given is None and told.word and told.unit not in units:
         feedback.warn(f"{where}: the unit '{told.word}' of the field '{name}' is not known, {usual} is taken")
-    return units[given or (told.unit if told.unit in units else usual)]
+    return given or (told.unit if told.unit in units else usual)
 
 
 def dbh_column(
@@ -63,11 +94,23 @@ def dbh_column(
     missing_value: float | None,
     feedback: Feedback,
 ) -> np.ndarray:
-    """DBH in cm, NaN where missing; without ``unit`` the field's name tells it (``BHD [mm]``, ``dbh_in``), else cm."""
+    """DBH in cm, NaN where missing; without ``unit`` the field's name tells it (``BHD [mm]``, ``dbh_in``), else cm.
+
+    Where the table has no DBH but the girth at breast height, by its name, it is that divided by pi, which is said.
+    """
+    where = where_of(source)
     name = find(source, asked, "--dbh-field", layout.dbh)
+    girth = find(source, None, "", layout.girth) if name is None else None
+    if asked and unit is None and named(asked).plain in layout.girth:
+        name, girth = None, name
+    if girth is not None:
+        measured = unit_of(girth, GIRTH_UNITS, None, "cm", where, feedback)
+        feedback.warn(f"{where}: the field '{girth}' is read as the girth in {measured}; the DBH is the girth / pi")
+        return sizes(source, girth, measured, missing_value, feedback) * GIRTH_UNITS[measured] / np.pi
     if name is None:
         return np.full(len(source), np.nan)
-    return sizes(source, name, missing_value) * unit_of(name, DBH_UNITS, unit, "cm", where_of(source), feedback)
+    measured = unit_of(name, DBH_UNITS, unit, "cm", where, feedback)
+    return sizes(source, name, SIZE_UNITS.get(measured, measured), missing_value, feedback) * DBH_UNITS[measured]
 
 
 def height_column(
@@ -80,27 +123,36 @@ def height_column(
 ) -> np.ndarray:
     """Height in m, NaN where missing: a column, else the Z of the points where that can be the height of a tree.
 
-    Without ``unit`` the field's name tells it, else it is m.
+    Without ``unit`` the field's name tells it, else it is m. A field that is not asked for and whose median is above
+    what trees reach is the height of the ground above the sea: it is passed over, and said.
     """
     where = where_of(source)
-    name = find(source, asked, "--height-field", layout.height)
-    in_z = name is None and layout.height_in_z and has_z(source)
-    if in_z:
-        name = "the Z of the points"
+    names = candidates(source, asked, "--height-field", layout.height)
+    if not names and layout.height_in_z and has_z(source):
         source = source.copy()
-        source[name] = shapely.get_z(np.asarray(source.geometry.array))
-    if name is None:
-        return np.full(len(source), np.nan)
-    times = HEIGHT_UNITS[unit or "m"] if in_z else unit_of(name, HEIGHT_UNITS, unit, "m", where, feedback)
-    if asked is None and (in_z or named(name).plain == "z"):
-        middle = float(np.nanmedian(number_column(source, name, gaps=True))) * times
-        if middle == 0:
-            return np.full(len(source), np.nan)  # as some programs write a Z that they do not have
-        if not middle <= TALLEST_M:
-            feedback.warn(f"{where}: {name} (median {middle:.0f} m) is not the height of trees, and is not used")
-            return np.full(len(source), np.nan)
-        feedback.note(f"{where}: the height is taken from {name}")
-    return sizes(source, name, missing_value) * times
+        source[IN_Z] = shapely.get_z(np.asarray(source.geometry.array))
+        source.attrs["where"] = where
+        names = [IN_Z]
+    for name in names:
+        measured = (unit or "m") if name == IN_Z else unit_of(name, HEIGHT_UNITS, unit, "m", where, feedback)
+        if asked is None and (name == IN_Z or named(name).plain == "z"):
+            middle = float(np.nanmedian(number_column(source, name, gaps=True))) * HEIGHT_UNITS[measured]
+            if middle == 0:
+                continue  # as some programs write a Z that they do not have
+            if not middle <= TALLEST_M:
+                feedback.warn(f"{where}: {name} (median {middle:.0f} m) is not the height of trees, and is not used")
+                continue
+            feedback.note(f"{where}: the height is taken from {name}")
+        heights = sizes(source, name, measured, missing_value, feedback) * HEIGHT_UNITS[measured]
+        known = heights[np.isfinite(heights)]
+        if asked is None and known.size and float(np.median(known)) > TALLEST_M:
+            feedback.warn(
+                f"{where}: the field '{name}' (median {np.median(known):.0f} m) is not the height of trees but perhaps "
+                "that of the ground above the sea; it is not used. --height-field names another, --height-unit its unit"
+            )
+            continue
+        return heights
+    return np.full(len(source), np.nan)
 
 
 def not_understood(source: pandas.DataFrame, layout: Layout, asked: Iterable[str | None]) -> list[str]:

@@ -36,6 +36,7 @@ class Layout:
     xy: tuple[str, str] | None = None
     id: tuple[str, ...] = ()
     dbh: tuple[str, ...] = ()
+    girth: tuple[str, ...] = ()  # circumference at breast height, where there is no dbh
     height: tuple[str, ...] = ()
     height_in_z: bool = False  # of the points, where no column holds it
     species: tuple[str, ...] = ()
@@ -50,20 +51,46 @@ class Layout:
 
 
 USUAL_DBH = ("dbh_cm", "dbh_m", "dbh_mm", "dbh_in", "dbh", "bhd_cm", "bhd_m", "bhd", "dhp", "stem_diameter_cm")
-USUAL_DBH += ("stem_diame", "stemdiameter", "diam", "d")
+USUAL_DBH += ("stem_diame", "stemdiameter", "brusthöhendurchmesser", "brusthoehendurchmesser", "stammdurchmesser")
+USUAL_DBH += ("stammdurchm", "durchmesser", "diametre", "diamètre", "diametro", "diameter", "d130", "diam", "d")
+# The circumference of the stem at breast height, where a table has that and no diameter.
+USUAL_GIRTH = ("girth", "gbh", "cbh", "circumference", "umfang", "stammumfang", "stamm_umfang", "stammumf", "st_umfang")
+USUAL_GIRTH += ("st_umf", "brusthöhenumfang", "circonference", "circonférence", "circonfere", "circ", "c130")
+USUAL_GIRTH += ("circonferenza", "circonf", "omtrek", "stamomtrek", "perimetro", "circunferencia")
+
+# The tree's own height before a bare "height", which may be above the sea.
+USUAL_HEIGHT = ("height_m", "tree_height_m", "tree_heigh", "tree_height", "treeheight", "baumhoehe", "baumhöhe")
+USUAL_HEIGHT += ("baum_hoehe", "hauteur_arbre", "hauteur_totale", "haut_tot", "altezza_albero", "altezza_totale")
+USUAL_HEIGHT += ("h_tot", "htot", "height", "hoehe", "höhe", "hauteur", "altezza", "altura", "hoogte", "th", "tth")
+USUAL_HEIGHT += ("h_m", "h", "z")
 
 USUAL = Layout(
     source="table",
     what="columns found by their usual names",
-    id=("tree_id", "treeid", "tree_no", "id", "dn", "baumnr", "baum_id", "individualid"),
+    id=("tree_id", "treeid", "tree_no", "id", "dn", "baumnr", "baum_nr", "baumnummer", "baum_id", "individualid", "nr"),
     dbh=USUAL_DBH,
-    height=("height_m", "tree_height_m", "tree_heigh", "height", "hoehe", "höhe", "th", "tth", "h_m", "h", "z"),
+    girth=USUAL_GIRTH,
+    height=USUAL_HEIGHT,
     height_in_z=True,
-    species=("species", "spp", "baumart", "essence", "art", "s"),
+    species=("species", "spp", "baumart", "essence", "specie", "spezies", "especie", "gehoelzart", "art", "s"),
     crown={"crown_diameter_m": "diameter", "crown_diam": "diameter", "maxcrowndiameter": "diameter"}
     | {"mean_crown_radius": "radius", "mean_crown": "radius", "crown_radius_m": "radius", "crown_radi": "radius"}
-    | {"crown_area_m2": "area", "crown_area": "area"},
-    status=("live_dead", "plantstatus", "tree_status", "status", "zustand", "etat"),
+    | {"crown_area_m2": "area", "crown_area": "area"}
+    | {"kronendurchmesser": "diameter", "kronendurc": "diameter", "kr_durchm": "diameter"}
+    | {"diametre_couronne": "diameter", "diametro_chioma": "diameter"},
+    status=(
+        "live_dead",
+        "plantstatus",
+        "tree_status",
+        "status",
+        "zustand",
+        "baumzustand",
+        "etat",
+        "état",
+        "statut",
+        "stato",
+        "estado",
+    ),
 )
 
 LAYOUTS = (
@@ -214,7 +241,7 @@ LAYOUTS = (
         status=("type",),
     ),
 )
-ROLES = ("id", "dbh", "height", "species", "crown", "status")
+ROLES = ("id", "dbh", "girth", "height", "species", "crown", "status")
 SOURCES = ("auto", USUAL.source, *dict.fromkeys(each.source for each in LAYOUTS))
 
 
@@ -247,7 +274,7 @@ def _completed(layout: Layout) -> Layout:
     claimed = {name for names in own.values() for name in names}
     more = {
         role: own[role] + tuple(name for name in getattr(USUAL, role) if name not in claimed)
-        for role in ("id", "dbh", "species", "status")
+        for role in ("id", "dbh", "girth", "species", "status")
     }
     crown = layout.crown | {name: kind for name, kind in USUAL.crown.items() if name not in claimed}
     return replace(layout, **more, crown=crown)

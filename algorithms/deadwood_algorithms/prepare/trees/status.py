@@ -6,6 +6,7 @@ each are data of its `sources.Layout`.
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from typing import TYPE_CHECKING
 
@@ -22,6 +23,26 @@ if TYPE_CHECKING:
 LIVE, DEAD, GONE = range(3)
 NAMES = ("living", "dead, standing", "no longer standing")
 WORDS_SHOWN = 8
+MOST_WORDS = 20  # of a field that could tell the status
+# What words for the status hold, in English, German, French and Italian, where no list has the very word. A tree that
+# lies, was thrown or felled, or is a stump stands no more, whether dead or not: so this is asked first.
+GONE_PATTERN = re.compile(
+    r"\b(lying|fallen|down(ed)?|(wind)?thrown|uprooted|stump|cut|felled|removed|harvested|gone"
+    r"|liegend\w*|liegt|geworfen\w*|(wind|sturm)wurf\w*|umgest[uü]\w*|umgefallen\w*|wurzelteller|gefällt\w*|entnommen\w*"
+    r"|geerntet\w*|(wurzel|baum)?stock|(baum)?stumpf|stubben|strunk"
+    r"|chablis|volis|tombée?s?|au sol|couchée?s?|renversée?s?|coupée?s?|abattue?s?|exploitée?s?|souches?|disparue?s?"
+    r"|schiantat[oaie]|a terra|atterrat[oaie]|cadut[oaie]|sradicat[oaie]|abbattut[oaie]|tagliat[oaie]"
+    r"|ceppai[ae]|ceppo)\b"
+)
+DEAD_PATTERN = re.compile(
+    r"\b(dead|snags?|dürr\w*|duerr\w*|abgestorben\w*|tot|tote[rs]?|totholz|abgängig\w*"
+    r"|morte?s?|sur pied sec|sèche?s?|secs?|dépéri\w*|mort[oaie]|secc[oahi]+|in piedi mort\w+)\b"
+)
+LIVE_PATTERN = re.compile(
+    r"^(a?live|living|l|healthy|ok|lebend\w*|lebt|vital|gesund|vivante?s?|vif|vive|saine?s?|viv[oaie]|san[oaie]"
+    r"|live, .*)$"
+)
+NEGATED = re.compile(r"\b(not|no|non|pas|nicht|kein\w*)\b")
 
 
 def status_of(
@@ -29,20 +50,36 @@ def status_of(
 ) -> np.ndarray:
     """LIVE, DEAD or GONE for each row; ``dead`` and ``gone`` are the user's lists of codes, which replace the layout's.
 
-    A word in neither list, and an empty cell, is a living tree; what was taken for what is noted.
+    Words in none of the lists are known by what they hold (``liegend tot``, ``mort sur pied``, ``schiantato``). A word
+    that is not known either, and an empty cell, is a living tree; what was taken for what is said.
     """
+    where = where_of(source)
     name = find(source, asked, "--status-field", layout.status)
     if name is None:
         if dead or gone:
-            raise UserError(f"{where_of(source)}: --dead-values and --gone-values need --status-field")
+            raise UserError(f"{where}: --dead-values and --gone-values need --status-field")
+        if unread := passed_over(source):
+            feedback.warn(
+                f"{where}: all trees count as living, but the field '{unread}' holds words such as "
+                f"'{_telling_word(source[unread])}'; --status-field {unread} reads it"
+            )
         return np.full(len(source), LIVE)
     words = [code_of(value) for value in source[name]]
     lists = {GONE: codes(gone) or layout.gone, DEAD: codes(dead) or layout.dead}
     if gone and not dead:
-        lists = dict(reversed(lists.items()))  # what the user says goes before what the layout says
-    status = np.full(len(words), LIVE)
-    for kind, listed in lists.items():
-        status[np.isin(np.array(words, object), np.array(listed, object))] = kind
+        lists = dict(reversed(lists.items()))  # the user's list before the layout's
+    meaning: dict[str, int | None] = {}
+    for word in set(words):
+        listed = next((kind for kind, of_kind in lists.items() if word in of_kind), None)
+        meaning[word] = listed if listed is not None else _meant(word, dead, gone)
+    status = np.array([LIVE if meaning[word] is None else meaning[word] for word in words], np.int64)
+    unknown = Counter(word for word in words if word and meaning[word] is None)
+    if unknown and not (dead or gone or layout.sign or layout.columns):
+        shown = ", ".join(f"{word}: {count}" for word, count in unknown.most_common(WORDS_SHOWN))
+        feedback.warn(
+            f"{where}, field '{name}': not known and taken as living are {shown}; --dead-values and --gone-values say "
+            "which of them are dead standing trees and which stand no more"
+        )
     if asked or (status != LIVE).any():
         seen = Counter(zip(status.tolist(), words, strict=True))
         parts = []
@@ -51,8 +88,36 @@ def status_of(
             if of_kind:
                 shown = ", ".join(f"{word}: {count}" for word, count in of_kind[:WORDS_SHOWN])
                 parts.append(f"{label} ({shown}{', ...' if len(of_kind) > WORDS_SHOWN else ''})")
-        feedback.note(f"{where_of(source)}, field '{name}': {'; '.join(parts)}")
+        feedback.note(f"{where}, field '{name}': {'; '.join(parts)}")
     return status
+
+
+def _meant(word: str, dead: str | None, gone: str | None) -> int | None:
+    """What a word means that no list has; None where it is not known. A list of the user's stands for its kind."""
+    if NEGATED.search(word):
+        return None
+    for kind, pattern, own in ((GONE, GONE_PATTERN, gone), (DEAD, DEAD_PATTERN, dead), (LIVE, LIVE_PATTERN, None)):
+        if pattern.search(word):
+            return LIVE if own else kind
+    return None
+
+
+def passed_over(source: pandas.DataFrame) -> str | None:
+    """A field of few different words, of which all are known and some tell dead or gone trees."""
+    import pandas
+
+    for name in source.columns:
+        if name == "geometry" or pandas.api.types.is_numeric_dtype(source[name]):
+            continue
+        words = {code_of(value) for value in source[name]} - {""}
+        meant = [_meant(word, None, None) for word in words]
+        if 0 < len(words) <= MOST_WORDS and None not in meant and any(kind != LIVE for kind in meant):
+            return str(name)
+    return None
+
+
+def _telling_word(column: pandas.Series) -> str:
+    return next(word for word in map(code_of, column) if word and _meant(word, None, None) != LIVE)
 
 
 def code_of(value: object) -> str:
