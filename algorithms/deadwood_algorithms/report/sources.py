@@ -23,7 +23,7 @@ from rasterio.windows import Window
 
 from deadwood_algorithms.files.dem_windows import open_windows
 from deadwood_algorithms.files.grid import Grid
-from deadwood_algorithms.files.tiles import tiles_of
+from deadwood_algorithms.files.input_files import tiles_of
 from deadwood_algorithms.files.vectors import read_table, read_vector
 from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 from deadwood_algorithms.report.answers import Answers

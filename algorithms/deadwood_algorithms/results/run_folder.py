@@ -40,18 +40,9 @@ def write_json(path: Path, content: Mapping[str, Any]) -> None:
     path.write_text(json.dumps(_plain(content), indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
-def name_finally(folder: Path, made_in: Path, final: Path) -> None:
-    """In every manifest in a folder, put the final place for the hidden one in which its runs were made."""
-    hidden, stands = (json.dumps(os.path.abspath(each))[1:-1] for each in (made_in, final))
-    for manifest in folder.rglob(MANIFEST):
-        manifest.write_text(manifest.read_text(encoding="utf-8").replace(hidden, stands), encoding="utf-8")
-
-
 def link_or_copy(source: str, target: str) -> None:
-    """Large results take no second place on the disk where it can be helped; manifests are rewritten, so copied."""
+    """Results take no second place on the disk where it can be helped."""
     try:
-        if Path(source).name == MANIFEST:
-            raise OSError
         os.link(source, target)
     except OSError:
         shutil.copy2(source, target)

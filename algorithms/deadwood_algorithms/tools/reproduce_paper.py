@@ -99,16 +99,16 @@ class Stage:
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
-    from deadwood_algorithms.files.outputs import output_folder
     from deadwood_algorithms.paper.findings import findings_of
     from deadwood_algorithms.paper.report import HOLDS, write_report
     from deadwood_algorithms.paper.site import read_site, write_twin
-    from deadwood_algorithms.results.run_folder import link_or_copy, name_finally, write_json
+    from deadwood_algorithms.results.identity import result_folder
+    from deadwood_algorithms.results.run_folder import link_or_copy
     from deadwood_algorithms.simulate.warm_up import load_kernels
 
     final = Path(ask.output)
     names = SITES if ask.site == "both" else (ask.site,)
-    with output_folder(ask.output, ask.overwrite) as folder:
+    with result_folder(TOOL, ask, feedback) as folder, tool.moving_to(place_of_work(ask), final):
         work = work_folder(ask, feedback)
         found: list[Finding] = []
         figures: list[tuple[str, Path]] = []
@@ -131,10 +131,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             raise Cancelled from error
         hidden = shutil.ignore_patterns(".*")
         shutil.copytree(work, folder, dirs_exist_ok=True, ignore=hidden, copy_function=link_or_copy)
-        name_finally(folder, work, final)
         head = words(ask)
         write_report(folder, found, head, [(title, folder / path.relative_to(work)) for title, path in figures])
-        write_json(folder / "manifest.json", tool.manifest(TOOL, ask))
     shutil.rmtree(work)
     lines = [f"{HOLDS[each.holds]:12} {each.id}" for each in found]
     outputs = {"output": final, "findings": final / "findings.json", "report": final / "report.html"}
@@ -164,10 +162,14 @@ def fidelity_of(ask: Ask) -> str:
     return "draft" if ask.quick else ask.fidelity
 
 
+def place_of_work(ask: Ask) -> Path:
+    final = Path(ask.output).absolute()
+    return final.parent / f".{final.name}.part"
+
+
 def work_folder(ask: Ask, feedback: Feedback) -> Path:
     """The hidden folder of finished scenarios; dropped unless it is resumed, refused if it was begun otherwise."""
-    final = Path(ask.output)
-    work = final.absolute().parent / f".{final.name}.part"
+    work = place_of_work(ask)
     names = ("site", "fidelity", "logs", "quick", "site_data", "seed")
     identity = {"version": tool.VERSION} | {name: getattr(ask, name) for name in names}
     note = work / ".identity.json"
