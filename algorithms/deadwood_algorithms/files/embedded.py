@@ -18,6 +18,7 @@ from typing import Any
 from urllib.parse import quote
 
 BESIDE = ".manifest.json"
+CARRIERS = (".gpkg", ".tif", ".tiff", ".parquet", ".html")  # what holds its record itself
 DOMAIN, TAG = "DEADWOOD", "MANIFEST"  # of a GeoTIFF's metadata
 PARQUET_KEY = b"deadwood_manifest"
 STANDARD = "urn:deadwood-toolbox:manifest"  # names the kind of metadata in a GeoPackage
