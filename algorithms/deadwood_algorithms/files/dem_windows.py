@@ -22,7 +22,7 @@ from rasterio.windows import Window
 
 from deadwood_algorithms.files.crs import horizontal
 from deadwood_algorithms.files.dem_header import open_dem
-from deadwood_algorithms.files.embedded import DOMAIN, tags_now
+from deadwood_algorithms.files.embedded import tags_now
 from deadwood_algorithms.files.geotiff import TILE_CELLS, Statistics, lay_out
 from deadwood_algorithms.files.grid import Grid, Part
 from deadwood_algorithms.files.rasters import read_values
@@ -287,7 +287,7 @@ class WindowWriter:
         self.cells, self.sparse = profile["height"] * profile["width"], bool(profile.get("SPARSE_OK"))
         self.target = rasterio.open(path, "w", **profile)
         if final:
-            self.target.update_tags(ns=DOMAIN, **tags_now())
+            self.target.update_tags(**tags_now())
         self.written: list[tuple[Window, int]] = []
         count = self.target.count if with_statistics and final else 0
         self.statistics = [Statistics(self.target.nodata) for _ in range(count)]

@@ -1,4 +1,4 @@
-"""The record of what made a file, inside the file: GeoPackage metadata, a GeoTIFF domain, Parquet's schema, a page.
+"""The record of what made a file, inside the file: GeoPackage metadata, a tag of a GeoTIFF, Parquet's schema, a page.
 
 A format that has no room for it (a CSV table, a glTF scene) gets ``NAME.manifest.json`` beside it. What is written here
 holds no time and no number of threads, so that two runs alike still make the same bytes. To read a record takes the
@@ -19,7 +19,9 @@ from urllib.parse import quote
 
 BESIDE = ".manifest.json"
 CARRIERS = (".gpkg", ".tif", ".tiff", ".parquet", ".html")  # what holds its record itself
-DOMAIN, TAG = "DEADWOOD", "MANIFEST"  # of a GeoTIFF's metadata
+# In the default domain of a GeoTIFF's metadata: GDAL's copy to the layout of a COG (`geotiff.lay_out`) drops all others,
+# or, told to keep them, the statistics of the bands.
+TAG = "DEADWOOD_MANIFEST"
 PARQUET_KEY = b"deadwood_manifest"
 STANDARD = "urn:deadwood-toolbox:manifest"  # names the kind of metadata in a GeoPackage
 WRITTEN_AT = "2000-01-01T00:00:00.000Z"  # as in the rest of our GeoPackages: the same content, the same bytes
@@ -49,7 +51,7 @@ def as_text(record: Mapping[str, Any]) -> str:
 
 
 def tags_now() -> dict[str, str]:
-    """What a GeoTIFF that is made now gets in the domain `DOMAIN`; nothing outside the making of a result."""
+    """What a GeoTIFF that is made now gets as a tag; nothing outside the making of a result."""
     making = MAKING.get()
     return {TAG: as_text(making())} if making else {}
 
@@ -122,7 +124,7 @@ def _of_geotiff(path: Path) -> str | None:
 
     try:
         with rasterio.open(path) as source:
-            return source.tags(ns=DOMAIN).get(TAG)
+            return source.tags().get(TAG)
     except RasterioError:
         return None
 

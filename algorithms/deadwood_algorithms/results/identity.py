@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from deadwood_algorithms.files import embedded, identity
-from deadwood_algorithms.files.input_files import MANIFEST, files_of, places_of
+from deadwood_algorithms.files.input_files import MANIFEST, files_of, made_from, places_of
 from deadwood_algorithms.files.outputs import output_folder, output_path
 from deadwood_algorithms.params import tool as declared
 from deadwood_algorithms.params.tool import Feedback, Tool, UserError
@@ -147,7 +147,8 @@ class Outputs(Making):
         guard = {"inputs": self.named.values(), "tool": self.tool.name}
         with output_folder(place, self.overwrite or replaces, **guard) as folder, declared.moving_to(folder, place):
             yield folder
-            write_manifest(folder, {**self.manifest(), "files": seal_of(folder)})
+            told = {**self.manifest(), "files": seal_of(folder)}
+            write_manifest(folder, {**told, "seal": seal_of_manifest(told)})
 
 
 @contextmanager
@@ -155,6 +156,11 @@ def writing(tool: Tool, ask: Any, feedback: Feedback) -> Iterator[Outputs]:
     """The outputs of a tool, guarded and with their record."""
     with ExitStack() as stack:
         outputs = Outputs(tool, ask, stack)
+        for each in outputs.named.values():
+            for place in places_of(each):
+                manifest = made_from(place)
+                if place.name in manifest.get("files", {}):
+                    refuse_damaged(place.parent, manifest, place.name)
         yield outputs
         for each in outputs.changed():
             feedback.warn(
@@ -182,6 +188,12 @@ def seal_of(folder: Path) -> dict[str, dict[str, Any]]:
         for each in sorted(folder.rglob("*"))
         if each.is_file() and each != folder / MANIFEST
     }
+
+
+def seal_of_manifest(told: Mapping[str, Any]) -> str:
+    """SHA-256 of what stands in a manifest, but for this."""
+    text = json.dumps({key: value for key, value in told.items() if key != "seal"}, sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def sealed(path: Path) -> dict[str, Any]:

@@ -28,6 +28,7 @@ from deadwood_algorithms.files.rasters import write_bands, write_raster
 from deadwood_algorithms.files.streams import Stream, write_geoparquet
 from deadwood_algorithms.files.vectors import write_vector
 from deadwood_algorithms.params.tool import Feedback, Outcome
+from deadwood_algorithms.results.checked import SUMMARY
 from deadwood_algorithms.results.danger import STYLE, danger_bands, units_of
 from deadwood_algorithms.results.hits import (
     barrier_hits_frame,
@@ -37,7 +38,7 @@ from deadwood_algorithms.results.hits import (
     tree_hits_frame,
 )
 from deadwood_algorithms.results.identity import Making, write_manifest
-from deadwood_algorithms.results.run_folder import GEOPACKAGE, MANIFEST, POSES, SUMMARY, pose_schema, write_json
+from deadwood_algorithms.results.run_folder import GEOPACKAGE, MANIFEST, POSES, pose_schema, write_json
 from deadwood_algorithms.results.summary import (
     WORTH_A_WARNING,
     Asked,
