@@ -1,6 +1,6 @@
 """A file of parameters: names and values, the manifest of an earlier run, or a result that carries its record.
 
-Standard library only, but for the record in a GeoTIFF or a Parquet file.
+Standard library only, but for the record in a GeoTIFF.
 """
 
 from __future__ import annotations

@@ -1,8 +1,9 @@
-"""The record of what made a file, inside the file: GeoPackage metadata, a tag of a GeoTIFF, Parquet's schema, a page.
+"""The record of what made a file, inside the file: GeoPackage metadata, a tag of a GeoTIFF, a script in a page.
 
-A format that has no room for it (a CSV table, a glTF scene) gets ``NAME.manifest.json`` beside it. What is written here
-holds no time and no number of threads, so that two runs alike still make the same bytes. To read a record takes the
-standard library, and rasterio or pyarrow for their formats alone.
+Files in the folder of a result need none: its manifest names and seals them. A format that has no room for it (a CSV
+table, a glTF scene) gets ``NAME.manifest.json`` beside it. What is written here holds no time and no number of
+threads, so that two runs alike still make the same bytes. To read a record takes the standard library, and rasterio
+for a GeoTIFF alone.
 """
 
 from __future__ import annotations
@@ -18,11 +19,10 @@ from typing import Any
 from urllib.parse import quote
 
 BESIDE = ".manifest.json"
-CARRIERS = (".gpkg", ".tif", ".tiff", ".parquet", ".html")  # what holds its record itself
-# In the default domain of a GeoTIFF's metadata: GDAL's copy to the layout of a COG (`geotiff.lay_out`) drops all others,
+CARRIERS = (".gpkg", ".tif", ".tiff", ".html")  # what holds its record itself
+# In the default domain of a GeoTIFF: GDAL's copy to the layout of a COG (`geotiff.lay_out`) drops all other domains,
 # or, told to keep them, the statistics of the bands.
 TAG = "DEADWOOD_MANIFEST"
-PARQUET_KEY = b"deadwood_manifest"
 STANDARD = "urn:deadwood-toolbox:manifest"  # names the kind of metadata in a GeoPackage
 WRITTEN_AT = "2000-01-01T00:00:00.000Z"  # as in the rest of our GeoPackages: the same content, the same bytes
 SPECIFICATION = "http://www.geopackage.org/spec120/#extension_metadata"
@@ -42,7 +42,7 @@ CREATE TABLE IF NOT EXISTS gpkg_metadata_reference (reference_scope TEXT NOT NUL
 """
 EXTENSION_TABLES = ("gpkg_metadata", "gpkg_metadata_reference")
 
-# What is being written now is made by this; a GeoTIFF and a Parquet file take it in as they are made.
+# What is being written now is made by this; a GeoTIFF takes it in as it is made.
 MAKING: ContextVar[Callable[[], Mapping[str, Any]] | None] = ContextVar("MAKING", default=None)
 
 
@@ -56,17 +56,11 @@ def tags_now() -> dict[str, str]:
     return {TAG: as_text(making())} if making else {}
 
 
-def parquet_facts_now() -> dict[bytes, bytes]:
-    """What a Parquet file that is made now gets in its schema's metadata."""
-    making = MAKING.get()
-    return {PARQUET_KEY: as_text(making()).encode()} if making else {}
-
-
 def embed(path: Path, record: Mapping[str, Any]) -> None:
     """Put a record into a finished file, where its format lets one add to it, or beside it."""
     ending = path.suffix.lower()
-    if ending in (".tif", ".tiff", ".parquet", ".png", ".svg", ".pdf"):
-        return  # the first three as they were made; a picture is drawn from what is beside it
+    if ending in (".tif", ".tiff"):
+        return  # as it was made (`tags_now`)
     if ending == ".gpkg":
         _into_geopackage(path, as_text(record))
     elif ending == ".html":
@@ -100,7 +94,7 @@ def _into_geopackage(path: Path, told: str) -> None:
 
 def record_in(path: Path) -> dict[str, Any] | None:
     """The record that a file carries, or that lies beside it; None where there is none."""
-    readers = {".gpkg": _of_geopackage, ".parquet": _of_parquet, ".html": _of_page}
+    readers = {".gpkg": _of_geopackage, ".html": _of_page}
     readers |= dict.fromkeys((".tif", ".tiff"), _of_geotiff)
     try:
         told = readers.get(path.suffix.lower(), _of_beside)(path)
@@ -127,17 +121,6 @@ def _of_geotiff(path: Path) -> str | None:
             return source.tags().get(TAG)
     except RasterioError:
         return None
-
-
-def _of_parquet(path: Path) -> str | None:
-    import pyarrow as pa
-    import pyarrow.parquet as parquet
-
-    try:
-        told = (parquet.read_schema(path).metadata or {}).get(PARQUET_KEY)
-    except pa.ArrowInvalid:
-        return None
-    return told.decode() if told else None
 
 
 def _of_page(path: Path) -> str | None:

@@ -70,7 +70,7 @@ def of_input(named: str) -> dict[str, Any]:
     layer = str(named).partition("|")[2].removeprefix("layername=")
     places = places_of(named)
     files = list(dict.fromkeys(each for place in places for each in files_of(place)))
-    parts = [{"name": each.name, "sha256": sha256_of(each), "bytes": each.stat().st_size} for each in files]
+    parts = [{"name": _name(each), "sha256": sha256_of(each), "bytes": each.stat().st_size} for each in files]
     facts: dict[str, Any] = {"layer": layer or None, **_together(parts)}
     if len(parts) > 1:
         facts["files"] = parts
@@ -79,6 +79,11 @@ def of_input(named: str) -> dict[str, Any]:
     if len(places) == 1 and (run_id := made_from(places[0]).get("run_id")) and files == [places[0] / MANIFEST]:
         facts["run_id"] = run_id
     return facts
+
+
+def _name(file: Path) -> str:
+    """What tells a file of an input from the others; the manifests of several runs by their folders."""
+    return f"{file.parent.name}/{file.name}" if file.name == MANIFEST else file.name
 
 
 def _together(parts: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
@@ -152,7 +157,7 @@ def compared(record: Mapping[str, Any], named: str | None = None) -> tuple[str, 
     before = {each["name"]: each["sha256"] for each in record.get("files", ())}
     for each in now.get("files", ()):
         if before and before.get(each["name"]) != each["sha256"]:
-            at = next((str(one) for place in places for one in files_of(place) if one.name == each["name"]), named)
+            at = next((str(one) for place in places for one in files_of(place) if _name(one) == each["name"]), named)
             return CHANGED, at
     return CHANGED, str(places[0])
 

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from deadwood_algorithms.files.input_files import MANIFEST
-from deadwood_algorithms.params.tool import UserError
-from deadwood_algorithms.results.identity import refuse_damaged, seal_of_manifest
+from deadwood_algorithms.params.tool import Tool, UserError
+from deadwood_algorithms.results.identity import Making, damaged_files, is_whole, refuse_damaged, seal_of_manifest
 
 SUMMARY = "summary.json"
 
@@ -97,6 +97,23 @@ def read_manifest_of(folder: Path) -> dict[str, Any]:
             f"of; put it back, or run {told['tool']} again"
         )
     return told
+
+
+def stands(tool: Tool, values: Mapping[str, Any], place: Path, seal: Mapping[str, Any] | None = None) -> bool:
+    """Whether a result is there, whole, and the one that the tool would make with these values and inputs now.
+
+    seal : of a single file, as `identity.sealed` gave it when it was made
+    """
+    run_id = Making(tool, tool.ask_from({**values, "output": str(place)})).run_id
+    if place.is_file():
+        return seal is not None and seal.get("run_id") == run_id and is_whole(place, seal)
+    if not (place / MANIFEST).is_file():
+        return False
+    try:
+        told = read_manifest_of(place)
+    except UserError:
+        return False
+    return told.get("run_id") == run_id and "files" in told and not damaged_files(place, told)
 
 
 def read_summary(folder: Path, manifest: Mapping[str, Any]) -> dict[str, Any]:

@@ -79,9 +79,7 @@ def record_of(place: Path) -> tuple[dict[str, Any], Path]:
 def lines_of(place: Path, facts: Mapping[str, Any]) -> tuple[str, ...]:
     """What is said of it, for a reader."""
     made = f", made {facts['made_utc']}" if facts["made_utc"] else ""
-    engine = (
-        "the one here" if facts["engine_here"] == "same" else "not the one here, whose bits may differ"
-    )
+    engine = "the one here" if facts["engine_here"] == "same" else "not the one here, whose bits may differ"
     lines = [
         f"{place}: run {facts['run_id']} of {facts['tool']} {facts['version']}{made}",
         f"engine {facts['engine']}, {engine}",
@@ -96,6 +94,4 @@ def lines_of(place: Path, facts: Mapping[str, Any]) -> tuple[str, ...]:
     return tuple(lines) if facts["inputs"] else (*lines, "no inputs")
 
 
-TOOL = Tool(
-    "check", "Evaluate", "What a result is of, and which of its inputs still stand", Ask, run, in_qgis=False
-)
+TOOL = Tool("check", "Evaluate", "What a result is of, and which of its inputs still stand", Ask, run, in_qgis=False)
