@@ -87,7 +87,10 @@ def run(arguments: Sequence[str], tools: Sequence[Tool] | None = None) -> int:
 
 def _carry_out(job: Job, speaker: Speaker) -> int:
     """Run the tool of a job under the signal handlers, and report what it left."""
-    config = parameters.read_config(job.config, job.tool, speaker.note) if job.config is not None else {}
+    config = {}
+    if job.config is not None:
+        changed = speaker.warn if job.changed_inputs else None
+        config = parameters.read_config(job.config, job.tool, speaker.note, changed=changed, given=job.values)
     ask = parameters.ask_from(job.tool, {**config, **job.values})
     refuse_small_address_space()
     began, before = time.perf_counter(), _standing(job.tool, ask)
@@ -100,9 +103,9 @@ def _carry_out(job: Job, speaker: Speaker) -> int:
             outcome = job.tool.run(ask, speaker)
         speaker.close()
         _report(outcome, speaker, time.perf_counter() - began)
+        return outcome.status
     except KeyboardInterrupt:
         raise Cancelled(LATE if _standing(job.tool, ask) != before else MESSAGE) from None
-    return DONE
 
 
 def _standing(tool: Tool, ask: Any) -> list[tuple[int, int] | None]:

@@ -29,6 +29,7 @@ class Job:
     tool: Tool
     values: dict[str, Any]
     config: str | None = None
+    changed_inputs: bool = False
     progress: str = "auto"
     quiet: bool = False
     verbose: bool = False
@@ -86,7 +87,7 @@ class _ToolCommand(click.Command):
         )
 
     def _job(self, **given: Any) -> Job:
-        common = {name: given.pop(name) for name in ("config", "progress", "quiet", "verbose")}
+        common = {name: given.pop(name) for name in ("config", "changed_inputs", "progress", "quiet", "verbose")}
         if self.bare and (words := given.pop("bare")):
             if given[self.bare.name] is not None:
                 raise UserError(
@@ -109,7 +110,7 @@ class _ToolCommand(click.Command):
                     formatter.write_dl(rows, col_max=28)
         rows = [
             row
-            for option in self.get_params(ctx)[-5:]
+            for option in self.get_params(ctx)[-6:]
             if not isinstance(option, click.Argument) and (row := option.get_help_record(ctx)) is not None
         ]
         with formatter.section("On every tool"):
@@ -150,10 +151,12 @@ def _option(parameter: Parameter) -> click.Option:
 
 
 def _common_options() -> list[click.Parameter]:
-    config = "Parameters from a JSON file, or from an earlier run's manifest.json; flags override it."
+    config = "Parameters from a JSON file, an earlier run's manifest.json, or a result itself; flags override it."
+    changed = "Go on where an input of --config is not what it was then."
     how = "How progress is shown on standard error [default auto: a bar on a terminal, else now and then a line]."
     return [
         click.Option(["--config"], metavar="FILE", help=config),
+        click.Option(["--changed-inputs"], is_flag=True, help=changed),
         click.Option(["--progress"], type=click.Choice(PROGRESS), default="auto", metavar="|".join(PROGRESS), help=how),
         click.Option(["--quiet"], is_flag=True, help="Say nothing but warnings and errors."),
         click.Option(["--verbose"], is_flag=True, help="Say more: settings, times, libraries' warnings, tracebacks."),

@@ -46,6 +46,7 @@ NAMES = (
     "vary",
     "make-report",
     "view",
+    "check",
     "reproduce-paper",
     "warm-up",
     "demo",

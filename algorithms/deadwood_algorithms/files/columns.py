@@ -67,7 +67,7 @@ def number_column(
     return numbers
 
 
-def _gap_words(column: pandas.Series) -> np.ndarray:
+def _gap_words(column: Any) -> np.ndarray:
     """Which cells hold a word for a gap (k.A., n/d, #NV) in place of a number."""
     import pandas
 

@@ -1,14 +1,19 @@
-"""A file of parameters: names and values, or the manifest of an earlier run. Standard library only."""
+"""A file of parameters: names and values, the manifest of an earlier run, or a result that carries its record.
+
+Standard library only, but for the record in a GeoTIFF.
+"""
 
 from __future__ import annotations
 
 import difflib
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any
 
+from deadwood_algorithms.files import identity
+from deadwood_algorithms.files.embedded import BESIDE, CARRIERS, record_in
 from deadwood_algorithms.params.renamed import with_new_names
 from deadwood_algorithms.params.tool import Parameter, Quiet, Tool, UserError, is_path, moved_paths
 
@@ -28,34 +33,40 @@ def value_from_json(parameter: Parameter, value: Any) -> Any:
     return value
 
 
-def read_config(path: str, tool: Tool, note: Callable[[str], None] = UNHEARD) -> dict[str, Any]:
-    """The parameters in a JSON file: a plain object of names and values, or the manifest of an earlier run.
+def read_config(
+    path: str,
+    tool: Tool,
+    note: Callable[[str], None] = UNHEARD,
+    *,
+    changed: Callable[[str], None] | None = None,
+    given: Collection[str] = (),
+) -> dict[str, Any]:
+    """The parameters in a JSON file, a plain object of names and values, or of an earlier run: its manifest, or a file
+    of its results that carries the record.
 
     Relative paths in it are taken from the folder in which the command runs, as those of flags are. An input of a
     manifest that is not there is looked for where it lies if all was moved together; ``note`` is told of it.
+
+    Parameters
+    ----------
+    changed : callable, optional
+        Told of each input that is not what it was when the manifest was made; without it that is refused.
+    given : collection of str
+        Parameters that are given otherwise, whose inputs do not matter.
     """
-    try:
-        if Path(path).exists() and not Path(path).is_file():
-            raise UserError(f"--config {path} is no file (a folder, a pipe or a device); write it to a file first")
-        if Path(path).stat().st_size > LARGEST_CONFIG:
-            raise UserError(f"--config {path} is larger than {LARGEST_CONFIG // 2**20} MB; it is no file of parameters")
-        content = json.loads(Path(path).read_text(encoding="utf-8-sig"))
-    except OSError as error:
-        raise UserError(f"--config {path} cannot be read: {error.strerror or error}") from None
-    except RecursionError:
-        raise UserError(f"--config {path} is nested too deep; it must hold a JSON object of parameters") from None
-    except ValueError as error:
-        raise UserError(f"--config {path} is not JSON: {error}") from None
-    then = None
+    content = _content(path)
+    then, records = None, {}
     if isinstance(content, dict) and isinstance(content.get("parameters"), dict):
         made_by = content.get("tool", tool.name)
         if made_by != tool.name:
             raise UserError(f"--config {path} belongs to the tool '{made_by}', not to '{tool.name}'")
-        then, content = content.get("folder"), content["parameters"]
+        then, records = content.get("folder"), _records(content)
+        content = content["parameters"]
     if not isinstance(content, dict):
         raise UserError(f'--config {path} must hold a JSON object of parameters, such as {{"seed": 0}}')
     known = {parameter.name: parameter for parameter in tool.parameters()}
     content = with_new_names(tool.name, content)
+    now, then = Path(path).absolute().parent, then if isinstance(then, str) else None
     values = {}
     for name, value in content.items():
         if name not in known:
@@ -65,21 +76,76 @@ def read_config(path: str, tool: Tool, note: Callable[[str], None] = UNHEARD) ->
                 values[name] = value_from_json(known[name], value)
             except UserError as error:
                 raise UserError(f"--config {path}: {error}") from None
-            if is_path(known[name], values[name]) and not known[name].is_output:
-                parts = values[name].split(",") if known[name].path_like else [values[name]]
-                now = Path(path).absolute().parent
-                values[name] = ",".join(_found(part, now, then, note) for part in parts)
+            if is_path(known[name], values[name]) and not known[name].is_output and name not in given:
+                if name in records:
+                    values[name] = _compared(path, values[name], records[name], now, then, note, changed)
+                else:
+                    parts = values[name].split(",") if known[name].path_like else [values[name]]
+                    values[name] = ",".join(_found(part, now, then, note) for part in parts)
     return values
 
 
-def _found(named: str, now: Path, then: Any, note: Callable[[str], None]) -> str:
+def _content(path: str) -> Any:
+    """What stands in the file, or the record that it carries."""
+    try:
+        if Path(path).exists() and not Path(path).is_file():
+            raise UserError(f"--config {path} is no file (a folder, a pipe or a device); write it to a file first")
+        if Path(path).stat().st_size > LARGEST_CONFIG:
+            raise UserError(f"--config {path} is larger than {LARGEST_CONFIG // 2**20} MB; it is no file of parameters")
+        if Path(path).suffix.lower() in CARRIERS or Path(path + BESIDE).is_file():
+            record = record_in(Path(path))
+            if record is None:
+                raise UserError(f"--config {path} carries no record of what made it; name a file of parameters")
+            return record
+        return json.loads(Path(path).read_text(encoding="utf-8-sig"))
+    except OSError as error:
+        raise UserError(f"--config {path} cannot be read: {error.strerror or error}") from None
+    except RecursionError:
+        raise UserError(f"--config {path} is nested too deep; it must hold a JSON object of parameters") from None
+    except ValueError as error:
+        raise UserError(f"--config {path} is not JSON: {error}") from None
+
+
+def _records(manifest: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
+    """The inputs of a manifest by parameter; what is no record of one is as if it were not there."""
+    listed = manifest.get("inputs")
+    rows = [each for each in listed if isinstance(each, dict)] if isinstance(listed, list) else []
+    return {str(each.get("parameter")): each for each in rows if isinstance(each.get("path"), str)}
+
+
+def _compared(
+    path: str,
+    value: str,
+    record: Mapping[str, Any],
+    now: Path,
+    then: str | None,
+    note: Callable[[str], None],
+    changed: Callable[[str], None] | None,
+) -> str:
+    """Where an input of a manifest lies; one that has changed since is refused, or told."""
+    if value != record["path"]:  # the manifest was edited: another input is meant
+        return value
+    place, stands, told = identity.where_now(record, now, then)
+    if stands == identity.CHANGED and changed is None:
+        raise UserError(
+            f"--config {path}: {told} has changed since, so the result "
+            "would not be that of the manifest; put the file back, or go on with it as it is with --changed-inputs"
+        )
+    if stands == identity.CHANGED and changed is not None:
+        changed(f"{told} has changed since {path} was made; the result is one of the file as it is now")
+    if place != value and stands != identity.GONE:
+        note(f"{value} is not there; {place}, which lies as it did to the manifest, is read in its place")
+    return place
+
+
+def _found(named: str, now: Path, then: str | None, note: Callable[[str], None]) -> str:
     """An input's path as a manifest names it, or, where nothing is there, where it has been moved to.
 
     ``now`` and ``then`` are the manifest's folder and the one that it names.
     """
     file, bar, layer = named.partition("|")
     if not os.path.exists(file):
-        for other in moved_paths(file, now, then if isinstance(then, str) else None):
+        for other in moved_paths(file, now, then):
             if other.exists():
                 note(f"{file} is not there; {other}, which lies as it did to the manifest, is read in its place")
                 return f"{other}{bar}{layer}"

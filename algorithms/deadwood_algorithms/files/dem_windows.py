@@ -22,6 +22,7 @@ from rasterio.windows import Window
 
 from deadwood_algorithms.files.crs import horizontal
 from deadwood_algorithms.files.dem_header import open_dem
+from deadwood_algorithms.files.embedded import tags_now
 from deadwood_algorithms.files.geotiff import TILE_CELLS, Statistics, lay_out
 from deadwood_algorithms.files.grid import Grid, Part
 from deadwood_algorithms.files.rasters import read_values
@@ -285,6 +286,8 @@ class WindowWriter:
         self.path, self.final, self.of_region = path, final, of_region
         self.cells, self.sparse = profile["height"] * profile["width"], bool(profile.get("SPARSE_OK"))
         self.target = rasterio.open(path, "w", **profile)
+        if final:
+            self.target.update_tags(**tags_now())
         self.written: list[tuple[Window, int]] = []
         count = self.target.count if with_statistics and final else 0
         self.statistics = [Statistics(self.target.nodata) for _ in range(count)]

@@ -11,11 +11,13 @@ import glob
 import os
 import shutil
 import tempfile
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from deadwood_algorithms.files.embedded import record_in
+from deadwood_algorithms.files.input_files import files_of, made_from, places_of
 from deadwood_algorithms.params.tool import UserError
 
 if TYPE_CHECKING:
@@ -39,6 +41,7 @@ def output_path(
     *,
     suffix: str | None = None,
     inputs: Iterable[str | Path | None] = (),
+    tool: str = "",
 ) -> Iterator[Path]:
     """Give a temporary path of the same name; at success it takes the final place, at failure nothing stays.
 
@@ -47,21 +50,21 @@ def output_path(
     suffix : str, optional
         The only file ending accepted, such as ``.gpkg``.
     inputs : iterable of path
-        Files that the tool reads, which it never replaces, ``overwrite`` or not.
+        What the tool reads, which it never replaces, ``overwrite`` or not (`refuse_input`).
+    tool : str
+        The tool's name.
     """
     final = Path(path)
     if suffix and final.suffix.lower() != suffix:
         raise UserError(f"{path}: the output must be a {suffix} file; name it {final.with_suffix(suffix)}")
-    inputs = list(inputs)
+    inputs = [str(each) for each in inputs if each]
 
     def check() -> None:
         if final.is_dir():
             raise UserError(f"{path}: the output is a folder that exists, but must be a file")
         if _exists(final, path) and not overwrite:
             raise UserError(f"{path}: the output exists; --overwrite replaces it")
-        for each in inputs:
-            if each and any(_same_file(one, final) for one in _files_of(each, final.name)):
-                raise UserError(f"{path}: the output is also an input, which is never replaced; name another file")
+        refuse_input(final, path, inputs, tool)
 
     with _staged(final, path, check) as folder:
         temporary = folder / final.name
@@ -72,13 +75,20 @@ def output_path(
 
 
 @contextmanager
-def output_folder(path: str | Path, overwrite: bool = False) -> Iterator[Path]:
+def output_folder(
+    path: str | Path,
+    overwrite: bool = False,
+    *,
+    inputs: Iterable[str | Path | None] = (),
+    tool: str = "",
+) -> Iterator[Path]:
     """Give a temporary folder that takes the final place at success and vanishes at failure.
 
-    ``overwrite`` replaces only a folder that holds a ``manifest.json``, that is, an earlier result: a slip such as
-    ``--output ~ --overwrite`` must not cost anybody their files.
+    ``overwrite`` replaces only a folder whose ``manifest.json`` names this ``tool``, that is, an earlier result of it,
+    in which no input lies: a slip such as ``--output ~ --overwrite`` must not cost anybody their files.
     """
     final = Path(path)
+    inputs = [str(each) for each in inputs if each]
 
     def occupied() -> bool:
         if not _exists(final, path) or not final.is_dir():
@@ -94,6 +104,14 @@ def output_folder(path: str | Path, overwrite: bool = False) -> Iterator[Path]:
             raise UserError(
                 f"{path}: the output exists and is no result folder (no manifest.json); name another folder"
             )
+        made_by = made_from(final).get("tool") if occupied() else None
+        if tool and occupied() and made_by != tool:
+            raise UserError(
+                f"{path}: the output exists and is a result of {made_by or 'another program'}, which {tool} does not "
+                "replace; name another folder"
+            )
+        if occupied():
+            refuse_input(final, path, inputs, tool)
         if within and occupied():
             raise UserError(f"{path}: the result of a run that was killed has just been completed; run again")
 
@@ -257,10 +275,48 @@ def _is_full(error: BaseException | None, folder: Path) -> bool:
     return library and shutil.disk_usage(folder).free < NEARLY_FULL_BYTES
 
 
-def _files_of(named: str | Path, name: str) -> list[Path]:
-    """The file of an input's path; of tiles the files between the commas, or the one of this name in their folder."""
-    place = Path(str(named).split("|", 1)[0])
-    return [place, place / name, *(Path(each.strip()) for each in str(named).split(",") if each.strip())]
+def refuse_input(final: Path, named: str | Path, inputs: Sequence[str], tool: str) -> None:
+    """Refuse to replace what a tool reads, a part of it, a folder that holds it, or a file of a result that stands.
+
+    An input is all that its path stands for (tiles, sources of a VRT, companions); a run's folder also what that run
+    was slid from, because the logs may slide again. In such a folder a file is replaced only by the tool that made it.
+    """
+    if not final.exists():
+        return
+    for each in inputs:
+        for place in places_of(each):
+            read = [place, *files_of(place), *(Path(one) for one in _sources_of(place))]
+            if any(_same_file(one, final) for one in read):
+                raise UserError(f"{named}: the output is also an input, which is never replaced; name another file")
+            if final.is_dir() and any(_lies_in(one, final) for one in read):
+                raise UserError(f"{named}: the output holds the input {place}, which is never replaced; name another")
+            if place.is_dir() and final.is_file() and _lies_in(final, place) and _made_by(final) != tool:
+                raise UserError(
+                    f"{named}: the output is a file of the input {place}, which is never replaced; name another file"
+                )
+    if final.is_file() and final.name in made_from(final.parent).get("files", {}) and _made_by(final) != tool:
+        raise UserError(
+            f"{named}: the output is a part of the result in {final.parent}, which would be damaged; name another file"
+        )
+
+
+def _sources_of(place: Path) -> Iterator[str]:
+    """What the result was made from that an input is, or that it lies in."""
+    parameters = made_from(place).get("parameters", {})
+    for name, value in parameters.items() if isinstance(parameters, dict) else ():
+        if name != "output" and isinstance(value, str) and os.path.isabs(value):
+            yield from (str(each) for each in places_of(value))
+
+
+def _made_by(final: Path) -> str:
+    return str((record_in(final) or {}).get("tool", ""))
+
+
+def _lies_in(place: Path, folder: Path) -> bool:
+    try:
+        return place.exists() and place.resolve().is_relative_to(folder.resolve())
+    except (OSError, ValueError):
+        return False
 
 
 def _same_file(one: Path, other: Path) -> bool:

@@ -8,14 +8,11 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from deadwood_algorithms.files.units import KINDS, WORDS
-
-if TYPE_CHECKING:
-    import pandas
 
 # Words for a gap in a column of numbers, in lower case without blanks; those of spreadsheets' errors, too.
 GAP_WORDS = frozenset(
@@ -45,8 +42,8 @@ def is_gap(text: str) -> bool:
     return re.sub(r"\s+", "", text).lower() in GAP_WORDS
 
 
-def read_sizes(column: pandas.Series, unit: str) -> Sizes:
-    """The cells of a column as numbers in ``unit``; a unit behind a number counts before it."""
+def read_sizes(column: Any, unit: str) -> Sizes:
+    """The cells of a column (a Series) as numbers in ``unit``; a unit behind a number counts before it."""
     values, unread = np.full(len(column), np.nan), np.zeros(len(column), bool)
     classes, example = 0, ""
     for row, cell in enumerate(column.tolist()):

@@ -19,6 +19,7 @@ from rasterio.windows import Window
 from deadwood_algorithms.files import remedies, styles
 from deadwood_algorithms.files.ascii_grid import refuse_broken_ascii, why_not_ascii
 from deadwood_algorithms.files.crs import accuracy_words, horizontal, same_crs
+from deadwood_algorithms.files.embedded import tags_now
 from deadwood_algorithms.files.geotiff import TILE_CELLS, Statistics, geotiff_profile, lay_out
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.inputs import refuse_missing
@@ -158,6 +159,7 @@ def write_bands(
     top = frame.shape[0] - part.row - part.rows
     place = Window(part.column, top, part.columns, part.rows)  # type: ignore[call-arg]
     with rasterio.open(path, "w", **profile) as target:
+        target.update_tags(**tags_now())
         for number, (description, values) in enumerate(bands.items(), start=1):
             north_up = _north_up(values, dtype)
             target.write(north_up, number, window=place)

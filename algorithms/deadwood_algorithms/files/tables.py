@@ -97,7 +97,7 @@ def sheet_table(frame: pd.DataFrame) -> pd.DataFrame:
 
 def _typed(cells: pd.DataFrame) -> pd.DataFrame:
     """Cells of text as columns of numbers where all are numbers; what was left out is kept in ``attrs``."""
-    typed = pd.DataFrame({name: _numbers(cells[name]) for name in cells.columns})
+    typed = pd.DataFrame({name: _numbers(pd.Series(column)) for name, column in cells.items()})
     typed.attrs.update(cells.attrs)
     return typed
 

@@ -12,6 +12,8 @@ import dataclasses
 import os
 import sys
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -213,6 +215,7 @@ class Outcome:
     outputs: Mapping[str, Path]
     facts: Mapping[str, Any] = field(default_factory=dict)
     lines: tuple[str, ...] = ()  # printed after the run, for a reader
+    status: int = 0  # with which the command ends
 
 
 @dataclass(frozen=True)
@@ -278,13 +281,48 @@ def taken(ask: Any, record: type[Record]) -> Record:
     return record(**{each.name: getattr(ask, each.name) for each in dataclasses.fields(record)})  # type: ignore[arg-type]
 
 
+def inputs_of(tool: Tool, ask: Any) -> dict[str, str]:
+    """The path of everything that a tool was told to read, by parameter; what may be a path, if something is there."""
+    found = {}
+    for each in tool.parameters():
+        value = getattr(ask, each.name)
+        if each.is_output or not is_path(each, value):
+            continue
+        if each.is_input or any(os.path.exists(part.strip()) for part in (str(value), *str(value).split(","))):
+            found[each.name] = str(value)
+    return found
+
+
+# (where something is being made, where it will stand): manifests name the second
+_moving: ContextVar[tuple[tuple[str, str], ...]] = ContextVar("_moving", default=())
+
+
+@contextmanager
+def moving_to(made_in: str | Path, final: str | Path) -> Iterator[None]:
+    """Within it, a manifest names what lies in the folder ``made_in`` by the place that it will have in the end."""
+    token = _moving.set(((os.path.abspath(made_in), os.path.abspath(final)), *_moving.get()))
+    try:
+        yield
+    finally:
+        _moving.reset(token)
+
+
+def final_place(path: str | Path) -> str:
+    """The absolute path that a file or folder will have in the end."""
+    named = os.path.abspath(path)
+    for made_in, final in _moving.get():
+        if named == made_in or named.startswith(made_in + os.sep):
+            named = final + named[len(made_in) :]
+    return named
+
+
 def manifest(tool: Tool, ask: Any, **facts: Any) -> dict[str, Any]:
     """What a run was made of, and by which version and engine; the file works as ``--config`` of the same tool.
 
     Paths are absolute, so it does from any folder. ``folder`` says where the manifest was to stand, so that inputs are
     found again where all has been moved together.
     """
-    values = {each.name: _anywhere(each, getattr(ask, each.name)) for each in tool.parameters()}
+    values = {each.name: anywhere(each, getattr(ask, each.name)) for each in tool.parameters()}
     places = [values[each.name] for each in tool.parameters() if each.kind == "output_folder" and values[each.name]]
     where = {"folder": places[0]} if places else {}
     said = {"tool": tool.name, "version": VERSION, "engine": engine_digest(), **where}
@@ -329,15 +367,15 @@ def is_path(parameter: Parameter, value: Any) -> bool:
     return "://" not in str(value) and value != parameter.default
 
 
-def _anywhere(parameter: Parameter, value: Any) -> Any:
+def anywhere(parameter: Parameter, value: Any) -> Any:
     """A value as it means the same in any folder: paths are absolute, the rest stays."""
     if not is_path(parameter, value):
         return str(value) if isinstance(value, Path) else value
     if parameter.path_like and not os.path.exists(value):
         parts = str(value).split(",")
-        return ",".join(os.path.abspath(part.strip()) if os.path.exists(part.strip()) else part for part in parts)
+        return ",".join(final_place(part.strip()) if os.path.exists(part.strip()) else part for part in parts)
     file, bar, layer = str(value).partition("|")
-    return os.path.abspath(file) + bar + layer
+    return final_place(file) + bar + layer
 
 
 def moved_paths(named: str, now: Path, then: str | None) -> list[Path]:

@@ -6,12 +6,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from deadwood_algorithms.files.embedded import record_in
 from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.results.identity import refuse_damaged
 
 if TYPE_CHECKING:
     import pandas
@@ -76,7 +78,16 @@ def _take_worth(place: Path, sources: Sequence[ReportedRun]) -> None:
     if not there:
         raise UserError(f"--results: {place} has no layer 'values' or 'planted'; name {TAKEN}")
     layers = {each: read_table(f"{place}|layername={each}", what=each) for each in there}
-    source = next((each for each in sources if all(_is_of(frame, each) for frame in layers.values())), None)
+    run_id = run_id_in(record_in(place))
+    if run_id is not None:
+        source = next((each for each in sources if each.run.manifest.get("run_id", run_id) == run_id), None)
+    else:  # of before version 0.3
+        source = next((each for each in sources if all(_is_of(frame, each) for frame in layers.values())), None)
+    if source is None and run_id is not None:
+        raise UserError(
+            f"--results: {place} is of the run {run_id}, which is none of {', '.join(each.name for each in sources)}; "
+            "name its own run"
+        )
     if source is None:
         raise UserError(
             f"--results: {place} is of none of the runs {', '.join(each.name for each in sources)}: as many logs "
@@ -103,6 +114,7 @@ def _take_folder(place: Path, sources: Sequence[ReportedRun]) -> None:
     try:
         manifest = json.loads((place / "manifest.json").read_text(encoding="utf-8"))
         made_by = manifest["tool"]
+        refuse_damaged(place, manifest, FACTS[made_by])
         facts = json.loads((place / FACTS[made_by]).read_text(encoding="utf-8"))
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise UserError(f"--results: {place} is not {TAKEN}, or is damaged") from error
@@ -113,15 +125,26 @@ def _take_folder(place: Path, sources: Sequence[ReportedRun]) -> None:
 
 def _run_of(place: Path, manifest: dict[str, Any], sources: Sequence[ReportedRun]) -> ReportedRun:
     """The run of the page that a folder was made of; where it says one that is gone, the only one."""
-    asked = Path(manifest["parameters"]["run"])
+    asked, run_id = Path(manifest["parameters"]["run"]), run_id_in(manifest)
     for each in sources:
-        if asked.resolve() == each.run.path.resolve():
+        known = each.run.manifest.get("run_id")
+        if run_id and known and run_id == known:
             return each
-    if len(sources) == 1 and not asked.exists():  # the run has been moved
-        return sources[0]
+        if not (run_id and known) and asked.resolve() == each.run.path.resolve():
+            return each
+    if len(sources) == 1 and not asked.exists() and not (run_id and sources[0].run.manifest.get("run_id")):
+        return sources[0]  # the run has been moved
+    told = f" (run {run_id})" if run_id else ""
     raise UserError(
-        f"--results: {place} is of the run {asked}, which is not in the page; add that run, or leave this out"
+        f"--results: {place} is of the run {asked}{told}, which is not in the page; add that run, or leave this out"
     )
+
+
+def run_id_in(record: Mapping[str, Any] | None) -> str | None:
+    """The run that a result was made of; None in records of before version 0.3."""
+    listed = (record or {}).get("inputs")
+    rows = [each for each in listed if isinstance(each, dict)] if isinstance(listed, list) else []
+    return next((each.get("run_id") for each in rows if each.get("parameter") == "run"), None)
 
 
 def _refuse_twice(there: bool, made_by: str, source: ReportedRun) -> None:

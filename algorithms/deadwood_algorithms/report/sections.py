@@ -82,6 +82,9 @@ def warnings_of(source: ReportedRun, words: Words) -> Parts:
         for name in ("left_dem", "failed", "time_limit")
         if reasons.get(name, 0)
     ]
+    for parameter, file in source.run.changed:
+        what = words.known(f"input_{parameter}", parameter.replace("_", " "))
+        found.append(words.say("input_changed", what=what, path=file))
     return [element("p", each, class_="warning") for each in found]
 
 

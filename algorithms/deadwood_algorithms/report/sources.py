@@ -6,7 +6,6 @@ A missing input is no error: the page then lacks a layer, and says so (`Reported
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -23,14 +22,14 @@ from rasterio.windows import Window
 
 from deadwood_algorithms.files.dem_windows import open_windows
 from deadwood_algorithms.files.grid import Grid
-from deadwood_algorithms.files.tiles import tiles_of
+from deadwood_algorithms.files.input_files import tiles_of
 from deadwood_algorithms.files.vectors import read_table, read_vector
 from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 from deadwood_algorithms.report.answers import Answers
 from deadwood_algorithms.results.arrivals import arrivals_frame, find_arrivals
 from deadwood_algorithms.results.edges import Edges
 from deadwood_algorithms.results.passages import Passages, barrier_passages, line_passages
-from deadwood_algorithms.results.run_folder import GEOPACKAGE, SUMMARY, Run, input_paths, layers_in, read_run
+from deadwood_algorithms.results.run_folder import GEOPACKAGE, Run, input_paths, layers_in, read_run
 from deadwood_algorithms.scene.items import ids_of
 from deadwood_algorithms.scene.layers import read_lines
 
@@ -99,10 +98,7 @@ def read_reported_run(path: str, name: str, feedback: Feedback) -> ReportedRun:
     run = read_run(path, feedback=feedback)
     if not len(run.deposits):
         raise UserError(f"{path}: the run has no log, so there is nothing to report")
-    try:
-        summary = json.loads((run.path / SUMMARY).read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise UserError(f"{run.path / SUMMARY}: the run's summary cannot be read; run slide-logs again") from error
+    summary = run.summary
     lacks: list[tuple[str, dict[str, Any]]] = []
     extent = shown_extent(run)
     ground = _input(run, "dem", lacks, lambda place: read_ground(place, run, extent, feedback))
@@ -197,7 +193,7 @@ def read_rasters(run: Run, extent: Extent) -> dict[str, tuple[NDArray[np.float64
         if not path.is_file():
             continue
         try:
-            with rasterio.open(path) as source:
+            with rasterio.open(run.part(path.name)) as source:
                 found[name] = thinned_raster(source, extent, np.nanmean if name in ("hits", "danger") else np.nanmax)
         except (RasterioError, ValueError):
             continue
@@ -295,7 +291,14 @@ def _arrivals(
 
 
 def hashed_inputs(run: Run) -> list[tuple[str, str, str]]:
-    """Name, file and SHA-256 of each input that still lies where the manifest or the run's folder has it."""
+    """Name, file and SHA-256 of each input of the run as it was read then; in runs of before version 0.3, which did not
+    note it, as it lies there now."""
+    if "inputs" in run.manifest:
+        return [
+            (each["parameter"], one.get("name", each["path"]), str(one["sha256"]))
+            for each in run.manifest["inputs"]
+            for one in each.get("files", [each])
+        ]
     rows = []
     for parameter in ("dem", "releases", "trees", "barriers", "lying_logs", "blocks", "lines", "friction", "shape"):
         for place in input_paths(run.path, run.manifest, parameter):

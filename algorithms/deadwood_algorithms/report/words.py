@@ -74,6 +74,12 @@ PHRASES: dict[str, tuple[str, str]] = {
         "The {what} of the run, {path}, could not be read any more: {reason}",
         "Die Eingabe «{what}» des Laufs, {path}, war nicht mehr lesbar: {reason}",
     ),
+    "input_changed": (
+        "The {what} of the run, {path}, has changed since the logs slid. What this page shows of it, and what is "
+        "calculated from it anew, is of the file as it is now; what the run found is of the file as it was then.",
+        "Die Eingabe «{what}» des Laufs, {path}, wurde seit dem Rechenlauf geändert. Was diese Seite davon zeigt oder "
+        "neu daraus rechnet, gilt für die Datei, wie sie jetzt ist; die Ergebnisse des Laufs gelten für die damalige.",
+    ),
     "lacks_poses": (
         "No trajectory was kept (--trajectories none), so there are no arrivals, no profile and no moving logs.",
         "Keine Bahn wurde aufbewahrt (--trajectories none); darum fehlen Ankünfte, Profil und bewegte Stämme.",

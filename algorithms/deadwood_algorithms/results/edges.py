@@ -23,6 +23,7 @@ from deadwood_algorithms.files.dem_windows import DemWindows
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.tiles import open_as_one
 from deadwood_algorithms.params.tool import Feedback, UserError
+from deadwood_algorithms.results.identity import refuse_damaged
 from deadwood_algorithms.results.run_folder import GEOPACKAGE, MANIFEST, input_paths, read_manifest
 
 BLOCK = 512  # cells
@@ -163,6 +164,7 @@ def edges_of_deposits(deposits: str, dem: str | None, crs: pyproj.CRS, feedback:
             grid, paths = Grid(nothing, cell, transform.c + cell / 2, y0, dem_crs), [Path(dem)]
     elif (folder / MANIFEST).is_file() and (package.is_dir() or package.name == GEOPACKAGE):
         manifest, grid = read_manifest(folder)
+        refuse_damaged(folder, manifest, GEOPACKAGE)
         paths = input_paths(folder, manifest, "dem")
     else:
         yield None

@@ -101,7 +101,8 @@ def pilot_from(folder: Path, whole_s: float) -> Pilot:
     import rasterio
     import shapely
 
-    from deadwood_algorithms.results.run_folder import GEOPACKAGE, SUMMARY, layers_in
+    from deadwood_algorithms.results.checked import SUMMARY
+    from deadwood_algorithms.results.run_folder import GEOPACKAGE, layers_in
 
     summary = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
     cost, logs = summary["cost"], summary["logs"]["released"]

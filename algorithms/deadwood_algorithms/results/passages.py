@@ -7,7 +7,6 @@ of the log when its outline first touches the line, from its stored trajectory.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -22,7 +21,7 @@ from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 from deadwood_algorithms.results.arrivals import Arrived, find_arrivals
 from deadwood_algorithms.results.edges import Edges
 from deadwood_algorithms.results.motion import bodies_of
-from deadwood_algorithms.results.run_folder import GEOPACKAGE, SUMMARY, Run, input_paths, layers_in
+from deadwood_algorithms.results.run_folder import GEOPACKAGE, Run, input_paths, layers_in
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.layers import read_lines
 from deadwood_algorithms.stats.order_statistics import percentile_record
@@ -53,11 +52,7 @@ class Passages:
 
 def barrier_passages(source: Run) -> Iterator[Passages]:
     """Each barrier of the run, also one that no log hit."""
-    try:
-        summary = json.loads((source.path / SUMMARY).read_text(encoding="utf-8"))
-        ids = [each["barrier_id"] for each in summary["barriers"]]
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise UserError(f"{source.path / SUMMARY}: the run's summary cannot be read; run slide-logs again") from error
+    ids = [each["barrier_id"] for each in source.summary["barriers"]]
     if not ids:
         return
     if "barrier_hits" not in layers_in(source.path):

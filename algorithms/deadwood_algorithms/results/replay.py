@@ -9,9 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.files.configs import value_from_json
+from deadwood_algorithms.files.identity import where_now
+from deadwood_algorithms.files.input_files import MANIFEST
 from deadwood_algorithms.params import tool
-from deadwood_algorithms.params.tool import UserError, moved_paths
-from deadwood_algorithms.results.run_folder import Run
+from deadwood_algorithms.params.tool import Parameter, UserError, check_value, moved_paths
+from deadwood_algorithms.results.run_folder import Run, input_record
 from deadwood_algorithms.scene.released_scene import ReleasedScene
 from deadwood_algorithms.scene.releases import Releases
 from deadwood_engine import FIDELITIES, Fidelity, Result, fidelity_with
@@ -25,7 +28,9 @@ def question_of(source: Run, **changes: Any) -> ReleasedScene:
     names = [each.name for each in dataclasses.fields(ReleasedScene) if each.name not in WHERE]
     values = {name: asked[name] for name in names if name in asked}
     for each in dataclasses.fields(ReleasedScene):
-        declared = each.metadata["parameter"]
+        declared = dataclasses.replace(each.metadata["parameter"], name=each.name)
+        if each.name in values:
+            _refuse_unfit(source, declared, values[each.name])
         if each.name in values and tool.is_path(declared, values[each.name]):
             values[each.name] = _found(source, each.name, str(values[each.name]))
     try:
@@ -34,9 +39,22 @@ def question_of(source: Run, **changes: Any) -> ReleasedScene:
         raise UserError(f"{source.path}: its manifest names no {error.args[0].split()[-1]}; slide it again") from error
 
 
+def _refuse_unfit(source: Run, declared: Parameter, value: Any) -> None:
+    """Refuse what nobody could have given: the manifest of an older run was edited, or is damaged."""
+    try:
+        check_value(declared, value)
+        if value is not None:
+            value_from_json(declared, value)
+    except UserError as error:
+        raise UserError(f"{source.path / MANIFEST}: {error}; run slide-logs again") from error
+
+
 def _found(source: Run, parameter: str, named: str) -> str:
     file, bar, layer = named.partition("|")
-    places = [file, *(str(each) for each in moved_paths(file, source.path, source.manifest.get("folder")))]
+    record = input_record(source.manifest, parameter)
+    same = [where_now(record, source.path, source.manifest.get("folder"))[0].partition("|")[0]] if record else []
+    moved = (str(each) for each in moved_paths(file, source.path, source.manifest.get("folder")))
+    places = [*same, file, *moved]
     there = next((each for each in places if os.path.exists(each)), None)
     if there is None:
         raise UserError(

@@ -7,6 +7,7 @@ import os
 import shutil
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -20,11 +21,15 @@ from numpy.typing import NDArray
 from pyproj.exceptions import CRSError
 
 from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.files.identity import CHANGED, where_now
+from deadwood_algorithms.files.input_files import MANIFEST
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.renamed import with_new_names
 from deadwood_algorithms.params.tool import VERSION, Feedback, UserError, moved_paths
+from deadwood_algorithms.results.checked import read_manifest_of, read_summary
+from deadwood_algorithms.results.identity import refuse_damaged
 
-GEOPACKAGE, POSES, SUMMARY, MANIFEST = "run.gpkg", "poses.parquet", "summary.json", "manifest.json"
+GEOPACKAGE, POSES = "run.gpkg", "poses.parquet"
 # float32 is plenty for these; positions in world coordinates need float64
 SINGLE = ("speed_ms", "spin_rad_s", "clearance_m", "height_m")
 POSE_COLUMNS = ("log_id", "t_s", *"xyz", "xb", "yb", "zb", "xt", "yt", "zt", *SINGLE)
@@ -42,18 +47,9 @@ def write_json(path: Path, content: Mapping[str, Any]) -> None:
     path.write_text(json.dumps(_plain(content), indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
-def name_finally(folder: Path, made_in: Path, final: Path) -> None:
-    """In every manifest in a folder, put the final place for the hidden one in which its runs were made."""
-    hidden, stands = (json.dumps(os.path.abspath(each))[1:-1] for each in (made_in, final))
-    for manifest in folder.rglob(MANIFEST):
-        manifest.write_text(manifest.read_text(encoding="utf-8").replace(hidden, stands), encoding="utf-8")
-
-
 def link_or_copy(source: str, target: str) -> None:
-    """Large results take no second place on the disk where it can be helped; manifests are rewritten, so copied."""
+    """Results take no second place on the disk where it can be helped."""
     try:
-        if Path(source).name == MANIFEST:
-            raise OSError
         os.link(source, target)
     except OSError:
         shutil.copy2(source, target)
@@ -85,6 +81,17 @@ class Run:
     grid: Grid
     manifest: dict[str, Any]
     stored_log_ids: NDArray[np.int64]
+    changed: tuple[tuple[str, str], ...] = ()  # parameter and file of each input that is not what it was
+
+    def part(self, name: str) -> Path:
+        """A file of the run, which is the one that was written with it."""
+        refuse_damaged(self.path, self.manifest, name)
+        return self.path / name
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """What stands in ``summary.json``."""
+        return read_summary(self.path, self.manifest)
 
     @property
     def fidelity(self) -> str:
@@ -92,7 +99,7 @@ class Run:
         name = str(self.manifest.get("parameters", {}).get("fidelity", "standard"))
         if name != "auto":
             return name
-        return json.loads((self.path / SUMMARY).read_text(encoding="utf-8"))["accuracy"]["fidelity"]
+        return str(self.summary["accuracy"]["fidelity"])
 
     def poses(self, wanted: NDArray[np.int64]) -> Iterator[dict[str, NDArray]]:
         """Poses of the wanted logs in bounded pieces; no log is split between two of them.
@@ -151,7 +158,7 @@ def ends_of(piece: Mapping[str, NDArray]) -> tuple[NDArray[np.float64], NDArray[
 
 
 def read_run(path: str, *, feedback: Feedback) -> Run:
-    """Open a run's folder, or say which of its parts is missing."""
+    """Open a run's folder, or say what of it is missing, damaged or of another run; tells which inputs changed."""
     folder = Path(path)
     if not folder.is_dir():
         raise UserError(f"{path}: the run's folder does not exist; deadwood-tool slide-logs --output makes one")
@@ -159,33 +166,67 @@ def read_run(path: str, *, feedback: Feedback) -> Run:
         if not (folder / name).is_file():
             raise UserError(f"{path}: this is no folder of slide-logs, it has no {name}")
     manifest, grid = read_manifest(folder)
+    for name in (GEOPACKAGE, POSES):
+        refuse_damaged(folder, manifest, name)
     layer = f"{folder / GEOPACKAGE}|layername=deposits"
     deposits = read_vector(layer, geometry=("point",), target_crs=grid.crs, what="deposits", feedback=feedback)
-    stored = parquet.read_table(folder / POSES, columns=["log_id"]).column("log_id").unique().to_numpy()
-    return Run(folder, deposits, grid, manifest, np.sort(stored.astype(np.int64)))
+    try:
+        stored = parquet.read_table(folder / POSES, columns=["log_id"]).column("log_id").unique().to_numpy()
+    except (pa.ArrowException, OSError) as error:
+        raise UserError(
+            f"{folder / POSES}: the trajectories cannot be read, perhaps the file was copied in part; copy it again, "
+            "or run slide-logs again"
+        ) from error
+    changed = changed_inputs(folder, manifest)
+    for parameter, file in changed:
+        feedback.warn(
+            f"{file}: this file, the {parameter.replace('_', ' ')} of the run {folder}, has changed since the logs "
+            "slid; what is read of it now is not what they slid with. Put it back, or run slide-logs again"
+        )
+    return Run(folder, deposits, grid, manifest, np.sort(stored.astype(np.int64)), changed)
 
 
 def input_paths(run: Path, manifest: Mapping[str, Any], parameter: str) -> list[Path]:
-    """Where an input of a run may lie: as its manifest names it, as from the run's folder, or beside that."""
+    """Where an input of a run may lie: first where it is what it was, then as the manifest names it, as from the run's
+    folder, or beside that."""
     named = str(manifest.get("parameters", {}).get(parameter) or "")
     if not named:
         return []
     if "," in named and not os.path.exists(named):  # tiles of a DEM
         moved = [input_paths(run, {**manifest, "parameters": {"tile": each}}, "tile") for each in named.split(",")]
-        return [Path(",".join(map(str, each))) for each in zip(*moved, strict=False)]
-    return [Path(named), *moved_paths(named, run, manifest.get("folder")), run.parent / Path(named).name]
+        others = [Path(",".join(map(str, each))) for each in zip(*moved, strict=False)]
+    else:
+        others = [Path(named), *moved_paths(named, run, manifest.get("folder")), run.parent / Path(named).name]
+    record = input_record(manifest, parameter)
+    same = [Path(where_now(record, run, manifest.get("folder"))[0])] if record else []
+    return list(dict.fromkeys([*same, *others]))
+
+
+def input_record(manifest: Mapping[str, Any], parameter: str) -> dict[str, Any] | None:
+    """What a run's manifest says of an input; None of one that it had not, and in manifests of before version 0.3."""
+    named = manifest.get("parameters", {}).get(parameter)
+    records = (each for each in manifest.get("inputs", ()) if each["parameter"] == parameter)
+    return next((each for each in records if each["path"] == named), None)
+
+
+def changed_inputs(run: Path, manifest: Mapping[str, Any]) -> tuple[tuple[str, str], ...]:
+    """Parameter and file of each input of a run that is there, but is not what it was."""
+    found = [(each["parameter"], *where_now(each, run, manifest.get("folder"))) for each in manifest.get("inputs", ())]
+    return tuple((parameter, told) for parameter, _, stands, told in found if stands == CHANGED)
 
 
 def read_manifest(folder: Path) -> tuple[dict[str, Any], Grid]:
     """The manifest of a run, and its grid without values."""
+    manifest = read_manifest_of(folder)
     try:
-        manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
         manifest["parameters"] = with_new_names("slide-logs", manifest.get("parameters", {}))
         facts = manifest["grid"]
         shape, crs = (int(facts["ny"]), int(facts["nx"])), pyproj.CRS.from_user_input(facts["crs"])
         cell, x0, y0 = (float(facts[name]) for name in ("cell", "x0", "y0"))
+        if min(shape) < 1 or cell <= 0.0:
+            raise ValueError(f"a grid of {shape[1]} x {shape[0]} cells of {cell:g} m")
         return manifest, Grid.empty(shape, cell, x0, y0, crs, str(folder))
-    except (ValueError, KeyError, TypeError, CRSError) as error:
+    except (ValueError, KeyError, CRSError) as error:
         raise UserError(f"{folder / MANIFEST}: not the manifest of a run of slide-logs {VERSION} ({error})") from error
 
 

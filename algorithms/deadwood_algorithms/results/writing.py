@@ -28,6 +28,7 @@ from deadwood_algorithms.files.rasters import write_bands
 from deadwood_algorithms.files.streams import Stream, write_geoparquet
 from deadwood_algorithms.files.vectors import write_vector
 from deadwood_algorithms.params.tool import Feedback, Outcome
+from deadwood_algorithms.results.checked import SUMMARY
 from deadwood_algorithms.results.danger import STYLE, danger_bands, units_of
 from deadwood_algorithms.results.hits import (
     barrier_hits_frame,
@@ -36,7 +37,8 @@ from deadwood_algorithms.results.hits import (
     lying_hits_frame,
     tree_hits_frame,
 )
-from deadwood_algorithms.results.run_folder import GEOPACKAGE, MANIFEST, POSES, SUMMARY, pose_schema, write_json
+from deadwood_algorithms.results.identity import Making, write_manifest
+from deadwood_algorithms.results.run_folder import GEOPACKAGE, MANIFEST, POSES, pose_schema, write_json
 from deadwood_algorithms.results.summary import (
     WORTH_A_WARNING,
     Asked,
@@ -131,7 +133,7 @@ def pose_table(poses: Any, log_id: NDArray[np.int64], crs: pyproj.CRS) -> pa.Tab
 def write_results(
     folder: Path,
     final: Path,
-    manifest: Mapping[str, Any],
+    making: Making,
     asked: Asked,
     fidelity: Fidelity,
     layers: SceneLayers,
@@ -198,11 +200,33 @@ def write_results(
         )
     by_log.close()
     write_json(folder / SUMMARY, summary)
-    write_json(folder / MANIFEST, {**manifest, **_facts(layers, releases)})
+    making.facts |= {**_facts(layers, releases), "effective": effective_values(releases)}
+    if making.ask.fidelity != asked.fidelity:  # by --fidelity auto, which goes by the clock of the machine
+        making.facts["chosen"] = {"fidelity": asked.fidelity, "logs": len(releases)}
+    write_manifest(folder, making.manifest())  # for what reads the run before it is whole and sealed
     feedback.progress(3, 3, "writing the results")
     names = {"run": GEOPACKAGE, "poses": POSES, "summary": SUMMARY, "manifest": MANIFEST} | outputs
     paths = {"output": final} | {key: final / name for key, name in names.items()}
     return Outcome(paths, summary, lines_of(summary))
+
+
+def effective_values(releases: Releases) -> dict[str, dict[str, float]]:
+    """Least, median and largest of what the logs had, from their columns or from the options."""
+    logs = releases.logs
+    columns = {
+        "dbh_cm": releases.dbh_cm,
+        "length_m": logs.length,
+        "density_kg_m3": logs.density,
+        "tilt_deg": np.degrees(logs.tilt),
+        "azimuth_deg": np.degrees(logs.azimuth),
+        "speed_ms": logs.speed,
+        "drop_m": logs.drop,
+    }
+    return {
+        name: {"min": float(values.min()), "median": float(np.median(values)), "max": float(values.max())}
+        for name, values in columns.items()
+        if values.size
+    }
 
 
 def in_pieces(

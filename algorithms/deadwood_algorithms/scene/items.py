@@ -128,7 +128,7 @@ def ids_of(frame: geopandas.GeoDataFrame, *names: str) -> NDArray[Any]:
         blank = np.asarray(frame[name].isna() | (frame[name].astype(str).str.strip() == ""))
         if blank.any():
             called = frame[name].astype(object).where(~blank, [f"row {row}" for row in range(1, len(frame) + 1)])
-            frame = frame.assign(name=called)
+            return called.to_numpy()
     return id_column(frame, name) if name else np.arange(1, len(frame) + 1)
 
 

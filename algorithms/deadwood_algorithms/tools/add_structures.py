@@ -32,9 +32,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from deadwood_algorithms import schemas
-from deadwood_algorithms.files.outputs import output_path
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool
+from deadwood_algorithms.results.identity import writing
 
 if TYPE_CHECKING:
     import geopandas
@@ -91,11 +91,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.prepare.structures.into_dem import write_with_structures
 
     with ExitStack() as stack:
-        inputs = (ask.dem, ask.structures)
-        path = stack.enter_context(output_path(ask.output, ask.overwrite, suffix=".tif", inputs=inputs))
-        table = None
-        if ask.earthworks:
-            table = stack.enter_context(output_path(ask.earthworks, ask.overwrite, suffix=".gpkg", inputs=inputs))
+        made = stack.enter_context(writing(TOOL, ask, feedback))
+        path, table = made.file("output", ".tif"), made.optional_file("earthworks", ".gpkg")
         dem = stack.enter_context(open_windows(ask.dem, crs=ask.crs, feedback=feedback))
         frame = read_vector(
             ask.structures,

@@ -39,9 +39,9 @@ from pathlib import Path
 import numpy as np
 import shapely
 
-from deadwood_algorithms.files.outputs import output_path
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.results.identity import writing
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,15 +108,10 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.scene.friction import open_friction
 
     refuse_contradictions(ask)
-    inputs = (ask.dem, ask.deadwood, None if is_number(ask.friction) else ask.friction)
     with ExitStack() as stack:
-
-        def place(path: str | None, suffix: str) -> Path | None:
-            return stack.enter_context(output_path(path, ask.overwrite, suffix=suffix, inputs=inputs)) if path else None
-
-        output, factors = place(ask.output, ".tif"), place(ask.factors, ".tif")
-        areas, assessed = place(ask.release_areas, ".gpkg"), place(ask.assessed, ".gpkg")
-        assert output is not None
+        outputs = stack.enter_context(writing(TOOL, ask, feedback))
+        output, factors = outputs.file("output", ".tif"), outputs.optional_file("factors", ".tif")
+        areas, assessed = outputs.optional_file("release_areas", ".gpkg"), outputs.optional_file("assessed", ".gpkg")
         dem = stack.enter_context(open_windows(ask.dem, crs=ask.crs, feedback=feedback))
         friction = stack.enter_context(open_friction(ask.friction, dem.crs, feedback))
         deadwood = read_deadwood(ask.deadwood, ask.crs, tool.taken(ask, DecayFields), dem, feedback)

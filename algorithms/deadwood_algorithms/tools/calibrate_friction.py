@@ -97,9 +97,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.evaluate.calibration import friction_runs
     from deadwood_algorithms.evaluate.calibration import score as friction_score
     from deadwood_algorithms.evaluate.calibration.friction_figure import draw
-    from deadwood_algorithms.files.outputs import output_folder
     from deadwood_algorithms.files.tables import write_csv
     from deadwood_algorithms.files.vectors import write_vector
+    from deadwood_algorithms.results.identity import result_folder
     from deadwood_algorithms.results.run_folder import write_json
     from deadwood_algorithms.simulate.sliding import workers_for
     from deadwood_algorithms.simulate.warm_up import load_kernels
@@ -108,7 +108,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
     sweep = sorted(ask.friction)
     did = refuse_unclear(ask)
-    with output_folder(ask.output, ask.overwrite) as folder:
+    with result_folder(TOOL, ask, feedback) as folder:
         least = replace(ask, friction=str(sweep[0]))  # with it logs go farthest: the window that they need
         layers, releases = read_released_scene(least, feedback, windowed=True)
         watched = friction_runs.Watched.of(ask.reached, ask.not_reached, layers, feedback)
@@ -156,7 +156,6 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         sentence = sentence_of(found, fits, sweep[best])
         share_seen = None if observed else did / ask.event_logs
         draw(folder / PICTURE, rows, found, sentence, slid[best], layers, logs, observed, watched, share_seen)
-        write_json(folder / MANIFEST, tool.manifest(TOOL, ask))
     final = Path(ask.output)
     parts = {"table": TABLE, "facts": FACTS, "picture": PICTURE, "layers": LAYERS, "manifest": MANIFEST}
     outputs = {"output": final} | {key: final / name for key, name in parts.items()}

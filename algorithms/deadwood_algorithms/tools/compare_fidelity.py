@@ -51,15 +51,16 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.evaluate.fidelity.fidelity_runs import groups_of, slide_at
     from deadwood_algorithms.evaluate.fidelity.measures import rows_of
     from deadwood_algorithms.evaluate.fidelity.trade_figure import draw
-    from deadwood_algorithms.files.outputs import output_folder
     from deadwood_algorithms.files.tables import write_csv
+    from deadwood_algorithms.results.identity import writing
     from deadwood_algorithms.results.run_folder import write_json
     from deadwood_algorithms.simulate.sliding import workers_for
     from deadwood_algorithms.simulate.warm_up import load_kernels
     from deadwood_algorithms.simulate.windows import read_released_scene
 
     names = fidelities_wanted(ask.fidelities)
-    with output_folder(ask.output, ask.overwrite) as folder:
+    with writing(TOOL, ask, feedback) as outputs:
+        folder = outputs.folder()
         layers, releases = read_released_scene(ask, feedback, windowed=True)
         planned = ask.planned_logs or len(releases)
         logs = releases.take(hash_order(releases.logs.log_id, ask.seed)[: ask.logs])
@@ -81,12 +82,11 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         facts = {"finest": names[-1], "logs": counts, "recommendation": asdict(advice), "settings": settings_of(names)}
         write_json(folder / FACTS, {**facts, "rows": [asdict(row) for row in rows]})
         draw(rows, names, advice, counts, folder / PICTURE)
-        digests = {"scene": layers.digest, "releases": releases.digest}
-        write_json(folder / MANIFEST, tool.manifest(TOOL, ask, digests=digests))
+        outputs.facts["digests"] = {"scene": layers.digest, "releases": releases.digest}
     final = Path(ask.output)
     parts = {"table": TABLE, "facts": FACTS, "picture": PICTURE, "manifest": MANIFEST}
-    outputs = {"output": final} | {key: final / name for key, name in parts.items()}
-    return Outcome(outputs, facts, lines_of(rows, names, advice, len(logs)))
+    made = {"output": final} | {key: final / name for key, name in parts.items()}
+    return Outcome(made, facts, lines_of(rows, names, advice, len(logs)))
 
 
 def fidelities_wanted(text: str) -> list[str]:

@@ -82,13 +82,13 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.evaluate.scenarios.measures import compared_rows
     from deadwood_algorithms.evaluate.scenarios.paired_runs import differing, read_compared
     from deadwood_algorithms.evaluate.scenarios.tables import long_table, table_lines
-    from deadwood_algorithms.files.outputs import output_folder
     from deadwood_algorithms.files.tables import write_csv
     from deadwood_algorithms.files.vectors import write_vector
+    from deadwood_algorithms.results.identity import result_folder
     from deadwood_algorithms.results.run_folder import MANIFEST, write_json
 
     final = Path(ask.output)
-    with output_folder(ask.output, ask.overwrite) as folder:
+    with result_folder(TOOL, ask, feedback) as folder:
         compared = read_compared(ask.runs, ask.names, ask.lines, feedback)
         rows = compared_rows(compared, ask.min_runout_m, ask.seed, feedback)
         names = [each.name for each in compared.scenarios]
@@ -117,7 +117,6 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         write_vector(folder / CHANGES, layers | ({"changed": changed} if len(changed) else {}))
         facts = {"reference": names[0], "logs": compared.log_id.size, "parameters_that_differ": differences}
         write_json(folder / FACTS, {**facts, "rows": [asdict(row) for row in rows]})
-        write_json(folder / MANIFEST, tool.manifest(TOOL, ask))
     return Outcome(outputs, facts, table_lines(rows, names, differences, compared.log_id.size, TABLE))
 
 

@@ -81,10 +81,10 @@ class Ask:
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
-    from deadwood_algorithms.files.outputs import output_path
     from deadwood_algorithms.files.rasters import write_bands, write_raster
     from deadwood_algorithms.results.cell_quantiles import QUANTITIES, cell_quantiles
     from deadwood_algorithms.results.hit_counts import count_of
+    from deadwood_algorithms.results.identity import writing
     from deadwood_algorithms.results.run_folder import chosen_logs, read_run
 
     if ask.reaching and not ask.danger:
@@ -92,11 +92,10 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     levels = [each / 100.0 for each in ask.quantiles]
     given = {name: getattr(ask, name) for name in QUANTITIES if getattr(ask, name)}
     with ExitStack() as stack:
-        path = stack.enter_context(output_path(ask.output, ask.overwrite, suffix=".tif"))
-        more = {
-            name: stack.enter_context(output_path(place, ask.overwrite, suffix=".tif")) for name, place in given.items()
-        }
-        end = stack.enter_context(output_path(ask.danger, ask.overwrite, suffix=".tif")) if ask.danger else None
+        made = stack.enter_context(writing(TOOL, ask, feedback))
+        path = made.file("output", ".tif")
+        more = {name: made.file(name, ".tif") for name in given}
+        end = made.optional_file("danger", ".tif")
         source = read_run(ask.run, feedback=feedback)
         reach_of = lines_to_reach(ask, source, feedback) if end else None
         grid = visited(with_cell(source.grid, ask.cell_m), source)

@@ -69,14 +69,14 @@ class Stage:
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
-    from deadwood_algorithms.files.outputs import output_folder
     from deadwood_algorithms.prepare.demo_slope.demo_figure import draw
     from deadwood_algorithms.prepare.demo_slope.demo_layers import write_sample
-    from deadwood_algorithms.results.run_folder import name_finally, write_json
+    from deadwood_algorithms.results.identity import result_folder
+    from deadwood_algorithms.results.run_folder import write_json
     from deadwood_algorithms.simulate.warm_up import load_kernels
 
     final = Path(ask.output)
-    with output_folder(ask.output, ask.overwrite) as folder:
+    with result_folder(TOOL, ask, feedback) as folder:
         load_kernels(None, feedback)  # here, for what the steps say is not passed on
         write_sample(folder)
         sample_releases.TOOL(
@@ -99,7 +99,6 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         summaries = {forest: one_forest(ask, folder, forest, feedback) for forest in FORESTS}
 
         draw(folder, FORESTS, summaries, folder / "demo.png")
-        name_finally(folder, folder, final)
         make_report.TOOL(
             feedback=Stage(feedback, "report"),
             runs=",".join(str(folder / f"run_{forest}") for forest in reversed(FORESTS)),  # compared with none
@@ -107,7 +106,6 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             output=str(folder / "report.html"),
         )
         write_json(folder / "demo.json", {"forests": summaries, "paper": PAPER})
-        write_json(folder / "manifest.json", tool.manifest(TOOL, ask))
     outputs = {"output": final, "picture": final / "demo.png", "report": final / "report.html"} | {
         name: final / f"run_{name}" for name in FORESTS
     }

@@ -79,13 +79,14 @@ class Ask:
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     import pandas
 
-    from deadwood_algorithms.files.outputs import output_path
     from deadwood_algorithms.files.tables import write_csv
+    from deadwood_algorithms.results.identity import writing
     from deadwood_algorithms.results.passages import barrier_passages, design_rows, passages_of_lines
     from deadwood_algorithms.results.run_folder import read_run
 
     levels = [each / 100.0 for each in sorted(ask.percentiles)]
-    with output_path(ask.output, ask.overwrite, suffix=".csv", inputs=[ask.lines]) as path:
+    with writing(TOOL, ask, feedback) as outputs:
+        path = outputs.file("output", ".csv")
         source = read_run(ask.run, feedback=feedback)
         found = [*barrier_passages(source), *passages_of_lines(source, ask.lines, feedback)]
         if not found:

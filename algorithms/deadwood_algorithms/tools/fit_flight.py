@@ -30,9 +30,9 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
-from deadwood_algorithms.files.outputs import output_folder, output_path
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool
+from deadwood_algorithms.results.identity import writing
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,12 +77,10 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.evaluate.flights.on_terrain import follow
     from deadwood_algorithms.files.dem_windows import open_windows
     from deadwood_algorithms.files.vectors import write_vector
-    from deadwood_algorithms.results.run_folder import write_json
 
     with ExitStack() as stack:
-        inputs = (ask.dem, ask.flights, ask.barriers)
-        path = stack.enter_context(output_path(ask.output, ask.overwrite, suffix=".gpkg", inputs=inputs))
-        folder = stack.enter_context(output_folder(ask.plots, ask.overwrite)) if ask.plots else None
+        made = stack.enter_context(writing(TOOL, ask, feedback))
+        path, folder = made.file("output", ".gpkg"), made.optional_folder("plots")
         dem = stack.enter_context(open_windows(ask.dem, crs=ask.crs, feedback=feedback, look_through=False))
         marks = read_marks(ask.flights, ask.crs, tool.taken(ask, FlightDefaults), dem, feedback)
         barriers = read_flight_barriers(ask.barriers, ask.crs, dem, feedback)
@@ -105,7 +103,6 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
             for each in followed:
                 draw(each, folder / file_name(each.mark.flight_id))
-            write_json(folder / "manifest.json", tool.manifest(TOOL, ask))
     outputs = {"output": Path(ask.output)} | ({"plots": Path(ask.plots)} if ask.plots else {})
     lines = tuple(line for each in followed for line in each.lines())
     return Outcome(outputs, {"flights": [each.record() for each in followed]}, lines)

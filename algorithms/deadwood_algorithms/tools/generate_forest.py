@@ -34,7 +34,6 @@ import shapely
 
 from deadwood_algorithms import schemas
 from deadwood_algorithms.files.columns import schema_column, warn_implausible, where_of
-from deadwood_algorithms.files.outputs import output_path
 from deadwood_algorithms.params import presets, tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.prepare.drawn_sizes import draw_pair
@@ -42,6 +41,7 @@ from deadwood_algorithms.prepare.trees.allometry import PUBLISHED, PowerLaw
 from deadwood_algorithms.prepare.trees.dbh_filling import refuse_two_laws
 from deadwood_algorithms.prepare.trees.planting import Ground, numbers_of_trees, plant
 from deadwood_algorithms.prepare.trees.stands import COLUMNS, DENSEST_PER_HA, Stand, read_stands, union_of
+from deadwood_algorithms.results.identity import writing
 from deadwood_algorithms.scene.memory import refuse_too_many
 from deadwood_algorithms.schemas import DBH_CM, TREE_M
 from deadwood_algorithms.stats import draws
@@ -131,8 +131,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     taken = presets.Taken.of(presets.FORESTS[ask.preset], "--preset", vars(ask)) if ask.preset else None
     if taken:
         feedback.note(taken.said)
-    inputs = (ask.dem, ask.like, ask.stand, ask.exclude)
-    with output_path(ask.output, ask.overwrite, suffix=".gpkg", inputs=inputs) as temporary:
+    with writing(TOOL, ask, feedback) as outputs:
+        temporary = outputs.file("output", ".gpkg")
         grid = read_dem(ask.dem, crs=ask.crs, feedback=feedback)
         exclude = union_of(ask.exclude, grid, ask.crs, feedback)
         stands = read_stands(ask.stand, grid, exclude, ask.crs, feedback)

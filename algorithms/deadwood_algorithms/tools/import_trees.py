@@ -27,7 +27,6 @@ FINT: ``--trees Ind_trees.csv --source fint``.
 
 from __future__ import annotations
 
-from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -37,7 +36,6 @@ import shapely
 from deadwood_algorithms import schemas
 from deadwood_algorithms.files.columns import warn_implausible, where_of
 from deadwood_algorithms.files.grid import Grid
-from deadwood_algorithms.files.outputs import output_path
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.prepare.trees import allometry
@@ -53,6 +51,7 @@ from deadwood_algorithms.prepare.trees.table import (
     refuse_nothing_known,
     warn_of_idle_fields,
 )
+from deadwood_algorithms.results.identity import writing
 from deadwood_algorithms.scene.items import extent_words
 
 __doc__ = f"""{__doc__}
@@ -158,12 +157,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.dem_windows import read_dem
 
     refuse_contradictions(ask)
-    inputs = (ask.trees, ask.dem, ask.dbh_zones, ask.dbh_sample)
-    with ExitStack() as outputs:
-        temporary = outputs.enter_context(output_path(ask.output, ask.overwrite, suffix=".gpkg", inputs=inputs))
-        snags = None
-        if ask.snags:
-            snags = outputs.enter_context(output_path(ask.snags, ask.overwrite, suffix=".gpkg", inputs=inputs))
+    with writing(TOOL, ask, feedback) as outputs:
+        temporary, snags = outputs.file("output", ".gpkg"), outputs.optional_file("snags", ".gpkg")
         grid = read_dem(ask.dem, crs=ask.crs, feedback=feedback) if ask.dem else None
         xy = (ask.x_field, ask.y_field) if ask.x_field and ask.y_field else None
         source = read_source(ask.trees, ask.source, xy, grid, crs=ask.crs, feedback=feedback)

@@ -64,10 +64,11 @@ class Ask:
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.columns import id_column, number_column, where_of
-    from deadwood_algorithms.files.outputs import output_path
     from deadwood_algorithms.files.vectors import read_vector, write_vector
+    from deadwood_algorithms.results.identity import writing
 
-    with output_path(ask.output, ask.overwrite, suffix=".gpkg", inputs=[ask.deposits]) as path:
+    with writing(TOOL, ask, feedback) as outputs:
+        path = outputs.file("output", ".gpkg")
         source = layer_of(ask.deposits)
         deposits = read_vector(source, geometry=("point",), target_crs=None, what="deposits", feedback=feedback)
         release_x, release_y = (number_column(deposits, name) for name in NEEDED)

@@ -33,13 +33,13 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     if ask.output:
         import pandas
 
-        from deadwood_algorithms.files.outputs import output_path
         from deadwood_algorithms.files.tables import write_csv
+        from deadwood_algorithms.results.identity import writing
 
-        with output_path(ask.output, ask.overwrite, suffix=".csv") as path:
-            write_csv(path, pandas.DataFrame([asdict(each) for each in rows]))
-    outputs = {"output": Path(ask.output)} if ask.output else {}
-    return Outcome(outputs, {"presets": [asdict(each) for each in rows]}, tuple(lines_of(rows)))
+        with writing(TOOL, ask, feedback) as outputs:
+            write_csv(outputs.file("output", ".csv"), pandas.DataFrame([asdict(each) for each in rows]))
+    made = {"output": Path(ask.output)} if ask.output else {}
+    return Outcome(made, {"presets": [asdict(each) for each in rows]}, tuple(lines_of(rows)))
 
 
 def laws() -> list[Listed]:

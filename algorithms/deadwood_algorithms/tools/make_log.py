@@ -61,12 +61,12 @@ class Ask:
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
-    from deadwood_algorithms.files.outputs import output_folder
     from deadwood_algorithms.prepare.log_solid import frustum, properties_of_cone, properties_of_solid
+    from deadwood_algorithms.results.identity import result_folder
     from deadwood_algorithms.results.run_folder import write_json
 
     rings = ask.rings or rings_of(ask.length_m, ask.ring_spacing_m)
-    with output_folder(ask.output, ask.overwrite) as folder:
+    with result_folder(TOOL, ask, feedback) as folder:
         diameter = ask.dbh_cm / 100.0
         if ask.length_m < diameter:
             feedback.warn(
@@ -86,7 +86,6 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             "solid": {"vertices": len(points), "triangles": len(triangles), **solid.as_dict()},
         }
         write_json(folder / FACTS, facts)
-        write_json(folder / MANIFEST, tool.manifest(TOOL, ask))
     final = Path(ask.output)
     parts = {"points": POINTS, "obj": OBJ, "stl": STL, "facts": FACTS, "manifest": MANIFEST}
     lines = (

@@ -41,6 +41,7 @@ class Ask:
     runs: str = tool.text(
         "Folders of the runs, with commas; the first is what the others are compared with",
         positional=True,
+        path_like=True,
         help="Each a folder of slide-logs. On the command line they may also stand without the flag, one by one.",
     )
     names: str | None = tool.text(
@@ -67,19 +68,18 @@ class Ask:
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
-    from deadwood_algorithms.files.outputs import output_folder, output_path
     from deadwood_algorithms.report.answers import read_answers
     from deadwood_algorithms.report.gltf import write_gltf
     from deadwood_algorithms.report.page import report_of
     from deadwood_algorithms.report.sources import read_reported_run
     from deadwood_algorithms.report.space import drapes, space_of
     from deadwood_algorithms.report.words import Words
-    from deadwood_algorithms.results.run_folder import MANIFEST, write_json
+    from deadwood_algorithms.results.identity import writing
 
     with ExitStack() as stack:
-        path = stack.enter_context(output_path(ask.output, ask.overwrite, suffix=".html"))
-        figures = stack.enter_context(output_folder(ask.figures, ask.overwrite)) if ask.figures else None
-        gltf = stack.enter_context(output_path(ask.gltf, ask.overwrite, suffix=".glb")) if ask.gltf else None
+        made = stack.enter_context(writing(TOOL, ask, feedback))
+        path, figures = made.file("output", ".html"), made.optional_folder("figures")
+        gltf = made.optional_file("gltf", ".glb")
         folders = folders_of(ask.runs)
         names = names_of(folders, ask.names)
         sources = [read_reported_run(each, name, feedback) for each, name in zip(folders, names, strict=True)]
@@ -96,8 +96,6 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         for each in report.drawings if figures else ():
             assert figures is not None
             each.write(figures)
-        if figures:
-            write_json(figures / MANIFEST, tool.manifest(TOOL, ask))
         if gltf and spaces[0] is not None:
             write_gltf(gltf, spaces[0], drapes(sources[0])["hits" if "hits" in sources[0].rasters else "relief"])
         feedback.progress(3, 3, "drawing the report")

@@ -104,15 +104,15 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.evaluate.hazard.frequencies import release_areas
     from deadwood_algorithms.evaluate.hazard.line_passages import line_rows
     from deadwood_algorithms.evaluate.hazard.rates import period_class, rising_class
-    from deadwood_algorithms.files.outputs import output_folder
     from deadwood_algorithms.files.tables import write_csv
+    from deadwood_algorithms.results.identity import result_folder
     from deadwood_algorithms.results.passages import passages_of_lines
-    from deadwood_algorithms.results.run_folder import MANIFEST, read_run, write_json
+    from deadwood_algorithms.results.run_folder import read_run, write_json
     from deadwood_algorithms.stats.statistics import wilson_interval
 
     strong, shares, periods = ask.energy_classes_kj, ask.probability_classes, ask.return_periods_years
     final = Path(ask.output)
-    with output_folder(ask.output, ask.overwrite) as folder:
+    with result_folder(TOOL, ask, feedback) as folder:
         source = read_run(ask.run, feedback=feedback)
         areas = release_areas(source, ask.events_per_year, ask.releases, ask.events_field)
         grid = cells.passed_window(source)
@@ -150,7 +150,6 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             write_csv(folder / LINES, pandas.DataFrame(rows))
         facts["lines"] = rows
         write_json(folder / FACTS, facts)
-        write_json(folder / MANIFEST, tool.manifest(TOOL, ask))
         outputs = {each.stem: final / each.name for each in sorted(folder.iterdir()) if each.suffix != ".qml"}
     return Outcome({"output": final} | outputs, facts, words_of(facts, rows))
 

@@ -83,15 +83,15 @@ class Ask:
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.evaluate.hazard import cells, origins
     from deadwood_algorithms.evaluate.hazard.origins_figure import draw
-    from deadwood_algorithms.files.outputs import output_folder
     from deadwood_algorithms.files.rasters import write_bands
     from deadwood_algorithms.files.vectors import write_vector
+    from deadwood_algorithms.results.identity import result_folder
     from deadwood_algorithms.results.run_folder import read_run, write_json
 
     source_shares, affected_shares = (
         [each / 100.0 for each in percent] for percent in (ask.source_shares, ask.affected_shares)
     )
-    with output_folder(ask.output, ask.overwrite) as folder:
+    with result_folder(TOOL, ask, feedback) as folder:
         source = read_run(ask.run, feedback=feedback)
         rows, reached = reached_rows(ask, source, feedback)
         reached = {origins.ANY: np.any(list(reached.values()), axis=0)} | reached
@@ -123,7 +123,6 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             "affected": records.get("affected"),
         }
         write_json(folder / FACTS, facts)
-        write_json(folder / MANIFEST, tool.manifest(TOOL, ask))
     final = Path(ask.output)
     parts = {"raster": RASTER, "layers": LAYERS, "picture": PICTURE, "facts": FACTS, "manifest": MANIFEST}
     return Outcome({"output": final} | {key: final / name for key, name in parts.items()}, facts, lines_of(facts))

@@ -61,17 +61,17 @@ class Ask:
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
-    from deadwood_algorithms.files.outputs import output_path
     from deadwood_algorithms.files.rasters import write_bands
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.results import arrivals
     from deadwood_algorithms.results.edges import Edges, edge_words
+    from deadwood_algorithms.results.identity import writing
     from deadwood_algorithms.results.run_folder import input_paths, read_run
     from deadwood_algorithms.scene.layers import read_lines
 
     with ExitStack() as stack:
-        path = stack.enter_context(output_path(ask.output, ask.overwrite, suffix=".gpkg", inputs=[ask.lines]))
-        raster = stack.enter_context(output_path(ask.origins, ask.overwrite, suffix=".tif")) if ask.origins else None
+        made = stack.enter_context(writing(TOOL, ask, feedback))
+        path, raster = made.file("output", ".gpkg"), made.optional_file("origins", ".tif")
         source = read_run(ask.run, feedback=feedback)
         lines, items = read_lines(ask.lines, source.grid, feedback)
         if not source.stored_log_ids.size:

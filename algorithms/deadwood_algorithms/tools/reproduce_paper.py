@@ -99,16 +99,16 @@ class Stage:
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
-    from deadwood_algorithms.files.outputs import output_folder
     from deadwood_algorithms.paper.findings import findings_of
     from deadwood_algorithms.paper.report import HOLDS, write_report
     from deadwood_algorithms.paper.site import read_site, write_twin
-    from deadwood_algorithms.results.run_folder import link_or_copy, name_finally, write_json
+    from deadwood_algorithms.results.identity import result_folder
+    from deadwood_algorithms.results.run_folder import link_or_copy
     from deadwood_algorithms.simulate.warm_up import load_kernels
 
     final = Path(ask.output)
     names = SITES if ask.site == "both" else (ask.site,)
-    with output_folder(ask.output, ask.overwrite) as folder:
+    with result_folder(TOOL, ask, feedback) as folder, tool.moving_to(place_of_work(ask), final):
         work = work_folder(ask, feedback)
         found: list[Finding] = []
         figures: list[tuple[str, Path]] = []
@@ -116,7 +116,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             for name in names:
                 place = work / name
                 source = Path(ask.site_data) / name if ask.site_data else place / "data"
-                if not ask.site_data and not (source / "site.json").is_file():
+                if not ask.site_data:  # also of a run that is resumed: nobody knows what happened to it meanwhile
                     shutil.rmtree(source, ignore_errors=True)
                     write_twin(name, source)
                 site = read_site(name, source, place / "prepared")
@@ -131,10 +131,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             raise Cancelled from error
         hidden = shutil.ignore_patterns(".*")
         shutil.copytree(work, folder, dirs_exist_ok=True, ignore=hidden, copy_function=link_or_copy)
-        name_finally(folder, work, final)
         head = words(ask)
         write_report(folder, found, head, [(title, folder / path.relative_to(work)) for title, path in figures])
-        write_json(folder / "manifest.json", tool.manifest(TOOL, ask))
     shutil.rmtree(work)
     lines = [f"{HOLDS[each.holds]:12} {each.id}" for each in found]
     outputs = {"output": final, "findings": final / "findings.json", "report": final / "report.html"}
@@ -164,15 +162,19 @@ def fidelity_of(ask: Ask) -> str:
     return "draft" if ask.quick else ask.fidelity
 
 
+def place_of_work(ask: Ask) -> Path:
+    final = Path(ask.output).absolute()
+    return final.parent / f".{final.name}.part"
+
+
 def work_folder(ask: Ask, feedback: Feedback) -> Path:
     """The hidden folder of finished scenarios; dropped unless it is resumed, refused if it was begun otherwise."""
-    final = Path(ask.output)
-    work = final.absolute().parent / f".{final.name}.part"
+    work = place_of_work(ask)
     names = ("site", "fidelity", "logs", "quick", "site_data", "seed")
-    identity = {"version": tool.VERSION} | {name: getattr(ask, name) for name in names}
+    identity = {"version": tool.VERSION, "engine": tool.engine_digest()} | {name: getattr(ask, name) for name in names}
     note = work / ".identity.json"
     if work.is_dir() and ask.resume:
-        before = json.loads(note.read_text(encoding="utf-8")) if note.is_file() else {}
+        before = _begun(note)
         changed = [name for name in identity if before.get(name) != identity[name]]
         if changed:
             raise UserError(
@@ -186,6 +188,15 @@ def work_folder(ask: Ask, feedback: Feedback) -> Path:
     work.mkdir(parents=True)
     note.write_text(json.dumps(identity), encoding="utf-8")
     return work
+
+
+def _begun(note: Path) -> dict[str, Any]:
+    """What a hidden note says; empty where there is none, or it is damaged."""
+    try:
+        told = json.loads(note.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return told if isinstance(told, dict) else {}
 
 
 class Steps:
@@ -203,13 +214,30 @@ class Steps:
             self.trees["random" + (f"_{draw + 1}" if draw else "")] = self.random_trees(draw)
         self.terrains: dict[str, str] = {}
         self._evidence: Evidence | None = None
+        self._known: set[Path] = set()
 
     def step(self, path: Path, called: Tool, what: str, **values: Any) -> Path:
-        """One call of a tool; its output appears whole or not at all, so what is there is finished."""
+        """One call of a tool; what is there, whole and of the same inputs, parameters and engine is not made again."""
+        from deadwood_algorithms.results.checked import stands
+        from deadwood_algorithms.results.identity import Making, sealed
+
+        if path in self._known:
+            return path
+        note = path.with_name(f".{path.name}.json")
+        if path.exists() and not stands(called, values, path, _begun(note)):
+            self.feedback.note(f"{path}: damaged, or of other inputs; it is made again")
+            for each in (
+                path,
+                *(Path(values[p.name]) for p in called.parameters() if p.is_output and p.name in values),
+            ):
+                shutil.rmtree(each) if each.is_dir() else each.unlink(missing_ok=True)
         if not path.exists():
-            if "resume" in {each.name for each in called.parameters()}:
-                values["resume"] = True
-            called(feedback=Stage(self.feedback, f"{self.site.name}, {what}"), output=str(path), **values)
+            given = values | ({"resume": True} if "resume" in {each.name for each in called.parameters()} else {})
+            called(feedback=Stage(self.feedback, f"{self.site.name}, {what}"), output=str(path), **given)
+            if path.is_file():
+                made = Making(called, called.ask_from({**values, "output": str(path)}))
+                note.write_text(json.dumps({"run_id": made.run_id, **sealed(path)}), encoding="utf-8")
+        self._known.add(path)
         return path
 
     def mapped_trees(self) -> str:
@@ -343,7 +371,8 @@ class Steps:
         dem = Path(self.site.dem)
         if times > 1:
             dem = self.prepared / f"dem_{cell:g}m.tif"
-            if not dem.is_file():
+            if dem not in self._known:
+                self._known.add(dem)
                 write_coarser(self.site.dem, times, dem)
         count = self.fifth()
         place = self.step(
@@ -367,7 +396,9 @@ class Steps:
         if name is None:
             return None
         path = self.prepared / f"line_{fact}.gpkg"
-        if not path.is_file():
+        if path not in self._known:
+            path.unlink(missing_ok=True)
+            self._known.add(path)
             frame = read_vector(str(self.site.layers["lines"]), geometry=ANY_SHAPE, target_crs=None, what="lines")
             write_vector(path, {"lines": frame.loc[frame["line_id"] == name]})
         return str(path)
@@ -404,9 +435,11 @@ class Steps:
         import geopandas
 
         fewer = self.prepared / "releases_fewer.gpkg"
-        if not fewer.is_file():
+        if fewer not in self._known:
             from deadwood_algorithms.files.vectors import write_vector
 
+            fewer.unlink(missing_ok=True)
+            self._known.add(fewer)
             write_vector(fewer, {"releases": geopandas.read_file(self.releases()).iloc[: self.fifth()]})
         rows = self.arrivals(self.slide("als", friction=mu, logs="fewer"))
         return rows.loc[rows["line_id"] == self.site.facts["takeoff_line"], "speed_ms"].to_numpy(float), self.fifth()

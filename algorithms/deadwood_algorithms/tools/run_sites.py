@@ -93,14 +93,17 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
     """The runs themselves."""
     from deadwood_algorithms.evaluate.sites.progress import SitesFolder
-    from deadwood_algorithms.files.outputs import output_folder
-    from deadwood_algorithms.results.run_folder import MANIFEST, name_finally, write_json
+    from deadwood_algorithms.results.identity import result_folder
+    from deadwood_algorithms.results.run_folder import write_json
     from deadwood_algorithms.simulate.scheduler import NobodySlides
     from deadwood_algorithms.simulate.warm_up import load_kernels
 
     final = Path(ask.output)
     goes_on = ask.resume and SitesFolder.is_of(ask.output)
-    with output_folder(ask.output, ask.overwrite or goes_on) as folder:
+    with (
+        result_folder(TOOL, ask, feedback, replaces=goes_on) as folder,
+        tool.moving_to(SitesFolder.place(ask.output), final),
+    ):
         work = SitesFolder(ask.output, resume=ask.resume, feedback=feedback)
         found: list[SiteFound] = []
         try:
@@ -114,14 +117,12 @@ def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
                 raise
             raise Cancelled from error
         work.bring_to(folder, [each.name for each in found if not each.failed])
-        name_finally(folder, work.path, final)
         facts = summary_of_sites(found)
         facts["merged"] = write_merged(ask, folder, found, feedback) if ask.merge else []
         write_overview(folder, found, [folder / "merged" / each["folder"] for each in facts["merged"]])
         if ask.report:
             add_page(ask, folder, found, feedback)
         write_json(folder / "summary.json", facts)
-        write_json(folder / MANIFEST, tool.manifest(TOOL, ask))
     failed = [each for each in found if each.failed]
     if failed:
         names = ", ".join(each.name for each in failed[:5]) + (" ..." if len(failed) > 5 else "")

@@ -40,7 +40,6 @@ import shapely
 from deadwood_algorithms import schemas
 from deadwood_algorithms.files.columns import id_column, schema_column, where_of
 from deadwood_algorithms.files.grid import Grid
-from deadwood_algorithms.files.outputs import output_path
 from deadwood_algorithms.params import presets, tool
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.prepare.releases.logs import (
@@ -54,6 +53,7 @@ from deadwood_algorithms.prepare.releases.logs import (
 )
 from deadwood_algorithms.prepare.releases.places import Weights, area_m2, positions, read_weights, weighted_positions
 from deadwood_algorithms.prepare.trees.allometry import PUBLISHED
+from deadwood_algorithms.results.identity import writing
 from deadwood_algorithms.scene.items import rows_named
 from deadwood_algorithms.scene.memory import refuse_too_many
 from deadwood_algorithms.schemas import DBH_CM, DENSITY_KG_M3, DROP_M, SPEED_MS, TREE_M
@@ -135,8 +135,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.vectors import write_vector
 
     refuse_contradictions(ask)
-    inputs = (ask.areas, ask.dem, ask.weights, ask.deadwood)
-    with output_path(ask.output, ask.overwrite, suffix=".gpkg", inputs=inputs) as temporary:
+    with writing(TOOL, ask, feedback) as outputs:
+        temporary = outputs.file("output", ".gpkg")
         grid = read_dem(ask.dem, crs=ask.crs, feedback=feedback)
         weights = read_weights(ask.weights, grid, feedback) if ask.weights else None
         areas, shapes = read_areas(ask, grid, feedback)

@@ -104,16 +104,16 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.evaluate.protection.effect import asked_again
     from deadwood_algorithms.evaluate.protection.siting import Siting, choose, trials_alone
     from deadwood_algorithms.evaluate.protection.siting_figure import draw
-    from deadwood_algorithms.files.outputs import output_folder
     from deadwood_algorithms.files.tables import write_csv
     from deadwood_algorithms.files.vectors import write_vector
+    from deadwood_algorithms.results.identity import result_folder
     from deadwood_algorithms.results.replay import refuse_other_ends
     from deadwood_algorithms.results.run_folder import read_run, write_json
     from deadwood_algorithms.simulate.sliding import workers_for
     from deadwood_algorithms.simulate.warm_up import load_kernels
     from deadwood_algorithms.stats.statistics import reach_record
 
-    with output_folder(ask.output, ask.overwrite) as folder:
+    with result_folder(TOOL, ask, feedback) as folder:
         source = read_run(ask.run, feedback=feedback)
         where = {"threads": ask.threads, "scheduler": ask.scheduler, "workers": ask.workers}
         question, layers, rows = asked_again(source, ask.lines, ask.logs, ask.seed, where, feedback)
@@ -148,7 +148,6 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             "rows": table.to_dict("records"),
         }
         write_json(folder / FACTS, facts)
-        write_json(folder / MANIFEST, tool.manifest(TOOL, ask))
     final = Path(ask.output)
     parts = {"table": TABLE, "layer": LAYER, "picture": PICTURE, "facts": FACTS, "manifest": MANIFEST}
     shown = lines_of(facts, ask.barrier_classes)

@@ -184,8 +184,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
 def slid_run(ask: Ask, feedback: Feedback) -> Outcome:
     """The run itself."""
-    from deadwood_algorithms.files.outputs import output_folder
     from deadwood_algorithms.results.forecast import refuse_full_disk
+    from deadwood_algorithms.results.identity import writing
     from deadwood_algorithms.results.summary import Asked
     from deadwood_algorithms.results.writing import write_results
     from deadwood_algorithms.simulate.checkpoints import WorkFolder
@@ -197,7 +197,8 @@ def slid_run(ask: Ask, feedback: Feedback) -> Outcome:
 
     kept_count = trajectories_wanted(ask.trajectories)
     began = time.perf_counter()
-    with output_folder(ask.output, ask.overwrite) as folder:
+    with writing(TOOL, ask, feedback) as outputs:
+        folder = outputs.folder()
         layers, releases = read_released_scene(ask, feedback, windowed=True)
         ids = releases.logs.log_id
         keep = keep_by_hash(ids, kept_count, ask.seed)
@@ -230,7 +231,7 @@ def slid_run(ask: Ask, feedback: Feedback) -> Outcome:
         outcome = write_results(
             folder,
             Path(ask.output),
-            tool.manifest(TOOL, ask),
+            outputs,
             asked,
             fidelity,
             slope.layers,

@@ -91,15 +91,15 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         read_stand_areas,
         stands_of,
     )
-    from deadwood_algorithms.files.outputs import output_path
     from deadwood_algorithms.files.vectors import write_vector
+    from deadwood_algorithms.results.identity import writing
     from deadwood_algorithms.results.replay import refuse_other_ends
     from deadwood_algorithms.results.run_folder import read_run
     from deadwood_algorithms.simulate.sliding import workers_for
     from deadwood_algorithms.simulate.warm_up import load_kernels
 
-    inputs = [ask.lines, ask.stands, ask.plant, ask.plant_lying]
-    with output_path(ask.output, ask.overwrite, suffix=".gpkg", inputs=inputs) as path:
+    with writing(TOOL, ask, feedback) as outputs:
+        path = outputs.file("output", ".gpkg")
         source = read_run(ask.run, feedback=feedback)
         where = {"threads": ask.threads, "scheduler": ask.scheduler, "workers": ask.workers}
         question, layers, rows = asked_again(source, ask.lines, ask.logs, ask.seed, where, feedback)

@@ -110,7 +110,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.evaluate.sensitivity.design import cube, places_at_ends, rows_of_design
     from deadwood_algorithms.evaluate.sensitivity.factor_runs import refuse_pointless, slide_places
     from deadwood_algorithms.evaluate.sensitivity.factors import factors_of
-    from deadwood_algorithms.files.outputs import output_folder
+    from deadwood_algorithms.results.identity import result_folder
     from deadwood_algorithms.simulate.checkpoints import WorkFolder
     from deadwood_algorithms.simulate.sliding import workers_for
     from deadwood_algorithms.simulate.warm_up import load_kernels
@@ -123,7 +123,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     places = places_at_ends(factors)
     if ask.design != "ends":
         places += rows_of_design(factors, *cube(ask.design, ask.samples, len(factors), ask.seed))
-    with output_folder(ask.output, ask.overwrite) as folder:
+    with result_folder(TOOL, ask, feedback) as folder:
         layers, releases = read_released_scene(ask, feedback, windowed=True)
         logs = releases.take(hash_order(releases.logs.log_id, ask.seed)[: ask.logs])
         refuse_pointless(factors, ask, layers, logs)
@@ -238,7 +238,6 @@ def write(
         f"count as equally likely. Fidelity {ask.fidelity}, seed {ask.seed}."
     )
     draw(folder / PICTURE, measured, answers, logs, len(places), note)
-    write_json(folder / MANIFEST, tool.manifest(TOOL, ask))
     return facts
 
 

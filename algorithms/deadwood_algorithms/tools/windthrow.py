@@ -97,11 +97,10 @@ class Ask:
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.dem_windows import read_dem
-    from deadwood_algorithms.files.outputs import output_folder
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.prepare.trees import stems as layers
     from deadwood_algorithms.prepare.trees.throwing import chosen_share, fall_directions, lying_stems
-    from deadwood_algorithms.results.run_folder import MANIFEST, write_json
+    from deadwood_algorithms.results.identity import result_folder
     from deadwood_algorithms.stats import draws
 
     if 0.0 < ask.stump_m < TREE_M[0]:
@@ -113,7 +112,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         feedback.note(taken.said)
         thinner = float(taken.values["thinner"])
     final = Path(ask.output)
-    with output_folder(ask.output, ask.overwrite) as folder:
+    with result_folder(TOOL, ask, feedback) as folder:
         grid = read_dem(ask.dem, crs=ask.crs, feedback=feedback)
         stems = layers.read_stems(ask.trees, grid, ask.crs, feedback)
         thrown = layers.thrown_stems(stems, tool.taken(ask, layers.Storm), grid, ask.crs, feedback)
@@ -145,7 +144,6 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             if len(frame):
                 write_vector(folder / f"lying_{name}.gpkg", {"lying_logs": frame})
         write_vector(folder / STEMS, {"stems": layers.stems_frame(stems, thrown, lying.azimuth_deg, states)})
-        write_json(folder / MANIFEST, tool.manifest(TOOL, ask))
         made = {each.stem: final / each.name for each in sorted(folder.iterdir())}
     facts = {name: {state: int((values == state).sum()) for state in (layers.STANDING, layers.LYING, layers.REMOVED)}
              for name, values in states.items()}  # fmt: skip

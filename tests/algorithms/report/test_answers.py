@@ -13,7 +13,7 @@ import geopandas as gpd
 import numpy as np
 import pytest
 import shapely
-from slope_case import Case, write_layer
+from slope_case import Case, edit_manifest, write_layer
 
 from deadwood_algorithms.params.presets import BARRIERS
 from deadwood_algorithms.params.tool import UserError
@@ -207,18 +207,16 @@ def test_results_are_given_to_their_own_run(case, run, results, tmp_path):
     assert 'id="r1-intensity"' in page
     assert 'id="r1-worth"' in page
     assert 'id="r0-intensity"' not in page
-    with pytest.raises(UserError, match=r"intensity is of the run .*run, which is not in the page; add that run"):
-        page_of(other, [results["intensity"]], tmp_path / "no.html")
     with pytest.raises(
-        UserError, match=r"worth.gpkg is of none of the runs other: as many logs reach the lines in none"
+        UserError, match=r"intensity is of the run .*run \(run [0-9a-f]{16}\), which is not in the page"
     ):
+        page_of(other, [results["intensity"]], tmp_path / "no.html")
+    with pytest.raises(UserError, match=r"worth.gpkg is of the run [0-9a-f]{16}, which is none of other"):
         page_of(other, [results["worth"]], tmp_path / "no.html")
     # a run and its results that were moved together
     moved = tmp_path / "moved"
     shutil.copytree(results["intensity"], moved)
-    manifest = json.loads((moved / "manifest.json").read_text(encoding="utf-8"))
-    manifest["parameters"]["run"] = str(tmp_path / "gone")
-    (moved / "manifest.json").write_text(json.dumps(manifest), encoding="utf-8")
+    edit_manifest(moved, run=str(tmp_path / "gone"))
     assert 'id="r0-intensity"' in page_of(run, [moved], tmp_path / "moved.html")
 
 

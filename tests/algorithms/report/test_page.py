@@ -15,7 +15,7 @@ import pytest
 import rasterio
 import shapely
 from rasterio.transform import from_origin
-from slope_case import Case, points, summary, write_layer
+from slope_case import Case, edit_manifest, points, summary, write_layer
 
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.report import rounded, words
@@ -182,10 +182,8 @@ def test_a_run_with_next_to_nothing(case):
 
 def test_lost_inputs_are_told_and_the_rest_goes_on(run, tmp_path):
     moved = shutil.copytree(run, tmp_path / "moved")
-    manifest = json.loads((moved / "manifest.json").read_text())
-    for name in ("dem", "trees", "barriers", "lying_logs", "blocks", "lines", "releases"):
-        manifest["parameters"][name] = f"/nowhere/{name}.gpkg"
-    (moved / "manifest.json").write_text(json.dumps(manifest))
+    names = ("dem", "trees", "barriers", "lying_logs", "blocks", "lines", "releases")
+    edit_manifest(moved, **{name: f"/nowhere/{name}.gpkg" for name in names})
     page, data = page_of(moved)
     text = Reader(page).text
     for name in ("terrain model", "trees", "barriers", "lying logs", "boulders"):

@@ -42,7 +42,7 @@ def run_raster(source: Run, name: str) -> Path:
     path = source.path / name
     if not path.is_file():
         raise UserError(f"{source.path}: this run's folder has no {name}; run slide-logs again")
-    return path
+    return source.part(name)
 
 
 def values_on(path: str | Path, grid: Grid, what: str) -> NDArray[np.float32]:

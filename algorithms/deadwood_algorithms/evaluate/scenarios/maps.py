@@ -38,7 +38,7 @@ def difference_map(one: Scenario, other: Scenario, path: Path, feedback: Feedbac
     in common, which they have: beyond +-2 a difference is hardly chance.
     """
     logs = [len(each.run.deposits) for each in (one, other)]
-    with open_raster(one.run.path / HITS, "hits") as a, open_raster(other.run.path / HITS, "hits") as b:
+    with open_raster(one.run.part(HITS), "hits") as a, open_raster(other.run.part(HITS), "hits") as b:
         transform, shape = frame_of_both(a, b)
         crs = one.run.grid.crs
         profile = geotiff_profile(shape, crs, transform, "float32", math.nan, 2) | {"SPARSE_OK": True}

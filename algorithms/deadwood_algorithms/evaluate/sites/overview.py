@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +14,8 @@ import shapely
 
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.tool import Quiet, UserError
-from deadwood_algorithms.results.run_folder import GEOPACKAGE, SUMMARY, read_manifest
+from deadwood_algorithms.results.checked import read_summary
+from deadwood_algorithms.results.run_folder import GEOPACKAGE, read_manifest
 from deadwood_algorithms.stats.statistics import percent_with_interval, reach_record
 
 AREA_M = 5.0  # around the releases of a site, so that one alone has an area
@@ -60,8 +60,8 @@ class SiteFound:
 
 def found_of_run(name: str, folder: Path) -> SiteFound:
     """What a site's run found."""
-    summary = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
-    _, grid = read_manifest(folder)
+    manifest, grid = read_manifest(folder)
+    summary = read_summary(folder, manifest)
     layer = f"{folder / GEOPACKAGE}|layername=deposits"
     deposits = read_vector(layer, geometry=("point",), target_crs=grid.crs, what="deposits", feedback=Quiet())
     spreads = [each["spread_deg"] for each in summary["spread"] if each["spread_deg"] is not None]

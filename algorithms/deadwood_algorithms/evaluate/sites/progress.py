@@ -9,15 +9,15 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from deadwood_algorithms.params.tool import VERSION, Feedback, Tool, engine_digest, is_path
-from deadwood_algorithms.results.run_folder import MANIFEST, link_or_copy
-
-# What may change without changing a run's results.
-FREE = ("threads", "output", "overwrite", "resume", "plan", "plan_logs", "plan_workers", "scheduler", "workers")
+from deadwood_algorithms.files.input_files import MANIFEST
+from deadwood_algorithms.params.tool import Feedback, Tool
+from deadwood_algorithms.results.checked import stands
+from deadwood_algorithms.results.identity import Making
+from deadwood_algorithms.results.run_folder import link_or_copy
 
 
 class SitesFolder:
-    """The folder ``.NAME.part`` beside the output: ``sites/SITE`` is a whole run, ``.SITE.json`` what it is of."""
+    """The folder ``.NAME.part`` beside the output: ``sites/SITE`` is a whole run, ``.SITE.json`` its ``run_id``."""
 
     def __init__(self, output: str, *, resume: bool, feedback: Feedback) -> None:
         self.path = self.place(output)
@@ -53,38 +53,26 @@ class SitesFolder:
                 link_or_copy(str(layer), str(folder / "releases" / layer.name))
 
     def begin(self, name: str, slides: Tool, values: Mapping[str, Any], feedback: Feedback) -> bool:
-        """Whether the site's run is there and of the same making; what is of another is dropped."""
-        identity, note = identity_of(slides, values), self.sites / f".{name}.json"
+        """Whether the site's run is there, whole, and of the same inputs, parameters and engine; else it is dropped."""
+        run, part, note = self.sites / name, self.sites / f".{name}.part", self.sites / f".{name}.json"
+        making: dict[str, Any] = {"run_id": Making(slides, slides.ask_from({**values, "output": str(run)})).run_id}
+        making["report"] = values.get("report")
         try:
-            same = json.loads(note.read_text(encoding="utf-8")) == identity
+            same = json.loads(note.read_text(encoding="utf-8")) == making
         except (OSError, ValueError):
             same = False
-        run, part = self.sites / name, self.sites / f".{name}.part"
         if not same:
             if run.is_dir() or part.is_dir():
                 feedback.note(f"{name}: its inputs or parameters, or the engine, have changed; it is slid again")
             for each in (run, part):
                 shutil.rmtree(each, ignore_errors=True)
             beside = note.with_suffix(".partial")
-            beside.write_text(json.dumps(identity), encoding="utf-8")
+            beside.write_text(json.dumps(making), encoding="utf-8")
             os.replace(beside, note)
-        return (run / MANIFEST).is_file()
+        elif run.is_dir() and not stands(slides, values, run):
+            feedback.note(f"{name}: what is there of it is damaged, or of another run; it is slid again")
+            shutil.rmtree(run, ignore_errors=True)
+        return run.is_dir()
 
     def remove(self) -> None:
         shutil.rmtree(self.path, ignore_errors=True)
-
-
-def identity_of(slides: Tool, values: Mapping[str, Any]) -> dict[str, Any]:
-    """What decides a site's results, as far as one sees without opening a file: its size and time stand for it."""
-    files = {}
-    for each in slides.parameters():
-        value = values.get(each.name)
-        if not each.is_output and is_path(each, value):
-            file = str(value).partition("|")[0]
-            try:
-                stat = os.stat(file)
-                files[file] = [stat.st_size, stat.st_mtime_ns]
-            except OSError:
-                files[file] = []
-    kept = {key: value for key, value in values.items() if key not in FREE}
-    return json.loads(json.dumps({"version": VERSION, "engine": engine_digest(), "parameters": kept, "files": files}))

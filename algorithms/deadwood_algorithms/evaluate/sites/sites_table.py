@@ -146,7 +146,7 @@ def sites_of_folder(path: str, slides: Tool, feedback: Feedback) -> list[AskedSi
     sites = []
     for name, file in files.items():
         try:
-            values = read_config(str(file), slides, feedback.note)
+            values = read_config(str(file), slides, feedback.note, changed=feedback.warn)
         except UserError as error:
             sites.append(AskedSite(name, {}, str(error).removeprefix("--config ")))
             continue

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -116,7 +117,7 @@ def passed_over(source: pandas.DataFrame) -> str | None:
     return None
 
 
-def _telling_word(column: pandas.Series) -> str:
+def _telling_word(column: Iterable[object]) -> str:
     return next(word for word in map(code_of, column) if word and _meant(word, None, None) != LIVE)
 
 

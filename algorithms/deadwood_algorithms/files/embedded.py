@@ -1,0 +1,133 @@
+"""The record of what made a file, inside the file: GeoPackage metadata, a tag of a GeoTIFF, a script in a page.
+
+Files in the folder of a result need none: its manifest names and seals them. A format that has no room for it (a CSV
+table, a glTF scene) gets ``NAME.manifest.json`` beside it. What is written here holds no time and no number of
+threads, so that two runs alike still make the same bytes. To read a record takes the standard library, and rasterio
+for a GeoTIFF alone.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sqlite3
+from collections.abc import Callable, Mapping
+from contextlib import closing
+from contextvars import ContextVar
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+BESIDE = ".manifest.json"
+CARRIERS = (".gpkg", ".tif", ".tiff", ".html")  # what holds its record itself
+# In the default domain of a GeoTIFF: GDAL's copy to the layout of a COG (`geotiff.lay_out`) drops all other domains,
+# or, told to keep them, the statistics of the bands.
+TAG = "DEADWOOD_MANIFEST"
+STANDARD = "urn:deadwood-toolbox:manifest"  # names the kind of metadata in a GeoPackage
+WRITTEN_AT = "2000-01-01T00:00:00.000Z"  # as in the rest of our GeoPackages: the same content, the same bytes
+SPECIFICATION = "http://www.geopackage.org/spec120/#extension_metadata"
+PAGE = '<script type="application/json" id="deadwood-manifest">'
+TABLES = """
+CREATE TABLE IF NOT EXISTS gpkg_extensions (table_name TEXT, column_name TEXT, extension_name TEXT NOT NULL,
+    definition TEXT NOT NULL, scope TEXT NOT NULL,
+    CONSTRAINT ge_tce UNIQUE (table_name, column_name, extension_name));
+CREATE TABLE IF NOT EXISTS gpkg_metadata (id INTEGER CONSTRAINT m_pk PRIMARY KEY ASC NOT NULL,
+    md_scope TEXT NOT NULL DEFAULT 'dataset', md_standard_uri TEXT NOT NULL,
+    mime_type TEXT NOT NULL DEFAULT 'text/xml', metadata TEXT NOT NULL DEFAULT '');
+CREATE TABLE IF NOT EXISTS gpkg_metadata_reference (reference_scope TEXT NOT NULL, table_name TEXT, column_name TEXT,
+    row_id_value INTEGER, timestamp DATETIME NOT NULL DEFAULT (strftime('%Y-%m-%dT%H:%M:%fZ','now')),
+    md_file_id INTEGER NOT NULL, md_parent_id INTEGER,
+    CONSTRAINT crmr_mfi_fk FOREIGN KEY (md_file_id) REFERENCES gpkg_metadata(id),
+    CONSTRAINT crmr_mpi_fk FOREIGN KEY (md_parent_id) REFERENCES gpkg_metadata(id));
+"""
+EXTENSION_TABLES = ("gpkg_metadata", "gpkg_metadata_reference")
+
+# What is being written now is made by this; a GeoTIFF takes it in as it is made.
+MAKING: ContextVar[Callable[[], Mapping[str, Any]] | None] = ContextVar("MAKING", default=None)
+
+
+def as_text(record: Mapping[str, Any]) -> str:
+    return json.dumps(record, ensure_ascii=False, sort_keys=True)
+
+
+def tags_now() -> dict[str, str]:
+    """What a GeoTIFF that is made now gets as a tag; nothing outside the making of a result."""
+    making = MAKING.get()
+    return {TAG: as_text(making())} if making else {}
+
+
+def embed(path: Path, record: Mapping[str, Any]) -> None:
+    """Put a record into a finished file, where its format lets one add to it, or beside it."""
+    ending = path.suffix.lower()
+    if ending in (".tif", ".tiff"):
+        return  # as it was made (`tags_now`)
+    if ending == ".gpkg":
+        _into_geopackage(path, as_text(record))
+    elif ending == ".html":
+        page = path.read_text(encoding="utf-8")
+        told = PAGE + as_text(record).replace("</", "<\\/") + "</script>\n"
+        at = page.rfind("</body>")
+        path.write_text(page[:at] + told + page[at:] if at >= 0 else page + told, encoding="utf-8")
+    else:
+        text = json.dumps(record, ensure_ascii=False, indent=2) + "\n"
+        path.with_name(path.name + BESIDE).write_text(text, encoding="utf-8")
+
+
+def _into_geopackage(path: Path, told: str) -> None:
+    with closing(sqlite3.connect(path)) as db, db:
+        db.executescript(TABLES)
+        for table in EXTENSION_TABLES:
+            db.execute(
+                "INSERT INTO gpkg_extensions SELECT ?, NULL, 'gpkg_metadata', ?, 'read-write' WHERE NOT EXISTS "
+                "(SELECT 1 FROM gpkg_extensions WHERE table_name = ? AND extension_name = 'gpkg_metadata')",
+                (table, SPECIFICATION, table),
+            )
+        (last,) = db.execute("SELECT COALESCE(MAX(id), 0) FROM gpkg_metadata").fetchone()
+        db.execute(
+            "INSERT INTO gpkg_metadata VALUES (?, 'dataset', ?, 'application/json', ?)", (last + 1, STANDARD, told)
+        )
+        db.execute(
+            "INSERT INTO gpkg_metadata_reference VALUES ('geopackage', NULL, NULL, NULL, ?, ?, NULL)",
+            (WRITTEN_AT, last + 1),
+        )
+
+
+def record_in(path: Path) -> dict[str, Any] | None:
+    """The record that a file carries, or that lies beside it; None where there is none."""
+    readers = {".gpkg": _of_geopackage, ".html": _of_page}
+    readers |= dict.fromkeys((".tif", ".tiff"), _of_geotiff)
+    try:
+        told = readers.get(path.suffix.lower(), _of_beside)(path)
+        found = json.loads(told) if told else None
+    except (OSError, ValueError, sqlite3.Error):
+        return None
+    return found if isinstance(found, dict) and isinstance(found.get("tool"), str) else None
+
+
+def _of_geopackage(path: Path) -> str | None:
+    with closing(sqlite3.connect(f"file:{quote(str(path))}?mode=ro", uri=True)) as db:
+        row = db.execute(
+            "SELECT metadata FROM gpkg_metadata WHERE md_standard_uri = ? ORDER BY id DESC LIMIT 1", (STANDARD,)
+        ).fetchone()
+    return str(row[0]) if row else None
+
+
+def _of_geotiff(path: Path) -> str | None:
+    import rasterio
+    from rasterio.errors import RasterioError
+
+    try:
+        with rasterio.open(path) as source:
+            return source.tags().get(TAG)
+    except RasterioError:
+        return None
+
+
+def _of_page(path: Path) -> str | None:
+    found = re.search(re.escape(PAGE) + r"(.*?)</script>", path.read_text(encoding="utf-8"), re.DOTALL)
+    return found.group(1) if found else None
+
+
+def _of_beside(path: Path) -> str | None:
+    beside = path.with_name(path.name + BESIDE)
+    return beside.read_text(encoding="utf-8") if beside.is_file() else None

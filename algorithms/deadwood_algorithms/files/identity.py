@@ -1,0 +1,218 @@
+"""The identity of files: SHA-256 of what decides what is read, and whether it is still the same. Standard library only.
+
+What an input's path stands for is several files at times (`input_files`). A GeoPackage changes its bytes without
+changing what it holds (QGIS opens it, keeps a style in it, or holds changes in a ``-wal`` beside it), so it also has
+the digest of its rows: as long as either is the same, so is the input.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import marshal
+import os
+import shutil
+import sqlite3
+import tempfile
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager, suppress
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from deadwood_algorithms.files.input_files import MANIFEST, WAL, files_of, made_from, places_of
+from deadwood_algorithms.params.tool import moved_paths
+
+BLOCK_BYTES = 2**20
+SETTLED_NS = 2 * 10**9  # a file that was written this recently may change again within one tick of its clock
+ROWS_AT_ONCE = 2000
+OURS = ("layer_styles", "gpkg_metadata")  # what the rows of a GeoPackage look like, and what is said of them
+CRS_OF_TABLE = (
+    "SELECT organization, organization_coordsys_id FROM gpkg_geometry_columns JOIN gpkg_spatial_ref_sys USING (srs_id) "
+    "WHERE table_name = ?"
+)
+SAME, CHANGED, GONE = "same", "changed", "gone"
+
+_known: dict[tuple[int, ...], str] = {}  # SHA-256 by (device, inode, size, times): what stands is hashed once a process
+
+
+def stamp_of(path: Path) -> tuple[int, ...] | None:
+    """What changes when a file is written to; None of one that is not there."""
+    try:
+        stat = path.stat()
+    except (OSError, ValueError):
+        return None
+    return stat.st_dev, stat.st_ino, stat.st_size, stat.st_mtime_ns, stat.st_ctime_ns
+
+
+def sha256_of(path: Path) -> str:
+    """SHA-256 of a file's bytes, as ``sha256sum`` gives it."""
+    stamp = stamp_of(path)
+    if stamp is not None and (found := _known.get(stamp)):
+        return found
+    digest = hashlib.sha256()
+    with path.open("rb", buffering=0) as source:
+        block = memoryview(bytearray(BLOCK_BYTES))
+        while size := source.readinto(block):
+            digest.update(block[:size])
+    found = digest.hexdigest()
+    if stamp is not None and stamp == stamp_of(path) and max(stamp[3:]) < time.time_ns() - SETTLED_NS:
+        _known[stamp] = found
+    return found
+
+
+def of_input(named: str) -> dict[str, Any]:
+    """What is known of an input from its bytes.
+
+    ``sha256`` and ``bytes`` of one file are its own; of several, ``sha256`` is that of the lines that ``sha256sum``
+    prints of them, and ``files`` has each. The folder of a result is known by its ``run_id``.
+    """
+    layer = str(named).partition("|")[2].removeprefix("layername=")
+    places = places_of(named)
+    files = list(dict.fromkeys(each for place in places for each in files_of(place)))
+    parts = [{"name": _name(each), "sha256": sha256_of(each), "bytes": each.stat().st_size} for each in files]
+    facts: dict[str, Any] = {"layer": layer or None, **_together(parts)}
+    if len(parts) > 1:
+        facts["files"] = parts
+    if len(places) == 1 and places[0].suffix.lower() == ".gpkg" and places[0].is_file():
+        facts["content"] = content_of(places[0], layer)
+    if len(places) == 1 and (run_id := made_from(places[0]).get("run_id")) and files == [places[0] / MANIFEST]:
+        facts["run_id"] = run_id
+    return facts
+
+
+def _name(file: Path) -> str:
+    """What tells a file of an input from the others; the manifests of several runs by their folders."""
+    return f"{file.parent.name}/{file.name}" if file.name == MANIFEST else file.name
+
+
+def _together(parts: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    if len(parts) == 1:
+        return {"sha256": parts[0]["sha256"], "bytes": parts[0]["bytes"]}
+    lines = "".join(f"{each['sha256']}  {each['name']}\n" for each in parts)
+    return {"sha256": hashlib.sha256(lines.encode()).hexdigest(), "bytes": sum(each["bytes"] for each in parts)}
+
+
+def content_of(path: Path, layer: str = "") -> str | None:
+    """Digest of the columns and rows of a GeoPackage's layer, or of all its layers, a ``-wal`` included; None of what
+    cannot be read."""
+    digest = hashlib.sha256()
+    try:
+        with _opened(path) as db:
+            known = [str(row[0]) for row in db.execute("SELECT table_name FROM gpkg_contents ORDER BY table_name")]
+            for table in [layer] if layer in known else [each for each in known if each not in OURS]:
+                quoted = '"' + table.replace('"', '""') + '"'
+                columns = [row[1:3] for row in db.execute(f"PRAGMA table_info({quoted})")]
+                digest.update(marshal.dumps([table, columns, db.execute(CRS_OF_TABLE, (table,)).fetchall()], 2))
+                rows = db.execute(f"SELECT * FROM {quoted} ORDER BY rowid")
+                while some := rows.fetchmany(ROWS_AT_ONCE):
+                    digest.update(marshal.dumps(some, 2))
+    except (sqlite3.Error, OSError):
+        return None
+    return digest.hexdigest()
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[sqlite3.Connection]:
+    """A GeoPackage to be read, of which nothing is touched: with a ``-wal``, a copy of both."""
+    wal = path.with_name(path.name + WAL)
+    with tempfile.TemporaryDirectory(prefix="deadwood-") if wal.is_file() and wal.stat().st_size else _nothing() as own:
+        if own:
+            for each in (path, wal):
+                shutil.copyfile(each, Path(own) / each.name)
+            path = Path(own) / path.name
+        mode = "" if own else "?mode=ro&immutable=1"
+        with closing(sqlite3.connect(f"file:{quote(str(path.absolute()))}{mode}", uri=True)) as db:
+            db.text_factory = lambda raw: raw.decode("utf-8", "surrogateescape")  # whatever is in it
+            yield db
+
+
+@contextmanager
+def _nothing() -> Iterator[None]:
+    yield None
+
+
+def compared(record: Mapping[str, Any], named: str | None = None) -> tuple[str, str]:
+    """Whether an input still is what it was: `SAME`, `CHANGED` or `GONE`, and the path of the file that tells.
+
+    Parameters
+    ----------
+    record : mapping
+        Of the input, as a manifest has it.
+    named : str, optional
+        Where it is looked for, else where the record says.
+    """
+    named = str(record.get("path")) if named is None else named
+    places = places_of(named)
+    missing = [each for each in places if not each.exists()]
+    if missing or not places:
+        return GONE, str((missing or [named])[0])
+    try:
+        now = of_input(f"{places[0]}|layername={record['layer']}" if record.get("layer") else named)
+    except OSError as error:
+        return GONE, str(error.filename or named)
+    for key in ("run_id", "sha256", "content"):
+        if now.get(key) is not None and now.get(key) == record.get(key):
+            return SAME, named
+    before = {each["name"]: each["sha256"] for each in record.get("files", ())}
+    for each in now.get("files", ()):
+        if before and before.get(each["name"]) != each["sha256"]:
+            at = next((str(one) for place in places for one in files_of(place) if _name(one) == each["name"]), named)
+            return CHANGED, at
+    return CHANGED, str(places[0])
+
+
+def where_now(record: Mapping[str, Any], now: Path, then: str | None) -> tuple[str, str, str]:
+    """Where an input of a manifest is: its path, how it stands, and the file that tells.
+
+    It is looked for where it was, and where it lies if all was moved together; the one that is the same goes first.
+    ``now`` and ``then`` are the manifest's folder, and the one that it names.
+    """
+    named = str(record.get("path"))
+    paths = [named]
+    if then and not os.path.samefile(now, then) if _both(now, then) else bool(then):
+        paths.append(_moved(named, now, str(then)))
+    best = (named, GONE, named)
+    for each in paths:
+        stands, told = compared(record, each)
+        if stands == SAME:
+            return each, stands, told
+        if best[1] == GONE and stands == CHANGED:
+            best = (each, stands, told)
+    return best
+
+
+def _both(now: Path, then: str | None) -> bool:
+    return bool(then) and now.exists() and os.path.exists(str(then))
+
+
+def _moved(named: str, now: Path, then: str) -> str:
+    moved = []
+    for part in named.split(",") if not os.path.exists(named.partition("|")[0]) else [named]:
+        file, bar, layer = part.partition("|")
+        other = next(iter(moved_paths(file, now, then)), Path(file))
+        moved.append(f"{other}{bar}{layer}")
+    return ",".join(moved)
+
+
+def described(named: str) -> dict[str, Any]:
+    """Rows and CRS of an input that is a layer, CRS of one that is a raster; what cannot be told is null."""
+    facts: dict[str, Any] = {"rows": None, "crs": None}
+    place, layer = places_of(named)[0], str(named).partition("|")[2].removeprefix("layername=")
+    with suppress(Exception):  # what the tool cannot read either, it says itself
+        if (place / MANIFEST).is_file():
+            return facts
+        if place.is_dir() or place.suffix.lower() in (".tif", ".tiff", ".asc", ".vrt", ".img", ".bil", ".flt"):
+            import rasterio
+
+            with rasterio.open(files_of(place)[0]) as source:
+                facts["crs"] = source.crs.to_string() if source.crs else None
+        elif place.suffix.lower() in (".csv", ".txt", ".tsv", ".tab", ".dat"):
+            with place.open("rb") as source:
+                facts["rows"] = max(0, sum(1 for line in source if line.strip()) - 1)
+        elif place.suffix.lower() not in (".pts", ".json"):
+            import pyogrio
+
+            told = pyogrio.read_info(place, layer=layer or None)
+            facts |= {"rows": int(told["features"]), "crs": told["crs"]}
+    return facts

@@ -1,0 +1,127 @@
+"""Which files the path of an input stands for: itself, its companions, the tiles of a folder, the sources of a VRT.
+
+Standard library only: the command line asks it before any library is loaded.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+from deadwood_algorithms.params.tool import UserError
+
+MANIFEST = "manifest.json"
+ENDINGS = (".tif", ".tiff", ".asc", ".img", ".bil", ".flt", ".xyz")  # of the files in a folder that are its tiles
+# Files beside another, of the same name, without which it means something else; a style or statistics change nothing.
+COMPANIONS = {
+    ".shp": (".shx", ".dbf", ".prj", ".cpg"),
+    ".asc": (".prj",),
+    ".bil": (".hdr", ".prj", ".blw"),
+    ".flt": (".hdr", ".prj"),
+    ".tif": (".tfw",),
+    ".tiff": (".tfw",),
+    ".tab": (".dat", ".map", ".id"),
+    ".mif": (".mid",),
+}
+WAL = "-wal"  # beside a GeoPackage that a program holds open: changes that are not in the file yet
+DEEPEST_VRT = 8  # a VRT of VRTs of ...
+
+
+def tiles_of(path: str | Path) -> list[str]:
+    """The files that a path stands for: itself, the rasters in a folder, or what stands between its commas."""
+    named = str(path)
+    try:
+        if os.path.isfile(named):
+            return [named]
+        if os.path.isdir(named):
+            inside = sorted(each.name for each in Path(named).iterdir() if each.suffix.lower() in ENDINGS)
+            if not inside:
+                raise UserError(
+                    f"{named}: this is a folder that holds no tile of a DEM ({', '.join(ENDINGS)}); name the file"
+                )
+            return [os.path.join(named, each) for each in inside]
+    except (OSError, ValueError):  # a name too long, a NUL in it, no permission: said when it is opened
+        return [named]
+    parts = [each.strip() for each in named.split(",")]
+    return [each for each in parts if each] if "," in named else [named]
+
+
+def places_of(named: str | Path) -> list[Path]:
+    """The file or folder that an input's path names, without its layer; where it names several with commas, each.
+
+    A part between commas that is no path by itself belongs to the next, for a name may hold a comma.
+    """
+    whole = Path(str(named).partition("|")[0])
+    if _exists(whole) or "," not in str(named):
+        return [whole]
+    found, name = [], ""
+    for part in str(named).split(","):
+        name = f"{name},{part}" if name else part
+        place = Path(name.strip().partition("|")[0])
+        if _exists(place):
+            found.append(place)
+            name = ""
+    return [*found, Path(name.strip())] if name.strip() else found
+
+
+def files_of(place: Path) -> list[Path]:
+    """Every file that decides what is read from a place; of the folder of a result its manifest, which seals it."""
+    if not place.is_dir():
+        return list(_with_companions(place))
+    if (place / MANIFEST).is_file():
+        return [place / MANIFEST]
+    try:
+        return [each for tile in tiles_of(place) for each in _with_companions(Path(tile))]
+    except UserError:
+        return sorted(each for each in place.rglob("*") if each.is_file() and not each.name.startswith("."))
+
+
+def _with_companions(place: Path, depth: int = 0) -> Iterator[Path]:
+    yield place
+    ending = place.suffix.lower()
+    for each in COMPANIONS.get(ending, ()):
+        yield from (other for other in (place.with_suffix(each), place.with_suffix(each.upper())) if _exists(other))
+    if ending == ".gpkg":
+        beside = place.with_name(place.name + WAL)
+        if _exists(beside) and beside.stat().st_size:
+            yield beside
+    if ending == ".vrt" and depth < DEEPEST_VRT:
+        for source in sources_of_vrt(place):
+            yield from _with_companions(source, depth + 1)
+
+
+def sources_of_vrt(place: Path) -> list[Path]:
+    """The files that a VRT is put together from, of rasters or of vectors, each once; none of what is no VRT."""
+    try:
+        root = ElementTree.parse(place).getroot()
+    except (OSError, ElementTree.ParseError):
+        return []
+    found: dict[Path, None] = {}
+    for each in root.iter():
+        if each.tag not in ("SourceFilename", "SourceDataset", "SrcDataSource") or not (each.text or "").strip():
+            continue
+        relative = (each.get("relativeToVRT") or each.get("relativetoVRT")) == "1"
+        source = Path(str(each.text).strip())
+        found[place.parent / source if relative else source] = None
+    return list(found)
+
+
+def made_from(place: Path) -> dict[str, Any]:
+    """The manifest in a folder of a result, or that of the result that a file lies in; empty where there is none."""
+    folder = place if place.is_dir() else place.parent
+    try:
+        told = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return told if isinstance(told, dict) else {}
+
+
+def _exists(place: Path) -> bool:
+    try:
+        return place.exists()
+    except (OSError, ValueError):  # a name too long, a NUL in it: said when it is opened
+        return False

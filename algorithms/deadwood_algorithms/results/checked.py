@@ -1,0 +1,122 @@
+"""What stands in a run's manifest.json and summary.json, checked once, where they are read: whose it is, and its types.
+
+A result seals itself: its manifest has the SHA-256 of every file, and of what stands in the manifest. Runs of before
+version 0.3 have no seal; of them the types alone are checked.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from deadwood_algorithms.files.input_files import MANIFEST
+from deadwood_algorithms.params.tool import Tool, UserError
+from deadwood_algorithms.results.identity import Making, damaged_files, is_whole, refuse_damaged, seal_of_manifest
+
+SUMMARY = "summary.json"
+
+# A type, a tuple of types, [what each element is], {key: what its value is}; a key that ends in "?" may be missing.
+Wanted = Any
+NUMBER, COUNT, ANY = (int, float), int, object
+MAYBE = (int, float, type(None))
+OF_MANIFEST: Wanted = {
+    "tool": str,
+    "version?": str,
+    "engine?": str,
+    "run_id?": str,
+    "made_utc?": str,
+    "folder?": str,
+    "parameters": dict,
+    "grid?": {"nx": COUNT, "ny": COUNT, "cell": NUMBER, "x0": NUMBER, "y0": NUMBER, "crs": str},
+    "digests?": {"scene?": str, "releases?": str, "engine?": str},
+    "inputs?": [{"parameter": str, "path": str, "layer?": (str, type(None)), "sha256?": (str, type(None))}],
+    "files?": dict,
+    "effective?": dict,
+    "chosen?": dict,
+    "presets?": list,
+}
+OF_SUMMARY: Wanted = {
+    "logs": {"released": COUNT, "not_run?": COUNT, "by_stop_reason": dict, "started_in_contact?": COUNT},
+    "reach": [{"line_id": ANY, "n_total": COUNT, "n_reach": COUNT, "p": MAYBE, "ci_low": MAYBE, "ci_high": MAYBE}],
+    "spread": [{"release_id": ANY, "n": COUNT, "n_left_out?": COUNT, "spread_deg": MAYBE, "p05_p95_deg": MAYBE}],
+    "barriers": [{"barrier_id": ANY, "n_reached?": COUNT, "n_stopped?": COUNT}],
+    "speed": {"mean_ms": MAYBE, "p95_ms": MAYBE, "max_ms": MAYBE},
+    "accuracy": {"fidelity": str, "penetration_max_m": MAYBE, "energy_error_rel_max?": MAYBE},
+    "modelled": dict,
+    "cost": {"cpu_s": NUMBER, "wall_s": NUMBER, "steps": COUNT, "logs_per_s": MAYBE},
+}
+
+
+def read_json(place: Path, wanted: Wanted) -> dict[str, Any]:
+    """A JSON file whose values have the types that are wanted, or one line that says which has not."""
+    try:
+        told = json.loads(place.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise UserError(f"{place}: the file cannot be read, or is no JSON ({error}); run slide-logs again") from error
+    if fault := fault_of(told, wanted, ""):
+        raise UserError(f"{place}: not as slide-logs writes it: {fault}; run slide-logs again")
+    return told
+
+
+def fault_of(told: Any, wanted: Wanted, at: str) -> str:
+    """The first value that is missing or of another type, in words; empty where there is none."""
+    if isinstance(wanted, dict):
+        if not isinstance(told, dict):
+            return f"{at or 'the whole'} must be an object"
+        for key, inner in wanted.items():
+            name, optional = key.removesuffix("?"), key.endswith("?")
+            where = f"{at}.{name}" if at else name
+            if name not in told:
+                if not optional:
+                    return f"{where} is missing"
+            elif fault := fault_of(told[name], inner, where):
+                return fault
+        return ""
+    if isinstance(wanted, list):
+        if not isinstance(told, list):
+            return f"{at} must be a list"
+        return next((fault for each in told if (fault := fault_of(each, wanted[0], f"{at}[]"))), "")
+    kinds = wanted if isinstance(wanted, tuple) else (wanted,)
+    if wanted is object:
+        return ""
+    number = isinstance(told, int | float)
+    if not isinstance(told, kinds) or isinstance(told, bool) or (number and not math.isfinite(told)):
+        return f"{at} is {json.dumps(told)[:60]}"
+    return ""
+
+
+def read_manifest_of(folder: Path) -> dict[str, Any]:
+    """The manifest of a result, whole and of the right types."""
+    told = read_json(folder / MANIFEST, OF_MANIFEST)
+    if "files" in told and told.get("seal") != seal_of_manifest(told):
+        raise UserError(
+            f"{folder / MANIFEST}: the manifest is not as it was written, so nobody can tell what the result is "
+            f"of; put it back, or run {told['tool']} again"
+        )
+    return told
+
+
+def stands(tool: Tool, values: Mapping[str, Any], place: Path, seal: Mapping[str, Any] | None = None) -> bool:
+    """Whether a result is there, whole, and the one that the tool would make with these values and inputs now.
+
+    seal : of a single file, as `identity.sealed` gave it when it was made
+    """
+    run_id = Making(tool, tool.ask_from({**values, "output": str(place)})).run_id
+    if place.is_file():
+        return seal is not None and seal.get("run_id") == run_id and is_whole(place, seal)
+    if not (place / MANIFEST).is_file():
+        return False
+    try:
+        told = read_manifest_of(place)
+    except UserError:
+        return False
+    return told.get("run_id") == run_id and "files" in told and not damaged_files(place, told)
+
+
+def read_summary(folder: Path, manifest: Mapping[str, Any]) -> dict[str, Any]:
+    """The summary of a run, which is its own and of the right types."""
+    refuse_damaged(folder, manifest, SUMMARY)
+    return read_json(folder / SUMMARY, OF_SUMMARY)

@@ -1,0 +1,273 @@
+"""What made a result: its record, known before the work begins, and written into each output when it is whole.
+
+`writing` is the one door through which a tool leaves files. It guards the inputs, which the tool's declaration names;
+hashes them while the tool works; and puts the record into the folder's ``manifest.json``, which also seals every file
+of the folder, or into a single file itself.
+
+The ``run_id`` is a digest of what decides the bits: the tool, its version and the engine, the parameters that matter,
+and the inputs by what is in them. Two results with the same one are alike, wherever they were made.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import platform
+import threading
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from datetime import UTC, datetime
+from functools import cached_property
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from deadwood_algorithms.files import embedded, identity
+from deadwood_algorithms.files.input_files import MANIFEST, files_of, made_from, places_of
+from deadwood_algorithms.files.outputs import output_folder, output_path
+from deadwood_algorithms.params import tool as declared
+from deadwood_algorithms.params.tool import Feedback, Tool, UserError
+
+# What may change without changing any value of a result.
+FREE = (
+    "threads", "scheduler", "workers", "output", "overwrite", "resume", "plan", "plan_logs", "plan_workers", "report",
+)  # fmt: skip
+UNSEALED = (MANIFEST,)
+LIBRARIES = ("numpy", "numba", "rasterio", "pyogrio", "pyproj", "shapely", "geopandas", "pyarrow")
+RECORD = ("tool", "version", "engine", "run_id", "parameters", "inputs", "presets", "effective", "chosen")
+
+
+class Making:
+    """One question to a tool, on the way to its result."""
+
+    def __init__(self, tool: Tool, ask: Any) -> None:
+        self.tool, self.ask = tool, ask
+        self.began = datetime.now(UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
+        self.named = declared.inputs_of(tool, ask)
+        self.facts: dict[str, Any] = {}  # what the tool adds to its record
+        self._final = {name: _final(tool, name, value) for name, value in self.named.items()}
+        self._stamps = {name: _stamps(value) for name, value in self.named.items()}
+        self._digests: dict[str, dict[str, Any]] = {}
+        self._hashing = threading.Thread(target=self._hash, name="hash of the inputs", daemon=True)
+        self._hashing.start()
+
+    def _hash(self) -> None:
+        for name, value in self.named.items():
+            try:
+                self._digests[name] = identity.of_input(value)
+            except OSError:  # what cannot be read the tool says itself
+                self._digests[name] = {"layer": None, "sha256": None, "bytes": None}
+
+    @cached_property
+    def inputs(self) -> list[dict[str, Any]]:
+        """One entry an input: parameter, path, layer, SHA-256, bytes, rows, CRS."""
+        self._hashing.join()
+        return [
+            {"parameter": name, "path": self._final[name], **self._digests[name], **identity.described(value)}
+            for name, value in self.named.items()
+        ]
+
+    @property
+    def run_id(self) -> str:
+        """Digest of what decides the bits; the fact ``chosen`` is what the tool itself decided on the way."""
+        self._hashing.join()
+        values = {}
+        for each in self.tool.parameters():
+            value = getattr(self.ask, each.name)
+            if each.is_output or each.name in FREE or value is None:
+                continue
+            told = self._digests.get(each.name)
+            if told is not None:
+                values[each.name] = told.get("run_id") or told.get("content") or told["sha256"]
+            else:
+                values[each.name] = _as_number(value) if each.kind == "number_or_layer" else str(value)
+        said = [self.tool.name, declared.VERSION, declared.engine_digest(), values, self.facts.get("chosen")]
+        return hashlib.sha256(json.dumps(said, sort_keys=True).encode()).hexdigest()[:16]
+
+    def changed(self) -> list[str]:
+        """The inputs that were written to while the tool worked."""
+        return [value for name, value in self.named.items() if _stamps(value) != self._stamps[name]]
+
+    def manifest(self) -> dict[str, Any]:
+        """The whole record, as it stands in a folder's ``manifest.json``."""
+        made = declared.manifest(self.tool, self.ask)
+        said = {key: made.pop(key) for key in ("tool", "version", "engine")}
+        where = {"run_id": self.run_id, "made_utc": self.began, "platform": _platform(), "libraries": _libraries()}
+        return {**said, **where, **made, "inputs": self.inputs, **self.facts}
+
+    def carried(self) -> dict[str, Any]:
+        """The record within a file: without times, places of outputs and numbers of threads, so that two results that
+        are alike have the same bytes."""
+        whole = self.manifest()
+        apart = {*FREE, *(each.name for each in self.tool.parameters() if each.is_output)}
+        whole["parameters"] = {name: value for name, value in whole["parameters"].items() if name not in apart}
+        return {key: whole[key] for key in RECORD if key in whole}
+
+
+class Outputs(Making):
+    """The outputs of a tool at work, each of which appears whole and with its record, or not at all."""
+
+    def __init__(self, tool: Tool, ask: Any, stack: ExitStack) -> None:
+        super().__init__(tool, ask)
+        self.stack = stack
+
+    def file(self, name: str, suffix: str | None = None) -> Path:
+        """Where the file of an output parameter is written."""
+        return self.stack.enter_context(self._file(getattr(self.ask, name), suffix))
+
+    def optional_file(self, name: str, suffix: str | None = None) -> Path | None:
+        return self.file(name, suffix) if getattr(self.ask, name) else None
+
+    def folder(self, name: str = "output", *, replaces: bool = False) -> Path:
+        """Where the files of an output folder are written; ``replaces`` as ``--overwrite`` does."""
+        return self.stack.enter_context(self._folder(getattr(self.ask, name), replaces=replaces))
+
+    def optional_folder(self, name: str) -> Path | None:
+        return self.folder(name) if getattr(self.ask, name) else None
+
+    @property
+    def overwrite(self) -> bool:
+        return bool(getattr(self.ask, "overwrite", False))
+
+    @contextmanager
+    def _file(self, place: str, suffix: str | None) -> Iterator[Path]:
+        guard = {"inputs": self.named.values(), "tool": self.tool.name}
+        with output_path(place, self.overwrite, suffix=suffix, **guard) as path:
+            token = embedded.MAKING.set(self.carried)
+            try:
+                yield path
+            finally:
+                embedded.MAKING.reset(token)
+            if path.exists():
+                embedded.embed(path, self.carried())
+
+    @contextmanager
+    def _folder(self, place: str, *, replaces: bool) -> Iterator[Path]:
+        guard = {"inputs": self.named.values(), "tool": self.tool.name}
+        with output_folder(place, self.overwrite or replaces, **guard) as folder, declared.moving_to(folder, place):
+            yield folder
+            told = {**self.manifest(), "files": seal_of(folder)}
+            write_manifest(folder, {**told, "seal": seal_of_manifest(told)})
+
+
+@contextmanager
+def writing(tool: Tool, ask: Any, feedback: Feedback) -> Iterator[Outputs]:
+    """The outputs of a tool, guarded and with their record."""
+    with ExitStack() as stack:
+        outputs = Outputs(tool, ask, stack)
+        for each in outputs.named.values():
+            for place in places_of(each):
+                manifest = made_from(place)
+                if place.name in manifest.get("files", {}):
+                    refuse_damaged(place.parent, manifest, place.name)
+        yield outputs
+        for each in outputs.changed():
+            feedback.warn(
+                f"{each}: this input was written to while {tool.name} worked, so nobody can tell what was read; run "
+                "again when it stands"
+            )
+
+
+@contextmanager
+def result_folder(tool: Tool, ask: Any, feedback: Feedback, *, replaces: bool = False) -> Iterator[Path]:
+    """The one output folder of a tool."""
+    with writing(tool, ask, feedback) as outputs:
+        yield outputs.folder(replaces=replaces)
+
+
+def write_manifest(folder: Path, told: Mapping[str, Any]) -> None:
+    text = json.dumps(told, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    (folder / MANIFEST).write_text(text, encoding="utf-8")
+
+
+def seal_of(folder: Path) -> dict[str, dict[str, Any]]:
+    """SHA-256 and size of every file of a result, by its path in the folder; of a GeoPackage also of its rows."""
+    return {
+        each.relative_to(folder).as_posix(): sealed(each)
+        for each in sorted(folder.rglob("*"))
+        if each.is_file() and each != folder / MANIFEST
+    }
+
+
+def seal_of_manifest(told: Mapping[str, Any]) -> str:
+    """SHA-256 of what stands in a manifest, but for this."""
+    text = json.dumps({key: value for key, value in told.items() if key != "seal"}, sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def sealed(path: Path) -> dict[str, Any]:
+    facts: dict[str, Any] = {"sha256": identity.sha256_of(path), "bytes": path.stat().st_size}
+    if path.suffix.lower() == ".gpkg":
+        facts["content"] = identity.content_of(path)
+    return facts
+
+
+def is_whole(path: Path, seal: Mapping[str, Any]) -> bool:
+    """Whether a file is the one that was sealed; a GeoPackage may have been opened by QGIS meanwhile."""
+    try:
+        wal = path.with_name(path.name + "-wal")
+        held = wal.is_file() and wal.stat().st_size > 0
+        if not held and path.stat().st_size == seal.get("bytes") and identity.sha256_of(path) == seal.get("sha256"):
+            return True
+    except OSError:
+        return False
+    return seal.get("content") is not None and identity.content_of(path) == seal["content"]
+
+
+def refuse_damaged(folder: Path, manifest: Mapping[str, Any], name: str) -> None:
+    """Raise ``UserError`` where a file of a result is not the one that its manifest seals; older ones have no seal."""
+    files = manifest.get("files")
+    if files is None:
+        return
+    place = folder / name
+    if name not in files:
+        raise UserError(f"{place}: this file is not of the result in {folder}, whose manifest does not name it")
+    if not is_whole(place, files[name]):
+        raise UserError(
+            f"{place}: the file is damaged, or of another run: it is not the one that {manifest.get('tool')} wrote "
+            f"(run {manifest.get('run_id', 'unknown')}); put it back, or run {manifest.get('tool')} again"
+        )
+
+
+def damaged_files(folder: Path, manifest: Mapping[str, Any]) -> list[str]:
+    """The files of a result that are not as they were sealed."""
+    return [name for name, seal in manifest.get("files", {}).items() if not is_whole(folder / name, seal)]
+
+
+def _stamps(named: str) -> list[Any]:
+    return [
+        (str(each), (identity.stamp_of(each) or (0,) * 5)[:4]) for place in places_of(named) for each in files_of(place)
+    ]
+
+
+def _final(tool: Tool, name: str, value: str) -> str:
+    parameter = next(each for each in tool.parameters() if each.name == name)
+    return str(declared.anywhere(parameter, value))
+
+
+def _as_number(value: Any) -> Any:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        return str(value)
+
+
+def _platform() -> dict[str, Any]:
+    return {
+        "system": platform.system(),
+        "release": platform.release(),
+        "machine": platform.machine(),
+        "cores": os.cpu_count(),
+        "python": platform.python_version(),
+    }
+
+
+def _libraries() -> dict[str, str]:
+    import pyproj
+    import rasterio
+    import shapely
+
+    found = {name: metadata.version(name) for name in LIBRARIES}
+    brought = {"gdal": rasterio.__gdal_version__, "proj": pyproj.proj_version_str, "geos": shapely.geos_version_string}
+    return found | {name: str(value) for name, value in brought.items()}

@@ -1,0 +1,97 @@
+"""Tell what a result is of, and whether what it was made from still stands.
+
+    deadwood-tool check my_run
+    deadwood-tool check releases.gpkg
+
+Of any result (a folder, a file in it, or a single file) it says which tool made it, when, and as which run; whether
+this toolbox has the same engine, which makes the same bits; which files of a folder are as they were written; and
+which inputs are the same, have changed or are gone. Inputs that were moved together with the result are found.
+
+The exit status is 0 where all stands, 3 where something has changed or is gone, and 2 for what is no result of ours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
+
+CHANGED = 3  # the exit status
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ask:
+    path: str = tool.text("Result to be checked: a folder or a file", positional=True, path_like=True)
+
+
+def run(ask: Ask, feedback: Feedback) -> Outcome:
+    from deadwood_algorithms.files.identity import SAME, where_now
+    from deadwood_algorithms.results.identity import damaged_files, is_whole
+
+    place = Path(ask.path)
+    record, home = record_of(place)
+    if place.is_dir():
+        damaged = damaged_files(place, record)
+    else:
+        seal = record.get("files", {}).get(place.name)
+        damaged = [place.name] if seal and not is_whole(place, seal) else []
+    inputs: list[dict[str, Any]] = []
+    listed = record.get("inputs", [])
+    for done, each in enumerate(listed, start=1):
+        path, stands, told = where_now(each, home, record.get("folder"))
+        inputs.append({"parameter": each["parameter"], "path": path, "stands": stands, "file": told})
+        feedback.progress(done, len(listed), "comparing the inputs")
+    engine = "same" if record.get("engine") == tool.engine_digest() else "other"
+    facts = {
+        **{key: record.get(key) for key in ("tool", "version", "engine", "run_id", "made_utc")},
+        "engine_here": engine,
+        "files": {"sealed": len(record.get("files", {})), "damaged": damaged},
+        "inputs": inputs,
+    }
+    stands = not damaged and all(each["stands"] == SAME for each in inputs)
+    return Outcome({}, facts, lines_of(place, facts), 0 if stands else CHANGED)
+
+
+def record_of(place: Path) -> tuple[dict[str, Any], Path]:
+    """The record of a result, and the folder from which its inputs are seen; refused where there is none."""
+    from deadwood_algorithms.files.embedded import record_in
+    from deadwood_algorithms.files.input_files import MANIFEST, made_from
+    from deadwood_algorithms.results.checked import read_manifest_of
+
+    if not place.exists():
+        raise UserError(f"{place}: there is no such file or folder")
+    folder = place if place.is_dir() else place.parent
+    record = None if place.is_dir() else record_in(place)
+    whole = place.is_dir() or place.name == MANIFEST or place.name in made_from(folder).get("files", {})
+    if record is None and whole and (folder / MANIFEST).is_file():
+        record = read_manifest_of(folder)
+    if record is None or "run_id" not in record:
+        raise UserError(
+            f"{place}: this carries no record of a run; results of deadwood-tool have one since version 0.3"
+        )
+    return record, folder
+
+
+def lines_of(place: Path, facts: Mapping[str, Any]) -> tuple[str, ...]:
+    """What is said of it, for a reader."""
+    made = f", made {facts['made_utc']}" if facts["made_utc"] else ""
+    engine = "the one here" if facts["engine_here"] == "same" else "not the one here, whose bits may differ"
+    lines = [
+        f"{place}: run {facts['run_id']} of {facts['tool']} {facts['version']}{made}",
+        f"engine {facts['engine']}, {engine}",
+    ]
+    files = facts["files"]
+    if files["sealed"] and not files["damaged"]:
+        lines.append(f"{files['sealed']} files, as they were written")
+    lines += [f"{name}: damaged, changed or gone" for name in files["damaged"]]
+    for each in facts["inputs"]:
+        told = each["path"] if each["stands"] == "same" else each["file"]
+        lines.append(f"{each['parameter'].replace('_', ' ')}: {each['stands']}  {told}")
+    return tuple(lines) if facts["inputs"] else (*lines, "no inputs")
+
+
+TOOL = Tool("check", "Evaluate", "What a result is of, and which of its inputs still stand", Ask, run, in_qgis=False)
