@@ -17,6 +17,7 @@ from slope_case import Case, write_dem
 
 from deadwood_algorithms.files.embedded import embed, record_in
 from deadwood_algorithms.files.identity import CHANGED, GONE, SAME, compared, content_of, of_input
+from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.results.identity import Making
 from deadwood_algorithms.tools import check, count_hits, make_report, reach_lines, run_sites, slide_logs
 from deadwood_toolbox.cli import run as command
@@ -355,3 +356,50 @@ def test_wrong_types_are_refused_in_a_line(case, run, tmp_path, capsys, name):
             (mine / name).write_text(json.dumps(told), encoding="utf-8")
             words = ["design-values", "--run", str(mine), "--output", str(tmp_path / "v.csv"), "--overwrite", "--quiet"]
             assert command(words) in (0, 2), (at, wrong, capsys.readouterr().err)
+
+
+# --- resumed ----------------------------------------------------------------------------------------------------------
+
+
+def halted_sites(case: Case, output: Path) -> tuple[dict, Path]:
+    """Sites of which one is missing: the other is slid, and kept in the hidden folder."""
+    given = {key: value for key, value in case.values().items() if key not in ("output", "dem", "releases")}
+    table = case.folder / "sites.csv"
+    rows = [f"one,{case.dem},{case.releases}", f"two,{case.dem},{case.folder / 'missing.gpkg'}"]
+    table.write_text("\n".join(["site,dem,releases", *rows]) + "\n", encoding="utf-8")
+    asked = {**given, "sites": str(table), "output": str(output)}
+    with pytest.raises(UserError, match="1 of 2 sites failed"):
+        run_sites.TOOL(**asked)
+    shutil.copy(case.releases, case.folder / "missing.gpkg")
+    return asked, output.parent / f".{output.name}.part" / "sites" / "one"
+
+
+@pytest.mark.parametrize("damage", ["a bit", "half", "another run", "nothing"])
+def test_a_site_goes_on_only_as_it_was_written(copied, tmp_path, damage):
+    asked, part = halted_sites(copied, tmp_path / "region")
+    poses = part / "poses.parquet"
+    whole = poses.read_bytes()
+    if damage == "a bit":
+        poses.write_bytes(whole[:500] + bytes([whole[500] ^ 1]) + whole[501:])
+    elif damage == "half":
+        poses.write_bytes(whole[: len(whole) // 2])
+    elif damage == "another run":
+        other = copied.run(friction="0.5", output=str(tmp_path / "other"))
+        shutil.rmtree(part)
+        shutil.copytree(other, part)
+    run_sites.TOOL(**asked, resume=True)
+    assert (tmp_path / "region/sites/one/poses.parquet").read_bytes() == whole
+    assert check.TOOL(path=str(tmp_path / "region/sites/one")).status == 0
+
+
+def test_a_site_is_slid_again_where_the_source_of_its_vrt_changed(copied, tmp_path):
+    """The VRT itself keeps its bytes and its time."""
+    dem = copied.dem
+    copied.dem = vrt_of(dem, copied.folder / "dem.vrt")
+    asked, part = halted_sites(copied, tmp_path / "region")
+    before = manifest(part)
+    write_dem(Path(dem), flat=True)
+    run_sites.TOOL(**asked, resume=True)
+    after = manifest(tmp_path / "region/sites/one")
+    assert after["run_id"] != before["run_id"]
+    assert after["digests"]["scene"] != before["digests"]["scene"]
