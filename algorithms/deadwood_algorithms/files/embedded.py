@@ -65,7 +65,7 @@ def embed(path: Path, record: Mapping[str, Any]) -> None:
         _into_geopackage(path, as_text(record))
     elif ending == ".html":
         page = path.read_text(encoding="utf-8")
-        told = PAGE + as_text(record).replace("</", "<\\/") + "</script>\n"
+        told = PAGE + as_text(record).replace("<", "\\u003c") + "</script>\n"
         at = page.rfind("</body>")
         path.write_text(page[:at] + told + page[at:] if at >= 0 else page + told, encoding="utf-8")
     else:

@@ -27,6 +27,7 @@ from deadwood_algorithms.files.vectors import read_table, read_vector
 from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 from deadwood_algorithms.report.answers import Answers
 from deadwood_algorithms.results.arrivals import arrivals_frame, find_arrivals
+from deadwood_algorithms.results.checked import WHOLE
 from deadwood_algorithms.results.edges import Edges
 from deadwood_algorithms.results.passages import Passages, barrier_passages, line_passages
 from deadwood_algorithms.results.run_folder import GEOPACKAGE, Run, input_paths, layers_in, read_run
@@ -98,7 +99,7 @@ def read_reported_run(path: str, name: str, feedback: Feedback) -> ReportedRun:
     run = read_run(path, feedback=feedback)
     if not len(run.deposits):
         raise UserError(f"{path}: the run has no log, so there is nothing to report")
-    summary = run.summary
+    summary = run.summary(*WHOLE)
     lacks: list[tuple[str, dict[str, Any]]] = []
     extent = shown_extent(run)
     ground = _input(run, "dem", lacks, lambda place: read_ground(place, run, extent, feedback))

@@ -18,6 +18,7 @@ from deadwood_algorithms.results.identity import Making, damaged_files, is_whole
 
 SUMMARY = "summary.json"
 
+WHOLE = ("logs", "reach", "spread", "barriers", "speed", "accuracy", "modelled", "cost")  # what every summary has
 # A type, a tuple of types, [what each element is], {key: what its value is}; a key that ends in "?" may be missing.
 Wanted = Any
 NUMBER, COUNT, ANY = (int, float), int, object
@@ -39,14 +40,14 @@ OF_MANIFEST: Wanted = {
     "presets?": list,
 }
 OF_SUMMARY: Wanted = {
-    "logs": {"released": COUNT, "not_run?": COUNT, "by_stop_reason": dict, "started_in_contact?": COUNT},
-    "reach": [{"line_id": ANY, "n_total": COUNT, "n_reach": COUNT, "p": MAYBE, "ci_low": MAYBE, "ci_high": MAYBE}],
-    "spread": [{"release_id": ANY, "n": COUNT, "n_left_out?": COUNT, "spread_deg": MAYBE, "p05_p95_deg": MAYBE}],
-    "barriers": [{"barrier_id": ANY, "n_reached?": COUNT, "n_stopped?": COUNT}],
-    "speed": {"mean_ms": MAYBE, "p95_ms": MAYBE, "max_ms": MAYBE},
-    "accuracy": {"fidelity": str, "penetration_max_m": MAYBE, "energy_error_rel_max?": MAYBE},
-    "modelled": dict,
-    "cost": {"cpu_s": NUMBER, "wall_s": NUMBER, "steps": COUNT, "logs_per_s": MAYBE},
+    "logs?": {"released": COUNT, "not_run?": COUNT, "by_stop_reason": dict, "started_in_contact?": COUNT},
+    "reach?": [{"line_id": ANY, "n_total": COUNT, "n_reach": COUNT, "p": MAYBE, "ci_low": MAYBE, "ci_high": MAYBE}],
+    "spread?": [{"release_id": ANY, "n": COUNT, "n_left_out?": COUNT, "spread_deg": MAYBE, "p05_p95_deg": MAYBE}],
+    "barriers?": [{"barrier_id": ANY, "n_reached?": COUNT, "n_stopped?": COUNT}],
+    "speed?": {"mean_ms": MAYBE, "p95_ms": MAYBE, "max_ms": MAYBE},
+    "accuracy?": {"fidelity": str, "penetration_max_m": MAYBE, "energy_error_rel_max?": MAYBE},
+    "modelled?": dict,
+    "cost?": {"cpu_s": NUMBER, "wall_s": NUMBER, "steps": COUNT, "logs_per_s": MAYBE},
 }
 
 
@@ -116,7 +117,10 @@ def stands(tool: Tool, values: Mapping[str, Any], place: Path, seal: Mapping[str
     return told.get("run_id") == run_id and "files" in told and not damaged_files(place, told)
 
 
-def read_summary(folder: Path, manifest: Mapping[str, Any]) -> dict[str, Any]:
-    """The summary of a run, which is its own and of the right types."""
+def read_summary(folder: Path, manifest: Mapping[str, Any], *needed: str) -> dict[str, Any]:
+    """The summary of a run, which is its own and of the right types, and has what is needed of it."""
     refuse_damaged(folder, manifest, SUMMARY)
-    return read_json(folder / SUMMARY, OF_SUMMARY)
+    return read_json(
+        folder / SUMMARY,
+        {key.removesuffix("?") if key[:-1] in needed else key: each for key, each in OF_SUMMARY.items()},
+    )

@@ -52,7 +52,7 @@ class Passages:
 
 def barrier_passages(source: Run) -> Iterator[Passages]:
     """Each barrier of the run, also one that no log hit."""
-    ids = [each["barrier_id"] for each in source.summary["barriers"]]
+    ids = [each["barrier_id"] for each in source.summary("barriers")["barriers"]]
     if not ids:
         return
     if "barrier_hits" not in layers_in(source.path):

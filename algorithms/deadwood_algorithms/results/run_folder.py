@@ -7,7 +7,6 @@ import os
 import shutil
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -88,10 +87,9 @@ class Run:
         refuse_damaged(self.path, self.manifest, name)
         return self.path / name
 
-    @cached_property
-    def summary(self) -> dict[str, Any]:
-        """What stands in ``summary.json``."""
-        return read_summary(self.path, self.manifest)
+    def summary(self, *needed: str) -> dict[str, Any]:
+        """What stands in ``summary.json``, which has all that is needed."""
+        return read_summary(self.path, self.manifest, *needed)
 
     @property
     def fidelity(self) -> str:
@@ -99,7 +97,7 @@ class Run:
         name = str(self.manifest.get("parameters", {}).get("fidelity", "standard"))
         if name != "auto":
             return name
-        return str(self.summary["accuracy"]["fidelity"])
+        return str(self.summary("accuracy")["accuracy"]["fidelity"])
 
     def poses(self, wanted: NDArray[np.int64]) -> Iterator[dict[str, NDArray]]:
         """Poses of the wanted logs in bounded pieces; no log is split between two of them.

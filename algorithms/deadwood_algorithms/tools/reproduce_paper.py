@@ -204,6 +204,7 @@ class Steps:
 
     def __init__(self, ask: Ask, site: Site, place: Path, feedback: Feedback) -> None:
         self.ask, self.site, self.place, self.feedback = ask, site, place, feedback
+        self._known: set[Path] = set()  # what was made, or found to stand, by this process
         self.prepared, self.runs, self.results = (place / name for name in ("prepared", "runs", "results"))
         for folder in (self.prepared, self.runs, self.results):
             folder.mkdir(parents=True, exist_ok=True)
@@ -214,7 +215,6 @@ class Steps:
             self.trees["random" + (f"_{draw + 1}" if draw else "")] = self.random_trees(draw)
         self.terrains: dict[str, str] = {}
         self._evidence: Evidence | None = None
-        self._known: set[Path] = set()
 
     def step(self, path: Path, called: Tool, what: str, **values: Any) -> Path:
         """One call of a tool; what is there, whole and of the same inputs, parameters and engine is not made again."""

@@ -174,5 +174,5 @@ def test_a_damaged_summary_is_named(full, tmp_path):
 
     copy = shutil.copytree(full, tmp_path / "copy")
     (copy / "summary.json").write_text("{")
-    with pytest.raises(UserError, match=r"summary\.json: the run's summary cannot be read; run slide-logs again"):
+    with pytest.raises(UserError, match=r"summary\.json: the file is damaged, or of another run"):
         design_values.TOOL(run=str(copy), output=str(tmp_path / "d.csv"))

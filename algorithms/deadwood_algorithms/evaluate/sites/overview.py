@@ -14,7 +14,7 @@ import shapely
 
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.tool import Quiet, UserError
-from deadwood_algorithms.results.checked import read_summary
+from deadwood_algorithms.results.checked import WHOLE, read_summary
 from deadwood_algorithms.results.run_folder import GEOPACKAGE, read_manifest
 from deadwood_algorithms.stats.statistics import percent_with_interval, reach_record
 
@@ -61,7 +61,7 @@ class SiteFound:
 def found_of_run(name: str, folder: Path) -> SiteFound:
     """What a site's run found."""
     manifest, grid = read_manifest(folder)
-    summary = read_summary(folder, manifest)
+    summary = read_summary(folder, manifest, *WHOLE)
     layer = f"{folder / GEOPACKAGE}|layername=deposits"
     deposits = read_vector(layer, geometry=("point",), target_crs=grid.crs, what="deposits", feedback=Quiet())
     spreads = [each["spread_deg"] for each in summary["spread"] if each["spread_deg"] is not None]
