@@ -1,6 +1,6 @@
 """Which library writes and reads vector layers: pyogrio, which the toolbox uses, beside fiona.
 
-python -m benchmarks.vector_files    measures, in turn, and writes the README's table (needs fiona, no dependency)
+python -m benchmarks.vector_files    measures, in turn, and writes vector_files.md (needs fiona, no dependency)
 
 A job runs in a process of its own, so that its peak memory is its own. Deposits are points with 24 columns, as
 `slide-logs` writes them; trajectories are lines of 300 points with heights.
@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-README = Path(__file__).parents[1] / "README.md"
+PAGE = Path(__file__).with_suffix(".md")
 MARKS = re.compile(r"(<!-- measured: vector files\b[^>]*-->\n).*?(<!-- end of measured: vector files -->)", re.S)
 DEPOSITS, TRAJECTORIES, VERTICES, PIECES, ROUNDS = 50_000, 1_000, 300, 50, 5
 CRS = "EPSG:2056"
@@ -175,8 +175,8 @@ def main() -> None:
     versions = f"pyogrio {pyogrio.__version__}, fiona {fiona.__version__}"
     told = f"{versions}, GeoPackage, medians of {ROUNDS} runs in turn; {study.provenance()['machine']}."
     table = f"\n{measured()}\n{told}\n\n"
-    readme = README.read_text(encoding="utf-8")
-    README.write_text(MARKS.sub(lambda found: found[1] + table + found[2], readme), encoding="utf-8")
+    page = PAGE.read_text(encoding="utf-8")
+    PAGE.write_text(MARKS.sub(lambda found: found[1] + table + found[2], page), encoding="utf-8")
     print(table)
 
 

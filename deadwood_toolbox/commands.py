@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import click
@@ -184,7 +184,10 @@ def build(tools: Sequence[Tool], listed: Sequence[Tool | Declared]) -> click.Gro
     as_json = click.Option(["--json", "as_json"], is_flag=True, help="As JSON, for programs.")
     listing = _answering(lambda **given: _list(listed, **given))
     telling = _answering(lambda **given: _describe(tools, shelf, **given))
-    shelf.add_command(click.Command("list", params=[as_json], help="List the tools.", callback=listing))
+    presets = click.Option(
+        ["--presets"], is_flag=True, help="In their place what can be picked by name: values, sources, what to mind."
+    )
+    shelf.add_command(click.Command("list", params=[presets, as_json], help="List the tools.", callback=listing))
     which = click.Argument(["tool"], required=False)
     shelf.add_command(
         click.Command(
@@ -213,7 +216,13 @@ def _top(ctx: click.Context, version: bool, versions: bool) -> Answer | None:
     return None if ctx.invoked_subcommand else Answer(ctx.get_help())
 
 
-def _list(tools: Sequence[Tool | Declared], *, as_json: bool) -> str:
+def _list(tools: Sequence[Tool | Declared], *, presets: bool, as_json: bool) -> str:
+    if presets:
+        from deadwood_algorithms.tools.list_presets import preset_lines, preset_rows
+
+        rows = preset_rows()
+        told = {"version": VERSION, "presets": [asdict(each) for each in rows]}
+        return json.dumps(told, indent=2) if as_json else "\n".join(preset_lines(rows))
     if as_json:
         keys = ("name", "label", "group", "qgis_id", "summary")
         listed = [{key: getattr(tool, key) for key in keys} for tool in tools]

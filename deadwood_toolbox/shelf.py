@@ -21,7 +21,6 @@ from deadwood_algorithms.params.tool import Tool
 
 # In the order of the work; make-log is TOOL of deadwood_algorithms/tools/make_log.py, and so on.
 NAMES = (
-    "list-presets",
     "assess-mobilisation",
     "sample-releases",
     "import-trees",
@@ -51,12 +50,13 @@ NAMES = (
     "warm-up",
     "demo",
 )
+OLD_NAMES = ("list-presets",)  # still run in this version, and no more shown: list --presets
 TOOLS: tuple[Tool, ...]
 
 
 def find(name: str) -> Tool | None:
     """The tool of that name, or None; no other tool is imported."""
-    return import_module(_module(name)).TOOL if name in NAMES else None
+    return import_module(_module(name)).TOOL if name in (*NAMES, *OLD_NAMES) else None
 
 
 @dataclass(frozen=True)

@@ -66,7 +66,6 @@ def run_every_tool(folder: Path) -> list[Found]:
         assessed=at("assess-mobilisation", "assessed.gpkg"),
         factors=at("assess-mobilisation", "factors.tif"),
     )
-    run("list-presets", output=at("list-presets", "presets.csv"))
     releases = at("sample-releases", "releases.gpkg")
     run("sample-releases", dem=DEM, areas=sample("release_area"), count=40, azimuth_deg=180.0, output=releases)
     inventory = folder / "inventory.csv"
@@ -154,7 +153,6 @@ def run_every_tool(folder: Path) -> list[Found]:
         run=without,
         lines=sample("lines"),
         output=at("reach-lines", "reached.gpkg"),
-        origins=at("reach-lines", "origins.tif"),
     )
     run("design-values", run=slid, barrier_classes="etag-027", output=at("design-values", "design_values.csv"))
     candidates = {"tree_id": [1], "dbh_cm": [60.0], "height_m": [20.0]}

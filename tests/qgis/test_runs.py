@@ -16,7 +16,6 @@ DEM = SAMPLE / "dem.tif"
 LAYERS = SAMPLE / "sample.gpkg"
 # In the order of the work: what the command line has made of one is the input of the next. {work} is its folder.
 CASES: dict[str, dict[str, object]] = {
-    "list-presets": {},
     "sample-releases": {"areas": f"{LAYERS}|layername=release_area", "dem": DEM, "count": 24},
     "import-trees": {"trees": SAMPLE / "trees.csv", "dem": DEM, "id_field": "tree_id"},
     "generate-forest": {"dem": DEM, "stand": f"{LAYERS}|layername=forest", "like": "{work}/import-trees.gpkg"},

@@ -126,3 +126,19 @@ def test_one_name_means_one_thing_over_all_tools():
         for each in tool.parameters():
             meanings[each.name].add(each.is_output)
     assert {name: found for name, found in meanings.items() if len(found) > 1} == {}
+
+
+def test_a_tools_old_name_still_runs_and_is_shown_nowhere(tmp_path, capsys):
+    assert cli.run(["list", "--presets"]) == 0
+    shown = capsys.readouterr().out
+    assert cli.run(["list-presets", "--output", str(tmp_path / "presets.csv")]) == 0
+    assert capsys.readouterr().out == shown
+    assert (tmp_path / "presets.csv").is_file()
+    assert "source: " in shown
+    for words in (["--help"], ["list"]):
+        assert cli.run(words) == 0
+        assert "list-presets" not in capsys.readouterr().out
+    assert cli.run(["list", "--presets", "--json"]) == 0
+    rows = json.loads(capsys.readouterr().out)["presets"]
+    assert {"option", "name", "values", "source"} < set(rows[0])
+    assert all(each["name"] in shown for each in rows)

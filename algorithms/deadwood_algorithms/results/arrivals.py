@@ -15,7 +15,6 @@ import pandas
 import shapely
 from numpy.typing import NDArray
 
-from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params.tool import Cancelled, Feedback
 from deadwood_algorithms.results.edges import Edges
 from deadwood_algorithms.results.motion import bodies_of, energies_kj, path_so_far, travel
@@ -206,29 +205,6 @@ def origins_frame(arrivals: geopandas.GeoDataFrame) -> geopandas.GeoDataFrame:
     names = ["log_id", "release_id", "line_id", "t_s", "speed_ms", "energy_kj"]
     points = shapely.points(arrivals["release_x"], arrivals["release_y"])
     return geopandas.GeoDataFrame(arrivals[names], geometry=points, crs=arrivals.crs)
-
-
-def origin_rasters(
-    source: Run, reached: NDArray[np.bool_], items: Items, cell: float
-) -> tuple[Grid, dict[str, NDArray[np.float32]]]:
-    """Where logs were released: the share of those of each cell that reach any line, each line, and their number.
-
-    The grid covers the releases alone; its borders are whole multiples of the cell. NaN where no log was released.
-    """
-    stored = np.flatnonzero(np.isin(source.deposits["log_id"], source.stored_log_ids))
-    x, y = (source.deposits[f"release_{name}"].to_numpy()[stored] for name in "xy")
-    i, j = (np.floor(at / cell).astype(np.int64) for at in (x, y))
-    shape = (int(np.ptp(j)) + 1, int(np.ptp(i)) + 1)
-    place = np.ravel_multi_index((j - j.min(), i - i.min()), shape)
-    released = np.bincount(place, minlength=shape[0] * shape[1]).astype(np.float64)
-    released[released == 0.0] = np.nan
-    chosen = {"any line": reached[stored].any(axis=1)}
-    chosen |= {f"line {line_id}": reached[stored, k] for k, line_id in enumerate(items.ids)}
-    bands = {name: np.bincount(place, weights=hit, minlength=released.size) / released for name, hit in chosen.items()}
-    bands["logs released"] = released
-    nothing = np.broadcast_to(np.float32(np.nan), shape)
-    grid = Grid(nothing, cell, (i.min() + 0.5) * cell, (j.min() + 0.5) * cell, source.grid.crs)
-    return grid, {name: band.reshape(shape).astype(np.float32) for name, band in bands.items()}
 
 
 def _share(mine: Any, logs: Any) -> dict[str, float]:

@@ -110,15 +110,6 @@ CELL_QUANTILES = (
     _quantiles("energy", "the largest kinetic energy of each log", "kJ"),
     _quantiles("jump", "the largest clearance of each log above the terrain", "m"),
 )
-ORIGIN_SHARES = RasterFile(
-    name="origins",
-    meaning="From where the lines are reached: by the cells in which logs were released",
-    bands=(
-        Band(name="any line", meaning="Share of the cell's logs that reach any line", unit="1"),
-        Band(name="line LINE", meaning="Share of them that reach this line; a band each", unit="1"),
-        Band(name="logs released", meaning="How many were released in the cell", unit="logs"),
-    ),
-)
 ORIGIN_REACH = RasterFile(
     name="origins",
     meaning="From where the lines are reached: by the cells in which logs were released",
@@ -232,19 +223,6 @@ SITES_TABLE = TableFile(
     name="overview.csv",
     meaning="Many sites side by side: one row a site and line, one of a site without lines or that failed",
     columns=SITE_COLUMNS,
-)
-PRESETS = TableFile(
-    name="presets.csv",
-    meaning="What can be picked by name: one row a preset",
-    columns=(
-        a_text("tools", "The tools that take it"),
-        a_text("option", "The option that takes its name"),
-        a_text("name", "Its name"),
-        a_text("values", "What it sets, or the law"),
-        a_text("about", "What it stands for"),
-        a_text("source", "Where its values are from"),
-        a_text("mind", "What to mind with it"),
-    ),
 )
 DESIGN_VALUES = TableFile(
     name="design_values.csv",

@@ -45,7 +45,6 @@ OF_RUN = (
     results.BLOCK_HITS,
 )
 WRITTEN = (
-    _by_flag("list-presets", "--output", files.PRESETS),
     _by_flag("assess-mobilisation", "--output", files.SUSCEPTIBILITY),
     *_layers("assess-mobilisation", "--release-areas", [results.RELEASE_AREAS]),
     *_layers("assess-mobilisation", "--assessed", [results.CANDIDATES, results.OTHERS]),
@@ -102,7 +101,6 @@ WRITTEN = (
     *(_by_flag("count-hits", f"--{each.name}", each) for each in files.CELL_QUANTILES),
     _by_flag("count-hits", "--danger", files.DANGER),
     *_layers("reach-lines", "--output", [results.REACH, results.ARRIVALS, results.ATTRIBUTION, results.ORIGINS]),
-    _by_flag("reach-lines", "--origins", files.ORIGIN_SHARES),
     _by_flag("design-values", "--output", files.DESIGN_VALUES),
     *_layers("value-trees", "--output", [results.VALUES, results.PLANTED]),
     *_in_folder("site-barriers", files.SITED_TABLE, files.SITED_FACTS, files.SITED_PICTURE, files.MANIFEST),

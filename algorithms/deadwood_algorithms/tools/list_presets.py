@@ -1,18 +1,11 @@
-"""List the numbers that can be picked by name: what each says, which option takes it, and where it is from.
+"""List all that can be picked by name: presets, and the laws between DBH and height.
 
-    deadwood-tool list-presets
-    deadwood-tool list-presets --output presets.csv
-
-A preset sets only what is not given: an option that you give goes before it, and the tool says both. What it set
-stands, with its source, in the `manifest.json` of the tools that write a folder. `import-trees --dbh-law` and
-`generate-forest --dbh-law` take the laws between height and DBH, which are listed too.
-
-No preset fits a place because it has a name. Those of the paper are two events in the Alps, those of woods are means
-of their species, the classes of barriers are made for rocks. What is right here a person decides.
+What ``deadwood-tool list --presets`` shows; as a tool of its own it goes with the next version.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -29,7 +22,7 @@ class Ask:
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
-    rows = [*listed(), *laws()]
+    rows = preset_rows()
     if ask.output:
         import pandas
 
@@ -39,18 +32,18 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         with writing(TOOL, ask, feedback) as outputs:
             write_csv(outputs.file("output", ".csv"), pandas.DataFrame([asdict(each) for each in rows]))
     made = {"output": Path(ask.output)} if ask.output else {}
-    return Outcome(made, {"presets": [asdict(each) for each in rows]}, tuple(lines_of(rows)))
+    return Outcome(made, {"presets": [asdict(each) for each in rows]}, tuple(preset_lines(rows)))
 
 
-def laws() -> list[Listed]:
-    """The published laws between DBH and height, as rows of the list."""
-    return [
+def preset_rows() -> list[Listed]:
+    laws = [
         Listed("import-trees, generate-forest", "--dbh-law", name, str(law), ABOUT[name], SOURCES_OF_LAWS[name])
         for name, law in PUBLISHED.items()
     ]
+    return [*listed(), *laws]
 
 
-def lines_of(rows: list[Listed]) -> list[str]:
+def preset_lines(rows: Sequence[Listed]) -> list[str]:
     """By option, each name with what it says and where it is from."""
     shown, last = [], ""
     for each in rows:
@@ -63,4 +56,4 @@ def lines_of(rows: list[Listed]) -> list[str]:
     return shown
 
 
-TOOL = Tool("list-presets", "Prepare", "List what can be picked by name, with its values and source", Ask, run)
+TOOL = Tool("list-presets", "Prepare", "List what can be picked by name, with its values and source", Ask, run, False)

@@ -7,15 +7,14 @@ stored: with fewer than all of them stored it is an estimate from that sample.
 The output's layers: `reach`, a row a line; `arrivals`, a row a log and line, with time, speed, energy of translation
 and of rotation, clearance below the log, height of its centre of mass above the terrain, direction of travel, and the
 angles to the line and to the log's own axis; `attribution`, a row a release and line: which release hits which object,
-with what probability; `origins`, the arrivals drawn where their logs were released. --origins adds a raster of the
-releases: the share of each cell's logs that reach each line.
+with what probability; `origins`, the arrivals drawn where their logs were released. The shares of
+each release cell's logs that reach them, map-origins maps.
 
     deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
         --count 200 --output releases.gpkg
     deadwood-tool slide-logs --dem sample_data/dem.tif --releases releases.gpkg --friction 0.25 --trajectories all \\
         --output run
-    deadwood-tool reach-lines --run run --lines 'sample_data/sample.gpkg|layername=lines' --output reached.gpkg \\
-        --origins origins.tif
+    deadwood-tool reach-lines --run run --lines 'sample_data/sample.gpkg|layername=lines' --output reached.gpkg
 
 Logs that left the terrain model, or passed near its edge, would have gone on otherwise on a larger one: the tool warns
 of them, and `p_low_if_lost` to `p_high_if_lost` are the bounds if none or all of those reach the line that left before
@@ -46,14 +45,6 @@ class Ask:
         minimum=0.0,
         help="Edges are its border and its nodata; more than half a log's length is wise.",
     )
-    origins: str | None = tool.output_raster(
-        "Raster of the releases: share of the logs that reach the lines",
-        default=None,
-        help="Bands: any line, each line, number of logs released in the cell.",
-    )
-    origin_cell_m: float = tool.number(
-        "Cell size of that raster", unit="m", default=2.0, minimum=0.0, exclusive=True, advanced=True
-    )
     output: str = tool.output_vector(
         "Reach, arrivals, attribution and origins", parts=("|layername=reach", "|layername=arrivals")
     )
@@ -61,7 +52,6 @@ class Ask:
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
-    from deadwood_algorithms.files.rasters import write_bands
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.results import arrivals
     from deadwood_algorithms.results.edges import Edges, edge_words
@@ -70,8 +60,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.scene.layers import read_lines
 
     with ExitStack() as stack:
-        made = stack.enter_context(writing(TOOL, ask, feedback))
-        path, raster = made.file("output", ".gpkg"), made.optional_file("origins", ".tif")
+        path = stack.enter_context(writing(TOOL, ask, feedback)).file("output", ".gpkg")
         source = read_run(ask.run, feedback=feedback)
         lines, items = read_lines(ask.lines, source.grid, feedback)
         if not source.stored_log_ids.size:
@@ -94,25 +83,12 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             feedback.warn(f"{ask.run}: " + edge_words(*counts, ask.edge_m, edges.words, "passed"))
         layers = {"reach": reach, "arrivals": frame, "attribution": attribution}
         write_vector(path, layers | {"origins": arrivals.origins_frame(frame)})
-        if raster:
-            reached = arrived.reached(total, len(items.ids))
-            grid, bands = arrivals.origin_rasters(source, reached, items, ask.origin_cell_m)
-            write_bands(
-                raster,
-                bands,
-                grid,
-                nodata=np.nan,
-                dtype="float32",
-                units=["1"] * (len(bands) - 1) + ["logs"],
-                style="shares",
-            )
     facts = {
         "reach": reach.drop(columns="geometry").to_dict("records"),
         "attribution": attribution.drop(columns="geometry").to_dict("records"),
         "edges": {"n_left_dem": int(left.sum()), "n_near_edge": int(near.sum()), "edge_m": ask.edge_m},
     }
-    outputs = {"output": Path(ask.output)} | ({"origins": Path(ask.origins)} if ask.origins else {})
-    return Outcome(outputs, facts, lines_of(facts))
+    return Outcome({"output": Path(ask.output)}, facts, lines_of(facts))
 
 
 def lines_of(facts: dict) -> tuple[str, ...]:

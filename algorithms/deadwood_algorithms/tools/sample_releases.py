@@ -5,7 +5,7 @@ Gives the releases layer of ``slide-logs``. Places are uniform by area inside th
 as its values say, inside the areas, or without areas wherever it is above 0. Every area gets ``--count`` logs, or
 ``--logs-per-ha`` times its area (without areas, times that of the cells above 0).
 
-What the logs are like `--preset` says by name, with its source (`deadwood-tool list-presets` shows all); an option that
+What the logs are like `--preset` says by name, with its source (`deadwood-tool list --presets` has all); an option that
 is given goes before it. A preset of a wood has the density of its critical stage of decay, and a relation of DBH and
 length, by which one of them follows from the other.
 

@@ -186,9 +186,7 @@ def test_arrivals_by_hand(by_hand, tmp_path):
 
 
 def test_attribution_both_ways(by_hand, tmp_path):
-    lines, origins = both(tmp_path), tmp_path / "origins.tif"
-    values = {"run": str(by_hand), "lines": lines, "output": str(tmp_path / "r.gpkg")}
-    reach_lines.TOOL(**values, origins=str(origins), origin_cell_m=5.0)
+    reach_lines.TOOL(run=str(by_hand), lines=both(tmp_path), output=str(tmp_path / "r.gpkg"))
     table = gpd.read_file(tmp_path / "r.gpkg", layer="attribution").set_index(["release_id", "line_id"])
     assert table["n_reach"].to_dict() == {(1, "road"): 2, (1, "house"): 0, (2, "road"): 1, (2, "house"): 2}
     assert table["n_total"].to_dict() == {(1, "road"): 3, (1, "house"): 3, (2, "road"): 2, (2, "house"): 2}
@@ -206,12 +204,6 @@ def test_attribution_both_ways(by_hand, tmp_path):
         (40, 8),
         (40, 40),
     }
-    with rasterio.open(origins) as made:
-        assert made.descriptions == ("any line", "line road", "line house", "logs released")
-        assert (made.bounds.left - EAST, made.bounds.top - NORTH) == (30.0, 65.0)
-        # the cell at 30 to 35 east, 60 to 65 north holds logs 0, 1 and 2, of which two reach the road
-        assert made.read()[:, 0, 0] == pytest.approx([2 / 3, 2 / 3, 0.0, 3.0])
-        assert np.nansum(made.read(4)) == 5
 
 
 def test_logs_near_the_edges_are_warned_of(tmp_path, said):
@@ -235,18 +227,6 @@ def test_logs_near_the_edges_are_warned_of(tmp_path, said):
         outcome = reach_lines.TOOL(feedback=said, edge_m=edge_m, **values)
         assert outcome.facts["edges"] == {"n_left_dem": 1, "n_near_edge": near, "edge_m": edge_m}
         assert f"1 of 4 logs left the terrain model and {near} more passed within {edge_m:g} m" in said.warnings[0]
-
-
-def test_both_outputs_or_none(by_hand, tmp_path):
-    (tmp_path / "origins.tif").write_text("somebody's")
-    with pytest.raises(UserError, match="origins.tif: the output exists"):
-        reach_lines.TOOL(
-            run=str(by_hand),
-            lines=both(tmp_path),
-            output=str(tmp_path / "r.gpkg"),
-            origins=str(tmp_path / "origins.tif"),
-        )
-    assert not (tmp_path / "r.gpkg").exists()
 
 
 @pytest.mark.parametrize("name", ["reach", "arrivals", "attribution", "origins"])

@@ -166,6 +166,17 @@ def test_classes_areas_and_names_together(place, tmp_path):
     assert lying - in_south - in_north == {named}
 
 
+def test_where_areas_overlap_the_later_one_counts(place, tmp_path):
+    """Nothing falls in the first, all in the second, which covers its northern half."""
+    first, second = shapely.box(0.0, 0.0, 60.0, 60.0), shapely.box(0.0, 30.0, 60.0, 60.0)
+    areas = write_layer(tmp_path / "a.gpkg", [first, second], share=[0.0, 1.0])
+    lying = set(throw(place, tmp_path / "s", windthrow_areas=areas)["lying_after"]["lying_id"])
+    trees = gpd.read_file(place / "trees.gpkg")
+    v = trees.geometry.y - NORTH
+    tall = trees["height_m"] - 0.5 >= 0.5
+    assert lying == set(trees["tree_id"][(v >= 30.0) & (v <= 60.0) & tall])
+
+
 def test_later_some_are_gone_and_the_rest_is_thinner(place, tmp_path):
     found = throw(place, tmp_path / "s", share=0.5, lost=0.25, thinner=0.1)
     after, later = (found[f"lying_{name}"].set_index("lying_id") for name in ("after", "later"))

@@ -21,7 +21,6 @@ from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.stats.draws import LATIN_ORDER, LATIN_PLACE, uniforms
 
 Array = NDArray[np.float64]
-DESIGNS = ("ends", "latin", "sobol")
 
 
 @dataclass(frozen=True)

@@ -71,10 +71,6 @@ class Factor:
         return f"--vary {self.name} takes the range that is offered, {self.range_words}: {whose}"
 
     @property
-    def is_choice(self) -> bool:
-        return isinstance(self.low, str)
-
-    @property
     def words(self) -> str:
         return OFFERED[self.name].words
 
