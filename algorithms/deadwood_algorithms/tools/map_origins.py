@@ -98,9 +98,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         x, y = (source.deposits[f"release_{axis}"].to_numpy()[rows] for axis in "xy")
         cell = ask.cell_m or origins.cell_for(x, y, ask.least)
         found = origins.origins_of(source, rows, reached, cell, ask.least)
-        if found.told_share < origins.TOLD:
+        if found.share_with_enough < origins.ENOUGH:
             feedback.warn(
-                f"of {rows.size} logs {rows.size - found.released[found.told].sum()} were released in cells of "
+                f"of {rows.size} logs {rows.size - found.released[found.enough].sum()} were released in cells of "
                 f"{cell:g} m with fewer than {ask.least}, whose share is not told; take a larger --cell-m, a smaller "
                 "--least, or release more"
             )
@@ -117,7 +117,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             "cell_m": cell,
             "least": ask.least,
             "logs": int(rows.size),
-            "told": found.told_share,
+            "told": found.share_with_enough,
             "reach": [{"line_id": line, **record_of(hit)} for line, hit in reached.items()],
             "sources": records["sources"],
             "affected": records.get("affected"),

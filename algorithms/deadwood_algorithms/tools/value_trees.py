@@ -40,7 +40,7 @@ from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 if TYPE_CHECKING:
     import geopandas
 
-    from deadwood_algorithms.evaluate.protection.effect import Question, Worth
+    from deadwood_algorithms.evaluate.protection.effect import Effect, Question
     from deadwood_algorithms.evaluate.protection.obstacles import Candidates
     from deadwood_algorithms.scene.layers import SceneLayers
 
@@ -127,31 +127,31 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     return Outcome({"output": Path(ask.output)}, facts, lines_of(frames))
 
 
-def value(question: Question, layers: SceneLayers, known: Any, things: list[Any], feedback: Feedback) -> list[Worth]:
+def value(question: Question, layers: SceneLayers, known: Any, things: list[Any], feedback: Feedback) -> list[Effect]:
     """Slide again without each thing the logs to which it mattered."""
-    from deadwood_algorithms.evaluate.protection.effect import Again, logs_to_slide, tasks_of, worths
+    from deadwood_algorithms.evaluate.protection.effect import Again, effects_of, logs_to_slide, tasks_of
 
     tasks = tasks_of(things, [logs_to_slide(question, layers, known, each) for each in things])
     again = Again(question, layers, known, None)
     changes = again.all(tasks, feedback, f"sliding without each of {len(things)}")
-    return worths(question, layers, known, things, changes)
+    return effects_of(question, layers, known, things, changes)
 
 
 def value_planted(
     question: Question, layers: SceneLayers, known: Any, could: Candidates, feedback: Feedback
-) -> list[Worth]:
+) -> list[Effect]:
     """Slide again with each candidate the logs that come near it."""
-    from deadwood_algorithms.evaluate.protection.effect import AgainWith, logs_near, tasks_of, worths
+    from deadwood_algorithms.evaluate.protection.effect import AgainWith, effects_of, logs_near, tasks_of
     from deadwood_algorithms.evaluate.protection.obstacles import with_candidates
 
     both, found = with_candidates(layers, could)
     near, layers = logs_near(question, layers, both, found, could.widest_radius, feedback)
     again = AgainWith(question, layers, known, lambda on: with_candidates(on, could))
     changes = again.all(tasks_of(again.found, near), feedback, f"sliding with each of {len(again.found)}")
-    return worths(question, layers, known, again.found, changes, planted=True)
+    return effects_of(question, layers, known, again.found, changes, planted=True)
 
 
-def frame_of(found: Sequence[Worth], layers: SceneLayers, changed: str, sign: int) -> geopandas.GeoDataFrame:
+def frame_of(found: Sequence[Effect], layers: SceneLayers, changed: str, sign: int) -> geopandas.GeoDataFrame:
     """One row a thing and line, those of one line together, each by rank.
 
     sign : 1 where the change takes something away, so that what more reach is its worth; -1 where it puts something up

@@ -70,10 +70,10 @@ def rates_of(
 ) -> dict[str, Any]:
     """Events a year, return period and its class, with the ends of their intervals."""
     of_log = source.deposits.set_index("log_id")["release_id"]
-    told = list(areas) if among.size == len(of_log) else stored_areas(source, list(areas))
+    counted = list(areas) if among.size == len(of_log) else stored_areas(source, list(areas))
     hit = of_log.loc[ids].to_numpy()
-    counts = [np.array(int((hit == each.release_id).sum())) for each in told]
-    rate, low, high = rate_with_interval(counts, told, logs_per_event)
+    counts = [np.array(int((hit == each.release_id).sum())) for each in counted]
+    rate, low, high = rate_with_interval(counts, counted, logs_per_event)
     years, shortest, longest = (float(return_period(each)) for each in (rate, high, low))
     return {
         "rate_per_year": float(rate),

@@ -20,7 +20,7 @@ from deadwood_algorithms.results.run_folder import Run
 from deadwood_algorithms.stats.statistics import reach_record, wilson_bounds
 
 ROUND_CELLS = (1.0, 2.0, 3.0, 5.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
-TOLD = 0.9  # of the logs that should lie in cells with enough of them
+ENOUGH = 0.9  # of the logs that should lie in cells with enough of them
 CELLS_MOST = 25_000_000
 MOST_AREAS = 100  # the stored poses are gone through once for each
 ANY = "any line"
@@ -41,18 +41,18 @@ class Origins:
     least: int
 
     @property
-    def told(self) -> NDArray[np.bool_]:
+    def enough(self) -> NDArray[np.bool_]:
         return self.released >= self.least
 
     @property
-    def told_share(self) -> float:
+    def share_with_enough(self) -> float:
         """Share of the logs that were released in cells with enough of them."""
-        return float(self.released[self.told].sum() / self.released.sum())
+        return float(self.released[self.enough].sum() / self.released.sum())
 
     def shares(self, line: str) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """Share of the logs of each cell that reach the line, and the ends of its Wilson interval; NaN if not told."""
         share, low, high = (np.full(self.grid.shape, NOWHERE) for _ in range(3))
-        for number in np.unique(self.released[self.told]):
+        for number in np.unique(self.released[self.enough]):
             here = self.released == number
             hit = self.reached[line][here]
             share[here] = hit / number
@@ -77,7 +77,7 @@ def cell_for(x: NDArray[np.float64], y: NDArray[np.float64], least: int) -> floa
     """The smallest round cell [m] in which nine of ten logs lie with enough others; the largest where none does."""
     for cell in ROUND_CELLS:
         _, count = np.unique(np.stack([np.floor(at / cell) for at in (x, y)]), axis=1, return_counts=True)
-        if count[count >= least].sum() >= TOLD * x.size:
+        if count[count >= least].sum() >= ENOUGH * x.size:
             return cell
     return ROUND_CELLS[-1]
 

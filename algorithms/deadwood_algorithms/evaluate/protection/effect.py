@@ -160,7 +160,7 @@ def held_by(layers: SceneLayers, result: Result) -> dict[int, int]:
 
 
 @dataclass(frozen=True)
-class Worth:
+class Effect:
     """One obstacle and line: logs that reach it in the run, and without the obstacle, or with the candidate.
 
     lost, gained : logs that reach it only in the run, and only in the changed scene
@@ -391,7 +391,7 @@ class AgainWith(Again):
         return self.candidates(self.plain)[0]
 
 
-def worths(
+def effects_of(
     question: Question,
     layers: SceneLayers,
     known: Known,
@@ -399,7 +399,7 @@ def worths(
     changes: Iterable[tuple[Task, Change]],
     *,
     planted: bool = False,
-) -> list[Worth]:
+) -> list[Effect]:
     """One row an obstacle and line, in their order; of candidates what they hold and take are those of the changes."""
     lost, gained = np.zeros((2, len(obstacles), len(layers.lines.ids)), np.int64)
     held = np.array([sum(known.held.get(each, 0) for each in one.owners.tolist()) for one in obstacles], np.int64)
@@ -414,22 +414,22 @@ def worths(
             energy[task.number] += change.energy
     total, now = len(question.releases), known.reach.sum(axis=0)
     return [
-        Worth(one, str(line_id), total, int(now[line]), int(lost[k, line]), int(gained[k, line]), int(held[k]),
+        Effect(one, str(line_id), total, int(now[line]), int(lost[k, line]), int(gained[k, line]), int(held[k]),
               float(energy[k]) / 1e6)
         for k, one in enumerate(obstacles)
         for line, line_id in enumerate(layers.lines.ids)
     ]  # fmt: skip
 
 
-def ranks(gains: Sequence[float], worths: Sequence[Worth]) -> NDArray[np.int64]:
+def ranks(gains: Sequence[float], effects: Sequence[Effect]) -> NDArray[np.int64]:
     """Place of each row among those of its kind and line, 1 the largest gain; of equal ones that which holds, then
     takes, more."""
-    out = np.zeros(len(worths), np.int64)
+    out = np.zeros(len(effects), np.int64)
     groups: dict[tuple[str, str], list[int]] = {}
-    for k, each in enumerate(worths):
+    for k, each in enumerate(effects):
         groups.setdefault((each.obstacle.kind, each.line_id), []).append(k)
     for rows in groups.values():
-        rows.sort(key=lambda k: (-gains[k], -worths[k].stopped, -worths[k].energy_taken_kj, k))
+        rows.sort(key=lambda k: (-gains[k], -effects[k].stopped, -effects[k].energy_taken_kj, k))
         out[rows] = np.arange(1, len(rows) + 1)
     return out
 

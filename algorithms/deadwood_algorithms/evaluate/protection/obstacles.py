@@ -47,8 +47,8 @@ def obstacles_of(layers: SceneLayers) -> list[Obstacle]:
     ]
     lying = np.setdiff1d(np.arange(scene.lying_count), scene.lying_outside)
     found += _things(LYING, layers.lying, lying, scene.tree_count + np.arange(scene.lying_count))
-    plates = np.setdiff1d(np.arange(scene.barrier_count), scene.barriers_outside)
-    found += _things(BARRIER, layers.barriers, plates, -1 - np.arange(scene.barrier_count))
+    barriers = np.setdiff1d(np.arange(scene.barrier_count), scene.barriers_outside)
+    found += _things(BARRIER, layers.barriers, barriers, -1 - np.arange(scene.barrier_count))
     return found
 
 

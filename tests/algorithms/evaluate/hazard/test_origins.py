@@ -68,8 +68,8 @@ def example(least: int) -> Origins:
 
 def test_a_cell_with_just_enough_logs_is_told():
     found = example(3)
-    assert found.told.tolist() == [[False, True, True, False]]
-    assert found.told_share == 7 / 9
+    assert found.enough.tolist() == [[False, True, True, False]]
+    assert found.share_with_enough == 7 / 9
     share, low, high = found.shares("road")
     assert share[0].tolist() == pytest.approx([np.nan, 1 / 3, 0.5, np.nan], nan_ok=True)
     for column, (hit, n) in ((1, (1, 3)), (2, (2, 4))):

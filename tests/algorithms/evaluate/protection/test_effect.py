@@ -12,14 +12,14 @@ import shapely
 from deadwood_algorithms.evaluate.protection import effect
 from deadwood_algorithms.evaluate.protection.effect import (
     Change,
+    Effect,
     Known,
-    Worth,
+    effects_of,
     held_by,
     logs_to_slide,
     ranks,
     taken_by,
     tasks_of,
-    worths,
 )
 from deadwood_algorithms.evaluate.protection.obstacles import BARRIER, STAND, TREE, Obstacle
 from deadwood_algorithms.stats.statistics import paired_interval
@@ -121,7 +121,7 @@ def test_changes_add_up_by_obstacle_and_line(planted):
     ]
     question: Any = SimpleNamespace(releases=range(4))
     layers: Any = SimpleNamespace(lines=SimpleNamespace(ids=["road", "rail"]))
-    found = worths(question, layers, it, things, zip(tasks, changes, strict=True), planted=planted)
+    found = effects_of(question, layers, it, things, zip(tasks, changes, strict=True), planted=planted)
     assert [(each.obstacle.id, each.line_id) for each in found] == [
         ("a", "road"), ("a", "rail"), ("n", "road"), ("n", "rail")
     ]  # fmt: skip
@@ -138,7 +138,7 @@ def test_changes_add_up_by_obstacle_and_line(planted):
 
 
 def test_the_gain_is_of_the_logs_that_reach_without_it():
-    one = Worth(obstacle(TREE, "a", 0), "road", 200, 30, 2, 9, 4, 1.0)
+    one = Effect(obstacle(TREE, "a", 0), "road", 200, 30, 2, 9, 4, 1.0)
     value, low, high = one.gain()
     assert value == 7 / 200
     assert (low, high) == paired_interval(2, 9, 200)
@@ -148,7 +148,7 @@ def test_the_gain_is_of_the_logs_that_reach_without_it():
 def test_ranks_are_among_the_same_kind_and_line():
     rng = np.random.default_rng(2)
     found = [
-        Worth(obstacle(kind, str(k), k), line, 100, 50, 0, 0, int(rng.integers(3)), float(rng.integers(2)))
+        Effect(obstacle(kind, str(k), k), line, 100, 50, 0, 0, int(rng.integers(3)), float(rng.integers(2)))
         for k in range(12)
         for kind in (TREE, BARRIER)
         for line in ("road", "rail")
@@ -157,7 +157,7 @@ def test_ranks_are_among_the_same_kind_and_line():
     got = ranks(gains, found)
     for k, each in enumerate(found):
 
-        def better(j: int, each: Worth = each, k: int = k) -> bool:
+        def better(j: int, each: Effect = each, k: int = k) -> bool:
             other = found[j]
             if (other.obstacle.kind, other.line_id) != (each.obstacle.kind, each.line_id) or j == k:
                 return False
