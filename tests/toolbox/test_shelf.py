@@ -41,6 +41,7 @@ NAMES = [
     "vary",
     "make-report",
     "view",
+    "check",
     "reproduce-paper",
     "warm-up",
     "demo",
@@ -110,7 +111,8 @@ def test_the_declaration_is_complete(tool: Tool):
     names = {p.name for p in tool.parameters()}
     layers = {p.name for p in tool.parameters() if p.kind in ("vector", "table")}
     assert {p.parent for p in tool.parameters() if p.kind == "field"} <= layers
-    if tool.name not in ("view", "warm-up"):  # one writes into the run that it shows, the other into the cache
+    # One writes into the run that it shows, the second nothing, the third into the cache.
+    if tool.name not in ("view", "check", "warm-up"):
         assert any(p.is_output for p in tool.parameters())
         assert "overwrite" in names
     assert not names & {"config", "progress", "quiet", "verbose", "help", "version"}
@@ -130,7 +132,7 @@ def test_the_description_is_json_and_says_the_same(tool: Tool, capsys: pytest.Ca
     told = json.loads(capsys.readouterr().out, parse_constant=lambda word: pytest.fail(f"{word} is not JSON"))
     assert [each["name"] for each in told["parameters"]] == [p.name for p in tool.parameters()]
     assert told["qgis_id"] == (
-        "" if tool.name in ("view", "warm-up", "demo") else "deadwood:" + tool.name.replace("-", "")
+        "" if tool.name in ("view", "check", "warm-up", "demo") else "deadwood:" + tool.name.replace("-", "")
     )
 
 
