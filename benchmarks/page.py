@@ -47,9 +47,6 @@ def provenance(results: Row) -> str:
             f"every array of {each['combinations']} combinations of scene, fidelity and law with {each['logs']} logs "
             f"each, compared on {each['date']}. What is said here of one holds for the other"
         )
-    now = study.engine_digest()
-    if now not in study.engines_of(results) | {each["engine"] for each in certified}:
-        lines.append(f"- **the engine has changed since** (sources now {now}); `python -m benchmarks` measures it anew")
     if len(engines) > 1:
         lines.append("- **several engines**: rows are comparable within a line above; `python -m benchmarks` mends it")
     of = {name: found["source"]["engine"] for name, found in results.items() if _sourced(found)}
@@ -62,6 +59,18 @@ def provenance(results: Row) -> str:
     lines.append(f"- seed {results['seed']}; {min(logs)} to {max(logs)} logs a scene and setting")
     lines.append(f"- each log at most {results['time_limit_s']:g} s; CPU time of all runs: {hours:.1f} hours")
     return "\n".join(lines)
+
+
+def stale(results: Row) -> str:
+    """The page's first line where another engine than today's was measured; empty where it is today's."""
+    now = study.engine_digest()
+    certified = {each["engine"] for each in results.get("same_bits", []) if each["as"] in study.engines_of(results)}
+    if now in study.engines_of(results) | certified:
+        return ""
+    return (
+        f"- **the engine has changed since** these numbers were measured (sources now {now}): they are of the one "
+        "before; `python -m benchmarks` measures anew\n"
+    )
 
 
 def _sourced(found: Any) -> bool:
@@ -313,7 +322,7 @@ def page(results: Row) -> str:
     told = {name: results["scenes"][name] for name, _ in tables.in_order(results)}
     titles = (f"*{n}*, {c['title']} (mu {c['friction']:g}, line at y {c['line_y']:g} m)" for n, c in told.items())
     return Template(TEMPLATE.read_text(encoding="utf-8")).substitute(
-        choice=verdicts.choice(results),
+        choice=stale(results) + verdicts.choice(results),
         provenance=provenance(results),
         scenes="; ".join(titles),
         block=results["block"],

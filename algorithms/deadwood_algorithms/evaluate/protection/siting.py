@@ -3,9 +3,9 @@
 All candidates' lines, and a zone around each, are watched while the logs slide. A log whose outline never touches the
 zone keeps every bit of its way when the barrier is put there, for the engine lists an obstacle, and lets it shorten a
 step, only within ``NEAR_MARGIN`` of the log's surface in plan (``cores.near``; ``logs_near`` of `effect` argues the
-same from poses), unless it is the first whose presence alone makes steps shorter (``Question.rule_of_steps``). The others
-slide again in the scene with the barrier; while they do, the zones tell near which other candidates their new ways
-come. So at any time it is known of each log what it does with the barriers chosen so far, and where else it comes.
+same from poses), unless it is the first whose presence alone makes steps shorter (``Question.rule_of_steps``). The
+others slide again in the scene with the barrier; while they do, the zones tell near which other candidates their new
+ways come. So at any time it is known of each log what it does with the barriers chosen so far, and where else it comes.
 """
 
 from __future__ import annotations
