@@ -1,0 +1,195 @@
+"""Tree tables as surveys, cadastres and spreadsheets write them; each was refused or misread before."""
+
+from __future__ import annotations
+
+import geopandas as gpd
+import numpy as np
+import pandas as pd
+import pytest
+from shapely import GeometryCollection, LineString, Point, Polygon
+
+from deadwood_algorithms.files.crs import misplacement
+from deadwood_algorithms.files.tables import header_row, sheet_table
+from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.prepare.trees.status import DEAD, GONE, LIVE, _meant, code_of
+from deadwood_algorithms.schemas import TREES
+
+EAST, NORTH = 2_783_050.0, 1_190_050.0
+SIZES = ((41.4, 27.1), (52.8, 32.1), (31.4, 22.3))
+
+
+def table(head: str, *rows: str) -> str:
+    return "\n".join([head, *(f"{EAST + 5 * k};{NORTH};{row}" for k, row in enumerate(rows))])
+
+
+@pytest.mark.parametrize(
+    "field", ["Umfang", "circonférence", "Circonferenza (cm)", "omtrek", "ST_UMFANG", "girth [mm]"]
+)
+def test_a_girth_is_divided_by_pi_and_said(imported, said, field):
+    times = 10 if "mm" in field else 1
+    rows = [f"{np.pi * dbh * times:.4f};{height}" for dbh, height in SIZES]
+    trees = imported(table(f"x;y;{field};Baumhöhe", *rows))
+    assert trees["dbh_cm"].tolist() == pytest.approx([dbh for dbh, _ in SIZES], abs=1e-3)
+    assert "is read as the girth in" in " ".join(said.warnings)
+
+
+def test_a_girth_that_is_called_dbh_is_doubted(imported, said):
+    imported(table("x;y;BHD;Baumhöhe", *(f"{np.pi * dbh};{height}" for dbh, height in SIZES)))
+    assert "--dbh-unit girth-cm" in " ".join(said.warnings)
+    said.warnings.clear()
+    imported(table("x;y;BHD;Baumhöhe", *(f"{dbh};{height}" for dbh, height in SIZES)))
+    assert not said.warnings
+    imported(table("x;y;BHD;Baumhöhe", *(f"{dbh / 2.54};{height}" for dbh, height in SIZES)))
+    assert "--dbh-unit in" in " ".join(said.warnings)
+
+
+@pytest.mark.parametrize("heads", [("Höhe", "Baumhöhe"), ("Baumhöhe", "Höhe"), ("altezza", "Altezza_totale")])
+def test_the_tree_s_own_height_before_that_above_the_sea(imported, heads):
+    by_head = {"Höhe": 973.9, "altezza": 973.9, "Baumhöhe": 27.1, "Altezza_totale": 27.1}
+    trees = imported(
+        table(f"x;y;BHD;{';'.join(heads)}", ";".join(str(each) for each in (41.4, *map(by_head.get, heads))))
+    )
+    assert trees["height_m"].tolist() == [27.1]
+
+
+def test_a_height_above_the_sea_alone_is_passed_over_and_said(imported, said):
+    trees = imported(table("x;y;BHD;Höhe", "41.4;973.9", "52.8;949.6"))
+    assert (trees["height_m"] < 60).all()
+    assert "perhaps that of the ground above the sea" in " ".join(said.warnings)
+
+
+def test_classes_of_dbh_count_as_their_middle(imported, said):
+    trees = imported(table("x;y;dbh;h", "40-45;27", "41,4 cm;30", "k.A.;20"))
+    assert trees["dbh_cm"].tolist()[:2] == [42.5, 41.4]
+    assert trees["dbh_source"].tolist() == ["measured", "measured", "modelled"]
+    assert "1 cells hold classes such as 40-45" in " ".join(said.warnings)
+
+
+def test_nothing_is_written_that_slide_logs_would_refuse(imported, outcome):
+    rows = ["0.05;0.4", "0;20", "30;0.9", "30;1.3", "40;0", "0.005;2.0", "35;160", "30;25"]
+    trees = imported(table("x;y;dbh;h", *rows))
+    for name in ("dbh_cm", "height_m"):
+        column = TREES.column(name)
+        assert (trees[name] >= column.least).all()
+        assert (trees[name] <= column.maximum).all()
+    assert (trees["height_m"] >= 1.3).all()
+    lines = " ".join(outcome["last"].lines)
+    assert "2 trees dropped, their height_m is below 1.3 m" in lines
+    assert "1 trees dropped, their height_m is above 150 m" in lines
+    assert "1 trees dropped, their dbh_cm is below" in lines
+    assert outcome["last"].facts["dropped"] + len(trees) == len(rows)
+
+
+def test_the_least_height_is_an_option(imported):
+    rows = ("30;0.9", "30;1.3", "30;25")
+    assert len(imported(table("x;y;dbh;h", *rows), min_height_m=0.5)) == 3
+    assert len(imported(table("x;y;dbh;h", *rows), min_height_m=2.0)) == 1
+
+
+def test_trees_in_one_place_are_said(imported, said):
+    rows = [f"{EAST};{NORTH};40;27", f"{EAST};{NORTH};41;27", f"{EAST + 5};{NORTH};41;27"]
+    assert len(imported("\n".join(["x;y;dbh;h", *rows]))) == 3
+    assert "1 trees stand in the very place of another one" in " ".join(said.warnings)
+    assert len(imported("\n".join(["x;y;dbh;h", *rows]), merge_within_m=0.1)) == 2
+
+
+@pytest.mark.parametrize(
+    "head", ["Est;Nord;dbh;h", "Ost;Nord;dbh;h", "Rechtswert;Hochwert;dbh;h", "E_LV95;N_LV95;dbh;h"]
+)
+def test_coordinates_by_their_names(imported, axes):
+    assert len(imported(table(f"{axes};dbh;h", "40;27"))) == 1
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "words"),
+    [
+        ("y", "x", "x and y are exchanged"),
+        ("lv03 x", "lv03 y", "EPSG:21781"),
+        ("lv03 y", "lv03 x", "x and y are exchanged"),
+        ("0", "0", "check the CRS of both"),
+    ],
+)
+def test_exchanged_axes_and_lv03_are_recognised(imported, slope, x, y, words):
+    at = {"x": EAST, "y": NORTH, "lv03 x": EAST - 2e6, "lv03 y": NORTH - 1e6, "0": 0.0}
+    with pytest.raises(UserError, match=words):
+        imported(f"x;y;dbh;h\n{at[x]};{at[y]};40;27", dem=slope())
+
+
+def test_the_way_out_that_is_printed_leads_to_the_trees(imported, slope):
+    dem = slope()
+    trees = imported(f"Y;X;dbh;h\n{EAST};{NORTH};40;27", dem=dem, x_field="Y", y_field="X")
+    assert trees.geometry[0] == Point(EAST, NORTH)
+    trees = imported(f"x;y;dbh;h\n{EAST - 2e6};{NORTH - 1e6};40;27", dem=dem, crs="EPSG:21781")
+    assert trees.geometry[0].distance(Point(EAST, NORTH)) < 2.0
+
+
+def test_places_in_a_third_system_are_not_called_exchanged():
+    assert misplacement(np.array([7.0]), np.array([46.0]), (2.7e6, 1.2e6, 2.8e6, 1.3e6)) == ""
+
+
+@pytest.mark.parametrize(
+    ("word", "kind"),
+    [
+        ("Dürrständer", DEAD), ("abgestorben", DEAD), ("stehend tot", DEAD), ("Baum tot", DEAD), ("mort sur pied", DEAD),
+        ("arbre sec", DEAD), ("morto in piedi", DEAD), ("secco", DEAD), ("Dead standing", DEAD),
+        ("liegend tot", GONE), ("Totholz, liegend", GONE), ("Windwurf", GONE), ("gefällt", GONE), ("Stock", GONE),
+        ("chablis", GONE), ("souche", GONE), ("mort couché", GONE), ("abattu", GONE), ("schiantato", GONE),
+        ("ceppaia", GONE), ("morto a terra", GONE), ("lying dead", GONE), ("stump", GONE), ("uprooted", GONE),
+        ("lebend", LIVE), ("vivant", LIVE), ("vivo", LIVE), ("sano", LIVE), ("Live, insect damaged", LIVE),
+        ("nicht tot", None), ("XB7", None), ("Stockausschlag", None), ("mortadella", None),
+    ],
+)  # fmt: skip
+def test_what_a_status_means_in_four_languages(word, kind):
+    assert _meant(code_of(word), None, None) == kind
+
+
+def test_a_status_that_is_not_known_is_said_where_it_decides(imported, said):
+    trees = imported(table("x;y;dbh;h;Zustand", "40;27;lebend", "50;30;XB7", "45;28;liegend tot"))
+    assert trees["dbh_cm"].tolist() == [40, 50]
+    assert "not known and taken as living are xb7: 1" in " ".join(said.warnings)
+
+
+def test_a_field_of_status_words_under_another_name_is_said(imported, said):
+    head, rows = "x;y;dbh;h;Bemerkung", ("40;27;vivo", "50;30;morto in piedi", "45;28;ceppaia")
+    assert len(imported(table(head, *rows))) == 3
+    assert "--status-field Bemerkung reads it" in " ".join(said.warnings)
+    assert imported(table(head, *rows), status_field="Bemerkung")["dbh_cm"].tolist() == [40]
+
+
+def test_a_title_above_and_a_sum_below_are_no_rows(imported, said):
+    rows = [f"{k};{EAST + k};{NORTH};40;27" for k in range(4)]
+    text = ["Kluppliste Schutzwald;;;;", ";;;;", "Nr;x;y;BHD;Baumhöhe", *rows, "Summe;;;160;"]
+    assert imported("\n".join(text))["tree_id"].tolist() == [0, 1, 2, 3]
+    assert "1 rows below the table" in " ".join(said.notes)
+
+
+def test_a_sheet_is_named_by_its_header_below_a_title():
+    cells = [
+        ["Kluppliste", None, None],
+        [None, None, None],
+        ["Nr", "BHD", "Art"],
+        *([str(k), "40", "Fi"] for k in range(3)),
+        ["Summe", "40", None],
+    ]
+    sheet = sheet_table(pd.DataFrame(cells, columns=["Field1", "Field2", "Field3"]))
+    # one value of three stands beside the word: that is no row of blanks, so it stays
+    assert sheet.columns.tolist() == ["Nr", "BHD", "Art"]
+    cells[-1] = ["Summe", None, None]
+    sheet = sheet_table(pd.DataFrame(cells, columns=["Field1", "Field2", "Field3"]))
+    assert sheet["BHD"].tolist() == [40, 40, 40]
+
+
+def test_a_table_without_a_title_keeps_its_first_row_as_header():
+    assert header_row([["x", "y", "dbh"], ["1", "2", "3"]]) == 0
+    assert header_row([["1", "2", "3"], ["4", "5", "6"]]) == 0
+    assert header_row([["Title", "", ""], ["x", "x", "dbh"], ["1", "2", "3"]]) == 0  # a name twice is refused later
+
+
+def test_of_collections_the_polygons_are_the_crowns(imported, said):
+    crown = Polygon([(EAST, NORTH), (EAST + 4, NORTH), (EAST + 4, NORTH + 2), (EAST, NORTH + 2)])
+    mixed = GeometryCollection([crown, LineString([(EAST, NORTH), (EAST - 1, NORTH)])])
+    layer = gpd.GeoDataFrame({"height_m": [20.0, 25.0]}, geometry=[crown, mixed], crs=2056)
+    trees = imported(layer, "crowns.gpkg")
+    assert trees.geometry.tolist() == [Point(EAST + 2, NORTH + 1)] * 2
+    assert trees["crown_diameter_m"].nunique() == 1
+    assert "1 geometry collections" in " ".join(said.notes)
