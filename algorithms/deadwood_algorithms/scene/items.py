@@ -12,7 +12,6 @@ import shapely
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.columns import id_column, where_of
-from deadwood_algorithms.files.crs import misplacement
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params.tool import Feedback, UserError
 
@@ -171,6 +170,8 @@ def digest_of(*parts: Any) -> str:
 
 def extent_words(x: NDArray[np.float64], y: NDArray[np.float64], grid: Grid) -> str:
     """Where things are that are not on the DEM, where it is, and what the usual mistake is if it is one."""
+    from deadwood_algorithms.files.crs import misplacement
+
     west, south, east, north = grid.frame.bounds
     cure = misplacement(x, y, (west, south, east, north)) or "check the CRS of both"
     return (

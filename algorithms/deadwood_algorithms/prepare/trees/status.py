@@ -66,12 +66,12 @@ def status_of(
             )
         return np.full(len(source), LIVE)
     words = [code_of(value) for value in source[name]]
-    lists = {GONE: codes(gone) or layout.gone, DEAD: codes(dead) or layout.dead}
+    lists = [(DEAD, codes(dead) or layout.dead), (GONE, codes(gone) or layout.gone)]
     if gone and not dead:
-        lists = dict(reversed(lists.items()))  # the user's list before the layout's
+        lists.reverse()  # the user's list before the layout's
     meaning: dict[str, int | None] = {}
     for word in set(words):
-        listed = next((kind for kind, of_kind in lists.items() if word in of_kind), None)
+        listed = next((kind for kind, of_kind in lists if word in of_kind), None)
         meaning[word] = listed if listed is not None else _meant(word, dead, gone)
     status = np.array([LIVE if meaning[word] is None else meaning[word] for word in words], np.int64)
     unknown = Counter(word for word in words if word and meaning[word] is None)
