@@ -70,7 +70,7 @@ def places_of(named: str | Path) -> list[Path]:
 
 def files_of(place: Path) -> list[Path]:
     """Every file that decides what is read from a place; of the folder of a result its manifest, which seals it."""
-    if not place.is_dir():
+    if not (_exists(place) and place.is_dir()):
         return list(_with_companions(place))
     if (place / MANIFEST).is_file():
         return [place / MANIFEST]
@@ -112,7 +112,7 @@ def sources_of_vrt(place: Path) -> list[Path]:
 
 def made_from(place: Path) -> dict[str, Any]:
     """The manifest in a folder of a result, or that of the result that a file lies in; empty where there is none."""
-    folder = place if place.is_dir() else place.parent
+    folder = place if _exists(place) and place.is_dir() else place.parent
     try:
         told = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
     except (OSError, ValueError):

@@ -16,7 +16,7 @@ from deadwood_algorithms.files.units import KINDS, WORDS
 
 # Words for a gap in a column of numbers, in lower case without blanks; those of spreadsheets' errors, too.
 GAP_WORDS = frozenset(
-    {"", "na", "n/a", "n.a.", "n.a", "nan", "null", "none", "nil", "-", "--", "---", "–", "—", "?", "x", ".", "/"}
+    {"", "na", "n/a", "n.a.", "n.a", "nan", "null", "none", "nil", "-", "--", "---", "–", "—", "?"}
     | {"k.a.", "k.a", "ka", "k/a", "keineangabe", "keineangaben", "unbekannt", "fehlt", "n.b.", "nichterhoben"}
     | {"nd", "n/d", "n.d.", "n.d", "nc", "n.c.", "n.r.", "nr", "s.d.", "sansdonnée", "inconnu", "nonmesuré"}
     | {"nondisponibile", "nonrilevato", "sconosciuto", "sindato", "unknown", "missing", "nodata"}
@@ -45,6 +45,11 @@ def is_gap(text: str) -> bool:
 def read_sizes(column: Any, unit: str) -> Sizes:
     """The cells of a column (a Series) as numbers in ``unit``; a unit behind a number counts before it."""
     values, unread = np.full(len(column), np.nan), np.zeros(len(column), bool)
+    texts = [cell for cell in column.tolist() if isinstance(cell, str) and not is_gap(cell)]
+    if any("," in text for text in texts) and any("." in text for text in texts):
+        return Sizes(
+            values, np.ones(len(column), bool), 0, ""
+        )  # 1.234 beside 35,5: what the point means, nobody can tell
     classes, example = 0, ""
     for row, cell in enumerate(column.tolist()):
         if cell is None or cell != cell or (isinstance(cell, str) and is_gap(cell)):

@@ -43,6 +43,10 @@ def test_words_for_a_gap_are_gaps(cell):
     assert not read.unread.any()
 
 
+def test_points_and_commas_in_one_column_are_left_unread():
+    assert read_sizes(pd.Series(["1.234", "35,5 cm"]), "cm").unread.all()
+
+
 def test_a_number_is_no_gap():
     assert not any(map(is_gap, ("0", "7", "-1", "tot", "lebend")))
 

@@ -145,12 +145,16 @@ def test_a_layer_somewhere_else(tmp_path, bad, layer):
 
 
 @LAYERS
-@pytest.mark.parametrize(
-    ("value", "words"), [(-3.0, "-3 is not a number greater than 0"), (0.0, "0 is not a number greater than 0")]
-)
-def test_a_number_that_cannot_be(tmp_path, bad, layer, value, words):
-    line = bad(layer, points(tmp_path, dbh_cm=[40.0, value, 40.0]))
-    assert f"points.gpkg, layer 'points', field 'dbh_cm', row 2: {words}; correct it or delete the row" in line
+def test_a_number_that_cannot_be(tmp_path, bad, layer):
+    line = bad(layer, points(tmp_path, dbh_cm=[40.0, -3.0, 40.0]))
+    words = "-3 is not a number greater than 0; correct it or delete the row"
+    assert f"points.gpkg, layer 'points', field 'dbh_cm', row 2: {words}" in line
+
+
+@pytest.mark.parametrize("layer", ["areas", "like"])  # in a table of trees 0 is a gap
+def test_nothing_is_no_size(tmp_path, bad, layer):
+    line = bad(layer, points(tmp_path, dbh_cm=[40.0, 0.0, 40.0]))
+    assert "field 'dbh_cm', row 2: 0 is not a number greater than 0; correct it or delete the row" in line
 
 
 @LAYERS

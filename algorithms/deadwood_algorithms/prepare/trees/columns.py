@@ -68,14 +68,15 @@ def sizes(
                 f"{where}, field '{name}': {read.classes} cells hold classes such as {read.example}; "
                 "the middle of each is taken"
             )
-    try:
-        values = number_column(source, name, minimum=0.0, gaps=True, missing_value=missing_value)
-    except UserError as error:
-        raise UserError(f"{error}, or say --missing-value if the number means missing") from error
-    nothing = values == 0.0
+    nothing = np.asarray(source[name] == 0)
     if nothing.any():
         feedback.note(f"{where}, field '{name}': {nothing.sum()} cells hold 0, which counts as missing")
-    return np.where(nothing, np.nan, values)
+        source = source.assign(**{name: source[name].where(~nothing)})
+        source.attrs["where"] = where
+    try:
+        return number_column(source, name, minimum=0.0, exclusive=True, gaps=True, missing_value=missing_value)
+    except UserError as error:
+        raise UserError(f"{error}, or say --missing-value if the number means missing") from error
 
 
 def unit_of(name: str, units: dict[str, float], given: str | None, usual: str, where: str, feedback: Feedback) -> str:
