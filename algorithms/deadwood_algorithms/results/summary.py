@@ -287,7 +287,7 @@ def promised_words(record: dict[str, Any]) -> str:
     """Both errors of the line that is farthest off, apart and together, and who says so of the calculation."""
     sampling, calculation, together = (100 * record[name] for name in ("sampling", "calculation", "together"))
     source = "by definition" if record["chosen"] == "reference" else "as on the benchmark's slopes, assumed"
-    if record["measured_against"]:
+    if record.get("measured_against"):  # by pairs of logs, up to version 0.2
         source = f"measured on this slope against {record['measured_against']}"
     asked = f", ±{100 * record['error']:.2g} were asked for" if record.get("error") else ""
     missed = "" if record.get("reached", True) else "; NOT kept, all logs were slid: release more"

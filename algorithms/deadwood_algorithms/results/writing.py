@@ -110,6 +110,13 @@ def arrays_of(result: Any, layers: SceneLayers, log_id: NDArray[np.int64], wall_
     return kept | hit_arrays(result.hits, log_id, layers) | cost | {f"{COST}wall_s": np.array([wall_s])}
 
 
+def kept_of(
+    result: Any, layers: SceneLayers, log_id: NDArray[np.int64], wall_s: float
+) -> tuple[dict[str, NDArray], pa.Table]:
+    """What is kept of a chunk, and the poses of its logs."""
+    return arrays_of(result, layers, log_id, wall_s), pose_table(result.poses, log_id, layers.dem.crs)
+
+
 def pose_table(poses: Any, log_id: NDArray[np.int64], crs: pyproj.CRS) -> pa.Table:
     """The engine's poses under the names of ``poses.parquet``."""
     columns = {"log_id": log_id[poses.log_row], "t_s": poses.time}

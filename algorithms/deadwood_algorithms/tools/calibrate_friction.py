@@ -36,6 +36,7 @@ import numpy as np
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.presets import FRICTION_CELL_M
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.params.where import SlidingOptions
 from deadwood_algorithms.scene.released_scene import ReleasedScene
 from deadwood_algorithms.simulate.log_order import hash_order
 from deadwood_algorithms.stats.statistics import percent, percent_of, reach_record
@@ -55,7 +56,7 @@ WORTH_A_WARNING = 0.05  # share of the logs without a deposit
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ask(ReleasedScene):
+class Ask(SlidingOptions, ReleasedScene):
     friction: str = tool.text(
         "Friction coefficients to try", default="0.1:0.5:0.05", help="from:to:step, or single ones with commas."
     )
@@ -92,8 +93,29 @@ class Ask(ReleasedScene):
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
+
+    sweep = coefficients(ask.friction)
+    refuse_unclear(ask)
+    return told_plan(ask, len(sweep), feedback) if ask.plan else calibrate(ask, feedback)
+
+
+def told_plan(ask: Ask, variants: int, feedback: Feedback) -> Outcome:
+    """What the run would take."""
+    from deadwood_algorithms.files.vectors import read_table
+    from deadwood_algorithms.results.forecast import planned_from_few
+
+    def few(output: str, logs: int, feedback: Feedback) -> Outcome:
+        return calibrate(replace(ask, output=output, logs=logs, plan=False, resume=False), feedback)
+
+    logs = min(ask.logs, len(read_table(ask.releases, what="releases")))
+    of_one = max(2, ask.plan_logs // variants)
+    return planned_from_few(few, of_one, logs, ask.output, ask.where(""), ask.plan_workers, feedback)
+
+
+def calibrate(ask: Ask, feedback: Feedback) -> Outcome:
     import pandas
 
+    from deadwood_algorithms.ensemble.variants import Ensemble
     from deadwood_algorithms.evaluate.calibration import friction_runs
     from deadwood_algorithms.evaluate.calibration import score as friction_score
     from deadwood_algorithms.evaluate.calibration.friction_figure import draw
@@ -101,28 +123,37 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.tables import write_csv
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.results.run_folder import write_json
+    from deadwood_algorithms.simulate.chunks import identity_of
+    from deadwood_algorithms.simulate.simulation import open_simulation
     from deadwood_algorithms.simulate.sliding import workers_for
-    from deadwood_algorithms.simulate.warm_up import load_kernels
+    from deadwood_algorithms.simulate.steps import Steps
     from deadwood_algorithms.simulate.windows import read_released_scene
     from deadwood_engine import FIDELITIES
 
-    sweep = coefficients(ask.friction)
-    did = refuse_unclear(ask)
-    with output_folder(ask.output, ask.overwrite) as folder:
-        least = replace(ask, friction=str(sweep[0]))  # with it logs go farthest: the window that they need
-        layers, releases = read_released_scene(least, feedback, windowed=True)
+    sweep, did = coefficients(ask.friction), refuse_unclear(ask)
+    least = replace(ask.inputs(), friction=sweep[0])  # with it logs go farthest: the window that they need
+    where = ask.where(f"{TOOL.name}-{Path(ask.output).name}")
+    with (
+        output_folder(ask.output, ask.overwrite) as folder,
+        open_simulation(least, FIDELITIES[ask.fidelity], where, feedback) as simulation,
+    ):
+        layers, releases = read_released_scene(simulation, feedback)
         watched = friction_runs.Watched.of(ask.reached, ask.not_reached, layers, feedback)
         logs = releases.take(hash_order(releases.logs.log_id, ask.seed)[: ask.logs])
         warn_of_cells(layers.dem.cell, feedback)
         observed = friction_runs.read_observed(ask.observed, layers, logs, feedback) if ask.observed else None
 
-        fidelity = FIDELITIES[ask.fidelity]
-        load_kernels(layers.shape, feedback)
-        slid = []
-        with workers_for(ask, feedback):
-            for mu in sweep:
-                one, layers = friction_runs.slide_with(mu, least, fidelity, watched, layers, logs, feedback)
-                slid.append(one)
+        known = {
+            "--friction": sweep,
+            "--logs or --seed": [ask.logs, ask.seed],
+            "--reached or --not-reached": watched.digest,
+        }
+        identity = identity_of(simulation, layers, releases, **known)
+        steps = Steps(ask.output, identity, resume=ask.resume, feedback=feedback)
+        ensemble = Ensemble(layers, logs, friction_runs.WANTED, steps, feedback)
+        with workers_for(where, feedback):
+            found = ensemble.slide(friction_runs.variants_of(sweep, simulation, watched))
+        slid = [friction_runs.run_of(mu, parts) for mu, parts in zip(sweep, found, strict=True)]
         if observed:
             outcomes = friction_runs.outcomes_of_deposits(observed, slid, ask.error_m)
         else:
@@ -136,16 +167,16 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
                 raise Cancelled
 
         scores = friction_score.score(outcomes, logs.logs.log_id, ask.error_m, ask.seed, report)
-        found = friction_score.range_of(np.array(sweep), scores)
+        span = friction_score.range_of(np.array(sweep), scores)
         best = int(np.argmax(scores.log_likelihood))
-        fits = found is not None and bool((scores.p_fit[scores.within] >= friction_score.LEVEL).any())
+        fits = span is not None and bool((scores.p_fit[scores.within] >= friction_score.LEVEL).any())
         rows = records_of(slid, scores, outcomes, watched, lost)
         feedback.progress(1, 1, "scoring")
 
         write_csv(folder / TABLE, pandas.DataFrame(rows))
         write_vector(folder / LAYERS, friction_runs.layers_of(slid, logs, observed, layers.dem.plan_crs))
         facts: dict[str, Any] = {
-            "range": asdict(found) if found else None,
+            "range": asdict(span) if span else None,
             "best": sweep[best],
             "fits": fits,
             "logs": len(logs),
@@ -153,10 +184,11 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             "cell_m": layers.dem.cell,
         }
         write_json(folder / FACTS, {**facts, "rows": rows})
-        sentence = sentence_of(found, fits, sweep[best])
+        sentence = sentence_of(span, fits, sweep[best])
         share_seen = None if observed else did / ask.event_logs
-        draw(folder / PICTURE, rows, found, sentence, slid[best], layers, logs, observed, watched, share_seen)
+        draw(folder / PICTURE, rows, span, sentence, slid[best], ensemble.layers, logs, observed, watched, share_seen)
         write_json(folder / MANIFEST, tool.manifest(TOOL, ask))
+    steps.remove()
     final = Path(ask.output)
     parts = {"table": TABLE, "facts": FACTS, "picture": PICTURE, "layers": LAYERS, "manifest": MANIFEST}
     outputs = {"output": final} | {key: final / name for key, name in parts.items()}

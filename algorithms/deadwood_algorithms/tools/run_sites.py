@@ -86,7 +86,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.simulate.sliding import workers_for
 
     refuse_unclear(ask)
-    with workers_for(ask, feedback):
+    with workers_for(ask.where(TOOL.name), feedback):
         return plan_of_sites(ask, feedback) if ask.plan else all_sites(ask, feedback)
 
 
@@ -95,8 +95,8 @@ def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.evaluate.sites.progress import SitesFolder
     from deadwood_algorithms.files.outputs import output_folder
     from deadwood_algorithms.results.run_folder import MANIFEST, name_finally, write_json
-    from deadwood_algorithms.simulate.scheduler import NobodySlides
     from deadwood_algorithms.simulate.warm_up import load_kernels
+    from deadwood_algorithms.simulate.workers import NobodySlides
 
     final = Path(ask.output)
     goes_on = ask.resume and SitesFolder.is_of(ask.output)
@@ -197,7 +197,7 @@ def values_of(ask: Ask, site: AskedSite) -> dict[str, Any]:
 def slide_site(ask: Ask, site: AskedSite, work: SitesFolder, feedback: OneOfSites) -> SiteFound:
     """The site's run, or its failure in one line; what is there and unchanged is not slid again."""
     from deadwood_algorithms.evaluate.sites.overview import found_of_failure, found_of_run
-    from deadwood_algorithms.simulate.scheduler import NobodySlides
+    from deadwood_algorithms.simulate.workers import NobodySlides
 
     values, place = values_of(ask, site), work.sites / site.name
     try:
@@ -220,7 +220,7 @@ def slide_site(ask: Ask, site: AskedSite, work: SitesFolder, feedback: OneOfSite
 def plan_of_sites(ask: Ask, feedback: Feedback) -> Outcome:
     """What all sites would take, from pilots of some of them, evenly spread."""
     from deadwood_algorithms.results.forecast import facts_of_forecast, refuse_too_large, together, words_of_forecast
-    from deadwood_algorithms.simulate.scheduler import NobodySlides
+    from deadwood_algorithms.simulate.workers import NobodySlides
 
     with tempfile.TemporaryDirectory(prefix="deadwood-plan-") as folder:
         sites = read_sites(ask, Path(folder) / "releases", feedback)

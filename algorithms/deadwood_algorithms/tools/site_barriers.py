@@ -29,14 +29,16 @@ Barriers are rigid and infinitely strong here. A person decides where one can be
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from deadwood_algorithms.params import presets, tool
-from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.params.tool import Feedback, Outcome, Quiet, Tool, UserError
+from deadwood_algorithms.params.where import SlidingOptions
 from deadwood_algorithms.stats.statistics import percent_with_interval, points_with_interval
 
 if TYPE_CHECKING:
@@ -46,14 +48,16 @@ if TYPE_CHECKING:
     from deadwood_algorithms.evaluate.protection.effect import Question
     from deadwood_algorithms.evaluate.protection.siting import Siting, Step, Trial, Ways
     from deadwood_algorithms.scene.layers import SceneLayers
+    from deadwood_algorithms.simulate.steps import Steps
 
 TABLE, LAYER, PICTURE = "pareto.csv", "barriers.gpkg", "barriers.png"
 FACTS, MANIFEST = "summary.json", "manifest.json"
+TIMES = 8  # so many times, about, each log slides
 MANY = 200  # candidates that are slid, each alone, without a word
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ask:
+class Ask(SlidingOptions):
     run: str = tool.folder("Folder of a run of slide-logs, with lines")
     lines: str | None = tool.vector(
         "Other roads, railways or houses than those of the run",
@@ -86,9 +90,6 @@ class Ask:
         "Logs to ask with (default: all of the run)", default=None, minimum=1, help="An even draw."
     )
     seed: int = tool.seed()
-    threads: int | None = tool.integer("Threads (default: every core)", default=None, minimum=1, advanced=True)
-    scheduler: str | None = tool.scheduler()
-    workers: int | None = tool.workers()
     output: str = tool.output_folder(
         "Folder of table, layer and map", parts=(TABLE, f"{LAYER}|layername=barriers", PICTURE, FACTS)
     )
@@ -96,9 +97,27 @@ class Ask:
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
+    return told_plan(ask, feedback) if ask.plan else sited(ask, feedback)
+
+
+def told_plan(ask: Ask, feedback: Feedback) -> Outcome:
+    """What the run would take."""
+    from deadwood_algorithms.results.forecast import planned_from_few
+    from deadwood_algorithms.results.run_folder import read_run
+
+    def few(output: str, logs: int, feedback: Feedback) -> Outcome:
+        return sited(replace(ask, output=output, logs=logs, plan=False, resume=False), feedback)
+
+    logs = min(ask.logs or 2**40, len(read_run(ask.run, feedback=Quiet()).deposits))
+    of_one = max(10, ask.plan_logs // TIMES)
+    return planned_from_few(few, of_one, logs, ask.output, ask.where(""), ask.plan_workers, feedback)
+
+
+def sited(ask: Ask, feedback: Feedback) -> Outcome:
     import pandas
 
     from deadwood_algorithms.evaluate.hazard.legend import class_bounds
+    from deadwood_algorithms.evaluate.protection.candidate_barriers import read_given
     from deadwood_algorithms.evaluate.protection.effect import asked_again
     from deadwood_algorithms.evaluate.protection.siting import Siting, choose, trials_alone
     from deadwood_algorithms.evaluate.protection.siting_figure import draw
@@ -109,6 +128,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.results.run_folder import read_run, write_json
     from deadwood_algorithms.schemas import BARRIER_M
     from deadwood_algorithms.simulate.sliding import workers_for
+    from deadwood_algorithms.simulate.steps import Steps
     from deadwood_algorithms.simulate.warm_up import load_kernels
     from deadwood_algorithms.stats.statistics import reach_record
 
@@ -116,18 +136,23 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         class_bounds(getattr(ask, each), f"--{each.replace('_', '-')}") for each in ("above_m", "length_m")
     )
     heights = class_bounds(ask.height_m, "--height-m", BARRIER_M)
-    with output_folder(ask.output, ask.overwrite) as folder:
+    where = ask.where(f"{TOOL.name}-{Path(ask.output).name}")
+    with output_folder(ask.output, ask.overwrite) as folder, ExitStack() as opened:
         source = read_run(ask.run, feedback=feedback)
-        where = {"threads": ask.threads, "scheduler": ask.scheduler, "workers": ask.workers}
-        question, layers, rows = asked_again(source, ask.lines, ask.logs, ask.seed, where, feedback)
-        with workers_for(question.ask, feedback, f"{TOOL.name}-{Path(ask.output).name}"):
-            found, layers = candidates_of(ask, question, layers, above, lengths, heights, feedback)
+        question, layers, rows = opened.enter_context(
+            asked_again(source, ask.lines, ask.logs, ask.seed, where, feedback)
+        )
+        found = read_given(ask.candidates, heights, layers, feedback) if ask.candidates else []
+        kept = Steps(ask.output, identity(ask, question, layers, found), resume=ask.resume, feedback=feedback)
+        load_kernels(layers.shape, feedback)
+        with workers_for(where, feedback):
+            if not ask.candidates:
+                found, layers = contours_of(ask, question, layers, above, lengths, heights, kept, feedback)
             if len(found) > MANY:
                 feedback.warn(f"{len(found)} candidates are slid, each alone; fewer are sooner done")
-            load_kernels(layers.shape, feedback)
-            siting = Siting(question, layers, found, feedback)
-            now, result = siting.slide(np.arange(rows.size), (), "sliding the run again")
-            refuse_other_ends(source, rows, result)
+            siting = Siting(question, layers, found, kept, feedback)
+            now, ends = siting.slide(np.arange(rows.size), (), "sliding the run again")
+            refuse_other_ends(source, rows, ends)
             if not now.any_line.any():
                 raise UserError(f"{ask.run}: no log of the run reaches a line; there is nothing to keep away")
             siting.slid = 0
@@ -152,10 +177,27 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         }
         write_json(folder / FACTS, facts)
         write_json(folder / MANIFEST, tool.manifest(TOOL, ask))
+    kept.remove()
     final = Path(ask.output)
     parts = {"table": TABLE, "layer": LAYER, "picture": PICTURE, "facts": FACTS, "manifest": MANIFEST}
     shown = lines_of(facts, ask.barrier_classes)
     return Outcome({"output": final} | {key: final / name for key, name in parts.items()}, facts, shown)
+
+
+def identity(ask: Ask, question: Question, layers: SceneLayers, given: Sequence[Candidate]) -> dict[str, Any]:
+    """What decides every step: only what agrees in all of it is gone on with."""
+    from deadwood_algorithms.evaluate.protection.effect import CHUNK
+    from deadwood_algorithms.simulate.chunks import identity_of
+
+    known = {
+        "groups": CHUNK,
+        "--logs or --seed": [ask.logs, ask.seed],
+        "--candidates": [[each.id, each.shape.wkb_hex, each.height] for each in given],
+        "--above-m, --length-m, --height-m, --places or --count": [
+            ask.above_m, ask.length_m, ask.height_m, ask.places, ask.count,
+        ],
+    }  # fmt: skip
+    return identity_of(question.simulation, layers, question.releases, **known)
 
 
 def with_classes(frame: Any, name: str | None) -> Any:
@@ -167,28 +209,25 @@ def with_classes(frame: Any, name: str | None) -> Any:
     return frame.assign(**{column: [each[column] for each in records] for column in NO_CLASS})
 
 
-def candidates_of(
+def contours_of(
     ask: Ask,
     question: Question,
     layers: SceneLayers,
     above: Sequence[float],
     lengths: Sequence[float],
     heights: Sequence[float],
+    steps: Steps,
     feedback: Feedback,
 ) -> tuple[list[Candidate], SceneLayers]:
-    """Those that are given, or pieces of contours where most logs pass; and the scene on a window wide enough."""
-    from deadwood_algorithms.evaluate.protection.candidate_barriers import contour_candidates, read_given
+    """Pieces of contours where most logs pass; and the scene on a window wide enough."""
+    from deadwood_algorithms.evaluate.protection.candidate_barriers import contour_candidates
     from deadwood_algorithms.evaluate.protection.siting import passed_to_lines
-    from deadwood_algorithms.simulate.warm_up import load_kernels
 
-    if ask.candidates:
-        return read_given(ask.candidates, heights, layers, feedback), layers
-    load_kernels(layers.shape, feedback)
     if layers.dem.whole is not None:  # contours are drawn on all the ground that logs come to
-        _, layers = passed_to_lines(question, layers, list(layers.lines.geometry), feedback)
+        _, layers = passed_to_lines(question, layers, list(layers.lines.geometry), steps, feedback)
 
     def passed(shapes: Sequence[Any]) -> Any:
-        return passed_to_lines(question, layers, shapes, feedback)[0]
+        return passed_to_lines(question, layers, shapes, steps, feedback)[0]
 
     found = contour_candidates(layers, above, lengths, heights, ask.places, passed)
     if not found:
