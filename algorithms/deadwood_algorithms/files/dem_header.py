@@ -19,8 +19,9 @@ from rasterio.transform import Affine
 
 from deadwood_algorithms.files import remedies
 from deadwood_algorithms.files.crs import crs_name, horizontal, parse_crs, same_crs
+from deadwood_algorithms.files.input_files import tiles_of
 from deadwood_algorithms.files.rasters import is_raster, open_raster, refuse_cut_off
-from deadwood_algorithms.files.tiles import Mosaic, Tile, tiles_of
+from deadwood_algorithms.files.tiles import Mosaic, Tile
 from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 
 # Skew, unequal cell sides or rounded headers may shift the far corner of the grid by this part of a cell: less

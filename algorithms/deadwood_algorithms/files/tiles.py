@@ -28,31 +28,12 @@ from rasterio.windows import Window
 
 from deadwood_algorithms.files import remedies
 from deadwood_algorithms.files.crs import crs_name, same_crs
+from deadwood_algorithms.files.input_files import tiles_of
 from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 
-ENDINGS = (".tif", ".tiff", ".asc", ".img", ".bil", ".flt", ".xyz")  # of the files in a folder that are its tiles
 OFF_GRID_CELLS = 0.05  # as headers that were rounded may be off (`dem_header.SHIFT_ALLOWED_CELLS`)
 KEPT_OPEN = 32  # files
 SAME_HEIGHT_M = 0.005  # where tiles overlap, heights that differ by less are the same, rounded
-
-
-def tiles_of(path: str | Path) -> list[str]:
-    """The files that a path stands for: itself, the rasters in a folder, or what stands between its commas."""
-    named = str(path)
-    try:
-        if os.path.isfile(named):
-            return [named]
-        if os.path.isdir(named):
-            inside = sorted(each.name for each in Path(named).iterdir() if each.suffix.lower() in ENDINGS)
-            if not inside:
-                raise UserError(
-                    f"{named}: this is a folder that holds no tile of a DEM ({', '.join(ENDINGS)}); name the file"
-                )
-            return [os.path.join(named, each) for each in inside]
-    except (OSError, ValueError):  # a name too long, a NUL in it, no permission: said when it is opened
-        return [named]
-    parts = [each.strip() for each in named.split(",")]
-    return [each for each in parts if each] if "," in named else [named]
 
 
 def open_as_one(path: str | Path) -> Any:

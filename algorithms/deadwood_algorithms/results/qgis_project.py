@@ -23,7 +23,8 @@ import numpy as np
 import shapely
 
 from deadwood_algorithms.files import qml, styles
-from deadwood_algorithms.files.tiles import mosaic_of, tiles_of
+from deadwood_algorithms.files.input_files import tiles_of
+from deadwood_algorithms.files.tiles import mosaic_of
 from deadwood_algorithms.files.vectors import read_vector, write_vector
 from deadwood_algorithms.params.tool import Feedback, Quiet
 from deadwood_algorithms.results import outlines as log_outlines

@@ -28,6 +28,7 @@ from deadwood_algorithms.files.rasters import write_bands, write_raster
 from deadwood_algorithms.files.streams import Stream, write_geoparquet
 from deadwood_algorithms.files.vectors import write_vector
 from deadwood_algorithms.params.tool import Feedback, Outcome
+from deadwood_algorithms.results.asked import Asked
 from deadwood_algorithms.results.danger import STYLE, danger_bands, units_of
 from deadwood_algorithms.results.hits import (
     barrier_hits_frame,
@@ -39,7 +40,6 @@ from deadwood_algorithms.results.hits import (
 from deadwood_algorithms.results.run_folder import GEOPACKAGE, MANIFEST, POSES, SUMMARY, pose_schema, write_json
 from deadwood_algorithms.results.summary import (
     WORTH_A_WARNING,
-    Asked,
     left_dem,
     lines_of,
     lost_warning,

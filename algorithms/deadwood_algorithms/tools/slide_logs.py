@@ -188,8 +188,8 @@ def pilot_of(ask: Ask, place: Path, kept: int | None, feedback: Feedback) -> tup
 def slid_run(ask: Ask, feedback: Feedback, at_most: int | None = None) -> tuple[Outcome, int]:
     """The run itself, of an even draw of so many logs if not of all; and how many logs the layer has."""
     from deadwood_algorithms.files.outputs import output_folder
+    from deadwood_algorithms.results.asked import Asked
     from deadwood_algorithms.results.forecast import refuse_full_disk
-    from deadwood_algorithms.results.summary import Asked
     from deadwood_algorithms.results.writing import write_results
     from deadwood_algorithms.simulate.log_order import hash_order, keep_by_hash
     from deadwood_algorithms.simulate.simulation import open_simulation
