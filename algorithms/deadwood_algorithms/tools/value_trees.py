@@ -27,29 +27,20 @@ that for these releases. Trees do not break here; what a log does to the tree is
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Quiet, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
 
 if TYPE_CHECKING:
-    import geopandas
-
-    from deadwood_algorithms.evaluate.protection.effect import Question, Worth
-    from deadwood_algorithms.evaluate.protection.obstacles import Candidates
-    from deadwood_algorithms.scene.layers import SceneLayers
-    from deadwood_algorithms.simulate.steps import Steps
+    pass
 
 MANY = 2**40
 TIMES = 8  # so many times, about, each log slides in a forest
-SHOWN = 5  # of each kind and line
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,6 +101,7 @@ def values_of(ask: Ask, feedback: Feedback) -> Outcome:
         read_stand_areas,
         stands_of,
     )
+    from deadwood_algorithms.evaluate.protection.values import frame_of, lines_of, value, value_planted
     from deadwood_algorithms.files.outputs import output_path
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.results.replay import refuse_other_ends
@@ -160,90 +152,6 @@ def values_of(ask: Ask, feedback: Feedback) -> Outcome:
     facts = {name: frame.drop(columns="geometry").to_dict("records") for name, frame in frames.items()}
     return Outcome({"output": Path(ask.output)}, facts, lines_of(frames))
 
-
-def value(
-    question: Question, layers: SceneLayers, known: Any, things: list[Any], steps: Steps, feedback: Feedback
-) -> list[Worth]:
-    """Slide again without each thing the logs to which it mattered."""
-    from deadwood_algorithms.evaluate.protection.effect import Again, logs_to_slide, tasks_of, worths
-
-    tasks = tasks_of(things, [logs_to_slide(question, layers, known, each) for each in things])
-    again = Again(question, layers, known, None)
-    changes = again.all(tasks, steps, feedback, f"sliding without each of {len(things)}")
-    return worths(question, layers, known, things, changes)
-
-
-def value_planted(
-    question: Question, layers: SceneLayers, known: Any, could: Candidates, steps: Steps, feedback: Feedback
-) -> list[Worth]:
-    """Slide again with each candidate the logs that come near it."""
-    from deadwood_algorithms.evaluate.protection.effect import AgainWith, logs_near, tasks_of, worths
-    from deadwood_algorithms.evaluate.protection.obstacles import with_candidates
-
-    _, found = with_candidates(layers, could)
-    near, layers = logs_near(question, layers, found, could.widest_radius, steps, feedback)
-    again = AgainWith(question, layers, known, lambda on: with_candidates(on, could))
-    changes = again.all(tasks_of(again.found, near), steps, feedback, f"sliding with each of {len(again.found)}")
-    return worths(question, layers, known, again.found, changes, planted=True)
-
-
-def frame_of(found: Sequence[Worth], layers: SceneLayers, changed: str, sign: int) -> geopandas.GeoDataFrame:
-    """One row a thing and line, those of one line together, each by rank.
-
-    sign : 1 where the change takes something away, so that what more reach is its worth; -1 where it puts something up
-    """
-    import geopandas
-    import shapely
-
-    from deadwood_algorithms.evaluate.protection.effect import ranks
-
-    gains = [tuple(sign * each for each in worth.gain()) for worth in found]
-    columns = {
-        "kind": [each.obstacle.kind for each in found],
-        "id": [each.obstacle.id for each in found],
-        "line_id": [each.line_id for each in found],
-        "n_total": [each.n_total for each in found],
-        "n_reach": [each.n_reach for each in found],
-        changed: [each.n_changed for each in found],
-        "gain_logs": [sign * (each.gained - each.lost) for each in found],
-        "gain_p": [each[0] for each in gains],
-        "ci_low": [min(each[1:]) for each in gains],
-        "ci_high": [max(each[1:]) for each in gains],
-        "stopped": [each.stopped for each in found],
-        "energy_taken_kj": [each.energy_taken_kj for each in found],
-        "rank": ranks([each[0] for each in gains], found),
-    }
-    points = shapely.points([[each.obstacle.x, each.obstacle.y] for each in found])
-    frame = geopandas.GeoDataFrame(columns, geometry=points, crs=layers.dem.plan_crs)
-    kinds, lines = (list(dict.fromkeys(columns[name])) for name in ("kind", "line_id"))
-    place = np.lexsort(
-        [columns["rank"], list(map(kinds.index, columns["kind"])), list(map(lines.index, columns["line_id"]))]
-    )
-    return frame.iloc[place].reset_index(drop=True)
-
-
-def lines_of(frames: dict[str, Any]) -> tuple[str, ...]:
-    """For each line and kind how many are worth something, and the first few."""
-    from deadwood_algorithms.stats.statistics import points_with_interval
-
-    shown = []
-    for name, frame in frames.items():
-        for (line_id, kind), rows in frame.groupby(["line_id", "kind"], sort=False):
-            keep, harm = int((rows["gain_logs"] > 0).sum()), int((rows["gain_logs"] < 0).sum())
-            head = rows["n_reach"].iloc[0], rows["n_total"].iloc[0]
-            what = f"{len(rows)} {'candidates: ' if name == 'planted' else ''}{PLURAL[kind]}"
-            shown.append(
-                f"{line_id}, reached by {head[0]} of {head[1]} logs; of {what} {keep} keep logs away, {harm} bring some"
-            )
-            for row in rows[rows["gain_logs"] > 0].head(SHOWN).itertuples():
-                points = points_with_interval(row.gain_p, row.ci_low, row.ci_high)
-                shown.append(
-                    f"  {row.rank}. {kind} {row.id}: {row.gain_logs} logs, {points} points; holds {row.stopped}"
-                )
-    return tuple(shown)
-
-
-PLURAL = {"tree": "trees", "lying_log": "lying logs", "barrier": "barriers", "stand": "stands"}
 
 TOOL = Tool(
     "value-trees",
