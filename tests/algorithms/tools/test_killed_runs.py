@@ -25,7 +25,7 @@ from slope_case import Case, assert_same_bytes
 
 from deadwood_algorithms.simulate import chunks
 
-PROGRAM = Path(__file__).parent / "killed_run.py"
+PROGRAM = Path(__file__).parents[1] / "killed_run.py"
 pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="signals of POSIX")
 SIGNALS = ("SIGKILL", "SIGTERM", "SIGINT")
 
