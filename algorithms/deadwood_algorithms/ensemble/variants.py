@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,17 +11,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from deadwood_algorithms.params.tool import Feedback
+from deadwood_algorithms.params.where import Where
+from deadwood_algorithms.scene.inputs import SceneInputs
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import Releases, reached
 from deadwood_algorithms.simulate import chunks
 from deadwood_algorithms.simulate.batch import Batch
+from deadwood_algorithms.simulate.log_order import hash_order
 from deadwood_algorithms.simulate.queue import parts_of
-from deadwood_algorithms.simulate.simulation import Simulation
-from deadwood_algorithms.simulate.sliding import reporter, slide_batch, until_none_escapes
+from deadwood_algorithms.simulate.simulation import Simulation, open_simulation
+from deadwood_algorithms.simulate.sliding import reporter, slide_batch, until_none_escapes, workers_for
 from deadwood_algorithms.simulate.steps import Steps
 from deadwood_algorithms.simulate.warm_up import load_kernels
-from deadwood_engine import Logs, Rasters, Result
+from deadwood_algorithms.simulate.windows import read_released_scene
+from deadwood_engine import Fidelity, Logs, Rasters, Result
 
 Arrays = dict[str, NDArray[Any]]
 
@@ -40,58 +45,84 @@ class Variant:
 
 @dataclass
 class Ensemble:
-    """Slides the logs of all variants, in chunks that are kept.
+    """The logs of a simulation, to be slid in several variants, in chunks that are kept.
 
     layers : the scene as it was read; its window grows where logs come near its sides, for those that follow, too
-    wanted : the names of `what_logs_did` that are kept; hits : whether the cells are that were hit
-    borders : numbers of logs after which a chunk ends
+    released : all logs of the layer; logs : an even draw of them
     """
 
+    simulation: Simulation
     layers: SceneLayers
-    releases: Releases
-    wanted: Sequence[str]
-    steps: Steps
+    released: Releases
+    logs: Releases
     feedback: Feedback
-    borders: tuple[int, ...] = ()
-    hits: bool = False
 
-    def slide(self, variants: Sequence[Variant]) -> list[list[Arrays]]:
-        """Of each variant, what is kept of each chunk of the logs."""
+    def slide(
+        self,
+        variants: Sequence[Variant],
+        wanted: Sequence[str],
+        steps: Steps,
+        *,
+        borders: tuple[int, ...] = (),
+        hits: bool = False,
+    ) -> list[list[Arrays]]:
+        """Of each variant, what is kept of each chunk of the logs.
+
+        wanted : names of `what_logs_did`; hits : whether the cells that were hit are kept, too
+        borders : numbers of logs after which a chunk ends
+        """
         load_kernels(self.layers.shape, self.feedback)
-        n, total = len(self.releases), len(variants) * len(self.releases)
-        parts = parts_of(n, chunks.CHUNK, self.borders)
-        found = [
-            [
-                self.steps.take(part.stop - part.start, lambda k=k, p=p, v=v: self._slide(v, parts[p:], k * n, total))
-                for p, part in enumerate(parts)
+        n, total = len(self.logs), len(variants) * len(self.logs)
+        parts = parts_of(n, chunks.CHUNK, borders)
+        kept = (*wanted, "cells", "hits") if hits else wanted
+
+        def one(variant: Variant, first: int, before: int) -> Arrays:
+            did = self._slide(variant, parts[first:], before, total, hits=hits)
+            return {name: did[name] for name in kept}
+
+        with workers_for(self.simulation.where, self.feedback):
+            found = [
+                [
+                    steps.take(part.stop - part.start, lambda v=v, p=p, k=k: one(v, p, k * n))
+                    for p, part in enumerate(parts)
+                ]
+                for k, v in enumerate(variants)
             ]
-            for k, v in enumerate(variants)
-        ]
         self.feedback.progress(total, total, "sliding logs")
         return found
 
-    def _slide(self, variant: Variant, parts: Sequence[slice], before: int, total: int) -> Arrays:
+    def _slide(self, variant: Variant, parts: Sequence[slice], before: int, total: int, *, hits: bool) -> Arrays:
         """Slide the first of these parts; the workers of a scheduler may begin with the others."""
-        logs = variant.logs(self.releases.logs) if variant.logs else self.releases.logs
-        some = self.releases.take(parts[0])
+        logs = variant.logs(self.logs.logs) if variant.logs else self.logs.logs
+        some = self.logs.take(parts[0])
 
         def batch(part: slice) -> Batch:
             return Batch(logs.take(part), first=before + part.start, goal=before + parts[-1].stop)
 
         def slide_part(on: SceneLayers) -> tuple[Arrays, list[str]]:
             layers = variant.scene(on) if variant.scene else on
-            rasters = Rasters.allocate(layers.scene, layers.threads) if self.hits else None
+            rasters = Rasters.allocate(layers.scene, layers.threads) if hits else None
             report = reporter(self.feedback, total, variant.what, before=before + parts[0].start)
             later: Iterable[Batch] = (batch(part) for part in parts[1:])
             result, sides = slide_batch(
                 layers, batch(parts[0]), variant.simulation, report, rasters=rasters, later=later
             )
             did = what_logs_did(result, layers.lines, some)
-            kept = {name: did[name] for name in self.wanted}
-            return kept | (cells_hit(rasters, layers) if rasters and not sides else {}), sides
+            return did | (cells_hit(rasters, layers) if rasters and not sides else {}), sides
 
-        kept, self.layers = until_none_escapes(self.layers, variant.simulation, slide_part, self.feedback)
-        return kept
+        did, self.layers = until_none_escapes(self.layers, variant.simulation, slide_part, self.feedback)
+        return did
+
+
+@contextmanager
+def open_ensemble(
+    inputs: SceneInputs, fidelity: Fidelity, where: Where, most: int, seed: int, feedback: Feedback
+) -> Iterator[Ensemble]:
+    """Read the scene and the logs, and draw at most so many of these; the terrain model stays open."""
+    with open_simulation(inputs, fidelity, where, feedback) as simulation:
+        layers, released = read_released_scene(simulation, feedback)
+        logs = released.take(hash_order(released.logs.log_id, seed)[:most])
+        yield Ensemble(simulation, layers, released, logs, feedback)
 
 
 def what_logs_did(result: Result, lines: Items, releases: Releases) -> Arrays:

@@ -37,7 +37,6 @@ from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
 from deadwood_algorithms.scene.released_scene import ReleasedScene
-from deadwood_algorithms.simulate.log_order import hash_order
 
 if TYPE_CHECKING:
     pass
@@ -108,7 +107,7 @@ def told_plan(ask: Ask, variants: int, feedback: Feedback) -> Outcome:
 def calibrate(ask: Ask, feedback: Feedback) -> Outcome:
     import pandas
 
-    from deadwood_algorithms.ensemble.variants import Ensemble
+    from deadwood_algorithms.ensemble.variants import open_ensemble
     from deadwood_algorithms.evaluate.calibration import answer, friction_runs
     from deadwood_algorithms.evaluate.calibration import score as friction_score
     from deadwood_algorithms.evaluate.calibration.friction_figure import draw
@@ -117,10 +116,7 @@ def calibrate(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.results.run_folder import write_json
     from deadwood_algorithms.simulate.chunks import identity_of
-    from deadwood_algorithms.simulate.simulation import open_simulation
-    from deadwood_algorithms.simulate.sliding import workers_for
     from deadwood_algorithms.simulate.steps import Steps
-    from deadwood_algorithms.simulate.windows import read_released_scene
     from deadwood_engine import FIDELITIES
 
     sweep, did = coefficients(ask.friction), refuse_unclear(ask)
@@ -128,11 +124,10 @@ def calibrate(ask: Ask, feedback: Feedback) -> Outcome:
     where = ask.where(f"{TOOL.name}-{Path(ask.output).name}")
     with (
         output_folder(ask.output, ask.overwrite) as folder,
-        open_simulation(least, FIDELITIES[ask.fidelity], where, feedback) as simulation,
+        open_ensemble(least, FIDELITIES[ask.fidelity], where, ask.logs, ask.seed, feedback) as ensemble,
     ):
-        layers, releases = read_released_scene(simulation, feedback)
+        layers, logs = ensemble.layers, ensemble.logs
         watched = friction_runs.Watched.of(ask.reached, ask.not_reached, layers, feedback)
-        logs = releases.take(hash_order(releases.logs.log_id, ask.seed)[: ask.logs])
         answer.warn_of_cells(layers.dem.cell, feedback)
         observed = friction_runs.read_observed(ask.observed, layers, logs, feedback) if ask.observed else None
 
@@ -141,11 +136,10 @@ def calibrate(ask: Ask, feedback: Feedback) -> Outcome:
             "--logs or --seed": [ask.logs, ask.seed],
             "--reached or --not-reached": watched.digest,
         }
-        identity = identity_of(simulation, layers, releases, **known)
+        identity = identity_of(ensemble.simulation, layers, ensemble.released, **known)
         steps = Steps(ask.output, identity, resume=ask.resume, feedback=feedback)
-        ensemble = Ensemble(layers, logs, friction_runs.WANTED, steps, feedback)
-        with workers_for(where, feedback):
-            found = ensemble.slide(friction_runs.variants_of(sweep, simulation, watched))
+        variants = friction_runs.variants_of(sweep, ensemble.simulation, watched)
+        found = ensemble.slide(variants, friction_runs.WANTED, steps)
         slid = [friction_runs.run_of(mu, parts) for mu, parts in zip(sweep, found, strict=True)]
         if observed:
             outcomes = friction_runs.outcomes_of_deposits(observed, slid, ask.error_m)

@@ -25,7 +25,6 @@ from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
 from deadwood_algorithms.scene.released_scene import SceneByName
-from deadwood_algorithms.simulate.log_order import hash_order
 
 NAMES = ("draft", "standard", "fine", "reference")  # from the cheapest to the finest
 TABLE, FACTS, PICTURE, MANIFEST = "comparison.csv", "comparison.json", "comparison.png", "manifest.json"
@@ -68,7 +67,7 @@ def told_plan(ask: Ask, variants: int, feedback: Feedback) -> Outcome:
 def compare(ask: Ask, feedback: Feedback) -> Outcome:
     import pandas
 
-    from deadwood_algorithms.ensemble.variants import Ensemble
+    from deadwood_algorithms.ensemble.variants import open_ensemble
     from deadwood_algorithms.evaluate.fidelity.fidelity_runs import WANTED, groups_of, run_of, variants_of
     from deadwood_algorithms.evaluate.fidelity.measures import rows_of
     from deadwood_algorithms.evaluate.fidelity.trade_figure import draw
@@ -76,28 +75,23 @@ def compare(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.tables import write_csv
     from deadwood_algorithms.results.run_folder import write_json
     from deadwood_algorithms.simulate.chunks import identity_of
-    from deadwood_algorithms.simulate.simulation import open_simulation
-    from deadwood_algorithms.simulate.sliding import workers_for
     from deadwood_algorithms.simulate.steps import Steps
-    from deadwood_algorithms.simulate.windows import read_released_scene
     from deadwood_engine import FIDELITIES
 
     names = fidelities_wanted(ask.fidelities)
     where = ask.where(f"{TOOL.name}-{Path(ask.output).name}")
     with (
         output_folder(ask.output, ask.overwrite) as folder,
-        open_simulation(ask.inputs(), FIDELITIES[names[-1]], where, feedback) as simulation,
+        open_ensemble(ask.inputs(), FIDELITIES[names[-1]], where, ask.logs, ask.seed, feedback) as ensemble,
     ):
-        layers, releases = read_released_scene(simulation, feedback)
+        layers, releases, logs = ensemble.layers, ensemble.released, ensemble.logs
         planned = ask.planned_logs or len(releases)
-        logs = releases.take(hash_order(releases.logs.log_id, ask.seed)[: ask.logs])
 
         known = {"--fidelities": names, "--logs or --seed": [ask.logs, ask.seed]}
-        identity = identity_of(simulation, layers, releases, **known)
+        identity = identity_of(ensemble.simulation, layers, releases, **known)
         steps = Steps(ask.output, identity, resume=ask.resume, feedback=feedback)
-        ensemble = Ensemble(layers, logs, WANTED, steps, feedback, borders=(len(logs) // 2,), hits=True)
-        with workers_for(where, feedback):
-            found = ensemble.slide(variants_of(names, simulation))
+        variants = variants_of(names, ensemble.simulation)
+        found = ensemble.slide(variants, WANTED, steps, borders=(len(logs) // 2,), hits=True)
         slid = [run_of(name, parts) for name, parts in zip(names, found, strict=True)]
         feedback.progress(0, 1, "comparing")
         groups = groups_of(logs, ask.min_runout)

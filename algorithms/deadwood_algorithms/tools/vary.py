@@ -35,7 +35,6 @@ from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
 from deadwood_algorithms.scene.released_scene import SceneByName
-from deadwood_algorithms.simulate.log_order import hash_order
 
 if TYPE_CHECKING:
     from deadwood_algorithms.evaluate.sensitivity.answer import Answer, Measured
@@ -129,16 +128,13 @@ def told_plan(ask: Ask, variants: int, feedback: Feedback) -> Outcome:
 
 
 def variation(ask: Ask, feedback: Feedback) -> Outcome:
-    from deadwood_algorithms.ensemble.variants import Ensemble
+    from deadwood_algorithms.ensemble.variants import open_ensemble
     from deadwood_algorithms.evaluate.sensitivity.factor_runs import WANTED, refuse_pointless, runs_of, variants_of
     from deadwood_algorithms.evaluate.sensitivity.factors import factors_of
     from deadwood_algorithms.evaluate.sensitivity.tables import lines_of
     from deadwood_algorithms.files.outputs import output_folder
     from deadwood_algorithms.simulate.chunks import identity_of
-    from deadwood_algorithms.simulate.simulation import open_simulation
-    from deadwood_algorithms.simulate.sliding import workers_for
     from deadwood_algorithms.simulate.steps import Steps
-    from deadwood_algorithms.simulate.windows import read_released_scene
     from deadwood_engine import FIDELITIES
 
     factors = factors_of(ask.vary)
@@ -146,10 +142,9 @@ def variation(ask: Ask, feedback: Feedback) -> Outcome:
     where = ask.where(f"{TOOL.name}-{Path(ask.output).name}")
     with (
         output_folder(ask.output, ask.overwrite) as folder,
-        open_simulation(ask.inputs(), FIDELITIES[ask.fidelity], where, feedback) as simulation,
+        open_ensemble(ask.inputs(), FIDELITIES[ask.fidelity], where, ask.logs, ask.seed, feedback) as ensemble,
     ):
-        layers, releases = read_released_scene(simulation, feedback)
-        logs = releases.take(hash_order(releases.logs.log_id, ask.seed)[: ask.logs])
+        layers, logs = ensemble.layers, ensemble.logs
         refuse_pointless(factors, ask.friction, layers, logs)
         if any(each.name == "dem_noise_m" for each in factors) and ask.dem_noise_length_m < layers.dem.cell:
             raise UserError(
@@ -164,13 +159,10 @@ def variation(ask: Ask, feedback: Feedback) -> Outcome:
             "--dem-noise-length-m": ask.dem_noise_length_m,
             "factors or design": [asdict(each) for each in places],
         }
-        identity = identity_of(simulation, layers, releases, **known)
+        identity = identity_of(ensemble.simulation, layers, ensemble.released, **known)
         steps = Steps(ask.output, identity, resume=ask.resume, feedback=feedback)
-        with workers_for(where, feedback):
-            found = Ensemble(layers, logs, WANTED, steps, feedback).slide(
-                variants_of(places, simulation, ask.dem_noise_length_m, ask.seed)
-            )
-        slid = runs_of(found)
+        variants = variants_of(places, ensemble.simulation, ask.dem_noise_length_m, ask.seed)
+        slid = runs_of(ensemble.slide(variants, WANTED, steps))
         measured, answers = evaluate(ask, factors, slid, layers, logs, feedback)
         facts = write(folder, ask, factors, places, slid, measured, answers, layers)
     steps.remove()

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from slope_case import Case
 
-from deadwood_algorithms.ensemble.variants import Ensemble, Variant, hits_of, joined
+from deadwood_algorithms.ensemble.variants import Variant, hits_of, joined, open_ensemble
 from deadwood_algorithms.files import dem_windows
 from deadwood_algorithms.params.tool import Quiet
 from deadwood_algorithms.params.where import Where
@@ -18,9 +18,7 @@ from deadwood_algorithms.scene import reach
 from deadwood_algorithms.scene.released_scene import ReleasedScene
 from deadwood_algorithms.scene.releases import reached
 from deadwood_algorithms.simulate import chunks, windows
-from deadwood_algorithms.simulate.simulation import open_simulation
 from deadwood_algorithms.simulate.steps import Steps
-from deadwood_algorithms.simulate.windows import read_released_scene
 from deadwood_engine import FIDELITIES, Rasters, slide
 
 WANTED = ("reach", "x", "y", "runout", "steps", "stop_reason")
@@ -40,8 +38,8 @@ def inputs_of(case: Case, **changes: Any) -> Any:
 def test_variants_are_what_the_engine_slides(case, tmp_path, monkeypatch):
     """Another friction, another fidelity, other sizes: the same bits as one call each; and the cells that were hit."""
     monkeypatch.setattr(chunks, "CHUNK", 5)
-    with open_simulation(inputs_of(case), FIDELITIES["draft"], Where(2), Quiet()) as simulation:
-        layers, releases = read_released_scene(simulation, Quiet())
+    with open_ensemble(inputs_of(case), FIDELITIES["draft"], Where(2), 24, 0, Quiet()) as ensemble:
+        simulation, layers, releases = ensemble.simulation, ensemble.layers, ensemble.logs
         thick = replace(releases.logs, diameter=1.2 * releases.logs.diameter)
         variants = [
             Variant("smooth", simulation, lambda on: replace(on, scene=on.scene.with_friction(0.15))),
@@ -49,7 +47,7 @@ def test_variants_are_what_the_engine_slides(case, tmp_path, monkeypatch):
             Variant("thick", simulation, None, lambda logs: replace(logs, diameter=1.2 * logs.diameter)),
         ]
         steps = Steps(str(tmp_path / "run"), {}, resume=False, feedback=Quiet())
-        found = Ensemble(layers, releases, WANTED, steps, Quiet(), borders=(12,), hits=True).slide(variants)
+        found = ensemble.slide(variants, WANTED, steps, borders=(12,), hits=True)
         asked = (
             (layers.scene.with_friction(0.15), releases.logs, "draft"),
             (layers.scene, releases.logs, "standard"),
