@@ -42,6 +42,7 @@ NAMES = [
     "vary",
     "make-report",
     "view",
+    "check",
     "reproduce-paper",
     "warm-up",
     "demo",
@@ -113,9 +114,9 @@ def incomplete(tool: Tool) -> list[str]:
         (len(tool.description) > 80, "description"),
         ({p.parent for p in declared if p.kind == "field"} <= layers, "a field of no layer"),
         (not names & {"config", "progress", "quiet", "verbose", "help", "version"}, "a name of the command line's own"),
-        # one writes into the run that it shows, the other into the cache
-        (tool.name in ("view", "warm-up") or any(p.is_output for p in declared), "no output"),
-        (tool.name in ("view", "warm-up") or "overwrite" in names, "no overwrite"),
+        # one writes into the run that it shows, one nothing, the last into the cache
+        (tool.name in ("view", "check", "warm-up") or any(p.is_output for p in declared), "no output"),
+        (tool.name in ("view", "check", "warm-up") or "overwrite" in names, "no overwrite"),
     ):
         if not holds:
             found.append(fault)
@@ -140,7 +141,7 @@ def test_each_description_is_json_and_says_the_same(capsys: pytest.CaptureFixtur
     for tool in TOOLS:
         assert cli.run(["describe", tool.name, "--json"]) == 0
         told = json.loads(capsys.readouterr().out, parse_constant=lambda word: pytest.fail(f"{word} is not JSON"))
-        hidden = tool.name in ("view", "warm-up", "demo")
+        hidden = tool.name in ("view", "check", "warm-up", "demo")
         qgis_id = "" if hidden else "deadwood:" + tool.name.replace("-", "")
         if [each["name"] for each in told["parameters"]] != [p.name for p in tool.parameters()]:
             other.append((tool.name, "parameters"))
