@@ -34,7 +34,7 @@ def case(tmp_path_factory) -> Case:
 @pytest.fixture(scope="module")
 def asked(case) -> dict[str, dict[str, Any]]:
     """What each tool is asked; ends of the layers of one run of slide-logs."""
-    every = case.everything() | {"time_limit": 20.0}
+    every = case.everything() | {"time_limit_s": 20.0}
     scene = {name: value for name, value in case.values(**every).items() if name not in ("output", "trajectories")}
     run = case.run(output=str(case.folder / "slid"), **every)
     seen = write_layer(case.folder / "seen.gpkg", points((30.0, 45.0), (25.0, 40.0)))
@@ -118,7 +118,7 @@ def test_killed_and_resumed_it_is_the_same(asked, tmp_path, monkeypatch, said, n
     monkeypatch.setattr(chunks, "CHECKPOINT_S", 0.0)
     monkeypatch.setattr(effect, "CHUNK", 20)
     tool: Tool = SLIDING[name]
-    changed = {"time_limit": 21.0} if "dem" in asked[name] else {"seed": 1, "logs": 20}
+    changed = {"time_limit_s": 21.0} if "dem" in asked[name] else {"seed": 1, "logs": 20}
     if name != "run-sites":  # whose sites are slid anew where their inputs changed
         with pytest.raises(UserError, match="was begun with other"):
             tool(**{**asked[name], **changed}, output=str(killed / output), resume=True)
