@@ -120,11 +120,11 @@ def test_value_trees_loses_nothing_with_a_worker(case, alone, site, tmp_path, mo
 
 
 def another_engine(folder: Path) -> str:
-    """A copy of the engine with one more comment, and the paths by which a worker finds it first."""
+    """A copy of the engine with one more constant, and the paths by which a worker finds it first."""
     copy = folder / "engine"
     shutil.copytree(ROOT / "engine", copy, ignore=shutil.ignore_patterns("__pycache__"))
     with (copy / "deadwood_engine" / "limits.py").open("a") as source:
-        source.write("# edited\n")
+        source.write("EDITED = 1\n")
     return os.pathsep.join([str(copy), PATHS])
 
 
