@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from deadwood_algorithms.evaluate.fidelity.auto import Option, Slid, keep_error, needed
+from deadwood_algorithms.simulate.auto import Option, Slid, keep_error, needed
 from deadwood_algorithms.simulate.fidelity_trade import COSTS, assumed_bounds
 from deadwood_algorithms.stats.statistics import paired_interval
 
@@ -28,7 +28,7 @@ from . import scenes, study
 from .settings import SETTINGS
 
 JSON, PAGE = study.HERE / "promise.json", study.HERE / "promise.md"
-NAMES = ("draft", "standard", "reference")  # fine costs more than it could save (its rivals are both known better)
+NAMES = ("draft", "standard", "reference")  # of fine nothing is assumed
 RUNS, ERRORS, CAP, SEED = 200, (0.02, 0.03, 0.05, 0.07), 200_000, 20261124
 APART = "{difference:+.1f} ({low:+.1f} to {high:+.1f}) | {differ:.0f} %"
 SCENES = ["forest", "rough", "cliff", "gully"]
@@ -52,8 +52,6 @@ class Pool:
             part = sample.head(blocks)
             self.reach[each] = part.fields["reach"][:, row].astype(bool)
             self.cost[each] = float(np.median(part.cost[:, 0])) / study.BLOCK
-        # Never chosen where it is not there: at the cost of reference it cannot win.
-        self.reach["fine"], self.cost["fine"] = self.reach["reference"], 1.01 * self.cost["reference"]
 
     def apart(self, name: str) -> dict[str, float]:
         """The share at a fidelity minus that at reference, in this pool, with the interval for the slope."""
@@ -77,12 +75,12 @@ def one_run(
 
     def slide(name: str, n: int) -> Slid:
         slid[name] = max(n, slid.get(name, 0))
-        return Slid(pool.reach[name][drawn[:n], None], pool.cost[name])
+        return Slid(pool.reach[name][drawn[:n], None])
 
     chosen = keep_error(error, CAP, ["line"], slide, assumed)
     name = chosen.option.fidelity
     off = abs(float(pool.reach[name][drawn[: chosen.logs]].mean()) - float(pool.reach["reference"].mean()))
-    spent = sum(pool.cost[each] * n for each, n in slid.items() if each != "fine")
+    spent = sum(pool.cost[each] * n for each, n in slid.items())
     return name, off, spent, chosen.logs
 
 
@@ -91,7 +89,7 @@ def measure(pool: Pool, error: float, up_to: str) -> dict[str, Any]:
     rng = np.random.default_rng((SEED, round(1e4 * error), ASSUMED.index(up_to)))
     runs = [one_run(pool, error, assumed, rng) for _ in range(RUNS)]
     chosen = [name for name, *_ in runs]
-    # The same promise without a look at anything cheaper, by one who knows the share, and by one who does not
+    # The same promise by one who knows the share, and by one who does not
     share = float(pool.reach["reference"].mean())
     trusted = [Option(name, [bound]) for name, bound in {**assumed, "reference": 0.0}.items()]
     known, blind = (
@@ -143,10 +141,10 @@ def page(found: dict[str, Any]) -> list[str]:
         f"{below} of {len(rows)} rows are below 95 %, where {rows[0]['runs']} runs tell to ±3 points.",
         "",
         f"Against `standard` with no word on its calculation nothing is saved: the promise costs {price[0]:.2g} to "
-        f"{price[-1]:.2g} times as much. Pairs of logs for a cheaper fidelity never paid: r, the share of logs that "
-        f"end differently over p (1 - p), is {r[0]:.1f} to {r[-1]:.1f} here (2 is chance), and with q, the ratio of "
-        "costs, a pilot can only pay where sqrt(r) + sqrt(q) < 1, whatever E is. What is saved is logs: planned by the "
-        "share that the slope shows, not by 50 %.",
+        f"{price[-1]:.2g} times as much. What is saved is logs: planned by the share that the slope shows, not by "
+        "50 %. Pairs of logs that slide at two fidelities, to show a cheaper one good enough, would not pay, and are "
+        f"not slid: r, the share of logs that end differently over p (1 - p), is {r[0]:.1f} to {r[-1]:.1f} here (2 is "
+        "chance), and with q, the ratio of costs, they could only where sqrt(r) + sqrt(q) < 1, whatever E is.",
         "",
         "## The pools",
         "",

@@ -20,12 +20,20 @@ seen = 0
 
 
 def met_run(
-    tool: str, config: Path, folder: Path, number: int, moment: int, delay_s: float, *more: str, victim: int = 0
+    tool: str,
+    config: Path,
+    folder: Path,
+    number: int,
+    moment: int,
+    delay_s: float,
+    *more: str,
+    victim: int = 0,
+    output: str = "run",
 ) -> subprocess.CompletedProcess[str]:
-    """Run a tool with this configuration, into ``folder / "run"``, until the signal meets it; 0: none does."""
+    """Run a tool with this configuration, into ``folder / output``, until the signal meets it; 0: none does."""
     words = [sys.executable, __file__, int(number), moment, delay_s, victim, folder, tool, "--config", config]
     return subprocess.run(
-        [str(each) for each in [*words, "--output", folder / "run", *more]],
+        [str(each) for each in [*words, "--output", folder / output, *more]],
         env={**os.environ, "PYTHONPATH": os.pathsep.join(str(ROOT / each) for each in ("", "engine", "algorithms"))},
         capture_output=True,
         text=True,
@@ -48,12 +56,14 @@ def watch(event: str, values: tuple) -> None:
 
 
 if __name__ == "__main__":
-    from deadwood_algorithms.tools import slide_logs
+    from deadwood_algorithms.evaluate.protection import effect
+    from deadwood_algorithms.simulate import chunks
     from deadwood_toolbox import cli
 
     number, moment, delay_s, folder = int(sys.argv[1]), int(sys.argv[2]), float(sys.argv[3]), sys.argv[5]
     victim = int(sys.argv[4]) or os.getpid()
-    slide_logs.CHUNK, slide_logs.CHECKPOINT_S = 4, 0.0
+    chunks.CHUNK, chunks.CHECKPOINT_S = 4, 0.0
+    effect.CHUNK = 20
     sys.argv = ["deadwood-tool", *sys.argv[6:]]
     sys.addaudithook(watch)
     try:

@@ -88,6 +88,30 @@ def room_breaches(source: str, place: tuple[str, str]) -> list[str]:
     return breaches
 
 
+def modules_imported(path: Path, modules: set[str]) -> set[str]:
+    """The modules of the house that a file imports, wherever the import stands; those for types alone count."""
+    package = ".".join(path.relative_to(ALGORITHMS.parent).parent.parts)
+    found = set()
+    for module, names in imported(path.read_text(encoding="utf-8"), package):
+        found |= {f"{module}.{name}" if f"{module}.{name}" in modules else module for name in names or ("",)}
+    return found & modules
+
+
+def circles(imports: dict[str, set[str]]) -> list[list[str]]:
+    """The groups of modules that import one another in a circle."""
+    reached: dict[str, set[str]] = {}
+    for module in imports:
+        seen, left = set(), list(imports[module])
+        while left:
+            each = left.pop()
+            if each not in seen:
+                seen.add(each)
+                left += imports[each]
+        reached[module] = seen
+    groups = {frozenset(b for b in reached[a] if a in reached[b]) for a in imports if a in reached[a]}
+    return sorted(sorted(group) for group in groups)
+
+
 def is_tool(path: Path) -> bool:
     return any(line.startswith("TOOL = ") for line in path.read_text(encoding="utf-8").splitlines())
 
@@ -125,6 +149,14 @@ def test_algorithms_know_nothing_of_the_front_door():
         return modules & {"deadwood_toolbox", "click", "tqdm"}
 
     assert offenders(files_of(ALGORITHMS), breach) == {}
+
+
+def test_no_modules_import_one_another_in_a_circle():
+    folder = ALGORITHMS.parent
+    paths = {".".join(path.relative_to(folder).with_suffix("").parts): path for path in ALGORITHMS.rglob("*.py")}
+    imports = {name: modules_imported(path, set(paths)) for name, path in paths.items()}
+    assert sum(map(len, imports.values())) > 500
+    assert circles(imports) == []
 
 
 def test_rooms_are_built_on_those_below_them():
@@ -174,6 +206,8 @@ def test_the_checks_above_find_what_they_look_for():
     assert room_breaches("from deadwood_algorithms.tools import slide_logs", ("results", "")) == [tool]
     assert room_breaches("from deadwood_algorithms.evaluate.hazard.rates import x", ("evaluate", "protection"))
     assert room_breaches("def f():\n    from deadwood_algorithms.params import tool\n", ("stats", "")) == []
+    assert circles({"a": {"b"}, "b": {"c"}, "c": {"b"}, "d": {"a", "d"}}) == [["b", "c"], ["d"]]
+    assert circles({"a": {"b"}, "b": set()}) == []
 
 
 def test_the_shelf_brings_no_heavy_library_along(checkout):

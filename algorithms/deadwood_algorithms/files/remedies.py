@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from deadwood_algorithms.files.input_files import tiles_of
+
 NODATA = -9999
 
 
@@ -89,10 +91,13 @@ def _copy(path: str | Path, ending: str = "mended") -> str:
 
 
 def _masked(path: str | Path) -> str:
-    """``rio calc`` leaves nodata as it is, and fails where a raster has none."""
-    from deadwood_algorithms.files.tiles import open_as_one  # not for those who only want the words
+    """``rio calc`` leaves nodata as it is, and fails where a raster has none; one of several tiles always has."""
+    import rasterio  # not for those who only want the words
 
-    with open_as_one(path) as source:
+    files = tiles_of(path)
+    if len(files) > 1:
+        return ""
+    with rasterio.open(files[0]) as source:
         return " --not-masked" if source.nodata is None else ""
 
 

@@ -61,6 +61,13 @@ class Quiet:
         return False
 
 
+class ProgressOnly(Quiet):
+    """A feedback that passes on progress alone: what notes would say, the user has read or need not know."""
+
+    def __init__(self, feedback: Feedback) -> None:
+        self.progress, self.cancelled = feedback.progress, feedback.cancelled
+
+
 def ask(kind: str, label: str, *, default: Any = REQUIRED, **facts: Any) -> Any:
     """One parameter of a tool, of a kind of `KINDS`; a default of None makes it optional, none makes it required."""
     if kind not in KINDS:

@@ -7,18 +7,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from deadwood_algorithms.files.embedded import record_in
 from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.results.identity import refuse_damaged
 
 if TYPE_CHECKING:
     import pandas
-
-    from deadwood_algorithms.report.sources import ReportedRun
 
 FACTS = {
     "site-barriers": "summary.json",
@@ -28,18 +26,6 @@ FACTS = {
 }
 TAKEN = "a layer of value-trees, or a folder of site-barriers, map-intensity, map-origins or vary"
 WORTH_LAYERS = ("values", "planted")
-
-
-@dataclass
-class Answers:
-    """What the page shows of a run besides the run; empty where nothing was named.
-
-    worth : by layer (values, planted), the rows of value-trees
-    folders : by tool, the folder, its facts, and the tool's parameters
-    """
-
-    worth: dict[str, pandas.DataFrame] = field(default_factory=dict)
-    folders: dict[str, tuple[Path, dict[str, Any], dict[str, Any]]] = field(default_factory=dict)
 
 
 def read_answers(named: str, sources: Sequence[ReportedRun]) -> None:

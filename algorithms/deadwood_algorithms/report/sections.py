@@ -199,7 +199,8 @@ def promise_words(promise: Mapping[str, Any], words: Words) -> str:
     """What --fidelity auto promises: both errors of the line that is farthest off, apart and together."""
     points = {name: shown_number(100.0 * promise[name], words, 2) for name in ("sampling", "calculation", "together")}
     how = "calculation_none" if promise["chosen"] == "reference" else "promise_assumed"
-    source = words.say("promise_measured" if promise["measured_against"] else how, against=promise["measured_against"])
+    against = promise.get("measured_against")  # by pairs of logs, up to version 0.2
+    source = words.say("promise_measured" if against else how, against=against)
     chosen, n = promise["chosen"], promise["logs"]
     return words.say("promise", chosen=chosen, n=n, line=promise["line_id"], source=source, **points)
 

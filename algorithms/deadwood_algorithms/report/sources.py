@@ -25,7 +25,6 @@ from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.input_files import tiles_of
 from deadwood_algorithms.files.vectors import read_table, read_vector
 from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
-from deadwood_algorithms.report.answers import Answers
 from deadwood_algorithms.results.arrivals import arrivals_frame, find_arrivals
 from deadwood_algorithms.results.checked import WHOLE
 from deadwood_algorithms.results.edges import Edges
@@ -46,6 +45,18 @@ SHOWN_RASTERS = {
     "danger": "danger",
 }
 Extent = tuple[float, float, float, float]  # west, south, east, north [m]
+
+
+@dataclass
+class Answers:
+    """What the page shows of a run besides the run; empty where nothing was named.
+
+    worth : by layer (values, planted), the rows of value-trees
+    folders : by tool, the folder, its facts, and the tool's parameters
+    """
+
+    worth: dict[str, pandas.DataFrame] = field(default_factory=dict)
+    folders: dict[str, tuple[Path, dict[str, Any], dict[str, Any]]] = field(default_factory=dict)
 
 
 @dataclass

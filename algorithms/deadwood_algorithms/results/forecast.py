@@ -12,21 +12,22 @@ import math
 import os
 import shutil
 import sys
-from collections.abc import Mapping, Sequence
+import time
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 
 from deadwood_algorithms.files.free_memory import GIB, SHARE, free_bytes
-from deadwood_algorithms.params.tool import UserError
-from deadwood_algorithms.simulate.log_order import hash_order
+from deadwood_algorithms.params.tool import Feedback, Outcome, ProgressOnly, UserError
+from deadwood_algorithms.params.where import Where
+from deadwood_algorithms.simulate.sliding import metered
+from deadwood_algorithms.simulate.warm_up import load_kernels
+from deadwood_algorithms.simulate.workers import NobodySlides
 
-if TYPE_CHECKING:
-    import geopandas
-
-PILOT_LOGS = 400
 # Of results that have a row a log [bytes]: what is held in memory while they are written, and what the working folder
 # has of a log and of a cell that any log passed (two states of the rasters are kept).
 LOG_MEMORY, KEPT_MEMORY, WORK_LOG, WORK_CELL = 2000, 400, 800, 2 * 40
@@ -87,10 +88,63 @@ class Forecast:
     workers_s: float
 
 
-def pilot_of(frame: geopandas.GeoDataFrame, seed: int, logs: int = PILOT_LOGS) -> geopandas.GeoDataFrame:
-    """So many releases in the order of an even draw, at most all; ``frame`` has the column ``log_id``."""
-    rows = np.sort(hash_order(frame["log_id"].to_numpy(np.int64), seed)[:logs])
-    return frame.iloc[rows].reset_index(drop=True)
+def planned(
+    slide_few: Callable[[Path], tuple[Pilot, int]], output: str, where: Where, workers: int, kept: int | None = 0
+) -> Outcome:
+    """What ``--plan`` tells: the forecast from a pilot in a folder that goes.
+
+    Parameters
+    ----------
+    slide_few : slides the pilot into a folder; gives what it took, and how many logs the run itself would slide
+    workers : for which the time is told as well; kept : logs that keep their trajectory, None for all
+    """
+    with TemporaryDirectory(prefix="deadwood-plan-") as folder:
+        took, logs = slide_few(Path(folder) / "pilot")
+    found = forecast(took, logs, logs if kept is None else min(kept, logs), threads=where.cores, workers=workers)
+    refuse_too_large(found, output)
+    return Outcome({}, {**facts_of_forecast(found, output), "pilot": vars(took)}, words_of_forecast(found, output))
+
+
+def planned_from_few(
+    run_few: Callable[[str, int, Feedback], object],
+    of_one: int,
+    logs: int,
+    output: str,
+    where: Where,
+    workers: int,
+    feedback: Feedback,
+) -> Outcome:
+    """What ``--plan`` tells of a tool that slides the same logs several times, from its own run with a few of them.
+
+    Parameters
+    ----------
+    run_few : runs the tool with so many logs, to an output in a folder that goes
+    of_one : logs of that run; logs : of the run that is asked for
+    """
+
+    def slide_few(place: Path) -> tuple[Pilot, int]:
+        load_kernels(None, feedback)  # a compilation is no part of what is forecast
+        place.mkdir()
+        few, began = min(of_one, logs), time.perf_counter()
+        with metered() as meter:
+            try:
+                run_few(str(place / Path(output).name), few, ProgressOnly(feedback))
+            except NobodySlides:
+                raise
+            except UserError as error:
+                raise UserError(f"--plan, with a pilot of {few} logs: {error}") from error
+        whole_s = time.perf_counter() - began
+        files = [each for each in place.rglob("*") if each.is_file()]
+        # the same logs again and again: they tell no more of all than themselves
+        spread = meter.spread * math.sqrt(meter.logs / few)
+        took = Pilot(
+            logs=meter.logs, kept=0, cpu_s=meter.cpu_s, slide_s=meter.wall_s, other_s=max(0.0, whole_s - meter.wall_s),
+            memory=most_held(), files={each.name: each.stat().st_size for each in files}, passed_cells=0, vertices=0,
+            spread=spread,
+        )  # fmt: skip
+        return took, round(meter.logs * logs / few)
+
+    return planned(slide_few, output, where, workers)
 
 
 def pilot_from(folder: Path, whole_s: float) -> Pilot:

@@ -15,7 +15,7 @@ from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.shape import Shape
 
 if TYPE_CHECKING:
-    from deadwood_algorithms.results.summary import Asked
+    from deadwood_algorithms.results.asked import Asked
 
 BETWEEN = "; "  # two clauses; in none of them
 AMONG = ", "  # the clauses of a list, which fill the gap {parts} of another

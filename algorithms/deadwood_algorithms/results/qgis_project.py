@@ -33,8 +33,8 @@ from deadwood_algorithms.results.run_folder import GEOPACKAGE, Run, read_run
 if TYPE_CHECKING:
     import pyproj
 
+    from deadwood_algorithms.scene.inputs import SceneInputs
     from deadwood_algorithms.scene.layers import SceneLayers
-    from deadwood_algorithms.scene.released_scene import ReleasedScene
     from deadwood_algorithms.scene.releases import Releases
 
 PROJECT, SCENE, TERRAIN = "project.qgz", "scene.gpkg", "terrain.vrt"
@@ -92,7 +92,7 @@ class Entry:
 def add_project(
     folder: Path,
     final: Path,
-    ask: ReleasedScene,
+    inputs: SceneInputs,
     layers: SceneLayers,
     releases: Releases,
     outline_every_s: float,
@@ -100,13 +100,13 @@ def add_project(
 ) -> None:
     """Write the project and its scene into the folder of a run, otherwise complete, that will stand at ``final``."""
     run = read_run(str(folder), feedback=feedback)
-    frames = scene_frames(ask, layers, releases, run)
+    frames = scene_frames(inputs, layers, releases, run)
     step = outline_every_s
     if run.stored_log_ids.size:
         frames["log_outlines"], step = log_outlines.outlines(run, outline_every_s, feedback)
     write_vector(folder / SCENE, frames)
     entries = [*_package(folder, GEOPACKAGE), *_package(folder, SCENE), *_rasters(folder)]
-    terrain = Entry("terrain", _terrain(ask.dem, folder, final), qml.relief_shading())
+    terrain = Entry("terrain", _terrain(inputs.dem, folder, final), qml.relief_shading())
     last_s = float(run.deposits["duration_s"].to_numpy().max()) + log_outlines.STAYS_S
     text = project_xml(entries, terrain, layers.dem.plan_crs, _extent(run), _height(run), last_s, step)
     with zipfile.ZipFile(folder / PROJECT, "w", zipfile.ZIP_DEFLATED) as target:
@@ -116,7 +116,7 @@ def add_project(
 
 
 def scene_frames(
-    ask: ReleasedScene, layers: SceneLayers, releases: Releases, run: Run
+    inputs: SceneInputs, layers: SceneLayers, releases: Releases, run: Run
 ) -> dict[str, geopandas.GeoDataFrame]:
     """The scene as it was modelled, in the run's CRS, and the logs at rest as solids."""
 
@@ -133,7 +133,7 @@ def scene_frames(
     if layers.blocks.ids:
         columns = {"block_id": layers.blocks.ids, "diameter_m": blocks.diameter, "height_m": blocks.height}
         frames["blocks"] = frame(columns, shapely.points(blocks.x, blocks.y))
-    for name, path in (("barriers", ask.barriers), ("lying_logs", ask.lying_logs)):
+    for name, path in (("barriers", inputs.barriers), ("lying_logs", inputs.lying_logs)):
         if path:  # as the file has them, with their heights and diameters
             frames[name] = read_vector(path, geometry=("line",), target_crs=layers.dem.crs, what=name, feedback=Quiet())
     if layers.lines.ids:

@@ -17,15 +17,13 @@ from deadwood_algorithms.params.tool import Parameter, UserError, check_value, m
 from deadwood_algorithms.results.run_folder import Run, input_record
 from deadwood_algorithms.scene.released_scene import ReleasedScene
 from deadwood_algorithms.scene.releases import Releases
-from deadwood_engine import FIDELITIES, Fidelity, Result, fidelity_with
-
-WHERE = ("scheduler", "workers")  # where a run was slid is no part of what it asked
+from deadwood_engine import FIDELITIES, Fidelity, fidelity_with
 
 
 def question_of(source: Run, **changes: Any) -> ReleasedScene:
     """The layers and options of a run; inputs that were moved together with it are found, others are missed."""
     asked = source.manifest.get("parameters", {})
-    names = [each.name for each in dataclasses.fields(ReleasedScene) if each.name not in WHERE]
+    names = [each.name for each in dataclasses.fields(ReleasedScene)]
     values = {name: asked[name] for name in names if name in asked}
     for each in dataclasses.fields(ReleasedScene):
         declared = dataclasses.replace(each.metadata["parameter"], name=each.name)
@@ -88,11 +86,11 @@ def logs_of(source: Run, releases: Releases, rows: NDArray[np.int64]) -> Release
     return releases.take(found)
 
 
-def refuse_other_ends(source: Run, rows: NDArray[np.int64], result: Result) -> None:
+def refuse_other_ends(source: Run, rows: NDArray[np.int64], ends: NDArray[np.float64]) -> None:
     """Raise ``UserError`` where logs, slid again, do not end where those rows of the deposits say, to the bit."""
     points: Any = source.deposits.geometry.iloc[rows]
     before: NDArray[np.float64] = np.column_stack([points.x, points.y, points.z])
-    same = (before == result.end_position).all(axis=1) | (np.isnan(before) & np.isnan(result.end_position)).any(axis=1)
+    same = (before == ends).all(axis=1) | (np.isnan(before) & np.isnan(ends)).any(axis=1)
     if not same.all():
         made = source.manifest.get("engine")
         why = "the engine is another" if made != tool.engine_digest() else "an input has changed since"

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import geopandas
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.results.asked import Asked
 from deadwood_algorithms.results.hits import ledger_records, obstacle_record
 from deadwood_algorithms.results.modelled import modelled
 from deadwood_algorithms.scene.items import Items
@@ -28,25 +28,6 @@ from deadwood_algorithms.stats.statistics import (
     wilson_interval,
 )
 from deadwood_engine import STOP_REASONS, Fidelity, station_spacing, where_things_rebound
-
-if TYPE_CHECKING:
-    from deadwood_algorithms.scene.released_scene import ReleasedScene
-
-
-@dataclass(frozen=True, kw_only=True)
-class Asked:
-    """What a run was asked: the scene, the fidelity by name, whether any trajectory is kept, on how few logs danger is
-    told, and whether its counts are kept. With --fidelity auto also what was promised, and what the pilot cost beside
-    the run."""
-
-    scene: ReleasedScene
-    fidelity: str
-    keeps_poses: bool
-    danger_least: int
-    danger_counts: bool = False
-    auto: dict[str, Any] | None = None
-    pilot_cpu_s: float = 0.0
-
 
 NEAR_EDGE_DEG = 5.0  # from the edge of a friction cone: as from mu 0.30 to 0.21, or 0.39
 WORTH_A_WARNING = 0.05  # share of the logs that have no deposit
@@ -287,7 +268,7 @@ def promised_words(record: dict[str, Any]) -> str:
     """Both errors of the line that is farthest off, apart and together, and who says so of the calculation."""
     sampling, calculation, together = (100 * record[name] for name in ("sampling", "calculation", "together"))
     source = "by definition" if record["chosen"] == "reference" else "as on the benchmark's slopes, assumed"
-    if record["measured_against"]:
+    if record.get("measured_against"):  # by pairs of logs, up to version 0.2
         source = f"measured on this slope against {record['measured_against']}"
     asked = f", ±{100 * record['error']:.2g} were asked for" if record.get("error") else ""
     missed = "" if record.get("reached", True) else "; NOT kept, all logs were slid: release more"

@@ -28,6 +28,7 @@ from deadwood_algorithms.files.rasters import write_bands
 from deadwood_algorithms.files.streams import Stream, write_geoparquet
 from deadwood_algorithms.files.vectors import write_vector
 from deadwood_algorithms.params.tool import Feedback, Outcome
+from deadwood_algorithms.results.asked import Asked
 from deadwood_algorithms.results.checked import SUMMARY
 from deadwood_algorithms.results.danger import STYLE, danger_bands, units_of
 from deadwood_algorithms.results.hits import (
@@ -41,7 +42,6 @@ from deadwood_algorithms.results.identity import Making, write_manifest
 from deadwood_algorithms.results.run_folder import GEOPACKAGE, MANIFEST, POSES, pose_schema, write_json
 from deadwood_algorithms.results.summary import (
     WORTH_A_WARNING,
-    Asked,
     left_dem,
     lines_of,
     lost_warning,
@@ -113,6 +113,13 @@ def arrays_of(result: Any, layers: SceneLayers, log_id: NDArray[np.int64], wall_
     failed = result.stop_reason == STOP_REASONS.index("failed")
     kept |= {f"{FAILED}log_id": log_id[failed], f"{FAILED}state": result.last_state[failed]}
     return kept | hit_arrays(result.hits, log_id, layers) | cost | {f"{COST}wall_s": np.array([wall_s])}
+
+
+def kept_of(
+    result: Any, layers: SceneLayers, log_id: NDArray[np.int64], wall_s: float
+) -> tuple[dict[str, NDArray], pa.Table]:
+    """What is kept of a chunk, and the poses of its logs."""
+    return arrays_of(result, layers, log_id, wall_s), pose_table(result.poses, log_id, layers.dem.crs)
 
 
 def pose_table(poses: Any, log_id: NDArray[np.int64], crs: pyproj.CRS) -> pa.Table:

@@ -36,6 +36,9 @@ from deadwood_algorithms.schemas import BARRIERS, TREES
 from deadwood_engine import Barriers, Blocks, Lines, LyingLogs, Scene, Shape, Trees
 
 if TYPE_CHECKING:
+    import geopandas
+    import pyproj
+
     from deadwood_engine.result import Result
 
 
@@ -117,7 +120,7 @@ def read_scene(
     friction: str | float,
     trees: str | None,
     barriers: str | None,
-    lines: str | None,
+    lines: str | geopandas.GeoDataFrame | None,
     *,
     crs: str | None,
     feedback: Feedback,
@@ -130,7 +133,7 @@ def read_scene(
 ) -> SceneLayers:
     """Read and check every layer but the releases, and prepare the engine's scene.
 
-    ``grid`` is the DEM, or a window of it, where that has been read already.
+    ``grid`` is the DEM, or a window of it, where that has been read already; so may ``lines`` have been.
     """
     from deadwood_algorithms.scene.lying_logs import read_lying_logs
 
@@ -138,7 +141,8 @@ def read_scene(
     mu = read_friction(friction, grid, feedback, column=friction_column, elsewhere=friction_elsewhere)
     standing, tree_ids, left_out = read_trees(trees, grid, feedback)
     plates, barrier_items = read_barriers(barriers, grid, feedback)
-    marks, line_items = read_lines(lines, grid, feedback)
+    drawn = lines_layer(lines, grid.crs, feedback) if isinstance(lines, str) else lines
+    marks, line_items = lines_of(drawn, grid, feedback)
     lying, lying_items = read_lying_logs(lying_logs, grid, lying_diameter_cm, feedback)
     boulders = read_blocks(blocks, grid, feedback)
     watched = _watched(grid, lying, boulders.solid)
@@ -252,12 +256,21 @@ def read_barriers(path: str | None, grid: Grid, feedback: Feedback) -> tuple[Bar
 
 
 def read_lines(path: str | None, grid: Grid, feedback: Feedback) -> tuple[Lines, Items]:
+    """The lines of a layer."""
+    return lines_of(lines_layer(path, grid.crs, feedback) if path else None, grid, feedback)
+
+
+def lines_layer(path: str, crs: pyproj.CRS, feedback: Feedback) -> geopandas.GeoDataFrame:
+    """A layer of lines and polygons, in the terrain model's CRS."""
+    return read_vector(path, geometry=("line", "polygon"), target_crs=crs, what="lines", feedback=feedback)
+
+
+def lines_of(frame: geopandas.GeoDataFrame | None, grid: Grid, feedback: Feedback) -> tuple[Lines, Items]:
     """Lines, or the outlines of polygons, whose reach is counted; rows of one line_id count as one.
 
     Without that field rows of one name do. Either is said.
     """
-    if path is None:
+    if frame is None:
         return Lines.none(), Items([], np.array([], object), np.array([], np.int64))
-    frame = read_vector(path, geometry=("line", "polygon"), target_crs=grid.crs, what="lines", feedback=feedback)
     paths = paths_of(frame, grid, "line")
     return Lines(paths.vertices, paths.starts), items_of(frame, ("line_id", "name"), paths, feedback)

@@ -1,19 +1,17 @@
 """What every tool asks that slides logs itself: the layers of the scene, the released logs, and how to slide them.
 
-Declared once, as the base of the ``Ask`` of `slide-logs` and of `compare-fidelity`, so that one manifest's values mean
-the same in the other.
+Declared once, as the base of the ``Ask`` of every tool that takes a scene and released logs, so that one manifest's
+values mean the same in the other. Below the tool goes a record of its values, `SceneInputs`.
 """
 
 from __future__ import annotations
 
-import os
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
 
 from deadwood_algorithms.params import tool
-from deadwood_algorithms.params.presets import FRICTION_CELL_M, FRICTIONS, Taken, choices_told
-from deadwood_algorithms.params.tool import Feedback, UserError
-from deadwood_algorithms.scene.default_log import DefaultLog
+from deadwood_algorithms.params.presets import FRICTIONS, Taken, choices_told
+from deadwood_algorithms.scene.default_log import DEFAULTED, DefaultLog
+from deadwood_algorithms.scene.inputs import CONTACT_LAWS, SceneInputs
 from deadwood_algorithms.schemas import DBH_CM
 
 # Ground that a log sinks into so far that it resists more does not carry a rigid log
@@ -119,21 +117,31 @@ class ReleasedScene(DefaultLog, _LayersAndLaws):
     )
     min_runout_m: float | None = tool.min_runout()
     seed: int = tool.seed()
-    threads: int | None = tool.integer("Threads (default: every core)", default=None, minimum=1, advanced=True)
-    scheduler: str | None = tool.scheduler()
-    workers: int | None = tool.workers()
     crs: str | None = tool.crs()
 
-    def laws(self) -> dict[str, Any]:
-        """The laws of contact but the ground's sliding friction, by the names that the engine's ``slide`` takes."""
-        return {
-            "restitution": self.restitution,
-            "rolling_friction": self.rolling_friction,
-            "tree_friction": self.tree_friction,
-            "tree_restitution": self.tree_restitution,
-            "barrier_friction": self.barrier_friction,
-            "barrier_restitution": self.barrier_restitution,
-        }
+    def inputs(self) -> SceneInputs:
+        """What a simulation is made of, as a record."""
+        return SceneInputs(
+            dem=self.dem,
+            crs=self.crs,
+            friction=self.friction,
+            friction_column=self.friction_column,
+            friction_elsewhere=self.friction_elsewhere,
+            trees=self.trees,
+            barriers=self.barriers,
+            lying_logs=self.lying_logs,
+            lying_diameter_cm=self.lying_diameter_cm,
+            blocks=self.blocks,
+            lines=self.lines,
+            shape=self.shape,
+            releases=self.releases,
+            defaults={name: getattr(self, name) for name in DEFAULTED},
+            laws={
+                **{name: getattr(self, name) for name in CONTACT_LAWS},
+                "time_limit": self.time_limit_s,
+                "rest_speed": self.rest_speed_ms,
+            },
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -160,27 +168,5 @@ class SceneByName(ReleasedScene):
             return ()
         return (Taken.of(FRICTIONS[self.friction_preset], "--friction-preset", {"friction": self.friction}),)
 
-
-def refuse_no_friction(ask: ReleasedScene) -> None:
-    if ask.friction is None:
-        raise UserError("--friction is missing (Friction coefficient); give it, or name one with --friction-preset")
-
-
-def say_friction(ask: ReleasedScene, cell: float, feedback: Feedback) -> None:
-    """What a friction by name is, and that it was found on cells of another size."""
-    if not isinstance(ask, SceneByName):
-        return
-    for each in ask.taken_presets():
-        feedback.note(each.said)
-        if each.sets and abs(cell - FRICTION_CELL_M) > 0.02 * FRICTION_CELL_M:
-            feedback.warn(
-                f"--friction-preset {each.preset.name} was found on cells of {FRICTION_CELL_M:g} m, and the terrain "
-                f"model has cells of {cell:g} m: on coarser ones friction should be higher (the paper, 6.1)"
-            )
-
-
-def threads_of(asked: int | None) -> int:
-    """The threads asked for, else one for each core that this process may use."""
-    if asked is not None:
-        return asked
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    def inputs(self) -> SceneInputs:
+        return replace(super().inputs(), presets=self.taken_presets())

@@ -42,10 +42,13 @@ class WorkFolder:
     """The finished chunks of a run, and the rasters after the last of them.
 
     finished : chunks whose logs are on the rasters; lost : those of them whose results were damaged
+    draws : whether the run has rasters; one without counts a chunk as finished as soon as it is saved
     """
 
-    def __init__(self, output: str, identity: Mapping[str, Any], *, resume: bool, feedback: Feedback) -> None:
-        self.path = part_path(output)
+    def __init__(
+        self, output: str, identity: Mapping[str, Any], *, resume: bool, feedback: Feedback, draws: bool = True
+    ) -> None:
+        self.path, self.draws = part_path(output), draws
         self.finished = 0
         self.lost: frozenset[int] = frozenset()
         self._identity = json.dumps(dict(identity), sort_keys=True).encode()
@@ -87,6 +90,11 @@ class WorkFolder:
             )
 
     def _take_over(self, feedback: Feedback) -> None:
+        if not self.draws:
+            while self._is_sound(_logs_name(self.finished)):
+                self.finished += 1
+            feedback.note(f"{self.path}: {self.finished} finished chunks of logs are taken over")
+            return
         numbers = [each.stem.removeprefix("rasters_") for each in self.path.glob("rasters_*.npz")]
         states = sorted((int(each) for each in numbers if each.isdecimal()), reverse=True)
         sound = [state for state in states if self._is_sound(_rasters_name(state))]
@@ -102,9 +110,13 @@ class WorkFolder:
         if len(sound) < len(states):
             feedback.warn(f"{self.path}: a checkpoint is damaged; the logs since the one before it are slid again")
 
-    def save(self, chunk: int, by_log: Mapping[str, NDArray], poses: pa.Table) -> None:
-        """Keep what a finished chunk says of its logs; it counts as finished from the next `checkpoint` on."""
+    def save(self, chunk: int, by_log: Mapping[str, NDArray], poses: pa.Table | None = None) -> None:
+        """Keep what a finished chunk says of its logs; with rasters it counts from the next `checkpoint` on."""
         self._write(_logs_name(chunk), _packed(by_log))
+        if not self.draws:
+            self.finished = max(self.finished, chunk + 1)
+        if poses is None:
+            return
         table = io.BytesIO()
         parquet.write_table(poses, table, compression="zstd")
         self._write(_poses_name(chunk), table.getvalue())

@@ -29,10 +29,6 @@ MISSING = (
 _open: dict[tuple[str, int | None], Workers] = {}
 
 
-class NobodySlides(UserError):
-    """The scheduler is lost, or none of its workers can be used, whatever was to be slid."""
-
-
 def refuse_no_scheduler(scheduler: str | None, workers: int | None) -> None:
     """Raise ``UserError`` for an address that cannot be one; what nobody answers at is found out by asking."""
     if scheduler is None:

@@ -2,42 +2,91 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
-from pathlib import Path
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from threading import Lock
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Quiet
+from deadwood_algorithms.params.where import Where
 from deadwood_algorithms.scene.layers import SceneLayers
-from deadwood_algorithms.scene.released_scene import ReleasedScene, threads_of
 from deadwood_algorithms.simulate.batch import Batch, Sliding
 from deadwood_algorithms.simulate.scheduler import workers_of
+from deadwood_algorithms.simulate.simulation import Simulation
 from deadwood_algorithms.simulate.windows import wider_scene
-from deadwood_engine import Fidelity, Interrupted, Logs, Rasters, Result, Start, slide
+from deadwood_engine import Interrupted, Logs, Rasters, Result, Start, slide
 
 Found = TypeVar("Found")
 
 
-@contextmanager
-def workers_for(ask: ReleasedScene, feedback: Feedback, name: str = "") -> Iterator[None]:
-    """Keeps the workers of ``--scheduler`` for all that is slid within; tools may stand within one another.
+@dataclass
+class Meter:
+    """What was slid while it ran: logs, how long [s] they ran, time of all cores and by the clock [s]."""
 
-    name : what a scheduler's page shows, where ``ask`` is not the tool's own
-    """
-    with workers_of(ask.scheduler, ask.workers, threads_of(ask.threads), feedback) as workers:
-        if workers and name:
-            workers.name = name
+    logs: int = 0
+    cpu_s: float = 0.0
+    wall_s: float = 0.0
+    durations: list[NDArray[np.float64]] = field(default_factory=list)
+    _lock: Lock = field(default_factory=Lock)
+    _active: int = 0  # calls at work: several threads slide at once
+    _since: float = 0.0
+
+    @contextmanager
+    def clock(self) -> Iterator[None]:
+        with self._lock:
+            if not self._active:
+                self._since = time.perf_counter()
+            self._active += 1
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._active -= 1
+                if not self._active:
+                    self.wall_s += time.perf_counter() - self._since
+
+    def add(self, result: Result) -> None:
+        with self._lock:
+            self.logs += result.duration.size
+            self.cpu_s += result.cost["cpu_s"]
+            self.durations.append(result.duration)
+
+    @property
+    def spread(self) -> float:
+        """Standard deviation of a log's run by its mean."""
+        run = np.concatenate([np.zeros(0), *self.durations])
+        return float(run.std() / run.mean()) if run.any() else 0.0
+
+
+_meters: list[Meter] = []
+
+
+@contextmanager
+def metered() -> Iterator[Meter]:
+    """Measures all that is slid within."""
+    _meters.append(Meter())
+    try:
+        yield _meters[-1]
+    finally:
+        _meters.pop()
+
+
+@contextmanager
+def workers_for(where: Where, feedback: Feedback) -> Iterator[None]:
+    """Keeps the workers of ``--scheduler`` for all that is slid within; tools may stand within one another."""
+    with workers_of(where.scheduler, where.workers, where.cores, feedback):
         yield
 
 
 def slide_once(
     layers: SceneLayers,
     logs: Logs | Start,
-    fidelity: Fidelity,
-    ask: ReleasedScene,
+    simulation: Simulation,
     report: Callable[[int], bool],
     *,
     keep_poses: NDArray[np.bool_] | None = None,
@@ -48,14 +97,13 @@ def slide_once(
 ) -> tuple[Result, list[str]]:
     """Slide the logs as `slide_batch` does: all that the caller has of them."""
     batch = Batch(logs, keep_poses, inside)
-    return slide_batch(layers, batch, fidelity, ask, report, rasters=rasters, influences=influences, **more)
+    return slide_batch(layers, batch, simulation, report, rasters=rasters, influences=influences, **more)
 
 
 def slide_batch(
     layers: SceneLayers,
     batch: Batch,
-    fidelity: Fidelity,
-    ask: ReleasedScene,
+    simulation: Simulation,
     report: Callable[[int], bool],
     *,
     rasters: Rasters | None = None,
@@ -64,7 +112,7 @@ def slide_batch(
     until_reached: bool = False,
     **more: Any,
 ) -> tuple[Result, list[str]]:
-    """Slide the logs as ``ask`` says (laws of contact, limits, where), on the window that there is.
+    """Slide the logs as the simulation says (laws, fidelity, where), on the window that there is.
 
     ``report`` is told how many logs are done, and says whether to stop. Also returns the sides of the window that some
     log came too near to: where there are any, neither the result nor what was drawn on the rasters may be used.
@@ -79,15 +127,14 @@ def slide_batch(
     Cancelled
         where the user or ``report`` stopped it
     """
-
-    laws = {**ask.laws(), "time_limit": ask.time_limit_s, "rest_speed": ask.rest_speed_ms}
-    laws |= {"until_reached": True} if until_reached else {}
+    where, fidelity = simulation.where, simulation.fidelity
+    laws = dict(simulation.laws) | ({"until_reached": True} if until_reached else {})
 
     def anywhere() -> Result:
-        with workers_of(ask.scheduler, ask.workers, threads_of(ask.threads), Quiet()) as workers:
+        with workers_of(where.scheduler, where.workers, where.cores, Quiet()) as workers:
             if workers and len(batch):
                 bands = rasters.workers[0].band if rasters else None
-                sliding = Sliding(_name_of(ask), layers.scene, layers.shape, fidelity, laws, bands, influences)
+                sliding = Sliding(where.name, layers.scene, layers.shape, fidelity, laws, bands, influences)
                 return workers.slide(sliding, batch, later, rasters, report)
             return slide(
                 layers.scene,
@@ -104,28 +151,21 @@ def slide_batch(
                 **more,
             )
 
-    return _told(layers, anywhere)
-
-
-def _told(layers: SceneLayers, slid: Callable[[], Result]) -> tuple[Result, list[str]]:
-    """What the caller has of a result."""
-    try:
-        result = slid()
-    except (Interrupted, KeyboardInterrupt) as error:
-        raise Cancelled from error
+    with ExitStack() as clocks:
+        for meter in _meters:
+            clocks.enter_context(meter.clock())
+        try:
+            result = anywhere()
+        except (Interrupted, KeyboardInterrupt) as error:
+            raise Cancelled from error
+    for meter in _meters:
+        meter.add(result)
     return layers.without_watch(result), layers.escaped(result)
-
-
-def _name_of(ask: ReleasedScene) -> str:
-    """What a scheduler's page shows: the tool, and what its output is called."""
-    tool_name = type(ask).__module__.rpartition(".")[2].replace("_", "-")
-    output = getattr(ask, "output", None)
-    return f"{tool_name}-{Path(output).name}" if output else tool_name
 
 
 def until_none_escapes(
     layers: SceneLayers,
-    ask: ReleasedScene,
+    simulation: Simulation,
     slide_all: Callable[[SceneLayers], tuple[Found, list[str]]],
     feedback: Feedback,
 ) -> tuple[Found, SceneLayers]:
@@ -134,7 +174,7 @@ def until_none_escapes(
         found, sides = slide_all(layers)
         if not sides:
             return found, layers
-        layers = wider_scene(ask, layers, sides, feedback)
+        layers = wider_scene(simulation, layers, sides, feedback)
 
 
 def reporter(feedback: Feedback, total: int, what: str, *, before: int = 0) -> Callable[[int], bool]:

@@ -25,7 +25,6 @@ from deadwood_algorithms.simulate import piece as on_worker
 from deadwood_algorithms.simulate.batch import Batch, Sliding
 from deadwood_algorithms.simulate.joined import joined_results
 from deadwood_algorithms.simulate.packed import block_of, digest_of_block, from_block
-from deadwood_algorithms.simulate.scheduler import NobodySlides
 from deadwood_algorithms.simulate.sparse import add_sparse
 from deadwood_engine import Interrupted, Rasters, Result, Scene, Shape, Start, place_logs
 
@@ -38,6 +37,10 @@ LOOK_EVERY_S = 1.0  # who is there
 WAIT_S = 60.0  # for a worker, before it is said that none is there
 LOST_S = 20.0  # without a word from the scheduler, before it is taken for lost
 MOST_TRIES = 6  # of a piece; each stands for one or more dead workers
+
+
+class NobodySlides(UserError):
+    """The scheduler is lost, or none of its workers can be used, whatever was to be slid."""
 
 
 @dataclass
@@ -115,7 +118,6 @@ class Workers:
 
     def __init__(self, client: Any, where: str, feedback: Feedback, *, wanted: int = 1) -> None:
         self.client, self.where, self.feedback, self.wanted = client, where, feedback, wanted
-        self.name = ""  # on the scheduler's page, of what is slid; else that of the sliding
         self.carried = Carried()
         self._good: dict[str, int] = {}  # threads by address
         self._refused: dict[str, str] = {}
@@ -393,7 +395,7 @@ class Workers:
             order,
             scene,
             large,
-            key=f"{self.name or sliding.name}-{piece.words} ({job.digest[:16]}{attempt})",
+            key=f"{sliding.name}-{piece.words} ({job.digest[:16]}{attempt})",
             workers=sorted(ready),
             allow_other_workers=False,
             pure=False,

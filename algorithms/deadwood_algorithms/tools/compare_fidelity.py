@@ -16,22 +16,22 @@ It knows no fidelity finer than the finest compared, and no error of the inputs:
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 from deadwood_algorithms.evaluate.fidelity.records import FidelityRow
 from deadwood_algorithms.evaluate.fidelity.rule import Recommendation, recommend
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.params.where import SlidingOptions
 from deadwood_algorithms.scene.released_scene import SceneByName
-from deadwood_algorithms.simulate.log_order import hash_order
 
 NAMES = ("draft", "standard", "fine", "reference")  # from the cheapest to the finest
 TABLE, FACTS, PICTURE, MANIFEST = "comparison.csv", "comparison.json", "comparison.png", "manifest.json"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ask(SceneByName):
+class Ask(SlidingOptions, SceneByName):
     fidelities: str = tool.text(
         "Fidelities to compare", default=",".join(NAMES), help="At least two, with commas; the finest of them judges."
     )
@@ -46,31 +46,53 @@ class Ask(SceneByName):
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
+    names = fidelities_wanted(ask.fidelities)
+    return told_plan(ask, len(names), feedback) if ask.plan else compare(ask, feedback)
+
+
+def told_plan(ask: Ask, variants: int, feedback: Feedback) -> Outcome:
+    """What the run would take."""
+    from deadwood_algorithms.files.vectors import read_table
+    from deadwood_algorithms.results.forecast import planned_from_few
+
+    def few(output: str, logs: int, feedback: Feedback) -> Outcome:
+        return compare(replace(ask, output=output, logs=logs, plan=False, resume=False), feedback)
+
+    logs = min(ask.logs, len(read_table(ask.releases, what="releases")))
+    of_one = max(2, ask.plan_logs // variants)
+    return planned_from_few(few, of_one, logs, ask.output, ask.where(""), ask.plan_workers, feedback)
+
+
+def compare(ask: Ask, feedback: Feedback) -> Outcome:
     import pandas
 
-    from deadwood_algorithms.evaluate.fidelity.fidelity_runs import groups_of, slide_at
+    from deadwood_algorithms.ensemble.variants import open_ensemble
+    from deadwood_algorithms.evaluate.fidelity.fidelity_runs import WANTED, groups_of, run_of, variants_of
     from deadwood_algorithms.evaluate.fidelity.measures import rows_of
     from deadwood_algorithms.evaluate.fidelity.trade_figure import draw
     from deadwood_algorithms.files.tables import write_csv
     from deadwood_algorithms.results.identity import writing
     from deadwood_algorithms.results.run_folder import write_json
-    from deadwood_algorithms.simulate.sliding import workers_for
-    from deadwood_algorithms.simulate.warm_up import load_kernels
-    from deadwood_algorithms.simulate.windows import read_released_scene
+    from deadwood_algorithms.simulate.chunks import identity_of
+    from deadwood_algorithms.simulate.steps import Steps
+    from deadwood_engine import FIDELITIES
 
     names = fidelities_wanted(ask.fidelities)
-    with writing(TOOL, ask, feedback) as outputs:
+    where = ask.where(f"{TOOL.name}-{Path(ask.output).name}")
+    with (
+        writing(TOOL, ask, feedback) as outputs,
+        open_ensemble(ask.inputs(), FIDELITIES[names[-1]], where, ask.logs, ask.seed, feedback) as ensemble,
+    ):
         folder = outputs.folder()
-        layers, releases = read_released_scene(ask, feedback, windowed=True)
+        layers, releases, logs = ensemble.layers, ensemble.released, ensemble.logs
         planned = ask.planned_logs or len(releases)
-        logs = releases.take(hash_order(releases.logs.log_id, ask.seed)[: ask.logs])
 
-        load_kernels(layers.shape, feedback)
-        slid = []
-        with workers_for(ask, feedback):
-            for name in names:
-                one, layers = slide_at(name, ask, layers, logs, feedback)
-                slid.append(one)
+        known = {"--fidelities": names, "--logs or --seed": [ask.logs, ask.seed]}
+        identity = identity_of(ensemble.simulation, layers, releases, **known)
+        steps = Steps(ask.output, identity, resume=ask.resume, feedback=feedback)
+        variants = variants_of(names, ensemble.simulation)
+        found = ensemble.slide(variants, WANTED, steps, borders=(len(logs) // 2,), hits=True)
+        slid = [run_of(name, parts) for name, parts in zip(names, found, strict=True)]
         feedback.progress(0, 1, "comparing")
         groups = groups_of(logs, ask.min_runout_m)
         rows = [row for one in slid for row in rows_of(one, slid[-1], layers.lines.ids, groups, planned, ask.seed)]
@@ -83,6 +105,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         write_json(folder / FACTS, {**facts, "rows": [asdict(row) for row in rows]})
         draw(rows, names, advice, counts, folder / PICTURE)
         outputs.facts["digests"] = {"scene": layers.digest, "releases": releases.digest}
+    steps.remove()
     final = Path(ask.output)
     parts = {"table": TABLE, "facts": FACTS, "picture": PICTURE, "manifest": MANIFEST}
     made = {"output": final} | {key: final / name for key, name in parts.items()}

@@ -52,7 +52,6 @@ from deadwood_algorithms.prepare.trees.table import (
     warn_of_idle_fields,
 )
 from deadwood_algorithms.results.identity import writing
-from deadwood_algorithms.scene.items import extent_words
 
 __doc__ = f"""{__doc__}
 Sources:
@@ -252,6 +251,8 @@ def what_stays(
     ask: Ask, source: Source, filled: Filled, status: np.ndarray, grid: Grid | None, said: list[str]
 ) -> np.ndarray:
     """Which trees are written to one of the layers; why the others are not is said."""
+    from deadwood_algorithms.scene.items import extent_words
+
     kept = status != tree_status.GONE
     if not kept.all():
         said.append(f"{(~kept).sum()} trees dropped, they stand no more")

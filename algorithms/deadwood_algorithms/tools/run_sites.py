@@ -28,7 +28,7 @@ all sites share its workers: they are started, or waited for, once.
 from __future__ import annotations
 
 import tempfile
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -42,7 +42,6 @@ if TYPE_CHECKING:
     from deadwood_algorithms.evaluate.sites.overview import SiteFound
     from deadwood_algorithms.evaluate.sites.progress import SitesFolder
     from deadwood_algorithms.evaluate.sites.sites_table import AskedSite
-    from deadwood_algorithms.results.forecast import Forecast
 
 OVERVIEW, LAYER, PICTURE, REPORT = "overview.csv", "overview.gpkg", "overview.png", "report.html"
 ON_PAGE = 12  # sites that the report shows
@@ -86,17 +85,19 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.simulate.sliding import workers_for
 
     refuse_unclear(ask)
-    with workers_for(ask, feedback):
+    with workers_for(ask.where(TOOL.name), feedback):
         return plan_of_sites(ask, feedback) if ask.plan else all_sites(ask, feedback)
 
 
 def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
     """The runs themselves."""
+    from deadwood_algorithms.evaluate.sites.merging import write_merged
+    from deadwood_algorithms.evaluate.sites.overview_files import lines_of_outcome, summary_of_sites, write_overview
     from deadwood_algorithms.evaluate.sites.progress import SitesFolder
     from deadwood_algorithms.results.identity import result_folder
     from deadwood_algorithms.results.run_folder import write_json
-    from deadwood_algorithms.simulate.scheduler import NobodySlides
     from deadwood_algorithms.simulate.warm_up import load_kernels
+    from deadwood_algorithms.simulate.workers import NobodySlides
 
     final = Path(ask.output)
     goes_on = ask.resume and SitesFolder.is_of(ask.output)
@@ -118,7 +119,7 @@ def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
             raise Cancelled from error
         work.bring_to(folder, [each.name for each in found if not each.failed])
         facts = summary_of_sites(found)
-        facts["merged"] = write_merged(ask, folder, found, feedback) if ask.merge else []
+        facts["merged"] = write_merged(folder, found, ask.danger_least, feedback) if ask.merge else []
         write_overview(folder, found, [folder / "merged" / each["folder"] for each in facts["merged"]])
         if ask.report:
             add_page(ask, folder, found, feedback)
@@ -198,7 +199,7 @@ def values_of(ask: Ask, site: AskedSite) -> dict[str, Any]:
 def slide_site(ask: Ask, site: AskedSite, work: SitesFolder, feedback: OneOfSites) -> SiteFound:
     """The site's run, or its failure in one line; what is there and unchanged is not slid again."""
     from deadwood_algorithms.evaluate.sites.overview import found_of_failure, found_of_run
-    from deadwood_algorithms.simulate.scheduler import NobodySlides
+    from deadwood_algorithms.simulate.workers import NobodySlides
 
     values, place = values_of(ask, site), work.sites / site.name
     try:
@@ -220,8 +221,9 @@ def slide_site(ask: Ask, site: AskedSite, work: SitesFolder, feedback: OneOfSite
 
 def plan_of_sites(ask: Ask, feedback: Feedback) -> Outcome:
     """What all sites would take, from pilots of some of them, evenly spread."""
+    from deadwood_algorithms.evaluate.sites.sites_plan import forecast_like
     from deadwood_algorithms.results.forecast import facts_of_forecast, refuse_too_large, together, words_of_forecast
-    from deadwood_algorithms.simulate.scheduler import NobodySlides
+    from deadwood_algorithms.simulate.workers import NobodySlides
 
     with tempfile.TemporaryDirectory(prefix="deadwood-plan-") as folder:
         sites = read_sites(ask, Path(folder) / "releases", feedback)
@@ -242,7 +244,7 @@ def plan_of_sites(ask: Ask, feedback: Feedback) -> Outcome:
                 said.warn(str(error))
         if not plans:
             raise UserError("--plan: none of the sites can be slid; the lines above say why")
-        parts = [forecast_like(plans, k, ask, site) for k, site in enumerate(sites)]
+        parts = [forecast_like(plans, k, values_of(ask, site).get("releases")) for k, site in enumerate(sites)]
     found = together([each for each in parts if each is not None])
     refuse_too_large(found, ask.output)
     head = f"{'sites:':<14} {len(sites)}, of which {len(plans)} were looked at"
@@ -253,83 +255,6 @@ def plan_of_sites(ask: Ask, feedback: Feedback) -> Outcome:
     )
 
 
-def forecast_like(plans: dict[int, dict[str, Any]], number: int, ask: Ask, site: AskedSite) -> Forecast | None:
-    """A site's forecast, from its own pilot or that of the nearest site; None for one whose logs cannot be read."""
-    from deadwood_algorithms.files.vectors import read_table
-    from deadwood_algorithms.results.forecast import Forecast, Pilot, forecast
-
-    near = plans[min(plans, key=lambda k: abs(k - number))]
-    own = {each.name: near[each.name] for each in fields(Forecast)}
-    if number in plans:
-        return Forecast(**own)
-    try:
-        logs = len(read_table(values_of(ask, site)["releases"], what="releases"))
-    except (UserError, KeyError):
-        return None
-    kept = round(near["kept"] * logs / near["logs"])
-    like = forecast(Pilot(**near["pilot"]), logs, kept, threads=near["threads"], workers=near["workers"])
-    return replace(like, pilot_logs=0)
-
-
-def summary_of_sites(found: Sequence[SiteFound]) -> dict[str, Any]:
-    from deadwood_algorithms.evaluate.sites.overview import reach_of_all
-
-    failed = [each for each in found if each.failed]
-    return {
-        "sites": {"asked": len(found), "done": len(found) - len(failed), "failed": len(failed)},
-        "logs": {"released": sum(each.logs for each in found)},
-        "reach": reach_of_all(found),
-        "failures": [{"site": each.name, "message": each.rows[0].message} for each in failed],
-    }
-
-
-def write_overview(folder: Path, found: Sequence[SiteFound], merged: Sequence[Path]) -> None:
-    import pandas
-
-    from deadwood_algorithms.evaluate.sites import sites_figure
-    from deadwood_algorithms.evaluate.sites.overview import sites_layer
-    from deadwood_algorithms.files.tables import write_csv
-    from deadwood_algorithms.files.vectors import write_vector
-
-    write_csv(folder / OVERVIEW, pandas.DataFrame([vars(row) for each in found for row in each.rows]))
-    layer = sites_layer(found)
-    if layer is not None:
-        write_vector(folder / LAYER, {"sites": layer})
-        sites_figure.draw(folder / PICTURE, layer, [each for each in found if not each.failed], merged)
-
-
-def write_merged(ask: Ask, folder: Path, found: Sequence[SiteFound], feedback: Feedback) -> list[dict[str, Any]]:
-    """The mosaics, one for each terrain model that several sites share; what cannot be merged is told."""
-    from deadwood_algorithms.evaluate.sites.mosaic import merge, pieces_by_grid, scenarios_in
-
-    runs = [(folder / "sites" / each.name, each.logs) for each in found if not each.failed]
-    merged: list[dict[str, Any]] = []
-    for pieces in pieces_by_grid(runs):
-        if len(pieces) < 2:
-            continue
-        if twice := scenarios_in(pieces):
-            told = f"{', '.join(twice[:5])}{' ...' if len(twice) > 5 else ''}"
-            feedback.note(f"{pieces[0].terrain}: not merged, for {told} slid the very logs of another site")
-            continue
-        name = unlike(pieces[0].terrain, [each["folder"] for each in merged])
-        record = {"folder": name, "sites": [each.folder.name for each in pieces], "logs": sum(p.logs for p in pieces)}
-        try:
-            written = merge(folder / "merged" / name, pieces, ask.danger_least, feedback)
-        except UserError as error:
-            feedback.warn(str(error))
-            continue
-        merged.append({**record, "rasters": sorted(written.values())})
-    return merged
-
-
-def unlike(name: str, taken: Sequence[str]) -> str:
-    number, found = 1, name
-    while found in taken:
-        number += 1
-        found = f"{name}_{number}"
-    return found
-
-
 def add_page(ask: Ask, folder: Path, found: Sequence[SiteFound], feedback: Feedback) -> None:
     """One page of the first sites; where it cannot be made, the runs do not suffer."""
     done = [each.name for each in found if not each.failed][:ON_PAGE]
@@ -338,16 +263,6 @@ def add_page(ask: Ask, folder: Path, found: Sequence[SiteFound], feedback: Feedb
     runs = ",".join(str(folder / "sites" / each) for each in done)
     page = make_report.Ask(runs=runs, title=Path(ask.output).name, output=str(folder / REPORT))
     make_report.run(page, feedback)
-
-
-def lines_of_outcome(found: Sequence[SiteFound], facts: dict[str, Any]) -> tuple[str, ...]:
-    from deadwood_algorithms.evaluate.sites.overview import words_of_sites
-    from deadwood_algorithms.stats.statistics import percent_with_interval
-
-    told = [
-        f"all sites, {each['line_id']}: {percent_with_interval(each)}" for each in facts["reach"] if each["sites"] > 1
-    ]
-    return (*words_of_sites(found), *told)
 
 
 TOOL = Tool("run-sites", "Simulate", "Many sites, or scattered releases: a run each, and one overview", Ask, run)

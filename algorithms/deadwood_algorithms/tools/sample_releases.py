@@ -54,7 +54,6 @@ from deadwood_algorithms.prepare.releases.logs import (
 from deadwood_algorithms.prepare.releases.places import Weights, area_m2, positions, read_weights, weighted_positions
 from deadwood_algorithms.prepare.trees.allometry import PUBLISHED
 from deadwood_algorithms.results.identity import writing
-from deadwood_algorithms.scene.items import rows_named
 from deadwood_algorithms.scene.memory import refuse_too_many
 from deadwood_algorithms.schemas import DBH_CM, DENSITY_KG_M3, DROP_M, SPEED_MS, TREE_M
 
@@ -176,6 +175,7 @@ def read_areas(ask: Ask, grid: Grid, feedback: Feedback) -> tuple[pandas.DataFra
     import pandas
 
     from deadwood_algorithms.files.vectors import read_vector
+    from deadwood_algorithms.scene.items import rows_named
 
     if ask.areas is None:
         anywhere = pandas.DataFrame(index=[0])

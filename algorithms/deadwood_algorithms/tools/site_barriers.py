@@ -29,32 +29,32 @@ Barriers are rigid and infinitely strong here. A person decides where one can be
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from deadwood_algorithms.params import presets, tool
-from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.params.tool import Feedback, Outcome, Quiet, Tool, UserError
+from deadwood_algorithms.params.where import SlidingOptions
 from deadwood_algorithms.schemas import BARRIER_M
-from deadwood_algorithms.stats.statistics import percent_with_interval, points_with_interval
 
 if TYPE_CHECKING:
-    import geopandas
-
     from deadwood_algorithms.evaluate.protection.candidate_barriers import Candidate
     from deadwood_algorithms.evaluate.protection.effect import Question
-    from deadwood_algorithms.evaluate.protection.siting import Siting, Step, Trial, Ways
     from deadwood_algorithms.scene.layers import SceneLayers
+    from deadwood_algorithms.simulate.steps import Steps
 
 TABLE, LAYER, PICTURE = "pareto.csv", "barriers.gpkg", "barriers.png"
 FACTS, MANIFEST = "summary.json", "manifest.json"
+TIMES = 8  # so many times, about, each log slides
 MANY = 200  # candidates that are slid, each alone, without a word
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ask:
+class Ask(SlidingOptions):
     run: str = tool.folder("Folder of a run of slide-logs, with lines")
     lines: str | None = tool.vector(
         "Other roads, railways or houses than those of the run",
@@ -89,9 +89,6 @@ class Ask:
         "Logs to ask with (default: all of the run)", default=None, minimum=1, help="An even draw."
     )
     seed: int = tool.seed()
-    threads: int | None = tool.integer("Threads (default: every core)", default=None, minimum=1, advanced=True)
-    scheduler: str | None = tool.scheduler()
-    workers: int | None = tool.workers()
     output: str = tool.output_folder(
         "Folder of table, layer and map", parts=(TABLE, f"{LAYER}|layername=barriers", PICTURE, FACTS)
     )
@@ -99,32 +96,57 @@ class Ask:
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
+    return told_plan(ask, feedback) if ask.plan else sited(ask, feedback)
+
+
+def told_plan(ask: Ask, feedback: Feedback) -> Outcome:
+    """What the run would take."""
+    from deadwood_algorithms.results.forecast import planned_from_few
+    from deadwood_algorithms.results.run_folder import read_run
+
+    def few(output: str, logs: int, feedback: Feedback) -> Outcome:
+        return sited(replace(ask, output=output, logs=logs, plan=False, resume=False), feedback)
+
+    logs = min(ask.logs or 2**40, len(read_run(ask.run, feedback=Quiet()).deposits))
+    of_one = max(10, ask.plan_logs // TIMES)
+    return planned_from_few(few, of_one, logs, ask.output, ask.where(""), ask.plan_workers, feedback)
+
+
+def sited(ask: Ask, feedback: Feedback) -> Outcome:
     import pandas
 
+    from deadwood_algorithms.evaluate.protection.candidate_barriers import read_given
     from deadwood_algorithms.evaluate.protection.effect import asked_again
     from deadwood_algorithms.evaluate.protection.siting import Siting, choose, trials_alone
     from deadwood_algorithms.evaluate.protection.siting_figure import draw
+    from deadwood_algorithms.evaluate.protection.siting_table import by_line, layer_of, lines_of, rows_of, with_classes
     from deadwood_algorithms.files.tables import write_csv
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.results.identity import result_folder
     from deadwood_algorithms.results.replay import refuse_other_ends
     from deadwood_algorithms.results.run_folder import read_run, write_json
     from deadwood_algorithms.simulate.sliding import workers_for
+    from deadwood_algorithms.simulate.steps import Steps
     from deadwood_algorithms.simulate.warm_up import load_kernels
     from deadwood_algorithms.stats.statistics import reach_record
 
-    with result_folder(TOOL, ask, feedback) as folder:
+    where = ask.where(f"{TOOL.name}-{Path(ask.output).name}")
+    with result_folder(TOOL, ask, feedback) as folder, ExitStack() as opened:
         source = read_run(ask.run, feedback=feedback)
-        where = {"threads": ask.threads, "scheduler": ask.scheduler, "workers": ask.workers}
-        question, layers, rows = asked_again(source, ask.lines, ask.logs, ask.seed, where, feedback)
-        with workers_for(question.ask, feedback, f"{TOOL.name}-{Path(ask.output).name}"):
-            found, layers = candidates_of(ask, question, layers, feedback)
+        question, layers, rows = opened.enter_context(
+            asked_again(source, ask.lines, ask.logs, ask.seed, where, feedback)
+        )
+        found = read_given(ask.candidates, ask.height_m, layers, feedback) if ask.candidates else []
+        kept = Steps(ask.output, identity(ask, question, layers, found), resume=ask.resume, feedback=feedback)
+        load_kernels(layers.shape, feedback)
+        with workers_for(where, feedback):
+            if not ask.candidates:
+                found, layers = contours_of(ask, question, layers, kept, feedback)
             if len(found) > MANY:
                 feedback.warn(f"{len(found)} candidates are slid, each alone; fewer are sooner done")
-            load_kernels(layers.shape, feedback)
-            siting = Siting(question, layers, found, feedback)
-            now, result = siting.slide(np.arange(rows.size), (), "sliding the run again")
-            refuse_other_ends(source, rows, result)
+            siting = Siting(question, layers, found, kept, feedback)
+            now, ends = siting.slide(np.arange(rows.size), (), "sliding the run again")
+            refuse_other_ends(source, rows, ends)
             if not now.any_line.any():
                 raise UserError(f"{ask.run}: no log of the run reaches a line; there is nothing to keep away")
             siting.slid = 0
@@ -148,40 +170,45 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             "rows": table.to_dict("records"),
         }
         write_json(folder / FACTS, facts)
+    kept.remove()
     final = Path(ask.output)
     parts = {"table": TABLE, "layer": LAYER, "picture": PICTURE, "facts": FACTS, "manifest": MANIFEST}
     shown = lines_of(facts, ask.barrier_classes)
     return Outcome({"output": final} | {key: final / name for key, name in parts.items()}, facts, shown)
 
 
-def with_classes(frame: Any, name: str | None) -> Any:
-    """A table of barriers with the class that holds 95 % of the hits of each, and that which holds the upper end."""
-    if name is None:
-        return frame
-    energies = zip(frame["energy_p95_kj"].astype(float), frame["energy_high_kj"].astype(float), strict=True)
-    records = [presets.BARRIERS[name].record(*each) for each in energies]
-    return frame.assign(**{column: [each[column] for each in records] for column in NO_CLASS})
+def identity(ask: Ask, question: Question, layers: SceneLayers, given: Sequence[Candidate]) -> dict[str, Any]:
+    """What decides every step: only what agrees in all of it is gone on with."""
+    from deadwood_algorithms.evaluate.protection.effect import CHUNK
+    from deadwood_algorithms.simulate.chunks import identity_of
+
+    known = {
+        "groups": CHUNK,
+        "--logs or --seed": [ask.logs, ask.seed],
+        "--candidates": [[each.id, each.shape.wkb_hex, each.height] for each in given],
+        "--above-m, --length-m, --height-m, --places or --count": [
+            list(ask.above_m), list(ask.length_m), list(ask.height_m), ask.places, ask.count,
+        ],
+    }  # fmt: skip
+    return identity_of(question.simulation, layers, question.releases, **known)
 
 
-def candidates_of(
+def contours_of(
     ask: Ask,
     question: Question,
     layers: SceneLayers,
+    steps: Steps,
     feedback: Feedback,
 ) -> tuple[list[Candidate], SceneLayers]:
-    """Those that are given, or pieces of contours where most logs pass; and the scene on a window wide enough."""
-    from deadwood_algorithms.evaluate.protection.candidate_barriers import contour_candidates, read_given
+    """Pieces of contours where most logs pass; and the scene on a window wide enough."""
+    from deadwood_algorithms.evaluate.protection.candidate_barriers import contour_candidates
     from deadwood_algorithms.evaluate.protection.siting import passed_to_lines
-    from deadwood_algorithms.simulate.warm_up import load_kernels
 
-    if ask.candidates:
-        return read_given(ask.candidates, ask.height_m, layers, feedback), layers
-    load_kernels(layers.shape, feedback)
     if layers.dem.whole is not None:  # contours are drawn on all the ground that logs come to
-        _, layers = passed_to_lines(question, layers, list(layers.lines.geometry), feedback)
+        _, layers = passed_to_lines(question, layers, list(layers.lines.geometry), steps, feedback)
 
     def passed(shapes: Sequence[Any]) -> Any:
-        return passed_to_lines(question, layers, shapes, feedback)[0]
+        return passed_to_lines(question, layers, shapes, steps, feedback)[0]
 
     found = contour_candidates(layers, ask.above_m, ask.length_m, ask.height_m, ask.places, passed)
     if not found:
@@ -191,149 +218,6 @@ def candidates_of(
             "others, or name --candidates"
         )
     return found, layers
-
-
-def rows_of(siting: Siting, now: Ways, alone: Sequence[Trial], steps: Sequence[Step]) -> list[dict[str, Any]]:
-    """One row a candidate alone, by what is left, and one a chosen set."""
-    n = len(now.reach)
-    rows = []
-    for trial in alone:
-        ways = now.with_rows(trial.rows, trial.ways)
-        flux = int(now.flux[:, siting.place[trial.number]].sum())
-        rows.append({"step": 0, **row_of(siting, (trial.number,), trial, ways, flux, n)})
-    for row in rows:
-        row["pareto"] = "yes" if not any(beats(other, row) for other in rows) else "no"
-    rows.sort(key=lambda row: row["n_reach"])
-    before = now
-    for number, step in enumerate(steps, 1):
-        flux = int(before.flux[:, siting.place[step.trial.number]].sum())
-        row = row_of(siting, step.chosen, step.trial, step.ways, flux, n)
-        rows.append({"step": number, **row, "pareto": ""})
-        before = step.ways
-    return rows
-
-
-def beats(one: dict[str, Any], other: dict[str, Any]) -> bool:
-    """Whether a candidate is as good in all of length, height and remaining reach, and better in one."""
-    pairs = [(round(one[name], 6), round(other[name], 6)) for name in ("length_m", "height_m", "n_reach")]
-    return all(a <= b for a, b in pairs) and any(a < b for a, b in pairs)
-
-
-def row_of(siting: Siting, chosen: Sequence[int], trial: Trial, ways: Ways, flux: int, n: int) -> dict[str, Any]:
-    from deadwood_algorithms.stats.statistics import reach_record
-
-    each = siting.candidates[trial.number]
-    return {
-        "barriers": " + ".join(siting.candidates[k].id for k in chosen),
-        "barrier_id": each.id,
-        "length_m": each.length,
-        "height_m": each.height,
-        "above_m": each.above,
-        "n_flux": flux,
-        "n_near": int(trial.rows.size),
-        **reach_record(int(ways.any_line.sum()), n),
-        **trial.gain_record(n),
-        **what_it_does(ways, trial.number),
-    }
-
-
-def what_it_does(ways: Ways, number: int) -> dict[str, Any]:
-    """Logs that a barrier holds, that jump over it and that pass beside; energy and height of 95 % of its hits."""
-    from deadwood_algorithms.stats.order_statistics import percentile_record
-
-    held = ways.held[:, number]
-    over = ways.crossed[:, number] & ~held
-    beside = ways.met[:, number] & ~held & ~over
-    record: dict[str, Any] = {
-        "n_stopped": int(held.sum()),
-        "n_overjumped": int(over.sum()),
-        "n_passed_beside": int(beside.sum()),
-    }
-    hit = np.isfinite(ways.energy[:, number])
-    record["n_hit"] = int(hit.sum())
-    more = 0
-    for name, unit, values in (("energy", "kj", ways.energy), ("height", "m", ways.height)):
-        told = percentile_record(values[hit, number], 0.95)
-        record |= {
-            f"{name}_p95_{unit}": told["value"],
-            f"{name}_low_{unit}": told["ci_low"],
-            f"{name}_high_{unit}": told["ci_high"],
-        }
-        more = told["n_more"]
-    return record | {"n_more": more}
-
-
-def layer_of(siting: Siting, layers: SceneLayers, now: Ways, steps: Sequence[Step]) -> geopandas.GeoDataFrame:
-    """The run's own barriers, then those chosen in the order of the candidates, with what each does when all stand."""
-    import geopandas
-    import shapely
-
-    rows: list[dict[str, Any]] = []
-    shapes: list[Any] = []
-    own, starts = layers.plates, layers.plates.starts
-    for k, item in enumerate(layers.barriers.item.tolist()):
-        rows.append({"barrier_id": str(layers.barriers.ids[item]), "height_m": float(own.height[k]), "step": 0})
-        shapes.append(shapely.LineString(own.vertices[starts[k] : starts[k + 1]]))
-    final = steps[-1].ways if steps else now
-    number = {step.trial.number: k for k, step in enumerate(steps, 1)}
-    for k in sorted(number):
-        each, step = siting.candidates[k], steps[number[k] - 1]
-        gain = step.trial.gain_record(len(now.reach))
-        facts = {"length_m": each.length, "above_m": each.above, "n_flux": int(now.flux[:, siting.place[k]].sum())}
-        for part in shapely.get_parts(each.shape):
-            record = {"barrier_id": each.id, "height_m": each.height, "step": number[k]}
-            rows.append(record | facts | gain | what_it_does(final, k))
-            shapes.append(part)
-    columns = ["barrier_id", "height_m", "step", "length_m", "above_m", "n_flux", *COUNTS]
-    frame = geopandas.GeoDataFrame(rows, columns=columns, geometry=shapes, crs=layers.dem.plan_crs)
-    return frame.astype({name: float for name in columns if name not in ("barrier_id", "step")})
-
-
-COUNTS = (
-    "gain_logs", "gain_p", "gain_low", "gain_high", "n_stopped", "n_overjumped", "n_passed_beside", "n_hit",
-    "energy_p95_kj", "energy_low_kj", "energy_high_kj", "height_p95_m", "height_low_m", "height_high_m", "n_more",
-)  # fmt: skip
-
-
-NO_CLASS = {"barrier_class": "", "barrier_class_high": ""}
-
-
-def by_line(siting: Siting, ways: Ways) -> list[dict[str, Any]]:
-    from deadwood_algorithms.stats.statistics import reach_record
-
-    n = len(ways.reach)
-    names = siting.plain.lines.ids
-    return [
-        {"line_id": str(name), **reach_record(int(hit.sum()), n)} for name, hit in zip(names, ways.reach.T, strict=True)
-    ]
-
-
-def lines_of(facts: dict[str, Any], classes: str | None) -> tuple[str, ...]:
-    """What reaches a line now, what is chosen and what is left then, and why no more."""
-    record = facts["reach"]
-    shown = [
-        f"{record['n_reach']} of {record['n_total']} logs reach a line, {percent_with_interval(record)}; "
-        f"{facts['candidates']} candidates, {facts['slid_again']} logs slid again"
-    ]
-    for row in facts["chosen"]:
-        points = points_with_interval(row["gain_p"], row["gain_low"], row["gain_high"])
-        shown.append(
-            f"{row['step']}. {row['barrier_id']}: {row['gain_logs']} logs less, {points} points; {row['n_reach']} "
-            f"still reach a line; it holds {row['n_stopped']}, {row['n_overjumped']} jump over"
-        )
-        if row["n_hit"]:
-            more = f" ({row['n_more']:.0f} more hits are needed for upper bounds)" if row["n_more"] else ""
-            shown.append(
-                f"   95 % of its {row['n_hit']:.0f} hits: up to {row['energy_p95_kj']:.3g} kJ and "
-                f"{row['height_p95_m']:.2g} m above the terrain{more}"
-            )
-            if classes:
-                shown.append(f"   {presets.BARRIERS[classes].words(row)}")
-    if facts["stopped_because"]:
-        shown.append(f"no more: {facts['stopped_because']}")
-    if classes:
-        shown.append(presets.BARRIERS[classes].said)
-    return tuple(shown)
 
 
 TOOL = Tool(

@@ -15,51 +15,37 @@ on with --resume where it stopped, and gives the same results, bit for bit, as o
 --until-ci a run takes the logs in an even draw and ends when it has enough of them; those not run are counted apart.
 
 With --fidelity auto you say how far the reach of a line may be off, and the tool picks the fidelity and the number of
-logs: --error 0.02 for 2 points, at 95 %, against what `reference` would give for all logs of the kind. Logs that slide
-at several fidelities show on this slope whether a cheaper one is good enough, and count in the result where they can.
-What they cannot show at a bearable cost is said to be assumed: that `standard` is off by no more than it may be on the
-worst of the benchmark's slopes (--assume). summary.json and the report tell both errors, apart and together. With
---budget 60s instead of --error it is what comes nearest in that time. Where logs part ways after the first bumps, pairs
-that show a cheaper fidelity good enough cost more than they save, and are not slid.
+logs: --error 0.02 for 2 points, at 95 %, against what `reference` would give for all logs of the kind. The first logs
+tell how many it takes on this slope. Of the calculation it is assumed that `standard` is off by no more than it may be
+on the worst of the benchmark's slopes (--assume). summary.json and the report tell both errors, apart and together.
+With --budget 60s instead of --error it is what comes nearest in that time.
 """
 
 from __future__ import annotations
 
-import json
-import re
-import shutil
-import tempfile
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from deadwood_algorithms.params import tool
-from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Quiet, Tool, UserError
-from deadwood_algorithms.scene.released_scene import SceneByName
+from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.params.where import SlidingOptions
+from deadwood_algorithms.scene.released_scene import ReleasedScene, SceneByName
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
-    from deadwood_algorithms.evaluate.fidelity.auto import Chosen, Slid
+    from deadwood_algorithms.results.forecast import Pilot
     from deadwood_algorithms.scene.layers import SceneLayers
     from deadwood_algorithms.scene.releases import Releases
-    from deadwood_algorithms.simulate.checkpoints import WorkFolder
-    from deadwood_algorithms.simulate.queue import Queue
-    from deadwood_engine import Fidelity, Rasters
-
-# Logs worked on between two saved states: enough to keep 16 threads busy, little to lose or to hold in memory.
-CHUNK = 512
-# The first chunks are smaller, so that a run that is soon interrupted keeps something, however slow its logs are.
-FIRST_CHUNKS = (32, 64, 128, 256)  # logs after which they end
-# A state of the rasters is saved after a chunk as often as that costs so much of the time (on 4000 x 4000 cells half a
-# second, on others next to nothing), and at least so often: what an interruption loses, beside the chunk at work.
-CHECKPOINT_SHARE, CHECKPOINT_S = 0.05, 10.0
+    from deadwood_algorithms.simulate.chunks import ChunkedRun
+    from deadwood_algorithms.simulate.simulation import Simulation
+    from deadwood_engine import Fidelity
 
 AUTO = "auto"  # the fidelity that is chosen by --error or --budget
-# Of a budget, what the run plans with, and what writing the results takes of that at least; else as much as reading.
-WITHIN_BUDGET, WRITING_S = 0.95, 1.0
 
 # What other programs chain on; a run without lines, for example, has no layer reach.
 PARTS = (
@@ -74,7 +60,7 @@ PARTS = (
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ask(SceneByName):
+class Ask(SlidingOptions, SceneByName):
     fidelity: str = tool.choice(
         "Speed against accuracy",
         "draft",
@@ -107,8 +93,8 @@ class Ask(SceneByName):
         "draft",
         default="standard",
         advanced=True,
-        help="none: all that is promised is measured on this slope, which mostly takes reference. standard: that "
-        "standard is off by no more than it may be on the worst of them. draft: draft as well.",
+        help="none: nothing, which takes reference. standard: that standard is off by no more than it may be on the "
+        "worst of them. draft: draft as well.",
     )
     time_step_s: float | None = tool.number(
         "Longest time step, instead of the fidelity's", unit="s", default=None, minimum=0, exclusive=True, advanced=True
@@ -157,14 +143,6 @@ class Ask(SceneByName):
         advanced=True,
         help="Of the QGIS project, for the logs that keep their trajectory.",
     )
-    plan: bool = tool.flag(
-        "Only say what the run would take, and end",
-        help="From a pilot of --plan-logs: logs, core-hours, memory, disk and time. Nothing is written.",
-    )
-    plan_logs: int = tool.integer("Logs of the pilot of --plan, at most", default=400, minimum=10, advanced=True)
-    plan_workers: int = tool.integer(
-        "Workers for which --plan tells the time as well", default=16, minimum=1, maximum=1_000_000, advanced=True
-    )
     geoparquet: bool = tool.flag(
         "Write the run's layers as GeoParquet too",
         help="deposits.parquet, trajectories.parquet and so on, for programs that work on very many rows.",
@@ -172,129 +150,167 @@ class Ask(SceneByName):
     report: bool = tool.flag(
         "Add a report to the run", help="One page with maps, figures, tables and a 3-D view: report.html (make-report)."
     )
-    resume: bool = tool.flag("Go on with an interrupted run")
     output: str = tool.output_folder("Folder of the run", parts=PARTS)
     overwrite: bool = tool.overwrite()
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
+    from deadwood_algorithms.results.forecast import planned
+
     refuse_unfit(ask)
-    return told_plan(ask, feedback) if ask.plan else slid_run(ask, feedback)
+    if not ask.plan:
+        return slid_run(ask, feedback)[0]
+    kept = trajectories_wanted(ask.trajectories)
+    told = planned(
+        lambda place: pilot_of(ask, place, kept, feedback), ask.output, ask.where(""), ask.plan_workers, kept
+    )
+    more = ["at most: --until-ci may end the run earlier"] if ask.until_ci is not None else []
+    if ask.report or ask.qgis_project:
+        more.append("without what --report and --qgis-project add to time and disk")
+    return replace(told, lines=(*told.lines, *more))
 
 
-def slid_run(ask: Ask, feedback: Feedback) -> Outcome:
-    """The run itself."""
+def pilot_of(ask: Ask, place: Path, kept: int | None, feedback: Feedback) -> tuple[Pilot, int]:
+    """What a run of a few of the logs takes, and how many there are."""
+    from deadwood_algorithms.results.forecast import pilot_from
+    from deadwood_algorithms.simulate.warm_up import load_kernels
+
+    load_kernels(None, feedback)  # a compilation is no part of what is forecast
+    few = replace(
+        ask, output=str(place), trajectories="none" if kept == 0 else "all", until_ci=None, plan=False, report=False,
+        qgis_project=False, resume=False,
+    )  # fmt: skip
+    began = time.perf_counter()
+    _, logs = slid_run(few, feedback, at_most=ask.plan_logs)
+    return pilot_from(place, time.perf_counter() - began), logs
+
+
+def slid_run(ask: Ask, feedback: Feedback, at_most: int | None = None) -> tuple[Outcome, int]:
+    """The run itself, of an even draw of so many logs if not of all; and how many logs the layer has."""
+    from deadwood_algorithms.results.asked import Asked
     from deadwood_algorithms.results.forecast import refuse_full_disk
     from deadwood_algorithms.results.identity import writing
-    from deadwood_algorithms.results.summary import Asked
     from deadwood_algorithms.results.writing import write_results
-    from deadwood_algorithms.simulate.checkpoints import WorkFolder
-    from deadwood_algorithms.simulate.log_order import keep_by_hash
-    from deadwood_algorithms.simulate.queue import Queue
+    from deadwood_algorithms.simulate.log_order import hash_order, keep_by_hash
+    from deadwood_algorithms.simulate.simulation import open_simulation
     from deadwood_algorithms.simulate.sliding import workers_for
     from deadwood_algorithms.simulate.windows import read_released_scene
-    from deadwood_engine import FIDELITIES
 
-    kept_count = trajectories_wanted(ask.trajectories)
-    began = time.perf_counter()
-    with writing(TOOL, ask, feedback) as outputs:
+    kept_count, began = trajectories_wanted(ask.trajectories), time.perf_counter()
+    where = ask.where(f"{TOOL.name}-{Path(ask.output).name}")
+    with (
+        writing(TOOL, ask, feedback) as outputs,
+        open_simulation(ask.inputs(), fidelity_of(ask), where, feedback, counts_danger=True) as simulation,
+    ):
         folder = outputs.folder()
-        layers, releases = read_released_scene(ask, feedback, windowed=True)
-        ids = releases.logs.log_id
-        keep = keep_by_hash(ids, kept_count, ask.seed)
+        layers, releases = read_released_scene(simulation, feedback)
+        logs = len(releases)
+        if at_most is not None:
+            releases = releases.take(np.sort(hash_order(releases.logs.log_id, ask.seed)[:at_most]))
+        keep = keep_by_hash(releases.logs.log_id, kept_count, ask.seed)
         if ask.until_ci is None and not ask.resume:  # what is resumed has a part of it already
             refuse_full_disk(ask.output, len(releases), int(keep.sum()))
 
+        slide = slide_auto if ask.fidelity == AUTO else slide_all
+        with workers_for(where, feedback):
+            done, told = slide(ask, simulation, layers, releases, keep, began, feedback)
         asked = Asked(
-            scene=ask,
-            fidelity=ask.fidelity,
+            scene=tool.taken(ask, ReleasedScene),
             keeps_poses=kept_count != 0,
             danger_least=ask.danger_least,
             danger_counts=ask.danger_counts,
+            **told,
         )
-        with workers_for(ask, feedback):
-            if ask.fidelity == AUTO:
-                draw = Draw(ask, layers, releases, keep, feedback)
-                asked = replace(asked, **draw.promised(began))
-                fidelity = FIDELITIES[asked.fidelity]
-                queue, work, slope = draw.taken(asked.fidelity)
-            else:
-                queue = Queue.of(
-                    ids, CHUNK, FIRST_CHUNKS, target=ask.until_ci, line_ids=layers.lines.ids, seed=ask.seed
-                )
-                fidelity, draw = fidelity_of(ask), None
-                known = identity(ask, fidelity, layers, releases)
-                work = WorkFolder(ask.output, known, resume=ask.resume, feedback=feedback)
-                slope = DrawnScene.on(layers, ask, work, feedback)
-                slide_queue(ask, fidelity, slope, releases, queue, keep, work, feedback)
-
         outcome = write_results(
             folder,
             Path(ask.output),
             outputs,
             asked,
-            fidelity,
-            slope.layers,
+            done.simulation.fidelity,
+            done.slope.layers,
             releases,
-            queue,
-            slope.rasters,
-            work,
+            done.queue,
+            done.slope.rasters,
+            done.work,
             feedback,
             geoparquet=ask.geoparquet,
         )
-        if ask.qgis_project:
-            from deadwood_algorithms.results.qgis_project import PROJECT, add_project
-
-            add_project(folder, Path(ask.output), ask, slope.layers, releases, ask.outline_every_s, feedback)
-            outcome = replace(outcome, outputs={**outcome.outputs, "qgis_project": Path(ask.output) / PROJECT})
-        if ask.report:
-            outcome = replace(outcome, outputs={**outcome.outputs, "report": add_report(ask, folder, feedback)})
-    if draw:
-        draw.remove()
-    work.remove()
-    return outcome
+        outcome = replace(outcome, outputs={**outcome.outputs, **added(ask, folder, done, feedback)})
+    done.remove()
+    return outcome, logs
 
 
-def told_plan(ask: Ask, feedback: Feedback) -> Outcome:
-    """What the run would take, from a run of a few of its logs in a folder that goes."""
-    from deadwood_algorithms.files.vectors import write_vector
-    from deadwood_algorithms.results import forecast
-    from deadwood_algorithms.scene.released_scene import threads_of
-    from deadwood_algorithms.scene.releases import read_numbered
-    from deadwood_algorithms.simulate.warm_up import load_kernels
+def slide_all(
+    ask: Ask,
+    simulation: Simulation,
+    layers: SceneLayers,
+    releases: Releases,
+    keep: NDArray[np.bool_],
+    began: float,
+    feedback: Feedback,
+) -> tuple[ChunkedRun, dict[str, Any]]:
+    """Slide the logs at one fidelity, all or until the intervals are narrow; what slid, and what is told of it."""
+    from deadwood_algorithms.results.writing import kept_of
+    from deadwood_algorithms.simulate.checkpoints import WorkFolder
+    from deadwood_algorithms.simulate.chunks import ChunkedRun, DrawnScene, identity_of, queue_of
 
-    kept = trajectories_wanted(ask.trajectories)
-    load_kernels(None, feedback)  # a compilation is no part of what is forecast
-    with tempfile.TemporaryDirectory(prefix="deadwood-plan-") as folder:
-        frame = read_numbered(ask.dem, ask.releases, ask.crs, Quiet())
-        few, place = Path(folder) / "releases.gpkg", Path(folder) / "pilot"
-        write_vector(few, {"releases": forecast.pilot_of(frame, ask.seed, ask.plan_logs)})
-        pilot = replace(
-            ask, releases=str(few), output=str(place), trajectories="none" if kept == 0 else "all", until_ci=None,
-            plan=False, report=False, qgis_project=False, resume=False,
-        )  # fmt: skip
-        began = time.perf_counter()
-        slid_run(pilot, feedback)
-        took = forecast.pilot_from(place, time.perf_counter() - began)
-    logs = len(frame)
-    found = forecast.forecast(
-        took,
-        logs,
-        logs if kept is None else min(kept, logs),
-        threads=threads_of(ask.threads),
-        workers=ask.plan_workers,
+    queue = queue_of(releases, target=ask.until_ci, line_ids=layers.lines.ids, seed=ask.seed)
+    known = identity_of(simulation, layers, releases, **identity(ask), **{"--until-ci": ask.until_ci})
+    work = WorkFolder(ask.output, known, resume=ask.resume, feedback=feedback)
+    slope = DrawnScene.on(layers, simulation, work, feedback)
+    done = ChunkedRun(simulation, releases, keep, kept_of, slope, queue, work, feedback)
+    done.slide()
+    return done, {"fidelity": ask.fidelity}
+
+
+def slide_auto(
+    ask: Ask,
+    simulation: Simulation,
+    layers: SceneLayers,
+    releases: Releases,
+    keep: NDArray[np.bool_],
+    began: float,
+    feedback: Feedback,
+) -> tuple[ChunkedRun, dict[str, Any]]:
+    """Slide as many logs, at such a fidelity, as keep the promise; what slid, and what is told of it."""
+    from deadwood_algorithms.results.writing import kept_of
+    from deadwood_algorithms.simulate.auto_run import AutoRun, Promise
+
+    promise = Promise.of(ask.error, ask.budget, ask.assume)
+    auto = AutoRun(
+        promise, simulation, layers, releases, keep, kept_of, ask.output, ask.seed, ask.resume, identity(ask), feedback
     )
-    forecast.refuse_too_large(found, ask.output)
-    lines = forecast.words_of_forecast(found, ask.output)
-    if ask.until_ci is not None:
-        lines = (*lines, "at most: --until-ci may end the run earlier")
-    if ask.report or ask.qgis_project:
-        lines = (*lines, "without what --report and --qgis-project add to time and disk")
-    return Outcome({}, {**forecast.facts_of_forecast(found, ask.output), "pilot": vars(took)}, lines)
+    chosen, others_cpu_s = auto.promised(began)
+    told = {"fidelity": chosen.option.fidelity, "auto": chosen.record, "pilot_cpu_s": others_cpu_s}
+    return auto.taken(chosen.option.fidelity), told
+
+
+def identity(ask: Ask) -> dict[str, Any]:
+    """What decides the results beside scene, logs and laws."""
+    return {"--trajectories or --seed": [ask.trajectories, ask.seed]}
+
+
+def added(ask: Ask, folder: Path, done: ChunkedRun, feedback: Feedback) -> dict[str, Path]:
+    """The project and the page, where they are wanted, in the folder that does not stand at its place yet."""
+    from deadwood_algorithms.results.qgis_project import PROJECT, add_project
+    from deadwood_algorithms.tools import make_report
+
+    final, outputs = Path(ask.output), {}
+    if ask.qgis_project:
+        layers, releases = done.slope.layers, done.releases
+        add_project(folder, final, ask.inputs(), layers, releases, ask.outline_every_s, feedback)
+        outputs["qgis_project"] = final / PROJECT
+    if ask.report:
+        page = make_report.Ask(runs=str(folder), names=final.name, output=str(folder / "report.html"))
+        make_report.run(page, feedback)
+        outputs["report"] = final / "report.html"
+    return outputs
 
 
 def refuse_unfit(ask: Ask) -> None:
     """Refuse options that do not go together."""
+    from deadwood_algorithms.simulate.auto_run import Promise
+
     if ask.until_ci is not None and ask.lines is None:
         raise UserError("--until-ci needs --lines: it is the reach of lines whose interval it watches")
     if ask.fidelity != AUTO:
@@ -302,13 +318,7 @@ def refuse_unfit(ask: Ask) -> None:
             if getattr(ask, name) is not None:
                 raise UserError(f"--{name} needs --fidelity auto, which picks fidelity and number of logs by it")
         return
-    if (ask.error is None) == (ask.budget is None):
-        raise UserError(
-            "--fidelity auto needs one of --error (how far the reach of a line may be off, such as 0.02) and --budget "
-            "(the time for the run, such as 60s)"
-        )
-    if ask.budget is not None:
-        seconds_of(ask.budget)
+    Promise.of(ask.error, ask.budget, ask.assume)
     if ask.plan:
         raise UserError("--plan needs a fidelity: with --fidelity auto the run itself decides what it takes; name one")
     if ask.lines is None:
@@ -317,279 +327,6 @@ def refuse_unfit(ask: Ask) -> None:
         if getattr(ask, name) is not None:
             flag = "--" + name.replace("_", "-")
             raise UserError(f"{flag} does not go with --fidelity auto, which picks it; leave one of them out")
-
-
-def seconds_of(budget: str) -> float:
-    """``60s``, ``5min``, ``1h`` or a number of seconds."""
-    units = {"": 1.0, "s": 1.0, "m": 60.0, "min": 60.0, "h": 3600.0}
-    found = re.fullmatch(r"([0-9]*\.?[0-9]+) *([a-z]*)", str(budget).strip().lower())
-    if found is None or found[2] not in units or float(found[1]) == 0.0:
-        raise UserError(f"--budget is '{budget}', but must be a time such as 60s, 5min or 1h")
-    return float(found[1]) * units[found[2]]
-
-
-def add_report(ask: Ask, folder: Path, feedback: Feedback) -> Path:
-    """Write the page into the folder of the run, which does not stand at its place yet; where it will be."""
-    from deadwood_algorithms.tools import make_report
-
-    page = make_report.Ask(runs=str(folder), names=Path(ask.output).name, output=str(folder / "report.html"))
-    make_report.run(page, feedback)
-    return Path(ask.output) / "report.html"
-
-
-@dataclass
-class DrawnScene:
-    """What is slid on, and the rasters that logs draw on it; both grow when logs come near a large DEM's window."""
-
-    layers: SceneLayers
-    rasters: Rasters
-
-    @staticmethod
-    def on(layers: SceneLayers, ask: Ask, work: WorkFolder, feedback: Feedback) -> DrawnScene:
-        """With the rasters of the chunks that are finished, on a window that holds them."""
-        from deadwood_algorithms.simulate.windows import scene_again
-        from deadwood_engine import Rasters
-
-        if work.part and layers.dem.whole and layers.dem.part.joined(work.part) != layers.dem.part:
-            layers = scene_again(ask, layers, layers.dem.part.joined(work.part), feedback)
-        rasters = Rasters.allocate(layers.scene, layers.threads, layers.danger_bands())
-        if work.finished:
-            rasters.add(work.rasters(layers.dem))
-        return DrawnScene(layers, rasters)
-
-    def widen(self, sides: list[str], ask: Ask, work: WorkFolder, feedback: Feedback) -> None:
-        """Begin again from the last checkpoint, on a wider window."""
-        from deadwood_algorithms.simulate.windows import wider_scene
-
-        self.rasters.workers.clear()  # before the wider ones are made
-        wider = DrawnScene.on(wider_scene(ask, self.layers, sides, feedback), ask, work, feedback)
-        self.layers, self.rasters = wider.layers, wider.rasters
-
-
-@dataclass
-class Draw:
-    """The logs of a run with --fidelity auto, in the order of the hash: any number of the first, at any fidelity.
-
-    Each fidelity has a working folder of its own, so the pilot's logs are the run's first where it was the one chosen.
-    """
-
-    ask: Ask
-    layers: SceneLayers
-    releases: Releases
-    keep: NDArray[np.bool_]
-    feedback: Feedback
-    works: dict[str, WorkFolder] = field(default_factory=dict)
-    parts: dict[str, list[slice]] = field(default_factory=dict)
-    seconds: dict[str, float] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        from deadwood_algorithms.simulate.log_order import hash_order
-
-        self.order = hash_order(self.releases.logs.log_id, self.ask.seed)
-        if not self.ask.resume:
-            self.remove()
-
-    def promised(self, began: float) -> dict[str, Any]:
-        """Slide what keeps the promise; the fidelity, what is said of it, and what the pilot cost beside the run."""
-        from deadwood_algorithms.evaluate.fidelity.auto import keep_error
-        from deadwood_algorithms.simulate.fidelity_trade import assumed_bounds
-
-        assumed = assumed_bounds(self.ask.assume)
-        line_ids = self.layers.lines.ids
-        try:
-            if self.ask.error is None:
-                chosen = self.best_in_time(began, assumed)
-            else:
-                chosen = keep_error(self.ask.error, self.order.size, line_ids, self.slide, assumed, self.ask.releases)
-        except UserError:  # what slid for it is of no use to another error
-            self.remove()
-            raise
-        self.feedback.note(f"{chosen.logs} logs at {chosen.option.fidelity}: {chosen.why}")
-        others = [work for name, work in self.works.items() if name != chosen.option.fidelity]
-        spent = sum(float(work.chunk(k)["cost_cpu_s"].sum()) for work in others for k in range(work.finished))
-        return {"fidelity": chosen.option.fidelity, "auto": chosen.record, "pilot_cpu_s": spent}
-
-    def best_in_time(self, began: float, assumed: dict[str, float]) -> Chosen:
-        """Slide what the budget allows; a resumed run goes on with what was decided, however long it takes."""
-        from deadwood_algorithms.evaluate.fidelity.auto import Chosen, Option, record_of, spend_budget
-        from deadwood_algorithms.results.run_folder import write_json
-        from deadwood_algorithms.simulate.checkpoints import part_path
-        from deadwood_algorithms.simulate.warm_up import load_kernels
-
-        line_ids, cap = self.layers.lines.ids, self.order.size
-        place = part_path(f"{self.ask.output}.{AUTO}") / "choice.json"
-        known = {"digests": [self.layers.digest, self.releases.digest], "asked": [self.ask.budget, self.ask.assume]}
-
-        def decided(chosen: Chosen) -> None:
-            option, ends = chosen.option, [part.stop for part in self.parts[chosen.option.fidelity]]
-            facts = {"why": chosen.why, "looks": chosen.record["looks"], "logs": chosen.logs, "ends": ends}
-            place.parent.mkdir(exist_ok=True)
-            write_json(place, {**known, **facts, "option": [option.fidelity, list(option.bounds), option.measured]})
-
-        before = json.loads(place.read_text(encoding="utf-8")) if place.is_file() else {}
-        if {name: before.get(name) for name in known} != known:
-            self.remove()  # its clock has run out, and another would look at other logs
-            self.ask = replace(self.ask, resume=False)
-            load_kernels(self.layers.shape, self.feedback)
-            reading = time.perf_counter() - began  # a machine that reads slowly writes slowly
-            end = began + WITHIN_BUDGET * seconds_of(str(self.ask.budget)) - max(WRITING_S, reading)
-            return spend_budget(
-                lambda: max(0.0, end - time.perf_counter()), cap, line_ids, self.slide, assumed, decided
-            )
-        option, why, looks = Option(*before["option"]), before["why"], before["looks"]
-        for n in before["ends"]:
-            self.slide(option.fidelity, n)
-        slid = self.slide(option.fidelity, before["logs"])
-        return Chosen(option, before["logs"], why, record_of(option, slid.reach, line_ids, why, looks, cap))
-
-    def slide(self, name: str, n: int) -> Slid:
-        """The first ``n`` logs at a fidelity; those that have not slid yet do."""
-        import numpy as np
-
-        from deadwood_algorithms.evaluate.fidelity.auto import Slid, cost_of
-        from deadwood_algorithms.scene.releases import reached
-        from deadwood_algorithms.simulate.checkpoints import WorkFolder
-        from deadwood_algorithms.simulate.queue import Queue, parts_of
-
-        ask = replace(self.ask, fidelity=name)
-        fidelity = fidelity_of(ask)
-        if name not in self.works:
-            known = identity(ask, fidelity, self.layers, self.releases)
-            known["--error, --budget, --assume"] = [ask.error, ask.budget, ask.assume]
-            self.works[name] = WorkFolder(self.place(name), known, resume=ask.resume, feedback=self.feedback)
-            self.parts[name] = []
-        work, parts = self.works[name], self.parts[name]
-        done = parts[-1].stop if parts else 0
-        since = time.perf_counter()
-        if n > done:
-            early = () if done else tuple(border for border in FIRST_CHUNKS if border < n)
-            parts += [slice(p.start + done, p.stop + done) for p in parts_of(n - done, CHUNK, early)]
-            slope = DrawnScene.on(self.layers, ask, work, self.feedback)
-            queue = Queue(self.order[:n], parts)
-            slide_queue(ask, fidelity, slope, self.releases, queue, self.keep, work, self.feedback)
-            self.layers = slope.layers
-            self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - since
-        chunks = [work.chunk(chunk) for chunk in range(len(parts))]
-        reach = {"reach": np.concatenate([each["reach"] for each in chunks])}
-        touched = reached(self.layers.lines, reach, self.releases.take(self.order[: len(reach["reach"])]))
-        rate = cost_of(chunks) if ask.error is not None else self.seconds.get(name, 0.0) / len(touched)
-        return Slid(touched[:n] if n else touched, rate)
-
-    def taken(self, name: str) -> tuple[Queue, WorkFolder, DrawnScene]:
-        """What slid at the fidelity that makes the run."""
-        from deadwood_algorithms.simulate.queue import Queue
-
-        work, parts = self.works[name], self.parts[name]
-        slope = DrawnScene.on(self.layers, self.ask, work, self.feedback)
-        return Queue(self.order, parts, slid=parts[-1].stop), work, slope
-
-    def place(self, name: str) -> str:
-        return f"{self.ask.output}.{AUTO}-{name}"
-
-    def remove(self) -> None:
-        from deadwood_algorithms.simulate.checkpoints import part_path
-        from deadwood_algorithms.simulate.fidelity_trade import COSTS
-
-        for name in COSTS:
-            shutil.rmtree(part_path(self.place(name)), ignore_errors=True)
-        shutil.rmtree(part_path(f"{self.ask.output}.{AUTO}"), ignore_errors=True)
-
-
-def slide_queue(
-    ask: Ask,
-    fidelity: Fidelity,
-    slope: DrawnScene,
-    releases: Releases,
-    queue: Queue,
-    keep: NDArray[np.bool_],
-    work: WorkFolder,
-    feedback: Feedback,
-) -> None:
-    """Slide the logs that are not yet done, one chunk after the other, until all are or the rule has enough.
-
-    A log near the side of the DEM's window has drawn on the rasters what it may not do on the whole DEM, so all since
-    the last checkpoint is slid again on a wider one.
-    """
-    from deadwood_algorithms.scene.releases import reached
-    from deadwood_algorithms.simulate.warm_up import load_kernels
-
-    load_kernels(slope.layers.shape, feedback)
-    total = queue.rows.size
-    saved, saving_s = time.perf_counter(), 0.05  # how long it takes, until that has been measured
-    for chunk, part in enumerate(queue.parts):
-        fresh = chunk >= work.finished
-        if fresh or chunk in work.lost:
-            first = work.finished if fresh else chunk
-            try:
-                todo = [chunk]
-                while todo:
-                    sides = slide_chunk(ask, fidelity, slope, releases, queue, keep, work, todo[0], feedback)
-                    if sides:
-                        slope.widen(sides, ask, work, feedback)
-                    todo = list(range(first, chunk + 1)) if sides else todo[1:]
-            except (Cancelled, KeyboardInterrupt, UserError) as error:
-                kept = queue.parts[work.finished].start
-                feedback.note(f"{kept} of {total} logs are kept in {work.path}; --resume goes on from there")
-                if isinstance(error, UserError):  # the workers are lost
-                    raise
-                raise Cancelled from error
-        queue.slid = part.stop
-        last = part.stop == total
-        if queue.rule:
-            rows = queue.rows[part]
-            touched = reached(slope.layers.lines, work.chunk(chunk), releases.take(rows))
-            last = queue.rule.enough(rows.size, touched.sum(axis=0)) or last
-        since = time.perf_counter() - saved
-        due = last or since > min(CHECKPOINT_S, saving_s / CHECKPOINT_SHARE) or feedback.cancelled()
-        if fresh and due:
-            work.checkpoint(chunk + 1, slope.rasters.totals(), slope.layers.dem)
-            saving_s, saved = time.perf_counter() - saved - since, time.perf_counter()
-        if last:
-            break
-    feedback.progress(queue.slid, queue.slid, "sliding logs")
-
-
-def slide_chunk(
-    ask: Ask,
-    fidelity: Fidelity,
-    slope: DrawnScene,
-    releases: Releases,
-    queue: Queue,
-    keep: NDArray[np.bool_],
-    work: WorkFolder,
-    chunk: int,
-    feedback: Feedback,
-) -> list[str]:
-    """Slide the logs of one chunk and keep what comes of them; or the sides of the window that were too near.
-
-    The rasters of the last checkpoint hold all chunks before it, so one of those that was lost is not drawn again.
-    Workers elsewhere begin with the chunks behind it while a slow log keeps it waiting.
-    """
-    from deadwood_algorithms.results.writing import arrays_of, pose_table
-    from deadwood_algorithms.scene.releases import starts_inside
-    from deadwood_algorithms.simulate.batch import Batch
-    from deadwood_algorithms.simulate.sliding import reporter, slide_batch
-
-    def batch_of(number: int) -> Batch:
-        part = queue.parts[number]
-        rows = queue.rows[part]
-        inside = slope.layers.by_scene_line(starts_inside(slope.layers.lines, releases.take(rows)))
-        return Batch(releases.logs.take(rows), keep[rows], inside, part.start, queue.goal)
-
-    batch = batch_of(chunk)
-    fresh = chunk >= work.finished
-    following = range(chunk + 1, len(queue.parts)) if fresh else ()
-    later = (batch_of(number) for number in following if queue.parts[number].start < queue.goal)
-    report = reporter(feedback, queue.goal, "sliding logs", before=batch.first)
-    began = time.perf_counter()
-    rasters = slope.rasters if fresh else None
-    result, sides = slide_batch(slope.layers, batch, fidelity, ask, report, rasters=rasters, later=later)
-    wall_s = time.perf_counter() - began
-    if not sides:
-        log_id = releases.logs.log_id[queue.rows[queue.parts[chunk]]]
-        poses = pose_table(result.poses, log_id, slope.layers.dem.crs)
-        work.save(chunk, arrays_of(result, slope.layers, log_id, wall_s), poses)
-    return sides
 
 
 def trajectories_wanted(text: str) -> int | None:
@@ -605,24 +342,10 @@ def trajectories_wanted(text: str) -> int | None:
 
 
 def fidelity_of(ask: Ask) -> Fidelity:
-    """The numbers of the preset, with those that the user gave in their place."""
+    """The numbers of the preset, with those that the user gave in their place; for auto those of the yardstick."""
     from deadwood_engine import fidelity_with
 
-    return fidelity_with(ask.fidelity, ask.time_step_s, ask.station_spacing_m)
-
-
-def identity(ask: Ask, fidelity: Fidelity, layers: SceneLayers, releases: Releases) -> dict[str, Any]:
-    """What decides every result, bit for bit: a run is resumed only by one that agrees in all of it."""
-    return {
-        "version": tool.VERSION,
-        "engine": tool.engine_digest(),
-        "DEM, friction, trees, barriers, lying logs, blocks or lines": layers.digest,
-        "releases": releases.digest,
-        "fidelity": [float(number) for number in fidelity],
-        "options": [*ask.laws().values(), ask.shape, ask.time_limit_s, ask.rest_speed_ms],
-        "trajectories": [ask.trajectories, ask.seed, CHUNK, list(FIRST_CHUNKS)],
-        "--until-ci": ask.until_ci,
-    }
+    return fidelity_with("reference" if ask.fidelity == AUTO else ask.fidelity, ask.time_step_s, ask.station_spacing_m)
 
 
 TOOL = Tool("slide-logs", "Simulate", "Slide the released logs: deposits, trajectories, hit counts, reach", Ask, run)

@@ -27,16 +27,14 @@ from log to log: the tornado shows one of them, the design another in every row.
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.params.where import SlidingOptions
 from deadwood_algorithms.scene.released_scene import SceneByName
-from deadwood_algorithms.simulate.log_order import hash_order
 
 if TYPE_CHECKING:
     from deadwood_algorithms.evaluate.sensitivity.answer import Answer, Measured
@@ -53,7 +51,7 @@ FEW_LOGS = 100
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ask(SceneByName):
+class Ask(SlidingOptions, SceneByName):
     vary: str = tool.text(
         "Factors and their ranges",
         default="friction_factor,rolling_friction,log_dbh_factor,log_length_factor",
@@ -101,32 +99,53 @@ class Ask(SceneByName):
         default="draft",
         help="Differences hang less on it than their ends; the factor 'fidelity' tells how much.",
     )
-    resume: bool = tool.flag("Go on with interrupted runs")
     output: str = tool.output_folder("Folder of the variation", parts=(TORNADO, INDICES, RUNS, PICTURE, FACTS))
     overwrite: bool = tool.overwrite()
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
-    from deadwood_algorithms.evaluate.sensitivity.design import cube, places_at_ends, rows_of_design
-    from deadwood_algorithms.evaluate.sensitivity.factor_runs import refuse_pointless, slide_places
     from deadwood_algorithms.evaluate.sensitivity.factors import factors_of
-    from deadwood_algorithms.results.identity import result_folder
-    from deadwood_algorithms.simulate.checkpoints import WorkFolder
-    from deadwood_algorithms.simulate.sliding import workers_for
-    from deadwood_algorithms.simulate.warm_up import load_kernels
-    from deadwood_algorithms.simulate.windows import read_released_scene
 
     factors = factors_of(ask.vary)
     for each in factors:
         if each.offered:
             feedback.note(each.offer_words)
-    places = places_at_ends(factors)
-    if ask.design != "ends":
-        places += rows_of_design(factors, *cube(ask.design, ask.samples, len(factors), ask.seed))
-    with result_folder(TOOL, ask, feedback) as folder:
-        layers, releases = read_released_scene(ask, feedback, windowed=True)
-        logs = releases.take(hash_order(releases.logs.log_id, ask.seed)[: ask.logs])
-        refuse_pointless(factors, ask, layers, logs)
+    places = places_of(ask, factors)
+    return told_plan(ask, len(places), feedback) if ask.plan else variation(ask, feedback)
+
+
+def told_plan(ask: Ask, variants: int, feedback: Feedback) -> Outcome:
+    """What the run would take."""
+    from deadwood_algorithms.files.vectors import read_table
+    from deadwood_algorithms.results.forecast import planned_from_few
+
+    def few(output: str, logs: int, feedback: Feedback) -> Outcome:
+        return variation(replace(ask, output=output, logs=logs, plan=False, resume=False), feedback)
+
+    logs = min(ask.logs, len(read_table(ask.releases, what="releases")))
+    of_one = max(2, ask.plan_logs // variants)
+    return planned_from_few(few, of_one, logs, ask.output, ask.where(""), ask.plan_workers, feedback)
+
+
+def variation(ask: Ask, feedback: Feedback) -> Outcome:
+    from deadwood_algorithms.ensemble.variants import open_ensemble
+    from deadwood_algorithms.evaluate.sensitivity.factor_runs import WANTED, refuse_pointless, runs_of, variants_of
+    from deadwood_algorithms.evaluate.sensitivity.factors import factors_of
+    from deadwood_algorithms.evaluate.sensitivity.tables import lines_of
+    from deadwood_algorithms.results.identity import result_folder
+    from deadwood_algorithms.simulate.chunks import identity_of
+    from deadwood_algorithms.simulate.steps import Steps
+    from deadwood_engine import FIDELITIES
+
+    factors = factors_of(ask.vary)
+    places = places_of(ask, factors)
+    where = ask.where(f"{TOOL.name}-{Path(ask.output).name}")
+    with (
+        result_folder(TOOL, ask, feedback) as folder,
+        open_ensemble(ask.inputs(), FIDELITIES[ask.fidelity], where, ask.logs, ask.seed, feedback) as ensemble,
+    ):
+        layers, logs = ensemble.layers, ensemble.logs
+        refuse_pointless(factors, ask.friction, layers, logs)
         if any(each.name == "dem_noise_m" for each in factors) and ask.dem_noise_length_m < layers.dem.cell:
             raise UserError(
                 f"--dem-noise-length-m is {ask.dem_noise_length_m:g}, less than a cell of the terrain model; "
@@ -135,13 +154,18 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         if len(logs) < FEW_LOGS:
             feedback.warn(f"{len(logs)} logs tell strong factors only; release some hundreds")
         feedback.note(f"{len(places)} runs of {len(logs)} logs: {len(places) * len(logs)} logs are slid")
-        work = WorkFolder(ask.output, identity(ask, layers, releases, places), resume=ask.resume, feedback=feedback)
-        load_kernels(layers.shape, feedback)
-        with workers_for(ask, feedback):
-            slid = slide_places(places, ask, ask.fidelity, ask.dem_noise_length_m, layers, logs, work, feedback)
+        known = {
+            "--logs or --seed": [ask.logs, ask.seed],
+            "--dem-noise-length-m": ask.dem_noise_length_m,
+            "factors or design": [asdict(each) for each in places],
+        }
+        identity = identity_of(ensemble.simulation, layers, ensemble.released, **known)
+        steps = Steps(ask.output, identity, resume=ask.resume, feedback=feedback)
+        variants = variants_of(places, ensemble.simulation, ask.dem_noise_length_m, ask.seed)
+        slid = runs_of(ensemble.slide(variants, WANTED, steps))
         measured, answers = evaluate(ask, factors, slid, layers, logs, feedback)
         facts = write(folder, ask, factors, places, slid, measured, answers, layers)
-    work.remove()
+    steps.remove()
     final = Path(ask.output)
     parts = {"runs": RUNS, "tornado": TORNADO, "picture": PICTURE, "summary": FACTS, "manifest": MANIFEST}
     parts |= {"indices": INDICES} if ask.design != "ends" else {}
@@ -149,18 +173,14 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     return Outcome(outputs, facts, lines_of(measured, answers, facts))
 
 
-def identity(ask: Ask, layers: SceneLayers, releases: Releases, places: list[Place]) -> dict[str, Any]:
-    """What decides every run, bit for bit: only what agrees in all of it is gone on with."""
-    return {
-        "version": tool.VERSION,
-        "engine": tool.engine_digest(),
-        "DEM, friction, trees, barriers, lying logs or lines": layers.digest,
-        "releases": releases.digest,
-        "options": [*ask.laws().values(), ask.shape, ask.time_limit_s, ask.rest_speed_ms, ask.fidelity],
-        "--logs or --seed": [ask.logs, ask.seed],
-        "--dem-noise-length-m": ask.dem_noise_length_m,
-        "factors or design": [asdict(each) for each in places],
-    }
+def places_of(ask: Ask, factors: list[Factor]) -> list[Place]:
+    """The runs of the design."""
+    from deadwood_algorithms.evaluate.sensitivity.design import cube, places_at_ends, rows_of_design
+
+    places = places_at_ends(factors)
+    if ask.design != "ends":
+        places += rows_of_design(factors, *cube(ask.design, ask.samples, len(factors), ask.seed))
+    return places
 
 
 def evaluate(
@@ -211,6 +231,7 @@ def write(
     import pandas
 
     from deadwood_algorithms.evaluate.sensitivity.factor_runs import table_of
+    from deadwood_algorithms.evaluate.sensitivity.tables import headline, index_rows, tornado_rows
     from deadwood_algorithms.evaluate.sensitivity.tornado_figure import draw
     from deadwood_algorithms.files.tables import write_csv
     from deadwood_algorithms.results.run_folder import write_json
@@ -239,69 +260,6 @@ def write(
     )
     draw(folder / PICTURE, measured, answers, logs, len(places), note)
     return facts
-
-
-def headline(measured: list[Measured], answers: list[Answer]) -> int:
-    """The outcome whose sentence stands for all: the line that a factor moves most, a decided one first."""
-    lines = [k for k, each in enumerate(measured) if each.is_share] or [len(measured) - 1]
-    return max(lines, key=lambda k: (bool(answers[k].factors), max(abs(bar.swing) for bar in measured[k].bars)))
-
-
-def tornado_rows(measured: list[Measured]) -> list[dict[str, Any]]:
-    return [
-        {
-            "outcome": each.name,
-            "factor": bar.factor.name,
-            "low": bar.factor.low,
-            "high": bar.factor.high,
-            "as_it_is": bar.base,
-            "at_low": bar.at_low,
-            "at_high": bar.at_high,
-            "swing": bar.swing,
-            "ci_low": bar.ci_low,
-            "ci_high": bar.ci_high,
-            "n_changed": bar.n_changed,
-            "beyond_chance": bar.beyond_chance,
-        }
-        for each in measured
-        for bar in each.bars
-    ]
-
-
-def index_rows(measured: list[Measured]) -> list[dict[str, Any]]:
-    return [
-        {
-            "outcome": each.name,
-            "factor": bar.factor.name,
-            "first": found.first[k],
-            "first_low": found.first_interval[0, k],
-            "first_high": found.first_interval[1, k],
-            "total": found.total[k],
-            "total_low": found.total_interval[0, k],
-            "total_high": found.total_interval[1, k],
-            "mean": found.mean,
-            "variance": found.variance,
-            "variance_low": found.variance_low,
-            "variance_high": found.variance_high,
-        }
-        for each in measured
-        if (found := each.indices) is not None
-        for k, bar in enumerate(each.bars)
-    ]
-
-
-def lines_of(measured: list[Measured], answers: list[Answer], facts: dict[str, Any]) -> tuple[str, ...]:
-    """What each factor does to each outcome, and the sentences."""
-    shown = []
-    for each in measured:
-        shown.append(f"{each.words}:")
-        for k, bar in sorted(enumerate(each.bars), key=lambda pair: -abs(pair[1].swing)):
-            text = f"  {bar.factor.words} {bar.factor.range_words}: {each.change(bar)}"
-            if each.indices is not None and np.isfinite(each.indices.total[k]):
-                text += f", total-effect index {each.indices.total_words(k)}"
-            shown.append(text)
-    others = [one.sentence for one in answers if one.sentence != facts["sentence"]]
-    return (f"{facts['runs']} runs of the same {facts['logs']} logs", *shown, *others, facts["sentence"])
 
 
 TOOL = Tool("vary", "Evaluate", "What the answer hangs on: factors varied alone and together", Ask, run)

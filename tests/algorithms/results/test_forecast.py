@@ -13,9 +13,9 @@ from pathlib import Path
 import geopandas as gpd
 import numpy as np
 import pytest
-from slope_case import Case, points, write_layer
+from slope_case import Case, layer, points, write_layer
 
-from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.params.tool import Quiet, UserError
 from deadwood_algorithms.results import forecast
 from deadwood_algorithms.results.forecast import Pilot
 from deadwood_algorithms.simulate.log_order import hash_order
@@ -122,14 +122,13 @@ def test_a_plan_writes_nothing(case, said, tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
-def test_the_pilot_is_an_even_draw_of_the_very_logs(case):
+def test_the_pilot_is_an_even_draw_of_the_very_logs(case, tmp_path):
     frame = gpd.read_file(case.releases)
-    few = forecast.pilot_of(frame, seed=3)
-    wanted = frame["log_id"].to_numpy()[hash_order(frame["log_id"].to_numpy(), 3)[:400]]
-    assert sorted(wanted) == few["log_id"].tolist()
-    shuffled = frame.sample(frac=1.0, random_state=1).reset_index(drop=True)
-    assert sorted(forecast.pilot_of(shuffled, seed=3)["log_id"]) == few["log_id"].tolist()
-    assert len(forecast.pilot_of(frame.head(7), seed=3)) == 7
+    ask = slide_logs.Ask(**case.values(output=str(tmp_path / "few"), seed=3, time_limit_s=0.1, overwrite=True))
+    wanted = frame["log_id"].to_numpy()[hash_order(frame["log_id"].to_numpy(), 3)[:40]]
+    _, logs = slide_logs.slid_run(ask, Quiet(), at_most=40)
+    assert logs == len(frame)
+    assert layer(tmp_path / "few", "deposits")["log_id"].tolist() == sorted(wanted)
 
 
 def test_the_arithmetic_by_hand():

@@ -14,7 +14,7 @@ from slope_case import EAST, NORTH, Case, assert_same_run, layer, points, summar
 from deadwood_algorithms import schemas
 from deadwood_algorithms.params.tool import Cancelled, Quiet
 from deadwood_algorithms.results.hits import barrier_hits_frame, block_hits_frame, hit_arrays, lying_hits_frame
-from deadwood_algorithms.tools import slide_logs
+from deadwood_algorithms.simulate import chunks
 from deadwood_engine import STOP_REASONS, Hits
 
 G = 9.81
@@ -118,8 +118,8 @@ class StopAfter(Quiet):
 
 
 def test_chunks_threads_and_an_interruption_change_no_bit(case, full, tmp_path, monkeypatch):
-    monkeypatch.setattr(slide_logs, "CHUNK", 5)
-    monkeypatch.setattr(slide_logs, "CHECKPOINT_S", 0.0)
+    monkeypatch.setattr(chunks, "CHUNK", 5)
+    monkeypatch.setattr(chunks, "CHECKPOINT_S", 0.0)
     with pytest.raises(Cancelled):
         case.run(StopAfter(), output=str(tmp_path / "run"), **case.everything())
     assert_same_run(full, case.run(output=str(tmp_path / "run"), resume=True, threads=2, **case.everything()))

@@ -100,7 +100,7 @@ def test_the_run_id_is_of_what_decides_the_bits_and_of_nothing_else(copied, tmp_
     assert run_id(copied, friction="0.250") == first
     moved = Case(tmp_path / "elsewhere")  # the same files in another place
     assert run_id(moved) == first
-    for one in ({"friction": "0.26"}, {"seed": 1}, {"time_limit": 61.0}, {"trees": copied.trees}):
+    for one in ({"friction": "0.26"}, {"seed": 1}, {"time_limit_s": 61.0}, {"trees": copied.trees}):
         assert run_id(copied, **one) != first
     fewer(copied.releases)
     assert run_id(copied) != first

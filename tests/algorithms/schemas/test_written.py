@@ -70,8 +70,7 @@ def declared_at(found: Found) -> Iterator[Output]:
 
 
 def test_every_tool_has_been_run(found):
-    """But view, which writes a report as make-report does and opens a browser, check, which writes nothing, and
-    warm-up, which fills the cache."""
+    """But view, which writes a report as make-report does; check, which writes nothing; and warm-up, for the cache."""
     assert {each.tool for each in found} == set(NAMES) - {"view", "check", "warm-up"} == {each.tool for each in WRITTEN}
 
 

@@ -13,8 +13,8 @@ from slope_case import Case, assert_same_run
 
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Cancelled, Quiet, UserError
+from deadwood_algorithms.simulate import chunks
 from deadwood_algorithms.simulate.checkpoints import Damaged, WorkFolder
-from deadwood_algorithms.tools import slide_logs
 
 FUZZED = 12  # damaged folders that are resumed
 
@@ -39,8 +39,8 @@ def case(tmp_path_factory) -> Case:
 
 @pytest.fixture
 def small_chunks(monkeypatch) -> None:
-    monkeypatch.setattr(slide_logs, "CHUNK", 4)
-    monkeypatch.setattr(slide_logs, "CHECKPOINT_S", 0.0)
+    monkeypatch.setattr(chunks, "CHUNK", 4)
+    monkeypatch.setattr(chunks, "CHECKPOINT_S", 0.0)
 
 
 @pytest.fixture

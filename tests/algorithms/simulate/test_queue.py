@@ -12,6 +12,7 @@ from slope_case import RASTERS, Case, assert_same_run, layer, raster, summary
 
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.tool import Cancelled, Quiet
+from deadwood_algorithms.simulate import chunks
 from deadwood_algorithms.simulate import queue as until_ci
 from deadwood_algorithms.simulate.log_order import hash_order
 from deadwood_algorithms.simulate.queue import UntilNarrow, half_width, looks_of, parts_of, z_of_looks
@@ -188,8 +189,8 @@ def test_threads_chunks_and_an_interruption_decide_nothing(case, early, tmp_path
     values = {"until_ci": 0.255, **case.everything()}
     one = case.run(output=str(tmp_path / "one"), threads=1, **values)
     assert [look["n_logs"] for look in summary(one)["until_ci"]["looks"]] == [8, 16]
-    monkeypatch.setattr(slide_logs, "CHUNK", 3)
-    monkeypatch.setattr(slide_logs, "CHECKPOINT_S", 0.0)
+    monkeypatch.setattr(chunks, "CHUNK", 3)
+    monkeypatch.setattr(chunks, "CHECKPOINT_S", 0.0)
     assert_same_run(one, case.run(output=str(tmp_path / "three"), threads=3, **values))
     with pytest.raises(Cancelled):
         case.run(StopAfter(12), output=str(tmp_path / "again"), **values)

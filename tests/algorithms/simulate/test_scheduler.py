@@ -19,13 +19,12 @@ from slope_case import Case, assert_same_bytes, points, summary, write_layer
 from deadwood_algorithms.evaluate.protection import effect
 from deadwood_algorithms.params.tool import Cancelled, Quiet, UserError
 from deadwood_algorithms.scene import layers, reach
-from deadwood_algorithms.simulate import scheduler, windows, workers
+from deadwood_algorithms.simulate import chunks, scheduler, windows, workers
 from deadwood_algorithms.tools import (
     calibrate_friction,
     compare_fidelity,
     run_sites,
     site_barriers,
-    slide_logs,
     value_trees,
     vary,
 )
@@ -64,7 +63,7 @@ def both(case: Case, folder: Path, said=None, **changes) -> Path:
 
 
 def test_in_chunks_of_few_logs(case, said, tmp_path, monkeypatch):
-    monkeypatch.setattr(slide_logs, "CHUNK", 5)
+    monkeypatch.setattr(chunks, "CHUNK", 5)
     monkeypatch.setattr(workers, "MOST_A_PIECE", 2)
     both(case, tmp_path, said, **case.everything())
     assert sum("joins in" in each for each in said.notes) == 2
@@ -106,13 +105,13 @@ def test_in_a_window_that_grows(case, said, tmp_path, monkeypatch):
     monkeypatch.setattr(layers, "WHOLE_CELLS", 100)
     monkeypatch.setattr(windows, "SLOPE_LEAST", 20.0)
     monkeypatch.setattr(windows, "SLOPE_MOST", 20.0)
-    monkeypatch.setattr(slide_logs, "CHUNK", 3)
+    monkeypatch.setattr(chunks, "CHUNK", 3)
     both(case, tmp_path, said, **case.everything())
     assert any("is read wider" in each for each in said.notes)
 
 
 def test_until_the_interval_is_narrow(case, tmp_path, monkeypatch):
-    monkeypatch.setattr(slide_logs, "CHUNK", 4)
+    monkeypatch.setattr(chunks, "CHUNK", 4)
     monkeypatch.setattr("deadwood_algorithms.simulate.queue.FIRST_LOOK", 5)
     found = both(case, tmp_path, until_ci=0.4, lines=case.lines)
     assert 0 < summary(found)["logs"]["not_run"] < 24
@@ -129,8 +128,8 @@ def test_friction_by_cell_and_no_trajectories(case, tmp_path):
 
 
 def test_a_cancelled_run_goes_on(case, tmp_path, monkeypatch):
-    monkeypatch.setattr(slide_logs, "CHUNK", 4)
-    monkeypatch.setattr(slide_logs, "CHECKPOINT_S", 0.0)
+    monkeypatch.setattr(chunks, "CHUNK", 4)
+    monkeypatch.setattr(chunks, "CHECKPOINT_S", 0.0)
     changes = {"scheduler": "local", "workers": 2, **case.everything()}
     alone = case.run(output=str(tmp_path / "alone"), **case.everything())
 
@@ -294,8 +293,8 @@ def test_the_sites_of_run_sites_share_their_workers(case, said, tmp_path, monkey
 
 
 def test_sites_begun_on_workers_go_on_without_them_and_the_other_way(case, said, tmp_path, monkeypatch):
-    monkeypatch.setattr(slide_logs, "CHUNK", 4)
-    monkeypatch.setattr(slide_logs, "CHECKPOINT_S", 0.0)
+    monkeypatch.setattr(chunks, "CHUNK", 4)
+    monkeypatch.setattr(chunks, "CHECKPOINT_S", 0.0)
     alone = sites(case, tmp_path / "alone")
 
     class Stops(Quiet):
@@ -338,7 +337,7 @@ def test_lost_workers_are_no_fault_of_a_site(case, said, tmp_path, monkeypatch):
 
     def lost_at_b(self, sliding, *words):
         if sliding.name.endswith("-b"):
-            raise scheduler.NobodySlides("--scheduler local: the scheduler is lost; start it again")
+            raise workers.NobodySlides("--scheduler local: the scheduler is lost; start it again")
         return plain(self, sliding, *words)
 
     monkeypatch.setattr(workers.Workers, "slide", lost_at_b)

@@ -22,6 +22,7 @@ from deadwood_algorithms.files.grid import Grid, Part
 from deadwood_algorithms.params.tool import Cancelled, Quiet, UserError
 from deadwood_algorithms.scene import layers as scene_from_layers
 from deadwood_algorithms.scene import reach as dem_reach
+from deadwood_algorithms.simulate import chunks
 from deadwood_algorithms.simulate import windows as scene_window
 from deadwood_algorithms.tools import compare_fidelity, count_hits, slide_logs
 
@@ -139,8 +140,8 @@ def test_a_first_guess_that_is_too_small_grows_until_no_log_comes_near_its_sides
     """With a checkpoint behind every chunk of 3 logs, and with none: what was slid before is kept, or slid again."""
     small_is_large.setattr(scene_window, "SLOPE_LEAST", 20.0)
     small_is_large.setattr(scene_window, "SLOPE_MOST", 20.0)
-    small_is_large.setattr(slide_logs, "CHUNK", 3)
-    small_is_large.setattr(slide_logs, "CHECKPOINT_S", first_checkpoint)
+    small_is_large.setattr(chunks, "CHUNK", 3)
+    small_is_large.setattr(chunks, "CHECKPOINT_S", first_checkpoint)
     window = run(case, tmp_path / "run", said)
     assert_same_results(whole, window)
     assert sum("is read wider" in note for note in said.notes) >= 1
@@ -149,8 +150,8 @@ def test_a_first_guess_that_is_too_small_grows_until_no_log_comes_near_its_sides
 def test_an_interrupted_run_goes_on_in_the_window_that_it_had(case, whole, small_is_large, tmp_path, said):
     small_is_large.setattr(scene_window, "SLOPE_LEAST", 20.0)
     small_is_large.setattr(scene_window, "SLOPE_MOST", 20.0)
-    small_is_large.setattr(slide_logs, "CHUNK", 3)
-    small_is_large.setattr(slide_logs, "CHECKPOINT_S", 0.0)
+    small_is_large.setattr(chunks, "CHUNK", 3)
+    small_is_large.setattr(chunks, "CHECKPOINT_S", 0.0)
 
     class Stops(Quiet):
         wider = done = False
@@ -207,7 +208,7 @@ def test_compare_fidelity_in_a_window_finds_what_it_finds_on_the_whole(case, sma
 
 
 def test_until_ci_takes_the_same_logs_in_a_window(case, small_is_large, tmp_path):
-    small_is_large.setattr(slide_logs, "CHUNK", 4)
+    small_is_large.setattr(chunks, "CHUNK", 4)
     small_is_large.setattr("deadwood_algorithms.simulate.queue.FIRST_LOOK", 5)
     window = run(case, tmp_path / "window", until_ci=0.4)
     small_is_large.setattr(scene_window, "WHOLE_CELLS", 10**9)

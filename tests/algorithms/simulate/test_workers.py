@@ -18,8 +18,9 @@ from slope_case import Case, assert_same_bytes, points, write_layer
 
 from deadwood_algorithms.evaluate.protection import effect
 from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.simulate import chunks
 from deadwood_algorithms.simulate import workers as spread_workers
-from deadwood_algorithms.tools import slide_logs, value_trees
+from deadwood_algorithms.tools import value_trees
 
 LOGS = 400
 pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="signals of POSIX")
@@ -119,11 +120,11 @@ def test_value_trees_loses_nothing_with_a_worker(case, alone, site, tmp_path, mo
 
 
 def another_engine(folder: Path) -> str:
-    """A copy of the engine with one more comment, and the paths by which a worker finds it first."""
+    """A copy of the engine with one more constant, and the paths by which a worker finds it first."""
     copy = folder / "engine"
     shutil.copytree(ROOT / "engine", copy, ignore=shutil.ignore_patterns("__pycache__"))
     with (copy / "deadwood_engine" / "limits.py").open("a") as source:
-        source.write("# edited\n")
+        source.write("EDITED = 1\n")
     return os.pathsep.join([str(copy), PATHS])
 
 
@@ -160,7 +161,7 @@ def test_a_run_with_no_worker_of_its_engine_is_refused(case, site, tmp_path):
 
 def test_a_lost_scheduler_is_said_and_the_run_goes_on_without(case, alone, tmp_path, tmp_path_factory, monkeypatch):
     monkeypatch.setattr(spread_workers, "LOST_S", 1.0)
-    monkeypatch.setattr(slide_logs, "CHECKPOINT_S", 0.0)
+    monkeypatch.setattr(chunks, "CHECKPOINT_S", 0.0)
     site = Site(tmp_path_factory.mktemp("lost"))
     try:
         site.worker()

@@ -299,11 +299,11 @@ class StopAt(Quiet):
 
 
 @pytest.mark.parametrize("word", ["sliding at friction 0.475", "scoring"])
-def test_an_interrupted_calibration_leaves_nothing(plane, tmp_path, word):
+def test_an_interrupted_calibration_leaves_what_it_goes_on_with(plane, tmp_path, word):
     path = seen(tmp_path / "seen.gpkg", (30.0, 50.0))
     with pytest.raises(Cancelled):
         calibrate_friction.TOOL(feedback=StopAt(word), **plane.values(tmp_path / "out", observed=path))
-    assert [each.name for each in tmp_path.iterdir()] == ["seen.gpkg"]
+    assert sorted(each.name for each in tmp_path.iterdir()) == [".out.part", "seen.gpkg"]
 
 
 def test_logs_out_of_sight_are_no_deposits(plane, tmp_path, said):

@@ -169,10 +169,10 @@ class StopAt(Quiet):
         return self.stop
 
 
-def test_an_interrupted_comparison_leaves_nothing(case, tmp_path):
+def test_an_interrupted_comparison_leaves_what_it_goes_on_with(case, tmp_path):
     with pytest.raises(Cancelled):
         compare(case, tmp_path / "x", StopAt())
-    assert list(tmp_path.iterdir()) == []
+    assert [each.name for each in tmp_path.iterdir()] == [".x.part"]
 
 
 def test_an_existing_comparison_is_kept_unless_overwrite(case, forest):

@@ -16,7 +16,8 @@ from deadwood_algorithms.params.tool import Cancelled, UserError
 from deadwood_algorithms.results.danger import ANY, COUNT
 from deadwood_algorithms.scene import memory
 from deadwood_algorithms.scene.memory import threads_that_fit
-from deadwood_algorithms.tools import count_hits, slide_logs
+from deadwood_algorithms.simulate import chunks
+from deadwood_algorithms.tools import count_hits
 from deadwood_toolbox import cli
 
 
@@ -90,9 +91,9 @@ def test_other_lines_subsets_and_cells(full, tmp_path):
 
 
 def test_threads_and_interruptions_change_no_byte(full, case, tmp_path, monkeypatch):
-    monkeypatch.setattr(slide_logs, "CHUNK", 4)
-    monkeypatch.setattr(slide_logs, "FIRST_CHUNKS", ())
-    monkeypatch.setattr(slide_logs, "CHECKPOINT_S", 0.0)
+    monkeypatch.setattr(chunks, "CHUNK", 4)
+    monkeypatch.setattr(chunks, "FIRST_CHUNKS", ())
+    monkeypatch.setattr(chunks, "CHECKPOINT_S", 0.0)
     values = {**case.everything(), "danger_least": 3, "output": str(tmp_path / "run")}
 
     class Impatient:

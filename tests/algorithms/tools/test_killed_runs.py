@@ -23,7 +23,7 @@ from dask_processes import PATHS, Site
 from killed_run import met_run
 from slope_case import Case, assert_same_bytes
 
-from deadwood_algorithms.tools import slide_logs
+from deadwood_algorithms.simulate import chunks
 
 PROGRAM = Path(__file__).parents[1] / "killed_run.py"
 pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="signals of POSIX")
@@ -89,8 +89,8 @@ def resume_and_compare(
     if (folder / "run").exists():  # it was too late to disturb anything
         assert_same_bytes(undisturbed, folder / "run")
         return
-    monkeypatch.setattr(slide_logs, "CHUNK", 4)
-    monkeypatch.setattr(slide_logs, "CHECKPOINT_S", 0.0)
+    monkeypatch.setattr(chunks, "CHUNK", 4)
+    monkeypatch.setattr(chunks, "CHECKPOINT_S", 0.0)
     case.run(output=str(folder / "run"), resume=True, scheduler=scheduler, **case.everything())
     assert_same_bytes(undisturbed, folder / "run")
     assert [each.name for each in folder.iterdir()] == ["run"], what

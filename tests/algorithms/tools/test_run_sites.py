@@ -20,6 +20,7 @@ from killed_run import met_run
 from slope_case import RASTERS, Case, assert_same_run, bands, layer, points, raster, summary, write_dem, write_layer
 
 from deadwood_algorithms.params.tool import Cancelled, UserError
+from deadwood_algorithms.simulate import chunks
 from deadwood_algorithms.tools import run_sites, slide_logs
 
 LEAST = {"danger_least": 3}
@@ -257,10 +258,10 @@ def test_a_fault_of_ours_in_one_site_does_not_cost_the_others(case, monkeypatch)
 
     real = windows.read_released_scene
 
-    def broken(ask, feedback, **facts):
-        if ask.releases.endswith("a.gpkg"):
+    def broken(simulation, feedback):
+        if simulation.inputs.releases.endswith("a.gpkg"):
             raise ValueError("no such luck")
-        return real(ask, feedback, **facts)
+        return real(simulation, feedback)
 
     monkeypatch.setattr(windows, "read_released_scene", broken)
     with pytest.raises(UserError, match="1 of 2 sites failed"):
@@ -289,8 +290,8 @@ class StopsAt:
 
 
 def test_an_interrupted_run_goes_on_in_the_middle_of_a_site(case, by, monkeypatch):
-    monkeypatch.setattr(slide_logs, "CHUNK", 4)
-    monkeypatch.setattr(slide_logs, "CHECKPOINT_S", 0.0)
+    monkeypatch.setattr(chunks, "CHUNK", 4)
+    monkeypatch.setattr(chunks, "CHECKPOINT_S", 0.0)
     given = {"by": "release_id", "releases": case.releases, "trajectories": "all", **case.everything()}
     undisturbed = sites(case, "undisturbed", **given)
     feedback = StopsAt("b (2 of 2): sliding logs", 0.4)

@@ -13,8 +13,8 @@ import pyogrio
 import pytest
 from slope_case import RASTERS, Case, assert_same_run, bands, layer, raster, summary
 
-from deadwood_algorithms.evaluate.fidelity import auto
 from deadwood_algorithms.params.tool import Cancelled, Quiet, UserError
+from deadwood_algorithms.simulate import auto, auto_run, chunks
 from deadwood_algorithms.simulate.fidelity_trade import assumed_bounds
 from deadwood_algorithms.simulate.log_order import hash_order
 from deadwood_algorithms.tools import compare_scenarios, slide_logs
@@ -29,7 +29,7 @@ def case(tmp_path_factory) -> Case:
 
 @pytest.fixture
 def early(monkeypatch) -> None:
-    """The pilot looks after 8 and 16 logs, so that a layer of 24 has room for a run."""
+    """The first look is after 8 logs, so that a layer of 24 has room for a run."""
     monkeypatch.setattr(auto, "FIRST_LOOK", 8)
 
 
@@ -74,7 +74,6 @@ def test_the_run_is_the_plain_one_and_tells_both_errors(case, early, tmp_path):
     assert found["chosen"] == told["accuracy"]["fidelity"] == "standard"
     assert found["logs"] == told["logs"]["released"] == 24 - told["logs"]["not_run"] < 24
     assert found["calculation"] == assumed_bounds("standard")["standard"]
-    assert found["measured_against"] is None
     widest = max(max(each["ci_high"] - each["p"], each["p"] - each["ci_low"]) for each in told["reach"])
     assert found["sampling"] == pytest.approx(widest)
     assert max(found["sampling"], found["calculation"]) < found["together"] <= 0.25
@@ -87,21 +86,10 @@ def test_the_run_is_the_plain_one_and_tells_both_errors(case, early, tmp_path):
     assert_plain(case, run, tmp_path)
 
 
-def test_draft_is_taken_where_the_user_assumes_or_pairs_show_that_it_does(case, early, tmp_path, monkeypatch):
+def test_draft_is_taken_where_the_user_assumes_that_it_does(case, early, tmp_path):
     run = case.run(output=str(tmp_path / "assumed"), **values_of(case, assume="draft"))
     assert summary(run)["accuracy"]["auto"]["chosen"] == "draft"
     assert_plain(case, run, tmp_path)
-    # Bounds that no pairs of 16 logs could show are let through, to see the path of a pilot that decides for draft.
-    monkeypatch.setattr(auto, "pairs_bound", lambda lost, gained, n, z: 0.001)
-    monkeypatch.setattr(auto, "COSTS", {**auto.COSTS, "draft": 0.001})
-    run = case.run(output=str(tmp_path / "measured"), **values_of(case, error=0.27))
-    found = summary(run)["accuracy"]["auto"]
-    assert (found["chosen"], found["measured_against"]) == ("draft", "standard")
-    assert found["calculation"] == pytest.approx(0.001 + assumed_bounds("standard")["standard"])
-    assert [look["n_pairs"] for look in found["looks"]] == [8]
-    assert found["looks"][0]["against"] == "standard"
-    assert summary(run)["cost"]["pilot_cpu_s"] > 0.0  # the pairs at standard
-    assert "measured on this slope against standard" in (run / "report.html").read_text(encoding="utf-8")
 
 
 class StopAfter(Quiet):
@@ -120,8 +108,8 @@ class StopAfter(Quiet):
 def test_threads_chunks_and_an_interruption_decide_nothing(case, early, tmp_path, monkeypatch):
     one = case.run(output=str(tmp_path / "one"), threads=1, **values_of(case))
     assert_same_run(one, case.run(output=str(tmp_path / "two"), threads=2, **values_of(case)))
-    monkeypatch.setattr(slide_logs, "CHECKPOINT_S", 0.0)
-    for logs in (1, 8, 12):  # in the pilot, at its end, in the run
+    monkeypatch.setattr(chunks, "CHECKPOINT_S", 0.0)
+    for logs in (1, 8, 12):  # before the first look, at it, behind it
         again = tmp_path / f"again_{logs}"
         with pytest.raises(Cancelled):
             case.run(StopAfter(logs), output=str(again), **values_of(case))
@@ -172,15 +160,15 @@ def test_a_budget_takes_what_fits_and_a_resumed_run_goes_on_with_its_choice(case
     found = summary(run)["accuracy"]["auto"]
     assert (found["chosen"], found["logs"], found["calculation"]) == ("reference", 24, 0.0)
     assert "error" not in found or found["error"] is None
-    monkeypatch.setattr(slide_logs, "CHECKPOINT_S", 0.0)
-    monkeypatch.setattr(slide_logs, "CHUNK", 4)
-    monkeypatch.setattr(slide_logs, "FIRST_CHUNKS", ())
+    monkeypatch.setattr(chunks, "CHECKPOINT_S", 0.0)
+    monkeypatch.setattr(chunks, "CHUNK", 4)
+    monkeypatch.setattr(chunks, "FIRST_CHUNKS", ())
     monkeypatch.setattr(auto, "PROBE", 4)
     with pytest.raises(Cancelled):
         case.run(StopAfter(15), output=str(tmp_path / "again"), **values, budget="1h")
-    monkeypatch.setattr(auto, "spend_budget", None)  # nothing is decided again
+    monkeypatch.setattr(auto_run, "spend_budget", None)  # nothing is decided again
     again = case.run(output=str(tmp_path / "again"), resume=True, **values, budget="1h")
-    assert summary(again)["accuracy"]["auto"] | {"looks": [], "why": ""} == found | {"looks": [], "why": ""}
+    assert summary(again)["accuracy"]["auto"] == found
     assert layer(again, "deposits").drop(columns="geometry").equals(layer(run, "deposits").drop(columns="geometry"))
     assert [each.name for each in tmp_path.iterdir() if each.name.endswith(".part")] == []
 
@@ -220,4 +208,4 @@ def test_what_such_a_run_asked_can_be_asked_again(case, tmp_path):
     source = read_run(str(run), feedback=Quiet())
     assert source.fidelity == summary(run)["accuracy"]["fidelity"] != "auto"
     assert fidelity_of(source) == FIDELITIES[source.fidelity]
-    assert question_of(source).scheduler is None
+    assert not hasattr(question_of(source), "scheduler")

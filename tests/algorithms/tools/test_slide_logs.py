@@ -28,10 +28,9 @@ from slope_case import (
 
 from deadwood_algorithms import schemas
 from deadwood_algorithms.params.tool import Cancelled, Quiet, UserError
-from deadwood_algorithms.simulate import sliding
+from deadwood_algorithms.simulate import chunks, sliding
 from deadwood_algorithms.simulate.log_order import keep_by_hash
 from deadwood_algorithms.stats.statistics import bounds_if_lost
-from deadwood_algorithms.tools import slide_logs
 from deadwood_engine import slide
 from deadwood_toolbox import cli
 
@@ -269,9 +268,9 @@ class StopAfter(Quiet):
 
 @pytest.mark.parametrize("every_s", [0.0, 1e9])
 def test_a_resumed_run_is_the_run_in_one_go(case, full, tmp_path, monkeypatch, said, every_s):
-    monkeypatch.setattr(slide_logs, "CHUNK", 5)
-    monkeypatch.setattr(slide_logs, "CHECKPOINT_S", every_s)
-    monkeypatch.setattr(slide_logs, "CHECKPOINT_SHARE", 1e-12)
+    monkeypatch.setattr(chunks, "CHUNK", 5)
+    monkeypatch.setattr(chunks, "CHECKPOINT_S", every_s)
+    monkeypatch.setattr(chunks, "CHECKPOINT_SHARE", 1e-12)
     output = tmp_path / "run"
     with pytest.raises(Cancelled):
         case.run(StopAfter(11), output=str(output), **case.everything())
@@ -290,7 +289,7 @@ def test_a_resumed_run_is_the_run_in_one_go(case, full, tmp_path, monkeypatch, s
 
 
 def test_without_resume_unfinished_work_is_dropped(case, tmp_path, monkeypatch, said):
-    monkeypatch.setattr(slide_logs, "CHUNK", 5)
+    monkeypatch.setattr(chunks, "CHUNK", 5)
     with pytest.raises(Cancelled):
         case.run(StopAfter(5), output=str(tmp_path / "run"))
     case.run(said, output=str(tmp_path / "run"))

@@ -15,6 +15,7 @@ import shapely
 from slope_case import EAST, NORTH, Case, layer, points, write_layer
 
 from deadwood_algorithms.evaluate.protection import effect
+from deadwood_algorithms.evaluate.protection import values as protection_values
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.scene import layers, reach
 from deadwood_algorithms.simulate import sliding, windows
@@ -253,22 +254,25 @@ def test_no_log_that_would_list_a_candidate_is_left_out(case, monkeypatch, tmp_p
     plant = write_layer(tmp_path / "plant.gpkg", points(*spots), tree_id=np.arange(len(spots)), **sizes)
     told: list[Any] = []
 
-    def caught(question, layers, both, found, widest, feedback):
-        short = replace(question, fidelity=question.fidelity._replace(trace_cells=0.02, travel_cells=0.05))
-        near = [logs_near(each, layers, both, found, widest, feedback)[0] for each in (question, short)]
+    def caught(question, layers, both, found, widest, steps, feedback):
+        fine = question.simulation.fidelity._replace(trace_cells=0.02, travel_cells=0.05)
+        short = replace(question, simulation=replace(question.simulation, fidelity=fine))
+        near = [logs_near(each, layers, both, found, widest, steps, feedback)[0] for each in (question, short)]
         told.append((question, short, layers, found, widest, near))
         raise UserError("enough")
 
     logs_near = effect.logs_near
-    monkeypatch.setattr(effect, "logs_near", caught)
+    monkeypatch.setattr(protection_values, "logs_near", caught)
     with pytest.raises(UserError, match="enough"):
         value_trees.TOOL(run=str(run), output=str(tmp_path / "v.gpkg"), plant=plant)
     question, short, layers, found, widest, near = told[0]
     keep, outside = np.ones(len(question.releases), bool), [0, 0]
     for each, told_near in zip((question, short), near, strict=True):
-        row = each.fidelity._replace(trace_cells=0.02)
+        fine = each.simulation.fidelity._replace(trace_cells=0.02)
         report = sliding.reporter(said, keep.size, "")
-        result, _ = sliding.slide_once(layers, each.releases.logs, row, each.ask, report, keep_poses=keep)
+        result, _ = sliding.slide_once(
+            layers, each.releases.logs, replace(each.simulation, fidelity=fine), report, keep_poses=keep
+        )
         poses = result.poses
         tree = shapely.STRtree(shapely.linestrings(np.stack([poses.base[:, :2], poses.tip[:, :2]], axis=1)))
         reach = widest + 0.5 * float(each.releases.logs.diameter.max()) + NEAR_MARGIN

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -10,16 +11,16 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from deadwood_algorithms.ensemble.variants import Arrays, Variant, joined
 from deadwood_algorithms.evaluate.calibration.score import Observation
 from deadwood_algorithms.files.columns import id_column, where_of
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.tool import Feedback, UserError
-from deadwood_algorithms.scene.items import Items
+from deadwood_algorithms.scene.items import Items, digest_of
 from deadwood_algorithms.scene.layers import SceneLayers, read_lines
-from deadwood_algorithms.scene.released_scene import ReleasedScene
-from deadwood_algorithms.scene.releases import Releases, reached
-from deadwood_algorithms.simulate.sliding import reporter, slide_once, until_none_escapes
-from deadwood_engine import STOP_REASONS, Fidelity, Lines, Result
+from deadwood_algorithms.scene.releases import Releases
+from deadwood_algorithms.simulate.simulation import Simulation
+from deadwood_engine import STOP_REASONS, Lines
 
 Array = NDArray[np.float64]
 AT_REST = [STOP_REASONS.index(name) for name in ("rest", "tree", "barrier", "lying_log", "block")]
@@ -57,6 +58,11 @@ class Watched:
     not_reached: NDArray[np.int64]
     own: NDArray[np.int64]
 
+    @property
+    def digest(self) -> str:
+        """Of the event's lines."""
+        return digest_of(self.marks, self.event.item)
+
     @staticmethod
     def of(reached: str | None, not_reached: str | None, layers: SceneLayers, feedback: Feedback) -> Watched:
         """Read what the event reached, or did not; paths of layers, or None."""
@@ -70,40 +76,25 @@ class Watched:
         return Watched(marks, event, event.then(layers.lines), *columns)
 
 
-def slide_with(
-    friction: float,
-    ask: ReleasedScene,
-    fidelity: Fidelity,
-    watched: Watched,
-    layers: SceneLayers,
-    logs: Releases,
-    feedback: Feedback,
-) -> tuple[FrictionRun, SceneLayers]:
-    """Slide the logs with one coefficient.
+WANTED = ("reach", "x", "y", "runout", "speed_max", "stop_reason")
 
-    ``ask`` holds one coefficient, with which the scene is read; it is exchanged before the logs are slid. Also returns
-    the scene that the logs needed, on a wider window or the same.
-    """
-    what = f"sliding at friction {friction:g}"
 
-    def slide_all(on: SceneLayers) -> tuple[Result, list[str]]:
-        on = on.with_lines_before(watched.marks, watched.event)
-        on = replace(on, scene=on.scene.with_friction(friction))
-        return slide_once(on, logs.logs, fidelity, ask, reporter(feedback, len(logs), what))
+def variants_of(sweep: Sequence[float], simulation: Simulation, watched: Watched) -> list[Variant]:
+    """A variant for each coefficient, in which the event's lines are watched too."""
 
-    result, layers = until_none_escapes(layers, ask, slide_all, feedback)
-    feedback.progress(len(logs), len(logs), what)
-    end, start = result.end_position, result.release_position
-    slid = FrictionRun(
-        friction=friction,
-        x=end[:, 0],
-        y=end[:, 1],
-        runout=np.hypot(*(end - start)[:, :2].T),
-        speed_max=result.speed_max,
-        stop_reason=result.stop_reason,
-        reach=reached(watched.items, {"reach": result.reach}, logs),
-    )
-    return slid, layers
+    def with_friction(friction: float) -> Callable[[SceneLayers], SceneLayers]:
+        def changed(on: SceneLayers) -> SceneLayers:
+            on = on.with_lines_before(watched.marks, watched.event)
+            return replace(on, scene=on.scene.with_friction(friction))
+
+        return changed
+
+    return [Variant(f"sliding at friction {each:g}", simulation, with_friction(each)) for each in sweep]
+
+
+def run_of(friction: float, parts: Sequence[Arrays]) -> FrictionRun:
+    """What the logs did with one coefficient."""
+    return FrictionRun(friction=friction, **{name: joined(parts, name) for name in WANTED})
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,10 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import Any
+from itertools import pairwise
+from typing import Any, Self
 
 import numpy as np
 import shapely
@@ -22,16 +24,18 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.evaluate.protection.obstacles import Obstacle
 from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
+from deadwood_algorithms.params.where import Where
 from deadwood_algorithms.results.replay import fidelity_of, logs_of, question_of
 from deadwood_algorithms.results.run_folder import Run
 from deadwood_algorithms.scene.layers import SceneLayers
-from deadwood_algorithms.scene.released_scene import ReleasedScene
 from deadwood_algorithms.scene.releases import Releases, reached, starts_inside
 from deadwood_algorithms.simulate.batch import Batch
 from deadwood_algorithms.simulate.joined import rows_of_result
 from deadwood_algorithms.simulate.log_order import hash_order
 from deadwood_algorithms.simulate.piece import scene_without
+from deadwood_algorithms.simulate.simulation import Simulation, open_simulation
 from deadwood_algorithms.simulate.sliding import reporter, slide_batch, slide_once, until_none_escapes
+from deadwood_algorithms.simulate.steps import Steps
 from deadwood_algorithms.simulate.windows import read_released_scene, wider_scene
 from deadwood_algorithms.stats.statistics import paired_interval
 from deadwood_engine import STOP_REASONS, Fidelity, Result, Stages, Start, fidelity_in, place_logs
@@ -49,13 +53,12 @@ HOLDERS = {STOP_REASONS.index(name): name for name in ("tree", "barrier", "lying
 class Question:
     """What is slid, and how."""
 
-    ask: ReleasedScene
-    fidelity: Fidelity
+    simulation: Simulation
     releases: Releases
 
     def longest_step(self, cell: float) -> float:
         """The most way [m] of a log in a step."""
-        return longest_travel(self.fidelity, cell)
+        return longest_travel(self.simulation.fidelity, cell)
 
     def rule_of_steps(self, layers: SceneLayers) -> tuple[Fidelity, bool]:
         """What decides in a scene how long every step is, wherever the log is: whether anything rebounds there, and,
@@ -64,28 +67,27 @@ class Question:
         In two scenes of one rule a log that comes near nothing that only one of them holds goes the same way, bit for
         bit; in two of different rules no log need do so.
         """
-        laws = self.ask.laws()
+        laws = self.simulation.laws
         stems, fences = laws["tree_restitution"], laws["barrier_restitution"]
-        row = fidelity_in(layers.scene, self.fidelity, laws["restitution"], stems, fences)
+        row = fidelity_in(layers.scene, self.simulation.fidelity, laws["restitution"], stems, fences)
         return row, self.longest_step(layers.dem.cell) > 0.5 * NEAR_MARGIN and is_bare(layers)
 
 
+@contextmanager
 def asked_again(
-    source: Run, lines: str | None, logs: int | None, seed: int, where: dict[str, Any], feedback: Feedback
-) -> tuple[Question, SceneLayers, NDArray[np.int64]]:
+    source: Run, lines: str | None, logs: int | None, seed: int, where: Where, feedback: Feedback
+) -> Iterator[tuple[Question, SceneLayers, NDArray[np.int64]]]:
     """What a run asked, of other lines if they are given, with an even draw of so many of its logs if not with all.
 
-    where : ``threads``, ``scheduler``, ``workers``
-
-    Also returns the scene as it was read, and the logs' rows in the run's deposits.
+    Also gives the scene as it was read, and the logs' rows in the run's deposits.
     """
-    changes = where | ({"lines": lines} if lines else {})
-    scene = question_of(source, **changes)
+    scene = question_of(source, **({"lines": lines} if lines else {}))
     if not scene.lines:
         raise UserError(f"{source.path}: the run watched no lines; --lines names some")
-    layers, releases = read_released_scene(scene, feedback, windowed=True)
-    rows = np.sort(hash_order(source.deposits["log_id"].to_numpy(np.int64), seed)[:logs])
-    return Question(scene, fidelity_of(source), logs_of(source, releases, rows)), layers, rows
+    with open_simulation(scene.inputs(), fidelity_of(source), where, feedback) as simulation:
+        layers, releases = read_released_scene(simulation, feedback)
+        rows = np.sort(hash_order(source.deposits["log_id"].to_numpy(np.int64), seed)[:logs])
+        yield Question(simulation, logs_of(source, releases, rows)), layers, rows
 
 
 @dataclass(frozen=True)
@@ -193,14 +195,13 @@ def slide_known(question: Question, layers: SceneLayers, feedback: Feedback) -> 
         return slide_once(
             on,
             question.releases.logs,
-            question.fidelity,
-            question.ask,
+            question.simulation,
             reporter(feedback, n, "sliding the run again"),
             influences=True,
             stages=stages,
         )
 
-    result, layers = until_none_escapes(layers, question.ask, slide_all, feedback)
+    result, layers = until_none_escapes(layers, question.simulation, slide_all, feedback)
     feedback.progress(n, n, "sliding the run again")
     return Known.of(layers, question.releases, result, stages), layers
 
@@ -222,7 +223,6 @@ class Change:
     gained: NDArray[np.int64]
     held: int
     energy: int
-    sides: list[str]
 
 
 def tasks_of(obstacles: Sequence[Obstacle], rows: Iterable[NDArray[np.int64]]) -> list[Task]:
@@ -238,9 +238,11 @@ def without(layers: SceneLayers, missing: NDArray[np.int64]) -> SceneLayers:
     return replace(layers, scene=scene_without(layers.scene, missing), threads=1)
 
 
-def _cuts(ends: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Where to cut a row of tasks, of which each ends at so many logs, into parts of about ``CHUNK`` logs."""
-    return np.flatnonzero(np.diff(ends // CHUNK)) + 1
+def groups_of(tasks: Sequence[Task]) -> list[range]:
+    """The tasks, by their places, in groups of about ``CHUNK`` logs."""
+    ends = np.cumsum([0, *(task.rows.size for task in tasks)])[1:]
+    cuts = [0, *(np.flatnonzero(np.diff(ends // CHUNK)) + 1).tolist(), len(tasks)]
+    return [range(first, last) for first, last in pairwise(cuts) if last > first]
 
 
 class Again:
@@ -263,15 +265,15 @@ class Again:
     def placed(self, rows: NDArray[np.int64]) -> Start:
         return Start(self.start.frame[rows], self.start.state[rows], self.start.body[rows])
 
-    def slide(self, task: Task) -> Change:
+    def slide(self, task: Task) -> tuple[Change, list[str]]:
         scene = without(self.layers, self.missing(task))
         result, sides = slide_once(
-            scene, self.placed(task.rows), self.question.fidelity, self.question.ask, lambda done: self.stop.is_set(),
+            scene, self.placed(task.rows), self.question.simulation, lambda done: self.stop.is_set(),
             inside=self.aside(task.rows), **self.stages_of(scene, task), **self.shorter(),
         )  # fmt: skip
-        return self.change_of(task, result, sides)
+        return self.change_of(task, result), sides
 
-    def change_of(self, task: Task, result: Result, sides: list[str]) -> Change:
+    def change_of(self, task: Task, result: Result) -> Change:
         own = task.obstacle.owners
         releases = self.question.releases.take(task.rows)
         now = reached(self.layers.lines, {"reach": result.reach}, releases)
@@ -279,7 +281,7 @@ class Again:
         energy, held = taken_by(result), held_by(self.layers, result)
         return Change(
             (before & ~now).sum(axis=0), (now & ~before).sum(axis=0), sum(held.get(each, 0) for each in own.tolist()),
-            sum(energy.get(each, 0) for each in own.tolist()), sides,
+            sum(energy.get(each, 0) for each in own.tolist()),
         )  # fmt: skip
 
     def shorter(self) -> dict[str, Any]:
@@ -301,79 +303,129 @@ class Again:
         stages = self.known.stages
         return {"stages": stages, "going_on": stages.before(task.rows, task.obstacle.owners)}
 
-    def all(self, tasks: Sequence[Task], feedback: Feedback, what: str) -> Iterator[tuple[Task, Change]]:
-        """Each task with its change, as they come; where logs come near the window's sides, again on a wider one."""
-        total, done = sum(task.rows.size for task in tasks), 0
-        left = list(tasks)
-        while left:
-            again, sides = [], set()
-            together = self._on_workers if self.question.ask.scheduler else self._together
-            for task, change in together(left, feedback):
-                feedback.progress(done, total, what)
-                if change.sides:
-                    again.append(task)
-                    sides |= set(change.sides)
-                    continue
-                done += task.rows.size
-                yield task, change
-            left = again
-            if left:
-                self.on(self.widened(sorted(sides), feedback))
+    def all(self, tasks: Sequence[Task], steps: Steps, feedback: Feedback, what: str) -> Iterator[tuple[Task, Change]]:
+        """Each task with its change, in their order; each group's changes are kept as soon as all are there."""
+        groups = groups_of(tasks)
+        slides = _OnWorkers if self.question.simulation.where.scheduler else _OnThreads
+        with slides(self, tasks, groups, feedback, what) as sliding:
+            for number, group in enumerate(groups):
+                logs = sum(tasks[k].rows.size for k in group)
+                found = steps.take(logs, lambda number=number: _as_arrays(sliding.changes_of(number)))
+                for place, k in enumerate(group):
+                    held, energy = int(found["held"][place]), int(found["energy"][place])
+                    yield tasks[k], Change(found["lost"][place], found["gained"][place], held, energy)
+        total = sum(task.rows.size for task in tasks)
         feedback.progress(total, total, what)
 
+    def widen(self, sides: Iterable[str], feedback: Feedback) -> None:
+        self.on(self.widened(sorted(set(sides)), feedback))
+
     def widened(self, sides: list[str], feedback: Feedback) -> SceneLayers:
-        return wider_scene(self.question.ask, self.layers, sides, feedback)
+        return wider_scene(self.question.simulation, self.layers, sides, feedback)
 
-    def _on_workers(self, tasks: list[Task], feedback: Feedback) -> Iterator[tuple[Task, Change]]:
-        """On the workers of a scheduler: so many logs at a time that few results lie here, the next begun meanwhile."""
-        ends = np.cumsum([task.rows.size for task in tasks])
-        parts = [[tasks[k] for k in group] for group in np.split(np.arange(len(tasks)), _cuts(ends))]
-        firsts = np.cumsum([0, *(sum(task.rows.size for task in part) for part in parts)])
 
-        def batch(k: int) -> Batch:
-            rows = np.concatenate([task.rows for task in parts[k]])
-            missing = [(task.rows.size, self.missing(task)) for task in parts[k]]
-            return Batch(
-                self.placed(rows), inside=self.aside(rows), first=int(firsts[k]), goal=int(firsts[-1]), missing=missing
-            )
+def _as_arrays(changes: Sequence[Change]) -> dict[str, NDArray[np.int64]]:
+    """Of several tasks; the first axis is the task."""
+    return {name: np.array([getattr(each, name) for each in changes]) for name in ("lost", "gained", "held", "energy")}
 
-        for k, part in enumerate(parts):
+
+class _Groups:
+    """Tasks at work, group after group."""
+
+    def __init__(
+        self, again: Again, tasks: Sequence[Task], groups: Sequence[range], feedback: Feedback, what: str
+    ) -> None:
+        self.again, self.tasks, self.groups, self.feedback, self.what = again, tasks, groups, feedback, what
+        self.total = sum(task.rows.size for task in tasks)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def changes_of(self, number: int) -> list[Change]:
+        """The changes of a group; where logs come near the window's sides, again on a wider one."""
+        raise NotImplementedError
+
+
+class _OnWorkers(_Groups):
+    """On the workers of a scheduler: so many logs at a time that few results lie here, the next begun meanwhile."""
+
+    def batch(self, number: int) -> Batch:
+        part = [self.tasks[k] for k in self.groups[number]]
+        rows = np.concatenate([task.rows for task in part])
+        missing = [(task.rows.size, self.again.missing(task)) for task in part]
+        first = sum(self.tasks[k].rows.size for k in range(self.groups[number].start))
+        return Batch(
+            self.again.placed(rows), inside=self.again.aside(rows), first=first, goal=self.total, missing=missing
+        )
+
+    def changes_of(self, number: int) -> list[Change]:
+        again = self.again
+        while True:
+            batch = self.batch(number)
+            report = reporter(self.feedback, self.total, self.what, before=batch.first)
             result, sides = slide_batch(
-                self.layers, batch(k), self.question.fidelity, self.question.ask,
-                lambda done: feedback.cancelled(), later=(batch(j) for j in range(k + 1, len(parts))),
-                **self.shorter(),
+                again.layers, batch, again.question.simulation, report,
+                later=(self.batch(k) for k in range(number + 1, len(self.groups))), **again.shorter(),
             )  # fmt: skip
-            first = 0
-            for task in part:
-                last = first + task.rows.size
-                yield task, self.change_of(task, rows_of_result(result, first, last), sides)
-                first = last
+            if not sides:
+                break
+            again.widen(sides, self.feedback)
+        found, first = [], 0
+        for task in (self.tasks[k] for k in self.groups[number]):
+            last = first + task.rows.size
+            found.append(again.change_of(task, rows_of_result(result, first, last)))
+            first = last
+        return found
 
-    def _together(self, tasks: list[Task], feedback: Feedback) -> Iterator[tuple[Task, Change]]:
-        waiting = iter(tasks)
-        running: dict[Future[Change], Task] = {}
-        with ThreadPoolExecutor(self.layers.threads) as pool:
-            try:
-                while True:
-                    for task in waiting:
-                        running[pool.submit(self.slide, task)] = task
-                        if len(running) >= 4 * self.layers.threads:
-                            break
-                    if not running:
-                        return
-                    if feedback.cancelled():
-                        raise Cancelled
-                    ready, _ = wait(running, timeout=0.2, return_when=FIRST_COMPLETED)
-                    for future in ready:
-                        task = running.pop(future)
-                        yield task, future.result()
-            except KeyboardInterrupt as error:
-                raise Cancelled from error
-            finally:
-                if running:
-                    self.stop.set()
-                for future in running:
-                    future.cancel()
+
+class _OnThreads(_Groups):
+    """On threads of this process, many tasks at once; those of the groups that follow begin meanwhile."""
+
+    def __enter__(self) -> Self:
+        self.pool = ThreadPoolExecutor(self.again.layers.threads)
+        self.running: dict[Future[tuple[Change, list[str]]], int] = {}
+        self.found: dict[int, Change] = {}
+        self.next = 0
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self.running:
+            self.again.stop.set()
+        self.pool.shutdown(cancel_futures=True)
+
+    def changes_of(self, number: int) -> list[Change]:
+        group, near, sides = self.groups[number], [], set()
+        self.next = max(self.next, group.start)
+        try:
+            while not all(k in self.found for k in group):
+                if sides and not self.running:
+                    self.again.widen(sides, self.feedback)
+                    for k in near:
+                        self.running[self.pool.submit(self.again.slide, self.tasks[k])] = k
+                    near, sides = [], set()
+                while not sides and self.next < len(self.tasks) and len(self.running) < 4 * self.again.layers.threads:
+                    self.running[self.pool.submit(self.again.slide, self.tasks[self.next])] = self.next
+                    self.next += 1
+                if self.feedback.cancelled():
+                    raise Cancelled
+                ready, _ = wait(self.running, timeout=0.2, return_when=FIRST_COMPLETED)
+                for future in ready:
+                    k = self.running.pop(future)
+                    change, too_near = future.result()
+                    if too_near:
+                        near.append(k)
+                        sides |= set(too_near)
+                    else:
+                        self.found[k] = change
+                done = self.tasks[: group.start]
+                at_work = sum(self.tasks[k].rows.size for k in self.found)
+                self.feedback.progress(sum(task.rows.size for task in done) + at_work, self.total, self.what)
+        except KeyboardInterrupt as error:
+            raise Cancelled from error
+        return [self.found.pop(k) for k in group]
 
 
 class AgainWith(Again):
@@ -387,7 +439,7 @@ class AgainWith(Again):
         super().__init__(question, both, known, owners)
 
     def widened(self, sides: list[str], feedback: Feedback) -> SceneLayers:
-        self.plain = wider_scene(self.question.ask, self.plain, sides, feedback)
+        self.plain = wider_scene(self.question.simulation, self.plain, sides, feedback)
         return self.candidates(self.plain)[0]
 
 
@@ -440,6 +492,7 @@ def logs_near(
     both: SceneLayers,
     candidates: Sequence[Obstacle],
     widest: float,
+    steps: Steps,
     feedback: Feedback,
 ) -> tuple[list[NDArray[np.int64]], SceneLayers]:
     """The logs that each candidate could matter to: whose axis came so near that it would have been listed.
@@ -450,24 +503,29 @@ def logs_near(
     cell, n = layers.dem.cell, len(question.releases)
     if question.rule_of_steps(both) != question.rule_of_steps(layers):
         return [np.arange(n) for _ in candidates], layers
-    near: list[list[NDArray[np.int64]]] = [[] for _ in candidates]
     shapes = np.array([each.shape for each in candidates], object)
     step = question.longest_step(cell)
-    margin = NEAR_MARGIN + widest + trace_step(question.fidelity, cell) + 3.0 * step + 0.01
-    for first in range(0, n, CHUNK):
+    margin = NEAR_MARGIN + widest + trace_step(question.simulation.fidelity, cell) + 3.0 * step + 0.01
+
+    def slide_some(first: int) -> dict[str, NDArray[np.int64]]:
+        nonlocal layers
         some = question.releases.take(np.arange(first, min(first + CHUNK, n)))
 
-        def slide_some(on: SceneLayers, some: Releases = some, first: int = first) -> tuple[Result, list[str]]:
+        def slide_on(on: SceneLayers) -> tuple[Result, list[str]]:
             report = reporter(feedback, n, "finding who comes near a candidate", before=first)
             keep = np.ones(len(some), bool)
-            return slide_once(on, some.logs, question.fidelity, question.ask, report, keep_poses=keep)
+            return slide_once(on, some.logs, question.simulation, report, keep_poses=keep)
 
-        result, layers = until_none_escapes(layers, question.ask, slide_some, feedback)
+        result, layers = until_none_escapes(layers, question.simulation, slide_on, feedback)
         poses = result.poses
         axes: Any = shapely.linestrings(np.stack([poses.base[:, :2], poses.tip[:, :2]], axis=1))
         body = place_logs(layers.scene, some.logs, layers.shape, layers.threads).body
         reach = margin + float(body[:, BASE_RADIUS].max(initial=0.0))
         which, pose = shapely.STRtree(axes).query(shapes, predicate="dwithin", distance=reach)
-        for k in np.unique(which):
-            near[k].append(first + np.unique(poses.log_row[pose[which == k]]))
-    return [np.concatenate(rows) if rows else np.zeros(0, np.int64) for rows in near], layers
+        pairs = np.unique(np.column_stack([which, first + poses.log_row[pose]]), axis=0)
+        return {"candidate": pairs[:, 0], "log": pairs[:, 1]}
+
+    firsts = range(0, n, CHUNK)
+    found = [steps.take(min(CHUNK, n - first), lambda first=first: slide_some(first)) for first in firsts]
+    candidate, log = (np.concatenate([each[name] for each in found]) for name in ("candidate", "log"))
+    return [log[candidate == k] for k in range(len(candidates))], layers

@@ -26,6 +26,7 @@ from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import reached, starts_inside
 from deadwood_algorithms.simulate.batch import Batch
 from deadwood_algorithms.simulate.sliding import reporter, slide_batch, slide_once, until_none_escapes
+from deadwood_algorithms.simulate.steps import Steps
 from deadwood_algorithms.simulate.windows import wider_scene
 from deadwood_algorithms.stats.statistics import mcnemar_p, paired_interval
 from deadwood_engine import STOP_REASONS, Lines, Result, Start, place_logs
@@ -92,23 +93,28 @@ def times_of(items: Items, result: Result, releases: Any) -> Array:
 
 
 def passed_to_lines(
-    question: Question, layers: SceneLayers, shapes: Sequence[Any], feedback: Feedback
+    question: Question, layers: SceneLayers, shapes: Sequence[Any], steps: Steps, feedback: Feedback
 ) -> tuple[NDArray[np.bool_], SceneLayers]:
     """Which log touches which of the shapes and a line to be protected then or later, shape (n, shapes)."""
     marks, items = as_lines(shapes)
-    n, found = len(question.releases), []
-    for first in range(0, n, CHUNK):
+    n = len(question.releases)
+
+    def slide_some(first: int) -> dict[str, NDArray[np.bool_]]:
+        nonlocal layers
         some = question.releases.take(np.arange(first, min(first + CHUNK, n)))
 
-        def slide_some(on: SceneLayers, some: Any = some, first: int = first) -> tuple[Any, list[str]]:
+        def slide_on(on: SceneLayers) -> tuple[NDArray[np.bool_], list[str]]:
             on = on.with_lines_before(marks, items)
             report = reporter(feedback, n, "finding where logs pass", before=first)
-            result, sides = slide_once(on, some.logs, question.fidelity, question.ask, report)
+            result, sides = slide_once(on, some.logs, question.simulation, report)
             times = times_of(on.lines, result, some)
             return flux_of(times[:, : len(shapes)], times[:, len(shapes) :]), sides
 
-        passes, layers = until_none_escapes(layers, question.ask, slide_some, feedback)
-        found.append(passes)
+        passes, layers = until_none_escapes(layers, question.simulation, slide_on, feedback)
+        return {"passes": passes}
+
+    firsts = range(0, n, CHUNK)
+    found = [steps.take(min(CHUNK, n - first), lambda first=first: slide_some(first))["passes"] for first in firsts]
     feedback.progress(n, n, "finding where logs pass")
     return np.concatenate(found), layers
 
@@ -146,8 +152,16 @@ class Trial:
 class Siting:
     """The run's logs, slid in its scene with any of the candidates."""
 
-    def __init__(self, question: Question, layers: SceneLayers, candidates: Sequence[Candidate], feedback: Feedback):
-        self.question, self.candidates, self.feedback = question, list(candidates), feedback
+    def __init__(
+        self,
+        question: Question,
+        layers: SceneLayers,
+        candidates: Sequence[Candidate],
+        steps: Steps,
+        feedback: Feedback,
+    ) -> None:
+        self.question, self.candidates = question, list(candidates)
+        self.steps, self.feedback = steps, feedback
         self.own = len(layers.barriers.ids)
         keys = [shapely.to_wkb(each.shape) for each in candidates]
         shapes = {key: each.shape for key, each in zip(keys, candidates, strict=True)}
@@ -164,7 +178,7 @@ class Siting:
         step = question.longest_step(cell)
         thick = float(self.start.body[:, BASE_RADIUS].max(initial=0.0))
         # as in ``logs_near``: outlines are drawn a ``trace_step`` apart, and the engine looks a step ahead
-        width = NEAR_MARGIN + thick + trace_step(question.fidelity, cell) + 3.0 * step + 0.01
+        width = NEAR_MARGIN + thick + trace_step(question.simulation.fidelity, cell) + 3.0 * step + 0.01
         width /= np.cos(np.pi / (4.0 * ARCS))
         zones = [shapely.buffer(each, width, quad_segs=ARCS) for each in self.shapes]
         marks, items = as_lines([*self.shapes, *(shapely.Polygon(each.exterior) for each in zones)])
@@ -193,29 +207,37 @@ class Siting:
         chosen: Sequence[int],
         what: str,
         later: Sequence[tuple[NDArray[np.int64], Sequence[int]]] = (),
-    ) -> tuple[Ways, Result]:
-        """Slide logs with these candidates standing; on a wider window where they come near its sides.
+    ) -> tuple[Ways, Array]:
+        """Slide logs with these candidates standing: their ways, and where they end; what is done is kept.
 
         later : logs and candidates that will be asked for next, with which a scheduler's workers may begin
         """
-        question = self.question
+        found = self.steps.take(rows.size, lambda: self._slide(rows, chosen, what, later))
+        self.slid += rows.size
+        return Ways(**{each.name: found[each.name] for each in fields(Ways)}), found["end"]
+
+    def _slide(
+        self,
+        rows: NDArray[np.int64],
+        chosen: Sequence[int],
+        what: str,
+        later: Sequence[tuple[NDArray[np.int64], Sequence[int]]],
+    ) -> dict[str, NDArray]:
+        """On a wider window where they come near its sides."""
+        simulation = self.question.simulation
         report = reporter(self.feedback, rows.size, what)
         while True:
             batch = self.batch(rows, chosen)
-            if question.ask.scheduler:
+            if simulation.where.scheduler:
                 ahead = (self.batch(*each) for each in later)
-                result, sides = slide_batch(
-                    self.watched, batch, question.fidelity, question.ask, report, later=ahead
-                )  # fmt: skip
+                result, sides = slide_batch(self.watched, batch, simulation, report, later=ahead)
             else:
-                with_only = self.with_only(chosen)
-                result, sides = slide_once(with_only, batch.logs, question.fidelity, question.ask, report)
+                result, sides = slide_once(self.with_only(chosen), batch.logs, simulation, report)
             if not sides:
                 break
-            self.on(wider_scene(question.ask, self.plain, sides, self.feedback))
+            self.on(wider_scene(simulation, self.plain, sides, self.feedback))
         self.feedback.progress(rows.size, rows.size, what)
-        self.slid += rows.size
-        return self.ways_of(result, rows), result
+        return {**vars(self.ways_of(result, rows)), "end": result.end_position}
 
     def ways_of(self, result: Result, rows: NDArray[np.int64]) -> Ways:
         layers, count, n = self.watched, len(self.shapes), rows.size

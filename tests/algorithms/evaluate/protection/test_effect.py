@@ -14,7 +14,9 @@ from deadwood_algorithms.evaluate.protection.effect import (
     Change,
     Effect,
     Known,
+    Question,
     effects_of,
+    groups_of,
     held_by,
     logs_to_slide,
     ranks,
@@ -23,7 +25,8 @@ from deadwood_algorithms.evaluate.protection.effect import (
 )
 from deadwood_algorithms.evaluate.protection.obstacles import BARRIER, STAND, TREE, Obstacle
 from deadwood_algorithms.stats.statistics import paired_interval
-from deadwood_engine import STOP_REASONS
+from deadwood_engine import FIDELITIES, STOP_REASONS
+from deadwood_engine.cores import TREE as CORE_TREE
 from deadwood_engine.limits import NEAR_MARGIN
 
 
@@ -54,15 +57,32 @@ def test_the_logs_to_slide_again_are_those_to_which_it_mattered_before_they_were
         assert it.logs_to_slide(obstacle(STAND, "s", *owners)).tolist() == sorted(expected)
 
 
-@pytest.mark.parametrize(("step", "cores", "every"), [(0.51, 0, True), (0.5, 0, False), (0.51, 1, False)])
-def test_the_last_obstacle_bounds_every_step_where_steps_are_long(monkeypatch, step, cores, every):
-    """Half of the list's margin is the longest step that a scene without any obstacle takes as one with it."""
-    arrays = SimpleNamespace(cores=SimpleNamespace(solid=np.zeros(cores)))
-    bare = SimpleNamespace(scene=SimpleNamespace(arrays=arrays), dem=SimpleNamespace(cell=1.0))
-    monkeypatch.setattr(effect, "without", lambda layers, missing: layers)
-    question = SimpleNamespace(longest_step=lambda cell: step * NEAR_MARGIN * cell, releases=range(7))
+def wood(trees: int) -> Any:
+    """A scene of so many trees, as far as the rule of steps looks at it; one more stood there before, and is out."""
+    solid = np.full(trees, CORE_TREE, [("kind", np.int8)])
+    cores = SimpleNamespace(solid=solid, index=SimpleNamespace(items=np.arange(trees)))
+    return SimpleNamespace(scene=SimpleNamespace(arrays=SimpleNamespace(cores=cores)), dem=SimpleNamespace(cell=0.5))
+
+
+@pytest.mark.parametrize(
+    ("step", "left", "rebound", "every"),
+    [
+        (0.51, 0, 0.0, True),
+        (0.5, 0, 0.0, False),
+        (0.51, 1, 0.0, False),
+        (0.1, 0, 0.5, True),
+        (0.1, 1, 0.5, False),
+    ],
+)
+def test_all_slide_again_without_the_last_obstacle_that_rules_steps(monkeypatch, step, left, rebound, every):
+    """Half of the list's margin is the longest step that a scene without any obstacle takes as one with it; and where
+    nothing that rebounds is left, steps are longer."""
+    fidelity = FIDELITIES["standard"]._replace(travel_cells=step * NEAR_MARGIN / 0.5)
+    laws = {"restitution": 0.0, "tree_restitution": rebound, "barrier_restitution": None}
+    question = Question(cast("Any", SimpleNamespace(fidelity=fidelity, laws=laws)), cast("Any", range(7)))
+    monkeypatch.setattr(effect, "without", lambda layers, missing: wood(left))
     it = known(np.zeros((7, 1), bool), np.full(7, np.inf), [(0, 3, 1.0)])
-    found = logs_to_slide(cast("Any", question), cast("Any", bare), it, obstacle(TREE, "t", 0))
+    found = logs_to_slide(question, wood(left + 1), it, obstacle(TREE, "t", 0))
     assert found.tolist() == (list(range(7)) if every else [3])
 
 
@@ -96,12 +116,11 @@ def test_tasks_hold_each_log_once_and_no_more_than_go_at_once(monkeypatch):
         assert np.concatenate([np.zeros(0, np.int64), *(task.rows for task in mine)]).tolist() == expected.tolist()
 
 
-def test_parts_for_workers_are_cut_after_the_chunk_is_full(monkeypatch):
+def test_groups_are_cut_after_they_are_full(monkeypatch):
     monkeypatch.setattr(effect, "CHUNK", 10)
-    ends = np.cumsum([4, 4, 4, 4, 12, 1])
-    assert effect._cuts(ends).tolist() == [2, 4]
-    parts = np.split(np.arange(6), effect._cuts(ends))
-    assert [each.tolist() for each in parts] == [[0, 1], [2, 3], [4, 5]]
+    tasks = [effect.Task(0, obstacle(TREE, "a", 0), np.arange(size)) for size in (4, 4, 4, 4, 12, 1)]
+    assert [list(group) for group in groups_of(tasks)] == [[0, 1], [2, 3], [4, 5]]
+    assert groups_of([]) == []
 
 
 @pytest.mark.parametrize("planted", [False, True])
@@ -115,9 +134,9 @@ def test_changes_add_up_by_obstacle_and_line(planted):
     tasks = tasks_of([things[0], things[1], things[0]], [np.array([0]), np.array([1]), np.array([2])])
     tasks[2] = type(tasks[2])(0, things[0], np.array([2]))
     changes = [
-        Change(np.array([1, 0]), np.array([0, 1]), 1, 1_500_000, []),
-        Change(np.array([0, 1]), np.array([0, 0]), 4, 250_000, []),
-        Change(np.array([0, 0]), np.array([1, 0]), 2, 500_000, []),
+        Change(np.array([1, 0]), np.array([0, 1]), 1, 1_500_000),
+        Change(np.array([0, 1]), np.array([0, 0]), 4, 250_000),
+        Change(np.array([0, 0]), np.array([1, 0]), 2, 500_000),
     ]
     question: Any = SimpleNamespace(releases=range(4))
     layers: Any = SimpleNamespace(lines=SimpleNamespace(ids=["road", "rail"]))

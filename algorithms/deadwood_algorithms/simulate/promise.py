@@ -6,20 +6,18 @@ Of d a bound is known, |d| <= b. Then s + d is worst where d is +-b, and the 95 
 the two come to *together*: more than either, less than their sum (a bias-aware interval, Armstrong and Kolesar 2018).
 With b = 0 it is the usual 1.96 sigma, with b >> sigma it is b + 1.645 sigma, for then only one side can fail.
 
-Where b was itself measured, by pairs of logs, it may be wrong once in a while: the risk is shared out between the pilot
-(its bound holds at all of its looks) and the sampling. Each line is its own statement, as everywhere in the toolbox.
+Each line is its own statement, as everywhere in the toolbox.
 """
 
 from __future__ import annotations
 
 import math
 
-from deadwood_algorithms.stats.statistics import Z_95, paired_interval, wilson_interval
+from deadwood_algorithms.stats.statistics import Z_95, wilson_interval
 
 # Of a promise at 95 %: the number of logs is set by what the logs themselves show, which takes a little off, and a
 # share of few logs is not quite normal.
 RISK = 0.04
-PILOT_RISK = 0.02  # of it, where the bound of calculation comes from a pilot
 
 
 def _within(bias: float, most: float) -> float:
@@ -71,9 +69,3 @@ def logs_for(sigma: float, share: float, cap: int = 2**40) -> int | None:
         middle = (low + high) // 2
         low, high = (middle, high) if sigma_of(share, middle) > sigma else (low, middle)
     return high
-
-
-def pairs_bound(n_lost: float, n_gained: float, n_pairs: int, z: float) -> float:
-    """How far two fidelities are apart at most, by logs that slid at both: the farther end of the paired interval."""
-    low, high = paired_interval(n_lost, n_gained, n_pairs, z=z)  # type: ignore[arg-type]
-    return max(-low, high)

@@ -5,15 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from deadwood_algorithms.evaluate.fidelity.promise import (
+from deadwood_algorithms.simulate.promise import (
     logs_for,
-    pairs_bound,
     sampling_of,
     sigma_for,
     sigma_of,
     together_of,
 )
-from deadwood_algorithms.stats.statistics import Z_95, paired_interval, wilson_interval
+from deadwood_algorithms.stats.statistics import Z_95, wilson_interval
 
 
 def test_without_a_bound_it_is_the_usual_interval_and_with_a_large_one_one_side_alone_can_fail():
@@ -56,7 +55,3 @@ def test_of_lopsided_intervals_the_farther_end_counts():
     assert sampling_of(1, 100) == high - 0.01 > 0.01 - low
     assert sampling_of(0, 100) == pytest.approx(Z_95**2 / (100 + Z_95**2))
     assert sampling_of(0, 0) == 1.0
-    low, high = paired_interval(3, 9, 200)
-    assert pairs_bound(3, 9, 200, Z_95) == high == max(high, -low)
-    assert pairs_bound(9, 3, 200, Z_95) == pytest.approx(high)
-    assert pairs_bound(0, 0, 200, Z_95) == pytest.approx(Z_95**2 / (200 + Z_95**2), rel=1e-6)

@@ -1,0 +1,134 @@
+"""What a calibration comes to: a record a coefficient, the sentence, the table for a reader, and what to beware of."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_algorithms.evaluate.calibration.friction_runs import FrictionRun, Watched
+from deadwood_algorithms.evaluate.calibration.score import Range, Scores, energy_score
+from deadwood_algorithms.params.presets import FRICTION_CELL_M
+from deadwood_algorithms.params.tool import Feedback
+from deadwood_algorithms.stats.statistics import percent, percent_of, reach_record
+
+FEW_LOGS = 100
+
+
+WORTH_A_WARNING = 0.05  # share of the logs without a deposit
+
+
+def warn_of_cells(cell: float, feedback: Feedback) -> None:
+    if not math.isclose(cell, FRICTION_CELL_M, rel_tol=0.02):
+        roughness = (
+            "has lost roughness, which friction makes up for" if cell > FRICTION_CELL_M else "shows more roughness"
+        )
+        feedback.warn(
+            f"the terrain model's cells are {cell:g} m, not {FRICTION_CELL_M:g} m: the coefficient found holds for "
+            f"this terrain model alone, and is not the paper's 0.2 to 0.3; one with {cell:g} m cells {roughness}"
+        )
+
+
+def warn_of_logs(
+    slid: list[FrictionRun], fewest: int, lost: list[NDArray[np.bool_]] | None, feedback: Feedback
+) -> None:
+    """``lost``, of an event that was seen at lines: logs that left before it was known whether they did the same."""
+    if fewest < FEW_LOGS:
+        feedback.warn(f"an observed deposit is compared with {fewest} logs only; release some hundreds at least")
+    for k, each in enumerate(slid):
+        if lost is not None:
+            gone = int(lost[k].sum())
+            if gone > WORTH_A_WARNING * each.x.size:
+                feedback.warn(
+                    f"at friction {each.friction:g} {gone} of {each.x.size} logs left the terrain model before it "
+                    "was seen whether they reach the lines; they count as far as they were seen; take a larger one"
+                )
+            continue
+        without = int((~each.resting).sum())
+        if without > WORTH_A_WARNING * each.x.size:
+            feedback.warn(
+                f"at friction {each.friction:g} {without} of {each.x.size} logs left the terrain model, failed, or "
+                "still moved at the time limit: they are no deposits, which speaks against this coefficient as far as "
+                "all logs of the event were found on the terrain model; if not, take a larger one"
+            )
+
+
+def records_of(
+    slid: list[FrictionRun], scores: Scores, outcomes: list[Any], watched: Watched, lost: list[NDArray[np.bool_]] | None
+) -> list[dict[str, Any]]:
+    """One record a coefficient."""
+    points = [each for each in outcomes if each.place]
+    distance = np.mean([energy_score(each, each.place) for each in points], axis=0) if points else None
+    yes_no = list({id(each.done): each for each in outcomes if each.done is not None}.values())  # one an area, or one
+    rows = []
+    for k, each in enumerate(slid):
+        resting = each.runout[each.resting]
+        low, middle, high = np.quantile(resting, [0.05, 0.5, 0.95]) if resting.size else [math.nan] * 3
+        row: dict[str, Any] = {
+            "friction": each.friction,
+            "in_range": bool(scores.within[k]),
+            "p_range": scores.p_range[k],
+            "p_fit": scores.p_fit[k],
+            "log_likelihood": scores.log_likelihood[k],
+            "relative_likelihood": scores.relative[k],
+            "relative_low": float(np.exp(scores.low[k])),
+            "relative_high": float(np.exp(scores.high[k])),
+            "energy_score_m": math.nan if distance is None else distance[k],
+            "runout_p05_m": low,
+            "runout_median_m": middle,
+            "runout_p95_m": high,
+            "speed_max_ms": float(each.speed_max.max()),
+            "without_deposit": int((~each.resting).sum()),
+        }
+        if yes_no:
+            record = reach_record(sum(int(one.done[k].sum()) for one in yes_no), sum(one.logs.size for one in yes_no))
+            row |= {"share": record["p"], "share_low": record["ci_low"], "share_high": record["ci_high"]}
+        if lost is not None:
+            done, n = outcomes[0].done[k], each.x.size
+            row |= {"n_lost": int(lost[k].sum())}
+            row |= {"share_low_if_lost": int((done & ~lost[k]).sum()) / n}
+            row |= {"share_high_if_lost": int((done | lost[k]).sum()) / n}
+        for column in watched.own:
+            row[f"reach_{watched.items.ids[column]}"] = float(each.reach[:, column].mean())
+        rows.append(row)
+    return rows
+
+
+def sentence_of(found: Range | None, fits: bool, best: float) -> str:
+    if found is None:
+        return "No coefficient of the sweep can have made this event: widen the sweep, and check releases and layers."
+    text = f"Friction {found.words()} reproduces the event (95 %); likeliest: {found.best:g}."
+    if found.open_low and found.open_high:
+        text = f"The event tells no coefficient of the sweep from another ({found.words()}); likeliest: {found.best:g}."
+    if found.gaps:
+        text += " Some coefficients between do not."
+    if not fits:
+        text += " But even the best makes such an event less often than once in 20: sweep finer, or check the layers."
+    return text
+
+
+def lines_of(rows: list[dict[str, Any]], sentence: str, n_logs: int) -> tuple[str, ...]:
+    """A table with a line a coefficient, and what it comes to."""
+    with_share, with_score = "share" in rows[0], any(math.isfinite(row["energy_score_m"]) for row in rows)
+    with_lost, with_bounds = any(row["without_deposit"] for row in rows), any(row.get("n_lost") for row in rows)
+    head = ["friction", "relative likelihood", "p", "run-out (5-95 %)"]
+    head += ["no deposit"] * with_lost + ["energy score"] * with_score + ["logs that do as observed"] * with_share
+    head += ["if lost ones do"] * with_bounds + ["in range"]
+    table = [head]
+    for row in rows:
+        spread = f"{row['relative_low']:.2g} to {row['relative_high']:.2g}"
+        cells = [f"{row['friction']:g}", f"{row['relative_likelihood']:.2g} ({spread})", f"{row['p_range']:.2f}"]
+        cells.append(f"{row['runout_median_m']:.0f} m ({row['runout_p05_m']:.0f} to {row['runout_p95_m']:.0f})")
+        cells += [percent_of(row["without_deposit"], n_logs)] * with_lost
+        cells += [f"{row['energy_score_m']:.1f} m"] * with_score
+        if with_share:
+            cells.append(f"{percent(row['share'], row['share_low'], row['share_high'])} %")
+        if with_bounds:
+            ends = (row[f"share_{end}_if_lost"] for end in ("low", "high"))
+            cells.append(f"{' to '.join(percent(each, row['share_low'], row['share_high']) for each in ends)} %")
+        table.append([*cells, "yes" if row["in_range"] else "no"])
+    widths = [max(len(row[k]) for row in table) for k in range(len(head))]
+    shown = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table]
+    return (f"{n_logs} logs with each coefficient:", *shown, sentence)

@@ -1,0 +1,159 @@
+"""What candidates and chosen barriers do, as a table and a layer, and what a reader wants to see first."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import geopandas
+import numpy as np
+import shapely
+
+from deadwood_algorithms.evaluate.protection.siting import Siting, Step, Trial, Ways
+from deadwood_algorithms.params import presets
+from deadwood_algorithms.scene.layers import SceneLayers
+from deadwood_algorithms.stats.order_statistics import percentile_record
+from deadwood_algorithms.stats.statistics import percent_with_interval, points_with_interval, reach_record
+
+
+def with_classes(frame: Any, name: str | None) -> Any:
+    """A table of barriers with the class that holds 95 % of the hits of each, and that which holds the upper end."""
+    if name is None:
+        return frame
+    energies = zip(frame["energy_p95_kj"].astype(float), frame["energy_high_kj"].astype(float), strict=True)
+    records = [presets.BARRIERS[name].record(*each) for each in energies]
+    return frame.assign(**{column: [each[column] for each in records] for column in NO_CLASS})
+
+
+def rows_of(siting: Siting, now: Ways, alone: Sequence[Trial], steps: Sequence[Step]) -> list[dict[str, Any]]:
+    """One row a candidate alone, by what is left, and one a chosen set."""
+    n = len(now.reach)
+    rows = []
+    for trial in alone:
+        ways = now.with_rows(trial.rows, trial.ways)
+        flux = int(now.flux[:, siting.place[trial.number]].sum())
+        rows.append({"step": 0, **row_of(siting, (trial.number,), trial, ways, flux, n)})
+    for row in rows:
+        row["pareto"] = "yes" if not any(beats(other, row) for other in rows) else "no"
+    rows.sort(key=lambda row: row["n_reach"])
+    before = now
+    for number, step in enumerate(steps, 1):
+        flux = int(before.flux[:, siting.place[step.trial.number]].sum())
+        row = row_of(siting, step.chosen, step.trial, step.ways, flux, n)
+        rows.append({"step": number, **row, "pareto": ""})
+        before = step.ways
+    return rows
+
+
+def beats(one: dict[str, Any], other: dict[str, Any]) -> bool:
+    """Whether a candidate is as good in all of length, height and remaining reach, and better in one."""
+    pairs = [(round(one[name], 6), round(other[name], 6)) for name in ("length_m", "height_m", "n_reach")]
+    return all(a <= b for a, b in pairs) and any(a < b for a, b in pairs)
+
+
+def row_of(siting: Siting, chosen: Sequence[int], trial: Trial, ways: Ways, flux: int, n: int) -> dict[str, Any]:
+    each = siting.candidates[trial.number]
+    return {
+        "barriers": " + ".join(siting.candidates[k].id for k in chosen),
+        "barrier_id": each.id,
+        "length_m": each.length,
+        "height_m": each.height,
+        "above_m": each.above,
+        "n_flux": flux,
+        "n_near": int(trial.rows.size),
+        **reach_record(int(ways.any_line.sum()), n),
+        **trial.gain_record(n),
+        **what_it_does(ways, trial.number),
+    }
+
+
+def what_it_does(ways: Ways, number: int) -> dict[str, Any]:
+    """Logs that a barrier holds, that jump over it and that pass beside; energy and height of 95 % of its hits."""
+    held = ways.held[:, number]
+    over = ways.crossed[:, number] & ~held
+    beside = ways.met[:, number] & ~held & ~over
+    record: dict[str, Any] = {
+        "n_stopped": int(held.sum()),
+        "n_overjumped": int(over.sum()),
+        "n_passed_beside": int(beside.sum()),
+    }
+    hit = np.isfinite(ways.energy[:, number])
+    record["n_hit"] = int(hit.sum())
+    more = 0
+    for name, unit, values in (("energy", "kj", ways.energy), ("height", "m", ways.height)):
+        told = percentile_record(values[hit, number], 0.95)
+        record |= {
+            f"{name}_p95_{unit}": told["value"],
+            f"{name}_low_{unit}": told["ci_low"],
+            f"{name}_high_{unit}": told["ci_high"],
+        }
+        more = told["n_more"]
+    return record | {"n_more": more}
+
+
+def layer_of(siting: Siting, layers: SceneLayers, now: Ways, steps: Sequence[Step]) -> geopandas.GeoDataFrame:
+    """The run's own barriers, then those chosen in the order of the candidates, with what each does when all stand."""
+    rows: list[dict[str, Any]] = []
+    shapes: list[Any] = []
+    own, starts = layers.plates, layers.plates.starts
+    for k, item in enumerate(layers.barriers.item.tolist()):
+        rows.append({"barrier_id": str(layers.barriers.ids[item]), "height_m": float(own.height[k]), "step": 0})
+        shapes.append(shapely.LineString(own.vertices[starts[k] : starts[k + 1]]))
+    final = steps[-1].ways if steps else now
+    number = {step.trial.number: k for k, step in enumerate(steps, 1)}
+    for k in sorted(number):
+        each, step = siting.candidates[k], steps[number[k] - 1]
+        gain = step.trial.gain_record(len(now.reach))
+        facts = {"length_m": each.length, "above_m": each.above, "n_flux": int(now.flux[:, siting.place[k]].sum())}
+        for part in shapely.get_parts(each.shape):
+            record = {"barrier_id": each.id, "height_m": each.height, "step": number[k]}
+            rows.append(record | facts | gain | what_it_does(final, k))
+            shapes.append(part)
+    columns = ["barrier_id", "height_m", "step", "length_m", "above_m", "n_flux", *COUNTS]
+    frame = geopandas.GeoDataFrame(rows, columns=columns, geometry=shapes, crs=layers.dem.plan_crs)
+    return frame.astype({name: float for name in columns if name not in ("barrier_id", "step")})
+
+
+COUNTS = (
+    "gain_logs", "gain_p", "gain_low", "gain_high", "n_stopped", "n_overjumped", "n_passed_beside", "n_hit",
+    "energy_p95_kj", "energy_low_kj", "energy_high_kj", "height_p95_m", "height_low_m", "height_high_m", "n_more",
+)  # fmt: skip
+
+
+NO_CLASS = {"barrier_class": "", "barrier_class_high": ""}
+
+
+def by_line(siting: Siting, ways: Ways) -> list[dict[str, Any]]:
+    n = len(ways.reach)
+    names = siting.plain.lines.ids
+    return [
+        {"line_id": str(name), **reach_record(int(hit.sum()), n)} for name, hit in zip(names, ways.reach.T, strict=True)
+    ]
+
+
+def lines_of(facts: dict[str, Any], classes: str | None) -> tuple[str, ...]:
+    """What reaches a line now, what is chosen and what is left then, and why no more."""
+    record = facts["reach"]
+    shown = [
+        f"{record['n_reach']} of {record['n_total']} logs reach a line, {percent_with_interval(record)}; "
+        f"{facts['candidates']} candidates, {facts['slid_again']} logs slid again"
+    ]
+    for row in facts["chosen"]:
+        points = points_with_interval(row["gain_p"], row["gain_low"], row["gain_high"])
+        shown.append(
+            f"{row['step']}. {row['barrier_id']}: {row['gain_logs']} logs less, {points} points; {row['n_reach']} "
+            f"still reach a line; it holds {row['n_stopped']}, {row['n_overjumped']} jump over"
+        )
+        if row["n_hit"]:
+            more = f" ({row['n_more']:.0f} more hits are needed for upper bounds)" if row["n_more"] else ""
+            shown.append(
+                f"   95 % of its {row['n_hit']:.0f} hits: up to {row['energy_p95_kj']:.3g} kJ and "
+                f"{row['height_p95_m']:.2g} m above the terrain{more}"
+            )
+            if classes:
+                shown.append(f"   {presets.BARRIERS[classes].words(row)}")
+    if facts["stopped_because"]:
+        shown.append(f"no more: {facts['stopped_because']}")
+    if classes:
+        shown.append(presets.BARRIERS[classes].said)
+    return tuple(shown)

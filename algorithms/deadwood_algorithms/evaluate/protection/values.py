@@ -1,0 +1,103 @@
+"""What each thing of a run is worth, as a layer, and what a reader wants to see first."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import geopandas
+import numpy as np
+import shapely
+
+from deadwood_algorithms.evaluate.protection.effect import (
+    Again,
+    AgainWith,
+    Effect,
+    Known,
+    Question,
+    effects_of,
+    logs_near,
+    logs_to_slide,
+    ranks,
+    tasks_of,
+)
+from deadwood_algorithms.evaluate.protection.obstacles import Candidates, Obstacle, with_candidates
+from deadwood_algorithms.params.tool import Feedback
+from deadwood_algorithms.scene.layers import SceneLayers
+from deadwood_algorithms.simulate.steps import Steps
+from deadwood_algorithms.stats.statistics import points_with_interval
+
+SHOWN = 5  # of each kind and line
+
+
+def value(
+    question: Question, layers: SceneLayers, known: Known, things: list[Obstacle], steps: Steps, feedback: Feedback
+) -> list[Effect]:
+    """Slide again without each thing the logs to which it mattered."""
+    tasks = tasks_of(things, [logs_to_slide(question, layers, known, each) for each in things])
+    again = Again(question, layers, known, None)
+    changes = again.all(tasks, steps, feedback, f"sliding without each of {len(things)}")
+    return effects_of(question, layers, known, things, changes)
+
+
+def value_planted(
+    question: Question, layers: SceneLayers, known: Known, could: Candidates, steps: Steps, feedback: Feedback
+) -> list[Effect]:
+    """Slide again with each candidate the logs that come near it."""
+    both, found = with_candidates(layers, could)
+    near, layers = logs_near(question, layers, both, found, could.widest_radius, steps, feedback)
+    again = AgainWith(question, layers, known, lambda on: with_candidates(on, could))
+    changes = again.all(tasks_of(again.found, near), steps, feedback, f"sliding with each of {len(again.found)}")
+    return effects_of(question, layers, known, again.found, changes, planted=True)
+
+
+def frame_of(found: Sequence[Effect], layers: SceneLayers, changed: str, sign: int) -> geopandas.GeoDataFrame:
+    """One row a thing and line, those of one line together, each by rank.
+
+    sign : 1 where the change takes something away, so that what more reach is its worth; -1 where it puts something up
+    """
+    gains = [tuple(sign * each for each in worth.gain()) for worth in found]
+    columns = {
+        "kind": [each.obstacle.kind for each in found],
+        "id": [each.obstacle.id for each in found],
+        "line_id": [each.line_id for each in found],
+        "n_total": [each.n_total for each in found],
+        "n_reach": [each.n_reach for each in found],
+        changed: [each.n_changed for each in found],
+        "gain_logs": [sign * (each.gained - each.lost) for each in found],
+        "gain_p": [each[0] for each in gains],
+        "ci_low": [min(each[1:]) for each in gains],
+        "ci_high": [max(each[1:]) for each in gains],
+        "stopped": [each.stopped for each in found],
+        "energy_taken_kj": [each.energy_taken_kj for each in found],
+        "rank": ranks([each[0] for each in gains], found),
+    }
+    points = shapely.points([[each.obstacle.x, each.obstacle.y] for each in found])
+    frame = geopandas.GeoDataFrame(columns, geometry=points, crs=layers.dem.plan_crs)
+    kinds, lines = (list(dict.fromkeys(columns[name])) for name in ("kind", "line_id"))
+    place = np.lexsort(
+        [columns["rank"], list(map(kinds.index, columns["kind"])), list(map(lines.index, columns["line_id"]))]
+    )
+    return frame.iloc[place].reset_index(drop=True)
+
+
+def lines_of(frames: dict[str, Any]) -> tuple[str, ...]:
+    """For each line and kind how many are worth something, and the first few."""
+    shown = []
+    for name, frame in frames.items():
+        for (line_id, kind), rows in frame.groupby(["line_id", "kind"], sort=False):
+            keep, harm = int((rows["gain_logs"] > 0).sum()), int((rows["gain_logs"] < 0).sum())
+            head = rows["n_reach"].iloc[0], rows["n_total"].iloc[0]
+            what = f"{len(rows)} {'candidates: ' if name == 'planted' else ''}{PLURAL[kind]}"
+            shown.append(
+                f"{line_id}, reached by {head[0]} of {head[1]} logs; of {what} {keep} keep logs away, {harm} bring some"
+            )
+            for row in rows[rows["gain_logs"] > 0].head(SHOWN).itertuples():
+                points = points_with_interval(row.gain_p, row.ci_low, row.ci_high)
+                shown.append(
+                    f"  {row.rank}. {kind} {row.id}: {row.gain_logs} logs, {points} points; holds {row.stopped}"
+                )
+    return tuple(shown)
+
+
+PLURAL = {"tree": "trees", "lying_log": "lying logs", "barrier": "barriers", "stand": "stands"}

@@ -1,0 +1,42 @@
+"""What the sites of a region come to, side by side: table, layer, map and facts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import pandas
+
+from deadwood_algorithms.evaluate.sites import sites_figure
+from deadwood_algorithms.evaluate.sites.overview import SiteFound, reach_of_all, sites_layer, words_of_sites
+from deadwood_algorithms.files.tables import write_csv
+from deadwood_algorithms.files.vectors import write_vector
+from deadwood_algorithms.stats.statistics import percent_with_interval
+
+TABLE, LAYER, PICTURE = "overview.csv", "overview.gpkg", "overview.png"
+
+
+def summary_of_sites(found: Sequence[SiteFound]) -> dict[str, Any]:
+    failed = [each for each in found if each.failed]
+    return {
+        "sites": {"asked": len(found), "done": len(found) - len(failed), "failed": len(failed)},
+        "logs": {"released": sum(each.logs for each in found)},
+        "reach": reach_of_all(found),
+        "failures": [{"site": each.name, "message": each.rows[0].message} for each in failed],
+    }
+
+
+def write_overview(folder: Path, found: Sequence[SiteFound], merged: Sequence[Path]) -> None:
+    write_csv(folder / TABLE, pandas.DataFrame([vars(row) for each in found for row in each.rows]))
+    layer = sites_layer(found)
+    if layer is not None:
+        write_vector(folder / LAYER, {"sites": layer})
+        sites_figure.draw(folder / PICTURE, layer, [each for each in found if not each.failed], merged)
+
+
+def lines_of_outcome(found: Sequence[SiteFound], facts: dict[str, Any]) -> tuple[str, ...]:
+    told = [
+        f"all sites, {each['line_id']}: {percent_with_interval(each)}" for each in facts["reach"] if each["sites"] > 1
+    ]
+    return (*words_of_sites(found), *told)

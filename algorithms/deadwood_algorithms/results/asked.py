@@ -1,0 +1,23 @@
+"""What a run was asked, as its results repeat it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from deadwood_algorithms.scene.released_scene import ReleasedScene
+
+
+@dataclass(frozen=True, kw_only=True)
+class Asked:
+    """What a run was asked: the scene, the fidelity by name, whether any trajectory is kept, on how few logs danger is
+    told, and whether its counts are kept. With --fidelity auto also what was promised, and what the pilot cost beside
+    the run."""
+
+    scene: ReleasedScene
+    fidelity: str
+    keeps_poses: bool
+    danger_least: int
+    danger_counts: bool = False
+    auto: dict[str, Any] | None = None
+    pilot_cpu_s: float = 0.0

@@ -1,0 +1,56 @@
+"""What a simulation is made of, as values: layers by their paths, laws of contact, what the layers may leave out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from deadwood_algorithms.params.presets import FRICTION_CELL_M, Taken
+from deadwood_algorithms.params.tool import Feedback, UserError
+
+# The laws of contact but the ground's sliding friction, by the names that the engine's ``slide`` takes.
+CONTACT_LAWS = (
+    "restitution", "rolling_friction", "tree_friction", "tree_restitution", "barrier_friction", "barrier_restitution",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class SceneInputs:
+    """Layers are paths, None where there is none; ``friction`` is a coefficient or the path of a layer.
+
+    defaults : of the columns that `DefaultLog` names; laws : keyword arguments of the engine's ``slide``
+    presets : what was taken by name
+    """
+
+    dem: str
+    crs: str | None
+    friction: float | str
+    friction_column: str | None
+    friction_elsewhere: float | None
+    trees: str | None
+    barriers: str | None
+    lying_logs: str | None
+    lying_diameter_cm: float
+    blocks: str | None
+    lines: str | None
+    shape: str
+    releases: str
+    defaults: Mapping[str, Any]
+    laws: Mapping[str, Any]
+    presets: tuple[Taken, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.friction is None:
+            raise UserError("--friction is missing (Friction coefficient); give it, or name one with --friction-preset")
+
+
+def say_presets(presets: tuple[Taken, ...], cell: float, feedback: Feedback) -> None:
+    """What a friction by name is, and that it was found on cells of another size."""
+    for each in presets:
+        feedback.note(each.said)
+        if each.sets and abs(cell - FRICTION_CELL_M) > 0.02 * FRICTION_CELL_M:
+            feedback.warn(
+                f"--friction-preset {each.preset.name} was found on cells of {FRICTION_CELL_M:g} m, and the terrain "
+                f"model has cells of {cell:g} m: on coarser ones friction should be higher (the paper, 6.1)"
+            )

@@ -1,0 +1,227 @@
+"""`--fidelity auto`: which fidelity, and how many logs, keep a promised error at the least cost, decided on this slope.
+
+The error is the distance of every line's reach from what `reference` would give (``promise``). What is known of each
+fidelity's calculation: `reference` is off by nothing, by definition; others by a bound that the caller takes for
+granted (``assumed``), as the benchmark's page measured it. The cheapest that can keep the promise slides its first
+logs; the shares that these show say how many it takes, and whether another fidelity would be cheaper after all.
+
+With a budget of time instead, all is the same but the goal: the least error that can be had in the time that is left.
+There costs are seconds. With an error to keep, they are those of the page, so that every machine, every number of
+threads and every resumed run decides alike.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.simulate.fidelity_trade import COSTS
+from deadwood_algorithms.simulate.promise import logs_for, sampling_of, sigma_for, sigma_of, together_of
+from deadwood_algorithms.stats.statistics import Z_95
+
+FIRST_LOOK = 200  # logs that tell how many it takes
+LEAST = 50  # logs that any promise takes
+PROBE = 32  # logs that tell how long one takes
+MORE = 100  # of the logs that have slid, the least part that is added where they turn out to be too few
+MOST_REPEATS = 50  # of the run's end, where the share turned out to need more logs than planned
+
+
+@dataclass(frozen=True)
+class Slid:
+    """The first logs of the draw at one fidelity: whether each reached each line (n, lines), and its seconds."""
+
+    reach: NDArray[np.bool_]
+    seconds: float = math.nan  # that one takes
+
+    @property
+    def shares(self) -> list[float]:
+        return self.reach.mean(axis=0).tolist()
+
+
+Slide = Callable[[str, int], Slid]  # slides so many logs of the draw at a fidelity, or takes those that were
+
+
+@dataclass(frozen=True)
+class Option:
+    """A fidelity that could make the run: by how much its calculation is off at most, by line."""
+
+    fidelity: str
+    bounds: Sequence[float]
+
+    @property
+    def why(self) -> str:
+        if self.fidelity == "reference":
+            return "reference is the reference"
+        return f"{self.fidelity} is taken to be off by ±{100 * max(self.bounds):.2g} points at most"
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """The choice, carried out: the run is the first ``logs`` of the draw at the fidelity of ``option``."""
+
+    option: Option
+    logs: int
+    record: dict[str, Any] = field(default_factory=dict)
+
+
+def keep_error(
+    error: float, cap: int, line_ids: Sequence[Any], slide: Slide, assumed: Mapping[str, float], many: str = "the layer"
+) -> Chosen:
+    """Slide what keeps the promise, and say what was chosen and why.
+
+    Parameters
+    ----------
+    error : of every line's reach, as a share
+    cap : all logs of the draw
+    assumed : bounds on the error of calculation that are taken for granted; that of `reference` is 0
+    many : what has ``cap`` logs, for messages
+
+    Raises
+    ------
+    UserError
+        where not even all logs can keep it; says what they can
+    """
+    trusted = trusted_of(assumed, len(line_ids))
+    option = _cheapest(error, trusted, [0.5] * len(line_ids), 2**40)
+    assert option is not None
+    half = (needed(error, option, [0.5] * len(line_ids), 2**40) or 0) // 2
+    known = slide(option.fidelity, min(cap, FIRST_LOOK, max(LEAST, half)))
+    again = _cheapest(error, trusted, known.shares, cap)
+    if again is None:
+        raise UserError(_too_small(error, trusted, known.shares, cap, many))
+    if again.fidelity != option.fidelity:
+        option, known = again, slide(again.fidelity, len(known.reach))
+    logs = len(known.reach)
+    for _ in range(MOST_REPEATS):  # where the shares of the first logs misled about it, some more
+        need = needed(error, option, slide(option.fidelity, logs).shares, cap) or cap
+        if need <= logs:
+            break
+        logs = min(cap, max(need, logs + logs // MORE))
+    record = record_of(option, slide(option.fidelity, logs).reach, line_ids, cap)
+    kept = record["together"] <= error * (1.0 + 1e-9)
+    return Chosen(option, logs, {**record, "error": error, "reached": kept})
+
+
+def trusted_of(assumed: Mapping[str, float], lines: int) -> list[Option]:
+    """The fidelities of whose calculation something is known; `reference` is the last."""
+    return [Option(name, [bound] * lines) for name, bound in {**assumed, "reference": 0.0}.items()]
+
+
+def _cheapest(error: float, options: Sequence[Option], shares: Sequence[float], cap: int) -> Option | None:
+    """The option that is likely to keep the error at the least cost; None where none can with so many logs."""
+    costs = {
+        option.fidelity: logs * COSTS[option.fidelity]
+        for option in options
+        if (logs := needed(error, option, shares, cap)) is not None
+    }
+    return min((each for each in options if each.fidelity in costs), key=lambda o: costs[o.fidelity], default=None)
+
+
+def needed(error: float, option: Option, shares: Sequence[float], cap: int) -> int | None:
+    """Logs with which sampling and calculation together come to the error, for every line; None where too many."""
+    found = 1
+    for bound, share in zip(option.bounds, shares, strict=True):
+        logs = logs_for(sigma_for(error, bound), share, cap)
+        if logs is None:
+            return None
+        found = max(found, logs)
+    return found
+
+
+def worst_of(option: Option, shares: Sequence[float], n: int) -> float:
+    """Both errors together after ``n`` logs, of the line that is farthest off."""
+    return max(together_of(bound, sigma_of(share, n)) for bound, share in zip(option.bounds, shares, strict=True))
+
+
+def spend_budget(
+    left: Callable[[], float],
+    cap: int,
+    line_ids: Sequence[Any],
+    slide: Slide,
+    assumed: Mapping[str, float],
+    decided: Callable[[Option, int], None],
+) -> Chosen:
+    """Slide what comes nearest to the truth in the time that is left, and say what was chosen and why.
+
+    Parameters
+    ----------
+    left : seconds, now
+    decided : told the fidelity and the number of logs as soon as they are chosen, and again where that number is set
+        anew on the way
+    """
+    trusted = trusted_of(assumed, len(line_ids))
+
+    def logs_in_time(done: int, seconds: float) -> int:
+        return min(cap, done + max(0, int(left() / seconds)))
+
+    def best(shares: Sequence[float], name: str, seconds: float) -> Option:
+        """By the seconds of a log at one fidelity, and what the others cost of it on the benchmark's slopes."""
+        each = {option.fidelity: seconds * COSTS[option.fidelity] / COSTS[name] for option in trusted}
+        return min(trusted, key=lambda option: worst_of(option, shares, logs_in_time(0, each[option.fidelity])))
+
+    probe = min(trusted, key=lambda option: COSTS[option.fidelity])
+    known = slide(probe.fidelity, min(PROBE, cap))
+    option = best([0.5] * len(line_ids), probe.fidelity, known.seconds)
+    if option.fidelity != probe.fidelity:
+        known = slide(option.fidelity, min(PROBE, cap))
+    for _ in range(2):  # the shares may speak for another
+        quarter = logs_in_time(len(known.reach), known.seconds) // 4
+        known = slide(option.fidelity, min(cap, max(len(known.reach), min(FIRST_LOOK, quarter))))
+        again = best(known.shares, option.fidelity, known.seconds)
+        if again.fidelity == option.fidelity:
+            break
+        option, known = again, slide(again.fidelity, min(PROBE, cap))
+    done = slide(option.fidelity, 0)
+    for part in (0.5, 1.0):  # what a log takes is known better half-way
+        more = logs_in_time(len(done.reach), done.seconds) - len(done.reach)
+        logs = len(done.reach) + (more if part == 1.0 else more // 2)
+        decided(option, len(done.reach) + more)
+        if logs > len(done.reach):
+            done = slide(option.fidelity, logs)
+    return Chosen(option, len(done.reach), record_of(option, done.reach, line_ids, cap))
+
+
+def record_of(option: Option, reach: NDArray[np.bool_], line_ids: Sequence[Any], cap: int) -> dict[str, Any]:
+    """For ``summary.json``: both errors of the line that is farthest off, apart and together, as shares."""
+    n = len(reach)
+    rows = []
+    for line_id, bound, hit in zip(line_ids, option.bounds, reach.sum(axis=0).tolist(), strict=True):
+        sampling = sampling_of(hit, n)
+        rows.append((together_of(bound, sampling / Z_95), sampling, bound, line_id))
+    together, sampling, bound, line_id = max(rows, key=lambda row: row[0])
+    return {
+        "chosen": option.fidelity,
+        "why": option.why,
+        "sampling": sampling,
+        "calculation": bound,
+        "together": together,
+        "line_id": line_id,
+        "logs": n,
+        "logs_at_most": cap,
+    }
+
+
+def _too_small(error: float, trusted: Sequence[Option], shares: Sequence[float], cap: int, many: str) -> str:
+    """What all logs can promise, and how many more it takes."""
+    best, bound = min(
+        (
+            (max(together_of(b, sampling_of(s * cap, cap) / Z_95) for b, s in zip(o.bounds, shares, strict=True)), o)
+            for o in trusted
+        ),
+        key=lambda each: each[0],
+    )
+    option = _cheapest(error, trusted, shares, 2**40)
+    assert option is not None
+    need = needed(error, option, shares, 2**40) or cap
+    digit = 10 ** max(0, math.floor(math.log10(need)) - 1)
+    return (
+        f"--error {error:g} cannot be promised with the {cap} logs of {many}: all of them, at {bound.fidelity}, allow "
+        f"--error {math.ceil(best * 1e4) / 1e4:g}; this one takes about {math.ceil(need / digit) * digit} "
+        f"at {option.fidelity}"
+    )

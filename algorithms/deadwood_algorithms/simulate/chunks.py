@@ -1,0 +1,175 @@
+"""A run, chunk by chunk: what is done is kept, so that an interrupted run goes on where it was, bit for bit."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+
+from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
+from deadwood_algorithms.scene.layers import SceneLayers
+from deadwood_algorithms.scene.releases import Releases, reached, starts_inside
+from deadwood_algorithms.simulate.batch import Batch
+from deadwood_algorithms.simulate.checkpoints import WorkFolder
+from deadwood_algorithms.simulate.queue import Queue
+from deadwood_algorithms.simulate.simulation import Simulation
+from deadwood_algorithms.simulate.sliding import reporter, slide_batch
+from deadwood_algorithms.simulate.warm_up import load_kernels
+from deadwood_algorithms.simulate.windows import scene_again, wider_scene
+from deadwood_engine import Rasters, Result
+
+# Logs worked on between two saved states: enough to keep 16 threads busy, little to lose or to hold in memory.
+CHUNK = 512
+# The first chunks are smaller, so that a run that is soon interrupted keeps something, however slow its logs are.
+FIRST_CHUNKS = (32, 64, 128, 256)  # logs after which they end
+# A state of the rasters is saved after a chunk as often as that costs so much of the time (on 4000 x 4000 cells half a
+# second, on others next to nothing), and at least so often: what an interruption loses, beside the chunk at work.
+CHECKPOINT_SHARE, CHECKPOINT_S = 0.05, 10.0
+
+# Of a chunk's result, the scene, the logs' ids and the seconds that it took: what is kept by log, and the poses.
+Keeper = Callable[[Result, SceneLayers, NDArray[np.int64], float], tuple[Mapping[str, NDArray], pa.Table]]
+
+
+@dataclass
+class DrawnScene:
+    """What is slid on, and the rasters that logs draw on it; both grow when logs come near a large DEM's window."""
+
+    layers: SceneLayers
+    rasters: Rasters
+
+    @staticmethod
+    def on(layers: SceneLayers, simulation: Simulation, work: WorkFolder, feedback: Feedback) -> DrawnScene:
+        """With the rasters of the chunks that are finished, on a window that holds them."""
+        if work.part and layers.dem.whole and layers.dem.part.joined(work.part) != layers.dem.part:
+            layers = scene_again(simulation, layers, layers.dem.part.joined(work.part), feedback)
+        rasters = Rasters.allocate(layers.scene, layers.threads, layers.danger_bands())
+        if work.finished:
+            rasters.add(work.rasters(layers.dem))
+        return DrawnScene(layers, rasters)
+
+    def widen(self, sides: list[str], simulation: Simulation, work: WorkFolder, feedback: Feedback) -> None:
+        """Begin again from the last checkpoint, on a wider window."""
+        self.rasters.workers.clear()  # before the wider ones are made
+        wider = DrawnScene.on(wider_scene(simulation, self.layers, sides, feedback), simulation, work, feedback)
+        self.layers, self.rasters = wider.layers, wider.rasters
+
+
+@dataclass
+class ChunkedRun:
+    """Logs in the order of a queue, slid until all are or its rule has enough.
+
+    keep : bool (n,), by row of the releases, whose poses are kept; keeper : what is kept of a chunk
+    """
+
+    simulation: Simulation
+    releases: Releases
+    keep: NDArray[np.bool_]
+    keeper: Keeper
+    slope: DrawnScene
+    queue: Queue
+    work: WorkFolder
+    feedback: Feedback
+    remove: Callable[[], None] = field(init=False)  # what is kept, once the results are written
+
+    def __post_init__(self) -> None:
+        self.remove = self.work.remove
+
+    def slide(self) -> None:
+        """Slide the logs that are not yet done, one chunk after the other.
+
+        A log near the side of the DEM's window has drawn on the rasters what it may not do on the whole DEM, so all
+        since the last checkpoint is slid again on a wider one.
+        """
+        queue, work, feedback = self.queue, self.work, self.feedback
+        load_kernels(self.slope.layers.shape, feedback)
+        total = queue.rows.size
+        saved, saving_s = time.perf_counter(), 0.05  # how long it takes, until that has been measured
+        for chunk, part in enumerate(queue.parts):
+            fresh = chunk >= work.finished
+            if fresh or chunk in work.lost:
+                self._until_it_fits(chunk, work.finished if fresh else chunk)
+            queue.slid = part.stop
+            last = part.stop == total
+            if queue.rule:
+                rows = queue.rows[part]
+                touched = reached(self.slope.layers.lines, work.chunk(chunk), self.releases.take(rows))
+                last = queue.rule.enough(rows.size, touched.sum(axis=0)) or last
+            since = time.perf_counter() - saved
+            due = last or since > min(CHECKPOINT_S, saving_s / CHECKPOINT_SHARE) or feedback.cancelled()
+            if fresh and due:
+                work.checkpoint(chunk + 1, self.slope.rasters.totals(), self.slope.layers.dem)
+                saving_s, saved = time.perf_counter() - saved - since, time.perf_counter()
+            if last:
+                break
+        feedback.progress(queue.slid, queue.slid, "sliding logs")
+
+    def _until_it_fits(self, chunk: int, first: int) -> None:
+        """Slide a chunk; where the window is too small, all chunks from the first on again."""
+        try:
+            todo = [chunk]
+            while todo:
+                sides = self._slide_chunk(todo[0])
+                if sides:
+                    self.slope.widen(sides, self.simulation, self.work, self.feedback)
+                todo = list(range(first, chunk + 1)) if sides else todo[1:]
+        except (Cancelled, KeyboardInterrupt, UserError) as error:
+            kept = self.queue.parts[self.work.finished].start
+            self.feedback.note(
+                f"{kept} of {self.queue.rows.size} logs are kept in {self.work.path}; --resume goes on from there"
+            )
+            if isinstance(error, UserError):  # the workers are lost
+                raise
+            raise Cancelled from error
+
+    def _slide_chunk(self, chunk: int) -> list[str]:
+        """Slide the logs of one chunk and keep what comes of them; or the sides of the window that were too near.
+
+        The rasters of the last checkpoint hold all chunks before it, so one of those that was lost is not drawn again.
+        Workers elsewhere begin with the chunks behind it while a slow log keeps it waiting.
+        """
+        queue, slope = self.queue, self.slope
+        batch = self._batch(chunk)
+        fresh = chunk >= self.work.finished
+        following = range(chunk + 1, len(queue.parts)) if fresh else ()
+        later = (self._batch(number) for number in following if queue.parts[number].start < queue.goal)
+        report = reporter(self.feedback, queue.goal, "sliding logs", before=batch.first)
+        began = time.perf_counter()
+        rasters = slope.rasters if fresh else None
+        result, sides = slide_batch(slope.layers, batch, self.simulation, report, rasters=rasters, later=later)
+        wall_s = time.perf_counter() - began
+        if not sides:
+            log_id = self.releases.logs.log_id[queue.rows[queue.parts[chunk]]]
+            self.work.save(chunk, *self.keeper(result, slope.layers, log_id, wall_s))
+        return sides
+
+    def _batch(self, chunk: int) -> Batch:
+        part = self.queue.parts[chunk]
+        rows = self.queue.rows[part]
+        layers = self.slope.layers
+        inside = layers.by_scene_line(starts_inside(layers.lines, self.releases.take(rows)))
+        return Batch(self.releases.logs.take(rows), self.keep[rows], inside, part.start, self.queue.goal)
+
+
+def queue_of(releases: Releases, *, target: float | None, line_ids: list[Any], seed: int) -> Queue:
+    """All logs in the order of their rows, or, with a target of the intervals, in an even draw."""
+    return Queue.of(releases.logs.log_id, CHUNK, FIRST_CHUNKS, target=target, line_ids=line_ids, seed=seed)
+
+
+def identity_of(simulation: Simulation, layers: SceneLayers, releases: Releases, **more: Any) -> dict[str, Any]:
+    """What decides every result, bit for bit: unfinished work goes on only where it agrees in all of it."""
+    return {
+        "version": tool.VERSION,
+        "engine": tool.engine_digest(),
+        "DEM, friction, trees, barriers, lying logs, blocks or lines": layers.digest,
+        "releases": releases.digest,
+        "fidelity": [float(number) for number in simulation.fidelity],
+        "options": [*simulation.laws.values(), simulation.inputs.shape],
+        "chunks": [CHUNK, list(FIRST_CHUNKS)],
+        **more,
+    }

@@ -1,0 +1,39 @@
+"""The steps of a computation, in their order: an interrupted one takes over those that it has kept, bit for bit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from numpy.typing import NDArray
+
+from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
+from deadwood_algorithms.simulate.checkpoints import WorkFolder
+
+
+class Steps:
+    """What comes of each step is kept beside the output until that stands; steps are always asked for in one order."""
+
+    def __init__(self, output: str, identity: Mapping[str, Any], *, resume: bool, feedback: Feedback) -> None:
+        self.feedback = feedback
+        self._work = WorkFolder(output, identity, resume=resume, feedback=feedback, draws=False)
+        self._number = self._logs = 0
+
+    def take(self, logs: int, slide: Callable[[], Mapping[str, NDArray]]) -> dict[str, NDArray]:
+        """The arrays of the next step, which slides so many logs; it does so only where that was not done before."""
+        if self._number >= self._work.finished:
+            try:
+                self._work.save(self._number, slide())
+            except (Cancelled, KeyboardInterrupt, UserError) as error:
+                self.feedback.note(
+                    f"what {self._logs} logs did is kept in {self._work.path}; --resume goes on from there"
+                )
+                if isinstance(error, UserError):  # the workers are lost
+                    raise
+                raise Cancelled from error
+        self._number, self._logs = self._number + 1, self._logs + logs
+        return self._work.chunk(self._number - 1)
+
+    def remove(self) -> None:
+        """Forget what was kept, once the results are written."""
+        self._work.remove()

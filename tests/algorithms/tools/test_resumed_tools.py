@@ -1,0 +1,138 @@
+"""Every tool that slides logs, killed in the middle and resumed: the same bytes as in one go, from one declaration."""
+
+from __future__ import annotations
+
+import json
+import signal
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pyogrio
+import pytest
+import shapely
+from killed_run import met_run
+from slope_case import Case, points, write_layer
+
+from deadwood_algorithms.evaluate.protection import effect
+from deadwood_algorithms.params.tool import Tool, UserError
+from deadwood_algorithms.params.where import SlidingOptions
+from deadwood_algorithms.simulate import chunks
+from deadwood_toolbox.shelf import TOOLS
+
+pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="signals of POSIX")
+SLIDING = {tool.name: tool for tool in TOOLS if issubclass(tool.Ask, SlidingOptions)}
+SPENT = {"cost", "cpu_s", "wall_s", "rows", "recommendation"}  # what a run took, of which no two are alike
+
+
+@pytest.fixture(scope="module")
+def case(tmp_path_factory) -> Case:
+    return Case(tmp_path_factory.mktemp("case"))
+
+
+@pytest.fixture(scope="module")
+def asked(case) -> dict[str, dict[str, Any]]:
+    """What each tool is asked; ends of the layers of one run of slide-logs."""
+    every = case.everything() | {"time_limit_s": 20.0}
+    scene = {name: value for name, value in case.values(**every).items() if name not in ("output", "trajectories")}
+    run = case.run(output=str(case.folder / "slid"), **every)
+    seen = write_layer(case.folder / "seen.gpkg", points((30.0, 45.0), (25.0, 40.0)))
+    shapes = [shapely.LineString([(8.0 + x, 52.0), (24.0 + x, 51.0)]) for x in (0.0, 28.0)]
+    could = write_layer(case.folder / "could.gpkg", shapes, barrier_id=["west", "east"])
+    plain = {name: value for name, value in scene.items() if name != "fidelity"}
+    return {
+        "slide-logs": {**scene, "trajectories": "all"},
+        "run-sites": {**scene, "by": "release_id"},
+        "calibrate-friction": {**scene, "friction": "0.2,0.3,0.4", "observed": seen},
+        "compare-fidelity": {**plain, "fidelities": "draft,standard"},
+        "vary": {**scene, "vary": "friction=0.2:0.4,log_dbh_factor", "design": "ends"},
+        "value-trees": {"run": str(run)},
+        "site-barriers": {"run": str(run), "candidates": could, "height_m": "1,3"},
+    }
+
+
+def test_these_are_all_the_tools_that_slide(asked):
+    """From one declaration: no tool has an option of the group by itself."""
+    assert set(asked) == set(SLIDING)
+    names = {each.name for each in fields(SlidingOptions)}
+    for tool in TOOLS:
+        if tool.name != "reproduce-paper":  # slides through slide-logs, site by site
+            assert (
+                not names
+                & {"scheduler", "workers", "plan"}
+                & {each.name for each in fields(tool.Ask) if tool.name not in SLIDING}
+            )
+            assert tool.name not in SLIDING or names <= {each.name for each in fields(tool.Ask)}
+
+
+def contents(output: Path) -> dict[str, Any]:
+    """All that a tool wrote, but for what it took, the words of its call and pictures of its speed."""
+    files = [output] if output.is_file() else sorted(each for each in output.rglob("*") if each.is_file())
+    found: dict[str, Any] = {}
+    for file in files:
+        name = "" if file == output else file.relative_to(output).as_posix()
+        if file.name in ("manifest.json", "comparison.png"):
+            found[name] = None
+        elif file.suffix == ".json":
+            told = json.loads(file.read_text(encoding="utf-8"))
+            found[name] = {key: value for key, value in told.items() if key not in SPENT}
+        elif file.suffix == ".gpkg":
+            for layer, _ in pyogrio.list_layers(file):
+                frame = pyogrio.read_dataframe(file, layer=layer)
+                frame = frame.drop(columns=[each for each in frame if each in SPENT])
+                found[f"{name}|{layer}"] = frame.to_wkb().to_csv() if "geometry" in frame else None
+        elif file.name == "comparison.csv":
+            table = pd.read_csv(file)
+            found[name] = table[table["quantity"] != "cpu_per_log"].to_csv()
+        elif file.name == "overview.csv":
+            table = pd.read_csv(file)
+            found[name] = table.drop(columns=[each for each in table if each in SPENT]).to_csv()
+        else:
+            found[name] = file.read_bytes()
+    return found
+
+
+@pytest.mark.parametrize("name", sorted(SLIDING))
+def test_killed_and_resumed_it_is_the_same(asked, tmp_path, monkeypatch, said, name):
+    output = "run.gpkg" if name == "value-trees" else "run"
+    config, whole, killed = tmp_path / "ask.json", tmp_path / "whole", tmp_path / "killed"
+    config.write_text(json.dumps(asked[name]))
+    whole.mkdir()
+    killed.mkdir()
+    ran = met_run(name, config, whole, 0, 0, 0.0, output=output)
+    assert ran.returncode == 0, ran.stderr
+    assert not list(whole.glob(".*")), "nothing is left beside a result"
+    kept: list[Path] = []
+    moments = int(ran.stdout.split("moments: ")[1].split()[0])
+    for share in (0.3, 0.5, 0.7, 0.8, 0.9, 0.2, 0.1):  # until one falls among the chunks
+        ran = met_run(name, config, killed, signal.SIGKILL, int(share * moments), 0.0, output=output)
+        kept = [*killed.rglob(".*.part/logs_*.npz"), *killed.glob(".*/sites/**/logs_*.npz")]
+        if kept and ran.returncode == -signal.SIGKILL:
+            break
+    assert ran.returncode == -signal.SIGKILL, ran.stderr
+    assert kept, [each.name for each in killed.iterdir()]
+    assert not (killed / output).exists()
+
+    monkeypatch.setattr(chunks, "CHUNK", 4)
+    monkeypatch.setattr(chunks, "CHECKPOINT_S", 0.0)
+    monkeypatch.setattr(effect, "CHUNK", 20)
+    tool: Tool = SLIDING[name]
+    changed = {"time_limit_s": 21.0} if "dem" in asked[name] else {"seed": 1, "logs": 20}
+    if name != "run-sites":  # whose sites are slid anew where their inputs changed
+        with pytest.raises(UserError, match="was begun with other"):
+            tool(**{**asked[name], **changed}, output=str(killed / output), resume=True)
+    tool(feedback=said, **asked[name], output=str(killed / output), resume=True)
+    assert name == "run-sites" or any("finished chunks of logs are taken over" in note for note in said.notes)
+    assert contents(killed / output) == contents(whole / output)
+    assert [each.name for each in killed.iterdir()] == [output]
+
+
+@pytest.mark.parametrize("name", sorted(SLIDING))
+def test_a_plan_writes_nothing(asked, tmp_path, name):
+    output = tmp_path / ("run.gpkg" if name == "value-trees" else "run")
+    outcome = SLIDING[name](**asked[name], output=str(output), plan=True, plan_logs=20)
+    assert outcome.facts["logs"] >= outcome.facts["pilot_logs"] > 0
+    assert outcome.facts["core_hours"] > 0.0
+    assert any(line.startswith("16 workers:") for line in outcome.lines)
+    assert not list(tmp_path.iterdir())
