@@ -241,7 +241,7 @@ def test_what_a_release_does_is_no_depth_and_what_came_in_below_the_border_has_l
         (False, 1.01 * least, 0.0, True), (False, math.nan, 0.0, False),
     ):  # fmt: skip
         summary, way, *_ = booked(plain, scene, (0, 1, -depth), whole=whole)
-        assert (summary.penetration, way.sunk) == (pytest.approx(told), sunk)
+        assert (summary.penetration, way.undermined) == (pytest.approx(told), sunk)
 
 
 def test_a_step_without_contacts_is_airborne(plain, scene):
