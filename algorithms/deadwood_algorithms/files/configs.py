@@ -20,11 +20,11 @@ def value_from_json(parameter: Parameter, value: Any) -> Any:
     kind = parameter.of_kind
     if kind.json_as_it_is:
         return value  # Tool.check refuses what does not fit
-    if kind.number_as_text and isinstance(value, (int, float)) and not isinstance(value, bool):
-        return str(value)
+    if (kind.number_as_text or kind.number_or_text) and isinstance(value, (int, float)) and not isinstance(value, bool):
+        return str(value) if kind.number_as_text else value
     if not isinstance(value, str) or not value.strip():
         raise UserError(f"'{parameter.name}' is {json.dumps(value)}, but must be text ({parameter.label})")
-    return value
+    return kind.from_text(parameter, value) if kind.number_or_text else value
 
 
 def read_config(path: str, tool: Tool, note: Callable[[str], None] = UNHEARD) -> dict[str, Any]:

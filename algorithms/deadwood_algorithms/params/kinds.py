@@ -90,6 +90,14 @@ def _number(parameter: Parameter, text: str) -> float:
         raise UserError(f"{parameter.flag} is '{text}', but must be a number{hint}") from None
 
 
+def _number_or_layer(parameter: Parameter, text: str) -> float | str:
+    """The number itself, which stays one from here on; else the path of a layer."""
+    try:
+        return float(_words(parameter, text))
+    except ValueError:
+        return text
+
+
 def _whole(parameter: Parameter, text: str) -> int:
     if not re.fullmatch(r"[+-]?[0-9]{1,30}", text.strip()):
         raise UserError(f"{parameter.flag} is '{text}', but must be a whole number")
@@ -164,6 +172,8 @@ class Kind:
         In a file of parameters the value stands as JSON has it (a number, true); else it must be a text there.
     number_as_text : bool
         A number is taken for the text of it, as one types it.
+    number_or_text : bool
+        It stands as a number where it is one, else as a text; a text that reads as a number is that number.
     switch : bool
         The flag takes no value: ``--overwrite``, ``--no-overwrite``.
     widget : str
@@ -177,6 +187,7 @@ class Kind:
     check: Callable[[Parameter, Any], None] = _check_nothing
     json_as_it_is: bool = False
     number_as_text: bool = False
+    number_or_text: bool = False
     switch: bool = False
     widget: str = ""
 
@@ -188,7 +199,11 @@ KINDS = {
     "folder": Kind(metavar="FOLDER", direction="input"),
     "file": Kind(metavar="FILE", direction="input"),
     "number_or_layer": Kind(
-        metavar="NUMBER|LAYER", direction="input", check=_check_number_or_layer, number_as_text=True
+        metavar="NUMBER|LAYER",
+        direction="input",
+        from_text=_number_or_layer,
+        check=_check_number_or_layer,
+        number_or_text=True,
     ),
     "number": Kind(metavar="NUMBER", from_text=_number, check=_check_number, json_as_it_is=True),
     "integer": Kind(metavar="WHOLE", from_text=_whole, check=_check_whole, json_as_it_is=True),

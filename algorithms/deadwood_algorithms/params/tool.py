@@ -257,7 +257,12 @@ class Tool:
         for name in required:
             if values.get(name) is None:
                 raise UserError(f"{self.name}: {known[name].flag} is missing ({known[name].label})")
-        return self.Ask(**values)
+        numbers = {
+            name: known[name].of_kind.from_text(known[name], value)
+            for name, value in values.items()
+            if known[name].of_kind.number_or_text and isinstance(value, str)
+        }
+        return self.Ask(**{**values, **numbers})
 
 
 def taken(ask: Any, record: type[Record]) -> Record:

@@ -47,7 +47,7 @@ from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 @dataclass(frozen=True, kw_only=True)
 class Ask:
     dem: str = tool.terrain("Terrain (DEM)")
-    friction: str = tool.number_or_layer(
+    friction: str | float = tool.number_or_layer(
         "Friction coefficient",
         default="0.25",
         minimum=0.0,
@@ -108,7 +108,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.scene.friction import open_friction
 
     refuse_contradictions(ask)
-    inputs = (ask.dem, ask.deadwood, None if is_number(ask.friction) else ask.friction)
+    inputs = (ask.dem, ask.deadwood, None if is_number(ask.friction) else str(ask.friction))
     with ExitStack() as stack:
 
         def place(path: str | None, suffix: str) -> Path | None:
@@ -163,7 +163,7 @@ def refuse_contradictions(ask: Ask) -> None:
         raise UserError("--deadwood needs --assessed, a file for its judgement, or --areas")
 
 
-def is_number(text: str) -> bool:
+def is_number(text: str | float) -> bool:
     try:
         float(text)
     except ValueError:

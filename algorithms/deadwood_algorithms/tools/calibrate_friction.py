@@ -109,7 +109,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     sweep = coefficients(ask.friction)
     did = refuse_unclear(ask)
     with output_folder(ask.output, ask.overwrite) as folder:
-        least = replace(ask, friction=str(sweep[0]))  # with it logs go farthest: the window that they need
+        least = replace(ask, friction=float(sweep[0]))  # with it logs go farthest: the window that they need
         layers, releases = read_released_scene(least, feedback, windowed=True)
         watched = friction_runs.Watched.of(ask.reached, ask.not_reached, layers, feedback)
         logs = releases.take(hash_order(releases.logs.log_id, ask.seed)[: ask.logs])

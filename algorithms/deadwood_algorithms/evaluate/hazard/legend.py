@@ -33,6 +33,11 @@ def class_bounds(text: str, flag: str, most: float = np.inf) -> list[float]:
     return found
 
 
+def ranges_of(bounds: Sequence[float]) -> list[tuple[float | None, float | None]]:
+    """Both ends of each class between such bounds; None where it has no end."""
+    return list(pairwise([None, *bounds, None]))
+
+
 def rising_labels(bounds: Sequence[float], unit: str) -> list[str]:
     """``below 30 kJ``, ``30 to 300 kJ``, ``300 kJ and more``."""
     between = [f"{low:g} to {high:g} {unit}" for low, high in pairwise(bounds)]
