@@ -243,7 +243,7 @@ def test_every_manifest_names_version_and_engine(toy, out):
 
 def test_the_engines_digest_is_that_of_its_cache_and_costs_no_import(checkout):
     look = (
-        "import sys; from deadwood_algorithms.tool import engine_digest; print(engine_digest());"
+        "import sys; from deadwood_algorithms.params.tool import engine_digest; print(engine_digest());"
         "print('numba' in sys.modules);"
         "from deadwood_engine import compiled; print((getattr(compiled, 'engine_digest', None) or compiled._digest)())"
     )

@@ -133,6 +133,7 @@ def test_a_tool_keeps_to_its_floor(path):
 @pytest.mark.parametrize("path", [case for case in files_of(TOOLBOX) if not case.id.startswith("qgis_plugin/")])
 def test_the_front_door_never_reaches_past_the_tools(path):
     allowed = {"click", "tqdm", "deadwood_algorithms", "deadwood_toolbox"}
+    allowed |= {"babel"} if path.name == "translations.py" else set()  # for who works on this; no command imports it
     assert foreign(path.read_text(encoding="utf-8"), "deadwood_toolbox", allowed) == set()
 
 
