@@ -108,7 +108,7 @@ def lay_out(path: Path, cells: int, *, sparse: bool, of_region: bool = False) ->
                 overview_resampling="NEAREST",
                 overviews="IGNORE_EXISTING",
                 bigtiff="IF_SAFER",
-                sparse_ok="YES" if sparse else "NO",
+                sparse_ok="YES",
             )
         os.replace(beside, path)
     finally:
