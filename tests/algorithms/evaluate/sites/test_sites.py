@@ -61,9 +61,9 @@ def test_merged_rasters_are_those_of_all_cells_one_by_one(monkeypatch, seed):
         values: dict[tuple[str, int], np.ndarray] = {}
         for name in mosaic.COUNTS:
             values[f"{name}.tif", 1] = np.where(stored, rng.integers(0, 9, shape), 0).astype(np.uint32)
-        for name in mosaic.MAXIMA:
+        for file, band in mosaic.MAXIMA.values():
             drawn = np.where(rng.random(shape) < 0.3, np.nan, rng.random(shape)).astype(np.float32)
-            values[f"{name}.tif", 1] = np.where(stored, drawn, np.float32(np.nan))
+            values[f"{file}.tif", band] = np.where(stored, drawn, np.float32(np.nan))
         values["reach_probability.tif", 1] = np.where(rng.random(shape) < 0.1, np.nan, 0.0)
         for band in (1, 2):
             values[mosaic.DANGER_COUNT, band] = rng.integers(0, 5, shape).astype(np.uint32)
@@ -80,8 +80,8 @@ def test_merged_rasters_are_those_of_all_cells_one_by_one(monkeypatch, seed):
         mine = [k for k in range(3) if place in cells(parts[k])]
         for name in mosaic.COUNTS:
             assert total[name][j, i] == sum(int(layers[k][f"{name}.tif", 1][place]) for k in mine)
-        for name in mosaic.MAXIMA:
-            known = [v for k in mine if np.isfinite(v := layers[k][f"{name}.tif", 1][place])]
+        for name, (file, band) in mosaic.MAXIMA.items():
+            known = [v for k in mine if np.isfinite(v := layers[k][f"{file}.tif", band][place])]
             assert np.array_equal(total[name][j, i], max(known, default=np.float32(np.nan)), equal_nan=True)
         for band in (1, 2):
             assert total["danger"][band - 1, j, i] == sum(
