@@ -96,7 +96,7 @@ ENDINGS = {
     "output_file": ".html",
 }
 # What a run cost and where it went, and files that hold it or a picture of it.
-COSTS = {"cost", "output", "folder", "seconds"}
+COSTS = {"made_utc", "seal", "files", "cost", "output", "folder", "seconds"}
 NOT_COMPARED = {"comparison.csv", "comparison.json", "comparison.png", "overview.csv", "overview.gpkg"}
 
 
