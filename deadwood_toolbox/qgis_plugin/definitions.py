@@ -28,7 +28,6 @@ from qgis.core import (
     QgsProcessingParameterFileDestination,
     QgsProcessingParameterFolderDestination,
     QgsProcessingParameterMapLayer,
-    QgsProcessingParameterMatrix,
     QgsProcessingParameterNumber,
     QgsProcessingParameterRasterDestination,
     QgsProcessingParameterRasterLayer,
@@ -165,12 +164,10 @@ def _number(declared: dict[str, Any], name: str, label: str, optional: bool) -> 
     return made
 
 
-def _numbers(declared: dict[str, Any], name: str, label: str, optional: bool) -> QgsProcessingParameterMatrix:
-    """A table of one column to which rows can be added; a text with commas is taken as well."""
-    default = list(declared["default"] or ())
-    return QgsProcessingParameterMatrix(
-        name, label, numberRows=len(default), headers=[label], defaultValue=default, optional=optional
-    )
+def _numbers(declared: dict[str, Any], name: str, label: str, optional: bool) -> QgsProcessingParameterString:
+    """A text with commas, or from:to:step: a table without rows counts as missing, even where none is the default."""
+    default = ",".join(f"{each:g}" for each in declared["default"] or ())
+    return QgsProcessingParameterString(name, label, defaultValue=default or None, optional=optional or not default)
 
 
 def _destination(make: Callable[..., QgsProcessingParameterDefinition], **facts: Any) -> Widget:
