@@ -26,6 +26,8 @@ TILE_CELLS = 256
 # window of a DEM even empty tiles are looked at (4.3 CPU seconds of 30 000 x 30 000 cells): each of many runs on a DEM
 # writes such, so there the limit is lower (11 500 x 11 500), but not for what is written once of a whole region.
 COG_FROM_CELLS, COG_UP_TO_CELLS, SPARSE_UP_TO_CELLS = 4 * TILE_CELLS**2, 2**31, 2**27
+# Packing costs more than copying: what is copied at once is packed by that alone, up to 256 MB a band on the disk.
+UNPACKED_UP_TO_CELLS = 2**26
 COPYING_BYTES = 128 * 2**20  # GDAL's cache while it copies, else a share of the machine's memory
 
 
@@ -87,13 +89,18 @@ class Statistics:
         return {f"STATISTICS_{name}": f"{value:.8g}" for name, value in found.items()}
 
 
+def is_laid_out(cells: int, *, sparse: bool, of_region: bool = False) -> bool:
+    """Whether `lay_out` copies a raster of so many cells."""
+    return COG_FROM_CELLS < cells <= (SPARSE_UP_TO_CELLS if sparse and not of_region else COG_UP_TO_CELLS)
+
+
 def lay_out(path: Path, cells: int, *, sparse: bool, of_region: bool = False) -> None:
     """Turn a large GeoTIFF into a cloud-optimised one with overviews; small ones stay as they are.
 
     An overview holds values that stand in the raster (the nearest), so that a count stays a count. ``sparse`` is a
     raster of which tiles are missing, ``of_region`` one that is written once of many runs, and may take its time.
     """
-    if not COG_FROM_CELLS < cells <= (SPARSE_UP_TO_CELLS if sparse and not of_region else COG_UP_TO_CELLS):
+    if not is_laid_out(cells, sparse=sparse, of_region=of_region):
         return
     beside = path.with_name(f".{path.name}.cog")
     try:
@@ -108,7 +115,7 @@ def lay_out(path: Path, cells: int, *, sparse: bool, of_region: bool = False) ->
                 overview_resampling="NEAREST",
                 overviews="IGNORE_EXISTING",
                 bigtiff="IF_SAFER",
-                sparse_ok="YES" if sparse else "NO",
+                sparse_ok="YES",
             )
         os.replace(beside, path)
     finally:

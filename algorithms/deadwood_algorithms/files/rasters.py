@@ -6,6 +6,7 @@ What is outside (nodata, NaN, off the grid) is NaN, never a height.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,14 @@ from deadwood_algorithms.files import remedies, styles
 from deadwood_algorithms.files.ascii_grid import refuse_broken_ascii, why_not_ascii
 from deadwood_algorithms.files.crs import accuracy_words, horizontal, same_crs
 from deadwood_algorithms.files.embedded import tags_now
-from deadwood_algorithms.files.geotiff import TILE_CELLS, Statistics, geotiff_profile, lay_out
+from deadwood_algorithms.files.geotiff import (
+    TILE_CELLS,
+    UNPACKED_UP_TO_CELLS,
+    Statistics,
+    geotiff_profile,
+    is_laid_out,
+    lay_out,
+)
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.inputs import refuse_missing
 from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
@@ -154,17 +162,26 @@ def write_bands(
     profile = geotiff_profile(frame.shape, frame.crs, frame.transform, dtype, nodata, len(bands))
     if len(bands) > 1:
         profile["interleave"] = "band"
-    if grid.whole is not None:
-        profile["sparse_ok"] = True  # tiles beyond the window are not stored, and read as nodata or 0
+    cells, sparse = frame.shape[0] * frame.shape[1], grid.whole is not None
+    if cells <= UNPACKED_UP_TO_CELLS and is_laid_out(cells, sparse=sparse):
+        profile = {name: value for name, value in profile.items() if name not in ("compress", "predictor")}
+    profile["sparse_ok"] = True  # tiles that hold nothing are not stored, and read as nodata or 0
     top = frame.shape[0] - part.row - part.rows
-    place = Window(part.column, top, part.columns, part.rows)  # type: ignore[call-arg]
+    # rows from the north, so that each strip fills whole tiles of the file
+    borders = [0, *range(TILE_CELLS - top % TILE_CELLS, part.rows, TILE_CELLS), part.rows]
+    strips = [slice(*ends) for ends in pairwise(borders)]
+
+    def place(rows: slice) -> Window:
+        return Window(part.column, top + rows.start, part.columns, rows.stop - rows.start)  # type: ignore[call-arg]
+
     with rasterio.open(path, "w", **profile) as target:
         target.update_tags(**tags_now())
         for number, (description, values) in enumerate(bands.items(), start=1):
-            north_up = _north_up(values, dtype)
-            target.write(north_up, number, window=place)
+            for rows in strips:
+                if not _is_empty(strip := _north_up(values, dtype, rows), nodata):
+                    target.write(strip, number, window=place(rows))
             of_band = Statistics(nodata)
-            of_band.take(north_up)
+            of_band.take(values[::-1].astype(dtype, copy=False))
             target.update_tags(number, **of_band.tags())
             if units[number - 1]:
                 target.set_band_unit(number, units[number - 1])
@@ -173,21 +190,27 @@ def write_bands(
         if colours:
             table = {value: (*bytes.fromhex(colour[1:]), 255) for value, colour in colours.items()}
             target.write_colormap(1, {0: (0, 0, 0, 0)} | table)
-    lay_out(Path(path), frame.shape[0] * frame.shape[1], sparse=grid.whole is not None)
+    lay_out(Path(path), cells, sparse=sparse)
     with rasterio.open(path) as written:
         for number, values in enumerate(bands.values(), start=1):
-            north_up = _north_up(values, dtype)
-            for start in range(0, part.rows, TILE_CELLS):
-                rows = slice(start, min(part.rows, start + TILE_CELLS))
-                strip = Window(part.column, top + start, part.columns, rows.stop - start)  # type: ignore[call-arg]
-                if not np.array_equal(written.read(number, window=strip), north_up[rows], equal_nan=dtype[0] == "f"):
+            for rows in strips:
+                there = written.read(number, window=place(rows))
+                if not np.array_equal(there, _north_up(values, dtype, rows), equal_nan=dtype[0] == "f"):
                     raise OSError(f"{path}: what was written does not read back")
     if style:
         styles.store_beside(Path(path), styles.of_raster(style, next(iter(bands.values()))))
 
 
-def _north_up(values: np.ndarray, dtype: str) -> np.ndarray:
-    return np.ascontiguousarray(values[::-1], dtype=dtype)
+def _north_up(values: np.ndarray, dtype: str, rows: slice) -> np.ndarray:
+    """These rows of a raster, counted from the north."""
+    return np.ascontiguousarray(values[::-1][rows], dtype=dtype)
+
+
+def _is_empty(values: np.ndarray, nodata: float | None) -> bool:
+    """Whether all are what reads where nothing is stored."""
+    if nodata is not None and np.isnan(nodata):
+        return bool(np.isnan(values).all())
+    return not np.any(values != (nodata or 0))
 
 
 def open_raster(path: str | Path, what: str) -> Any:

@@ -37,9 +37,15 @@ def danger_bands(
     passed : shape (ny, nx), logs that passed each cell
     danger : shape (lines + 1, ny, nx), those that reached any line afterwards, then each line
     """
-    few = passed < least
-    count = np.where(few, np.nan, passed).astype(np.float32)
-    shares = [(reached / np.where(few, np.nan, passed)).astype(np.float32) for reached in danger]
+    enough = passed >= least
+    of = passed[enough].astype(np.float64)
+
+    def where_enough(values: NDArray[np.float64]) -> NDArray[np.float32]:
+        band = np.full(passed.shape, np.nan, np.float32)
+        band[enough] = values
+        return band
+
+    count, shares = where_enough(of), [where_enough(reached[enough] / of) for reached in danger]
     return {ANY: shares[0], COUNT: count} | dict(zip(map(str, line_ids), shares[1:], strict=True))
 
 

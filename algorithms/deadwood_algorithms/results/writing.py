@@ -447,7 +447,8 @@ def write_run_rasters(
     With ``danger_counts`` and lines, the counts behind the seventh are an eighth.
     """
     total = rasters.totals()
-    total["energy_max"] = total["energy_max"] / np.float32(1000.0)
+    rasters.workers.clear()  # what they drew is written, and is the most that a run on a large DEM holds
+    total["energy_max"] /= np.float32(1000.0)
     written = write_maps(folder, total, layers.dem, n_logs)
     if "danger" in total:
         written["danger"] = write_danger(folder, total, layers.dem, layers.lines.ids, danger_least)
@@ -481,7 +482,9 @@ def bands_of(name: str, meaning: str) -> list[tuple[str, str]]:
 
 def shares_of(hits: NDArray[np.uint32], n_logs: int, outside: NDArray[np.bool_]) -> NDArray[np.float32]:
     """The share of the logs that passed each cell; NaN where there is no ground."""
-    share = (hits / np.float32(n_logs)).astype(np.float32)
+    share = np.empty(hits.shape, np.float32)
+    for row, counts in zip(share, hits, strict=True):  # in double precision, a row at a time
+        row[:] = counts / np.float32(n_logs)
     share[outside] = np.nan
     return share
 

@@ -11,8 +11,9 @@ import rasterio
 from rasterio.transform import Affine, from_origin
 
 from deadwood_algorithms.files.dem_windows import read_dem
-from deadwood_algorithms.files.grid import Grid
-from deadwood_algorithms.files.rasters import read_raster_on, write_raster
+from deadwood_algorithms.files.geotiff import TILE_CELLS
+from deadwood_algorithms.files.grid import Grid, Part
+from deadwood_algorithms.files.rasters import read_raster_on, write_bands, write_raster
 from deadwood_algorithms.params.tool import UserError
 
 # 3 rows, 4 columns as on a map: the north-west corner first. Every value tells its place.
@@ -360,3 +361,36 @@ def test_a_file_that_is_no_raster_is_refused(tmp_path, content):
 def test_a_missing_file_and_a_folder_are_refused(tmp_path):
     assert "does not exist" in refused(tmp_path / "none.tif")
     assert "is a folder that holds no tile" in refused(tmp_path)
+
+
+@pytest.mark.parametrize("side", [700, 300], ids=["laid out anew", "as written"])
+@pytest.mark.parametrize(
+    "part", [None, Part(30, 11, 201, 217), Part(10, 0, 290, 256)], ids=["whole", "window", "whole tiles of one"]
+)
+@pytest.mark.parametrize(
+    ("dtype", "nodata", "nothing"),
+    [("uint32", None, 0), ("uint8", 0, 0), ("float32", np.nan, np.nan), ("float32", -9999.0, -9999.0),
+     ("float32", None, 0.0)],
+)  # fmt: skip
+def test_tiles_that_hold_nothing_are_not_stored_and_read_as_they_were(tmp_path, dtype, nodata, nothing, part, side):
+    grid = Grid.empty((side, side), 0.5, 2_600_000.25, 1_200_000.25, pyproj.CRS(2056))
+    grid = grid.window(part) if part else grid
+    bands = {name: np.full(grid.shape, nothing, dtype) for name in ("one", "two")}
+    bands["one"][5:9, 3:150] = 7
+    bands["two"][-1, -1] = 9
+    write_bands(tmp_path / "out.tif", bands, grid, nodata=nodata, dtype=dtype, units=["", ""])
+    frame = np.full((side, side), nothing, dtype)
+    with rasterio.open(tmp_path / "out.tif") as written:
+        for number, values in enumerate(bands.values(), start=1):
+            frame[grid.part.slices] = values
+            assert np.array_equal(written.read(number), frame[::-1], equal_nan=dtype == "float32")
+        across = range(-(-side // TILE_CELLS))
+        stored = [
+            {(y, x) for y in across for x in across if written.get_tag_item(f"BLOCK_SIZE_{x}_{y}", "TIFF", bidx=n)}
+            for n in (1, 2)
+        ]
+    north, column = side - grid.part.row, grid.part.column
+    one = {(y // TILE_CELLS, x // TILE_CELLS) for y in (north - 9, north - 6) for x in (column + 3, column + 149)}
+    two = {((north - grid.shape[0]) // TILE_CELLS, (column + grid.shape[1] - 1) // TILE_CELLS)}
+    laid_out = side > 2 * TILE_CELLS  # there, a tile has the cells of all bands
+    assert stored == ([one | two] * 2 if laid_out else [one, two])
