@@ -7,7 +7,7 @@ The same logs of the study's forest slide on 1, 2, ... threads of one process, a
 ``--scheduler local``; a round takes each of them once, and what is said is the median of the rounds. Where other work
 keeps the cores busy, as the load says, wall times tell how much of them a run got; the CPU seconds of all its
 processes, beside those of the logs alone, tell what there is to lose by it. For many workers the rule by which pieces
-go out (`spread.workers.piece_size`) is played with what each of these logs took, and with what a piece was found to
+go out (`simulate.workers.piece_size`) is played with what each of these logs took, and with what a piece was found to
 cost beside its logs.
 """
 

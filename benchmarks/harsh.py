@@ -9,9 +9,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from deadwood_algorithms.numbers.statistics import wilson_interval
 from numpy.typing import NDArray
 
+from deadwood_algorithms.stats.statistics import wilson_interval
 from deadwood_engine import FIDELITIES, Barriers, Lines, Logs, Result, Scene, Trees, slide
 
 from . import scenes, study

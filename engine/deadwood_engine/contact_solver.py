@@ -246,6 +246,17 @@ def find_old(contacts, keys, count, old_keys, old_count):
                 break
 
 
+@kernel
+def add_impulse(c, state, pn, pt, pu):
+    """Add a contact's impulse (n, t, u), per mass [m/s], to the velocities (eq. 5)."""
+    state[VX] += c.nx * pn + c.tx * pt + c.ux * pu
+    state[VY] += c.ny * pn + c.ty * pt + c.uy * pu
+    state[VZ] += c.nz * pn + c.tz * pt + c.uz * pu
+    state[WX] += c.bnx * pn + c.btx * pt + c.bux * pu
+    state[WY] += c.bny * pn + c.bty * pt + c.buy * pu
+    state[WZ] += c.bnz * pn + c.btz * pt + c.buz * pu
+
+
 @inlined
 def warm_start(contacts, count, state, old_contacts, ratio):
     """Start each contact from its impulse of the step before, turned into its new frame and put back on its cone.
@@ -268,12 +279,7 @@ def warm_start(contacts, count, state, old_contacts, ratio):
             pt *= c.mu * pn / size
             pu *= c.mu * pn / size
         c.pn, c.pt, c.pu = pn, pt, pu
-        state[VX] += c.nx * pn + c.tx * pt + c.ux * pu
-        state[VY] += c.ny * pn + c.ty * pt + c.uy * pu
-        state[VZ] += c.nz * pn + c.tz * pt + c.uz * pu
-        state[WX] += c.bnx * pn + c.btx * pt + c.bux * pu
-        state[WY] += c.bny * pn + c.bty * pt + c.buy * pu
-        state[WZ] += c.bnz * pn + c.btz * pt + c.buz * pu
+        add_impulse(c, state, pn, pt, pu)
 
 
 @inlined

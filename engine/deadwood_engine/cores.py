@@ -133,7 +133,8 @@ def near(cores, frame, cell, listed, table, bx, by, tx, ty, reach):
     """List the cores within reach [m] of the log's axis in plan (base to tip), in its frame; returns the count.
 
     Listed is what is no farther than ``reach`` from axis to axis in plan [m], less the core's largest radius: by the
-    core alone, whatever else there is and however the index is laid out. Tools count on that (``values.siting``).
+    core alone, whatever else there is and however the index is laid out. Tools count on that
+    (``evaluate.protection.siting``).
     """
     if cores.solid.shape[0] == 0:
         return 0
@@ -142,8 +143,6 @@ def near(cores, frame, cell, listed, table, bx, by, tx, ty, reach):
         cores.index, listed,
         ox + min(bx, tx) - reach, oy + min(by, ty) - reach, ox + max(bx, tx) + reach, oy + max(by, ty) + reach,
     )  # fmt: skip
-    ex, ey = tx - bx, ty - by
-    square = ex * ex + ey * ey
     count = 0
     for m in range(found):
         item = listed[m]
@@ -151,11 +150,7 @@ def near(cores, frame, cell, listed, table, bx, by, tx, ty, reach):
         x = (cores.node[item, 0] - frame[0]) * cell + core.x
         y = (cores.node[item, 1] - frame[1]) * cell + core.y
         if core.ux == 0.0 and core.uy == 0.0:
-            share = 0.0
-            if square > 0.0:
-                share = min(1.0, max(0.0, ((x - bx) * ex + (y - by) * ey) / square))
-            gx, gy = bx + share * ex - x, by + share * ey - y
-            apart = math.sqrt(gx * gx + gy * gy)
+            apart = math.sqrt(_beside(x, y, bx, by, tx, ty))
         else:
             apart = _apart_in_plan(bx, by, tx, ty, x, y, x + core.long * core.ux, y + core.long * core.uy)
         if apart - max(core.wide, core.wide + core.long * core.slope) > reach:

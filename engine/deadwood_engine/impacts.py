@@ -35,7 +35,7 @@ import math
 
 from .asymmetric_top import energy_of
 from .compiled import kernel
-from .contact_solver import disc_impulse, solve
+from .contact_solver import add_impulse, disc_impulse, solve
 from .contacts import along_normal, along_t, along_u
 from .energy import impulse_work
 from .limits import LEAST_APPROACH
@@ -74,7 +74,7 @@ def settle(contacts, count, state, rolling, tolerance, sweeps, share):
             c.pn, c.pt, c.pu = qn, qt, qu
             qn, qt, qu = qn - pn, qt - pt, qu - pu
             change = max(change, c.gnn * abs(qn), c.gtt * abs(qt), c.guu * abs(qu))
-            _add(c, state, qn, qt, qu)
+            add_impulse(c, state, qn, qt, qu)
         most = min(most, rolls)
         renewed = min(most, max(-most, rolling.moment - rolling.inertia * spin_of(state)))
         turn = (renewed - rolling.moment) / rolling.inertia
@@ -84,17 +84,6 @@ def settle(contacts, count, state, rolling, tolerance, sweeps, share):
         state[WY] += turn * state[DY]
         state[WZ] += turn * state[DZ]
     return used
-
-
-@kernel
-def _add(c, state, qn, qt, qu):
-    """Add a contact's impulse (n, t, u) [m/s] to the velocities (eq. 5)."""
-    state[VX] += c.nx * qn + c.tx * qt + c.ux * qu
-    state[VY] += c.ny * qn + c.ty * qt + c.uy * qu
-    state[VZ] += c.nz * qn + c.tz * qt + c.uz * qu
-    state[WX] += c.bnx * qn + c.btx * qt + c.bux * qu
-    state[WY] += c.bny * qn + c.bty * qt + c.buy * qu
-    state[WZ] += c.bnz * qn + c.btz * qt + c.buz * qu
 
 
 @kernel

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from deadwood_algorithms import schemas
+from deadwood_algorithms.files.quantities import is_gap
 from deadwood_algorithms.params.tool import Feedback, UserError
 
 if TYPE_CHECKING:
@@ -70,8 +71,6 @@ def number_column(
 def _gap_words(column: Any) -> np.ndarray:
     """Which cells hold a word for a gap (k.A., n/d, #NV) in place of a number."""
     import pandas
-
-    from deadwood_algorithms.files.quantities import is_gap
 
     if pandas.api.types.is_numeric_dtype(column):
         return np.zeros(len(column), bool)

@@ -14,13 +14,14 @@ import numpy as np
 
 from deadwood_algorithms.files.units import KINDS, WORDS
 
+MISSING_WORDS = ("", "na", "n/a", "nan", "null", "none", "-", "#n/a")  # for a gap in any column, in lower case
 # Words for a gap in a column of numbers, in lower case without blanks; those of spreadsheets' errors, too.
 GAP_WORDS = frozenset(
-    {"", "na", "n/a", "n.a.", "n.a", "nan", "null", "none", "nil", "-", "--", "---", "–", "—", "?"}
+    {*MISSING_WORDS, "n.a.", "n.a", "nil", "--", "---", "–", "—", "?"}
     | {"k.a.", "k.a", "ka", "k/a", "keineangabe", "keineangaben", "unbekannt", "fehlt", "n.b.", "nichterhoben"}
     | {"nd", "n/d", "n.d.", "n.d", "nc", "n.c.", "n.r.", "nr", "s.d.", "sansdonnée", "inconnu", "nonmesuré"}
     | {"nondisponibile", "nonrilevato", "sconosciuto", "sindato", "unknown", "missing", "nodata"}
-    | {"#n/a", "#na", "#nv", "#n/v", "#n/d", "#nd", "#wert!", "#value!", "#valeur!", "#valore!", "#div/0!", "#ref!"}
+    | {"#na", "#nv", "#n/v", "#n/d", "#nd", "#wert!", "#value!", "#valeur!", "#valore!", "#div/0!", "#ref!"}
     | {"#bezug!", "#rif!", "#num!", "#zahl!", "#null!", "#name?"}
 )
 NUMBER = r"\d+(?:[.,]\d*)?|[.,]\d+"

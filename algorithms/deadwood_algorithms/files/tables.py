@@ -17,11 +17,10 @@ import pandas as pd
 
 from deadwood_algorithms.files.free_memory import GIB, SHARE, free_bytes
 from deadwood_algorithms.files.inputs import refuse_missing
-from deadwood_algorithms.files.quantities import is_gap
+from deadwood_algorithms.files.quantities import MISSING_WORDS, is_gap
 from deadwood_algorithms.params.tool import UserError
 
 TEXT_SUFFIXES = (".csv", ".txt", ".tsv", ".tab", ".dat", ".xyd", ".xyz")
-MISSING_WORDS = ("", "na", "n/a", "nan", "null", "none", "-", "#n/a")
 SUM_WORDS = r"(summe|total|totale|somme|suma|sum|mittel|mittelwert|mean|average|moyenne|media|anzahl|nombre|count)\W*"
 SAMPLE_LINES = 50
 MOST_TITLE_LINES = 12

@@ -68,6 +68,23 @@ class ProgressOnly(Quiet):
         self.progress, self.cancelled = feedback.progress, feedback.cancelled
 
 
+class Stage(ProgressOnly):
+    """The caller's feedback while one step of a longer work is done: its progress, and its warnings if it ``warns``,
+    bear the step's name (progress that of its ``place``); its notes would only repeat."""
+
+    def __init__(self, feedback: Feedback, name: str, *, place: str = "", warns: bool = True) -> None:
+        super().__init__(feedback)
+        self.feedback, self.name, self.place, self.warns = feedback, name, place or name, warns
+        self.progress = self._progress
+
+    def _progress(self, done: float, total: float, what: str) -> None:
+        self.feedback.progress(done, total, f"{self.place}: {what}")
+
+    def warn(self, message: str) -> None:
+        if self.warns:
+            self.feedback.warn(f"{self.name}: {message}")
+
+
 def ask(kind: str, label: str, *, default: Any = REQUIRED, **facts: Any) -> Any:
     """One parameter of a tool, of a kind of `KINDS`; a default of None makes it optional, none makes it required."""
     if kind not in KINDS:
@@ -182,6 +199,17 @@ def crs() -> Any:
         default=None,
         advanced=True,
         help="An authority code such as EPSG:2056, for a DEM or layer whose file holds no CRS.",
+    )
+
+
+def other_lines() -> Any:
+    """Lines in place of those of the run that a tool reads."""
+    return vector(
+        "Other roads, railways or houses than those of the run",
+        "line",
+        "polygon",
+        default=None,
+        help="Without it, the lines of the run.",
     )
 
 

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from deadwood_algorithms.params import tool
-from deadwood_algorithms.params.tool import Feedback, Outcome, Tool
+from deadwood_algorithms.params.tool import Feedback, Outcome, Stage, Tool
 from deadwood_algorithms.tools import (
     generate_forest,
     lateral_spread,
@@ -47,25 +47,6 @@ class Ask:
     threads: int | None = tool.integer("Threads (default: every core)", default=None, minimum=1, advanced=True)
     output: str = tool.output_folder("Folder of the demo")
     overwrite: bool = tool.overwrite()
-
-
-class Stage:
-    """The caller's feedback, told which of the demo's steps is at work; notes of the steps would only repeat."""
-
-    def __init__(self, feedback: Feedback, name: str) -> None:
-        self.feedback, self.name = feedback, name
-
-    def progress(self, done: float, total: float, what: str) -> None:
-        self.feedback.progress(done, total, f"{self.name}: {what}")
-
-    def note(self, message: str) -> None:
-        pass
-
-    def warn(self, message: str) -> None:
-        self.feedback.warn(f"{self.name}: {message}")
-
-    def cancelled(self) -> bool:
-        return self.feedback.cancelled()
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:

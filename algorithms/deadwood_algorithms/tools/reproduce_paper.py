@@ -36,7 +36,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from deadwood_algorithms.params import tool
-from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Stage, Tool, UserError
 from deadwood_algorithms.tools import (
     add_structures,
     calibrate_friction,
@@ -77,25 +77,6 @@ class Ask:
     resume: bool = tool.flag("Go on with an interrupted run")
     output: str = tool.output_folder("Folder of the findings", parts=("findings.json", "report.html"))
     overwrite: bool = tool.overwrite()
-
-
-class Stage:
-    """The caller's feedback, told which step is at work; what the steps note and warn of stands in their folders."""
-
-    def __init__(self, feedback: Feedback, name: str) -> None:
-        self.feedback, self.name = feedback, name
-
-    def progress(self, done: float, total: float, what: str) -> None:
-        self.feedback.progress(done, total, f"{self.name}: {what}")
-
-    def note(self, message: str) -> None:
-        pass
-
-    def warn(self, message: str) -> None:
-        pass
-
-    def cancelled(self) -> bool:
-        return self.feedback.cancelled()
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
@@ -233,7 +214,7 @@ class Steps:
                 shutil.rmtree(each) if each.is_dir() else each.unlink(missing_ok=True)
         if not path.exists():
             given = values | ({"resume": True} if "resume" in {each.name for each in called.parameters()} else {})
-            called(feedback=Stage(self.feedback, f"{self.site.name}, {what}"), output=str(path), **given)
+            called(feedback=Stage(self.feedback, f"{self.site.name}, {what}", warns=False), output=str(path), **given)
             if path.is_file():
                 made = Making(called, called.ask_from({**values, "output": str(path)}))
                 note.write_text(json.dumps({"run_id": made.run_id, **sealed(path)}), encoding="utf-8")

@@ -33,7 +33,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from deadwood_algorithms.params import tool
-from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Stage, Tool, UserError
 from deadwood_algorithms.tools import make_report, slide_logs
 
 if TYPE_CHECKING:
@@ -111,7 +111,7 @@ def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
             sites = read_sites(ask, work.releases, feedback)
             load_kernels(None, feedback)
             for number, site in enumerate(sites, start=1):
-                found.append(slide_site(ask, site, work, OneOfSites(feedback, site.name, number, len(sites))))
+                found.append(slide_site(ask, site, work, stage_of(feedback, site.name, number, len(sites))))
         except (Cancelled, KeyboardInterrupt, NobodySlides) as error:
             feedback.note(f"{len(found)} finished sites are kept in {work.path}; --resume goes on from there")
             if isinstance(error, NobodySlides):  # no site could be slid any more
@@ -169,25 +169,6 @@ def read_sites(ask: Ask, releases: Path, feedback: Feedback) -> list[AskedSite]:
     return sites_of_groups(ask.dem, ask.releases, ask.by, ask.crs, releases, feedback)
 
 
-class OneOfSites:
-    """The caller's feedback while one site is at work; what it notes is not repeated for each of them."""
-
-    def __init__(self, feedback: Feedback, name: str, number: int, count: int) -> None:
-        self.feedback, self.name, self.place = feedback, name, f"{name} ({number} of {count})"
-
-    def progress(self, done: float, total: float, what: str) -> None:
-        self.feedback.progress(done, total, f"{self.place}: {what}")
-
-    def note(self, message: str) -> None:
-        pass
-
-    def warn(self, message: str) -> None:
-        self.feedback.warn(f"{self.name}: {message}")
-
-    def cancelled(self) -> bool:
-        return self.feedback.cancelled()
-
-
 def values_of(ask: Ask, site: AskedSite) -> dict[str, Any]:
     """What slide-logs is given for a site: its own values, then those given to all, then its defaults."""
     names = {each.name for each in fields(slide_logs.Ask)} - set(APART)
@@ -196,7 +177,11 @@ def values_of(ask: Ask, site: AskedSite) -> dict[str, Any]:
     return common | {"danger_counts": ask.merge} | asked
 
 
-def slide_site(ask: Ask, site: AskedSite, work: SitesFolder, feedback: OneOfSites) -> SiteFound:
+def stage_of(feedback: Feedback, name: str, number: int, count: int) -> Stage:
+    return Stage(feedback, name, place=f"{name} ({number} of {count})")
+
+
+def slide_site(ask: Ask, site: AskedSite, work: SitesFolder, feedback: Stage) -> SiteFound:
     """The site's run, or its failure in one line; what is there and unchanged is not slid again."""
     from deadwood_algorithms.evaluate.sites.overview import found_of_failure, found_of_run
     from deadwood_algorithms.simulate.workers import NobodySlides
@@ -232,7 +217,7 @@ def plan_of_sites(ask: Ask, feedback: Feedback) -> Outcome:
         logs = max(LEAST_PILOT, ask.plan_logs // len(chosen))
         plans: dict[int, dict[str, Any]] = {}
         for k in chosen:
-            said = OneOfSites(feedback, sites[k].name, k + 1, len(sites))
+            said = stage_of(feedback, sites[k].name, k + 1, len(sites))
             try:
                 if sites[k].fault:
                     raise UserError(sites[k].fault)

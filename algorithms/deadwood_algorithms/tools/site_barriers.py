@@ -56,13 +56,7 @@ MANY = 200  # candidates that are slid, each alone, without a word
 @dataclass(frozen=True, kw_only=True)
 class Ask(SlidingOptions):
     run: str = tool.folder("Folder of a run of slide-logs, with lines")
-    lines: str | None = tool.vector(
-        "Other roads, railways or houses than those of the run",
-        "line",
-        "polygon",
-        default=None,
-        help="Without it, the lines of the run.",
-    )
+    lines: str | None = tool.other_lines()
     candidates: str | None = tool.vector(
         "Lines where a barrier could stand",
         "line",

@@ -43,13 +43,7 @@ TIMES = 8  # so many times, about, each log slides in a forest
 @dataclass(frozen=True, kw_only=True)
 class Ask(SlidingOptions):
     run: str = tool.folder("Folder of a run of slide-logs")
-    lines: str | None = tool.vector(
-        "Other roads, railways or houses than those of the run",
-        "line",
-        "polygon",
-        default=None,
-        help="Without it, the lines of the run.",
-    )
+    lines: str | None = tool.other_lines()
     stands: str | None = tool.vector(
         "Stands, of which all trees are taken away together",
         "polygon",

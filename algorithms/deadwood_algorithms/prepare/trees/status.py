@@ -72,7 +72,7 @@ def status_of(
     meaning: dict[str, int | None] = {}
     for word in set(words):
         listed = next((kind for kind, of_kind in lists if word in of_kind), None)
-        meaning[word] = listed if listed is not None else _meant(word, dead, gone)
+        meaning[word] = listed if listed is not None else meaning_of(word, dead, gone)
     status = np.array([LIVE if meaning[word] is None else meaning[word] for word in words], np.int64)
     unknown = Counter(word for word in words if word and meaning[word] is None)
     if unknown and not (dead or gone or layout.sign or layout.columns):
@@ -93,7 +93,7 @@ def status_of(
     return status
 
 
-def _meant(word: str, dead: str | None, gone: str | None) -> int | None:
+def meaning_of(word: str, dead: str | None, gone: str | None) -> int | None:
     """What a word means that no list has; None where it is not known. A list of the user's stands for its kind."""
     if NEGATED.search(word):
         return None
@@ -111,14 +111,14 @@ def passed_over(source: pandas.DataFrame) -> str | None:
         if name == "geometry" or pandas.api.types.is_numeric_dtype(source[name]):
             continue
         words = {code_of(value) for value in source[name]} - {""}
-        meant = [_meant(word, None, None) for word in words]
+        meant = [meaning_of(word, None, None) for word in words]
         if 0 < len(words) <= MOST_WORDS and None not in meant and any(kind != LIVE for kind in meant):
             return str(name)
     return None
 
 
 def _telling_word(column: Iterable[object]) -> str:
-    return next(word for word in map(code_of, column) if word and _meant(word, None, None) != LIVE)
+    return next(word for word in map(code_of, column) if word and meaning_of(word, None, None) != LIVE)
 
 
 def code_of(value: object) -> str:

@@ -11,7 +11,7 @@ from shapely import GeometryCollection, LineString, Point, Polygon
 from deadwood_algorithms.files.crs import misplacement
 from deadwood_algorithms.files.tables import header_row, sheet_table
 from deadwood_algorithms.params.tool import UserError
-from deadwood_algorithms.prepare.trees.status import DEAD, GONE, LIVE, _meant, code_of
+from deadwood_algorithms.prepare.trees.status import DEAD, GONE, LIVE, code_of, meaning_of
 from deadwood_algorithms.schemas import TREES
 
 EAST, NORTH = 2_783_050.0, 1_190_050.0
@@ -139,7 +139,7 @@ def test_places_in_a_third_system_are_not_called_exchanged():
     ],
 )  # fmt: skip
 def test_what_a_status_means_in_four_languages(word, kind):
-    assert _meant(code_of(word), None, None) == kind
+    assert meaning_of(code_of(word), None, None) == kind
 
 
 def test_a_status_that_is_not_known_is_said_where_it_decides(imported, said):
