@@ -122,6 +122,10 @@ TOP_LEVEL = 1e-9  # [-] change of the gap across the chord below which it is the
 BURIED = 0.5  # [-] of the log's radius at its base: what is deeper in the ground, of a log of which a part was beyond
 # the border, came in below the surface there, where nothing held it up: it has left. Beyond the border a log hangs free
 
+# What is deeper than it may be
+BELOW_GROUND = 0.5  # [s] that a log may be deeper in the ground than its radius and a step's travel: at speed a sharp
+# edge lets it in for some tenths of a second, before it is out again; what stays is lost
+
 # Rest
 REST_WINDOW = 0.25  # [s] between two looks at a slow log
 REST_TRAVEL = 0.05  # [-] of rest_speed * REST_WINDOW (1.3 mm at the default): a log at rest moves less between looks

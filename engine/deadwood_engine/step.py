@@ -29,6 +29,7 @@ from .influence import NOW, copy_notes, note, note_all, note_step, open_notes
 from .ledger import note_pushes
 from .limits import (
     AT_ONCE,
+    BELOW_GROUND,
     BURIED,
     CLOUD_TURN,
     LEAST_SPENT,
@@ -251,7 +252,8 @@ def keep_books(scene, frame, state, body, settings, scratch, way, marks, hits, s
                 summary.penetration = depth
             if ground and way.whole and not way.buried:
                 deepest = max(deepest, depth)
-                way.lost = way.lost or depth > body[BASE_RADIUS] + settings.travel
+                below = depth > body[BASE_RADIUS] + settings.travel
+                way.lost = way.lost or (below and way.time - way.sunk > BELOW_GROUND)
             if not ground and summary.started_in_contact == 0.0:  # not the overlap that a log was released with
                 summary.overlap = max(summary.overlap, depth)
                 deepest = max(deepest, depth)
