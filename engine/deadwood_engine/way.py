@@ -42,7 +42,7 @@ WAY = np.dtype(
         ("pressed", "b1"),  # whether the ground pushes
         ("buried", "b1"),  # whether it was released deeper in the ground than its radius
         ("sunk", "f8"),  # s, since when the log is deeper in something than its radius; infinite: it is not
-        ("lost", "b1"),  # whether it is deeper in an obstacle than a step could bring it, or stays so deep in the ground
+        ("lost", "b1"),  # whether it is deeper in an obstacle than a step can bring it, or stays so in the ground
         ("undermined", "b1"),  # whether it came into the ground from beyond the terrain's border (``limits.BURIED``)
     ]
 )  # fmt: skip
