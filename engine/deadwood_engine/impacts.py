@@ -20,13 +20,15 @@ of both velocities, so all s with W(s) <= max(0, W0) form an interval that begin
 does not keep is complementarity: a contact may be pushed, and separate more slowly than by its own e. Of a solve with
 restitution that found no end, as much is taken as lets no contact approach: the rest of it may be nothing.
 
-**Solves without an end.** A jam between opposed normals may hit the cap of sweeps without restitution, too. From there
-on no friction impulse may grow beyond the least mu P_N of the sweeps so far (``settle``): with limits that only fall
-the sweeps go towards Tresca's problem, whose friction does not depend on the pressure. That is convex: sweeps descend
-to its solution, which does no work, for P = 0 is admissible. It costs friction, in that one step. If the sweeps that
-are granted leave it with a positive work, they begin once more from P = 0 without friction: there every sweep lowers
-P.(gamma- - b) + P.G P / 2 exactly, which is 0 at first, so wherever they are cut off no work is left. What still
-approaches then does so by what a sweep changes; the step counts as unconverged.
+**Solves without an end.** A jam between opposed normals may hit the cap of sweeps without restitution, too. Impulses
+that are admissible as they are stay; an approach counts as none there that a finished solve may leave, too, which is
+what the last sweep's changes of the other contacts bring about. Else no friction impulse may grow from there on beyond
+the least mu P_N of the sweeps so far (``settle``): with limits that only fall the sweeps go towards Tresca's problem,
+whose friction does not depend on the pressure. That is convex: sweeps descend to its solution, which does no work, for
+P = 0 is admissible. It costs friction, in that one step. If the sweeps that are granted leave it with a positive work,
+they begin once more from P = 0 without friction: there every sweep lowers P.(gamma- - b) + P.G P / 2 exactly, which is
+0 at first, so wherever they are cut off no work is left. What still approaches then does so by what a sweep changes;
+the step counts as unconverged.
 """
 
 from __future__ import annotations
@@ -108,6 +110,16 @@ def rebounds_at_all(contacts, count):
 
 
 @kernel
+def closing_speed(contacts, count, state):
+    """How fast [m/s] the contacts close, beyond their targets: the largest of all, at least 0."""
+    most = 0.0
+    for k in range(count):
+        c = contacts[k]
+        most = max(most, c.target - along_normal(c, (state[VX], state[VY], state[VZ]), (state[WX], state[WY], state[WZ])))
+    return most
+
+
+@kernel
 def largest_share(held, gained, parting):
     """The largest s in [0, 1] with W(s) = W0 + s m + s^2 q <= max(0, W0), where W(0) = held, W(1) = gained and
     q = parting >= 0 [J/kg]."""
@@ -169,9 +181,13 @@ def make_admissible(contacts, count, state, body, free, tried, rolling, toleranc
             c.line = 0
         restart(contacts, count, state, free, rolling)
         used, residual = solve(contacts, count, state, rolling, tolerance, sweeps, False)
-    if residual > tolerance:
+    enough = 0.5 * fall * fall
+    if residual > tolerance and (
+        closing_speed(contacts, count, state) > count * tolerance
+        or impulse_work(contacts, count, state, VX, fall, rolling, spin_of(state)) > enough
+    ):
         used += settle(contacts, count, state, rolling, tolerance, sweeps, 1.0)
-        if impulse_work(contacts, count, state, VX, fall, rolling, spin_of(state)) > 0.5 * fall * fall:
+        if impulse_work(contacts, count, state, VX, fall, rolling, spin_of(state)) > enough:
             restart(contacts, count, state, free, rolling)
             used += settle(contacts, count, state, rolling, tolerance, sweeps, 0.0)
     held = impulse_work(contacts, count, state, VX, fall, rolling, spin_of(state))

@@ -171,12 +171,17 @@ def test_a_dem_gives_the_crs_and_drops_what_stands_off_it(imported, slope, outco
     [
         (0.35, 20, "the median dbh_cm is 0.35 cm, which is too small; --dbh-unit"),
         (420, 20, "the median dbh_cm is 420 cm, which is too large; --dbh-unit"),
-        (40, 900, "the median height_m is 900 m, which is too large; --height-unit"),
+        (40, 900, "the field 'h' (median 900 m) is not the height of trees"),
     ],
 )
 def test_implausible_sizes_are_warned_of_with_the_option_that_mends_them(imported, said, dbh, height, words):
     imported(f"x;y;dbh;h\n{EAST};{NORTH};{dbh};{height}\n")
     assert words in said.warnings[0]
+
+
+def test_a_height_that_was_asked_for_is_never_taken_for_that_of_the_ground(imported, said):
+    imported(f"x;y;dbh;h\n{EAST};{NORTH};40;900\n", height_field="h")
+    assert "the median height_m is 900 m, which is too large; --height-unit" in said.warnings[0]
 
 
 def test_a_single_giant_is_counted(imported, said):
