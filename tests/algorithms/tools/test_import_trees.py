@@ -180,8 +180,10 @@ def test_implausible_sizes_are_warned_of_with_the_option_that_mends_them(importe
 
 
 def test_a_height_that_was_asked_for_is_never_taken_for_that_of_the_ground(imported, said):
-    imported(f"x;y;dbh;h\n{EAST};{NORTH};40;900\n", height_field="h")
-    assert "the median height_m is 900 m, which is too large; --height-unit" in said.warnings[0]
+    imported(f"x;y;dbh;h\n{EAST};{NORTH};40;140\n", height_field="h")
+    assert "the median height_m is 140 m, which is too large; --height-unit" in said.warnings[0]
+    with pytest.raises(UserError, match="1 trees dropped, their height_m is above 150 m"):
+        imported(f"x;y;dbh;h\n{EAST};{NORTH};40;900\n", height_field="h", overwrite=True)
 
 
 def test_a_single_giant_is_counted(imported, said):
