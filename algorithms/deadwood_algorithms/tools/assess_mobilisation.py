@@ -49,7 +49,7 @@ class Ask:
     dem: str = tool.terrain("Terrain (DEM)")
     friction: str | float = tool.number_or_layer(
         "Friction coefficient",
-        default="0.25",
+        default=0.25,
         minimum=0.0,
         help="A number, a raster, or polygons with a field 'friction' or 'mu'.",
     )
