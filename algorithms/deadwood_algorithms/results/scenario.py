@@ -18,7 +18,7 @@ from deadwood_algorithms.scene.releases import Releases
 from deadwood_algorithms.schemas import ORIENTATIONS
 
 if TYPE_CHECKING:
-    from deadwood_algorithms.results.summary import Asked
+    from deadwood_algorithms.results.asked import Asked
 
 # Why a row of a layer had no part in a run, beside those of `items`
 BEYOND_WINDOW = "beyond_window"  # beyond the part of the terrain model that logs can come to
