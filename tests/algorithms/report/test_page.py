@@ -257,6 +257,7 @@ def test_a_run_of_an_older_version_is_told_in_its_own_words(run, tmp_path):
     for name in ("modelled_facts", "scenario", "counted"):
         del told[name]
     (old / "summary.json").write_text(json.dumps(told), encoding="utf-8")
+    edit_manifest(old)  # none of that time has a seal
     german = Reader(page_of(old, language="de")[0]).text
     assert "Reibung Coulomb, 0.25 everywhere" in german
     assert "Von einer älteren Version, die es nur auf Englisch sagt." in german
