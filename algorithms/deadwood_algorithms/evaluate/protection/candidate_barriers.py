@@ -1,4 +1,4 @@
-"""Where a barrier could stand: lines that are given, or straight pieces along contours above what is to be protected."""
+"""Where a barrier could stand: given lines, or straight pieces along contours above what is to be protected."""
 
 from __future__ import annotations
 
