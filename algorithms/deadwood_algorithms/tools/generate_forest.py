@@ -174,7 +174,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         exclude = union_of(ask.exclude, grid, ask.crs, feedback)
         stands = read_stands(ask.stand, grid, exclude, ask.crs, feedback)
         source = source_of(ask, [each.ground for each in stands], feedback) if ask.like else None
-        known = (source.numbers if source else {}) | (taken.sets if taken else {})
+        known = source.numbers if source else dict(taken.sets) if taken else {}
         kinds = [kind_of_stand(ask, known, source, each) for each in stands]
         counts = [round(kind.stems_per_ha * each.ground.area / 1e4) for kind, each in zip(kinds, stands, strict=True)]
         area, count = sum(each.ground.area for each in stands), sum(counts)
@@ -274,7 +274,7 @@ def kind_of_stand(ask: Ask, known: dict[str, float], source: Source | None, stan
 
     Where all of its sizes are those of a source, its trees are drawn from that.
     """
-    given = {name: getattr(ask, name) for name in COLUMNS if getattr(ask, name) is not None} | stand.numbers
+    given = {name: float(getattr(ask, name)) for name in COLUMNS if getattr(ask, name) is not None} | stand.numbers
     known = known | given
     for name in ("stems_per_ha", "dbh_mean_cm", "dbh_sd_cm"):
         if name not in known:
@@ -282,7 +282,8 @@ def kind_of_stand(ask: Ask, known: dict[str, float], source: Source | None, stan
                 f"--{name.replace('_', '-')} is missing; give it, or a trees layer with --like, or a --preset"
             )
     law = POWER_LAWS[ask.dbh_law] if ask.dbh_law else PowerLaw(ask.dbh_a, ask.dbh_b)
-    height_mean = known.get("height_mean_m", (known["dbh_mean_cm"] / float(law.a)) ** (1 / float(law.b)))
+    by_law = float((known["dbh_mean_cm"] / float(law.a)) ** (1 / float(law.b)))
+    height_mean = known.get("height_mean_m", by_law)
     derived = {"height_sd_m": 0.5 * height_mean * known["dbh_sd_cm"] / known["dbh_mean_cm"], "correlation": 0.8}
     known = derived | known
     sizes = Sizes(known["dbh_mean_cm"], known["dbh_sd_cm"], height_mean, known["height_sd_m"], known["correlation"])
