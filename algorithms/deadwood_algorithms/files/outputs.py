@@ -245,8 +245,7 @@ def _put_back(final: Path, aside: Path) -> None:
 def _refuse_held(final: Path, named: str | Path) -> None:
     if is_held(final):
         raise UserError(
-            f"{named}: another program holds {final.name} open (such as QGIS); close it there, "
-            "or name another output"
+            f"{named}: another program holds {final.name} open (such as QGIS); close it there, or name another output"
         )
 
 
