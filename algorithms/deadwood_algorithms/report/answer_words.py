@@ -76,7 +76,16 @@ ANSWER_PHRASES: dict[str, tuple[str, str]] = {
         "Sturzprozesse (BRP, BWW, BUWAL 1997; BAFU 2016); andere Grenzen sind die des Benutzers. Welche Gefahr daraus "
         "folgt und ob sie zu Holz passen, entscheidet ein Mensch.",
     ),
-    "intensity_map": ("Largest energy of a log", "Grösste Energie eines Stamms"),
+    "intensity_map": ("Energy of the logs", "Energie der Stämme"),
+    "class_and_above": ("this class and above [ha]", "diese Klasse und höhere [ha]"),
+    "least_passage": (
+        "Where at least {share} % of the logs bring that energy; more logs do not make the areas larger.",
+        "Wo mindestens {share} % der Stämme diese Energie haben; mehr Stämme machen die Flächen nicht grösser.",
+    ),
+    "largest_energy": (
+        "The largest energy of all logs, which grows with their number, and with it the area of each class.",
+        "Die grösste Energie aller Stämme: Sie wächst mit ihrer Zahl, und mit ihr die Fläche jeder Klasse.",
+    ),
     "passage_map": ("Share of the logs that pass", "Anteil der Stämme, die vorbeikommen"),
     "return_map": ("Return period of a passage", "Wiederkehrperiode einer Passage"),
     "class_ground": ("ground [ha]", "Fläche [ha]"),

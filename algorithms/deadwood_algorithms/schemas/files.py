@@ -151,7 +151,7 @@ def _classes(name: str, what: str) -> RasterFile:
 
 
 INTENSITY_MAPS = (
-    _classes("intensity", "Class of intensity"),
+    _classes("intensity", "Class of the ENERGY"),
     _classes("passage", "Class of the share of the logs that pass"),
     _classes("return_class", "Class of the return period"),
     _classes("matrix", "Class of both"),
@@ -616,6 +616,12 @@ INTENSITY_FACTS = JsonFile(
         _key("rule", "Whose rule the classes are"),
         _key("decides", "What a person decides"),
         _key("energy", "Which energy of a cell is classed"),
+        _key("least_passage", "How many logs must bring the energy of a cell"),
+        _key("least_passage.share", "Their least share of the logs; 0: the largest energy of all logs is classed"),
+        _key("least_passage.n_logs", "Logs that tell it: those with a stored trajectory"),
+        _key("least_passage.logs", "How many of them that share is"),
+        _key("least_passage.logs_sure", "With so many the 95 % interval of their share lies above the least"),
+        _key("least_passage.logs_possible", "With so many it is not yet below it"),
         _key("logs", "Logs of the run"),
         _key("logs_per_event", "Logs that start in one event; with a frequency"),
         _key("areas", "Release areas; with a frequency"),
@@ -631,6 +637,9 @@ INTENSITY_FACTS = JsonFile(
         _key("classes[].meaning", "What it is"),
         _key("classes[].cells", "Cells that have it"),
         _key("classes[].area_m2", "Their area [m²]"),
+        _key("classes[].at_least_m2", "Of intensity: area of this class and those above it [m²]"),
+        _key("classes[].at_least_low_m2", "Lower end of its 95 % interval: cells whose own intervals are of these"),
+        _key("classes[].at_least_high_m2", "Upper end: cells whose own intervals reach these"),
         _whole("lines", "The rows of lines.csv"),
     ),
 )
