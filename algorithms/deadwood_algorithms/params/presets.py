@@ -14,7 +14,7 @@ from typing import Any
 
 PAPER = "the paper"
 IPCC = "IPCC 2006 Guidelines 4, table 4.14 (density of sound wood, dry)"
-RATES_OF = "Herrmann et al. 2015, Forest Ecosystems 2:27 (rate of decay)"
+RATES_OF = "Herrmann et al. 2015, Forest Ecosystems 2:27 (rate of decay, of downed wood)"
 AMMANN = "Ammann 2006 in the paper, 6.1 (years)"
 FRICTION_CELL_M = 0.5  # of the terrain model on which the paper's friction was found
 
@@ -97,12 +97,12 @@ def flag_of(name: str) -> str:
 
 @dataclass(frozen=True)
 class Wood:
-    """A wood whose density and decay are known here; ``words`` are those by which a species is known in a table."""
+    """The wood of a species whose density and decay are known here."""
 
     name: str
+    binomial: str
     density_kg_m3: float  # dry mass by fresh volume, sound
-    rate: float  # of decay [1/a]: mass falls as exp(-rate t)
-    words: tuple[str, ...]
+    rate: float  # of decay of downed wood [1/a]: mass falls as exp(-rate t); of snags no rate is known here
     law: str = ""
 
     def kept(self, years: float) -> float:
@@ -110,12 +110,15 @@ class Wood:
         return math.exp(-self.rate * years)
 
 
-SPRUCE = Wood("spruce", 400.0, 0.033, ("picea", "spruce", "fichte", "épicéa", "epicea", "abete rosso"),
-              "chablais-spruce")  # fmt: skip
-BEECH = Wood("beech", 580.0, 0.054, ("fagus", "beech", "buche", "hêtre", "hetre", "faggio"), "chablais-beech")
-PINE = Wood("pine", 420.0, 0.032, ("pinus", "pine", "föhre", "foehre", "kiefer", "pin ", "pino"))
+SPRUCE = Wood("spruce", "Picea abies", 400.0, 0.033, "chablais-spruce")
+BEECH = Wood("beech", "Fagus sylvatica", 580.0, 0.054, "chablais-beech")
+PINE = Wood("pine", "Pinus sylvestris", 420.0, 0.032)
 WOODS = {each.name: each for each in (SPRUCE, BEECH, PINE)}
+OF_SPECIES = {each.binomial: each for each in WOODS.values()}
 CRITICAL_YEARS = (2.0, 5.0)  # after death, of spruce (Ammann 2006)
+
+
+SNAGS = "; the rates are of downed wood, and most logs that slid far had stood dead, of which none is known"
 
 
 def critical_years(wood: Wood) -> tuple[float, float]:
@@ -134,7 +137,7 @@ def _critical(wood: Wood) -> Preset:
         f"{wood.name} without bark and branches that does not break yet, {years}: {dense:.0f} to {light:.0f} kg/m³",
         {"density_kg_m3": float(round(0.5 * (dense + light)))},
         f"reckoned, the middle of that range, from {IPCC}; {RATES_OF}; {AMMANN}{reckoned}",
-        "it is the density of dry wood: water adds to it, and energies grow by as much",
+        f"it is the density of dry wood: water adds to it, and energies grow by as much{SNAGS if reckoned else ''}",
         wood.law,
     )
 
