@@ -243,6 +243,9 @@ DESIGN_VALUES = TableFile(
         a_number("ci_high", "Upper end"),
         a_number("n_more", "How many more hits it takes for an upper end, 0 where there is one", 0),
         a_text("note", "The same in words, or why the quantity is not there"),
+        a_number("factor", "By what the rule multiplies this percentile; empty where it takes another; with --rule", 0),
+        a_number("design_value", "The percentile times the factor"),
+        a_number("design_high", "The upper end times the factor; the interval is of the percentile alone"),
         *BARRIER_CLASS,
     ),
 )
