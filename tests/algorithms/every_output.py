@@ -129,6 +129,8 @@ def run_every_tool(folder: Path) -> list[Found]:
         geoparquet=True,
         report=True,
         danger_counts=True,
+        tree_capacity_kj=1.0,
+        log_capacity_kj=1.0,
         output=folder / "slide-logs",
     )
     without = run("slide-logs", **common, until_ci=0.4, geoparquet=True, output=folder / "without")

@@ -301,6 +301,17 @@ PHRASES: dict[str, tuple[str, str]] = {
     "energy_taken": ("energy taken [kJ]", "aufgenommene Energie [kJ]"),
     "top_trees": ("The trees that hold the most logs", "Die Bäume, die am meisten Stämme halten"),
     "tree": ("tree", "Baum"),
+    "above_capacity": ("Logs with a hit above what stems can take", "Stämme mit einem Treffer über der Tragkraft"),
+    "above_of_trees": ("of the tree", "des Baums"),
+    "above_of_logs": ("of the log itself", "des Stamms selbst"),
+    "all_logs": ("all", "alle"),
+    "held_by_trees": ("held by a tree", "von Baum gehalten"),
+    "above_note": (
+        "Nothing breaks in the model. These logs had, anywhere on their way, a hit that took more energy than the "
+        "capacity given: how far the result hangs on rigid stems.",
+        "Im Modell bricht nichts. Diese Stämme hatten irgendwo unterwegs einen Treffer, der mehr Energie aufnahm als "
+        "die angegebene Tragkraft: So weit hängt das Ergebnis an starren Stämmen.",
+    ),
     "three_d": ("3-D view", "3-D-Ansicht"),
     "three_d_note": (
         "Trees, barriers and logs in their true sizes, as modelled (far off at least a pixel wide). Drag turns, "

@@ -6,6 +6,8 @@ ends with ``.qml``.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from deadwood_algorithms.schemas.results import BARRIER_CLASS, SITE_COLUMNS, SITED_GAIN, SITED_HITS
 from deadwood_algorithms.schemas.words import Band, JsonFile, Key, OtherFile, RasterFile, TableFile, a_number, a_text
 
@@ -429,6 +431,31 @@ def _wood(name: str, what: str) -> tuple[Key, ...]:
     )
 
 
+def _above_keys(name: str, what: str) -> Iterator[Key]:
+    yield _key(f"above_capacity.{name}", f"Hits above what {what} can take; null where its capacity is not given")
+    yield _key(f"above_capacity.{name}.n_hits", "How many")
+    groups = {"all": "all logs", "held_by_trees": "logs that standing trees hold", "reach[]": "logs that reach a line"}
+    for group, whose in groups.items():
+        at = f"above_capacity.{name}.{group}"
+        yield _key(at.removesuffix("[]"), f"Of {whose}")
+        if group == "reach[]":
+            yield _key(f"{at}.line_id", "The line")
+        yield _key(f"{at}.n_logs", "How many these are")
+        yield _key(f"{at}.n_above", "Those of them that had such a hit, anywhere on their way")
+        yield _key(f"{at}.p", "Their share; null where there is none")
+        yield _key(f"{at}.ci_low", "Lower end of its 95 % Wilson interval")
+        yield _key(f"{at}.ci_high", "Upper end")
+
+
+_ABOVE_KEYS = (
+    _key("above_capacity", "Hits above what trees or logs can take; null without --tree-, --log-capacity-kj"),
+    _key("above_capacity.tree_capacity_kj", "What a tree of 40 cm DBH takes [kJ]"),
+    _key("above_capacity.tree_capacity_power", "Power of DBH over 40 cm with which it grows"),
+    _key("above_capacity.log_capacity_kj", "What a log of 40 cm DBH can lose in a hit [kJ]"),
+    _key("above_capacity.log_capacity_power", "Power of DBH over 40 cm with which that grows"),
+    *_above_keys("of_trees", "a standing tree"),
+    *_above_keys("of_logs", "a log"),
+)
 SUMMARY = JsonFile(
     name="summary.json",
     meaning="What a run comes to",
@@ -450,6 +477,7 @@ SUMMARY = JsonFile(
         _key("held.p_near_edge", "Their share of the logs so held; null where there is none"),
         _key("held.ci_low", "Lower end of its 95 % Wilson interval"),
         _key("held.ci_high", "Upper end"),
+        *_ABOVE_KEYS,
         _key("until_ci", "How --until-ci ended the run; null without it"),
         _key("until_ci.target_half_width", "Half-width that was asked for"),
         _key("until_ci.reached", "Whether every line's interval is that narrow"),
