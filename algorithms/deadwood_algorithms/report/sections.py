@@ -365,6 +365,9 @@ def ledgers(source: ReportedRun, words: Words) -> Parts:
     return parts or [element("p", words.say("ledgers_none"))]
 
 
+ABOVE = {"of_trees": "above_of_trees", "of_logs": "above_of_logs"}
+
+
 def above_capacity(record: Mapping[str, Any] | None, words: Words) -> Parts:
     """Which share of the logs that trees hold, and of those that reach a line, had a hit above what stems can take."""
     if not record:
@@ -375,7 +378,7 @@ def above_capacity(record: Mapping[str, Any] | None, words: Words) -> Parts:
     for k, line in enumerate(record[asked[0]]["reach"]):
         shares = (shown_share(as_share(record[name]["reach"][k]), words) for name in asked)
         rows.append([f"{words.say('line')} {line['line_id']}", *shares])
-    head = [words.say("n_logs"), *(words.say(f"above_{name}") for name in asked)]
+    head = [words.say("n_logs"), *(words.say(ABOVE[name]) for name in asked)]
     return [table(head, rows, words.say("above_capacity")), element("p", words.say("above_note"), class_="quiet")]
 
 
