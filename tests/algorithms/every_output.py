@@ -168,6 +168,7 @@ def run_every_tool(folder: Path) -> list[Found]:
         plant=str(folder / "plant.gpkg"),
         output=at("value-trees", "values.gpkg"),
     )
+    run("break-trees", run=slid, tree_capacity_kj=1.0, output=at("break-trees", "breaking.gpkg"))
     above = {"above_m": "15", "length_m": "40", "height_m": "4", "places": 1, "barrier_classes": "etag-027"}
     run("site-barriers", run=without, **above, output=folder / "site-barriers")
     run("map-intensity", run=slid, events_per_year=0.1, output=folder / "map-intensity")

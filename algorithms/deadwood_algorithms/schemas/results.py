@@ -526,6 +526,33 @@ VALUES = Layer(
     ),
 )
 
+REACH_BREAKING = Layer(
+    name="reach_breaking",
+    geometry=REACH.geometry,
+    meaning="Each line or polygon: logs that reach it with rigid trees, and where those that would break take nothing",
+    columns=(
+        _LINE,
+        a_count("n_total", "Logs of the run"),
+        a_count("n_reach", "Of these, the logs that reach the line as things are"),
+        a_count("n_reach_breaking", "Logs that reach it where each goes on without the trees that it breaks"),
+        a_number("gain_logs", "The second less the first"),
+        a_number("gain_p", "The same as a share of all logs", -1, 1),
+        a_number("ci_low", "Lower end of its 95 % interval, of paired logs", -1, 1),
+        a_number("ci_high", "Upper end", -1, 1),
+    ),
+)
+
+BROKEN = Layer(
+    name="broken",
+    geometry=("Point",),
+    meaning="Every tree that a log would break",
+    columns=(
+        *TREE_HITS.columns[:3],
+        a_number("capacity_kj", "Energy that it takes before it breaks", 0),
+        a_count("n_broken", "Logs that would break it, each meeting it anew"),
+    ),
+)
+
 PLANTED = Layer(
     name="planted",
     geometry=("Point",),
