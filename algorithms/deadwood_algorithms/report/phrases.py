@@ -226,6 +226,15 @@ PHRASES = {
     "energy_taken": "energy taken [kJ]",
     "top_trees": "The trees that hold the most logs",
     "tree": "tree",
+    "above_capacity": "Logs with a hit above what stems can take",
+    "above_of_trees": "of the tree",
+    "above_of_logs": "of the log itself",
+    "all_logs": "all",
+    "held_by_trees": "held by a tree",
+    "above_note": (
+        "Nothing breaks in the model. These logs had, anywhere on their way, a hit that took more energy than the "
+        "capacity given: a measure of how much the result depends on stems that do not break."
+    ),
     "three_d": "3-D view",
     "three_d_note": (
         "Trees, barriers and logs in their true sizes, as modelled (far off at least a pixel wide). Drag turns, "

@@ -26,6 +26,7 @@ from deadwood_algorithms.report.rounded import (
 )
 from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.words import Words
+from deadwood_algorithms.results.capacity import as_share
 from deadwood_algorithms.results.passages import UNITS, design_rows
 from deadwood_algorithms.simulate.fidelity_trade import REACH_ERRORS, Points
 from deadwood_algorithms.stats.statistics import loss_matters
@@ -361,6 +362,7 @@ def ledgers(source: ReportedRun, words: Words) -> Parts:
             for name, record in wood
         ]
         parts.append(table(head, rows))
+    parts += above_capacity(source.summary.get("above_capacity"), words)
     if source.tree_hits is not None and len(source.tree_hits):
         top = source.tree_hits.sort_values(["n_stops", "energy_taken_kj"], ascending=False).head(TOP_TREES)
         head = [words.say(each) for each in ("tree", "n_stops", "n_hits", "energy_taken")]
@@ -378,6 +380,23 @@ def ledgers(source: ReportedRun, words: Words) -> Parts:
         ]
         parts.append(table(head, rows, words.say("top_trees")))
     return parts or [element("p", words.say("ledgers_none"))]
+
+
+ABOVE = {"of_trees": "above_of_trees", "of_logs": "above_of_logs"}
+
+
+def above_capacity(record: Mapping[str, Any] | None, words: Words) -> Parts:
+    """Which share of the logs that trees hold, and of those that reach a line, had a hit above what stems can take."""
+    if not record:
+        return []
+    asked = [name for name in ("of_trees", "of_logs") if record[name]]
+    groups = [("all", words.say("all_logs")), ("held_by_trees", words.say("held_by_trees"))]
+    rows = [[told, *(shown_share(as_share(record[name][group]), words) for name in asked)] for group, told in groups]
+    for k, line in enumerate(record[asked[0]]["reach"]):
+        shares = (shown_share(as_share(record[name]["reach"][k]), words) for name in asked)
+        rows.append([f"{words.say('line')} {line['line_id']}", *shares])
+    head = [words.say("n_logs"), *(words.say(ABOVE[name]) for name in asked)]
+    return [table(head, rows, words.say("above_capacity")), element("p", words.say("above_note"), class_="quiet")]
 
 
 def accuracy(source: ReportedRun, words: Words) -> Parts:
