@@ -423,15 +423,31 @@ def accuracy(source: ReportedRun, words: Words) -> Parts:
     return [left_table(rows), element("p", words.say("accuracy_note"), class_="quiet")]
 
 
-def command_of(manifest: Mapping[str, Any]) -> str:
-    """The command line that repeats a run; defaults stand there too, so that none can change under it."""
+def command_of(manifest: Mapping[str, Any], summary: Mapping[str, Any]) -> str:
+    """The command line that repeats a run; defaults stand there too, so that none can change under it. What the columns
+    of the releases say instead of an option is left out: the option had no effect.
+    """
     words = ["deadwood-tool", str(manifest.get("tool", "slide-logs"))]
+    overridden = overridden_options(manifest, summary)
     for name, value in manifest.get("parameters", {}).items():
-        if value is None or value is False or name in ("resume", "overwrite"):
+        if value is None or value is False or name in ("resume", "overwrite") or name in overridden:
             continue
         flag = "--" + name.replace("_", "-")
         words += [flag] if value is True else [flag, str(value)]
     return " ".join(shlex.quote(each) for each in words)
+
+
+def overridden_options(manifest: Mapping[str, Any], summary: Mapping[str, Any]) -> set[str]:
+    """Options of the default log that no log of the run had: columns of its releases told something else."""
+    parameters, found = manifest.get("parameters", {}), set()
+    for name, told in manifest.get("effective", {}).items():
+        given = parameters.get(name)
+        if isinstance(given, (int, float)) and not told["min"] - 1e-6 <= given <= told["max"] + 1e-6:
+            found.add(name)
+    posture = summary.get("scenario", {}).get("logs", {}).get("posture", {})
+    if posture and not posture.get(parameters.get("orientation"), 0.0):
+        found.add("orientation")
+    return found
 
 
 def provenance(source: ReportedRun, words: Words) -> Parts:
@@ -464,7 +480,7 @@ def provenance(source: ReportedRun, words: Words) -> Parts:
     )
     return [
         element("h4", words.say("command")),
-        element("pre", command_of(manifest)),
+        element("pre", command_of(manifest, source.summary)),
         element("h4", words.say("hashes")),
         element("div", table_of, class_="scroll"),
         element("h4", words.say("versions")),

@@ -13,7 +13,7 @@ from deadwood_algorithms.results.asked import Asked
 from deadwood_algorithms.results.capacity import overload_lines, overload_record
 from deadwood_algorithms.results.hits import ledger_records, obstacle_record
 from deadwood_algorithms.results.modelled import modelled, told
-from deadwood_algorithms.results.scenario import counted_of, scenario_of
+from deadwood_algorithms.results.scenario import counted_of, scenario_line, scenario_of
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import Releases
@@ -217,6 +217,7 @@ def lines_of(summary: dict[str, Any]) -> tuple[str, ...]:
         f"accuracy: penetration up to {100 * accuracy['penetration_max_m']:.1f} cm, energy error up to "
         f"{100 * accuracy['energy_error_rel_max']:.2g} %"
     )
+    lines.append(scenario_line(summary["scenario"]))
     return tuple(lines)
 
 
