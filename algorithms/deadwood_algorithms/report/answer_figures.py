@@ -151,7 +151,7 @@ def class_figure(
         origin="lower", interpolation="nearest", zorder=2,
     )  # fmt: skip
     axes.set(xlim=(source.extent[0], source.extent[2]), ylim=(source.extent[1], source.extent[3]))
-    handles += [Patch(facecolor=colours[each["class"] - 1], label=words.of_class(each["meaning"])) for each in mine]
+    handles += [Patch(facecolor=colours[each["class"] - 1], label=words.of_class(each)) for each in mine]
     return _finished(figure, axes, handles)
 
 
@@ -218,6 +218,5 @@ def factor_words(name: str, words: Words) -> str:
 
 
 def range_words(row: dict[str, Any], words: Words) -> str:
-    low, high = (f"{each:g}" if isinstance(each, (int, float)) else str(each) for each in (row["low"], row["high"]))
-    told = f"{low}–{high}"
-    return told.replace(".", ",") if words.language == "de" else told
+    ends = (row["low"], row["high"])
+    return "–".join(words.signs(f"{each:g}") if isinstance(each, (int, float)) else str(each) for each in ends)

@@ -131,7 +131,7 @@ def intensity(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words
         if not mine:
             continue
         parts += [element("h4", words.say(title)), figure_of(drawings.get(name))]
-        rows = [(words.of_class(each["meaning"]), shown_number(each["area_m2"] / 1e4, words)) for each in mine]
+        rows = [(words.of_class(each), shown_number(each["area_m2"] / 1e4, words)) for each in mine]
         parts.append(table([words.say(title), words.say("class_ground")], rows))
     timed = any("return_period_years" in row for row in facts["lines"])
     head = [words.say(each) for each in ("line", "at_least", "n_reach", "share_of_logs")]

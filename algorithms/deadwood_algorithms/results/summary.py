@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.results.asked import Asked
 from deadwood_algorithms.results.hits import ledger_records, obstacle_record
-from deadwood_algorithms.results.modelled import modelled
+from deadwood_algorithms.results.modelled import modelled, told
+from deadwood_algorithms.results.scenario import counted_of, scenario_of
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import Releases
@@ -50,6 +51,8 @@ def summary_of(
     stems = scene.tree_restitution if layers.tree_ids or layers.lying.ids else None
     fences = scene.barrier_restitution if len(layers.barriers.ids) else None
     restitutions = (scene.restitution, stems or 0.0, fences or 0.0)
+    counted = counted_of(layers, releases, queue.rows.size)
+    clauses = modelled(asked, layers, counted)
     cpu, wall, steps = (float(by_log[f"cost_{name}"].sum()) for name in ("cpu_s", "wall_s", "steps"))
     return {
         "logs": {
@@ -77,7 +80,10 @@ def summary_of(
             "unconverged_steps": int(by_log["unconverged"].sum()),
             "auto": asked.auto,
         },
-        "modelled": modelled(asked, layers),
+        "scenario": scenario_of(asked, layers, releases),
+        "counted": counted,
+        "modelled": {name: told(each) for name, each in clauses.items()},
+        "modelled_facts": clauses,
         "cost": {
             "cpu_s": cpu,
             "wall_s": wall,

@@ -6,6 +6,7 @@ ends with ``.qml``.
 
 from __future__ import annotations
 
+from deadwood_algorithms.schemas.brought import ORIENTATIONS
 from deadwood_algorithms.schemas.results import BARRIER_CLASS, SITE_COLUMNS, SITED_GAIN, SITED_HITS
 from deadwood_algorithms.schemas.words import Band, JsonFile, Key, OtherFile, RasterFile, TableFile, a_number, a_text
 
@@ -427,6 +428,46 @@ def _wood(name: str, what: str) -> tuple[Key, ...]:
     )
 
 
+def _range(name: str, what: str) -> tuple[Key, ...]:
+    return (
+        _key(name, what),
+        _key(f"{name}.median", "Median"),
+        _key(f"{name}.low", "Smallest"),
+        _key(f"{name}.high", "Largest"),
+    )
+
+
+_SCENARIO_KEYS = (
+    _key("scenario", "What was slid through what, as it took effect"),
+    _key("scenario.logs", "The logs that were run"),
+    _key("scenario.logs.n", "How many"),
+    *_range("scenario.logs.length_m", "Their lengths [m]"),
+    *_range("scenario.logs.dbh_cm", "Their DBH [cm]"),
+    *_range("scenario.logs.density_kg_m3", "Their densities [kg/m³]"),
+    _key("scenario.logs.posture", "How they were released"),
+    *(_key(f"scenario.logs.posture.{each}", f"Share of them that was {each}") for each in ORIENTATIONS),
+    *_range("scenario.friction", "The ground's coefficient of friction: a number, or by cell its range"),
+    _key("scenario.rolling_friction", "That of rolling; null for a shape of points"),
+    _key("scenario.restitution", "Normal restitution of the ground"),
+    _key("scenario.trees", "The standing trees that logs can meet"),
+    _key("scenario.trees.n", "How many"),
+    *_range("scenario.trees.dbh_cm", "Their DBH [cm]"),
+    *_range("scenario.trees.height_m", "Their heights [m]"),
+    _key("scenario.barriers", "The barriers"),
+    _key("scenario.barriers.n", "How many"),
+    *_range("scenario.barriers.height_m", "Their heights [m]"),
+    *(
+        key
+        for name, what in (("lying_logs", "lying logs"), ("blocks", "boulders"), ("lines", "lines that are watched"))
+        for key in (_key(f"scenario.{name}", f"The {what}"), _key(f"scenario.{name}.n", "How many"))
+    ),
+    _key("scenario.dem", "The terrain model"),
+    _key("scenario.dem.nx", "Its columns"),
+    _key("scenario.dem.ny", "Its rows"),
+    _key("scenario.dem.cell_m", "Side of its cells [m]"),
+    _key("scenario.fidelity", "Name of the fidelity"),
+    _key("scenario.seed", "Seed of the draws"),
+)
 SUMMARY = JsonFile(
     name="summary.json",
     meaning="What a run comes to",
@@ -502,7 +543,20 @@ SUMMARY = JsonFile(
         _key("accuracy.auto.reached", "Whether that is kept; likewise"),
         _key("accuracy.auto.logs", "Logs that were run"),
         _key("accuracy.auto.logs_at_most", "Logs that could have been"),
+        *_SCENARIO_KEYS,
+        _key("counted", "What became of the rows of each layer that was given: read = used + left out"),
+        _key("counted.LAYER", "The layer, by the parameter that named it"),
+        _key("counted.LAYER.read", "Its rows"),
+        _key("counted.LAYER.used", "Those that had a part in the run"),
+        _key("counted.LAYER.left_out", "One a reason why others had none"),
+        _key(
+            "counted.LAYER.left_out[].why",
+            "`off_dem`, beyond the terrain model; `no_terrain`, on its last half cell or on nodata; `beyond_window`, "
+            "where no log comes; `not_run`, a log that --until-ci or --error made needless",
+        ),
+        _key("counted.LAYER.left_out[].n", "How many rows"),
         _whole("modelled", "What of the scene was modelled, and what was not and why, in words"),
+        _whole("modelled_facts", "The same as records: the name of each clause, and the numbers in it"),
         _key("cost", "What the run cost"),
         _key("cost.cpu_s", "Time of all cores [s]"),
         _key("cost.wall_s", "Time of sliding, the sum over the logs [s]"),
@@ -630,6 +684,9 @@ INTENSITY_FACTS = JsonFile(
         _key("classes[].map", "The raster"),
         _key("classes[].class", "The class"),
         _key("classes[].meaning", "What it is"),
+        _key("classes[].low", "Its lower bound; null without one, and not there in the matrix, like the next two"),
+        _key("classes[].high", "Its upper bound; likewise"),
+        _key("classes[].unit", "Their unit: kJ, % of the logs, or years"),
         _key("classes[].cells", "Cells that have it"),
         _key("classes[].area_m2", "Their area [m²]"),
         _whole("lines", "The rows of lines.csv"),

@@ -28,6 +28,7 @@ from typing import TYPE_CHECKING
 
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.report.languages import LANGUAGES
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -54,7 +55,7 @@ class Ask:
         help="A layer of value-trees, folders of site-barriers, map-intensity, map-origins or vary; each with its run.",
     )
     title: str | None = tool.text("Title of the page", default=None, help="Default: the names of the runs.")
-    language: str = tool.choice("Language of the page", "en", "de", default="en")
+    language: str = tool.choice("Language of the page", *LANGUAGES, default="en")
     figures: str | None = tool.output_folder(
         "Folder for every figure as PNG, SVG and PDF", default=None, help="For other documents."
     )

@@ -122,12 +122,11 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         maps = Maps(folder, grid)
         names = legend.rising_labels(strong, "kJ")
         weights = rising_class(np.where(passed, energy, np.nan), strong)
-        maps.write("intensity", weights, legend.class_rows(names, legend.WARM), "Class of intensity")
+        maps.write("intensity", weights, legend.class_rows(names, legend.WARM), "Class of intensity", (strong, "kJ"))
         passages = rising_class(np.where(passed, 100.0 * hits / n_logs, np.nan), shares)
         often = legend.rising_labels(shares, "% of the logs")
-        maps.write(
-            "passage", passages, legend.class_rows(often, legend.COLD), "Class of the share of the logs that pass"
-        )
+        about = "Class of the share of the logs that pass"
+        maps.write("passage", passages, legend.class_rows(often, legend.COLD), about, (shares, "%"))
         facts: dict[str, Any] = {"rule": RULE, "decides": DECIDES, "energy": ask.energy_raster or "largest of all logs"}
         facts["logs"] = n_logs
         facts["no_hit"] = {"p_high": wilson_interval(0, n_logs)[1]}
@@ -139,7 +138,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             facts["no_hit"]["return_low_years"] = shortest
             write_years(folder / "return_period.tif", years, grid)
             other, rarest_first, often = period_class(years[0], periods), False, legend.period_labels(periods)
-            maps.write("return_class", other, legend.class_rows(often, legend.COLD[::-1]), "Class of the return period")
+            about, rows = "Class of the return period", legend.class_rows(often, legend.COLD[::-1])
+            maps.write("return_class", other, rows, about, (periods, "years"))
             warn_of_few(facts, areas, ask.logs_per_event, periods, feedback)
         both = np.where((weights > 0) & (other > 0), 10 * weights + other, 0).astype(np.uint8)
         maps.write("matrix", both, legend.matrix_rows(names, often, rarest_first=rarest_first), "Class of both")
@@ -161,14 +161,25 @@ class Maps:
         self.folder, self.grid = folder, grid
         self.classes: list[dict[str, Any]] = []
 
-    def write(self, name: str, values: NDArray[np.uint8], rows: Sequence[tuple[int, str, str]], about: str) -> None:
+    def write(
+        self,
+        name: str,
+        values: NDArray[np.uint8],
+        rows: Sequence[tuple[int, str, str]],
+        about: str,
+        scale: tuple[Sequence[float], str] | None = None,
+    ) -> None:
+        """``scale``: the bounds of the classes and their unit; none of the matrix, whose classes are pairs."""
+        from deadwood_algorithms.evaluate.hazard.legend import ranges_of
         from deadwood_algorithms.files.rasters import write_classes
 
         write_classes(self.folder / f"{name}.tif", values, self.grid, rows, description=about)
         count = np.bincount(values.ravel(), minlength=256)
-        for value, _, label in rows:
+        ends = ranges_of(scale[0]) if scale else [None] * len(rows)
+        for (value, _, label), end in zip(rows, ends, strict=True):
+            between = {"low": end[0], "high": end[1], "unit": scale[1]} if scale and end else {}
             ground = {"cells": int(count[value]), "area_m2": float(count[value] * self.grid.cell**2)}
-            self.classes.append({"map": name, "class": value, "meaning": label} | ground)
+            self.classes.append({"map": name, "class": value, "meaning": label} | between | ground)
 
 
 def years_of(

@@ -59,7 +59,8 @@ class Ask(SlidingOptions, SceneByName):
         help="NAME=LOW:HIGH with commas, or a JSON or CSV file of them. A name alone takes the range that is offered: "
         "friction 0.2:0.3, friction_factor 0.8:1.2, rolling_friction 0.03:0.15, restitution 0:0.2, tree_friction "
         "0.2:0.6, tree_restitution 0:0.2, log_dbh_factor and log_length_factor 0.9:1.1, log_density_factor 0.7:1.3, "
-        "tree_dbh_factor 0.9:1.1, dem_noise_m 0:0.1, fidelity draft:standard. Factors multiply what the layers say.",
+        "tree_dbh_factor 0.9:1.1, dem_noise_m 0:0.1, fidelity draft:standard, orientation upright:random-lying (the "
+        "logs' posture at the start; also random). Factors multiply what the layers say.",
     )
     design: str = tool.choice(
         "How to vary: the ends of each range alone, or also all together",

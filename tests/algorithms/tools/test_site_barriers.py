@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import shapely
-from slope_case import Case, layer, points, summary, write_layer
+from slope_case import Case, assert_same_file, layer, points, summary, write_layer
 
 from deadwood_algorithms.evaluate.protection.siting import flux_of
 from deadwood_algorithms.params.tool import UserError
@@ -168,7 +168,7 @@ def test_the_runs_own_barriers_stay_and_threads_change_nothing(case, lines, tmp_
     run = case.run(output=str(tmp_path / "run"), barriers=own, **more)
     found = [site(run, tmp_path / f"{k}", candidates=lines, height_m="3", threads=k) for k in (1, 2)]
     table, frame, _ = found[0]
-    assert (tmp_path / "1" / "barriers.gpkg").read_bytes() == (tmp_path / "2" / "barriers.gpkg").read_bytes()
+    assert_same_file(tmp_path / "1" / "barriers.gpkg", tmp_path / "2" / "barriers.gpkg")
     assert table.equals(found[1][0])
     assert (frame["barrier_id"].iloc[0], frame["height_m"].iloc[0], frame["step"].iloc[0]) == ("old", 2.0, 0)
     assert len(frame) == 2
