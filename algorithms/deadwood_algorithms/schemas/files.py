@@ -763,6 +763,7 @@ CALIBRATION_FACTS = JsonFile(
         _key("logs", "Logs that were slid with each coefficient"),
         _key("event", "What was observed"),
         _key("event.deposits", "Number of deposits, where deposits were observed"),
+        _key("event.search_complete", "Whether all logs of the event were found, not only those that stayed in sight"),
         _key("event.logs", "Logs of the event, where lines or areas were"),
         _key("event.did", "Of these, the logs that did so"),
         _key("cell_m", "Cells of the terrain model, for which the range holds [m]"),
