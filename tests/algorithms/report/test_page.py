@@ -249,6 +249,26 @@ def test_runs_of_other_logs_stand_side_by_side_uncompared(case, run, tmp_path):
     assert "Run other" in text
 
 
+def test_the_scenario_box_says_what_was_slid(case, tmp_path):
+    """Sizes and posture as the releases' columns gave them, and a command without the options that they override."""
+    lying = write_layer(
+        tmp_path / "lying.gpkg",
+        points((30.0, 60.0), (32.0, 60.0)),
+        dbh_cm=[45.0, 46.0],
+        length_m=[12.0, 12.0],
+        orientation=["lying", "lying"],
+        azimuth_deg=[90.0, 45.0],
+    )
+    run = case.run(output=str(tmp_path / "run"), releases=lying, friction="0.3")
+    text = Reader(page_of(run, author="A. Muster", project="Road 12")[0]).text
+    assert "Scenario project Road 12 author A. Muster logs 2, length 12 m, DBH 45.5 cm (45 to 46)" in text
+    assert "posture at the start lying 100 % friction 0.3 rolling friction 0.1 restitution 0" in text
+    command = text[text.index("deadwood-tool slide-logs") :]
+    for option in ("--orientation", "--dbh-cm", "--length-m"):
+        assert option not in command
+    assert "--density-kg-m3 300" in command
+
+
 def test_a_run_of_an_older_version_is_told_in_its_own_words(run, tmp_path):
     """Its summary has sentences alone: they stand as they are, and in another language a line says so."""
     old = tmp_path / "old"

@@ -15,6 +15,7 @@ from deadwood_algorithms.files.crs import crs_name, same_crs
 from deadwood_algorithms.files.vectors import read_table, read_vector
 from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 from deadwood_algorithms.results.arrivals import Arrived, find_arrivals
+from deadwood_algorithms.results.checked import SUMMARY
 from deadwood_algorithms.results.run_folder import GEOPACKAGE, Run, layers_in, read_run
 from deadwood_algorithms.scene.default_log import DEFAULTED
 from deadwood_algorithms.scene.layers import read_lines
@@ -144,7 +145,8 @@ def read_compared(
     """Read the runs, refuse those of other releases, and find what each log reached in each of them."""
     folders, called = folders_of(runs, names)
     found = [read_run(each, feedback=feedback) for each in folders]
-    order = baseline_first([each.summary() for each in found], called, baseline, feedback)
+    summaries = [each.summary() if (each.path / SUMMARY).is_file() else {} for each in found]
+    order = baseline_first(summaries, called, baseline, feedback)
     found, called = [found[k] for k in order], [called[k] for k in order]
     for run in found[1:]:
         if not same_crs(run.grid.crs, found[0].grid.crs):
