@@ -125,4 +125,4 @@ def test_as_it_is_says_of_which_logs_and_at_which_fidelity():
     told = lines_of([measured(60, 5, 0)], [what_it_hangs_on(measured(60, 5, 0), LOGS)], FACTS)
     assert told[0].startswith("7 runs of the same 200 of 900 logs at draft; ")
     low, high = (100.0 * each for each in wilson_interval(100, 200))
-    assert told[1] == f"the reach of road: 50.0 % ({low:.1f} to {high:.1f}) as it is"
+    assert told[1] == f"the reach of road: 50.0 % ({low:.1f} to {high:.1f} %) as it is"
