@@ -34,6 +34,7 @@ NAMES = (
     "reach-lines",
     "design-values",
     "value-trees",
+    "break-trees",
     "site-barriers",
     "map-intensity",
     "map-origins",

@@ -129,6 +129,8 @@ def run_every_tool(folder: Path) -> list[Found]:
         geoparquet=True,
         report=True,
         danger_counts=True,
+        tree_capacity_kj=1.0,
+        log_capacity_kj=1.0,
         output=folder / "slide-logs",
     )
     without = run("slide-logs", **common, until_ci=0.4, geoparquet=True, output=folder / "without")
@@ -154,7 +156,8 @@ def run_every_tool(folder: Path) -> list[Found]:
         lines=sample("lines"),
         output=at("reach-lines", "reached.gpkg"),
     )
-    run("design-values", run=slid, barrier_classes="etag-027", output=at("design-values", "design_values.csv"))
+    rule = {"barrier_classes": "etag-027", "rule": "uni-11211-fine"}
+    run("design-values", run=slid, **rule, output=at("design-values", "design_values.csv"))
     candidates = {"tree_id": [1], "dbh_cm": [60.0], "height_m": [20.0]}
     spot = shapely.points(*np.mean(np.reshape(frame.total_bounds, (2, 2)), axis=0))
     gpd.GeoDataFrame(candidates, geometry=[spot], crs=frame.crs).to_file(folder / "plant.gpkg", driver="GPKG")
@@ -165,6 +168,7 @@ def run_every_tool(folder: Path) -> list[Found]:
         plant=str(folder / "plant.gpkg"),
         output=at("value-trees", "values.gpkg"),
     )
+    run("break-trees", run=slid, tree_capacity_kj=1.0, output=at("break-trees", "breaking.gpkg"))
     above = {"above_m": "15", "length_m": "40", "height_m": "4", "places": 1, "barrier_classes": "etag-027"}
     run("site-barriers", run=without, **above, output=folder / "site-barriers")
     run("map-intensity", run=slid, events_per_year=0.1, output=folder / "map-intensity")

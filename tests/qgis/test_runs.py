@@ -46,6 +46,7 @@ CASES: dict[str, dict[str, object]] = {
     "reach-lines": {"run": "{work}/slide-logs", "lines": f"{LAYERS}|layername=lines"},
     "design-values": {"run": "{work}/slide-logs", "percentiles": "50,95"},
     "value-trees": {"run": "{work}/slide-logs", "stands": f"{LAYERS}|layername=forest"},
+    "break-trees": {"run": "{work}/slide-logs", "tree_capacity_kj": 10.0},
     "site-barriers": {
         "run": "{work}/run-sites/sites/upright",
         "above_m": "15",

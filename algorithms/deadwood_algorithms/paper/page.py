@@ -21,7 +21,9 @@ computed from. The tool's own docstring has the layout in which a user's data of
 
 Chosen for both: EPSG:2056 at round coordinates; the slope falls to the south; heights rounded to a centimetre; the
 roughness of the sample slope, random relief of the wavelengths {waves} m with standard deviations {deviations} m.
-Tree heights follow DBH[cm] = H[m]^1.25 with a scatter of 6 %. The road is watched at its edge towards the slope.
+Tree heights follow DBH[cm] = H[m]^1.25 with a scatter of 6 %, pyFINT's default until March 2021: the mean DBH of
+Klosters (60 cm) then belongs to trees of 26.5 m; by the default since, 2.52 H^0.84, it would take 44 m. The road is
+watched at its edge towards the slope.
 """
 
 

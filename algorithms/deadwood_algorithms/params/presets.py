@@ -14,7 +14,7 @@ from typing import Any
 
 PAPER = "the paper"
 IPCC = "IPCC 2006 Guidelines 4, table 4.14 (density of sound wood, dry)"
-RATES_OF = "Herrmann et al. 2015, Forest Ecosystems 2:27 (rate of decay)"
+RATES_OF = "Herrmann et al. 2015, Forest Ecosystems 2:27 (rate of decay, of downed wood)"
 AMMANN = "Ammann 2006 in the paper, 6.1 (years)"
 FRICTION_CELL_M = 0.5  # of the terrain model on which the paper's friction was found
 
@@ -97,12 +97,12 @@ def flag_of(name: str) -> str:
 
 @dataclass(frozen=True)
 class Wood:
-    """A wood whose density and decay are known here; ``words`` are those by which a species is known in a table."""
+    """The wood of a species whose density and decay are known here."""
 
     name: str
+    binomial: str
     density_kg_m3: float  # dry mass by fresh volume, sound
-    rate: float  # of decay [1/a]: mass falls as exp(-rate t)
-    words: tuple[str, ...]
+    rate: float  # of decay of downed wood [1/a]: mass falls as exp(-rate t); of snags no rate is known here
     law: str = ""
 
     def kept(self, years: float) -> float:
@@ -110,12 +110,15 @@ class Wood:
         return math.exp(-self.rate * years)
 
 
-SPRUCE = Wood("spruce", 400.0, 0.033, ("picea", "spruce", "fichte", "épicéa", "epicea", "abete rosso"),
-              "chablais-spruce")  # fmt: skip
-BEECH = Wood("beech", 580.0, 0.054, ("fagus", "beech", "buche", "hêtre", "hetre", "faggio"), "chablais-beech")
-PINE = Wood("pine", 420.0, 0.032, ("pinus", "pine", "föhre", "foehre", "kiefer", "pin ", "pino"))
+SPRUCE = Wood("spruce", "Picea abies", 400.0, 0.033, "chablais-spruce")
+BEECH = Wood("beech", "Fagus sylvatica", 580.0, 0.054, "chablais-beech")
+PINE = Wood("pine", "Pinus sylvestris", 420.0, 0.032)
 WOODS = {each.name: each for each in (SPRUCE, BEECH, PINE)}
+OF_SPECIES = {each.binomial: each for each in WOODS.values()}
 CRITICAL_YEARS = (2.0, 5.0)  # after death, of spruce (Ammann 2006)
+
+
+SNAGS = "; the rates are of downed wood, and most logs that slid far had stood dead, of which none is known"
 
 
 def critical_years(wood: Wood) -> tuple[float, float]:
@@ -134,7 +137,7 @@ def _critical(wood: Wood) -> Preset:
         f"{wood.name} without bark and branches that does not break yet, {years}: {dense:.0f} to {light:.0f} kg/m³",
         {"density_kg_m3": float(round(0.5 * (dense + light)))},
         f"reckoned, the middle of that range, from {IPCC}; {RATES_OF}; {AMMANN}{reckoned}",
-        "it is the density of dry wood: water adds to it, and energies grow by as much",
+        f"it is the density of dry wood: water adds to it, and energies grow by as much{SNAGS if reckoned else ''}",
         wood.law,
     )
 
@@ -261,6 +264,11 @@ class BarrierClasses:
         return ", ".join(f"{name}: {holds:g} kJ" for name, holds in self.rows) + f", {self.above}: more"
 
 
+UNCHECKED = "from memory, not checked"
+TESTED = (
+    "they are tested with compact blocks in the middle of a net: a slender log may pass through rings or load a net "
+    "otherwise (the paper, 6.3), so a person decides"
+)
 BARRIERS = {
     each.name: each
     for each in (
@@ -271,11 +279,88 @@ BARRIERS = {
              ("7", 4500.0)),
             "8",
             "ETAG 027 (EOTA 2008), now EAD 340059-00-0106",
-            "they are tested with compact blocks in the middle of a net: a slender log may pass through rings or "
-            "load a net otherwise (the paper, 6.3), so a person decides",
+            TESTED,
+        ),
+        BarrierClasses(
+            "swiss-2001",
+            "the nine classes of the Swiss type test of rockfall nets",
+            (("1", 100.0), ("2", 250.0), ("3", 500.0), ("4", 750.0), ("5", 1000.0), ("6", 1500.0), ("7", 2000.0),
+             ("8", 3000.0), ("9", 5000.0)),
+            "none",
+            "Gerber 2001 (BUWAL and WSL), tested until 2017; that there are nine, of 100 to 5000 kJ, is read "
+            f"(schutz-vor-naturgefahren.ch), the steps between are {UNCHECKED}",
+            TESTED,
         ),
     )
 }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class DesignRule:
+    """How a national rule makes a design value of a percentile: the percentile, and what it is multiplied by."""
+
+    name: str
+    about: str
+    percentiles: Mapping[str, float]  # by quantity [%]
+    factors: Mapping[str, float]
+    source: str
+    mind: str
+
+    @property
+    def values_shown(self) -> str:
+        return ", ".join(
+            f"{each}: {self.percentiles[each]:g} % times {self.factors[each]:.4g}" for each in self.factors
+        )
+
+    @property
+    def said(self) -> str:
+        """Whose rule it is, and what to mind."""
+        return f"--rule {self.name}: {self.values_shown}; {self.source}; {self.mind}"
+
+    def record(self, row: Mapping[str, Any]) -> dict[str, Any]:
+        """Columns of a row of percentiles: factor, design value, and that of the upper end; NaN where it has none."""
+        mine = self.percentiles.get(row["quantity"]) == row["percentile"]
+        factor = self.factors[row["quantity"]] if mine else math.nan
+        values = {"design_value": factor * row["value"], "design_high": factor * row["ci_high"]}
+        return {"factor": factor} | values
+
+
+def _uni(name: str, gamma: float, what: str) -> DesignRule:
+    """Speed and height grow by the factors of model and terrain, the mass by those of volume and unit weight (1.0)."""
+    path = gamma * gamma
+    return DesignRule(
+        f"uni-11211-{name}",
+        f"Italy, {what}",
+        {"energy": 95.0, "height": 95.0},
+        {"energy": path * path * gamma, "height": path},
+        f"UNI 11211-4:2012: 95 % and coefficients of {gamma:g} for model, terrain and volume as in RocFall's manual; "
+        f"how they combine is {UNCHECKED}",
+        "the rule takes the percentile of the speed, here that of the energy; the free border (0.5 m at least) and the "
+        "coefficient of the net's resistance are not in it",
+    )
+
+
+def _onr(consequence: int, energy: float, height: float) -> DesignRule:
+    return DesignRule(
+        f"onr-24810-cc{consequence}",
+        f"Austria, consequence class {consequence}",
+        {"energy": 99.0, "height": 95.0},
+        {"energy": energy, "height": height},
+        f"ONR 24810: all its numbers are {UNCHECKED}",
+        "of actions only: what a net resists is reduced apart",
+    )
+
+
+RULES = {
+    each.name: each
+    for each in (
+        _uni("fine", 1.02, "good survey and a model that was calibrated"),
+        _uni("coarse", 1.10, "coarse survey and a model by numbers of the literature"),
+        _onr(1, 1.0, 1.05),
+        _onr(2, 1.05, 1.10),
+        _onr(3, 1.15, 1.30),
+    )
+}
 
 
 @dataclass(frozen=True)
@@ -308,8 +393,10 @@ def listed() -> Iterator[Listed]:
         yield Listed(
             "design-values, site-barriers", option, each.name, each.values_shown, each.about, each.source, each.mind
         )
+    for each in RULES.values():
+        yield Listed("design-values", flag_of("rule"), each.name, each.values_shown, each.about, each.source, each.mind)
 
 
-def choices_told(table: Mapping[str, Preset | BarrierClasses]) -> str:
+def choices_told(table: Mapping[str, Preset | BarrierClasses | DesignRule]) -> str:
     """What the names of a table mean, for the help of the option that takes them."""
     return "; ".join(f"{name}: {each.about} ({each.values_shown})" for name, each in table.items()) + "."

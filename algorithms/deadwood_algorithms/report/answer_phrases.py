@@ -49,7 +49,12 @@ ANSWER_PHRASES = {
         "for falls of rock (BRP, BWW, BUWAL 1997; BAFU 2016); other bounds are the user's. Which hazard follows, "
         "and whether they suit wood, a person decides."
     ),
-    "intensity_map": "Largest energy of a log",
+    "intensity_map": "Energy of the logs",
+    "class_and_above": "this class and above [ha]",
+    "least_passage": "Where at least {share} % of the logs bring that energy; more logs do not make the areas larger.",
+    "largest_energy": (
+        "The largest energy of all logs, which grows with their number, and with it the area of each class."
+    ),
     "passage_map": "Share of the logs that pass",
     "return_map": "Return period of a passage",
     "class_ground": "ground [ha]",
@@ -83,6 +88,7 @@ ANSWER_PHRASES = {
     "swing": "high less low",
     "total_effect": "total-effect index",
     "factor_friction": "friction",
+    "factor_orientation": "posture of the logs at the start",
     "factor_friction_factor": "friction of the map (times)",
     "factor_rolling_friction": "rolling friction",
     "factor_restitution": "restitution",

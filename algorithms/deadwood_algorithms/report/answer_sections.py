@@ -131,8 +131,17 @@ def intensity(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words
         if not mine:
             continue
         parts += [element("h4", words.say(title)), figure_of(drawings.get(name))]
-        rows = [(words.of_class(each), shown_number(each["area_m2"] / 1e4, words)) for each in mine]
-        parts.append(table([words.say(title), words.say("class_ground")], rows))
+        rows = [[words.of_class(each), shown_number(each["area_m2"] / 1e4, words)] for each in mine]
+        head = [words.say(title), words.say("class_ground")]
+        if "at_least_m2" in mine[0]:
+            head.append(words.say("class_and_above"))
+            for row, each in zip(rows, mine, strict=True):
+                area, low, high = (each[f"at_least_{end}m2"] / 1e4 for end in ("", "low_", "high_"))
+                row.append(with_interval(area, low, high, words))
+        parts.append(table(head, rows))
+        if name == "intensity" and (least := facts.get("least_passage")):
+            say = "least_passage" if least["share"] else "largest_energy"
+            parts.append(element("p", words.say(say, share=shown_number(100 * least["share"], words)), class_="quiet"))
     timed = any("return_period_years" in row for row in facts["lines"])
     head = [words.say(each) for each in ("line", "at_least", "n_reach", "share_of_logs")]
     head += [words.say("return_period")] if timed else []

@@ -36,6 +36,21 @@ PHRASES = {
     "no_reach": "No lines to be reached were given.",
     "run": "Run {name}",
     "runs": "Runs",
+    "scenario": "Scenario",
+    "scenario_posture": "posture at the start",
+    "posture_upright": "upright",
+    "posture_lying": "lying",
+    "posture_tilted": "tilted",
+    "scenario_dbh": "DBH",
+    "scenario_length": "length",
+    "scenario_height": "height",
+    "scenario_density": "density",
+    "scenario_cells": "{nx} × {ny} cells of {cell} m",
+    "scenario_fidelity": "fidelity",
+    "scenario_seed": "seed",
+    "scenario_made": "calculated (UTC)",
+    "project": "project",
+    "author": "author",
     "modelled": "What was modelled, and what was not",
     "modelled_note": (
         "Logs do not break, bend or meet each other; trees and barriers do not give way. The model does not say "
@@ -226,6 +241,15 @@ PHRASES = {
     "energy_taken": "energy taken [kJ]",
     "top_trees": "The trees that hold the most logs",
     "tree": "tree",
+    "above_capacity": "Logs with a hit above what stems can take",
+    "above_of_trees": "of the tree",
+    "above_of_logs": "of the log itself",
+    "all_logs": "all",
+    "held_by_trees": "held by a tree",
+    "above_note": (
+        "Nothing breaks in the model. These logs had, anywhere on their way, a hit that took more energy than the "
+        "capacity given: a measure of how much the result depends on stems that do not break."
+    ),
     "three_d": "3-D view",
     "three_d_note": (
         "Trees, barriers and logs in their true sizes, as modelled (far off at least a pixel wide). Drag turns, "

@@ -26,6 +26,7 @@ from deadwood_algorithms.report.rounded import (
 )
 from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.words import Words
+from deadwood_algorithms.results.capacity import as_share
 from deadwood_algorithms.results.passages import UNITS, design_rows
 from deadwood_algorithms.simulate.fidelity_trade import REACH_ERRORS, Points
 from deadwood_algorithms.stats.statistics import loss_matters
@@ -361,6 +362,7 @@ def ledgers(source: ReportedRun, words: Words) -> Parts:
             for name, record in wood
         ]
         parts.append(table(head, rows))
+    parts += above_capacity(source.summary.get("above_capacity"), words)
     if source.tree_hits is not None and len(source.tree_hits):
         top = source.tree_hits.sort_values(["n_stops", "energy_taken_kj"], ascending=False).head(TOP_TREES)
         head = [words.say(each) for each in ("tree", "n_stops", "n_hits", "energy_taken")]
@@ -378,6 +380,23 @@ def ledgers(source: ReportedRun, words: Words) -> Parts:
         ]
         parts.append(table(head, rows, words.say("top_trees")))
     return parts or [element("p", words.say("ledgers_none"))]
+
+
+ABOVE = {"of_trees": "above_of_trees", "of_logs": "above_of_logs"}
+
+
+def above_capacity(record: Mapping[str, Any] | None, words: Words) -> Parts:
+    """Which share of the logs that trees hold, and of those that reach a line, had a hit above what stems can take."""
+    if not record:
+        return []
+    asked = [name for name in ("of_trees", "of_logs") if record[name]]
+    groups = [("all", words.say("all_logs")), ("held_by_trees", words.say("held_by_trees"))]
+    rows = [[told, *(shown_share(as_share(record[name][group]), words) for name in asked)] for group, told in groups]
+    for k, line in enumerate(record[asked[0]]["reach"]):
+        shares = (shown_share(as_share(record[name]["reach"][k]), words) for name in asked)
+        rows.append([f"{words.say('line')} {line['line_id']}", *shares])
+    head = [words.say("n_logs"), *(words.say(ABOVE[name]) for name in asked)]
+    return [table(head, rows, words.say("above_capacity")), element("p", words.say("above_note"), class_="quiet")]
 
 
 def accuracy(source: ReportedRun, words: Words) -> Parts:
@@ -404,15 +423,31 @@ def accuracy(source: ReportedRun, words: Words) -> Parts:
     return [left_table(rows), element("p", words.say("accuracy_note"), class_="quiet")]
 
 
-def command_of(manifest: Mapping[str, Any]) -> str:
-    """The command line that repeats a run; defaults stand there too, so that none can change under it."""
+def command_of(manifest: Mapping[str, Any], summary: Mapping[str, Any]) -> str:
+    """The command line that repeats a run; defaults stand there too, so that none can change under it. What the columns
+    of the releases say instead of an option is left out: the option had no effect.
+    """
     words = ["deadwood-tool", str(manifest.get("tool", "slide-logs"))]
+    overridden = overridden_options(manifest, summary)
     for name, value in manifest.get("parameters", {}).items():
-        if value is None or value is False or name in ("resume", "overwrite"):
+        if value is None or value is False or name in ("resume", "overwrite") or name in overridden:
             continue
         flag = "--" + name.replace("_", "-")
         words += [flag] if value is True else [flag, str(value)]
     return " ".join(shlex.quote(each) for each in words)
+
+
+def overridden_options(manifest: Mapping[str, Any], summary: Mapping[str, Any]) -> set[str]:
+    """Options of the default log that no log of the run had: columns of its releases told something else."""
+    parameters, found = manifest.get("parameters", {}), set()
+    for name, told in manifest.get("effective", {}).items():
+        given = parameters.get(name)
+        if isinstance(given, (int, float)) and not told["min"] - 1e-6 <= given <= told["max"] + 1e-6:
+            found.add(name)
+    posture = summary.get("scenario", {}).get("logs", {}).get("posture", {})
+    if posture and not posture.get(parameters.get("orientation"), 0.0):
+        found.add("orientation")
+    return found
 
 
 def provenance(source: ReportedRun, words: Words) -> Parts:
@@ -445,7 +480,7 @@ def provenance(source: ReportedRun, words: Words) -> Parts:
     )
     return [
         element("h4", words.say("command")),
-        element("pre", command_of(manifest)),
+        element("pre", command_of(manifest, source.summary)),
         element("h4", words.say("hashes")),
         element("div", table_of, class_="scroll"),
         element("h4", words.say("versions")),

@@ -5,19 +5,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from deadwood_algorithms.results.capacity import Capacity
 from deadwood_algorithms.scene.released_scene import ReleasedScene
 
 
 @dataclass(frozen=True, kw_only=True)
 class Asked:
     """What a run was asked: the scene, the fidelity by name, whether any trajectory is kept, on how few logs danger is
-    told, and whether its counts are kept. With --fidelity auto also what was promised, and what the pilot cost beside
-    the run."""
+    told, whether its counts are kept, and what stems can take. With --fidelity auto also what was promised, and what
+    the pilot cost beside the run."""
 
     scene: ReleasedScene
     fidelity: str
     keeps_poses: bool
     danger_least: int
     danger_counts: bool = False
+    capacity: Capacity = Capacity()
     auto: dict[str, Any] | None = None
     pilot_cpu_s: float = 0.0

@@ -39,6 +39,46 @@ def cell_quantiles(
     ``counts`` are the hits of the chosen logs on ``grid``; they say how much room is needed.
     """
     out = {name: np.full((len(levels), *grid.shape), np.nan, np.float32) for name in quantities}
+    for rows, peaks in peaks_by_rows(source, chosen, counts, grid, quantities, feedback):
+        for channel, name in enumerate(quantities):
+            found = quantiles_by_cell(peaks.peaks[channel], peaks.start, levels)
+            out[name][:, rows] = found.reshape(len(levels), rows.stop - rows.start, -1)
+    return out
+
+
+def largest_by_rank(
+    source: Run,
+    chosen: NDArray[np.int64],
+    counts: NDArray[np.uint32],
+    grid: Grid,
+    quantity: str,
+    ranks: Sequence[int],
+    feedback: Feedback,
+) -> NDArray[np.float32]:
+    """Rasters of what so many of the logs have at least, shape (ranks, ny, nx): rank 1 is the largest of all.
+
+    NaN where fewer logs than the rank passed. ``counts`` as in `cell_quantiles`.
+    """
+    out = np.full((len(ranks), *grid.shape), np.nan, np.float32)
+    for rows, peaks in peaks_by_rows(source, chosen, counts, grid, [quantity], feedback):
+        ordered = ordered_by_cell(peaks.peaks[0], peaks.start)
+        for k, rank in enumerate(ranks):
+            enough = np.diff(peaks.start) >= rank
+            band = np.full(enough.size, np.nan, np.float32)
+            band[enough] = ordered[peaks.start[1:][enough] - rank]
+            out[k, rows] = band.reshape(rows.stop - rows.start, -1)
+    return out
+
+
+def peaks_by_rows(
+    source: Run,
+    chosen: NDArray[np.int64],
+    counts: NDArray[np.uint32],
+    grid: Grid,
+    quantities: Sequence[str],
+    feedback: Feedback,
+) -> Iterator[tuple[slice, CellPeaks]]:
+    """What each log had at most in each cell, by bands of rows; a channel each quantity."""
     bands = list(row_bands(counts.sum(axis=1, dtype=np.int64), HITS_AT_ONCE))
     bodies, reach = bodies_of(source), extents(source, chosen)
     for number, rows in enumerate(bands):
@@ -58,11 +98,8 @@ def cell_quantiles(
             feedback.progress(
                 number + done / max(1, wanted.size), len(bands), "gathering what each log had in each cell"
             )
-        for channel, name in enumerate(quantities):
-            found = quantiles_by_cell(peaks.peaks[channel], peaks.start, levels)
-            out[name][:, rows] = found.reshape(len(levels), rows.stop - rows.start, -1)
+        yield rows, peaks
     feedback.progress(1, 1, "gathering what each log had in each cell")
-    return out
 
 
 def values_of(name: str, piece: dict[str, NDArray], bodies: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -101,16 +138,9 @@ def extents(source: Run, chosen: NDArray[np.int64]) -> NDArray[np.float64]:
 def quantiles_by_cell(
     values: NDArray[np.float32], start: NDArray[np.int64], levels: Sequence[float]
 ) -> NDArray[np.float32]:
-    """Quantiles of the values of each cell, shape (levels, cells); values are not negative, NaN without any.
-
-    Sorted all at once: the bits of a float that is not negative order it, and the cell's number stands before them.
-    """
+    """Quantiles of the values of each cell, shape (levels, cells); values are not negative, NaN without any."""
     count = np.diff(start)
-    keys = np.repeat(np.arange(count.size, dtype=np.uint64), count)
-    keys <<= np.uint64(32)  # in place: these are the largest arrays of the tool
-    keys |= values.view(np.uint32)
-    keys.sort()
-    ordered = keys.astype(np.uint32).view(np.float32)  # the lower half
+    ordered = ordered_by_cell(values, start)
     filled = np.flatnonzero(count)
     out = np.full((len(levels), count.size), np.nan, np.float32)
     for k, level in enumerate(levels):
@@ -120,3 +150,16 @@ def quantiles_by_cell(
         second = ordered[start[filled] + np.minimum(low + 1, count[filled] - 1)]
         out[k, filled] = first + (at - low) * (second - first)
     return out
+
+
+def ordered_by_cell(values: NDArray[np.float32], start: NDArray[np.int64]) -> NDArray[np.float32]:
+    """The values of each cell in ascending order; they are not negative.
+
+    Sorted all at once: the bits of a float that is not negative order it, and the cell's number stands before them.
+    """
+    count = np.diff(start)
+    keys = np.repeat(np.arange(count.size, dtype=np.uint64), count)
+    keys <<= np.uint64(32)  # in place: these are the largest arrays of the tool
+    keys |= values.view(np.uint32)
+    keys.sort()
+    return keys.astype(np.uint32).view(np.float32)  # the lower half

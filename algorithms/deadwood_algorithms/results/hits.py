@@ -15,7 +15,10 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from deadwood_algorithms.results.capacity import LOGS_ABOVE, TREES_ABOVE
+
 if TYPE_CHECKING:
+    from deadwood_algorithms.results.capacity import Overloads
     from deadwood_algorithms.scene.layers import SceneLayers
     from deadwood_algorithms.scene.releases import Releases
 
@@ -36,8 +39,13 @@ BARRIER = (
 )
 
 
-def hit_arrays(hits: Any, log_id: NDArray[np.int64], layers: SceneLayers) -> dict[str, NDArray]:
-    """What is kept of a chunk's hits: those of barriers, and the sums of each tree, then lying log, then block."""
+def hit_arrays(
+    hits: Any, log_id: NDArray[np.int64], layers: SceneLayers, overloads: Overloads | None = None
+) -> dict[str, NDArray]:
+    """What is kept of a chunk's hits: those of barriers, and the sums of each tree, then lying log, then block.
+
+    With ``overloads`` also how many hits were above capacity, by tree and by log.
+    """
     by = hits.by_barrier
     kept = {f"{HITS}barrier_{name}": getattr(hits, name)[by] for name in BARRIER}
     kept[f"{HITS}barrier_log_id"] = log_id[kept.pop(f"{HITS}barrier_log_row")]
@@ -54,7 +62,13 @@ def hit_arrays(hits: Any, log_id: NDArray[np.int64], layers: SceneLayers) -> dic
         "impulse_max": largest,
         "energy_taken": _whole_sums(place, hits.energy_taken[~by], trees.size),
     }
-    return kept | {f"{HITS}tree_{name}": values for name, values in sums.items()}
+    above = {}
+    if overloads:
+        of_tree, of_log = overloads.hits_above(hits, log_id, layers)
+        sums["n_above"] = np.bincount(place[of_tree[~by]], minlength=trees.size)
+        for name, which in ((TREES_ABOVE, of_tree), (LOGS_ABOVE, of_log)):
+            above[name] = np.bincount(hits.log_row[which], minlength=log_id.size)
+    return kept | above | {f"{HITS}tree_{name}": values for name, values in sums.items()}
 
 
 def _numbered(layers: SceneLayers) -> NDArray[np.int64]:
@@ -124,7 +138,8 @@ def _totals(layers: SceneLayers, by_log: Mapping[str, NDArray]) -> dict[str, NDA
     held = _numbered(layers)[np.concatenate(rows)]
     item = by_log[f"{HITS}tree_item"]
     total = {"n_stops": np.bincount(held, minlength=number)}
-    for name in ("n_logs", "n_hits", "impulse_sum", "energy_taken"):
+    counted = ("n_above",) if TREES_ABOVE in by_log else ()
+    for name in ("n_logs", "n_hits", "impulse_sum", "energy_taken", *counted):
         values = by_log[f"{HITS}tree_{name}"]
         total[name] = np.zeros(number, values.dtype)
         np.add.at(total[name], item, values)
@@ -137,6 +152,7 @@ def _totals(layers: SceneLayers, by_log: Mapping[str, NDArray]) -> dict[str, NDA
         "impulse_sum_kns": total["impulse_sum"] * UNIT / 1000.0,
         "impulse_max_kns": largest / 1000.0,
         "energy_taken_kj": total["energy_taken"] * UNIT / 1000.0,
+        **{name: total[name] for name in counted},
     }
 
 
@@ -162,7 +178,7 @@ def lying_hits_frame(layers: SceneLayers, by_log: Mapping[str, NDArray], crs: An
     log = np.flatnonzero((total["n_hits"] > 0) | (total["n_stops"] > 0))
     ids = np.empty(len(layers.lying.ids), object)
     ids[:] = [str(each) for each in layers.lying.ids]
-    columns = {"lying_id": ids[log]} | {name: values[log] for name, values in total.items()}
+    columns = {"lying_id": ids[log]} | {name: values[log] for name, values in total.items() if name != "n_above"}
     return geopandas.GeoDataFrame(columns, geometry=layers.lying.geometry[log], crs=crs)
 
 
@@ -176,7 +192,7 @@ def block_hits_frame(layers: SceneLayers, by_log: Mapping[str, NDArray], crs: An
         "block_id": np.array(layers.blocks.ids, object)[block],
         "diameter_m": solid.diameter[block],
         "height_m": solid.height[block],
-        **{name: values[block] for name, values in total.items()},
+        **{name: values[block] for name, values in total.items() if name != "n_above"},
     }
     return geopandas.GeoDataFrame(columns, geometry=shapely.points(solid.x[block], solid.y[block]), crs=crs)
 

@@ -61,6 +61,46 @@ def scenario_of(asked: Asked, layers: SceneLayers, releases: Releases) -> dict[s
     }
 
 
+def scenario_line(scenario: dict[str, Any]) -> str:
+    """What was slid through what, in one line of a terminal."""
+    logs = scenario["logs"]
+    postures = [name for name in ORIENTATIONS if logs["posture"][name]]
+    posture = (
+        postures[0]
+        if len(postures) == 1
+        else ", ".join(f"{100.0 * logs['posture'][name]:.3g} % {name}" for name in postures)
+    )
+    sizes = f"{_span(logs['length_m'], 'm')} long, DBH {_span(logs['dbh_cm'], 'cm')}"
+    friction = scenario["friction"]
+    laws = [f"friction {_span(friction) if isinstance(friction, dict) else format(friction, 'g')}"]
+    if scenario["rolling_friction"] is not None:
+        laws.append(f"rolling friction {scenario['rolling_friction']:g}")
+    laws.append(f"restitution {scenario['restitution']:g}")
+    met = [
+        f"{scenario[name]['n']} {what[:-1] if scenario[name]['n'] == 1 else what}"
+        for name, what in (
+            ("trees", "trees"),
+            ("barriers", "barriers"),
+            ("lying_logs", "lying logs"),
+            ("blocks", "boulders"),
+        )
+        if scenario[name]["n"]
+    ]
+    dem = scenario["dem"]
+    return (
+        f"scenario: {logs['n']} logs, {posture}, {sizes}; {', '.join(laws)}; {', '.join(met) or 'no obstacle'}; "
+        f"{dem['nx']} x {dem['ny']} cells of {dem['cell_m']:g} m; {scenario['fidelity']}, seed {scenario['seed']}"
+    )
+
+
+def _span(told: dict[str, float | None], unit: str = "") -> str:
+    """``45 cm``, or ``45 cm (32 to 61)`` where the values differ."""
+    if told["median"] is None:
+        return "unknown"
+    shown = f"{told['median']:.4g}" + (f" {unit}" if unit else "")
+    return shown if told["low"] == told["high"] else f"{shown} ({told['low']:.4g} to {told['high']:.4g})"
+
+
 def counted_of(layers: SceneLayers, releases: Releases, n_read: int) -> dict[str, Any]:
     """For each layer that was given: its rows, those that had a part in the run, and why the others had none."""
     scene = layers.scene

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from deadwood_algorithms.results.asked import Asked
+from deadwood_algorithms.results.capacity import overload_lines, overload_record
 from deadwood_algorithms.results.hits import ledger_records, obstacle_record
 from deadwood_algorithms.results.modelled import modelled, told
-from deadwood_algorithms.results.scenario import counted_of, scenario_of
+from deadwood_algorithms.results.scenario import counted_of, scenario_line, scenario_of
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import Releases
@@ -67,6 +68,7 @@ def summary_of(
         "barriers": ledger_records(barrier_records(layers.barriers, by_log), hits["barrier_hits"]),
         "trees": obstacle_record(hits["tree_hits"], len(layers.tree_ids)) if layers.tree_ids else None,
         "held": held_record(by_log["grip"]) if layers.tree_ids else None,
+        "above_capacity": overload_record(asked.capacity, layers.lines, by_log, touched),
         "lying_logs": obstacle_record(hits["lying_hits"], len(layers.lying.ids)) if layers.lying.ids else None,
         "blocks": obstacle_record(hits["block_hits"], len(layers.blocks.ids)) if layers.blocks.ids else None,
         "speed": speed_record(by_log),
@@ -209,11 +211,13 @@ def lines_of(summary: dict[str, Any]) -> tuple[str, ...]:
             f"barrier {record['barrier_id']}: {record['n_reached']} logs reach it, {record['n_stopped']} stopped, "
             f"{record['n_overjumped']} overjumped, {record['n_passed_beside']} passed beside"
         )
+    lines += overload_lines(summary["above_capacity"])
     lines.append(f"speed: {mean_words(speed, logs['released'])}, max {speed['max_ms']:.1f} m/s")
     lines.append(
         f"accuracy: penetration up to {100 * accuracy['penetration_max_m']:.1f} cm, energy error up to "
         f"{100 * accuracy['energy_error_rel_max']:.2g} %"
     )
+    lines.append(scenario_line(summary["scenario"]))
     return tuple(lines)
 
 

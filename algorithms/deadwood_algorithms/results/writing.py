@@ -29,6 +29,7 @@ from deadwood_algorithms.files.streams import Stream, write_geoparquet
 from deadwood_algorithms.files.vectors import write_vector
 from deadwood_algorithms.params.tool import Feedback, Outcome
 from deadwood_algorithms.results.asked import Asked
+from deadwood_algorithms.results.capacity import LOGS_ABOVE, TREES_ABOVE, Overloads
 from deadwood_algorithms.results.checked import SUMMARY
 from deadwood_algorithms.results.danger import STYLE, danger_bands, units_of
 from deadwood_algorithms.results.hits import (
@@ -106,20 +107,22 @@ BY_LOG = (
 )
 
 
-def arrays_of(result: Any, layers: SceneLayers, log_id: NDArray[np.int64], wall_s: float) -> dict[str, NDArray]:
+def arrays_of(
+    result: Any, layers: SceneLayers, log_id: NDArray[np.int64], wall_s: float, overloads: Overloads | None = None
+) -> dict[str, NDArray]:
     """What is kept of a chunk: one row a log, the ledgers of hits, and one row a chunk of what it cost."""
     cost = {f"{COST}{name}": np.array([value], np.float64) for name, value in result.cost.items()}
     kept = {name: np.asarray(getattr(result, name)) for name in BY_LOG}
     failed = result.stop_reason == STOP_REASONS.index("failed")
     kept |= {f"{FAILED}log_id": log_id[failed], f"{FAILED}state": result.last_state[failed]}
-    return kept | hit_arrays(result.hits, log_id, layers) | cost | {f"{COST}wall_s": np.array([wall_s])}
+    return kept | hit_arrays(result.hits, log_id, layers, overloads) | cost | {f"{COST}wall_s": np.array([wall_s])}
 
 
 def kept_of(
-    result: Any, layers: SceneLayers, log_id: NDArray[np.int64], wall_s: float
+    result: Any, layers: SceneLayers, log_id: NDArray[np.int64], wall_s: float, overloads: Overloads | None = None
 ) -> tuple[dict[str, NDArray], pa.Table]:
     """What is kept of a chunk, and the poses of its logs."""
-    return arrays_of(result, layers, log_id, wall_s), pose_table(result.poses, log_id, layers.dem.crs)
+    return arrays_of(result, layers, log_id, wall_s, overloads), pose_table(result.poses, log_id, layers.dem.crs)
 
 
 def pose_table(poses: Any, log_id: NDArray[np.int64], crs: pyproj.CRS) -> pa.Table:
@@ -159,7 +162,7 @@ def write_results(
     feedback.progress(0, 3, "writing the results")
     rows, order = queue.slid_rows()
     releases = releases if rows.size == len(releases) else releases.take(rows)
-    by_log = work.by_log(BY_LOG, order)
+    by_log = work.by_log((*BY_LOG, TREES_ABOVE, LOGS_ABOVE) if asked.capacity else BY_LOG, order)
     touched = reached(layers.lines, by_log, releases)
     crs = layers.dem.plan_crs
     tables: dict[str, geopandas.GeoDataFrame | Stream] = {
@@ -193,9 +196,12 @@ def write_results(
     summary = summary_of(asked, fidelity, layers, releases, by_log, touched, hits, queue)
     still = summary["logs"]["by_stop_reason"]["time_limit"]
     if still > WORTH_A_WARNING * len(releases):
+        mend = "raise --time-limit-s"
+        if layers.shape is None and not asked.scene.rolling_friction:
+            mend += ", or --rolling-friction, without which nothing stops a log that rolls on smooth ground"
         feedback.warn(
             f"{still} of {len(releases)} logs still moved at --time-limit-s {asked.scene.time_limit_s:g}, so their "
-            "deposits are not final; most such logs roll on smooth ground, for the model has no rolling resistance"
+            f"deposits are not final; {mend}"
         )
     if told := lost_warning(summary):
         feedback.warn(told)
@@ -280,6 +286,7 @@ def deposits_frame(layers: SceneLayers, releases: Releases, by_log: Mapping[str,
         "height_max_m": by_log["height_max"],
         "tree_hits": by_log["tree_hits"],
         "barrier_hits": by_log["barrier_hits"],
+        **{name: by_log[name] for name in (TREES_ABOVE, LOGS_ABOVE) if name in by_log},
         "energy_error_rel": by_log["energy_error"],
         "penetration_max_m": by_log["penetration_max"],
         "dbh_cm": releases.dbh_cm,

@@ -233,7 +233,10 @@ DEADWOOD = Layer(
     columns=(
         a_text("decay_stage", "Stage of Maser and Trappe, I to V or 1 to 5, with early or late before it where known"),
         a_number("years_dead", "Years since death, where the stage is not known", 0),
-        a_text("species", "Latin, English, German, French or Italian; for the years"),
+        a_text("species", "Binomial, or common name in German, French, Italian or English; for the years"),
+        a_number(
+            "standing", "1 if it stands, 0 if it lies; the years of other species than spruce are of downed wood", 0, 1
+        ),
     ),
 )
 

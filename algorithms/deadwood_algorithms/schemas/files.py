@@ -6,6 +6,8 @@ ends with ``.qml``.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from deadwood_algorithms.schemas.brought import ORIENTATIONS
 from deadwood_algorithms.schemas.results import BARRIER_CLASS, SITE_COLUMNS, SITED_GAIN, SITED_HITS
 from deadwood_algorithms.schemas.words import Band, JsonFile, Key, OtherFile, RasterFile, TableFile, a_number, a_text
@@ -152,7 +154,7 @@ def _classes(name: str, what: str) -> RasterFile:
 
 
 INTENSITY_MAPS = (
-    _classes("intensity", "Class of intensity"),
+    _classes("intensity", "Class of the ENERGY"),
     _classes("passage", "Class of the share of the logs that pass"),
     _classes("return_class", "Class of the return period"),
     _classes("matrix", "Class of both"),
@@ -244,6 +246,9 @@ DESIGN_VALUES = TableFile(
         a_number("ci_high", "Upper end"),
         a_number("n_more", "How many more hits it takes for an upper end, 0 where there is one", 0),
         a_text("note", "The same in words, or why the quantity is not there"),
+        a_number("factor", "By what the rule multiplies this percentile; empty where it takes another; with --rule", 0),
+        a_number("design_value", "The percentile times the factor"),
+        a_number("design_high", "The upper end times the factor; the interval is of the percentile alone"),
         *BARRIER_CLASS,
     ),
 )
@@ -471,6 +476,33 @@ _SCENARIO_KEYS = (
     _key("scenario.fidelity", "Name of the fidelity"),
     _key("scenario.seed", "Seed of the draws"),
 )
+
+
+def _above_keys(name: str, what: str) -> Iterator[Key]:
+    yield _key(f"above_capacity.{name}", f"Hits above what {what} can take; null where its capacity is not given")
+    yield _key(f"above_capacity.{name}.n_hits", "How many")
+    groups = {"all": "all logs", "held_by_trees": "logs that standing trees hold", "reach[]": "logs that reach a line"}
+    for group, whose in groups.items():
+        at = f"above_capacity.{name}.{group}"
+        yield _key(at.removesuffix("[]"), f"Of {whose}")
+        if group == "reach[]":
+            yield _key(f"{at}.line_id", "The line")
+        yield _key(f"{at}.n_logs", "How many these are")
+        yield _key(f"{at}.n_above", "Those of them that had such a hit, anywhere on their way")
+        yield _key(f"{at}.p", "Their share; null where there is none")
+        yield _key(f"{at}.ci_low", "Lower end of its 95 % Wilson interval")
+        yield _key(f"{at}.ci_high", "Upper end")
+
+
+_ABOVE_KEYS = (
+    _key("above_capacity", "Hits above what trees or logs can take; null without --tree-, --log-capacity-kj"),
+    _key("above_capacity.tree_capacity_kj", "What a tree of 40 cm DBH takes [kJ]"),
+    _key("above_capacity.tree_capacity_power", "Power of DBH over 40 cm with which it grows"),
+    _key("above_capacity.log_capacity_kj", "What a log of 40 cm DBH can lose in a hit [kJ]"),
+    _key("above_capacity.log_capacity_power", "Power of DBH over 40 cm with which that grows"),
+    *_above_keys("of_trees", "a standing tree"),
+    *_above_keys("of_logs", "a log"),
+)
 SUMMARY = JsonFile(
     name="summary.json",
     meaning="What a run comes to",
@@ -492,6 +524,7 @@ SUMMARY = JsonFile(
         _key("held.p_near_edge", "Their share of the logs so held; null where there is none"),
         _key("held.ci_low", "Lower end of its 95 % Wilson interval"),
         _key("held.ci_high", "Upper end"),
+        *_ABOVE_KEYS,
         _key("until_ci", "How --until-ci ended the run; null without it"),
         _key("until_ci.target_half_width", "Half-width that was asked for"),
         _key("until_ci.reached", "Whether every line's interval is that narrow"),
@@ -679,6 +712,12 @@ INTENSITY_FACTS = JsonFile(
         _key("rule", "Whose rule the classes are"),
         _key("decides", "What a person decides"),
         _key("energy", "Which energy of a cell is classed"),
+        _key("least_passage", "How many logs must bring the energy of a cell"),
+        _key("least_passage.share", "Their least share of the logs; 0: the largest energy of all logs is classed"),
+        _key("least_passage.n_logs", "Logs that tell it: those with a stored trajectory"),
+        _key("least_passage.logs", "How many of them that share is"),
+        _key("least_passage.logs_sure", "With so many the 95 % interval of their share lies above the least"),
+        _key("least_passage.logs_possible", "With so many it is not yet below it"),
         _key("logs", "Logs of the run"),
         _key("logs_per_event", "Logs that start in one event; with a frequency"),
         _key("areas", "Release areas; with a frequency"),
@@ -697,6 +736,9 @@ INTENSITY_FACTS = JsonFile(
         _key("classes[].unit", "Their unit: kJ, % of the logs, or years"),
         _key("classes[].cells", "Cells that have it"),
         _key("classes[].area_m2", "Their area [m²]"),
+        _key("classes[].at_least_m2", "Of intensity: area of this class and those above it [m²]"),
+        _key("classes[].at_least_low_m2", "Lower end of its 95 % interval: cells whose own intervals are of these"),
+        _key("classes[].at_least_high_m2", "Upper end: cells whose own intervals reach these"),
         _whole("lines", "The rows of lines.csv"),
     ),
 )

@@ -67,6 +67,8 @@ DEPOSITS = Layer(
         a_number("height_max_m", "Greatest height of the log's centre of mass above the terrain"),
         a_count("tree_hits", "How many trees, standing or lying, and boulders it hit"),
         a_count("barrier_hits", "How many barriers it hit"),
+        a_count("tree_hits_above", "Hits in which a standing tree took more than it can; with --tree-capacity-kj"),
+        a_count("log_hits_above", "Hits in which it lost more than a log can; with --log-capacity-kj"),
         a_number("energy_error_rel", "Energy gained by the numbers, relative to the energy turned over"),
         a_number("penetration_max_m", "Deepest penetration of terrain, tree or barrier", 0),
         *SIZE,
@@ -147,6 +149,7 @@ TREE_HITS = Layer(
         a_number("impulse_sum_kns", "Momentum that it took up in blows, the sum of all hits", 0),
         a_number("impulse_max_kns", "The same of its hardest hit", 0),
         a_number("energy_taken_kj", "Energy that logs lost to it, by impact and friction, the sum of all hits"),
+        a_count("n_above", "Hits in which it took more than it can; with --tree-capacity-kj"),
     ),
 )
 
@@ -154,7 +157,7 @@ LYING_HITS = Layer(
     name="lying_hits",
     geometry=("LineString",),
     meaning="Every lying log that was hit, and what it took of the sliding ones",
-    columns=(an_id("lying_id", "The lying log"), *TREE_HITS.columns[3:]),
+    columns=(an_id("lying_id", "The lying log"), *TREE_HITS.columns[3:-1]),
 )
 
 BLOCK_HITS = Layer(
@@ -165,7 +168,7 @@ BLOCK_HITS = Layer(
         an_id("block_id", "The boulder"),
         a_number("diameter_m", "Its diameter", 0),
         a_number("height_m", "Height of its top above the terrain", 0),
-        *TREE_HITS.columns[3:],
+        *TREE_HITS.columns[3:-1],
     ),
 )
 
@@ -520,6 +523,33 @@ VALUES = Layer(
         a_number("ci_low", "Lower end of its 95 % interval, of paired logs", -1, 1),
         a_number("ci_high", "Upper end", -1, 1),
         *_HOLDS,
+    ),
+)
+
+REACH_BREAKING = Layer(
+    name="reach_breaking",
+    geometry=REACH.geometry,
+    meaning="Each line or polygon: logs that reach it with rigid trees, and where those that would break take nothing",
+    columns=(
+        _LINE,
+        a_count("n_total", "Logs of the run"),
+        a_count("n_reach", "Of these, the logs that reach the line as things are"),
+        a_count("n_reach_breaking", "Logs that reach it where each goes on without the trees that it breaks"),
+        a_number("gain_logs", "The second less the first"),
+        a_number("gain_p", "The same as a share of all logs", -1, 1),
+        a_number("ci_low", "Lower end of its 95 % interval, of paired logs", -1, 1),
+        a_number("ci_high", "Upper end", -1, 1),
+    ),
+)
+
+BROKEN = Layer(
+    name="broken",
+    geometry=("Point",),
+    meaning="Every tree that a log would break",
+    columns=(
+        *TREE_HITS.columns[:3],
+        a_number("capacity_kj", "Energy that it takes before it breaks", 0),
+        a_count("n_broken", "Logs that would break it, each meeting it anew"),
     ),
 )
 

@@ -103,6 +103,7 @@ WRITTEN = (
     *_layers("reach-lines", "--output", [results.REACH, results.ARRIVALS, results.ATTRIBUTION, results.ORIGINS]),
     _by_flag("design-values", "--output", files.DESIGN_VALUES),
     *_layers("value-trees", "--output", [results.VALUES, results.PLANTED]),
+    *_layers("break-trees", "--output", [results.REACH_BREAKING, results.BROKEN]),
     *_in_folder("site-barriers", files.SITED_TABLE, files.SITED_FACTS, files.SITED_PICTURE, files.MANIFEST),
     *_layers("site-barriers", "barriers.gpkg", [results.SITED]),
     *_in_folder("map-intensity", *files.INTENSITY_MAPS, files.INTENSITY_LINES, files.INTENSITY_FACTS, files.MANIFEST),

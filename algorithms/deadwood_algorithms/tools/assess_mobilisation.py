@@ -17,7 +17,9 @@ raster serves as its ``--weights``. Gullies, the preferred tracks, are told by h
 Mapped ``--deadwood`` (points) is split by ``--assessed`` into the layers ``candidates`` and ``others``. A candidate
 stands on susceptible ground and is in the decay window in which wood is smooth but still strong, late stage II to early
 III (Maser and Trappe): by a field ``decay_stage``, else by ``years_dead`` and ``species`` (spruce 2 to 5 years). A
-plain II or III, and an unknown decay, count as candidates: the tool errs on the safe side.
+plain II or III, and an unknown decay, count as candidates: the tool errs on the safe side. A species is known by its
+binomial or a common name (German, French, Italian, English); downed beech and Scots pine have years of their own, by
+rates of decay of downed wood, and their snags (a field ``standing``, 1 or 0) none.
 
     deadwood-tool assess-mobilisation --dem sample_data/dem.tif --output susceptibility.tif \\
         --release-areas zones.gpkg --deadwood 'sample_data/sample.gpkg|layername=deadwood' --assessed deadwood.gpkg
@@ -86,6 +88,9 @@ class Ask:
     )
     species_field: str | None = tool.field_of(
         "deadwood", "Field of the species", default=None, help="Without it: species."
+    )
+    standing_field: str | None = tool.field_of(
+        "deadwood", "Field of whether it stands, 1, or lies, 0", default=None, help="Without it: standing."
     )
     years_from: float = tool.number("Years since death from which spruce is smooth", default=2.0, minimum=0.0)
     years_to: float = tool.number("Years since death up to which spruce is strong", default=5.0, minimum=0.0)

@@ -23,15 +23,18 @@ it lies with 95 % probability at least, whatever their distribution. Where the h
         --output run
     deadwood-tool design-values --run run --output design_values.csv
 
-`--barrier-classes` tells the weakest class of rockfall nets that holds each percentile of the energy, and the upper end
-of its interval.
+`--rule` makes design values of one percentile of energy and height each, by the factors of a national rule, and says
+what of its numbers was read and what is from memory. `--barrier-classes` tells the weakest class of rockfall nets that
+holds each percentile of the energy, and the upper end of its interval: with the rule's factor where it has one.
 
 The percentiles are of the logs that were released and came so far: of heavier logs, or more friction, they are others.
-Barriers are rigid here, so impulses are those of a wall, not of a net that gives way. No safety factor is in them.
+Barriers are rigid here, so impulses are those of a wall, not of a net that gives way. Percentiles have no safety
+factor.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -72,6 +75,12 @@ class Ask:
         default=None,
         help=presets.choices_told(presets.BARRIERS) + " They are made for rocks; a person decides.",
     )
+    rule: str | None = tool.choice(
+        "Rule that makes design values of percentiles",
+        *presets.RULES,
+        default=None,
+        help=presets.choices_told(presets.RULES) + " They are made for rocks; a person decides.",
+    )
     output: str = tool.output_table("Design values by barrier or line, quantity and percentile")
     overwrite: bool = tool.overwrite()
 
@@ -84,7 +93,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.results.passages import barrier_passages, design_rows, passages_of_lines
     from deadwood_algorithms.results.run_folder import read_run
 
-    levels = [each / 100.0 for each in sorted(ask.percentiles)]
+    rule = presets.RULES[ask.rule] if ask.rule else None
+    wanted = {*ask.percentiles, *(rule.percentiles.values() if rule else ())}
+    levels = [each / 100.0 for each in sorted(wanted)]
     with writing(TOOL, ask, feedback) as outputs:
         path = outputs.file("output", ".csv")
         source = read_run(ask.run, feedback=feedback)
@@ -92,15 +103,21 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         if not found:
             raise UserError(f"{ask.run}: the run has neither barriers nor lines; --lines names some")
         rows = [row for each in found for row in design_rows(each, levels, ask.confidence / 100.0)]
+        rows = [row | (rule.record(row) if rule else {}) for row in rows]
         classes = presets.BARRIERS[ask.barrier_classes] if ask.barrier_classes else None
-        if classes:
-            nothing = {"barrier_class": "", "barrier_class_high": ""}
-            rows = [
-                row | (classes.record(row["value"], row["ci_high"]) if row["quantity"] == "energy" else nothing)
-                for row in rows
-            ]
+        rows = [row | (class_record(classes, row) if classes else {}) for row in rows]
         write_csv(path, pandas.DataFrame(rows))
-    return Outcome({"output": Path(ask.output)}, {"rows": rows}, (*lines_of(found, rows), *class_lines(rows, classes)))
+    shown = (*lines_of(found, rows), *rule_lines(rows, rule), *class_lines(rows, classes))
+    return Outcome({"output": Path(ask.output)}, {"rows": rows}, shown)
+
+
+def class_record(classes: presets.BarrierClasses, row: dict[str, Any]) -> dict[str, str]:
+    """The classes that hold an energy: its design value where a rule makes one, else the percentile as it is."""
+    if row["quantity"] != "energy":
+        return {"barrier_class": "", "barrier_class_high": ""}
+    designed = row.get("factor", math.nan) == row.get("factor", math.nan)
+    names = ("design_value", "design_high") if designed else ("value", "ci_high")
+    return classes.record(*(row[name] for name in names))
 
 
 def lines_of(found: Sequence[Passages], rows: Sequence[dict[str, Any]]) -> tuple[str, ...]:
@@ -121,16 +138,40 @@ def lines_of(found: Sequence[Passages], rows: Sequence[dict[str, Any]]) -> tuple
     return tuple(shown)
 
 
+def rule_lines(rows: Sequence[dict[str, Any]], rule: presets.DesignRule | None) -> list[str]:
+    """Of each place the design values; whose rule it is, and what to mind."""
+    if rule is None:
+        return []
+    shown = []
+    for row in rows:
+        if not math.isnan(row["design_value"]):
+            high = (
+                f"up to {row['design_high']:.3g}" if not math.isnan(row["design_high"]) else "no upper end can be told"
+            )
+            shown.append(
+                f"{row['kind']} {row['place_id']}, design value of the {row['quantity']}: {row['design_value']:.3g} "
+                f"{row['unit']} ({high}), {row['percentile']:g} % times {row['factor']:.4g}"
+            )
+    return [*shown, rule.said]
+
+
 def class_lines(rows: Sequence[dict[str, Any]], classes: presets.BarrierClasses | None) -> list[str]:
     """Of each place the class that holds each percentile of the energy; whose classes they are, and who decides."""
     if classes is None:
         return []
     shown = [
-        f"{row['kind']} {row['place_id']}, {row['percentile']:g} % of the energy: {classes.words(row)}"
+        f"{row['kind']} {row['place_id']}, {row['percentile']:g} % of the energy{factor_words(row)}: "
+        f"{classes.words(row)}"
         for row in rows
         if row["barrier_class"]
     ]
     return [*shown, classes.said]
+
+
+def factor_words(row: dict[str, Any]) -> str:
+    """With which factor a percentile is classed."""
+    factor = row.get("factor", math.nan)
+    return " without a factor" if math.isnan(factor) else f" times {factor:.4g}"
 
 
 def value_words(row: dict[str, Any]) -> str:

@@ -42,7 +42,15 @@ from deadwood_algorithms.prepare.trees import allometry
 from deadwood_algorithms.prepare.trees import columns as tree_columns
 from deadwood_algorithms.prepare.trees import sources as tree_sources
 from deadwood_algorithms.prepare.trees import status as tree_status
-from deadwood_algorithms.prepare.trees.dbh_filling import DEFAULT, Filled, chosen_law, fill_sizes, fitted_law, zoned
+from deadwood_algorithms.prepare.trees.dbh_filling import (
+    DEFAULT,
+    Filled,
+    chosen_law,
+    fill_sizes,
+    fitted_law,
+    warn_of_another_region,
+    zoned,
+)
 from deadwood_algorithms.prepare.trees.merging import duplicates
 from deadwood_algorithms.prepare.trees.table import (
     Source,
@@ -233,6 +241,8 @@ def sizes(ask: Ask, source: Source, living: np.ndarray, crown: np.ndarray | None
         source.said.append(f"{replaced.sum()} DBH of the table set aside (--replace-dbh)")
         dbh = np.where(replaced, np.nan, dbh)
     filled = fill_sizes(dbh, height, law, crown, otherwise=allometry.PowerLaw(ask.dbh_a, ask.dbh_b))
+    if (filled.from_height | filled.from_dbh).any():
+        warn_of_another_region(law, source.places, frame.crs, feedback)
     if filled.from_height.any():
         source.said.append(f"{filled.from_height.sum()} DBH missing, computed from the height: {named}")
     if filled.from_dbh.any():

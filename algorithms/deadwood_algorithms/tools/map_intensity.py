@@ -2,10 +2,13 @@
 
 The folder holds, over the ground that any log passed:
 
-- `intensity.tif`: class of the largest energy of a log over the cell (`--energy-raster` takes another, such as the 95 %
-  quantile of `count-hits`): 1 below 30 kJ, 2 from 30 to 300 kJ, 3 from 300 kJ on;
+- `intensity.tif`: class of the energy that at least `--least-passage` of the logs (1 %) bring to the cell, from stored
+  trajectories: 1 below 30 kJ, 2 from 30 to 300 kJ, 3 from 300 kJ on; 0 where fewer pass. More logs tell its areas
+  better, and do not make them larger, as they do those of the largest energy of all logs (`--least-passage 0`).
+  `--energy-raster` takes another energy, such as the 95 % quantile of `count-hits`, where so many logs pass;
 - `passage.tif`: class of the share of the logs that passed: 1 below 0.1 %, then to 1 %, to 10 %, and from 10 % on;
-- `matrix.tif`: both: 10 times the class of intensity, and the other; with a frequency the other is the return period's;
+- `matrix.tif`: both, where there is a class of intensity: 10 times that class, and the other; with a frequency the
+  other is the return period's;
 - with a frequency `return_period.tif` (years, and the ends of its 95 % interval) and `return_class.tif`: 1 up to 30
   years, 2 to 100, 3 to 300, 4 beyond;
 - `lines.csv`: for each line, how many logs reach it with at least 0, 30, 300 kJ, their share and the return period of
@@ -24,9 +27,9 @@ differ in frequency the hits of each are counted from stored trajectories.
 
 The classes of 30 and 300 kJ and of 30, 100 and 300 years are those of the Swiss federal recommendations for falls of
 rock (BRP, BWW and BUWAL 1997; BAFU 2016). They were made for rock: whether they suit wood, and which hazard a field of
-the matrix is, a person decides. A cell is classed by its estimate, the ends of its interval stand beside
-it. Where no log passed a cell is empty, which is no promise: `classes.json` says how
-probable a passage may be there yet, and how short the return period.
+the matrix is, a person decides. A cell is classed by its estimate; `classes.json` has the ground of each class of
+energy and those above it with its 95 % interval. Where no log passed a cell is empty, which is no promise:
+`classes.json` says how probable a passage may be there yet, and how short the return period.
 """
 
 from __future__ import annotations
@@ -61,9 +64,17 @@ class Ask:
     run: str = tool.folder("Folder of a run of slide-logs")
     energy_classes_kj: tuple[float, ...] = tool.class_bounds("Bounds of the classes of energy", 30.0, 300.0, unit="kJ")
     energy_raster: str | None = tool.raster(
-        "Energies to be classed in place of the run's largest [kJ]",
+        "Other energies to be classed [kJ]",
         default=None,
         help="Band 1; such as count-hits --energy FILE --quantiles 95.",
+    )
+    least_passage: float = tool.number(
+        "Least share of the logs that bring the energy of a class",
+        unit="%",
+        default=1.0,
+        minimum=0.0,
+        maximum=100.0,
+        help="0: the largest energy of all logs, which grows with their number.",
     )
     probability_classes: tuple[float, ...] = tool.class_bounds(
         "Bounds of the classes of passage", 0.1, 1.0, 10.0, unit="%", maximum=100.0, exclusive_maximum=True,
@@ -102,6 +113,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
     from deadwood_algorithms.evaluate.hazard import cells, legend
     from deadwood_algorithms.evaluate.hazard.frequencies import release_areas
+    from deadwood_algorithms.evaluate.hazard.least_passage import areas_of, energies_of_share
     from deadwood_algorithms.evaluate.hazard.line_passages import line_rows
     from deadwood_algorithms.evaluate.hazard.rates import period_class, rising_class
     from deadwood_algorithms.files.tables import write_csv
@@ -117,17 +129,21 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         areas = release_areas(source, ask.events_per_year, ask.releases, ask.events_field)
         grid = cells.passed_window(source)
         hits = cells.values_on(cells.run_raster(source, cells.HITS), grid, "hits")
-        energy = cells.values_on(ask.energy_raster or cells.run_raster(source, cells.ENERGY), grid, "energy")
         passed, n_logs = hits > 0.0, len(source.deposits)
+        energies = energies_of_share(source, ask.least_passage / 100.0, ask.energy_raster, grid, hits, feedback)
         maps = Maps(folder, grid)
         names = legend.rising_labels(strong, "kJ")
-        weights = rising_class(np.where(passed, energy, np.nan), strong)
-        maps.write("intensity", weights, legend.class_rows(names, legend.WARM), "Class of intensity", (strong, "kJ"))
+        weights = rising_class(np.where(passed, energies.estimate, np.nan), strong)
+        warm = legend.class_rows(names, legend.WARM)
+        maps.write("intensity", weights, warm, f"Class of the {energies.what}", (strong, "kJ"))
+        for row, areas_told in zip(maps.classes, areas_of(energies, strong, grid.cell), strict=True):
+            row.update(areas_told)
         passages = rising_class(np.where(passed, 100.0 * hits / n_logs, np.nan), shares)
         often = legend.rising_labels(shares, "% of the logs")
         about = "Class of the share of the logs that pass"
         maps.write("passage", passages, legend.class_rows(often, legend.COLD), about, (shares, "%"))
-        facts: dict[str, Any] = {"rule": RULE, "decides": DECIDES, "energy": ask.energy_raster or "largest of all logs"}
+        facts: dict[str, Any] = {"rule": RULE, "decides": DECIDES, "energy": energies.what}
+        facts["least_passage"] = energies.facts
         facts["logs"] = n_logs
         facts["no_hit"] = {"p_high": wilson_interval(0, n_logs)[1]}
         other, rarest_first = passages, True
@@ -235,7 +251,8 @@ def words_of(facts: dict[str, Any], rows: Sequence[dict[str, Any]]) -> tuple[str
         told = [f"{each['meaning']}: {each['area_m2'] / 1e4:.3g} ha" for each in facts["classes"]
                 if each["map"] == name and each["cells"]]  # fmt: skip
         if name != "matrix":
-            shown.append(f"{name}: {'; '.join(told)}")
+            what = f"intensity, {facts['energy']}" if name == "intensity" else name
+            shown.append(f"{what}: {'; '.join(told)}")
     for row in rows:
         if row["n_reach"] is not None:
             shown.append(line_words(row))

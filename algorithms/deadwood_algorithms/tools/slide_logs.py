@@ -25,6 +25,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -41,7 +42,7 @@ if TYPE_CHECKING:
     from deadwood_algorithms.results.forecast import Pilot
     from deadwood_algorithms.scene.layers import SceneLayers
     from deadwood_algorithms.scene.releases import Releases
-    from deadwood_algorithms.simulate.chunks import ChunkedRun
+    from deadwood_algorithms.simulate.chunks import ChunkedRun, Keeper
     from deadwood_algorithms.simulate.simulation import Simulation
     from deadwood_engine import Fidelity
 
@@ -131,6 +132,29 @@ class Ask(SlidingOptions, SceneByName):
         advanced=True,
         help="danger_count.tif, from which those of several runs add up; run-sites asks for it.",
     )
+    tree_capacity_kj: float | None = tool.number(
+        "Energy that a tree of 40 cm DBH takes before it breaks, to count the hits above",
+        unit="kJ",
+        default=None,
+        minimum=0.0,
+        exclusive=True,
+        advanced=True,
+        help="Nothing breaks: the hits in which a standing tree takes more are counted, and the logs that had one.",
+    )
+    tree_capacity_power: float = tool.number(
+        "Power of DBH over 40 cm with which it grows", default=2.0, minimum=0.0, maximum=6.0, advanced=True
+    )
+    log_capacity_kj: float | None = tool.number(
+        "Energy that a log of 40 cm DBH can lose in a hit before it breaks, to count the hits above",
+        unit="kJ",
+        default=None,
+        minimum=0.0,
+        exclusive=True,
+        advanced=True,
+    )
+    log_capacity_power: float = tool.number(
+        "Power of DBH over 40 cm with which that grows", default=2.0, minimum=0.0, maximum=6.0, advanced=True
+    )
     qgis_project: bool = tool.flag(
         "Add a QGIS project to the run",
         help="With styled and grouped layers, animated logs and a 3-D view: project.qgz, and scene.gpkg beside it.",
@@ -188,6 +212,7 @@ def pilot_of(ask: Ask, place: Path, kept: int | None, feedback: Feedback) -> tup
 def slid_run(ask: Ask, feedback: Feedback, at_most: int | None = None) -> tuple[Outcome, int]:
     """The run itself, of an even draw of so many logs if not of all; and how many logs the layer has."""
     from deadwood_algorithms.results.asked import Asked
+    from deadwood_algorithms.results.capacity import Capacity
     from deadwood_algorithms.results.forecast import refuse_full_disk
     from deadwood_algorithms.results.identity import writing
     from deadwood_algorithms.results.writing import write_results
@@ -219,6 +244,7 @@ def slid_run(ask: Ask, feedback: Feedback, at_most: int | None = None) -> tuple[
             keeps_poses=kept_count != 0,
             danger_least=ask.danger_least,
             danger_counts=ask.danger_counts,
+            capacity=tool.taken(ask, Capacity),
             **told,
         )
         outcome = write_results(
@@ -250,7 +276,6 @@ def slide_all(
     feedback: Feedback,
 ) -> tuple[ChunkedRun, dict[str, Any]]:
     """Slide the logs at one fidelity, all or until the intervals are narrow; what slid, and what is told of it."""
-    from deadwood_algorithms.results.writing import kept_of
     from deadwood_algorithms.simulate.checkpoints import WorkFolder
     from deadwood_algorithms.simulate.chunks import ChunkedRun, DrawnScene, identity_of, queue_of
 
@@ -258,7 +283,7 @@ def slide_all(
     known = identity_of(simulation, layers, releases, **identity(ask), **{"--until-ci": ask.until_ci})
     work = WorkFolder(ask.output, known, resume=ask.resume, feedback=feedback)
     slope = DrawnScene.on(layers, simulation, work, feedback)
-    done = ChunkedRun(simulation, releases, keep, kept_of, slope, queue, work, feedback)
+    done = ChunkedRun(simulation, releases, keep, keeper_of(ask, releases), slope, queue, work, feedback)
     done.slide()
     return done, {"fidelity": ask.fidelity}
 
@@ -273,21 +298,43 @@ def slide_auto(
     feedback: Feedback,
 ) -> tuple[ChunkedRun, dict[str, Any]]:
     """Slide as many logs, at such a fidelity, as keep the promise; what slid, and what is told of it."""
-    from deadwood_algorithms.results.writing import kept_of
     from deadwood_algorithms.simulate.auto_run import AutoRun, Promise
 
     promise = Promise.of(ask.error, ask.budget, ask.assume)
     auto = AutoRun(
-        promise, simulation, layers, releases, keep, kept_of, ask.output, ask.seed, ask.resume, identity(ask), feedback
+        promise,
+        simulation,
+        layers,
+        releases,
+        keep,
+        keeper_of(ask, releases),
+        ask.output,
+        ask.seed,
+        ask.resume,
+        identity(ask),
+        feedback,
     )
     chosen, others_cpu_s = auto.promised(began)
     told = {"fidelity": chosen.option.fidelity, "auto": chosen.record, "pilot_cpu_s": others_cpu_s}
     return auto.taken(chosen.option.fidelity), told
 
 
+def keeper_of(ask: Ask, releases: Releases) -> Keeper:
+    """What is kept of a chunk: with a capacity also the hits above it."""
+    from deadwood_algorithms.results.capacity import Capacity, Overloads
+    from deadwood_algorithms.results.writing import kept_of
+
+    capacity = tool.taken(ask, Capacity)
+    return partial(kept_of, overloads=Overloads.of(capacity, releases)) if capacity else kept_of
+
+
 def identity(ask: Ask) -> dict[str, Any]:
     """What decides the results beside scene, logs and laws."""
-    return {"--trajectories or --seed": [ask.trajectories, ask.seed]}
+    from deadwood_algorithms.results.capacity import Capacity
+
+    capacity = tool.taken(ask, Capacity)
+    more = {"--tree-capacity-kj or --log-capacity-kj": list(vars(capacity).values())} if capacity else {}
+    return {"--trajectories or --seed": [ask.trajectories, ask.seed], **more}
 
 
 def added(ask: Ask, folder: Path, done: ChunkedRun, feedback: Feedback) -> dict[str, Path]:

@@ -241,6 +241,38 @@ def test_design_values_class_energies_alone(case, tmp_path):
     assert found.lines[-1].endswith("so a person decides")
 
 
+def test_a_rule_multiplies_its_percentile_and_the_class_is_of_that(case, tmp_path):
+    run = case.run(output=str(tmp_path / "run"), **case.everything())
+    given = {"run": str(run), "barrier_classes": "swiss-2001", "percentiles": "50"}
+    found = design_values.TOOL(output=str(tmp_path / "d.csv"), rule="onr-24810-cc3", **given)
+    rows: Any = pd.read_csv(tmp_path / "d.csv", encoding="utf-8-sig", dtype={"barrier_class": str})
+    assert set(rows["percentile"]) == {50.0, 95.0, 99.0}  # its own percentiles beside those asked for
+    rule, classes = presets.RULES["onr-24810-cc3"], presets.BARRIERS["swiss-2001"]
+    ruled = rows[rows["factor"].notna()]
+    assert set(zip(ruled["quantity"], ruled["percentile"], strict=True)) == {("energy", 99.0), ("height", 95.0)}
+    for row in ruled.to_dict("records"):
+        assert row["design_value"] == pytest.approx(rule.factors[row["quantity"]] * row["value"], nan_ok=True)
+        if row["quantity"] == "energy" and row["n"]:
+            assert row["barrier_class"] == classes.class_of(row["design_value"])[0]
+    told = "\n".join(found.lines)
+    assert "99 % of the energy times 1.15: class" in told
+    assert "50 % of the energy without a factor: class" in told
+    assert "all its numbers are from memory, not checked" in told
+    assert "the steps between are from memory, not checked" in told
+
+
+def test_what_is_from_memory_is_marked_wherever_a_rule_is_named():
+    assert presets.RULES["uni-11211-fine"].factors["energy"] == pytest.approx(1.02**5)
+    assert presets.RULES["uni-11211-coarse"].factors["height"] == pytest.approx(1.21)
+    for each in presets.RULES.values():
+        assert presets.UNCHECKED in each.said
+    rows = {each.name: each for each in presets.listed()}
+    assert presets.UNCHECKED in rows["onr-24810-cc1"].source
+    assert presets.UNCHECKED in rows["swiss-2001"].source
+    swiss = presets.BARRIERS["swiss-2001"]
+    assert (len(swiss.rows), swiss.rows[0][1], swiss.rows[-1][1]) == (9, 100.0, 5000.0)  # what was read
+
+
 def test_the_list_has_every_name_that_a_tool_offers(tmp_path):
     from deadwood_toolbox.shelf import TOOLS
 

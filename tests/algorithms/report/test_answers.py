@@ -142,10 +142,15 @@ def test_the_barriers_are_those_of_the_table(page, results):
 def test_the_classes_have_their_ground_and_lines_their_period(page, results):
     facts = json.loads((results["intensity"] / "classes.json").read_text(encoding="utf-8"))
     shown = Shown(part(page, "intensity"))
-    ground = {row[0]: row[1] for row in shown.rows if len(row) == 2}
+    ground = {row[0]: row[1] for row in shown.rows if len(row) in (2, 3)}
+    above = {row[0]: row[2].split(" ")[0] for row in shown.rows if len(row) == 3}
     for each in facts["classes"]:
         if each["map"] in ("intensity", "passage", "return_class"):
             assert float(ground[each["meaning"]]) == pytest.approx(each["area_m2"] / 1e4, rel=5e-3, abs=1e-9)
+        if each["map"] == "intensity":
+            half = max((each["at_least_high_m2"] - each["at_least_low_m2"]) / 2e4, 1e-6)  # two digits of it are shown
+            assert float(above[each["meaning"]]) == pytest.approx(each["at_least_m2"] / 1e4, abs=0.05 * half, rel=5e-3)
+    assert "at least 1 % of the logs" in " ".join(shown.said).replace("\u00a0", " ")
     lines = [row for row in shown.rows if len(row) == 5][1:]
     assert [(row[0], float(row[1]), int(row[2])) for row in lines] == [
         (row["line_id"], row["at_least_kj"], row["n_reach"]) for row in facts["lines"] if row["n_reach"] is not None

@@ -368,6 +368,23 @@ def test_mapped_deadwood_is_split_by_decay_and_ground(tmp_path, said):
     assert drawn["dbh_cm"].unique().tolist() == [40.0]
 
 
+def test_what_is_not_known_of_a_species_is_said(tmp_path, said):
+    """Snags of beech are of unknown decay, so candidates; names of no species and species without a rate are told."""
+    dem = write_raster(tmp_path / "dem.tif", plane(40.0))
+    logs = write_layer(
+        tmp_path / "logs.gpkg", [Point(30.0, 25.0)] * 5, years_dead=[9.0] * 5,
+        species=["Buche", "Buche", "Buche", "sapin", "Mammutbaum"], standing=[1, 0, None, 1, 1],
+    )  # fmt: skip
+    found = Assessed(tmp_path, said, dem=dem, deadwood=logs)
+    assert found.logs("candidates")["decay"].tolist() == ["unknown"]
+    assert len(found.logs("others")) == 4
+    told = " ".join(said.notes)
+    assert "no species known here is Mammutbaum" in told
+    assert "no rate of decay is known of sapin; spruce stands for it" in told
+    assert "1 snags are not of spruce" in told
+    assert "1 points not of spruce are judged by rates of decay of downed wood" in told
+
+
 def test_fields_of_other_names_and_numbers_as_stages(tmp_path):
     dem = write_raster(tmp_path / "dem.tif", plane(40.0))
     logs = write_layer(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from statistics import NormalDist
 from typing import Any
 from xml.etree import ElementTree
 
@@ -44,7 +45,8 @@ def made(tmp_path) -> Path:
 
 
 def maps(run: Path, folder: Path, **values: Any) -> dict[str, np.ndarray]:
-    map_intensity.TOOL(run=str(run), output=str(folder), overwrite=True, **values)
+    """Of the run's own rasters, which here are not those of its tracks, unless another least passage is given."""
+    map_intensity.TOOL(**{"run": str(run), "output": str(folder), "overwrite": True, "least_passage": 0.0} | values)
     return {each.stem: raster(each)[::-1] for each in folder.glob("*.tif")}
 
 
@@ -68,6 +70,86 @@ def test_every_cell_has_the_classes_of_its_numbers(made, tmp_path):
         assert whole(found["intensity"])[row, column] == strong
         assert found["passage"][row, column] == often
         assert found["matrix"][row, column] == (10 * strong + often if hits else 0)
+
+
+CORRIDOR = 6.0  # standard deviation of where the tracks run [m]
+HEAVY = 0.12  # share of the logs that bring 300 kJ
+
+
+def passages(folder: Path, count: int) -> Path:
+    """Straight tracks side by side, normally spread about u = 30 m, a share of them fast."""
+    rng = np.random.default_rng(count)
+    places = rng.normal(30.0, CORRIDOR, count).clip(1.0, 59.0)
+    mass = float(cone_bodies(np.array([0.4]), np.array([4.0]), np.array([300.0]))[0, MASS])
+    speeds = np.sqrt(2.0 * 1000.0 * np.where(rng.random(count) < HEAVY, 350.0, 100.0) / mass)
+    ways = [Track((u, 80.0), (u, 20.0), speed=v, spacing=100.0) for u, v in zip(places, speeds, strict=True)]
+    hits = np.zeros((LENGTH, WIDTH), np.uint32)
+    hits[15:85] = 1
+    rasters = {"hit_count": hits, "energy_max": np.where(hits > 0, 350.0, np.nan).astype(np.float32)}
+    return write_run(folder, ways, rasters=rasters)
+
+
+def heavy_cells(least: float) -> int:
+    """Cells across the corridor that at least this share of all logs pass with 300 kJ, from the normal law."""
+    law = NormalDist(30.0, CORRIDOR)
+    share = [HEAVY * (law.cdf(k + 1.2) - law.cdf(k - 0.2)) for k in range(WIDTH)]  # the base's radius is 0.2 m
+    return sum(each >= least for each in share)
+
+
+def test_areas_do_not_grow_with_the_number_of_logs(tmp_path):
+    """Of 500, 2000 and 8000 logs the interval of the area holds the truth; that of the largest energies grows on."""
+    areas, largest = [], []
+    for count in (500, 2000, 8000):
+        run = passages(tmp_path / f"run{count}", count)
+        found = maps(run, tmp_path / f"m{count}", least_passage=0.5)["intensity"]
+        facts = json.loads((tmp_path / f"m{count}" / "classes.json").read_text())
+        (row,) = (each for each in facts["classes"] if each["map"] == "intensity" and each["class"] == 3)
+        areas.append((row["at_least_low_m2"], row["at_least_m2"], row["at_least_high_m2"]))
+        assert row["at_least_m2"] == (found == 3).sum()
+        assert facts["energy"] == "energy that at least 0.5 % of the logs bring"
+        every = maps(run, tmp_path / f"e{count}", least_passage=100.0 / count)["intensity"]  # one log: the largest
+        largest.append(int((every == 3).sum()))
+    true = 60.0 * heavy_cells(0.005)  # and 4 rows at the ends, which a part of a log's width passes
+    for low, estimate, high in areas:
+        assert low <= 64.0 / 60.0 * true
+        assert true <= high
+        assert low <= estimate <= high
+    widths = [high - low for low, _, high in areas]
+    assert widths[0] > widths[1] > widths[2]
+    assert abs(areas[2][1] - true) <= 4.0 * WIDTH / 2.0  # within the rows at the ends and a cell on either side
+    assert largest[0] < 0.95 * largest[1] < 0.95**2 * largest[2]
+
+
+def test_a_cell_has_the_energy_that_so_many_of_its_logs_bring(tmp_path):
+    """50 tracks in one lane of speeds 1 to 50 m/s; 10 % of the logs are the five fastest."""
+    hits = np.zeros((LENGTH, WIDTH), np.uint32)
+    hits[25:75, 18:23] = N
+    rasters = {"hit_count": hits, "energy_max": np.where(hits > 0, 1.0, np.nan).astype(np.float32)}
+    run = write_run(tmp_path / "run", tracks(), rasters=rasters)
+    mass = float(cone_bodies(np.array([0.4]), np.array([4.0]), np.array([300.0]))[0, MASS])
+    fifth = 0.5 * mass * 46.0**2 / 1000.0
+    bounds = (0.999 * fifth, 1.001 * fifth)
+    found = maps(run, tmp_path / "m", least_passage=10.0, energy_classes_kj=bounds)["intensity"]
+    assert set(np.unique(found)) == {0, 2}
+    facts = json.loads((tmp_path / "m" / "classes.json").read_text())["least_passage"]
+    low, high = ([wilson_interval(k, N)[end] for k in range(N + 1)] for end in (0, 1))
+    assert facts == {
+        "share": 0.1,
+        "n_logs": N,
+        "logs": 5,
+        "logs_sure": next(k for k in range(N) if low[k] >= 0.1),
+        "logs_possible": next(k for k in range(N) if high[k] >= 0.1),
+    }
+
+
+def test_without_trajectories_it_is_the_largest_energy_and_said(tmp_path, said):
+    case = Case(tmp_path / "case")
+    run = case.run(trajectories="none")
+    map_intensity.TOOL(feedback=said, run=str(run), least_passage=10.0, output=str(tmp_path / "m"))
+    assert any("largest of all logs, which grows with the number of logs" in each for each in said.warnings)
+    assert any("24 logs cannot tell whether 10 % of the logs pass" in each for each in said.warnings)
+    hits = raster(run / "hit_count.tif")
+    assert ((raster(tmp_path / "m" / "intensity.tif") > 0) == (hits >= 3)).all()  # 10 % of 24 logs
 
 
 def test_return_periods_of_one_area_are_those_of_the_shares(made, tmp_path):

@@ -49,6 +49,7 @@ def asked(case) -> dict[str, dict[str, Any]]:
         "compare-fidelity": {**plain, "fidelities": "draft,standard"},
         "vary": {**scene, "vary": "friction=0.2:0.4,log_dbh_factor", "design": "ends"},
         "value-trees": {"run": str(run)},
+        "break-trees": {"run": str(run), "tree_capacity_kj": 0.2},
         "site-barriers": {"run": str(run), "candidates": could, "height_m": "1,3"},
     }
 
@@ -96,7 +97,7 @@ def contents(output: Path) -> dict[str, Any]:
 
 @pytest.mark.parametrize("name", sorted(SLIDING))
 def test_killed_and_resumed_it_is_the_same(asked, tmp_path, monkeypatch, said, name):
-    output = "run.gpkg" if name == "value-trees" else "run"
+    output = "run.gpkg" if name in ("value-trees", "break-trees") else "run"
     config, whole, killed = tmp_path / "ask.json", tmp_path / "whole", tmp_path / "killed"
     config.write_text(json.dumps(asked[name]))
     whole.mkdir()
@@ -131,7 +132,7 @@ def test_killed_and_resumed_it_is_the_same(asked, tmp_path, monkeypatch, said, n
 
 @pytest.mark.parametrize("name", sorted(SLIDING))
 def test_a_plan_writes_nothing(asked, tmp_path, name):
-    output = tmp_path / ("run.gpkg" if name == "value-trees" else "run")
+    output = tmp_path / ("run.gpkg" if name in ("value-trees", "break-trees") else "run")
     outcome = SLIDING[name](**asked[name], output=str(output), plan=True, plan_logs=20)
     assert outcome.facts["logs"] >= outcome.facts["pilot_logs"] > 0
     assert outcome.facts["core_hours"] > 0.0

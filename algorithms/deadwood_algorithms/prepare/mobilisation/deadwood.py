@@ -14,10 +14,17 @@ from numpy.typing import NDArray
 from deadwood_algorithms.files.columns import field_names, number_column, where_of
 from deadwood_algorithms.files.dem_windows import DemWindows
 from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.params.presets import SPRUCE
+from deadwood_algorithms.params.species import species_of
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.prepare.mobilisation import decay
 
-FIELDS = {"stage_field": "decay_stage", "years_field": "years_dead", "species_field": "species"}
+FIELDS = {
+    "stage_field": "decay_stage",
+    "years_field": "years_dead",
+    "species_field": "species",
+    "standing_field": "standing",
+}
 
 
 @dataclass
@@ -60,6 +67,7 @@ class DecayFields:
     stage_field: str | None
     years_field: str | None
     species_field: str | None
+    standing_field: str | None
     years_from: float
     years_to: float
 
@@ -97,11 +105,11 @@ def _decay_of(frame: geopandas.GeoDataFrame, named: DecayFields, feedback: Feedb
     if name := fields["years_field"]:
         years = number_column(frame, name, minimum=0.0, gaps=True)
         window = (named.years_from, named.years_to)
-        for row in np.flatnonzero(np.isfinite(years)):
-            found[row] = decay.of_years(float(years[row]), species[row], window)
-        strange = {each.strip() for each in species if each.strip() and decay.rate_of(each) is None}
-        if strange:
-            feedback.note(f"{where}: no rate of decay is known of {', '.join(sorted(strange))}; spruce stands for it")
+        standing = _standing(frame, fields["standing_field"])
+        dated = np.flatnonzero(np.isfinite(years))
+        for row in dated:
+            found[row] = decay.of_years(float(years[row]), species[row], window, standing=bool(standing[row] == 1.0))
+        _say_what_is_known([species[row] for row in dated], standing[dated], where, feedback)
     if name := fields["stage_field"]:
         for row, word in enumerate(_words(frame, name)):
             if not word.strip():
@@ -119,6 +127,38 @@ def _decay_of(frame: geopandas.GeoDataFrame, named: DecayFields, feedback: Feedb
             f"{where}: of {unknown} of {len(frame)} points the decay is unknown; they count as if it were right"
         )
     return found
+
+
+def _standing(frame: geopandas.GeoDataFrame, name: str | None) -> NDArray[np.float64]:
+    """1 where a tree stands, 0 where it lies, NaN where it is not known."""
+    if name is None:
+        return np.full(len(frame), np.nan)
+    return number_column(frame, name, minimum=0.0, maximum=1.0, gaps=True)
+
+
+def _say_what_is_known(species: list[str], standing: NDArray[np.float64], where: str, feedback: Feedback) -> None:
+    """Of which species no rate of decay is known, which names are of none, and that the rates are of downed wood."""
+    named = {each.strip() for each in species if each.strip()}
+    strange = {each for each in named if species_of(each) is None}
+    unrated = {each for each in named - strange if decay.rate_of(each) is None}
+    if strange:
+        feedback.note(
+            f"{where}: of no species known here is {', '.join(sorted(strange))}; the years of spruce stand for it"
+        )
+    if unrated:
+        feedback.note(f"{where}: no rate of decay is known of {', '.join(sorted(unrated))}; spruce stands for it")
+    others = [decay.rate_of(each) not in (None, SPRUCE.rate) for each in species]
+    snags = int((np.array(others, bool) & (standing == 1.0)).sum())
+    unsaid = int((np.array(others, bool) & ~np.isfinite(standing)).sum())
+    if snags:
+        feedback.note(
+            f"{where}: {snags} snags are not of spruce; rates of decay are of downed wood, so their years say nothing"
+        )
+    if unsaid:
+        feedback.note(
+            f"{where}: {unsaid} points not of spruce are judged by rates of decay of downed wood; a field 'standing' "
+            "(1 or 0) keeps snags apart, of which none is known"
+        )
 
 
 def _words(frame: geopandas.GeoDataFrame, name: str | None) -> list[str]:

@@ -2,15 +2,17 @@
 
 For `assess_mobilisation`. The paper (section 6.1): logs that slid had lost bark and branches and did not yet break,
 late stage II to early stage III of Maser and Trappe (1984), which in spruce is 2 to 5 years after death (Ammann 2006).
-For beech and pine the years are those in which the wood has decayed as far, by the rates of Herrmann et al. (2015): an
-inference of this toolbox, not of the paper.
+For downed beech and pine the years are those in which the wood has decayed as far, by the rates of Herrmann et al.
+(2015): an inference of this toolbox, not of the paper. Those rates are of downed wood; of snags of another species than
+spruce nothing is known here, and neither it is of other species.
 """
 
 from __future__ import annotations
 
 import re
 
-from deadwood_algorithms.params.presets import SPRUCE, WOODS
+from deadwood_algorithms.params.presets import OF_SPECIES, SPRUCE
+from deadwood_algorithms.params.species import species_of
 
 CRITICAL, POSSIBLE, OUTSIDE, UNKNOWN = DECAYS = ("critical", "possible", "outside", "unknown")
 NUMERALS = {"i": 1, "ii": 2, "iii": 3, "iv": 4, "v": 5}
@@ -35,12 +37,19 @@ def of_stage(text: str) -> str | None:
 
 
 def rate_of(species: str) -> float | None:
-    """Rate of decay of a species [1/a], None if it is not known here."""
-    name = species.strip().lower() + " "
-    return next((wood.rate for wood in WOODS.values() if any(word in name for word in wood.words)), None)
+    """Rate of decay of a species' downed wood [1/a], None if it is not known here."""
+    found = species_of(species)
+    wood = OF_SPECIES.get(found.binomial) if found else None
+    return wood.rate if wood else None
 
 
-def of_years(years: float, species: str, window: tuple[float, float]) -> str:
-    """What the years since death say; ``window`` is that of spruce [a], which stands for species unknown here too."""
-    scale = SPRUCE.rate / (rate_of(species) or SPRUCE.rate)
+def of_years(years: float, species: str, window: tuple[float, float], *, standing: bool = False) -> str:
+    """What the years since death say; ``window`` is that of spruce [a], which stands for species unknown here too.
+
+    Of a snag of another known rate it is unknown: the rates are of downed wood.
+    """
+    rate = rate_of(species) or SPRUCE.rate
+    if standing and rate != SPRUCE.rate:
+        return UNKNOWN
+    scale = SPRUCE.rate / rate
     return CRITICAL if window[0] * scale <= years <= window[1] * scale else OUTSIDE

@@ -2,9 +2,10 @@
 
 Arrays only, NaN is missing. For `import_trees` (through `dbh_filling`).
 
-Sources: DBH[cm] = a H[m]^b, FINT-CH and FINT (HAFL-WWI/pyFINT: ``FINT_CH_Process``, and the default ``H^1.25`` of
-``pyfintcontroller.py``). The rows of Chablais 3 (French Alps, 1350 m; the inventory in lidaRtRee) and of Oregon (the
-WEF inventory in spBayes) are log-log fits made for this project, corrected by exp(s^2 / 2).
+Sources: DBH[cm] = a H[m]^b, FINT-CH and FINT (HAFL-WWI/pyFINT: ``FINT_CH_Process``, and the default of
+``pyfintcontroller.py``, which was ``H^1.25`` until commit 342becb of 25 March 2021 and has been FINT-CH's since). The
+rows of Chablais 3 (French Alps, 1350 m; the inventory in lidaRtRee) and of Oregon (the WEF inventory in spBayes) are
+log-log fits made for this project, corrected by exp(s^2 / 2).
 DBH[cm] = a (H CD)^b exp(g^2 / 2) with the crown's diameter CD [m]: Jucker et al. 2017, Global Change Biology 23:177, as
 coded in itcSegment; its rows for biomes have g = 0.
 """
@@ -126,7 +127,7 @@ PUBLISHED: dict[str, PowerLaw | CrownLaw] = {
 }
 ABOUT = {
     "fint-ch": "FINT-CH, for all of Switzerland; the default",
-    "fint": "pyFINT's own default, H^1.25",
+    "fint": "pyFINT's default until March 2021; since then it is that of fint-ch (of 35 m 50 instead of 85 cm)",
     "chablais-spruce": "Chablais 3, spruce, 29 trees, rmse 6.4 cm",
     "chablais-fir": "fir, 21 trees, 4.3 cm",
     "chablais-beech": "beech, 47 trees, 3.8 cm",
@@ -152,6 +153,44 @@ SOURCES_OF_LAWS = {
     name: {"fint": _FINT, "chablais": _CHABLAIS, "oregon": _OREGON, "jucker": _JUCKER}[name.split("-")[0]]
     for name in PUBLISHED
 }
+
+
+@dataclass(frozen=True)
+class Region:
+    """Where the trees grew of which a law was made: a box of longitude and latitude [degrees]."""
+
+    name: str
+    west: float
+    south: float
+    east: float
+    north: float
+
+    def holds(self, longitude: float, latitude: float) -> bool:
+        return self.west <= longitude <= self.east and self.south <= latitude <= self.north
+
+
+_TEMPERATE = Region("the temperate Palearctic", -25.0, 25.0, 180.0, 62.0)
+REGIONS = {
+    "fint": Region("Switzerland", 5.9, 45.8, 10.5, 47.9),
+    "chablais": Region("the French Alps", 5.5, 43.5, 7.8, 46.5),
+    "oregon": Region("Oregon", -124.7, 41.9, -116.4, 46.3),
+    "jucker-conifer": _TEMPERATE,
+    "jucker-mixed": _TEMPERATE,
+    "jucker-boreal": Region("the boreal Palearctic", -25.0, 50.0, 180.0, 75.0),
+}
+
+
+def outside_region(law: Law, longitude: float, latitude: float) -> str:
+    """That a published law was made elsewhere, in words; empty where it was not, or where a law is the user's own."""
+    name = next((name for name, known in PUBLISHED.items() if known == law), "")
+    region = next((each for start, each in REGIONS.items() if name.startswith(start)), None)
+    if region is None or region.holds(longitude, latitude):
+        return ""
+    east, north = "E" if longitude >= 0.0 else "W", "N" if latitude >= 0.0 else "S"
+    return (
+        f"the law {name} was made of trees of {region.name}, and these stand at {abs(latitude):.1f}° {north} "
+        f"{abs(longitude):.1f}° {east}; --dbh-sample fits a law to measured trees of the place"
+    )
 
 
 def fit(dbh: np.ndarray, height: np.ndarray) -> FittedLaw:

@@ -122,6 +122,22 @@ def zoned(
     return LawsByTree((law, *laws), zone), said
 
 
+def warn_of_another_region(law: Law, places: np.ndarray, crs: pyproj.CRS | None, feedback: Feedback) -> None:
+    """Say where a published law is used far from the trees that it was made of."""
+    import pyproj
+
+    laws = law.laws if isinstance(law, LawsByTree) else (law,)
+    if crs is None:
+        return
+    x, y = np.median(shapely.get_coordinates(places), axis=0)
+    to_degrees = pyproj.Transformer.from_crs(crs, "EPSG:4326", always_xy=True)
+    longitude, latitude = to_degrees.transform(x, y)
+    if np.isfinite(longitude + latitude):
+        for words in dict.fromkeys(allometry.outside_region(each, longitude, latitude) for each in laws):
+            if words:
+                feedback.warn(words)
+
+
 def zone_laws(zones: geopandas.GeoDataFrame) -> list[Law]:
     if "dbh_law" in zones:
         words = [str(word).strip().lower() for word in zones["dbh_law"]]

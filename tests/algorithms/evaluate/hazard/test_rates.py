@@ -39,14 +39,41 @@ def test_the_rate_of_one_area_is_its_wilson_interval():
         assert (low[k], high[k]) == pytest.approx(tuple(0.2 * each for each in wilson_interval(hit, 50)))
 
 
-def test_the_interval_of_several_areas_covers_as_often_as_it_says():
-    areas = [ReleaseArea("a", 0.1, 100), ReleaseArea("b", 0.5, 60), ReleaseArea("c", 0.02, 400)]
-    p = np.array([0.10, 0.05, 0.3])
-    rng = np.random.default_rng(3)
-    hits = [rng.binomial(each.n_logs, share, 20_000) for each, share in zip(areas, p, strict=True)]
-    _, low, high = rate_with_interval(hits, areas, 1)
-    true = sum(each.events_per_year * share for each, share in zip(areas, p, strict=True))
-    assert 0.94 < ((low <= true) & (true <= high)).mean() < 0.975
+@pytest.mark.parametrize("logs_per_event", [1, 5])
+@pytest.mark.parametrize(
+    ("count", "n_logs", "p"),
+    [(2, 200, 0.01), (2, 50, 0.5), (5, 200, 0.005), (10, 200, 0.003), (20, 100, 0.002), (20, 500, 0.001),
+     (50, 200, 0.001), (50, 200, 0.02), (100, 100, 0.0005), (100, 100, 0.3), (3, 40, 0.9)],
+)  # fmt: skip
+def test_areas_of_unlike_frequency_with_few_hits_are_covered(count, n_logs, p, logs_per_event):
+    """Wilson's ends joined in quadrature held the truth in 92 % of cases (5 areas) down to 84 % (100 areas).
+
+    Like every exact interval of a few hits, this one holds it more often than 95 %; of many hits it does not.
+    """
+    rng = np.random.default_rng(8)
+    areas = [ReleaseArea(k, each, n_logs) for k, each in enumerate(rng.uniform(0.01, 0.1, count))]
+    shares = np.minimum(p * rng.lognormal(0.0, 0.5, count), 0.98)
+    times = 4000
+    hits = [rng.binomial(n_logs, each, times) for each in shares]
+    rate, low, high = rate_with_interval(hits, areas, logs_per_event)
+    reached = 1.0 - (1.0 - shares) ** logs_per_event
+    true = sum(each.events_per_year * share for each, share in zip(areas, reached, strict=True))
+    covered = ((low <= true) & (true <= high)).mean()
+    assert covered > 0.95 - 3.0 * np.sqrt(0.95 * 0.05 / times)
+    if n_logs * shares.sum() > 200.0:
+        assert covered < 0.975
+    assert ((low >= 0.0) & (low <= rate) & (rate <= high)).all()
+
+
+def test_the_interval_of_many_areas_of_one_weight_is_that_of_their_sum():
+    """100 areas alike, 7 hits in all of 10 000 logs: the exact interval of a Poisson count of 7 (2.814 to 14.423)."""
+    areas = [ReleaseArea(k, 0.1, 100) for k in range(100)]
+    hits = [np.array(int(k < 7)) for k in range(100)]
+    rate, low, high = rate_with_interval(hits, areas, 1)
+    assert float(rate) == pytest.approx(0.1 * 7 / 100)
+    assert float(high) == pytest.approx(0.1 * 14.423 / 100, rel=1e-3)
+    # The lower end has the variance of binomial counts, smaller by Wilson's lower end of one hit (0.2 %).
+    assert float(low) == pytest.approx(0.1 * 2.814 / 100, rel=2e-3)
 
 
 def test_an_event_of_several_logs_reaches_when_one_does():

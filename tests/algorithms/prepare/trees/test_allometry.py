@@ -15,6 +15,7 @@ from deadwood_algorithms.prepare.trees.allometry import (
     PowerLaw,
     fit,
     laws_described,
+    outside_region,
 )
 
 NO_CROWN = np.full(1, np.nan)
@@ -111,3 +112,28 @@ def test_laws_by_tree():
     laws = LawsByTree((PowerLaw(1.0, 1.0), PowerLaw(2.0, 1.0), PowerLaw(3.0, 1.0)), np.array([2, 0, 1]))
     assert laws.dbh(np.array([10.0, 10.0, 10.0]), np.full(3, np.nan)).tolist() == [30, 10, 20]
     assert laws.height(np.array([30.0, 10.0, 20.0]), np.full(3, np.nan)).tolist() == [10, 10, 10]
+
+
+@pytest.mark.parametrize(
+    ("name", "place", "words"),
+    [
+        ("fint-ch", (9.9, 46.9), ""),
+        ("fint-ch", (174.5, -41.2), "trees of Switzerland, and these stand at 41.2° S 174.5° E"),
+        ("fint", (11.4, 47.3), "the law fint was made of trees of Switzerland"),  # Innsbruck
+        ("oregon-douglas-fir", (-122.0, 44.0), ""),
+        ("oregon-douglas-fir", (9.9, 46.9), "made of trees of Oregon"),
+        ("chablais-all", (6.7, 46.2), ""),
+        ("chablais-all", (9.9, 46.9), "made of trees of the French Alps"),
+        ("jucker-mixed-forest-gymnosperm", (9.9, 46.9), ""),
+        ("jucker-mixed-forest-gymnosperm", (-122.0, 44.0), "made of trees of the temperate Palearctic"),
+        ("jucker-boreal-angiosperm", (9.9, 46.9), "made of trees of the boreal Palearctic"),
+        ("jucker-global", (174.5, -41.2), ""),
+    ],
+)  # fmt: skip
+def test_a_law_used_far_from_its_trees_is_said(name, place, words):
+    assert words in outside_region(PUBLISHED[name], *place)
+    assert bool(words) == bool(outside_region(PUBLISHED[name], *place))
+
+
+def test_the_users_own_laws_have_no_region():
+    assert outside_region(PowerLaw(2.0, 1.0), 174.5, -41.2) == ""

@@ -81,6 +81,15 @@ def test_what_the_crown_field_holds_can_be_said(imported, measure, diameter):
     assert frame["crown_diameter_m"][0] == pytest.approx(diameter)
 
 
+def test_swiss_laws_in_new_zealand_are_said(imported, said):
+    there = gpd.GeoDataFrame({"height_m": [20.0]}, geometry=[Point(1_749_000.0, 5_428_000.0)], crs=2193)
+    imported(there, "nz.gpkg", crs=None)
+    assert any("fint-ch was made of trees of Switzerland, and these stand at 41.3" in each for each in said.warnings)
+    before = len(said.warnings)
+    imported(trees(20.0), "t.gpkg")
+    assert not any("Switzerland" in each for each in said.warnings[before:])
+
+
 def test_zones_have_laws_of_their_own(imported, tmp_path, outcome):
     layer = zones(tmp_path, (-5, 15), (5, 15), dbh_a=[1.0, 3.0], dbh_b=[1.25, 1.0])
     frame = imported(trees(20.0, 20.0, 20.0), "t.gpkg", dbh_zones=layer, dbh_a=2.0, dbh_b=1.0)

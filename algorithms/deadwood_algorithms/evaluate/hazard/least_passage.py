@@ -1,0 +1,110 @@
+"""The energy that at least a given share of the logs bring to each cell: what a class of intensity is of.
+
+A cell's largest energy grows with the number of logs, and with it the area of every class, without end. The energy
+that at least a share of the logs bring is a property of the slope: more logs only tell it better. Of n logs with the
+share p it is the k-th largest of a cell, k = p n. Its interval has the ranks at which Wilson's interval of k in n just
+holds p.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_algorithms.evaluate.hazard import cells
+from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.params.tool import Feedback
+from deadwood_algorithms.results.cell_quantiles import largest_by_rank
+from deadwood_algorithms.results.hit_counts import count_of
+from deadwood_algorithms.results.run_folder import Run
+from deadwood_algorithms.stats.statistics import Z_95, wilson_bounds
+
+LARGEST = "largest energy of all logs"
+GROWS = "which grows with the number of logs, and so does the area of each class"
+
+
+@dataclass(frozen=True)
+class Ranks:
+    """How many logs a cell's energy must be brought by, of so many logs.
+
+    estimate : so many are the share; sure : with so many the 95 % interval lies above it; possible : with so many it
+    is not yet below it
+    """
+
+    estimate: int
+    sure: int
+    possible: int
+
+    @classmethod
+    def of(cls, share: float, n_logs: int) -> Ranks:
+        if share == 0.0:
+            return cls(1, 1, 1)
+        low, high = wilson_bounds(np.arange(n_logs + 1), n_logs)
+        sure, possible = (int(np.searchsorted(each, share)) for each in (low, high))  # both rise
+        return cls(max(1, math.ceil(share * n_logs - 1e-9)), max(1, sure), max(1, possible))
+
+
+@dataclass(frozen=True)
+class Energies:
+    """Energy by cell [kJ], NaN where too few logs passed; ``low`` and ``high`` are the ends of its 95 % interval."""
+
+    estimate: NDArray[np.float32]
+    low: NDArray[np.float32]
+    high: NDArray[np.float32]
+    what: str
+    facts: dict[str, Any]
+
+
+def energies_of_share(
+    source: Run, share: float, raster: str | None, grid: Grid, hits: NDArray[np.float32], feedback: Feedback
+) -> Energies:
+    """Energies that at least this share of the logs bring; a given raster, or the largest, where so many pass."""
+    known = source.stored_log_ids
+    ranked = share > 0.0 and raster is None and known.size > 0
+    n_logs = int(known.size) if ranked else len(source.deposits)
+    ranks = Ranks.of(share, n_logs)
+    if ranked:
+        counts = count_of(source, known, grid, feedback)
+        wanted = (ranks.estimate, ranks.sure, ranks.possible)
+        found = list(largest_by_rank(source, known, counts, grid, "energy", wanted, feedback))
+        what = f"energy that at least {100 * share:g} % of the logs bring"
+    else:
+        place: str | Path = raster or cells.run_raster(source, cells.ENERGY)
+        energy = cells.values_on(place, grid, "energy")
+        found = [
+            np.where(hits >= rank, energy, np.nan).astype(np.float32)
+            for rank in (ranks.estimate, ranks.sure, ranks.possible)
+        ]
+        what = f"energy of {Path(raster).name}" if raster else LARGEST
+        what += f", where at least {100 * share:g} % of the logs pass" if share else ""
+        if raster is None and share:
+            feedback.warn(
+                f"{source.path}: no trajectory is stored, so the energy classed is the largest of all logs, {GROWS}; "
+                "run slide-logs with --trajectories all"
+            )
+    told = {"share": share, "n_logs": n_logs, "logs": ranks.estimate, "logs_sure": ranks.sure}
+    told["logs_possible"] = ranks.possible
+    if share and wilson_bounds(0, n_logs)[1] > share:
+        needed = math.ceil(Z_95**2 * (1.0 / share - 1.0))
+        feedback.warn(
+            f"{n_logs} logs cannot tell whether {100 * share:g} % of the logs pass a cell that none of them passed; "
+            f"{needed} can"
+        )
+    return Energies(found[0], found[1], found[2], what, told)
+
+
+def areas_of(energies: Energies, bounds: tuple[float, ...], cell_m: float) -> list[dict[str, float]]:
+    """By class of energy, the ground that has at least its lower bound [m²], with the ends of its 95 % interval."""
+    rows = []
+    for bound in (0.0, *bounds):
+        area, low, high = (
+            float(np.count_nonzero(each >= bound)) * cell_m**2  # NaN is not
+            for each in (energies.estimate, energies.low, energies.high)
+        )
+        rows.append({"at_least_m2": area, "at_least_low_m2": low, "at_least_high_m2": high})
+    return rows

@@ -1,0 +1,174 @@
+"""Trees that break: each log slid again without the trees that it would have broken, one after the other.
+
+A log whose hit takes more energy than the tree can is slid again without that tree, from a stage kept shortly before it
+mattered (`effect`), and so on with the next tree that it would break, until it breaks none or has reached every line.
+The tree then takes nothing at all, where a real one takes what it can: with the rigid tree, which takes everything, the
+two are the ends between which trees that break lie.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import geopandas
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from deadwood_algorithms.evaluate.protection.effect import AT_ONCE, Again, Known, Question, Task
+from deadwood_algorithms.evaluate.protection.obstacles import TREE, Obstacle
+from deadwood_algorithms.params.tool import Feedback
+from deadwood_algorithms.results.capacity import Capacity
+from deadwood_algorithms.scene.layers import SceneLayers
+from deadwood_algorithms.scene.releases import reached, starts_inside
+from deadwood_algorithms.simulate.steps import Steps
+from deadwood_algorithms.stats.statistics import (
+    paired_interval,
+    percent_with_interval,
+    points_with_interval,
+    reach_record,
+)
+from deadwood_engine import Result
+
+UNBROKEN = -1
+
+
+@dataclass(frozen=True)
+class Way:
+    """What logs did in a changed scene. reach : (n, lines); tree : the next that each would break, or UNBROKEN"""
+
+    reach: NDArray[np.bool_]
+    tree: NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Broken:
+    """The run with trees that break. reach : (n, lines); trees : of each log those that it broke, in their order"""
+
+    reach: NDArray[np.bool_]
+    trees: list[list[int]]
+
+
+def first_broken(
+    result: Result, layers: SceneLayers, capacity: Capacity, done: NDArray[np.float64]
+) -> NDArray[np.int64]:
+    """The first standing tree that each log would break before it is ``done`` [s]; UNBROKEN where it breaks none."""
+    hits = result.hits
+    standing = ~hits.by_barrier & (hits.item < len(layers.tree_ids))
+    row, tree, time = hits.log_row[standing], hits.item[standing], hits.time[standing]
+    above = hits.energy_taken[standing] > capacity.of_trees(100.0 * layers.trees.diameter)[tree]
+    above &= time <= done[row]
+    order = np.flatnonzero(above)[np.argsort(time[above], kind="stable")][::-1]
+    found = np.full(done.size, UNBROKEN)
+    found[row[order]] = tree[order]  # the earliest is written last
+    return found
+
+
+class AgainBroken(Again):
+    """Slides logs again without the trees that they broke so far."""
+
+    def __init__(self, question: Question, layers: SceneLayers, known: Known, capacity: Capacity) -> None:
+        super().__init__(question, layers, known, None)
+        self.capacity = capacity
+
+    def change_of(self, task: Task, result: Result) -> Any:
+        releases = self.question.releases.take(task.rows)
+        now = reached(self.layers.lines, {"reach": result.reach}, releases)
+        times = self.layers.lines.first_time(result.reach_time)
+        times[starts_inside(self.layers.lines, releases)] = -np.inf
+        done = np.where(now, times, np.inf).max(axis=1)
+        return Way(now, first_broken(result, self.layers, self.capacity, done))
+
+    def packed(self, changes: Sequence[Any]) -> dict[str, NDArray[Any]]:
+        return {name: np.concatenate([getattr(each, name) for each in changes]) for name in ("reach", "tree")}
+
+    def unpacked(self, found: Mapping[str, NDArray[Any]], tasks: Sequence[Task]) -> list[Any]:
+        ends = np.cumsum([task.rows.size for task in tasks])[:-1]
+        return [Way(*each) for each in zip(*(np.split(found[name], ends) for name in ("reach", "tree")), strict=True)]
+
+
+def break_trees(
+    question: Question, layers: SceneLayers, known: Known, capacity: Capacity, steps: Steps, feedback: Feedback
+) -> Broken:
+    """Slide every log again without the trees that it breaks, until it breaks no more."""
+    reach = known.reach.copy()
+    trees: list[list[int]] = [[] for _ in range(len(question.releases))]
+    again = AgainBroken(question, known.layers, known, capacity)
+    following = first_broken(known.result, known.layers, capacity, known.done)
+    number = 0
+    while (following != UNBROKEN).any():
+        number += 1
+        rows = np.flatnonzero(following != UNBROKEN)
+        for row in rows.tolist():
+            trees[row].append(int(following[row]))
+        tasks = tasks_without([(row, trees[row]) for row in rows.tolist()])
+        following = np.full(following.size, UNBROKEN)
+        what = f"sliding {rows.size} logs without the {number}. tree that each breaks"
+        for task, way in again.all(tasks, steps, feedback, what):
+            reach[task.rows], following[task.rows] = way.reach, way.tree
+    return Broken(reach, trees)
+
+
+def tasks_without(logs: Sequence[tuple[int, Sequence[int]]]) -> list[Task]:
+    """Logs that lack the same trees, together; ``logs`` are rows with the trees that they broke."""
+    groups: dict[tuple[int, ...], list[int]] = {}
+    for row, gone in logs:
+        groups.setdefault(tuple(sorted(gone)), []).append(row)
+    tasks = []
+    for gone, rows in groups.items():
+        lacking = Obstacle(TREE, "", 0.0, 0.0, np.array(gone, np.int64), None)
+        tasks += [
+            Task(0, lacking, np.array(rows[first : first + AT_ONCE], np.int64))
+            for first in range(0, len(rows), AT_ONCE)
+        ]
+    return tasks
+
+
+def frames_of(
+    broken: Broken, known: Known, layers: SceneLayers, capacity: Capacity
+) -> dict[str, geopandas.GeoDataFrame]:
+    """One row a line: reach with rigid trees and with trees that break; and one a tree that any log breaks."""
+    total = len(broken.trees)
+    rows = []
+    for line, line_id in enumerate(layers.lines.ids):
+        before, now = known.reach[:, line], broken.reach[:, line]
+        lost, gained = int((before & ~now).sum()), int((now & ~before).sum())
+        low, high = paired_interval(lost, gained, total)
+        gain = {"gain_logs": gained - lost, "gain_p": (gained - lost) / total, "ci_low": low, "ci_high": high}
+        counts = {"n_total": total, "n_reach": int(before.sum()), "n_reach_breaking": int(now.sum())}
+        rows.append({"line_id": line_id} | counts | gain)
+    crs = layers.dem.plan_crs
+    frames = {"reach_breaking": geopandas.GeoDataFrame(rows, geometry=list(layers.lines.geometry), crs=crs)}
+    numbers, counts = np.unique([tree for each in broken.trees for tree in each], return_counts=True)
+    if numbers.size:
+        tree = numbers.astype(np.int64)
+        dbh = 100.0 * layers.trees.diameter[tree]
+        columns = {
+            "tree_id": np.array(layers.tree_ids, object)[tree],
+            "dbh_cm": dbh,
+            "height_m": layers.trees.height[tree],
+            "capacity_kj": capacity.of_trees(dbh) / 1000.0,
+            "n_broken": counts,
+        }
+        points = shapely.points(layers.trees.x[tree], layers.trees.y[tree])
+        frames["broken"] = geopandas.GeoDataFrame(columns, geometry=points, crs=crs)
+    return frames
+
+
+def lines_of(frames: Mapping[str, Any], broken: Broken) -> tuple[str, ...]:
+    """How many trees break, and of each line the two ends."""
+    logs = sum(bool(each) for each in broken.trees)
+    trees = len(frames["broken"]) if "broken" in frames else 0
+    shown = [f"{logs} of {len(broken.trees)} logs would break a tree, {trees} trees in all"]
+    for row in frames["reach_breaking"].to_dict("records"):
+        rigid, breaking = (
+            percent_with_interval(reach_record(row[name], row["n_total"])) for name in ("n_reach", "n_reach_breaking")
+        )
+        points = points_with_interval(row["gain_p"], row["ci_low"], row["ci_high"])
+        shown.append(
+            f"{row['line_id']}: {rigid} with trees that take everything, {breaking} where those that would break take "
+            f"nothing; {points} points"
+        )
+    return tuple(shown)

@@ -1,0 +1,112 @@
+"""Tell how many logs more would reach the road if trees broke: each slides again without the trees that it would break.
+
+In a run of slide-logs trees are rigid and take whatever a log brings. With `--tree-capacity-kj`, the energy that a tree
+of 40 cm DBH takes before it breaks (of others as a power of DBH), every log whose hit takes more goes on without that
+tree, and without the next that it would break, until it breaks none or has reached every line. A tree that breaks takes
+nothing here, where a real one takes what it can; so the reach of the run and that of this tool are the two ends between
+which trees that break lie.
+
+    deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
+        --count 200 --output releases.gpkg
+    deadwood-tool import-trees --trees sample_data/trees.csv --dem sample_data/dem.tif --output trees.gpkg
+    deadwood-tool slide-logs --dem sample_data/dem.tif --releases releases.gpkg --trees trees.gpkg --friction 0.25 \\
+        --lines 'sample_data/sample.gpkg|layername=lines' --output run
+    deadwood-tool break-trees --run run --tree-capacity-kj 200 --output breaking.gpkg
+
+The layer `reach_breaking` has both ends for each line, with the interval of their difference (paired: the same logs),
+`broken` each tree that any log breaks, and how many do. No number for the capacity is offered: take one that was
+measured for your species, and its ends. Each log meets all trees anew: one that another log broke stands again. Logs
+and lying logs do not break.
+"""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.tool import Feedback, Outcome, Quiet, Tool, UserError
+from deadwood_algorithms.params.where import SlidingOptions
+
+TIMES = 3  # so many times, about, each log slides
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ask(SlidingOptions):
+    run: str = tool.folder("Folder of a run of slide-logs, with trees and lines")
+    tree_capacity_kj: float = tool.number(
+        "Energy that a tree of 40 cm DBH takes before it breaks", unit="kJ", minimum=0.0, exclusive=True
+    )
+    tree_capacity_power: float = tool.number(
+        "Power of DBH over 40 cm with which it grows", default=2.0, minimum=0.0, maximum=6.0, advanced=True
+    )
+    lines: str | None = tool.other_lines()
+    logs: int | None = tool.integer(
+        "Logs to ask with (default: all of the run)", default=None, minimum=1, help="An even draw."
+    )
+    seed: int = tool.seed()
+    output: str = tool.output_vector("Reach of each line with trees that break, and the trees")
+    overwrite: bool = tool.overwrite()
+
+
+def run(ask: Ask, feedback: Feedback) -> Outcome:
+    return told_plan(ask, feedback) if ask.plan else broken_by(ask, feedback)
+
+
+def told_plan(ask: Ask, feedback: Feedback) -> Outcome:
+    """What the run would take."""
+    from deadwood_algorithms.results.forecast import planned_from_few
+    from deadwood_algorithms.results.run_folder import read_run
+
+    def few(output: str, logs: int, feedback: Feedback) -> Outcome:
+        return broken_by(replace(ask, output=output, logs=logs, plan=False, resume=False), feedback)
+
+    logs = min(ask.logs or 2**40, len(read_run(ask.run, feedback=Quiet()).deposits))
+    of_one = max(10, ask.plan_logs // TIMES)
+    return planned_from_few(few, of_one, logs, ask.output, ask.where(""), ask.plan_workers, feedback)
+
+
+def broken_by(ask: Ask, feedback: Feedback) -> Outcome:
+    from deadwood_algorithms.evaluate.protection.breaking import break_trees, frames_of, lines_of
+    from deadwood_algorithms.evaluate.protection.effect import AT_ONCE, CHUNK, asked_again, slide_known
+    from deadwood_algorithms.files.vectors import write_vector
+    from deadwood_algorithms.results.capacity import Capacity
+    from deadwood_algorithms.results.identity import writing
+    from deadwood_algorithms.results.replay import refuse_other_ends
+    from deadwood_algorithms.results.run_folder import read_run
+    from deadwood_algorithms.simulate.chunks import identity_of
+    from deadwood_algorithms.simulate.sliding import workers_for
+    from deadwood_algorithms.simulate.steps import Steps
+    from deadwood_algorithms.simulate.warm_up import load_kernels
+
+    where = ask.where(f"{TOOL.name}-{Path(ask.output).stem}")
+    capacity = Capacity(tree_capacity_kj=ask.tree_capacity_kj, tree_capacity_power=ask.tree_capacity_power)
+    with writing(TOOL, ask, feedback) as outputs, ExitStack() as opened:
+        path = outputs.file("output", ".gpkg")
+        source = read_run(ask.run, feedback=feedback)
+        question, layers, rows = opened.enter_context(
+            asked_again(source, ask.lines, ask.logs, ask.seed, where, feedback)
+        )
+        if not layers.tree_ids:
+            raise UserError(f"{ask.run}: no tree stands in the run, so none breaks")
+        known = {
+            "groups": [CHUNK, AT_ONCE],
+            "--logs or --seed": [ask.logs, ask.seed],
+            "--tree-capacity-kj or --tree-capacity-power": [ask.tree_capacity_kj, ask.tree_capacity_power],
+        }
+        identity = identity_of(question.simulation, layers, question.releases, **known)
+        steps = Steps(ask.output, identity, resume=ask.resume, feedback=feedback)
+        load_kernels(layers.shape, feedback)
+        with workers_for(where, feedback):
+            slid, layers = slide_known(question, layers, feedback)
+            refuse_other_ends(source, rows, slid.result.end_position)
+            broken = break_trees(question, layers, slid, capacity, steps, feedback)
+        frames = frames_of(broken, slid, layers, capacity)
+        write_vector(path, frames)
+    steps.remove()
+    facts = {name: frame.drop(columns="geometry").to_dict("records") for name, frame in frames.items()}
+    return Outcome({"output": Path(ask.output)}, facts, lines_of(frames, broken))
+
+
+TOOL = Tool("break-trees", "Evaluate", "A run: how many logs more would reach each line if trees broke", Ask, run)
