@@ -8,7 +8,6 @@ import numpy as np
 
 from deadwood_algorithms.evaluate.sensitivity.answer import Answer, Measured
 
-
 # An index alone that is above the one that holds it is an estimate from too few rows.
 CROSSED = "the first-order one, {first:.2f}, is above it, which is chance: raise --samples"
 
