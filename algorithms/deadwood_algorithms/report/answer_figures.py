@@ -192,8 +192,7 @@ def tornado_figure(facts: dict[str, Any], words: Words) -> Figure:
     figure = Figure(figsize=(WIDTH, (0.9 + 0.36 * many) * len(names) + 0.3), layout="constrained")
     panels = figure.subplots(len(names), 1, squeeze=False)[:, 0]
     for axes, name in zip(panels, names, strict=True):
-        rows = [row for row in facts["tornado"] if row["outcome"] == name]
-        rows = sorted(rows, key=lambda row: -abs(row["swing"]))[:MOST_BARS]
+        rows = [row for row in facts["tornado"] if row["outcome"] == name][:MOST_BARS]
         scale = 100.0 if name.startswith("reach_") else 1.0
         base = scale * rows[0]["as_it_is"]
         for k, row in enumerate(rows):

@@ -72,7 +72,8 @@ ANSWER_PHRASES = {
     "varied": "What the answer hangs on",
     "varied_note": (
         "The same {n} logs in {runs} runs, each factor alone at both ends of its range; high less low end with its"
-        " 95 % interval. Of what was not varied nothing is known."
+        " 95 % interval. Of what was not varied nothing is known. As it is: these logs at {fidelity}; all of the"
+        " run, or another fidelity, may differ by chance or by the calculation."
     ),
     "hangs_on": "{outcome} hangs on {factors}.",
     "hangs_undecided": "{outcome}: so many logs do not decide which of {factors} is the strongest.",

@@ -270,7 +270,10 @@ def enough_words(record: dict[str, Any]) -> str:
     wide, wanted = 100 * record["half_width"], 100 * record["target_half_width"]
     widest = f"the widest interval, of line {record['line_id']}, is ±{wide:.2g} points"
     if record["reached"]:
-        return f"enough logs: after {record['logs']} of {record['logs_at_most']}, {widest} (wanted: ±{wanted:.2g})"
+        told = f"enough logs: after {record['logs']} of {record['logs_at_most']}, {widest} (wanted: ±{wanted:.2g})"
+        rare = ", ".join(str(each) for each in record.get("told_too_low", []))
+        low = f"; of line {rare}, that few reach, a run that stops so tells up to a seventh too little in the mean"
+        return told + (f"{low} (the interval holds)" if rare else "")
     return f"not enough logs: after all {record['logs']}, {widest} (wanted: ±{wanted:.2g}); release more"
 
 

@@ -369,6 +369,9 @@ SENSITIVITY = TableFile(
         a_number("total", "Total-effect index: the share that it has a part in"),
         a_number("total_low", "Lower end of its 95 % interval", 0, 1),
         a_number("total_high", "Upper end", 0, 1),
+        a_text(
+            "crossed", "Whether the estimate of the first-order index is above the total's, which only chance makes"
+        ),
         a_number("mean", "The outcome's mean over the ranges"),
         a_number("variance", "Its variance over the ranges, without what so few logs add by chance"),
         a_number("variance_low", "Lower end of the variance's 95 % interval; up to 0 nothing can be shared out"),
@@ -529,6 +532,11 @@ SUMMARY = JsonFile(
         _key("until_ci.line_id", "Its line"),
         _key("until_ci.logs", "Logs that were run"),
         _key("until_ci.logs_at_most", "Logs that could have been"),
+        _key(
+            "until_ci.told_too_low",
+            "Lines that less than 2 % of the logs reach, where the run stopped by itself: their share is too low in "
+            "the mean, by up to a seventh of it; its interval holds",
+        ),
         _key("until_ci.z", "Standard errors to either side of a widened interval"),
         _whole("until_ci.looks", "Half-width and line at each look"),
         _key("spread", "One a release, as layer `spread`"),
@@ -805,6 +813,8 @@ VARIED_FACTS = JsonFile(
         _key("answers[].decided", "Whether it is one"),
         _key("answers[].sentence", "The same in words"),
         _key("logs", "Logs that were slid in each run"),
+        _key("logs_in_layer", "Logs of the layer, of which these were drawn"),
+        _key("fidelity", "At which they were slid, if it was not varied"),
         _key("runs", "How many runs"),
         _key("design", "How the factors were varied"),
         _key("samples", "Rows of the design; 0 without"),

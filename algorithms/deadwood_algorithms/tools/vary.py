@@ -165,7 +165,7 @@ def variation(ask: Ask, feedback: Feedback) -> Outcome:
         variants = variants_of(places, ensemble.simulation, ask.dem_noise_length_m, ask.seed)
         slid = runs_of(ensemble.slide(variants, WANTED, steps))
         measured, answers = evaluate(ask, factors, slid, layers, logs, feedback)
-        facts = write(folder, ask, factors, places, slid, measured, answers, layers)
+        facts = write(folder, ask, factors, places, slid, measured, answers, layers, len(ensemble.released))
     steps.remove()
     final = Path(ask.output)
     parts = {"runs": RUNS, "tornado": TORNADO, "picture": PICTURE, "summary": FACTS, "manifest": MANIFEST}
@@ -227,6 +227,7 @@ def write(
     measured: list[Measured],
     answers: list[Answer],
     layers: SceneLayers,
+    logs_in_layer: int,
 ) -> dict[str, Any]:
     """Write the folder; gives the facts of summary.json."""
     import pandas
@@ -243,6 +244,8 @@ def write(
         "sentence": answers[head].sentence,
         "answers": [asdict(each) for each in answers],
         "logs": logs,
+        "logs_in_layer": logs_in_layer,
+        "fidelity": ask.fidelity,
         "runs": len(places),
         "design": ask.design,
         "samples": ask.samples if ask.design != "ends" else 0,
@@ -257,8 +260,10 @@ def write(
     write_json(folder / FACTS, facts)
     note = (
         "High less low end with its 95 % interval over the same logs, bold where that leaves out 0. Values of a range "
-        f"count as equally likely. Fidelity {ask.fidelity}, seed {ask.seed}."
+        f"count as equally likely. As it is: {logs} of {logs_in_layer} logs, fidelity {ask.fidelity}, seed {ask.seed}."
     )
+    if any(each.indices is not None and each.indices.crossed.any() for each in measured):
+        note += " A first-order index above its total is chance: raise --samples."
     draw(folder / PICTURE, measured, answers, logs, len(places), note)
     return facts
 

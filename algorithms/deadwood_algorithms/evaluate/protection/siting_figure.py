@@ -49,8 +49,10 @@ def _chart(axes: Any, alone: Any) -> None:
     if lengths.size <= TICKS_MOST:
         axes.set_xticks(lengths)
     axes.set(xlabel="length [m]", ylabel="logs that still reach a line [%]", title="Each candidate alone")
-    axes.set_ylim(bottom=0.0)
-    axes.margins(x=0.1)
+    aside = max(0.15 * float(np.ptp(alone["length_m"])), 0.05 * float(alone["length_m"].max()))
+    # not left to matplotlib, whose limits know nothing of marks that are moved on paper
+    axes.set_xlim(alone["length_m"].min() - aside, alone["length_m"].max() + aside)
+    axes.set_ylim(0.0, 105.0 * max(float(alone["ci_high"].max()), 1e-3))
     axes.legend(frameon=False, fontsize=9)
 
 

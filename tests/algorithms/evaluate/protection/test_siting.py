@@ -321,6 +321,10 @@ def test_the_chart_has_the_lengths_that_were_asked():
     assert [np.asarray(each.get_xdata()).tolist() for each in shown] == [asked] * 3
     figure.canvas.draw()
     assert axes.get_xticks().tolist() == asked
+    frame = axes.get_window_extent()
+    for each in shown:  # all marks lie within the frame
+        x, y = each.get_transform().transform(each.get_xydata()).T
+        assert ((x > frame.x0) & (x < frame.x1) & (y > frame.y0) & (y < frame.y1)).all()
     on_paper = [each.get_transform().transform(each.get_xydata())[:, 0] for each in shown]
     assert np.diff(on_paper, axis=0) == pytest.approx(np.full((2, 2), ASIDE_IN * figure.dpi))
     assert on_paper[1] == pytest.approx(axes.transData.transform([(x, 0.0) for x in asked])[:, 0])
