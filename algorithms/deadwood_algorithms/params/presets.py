@@ -16,6 +16,8 @@ PAPER = "the paper"
 IPCC = "IPCC 2006 Guidelines 4, table 4.14 (density of sound wood, dry)"
 RATES_OF = "Herrmann et al. 2015, Forest Ecosystems 2:27 (rate of decay, of downed wood)"
 AMMANN = "Ammann 2006 in the paper, 6.1 (years)"
+STEINLIN = "Steinlin and Zehntner 1953, Mitt. Schweiz. Anst. Forstl. Versuchswes. 29/2"
+MEYERS = "Meyers Grosses Konversations-Lexikon 1905-1909, vol. 16, p. 925, 'Riesen'"
 FRICTION_CELL_M = 0.5  # of the terrain model on which the paper's friction was found
 
 
@@ -29,6 +31,7 @@ class Preset:
     source: str
     mind: str = ""  # what to mind with it
     law: str = ""  # of a wood: the published law between DBH and height (`trees.allometry`)
+    cell_m: float = 0.0  # of a friction: cells of the terrain model on which it was found; 0: it was measured
 
     @property
     def values_shown(self) -> str:
@@ -190,6 +193,31 @@ FRICTIONS = {
             {"friction": 0.25},
             f"{PAPER}, 5.1 and 6.1: what reproduces its two events on cells of {FRICTION_CELL_M:g} m",
             "its range is 0.2 to 0.3: slide both ends too, or vary it",
+            cell_m=FRICTION_CELL_M,
+        ),
+        Preset(
+            "wet-bark",
+            "a wet log with its bark on wet ground, 0.25 to 0.38",
+            {"friction": 0.31},
+            f"reckoned: wet-debarked ({PAPER}) over 0.8, for bark off lowers friction on wet ground by about 20 % "
+            f"({STEINLIN}, its abstract)",
+            "dragged stems, on hard ground; dry and hard ground has about three times the friction of frozen ground "
+            "under thin snow there, whose numbers could not be read",
+            cell_m=FRICTION_CELL_M,
+        ),
+        *(
+            Preset(
+                f"chute-{name}",
+                f"a log in {what}, {told}",
+                {"friction": friction},
+                f"{MEYERS}: the grade that such chutes take",
+                "of chutes lined with logs, not of ground: the grade at which logs slide steadily is their friction",
+            )
+            for name, what, told, friction in (
+                ("dry", "a dry timber chute", "about 0.15", 0.15),
+                ("watered", "a watered timber chute", "0.03 to 0.08", 0.055),
+                ("iced", "an iced timber chute", "0.03 to 0.12", 0.075),
+            )
         ),
     )
 }

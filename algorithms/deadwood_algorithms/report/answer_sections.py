@@ -136,7 +136,7 @@ def intensity(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words
         if "at_least_m2" in mine[0]:
             head.append(words.say("class_and_above"))
             for row, each in zip(rows, mine, strict=True):
-                area, low, high = (each[f"at_least_{end}m2"] / 1e4 for end in ("", "low_", "high_"))
+                area, low, high = (number(each[f"at_least_{end}m2"]) / 1e4 for end in ("", "low_", "high_"))
                 row.append(with_interval(area, low, high, words))
         parts.append(table(head, rows))
         if name == "intensity" and (least := facts.get("least_passage")):

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from deadwood_algorithms.params.presets import FRICTION_CELL_M, Taken
+from deadwood_algorithms.params.presets import Taken
 from deadwood_algorithms.params.tool import Feedback, UserError
 
 # The laws of contact but the ground's sliding friction, by the names that the engine's ``slide`` takes.
@@ -49,8 +49,9 @@ def say_presets(presets: tuple[Taken, ...], cell: float, feedback: Feedback) -> 
     """What a friction by name is, and that it was found on cells of another size."""
     for each in presets:
         feedback.note(each.said)
-        if each.sets and abs(cell - FRICTION_CELL_M) > 0.02 * FRICTION_CELL_M:
+        found_on = each.preset.cell_m
+        if each.sets and found_on and abs(cell - found_on) > 0.02 * found_on:
             feedback.warn(
-                f"--friction-preset {each.preset.name} was found on cells of {FRICTION_CELL_M:g} m, and the terrain "
+                f"--friction-preset {each.preset.name} was found on cells of {found_on:g} m, and the terrain "
                 f"model has cells of {cell:g} m: on coarser ones friction should be higher (the paper, 6.1)"
             )

@@ -737,8 +737,11 @@ INTENSITY_FACTS = JsonFile(
         _key("classes[].cells", "Cells that have it"),
         _key("classes[].area_m2", "Their area [m²]"),
         _key("classes[].at_least_m2", "Of intensity: area of this class and those above it [m²]"),
-        _key("classes[].at_least_low_m2", "Lower end of its 95 % interval: cells whose own intervals are of these"),
-        _key("classes[].at_least_high_m2", "Upper end: cells whose own intervals reach these"),
+        _key(
+            "classes[].at_least_low_m2",
+            "Lower end of its 95 % interval: cells whose own lie in these; null of the largest",
+        ),
+        _key("classes[].at_least_high_m2", "Upper end, cells whose own intervals reach these"),
         _whole("lines", "The rows of lines.csv"),
     ),
 )

@@ -19,7 +19,15 @@ from deadwood_algorithms.params import presets
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.prepare.mobilisation.decay import CRITICAL, OUTSIDE, of_years
 from deadwood_algorithms.prepare.trees.allometry import PUBLISHED
-from deadwood_algorithms.tools import design_values, generate_forest, list_presets, sample_releases, vary, windthrow
+from deadwood_algorithms.tools import (
+    design_values,
+    generate_forest,
+    list_presets,
+    sample_releases,
+    slide_logs,
+    vary,
+    windthrow,
+)
 
 
 @pytest.fixture(scope="module")
@@ -51,8 +59,7 @@ def test_the_papers_presets_are_the_numbers_of_its_twins(twin):
     log, forest = presets.LOGS[twin.NAME], presets.FORESTS[twin.NAME]
     assert {name: known[name] for name in log.values} == dict(log.values)
     assert {name: known[name] for name in forest.values} == dict(forest.values)
-    (friction,) = presets.FRICTIONS.values()
-    assert friction.values["friction"] == known["friction"]
+    assert presets.FRICTIONS["wet-debarked"].values["friction"] == known["friction"]
 
 
 @pytest.mark.parametrize("wood", presets.WOODS.values(), ids=lambda each: each.name)
@@ -239,6 +246,23 @@ def test_design_values_class_energies_alone(case, tmp_path):
     assert set(rows.loc[rows["quantity"] != "energy", "barrier_class"]) == {""}
     assert found.lines[-1].startswith("--barrier-classes etag-027: ETAG 027 (EOTA 2008)")
     assert found.lines[-1].endswith("so a person decides")
+
+
+def test_frictions_by_weather_and_bark_are_those_of_their_sources():
+    """Bark off takes 20 % of the friction on wet ground; of chutes it is the grade, or the middle of its range."""
+    friction = {name: each.values["friction"] for name, each in presets.FRICTIONS.items()}
+    assert friction["wet-bark"] * 0.8 == pytest.approx(friction["wet-debarked"], abs=0.005)
+    assert friction["chute-dry"] == 0.15
+    assert friction["chute-watered"] == pytest.approx((0.03 + 0.08) / 2)
+    assert friction["chute-iced"] == pytest.approx((0.03 + 0.12) / 2)
+    assert all(each.cell_m == (0.0 if name.startswith("chute") else 0.5) for name, each in presets.FRICTIONS.items())
+
+
+def test_a_measured_friction_is_not_said_to_be_of_certain_cells(case, tmp_path, said):
+    values = case.values(output=str(tmp_path / "run"), trajectories="none")
+    slide_logs.TOOL(feedback=said, **(values | {"friction": None, "friction_preset": "chute-dry"}))
+    assert "--friction-preset chute-dry sets friction 0.15 (Meyers" in told(said)
+    assert "was found on cells" not in told(said)
 
 
 def test_a_rule_multiplies_its_percentile_and_the_class_is_of_that(case, tmp_path):

@@ -21,6 +21,7 @@ from deadwood_algorithms.params.tool import Cancelled, Quiet, UserError
 from deadwood_algorithms.scene import layers, reach
 from deadwood_algorithms.simulate import chunks, scheduler, windows, workers
 from deadwood_algorithms.tools import (
+    break_trees,
     calibrate_friction,
     compare_fidelity,
     run_sites,
@@ -204,6 +205,21 @@ def test_value_trees(case, tmp_path, monkeypatch, names, chunk):
     assert_same_file(tmp_path / "alone.gpkg", tmp_path / "spread.gpkg")
     assert (gpd.read_file(tmp_path / "spread.gpkg", layer="values")["gain_logs"] != 0).any()
     assert {each.partition(" ")[0] for each in names} == {"value-trees-spread-logs"}
+
+
+@pytest.mark.parametrize("chunk", [4096, 7])
+def test_break_trees(case, tmp_path, monkeypatch, names, chunk):
+    """Logs that lack one tree beside others that lack several."""
+    monkeypatch.setattr(effect, "CHUNK", chunk)
+    monkeypatch.setattr(workers, "MOST_A_PIECE", 5)
+    run = case.run(output=str(tmp_path / "run"), **case.everything())
+    found = []
+    for name, where in (("alone", {}), ("spread", {"scheduler": "local", "workers": 2})):
+        break_trees.TOOL(run=str(run), tree_capacity_kj=0.2, output=str(tmp_path / f"{name}.gpkg"), **where)
+        found.append((tmp_path / f"{name}.gpkg").read_bytes())
+    assert found[0] == found[1]
+    assert gpd.read_file(tmp_path / "spread.gpkg", layer="broken")["n_broken"].sum() > 5
+    assert {each.partition(" ")[0] for each in names} == {"break-trees-spread-logs"}
 
 
 def test_value_trees_in_a_window_that_grows(case, said, tmp_path, monkeypatch):

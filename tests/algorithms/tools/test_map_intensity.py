@@ -175,6 +175,9 @@ def test_the_ground_of_each_class_and_what_an_empty_cell_means(made, tmp_path):
     facts = json.loads((tmp_path / "m" / "classes.json").read_text())
     for each in facts["classes"]:
         assert each["cells"] == each["area_m2"] == (found[each["map"]] == each["class"]).sum()
+        if each["map"] == "intensity":
+            assert each["at_least_m2"] == (found["intensity"] >= each["class"]).sum()
+            assert each["at_least_low_m2"] is each["at_least_high_m2"] is None  # of the largest energies
     top = wilson_interval(0, N)[1]
     assert facts["no_hit"] == {"p_high": top, "return_low_years": pytest.approx(1.0 / (0.2 * top))}
     assert "Swiss federal" in facts["rule"]

@@ -99,12 +99,17 @@ def energies_of_share(
 
 
 def areas_of(energies: Energies, bounds: tuple[float, ...], cell_m: float) -> list[dict[str, float]]:
-    """By class of energy, the ground that has at least its lower bound [m²], with the ends of its 95 % interval."""
+    """By class of energy, the ground that has at least its lower bound [m²], with the ends of its 95 % interval.
+
+    The largest energy of all logs has none, for its area grows on.
+    """
     rows = []
     for bound in (0.0, *bounds):
         area, low, high = (
             float(np.count_nonzero(each >= bound)) * cell_m**2  # NaN is not
             for each in (energies.estimate, energies.low, energies.high)
         )
+        if not energies.facts["share"]:
+            low = high = math.nan
         rows.append({"at_least_m2": area, "at_least_low_m2": low, "at_least_high_m2": high})
     return rows
