@@ -89,13 +89,13 @@ def all_of(verdicts: Sequence[bool | None]) -> bool | None:
 def ratio_interval(one: Row, other: Row) -> tuple[float, float, float]:
     """One share over the other, from the ends of their intervals: at least 95 %."""
     value = one["value"] / other["value"] if other["value"] > 0 else math.inf
-    low = one["low"] / other["high"] if other["high"] > 0 else math.inf
-    high = one["high"] / other["low"] if other["low"] > 0 else math.inf
+    low = one["ci_low"] / other["ci_high"] if other["ci_high"] > 0 else math.inf
+    high = one["ci_high"] / other["ci_low"] if other["ci_low"] > 0 else math.inf
     return value, low, high
 
 
 def _percent(row: Row) -> str:
-    return f"{100 * row['value']:.1f} % ({100 * row['low']:.1f} to {100 * row['high']:.1f})"
+    return f"{100 * row['value']:.1f} % ({100 * row['ci_low']:.1f} to {100 * row['ci_high']:.1f})"
 
 
 def findings_of(of: Evidence, *, quick: bool = False, convention: str = "") -> list[Finding]:
@@ -144,9 +144,9 @@ def forest_findings(of: Evidence) -> list[Finding]:
     rows = [of.reach(name) for name in names]
     told = "; ".join(f"{name} {_percent(row)}" for name, row in zip(names, rows, strict=True))
     mean = float(np.mean([row["difference"] for row in rows]))
-    ends = min(row["diff_low"] for row in rows), max(row["diff_high"] for row in rows)
+    ends = min(row["diff_ci_low"] for row in rows), max(row["diff_ci_high"] for row in rows)
     if klosters:
-        holds = all_of([above(-row["diff_high"], -row["diff_low"], 0.0) for row in rows])
+        holds = all_of([above(-row["diff_ci_high"], -row["diff_ci_low"], 0.0) for row in rows])
         found.append(
             Finding(
                 f"{at}.mapped_above_random",
@@ -157,7 +157,9 @@ def forest_findings(of: Evidence) -> list[Finding]:
             )
         )  # fmt: skip
     else:
-        bounds = [(row["diff_low"] / als["value"], row["diff_high"] / als["value"]) for row in rows if als["value"]]
+        bounds = [
+            (row["diff_ci_low"] / als["value"], row["diff_ci_high"] / als["value"]) for row in rows if als["value"]
+        ]
         holds = all_of([within(*each, -0.25, 0.25) for each in bounds])
         found.append(
             Finding(
@@ -185,7 +187,7 @@ def spread_findings(of: Evidence) -> list[Finding]:
         rows = [of.rows[other, "spread_p05_p95", item] for item in releases]
         if not rows:
             continue
-        sides = [sorted((factor * row["diff_low"], factor * row["diff_high"])) for row in rows]
+        sides = [sorted((factor * row["diff_ci_low"], factor * row["diff_ci_high"])) for row in rows]
         arcs = ", ".join(
             f"{of.rows['als', 'spread', item]['value']:.0f} against {of.rows[other, 'spread', item]['value']:.0f}°"
             for item in releases
@@ -209,7 +211,10 @@ def spread_findings(of: Evidence) -> list[Finding]:
     ):
         if {wide, narrow} <= set(of.spreads):
             a, b = of.spreads[wide], of.spreads[narrow]
-            low, high = a["p05_p95_low_deg"] - b["p05_p95_high_deg"], a["p05_p95_high_deg"] - b["p05_p95_low_deg"]
+            low, high = (
+                a["p05_p95_ci_low_deg"] - b["p05_p95_ci_high_deg"],
+                a["p05_p95_ci_high_deg"] - b["p05_p95_ci_low_deg"],
+            )
             found.append(
                 Finding(
                     f"{at}.{name}",
@@ -314,7 +319,7 @@ def motion_findings(of: Evidence) -> list[Finding]:
         Finding(
             f"{at}.slides_to_the_road", f"A log of {of.facts['length_m']:g} m slides through the forest to the road "
             f"at mu {of.facts['friction']:g} (share; holds above 0)", "2, 5", "9.1 %" if at == "klosters" else "23.3 %",
-            reach["value"], reach["low"], reach["high"], above(reach["low"], reach["high"], 0.0), "run als",
+            reach["value"], reach["ci_low"], reach["ci_high"], above(reach["ci_low"], reach["ci_high"], 0.0), "run als",
         )
     )  # fmt: skip
     return found

@@ -92,7 +92,7 @@ def siting(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -
             row["barrier_id"],
             words.say("chosen", step=row["step"]) if row["step"] else words.say("alone"),
             size, shown_share(row, words),
-            points(row["gain_p"], row["gain_low"], row["gain_high"], words),
+            points(row["gain_p"], row["gain_ci_low"], row["gain_ci_high"], words),
             int(row["n_stopped"]), int(row["n_overjumped"]), energy_of(row, words),
             *([class_of(row)] if classed else []),
         ])  # fmt: skip
@@ -105,7 +105,7 @@ def siting(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -
 
 
 def energy_of(row: Mapping[str, Any], words: Words) -> str:
-    value, low, high = (number(row[f"energy_{name}_kj"]) for name in ("p95", "low", "high"))
+    value, low, high = (number(row[f"energy_{name}_kj"]) for name in ("p95", "ci_low", "ci_high"))
     if np.isfinite(value) and not np.isfinite(high):
         return words.say("design_more", value=shown_number(value, words), n=int(row["n_more"]))
     return with_interval(value, low, high, words)
@@ -136,7 +136,7 @@ def intensity(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words
         if "at_least_m2" in mine[0]:
             head.append(words.say("class_and_above"))
             for row, each in zip(rows, mine, strict=True):
-                area, low, high = (number(each[f"at_least_{end}m2"]) / 1e4 for end in ("", "low_", "high_"))
+                area, low, high = (number(each[f"at_least_{end}m2"]) / 1e4 for end in ("", "ci_low_", "ci_high_"))
                 row.append(with_interval(area, low, high, words))
         parts.append(table(head, rows))
         if name == "intensity" and (least := facts.get("least_passage")):
@@ -159,7 +159,7 @@ def intensity(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words
 
 
 def period_of(row: Mapping[str, Any], words: Words) -> str:
-    years, low, high = (number(row.get(f"return_{name}_years")) for name in ("period", "low", "high"))
+    years, low, high = (number(row.get(f"return_{name}_years")) for name in ("period", "ci_low", "ci_high"))
     if not np.isfinite(years):
         return words.say("longer_than", years=shown_number(low, words))
     ends = f"{shown_number(low, words)} {words.say('to')} {shown_number(high, words)}"
@@ -227,7 +227,7 @@ def varied(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -
             cells = [factor_words(row["factor"], words), range_words(row, words), *ends, swing]
             if totals:
                 index = totals.get((name, row["factor"]), {})
-                low, high = number(index.get("total_low")), number(index.get("total_high"))
+                low, high = number(index.get("total_ci_low")), number(index.get("total_ci_high"))
                 cells.append(with_interval(number(index.get("total")), low, high, words))
             rows.append(cells)
         parts.append(table(head, rows, outcome_words(name, words)))

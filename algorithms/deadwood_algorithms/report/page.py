@@ -270,11 +270,11 @@ def comparison_table(rows: Sequence[Any], names: Sequence[str], words: Words) ->
             if row is None:
                 cells += ["–"] * (2 if k else 1)
                 continue
-            cells.append(with_interval(scale * row.value, scale * row.low, scale * row.high, words))
+            cells.append(with_interval(scale * row.value, scale * row.ci_low, scale * row.ci_high, words))
             if k:
                 cells.append(
                     with_interval(
-                        scale * row.difference, scale * row.diff_low, scale * row.diff_high, words, signed=True
+                        scale * row.difference, scale * row.diff_ci_low, scale * row.diff_ci_high, words, signed=True
                     )
                 )
         body.append(cells)

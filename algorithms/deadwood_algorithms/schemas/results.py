@@ -305,8 +305,8 @@ SPREAD = Layer(
             "spread_deg", "Smallest angle that holds the others; it grows with the number of logs", 0, FULL_CIRCLE
         ),
         a_number("p05_p95_deg", "Angle between the 5 % and the 95 % quantile of their azimuths", 0, FULL_CIRCLE),
-        a_number("p05_p95_low_deg", "Lower end of its 95 % interval, by bootstrap over the logs", 0, FULL_CIRCLE),
-        a_number("p05_p95_high_deg", "Upper end", 0, FULL_CIRCLE),
+        a_number("p05_p95_ci_low_deg", "Lower end of its 95 % interval, by bootstrap over the logs", 0, FULL_CIRCLE),
+        a_number("p05_p95_ci_high_deg", "Upper end", 0, FULL_CIRCLE),
         a_number("spread_half_deg", "Mean of spread_deg over random halves of the logs", 0, FULL_CIRCLE),
         a_count("n_left_dem", "Logs that left the terrain model"),
         a_count("n_near_edge", "Other logs that ended near its edges"),
@@ -578,19 +578,19 @@ SITED_HITS = (
     a_number("n_passed_beside", "Logs that pass beside it", 0),
     a_number("n_hit", "Logs that hit it; the percentiles are those of the largest hit of each", 0),
     a_number("energy_p95_kj", "95 % percentile of the kinetic energy of the logs just before; empty without a hit", 0),
-    a_number("energy_low_kj", "Lower end of its exact 95 % interval; empty where the logs are too few for one", 0),
-    a_number("energy_high_kj", "Upper end", 0),
+    a_number("energy_ci_low_kj", "Lower end of its exact 95 % interval; empty where the logs are too few for one", 0),
+    a_number("energy_ci_high_kj", "Upper end", 0),
     a_number("height_p95_m", "95 % percentile of the height of the hits above the terrain"),
-    a_number("height_low_m", "Lower end of its exact 95 % interval"),
-    a_number("height_high_m", "Upper end"),
+    a_number("height_ci_low_m", "Lower end of its exact 95 % interval"),
+    a_number("height_ci_high_m", "Upper end"),
     a_number("n_more", "How many more hits it takes for upper ends; 0 where they are told", 0),
     *BARRIER_CLASS,
 )
 SITED_GAIN = (
     a_number("gain_logs", "Logs fewer that reach a line than before it was put up; less than 0: more"),
     a_number("gain_p", "The same as a share of all logs", -1, 1),
-    a_number("gain_low", "Lower end of its 95 % interval, of paired logs", -1, 1),
-    a_number("gain_high", "Upper end", -1, 1),
+    a_number("gain_ci_low", "Lower end of its 95 % interval, of paired logs", -1, 1),
+    a_number("gain_ci_high", "Upper end", -1, 1),
 )
 SITED = Layer(
     name="barriers",

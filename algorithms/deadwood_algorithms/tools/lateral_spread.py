@@ -110,9 +110,10 @@ def words_of(row: dict[str, Any]) -> str:
             f"release {row['release_id']}: no spread, none of {row['n']} deposits lies farther than --min-runout-m "
             "from the release"
         )
+    low, high = row["p05_p95_ci_low_deg"], row["p05_p95_ci_high_deg"]
     return (
         f"release {row['release_id']}: spread {row['spread_deg']:.1f}° ({row['spread_half_deg']:.1f}° with half the "
-        f"logs), 5 to 95 %: {row['p05_p95_deg']:.1f}° ({row['p05_p95_low_deg']:.1f} to {row['p05_p95_high_deg']:.1f}°)"
+        f"logs), 5 to 95 %: {row['p05_p95_deg']:.1f}° ({low:.1f} to {high:.1f}°)"
         f", {counted} of {row['n']} deposits"
     )
 
@@ -187,8 +188,8 @@ def uncertainty(azimuths: NDArray[np.float64], log_id: NDArray[np.int64], seed: 
     low, high = bootstrap_interval(lambda rows: quantile_arc(azimuths[rows]), log_id, seed)
     arcs = [smallest_arc(azimuths[half]) for half in halves(log_id, seed, HALVES) if half.any()]
     return {
-        "p05_p95_low_deg": low,
-        "p05_p95_high_deg": high,
+        "p05_p95_ci_low_deg": low,
+        "p05_p95_ci_high_deg": high,
         "spread_half_deg": float(np.mean(arcs)) if arcs else np.nan,
     }
 

@@ -151,7 +151,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             years, shortest = years_of(source, areas, ask.logs_per_event, grid, hits, feedback)
             facts["areas"] = [vars(each) for each in areas]
             facts["logs_per_event"] = ask.logs_per_event
-            facts["no_hit"]["return_low_years"] = shortest
+            facts["no_hit"]["return_ci_low_years"] = shortest
             write_years(folder / "return_period.tif", years, grid)
             other, rarest_first, often = period_class(years[0], periods), False, legend.period_labels(periods)
             about, rows = "Class of the return period", legend.class_rows(often, legend.COLD[::-1])
@@ -233,7 +233,7 @@ def warn_of_few(
     """Say where the logs are too few to tell the longest return period from none."""
     from deadwood_algorithms.stats.statistics import Z_95
 
-    shortest = facts["no_hit"]["return_low_years"]
+    shortest = facts["no_hit"]["return_ci_low_years"]
     if shortest >= periods[-1]:
         return
     events = sum(each.events_per_year for each in areas)
@@ -257,8 +257,8 @@ def words_of(facts: dict[str, Any], rows: Sequence[dict[str, Any]]) -> tuple[str
         if row["n_reach"] is not None:
             shown.append(line_words(row))
     empty = f"a cell that no log passed: passed by less than {100 * facts['no_hit']['p_high']:.2g} % of the logs"
-    if "return_low_years" in facts["no_hit"]:
-        empty += f", return period over {years_words(facts['no_hit']['return_low_years'])} years"
+    if "return_ci_low_years" in facts["no_hit"]:
+        empty += f", return period over {years_words(facts['no_hit']['return_ci_low_years'])} years"
     return (*shown, f"{empty} (95 %)", facts["rule"], facts["decides"])
 
 
@@ -273,11 +273,11 @@ def line_words(row: dict[str, Any]) -> str:
 
     least = f", {row['at_least_kj']:g} kJ and more" if row["at_least_kj"] else ""
     told = f"{row['line_id']}{least}: {percent_with_interval(row)}"
-    if "return_low_years" not in row:
+    if "return_ci_low_years" not in row:
         return told
     if not row["n_reach"]:
-        return f"{told}, return period over {years_words(row['return_low_years'])} years"
-    ends = f"{years_words(row['return_low_years'])} to {years_words(row['return_high_years'])}"
+        return f"{told}, return period over {years_words(row['return_ci_low_years'])} years"
+    ends = f"{years_words(row['return_ci_low_years'])} to {years_words(row['return_ci_high_years'])}"
     return f"{told}, every {years_words(row['return_period_years'])} years ({ends})"
 
 

@@ -21,13 +21,13 @@ def rows_of(counts: dict[str, int], spread: dict[str, float]) -> dict:
         lost, gained = max(counts["als"] - count, 0), max(count - counts["als"], 0)
         ends = paired_interval(lost, gained, N)
         rows[name, "reach", "road"] = {
-            "value": count / N, "low": low, "high": high, "difference": (gained - lost) / N, "diff_low": ends[0],
-            "diff_high": ends[1],
+            "value": count / N, "ci_low": low, "ci_high": high, "difference": (gained - lost) / N,
+            "diff_ci_low": ends[0], "diff_ci_high": ends[1],
         }  # fmt: skip
         rows[name, "spread", "1"] = {"value": spread[name] + 10.0}
         difference = spread[name] - spread["als"]
         rows[name, "spread_p05_p95", "1"] = {
-            "difference": difference, "diff_low": difference - 2.0, "diff_high": difference + 2.0,
+            "difference": difference, "diff_ci_low": difference - 2.0, "diff_ci_high": difference + 2.0,
         }  # fmt: skip
     return rows
 

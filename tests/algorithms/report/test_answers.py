@@ -148,7 +148,9 @@ def test_the_classes_have_their_ground_and_lines_their_period(page, results):
         if each["map"] in ("intensity", "passage", "return_class"):
             assert float(ground[each["meaning"]]) == pytest.approx(each["area_m2"] / 1e4, rel=5e-3, abs=1e-9)
         if each["map"] == "intensity":
-            half = max((each["at_least_high_m2"] - each["at_least_low_m2"]) / 2e4, 1e-6)  # two digits of it are shown
+            half = max(
+                (each["at_least_ci_high_m2"] - each["at_least_ci_low_m2"]) / 2e4, 1e-6
+            )  # two digits of it are shown
             assert float(above[each["meaning"]]) == pytest.approx(each["at_least_m2"] / 1e4, abs=0.05 * half, rel=5e-3)
     assert "at least 1 % of the logs" in " ".join(shown.said).replace("\u00a0", " ")
     lines = [row for row in shown.rows if len(row) == 5][1:]

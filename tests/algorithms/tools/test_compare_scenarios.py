@@ -85,15 +85,15 @@ def test_reach_and_its_paired_difference(runs, tmp_path):
     )
     none, forest = table.loc[("none", "reach", "road")], table.loc[("forest", "reach", "road")]
     assert (none["value"], forest["value"]) == (0.75, 0.3)
-    assert (none["low"], none["high"]) == pytest.approx(wilson_interval(30, 40))
+    assert (none["ci_low"], none["ci_high"]) == pytest.approx(wilson_interval(30, 40))
     assert forest["difference"] == pytest.approx(-0.45)
     assert (forest["n_only_reference"], forest["n_only_scenario"]) == (20, 2)
-    assert (forest["diff_low"], forest["diff_high"]) == pytest.approx(paired_interval(20, 2, 40))
+    assert (forest["diff_ci_low"], forest["diff_ci_high"]) == pytest.approx(paired_interval(20, 2, 40))
     assert forest["p_mcnemar"] == pytest.approx(binomtest(2, 22).pvalue)
     assert table.loc[("barriers", "reach", "road"), "value"] == 0.0
     same = table.loc[("forest", "reach", "house")]
     assert (same["difference"], same["p_mcnemar"]) == (0.0, 1.0)
-    assert same["diff_low"] < 0.0 < same["diff_high"]
+    assert same["diff_ci_low"] < 0.0 < same["diff_ci_high"]
     assert table.loc[("forest", "ended", "tree"), "difference"] == 1.0
     assert "none      75 % (60 to 86 %)  -" in outcome.lines[2]
     assert "forest    30 % (18 to 45 %)  -45 (-62 to -25)" in outcome.lines[3]
@@ -108,10 +108,15 @@ def test_spread_speed_and_deposits(runs, tmp_path):
         assert (row["value"], row["difference"]) == pytest.approx((60.0, 40.0))
         middle = table.loc[("run_forest", "spread_p05_p95", release)]
         assert (middle["value"], middle["difference"]) == pytest.approx((54.0, 36.0))
-        assert middle["diff_low"] <= 36.0 <= middle["diff_high"]
-        assert middle["diff_high"] - middle["diff_low"] > 1.0
+        assert middle["diff_ci_low"] <= 36.0 <= middle["diff_ci_high"]
+        assert middle["diff_ci_high"] - middle["diff_ci_low"] > 1.0
     speed = table.loc[("run_forest", "speed_max", "mean")]
-    assert (speed["value"], speed["difference"], speed["diff_low"], speed["diff_high"]) == (15.0, -5.0, -5.0, -5.0)
+    assert (speed["value"], speed["difference"], speed["diff_ci_low"], speed["diff_ci_high"]) == (
+        15.0,
+        -5.0,
+        -5.0,
+        -5.0,
+    )
     assert table.loc[("run_forest", "runout", "p95"), "difference"] == pytest.approx(0.0, abs=1e-9)
     # the k-th of 20 turns by 20 degrees times its place in the fan, on a circle of 30 m
     turns = np.radians(40.0 * np.abs(np.arange(20) / 19 - 0.5))
@@ -164,8 +169,8 @@ def test_logs_that_left_before_a_line_bound_its_reach_and_the_difference(tmp_pat
     assert (before["value_low_if_lost"], before["value_high_if_lost"]) == (0.25, 0.75)
     assert (now["value_low_if_lost"], now["value_high_if_lost"]) == (0.125, 0.125)
     assert (now["difference_low_if_lost"], now["difference_high_if_lost"]) == (-0.625, -0.125)
-    assert now["diff_low_if_lost"] == paired_interval(25, 0, 40)[0]
-    assert now["diff_high_if_lost"] == paired_interval(5, 0, 40)[1]
+    assert now["diff_ci_low_if_lost"] == paired_interval(25, 0, 40)[0]
+    assert now["diff_ci_high_if_lost"] == paired_interval(5, 0, 40)[1]
     assert "25 % (14 to 40 %) [14 to 86 %]" in outcome.lines[2]
     assert "] " not in outcome.lines[3].split("with")[0]
     assert outcome.lines[3].count("[") == 1
@@ -181,7 +186,7 @@ def test_where_no_log_left_the_bounds_are_the_values(runs, tmp_path, said):
     row = table.loc[("run_forest", "reach", "road")]
     assert row["n_lost"] == 0
     assert row["difference_low_if_lost"] == row["difference_high_if_lost"] == row["difference"]
-    assert (row["diff_low_if_lost"], row["diff_high_if_lost"]) == (row["diff_low"], row["diff_high"])
+    assert (row["diff_ci_low_if_lost"], row["diff_ci_high_if_lost"]) == (row["diff_ci_low"], row["diff_ci_high"])
     assert not any("left the terrain model" in each for each in said.warnings)
     assert not any("[" in each for each in outcome.lines[2:])
 
@@ -271,7 +276,7 @@ def test_real_runs(tmp_path):
         told = summary(run)
         for record in told["reach"]:
             row = table.loc[(run.name, "reach", record["line_id"])]
-            assert (row["value"], row["low"], row["high"]) == (record["p"], record["ci_low"], record["ci_high"])
+            assert (row["value"], row["ci_low"], row["ci_high"]) == (record["p"], record["ci_low"], record["ci_high"])
         for record in told["spread"]:
             assert table.loc[(run.name, "spread", record["release_id"]), "value"] == pytest.approx(record["spread_deg"])
         assert table.loc[(run.name, "speed_max", "largest"), "value"] == told["speed"]["max_ms"]
@@ -428,7 +433,7 @@ def test_an_interval_and_its_test_agree(tmp_path):
         two = write_run(tmp_path / name, tracks(20.0), digest="same", lines={"road": (ROAD, list(range(20 + gained)))})
         table, _ = compare([one, two], tmp_path / f"out_{gained}")
         row = table.loc[(name, "reach", "road")]
-        assert (row["diff_low"] > 0.0) == (row["p_mcnemar"] < 0.05) == differs
+        assert (row["diff_ci_low"] > 0.0) == (row["p_mcnemar"] < 0.05) == differs
         told = json.loads((tmp_path / f"out_{gained}" / "comparison.json").read_text())
         assert told["logs"] == LOGS
         assert told["rows"][0]["difference"] is None

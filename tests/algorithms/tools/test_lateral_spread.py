@@ -115,7 +115,7 @@ def test_the_interval_and_the_halves(tmp_path):
     angles = 180.0 + 10.0 * rng.standard_normal(400)
     layer = deposits(tmp_path / "d.gpkg", list(angles), [100.0] * 400)
     row = spread(layer, tmp_path / "s.gpkg")[0].iloc[0]
-    low, high = row["p05_p95_low_deg"], row["p05_p95_high_deg"]
+    low, high = row["p05_p95_ci_low_deg"], row["p05_p95_ci_high_deg"]
     assert low < row["p05_p95_deg"] < high
     assert low < 32.9 < high
     assert 2.0 < high - low < 8.0  # four standard errors: a quantile's is sqrt(p q / n) / density = 1.06 degrees
@@ -128,10 +128,10 @@ def test_the_interval_and_the_halves(tmp_path):
     ids = {"log_id": [*mixed, 400], "release_id": [1] * 400 + [2]}
     other = deposits(tmp_path / "e.gpkg", [*angles[mixed], 20.0], [100.0] * 401, **same, **ids)
     again = spread(other, tmp_path / "t.gpkg")[0].iloc[0]
-    names = ["spread_half_deg", "p05_p95_low_deg", "p05_p95_high_deg"]
+    names = ["spread_half_deg", "p05_p95_ci_low_deg", "p05_p95_ci_high_deg"]
     assert again[names].tolist() == pytest.approx(row[names].tolist(), abs=1e-9)
     seeded = spread(other, tmp_path / "t.gpkg", seed=1)[0].iloc[0]
-    assert seeded["p05_p95_low_deg"] != again["p05_p95_low_deg"]
+    assert seeded["p05_p95_ci_low_deg"] != again["p05_p95_ci_low_deg"]
 
 
 def edge_case(tmp_path: Path) -> tuple[Path, str]:

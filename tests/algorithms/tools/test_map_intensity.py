@@ -104,7 +104,7 @@ def test_areas_do_not_grow_with_the_number_of_logs(tmp_path):
         found = maps(run, tmp_path / f"m{count}", least_passage=0.5)["intensity"]
         facts = json.loads((tmp_path / f"m{count}" / "classes.json").read_text())
         (row,) = (each for each in facts["classes"] if each["map"] == "intensity" and each["class"] == 3)
-        areas.append((row["at_least_low_m2"], row["at_least_m2"], row["at_least_high_m2"]))
+        areas.append((row["at_least_ci_low_m2"], row["at_least_m2"], row["at_least_ci_high_m2"]))
         assert row["at_least_m2"] == (found == 3).sum()
         assert facts["energy"] == "energy that at least 0.5 % of the logs bring"
         every = maps(run, tmp_path / f"e{count}", least_passage=100.0 / count)["intensity"]  # one log: the largest
@@ -177,9 +177,9 @@ def test_the_ground_of_each_class_and_what_an_empty_cell_means(made, tmp_path):
         assert each["cells"] == each["area_m2"] == (found[each["map"]] == each["class"]).sum()
         if each["map"] == "intensity":
             assert each["at_least_m2"] == (found["intensity"] >= each["class"]).sum()
-            assert each["at_least_low_m2"] is each["at_least_high_m2"] is None  # of the largest energies
+            assert each["at_least_ci_low_m2"] is each["at_least_ci_high_m2"] is None  # of the largest energies
     top = wilson_interval(0, N)[1]
-    assert facts["no_hit"] == {"p_high": top, "return_low_years": pytest.approx(1.0 / (0.2 * top))}
+    assert facts["no_hit"] == {"p_high": top, "return_ci_low_years": pytest.approx(1.0 / (0.2 * top))}
     assert "Swiss federal" in facts["rule"]
     assert "a person decides" in facts["decides"]
 
@@ -243,11 +243,13 @@ def test_lines_by_energy_with_their_return_periods(made, tmp_path):
         assert (row["n_reach"], row["n_total"]) == (count, N)
         assert (row["ci_low"], row["ci_high"]) == pytest.approx((low, high))
         assert row["return_period_years"] == pytest.approx(N / (0.2 * count))
-        assert (row["return_low_years"], row["return_high_years"]) == pytest.approx((1 / (0.2 * high), 1 / (0.2 * low)))
+        assert (row["return_ci_low_years"], row["return_ci_high_years"]) == pytest.approx(
+            (1 / (0.2 * high), 1 / (0.2 * low))
+        )
     empty = found.loc[("far", 0.0)]
     assert empty["n_reach"] == 0
     assert np.isnan(empty["return_period_years"])
-    assert empty["return_low_years"] == pytest.approx(1.0 / (0.2 * wilson_interval(0, N)[1]))
+    assert empty["return_ci_low_years"] == pytest.approx(1.0 / (0.2 * wilson_interval(0, N)[1]))
     assert empty["return_class"] == 0
     assert "no log" in empty["note"]
 

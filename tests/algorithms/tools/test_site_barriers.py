@@ -70,7 +70,7 @@ def check(row: Any, before: Path, after: Path, barrier_id: str) -> None:
     assert row.n_reach == len(now)
     assert (row.ci_low, row.ci_high) == pytest.approx(wilson_interval(len(now), LOGS))
     assert row.gain_logs == len(was - now) - len(now - was)
-    assert (row.gain_low, row.gain_high) == pytest.approx(paired_interval(len(now - was), len(was - now), LOGS))
+    assert (row.gain_ci_low, row.gain_ci_high) == pytest.approx(paired_interval(len(now - was), len(was - now), LOGS))
     (record,) = (each for each in summary(after)["barriers"] if each["barrier_id"] == barrier_id)
     for name in ("n_stopped", "n_overjumped", "n_passed_beside"):
         assert getattr(row, name) == record[name], name

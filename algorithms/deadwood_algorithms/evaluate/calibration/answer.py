@@ -97,8 +97,8 @@ def records_of(
             "p_fit": scores.p_fit[k],
             "log_likelihood": scores.log_likelihood[k],
             "relative_likelihood": scores.relative[k],
-            "relative_low": float(np.exp(scores.low[k])),
-            "relative_high": float(np.exp(scores.high[k])),
+            "relative_ci_low": float(np.exp(scores.low[k])),
+            "relative_ci_high": float(np.exp(scores.high[k])),
             "energy_score_m": math.nan if distance is None else distance[k],
             "runout_p05_m": low,
             "runout_median_m": middle,
@@ -109,7 +109,7 @@ def records_of(
         if areas:
             hits = sum(int(done[k].sum()) for done, _ in areas.values())
             record = reach_record(hits, sum(int(counts[k]) for _, counts in areas.values()))
-            row |= {"share": record["p"], "share_low": record["ci_low"], "share_high": record["ci_high"]}
+            row |= {"share": record["p"], "share_ci_low": record["ci_low"], "share_ci_high": record["ci_high"]}
         if lost is not None:
             done, n = next(iter(areas.values()))[0][k], each.x.size
             row |= {"n_lost": int(lost[k].sum())}
@@ -143,7 +143,7 @@ def lines_of(rows: list[dict[str, Any]], sentence: str, n_logs: int) -> tuple[st
     head += ["if lost ones do"] * with_bounds + ["in range"]
     table = [head]
     for row in rows:
-        spread = f"{row['relative_low']:.2g} to {row['relative_high']:.2g}"
+        spread = f"{row['relative_ci_low']:.2g} to {row['relative_ci_high']:.2g}"
         cells = [f"{row['friction']:g}", f"{row['relative_likelihood']:.2g} ({spread})", f"{row['p_range']:.2f}"]
         cells.append(f"{row['runout_median_m']:.0f} m ({row['runout_p05_m']:.0f} to {row['runout_p95_m']:.0f})")
         cells += [percent_of(row["without_deposit"], n_logs)] * with_lost
@@ -151,11 +151,11 @@ def lines_of(rows: list[dict[str, Any]], sentence: str, n_logs: int) -> tuple[st
         if with_share:
             known = math.isfinite(row["share"])
             cells.append(
-                f"{percent(row['share'], row['share_low'], row['share_high'])} %" if known else "none in sight"
+                f"{percent(row['share'], row['share_ci_low'], row['share_ci_high'])} %" if known else "none in sight"
             )
         if with_bounds:
             ends = (row[f"share_{end}_if_lost"] for end in ("low", "high"))
-            cells.append(f"{' to '.join(percent(each, row['share_low'], row['share_high']) for each in ends)} %")
+            cells.append(f"{' to '.join(percent(each, row['share_ci_low'], row['share_ci_high']) for each in ends)} %")
         table.append([*cells, "yes" if row["in_range"] else "no"])
     widths = [max(len(row[k]) for row in table) for k in range(len(head))]
     shown = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table]

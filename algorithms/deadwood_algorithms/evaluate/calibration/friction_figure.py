@@ -83,7 +83,7 @@ def likelihoods(axes: Axes, friction: np.ndarray, rows: list[dict[str, Any]]) ->
 
 
 def _shares_panel(axes: Axes, friction: np.ndarray, rows: list[dict[str, Any]], seen: float | None) -> None:
-    value, low, high = (np.array([row[key] for row in rows]) for key in ("share", "share_low", "share_high"))
+    value, low, high = (np.array([row[key] for row in rows]) for key in ("share", "share_ci_low", "share_ci_high"))
     bars = np.clip([value - low, high - value], 0.0, None)
     axes.errorbar(friction, value, bars, color=SLID, marker="o", markersize=5, linewidth=1.2, capsize=2.5)
     if seen is not None:

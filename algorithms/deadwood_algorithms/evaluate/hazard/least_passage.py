@@ -111,5 +111,5 @@ def areas_of(energies: Energies, bounds: tuple[float, ...], cell_m: float) -> li
         )
         if not energies.facts["share"]:
             low = high = math.nan
-        rows.append({"at_least_m2": area, "at_least_low_m2": low, "at_least_high_m2": high})
+        rows.append({"at_least_m2": area, "at_least_ci_low_m2": low, "at_least_ci_high_m2": high})
     return rows

@@ -77,11 +77,11 @@ def rates_of(
     years, shortest, longest = (float(return_period(each)) for each in (rate, high, low))
     return {
         "rate_per_year": float(rate),
-        "rate_low_per_year": float(low),
-        "rate_high_per_year": float(high),
+        "rate_ci_low_per_year": float(low),
+        "rate_ci_high_per_year": float(high),
         "return_period_years": years,
-        "return_low_years": shortest,
-        "return_high_years": longest,
+        "return_ci_low_years": shortest,
+        "return_ci_high_years": longest,
         "return_class": int(period_class(years, periods)),
     }
 

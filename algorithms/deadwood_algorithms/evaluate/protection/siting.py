@@ -146,7 +146,7 @@ class Trial:
     def gain_record(self, n: int) -> dict[str, float]:
         """Share of the logs that reaches no line any more, and its 95 % interval (the same logs)."""
         low, high = paired_interval(self.brought, self.kept, n)
-        return {"gain_logs": self.gain, "gain_p": self.gain / n, "gain_low": low, "gain_high": high}
+        return {"gain_logs": self.gain, "gain_p": self.gain / n, "gain_ci_low": low, "gain_ci_high": high}
 
 
 class Siting:

@@ -21,7 +21,7 @@ def with_classes(frame: Any, name: str | None) -> Any:
     """A table of barriers with the class that holds 95 % of the hits of each, and that which holds the upper end."""
     if name is None:
         return frame
-    energies = zip(frame["energy_p95_kj"].astype(float), frame["energy_high_kj"].astype(float), strict=True)
+    energies = zip(frame["energy_p95_kj"].astype(float), frame["energy_ci_high_kj"].astype(float), strict=True)
     records = [presets.BARRIERS[name].record(*each) for each in energies]
     return frame.assign(**{column: [each[column] for each in records] for column in NO_CLASS})
 
@@ -119,8 +119,9 @@ def layer_of(siting: Siting, layers: SceneLayers, now: Ways, steps: Sequence[Ste
 
 
 COUNTS = (
-    "gain_logs", "gain_p", "gain_low", "gain_high", "n_stopped", "n_overjumped", "n_passed_beside", "n_hit",
-    "energy_p95_kj", "energy_low_kj", "energy_high_kj", "height_p95_m", "height_low_m", "height_high_m", "n_more",
+    "gain_logs", "gain_p", "gain_ci_low", "gain_ci_high", "n_stopped", "n_overjumped", "n_passed_beside", "n_hit",
+    "energy_p95_kj", "energy_ci_low_kj", "energy_ci_high_kj", "height_p95_m", "height_ci_low_m", "height_ci_high_m",
+    "n_more",
 )  # fmt: skip
 
 
@@ -143,7 +144,7 @@ def lines_of(facts: dict[str, Any], classes: str | None) -> tuple[str, ...]:
         f"{facts['candidates']} candidates, {facts['slid_again']} logs slid again"
     ]
     for row in facts["chosen"]:
-        points = points_with_interval(row["gain_p"], row["gain_low"], row["gain_high"])
+        points = points_with_interval(row["gain_p"], row["gain_ci_low"], row["gain_ci_high"])
         shown.append(
             f"{row['step']}. {row['barrier_id']}: {row['gain_logs']} logs less, {points} points; {row['n_reach']} "
             f"still reach a line; it holds {row['n_stopped']}, {row['n_overjumped']} jump over"

@@ -119,14 +119,14 @@ def _shares_panel(axes: Axes, rows: Sequence[ScenarioRow], names: Sequence[str])
         mine = [of[name, item] for item in items[:LINES_SHOWN]]
         place = np.arange(len(mine)) + (k - (len(names) - 1) / 2.0) * width
         value = np.array([row.value for row in mine])
-        bars = np.clip([value - [row.low for row in mine], [row.high for row in mine] - value], 0.0, None)
+        bars = np.clip([value - [row.ci_low for row in mine], [row.ci_high for row in mine] - value], 0.0, None)
         colour = COLOURS[k % len(COLOURS)]
         axes.bar(
             place, value, 0.9 * width, yerr=bars, color=colour, capsize=2.5, label=name, error_kw={"linewidth": 1.0}
         )
     axes.set_xticks(np.arange(len(items[:LINES_SHOWN])), [each.replace("_", " ") for each in items[:LINES_SHOWN]])
     axes.yaxis.set_major_formatter(FuncFormatter(_percent))
-    axes.set_ylim(0.0, 1.05 * max([*(row.high for row in of.values()), 0.01]))
+    axes.set_ylim(0.0, 1.05 * max([*(row.ci_high for row in of.values()), 0.01]))
     axes.set_title("logs that reach" if quantity == "reach" else "how logs ended", fontsize=10, loc="left")
     axes.legend(fontsize=8.5, framealpha=0.85, edgecolor="none")
     axes.grid(axis="y", color="#E5E5E5", linewidth=0.6)

@@ -35,7 +35,7 @@ HELD = ("tree", "lying_log", "block", "barrier", "left_dem", "time_limit")
 class ScenarioRow:
     """One quantity of one scenario, beside the reference's; NaN where there is nothing to say.
 
-    low, high : 95 % interval of the value; diff_low, diff_high : of the difference, over the same logs
+    ci_low, ci_high : 95 % interval of the value; diff_ci_low, diff_ci_high : of the difference, over the same logs
     n_only_reference, n_only_scenario, p_mcnemar : of shares: logs that changed, and whether chance would do as much
     n_lost : logs that left the terrain model before it was seen what they do
     value_..., difference_..._if_lost : the least and the most of both, whatever these did
@@ -48,11 +48,11 @@ class ScenarioRow:
     unit: str
     n: int
     value: float
-    low: float = math.nan
-    high: float = math.nan
+    ci_low: float = math.nan
+    ci_high: float = math.nan
     difference: float = math.nan
-    diff_low: float = math.nan
-    diff_high: float = math.nan
+    diff_ci_low: float = math.nan
+    diff_ci_high: float = math.nan
     n_only_reference: float = math.nan
     n_only_scenario: float = math.nan
     p_mcnemar: float = math.nan
@@ -61,15 +61,15 @@ class ScenarioRow:
     value_high_if_lost: float = math.nan
     difference_low_if_lost: float = math.nan
     difference_high_if_lost: float = math.nan
-    diff_low_if_lost: float = math.nan
-    diff_high_if_lost: float = math.nan
+    diff_ci_low_if_lost: float = math.nan
+    diff_ci_high_if_lost: float = math.nan
 
     @property
     def loss_matters(self) -> bool:
         """Whether the lost logs could move the value or the difference out of the interval beside it."""
-        if self.value_high_if_lost > self.high:
+        if self.value_high_if_lost > self.ci_high:
             return True
-        return self.difference_low_if_lost < self.diff_low or self.difference_high_if_lost > self.diff_high
+        return self.difference_low_if_lost < self.diff_ci_low or self.difference_high_if_lost > self.diff_ci_high
 
 
 def groups_by_release(compared: Compared, min_runout: float | None) -> list[Group]:
@@ -133,16 +133,16 @@ def share_row(name: str, quantity: str, item: str, now: Share, before: Share | N
     """A share of the logs with its Wilson interval, the paired difference, and the bounds of both for lost logs."""
     n, hit = now.did.size, int(now.did.sum())
     facts = {"value": hit / n, "value_low_if_lost": hit / n, "value_high_if_lost": int(now.most.sum()) / n}
-    facts |= dict(zip(("low", "high"), wilson_interval(hit, n), strict=True))
+    facts |= dict(zip(("ci_low", "ci_high"), wilson_interval(hit, n), strict=True))
     facts["n_lost"] = int(now.lost.sum())
     if before is not None:
         facts["n_lost"] = int((now.lost | before.lost).sum())
-        facts |= dict(zip(("difference", "diff_low", "diff_high"), _paired(before.did, now.did), strict=True))
+        facts |= dict(zip(("difference", "diff_ci_low", "diff_ci_high"), _paired(before.did, now.did), strict=True))
         lost, gained = int((before.did & ~now.did).sum()), int((now.did & ~before.did).sum())
         facts |= {"n_only_reference": lost, "n_only_scenario": gained, "p_mcnemar": mcnemar_p(lost, gained)}
         least, most = _paired(before.most, now.did), _paired(before.did, now.most)
-        facts |= {"difference_low_if_lost": least[0], "diff_low_if_lost": least[1]}
-        facts |= {"difference_high_if_lost": most[0], "diff_high_if_lost": most[2]}
+        facts |= {"difference_low_if_lost": least[0], "diff_ci_low_if_lost": least[1]}
+        facts |= {"difference_high_if_lost": most[0], "diff_ci_high_if_lost": most[2]}
     return ScenarioRow(name, quantity, item, "1", n, **facts)
 
 
@@ -248,7 +248,7 @@ def speed_row(each: Scenario, other: Scenario | None, now: Array, before: Array 
         return row
     change = values - before[ended]
     low, high = around(float(change.mean()), change)
-    return replace(row, difference=float(change.mean()), diff_low=low, diff_high=high)
+    return replace(row, difference=float(change.mean()), diff_ci_low=low, diff_ci_high=high)
 
 
 def tail_row(

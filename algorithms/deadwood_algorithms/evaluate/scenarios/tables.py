@@ -39,10 +39,10 @@ def table_row(row: ScenarioRow) -> dict[str, Any]:
             return round(scale * value, decimals_of(scale * low, scale * high))
         return float(f"{scale * value:.3g}")
 
-    own, change = (row.low, row.high), (row.diff_low, row.diff_high)
+    own, change = (row.ci_low, row.ci_high), (row.diff_ci_low, row.diff_ci_high)
     record: dict[str, Any] = {"quantity": row.quantity, "of": row.item, "scenario": row.scenario}
     record |= {"unit": "%" if row.unit == "1" else row.unit, "logs": row.n}
-    record |= {"value": rounded(row.value, *own), "from": rounded(row.low, *own), "to": rounded(row.high, *own)}
+    record |= {"value": rounded(row.value, *own), "from": rounded(row.ci_low, *own), "to": rounded(row.ci_high, *own)}
     record["difference"] = rounded(row.difference, *change)
     record |= {f"difference_{word}": rounded(end, *change) for word, end in zip(("from", "to"), change, strict=True)}
     record["logs_lost"] = int(row.n_lost) if math.isfinite(row.n_lost) else None
@@ -110,12 +110,12 @@ def index_words(row: ScenarioRow) -> str:
     name = row.quantity.upper()
     if not math.isfinite(row.value):
         return f"{name} - (no log reaches)"
-    if not math.isfinite(row.low):
+    if not math.isfinite(row.ci_low):
         return f"{name} {100 * row.value:.0f} % (fewer than {LEAST_ARRIVALS[row.quantity]} logs reach: no interval)"
-    value, low, high = (percent(each, row.low, row.high) for each in (row.value, row.low, row.high))
+    value, low, high = (percent(each, row.ci_low, row.ci_high) for each in (row.value, row.ci_low, row.ci_high))
     text = f"{name} {value} % ({low} to {high} %)"
-    if row.value_low_if_lost < row.low or row.value_high_if_lost > row.high:
-        ends = (percent(each, row.low, row.high) for each in (row.value_low_if_lost, row.value_high_if_lost))
+    if row.value_low_if_lost < row.ci_low or row.value_high_if_lost > row.ci_high:
+        ends = (percent(each, row.ci_low, row.ci_high) for each in (row.value_low_if_lost, row.value_high_if_lost))
         text += f" [{' to '.join(ends)} %]"
     return text
 
@@ -123,19 +123,20 @@ def index_words(row: ScenarioRow) -> str:
 def share_words(row: ScenarioRow) -> str:
     """``30 % (18 to 45 %)``, with ``[18 to 67 %]`` where logs were lost that could change it."""
     text = percent_with_interval(reach_record(round(row.value * row.n), row.n))
-    if not row.value_high_if_lost > row.high:
+    if not row.value_high_if_lost > row.ci_high:
         return text
     top = wilson_interval(round(row.value_high_if_lost * row.n), row.n)[1]
-    return f"{text} [{percent(row.low, row.low, row.high)} to {percent(top, row.low, row.high)} %]"
+    return f"{text} [{percent(row.ci_low, row.ci_low, row.ci_high)} to {percent(top, row.ci_low, row.ci_high)} %]"
 
 
 def difference_words(row: ScenarioRow) -> str:
     """``-45 (-62 to -25)``, with its bounds where logs were lost that could change it."""
-    text = points_with_interval(row.difference, row.diff_low, row.diff_high)
-    if not (row.difference_low_if_lost < row.diff_low or row.difference_high_if_lost > row.diff_high):
+    text = points_with_interval(row.difference, row.diff_ci_low, row.diff_ci_high)
+    if not (row.difference_low_if_lost < row.diff_ci_low or row.difference_high_if_lost > row.diff_ci_high):
         return text
     ends = (
-        percent(each, row.diff_low, row.diff_high, sign=True) for each in (row.diff_low_if_lost, row.diff_high_if_lost)
+        percent(each, row.diff_ci_low, row.diff_ci_high, sign=True)
+        for each in (row.diff_ci_low_if_lost, row.diff_ci_high_if_lost)
     )
     return f"{text} [{' to '.join(ends)}]"
 

@@ -34,8 +34,8 @@ class Indices:
 
     mean: float
     variance: float
-    variance_low: float
-    variance_high: float
+    variance_ci_low: float
+    variance_ci_high: float
     first: Array
     first_interval: Array
     total: Array

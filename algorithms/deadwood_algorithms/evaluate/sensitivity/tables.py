@@ -45,16 +45,16 @@ def index_rows(measured: list[Measured]) -> list[dict[str, Any]]:
             "outcome": each.name,
             "factor": each.bars[k].factor.name,
             "first": found.first[k],
-            "first_low": found.first_interval[0, k],
-            "first_high": found.first_interval[1, k],
+            "first_ci_low": found.first_interval[0, k],
+            "first_ci_high": found.first_interval[1, k],
             "total": found.total[k],
-            "total_low": found.total_interval[0, k],
-            "total_high": found.total_interval[1, k],
+            "total_ci_low": found.total_interval[0, k],
+            "total_ci_high": found.total_interval[1, k],
             "crossed": bool(found.crossed[k]),
             "mean": found.mean,
             "variance": found.variance,
-            "variance_low": found.variance_low,
-            "variance_high": found.variance_high,
+            "variance_ci_low": found.variance_ci_low,
+            "variance_ci_high": found.variance_ci_high,
         }
         for each in measured
         if (found := each.indices) is not None

@@ -157,10 +157,10 @@ def test_through_files_the_energies_are_those_at_the_line(tmp_path):
     assert table.loc[("forest", "miri", "road"), "value"] == pytest.approx(1.0 - e95, rel=1e-6)
     total = ((0.5 * speed[:10]) ** 2).sum() / (speed**2).sum()
     assert table.loc[("forest", "orpi", "road"), "value"] == pytest.approx(1.0 - total, rel=1e-6)
-    assert np.isnan(table.loc[("forest", "miri", "road"), "low"])
+    assert np.isnan(table.loc[("forest", "miri", "road"), "ci_low"])
     for name in ("bari", "orpi"):
         row = table.loc[("forest", name, "road")]
-        assert row["low"] < row["value"] < row["high"] <= 1.0
+        assert row["ci_low"] < row["value"] < row["ci_high"] <= 1.0
         assert ("none", name, "road") not in table.index
     assert [
         each for each in outcome.lines if "BARI 75 %" in each and "fewer than 72 logs" in each and "ORPI 99" in each
@@ -200,7 +200,9 @@ def test_on_runs_of_the_engine_they_are_what_reach_lines_says(tmp_path, said):
     again, _ = compared(runs, tmp_path / "again", lines=case.lines)
     for name in ("bari", "miri", "orpi"):
         one, other = (each.loc[("forest", name, "road")] for each in (table, again))
-        assert np.array_equal(*(each[["value", "low", "high"]].astype(float) for each in (one, other)), equal_nan=True)
+        assert np.array_equal(
+            *(each[["value", "ci_low", "ci_high"]].astype(float) for each in (one, other)), equal_nan=True
+        )
 
     poor = case.run(output=str(tmp_path / "poor"), lines=case.lines, trees=case.trees, trajectories="none")
     less, _ = compared([runs[0], poor], tmp_path / "less", feedback=said)

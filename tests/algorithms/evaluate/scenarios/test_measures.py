@@ -52,11 +52,11 @@ def paired(before: np.ndarray, now: np.ndarray) -> tuple[float, float, float]:
 
 
 def own_interval(row: ScenarioRow) -> tuple[float, float]:
-    return row.low, row.high
+    return row.ci_low, row.ci_high
 
 
 def difference_interval(row: ScenarioRow) -> tuple[float, float]:
-    return row.diff_low, row.diff_high
+    return row.diff_ci_low, row.diff_ci_high
 
 
 def outcomes(share: Share) -> list[np.ndarray]:
@@ -84,8 +84,8 @@ def test_the_bounds_for_lost_logs_are_those_of_trying_every_outcome(seed):
     assert row.difference_low_if_lost == min(each[0] for each in tried)
     assert row.difference_high_if_lost == max(each[0] for each in tried)
     # Of the outcomes with the least difference one changes fewest logs: the one that is told changes no log needlessly.
-    assert row.diff_low_if_lost == paired(before.most, now.did)[1]
-    assert row.diff_high_if_lost == paired(before.did, now.most)[2]
+    assert row.diff_ci_low_if_lost == paired(before.most, now.did)[1]
+    assert row.diff_ci_high_if_lost == paired(before.did, now.most)[2]
     lost, gained = int((before.did & ~now.did).sum()), int((now.did & ~before.did).sum())
     assert (row.n_only_reference, row.n_only_scenario, row.p_mcnemar) == (lost, gained, mcnemar_p(lost, gained))
     gone = [k for k in range(n) if (before.lost[k] or now.lost[k])]

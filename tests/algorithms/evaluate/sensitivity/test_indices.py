@@ -126,7 +126,7 @@ def test_an_outcome_that_does_not_vary_has_no_indices():
     a, b = values.astype(float)
     mixed = (np.random.default_rng(3).random((2, 32, 40)) < 0.5).astype(float)
     found = indices_of(a, b, mixed, weights_of(np.arange(40), 0), rows_drawn(32, 0))
-    assert found.variance_low <= 0.0 <= found.variance_high
+    assert found.variance_ci_low <= 0.0 <= found.variance_ci_high
     assert np.isnan(found.total).all()
     assert np.isnan(found.first_interval).all()
     none = indices_of(a * 0.0, b * 0.0, mixed * 0.0, weights_of(np.arange(40), 0), rows_drawn(32, 0))
