@@ -86,8 +86,8 @@ def what_it_does(ways: Ways, number: int) -> dict[str, Any]:
         told = percentile_record(values[hit, number], 0.95)
         record |= {
             f"{name}_p95_{unit}": told["value"],
-            f"{name}_low_{unit}": told["ci_low"],
-            f"{name}_high_{unit}": told["ci_high"],
+            f"{name}_ci_low_{unit}": told["ci_low"],
+            f"{name}_ci_high_{unit}": told["ci_high"],
         }
         more = told["n_more"]
     return record | {"n_more": more}
