@@ -19,7 +19,7 @@ HERE = Path(__file__).parent
 PAGE, TEMPLATE, README = HERE / "README.md", HERE / "page_template.md", HERE.parent / "README.md"
 TRADE = HERE.parent / "algorithms/deadwood_algorithms/simulate/fidelity_trade.py"  # what the tools know of it
 MARKS = re.compile(r"(<!-- measured: benchmarks\b[^>]*-->\n).*?(<!-- end of measured: benchmarks -->)", re.S)
-TABLES = re.compile(r"((COSTS|REACH_POINTS): [^\n]*\{\n).*?(\}\n)", re.S)
+TABLES = re.compile(r"((COSTS|REACH_ERRORS): [^\n]*\{\n).*?(\}\n)", re.S)
 Row = dict[str, Any]
 
 
@@ -376,15 +376,21 @@ def with_snippet(readme: str, results: Row) -> str:
 def with_trade(source: str, results: Row) -> str:
     """The tools' source with its tables of costs and errors replaced by the numbers of the README's table."""
     found = {name: tables.pooled(results, name) for name in figures.FIDELITIES}
-    told = {
-        name: (tables.with_interval(row), tables.worst_of(row).rsplit(", ", 1)[0]) for name, row in found.items() if row
-    }
     rows = {
         "COSTS": [f'"{name}": {float(f"{tables.relative_cost(results, name):.2g}")}' for name in figures.FIDELITIES],
-        "REACH_POINTS": [f'"{name}": ("{mean}", "{worst}")' for name, (mean, worst) in told.items()],
+        "REACH_ERRORS": [
+            f'"{name}": ReachError(mean={_in_points(row)}, worst={_in_points(row["worst"])})'
+            for name, row in found.items()
+            if row
+        ],
     }
     bodies = {name: "".join(f"    {row},\n" for row in mine) for name, mine in rows.items()}
     return TABLES.sub(lambda found: found[1] + bodies[found[2]] + found[3], source)
+
+
+def _in_points(record: Row) -> str:
+    """A difference and its interval as the source of a record, to the tenth of a point that the tables tell."""
+    return f"Points({', '.join(str(float(tables.points(record[name]))) for name in ('delta', 'low', 'high'))})"
 
 
 def write() -> None:

@@ -14,7 +14,8 @@ from .influence import enter, note, note_contacts
 from .limits import NEAR_MARGIN
 from .log_body import BASE_RADIUS, CENTRE, LENGTH
 from .obstacles import contacts_with
-from .rings import clearance, terrain_contacts
+from .ring_look import lowest_ring
+from .rings import terrain_contacts
 
 
 @inlined
@@ -55,7 +56,7 @@ def lowest_gap(scene, frame, state, body, stations, scratch):
 @inlined
 def _lowest_gap(cloud, scene, frame, state, body, stations, scratch):
     if cloud is None:
-        return clearance(scene.terrain, frame, state, body, stations)
+        return lowest_ring(scene.terrain, frame[0], frame[1], body, stations, state, scratch.look)
     return cloud_clearance(cloud, scene.terrain, frame, state, scratch.turns)
 
 

@@ -18,7 +18,8 @@ class Fidelity(NamedTuple):
     spacing_cells : [DEM cells] the same, in cells; governs how deep a second crest of the same stretch may poke in
     tolerance : [-] of g dt; contact velocities are solved to this; governs creep
     sweeps : most Gauss-Seidel sweeps a step; a step that needs more is counted as unconverged
-    trace_cells : [DEM cells] the log's ends move at most so far between two outlines in rasters and trajectories
+    trace_cells : [DEM cells] the log's ends move at most so far between two outlines in rasters and trajectories; less
+        where they go astray from the straight way or the log turns (``trace.outline_is_due``)
     trace_spacing : [m] the same, in metres, where that is more than a cell
     obstacle_travel : [-] of the two thicknesses (radius of the log + radius of a stem) the log moves at most in a step
         beside it, sideways; beyond 1 the axes could change sides, which is passing through. Beside what is thin it
@@ -51,7 +52,7 @@ class Fidelity(NamedTuple):
 FIDELITIES: dict[str, Fidelity] = {
     "draft": Fidelity(0.070, 1.0, 2.0, 4.0, 1e-3, 300, 4.0, ring_points=1, coarse_cells=0.5, rebound_share=0.25),
     "standard": Fidelity(
-        0.022, 0.3, 0.75, 1.5, 1e-3, 400, 1.0, obstacle_travel=0.1, coarse_cells=0.5, rebound_share=0.5
+        0.022, 0.3, 0.75, 1.5, 1e-3, 400, 4.0, obstacle_travel=0.1, coarse_cells=0.5, rebound_share=0.5
     ),
     "fine": Fidelity(0.004, 0.2, 0.5, 1.0, 1e-3, 400, 1.0, obstacle_travel=0.1, coarse_cells=0.25),
     "reference": Fidelity(0.001, 0.04, 0.5, 1.0, 1e-4, 1000, 0.5),

@@ -115,7 +115,9 @@ def closing_speed(contacts, count, state):
     most = 0.0
     for k in range(count):
         c = contacts[k]
-        most = max(most, c.target - along_normal(c, (state[VX], state[VY], state[VZ]), (state[WX], state[WY], state[WZ])))
+        most = max(
+            most, c.target - along_normal(c, (state[VX], state[VY], state[VZ]), (state[WX], state[WY], state[WZ]))
+        )
     return most
 
 

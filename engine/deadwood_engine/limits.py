@@ -24,6 +24,9 @@ LINE_STEP = 1e-3  # [m] along the log between contacts of a line at least: those
 LINE_ROOM = 2e-5  # [m] from one line, at most, of the gaps; heights of 200 m in float32 are rounded to 8e-6
 LINE_BEND = 1e-3  # [m] from straight, at most, of the levers
 
+# Outlines (``trace``)
+WITHIN = 0.2  # [cells] that an end may be off the straight way from the last outline to the next; of two steps, if more
+
 # Obstacles near the log
 OBSTACLE_TRAVEL = 0.3  # [-] of both radii: beside what is thin, most of the way of the fastest point in a step
 LYING_TRAVEL = 0.2  # [-] of both radii: the same beside a lying log, which a log that spins may strike from any side

@@ -14,20 +14,76 @@ import numpy as np
 
 from .compiled import inlined
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
+from .rotation import DX, DY, DZ, X, Y, Z
 from .terrain import HALF_WORD, KINK
 
 # What a look finds, a row each: how far [m] a ring is above all that can touch it, and the slope below its centre
 ABOVE, SLOPE_X, SLOPE_Y = range(3)
 RING_ROWS = 3
 
-TOGETHER = 64  # rings
+TOGETHER = 64  # places along the axis
 # Where, in the room for these, each quantity has its TOGETHER places
-_U, _V, _H00, _H10, _H01, _H11, _KINKS, _OUTSIDE = (TOGETHER * k for k in range(8))
-LOOK_ROOM = 8 * TOGETHER
+_U, _V, _H00, _H10, _H01, _H11, _KINKS, _OUTSIDE, _ALONG = (TOGETHER * k for k in range(9))
+LOOK_ROOM = 9 * TOGETHER
 
 # sqrt(1 + x) <= _STEEP + _STEEPER x: its tangent at x = 0.7, a slope of 40 degrees, and 3 % too much on the level
 _STEEPER = 0.5 / math.sqrt(1.7)
 _STEEP = math.sqrt(1.7) - 0.7 * _STEEPER
+
+
+@inlined
+def _ground_below(terrain, i0, j0, centre, axis, number, room):
+    """Heights and kinks of the cells below places along an axis; where in its cell each is, and whether there is one.
+
+    centre : [m] centre of mass, and its place along the axis; axis : direction, base to tip
+    room : with the places along the axis [m] from the base, in _ALONG
+    """
+    inverse_cell, heights, kinks = terrain.inverse_cell, terrain.heights, terrain.kinks
+    rows, columns = heights.shape
+    last_i, last_j, first_i, first_j = columns - 2.0, rows - 2.0, float(i0), float(j0)
+    ox, oy, _, middle = centre
+    qx, qy, _ = axis
+    one = np.uint64(1)
+    for k in range(number):
+        s = room[_ALONG + k] - middle
+        u, v = (ox + s * qx) * inverse_cell, (oy + s * qy) * inverse_cell
+        iu, jv = np.floor(u), np.floor(v)
+        room[_U + k], room[_V + k] = u - iu, v - jv
+        i, j = first_i + iu, first_j + jv
+        column = i if i > 0.0 else 0.0
+        column = column if column < last_i else last_i
+        row = j if j > 0.0 else 0.0
+        row = row if row < last_j else last_j
+        room[_H10 + k], room[_H01 + k] = column, row
+        room[_OUTSIDE + k] = abs(i - column) + abs(j - row)
+    for k in range(number):
+        i, j = np.uint64(np.int64(room[_H10 + k])), np.uint64(np.int64(room[_H01 + k]))
+        room[_H00 + k], room[_H10 + k] = heights[j, i], heights[j, i + one]
+        room[_H01 + k], room[_H11 + k] = heights[j + one, i], heights[j + one, i + one]
+        room[_KINKS + k] = kinks[j, i]
+
+
+@inlined
+def _height(inverse_cell, k, room):
+    """Height and slope of the ground below place k: as ``terrain.bilinear``."""
+    u, v, h00 = room[_U + k], room[_V + k], room[_H00 + k]
+    bx, by = room[_H10 + k] - h00, room[_H01 + k] - h00
+    twist = room[_H11 + k] - room[_H10 + k] - by
+    gx, gy = bx + twist * v, by + twist * u
+    return h00 + bx * u + gy * v, gx * inverse_cell, gy * inverse_cell
+
+
+@inlined
+def _rise(axis, narrowing, gx, gy, packed):
+    """(steep, lean): per metre of radius, and of way along the axis, how much lower [-] than the axis a place of the
+    side can be over ground of the slope (gx, gy), plus or minus its kinks."""
+    qx, qy, qz = axis
+    ky = np.floor(packed / HALF_WORD)
+    kx = packed - ky * HALF_WORD
+    kx, ky = kx * KINK, ky * KINK
+    steepest_x, steepest_y = abs(gx) + kx, abs(gy) + ky
+    steep = _STEEP + _STEEPER * (steepest_x * steepest_x + steepest_y * steepest_y)
+    return steep, abs(qz - gx * qx - gy * qy) + narrowing + kx * abs(qx) + ky * abs(qy)
 
 
 @inlined
@@ -43,13 +99,9 @@ def look(terrain, i0, j0, body, stations, trial, rings, room):
     i0, j0 : the frame's node; trial : the pose; rings : (RING_ROWS, stations or more), the result
     room : (LOOK_ROOM,), to work in
     """
-    inverse_cell, radius, centre = terrain.inverse_cell, body[BASE_RADIUS], body[CENTRE]
-    rows, columns = terrain.heights.shape
-    heights, kinks = terrain.heights, terrain.kinks
-    last_i, last_j, first_i, first_j = columns - 2.0, rows - 2.0, float(i0), float(j0)
-    one = np.uint64(1)
-    qx, qy, qz, ox, oy, oz = trial.dx, trial.dy, trial.dz, trial.x, trial.y, trial.z
-    flat_x, flat_y = abs(qx), abs(qy)
+    radius, oz, inverse_cell = body[BASE_RADIUS], trial.z, terrain.inverse_cell
+    axis = (trial.dx, trial.dy, trial.dz)
+    centre = (trial.x, trial.y, oz, body[CENTRE])
     taper = (body[TIP_RADIUS] - radius) / body[LENGTH]
     narrowing = abs(taper)
     between = body[LENGTH] / (stations - 1)
@@ -59,42 +111,50 @@ def look(terrain, i0, j0, body, stations, trial, rings, room):
     thick = math.inf if radius > terrain.kink_reach else 0.0
     for first in range(0, stations, TOGETHER):
         number = min(TOGETHER, stations - first)
-        for k in range(number):  # the cell below each
-            s = (first + k) * between - centre
-            u, v = (ox + s * qx) * inverse_cell, (oy + s * qy) * inverse_cell
-            iu, jv = np.floor(u), np.floor(v)
-            room[_U + k], room[_V + k] = u - iu, v - jv
-            i, j = first_i + iu, first_j + jv
-            column = i if i > 0.0 else 0.0
-            column = column if column < last_i else last_i
-            row = j if j > 0.0 else 0.0
-            row = row if row < last_j else last_j
-            room[_H10 + k], room[_H01 + k] = column, row
-            room[_OUTSIDE + k] = abs(i - column) + abs(j - row)
-        for k in range(number):  # its heights and kinks
-            i, j = np.uint64(np.int64(room[_H10 + k])), np.uint64(np.int64(room[_H01 + k]))
-            room[_H00 + k], room[_H10 + k] = heights[j, i], heights[j, i + one]
-            room[_H01 + k], room[_H11 + k] = heights[j + one, i], heights[j + one, i + one]
-            room[_KINKS + k] = kinks[j, i]
-        for k in range(number):  # and how far above them the ring is
-            along = (first + k) * between
-            u, v, h00, packed = room[_U + k], room[_V + k], room[_H00 + k], room[_KINKS + k]
-            bx, by = room[_H10 + k] - h00, room[_H01 + k] - h00
-            twist = room[_H11 + k] - room[_H10 + k] - by
-            gx, gy = bx + twist * v, by + twist * u
-            height = h00 + bx * u + gy * v
-            gx, gy = gx * inverse_cell, gy * inverse_cell
-            ky = np.floor(packed / HALF_WORD)
-            kx = packed - ky * HALF_WORD
-            kx, ky = kx * KINK, ky * KINK
-            steepest_x, steepest_y = abs(gx) + kx, abs(gy) + ky
-            steep = _STEEP + _STEEPER * (steepest_x * steepest_x + steepest_y * steepest_y)
+        for k in range(number):
+            room[_ALONG + k] = (first + k) * between
+        _ground_below(terrain, i0, j0, centre, axis, number, room)
+        for k in range(number):
+            along = room[_ALONG + k]
+            height, gx, gy = _height(inverse_cell, k, room)
+            steep, lean = _rise(axis, narrowing, gx, gy, room[_KINKS + k])
             # how far the axis comes down on the ring's stretch, and the side with it
             reach = outer if first + k == 1 or first + k == stations - 2 else inner
-            lean = reach * (abs(qz - gx * qx - gy * qy) + narrowing + kx * flat_x + ky * flat_y)
-            above = oz + (along - centre) * qz - height - (radius + taper * along) * steep - lean - thick
+            above = (
+                oz + (along - centre[3]) * axis[2] - height - (radius + taper * along) * steep - reach * lean - thick
+            )
             room[_H00 + k] = above if room[_OUTSIDE + k] == 0.0 else math.nan
             room[_H10 + k], room[_H01 + k] = gx, gy
         for k in range(number):
             rings[ABOVE, first + k] = room[_H00 + k]
             rings[SLOPE_X, first + k], rings[SLOPE_Y, first + k] = room[_H10 + k], room[_H01 + k]
+
+
+@inlined
+def lowest_ring(terrain, i0, j0, body, stations, state, room):
+    """Gap [m] of the lowest ring over the tangent plane below it; not below 0, and 0 where there is no terrain."""
+    radius, inverse_cell = body[BASE_RADIUS], terrain.inverse_cell
+    axis = (state[DX], state[DY], state[DZ])
+    centre = (state[X], state[Y], state[Z], body[CENTRE])
+    taper = (body[TIP_RADIUS] - radius) / body[LENGTH]
+    between = body[LENGTH] / (stations - 1)
+    lowest, least = math.inf, 0.0
+    for first in range(0, stations, TOGETHER):
+        number = min(TOGETHER, stations - first)
+        for k in range(number):
+            room[_ALONG + k] = (first + k) * between
+        _ground_below(terrain, i0, j0, centre, axis, number, room)
+        for k in range(number):
+            height, gx, gy = _height(inverse_cell, k, room)
+            above = centre[2] + (room[_ALONG + k] - centre[3]) * axis[2] - height
+            gap = above - (radius + taper * room[_ALONG + k]) * (1.0 + 0.5 * (gx * gx + gy * gy))
+            room[_H00 + k] = gap if room[_OUTSIDE + k] == 0.0 else math.inf
+            room[_H10 + k], room[_H01 + k], room[_H11 + k] = gx, gy, above
+        for k in range(number):
+            if room[_H00 + k] < lowest:
+                lowest, gx, gy = room[_H00 + k], room[_H10 + k], room[_H01 + k]
+                nz = 1.0 / math.sqrt(1.0 + gx * gx + gy * gy)
+                nd = nz * (axis[2] - gx * axis[0] - gy * axis[1])
+                a = radius + taper * room[_ALONG + k]
+                least = room[_H11 + k] * nz - a * math.sqrt(max(0.0, 1.0 - nd * nd))
+    return max(0.0, least)

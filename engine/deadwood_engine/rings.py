@@ -179,24 +179,3 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
                     friction_at(terrain, i0, j0, px, py), k * CANDIDATES + m, step, True,
                 )  # fmt: skip
     return count, path, whole
-
-
-@kernel
-def clearance(terrain, frame, state, body, stations):
-    """Gap [m] of the lowest ring over the tangent plane below it; not below 0, and 0 where there is no terrain."""
-    dx, dy, dz = state[DX], state[DY], state[DZ]
-    taper = (body[TIP_RADIUS] - body[BASE_RADIUS]) / body[LENGTH]
-    between = body[LENGTH] / (stations - 1)
-    lowest, least = math.inf, 0.0
-    for k in range(stations):
-        s = k * between - body[CENTRE]
-        a = body[BASE_RADIUS] + taper * k * between
-        height, gx, gy = surface(terrain, frame[0], frame[1], state[X] + s * dx, state[Y] + s * dy)
-        square = gx * gx + gy * gy
-        above = state[Z] + s * dz - height
-        gap = above - a * (1.0 + 0.5 * square)
-        if gap < lowest:
-            nz = 1.0 / math.sqrt(1.0 + square)
-            nd = nz * (dz - gx * dx - gy * dy)
-            lowest, least = gap, above * nz - a * math.sqrt(max(0.0, 1.0 - nd * nd))
-    return max(0.0, least)

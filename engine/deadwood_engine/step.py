@@ -62,6 +62,7 @@ from .trace import (
     PEAK_HEIGHT,
     PEAK_JUMP,
     PEAK_SPEED,
+    SEEN,
     Marks,
     draw,
     draw_deposit,
@@ -69,6 +70,7 @@ from .trace import (
     forget_after,
     forget_touches,
     keep_pose,
+    outline_is_due,
     remember_peaks,
     remember_pose,
     remember_turn,
@@ -364,12 +366,18 @@ def slide_log(
     reason, first = -1, stage < 0
     while True:
         over = reason >= 0
-        if reason != FAILED and (first or over or ends_moved(memory, state, body) >= settings.trace_step):
-            if not first and (keep or not over):
-                way.gap = 0.0 if way.pressed else lowest_gap(scene, frame, state, body, stations, scratch)
-            if not first and not over:
+        cell, moved = scene.terrain.cell, ends_moved(memory, state, body)
+        grain = max(cell, 2.0 * settings.travel)
+        most = settings.trace_step if scene.cloud is None else min(settings.trace_step, cell)  # a cloud's outline turns
+        drawn = first or over or outline_is_due(memory, state, body, moved, most, grain)
+        flies = way.count == 0 and moved >= memory[SEEN] + grain
+        if reason != FAILED and not first and ((drawn and (keep or not over)) or flies):
+            way.gap = 0.0 if way.pressed else lowest_gap(scene, frame, state, body, stations, scratch)
+            memory[SEEN] = moved
+            if not over:
                 memory[PEAK_JUMP] = max(memory[PEAK_JUMP], way.gap)
                 summary.jump_max = max(summary.jump_max, way.gap)
+        if reason != FAILED and drawn:
             draw(scene, frame, state, body, memory, work, rasters, row, marks, way.time)
             remember_peaks(memory, way.speed, way.energy, way.gap, way.height)
             if keep:

@@ -87,7 +87,7 @@ def prepare(
         raise ValueError(f"the cell size must be positive, not {cell}")
     if not (math.isfinite(x0) and math.isfinite(y0)):
         raise ValueError(f"the terrain's corner must be a place, not {x0}, {y0}")
-    mu = np.atleast_2d(np.asarray(friction, dtype=np.float32 if np.ndim(friction) else np.float64)).astype(np.float64)
+    mu = np.atleast_2d(np.array(friction, dtype=np.float64, order="C"))
     if mu.shape != (1, 1) and mu.shape != heights.shape:
         raise ValueError(f"friction has shape {mu.shape}, the terrain {heights.shape}")
     if np.any(mu < 0):

@@ -1,4 +1,4 @@
-"""What a sliding log leaves behind: rasters, touched lines, and poses, written whenever it has moved by a cell."""
+"""What a sliding log leaves behind: rasters, touched lines, and poses, written whenever its way asks for an outline."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from .cloud import matrix_of, to_world
 from .compiled import inlined, kernel
+from .limits import WITHIN
 from .lines import touch_segments
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, MASS, TIP_RADIUS
 from .outline import LISTED, convex_hull, hull_rows, outline
@@ -62,7 +63,12 @@ POSE_WIDTH = 14
 # Columns of the trace's memory: ends at the last outline, centre there, and maxima since
 LAST_BASE, LAST_TIP, LAST_X, LAST_Y, PEAK_SPEED, PEAK_ENERGY, PEAK_JUMP, LAST_TURN = 0, 3, 6, 7, 8, 9, 10, 11
 PEAK_HEIGHT = 20
-MEMORY_WIDTH = 21
+# and of each end's way since, in plan: its course (x, y), the least and the greatest slope against that of a chord that
+# passes all places since, and how far it has come
+COURSE, COURSE_WIDTH = 21, 5
+# and how far the farther end had moved when the log's height above the ground was last looked at
+SEEN = COURSE + 2 * COURSE_WIDTH
+MEMORY_WIDTH = SEEN + 1
 
 
 @kernel
@@ -78,6 +84,53 @@ def ends_moved(memory, state, body):
         z = state[Z] + s * state[DZ] - memory[at + 2]
         moved = max(moved, x * x + y * y + z * z)
     return math.sqrt(moved)
+
+
+@kernel
+def _strays(memory, at, x, y, within):
+    """Whether the chord from an end's place at the last outline to one (x, y) [m] from it misses a place in between.
+
+    A chord may pass a place at ``within`` [m] at most: every place so leaves it a range of slopes against the course
+    (the chord to the first place farther away than that), and all of them their intersection. An end that turns back
+    leaves what lies beyond it.
+    at : where the memory holds the course
+    """
+    if x * x + y * y <= within * within:
+        return memory[at + 4] > 0.0  # back from farther away
+    ux, uy = memory[at], memory[at + 1]
+    if ux == 0.0 and uy == 0.0:
+        way = math.sqrt(x * x + y * y)
+        memory[at], memory[at + 1] = x / way, y / way
+        memory[at + 2], memory[at + 3], memory[at + 4] = -within / way, within / way, way
+        return False
+    along, aside = x * ux + y * uy, y * ux - x * uy
+    low, high = memory[at + 2], memory[at + 3]
+    if not (along > memory[at + 4] - within and low * along <= aside <= high * along):
+        return True
+    memory[at + 2], memory[at + 3] = max(low, (aside - within) / along), min(high, (aside + within) / along)
+    memory[at + 4] = max(memory[at + 4], along)
+    return False
+
+
+@kernel
+def outline_is_due(memory, state, body, moved, most, grain):
+    """Whether the area swept since the last outline is to be drawn.
+
+    It is drawn as the hull of both outlines, which is exact for a straight move. So an outline is due when an end has
+    moved by ``most`` [m] (``moved`` is how far the farther one has), has been off the straight way by more than WITHIN
+    times the grain [m] (a cell, or what two steps cover), or has come a grain ahead of the other.
+    """
+    if moved >= most:
+        return True
+    within = WITHIN * grain
+    back, front = -body[CENTRE], body[LENGTH] - body[CENTRE]
+    bx = state[X] + back * state[DX] - memory[LAST_BASE]
+    by = state[Y] + back * state[DY] - memory[LAST_BASE + 1]
+    tx = state[X] + front * state[DX] - memory[LAST_TIP]
+    ty = state[Y] + front * state[DY] - memory[LAST_TIP + 1]
+    turned = (tx - bx) ** 2 + (ty - by) ** 2 >= grain * grain
+    base = _strays(memory, COURSE, bx, by, within)
+    return _strays(memory, COURSE + COURSE_WIDTH, tx, ty, within) or base or turned
 
 
 @kernel
@@ -102,6 +155,8 @@ def remember_pose(memory, state, body):
         memory[LAST_BASE + axis] = state[X + axis] + back * state[DX + axis]
         memory[LAST_TIP + axis] = state[X + axis] + front * state[DX + axis]
     memory[LAST_X], memory[LAST_Y] = state[X], state[Y]
+    for k in range(COURSE, MEMORY_WIDTH):
+        memory[k] = 0.0
 
 
 @kernel

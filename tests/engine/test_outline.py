@@ -190,3 +190,29 @@ def test_rows_of_logs_that_there_are_not_are_refused():
             sweep_hits(np.array(rows), ends, ends, radii, radii, x0=0.0, y0=0.0, cell=1.0, shape=(4, 4))
     with pytest.raises(ValueError, match="there are 3 rows"):
         sweep_hits(np.zeros(3, int), ends, ends, radii, radii, x0=0.0, y0=0.0, cell=1.0, shape=(4, 4))
+
+
+def test_outlines_far_apart_lose_no_cell_and_no_line():
+    """The same logs' ways with an outline in every step, and with those that are due: what the one hits, the other
+    does, but for what lies within a fifth of a cell and a step's way of the area's border; and it hits few more."""
+    rng = np.random.default_rng(5)
+    heights = 0.7 * 0.5 * np.arange(240)[:, None] + 0.4 * rng.random((240, 160))
+    roads = Lines(np.array([[x, y] for y in range(10, 100, 5) for x in (0.0, 80.0)]), 2 * np.arange(19))
+    scene = Scene.prepare(heights, 0.5, 0.0, 0.0, friction=0.3, lines=roads)
+    number = 40
+    logs = Logs.alike(40 + 5 * rng.random(number), 105 + 3 * rng.random(number), length=9.0, diameter=0.4)
+    row = FIDELITIES["standard"]
+    all_rows, far_rows = (Rasters.allocate(scene, 1) for _ in range(2))
+    every = slide(scene, logs, row._replace(trace_cells=1e-6), rasters=all_rows)
+    due = slide(scene, logs, row, rasters=far_rows)
+    assert np.array_equal(every.last_state, due.last_state)
+    assert np.array_equal(every.reach, due.reach)
+    assert every.reach.any()
+    fine, coarse = (each.totals()["hit_count"].astype(int) for each in (all_rows, far_rows))
+    lost = np.maximum(fine - coarse, 0).sum() / fine.sum()
+    assert lost < 0.005
+    assert abs(coarse.sum() / fine.sum() - 1.0) < 0.03
+    seen = every.reach
+    late = due.reach_time[seen] - every.reach_time[seen]
+    assert (late >= 0.0).all()
+    assert np.median(late * every.speed_mean[:, None].repeat(18, 1)[seen]) < row.trace_spacing

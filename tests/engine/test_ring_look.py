@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from deadwood_engine.log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS, cone_bodies
-from deadwood_engine.ring_look import ABOVE, LOOK_ROOM, RING_ROWS, SLOPE_X, SLOPE_Y, TOGETHER, look
+from deadwood_engine.ring_look import ABOVE, LOOK_ROOM, RING_ROWS, SLOPE_X, SLOPE_Y, TOGETHER, look, lowest_ring
 from deadwood_engine.surroundings import POSE
 from deadwood_engine.terrain import prepare, surfaces_at
 
@@ -139,3 +139,42 @@ def test_rings_thicker_than_the_kinks_reach_are_always_looked_at():
     body = cone_bodies(np.array([1.2]), np.array([8.0]), np.array([400.0]))[0]
     rings = seen(terrain, body, np.array([1.0, 0.0, 0.0]), np.array([15.0, 15.0, 9.0]), 17)
     assert (rings[ABOVE] == -np.inf).all()
+
+
+def height_of_lowest(terrain, body, axis, centre, stations):
+    state = np.zeros(16)
+    state[:3], state[13:16] = centre, axis
+    return lowest_ring(terrain, 0, 0, body, stations, state, np.full(LOOK_ROOM, np.nan))
+
+
+@pytest.mark.parametrize("stations", [9, 2 * TOGETHER + 9])
+def test_the_lowest_ring_is_the_nearest_to_its_tangent_plane(stations):
+    """Ring by ring: that which is vertically lowest, and the distance of its circle from the plane below its centre."""
+    rng = np.random.default_rng(8)
+    terrain = terrain_of(0.6 * 0.5 * np.arange(80)[:, None] + 0.5 * rng.random((80, 80)), 0.5)
+    body = cone_bodies(np.array([0.5]), np.array([12.0]), np.array([400.0]))[0]
+    for _ in range(20):
+        axis = rng.normal(size=3) * (1.0, 1.0, 0.3)
+        axis /= np.linalg.norm(axis)
+        along = np.linspace(0.0, body[LENGTH], stations)
+        centre = np.array([*rng.uniform(14.0, 26.0, 2), rng.uniform(9.0, 14.0)])
+        rings = centre + (along - body[CENTRE])[:, None] * axis
+        radius = body[BASE_RADIUS] + (body[TIP_RADIUS] - body[BASE_RADIUS]) * along / body[LENGTH]
+        height, gx, gy = surfaces_at(terrain, rings[:, :2]).T
+        steep = np.sqrt(1.0 + gx**2 + gy**2)
+        sine = np.sqrt(1.0 - ((axis[2] - gx * axis[0] - gy * axis[1]) / steep) ** 2)
+        k = np.argmin(rings[:, 2] - height - radius * (1.0 + 0.5 * (gx**2 + gy**2)))
+        least = (rings[k, 2] - height[k]) / steep[k] - radius[k] * sine[k]
+        assert height_of_lowest(terrain, body, axis, centre, stations) == pytest.approx(max(0.0, least), abs=1e-9)
+
+
+def test_the_lowest_ring_on_a_plane_in_the_ground_and_where_there_is_none():
+    tangent = 0.75  # exact in float32
+    y = np.arange(81) * 0.5
+    terrain = terrain_of(tangent * y[:, None] + 0.0 * y[None, :], 0.5)
+    body = cone_bodies(np.array([0.5]), np.array([6.0]), np.array([400.0]), taper=1.0)[0]
+    axis = np.array([1.0, 0.0, 0.0])
+    above = np.array([20.0, 20.0, tangent * 20.0 + 3.0])
+    assert height_of_lowest(terrain, body, axis, above, 13) == pytest.approx(3.0 / 1.25 - 0.25, abs=1e-12)
+    assert height_of_lowest(terrain, body, axis, above - (0.0, 0.0, 3.1), 13) == 0.0
+    assert height_of_lowest(terrain, body, axis, above - (60.0, 0.0, 0.0), 13) == 0.0

@@ -203,7 +203,7 @@ def test_a_manifest_works_from_any_folder(toy, tmp_path, monkeypatch):
     told = json.loads((here / "runs" / "manifest.json").read_text())
     assert told["folder"] == told["parameters"]["output"] == str(here / "runs")
     assert told["parameters"]["trees"] == f"{here / 'maps' / 'trees.gpkg'}|layername=a"
-    assert told["parameters"]["friction"] == "0.3"
+    assert told["parameters"]["friction"] == 0.3
     assert told["parameters"]["dem"] == "https://example.org/dem.tif"
 
     monkeypatch.chdir(tmp_path)
@@ -259,7 +259,7 @@ def test_a_flag_switched_on_in_a_file_can_be_switched_off(toy, tmp_path, out):
     assert toy("toy-walk", "--config", config, "--no-overwrite").status == 0
     values = json.loads((out / "manifest.json").read_text())["parameters"]
     assert values["overwrite"] is False
-    assert values["friction"] == "0.5"
+    assert values["friction"] == 0.5
 
 
 @pytest.mark.parametrize(

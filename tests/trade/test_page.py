@@ -41,7 +41,7 @@ def test_every_fidelity_is_measured_with_the_numbers_that_it_has_today():
 
 def test_the_tools_know_the_costs_and_errors_of_the_page():
     source = page.TRADE.read_text(encoding="utf-8")
-    assert [found[2] for found in page.TABLES.finditer(source)] == ["COSTS", "REACH_POINTS"]
+    assert [found[2] for found in page.TABLES.finditer(source)] == ["COSTS", "REACH_ERRORS"]
     assert page.with_trade(source, RESULTS) == source
 
 

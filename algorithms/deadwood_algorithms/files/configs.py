@@ -24,13 +24,13 @@ UNHEARD = Quiet().note
 def value_from_json(parameter: Parameter, value: Any) -> Any:
     """The value that stands in a file of parameters, in the form in which the flag would give it."""
     kind = parameter.of_kind
-    if kind.json_as_it_is:
-        return kind.from_value(parameter, value)  # Tool.check refuses what does not fit
-    if kind.number_as_text and isinstance(value, (int, float)) and not isinstance(value, bool):
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if number and kind.number_as_text:
         return str(value)
-    if not isinstance(value, str) or not value.strip():
+    as_it_is = kind.json_as_it_is or (number and kind.number_or_text)  # Tool.check refuses what does not fit
+    if not as_it_is and (not isinstance(value, str) or not value.strip()):
         raise UserError(f"'{parameter.name}' is {json.dumps(value)}, but must be text ({parameter.label})")
-    return value
+    return kind.from_value(parameter, value)
 
 
 def read_config(

@@ -25,13 +25,18 @@ from deadwood_algorithms.files.dem_header import open_dem
 from deadwood_algorithms.files.embedded import tags_now
 from deadwood_algorithms.files.geotiff import TILE_CELLS, Statistics, lay_out
 from deadwood_algorithms.files.grid import Grid, Part
+from deadwood_algorithms.files.heights import (
+    COLLAR_DROP_M,
+    FARTHEST_M,
+    MARGIN_CELLS,
+    Found,
+    warn_of_heights,
+    without_ground,
+)
 from deadwood_algorithms.files.rasters import read_values
-from deadwood_algorithms.params.tool import Cancelled, Feedback, Quiet, UserError
+from deadwood_algorithms.params.tool import Cancelled, Feedback, ProgressOnly, Quiet, UserError
 
-# No ground on Earth is that high or deep on land: an undeclared nodata value such as -9999, -32768 or 3.4e38.
-HEIGHT_LIMIT_M = 9000.0
-# Cells of exactly 0 m this far below all the others are an undeclared empty collar, not a chasm.
-COLLAR_DROP_M = 100.0
+SAMPLES, SAMPLE_CELLS = 3, 128  # of a large DEM, so many squares each way, of that side, tell what ground it is
 BLOCK_CELLS = 2**22  # read at once: 32 MiB of float64
 POINT_REACH_CELLS = 512  # positions within such a distance share one window
 
@@ -80,18 +85,26 @@ class DemWindows:
 
     def grid(self, rows: slice, columns: slice) -> Grid:
         """Heights of a window as float64 [m], NaN for what is outside; the window may reach beyond the raster."""
-        height, width = rows.stop - rows.start, columns.stop - columns.start
-        values = np.full((height, width), np.nan)
-        bottom, top = max(rows.start, 0), min(rows.stop, self.shape[0])
-        left, right = max(columns.start, 0), min(columns.stop, self.shape[1])
+        wide = [slice(each.start - MARGIN_CELLS, each.stop + MARGIN_CELLS) for each in (rows, columns)]
+        values = np.full([max(0, each.stop - each.start) for each in wide], np.nan)
+        bottom, top = max(wide[0].start, 0), min(wide[0].stop, self.shape[0])
+        left, right = max(wide[1].start, 0), min(wide[1].stop, self.shape[1])
         if bottom < top and left < right:
             window = self.file_window(slice(bottom, top), slice(left, right))
             heights = read_values(self.source, window, np.float64)
-            heights[np.abs(heights) > HEIGHT_LIMIT_M] = np.nan
             if self.zero_is_outside:
                 heights[heights == 0.0] = np.nan
-            within = slice(bottom - rows.start, top - rows.start), slice(left - columns.start, right - columns.start)
+            within = (
+                slice(bottom - wide[0].start, top - wide[0].start),
+                slice(left - wide[1].start, right - wide[1].start),
+            )
             values[within] = heights[::-1] if self.flipped else heights
+            values[without_ground(values, self.cell)] = np.nan
+        inner = (
+            slice(MARGIN_CELLS, values.shape[0] - MARGIN_CELLS),
+            slice(MARGIN_CELLS, values.shape[1] - MARGIN_CELLS),
+        )
+        values = np.ascontiguousarray(values[inner])
         x0, y0 = self.x0 + columns.start * self.cell, self.y0 + rows.start * self.cell
         return Grid(values, self.cell, x0, y0, self.crs, self.path)
 
@@ -148,6 +161,8 @@ def open_windows(
         cell, flipped = transform.a, transform.e < 0
         x0, y0 = transform.c + cell / 2, transform.f + (0.5 - ny if flipped else 0.5) * cell
         dem = DemWindows(source, str(path), dem_crs, (ny, nx), cell, x0, y0, flipped)
+        if source.dtypes[0] != "uint8":  # of which it was said what it may be
+            warn_of_heights(_samples(dem), dem.path, dem.cell, feedback)
         yield replace(dem, zero_is_outside=_has_collar(dem, feedback)) if look_through else dem
 
 
@@ -163,58 +178,35 @@ def read_dem(path: str | Path, *, crs: str | None = None, feedback: Feedback | N
 
 def read_whole(dem: DemWindows, feedback: Feedback) -> Grid:
     """All heights as float32 [m]."""
-    values = _heights(dem, Part(0, 0, dem.shape[1], dem.shape[0]), feedback)
-    _empty_impossible_heights(values, dem.path, feedback)
+    whole = Part(0, 0, dem.shape[1], dem.shape[0])
+    values, found = _heights(dem, whole, feedback), Found()
+    found.empty_far(values)
+    if _lowest(values) > COLLAR_DROP_M:
+        found.empty_zeros(values)
+    found.empty_mixed(values, dem.cell)
+    found.say(dem.path, feedback)
     if not np.isfinite(values).any():
-        raise UserError(
-            f"{dem.path}: the DEM holds no height at all, every cell is nodata; check the band and its nodata value"
-        )
+        raise UserError(NOTHING.format(path=dem.path))
     return Grid(values, dem.cell, dem.x0, dem.y0, dem.crs, dem.path)
 
 
 def read_part(dem: DemWindows, part: Part, feedback: Feedback) -> Grid:
     """A window as `read_whole` gives the whole: the same heights, the same cells outside."""
-    values = _heights(dem, part, feedback)
-    wild = np.abs(values) > HEIGHT_LIMIT_M
-    if wild.any():
-        values[wild] = np.nan
-        feedback.warn(f"{dem.path}: {int(wild.sum())} cells hold no height on Earth; they are taken as outside")
-    zero = values == 0.0
-    if zero.any() and _zeros_mean_nothing(dem, values):
-        values[zero] = np.nan
-        feedback.warn(
-            f"{dem.path}: {int(zero.sum())} cells hold exactly 0 m, all others more than {COLLAR_DROP_M:g} m; "
-            "they are taken as outside (an undeclared nodata value)"
-        )
+    margin = MARGIN_CELLS
+    wide = Part(part.column - margin, part.row - margin, part.columns + 2 * margin, part.rows + 2 * margin)
+    wide = wide.cut_to(dem.shape)
+    values, found = _heights(dem, wide, feedback), Found()
+    inner = replace(part, column=part.column - wide.column, row=part.row - wide.row).slices
+    found.empty_far(values, inner)
+    if (values == 0.0).any() and _zeros_mean_nothing(dem, values):
+        found.empty_zeros(values, inner)
+    found.empty_mixed(values, dem.cell, inner)
+    found.say(dem.path, feedback)
     whole = Grid.empty(dem.shape, dem.cell, dem.x0, dem.y0, dem.crs, dem.path)
-    return whole.window(part, values)
+    return whole.window(part, np.ascontiguousarray(values[inner]))
 
 
-def _empty_impossible_heights(values: np.ndarray, path: str | Path, feedback: Feedback) -> None:
-    """Turn what must be an undeclared nodata value into NaN, in place and without a copy, and say so."""
-    low, high = _extremes(values)
-    if max(-low, high) > HEIGHT_LIMIT_M:
-        bad = np.abs(values) > HEIGHT_LIMIT_M
-        shown = float(values[bad][0])
-        values[bad] = np.nan
-        feedback.warn(
-            f"{path}: {int(bad.sum())} cells hold {shown:g} m, which is no height on Earth; they are taken as outside"
-        )
-        low, high = _extremes(values)
-    if low == 0:
-        zero = values == 0
-        lowest = float(np.fmin.reduce(values, axis=None, where=~zero, initial=np.inf))
-        if COLLAR_DROP_M < lowest < np.inf:
-            values[zero] = np.nan
-            feedback.warn(
-                f"{path}: {int(zero.sum())} cells hold exactly 0 m, all others more than {COLLAR_DROP_M:g} m; "
-                "they are taken as outside (an undeclared nodata value)"
-            )
-
-
-def _extremes(values: np.ndarray) -> tuple[float, float]:
-    """Lowest and highest value, NaN passed over (and given where there is nothing else)."""
-    return float(np.fmin.reduce(values, axis=None)), float(np.fmax.reduce(values, axis=None))
+NOTHING = "{path}: the DEM holds no height at all, every cell is nodata; check the band and its nodata value"
 
 
 def _heights(dem: DemWindows, part: Part, feedback: Feedback) -> NDArray[np.float32]:
@@ -240,37 +232,49 @@ def _zeros_mean_nothing(dem: DemWindows, values: NDArray[np.float32]) -> bool:
 
 
 def _lowest(values: NDArray[np.float32]) -> float:
-    """The lowest height that is not 0 and may be one."""
-    kept = (values != 0.0) & (np.abs(values) <= HEIGHT_LIMIT_M)
+    """The lowest height that is not 0 and may be one; infinite where there is none."""
+    with np.errstate(invalid="ignore"):
+        kept = (values != 0.0) & (np.abs(values) <= FARTHEST_M)
     return float(np.min(values, where=kept, initial=np.inf))
 
 
 def _has_collar(dem: DemWindows, feedback: Feedback) -> bool:
     """Look once through the whole DEM for heights that are none, and say whether cells of 0 m are such."""
-    lowest, zeros, impossible, heights = np.inf, 0, 0, 0
+    lowest, zeros, heights, found = np.inf, 0, 0, Found()
     strips = dem.strips()
     for done, rows in enumerate(strips):
         if feedback.cancelled():
             raise Cancelled
-        values = read_values(dem.source, dem.file_window(rows, slice(0, dem.shape[1])), np.float32)
-        zero, wild = values == 0.0, np.abs(values) > HEIGHT_LIMIT_M
-        zeros, impossible = zeros + int(zero.sum()), impossible + int(wild.sum())
-        heights += int(np.isfinite(values).sum())
-        lowest = min(lowest, float(np.fmin.reduce(values, axis=None, where=~(zero | wild), initial=np.inf)))
+        wide = Part(0, rows.start - MARGIN_CELLS, dem.shape[1], rows.stop - rows.start + 2 * MARGIN_CELLS)
+        wide = wide.cut_to(dem.shape)
+        values = _heights(dem, wide, ProgressOnly(feedback))
+        inner = slice(rows.start - wide.row, rows.stop - wide.row), slice(None)
+        found.empty_far(values, inner)
+        zeros += int((values[inner] == 0.0).sum())
+        heights += int(np.isfinite(values[inner]).sum())
+        lowest = min(lowest, _lowest(values[inner]))
+        found.empty_mixed(values, dem.cell, inner)
         feedback.progress(done + 1, len(strips), "looking through the DEM")
-    if heights == impossible:
-        raise UserError(
-            f"{dem.path}: the DEM holds no height at all, every cell is nodata; check the band and its nodata value"
-        )
-    if impossible:
-        feedback.warn(f"{dem.path}: {impossible} cells hold no height on Earth; they are taken as outside")
-    if not (zeros and COLLAR_DROP_M < lowest < np.inf):
-        return False
-    feedback.warn(
-        f"{dem.path}: {zeros} cells hold exactly 0 m, all others more than {COLLAR_DROP_M:g} m; "
-        "they are taken as outside (an undeclared nodata value)"
-    )
-    return True
+    if not heights:
+        raise UserError(NOTHING.format(path=dem.path))
+    collar = bool(zeros) and COLLAR_DROP_M < lowest < np.inf
+    found.zero = zeros if collar else 0
+    found.say(dem.path, feedback)
+    return collar
+
+
+def _samples(dem: DemWindows) -> list[NDArray[Any]]:
+    """The heights of a small DEM, or of squares spread over a large one."""
+    starts = []
+    for n in dem.shape:
+        many = n > SAMPLES * SAMPLE_CELLS
+        starts.append([round(k * (n - SAMPLE_CELLS) / (SAMPLES - 1)) for k in range(SAMPLES)] if many else [0])
+    sizes = [SAMPLE_CELLS if len(at) > 1 else n for at, n in zip(starts, dem.shape, strict=True)]
+    return [
+        dem.grid(slice(row, row + sizes[0]), slice(column, column + sizes[1])).values
+        for row in starts[0]
+        for column in starts[1]
+    ]
 
 
 class WindowWriter:

@@ -10,9 +10,7 @@ from __future__ import annotations
 import hashlib
 import marshal
 import os
-import shutil
 import sqlite3
-import tempfile
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, suppress
@@ -20,7 +18,8 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from deadwood_algorithms.files.input_files import MANIFEST, WAL, files_of, made_from, places_of
+from deadwood_algorithms.files.input_files import MANIFEST, files_of, made_from, places_of
+from deadwood_algorithms.files.sqlite_files import settled, unmerged
 from deadwood_algorithms.params.tool import moved_paths
 
 BLOCK_BYTES = 2**20
@@ -114,22 +113,12 @@ def content_of(path: Path, layer: str = "") -> str | None:
 
 @contextmanager
 def _opened(path: Path) -> Iterator[sqlite3.Connection]:
-    """A GeoPackage to be read, of which nothing is touched: with a ``-wal``, a copy of both."""
-    wal = path.with_name(path.name + WAL)
-    with tempfile.TemporaryDirectory(prefix="deadwood-") if wal.is_file() and wal.stat().st_size else _nothing() as own:
-        if own:
-            for each in (path, wal):
-                shutil.copyfile(each, Path(own) / each.name)
-            path = Path(own) / path.name
-        mode = "" if own else "?mode=ro&immutable=1"
-        with closing(sqlite3.connect(f"file:{quote(str(path.absolute()))}{mode}", uri=True)) as db:
+    """A GeoPackage to be read, of which nothing is touched."""
+    with settled(path) as place:
+        mode = "mode=ro" if unmerged(place) else "mode=ro&immutable=1"  # held, with changes that are not merged yet
+        with closing(sqlite3.connect(f"file:{quote(str(place.absolute()))}?{mode}", uri=True)) as db:
             db.text_factory = lambda raw: raw.decode("utf-8", "surrogateescape")  # whatever is in it
             yield db
-
-
-@contextmanager
-def _nothing() -> Iterator[None]:
-    yield None
 
 
 def compared(record: Mapping[str, Any], named: str | None = None) -> tuple[str, str]:
@@ -213,6 +202,7 @@ def described(named: str) -> dict[str, Any]:
         elif place.suffix.lower() not in (".pts", ".json"):
             import pyogrio
 
-            told = pyogrio.read_info(place, layer=layer or None)
+            with settled(place) as one:
+                told = pyogrio.read_info(one, layer=layer or None)
             facts |= {"rows": int(told["features"]), "crs": told["crs"]}
     return facts

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
+from deadwood_algorithms.files.sqlite_files import unmerged
 from deadwood_algorithms.params.tool import UserError
 
 MANIFEST = "manifest.json"
@@ -27,7 +28,6 @@ COMPANIONS = {
     ".tab": (".dat", ".map", ".id"),
     ".mif": (".mid",),
 }
-WAL = "-wal"  # beside a GeoPackage that a program holds open: changes that are not in the file yet
 DEEPEST_VRT = 8  # a VRT of VRTs of ...
 
 
@@ -85,10 +85,7 @@ def _with_companions(place: Path, depth: int = 0) -> Iterator[Path]:
     ending = place.suffix.lower()
     for each in COMPANIONS.get(ending, ()):
         yield from (other for other in (place.with_suffix(each), place.with_suffix(each.upper())) if _exists(other))
-    if ending == ".gpkg":
-        beside = place.with_name(place.name + WAL)
-        if _exists(beside) and beside.stat().st_size:
-            yield beside
+    yield from unmerged(place)
     if ending == ".vrt" and depth < DEEPEST_VRT:
         for source in sources_of_vrt(place):
             yield from _with_companions(source, depth + 1)

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 
 from deadwood_algorithms.files.embedded import record_in
 from deadwood_algorithms.files.input_files import files_of, made_from, places_of
+from deadwood_algorithms.files.sqlite_files import beside, is_held
 from deadwood_algorithms.params.tool import UserError
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 
 STAGED, LOCK = ".partial-", ".lock"  # how the hidden names beside an output go on
 REPLACED, WHOLE = "-old", "-whole"  # and those of a result that is about to be replaced, and of one about to appear
+ASIDE = "-aside"  # and that of a folder that holds a file about to be replaced, with what SQLite keeps beside it
 
 # Of file systems that know no locks; there two runs into one output are not found out.
 LOCKLESS = tuple(getattr(errno, name) for name in ("ENOLCK", "ENOTSUP", "EOPNOTSUPP", "ENOSYS") if hasattr(errno, name))
@@ -64,14 +66,23 @@ def output_path(
             raise UserError(f"{path}: the output is a folder that exists, but must be a file")
         if _exists(final, path) and not overwrite:
             raise UserError(f"{path}: the output exists; --overwrite replaces it")
+        _refuse_held(final, path)
         refuse_input(final, path, inputs, tool)
 
     with _staged(final, path, check) as folder:
+        if (left := beside(final)) and not overwrite:
+            raise UserError(
+                f"{left[0]}: this was left beside an earlier {final.name} and would be read into the new one; "
+                "--overwrite removes it"
+            )
         temporary = folder / final.name
         yield temporary
-        for made in sorted(folder.iterdir(), key=lambda each: each == temporary):  # the sidecars first
+        for made in folder.iterdir():
             _flush(made)
-            os.replace(made, final.with_name(made.name))
+        _refuse_held(final, path)  # somebody may have opened it in the meantime
+        with _set_aside(final, folder.with_name(folder.name + ASIDE)):
+            for made in sorted(folder.iterdir(), key=lambda each: each == temporary):  # the sidecars first
+                os.replace(made, final.with_name(made.name))
 
 
 @contextmanager
@@ -112,6 +123,8 @@ def output_folder(
             )
         if occupied():
             refuse_input(final, path, inputs, tool)
+            for each in final.rglob("*.gpkg"):
+                _refuse_held(each, path)
         if within and occupied():
             raise UserError(f"{path}: the result of a run that was killed has just been completed; run again")
 
@@ -121,8 +134,7 @@ def output_folder(
         for made in folder.rglob("*"):
             if made.is_file():
                 _flush(made)
-        if not overwrite:
-            check()  # somebody may have put something there in the meantime
+        check()  # somebody may have put something there, or opened it, in the meantime
         if not final.is_dir():
             folder.chmod(0o777 & ~_umask())
             os.replace(folder, final)
@@ -197,10 +209,44 @@ def _tidy(final: Path) -> None:
     for left in sorted(final.parent.glob(f"{glob.escape(_hidden(final, STAGED))}*")):
         if left.name.endswith(REPLACED) and not final.exists():
             os.replace(left, final)
+        elif left.name.endswith(ASIDE):
+            _put_back(final, left)
         elif left.name.endswith(WHOLE):
             _fill(final.parent, left)
         else:
             shutil.rmtree(left, ignore_errors=True)
+
+
+@contextmanager
+def _set_aside(final: Path, aside: Path) -> Iterator[None]:
+    """Take a GeoPackage out of the way together with what SQLite keeps beside it, which would be replayed into the
+    file that takes its name; back again if none takes it."""
+    left = beside(final)
+    if left:
+        aside.mkdir()
+    try:
+        for each in ([final] if left and final.exists() else []) + left:
+            with suppress(FileNotFoundError):  # whoever held it has just ended
+                os.replace(each, aside / each.name)
+        yield
+    finally:
+        if left:
+            _put_back(final, aside)
+
+
+def _put_back(final: Path, aside: Path) -> None:
+    """What was set aside takes its place again unless another file has taken it; in that case it goes."""
+    for each in sorted(aside.iterdir(), key=lambda each: each.name == final.name):
+        if not final.exists():
+            os.replace(each, final.with_name(each.name))
+    shutil.rmtree(aside, ignore_errors=True)
+
+
+def _refuse_held(final: Path, named: str | Path) -> None:
+    if is_held(final):
+        raise UserError(
+            f"{named}: another program holds {final.name} open (such as QGIS); close it there, or name another output"
+        )
 
 
 def _fill(final: Path, whole: Path) -> None:

@@ -50,7 +50,7 @@ def coarser(path: str | Path, cell: float) -> str:
 
 def times(path: str | Path, factor: float, code: str | None = None) -> str:
     """With other heights, and where a code is given another CRS."""
-    command = f"{rio()} calc{_masked(path)} '(* {factor:.12g} (read 1))' {quoted(path)} {_copy(path)}"
+    command = f"{rio()} calc{_masked(path)}{_as_floats(path)} '(* {factor:.12g} (read 1))' {quoted(path)} {_copy(path)}"
     return command if code is None else f"{command} && {rio()} edit-info {_copy(path)} --crs {code}"
 
 
@@ -99,6 +99,14 @@ def _masked(path: str | Path) -> str:
         return ""
     with rasterio.open(files[0]) as source:
         return " --not-masked" if source.nodata is None else ""
+
+
+def _as_floats(path: str | Path) -> str:
+    """``rio calc`` keeps the type of a raster, and of one of integers cuts off what is behind the point."""
+    import rasterio
+
+    with rasterio.open(tiles_of(path)[0]) as source:
+        return "" if np.dtype(source.dtypes[0]).kind == "f" else " --dtype float32"
 
 
 def _corners(source: Any) -> list[tuple[int, int]]:

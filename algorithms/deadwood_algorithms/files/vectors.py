@@ -25,6 +25,7 @@ from deadwood_algorithms.files.columns import field_names, number_column, where_
 from deadwood_algorithms.files.crs import accuracy_words, crs_name, horizontal, parse_crs, same_crs
 from deadwood_algorithms.files.free_memory import GIB, SHARE, free_bytes
 from deadwood_algorithms.files.inputs import refuse_missing
+from deadwood_algorithms.files.sqlite_files import JOURNAL, settled, unmerged
 from deadwood_algorithms.files.streams import Stream, write_layer
 from deadwood_algorithms.files.tables import is_text_table, read_text_table, sheet_table
 from deadwood_algorithms.files.units import with_schema_names
@@ -143,12 +144,13 @@ def read_table(path: str | Path, *, what: str, geometry: Sequence[str] = ()) -> 
     _refuse_torn_shapefile(name, what)
     if Path(name).suffix.lower() == ".shp" and _parts_of_shapefile(Path(name)) == {".shp", ".dbf"}:
         return _read_without_index(name, what, geometry)
+    left = unmerged(Path(name))
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), settled(Path(name)) as place:
             warnings.simplefilter("ignore")  # of M values and curves, which are dropped and straightened
-            layer = _layer_of(name, layer, what, geometry)
-            _refuse_too_many_rows(name, layer, what)
-            frame = _read_features(name, layer)
+            layer = _layer_of(name, layer, what, geometry, place)
+            _refuse_too_many_rows(name, layer, what, place)
+            frame = _read_features(name, layer, place)
     except (DataSourceError, DataLayerError, FeatureError, CRSError, UnicodeDecodeError) as error:
         raise UserError(
             f"{name}: the {what} file is no vector layer that can be read ({_reason(name, error)})"
@@ -156,18 +158,24 @@ def read_table(path: str | Path, *, what: str, geometry: Sequence[str] = ()) -> 
     if Path(name).suffix.lower() in SHEETS:
         frame = sheet_table(frame)
     _refuse_twins(frame, name)
+    if left:
+        told = "holds changes that are not merged yet, which count"
+        if left[0].name.endswith(JOURNAL):
+            told = "shows that its writer died, or is, within a change, which does not count"
+        said = f"{left[0].name} beside it {told}"
+        frame.attrs["notes"] = (said, *frame.attrs.get("notes", ()))
     single = Path(name).suffix.lower() not in (".gpkg", ".gdb", ".sqlite", ".kml", ".gpx")
     frame = frame.reset_index(drop=True)
     frame.attrs["where"] = name if single else f"{name}, layer '{layer}'"
     return frame
 
 
-def _read_features(name: str, layer: str) -> pd.DataFrame:
+def _read_features(name: str, layer: str, place: Path) -> pd.DataFrame:
     """The features of a layer; rings that do not close are closed, which is kept in ``attrs`` to be said."""
     try:
-        return pyogrio.read_dataframe(name, layer=layer)
+        return pyogrio.read_dataframe(place, layer=layer)
     except GEOSException:
-        frame = pyogrio.read_dataframe(name, layer=layer, on_invalid="fix")
+        frame = pyogrio.read_dataframe(place, layer=layer, on_invalid="fix")
         lost = np.asarray(frame.geometry.isna())
         if lost.any():
             raise UserError(
@@ -196,8 +204,8 @@ def _read_without_index(name: str, what: str, geometry: Sequence[str]) -> pd.Dat
     return frame
 
 
-def _refuse_too_many_rows(name: str, layer: str, what: str) -> None:
-    facts, free = pyogrio.read_info(name, layer=layer), free_bytes()
+def _refuse_too_many_rows(name: str, layer: str, what: str, place: Path) -> None:
+    facts, free = pyogrio.read_info(place, layer=layer), free_bytes()
     needed = facts["features"] * (ROW_BYTES + FIELD_BYTES * len(facts["fields"]))
     if free is not None and needed > SHARE * free:
         raise UserError(
@@ -298,9 +306,9 @@ def write_vector(path: str | Path, layers: Mapping[str, gpd.GeoDataFrame | Strea
     styles.store_in(Path(path), {name: styles.of_layer(name, frame) for name, frame in firsts.items()})
 
 
-def _layer_of(name: str, layer: str, what: str, geometry: Sequence[str] = ()) -> str:
+def _layer_of(name: str, layer: str, what: str, geometry: Sequence[str], place: Path) -> str:
     """The layer that is meant: the one named, else the only one with geometry, else the only one."""
-    found = [each for each in pyogrio.list_layers(name) if each[0] != styles.TABLE]
+    found = [each for each in pyogrio.list_layers(place) if each[0] != styles.TABLE]
     names = [str(each) for each, _ in found]
     if layer.startswith("#") and layer not in names and int(layer[1:]) < len(names):
         return names[int(layer[1:])]
@@ -311,7 +319,7 @@ def _layer_of(name: str, layer: str, what: str, geometry: Sequence[str] = ()) ->
     spatial = [str(each) for each, kind in found if kind is not None]
     candidates = spatial or names
     if len(candidates) > 1:
-        candidates = [each for each in candidates if _holds_rows(name, each)] or candidates
+        candidates = [each for each in candidates if _holds_rows(place, each)] or candidates
         drawn = {str(each): str(kind).lower() for each, kind in found}
         wanted = [each for each in candidates if any(kind in drawn[each] for kind in geometry)]
         candidates = wanted or candidates
@@ -325,10 +333,10 @@ def _layer_of(name: str, layer: str, what: str, geometry: Sequence[str] = ()) ->
     return candidates[0]
 
 
-def _holds_rows(name: str, layer: str) -> bool:
+def _holds_rows(place: Path, layer: str) -> bool:
     """Whether a layer has any feature: a GPX file always has five layers, of which most are empty."""
-    count = pyogrio.read_info(name, layer=layer)["features"]
-    return count != 0 if count >= 0 else len(pyogrio.read_dataframe(name, layer=layer, max_features=1)) > 0
+    count = pyogrio.read_info(place, layer=layer)["features"]
+    return count != 0 if count >= 0 else len(pyogrio.read_dataframe(place, layer=layer, max_features=1)) > 0
 
 
 def _shapes_of_table(frame: pd.DataFrame, what: str, fields: tuple[str | None, str | None] | None) -> gpd.GeoDataFrame:

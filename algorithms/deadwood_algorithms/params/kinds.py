@@ -101,6 +101,14 @@ def _number(parameter: Parameter, text: str) -> float:
         raise UserError(f"{parameter.flag} is '{text}', but must be a number{hint}") from None
 
 
+def _number_or_layer(parameter: Parameter, text: str) -> float | str:
+    """The number itself, which stays one from here on; else the path of a layer."""
+    try:
+        return float(_words(parameter, text))
+    except ValueError:
+        return text
+
+
 def _whole(parameter: Parameter, text: str) -> int:
     if not re.fullmatch(r"[+-]?[0-9]{1,30}", text.strip()):
         raise UserError(f"{parameter.flag} is '{text}', but must be a whole number")
@@ -129,6 +137,10 @@ def _numbers(parameter: Parameter, text: str) -> tuple[float, ...]:
 
 def _as_it_is(parameter: Parameter, value: Any) -> Any:
     return value
+
+
+def _as_number_or_layer(parameter: Parameter, value: Any) -> Any:
+    return _number_or_layer(parameter, value) if isinstance(value, str) else value
 
 
 def _as_numbers(parameter: Parameter, value: Any) -> Any:
@@ -221,6 +233,8 @@ class Kind:
         In a file of parameters the value stands as JSON has it (a number, true); else it must be a text there.
     number_as_text : bool
         A number is taken for the text of it, as one types it.
+    number_or_text : bool
+        It stands as a number where it is one, else as a text; a text that reads as a number is that number.
     switch : bool
         The flag takes no value: ``--overwrite``, ``--no-overwrite``.
     widget : str
@@ -235,6 +249,7 @@ class Kind:
     check: Callable[[Parameter, Any], None] = _check_nothing
     json_as_it_is: bool = False
     number_as_text: bool = False
+    number_or_text: bool = False
     switch: bool = False
     widget: str = ""
 
@@ -246,7 +261,12 @@ KINDS = {
     "folder": Kind(metavar="FOLDER", direction="input"),
     "file": Kind(metavar="FILE", direction="input"),
     "number_or_layer": Kind(
-        metavar="NUMBER|LAYER", direction="input", check=_check_number_or_layer, number_as_text=True
+        metavar="NUMBER|LAYER",
+        direction="input",
+        from_text=_number_or_layer,
+        from_value=_as_number_or_layer,
+        check=_check_number_or_layer,
+        number_or_text=True,
     ),
     "number": Kind(metavar="NUMBER", from_text=_number, check=_check_number, json_as_it_is=True),
     "integer": Kind(metavar="WHOLE", from_text=_whole, check=_check_whole, json_as_it_is=True),

@@ -151,7 +151,7 @@ def class_figure(
         origin="lower", interpolation="nearest", zorder=2,
     )  # fmt: skip
     axes.set(xlim=(source.extent[0], source.extent[2]), ylim=(source.extent[1], source.extent[3]))
-    handles += [Patch(facecolor=colours[each["class"] - 1], label=words.of_class(each["meaning"])) for each in mine]
+    handles += [Patch(facecolor=colours[each["class"] - 1], label=words.of_class(each)) for each in mine]
     return _finished(figure, axes, handles)
 
 
@@ -192,8 +192,7 @@ def tornado_figure(facts: dict[str, Any], words: Words) -> Figure:
     figure = Figure(figsize=(WIDTH, (0.9 + 0.36 * many) * len(names) + 0.3), layout="constrained")
     panels = figure.subplots(len(names), 1, squeeze=False)[:, 0]
     for axes, name in zip(panels, names, strict=True):
-        rows = [row for row in facts["tornado"] if row["outcome"] == name]
-        rows = sorted(rows, key=lambda row: -abs(row["swing"]))[:MOST_BARS]
+        rows = [row for row in facts["tornado"] if row["outcome"] == name][:MOST_BARS]
         scale = 100.0 if name.startswith("reach_") else 1.0
         base = scale * rows[0]["as_it_is"]
         for k, row in enumerate(rows):
@@ -218,6 +217,5 @@ def factor_words(name: str, words: Words) -> str:
 
 
 def range_words(row: dict[str, Any], words: Words) -> str:
-    low, high = (f"{each:g}" if isinstance(each, (int, float)) else str(each) for each in (row["low"], row["high"]))
-    told = f"{low}–{high}"
-    return told.replace(".", ",") if words.language == "de" else told
+    ends = (row["low"], row["high"])
+    return "–".join(words.signs(f"{each:g}") if isinstance(each, (int, float)) else str(each) for each in ends)

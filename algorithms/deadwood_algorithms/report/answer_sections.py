@@ -131,7 +131,7 @@ def intensity(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words
         if not mine:
             continue
         parts += [element("h4", words.say(title)), figure_of(drawings.get(name))]
-        rows = [[words.of_class(each["meaning"]), shown_number(each["area_m2"] / 1e4, words)] for each in mine]
+        rows = [[words.of_class(each), shown_number(each["area_m2"] / 1e4, words)] for each in mine]
         head = [words.say(title), words.say("class_ground")]
         if "at_least_m2" in mine[0]:
             head.append(words.say("class_and_above"))
@@ -209,7 +209,7 @@ def varied(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -
     facts = source.answers.folders["vary"][1]
     answers = {each["outcome"]: each for each in facts["answers"]}
     told = [element("li", hanging_words(answers[name], words)) for name in outcomes_of(facts) if name in answers]
-    note = words.say("varied_note", n=facts["logs"], runs=facts["runs"])
+    note = words.say("varied_note", n=facts["logs"], runs=facts["runs"], fidelity=facts.get("fidelity", "?"))
     parts: Parts = [element("ul", *told), figure_of(drawings.get("varied"), note)]
     totals = {
         (row["outcome"], row["factor"]): row for row in facts["indices"] if np.isfinite(number(row["total"]))
@@ -219,7 +219,7 @@ def varied(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -
     for name in outcomes_of(facts):
         scale = 100.0 if name.startswith("reach_") else 1.0
         rows = []
-        for row in sorted((r for r in facts["tornado"] if r["outcome"] == name), key=lambda r: -abs(r["swing"])):
+        for row in (r for r in facts["tornado"] if r["outcome"] == name):  # the strongest first, as in its picture
             ends = [shown_number(scale * row[each], words) for each in ("at_low", "as_it_is", "at_high")]
             swing = with_interval(
                 scale * row["swing"], scale * number(row["ci_low"]), scale * number(row["ci_high"]), words, signed=True

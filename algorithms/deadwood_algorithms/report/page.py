@@ -18,6 +18,7 @@ from deadwood_algorithms.report.markup import Markup, element, embedded_json, fi
 from deadwood_algorithms.report.plan import draw_difference, draw_map
 from deadwood_algorithms.report.profiles import chosen_profiles
 from deadwood_algorithms.report.rounded import decimal, with_interval
+from deadwood_algorithms.report.scenario_box import scenario_box
 from deadwood_algorithms.report.sections import left_table, question, sections_of, warnings_of
 from deadwood_algorithms.report.sources import Extent, ReportedRun
 from deadwood_algorithms.report.space import Space, packed
@@ -65,6 +66,8 @@ def report_of(
     compared: Comparison | None,
     words: Words,
     title: str | None,
+    author: str | None = None,
+    project: str | None = None,
 ) -> Report:
     """Put the whole page together."""
     title = title or words.say("title", names=", ".join(each.name for each in sources))
@@ -84,6 +87,7 @@ def report_of(
         inner = element("ul", *(element("li", element("a", each, href=f"#{place}")) for place, each, _ in sections))
         contents.append(element("li", element("a", name, href=f"#{key}"), inner if len(sources) == 1 else ""))
     lead = [element("h2", words.say("question"), id="question"), *question(list(sources), words)]
+    lead += scenario_box(list(sources), words, author, project)
     view = three_d(sources, spaces, words)
     contents.insert(0, element("li", element("a", words.say("three_d"), href="#three_d")))
     if compared is not None:

@@ -22,8 +22,9 @@ from numpy.typing import NDArray
 from deadwood_algorithms.files.pictures import scale_and_north, show_relief
 from deadwood_algorithms.files.styles import ENDS
 from deadwood_algorithms.report.figures import INK, WIDTH
+from deadwood_algorithms.report.phrases import STOPS
 from deadwood_algorithms.report.sources import Extent, ReportedRun
-from deadwood_algorithms.report.words import STOPS, Words
+from deadwood_algorithms.report.words import Words
 
 MOST_DOTS = 8000  # of a kind
 MOST_WAYS = 150

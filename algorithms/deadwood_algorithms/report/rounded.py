@@ -24,8 +24,8 @@ def shown_number(value: Any, words: Words, digits: int = DIGITS) -> str:
         return _grouped(int(value))
     places = max(0, digits - 1 - math.floor(math.log10(abs(value)))) if value else 0
     if abs(value) < 1e-3:
-        return _signs(f"{value:.{digits - 1}g}", words)
-    return _signs(f"{value:.{places}f}", words)
+        return in_signs(f"{value:.{digits - 1}g}", words)
+    return in_signs(f"{value:.{places}f}", words)
 
 
 def _grouped(value: int) -> str:
@@ -48,7 +48,7 @@ def percent_if_lost(record: dict[str, Any], words: Words) -> str:
 
 
 def _localised(text: str, words: Words) -> str:
-    return _signs(
+    return in_signs(
         text.replace(" to ", f" {words.say('to')} ")
         .replace(" %", f"{NBSP}%")
         .replace("< ", f"<{NBSP}")
@@ -66,17 +66,18 @@ def with_interval(value: float, low: float, high: float, words: Words, *, signed
     if not math.isfinite(value):
         return "–"
     if not (math.isfinite(low) and math.isfinite(high)):
-        return _signs(f"{value:+.3g}" if signed and value else f"{value:.3g}", words)
+        return in_signs(f"{value:+.3g}" if signed and value else f"{value:.3g}", words)
     places = decimals_of(low, high)
-    a, b, c = (_signs(f"{each:{'+' if signed else ''}.{places}f}", words) for each in (value, low, high))
+    a, b, c = (in_signs(f"{each:{'+' if signed else ''}.{places}f}", words) for each in (value, low, high))
     return f"{a} ({b} {words.say('to')} {c})"
 
 
-def _signs(text: str, words: Words) -> str:
+def in_signs(text: str, words: Words) -> str:
+    """A number in the signs of the language: its decimal point, a minus that is one."""
     text = text.replace("-", "−") if text.startswith("-") else text
-    return text.replace(".", ",") if words.language == "de" else text
+    return words.signs(text)
 
 
 def decimal(value: float, words: Words) -> str:
     """A number that was given, not measured: as short as it is."""
-    return _signs(f"{value:g}", words)
+    return in_signs(f"{value:g}", words)

@@ -16,12 +16,19 @@ from deadwood_algorithms.report import answer_sections
 from deadwood_algorithms.report.figures import ARRIVAL_COLUMNS, Drawing
 from deadwood_algorithms.report.markup import Markup, element, figure_of, joined, table
 from deadwood_algorithms.report.plan import MOST_DOTS, SHOWN_AT_FIRST, layers_drawn
-from deadwood_algorithms.report.rounded import decimal, percent_if_lost, shown_number, shown_share, with_interval
+from deadwood_algorithms.report.rounded import (
+    decimal,
+    in_signs,
+    percent_if_lost,
+    shown_number,
+    shown_share,
+    with_interval,
+)
 from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.results.capacity import as_share
 from deadwood_algorithms.results.passages import UNITS, design_rows
-from deadwood_algorithms.simulate.fidelity_trade import REACH_POINTS
+from deadwood_algorithms.simulate.fidelity_trade import REACH_ERRORS, Points
 from deadwood_algorithms.stats.statistics import loss_matters
 
 TOP_TREES = 10
@@ -90,9 +97,17 @@ def warnings_of(source: ReportedRun, words: Words) -> Parts:
 
 
 def model_section(source: ReportedRun, words: Words) -> Parts:
-    told = source.summary["modelled"]
-    rows = [(words.known(f"model_{name}", name.replace("_", " ")), words.modelled(str(told[name]))) for name in told]
+    told, facts = source.summary["modelled"], source.summary.get("modelled_facts", {})
+    rows = [
+        (
+            words.known(f"model_{name}", name.replace("_", " ")),
+            words.clauses(facts[name]) if name in facts else str(told[name]),
+        )
+        for name in told
+    ]
     parts: Parts = [element("p", words.say("modelled_note")), left_table(rows)]
+    if told and not facts and words.language != "en":
+        parts.append(element("p", words.say("modelled_older"), class_="quiet"))
     if source.lacks:
         told = []
         for phrase, filled in source.lacks:
@@ -172,7 +187,7 @@ def reach(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) ->
     ]
     if promise := source.summary["accuracy"].get("auto"):
         parts.append(element("p", promise_words(promise, words)))
-    elif source.summary["accuracy"]["fidelity"] in REACH_POINTS:
+    elif source.summary["accuracy"]["fidelity"] in REACH_ERRORS:
         parts.append(element("p", words.say("calculation_measure"), class_="quiet"))
     if rule := source.summary.get("until_ci"):
         state = words.say("until_reached" if rule["reached"] else "until_missed", n=rule["logs"])
@@ -190,9 +205,9 @@ def calculation_words(accuracy: Mapping[str, Any], parameters: Mapping[str, Any]
         return words.say("calculation_unknown")
     if fidelity == "reference":
         return words.say("calculation_none")
-    if fidelity not in REACH_POINTS:
+    if fidelity not in REACH_ERRORS:
         return words.say("calculation_unknown")
-    mean, worst = (in_language(each, words) for each in REACH_POINTS[fidelity])
+    mean, worst = (points_words(each, words) for each in REACH_ERRORS[fidelity])
     return words.say("calculation_known", mean=mean, worst=worst)
 
 
@@ -206,8 +221,10 @@ def promise_words(promise: Mapping[str, Any], words: Words) -> str:
     return words.say("promise", chosen=chosen, n=n, line=promise["line_id"], source=source, **points)
 
 
-def in_language(text: str, words: Words) -> str:
-    return text.replace(".", ",").replace(" to ", " bis ") if words.language == "de" else text
+def points_words(points: Points, words: Words) -> str:
+    """``−0.4 (−0.8 to +0.1)``, to a tenth of a point as the README has it."""
+    value, low, high = (in_signs(f"{each:+.1f}", words) for each in points)
+    return f"{value} ({low} {words.say('to')} {high})"
 
 
 def arrivals(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:
@@ -406,15 +423,31 @@ def accuracy(source: ReportedRun, words: Words) -> Parts:
     return [left_table(rows), element("p", words.say("accuracy_note"), class_="quiet")]
 
 
-def command_of(manifest: Mapping[str, Any]) -> str:
-    """The command line that repeats a run; defaults stand there too, so that none can change under it."""
+def command_of(manifest: Mapping[str, Any], summary: Mapping[str, Any]) -> str:
+    """The command line that repeats a run; defaults stand there too, so that none can change under it. What the columns
+    of the releases say instead of an option is left out: the option had no effect.
+    """
     words = ["deadwood-tool", str(manifest.get("tool", "slide-logs"))]
+    overridden = overridden_options(manifest, summary)
     for name, value in manifest.get("parameters", {}).items():
-        if value is None or value is False or name in ("resume", "overwrite"):
+        if value is None or value is False or name in ("resume", "overwrite") or name in overridden:
             continue
         flag = "--" + name.replace("_", "-")
         words += [flag] if value is True else [flag, str(value)]
     return " ".join(shlex.quote(each) for each in words)
+
+
+def overridden_options(manifest: Mapping[str, Any], summary: Mapping[str, Any]) -> set[str]:
+    """Options of the default log that no log of the run had: columns of its releases told something else."""
+    parameters, found = manifest.get("parameters", {}), set()
+    for name, told in manifest.get("effective", {}).items():
+        given = parameters.get(name)
+        if isinstance(given, (int, float)) and not told["min"] - 1e-6 <= given <= told["max"] + 1e-6:
+            found.add(name)
+    posture = summary.get("scenario", {}).get("logs", {}).get("posture", {})
+    if posture and not posture.get(parameters.get("orientation"), 0.0):
+        found.add("orientation")
+    return found
 
 
 def provenance(source: ReportedRun, words: Words) -> Parts:
@@ -447,7 +480,7 @@ def provenance(source: ReportedRun, words: Words) -> Parts:
     )
     return [
         element("h4", words.say("command")),
-        element("pre", command_of(manifest)),
+        element("pre", command_of(manifest, source.summary)),
         element("h4", words.say("hashes")),
         element("div", table_of, class_="scroll"),
         element("h4", words.say("versions")),

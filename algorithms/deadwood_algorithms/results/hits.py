@@ -162,7 +162,7 @@ def tree_hits_frame(layers: SceneLayers, by_log: Mapping[str, NDArray], crs: Any
     tree = np.flatnonzero((total["n_hits"] > 0) | (total["n_stops"] > 0))
     columns = {
         "tree_id": np.array(layers.tree_ids, object)[tree],
-        "dbh_cm": 100.0 * layers.trees.diameter[tree],
+        "dbh_cm": layers.tree_dbh_cm[tree],
         "height_m": layers.trees.height[tree],
         **{name: values[tree] for name, values in total.items()},
     }

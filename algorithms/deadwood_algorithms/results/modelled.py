@@ -1,188 +1,160 @@
-"""What of a scene a run modelled, and what not and why: the clauses of ``summary.json``, in English and in German.
+"""What of a scene a run modelled, and what not and why: clauses as records, and the same in English.
 
-A clause is written from its row of the table, and known again by it: so a report in German says all that a summary
-says, and a clause that is not in the table cannot be written.
+A clause is a row of the table and the numbers in it. ``summary.json`` holds the records; in which language they are
+told is the reader's choice.
 """
 
 from __future__ import annotations
 
-import re
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from deadwood_algorithms.results.scenario import WHYS
 from deadwood_algorithms.scene.layers import SceneLayers
-from deadwood_algorithms.scene.shape import Shape
 
 if TYPE_CHECKING:
     from deadwood_algorithms.results.asked import Asked
 
-BETWEEN = "; "  # two clauses; in none of them
+BETWEEN = "; "  # two clauses
 AMONG = ", "  # the clauses of a list, which fill the gap {parts} of another
+Clause = Mapping[str, Any]  # its name in the table under "clause", and the numbers in it
 
 CLAUSES = {
-    "absent": ("not modelled: no layer was given", "nicht modelliert: keine Ebene angegeben"),
-    "terrain": (
-        "bilinear surface through {nx} x {ny} cells of {cell} m",
-        "bilineare Fläche durch {nx} x {ny} Zellen von {cell} m",
-    ),
-    "whole": ("the whole DEM", "das ganze DEM"),
+    "absent": "not modelled: no layer was given",
+    "terrain": "bilinear surface through {nx} x {ny} cells of {cell_m} m",
+    "whole": "the whole DEM",
     "window": (
         "{columns} x {rows} of the DEM's {all_columns} x {all_rows} cells, from column {column} and row {row} (from "
-        "the south-west): as far as an energy line reaches",
-        "{columns} x {rows} der {all_columns} x {all_rows} Zellen des DEM, ab Spalte {column} und Zeile {row} (von "
-        "Südwesten): so weit, wie eine Energielinie reicht",
+        "the south-west): as far as an energy line reaches"
     ),
     "window_is_enough": (
-        "no log came near its sides, so results are those of the whole DEM, and no log was anywhere else",
-        "kein Stamm kam seinen Seiten nahe, die Ergebnisse sind also die des ganzen DEM, und kein Stamm war anderswo",
+        "no log came near its sides, so results are those of the whole DEM, and no log was anywhere else"
     ),
-    "friction": ("Coulomb, {mu} everywhere", "Coulomb, überall {mu}"),
-    "friction_map": ("Coulomb, {low} to {high} by cell", "Coulomb, {low} bis {high} je Zelle"),
-    "restitution": ("{e} at every contact", "{e} bei jedem Kontakt"),
-    "at_stems": ("{value} at stems and lying logs", "{value} an Bäumen und liegenden Stämmen"),
-    "at_barriers": ("{value} at barriers", "{value} an Barrieren"),
-    "rolling": ("{c} of the ground's push times the radius", "{c} des Drucks des Bodens mal Radius"),
-    "rolling_none": ("none: rigid ground", "keine: starrer Boden"),
-    "rolling_cloud": ("none but that of the points' corners", "keine ausser der der Ecken des Körpers"),
-    "cones": (
-        "rigid truncated cones, tip half the diameter of the base",
-        "starre Kegelstümpfe, Spitze halb so dick wie die Basis",
-    ),
-    "shape": (
-        "rigid convex bodies of {points} points, {volume} m³, all of one shape",
-        "starre konvexe Körper aus {points} Punkten, {volume} m³, alle von einer Form",
-    ),
-    "whole_logs": ("they do not break or meet each other", "sie brechen nicht und treffen einander nicht"),
-    "trees": ("{n} rigid truncated cones", "{n} starre Kegelstümpfe"),
-    "lying": (
-        "{n} rigid truncated cones at rest on the terrain, in {pieces} straight pieces",
-        "{n} starre Kegelstümpfe, ruhend auf dem Gelände, in {pieces} geraden Stücken",
-    ),
-    "blocks": (
-        "{n} rigid spheres, with the ground's friction and restitution",
-        "{n} starre Kugeln mit Reibung und Stosszahl des Bodens",
-    ),
-    "left_out": ("{n} off the DEM left out", "{n} ausserhalb des DEM weggelassen"),
-    "left_out_and_beyond": (
-        "{n} off the DEM left out, {beyond} beyond the window",
-        "{n} ausserhalb des DEM weggelassen, {beyond} jenseits des Ausschnitts",
-    ),
-    "barriers": ("{n} rigid thin plates", "{n} starre dünne Platten"),
-    "lines": ("{n} lines or outlines watched", "{n} Linien oder Umrisse beobachtet"),
-    "outputs": (
-        "deposits and rasters of every log, and what the layers above ask for",
-        "Ablagerungen und Raster jedes Stamms, und was die Ebenen verlangen",
-    ),
-    "not_computed": ("not computed: {parts}", "nicht berechnet: {parts}"),
-    "no_poses": ("poses and trajectories (--trajectories none)", "Posen und Bahnen (--trajectories none)"),
-    "no_lines": ("reach and danger (no lines)", "Reichweite und Gefahr (keine Linien)"),
-    "no_trees": ("hits of trees (no trees)", "Treffer auf Bäume (keine Bäume)"),
-    "no_barriers": ("hits of barriers (no barriers)", "Treffer auf Barrieren (keine Barrieren)"),
+    "friction": "Coulomb, {mu} everywhere",
+    "friction_map": "Coulomb, {low} to {high} by cell",
+    "restitution": "{e} at every contact",
+    "at_stems": "{value} at stems and lying logs",
+    "at_barriers": "{value} at barriers",
+    "rolling": "{c} of the ground's push times the radius",
+    "rolling_none": "none: rigid ground",
+    "rolling_cloud": "none but that of the points' corners",
+    "cones": "rigid truncated cones, tip half the diameter of the base",
+    "shape": "rigid convex bodies of {points} points, {volume_m3} m³, all of one shape",
+    "whole_logs": "they do not break or meet each other",
+    "trees": "{n} rigid truncated cones",
+    "lying": "{n} rigid truncated cones at rest on the terrain, in {pieces} straight pieces",
+    "blocks": "{n} rigid spheres, with the ground's friction and restitution",
+    "off_dem": "{n} off the DEM left out",
+    "no_terrain": "{n} left out where the DEM has no height (its last half cell, nodata)",
+    "beyond_window": "{n} beyond the window",
+    "barriers": "{n} rigid thin plates",
+    "lines": "{n} lines or outlines watched",
+    "outputs": "deposits and rasters of every log, and what the layers above ask for",
+    "not_computed": "not computed: {parts}",
+    "no_poses": "poses and trajectories (--trajectories none)",
+    "no_lines": "reach and danger (no lines)",
+    "no_trees": "hits of trees (no trees)",
+    "no_barriers": "hits of barriers (no barriers)",
 }
+DIGITS = {"volume_m3": ".4g"}  # of a number in a clause, where not six
 
 
-def clause(name: str, **filled: Any) -> str:
-    """A clause in English."""
-    return CLAUSES[name][0].format(**filled)
+def told(
+    clauses: Sequence[Clause],
+    phrase: Callable[[str], str] = CLAUSES.__getitem__,
+    signs: Callable[[str], str] = str,
+) -> str:
+    """Clauses in words: ``phrase`` gives the sentence of a name, ``signs`` a number its decimal point."""
+
+    def filled(clause: Clause) -> str:
+        gaps = {
+            name: AMONG.join(phrase(part) for part in value)
+            if name == "parts"
+            else signs(format(value, DIGITS.get(name, "g" if isinstance(value, float) else "")))
+            for name, value in clause.items()
+            if name != "clause"
+        }
+        return phrase(clause["clause"]).format(**gaps)
+
+    return BETWEEN.join(filled(each) for each in clauses)
 
 
-def german_numbers(text: str) -> str:
-    """With commas for decimal points."""
-    return re.sub(r"(?<=\d)\.(?=\d)", ",", text)
-
-
-def in_german(said: str) -> str:
-    """What ``modelled`` said, in German; a clause that is not of the table (of an older run) as it is written."""
-    return BETWEEN.join(_one_in_german(each) or each for each in said.split(BETWEEN))
-
-
-def _one_in_german(said: str) -> str | None:
-    for english, german in CLAUSES.values():
-        pattern = re.sub(r"\\\{(\w+)\\\}", r"(?P<\1>[^;]+?)", re.escape(english))
-        if found := re.fullmatch(pattern, said):
-            filled = {name: german_numbers(value) for name, value in found.groupdict().items()}
-            if "parts" in filled:
-                filled["parts"] = AMONG.join(_one_in_german(each) or each for each in filled["parts"].split(AMONG))
-            return german.format(**filled)
-    return None
-
-
-def modelled(asked: Asked, layers: SceneLayers) -> dict[str, str]:
-    """What of the scene was modelled, and what was not and why, in words."""
-    (ny, nx), scene, absent = layers.dem.shape, layers.scene, clause("absent")
-    trees = len(layers.tree_ids) - len(scene.trees_outside)
-    blocks = len(layers.blocks.ids) - len(scene.blocks_outside)
-    trees_out = _left_out(layers, layers.trees_left_out, len(scene.trees_outside))
-    blocks_out = _left_out(layers, layers.blocks.left_out, len(scene.blocks_outside))
+def modelled(asked: Asked, layers: SceneLayers, counted: Mapping[str, Any]) -> dict[str, list[Clause]]:
+    """What of the scene was modelled, and what was not and why; ``counted`` as of `counted_of`."""
+    (ny, nx), scene = layers.dem.shape, layers.scene
     apart = _apart(asked.scene.tree_restitution, asked.scene.barrier_restitution)
     lying, pieces = len(layers.lying.ids), len(scene.arrays.lying.owner)
-    return {
-        "terrain": clause("terrain", nx=nx, ny=ny, cell=f"{layers.dem.cell:g}"),
+
+    def standing(name: str) -> list[Clause]:
+        count = counted[name]
+        out = {"off_dem": 0} | {each["why"]: each["n"] for each in count["left_out"]}
+        return [_clause(name, n=count["used"]), *(_clause(why, n=out[why]) for why in WHYS if why in out)]
+
+    found = {
+        "terrain": [_clause("terrain", nx=nx, ny=ny, cell_m=layers.dem.cell)],
         "window": _window(layers),
         "friction": _friction(asked, layers),
-        "restitution": _told(clause("restitution", e=f"{asked.scene.restitution:g}"), *apart),
-        "rolling_friction": _rolling(asked, layers),
-        "logs": _told(_shape(layers.shape) if layers.shape else clause("cones"), clause("whole_logs")),
-        "trees": _told(clause("trees", n=trees), trees_out) if layers.tree_ids else absent,
-        "barriers": clause("barriers", n=len(layers.barriers.ids)) if scene.barrier_count else absent,
-        "lying_logs": clause("lying", n=lying, pieces=pieces) if lying else absent,
-        "blocks": _told(clause("blocks", n=blocks), blocks_out) if layers.blocks.ids else absent,
-        "lines": clause("lines", n=len(layers.lines.ids)) if layers.lines.ids else absent,
+        "restitution": [_clause("restitution", e=asked.scene.restitution), *apart],
+        "rolling_friction": [_rolling(asked, layers)],
+        "logs": [_logs(layers), _clause("whole_logs")],
+        "trees": standing("trees") if layers.tree_ids else [],
+        "barriers": [_clause("barriers", n=len(layers.barriers.ids))] if scene.barrier_count else [],
+        "lying_logs": [_clause("lying", n=lying, pieces=pieces)] if lying else [],
+        "blocks": standing("blocks") if layers.blocks.ids else [],
+        "lines": [_clause("lines", n=len(layers.lines.ids))] if layers.lines.ids else [],
         "outputs": _outputs(asked, layers),
     }
+    return {name: clauses or [_clause("absent")] for name, clauses in found.items()}
 
 
-def _told(*clauses: str) -> str:
-    return BETWEEN.join(clauses)
+def _clause(name: str, **numbers: Any) -> Clause:
+    return {"clause": name, **numbers}
 
 
-def _apart(trees: float | None, barriers: float | None) -> list[str]:
+def _apart(trees: float | None, barriers: float | None) -> list[Clause]:
     """What stems and barriers have of their own; nothing where they have what the ground has."""
-    told = (("at_stems", trees), ("at_barriers", barriers))
-    return [clause(name, value=f"{value:g}") for name, value in told if value is not None]
+    own = (("at_stems", trees), ("at_barriers", barriers))
+    return [_clause(name, value=value) for name, value in own if value is not None]
 
 
-def _friction(asked: Asked, layers: SceneLayers) -> str:
+def _friction(asked: Asked, layers: SceneLayers) -> list[Clause]:
     mu = layers.friction
     if isinstance(mu, np.ndarray):
         on_dem = mu[np.isfinite(layers.dem.values)]
-        ground = clause("friction_map", low=f"{on_dem.min():g}", high=f"{on_dem.max():g}")
+        ground = _clause("friction_map", low=float(on_dem.min()), high=float(on_dem.max()))
     else:
-        ground = clause("friction", mu=f"{mu:g}")
-    return _told(ground, *_apart(asked.scene.tree_friction, asked.scene.barrier_friction))
+        ground = _clause("friction", mu=float(mu))
+    return [ground, *_apart(asked.scene.tree_friction, asked.scene.barrier_friction)]
 
 
-def _rolling(asked: Asked, layers: SceneLayers) -> str:
+def _rolling(asked: Asked, layers: SceneLayers) -> Clause:
     if layers.shape:
-        return clause("rolling_cloud")
+        return _clause("rolling_cloud")
     coefficient = asked.scene.rolling_friction
-    return clause("rolling", c=f"{coefficient:g}") if coefficient else clause("rolling_none")
+    return _clause("rolling", c=coefficient) if coefficient else _clause("rolling_none")
 
 
-def _shape(shape: Shape) -> str:
-    return clause("shape", points=len(shape.cloud.points), volume=f"{shape.volume:.4g}")
+def _logs(layers: SceneLayers) -> Clause:
+    if layers.shape is None:
+        return _clause("cones")
+    return _clause("shape", points=len(layers.shape.cloud.points), volume_m3=float(layers.shape.volume))
 
 
-def _left_out(layers: SceneLayers, off: int, beyond: int) -> str:
-    if layers.dem.whole is None:
-        return clause("left_out", n=off)
-    return clause("left_out_and_beyond", n=off, beyond=beyond)
-
-
-def _window(layers: SceneLayers) -> str:
+def _window(layers: SceneLayers) -> list[Clause]:
     """Which part of the DEM was modelled, and why that is as good as all of it."""
     if layers.dem.whole is None:
-        return clause("whole")
+        return [_clause("whole")]
     part, (rows, columns) = layers.dem.part, layers.dem.whole.shape
-    window = clause(
+    window = _clause(
         "window", columns=part.columns, rows=part.rows, all_columns=columns, all_rows=rows, column=part.column,
         row=part.row,
     )  # fmt: skip
-    return _told(window, clause("window_is_enough"))
+    return [window, _clause("window_is_enough")]
 
 
-def _outputs(asked: Asked, layers: SceneLayers) -> str:
+def _outputs(asked: Asked, layers: SceneLayers) -> list[Clause]:
     """What was computed of each log and what was not. The rasters always are: they take 6 to 10 % of the time of
     sliding on cells of 0.5 m (poses 1 %), less than an option to leave them out would be worth."""
     nothing_asked = {
@@ -191,6 +163,5 @@ def _outputs(asked: Asked, layers: SceneLayers) -> str:
         "no_trees": not layers.tree_ids,
         "no_barriers": not layers.barriers.ids,
     }
-    skipped = [clause(name) for name, nobody in nothing_asked.items() if nobody]
-    told = [clause("not_computed", parts=AMONG.join(skipped))] if skipped else []
-    return _told(clause("outputs"), *told)
+    skipped = [name for name, nobody in nothing_asked.items() if nobody]
+    return [_clause("outputs"), *([_clause("not_computed", parts=skipped)] if skipped else [])]

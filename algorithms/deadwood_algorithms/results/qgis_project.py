@@ -127,7 +127,7 @@ def scene_frames(
     frames = {"releases": frame(released, shapely.points(releases.x, releases.y))}
     trees = layers.trees
     if len(layers.tree_ids):
-        columns = {"tree_id": layers.tree_ids, "dbh_cm": trees.diameter * 100.0, "height_m": trees.height}
+        columns = {"tree_id": layers.tree_ids, "dbh_cm": layers.tree_dbh_cm, "height_m": trees.height}
         frames["trees"] = frame(columns, shapely.points(trees.x, trees.y))
     blocks = layers.blocks.solid
     if layers.blocks.ids:

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from deadwood_algorithms.results.asked import Asked
 from deadwood_algorithms.results.capacity import overload_lines, overload_record
 from deadwood_algorithms.results.hits import ledger_records, obstacle_record
-from deadwood_algorithms.results.modelled import modelled
+from deadwood_algorithms.results.modelled import modelled, told
+from deadwood_algorithms.results.scenario import counted_of, scenario_line, scenario_of
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import Releases
@@ -51,6 +52,8 @@ def summary_of(
     stems = scene.tree_restitution if layers.tree_ids or layers.lying.ids else None
     fences = scene.barrier_restitution if len(layers.barriers.ids) else None
     restitutions = (scene.restitution, stems or 0.0, fences or 0.0)
+    counted = counted_of(layers, releases, queue.rows.size)
+    clauses = modelled(asked, layers, counted)
     cpu, wall, steps = (float(by_log[f"cost_{name}"].sum()) for name in ("cpu_s", "wall_s", "steps"))
     return {
         "logs": {
@@ -79,7 +82,10 @@ def summary_of(
             "unconverged_steps": int(by_log["unconverged"].sum()),
             "auto": asked.auto,
         },
-        "modelled": modelled(asked, layers),
+        "scenario": scenario_of(asked, layers, releases),
+        "counted": counted,
+        "modelled": {name: told(each) for name, each in clauses.items()},
+        "modelled_facts": clauses,
         "cost": {
             "cpu_s": cpu,
             "wall_s": wall,
@@ -211,6 +217,7 @@ def lines_of(summary: dict[str, Any]) -> tuple[str, ...]:
         f"accuracy: penetration up to {100 * accuracy['penetration_max_m']:.1f} cm, energy error up to "
         f"{100 * accuracy['energy_error_rel_max']:.2g} %"
     )
+    lines.append(scenario_line(summary["scenario"]))
     return tuple(lines)
 
 
@@ -263,7 +270,10 @@ def enough_words(record: dict[str, Any]) -> str:
     wide, wanted = 100 * record["half_width"], 100 * record["target_half_width"]
     widest = f"the widest interval, of line {record['line_id']}, is ±{wide:.2g} points"
     if record["reached"]:
-        return f"enough logs: after {record['logs']} of {record['logs_at_most']}, {widest} (wanted: ±{wanted:.2g})"
+        told = f"enough logs: after {record['logs']} of {record['logs_at_most']}, {widest} (wanted: ±{wanted:.2g})"
+        rare = ", ".join(str(each) for each in record.get("told_too_low", []))
+        low = f"; of line {rare}, that few reach, a run that stops so tells up to a seventh too little in the mean"
+        return told + (f"{low} (the interval holds)" if rare else "")
     return f"not enough logs: after all {record['logs']}, {widest} (wanted: ±{wanted:.2g}); release more"
 
 

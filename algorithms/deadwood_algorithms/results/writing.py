@@ -196,9 +196,12 @@ def write_results(
     summary = summary_of(asked, fidelity, layers, releases, by_log, touched, hits, queue)
     still = summary["logs"]["by_stop_reason"]["time_limit"]
     if still > WORTH_A_WARNING * len(releases):
+        mend = "raise --time-limit-s"
+        if layers.shape is None and not asked.scene.rolling_friction:
+            mend += ", or --rolling-friction, without which nothing stops a log that rolls on smooth ground"
         feedback.warn(
             f"{still} of {len(releases)} logs still moved at --time-limit-s {asked.scene.time_limit_s:g}, so their "
-            "deposits are not final; most such logs roll on smooth ground, for the model has no rolling resistance"
+            f"deposits are not final; {mend}"
         )
     if told := lost_warning(summary):
         feedback.warn(told)

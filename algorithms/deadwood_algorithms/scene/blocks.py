@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,15 @@ from deadwood_algorithms.files.columns import filled_column, schema_column, warn
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.tool import Feedback, UserError
-from deadwood_algorithms.scene.items import extent_words, ids_of, plan_of, points_on, rows_named, shared_words
+from deadwood_algorithms.scene.items import (
+    extent_words,
+    ids_of,
+    plan_of,
+    points_on,
+    rows_named,
+    shared_words,
+    why_left_out,
+)
 from deadwood_algorithms.schemas import BLOCKS
 from deadwood_engine import Blocks
 
@@ -23,11 +32,11 @@ class Boulders:
 
     solid: Blocks
     ids: list[str]
-    left_out: int
+    left_out: Counter[str]  # by why
 
     @staticmethod
     def none() -> Boulders:
-        return Boulders(Blocks.none(), [], 0)
+        return Boulders(Blocks.none(), [], Counter())
 
 
 def read_blocks(path: str | None, grid: Grid, feedback: Feedback) -> Boulders:
@@ -57,9 +66,9 @@ def read_blocks(path: str | None, grid: Grid, feedback: Feedback) -> Boulders:
     on = points_on(grid, x, y)
     if not on.any():
         raise UserError(f"{path}: none of the {len(frame)} blocks lies on the DEM{extent_words(x, y, grid)}")
-    beyond = int(np.count_nonzero(~on))
-    if beyond:
-        feedback.note(f"{path}: {beyond} of {len(frame)} blocks lie off the DEM and are left out")
+    beyond = why_left_out(grid, x[~on], y[~on])
+    if not on.all():
+        feedback.note(f"{path}: {np.count_nonzero(~on)} of {len(frame)} blocks lie off the DEM and are left out")
     ids = ids_of(frame, "block_id", "name")
     field = next((name for name in ("block_id", "name") if name in frame), "")
     twins = shared_words(frame, field, ids.tolist())

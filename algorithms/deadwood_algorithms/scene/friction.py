@@ -45,7 +45,7 @@ def read_friction(
     if is_raster(path):
         if column:
             raise UserError(f"--friction-column belongs to polygons, but {path} is a raster, whose band 1 is read")
-        mu, where = np.asarray(read_raster_on(path, grid, what="friction", feedback=feedback), np.float64), path
+        mu, where = as_written(read_raster_on(path, grid, what="friction", feedback=feedback)), path
     else:
         shapes, values, where = _polygons(path, grid.crs, column, feedback)
         if not shapely.intersects(shapes, shapely.box(*grid.frame.bounds)).any():
@@ -77,7 +77,7 @@ def open_friction(
         with open_raster(path, "friction") as source:
             if source.crs is None:
                 feedback.note(f"{path}: the friction raster has no CRS, it is taken to be in the DEM's")
-            yield lambda grid: _checked(np.asarray(read_part_on(source, grid), np.float64), grid, path)
+            yield lambda grid: _checked(as_written(read_part_on(source, grid)), grid, path)
     else:
         shapes, values, where = _polygons(path, crs, None, feedback)
         tree = shapely.STRtree(shapes)
@@ -87,6 +87,21 @@ def open_friction(
             return _checked(_burnt(shapes[rows], values[rows], grid), grid, where)
 
         yield on
+
+
+def as_written(values: NDArray[np.float32]) -> Array:
+    """Single precision as the shortest decimal that it stands for: a cell of 0.3 is 0.3, not 0.30000001192."""
+    out = values.astype(np.float64, order="C")
+    wrong = np.isfinite(out) & (out != 0.0)
+    for digits in (6, 7, 8, 9):  # 9 tell any two apart
+        given = out[wrong]
+        scale = 10.0 ** (digits - 1 - np.floor(np.log10(np.abs(given))))
+        short = np.rint(given * scale) / scale
+        same = short.astype(np.float32) == given.astype(np.float32)
+        at = np.flatnonzero(wrong)[same]
+        out.ravel()[at] = short[same]
+        wrong.ravel()[at] = False
+    return out
 
 
 def number_of(friction: str | float) -> float | None:

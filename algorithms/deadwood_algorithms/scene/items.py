@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections import Counter
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, field, fields, is_dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,6 +18,9 @@ from deadwood_algorithms.params.tool import Feedback, UserError
 if TYPE_CHECKING:
     import geopandas
 
+# Why a row of a layer has no part in a run
+OFF_DEM = "off_dem"  # it lies beyond the terrain model
+NO_TERRAIN = "no_terrain"  # on its last half cell or on nodata, where the surface has no height
 ROWS_NAMED = 5  # an error names so many rows, then counts the rest
 
 
@@ -37,6 +40,8 @@ class Items:
     ids: list[Any]
     geometry: NDArray[Any]
     item: NDArray[np.int64]  # of each row of the engine
+    row: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))  # of the layer, likewise
+    row_count: int = 0  # of the layer
 
     def any_row(self, by_row: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """From (n, rows) to (n, items): true where any row of the item is."""
@@ -89,9 +94,9 @@ def items_of(frame: geopandas.GeoDataFrame, names: tuple[str, ...], paths: Paths
     ids = ids_of(frame, *names).tolist()
     place = {each: k for k, each in enumerate(dict.fromkeys(ids))}
     unique, of_row = list(place), np.array([place[each] for each in ids], np.int64)
-    field = next((name for name in names if name in frame), "")
-    twins = shared_words(frame, field, ids)
-    if twins and field == names[0]:
+    named = next((name for name in names if name in frame), "")
+    twins = shared_words(frame, named, ids)
+    if twins and named == names[0]:
         feedback.note(f"{twins} and count as one")
     elif twins:
         feedback.warn(f"{twins} and count as one; to count each for itself, give each a {names[0]} of its own")
@@ -102,7 +107,7 @@ def items_of(frame: geopandas.GeoDataFrame, names: tuple[str, ...], paths: Paths
     ]
     out = np.empty(len(unique), object)
     out[:] = merged
-    return Items(unique, out, of_row[paths.item])
+    return Items(unique, out, of_row[paths.item], paths.item, len(frame))
 
 
 def shared_words(frame: geopandas.GeoDataFrame, field: str, ids: list[Any]) -> str:
@@ -144,6 +149,12 @@ def points_on(grid: Grid, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDA
     leaves out those without terrain.
     """
     return grid.contains(x, y) if grid.whole is None else shapely.contains_xy(shapely.box(*grid.frame.bounds), x, y)
+
+
+def why_left_out(grid: Grid, x: NDArray[np.float64], y: NDArray[np.float64]) -> Counter[str]:
+    """How many of some points that do not lie on the DEM are beyond it, and how many where it has no height."""
+    within = int(np.sum(shapely.contains_xy(shapely.box(*grid.frame.bounds), x, y)))
+    return Counter({OFF_DEM: x.size - within, NO_TERRAIN: within})
 
 
 def rows_named(rows: NDArray[Any]) -> str:

@@ -6,9 +6,10 @@ that does not cover it, trees in another country. What a scene lacks becomes an 
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,7 @@ from deadwood_algorithms.scene.items import (
     plan_of,
     points_on,
     shared_words,
+    why_left_out,
 )
 from deadwood_algorithms.scene.reach import WHOLE_CELLS, watched_sides
 from deadwood_algorithms.schemas import BARRIERS, TREES
@@ -51,7 +53,8 @@ class SceneLayers:
     friction: float | NDArray[np.float64]
     trees: Trees
     tree_ids: list[str]
-    trees_left_out: int  # they stand off the DEM
+    tree_dbh_cm: NDArray[np.float64]  # as the layer has it: 29 cm over 100, times 100, is not 29
+    trees_left_out: Counter[str]  # by why: they stand off the DEM
     plates: Barriers  # the barriers as the engine takes them
     barriers: Items
     lines: Items
@@ -139,23 +142,24 @@ def read_scene(
 
     grid = grid or read_dem(dem, crs=crs, feedback=feedback)
     mu = read_friction(friction, grid, feedback, column=friction_column, elsewhere=friction_elsewhere)
-    standing, tree_ids, left_out = read_trees(trees, grid, feedback)
+    standing = read_trees(trees, grid, feedback)
     plates, barrier_items = read_barriers(barriers, grid, feedback)
     drawn = lines_layer(lines, grid.crs, feedback) if isinstance(lines, str) else lines
     marks, line_items = lines_of(drawn, grid, feedback)
     lying, lying_items = read_lying_logs(lying_logs, grid, lying_diameter_cm, feedback)
     boulders = read_blocks(blocks, grid, feedback)
     watched = _watched(grid, lying, boulders.solid)
-    scene = _prepared(grid, mu, standing, plates, _watched_too(marks, watched), lying, boulders.solid)
+    scene = _prepared(grid, mu, standing.trees, plates, _watched_too(marks, watched), lying, boulders.solid)
     there = (boulders.solid,) if boulders.ids else ()  # none leave the digest of a scene without such a layer
-    digest = digest_of(grid.values, [grid.cell, grid.x0, grid.y0], mu, standing, plates, marks, lying, *there)
+    digest = digest_of(grid.values, [grid.cell, grid.x0, grid.y0], mu, standing.trees, plates, marks, lying, *there)
     return SceneLayers(
         grid,
         scene,
         mu,
-        standing,
-        tree_ids,
-        left_out,
+        standing.trees,
+        standing.ids,
+        standing.dbh_cm,
+        standing.left_out,
         plates,
         barrier_items,
         line_items,
@@ -215,10 +219,18 @@ def _longest(lying: LyingLogs) -> float:
     return max((float(np.ptp(lying.vertices[a:b], axis=0).sum()) for a, b in lines), default=0.0)
 
 
-def read_trees(path: str | None, grid: Grid, feedback: Feedback) -> tuple[Trees, list[str], int]:
-    """Standing trees on the DEM, their ids as text, and how many stand off it and are left out: no log meets them."""
+class StandingTrees(NamedTuple):
+    """Standing trees on the DEM, their ids as text, how many are left out, and their DBH as the layer has it."""
+
+    trees: Trees
+    ids: list[str]
+    left_out: Counter[str]
+    dbh_cm: NDArray[np.float64]
+
+
+def read_trees(path: str | None, grid: Grid, feedback: Feedback) -> StandingTrees:
     if path is None:
-        return Trees.none(), [], 0
+        return StandingTrees(Trees.none(), [], Counter(), np.zeros(0))
     frame = read_vector(path, geometry=("point",), target_crs=grid.crs, what="trees", feedback=feedback)
     for name in ("dbh_cm", "height_m"):
         if name not in frame:
@@ -239,8 +251,8 @@ def read_trees(path: str | None, grid: Grid, feedback: Feedback) -> tuple[Trees,
     twins = shared_words(frame, "tree_id", ids.tolist())
     if twins:
         feedback.warn(f"{twins}; no result can tell them apart. deadwood-tool import-trees numbers them anew")
-    ids = ids[on]
-    return Trees(x[on], y[on], dbh_cm[on] / 100.0, height[on]), [str(each) for each in ids], int(np.count_nonzero(~on))
+    trees = Trees(x[on], y[on], dbh_cm[on] / 100.0, height[on])
+    return StandingTrees(trees, [str(each) for each in ids[on]], why_left_out(grid, x[~on], y[~on]), dbh_cm[on])
 
 
 def read_barriers(path: str | None, grid: Grid, feedback: Feedback) -> tuple[Barriers, Items]:

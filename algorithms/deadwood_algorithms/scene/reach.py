@@ -17,8 +17,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from deadwood_algorithms.files.dem_windows import HEIGHT_LIMIT_M, DemWindows
+from deadwood_algorithms.files.dem_windows import DemWindows
 from deadwood_algorithms.files.grid import Grid, Part
+from deadwood_algorithms.files.heights import HIGHEST_M
 from deadwood_algorithms.params.tool import UserError
 
 # A DEM of so many cells at most is read whole: 100 MB of heights, read in a second.
@@ -96,7 +97,7 @@ def _block(dem: DemWindows, block: tuple[int, int]) -> NDArray[np.float64]:
 def _lowest_of(dem: DemWindows, block: tuple[int, int]) -> float:
     """The lowest ground of a block [m]; infinite where all is outside."""
     values = _block(dem, block)
-    return float(np.min(values, where=np.isfinite(values), initial=HEIGHT_LIMIT_M * 2.0))
+    return float(np.min(values, where=np.isfinite(values), initial=HIGHEST_M * 2.0))
 
 
 def wider(part: Part, sides: list[str], shape: tuple[int, int]) -> Part:

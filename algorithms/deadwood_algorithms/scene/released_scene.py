@@ -39,7 +39,7 @@ class _LayersAndLaws:
         "terrain. They are rigid spheres, do not move, and have the ground's friction and restitution.",
     )
     lines: str | None = tool.vector("Roads, railways, houses to be reached", "line", "polygon", default=None)
-    friction: str = tool.number_or_layer(
+    friction: str | float = tool.number_or_layer(
         "Friction coefficient", minimum=0.0, help="A number, a raster, or polygons with a field 'friction' or 'mu'."
     )
     friction_column: str | None = tool.text(
@@ -148,7 +148,7 @@ class ReleasedScene(DefaultLog, _LayersAndLaws):
 class SceneByName(ReleasedScene):
     """The same, with a friction that may be picked by name."""
 
-    friction: str = tool.number_or_layer(
+    friction: str | float = tool.number_or_layer(
         "Friction coefficient",
         minimum=0.0,
         default=None,
@@ -161,7 +161,7 @@ class SceneByName(ReleasedScene):
 
     def __post_init__(self) -> None:
         if self.friction is None and self.friction_preset in FRICTIONS:
-            object.__setattr__(self, "friction", f"{FRICTIONS[self.friction_preset].values['friction']:g}")
+            object.__setattr__(self, "friction", FRICTIONS[self.friction_preset].values["friction"])
 
     def taken_presets(self) -> tuple[Taken, ...]:
         if self.friction_preset is None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from deadwood_algorithms.schemas.brought import ORIENTATIONS
 from deadwood_algorithms.schemas.results import BARRIER_CLASS, SITE_COLUMNS, SITED_GAIN, SITED_HITS
 from deadwood_algorithms.schemas.words import Band, JsonFile, Key, OtherFile, RasterFile, TableFile, a_number, a_text
 
@@ -261,6 +262,7 @@ SITED_TABLE = TableFile(
         a_number("length_m", "Its length in plan", 0),
         a_number("height_m", "Its height", 0),
         a_number("above_m", "Height of its contour above the nearest place of a line; empty where it was given"),
+        a_number("angle_deg", "Angle between it and the contours of the ground under it, in plan", 0, 90),
         a_number("n_flux", "Logs that touch its line, before it stands, and a line to be protected then or later", 0),
         a_number("n_near", "Logs that come near it and were slid again", 0),
         a_number("n_total", "Logs that were slid", 0),
@@ -367,6 +369,9 @@ SENSITIVITY = TableFile(
         a_number("total", "Total-effect index: the share that it has a part in"),
         a_number("total_low", "Lower end of its 95 % interval", 0, 1),
         a_number("total_high", "Upper end", 0, 1),
+        a_text(
+            "crossed", "Whether the estimate of the first-order index is above the total's, which only chance makes"
+        ),
         a_number("mean", "The outcome's mean over the ranges"),
         a_number("variance", "Its variance over the ranges, without what so few logs add by chance"),
         a_number("variance_low", "Lower end of the variance's 95 % interval; up to 0 nothing can be shared out"),
@@ -431,6 +436,48 @@ def _wood(name: str, what: str) -> tuple[Key, ...]:
     )
 
 
+def _range(name: str, what: str) -> tuple[Key, ...]:
+    return (
+        _key(name, what),
+        _key(f"{name}.median", "Median"),
+        _key(f"{name}.low", "Smallest"),
+        _key(f"{name}.high", "Largest"),
+    )
+
+
+_SCENARIO_KEYS = (
+    _key("scenario", "What was slid through what, as it took effect"),
+    _key("scenario.logs", "The logs that were run"),
+    _key("scenario.logs.n", "How many"),
+    *_range("scenario.logs.length_m", "Their lengths [m]"),
+    *_range("scenario.logs.dbh_cm", "Their DBH [cm]"),
+    *_range("scenario.logs.density_kg_m3", "Their densities [kg/m³]"),
+    _key("scenario.logs.posture", "How they were released"),
+    *(_key(f"scenario.logs.posture.{each}", f"Share of them that was {each}") for each in ORIENTATIONS),
+    *_range("scenario.friction", "The ground's coefficient of friction: a number, or by cell its range"),
+    _key("scenario.rolling_friction", "That of rolling; null for a shape of points"),
+    _key("scenario.restitution", "Normal restitution of the ground"),
+    _key("scenario.trees", "The standing trees that logs can meet"),
+    _key("scenario.trees.n", "How many"),
+    *_range("scenario.trees.dbh_cm", "Their DBH [cm]"),
+    *_range("scenario.trees.height_m", "Their heights [m]"),
+    _key("scenario.barriers", "The barriers"),
+    _key("scenario.barriers.n", "How many"),
+    *_range("scenario.barriers.height_m", "Their heights [m]"),
+    *(
+        key
+        for name, what in (("lying_logs", "lying logs"), ("blocks", "boulders"), ("lines", "lines that are watched"))
+        for key in (_key(f"scenario.{name}", f"The {what}"), _key(f"scenario.{name}.n", "How many"))
+    ),
+    _key("scenario.dem", "The terrain model"),
+    _key("scenario.dem.nx", "Its columns"),
+    _key("scenario.dem.ny", "Its rows"),
+    _key("scenario.dem.cell_m", "Side of its cells [m]"),
+    _key("scenario.fidelity", "Name of the fidelity"),
+    _key("scenario.seed", "Seed of the draws"),
+)
+
+
 def _above_keys(name: str, what: str) -> Iterator[Key]:
     yield _key(f"above_capacity.{name}", f"Hits above what {what} can take; null where its capacity is not given")
     yield _key(f"above_capacity.{name}.n_hits", "How many")
@@ -485,6 +532,11 @@ SUMMARY = JsonFile(
         _key("until_ci.line_id", "Its line"),
         _key("until_ci.logs", "Logs that were run"),
         _key("until_ci.logs_at_most", "Logs that could have been"),
+        _key(
+            "until_ci.told_too_low",
+            "Lines that less than 2 % of the logs reach, where the run stopped by itself: their share is too low in "
+            "the mean, by up to a seventh of it; its interval holds",
+        ),
         _key("until_ci.z", "Standard errors to either side of a widened interval"),
         _whole("until_ci.looks", "Half-width and line at each look"),
         _key("spread", "One a release, as layer `spread`"),
@@ -532,7 +584,20 @@ SUMMARY = JsonFile(
         _key("accuracy.auto.reached", "Whether that is kept; likewise"),
         _key("accuracy.auto.logs", "Logs that were run"),
         _key("accuracy.auto.logs_at_most", "Logs that could have been"),
+        *_SCENARIO_KEYS,
+        _key("counted", "What became of the rows of each layer that was given: read = used + left out"),
+        _key("counted.LAYER", "The layer, by the parameter that named it"),
+        _key("counted.LAYER.read", "Its rows"),
+        _key("counted.LAYER.used", "Those that had a part in the run"),
+        _key("counted.LAYER.left_out", "One a reason why others had none"),
+        _key(
+            "counted.LAYER.left_out[].why",
+            "`off_dem`, beyond the terrain model; `no_terrain`, on its last half cell or on nodata; `beyond_window`, "
+            "where no log comes; `not_run`, a log that --until-ci or --error made needless",
+        ),
+        _key("counted.LAYER.left_out[].n", "How many rows"),
         _whole("modelled", "What of the scene was modelled, and what was not and why, in words"),
+        _whole("modelled_facts", "The same as records: the name of each clause, and the numbers in it"),
         _key("cost", "What the run cost"),
         _key("cost.cpu_s", "Time of all cores [s]"),
         _key("cost.wall_s", "Time of sliding, the sum over the logs [s]"),
@@ -666,6 +731,9 @@ INTENSITY_FACTS = JsonFile(
         _key("classes[].map", "The raster"),
         _key("classes[].class", "The class"),
         _key("classes[].meaning", "What it is"),
+        _key("classes[].low", "Its lower bound; null without one, and not there in the matrix, like the next two"),
+        _key("classes[].high", "Its upper bound; likewise"),
+        _key("classes[].unit", "Their unit: kJ, % of the logs, or years"),
         _key("classes[].cells", "Cells that have it"),
         _key("classes[].area_m2", "Their area [m²]"),
         _key("classes[].at_least_m2", "Of intensity: area of this class and those above it [m²]"),
@@ -706,6 +774,7 @@ CALIBRATION_FACTS = JsonFile(
         _key("logs", "Logs that were slid with each coefficient"),
         _key("event", "What was observed"),
         _key("event.deposits", "Number of deposits, where deposits were observed"),
+        _key("event.search_complete", "Whether all logs of the event were found, not only those that stayed in sight"),
         _key("event.logs", "Logs of the event, where lines or areas were"),
         _key("event.did", "Of these, the logs that did so"),
         _key("cell_m", "Cells of the terrain model, for which the range holds [m]"),
@@ -747,6 +816,8 @@ VARIED_FACTS = JsonFile(
         _key("answers[].decided", "Whether it is one"),
         _key("answers[].sentence", "The same in words"),
         _key("logs", "Logs that were slid in each run"),
+        _key("logs_in_layer", "Logs of the layer, of which these were drawn"),
+        _key("fidelity", "At which they were slid, if it was not varied"),
         _key("runs", "How many runs"),
         _key("design", "How the factors were varied"),
         _key("samples", "Rows of the design; 0 without"),

@@ -6,6 +6,28 @@ what it measured.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
+
+class Points(NamedTuple):
+    """A difference of reach and its 95 % interval [points], to the tenth that the README tells."""
+
+    value: float
+    ci_low: float
+    ci_high: float
+
+    @property
+    def farther_end(self) -> float:
+        return max(abs(self.ci_low), abs(self.ci_high))
+
+
+class ReachError(NamedTuple):
+    """Reach minus that of the finest: the mean of the slopes, and the slope where it is largest."""
+
+    mean: Points
+    worst: Points
+
+
 # From the cheapest to the finest, what a log costs of one at standard: which one `auto` tries first hangs on it, no
 # promise does
 COSTS: dict[str, float] = {
@@ -14,11 +36,10 @@ COSTS: dict[str, float] = {
     "fine": 2.5,
     "reference": 8.9,
 }
-# Reach minus that of the finest, in points: (mean of the slopes with its interval, the worst slope with its interval)
-REACH_POINTS: dict[str, tuple[str, str]] = {
-    "draft": ("-0.4 (-0.8 to +0.1)", "-3.6 (-4.7 to -2.5)"),
-    "standard": ("-0.1 (-0.5 to +0.4)", "-0.7 (-1.8 to +0.4)"),
-    "fine": ("-0.6 (-1.6 to +0.4)", "-1.7 (-4.3 to +1.0)"),
+REACH_ERRORS: dict[str, ReachError] = {
+    "draft": ReachError(mean=Points(-0.4, -0.8, 0.1), worst=Points(-3.6, -4.7, -2.5)),
+    "standard": ReachError(mean=Points(-0.1, -0.5, 0.4), worst=Points(-0.7, -1.8, 0.4)),
+    "fine": ReachError(mean=Points(-0.6, -1.6, 0.4), worst=Points(-1.7, -4.3, 1.0)),
 }
 
 
@@ -30,9 +51,4 @@ def assumed_bounds(up_to: str) -> dict[str, float]:
     bounds of no fidelity, of standard alone, or of draft as well.
     """
     names = {"none": (), "standard": ("standard",), "draft": ("standard", "draft")}[up_to]
-    return {name: _farther_end(REACH_POINTS[name][1]) / 100.0 for name in names}
-
-
-def _farther_end(text: str) -> float:
-    low, high = text.split("(")[1].rstrip(")").split(" to ")
-    return max(abs(float(low)), abs(float(high)))
+    return {name: REACH_ERRORS[name].worst.farther_end / 100.0 for name in names}

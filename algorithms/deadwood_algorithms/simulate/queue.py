@@ -12,6 +12,10 @@ ends at, its interval does. The estimates after n and 2n logs share half their l
 behaves like the largest of m standard normal numbers of which each neighbours correlate by sqrt(1/2). That gives
 z = 2.18 for 2 looks, 2.41 for 4, 2.75 for 11 (Pocock's own 2.41 for 5 is for looks at equal distances, which correlate
 more). Between the lines nothing is corrected: each line's interval is its own statement.
+
+The estimate itself is not corrected. Its interval is narrow sooner where chance let few logs reach, so of a rare reach
+a stopped run tells too little in the mean: by up to 14 % of it where it is 0.1 to 1 %, by less than 1 % of it from 5 %
+on (tested). Lines that so few logs reach are named.
 """
 
 from __future__ import annotations
@@ -28,6 +32,7 @@ from deadwood_algorithms.stats.statistics import wilson_interval
 
 FIRST_LOOK = 1000
 COVERAGE = 0.95
+RARE = 0.02  # share below which a stopped run tells too little in the mean: at it by 2 to 3 % of it at most
 NODES = 64  # of the quadrature over one look: z is exact to 1e-10
 
 
@@ -115,9 +120,17 @@ class UntilNarrow:
             "line_id": last["line_id"],
             "logs": self.slid,
             "logs_at_most": self.cap,
+            "told_too_low": self._told_too_low(),
             "z": self.z,
             "looks": self.records,
         }
+
+    def _told_too_low(self) -> list[Any]:
+        """Lines of a rare reach, where the run stopped before its last log."""
+        if self.slid >= self.cap:
+            return []
+        rare = self._reached < RARE * self.slid
+        return [line for line, few in zip(self.line_ids, rare.tolist(), strict=True) if few]
 
 
 def looks_of(total: int) -> tuple[int, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from deadwood_algorithms.files.dem_windows import DemWindows, open_windows
@@ -13,6 +13,7 @@ from deadwood_algorithms.params.where import Where
 from deadwood_algorithms.scene.inputs import SceneInputs, say_presets
 from deadwood_algorithms.scene.layers import lines_layer
 from deadwood_algorithms.simulate.scheduler import refuse_no_scheduler
+from deadwood_algorithms.simulate.sinking import Sinking
 from deadwood_engine import Fidelity
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ class Simulation:
 
     dem : open, so that the scene can be read again on a wider window; lines : the layer, read once
     laws : keyword arguments of the engine's ``slide``; counts_danger : whether rasters of danger are drawn
+    sinking : how deep logs sank in all that was slid so far
     """
 
     inputs: SceneInputs
@@ -34,15 +36,21 @@ class Simulation:
     fidelity: Fidelity
     where: Where
     counts_danger: bool = False
+    sinking: Sinking = field(default_factory=Sinking, compare=False)
 
 
 @contextmanager
 def open_simulation(
     inputs: SceneInputs, fidelity: Fidelity, where: Where, feedback: Feedback, *, counts_danger: bool = False
 ) -> Iterator[Simulation]:
-    """Open the terrain model for as long as logs slide on it."""
+    """Open the terrain model for as long as logs slide on it; at the end logs that sank deep are warned about."""
     refuse_no_scheduler(where.scheduler, where.workers)
     with open_windows(inputs.dem, crs=inputs.crs, feedback=feedback, look_through=False) as dem:
         say_presets(inputs.presets, dem.cell, feedback)
         lines = lines_layer(inputs.lines, dem.crs, feedback) if inputs.lines else None
-        yield Simulation(inputs, dem, lines, inputs.laws, fidelity, where, counts_danger)
+        simulation = Simulation(inputs, dem, lines, inputs.laws, fidelity, where, counts_danger)
+        try:
+            yield simulation
+        finally:
+            if told := simulation.sinking.words(dem.cell):
+                feedback.warn(told)

@@ -160,7 +160,10 @@ def slide_batch(
             raise Cancelled from error
     for meter in _meters:
         meter.add(result)
-    return layers.without_watch(result), layers.escaped(result)
+    sides = layers.escaped(result)
+    if not sides:  # else they slide again
+        simulation.sinking.add(batch.logs, layers.shape, result)
+    return layers.without_watch(result), sides
 
 
 def until_none_escapes(

@@ -173,8 +173,16 @@ def points_with_interval(difference: float, low: float, high: float) -> str:
 
 
 def lost_words(record: dict[str, float]) -> str:
-    """``; 12 more left the terrain model before it: 51 % if all of them reach it``; empty where none was lost."""
+    """``; 12 others left the terrain model before it: 51 % if all of them reach it; ...``
+
+    Empty where none was lost. The interval beside the share is of chance alone, the share if all reach it of the lost
+    logs alone: so both together are said.
+    """
     if not record.get("n_lost"):
         return ""
-    up_to = percent(record["p_high_if_lost"], record["ci_low_if_lost"], record["ci_high_if_lost"])
-    return f"; {record['n_lost']} others left the terrain model before it: up to {up_to} % if all of them reach it"
+    low, high = record["ci_low_if_lost"], record["ci_high_if_lost"]
+    up_to, low, high = (percent(each, low, high) for each in (record["p_high_if_lost"], low, high))
+    return (
+        f"; {record['n_lost']} others left the terrain model before it: {up_to} % if all of them reach it; chance and "
+        f"these together: {low} to {high} %"
+    )

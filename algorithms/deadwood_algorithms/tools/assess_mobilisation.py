@@ -49,9 +49,9 @@ from deadwood_algorithms.results.identity import writing
 @dataclass(frozen=True, kw_only=True)
 class Ask:
     dem: str = tool.terrain("Terrain (DEM)")
-    friction: str = tool.number_or_layer(
+    friction: str | float = tool.number_or_layer(
         "Friction coefficient",
-        default="0.25",
+        default=0.25,
         minimum=0.0,
         help="A number, a raster, or polygons with a field 'friction' or 'mu'.",
     )
@@ -163,7 +163,7 @@ def refuse_contradictions(ask: Ask) -> None:
         raise UserError("--deadwood needs --assessed, a file for its judgement, or --release-areas")
 
 
-def is_number(text: str) -> bool:
+def is_number(text: str | float) -> bool:
     try:
         float(text)
     except ValueError:

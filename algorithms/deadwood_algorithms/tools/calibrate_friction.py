@@ -5,7 +5,10 @@ what was observed, and the range of those that reproduce it holds the true one i
 (the scores are defined in `calibration/score.py`). Observed is one of
 
 - --observed: deposits, as points (with --error-m, the error of the place and of what the model cannot know) or as
-  areas in which logs came to rest (the width of a road). A field release_id says which release each came from;
+  areas in which logs came to rest (the width of a road). A field release_id says which release each came from. They
+  count as found here, of however many logs: each is compared with the simulated logs that came to rest on the terrain
+  model, and how many leave it says nothing. If all logs of the event were found, --search-complete says so, and a
+  coefficient with which logs leave must explain why none did;
 - --reached and --not-reached: lines or areas that --event-logs of the event's logs reached, or did not. Both together
   are a stop line: with too little friction logs go beyond, with too much they do not come so far.
 
@@ -62,6 +65,11 @@ class Ask(SlidingOptions, ReleasedScene):
         minimum=0.0,
         exclusive=True,
         help="Standard deviation in each direction.",
+    )
+    search_complete: bool = tool.flag(
+        "All logs of the event were found",
+        help="With --observed: none came to rest elsewhere. Else logs that leave the terrain model speak neither for a "
+        "coefficient nor against it.",
     )
     reached: str | None = tool.vector("Line or area that the event reached", "line", "polygon", default=None)
     not_reached: str | None = tool.vector("Line or area that it did not reach", "line", "polygon", default=None)
@@ -136,11 +144,13 @@ def calibrate(ask: Ask, feedback: Feedback) -> Outcome:
         found = ensemble.slide(variants, friction_runs.WANTED, steps)
         slid = [friction_runs.run_of(mu, parts) for mu, parts in zip(sweep, found, strict=True)]
         if observed:
-            outcomes = friction_runs.outcomes_of_deposits(observed, slid, ask.error_m)
+            outcomes = friction_runs.outcomes_of_deposits(
+                observed, slid, ask.error_m, search_complete=ask.search_complete
+            )
         else:
             outcomes = friction_runs.outcomes_of_reach(watched, slid, ask.event_logs, did)
         lost = None if observed else [friction_runs.lost_for(watched, each) for each in slid]
-        answer.warn_of_logs(slid, min(each.logs.size for each in outcomes), lost, feedback)
+        answer.warn_of_logs(slid, outcomes, lost, search_complete=ask.search_complete, feedback=feedback)
 
         def report(share: float) -> None:
             feedback.progress(share, 1.0, "scoring")
@@ -156,12 +166,15 @@ def calibrate(ask: Ask, feedback: Feedback) -> Outcome:
 
         write_csv(folder / TABLE, pandas.DataFrame(rows))
         write_vector(folder / LAYERS, friction_runs.layers_of(slid, logs, observed, layers.dem.plan_crs))
+        event = {"logs": ask.event_logs, "did": did}
+        if observed:
+            event = {"deposits": len(outcomes), "search_complete": ask.search_complete}
         facts: dict[str, Any] = {
             "range": asdict(span) if span else None,
             "best": sweep[best],
             "fits": fits,
             "logs": len(logs),
-            "event": {"deposits": len(outcomes)} if observed else {"logs": ask.event_logs, "did": did},
+            "event": event,
             "cell_m": layers.dem.cell,
         }
         write_json(folder / FACTS, {**facts, "rows": rows})
@@ -182,6 +195,8 @@ def refuse_unclear(ask: Ask) -> int:
         raise UserError("--observed is missing: give the event's deposits, or --reached and --not-reached")
     if reach and ask.observed:
         raise UserError("--observed and --reached tell the same event twice; give one of them")
+    if reach and ask.search_complete:
+        raise UserError("--search-complete is about observed deposits; leave it out, or give --observed")
     did = ask.event_logs if ask.event_reached is None else ask.event_reached
     if did > ask.event_logs:
         raise UserError(f"--event-reached is {did}, but the event has {ask.event_logs} logs (--event-logs)")

@@ -1,10 +1,10 @@
 """Compare runs of the same logs: with the forest and without, as mapped and random, with barriers or a dam.
 
-Every scenario is compared with the first, log by log: each log is its own control, so a few hundred logs show what
+Every scenario is compared with the baseline, log by log: each log is its own control, so a few hundred logs show what
 independent runs would need thousands for. The folder holds
 
 - `table.csv`: for a spreadsheet, a row a quantity and scenario: reach, how logs ended, lateral spread, speed, run-out,
-  each with its 95 % interval and its difference to the first, rounded as far as these allow;
+  each with its 95 % interval and its difference to the baseline, rounded as far as these allow;
 - `comparison.csv`: the same in full precision; shares also with the number of logs that changed either way, the p-value
   of McNemar's exact test, and their bounds where logs left the terrain model before (`..._if_lost`);
 - `difference_NAME.tif`: how much likelier each cell is passed, and that in standard errors;
@@ -13,8 +13,8 @@ independent runs would need thousands for. The folder holds
 - `comparison.png`: reach, run-outs and the maps side by side;
 - `comparison.json`: all of it, and in which parameters the runs differ.
 
-Of each line it has the indices that practice gives a protection forest (after Dupire et al. 2016), against the first
-scenario, with a bootstrap interval that draws the same logs in both: `bari` = 1 - N / N0, of the logs that reach it;
+Of each line it has the indices that practice gives a protection forest (after Dupire et al. 2016), against the
+baseline, with a bootstrap interval that draws the same logs in both: `bari` = 1 - N / N0, of the logs that reach it;
 `miri` = 1 - E95 / E95_0, of the 95 % quantile of their energies there; `orpi` = 1 - S / S0, of the sum of these. 1 is
 full protection, 0 none. Energies need stored trajectories (`--trajectories all`); docs/indices.md has the small print.
 
@@ -54,12 +54,17 @@ WORTH_A_WARNING = 0.05  # share of the logs that left the terrain model
 @dataclass(frozen=True, kw_only=True)
 class Ask:
     runs: str = tool.text(
-        "Folders of the runs, with commas; the first is what the others are compared with",
+        "Folders of the runs, with commas",
         path_like=True,
         help="Each a folder of slide-logs, of the same releases: run_none,run_forest,run_barriers.",
     )
     names: str | None = tool.text(
         "Names of the scenarios, with commas", default=None, help="Default: the names of the folders."
+    )
+    baseline: str | None = tool.text(
+        "Name of the run that the others are compared with",
+        default=None,
+        help="Default: the run with the fewest obstacles (trees, barriers, lying logs, boulders), of equals the first.",
     )
     lines: str | None = tool.vector(
         "Other lines or houses than those of the runs",
@@ -89,7 +94,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
     final = Path(ask.output)
     with result_folder(TOOL, ask, feedback) as folder:
-        compared = read_compared(ask.runs, ask.names, ask.lines, feedback)
+        compared = read_compared(ask.runs, ask.names, ask.lines, feedback, baseline=ask.baseline)
         rows = compared_rows(compared, ask.min_runout_m, ask.seed, feedback)
         names = [each.name for each in compared.scenarios]
         differences = differing(compared)

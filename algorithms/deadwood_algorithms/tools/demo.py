@@ -102,7 +102,7 @@ def one_forest(ask: Ask, folder: Path, forest: str, feedback: Feedback) -> dict[
         releases=str(folder / "releases.gpkg"),
         trees=None if forest == "none" else str(folder / f"trees_{forest}.gpkg"),
         lines=str(folder / "road.gpkg"),
-        friction=str(FRICTION),
+        friction=FRICTION,
         fidelity=ask.fidelity,
         threads=ask.threads,
         seed=ask.seed,

@@ -1,16 +1,19 @@
-"""Plant a random forest: stems per hectare at uniform places, with normally distributed DBH and height.
+"""Plant a random forest: stems per hectare at uniform places, with sizes like those of trees, or normally distributed.
 
-Gives a trees layer for ``slide-logs`` over the DEM, or over the stand polygons on it less the excluded ones. The
-numbers are given, or fitted to a trees layer (``--like``): its density over the same area, the means and standard
-deviations of its DBH and height, and their correlation; a number that is given goes before the fitted one.
+Gives a trees layer for ``slide-logs`` over the DEM, or over the stand polygons on it less the excluded ones. Of a trees
+layer (``--like``) it takes the density over the same area, and each tree's DBH and height together from one of its
+trees, each as often as any other: so mean, standard deviation and basal area stay, however skewed they are. Where a
+number of DBH or height is given, it goes before that of the layer, and both sizes are drawn from normal distributions
+with the means and standard deviations and the correlation, as they are without a layer. What was planted is told beside
+what was asked or what the layer has.
 
 Stands may differ: where the stand layer has columns of the names of the numbers' options (``stems_per_ha``,
 ``dbh_mean_cm``, ...; or PlatRock's ``trees_density``, ``trees_dhp_mean``, ``trees_dhp_std``), each row is planted by
-its own, and where rows overlap the later one counts. A row's number goes before a given, that before a fitted one.
+its own, and where rows overlap the later one counts. A row's number goes before a given, that before the layer's.
 
 ``--preset klosters`` and ``rothenbrunnen`` are the forests of the paper; a number that is given goes before theirs. As
-there, a draw that is no tree (DBH below 1 cm, height below
-1.3 m) is drawn again, and the number of these is said: it narrows the distribution a little.
+there, a draw that is no tree (DBH below 1 cm, height below 1.3 m) is drawn again, and the number of these is said: it
+narrows the distribution a little. Of a trees layer such trees are left out.
 
 Heights without numbers of their own: the mean follows from the mean DBH by the law of ``import-trees``, and they vary
 half as much, relatively, as the DBH. Tree k of a stand stands at the same place whatever the density, unless
@@ -76,7 +79,7 @@ class Ask:
     correlation: float | None = tool.number(
         "Correlation of DBH and height", default=None, minimum=-1.0, maximum=1.0, help="Without --like: 0.8."
     )
-    like: str | None = tool.vector("Trees layer to fit the numbers to", "point", default=None)
+    like: str | None = tool.vector("Trees layer to take density and sizes from", "point", default=None)
     stand: str | None = tool.vector(
         "Stand polygons",
         "polygon",
@@ -112,11 +115,45 @@ class Sizes:
 
 
 @dataclass(frozen=True)
+class Source:
+    """The trees of a layer that others are like: density [1/ha], DBH [cm] and height [m], shape (n,)."""
+
+    stems_per_ha: float
+    dbh: np.ndarray
+    height: np.ndarray
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """What normal distributions take of it, by the names of the options."""
+        alike = self.dbh.std() == 0 or self.height.std() == 0
+        return {
+            "stems_per_ha": self.stems_per_ha,
+            "dbh_mean_cm": float(self.dbh.mean()),
+            "dbh_sd_cm": float(self.dbh.std(ddof=1)),
+            "height_mean_m": float(self.height.mean()),
+            "height_sd_m": float(self.height.std(ddof=1)),
+            "correlation": 0.0 if alike else float(np.corrcoef(self.dbh, self.height)[0, 1]),
+        }
+
+
+@dataclass(frozen=True)
 class Kind:
-    """What the trees of a stand are like: density [1/ha] and sizes."""
+    """What the trees of a stand are like: density [1/ha] and sizes; those of a source's trees, if there is one."""
 
     stems_per_ha: float
     sizes: Sizes
+    source: Source | None = None
+
+    @property
+    def basal_area(self) -> float:
+        """[m2/ha], of the sizes that were asked or of the source's."""
+        square = np.mean(self.source.dbh**2) if self.source else self.sizes.dbh_mean**2 + self.sizes.dbh_sd**2
+        return basal_area(self.stems_per_ha * float(square))
+
+
+def basal_area(squares: float) -> float:
+    """[m2] of stems whose DBH [cm] squared come to this sum."""
+    return np.pi / 4.0 * squares / 1e4
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
@@ -136,9 +173,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         grid = read_dem(ask.dem, crs=ask.crs, feedback=feedback)
         exclude = union_of(ask.exclude, grid, ask.crs, feedback)
         stands = read_stands(ask.stand, grid, exclude, ask.crs, feedback)
-        fitted = fitted_numbers(ask, [each.ground for each in stands], feedback) if ask.like else {}
-        fitted |= taken.sets if taken else {}
-        kinds = [kind_of_stand(ask, fitted, each) for each in stands]
+        source = source_of(ask, [each.ground for each in stands], feedback) if ask.like else None
+        known = source.numbers if source else dict(taken.sets) if taken else {}
+        kinds = [kind_of_stand(ask, known, source, each) for each in stands]
         counts = [round(kind.stems_per_ha * each.ground.area / 1e4) for kind, each in zip(kinds, stands, strict=True)]
         area, count = sum(each.ground.area for each in stands), sum(counts)
         if not count:
@@ -149,7 +186,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         refuse_too_many(count, "trees", ask.output, each=TREE_BYTES, mend=mend)
         x, y = plant([each.ground for each in stands], counts, ask.min_spacing_m, ask.seed, feedback)
         drawn = [
-            draw_sizes(kind.sizes, items, ask.seed)
+            take_sizes(kind.source, items, ask.seed) if kind.source else draw_sizes(kind.sizes, items, ask.seed)
             for kind, items in zip(kinds, np.split(numbers_of_trees(counts), np.cumsum(counts)[:-1]), strict=True)
         ]
         dbh, height = (np.concatenate([each[k] for each in drawn]) for k in (0, 1))
@@ -160,28 +197,35 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     if len(stands) == 1:
         density = kinds[0].stems_per_ha
     lines = [f"{count} trees on {area / 1e4:.2f} ha ({density:.4g} stems/ha)"]
+    planted = basal_area(float(np.sum(dbh**2))) / area * 1e4
     if len(stands) == 1:
-        lines += asked_and_planted(kinds[0].sizes, dbh, height)
+        lines += asked_and_planted(kinds[0], dbh, height, planted)
     else:
         lines += stand_lines(stands, kinds, counts)
+        asked = sum(kind.basal_area * each.ground.area for kind, each in zip(kinds, stands, strict=True)) / area
         lines.append(
             f"planted in all: DBH {dbh.mean():.1f} +- {dbh.std():.1f} cm, height {height.mean():.1f} +- "
-            f"{height.std():.1f} m"
+            f"{height.std():.1f} m, basal area {planted:.3g} m2/ha (asked {asked:.3g})"
         )
     if redrawn:
         lines.append(
             f"{redrawn} draws were no tree (DBH < {LEAST_DBH_CM:g} cm or height < {LEAST_HEIGHT_M:g} m), redrawn"
         )
     facts: dict[str, Any] = {"trees": count, "area_ha": area / 1e4, "stems_per_ha": density, "redrawn": redrawn}
+    facts |= {"basal_area_m2_per_ha": planted}
     facts |= {"preset": taken.record} if taken else {}
     return Outcome({"output": Path(ask.output)}, facts, tuple(lines))
 
 
-def asked_and_planted(sizes: Sizes, dbh: np.ndarray, height: np.ndarray) -> list[str]:
+def asked_and_planted(kind: Kind, dbh: np.ndarray, height: np.ndarray, planted: float) -> list[str]:
+    sizes, whose = kind.sizes, "of the layer" if kind.source else "asked"
+    alike = dbh.std() == 0 or height.std() == 0
+    correlation = "" if alike else f" (planted {np.corrcoef(dbh, height)[0, 1]:.2f})"
     return [
-        f"DBH asked {sizes.dbh_mean:.1f} +- {sizes.dbh_sd:.1f} cm, planted {dbh.mean():.1f} +- {dbh.std():.1f} cm",
-        f"height asked {sizes.height_mean:.1f} +- {sizes.height_sd:.1f} m, "
-        f"planted {height.mean():.1f} +- {height.std():.1f} m, correlation {sizes.correlation:.2f}",
+        f"DBH {whose} {sizes.dbh_mean:.1f} +- {sizes.dbh_sd:.1f} cm, planted {dbh.mean():.1f} +- {dbh.std():.1f} cm",
+        f"height {whose} {sizes.height_mean:.1f} +- {sizes.height_sd:.1f} m, "
+        f"planted {height.mean():.1f} +- {height.std():.1f} m, correlation {sizes.correlation:.2f}{correlation}",
+        f"basal area {whose} {kind.basal_area:.3g} m2/ha, planted {planted:.3g} m2/ha",
     ]
 
 
@@ -197,8 +241,8 @@ def stand_lines(stands: list[Stand], kinds: list[Kind], counts: list[int]) -> li
     return rows[:STANDS_SHOWN] + more
 
 
-def fitted_numbers(ask: Ask, grounds: list[Ground], feedback: Feedback) -> dict[str, float]:
-    """Density and size distribution of the trees of a layer that stand on these grounds."""
+def source_of(ask: Ask, grounds: list[Ground], feedback: Feedback) -> Source:
+    """The trees of a layer that stand on these grounds; what is too small for a tree is left out."""
     from deadwood_algorithms.files.vectors import read_vector
 
     path = str(ask.like)
@@ -208,38 +252,56 @@ def fitted_numbers(ask: Ask, grounds: list[Ground], feedback: Feedback) -> dict[
     points = np.asarray(frame.geometry.array)
     x, y = shapely.get_x(points), shapely.get_y(points)
     here = np.any([ground.holds(x, y) for ground in grounds], axis=0)
+    dbh = schema_column(frame, schemas.TREES.column("dbh_cm"))
+    height = schema_column(frame, schemas.TREES.column("height_m"))
+    small = here & ((dbh < LEAST_DBH_CM) | (height < LEAST_HEIGHT_M))
+    if small.any():
+        feedback.note(
+            f"{where_of(frame)}: {small.sum()} of the {here.sum()} trees there are left out (DBH < {LEAST_DBH_CM:g} cm "
+            f"or height < {LEAST_HEIGHT_M:g} m)"
+        )
+    here &= ~small
     if here.sum() < 2:
         raise UserError(f"{where_of(frame)}: {here.sum()} of its trees stand on the DEM and stand; a fit needs 2")
-    dbh = schema_column(frame, schemas.TREES.column("dbh_cm"))[here]
-    height = schema_column(frame, schemas.TREES.column("height_m"))[here]
+    dbh, height = dbh[here], height[here]
     warn_implausible(dbh, schemas.TREES.column("dbh_cm"), where_of(frame), feedback)
     warn_implausible(height, schemas.TREES.column("height_m"), where_of(frame), feedback)
-    alike = dbh.std() == 0 or height.std() == 0
-    return {
-        "stems_per_ha": here.sum() / sum(ground.area for ground in grounds) * 1e4,
-        "dbh_mean_cm": float(dbh.mean()),
-        "dbh_sd_cm": float(dbh.std(ddof=1)),
-        "height_mean_m": float(height.mean()),
-        "height_sd_m": float(height.std(ddof=1)),
-        "correlation": 0.0 if alike else float(np.corrcoef(dbh, height)[0, 1]),
-    }
+    return Source(float(here.sum() / sum(ground.area for ground in grounds) * 1e4), dbh, height)
 
 
-def kind_of_stand(ask: Ask, fitted: dict[str, float], stand: Stand) -> Kind:
-    """The numbers of a stand: its own, else given, else fitted, else (height only) derived from the DBH."""
-    given = {name: getattr(ask, name) for name in COLUMNS if getattr(ask, name) is not None}
-    known = fitted | given | stand.numbers
+def kind_of_stand(ask: Ask, known: dict[str, float], source: Source | None, stand: Stand) -> Kind:
+    """The numbers of a stand: its own, else given, else known, else (height only) derived from the DBH.
+
+    Where all of its sizes are those of a source, its trees are drawn from that.
+    """
+    given = {name: float(getattr(ask, name)) for name in COLUMNS if getattr(ask, name) is not None} | stand.numbers
+    known = known | given
     for name in ("stems_per_ha", "dbh_mean_cm", "dbh_sd_cm"):
         if name not in known:
             raise UserError(
                 f"--{name.replace('_', '-')} is missing; give it, or a trees layer with --like, or a --preset"
             )
     law = POWER_LAWS[ask.dbh_law] if ask.dbh_law else PowerLaw(ask.dbh_a, ask.dbh_b)
-    height_mean = known.get("height_mean_m", (known["dbh_mean_cm"] / float(law.a)) ** (1 / float(law.b)))
+    by_law = float((known["dbh_mean_cm"] / float(law.a)) ** (1 / float(law.b)))
+    height_mean = known.get("height_mean_m", by_law)
     derived = {"height_sd_m": 0.5 * height_mean * known["dbh_sd_cm"] / known["dbh_mean_cm"], "correlation": 0.8}
     known = derived | known
     sizes = Sizes(known["dbh_mean_cm"], known["dbh_sd_cm"], height_mean, known["height_sd_m"], known["correlation"])
-    return Kind(float(known["stems_per_ha"]), sizes)
+    return Kind(float(known["stems_per_ha"]), sizes, None if set(given) - {"stems_per_ha"} else source)
+
+
+def take_sizes(source: Source, items: np.ndarray, seed: int) -> tuple[np.ndarray, np.ndarray, int]:
+    """DBH [cm] and height [m] of each tree (`planting.numbers_of_trees`), to 0.01, from the trees of a source.
+
+    They are dealt like cards: in a drawn order until all are, then in another. So as many trees as the source has are
+    just those of the source, and a tree keeps its sizes when there are more.
+    """
+    number = source.dbh.size
+    times = -(-items.size // number)
+    cards = items[:1] + np.arange(times * number if items.size else 0)  # a ground's trees are numbered on
+    drawn = draws.uniforms(seed, cards, draws.TREE_SOURCE)[0].reshape(-1, number)
+    row = np.argsort(drawn, axis=1, kind="stable").ravel()[: items.size]
+    return np.round(source.dbh[row], 2), np.round(source.height[row], 2), 0
 
 
 def draw_sizes(sizes: Sizes, items: np.ndarray, seed: int) -> tuple[np.ndarray, np.ndarray, int]:

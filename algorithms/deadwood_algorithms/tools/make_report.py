@@ -28,6 +28,7 @@ from typing import TYPE_CHECKING
 
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.report.languages import LANGUAGES
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -53,8 +54,15 @@ class Ask:
         path_like=True,
         help="A layer of value-trees, folders of site-barriers, map-intensity, map-origins or vary; each with its run.",
     )
+    baseline: str | None = tool.text(
+        "Name of the run that the others are compared with",
+        default=None,
+        help="Default: the run with the fewest obstacles (trees, barriers, lying logs, boulders), of equals the first.",
+    )
     title: str | None = tool.text("Title of the page", default=None, help="Default: the names of the runs.")
-    language: str = tool.choice("Language of the page", "en", "de", default="en")
+    author: str | None = tool.text("Who answers for the page", default=None, help="Stands in its scenario box.")
+    project: str | None = tool.text("Project or order", default=None, help="Stands in its scenario box.")
+    language: str = tool.choice("Language of the page", *LANGUAGES, default="en")
     figures: str | None = tool.output_folder(
         "Folder for every figure as PNG, SVG and PDF", default=None, help="For other documents."
     )
@@ -83,6 +91,11 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         folders = folders_of(ask.runs)
         names = names_of(folders, ask.names)
         sources = [read_reported_run(each, name, feedback) for each, name in zip(folders, names, strict=True)]
+        if len(sources) > 1:
+            from deadwood_algorithms.evaluate.scenarios.paired_runs import baseline_first
+
+            order = baseline_first([each.summary for each in sources], names, ask.baseline, feedback)
+            folders, sources = [folders[k] for k in order], [sources[k] for k in order]
         if ask.results:
             read_answers(ask.results, sources)
         compared = compared_runs(folders, sources, feedback) if len(sources) > 1 else None
@@ -90,7 +103,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         spaces = [space_of(each, len(sources)) for each in sources]
         if gltf and spaces[0] is None:
             raise UserError(f"{folders[0]}: its terrain model is not there any more, without which --gltf has no scene")
-        report = report_of(sources, spaces, compared, Words(ask.language), ask.title)
+        report = report_of(sources, spaces, compared, Words(ask.language), ask.title, ask.author, ask.project)
         path.write_text(report.page, encoding="utf-8")
         feedback.progress(2, 3, "drawing the report")
         for each in report.drawings if figures else ():

@@ -136,14 +136,14 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         maps = Maps(folder, grid)
         names = legend.rising_labels(strong, "kJ")
         weights = rising_class(np.where(passed, energies.estimate, np.nan), strong)
-        maps.write("intensity", weights, legend.class_rows(names, legend.WARM), f"Class of the {energies.what}")
+        warm = legend.class_rows(names, legend.WARM)
+        maps.write("intensity", weights, warm, f"Class of the {energies.what}", (strong, "kJ"))
         for row, areas_told in zip(maps.classes, areas_of(energies, strong, grid.cell), strict=True):
             row.update(areas_told)
         passages = rising_class(np.where(passed, 100.0 * hits / n_logs, np.nan), shares)
         often = legend.rising_labels(shares, "% of the logs")
-        maps.write(
-            "passage", passages, legend.class_rows(often, legend.COLD), "Class of the share of the logs that pass"
-        )
+        about = "Class of the share of the logs that pass"
+        maps.write("passage", passages, legend.class_rows(often, legend.COLD), about, (shares, "%"))
         outline = process_area(hits, ask.least_passage / 100.0, n_logs, grid)
         write_vector(folder / OUTLINE, {"process_area": outline})
         facts: dict[str, Any] = {"rule": RULE, "decides": DECIDES, "energy": energies.what}
@@ -158,7 +158,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             facts["no_hit"]["return_low_years"] = shortest
             write_years(folder / "return_period.tif", years, grid)
             other, rarest_first, often = period_class(years[0], periods), False, legend.period_labels(periods)
-            maps.write("return_class", other, legend.class_rows(often, legend.COLD[::-1]), "Class of the return period")
+            about, rows = "Class of the return period", legend.class_rows(often, legend.COLD[::-1])
+            maps.write("return_class", other, rows, about, (periods, "years"))
             warn_of_few(facts, areas, ask.logs_per_event, periods, feedback)
         both = np.where((weights > 0) & (other > 0), 10 * weights + other, 0).astype(np.uint8)
         maps.write("matrix", both, legend.matrix_rows(names, often, rarest_first=rarest_first), "Class of both")
@@ -180,14 +181,25 @@ class Maps:
         self.folder, self.grid = folder, grid
         self.classes: list[dict[str, Any]] = []
 
-    def write(self, name: str, values: NDArray[np.uint8], rows: Sequence[tuple[int, str, str]], about: str) -> None:
+    def write(
+        self,
+        name: str,
+        values: NDArray[np.uint8],
+        rows: Sequence[tuple[int, str, str]],
+        about: str,
+        scale: tuple[Sequence[float], str] | None = None,
+    ) -> None:
+        """``scale``: the bounds of the classes and their unit; none of the matrix, whose classes are pairs."""
+        from deadwood_algorithms.evaluate.hazard.legend import ranges_of
         from deadwood_algorithms.files.rasters import write_classes
 
         write_classes(self.folder / f"{name}.tif", values, self.grid, rows, description=about)
         count = np.bincount(values.ravel(), minlength=256)
-        for value, _, label in rows:
+        ends = ranges_of(scale[0]) if scale else [None] * len(rows)
+        for (value, _, label), end in zip(rows, ends, strict=True):
+            between = {"low": end[0], "high": end[1], "unit": scale[1]} if scale and end else {}
             ground = {"cells": int(count[value]), "area_m2": float(count[value] * self.grid.cell**2)}
-            self.classes.append({"map": name, "class": value, "meaning": label} | ground)
+            self.classes.append({"map": name, "class": value, "meaning": label} | between | ground)
 
 
 def years_of(

@@ -284,7 +284,7 @@ class Steps:
         return self.step(
             self.runs / name, slide_logs.TOOL, name, dem=self.terrains[scenario], releases=self.releases(logs),
             trees=self.trees[forest], barriers=self.site.layers["barriers"] if protects else None,
-            lines=self.site.layers["lines"], friction=str(mu), fidelity=fidelity_of(self.ask), seed=self.ask.seed,
+            lines=self.site.layers["lines"], friction=float(mu), fidelity=fidelity_of(self.ask), seed=self.ask.seed,
             threads=self.ask.threads, trajectories=keeps,
             shape=self.shape(scenario if scenario in ROCKS else "log") if convention or scenario in ROCKS else "cone",
         )  # fmt: skip

@@ -70,7 +70,7 @@ class Ask(slide_logs.Ask):
     releases: str | None = tool.vector(  # type: ignore[assignment]
         "Released logs, where the sites name none", "point", default=None
     )
-    friction: str | None = tool.number_or_layer(  # type: ignore[assignment]
+    friction: str | float | None = tool.number_or_layer(  # type: ignore[assignment]
         "Friction coefficient, where the sites name none",
         minimum=0.0,
         default=None,

@@ -30,6 +30,7 @@ are the statistical variable).
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -53,6 +54,7 @@ from deadwood_algorithms.prepare.releases.logs import (
 )
 from deadwood_algorithms.prepare.releases.places import Weights, area_m2, positions, read_weights, weighted_positions
 from deadwood_algorithms.prepare.trees.allometry import PUBLISHED
+from deadwood_algorithms.prepare.trees.status import GONE_PATTERN
 from deadwood_algorithms.results.identity import writing
 from deadwood_algorithms.scene.memory import refuse_too_many
 from deadwood_algorithms.schemas import DBH_CM, DENSITY_KG_M3, DROP_M, SPEED_MS, TREE_M
@@ -136,6 +138,11 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     refuse_contradictions(ask)
     with writing(TOOL, ask, feedback) as outputs:
         temporary = outputs.file("output", ".gpkg")
+        if ask.orientation == "upright" and (lies := lying_wood(ask)):
+            feedback.warn(
+                f"logs are released upright, as dead trees that stand (--orientation), but '{lies}' sounds like wood "
+                "that lies; --orientation random-lying releases it so, and how far logs come depends on it"
+            )
         grid = read_dem(ask.dem, crs=ask.crs, feedback=feedback)
         weights = read_weights(ask.weights, grid, feedback) if ask.weights else None
         areas, shapes = read_areas(ask, grid, feedback)
@@ -158,6 +165,17 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         write_vector(temporary, {"releases": frame})
     facts = {"logs": log_id.size, "areas": len(areas), "redrawn": drawn.redrawn, "preset": taken.record}
     return Outcome({"output": Path(ask.output)}, facts, lines(ask, counts, drawn))
+
+
+def lying_wood(ask: Ask) -> str | None:
+    """The name of a layer, of areas or of mapped deadwood, that tells of wood that lies on the ground."""
+    named = [str(each) for each in (ask.areas, ask.deadwood) if each]
+    for each in named:
+        path, _, layer = each.partition("|layername=")
+        name = layer.partition("|")[0] or Path(path).stem
+        if GONE_PATTERN.search(re.sub(r"[_\W\d]+", " ", name.lower())):
+            return name
+    return None
 
 
 def refuse_contradictions(ask: Ask) -> None:
@@ -278,7 +296,11 @@ def lines(ask: Ask, counts: np.ndarray, drawn: Drawn) -> tuple[str, ...]:
     first += f" ({ask.logs_per_ha:g} a hectare)" if ask.logs_per_ha else ""
     empty = int((counts == 0).sum())
     said = [f"{empty} areas are too small for a log at {ask.logs_per_ha:g} a hectare"] if empty else []
-    return (first, *said, *drawn.said)
+    words, number = np.unique(drawn.columns["orientation"].astype(str), return_counts=True)
+    posture = ", ".join(
+        f"{count} {word}" if words.size > 1 else f"all {word}" for word, count in zip(words, number, strict=True)
+    )
+    return (first, *said, *drawn.said, f"posture at the start: {posture}")
 
 
 def release_ids(areas: pandas.DataFrame, field: str | None) -> np.ndarray:

@@ -1,9 +1,11 @@
 """Find where a barrier serves most, and how long and high it must be, by sliding again only the logs that come near.
 
-Candidates are the lines of a layer (--candidates), or pieces of contours above the lines that the run watched: of each
-height above them (--above-m) and each length (--length-m) the few places that most logs pass on their way to a line
-(--places). Each is put up alone, with each --height-m, and the logs that come near it slide again. Then the best is
-chosen, and beside it the next, until there are --count, or none gains more than chance.
+Candidates are the lines of a layer (--candidates), or straight pieces along contours above the lines that the run
+watched: of each height above them (--above-m) and each length (--length-m) the few places that most logs pass on their
+way to a line (--places). Such a piece has both ends on the contour, the length that was asked in plan from end to end,
+and runs at most 30 degrees off the contours of the ground under it (`angle_deg`). Each candidate is put up alone, with
+each --height-m, and the logs that come near it slide again. Then the best is chosen, and beside it the next, until
+there are --count, or none gains more than chance.
 
     deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
         --count 200 --output releases.gpkg
@@ -62,12 +64,12 @@ class Ask(SlidingOptions):
         "line",
         default=None,
         help="With barrier_id and, optionally, height_m; without that field each has every --height-m. Without the "
-        "layer, pieces of contours.",
+        "layer, straight pieces along contours.",
     )
     above_m: tuple[float, ...] = tool.class_bounds(
         "Heights of contours above the lines", 10.0, 30.0, unit="m", help="Above the nearest place."
     )
-    length_m: tuple[float, ...] = tool.class_bounds("Lengths of pieces of contours", 20.0, 40.0, unit="m")
+    length_m: tuple[float, ...] = tool.class_bounds("Lengths of pieces along contours", 20.0, 40.0, unit="m")
     height_m: tuple[float, ...] = tool.class_bounds(
         "Heights of barriers", 2.0, 4.0, unit="m", maximum=BARRIER_M, exclusive_maximum=True
     )
@@ -194,7 +196,7 @@ def contours_of(
     steps: Steps,
     feedback: Feedback,
 ) -> tuple[list[Candidate], SceneLayers]:
-    """Pieces of contours where most logs pass; and the scene on a window wide enough."""
+    """Pieces along contours where most logs pass; and the scene on a window wide enough."""
     from deadwood_algorithms.evaluate.protection.candidate_barriers import contour_candidates
     from deadwood_algorithms.evaluate.protection.siting import passed_to_lines
 
@@ -208,8 +210,8 @@ def contours_of(
     if not found:
         above, long = (",".join(f"{each:g}" for each in many) for many in (ask.above_m, ask.length_m))
         raise UserError(
-            f"{ask.run}: no log that reaches a line passes a contour {above} m above it that is {long} m long; take "
-            "others, or name --candidates"
+            f"{ask.run}: no log that reaches a line passes a straight piece of {long} m along a contour {above} m "
+            "above it; take others, or name --candidates"
         )
     return found, layers
 

@@ -59,7 +59,8 @@ class Ask(SlidingOptions, SceneByName):
         help="NAME=LOW:HIGH with commas, or a JSON or CSV file of them. A name alone takes the range that is offered: "
         "friction 0.2:0.3, friction_factor 0.8:1.2, rolling_friction 0.03:0.15, restitution 0:0.2, tree_friction "
         "0.2:0.6, tree_restitution 0:0.2, log_dbh_factor and log_length_factor 0.9:1.1, log_density_factor 0.7:1.3, "
-        "tree_dbh_factor 0.9:1.1, dem_noise_m 0:0.1, fidelity draft:standard. Factors multiply what the layers say.",
+        "tree_dbh_factor 0.9:1.1, dem_noise_m 0:0.1, fidelity draft:standard, orientation upright:random-lying (the "
+        "logs' posture at the start; also random). Factors multiply what the layers say.",
     )
     design: str = tool.choice(
         "How to vary: the ends of each range alone, or also all together",
@@ -164,7 +165,7 @@ def variation(ask: Ask, feedback: Feedback) -> Outcome:
         variants = variants_of(places, ensemble.simulation, ask.dem_noise_length_m, ask.seed)
         slid = runs_of(ensemble.slide(variants, WANTED, steps))
         measured, answers = evaluate(ask, factors, slid, layers, logs, feedback)
-        facts = write(folder, ask, factors, places, slid, measured, answers, layers)
+        facts = write(folder, ask, factors, places, slid, measured, answers, layers, len(ensemble.released))
     steps.remove()
     final = Path(ask.output)
     parts = {"runs": RUNS, "tornado": TORNADO, "picture": PICTURE, "summary": FACTS, "manifest": MANIFEST}
@@ -226,6 +227,7 @@ def write(
     measured: list[Measured],
     answers: list[Answer],
     layers: SceneLayers,
+    logs_in_layer: int,
 ) -> dict[str, Any]:
     """Write the folder; gives the facts of summary.json."""
     import pandas
@@ -242,6 +244,8 @@ def write(
         "sentence": answers[head].sentence,
         "answers": [asdict(each) for each in answers],
         "logs": logs,
+        "logs_in_layer": logs_in_layer,
+        "fidelity": ask.fidelity,
         "runs": len(places),
         "design": ask.design,
         "samples": ask.samples if ask.design != "ends" else 0,
@@ -256,8 +260,10 @@ def write(
     write_json(folder / FACTS, facts)
     note = (
         "High less low end with its 95 % interval over the same logs, bold where that leaves out 0. Values of a range "
-        f"count as equally likely. Fidelity {ask.fidelity}, seed {ask.seed}."
+        f"count as equally likely. As it is: {logs} of {logs_in_layer} logs, fidelity {ask.fidelity}, seed {ask.seed}."
     )
+    if any(each.indices is not None and each.indices.crossed.any() for each in measured):
+        note += " A first-order index above its total is chance: raise --samples."
     draw(folder / PICTURE, measured, answers, logs, len(places), note)
     return facts
 

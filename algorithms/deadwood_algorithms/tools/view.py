@@ -14,6 +14,7 @@ from pathlib import Path
 
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool
+from deadwood_algorithms.report.languages import LANGUAGES
 from deadwood_algorithms.tools import make_report
 
 REPORT = "report.html"
@@ -22,7 +23,7 @@ REPORT = "report.html"
 @dataclass(frozen=True, kw_only=True)
 class Ask:
     run: str = tool.folder("Folder of a run of slide-logs, or of a demo", positional=True)
-    language: str = tool.choice("Language of a page that has to be made", "en", "de", default="en")
+    language: str = tool.choice("Language of a page that has to be made", *LANGUAGES, default="en")
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:

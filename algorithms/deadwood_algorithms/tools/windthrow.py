@@ -7,7 +7,8 @@ and each tree's id.
 
 A thrown stem lies from its stump towards `--fall-deg`, where the wind blows to, with a normal scatter; it is the part
 of the tree's truncated cone above the stump, as long on the slope as it was high. The stump stays, as a short tree
-(`--stump-m 0`: uprooted, none). The folder holds layers ready for `slide-logs`:
+(`--stump-m 0`: uprooted, none). What would reach beyond the terrain model ends at its edge; stems that fall off it
+altogether are left out and counted. The folder holds layers ready for `slide-logs`:
 
 - `trees_before.gpkg`: the forest before;
 - `trees_after.gpkg`, `lying_after.gpkg`: what stands, with stumps, and what lies right after;
@@ -120,22 +121,27 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         items = stems.item[rows]
         azimuth = fall_directions(items, ask.fall_deg, ask.scatter_deg, ask.seed)
         lying = lying_stems(stems.place[rows], stems.dbh_cm[rows], stems.height_m[rows], azimuth, ask.stump_m, grid)
-        if lying.cut.any():
+        laid = ~lying.off
+        if (lying.cut & laid).any():
+            feedback.note(f"{int((lying.cut & laid).sum())} stems would reach beyond the terrain; they end at its edge")
+        if lying.off.any():
             feedback.note(
-                f"{int(lying.cut.sum())} stems would reach beyond the terrain; they end at its edge, or fall the other "
-                "way where there is no room"
+                f"{int(lying.off.sum())} of {rows.size} thrown stems fall off the terrain model at its edge: they are "
+                "left out of the lying logs and count as removed, their stumps stay"
             )
-        one_group = np.zeros(rows.size, np.int64)
-        gone = chosen_share(items, np.full(rows.size, ask.lost), one_group, ask.seed, draws.STEM_LOST)
-        lost = np.zeros(thrown.size, bool)
-        lost[rows] = gone
-        states = layers.states_of(thrown, lost)
+        one_group = np.zeros(int(laid.sum()), np.int64)
+        share = np.full(one_group.size, ask.lost)
+        gone = np.zeros(rows.size, bool)
+        gone[laid] = chosen_share(items[laid], share, one_group, ask.seed, draws.STEM_LOST)
+        lost, off = np.zeros((2, thrown.size), bool)
+        lost[rows], off[rows] = gone, lying.off
+        states = layers.states_of(thrown, lost, off)
         after = layers.trees_with_stumps(stems, thrown, ask.stump_m)
         before = layers.trees_with_stumps(stems, np.zeros_like(thrown), 1.0)
         standing = {"before": before, "after": after, "later": after, "cleared": after}
         logs = {
-            "after": layers.lying_frame(stems, lying, rows, np.ones(rows.size, bool), 1.0),
-            "later": layers.lying_frame(stems, lying, rows, ~gone, 1.0 - thinner),
+            "after": layers.lying_frame(stems, lying, rows, laid, 1.0),
+            "later": layers.lying_frame(stems, lying, rows, laid & ~gone, 1.0 - thinner),
         }
         for name, frame in standing.items():
             if len(frame):
@@ -147,7 +153,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         made = {each.stem: final / each.name for each in sorted(folder.iterdir())}
     facts = {name: {state: int((values == state).sum()) for state in (layers.STANDING, layers.LYING, layers.REMOVED)}
              for name, values in states.items()}  # fmt: skip
-    return Outcome({"output": final} | made, facts, lines_of(facts, made, ask.dem))
+    told = lines_of(facts, made, ask.dem)
+    return Outcome({"output": final} | made, facts | {"off_terrain": int(off.sum())}, told)
 
 
 def lines_of(facts: Mapping[str, Any], made: Mapping[str, Path], dem: str) -> tuple[str, ...]:

@@ -18,6 +18,7 @@ from rasterio.enums import ColorInterp
 from rasterio.transform import Affine, from_origin
 
 from deadwood_algorithms.files.dem_windows import read_dem
+from deadwood_algorithms.params.tool import UserError
 from deadwood_toolbox import cli
 
 # 3 rows, 4 columns as on a map, the north-west corner first; every height tells its place. South-west corner E, N.
@@ -323,3 +324,64 @@ def test_a_file_that_may_not_be_read(tmp_path, capsys):
     path.chmod(0)
     assert cli.run(["import-trees", "--trees", "t.csv", "--dem", str(path), "--output", str(tmp_path / "o.gpkg")]) == 2
     assert "may not be read (Permission denied)" in capsys.readouterr().err
+
+
+AT = {  # a place as its CRS and others have it: code, easting and northing of the south-west corner
+    "Bern": ("EPSG:2056", 2_600_000.0, 1_200_000.0),
+    "Bern, LV03": ("EPSG:21781", 600_000.0, 200_000.0),
+    "Innsbruck": ("EPSG:31254", 79_000.0, 235_000.0),
+    "Innsbruck, Lambert": ("EPSG:31287", 250_000.0, 375_000.0),
+    "Dresden, zone 33": ("EPSG:25833", 410_000.0, 5_655_000.0),
+    "Dresden, zone 32": ("EPSG:25832", 832_000.0, 5_665_000.0),
+    "Bregenz, LV95": ("EPSG:2056", 2_775_000.0, 1_265_000.0),
+    "Gisborne": ("EPSG:2193", 2_036_000.0, 5_710_000.0),
+    "Fiji": ("EPSG:3460", 2_000_000.0, 3_900_000.0),
+}
+
+
+@pytest.mark.parametrize("place", AT)
+def test_of_a_dem_in_its_own_crs_nothing_is_said(tmp_path, said, place):
+    code, east, north = AT[place]
+    read_dem(tif(tmp_path / "d.tif", crs=code, transform=from_origin(east, north, 2, 2)), feedback=said)
+    assert said.warnings == []
+
+
+@pytest.mark.parametrize(
+    ("place", "code", "words"),
+    [
+        ("Innsbruck", "EPSG:2056", "nowhere near the area of EPSG:2056"),
+        ("Innsbruck, Lambert", "EPSG:2056", "name the one that its supplier states"),
+        ("Bern, LV03", "EPSG:2056", "its coordinates look like those of EPSG:21781"),
+        ("Bern", "EPSG:21781", "its coordinates look like those of EPSG:2056"),
+        ("Dresden, zone 33", "EPSG:2056", "nowhere near"),
+        ("Bern", "EPSG:25832", "its coordinates look like those of EPSG:2056"),
+    ],
+)
+@pytest.mark.parametrize("named", ["in the file", "by the option"])
+def test_a_crs_that_is_not_that_of_the_place_is_said(tmp_path, said, place, code, words, named):
+    _, east, north = AT[place]
+    inside = named == "in the file"
+    path = tif(tmp_path / "d.tif", crs=code if inside else None, transform=from_origin(east, north, 2, 2))
+    read_dem(path, crs=None if inside else code, feedback=said)
+    assert len(said.warnings) == 1
+    assert words in said.warnings[0]
+
+
+def test_exchanged_axes_are_recognised(tmp_path, said):
+    read_dem(tif(tmp_path / "d.tif", transform=from_origin(1_200_000.0, 2_600_000.0, 2, 2)), feedback=said)
+    assert "its x and y are exchanged" in said.warnings[0]
+
+
+@pytest.mark.parametrize(("place", "suggested"), [("Bern", "EPSG:2056"), ("Bern, LV03", "EPSG:21781")])
+def test_the_crs_that_is_suggested_is_that_of_the_numbers(tmp_path, place, suggested):
+    _, east, north = AT[place]
+    path = tif(tmp_path / "d.tif", crs=None, transform=from_origin(east, north, 2, 2))
+    with pytest.raises(UserError, match=f"has no CRS; name it, for example --crs {suggested}$"):
+        read_dem(path)
+    assert read_dem(path, crs=suggested).crs.to_epsg() == int(suggested[5:])
+
+
+def test_no_swiss_crs_is_suggested_for_an_austrian_dem(tmp_path):
+    path = tif(tmp_path / "d.tif", crs=None, transform=from_origin(79_000.0, 235_000.0, 2, 2))
+    with pytest.raises(UserError, match="--crs EPSG:25832, with the code that its supplier states"):
+        read_dem(path)

@@ -113,7 +113,7 @@ def test_layers_of_a_run_read_them_too(tmp_path, said):
     assert logs.length.tolist() == [10.0, 12.0]
     assert logs.density.tolist() == [400.0, 500.0]
     trees = write_layer(tmp_path / "t.gpkg", PLACES, **{"dbh (mm)": [400, 500], "Höhe [ft]": [100.0, 120.0]})
-    standing, _, _ = read_trees(trees, grid, said)
+    standing = read_trees(trees, grid, said).trees
     assert standing.diameter.tolist() == [0.4, 0.5]
     assert standing.height.tolist() == pytest.approx([30.48, 36.576])
     across = [LineString([(20, 50), (40, 50)])]

@@ -180,8 +180,8 @@ def test_a_given_friction_goes_before_the_named_one(case, said):
     values = case.values(output=str(case.folder / "both"), friction="0.4", friction_preset="wet-debarked")
     case.run(feedback=said, **values)
     manifest = json.loads((case.folder / "both" / "manifest.json").read_text(encoding="utf-8"))
-    assert manifest["parameters"]["friction"] == "0.4"
-    assert manifest["presets"][0]["given_instead"] == {"friction": "0.4"}
+    assert manifest["parameters"]["friction"] == 0.4
+    assert manifest["presets"][0]["given_instead"] == {"friction": 0.4}
     assert "sets nothing; --friction 0.4 is given and goes before its 0.25" in told(said)
     assert "was found on cells" not in told(said)
 

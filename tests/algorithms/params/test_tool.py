@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from deadwood_algorithms.files.configs import value_from_json
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.kinds import KINDS
 from deadwood_algorithms.params.tool import Parameter, UserError, check_value
@@ -98,3 +99,22 @@ def test_the_seed_is_bounded_by_what_philox_takes():
     parameter = dataclasses.fields(Ask)[0].metadata["parameter"]
     with pytest.raises(UserError, match="must be at most"):
         check_value(dataclasses.replace(parameter, name="seed"), 2**63)
+
+
+def test_a_number_in_place_of_a_layer_is_a_number_from_flag_file_and_python():
+    """Its text would have to be read again, and could have lost digits on the way."""
+
+    @dataclasses.dataclass(frozen=True, kw_only=True)
+    class Ask:
+        friction: str | float = tool.number_or_layer("Friction", minimum=0.0)
+
+    toy = tool.Tool("toy", "Prepare", "Toy", Ask, lambda ask, feedback: None)  # type: ignore[arg-type, return-value]
+    parameter = next(iter(toy.parameters()))
+    exact = 0.1 + 0.2  # seventeen digits
+    for value in (repr(exact), exact):
+        assert toy.ask_from({"friction": value}).friction == exact
+        assert value_from_json(parameter, value) == exact
+    assert parameter.of_kind.from_text(parameter, repr(exact)) == exact
+    assert isinstance(toy.ask_from({"friction": "1"}).friction, float)
+    for path in ("mu.tif", "mu.gpkg|layername=0.3", "0,3"):
+        assert toy.ask_from({"friction": path}).friction == value_from_json(parameter, path) == path

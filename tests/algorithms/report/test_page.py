@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 import shutil
-import string
 import struct
 from html.parser import HTMLParser
 from pathlib import Path
@@ -18,9 +17,10 @@ from rasterio.transform import from_origin
 from slope_case import Case, edit_manifest, points, summary, write_layer
 
 from deadwood_algorithms.params.tool import UserError
-from deadwood_algorithms.report import rounded, words
+from deadwood_algorithms.report import rounded
 from deadwood_algorithms.report.markup import element, embedded_json, table
-from deadwood_algorithms.report.words import PHRASES, STOPS, Words
+from deadwood_algorithms.report.sections import points_words
+from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.simulate import fidelity_trade
 from deadwood_algorithms.tools import make_report
 from deadwood_engine import STOP_REASONS
@@ -249,6 +249,58 @@ def test_runs_of_other_logs_stand_side_by_side_uncompared(case, run, tmp_path):
     assert "Run other" in text
 
 
+def test_the_scenario_box_says_what_was_slid(case, tmp_path):
+    """Sizes and posture as the releases' columns gave them, and a command without the options that they override."""
+    lying = write_layer(
+        tmp_path / "lying.gpkg",
+        points((30.0, 60.0), (32.0, 60.0)),
+        dbh_cm=[45.0, 46.0],
+        length_m=[12.0, 12.0],
+        orientation=["lying", "lying"],
+        azimuth_deg=[90.0, 45.0],
+    )
+    run = case.run(output=str(tmp_path / "run"), releases=lying, friction="0.3")
+    text = Reader(page_of(run, author="A. Muster", project="Road 12")[0]).text
+    assert "Scenario project Road 12 author A. Muster logs 2, length 12 m, DBH 45.5 cm (45 to 46)" in text
+    assert "posture at the start lying 100 % friction 0.3 rolling friction 0.1 restitution 0" in text
+    command = text[text.index("deadwood-tool slide-logs") :]
+    for option in ("--orientation", "--dbh-cm", "--length-m"):
+        assert option not in command
+    assert "--density-kg-m3 300" in command
+
+
+def test_a_run_of_an_older_version_is_told_in_its_own_words(run, tmp_path):
+    """Its summary has sentences alone: they stand as they are, and in another language a line says so."""
+    old = tmp_path / "old"
+    shutil.copytree(run, old)
+    told = summary(old)
+    for name in ("modelled_facts", "scenario", "counted"):
+        del told[name]
+    (old / "summary.json").write_text(json.dumps(told), encoding="utf-8")
+    edit_manifest(old)  # none of that time has a seal
+    german = Reader(page_of(old, language="de")[0]).text
+    assert "Reibung Coulomb, 0.25 everywhere" in german
+    assert "Von einer älteren Version, die es nur auf Englisch sagt." in german
+    assert "older version" not in Reader(page_of(old)[0]).text
+
+
+@pytest.mark.parametrize(
+    ("language", "asked", "friction"),
+    [
+        ("fr", "Combien atteignent", "frottement Coulomb, 0,25 partout"),
+        ("it", "Quanti raggiungono", "attrito Coulomb, 0,25 ovunque"),
+    ],
+)
+def test_in_french_and_italian(run, language, asked, friction):
+    page = page_of(run, language=language)[0]
+    text = Reader(page).text
+    assert asked in text
+    assert friction in text
+    assert f'<html lang="{language}">' in page
+    for english in ("What was modelled", "percentile", "held by a tree", "rigid truncated"):
+        assert english not in text
+
+
 def test_in_german(run):
     text = Reader(page_of(run, language="de")[0]).text
     assert "Wie viele erreichen" in text
@@ -347,27 +399,11 @@ def test_a_large_terrain_is_thinned(tmp_path):
 def test_the_error_of_calculation_is_the_readmes():
     rows = re.findall(r"^\| `(draft|standard|fine)` \|(.+)$", (ROOT / "README.md").read_text(encoding="utf-8"), re.M)
     told = {name: tuple(cell.strip() for cell in row.split("|")[2:4]) for name, row in rows}
-    assert {name: (mean, worst.split(", ")[0]) for name, (mean, worst) in told.items()} == fidelity_trade.REACH_POINTS
-
-
-def test_every_phrase_has_the_same_gaps_in_each_language():
-    for name, said in PHRASES.items():
-        assert len(said) == len(words.LANGUAGES)
-        gaps = [sorted(field for _, field, _, _ in string.Formatter().parse(each) if field) for each in said]
-        assert gaps[0] == gaps[1], name
-    assert set(STOPS) >= set(STOP_REASONS)
-
-
-def test_every_phrase_is_used():
-    sources = "".join(each.read_text(encoding="utf-8") for each in (ROOT / "algorithms").rglob("*.py"))
-    spoken = re.sub(r"(?s)PHRASES: .*?\n}\n", "", sources)
-    made = ("quantity_", "layer_", "input_", "model_", "hash_", "group_", "item_", "kind_", "factor_")
-    unused = [
-        name
-        for name in PHRASES
-        if not re.search(f"['\"]{name}['\"]", spoken) and not name.startswith(made) and not name.endswith("_warning")
-    ]
-    assert unused == []
+    signs = {name: tuple(cell.replace("-", "−") for cell in cells) for name, cells in told.items()}
+    assert {name: (mean, worst.split(", ")[0]) for name, (mean, worst) in signs.items()} == {
+        name: tuple(points_words(each, Words("en")) for each in row)
+        for name, row in fidelity_trade.REACH_ERRORS.items()
+    }
 
 
 def test_numbers_are_rounded_as_far_as_their_interval_allows():

@@ -212,3 +212,15 @@ def test_sums_do_not_depend_on_how_hits_are_split():
     for name in ("n_logs", "n_hits", "impulse_sum", "energy_taken"):
         assert np.array_equal(whole[f"hits_tree_{name}"], sum(each[f"hits_tree_{name}"] for each in parts))
     assert whole["hits_tree_impulse_sum"].sum() == pytest.approx(values["impulse"].sum() * 1000.0, rel=1e-6)
+
+
+def test_sizes_come_out_as_they_were_given(case, tmp_path):
+    """Of 1 to 100 cm, 8 come back otherwise where they are taken over 100 and times 100 again: 29 is one."""
+    odd = [cm for cm in map(float, range(1, 101)) if 100.0 * (cm / 100.0) != cm]
+    assert 29.0 in odd
+    places = points(*((20.0 + 20.0 * k / len(odd), 40.0 + 0.5 * (k % 3)) for k in range(len(odd))))
+    trees = write_layer(tmp_path / "t.gpkg", places, dbh_cm=odd, height_m=[20.0] * len(odd))
+    run = case.run(trees=trees, output=str(tmp_path / "run"))
+    hit = layer(run, "tree_hits")
+    assert len(hit)
+    assert set(hit["dbh_cm"]) <= set(odd)

@@ -15,7 +15,8 @@ from slope_case import EAST, LENGTH, NORTH, WIDTH, Case, layer, points, write_de
 from deadwood_algorithms.files.dem_windows import read_dem
 from deadwood_algorithms.files.grid import Part
 from deadwood_algorithms.params.tool import UserError
-from deadwood_algorithms.scene.friction import read_friction
+from deadwood_algorithms.scene.friction import as_written, read_friction
+from deadwood_engine import Scene
 
 ALL = shapely.box(-5, -5, WIDTH + 5, LENGTH + 5)
 
@@ -47,19 +48,20 @@ def test_a_raster_of_larger_cells_gives_each_cell_its_own(grid, tmp_path, said):
     """Cells of 4 m over cells of 1 m: sixteen to each."""
     values = np.random.default_rng(1).uniform(0.2, 0.6, (25, 15)).astype(np.float32)
     mu = read_friction(raster_of(tmp_path / "f.tif", values, 4.0), grid, said)
-    assert np.array_equal(mu, np.kron(values, np.ones((4, 4)))[::-1])
+    assert np.array_equal(mu, np.kron(as_written(values), np.ones((4, 4)))[::-1])
     assert any("brought onto the DEM's cells (nearest value)" in note for note in said.notes)
 
 
 def test_a_raster_of_finer_cells_gives_the_one_that_holds_the_centre(grid, tmp_path, said):
     values = np.random.default_rng(1).uniform(0.2, 0.6, (300, 180)).astype(np.float32)
     mu = read_friction(raster_of(tmp_path / "f.tif", values, 1.0 / 3.0), grid, said)
-    assert np.array_equal(mu, values[1::3, 1::3][::-1])
+    assert np.array_equal(mu, as_written(values)[1::3, 1::3][::-1])
 
 
 def test_a_raster_on_the_same_cells_is_taken_without_a_word(grid, tmp_path, said):
     values = np.random.default_rng(1).uniform(0.2, 0.6, (LENGTH, WIDTH)).astype(np.float32)
-    assert np.array_equal(read_friction(raster_of(tmp_path / "f.tif", values, 1.0), grid, said), values[::-1])
+    mu = read_friction(raster_of(tmp_path / "f.tif", values, 1.0), grid, said)
+    assert np.array_equal(mu, as_written(values)[::-1])
     assert said.notes == []
 
 
@@ -70,8 +72,8 @@ def test_a_raster_in_another_crs_lands_where_it_belongs(grid, tmp_path, said):
     origin = (EAST - 2_000_000.0, NORTH - 1_000_000.0 + LENGTH)
     path = raster_of(tmp_path / "f.tif", values, 1.0, crs="EPSG:21781", origin=origin)
     mu = np.asarray(read_friction(path, grid, said, elsewhere=0.9))
-    assert (mu[1:-1, 1:29] == np.float32(0.3)).all()
-    assert (mu[1:-1, 31:-1] == np.float32(0.6)).all()
+    assert (mu[1:-1, 1:29] == 0.3).all()
+    assert (mu[1:-1, 31:-1] == 0.6).all()
     assert any("accurate to about" in note for note in said.notes)
 
 
@@ -199,6 +201,23 @@ def test_a_log_stays_where_friction_is_high_and_slides_where_it_is_low(case, tmp
         assert deposits.loc[2, "runout_m"] > 20.0
         ends.append(deposits["runout_m"].tolist())
     assert ends[0] == ends[1] == ends[2]
-    single = str(float(np.float32(0.4)))  # by cell, friction has seven digits
-    number = case.run(releases=releases, output=str(tmp_path / "number"), friction=single)
+    number = case.run(releases=releases, output=str(tmp_path / "number"), friction=0.4)
     assert layer(number, "deposits").set_index("log_id").loc[2, "runout_m"] == ends[0][1]
+
+
+def test_a_coefficient_is_the_same_to_the_last_bit_however_it_is_given(grid, tmp_path, said):
+    """As a number, its text, a polygon or a raster over all of the DEM: a cell slides with 0.3, not with 0.30000001."""
+    polygon = write_layer(tmp_path / "p.gpkg", [ALL], friction=[0.3])
+    raster = raster_of(tmp_path / "f.tif", np.full((25, 15), 0.3), 4.0)
+    for given in (0.3, "0.3", polygon, raster):
+        mu = read_friction(given, grid, said)
+        scene = Scene.prepare(grid.values, grid.cell, 0.0, 0.0, friction=mu)
+        assert set(scene.arrays.terrain.friction.ravel().tolist()) == {0.3}
+
+
+def test_single_precision_is_read_as_the_shortest_decimal_that_it_stands_for():
+    rng = np.random.default_rng(2)
+    values = np.concatenate([10.0 ** rng.uniform(-4, 1, 20_000), [0.0, 0.1, 0.3, 1.0, 2.5, np.nan]]).astype(np.float32)
+    told = as_written(values)
+    assert np.array_equal(told, [float(str(each)) for each in values], equal_nan=True)
+    assert np.array_equal(told.astype(np.float32), values, equal_nan=True)

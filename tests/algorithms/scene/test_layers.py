@@ -68,10 +68,11 @@ def test_trees_off_the_terrain_are_left_out_and_keep_their_ids(grid, tmp_path, s
         dbh_cm=[30.0, 40.0, 50.0, 60.0],
         height_m=[15.0, 20.0, 25.0, 30.0],
     )
-    trees, ids, left_out = read_trees(path, grid, said)
+    trees, ids, left_out, dbh_cm = read_trees(path, grid, said)
     assert ids == ["12", "14"]
-    assert left_out == 2
+    assert left_out == {"off_dem": 2, "no_terrain": 0}
     assert trees.diameter.tolist() == [0.4, 0.6]
+    assert dbh_cm.tolist() == [40.0, 60.0]
     assert trees.height.tolist() == [20.0, 30.0]
     assert any("2 of 4 trees" in note for note in said.notes)
 

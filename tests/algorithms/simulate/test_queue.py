@@ -91,6 +91,31 @@ def test_the_interval_at_the_end_holds_the_truth(p):
     assert plain / runs > 0.935  # the reported 95 % interval at the end, for the rule sees widths only
 
 
+@pytest.mark.parametrize(
+    ("p", "target", "low", "high"),
+    [(0.001, 0.003, 0.04, 0.15), (0.004, 0.005, 0.04, 0.15), (0.05, 0.005, -0.01, 0.01), (0.2, 0.01, -0.01, 0.01)],
+)
+def test_a_stopped_run_tells_rare_reach_too_low_and_names_the_line(p, target, low, high):
+    """5000 runs of up to 64 000 logs: the mean is less by so much of itself (4 standard errors are 0.4 % of 0.2 and
+    4 % of 0.001), and lines below 2 % are named where the run stopped before its last log, as they never were."""
+    rng = np.random.default_rng(3)
+    looks, runs = looks_of(64_000), 5000
+    told, named = np.zeros(runs), np.zeros(runs, bool)
+    for run in range(runs):
+        rule = UntilNarrow(target, looks[-1], ["road"])
+        for before, look in zip((0, *looks), looks, strict=False):
+            if rule.enough(look - before, rng.binomial(look - before, p, 1)):
+                break
+        record = rule.record()
+        told[run] = rule._reached[0] / rule.slid
+        named[run] = record["told_too_low"] == ["road"]
+        assert record["told_too_low"] in ([], ["road"])
+        assert not (named[run] and rule.slid == looks[-1])
+    error = told.std() / np.sqrt(runs) / p
+    assert low - 4 * error < 1.0 - told.mean() / p < high + 4 * error
+    assert named.mean() > 0.99 if p < 0.01 else not named.any()
+
+
 def test_the_rule_looks_at_its_looks_only_and_at_the_widest_line():
     rule = UntilNarrow(0.05, 5000, ["road", "house"])
     assert rule.looks == (1000, 2000, 4000, 5000)

@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import shapely
-from slope_case import Case, assert_same_bytes, points, summary, write_layer
+from slope_case import Case, assert_same_bytes, assert_same_file, points, summary, write_layer
 
 from deadwood_algorithms.evaluate.protection import effect
 from deadwood_algorithms.params.tool import Cancelled, Quiet, UserError
@@ -200,11 +200,9 @@ def test_value_trees(case, tmp_path, monkeypatch, names, chunk):
     run = case.run(output=str(tmp_path / "run"), lying_logs=lying, **case.everything())
     spots = points((20.0, 50.0), (30.0, 60.0), (33.0, 45.0))
     plant = write_layer(tmp_path / "plant.gpkg", spots, dbh_cm=[80.0, 60.0, 60.0], height_m=[25.0, 1.3, 2.0])
-    found = []
     for name, where in (("alone", {}), ("spread", {"scheduler": "local", "workers": 2})):
         value_trees.TOOL(run=str(run), plant=plant, output=str(tmp_path / f"{name}.gpkg"), **where)
-        found.append((tmp_path / f"{name}.gpkg").read_bytes())
-    assert found[0] == found[1]
+    assert_same_file(tmp_path / "alone.gpkg", tmp_path / "spread.gpkg")
     assert (gpd.read_file(tmp_path / "spread.gpkg", layer="values")["gain_logs"] != 0).any()
     assert {each.partition(" ")[0] for each in names} == {"value-trees-spread-logs"}
 
@@ -235,7 +233,7 @@ def test_value_trees_in_a_window_that_grows(case, said, tmp_path, monkeypatch):
     spread = {"output": str(tmp_path / "spread.gpkg"), "scheduler": "local", "workers": 2}
     value_trees.TOOL(feedback=said, run=str(run), **spread)
     assert any("is read wider" in each for each in said.notes)
-    assert (tmp_path / "alone.gpkg").read_bytes() == (tmp_path / "spread.gpkg").read_bytes()
+    assert_same_file(tmp_path / "alone.gpkg", tmp_path / "spread.gpkg")
 
 
 def test_site_barriers(case, tmp_path, monkeypatch, names):
@@ -249,7 +247,7 @@ def test_site_barriers(case, tmp_path, monkeypatch, names):
     site_barriers.TOOL(**asked, output=str(folders[0]))
     site_barriers.TOOL(**asked, output=str(folders[1]), scheduler="local", workers=2)
     for name in ("pareto.csv", "barriers.gpkg", "barriers.png", "summary.json"):
-        assert folders[0].joinpath(name).read_bytes() == folders[1].joinpath(name).read_bytes(), name
+        assert_same_file(folders[0] / name, folders[1] / name)
     assert (pd.read_csv(folders[0] / "pareto.csv")["gain_logs"] != 0).any()
     assert {each.partition(" ")[0] for each in names} == {"site-barriers-spread-logs"}
 
@@ -266,7 +264,7 @@ def test_site_barriers_at_contours_in_a_window_that_grows(case, said, tmp_path, 
     site_barriers.TOOL(feedback=said, **asked, output=str(tmp_path / "spread"), scheduler="local", workers=2)
     assert any("is read wider" in each for each in said.notes)
     for name in ("pareto.csv", "barriers.gpkg"):
-        assert (tmp_path / "alone" / name).read_bytes() == (tmp_path / "spread" / name).read_bytes(), name
+        assert_same_file(tmp_path / "alone" / name, tmp_path / "spread" / name)
 
 
 def sites(case: Case, folder: Path, feedback=None, **changes) -> Path:
@@ -279,11 +277,11 @@ def sites(case: Case, folder: Path, feedback=None, **changes) -> Path:
 def assert_same_sites(one: Path, other: Path) -> None:
     for site in "ab":
         assert_same_bytes(one / "sites" / site, other / "sites" / site)
-        assert (one / "sites" / site / "run.gpkg").read_bytes() == (other / "sites" / site / "run.gpkg").read_bytes()
+        assert_same_file(one / "sites" / site / "run.gpkg", other / "sites" / site / "run.gpkg")
     rasters = sorted(each.name for each in (one / "merged" / "dem").glob("*.tif"))
     assert rasters == sorted(each.name for each in (other / "merged" / "dem").glob("*.tif")) != []
     for name in rasters:
-        assert (one / "merged/dem" / name).read_bytes() == (other / "merged/dem" / name).read_bytes(), name
+        assert_same_file(one / "merged/dem" / name, other / "merged/dem" / name)
 
 
 ON_TWO = {"scheduler": "local", "workers": 2}

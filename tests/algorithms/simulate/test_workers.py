@@ -14,7 +14,7 @@ import numpy as np
 import psutil
 import pytest
 from dask_processes import PATHS, ROOT, Site
-from slope_case import Case, assert_same_bytes, points, write_layer
+from slope_case import Case, assert_same_bytes, assert_same_file, points, write_layer
 
 from deadwood_algorithms.evaluate.protection import effect
 from deadwood_algorithms.params.tool import UserError
@@ -115,7 +115,7 @@ def test_value_trees_loses_nothing_with_a_worker(case, alone, site, tmp_path, mo
     value_trees.TOOL(feedback=watcher, run=str(alone), **spread)
     assert watcher.acted
     assert watcher.heard("is gone") == 1
-    assert (tmp_path / "alone.gpkg").read_bytes() == (tmp_path / "spread.gpkg").read_bytes()
+    assert_same_file(tmp_path / "alone.gpkg", tmp_path / "spread.gpkg")
     site.kill(other)
 
 

@@ -151,5 +151,8 @@ def test_bounds_of_a_probability_where_logs_left_before_they_reached():
     assert found["ci_high_if_lost"] == wilson_interval(40, 60)[1]
     assert loss_matters(reach_record(20, 60) | found)
     assert not loss_matters(reach_record(20, 60) | bounds_if_lost(20, 60, 2))  # less than chance does
-    assert "20 others left the terrain model before it: up to 67 %" in lost_words(found)
+    low, high = (100.0 * each for each in (wilson_interval(20, 60)[0], wilson_interval(40, 60)[1]))
+    # before: "up to 67 %" beside an interval of chance, without a word on how the two go together
+    told = "; 20 others left the terrain model before it: 67 % if all of them reach it; chance and these together: "
+    assert lost_words(found) == f"{told}{low:.0f} to {high:.0f} %"
     assert lost_words(bounds_if_lost(20, 60, 0)) == ""

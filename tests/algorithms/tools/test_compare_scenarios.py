@@ -18,6 +18,7 @@ from scipy.stats import binomtest
 from slope_case import EAST, LENGTH, NORTH, WIDTH, Case, layer, summary
 
 from deadwood_algorithms.evaluate.scenarios import maps as scenario_maps
+from deadwood_algorithms.evaluate.scenarios.paired_runs import OBSTACLES, baseline_first
 from deadwood_algorithms.params.tool import Cancelled, Quiet, UserError
 from deadwood_algorithms.stats.statistics import mcnemar_p, paired_interval, wilson_interval
 from deadwood_algorithms.tools import compare_scenarios
@@ -431,3 +432,18 @@ def test_an_interval_and_its_test_agree(tmp_path):
         told = json.loads((tmp_path / f"out_{gained}" / "comparison.json").read_text())
         assert told["logs"] == LOGS
         assert told["rows"][0]["difference"] is None
+
+
+def test_the_baseline_is_the_run_with_the_fewest_obstacles_unless_it_is_named(said):
+    """Whatever the order of the runs: the index of protection is of what the others have beside it."""
+    summaries = [
+        {"scenario": {name: {"n": count if name == "trees" else 0} for name in OBSTACLES}} for count in (50, 0, 70)
+    ]
+    names = ["forest", "bare", "dense"]
+    assert baseline_first(summaries, names, None, said) == [1, 0, 2]
+    assert "the baseline is bare, which has the fewest obstacles (0; forest has 50)" in said.notes[-1]
+    assert baseline_first(summaries, names, "forest", said) == [0, 1, 2]
+    assert "forest has more obstacles (50) than bare (0)" in said.warnings[-1]
+    assert baseline_first([*summaries[:2], {}], names, None, said) == [0, 1, 2]  # one is of an older version
+    with pytest.raises(UserError, match="--baseline is 'wood', but the runs are called forest, bare, dense"):
+        baseline_first(summaries, names, "wood", said)

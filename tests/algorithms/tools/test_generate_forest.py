@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 import geopandas as gpd
 import numpy as np
 import pytest
@@ -192,6 +194,77 @@ def test_a_forest_like_another_has_its_density_sizes_and_correlation(tmp_path, f
     assert rho[1] == pytest.approx(rho[0], abs=4 * (1 - rho[0] ** 2) / np.sqrt(n))
     thinner = forest(like=str(tmp_path / "mapped.gpkg"), stems_per_ha=100.0)
     assert len(thinner) == round(100 * DEM_HA)
+
+
+def skewed(tmp_path, slope, name: str = "skewed.gpkg") -> gpd.GeoDataFrame:
+    """939 trees whose DBH is log-normal, of mean 20 and standard deviation 18 cm, at uniform places."""
+    rng = np.random.default_rng(11)
+    n, log_sd = 939, np.sqrt(np.log1p((18.0 / 20.0) ** 2))
+    dbh = np.maximum(np.exp(np.log(20.0) - 0.5 * log_sd**2 + log_sd * rng.standard_normal(n)), 1.0)
+    places = [shapely.Point(EAST + 1 + 198 * a, NORTH + 1 + 158 * b) for a, b in rng.random((n, 2))]
+    height = 1.3 + 3.0 * dbh**0.6 * np.exp(0.1 * rng.standard_normal(n))
+    frame = gpd.GeoDataFrame(
+        {"tree_id": range(n), "dbh_cm": dbh.round(2), "height_m": height.round(2)}, geometry=places, crs=2056
+    )
+    frame.to_file(tmp_path / name)
+    return frame
+
+
+def test_a_skewed_forest_keeps_its_moments_and_its_basal_area(tmp_path, forest, slope, outcome):
+    """As many trees are just the source's: all moments, and the relation of DBH and height. Before, of normal draws
+    that are repeated where they are no tree: mean 25 instead of 20 cm, basal area 15 % more."""
+    source = skewed(tmp_path, slope)
+    copy = forest(like=str(tmp_path / "skewed.gpkg"), seed=4)
+    assert len(copy) == len(source)
+    pairs = [sorted(zip(each["dbh_cm"], each["height_m"], strict=True)) for each in (source, copy)]
+    assert pairs[0] == pairs[1]
+    assert copy["dbh_cm"].tolist() != source["dbh_cm"].tolist()
+    area = np.pi / 4.0 * float((source["dbh_cm"] ** 2).sum()) / 1e4 / DEM_HA
+    assert outcome["last"].facts["basal_area_m2_per_ha"] == pytest.approx(area)
+    told = "\n".join(outcome["last"].lines)
+    mean, sd = source["dbh_cm"].mean(), source["dbh_cm"].std()
+    assert f"DBH of the layer {mean:.1f} +- {sd:.1f} cm, planted {mean:.1f} +- {sd:.1f} cm" in told
+    assert f"basal area of the layer {area:.3g} m2/ha, planted {area:.3g} m2/ha" in told
+
+
+def test_more_and_fewer_trees_than_the_source_are_dealt_from_it(tmp_path, forest, slope):
+    """Every tree of the source as often as any other, by one at most; and a tree keeps its sizes in a denser forest."""
+    source = skewed(tmp_path, slope)
+    like = str(tmp_path / "skewed.gpkg")
+    few, many = forest(like=like, stems_per_ha=100.0), forest(like=like, stems_per_ha=1000.0)
+    assert many.iloc[: len(few)].equals(few)
+    names = ["dbh_cm", "height_m"]
+    there, here = (Counter(each[names].itertuples(index=False, name=None)) for each in (source, many))
+    least, rest = divmod(len(many), len(source))
+    assert rest > 0
+    assert set(there) == set(here)
+    assert all(least * there[each] <= times <= (least + 1) * there[each] for each, times in here.items())
+    # of 100 trees per hectare the mean, by what a sample without replacement scatters (four standard errors)
+    scatter = source["dbh_cm"].std() / np.sqrt(len(few)) * np.sqrt(1.0 - len(few) / len(source))
+    assert few["dbh_cm"].mean() == pytest.approx(source["dbh_cm"].mean(), abs=4 * scatter)
+    other = forest(like=like, seed=1)
+    assert (other["dbh_cm"] == many["dbh_cm"].iloc[: len(other)]).mean() < 0.05
+
+
+def test_a_given_size_goes_before_those_of_the_layer(tmp_path, forest, slope, outcome):
+    """And then both are drawn from normal distributions."""
+    skewed(tmp_path, slope)
+    frame = forest(like=str(tmp_path / "skewed.gpkg"), dbh_mean_cm=40.0, dbh_sd_cm=4.0)
+    n = len(frame)
+    assert frame["dbh_cm"].mean() == pytest.approx(40.0, abs=4 * 4.0 / np.sqrt(n))
+    told = "\n".join(outcome["last"].lines)
+    expected = np.pi / 4.0 * (40.0**2 + 4.0**2) / 1e4 * n / DEM_HA
+    assert f"basal area asked {expected:.3g} m2/ha, planted " in told
+    planted = np.pi / 4.0 * float((frame["dbh_cm"] ** 2).sum()) / 1e4 / DEM_HA
+    assert outcome["last"].facts["basal_area_m2_per_ha"] == pytest.approx(planted)
+
+
+def test_what_is_too_small_for_a_tree_is_left_out_and_said(tmp_path, forest, slope, said):
+    source = skewed(tmp_path, slope)
+    source.loc[:9, "dbh_cm"] = 0.7
+    source.to_file(tmp_path / "small.gpkg")
+    assert len(forest(like=str(tmp_path / "small.gpkg"))) == len(source) - 10
+    assert any("10 of the 939 trees there are left out (DBH < 1 cm or height < 1.3 m)" in each for each in said.notes)
 
 
 def test_only_the_trees_of_the_stand_are_fitted(tmp_path, forest):

@@ -1,4 +1,5 @@
-"""Every tool that slides logs, killed in the middle and resumed: the same bytes as in one go, from one declaration."""
+"""Every tool that slides logs, from one declaration: killed in the middle and resumed the same bytes as in one go; a
+plan writes nothing; logs that sink deep are warned about."""
 
 from __future__ import annotations
 
@@ -18,7 +19,7 @@ from slope_case import Case, points, write_layer
 from deadwood_algorithms.evaluate.protection import effect
 from deadwood_algorithms.params.tool import Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
-from deadwood_algorithms.simulate import chunks
+from deadwood_algorithms.simulate import chunks, sinking
 from deadwood_toolbox.shelf import TOOLS
 
 pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="signals of POSIX")
@@ -137,3 +138,15 @@ def test_a_plan_writes_nothing(asked, tmp_path, name):
     assert outcome.facts["core_hours"] > 0.0
     assert any(line.startswith("16 workers:") for line in outcome.lines)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", sorted(SLIDING))
+def test_logs_that_sink_deep_are_warned_about(asked, tmp_path, monkeypatch, said, name):
+    """Here none sinks deeper than half its diameter, but many by a thousandth. Before, no tool said a word."""
+    output = tmp_path / ("run.gpkg" if name == "value-trees" else "run")
+    SLIDING[name](feedback=said, **asked[name], output=str(output))
+    assert not any("sank deeper" in each for each in said.warnings)
+    monkeypatch.setattr(sinking, "TOO_DEEP", 1e-3)
+    SLIDING[name](feedback=said, **asked[name], output=str(output), overwrite=True)
+    found = [each for each in said.warnings if "sank deeper than 0.001 of their diameter" in each]
+    assert len(found) == (2 if name == "run-sites" else 1), "once, but once a site"

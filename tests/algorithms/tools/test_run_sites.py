@@ -169,7 +169,7 @@ def test_a_table_gives_each_site_its_own(case, tmp_path, monkeypatch):
         json.loads((run / "sites" / name / "manifest.json").read_text(encoding="utf-8"))["parameters"]
         for name in ("steep", "plain")
     )
-    assert (steep["friction"], plain["friction"]) == ("0.5", "0.25")
+    assert (steep["friction"], plain["friction"]) == (0.5, 0.25)
     assert (steep["time_limit_s"], plain["time_limit_s"]) == (60.0, 30.0)
     assert steep["releases"] == plain["releases"] == case.releases
     assert_same_run(
@@ -242,7 +242,7 @@ def test_what_has_changed_is_slid_again(case, tmp_path, said):
         "two: its inputs or parameters, or the engine, have changed; it is slid again"
     ]
     made = json.loads((case.folder / "changed/sites/two/manifest.json").read_text(encoding="utf-8"))
-    assert made["parameters"]["friction"] == "0.35"
+    assert made["parameters"]["friction"] == 0.35
 
 
 def test_another_result_is_not_replaced_by_going_on(case, tmp_path):

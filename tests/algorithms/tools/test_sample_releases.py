@@ -164,3 +164,17 @@ def test_an_interrupted_run_leaves_nothing(tmp_path, slope, said):
     with pytest.raises(Cancelled):
         TOOL(TOOL.ask_from(ask), said)
     assert sorted(each.name for each in tmp_path.iterdir()) == ["areas.gpkg", "dem.tif"]
+
+
+@pytest.mark.parametrize(
+    ("name", "hint"), [("windthrow_2020.gpkg", True), ("Windwurf.gpkg", True), ("areas.gpkg", False)]
+)
+def test_upright_logs_in_areas_of_lying_wood_are_questioned(tmp_path, sample, said, outcome, name, hint):
+    layer = areas(tmp_path, [RING], name=name)
+    sample(layer, count=5)
+    assert any("--orientation random-lying releases it so" in each for each in said.warnings) is hint
+    assert outcome["last"].lines[-1] == "posture at the start: all upright"
+    said.warnings.clear()
+    sample(layer, count=5, orientation="random-lying")
+    assert not any("--orientation" in each for each in said.warnings)
+    assert outcome["last"].lines[-1] == "posture at the start: all lying"

@@ -11,9 +11,8 @@ import numpy as np
 import pandas as pd
 import pytest
 import shapely
-from slope_case import Case, layer, points, summary, write_layer
+from slope_case import Case, assert_same_file, layer, points, summary, write_layer
 
-from deadwood_algorithms.evaluate.protection import candidate_barriers as places
 from deadwood_algorithms.evaluate.protection.siting import flux_of
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.stats.order_statistics import percentile_record
@@ -169,7 +168,7 @@ def test_the_runs_own_barriers_stay_and_threads_change_nothing(case, lines, tmp_
     run = case.run(output=str(tmp_path / "run"), barriers=own, **more)
     found = [site(run, tmp_path / f"{k}", candidates=lines, height_m="3", threads=k) for k in (1, 2)]
     table, frame, _ = found[0]
-    assert (tmp_path / "1" / "barriers.gpkg").read_bytes() == (tmp_path / "2" / "barriers.gpkg").read_bytes()
+    assert_same_file(tmp_path / "1" / "barriers.gpkg", tmp_path / "2" / "barriers.gpkg")
     assert table.equals(found[1][0])
     assert (frame["barrier_id"].iloc[0], frame["height_m"].iloc[0], frame["step"].iloc[0]) == ("old", 2.0, 0)
     assert len(frame) == 2
@@ -186,29 +185,14 @@ def test_contours_give_candidates_where_most_logs_pass(case, bare, tmp_path):
     chosen = shapely.get_coordinates(frame.geometry.to_numpy())
     assert chosen[:, 1] - 1_196_000.0 == pytest.approx(30.0 + 7.0 / np.tan(np.radians(35.0)), abs=0.2)
     assert frame["length_m"].tolist() == pytest.approx([20.0])
+    assert float(np.hypot(*np.diff(chosen, axis=0)[0])) == pytest.approx(20.0)  # and straight
+    assert len(chosen) == 2
+    assert alone["angle_deg"].max() < 1.0  # of contours that are straight
     for length, rows in alone.groupby(alone["length_m"].round()):
         ordered: Any = rows
         first, second = ordered.sort_values("barrier_id")["n_flux"]
         assert first >= second, length
     assert frame["n_flux"].iloc[0] == alone.loc[alone["length_m"] > 15.0, "n_flux"].max()
-
-
-def test_pieces_lie_where_most_logs_pass_and_apart():
-    """Ten parts of 5 m; logs pass the third and fourth, one the eighth."""
-    line = shapely.LineString([(0.0, 0.0), (50.0, 0.0)])
-    parts = places.contour_parts([line], 20.0)
-    assert [(each.begin, each.end) for each in parts] == [(5.0 * k, 5.0 * k + 5.0) for k in range(10)]
-    passed = np.zeros((4, 10), bool)
-    passed[0, 2] = passed[1, 3] = passed[2, [2, 3]] = passed[3, 7] = True
-    found = places.pieces_where_most_pass([line], parts, passed, 10.0, 5)
-    assert [(shape.bounds[0], shape.bounds[2], n) for shape, n in found] == [
-        (10.0, 20.0, 3),
-        (5.0, 15.0, 2),
-        (15.0, 25.0, 2),
-        (30.0, 40.0, 1),
-        (35.0, 45.0, 1),
-    ]
-    assert places.pieces_where_most_pass([line], parts, passed, 60.0, 5) == []
 
 
 def test_flux_is_of_logs_that_reach_a_line_then_or_later():
@@ -239,7 +223,7 @@ def test_what_cannot_be_asked_is_refused(case, bare, lines, tmp_path):
     refused("rows 1, 2 are called 'a'; give each candidate an id of its own", bare, out, candidates=twins)
     low = write_layer(tmp_path / "low.gpkg", [piece], barrier_id=["a"], height_m=[-1.0])
     refused("field 'height_m', row 1", bare, out, candidates=low)
-    far = "no log that reaches a line passes a contour 400 m above it that is 20,40 m long"
+    far = "no log that reaches a line passes a straight piece of 20,40 m along a contour 400 m above it"
     refused(far, bare, out, above_m="400")
     still = case.run(output=str(tmp_path / "still"), lines=case.lines, friction="5.0", trajectories="none")
     refused("no log of the run reaches a line; there is nothing to keep away", still, out, candidates=lines)

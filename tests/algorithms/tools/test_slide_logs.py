@@ -165,7 +165,7 @@ def test_the_summary_agrees_with_the_layers(full):
     assert told["accuracy"]["penetration_max_m"] == deposits["penetration_max_m"].max()
     assert told["accuracy"]["fidelity"] == "draft"
     assert set(told["cost"]) == {"cpu_s", "wall_s", "steps", "logs_per_s"}
-    assert "59 rigid truncated cones; 1 off the DEM left out" in told["modelled"]["trees"]
+    assert "59 rigid truncated cones; 0 off the DEM left out; 1 left out where" in told["modelled"]["trees"]
 
 
 def test_what_a_scene_lacks_is_said(case, tmp_path):

@@ -12,7 +12,7 @@ import geopandas as gpd
 import numpy as np
 import pytest
 import shapely
-from slope_case import EAST, NORTH, Case, layer, points, write_layer
+from slope_case import EAST, NORTH, Case, assert_same_file, layer, points, write_layer
 
 from deadwood_algorithms.evaluate.protection import effect
 from deadwood_algorithms.evaluate.protection import values as protection_values
@@ -172,7 +172,7 @@ def test_ranks_are_a_place_for_each_of_a_kind(valued):
 def test_threads_change_no_byte(full, tmp_path):
     for threads in (1, 3):
         value_trees.TOOL(run=str(full), output=str(tmp_path / f"{threads}.gpkg"), threads=threads)
-    assert (tmp_path / "1.gpkg").read_bytes() == (tmp_path / "3.gpkg").read_bytes()
+    assert_same_file(tmp_path / "1.gpkg", tmp_path / "3.gpkg")
 
 
 def both_ways(run: Path, folder: Path, monkeypatch, feedback: Any = None, **more: Any) -> float:
@@ -190,7 +190,7 @@ def both_ways(run: Path, folder: Path, monkeypatch, feedback: Any = None, **more
         changed.setattr(effect.Again, "shorter", lambda self: {})
         changed.setattr(effect.Again, "stages_of", from_release)
         value_trees.TOOL(run=str(run), output=str(folder / "long.gpkg"), **more)
-    assert (folder / "short.gpkg").read_bytes() == (folder / "long.gpkg").read_bytes()
+    assert_same_file(folder / "short.gpkg", folder / "long.gpkg")
     return float(np.concatenate(used).mean())
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import struct
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +14,16 @@ import pytest
 import shapely
 from slope_case import Case, layer, points, summary, write_dem, write_layer
 
+from deadwood_algorithms.evaluate.sensitivity.design import Place
+from deadwood_algorithms.evaluate.sensitivity.factor_runs import logs_at
 from deadwood_algorithms.params.tool import Cancelled, Quiet, UserError
 from deadwood_algorithms.scene import layers as scene_read
 from deadwood_algorithms.scene import reach
+from deadwood_algorithms.schemas import ORIENTATIONS
 from deadwood_algorithms.simulate import windows as scene_window
 from deadwood_algorithms.simulate.log_order import hash_order
 from deadwood_algorithms.tools import vary
+from deadwood_engine import Logs
 from deadwood_toolbox import cli
 
 LOGS = 30
@@ -49,7 +54,7 @@ def rows(folder: Path, name: str) -> pd.DataFrame:
 ENDS = (
     "friction=0.15:0.3,rolling_friction=0.02:0.2,restitution=0:0.3,tree_friction=0.1:0.8,tree_restitution=0:0.5,"
     "log_dbh_factor=0.5:2,log_length_factor=0.5:1.5,log_density_factor=0.5:1.5,tree_dbh_factor=0.5:1.5,"
-    "fidelity=draft:standard"
+    "fidelity=draft:standard,orientation=random-lying:upright"
 )
 # What slide-logs is given for each end
 AS_OPTIONS = {
@@ -74,7 +79,7 @@ def ends(case) -> Path:
 def test_the_ends_are_runs_of_slide_logs(case, ends, tmp_path):
     """Every log reaches the same lines, and comes as far to the last bit of the mean."""
     runs = rows(ends, "runs.csv")
-    assert len(runs) == 1 + 2 * 10
+    assert len(runs) == 1 + 2 * 11
     everything = case.everything()
 
     def agrees(row: pd.Series, **changes: Any) -> None:
@@ -89,6 +94,7 @@ def test_the_ends_are_runs_of_slide_logs(case, ends, tmp_path):
             row = runs[runs["label"] == f"{name} {end}"].iloc[0]
             value = row[f"value_{name}"]
             agrees(row, **options(value if name == "fidelity" else float(value)))
+    agrees(runs[runs["label"] == "orientation high"].iloc[0], orientation="upright")
     trees = write_layer(
         tmp_path / "thick.gpkg",
         [shapely.Point(each.x - 2_786_000.0, each.y - 1_196_000.0) for each in _trees(case).geometry],
@@ -97,6 +103,21 @@ def test_the_ends_are_runs_of_slide_logs(case, ends, tmp_path):
         height_m=_trees(case)["height_m"].to_numpy(),
     )
     agrees(runs[runs["label"] == "tree_dbh_factor high"].iloc[0], trees=trees)
+
+
+def test_logs_that_lie_lie_in_every_direction_and_are_the_same_logs():
+    """Of 4000 logs each quarter of the azimuths has a quarter, within four standard deviations of its count."""
+    ids = np.arange(4000)
+    logs = Logs.alike(ids * 1.0, ids * 2.0, length=12.0, tilt=0.4)
+    asked = Place("orientation low", {"orientation": "random-lying", "log_length_factor": 2.0})
+    found = logs_at(asked, logs, seed=7)
+    assert (found.orientation == ORIENTATIONS.index("lying")).all()
+    assert (found.length == 24.0).all()
+    quarters = np.bincount((found.azimuth // (0.5 * np.pi)).astype(int), minlength=4)
+    assert np.abs(quarters - 1000).max() <= 4.0 * np.sqrt(4000 * 0.25 * 0.75)
+    one = logs_at(asked, replace(Logs.alike([1.0], [2.0]), log_id=ids[77:78]), seed=7)
+    assert one.azimuth[0] == found.azimuth[77]  # whatever other logs there are
+    assert (found.x == logs.x).all()
 
 
 def _trees(case: Case) -> Any:

@@ -189,23 +189,59 @@ def test_later_some_are_gone_and_the_rest_is_thinner(place, tmp_path):
     assert list(found["trees_after"]["species"]) == list(found["trees_before"]["species"])
 
 
-def test_at_the_edge_of_the_terrain_no_stem_is_lost(tmp_path, said):
+def test_at_the_edge_of_the_terrain_stems_are_cut_or_left_out_and_counted(tmp_path, said):
+    """Of two that fall towards the edge one ends there; the other has no room, and once fell the other way."""
     dem = write_dem(tmp_path / "flat.tif", flat=True)
     trees = write_layer(
-        tmp_path / "trees.gpkg", points((20.0, 10.0), (30.0, 0.52)), tree_id=[1, 2], dbh_cm=[40.0, 40.0],
-        height_m=[25.0, 20.0],
+        tmp_path / "trees.gpkg", points((20.0, 10.0), (30.0, 0.52), (40.0, 50.0)), tree_id=[1, 2, 3],
+        dbh_cm=[40.0, 40.0, 40.0], height_m=[25.0, 20.0, 20.0],
     )  # fmt: skip
-    windthrow.TOOL(
-        feedback=said, trees=trees, dem=dem, share=1.0, fall_deg=180.0, scatter_deg=0.0, stump_m=0.0,
+    outcome = windthrow.TOOL(
+        feedback=said, trees=trees, dem=dem, share=1.0, fall_deg=180.0, scatter_deg=0.0, stump_m=0.5, lost=0.5,
         output=str(tmp_path / "s"),
     )  # fmt: skip
     lying: Any = gpd.read_file(tmp_path / "s" / "lying_after.gpkg").set_index("lying_id")
+    assert sorted(lying.index) == [1, 3]
     (_, y0), (_, y1) = lying.geometry[1].coords
     assert y0 - NORTH == pytest.approx(9.8)
     assert y1 - NORTH == pytest.approx(0.5, abs=1e-3)  # the outermost cell centres
-    (_, y0), (_, y1) = lying.geometry[2].coords
-    assert y1 - y0 == pytest.approx(20.0, abs=1e-6)
-    assert any("2 stems would reach beyond the terrain" in each for each in said.notes)
+    assert any("1 stems would reach beyond the terrain; they end at its edge" in each for each in said.notes)
+    assert any("1 of 3 thrown stems fall off the terrain model" in each for each in said.notes)
+    assert outcome.facts["off_terrain"] == 1
+    assert outcome.facts["after"] == {"standing": 0, "lying": 2, "removed": 1}
+    assert outcome.facts["later"] == {"standing": 0, "lying": 1, "removed": 2}  # half of those that lie
+    stems: Any = gpd.read_file(tmp_path / "s" / "stems.gpkg").set_index("tree_id")
+    assert stems.loc[2, ["fall_deg", "before", "after", "cleared"]].tolist() == [
+        180.0,
+        "standing",
+        "removed",
+        "removed",
+    ]
+    after: Any = gpd.read_file(tmp_path / "s" / "trees_after.gpkg").set_index("tree_id")
+    assert (after["height_m"] == 0.5).all(), "all three left a stump"
+    assert len(after) == 3
+
+
+def test_directions_keep_their_scatter_at_the_terrains_edge(tmp_path):
+    """A forest to the very edges: 20 degrees, to 4 standard errors; with the stems at the edge turned round, 21.9 and
+    more, for a turned one is 180 degrees off."""
+    dem = write_dem(tmp_path / "flat.tif", flat=True)
+    rng = np.random.default_rng(9)
+    count = 4000
+    at = np.column_stack([0.6 + 58.8 * rng.random(count), 0.6 + 98.8 * rng.random(count)])
+    at[:150, 1] = 0.6 + 0.2 * rng.random(150)  # at the edge that they fall to
+    trees = write_layer(
+        tmp_path / "trees.gpkg", points(*at), tree_id=np.arange(count), dbh_cm=[30.0] * count, height_m=[20.0] * count
+    )
+    outcome = windthrow.TOOL(trees=trees, dem=dem, share=1.0, fall_deg=180.0, output=str(tmp_path / "s"))
+    lying: Any = gpd.read_file(tmp_path / "s" / "lying_after.gpkg")
+    assert len(lying) + outcome.facts["off_terrain"] == count
+    assert outcome.facts["off_terrain"] >= 100
+    ends = np.array([each.coords for each in lying.geometry])
+    east, north = (ends[:, 1] - ends[:, 0]).T
+    off = (np.degrees(np.arctan2(east, north)) - 180.0 + 180.0) % 360.0 - 180.0
+    assert np.abs(off).max() < 90.0
+    assert off.std() == pytest.approx(20.0, abs=4 * 20.0 / np.sqrt(2 * len(off)))
 
 
 def test_plan_lengths_on_a_plane_are_the_cosine():

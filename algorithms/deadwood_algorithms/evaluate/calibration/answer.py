@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from deadwood_algorithms.evaluate.calibration.friction_runs import FrictionRun, Watched
-from deadwood_algorithms.evaluate.calibration.score import Range, Scores, energy_score
+from deadwood_algorithms.evaluate.calibration.score import Observation, Range, Scores, energy_score
 from deadwood_algorithms.params.presets import FRICTION_CELL_M
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.stats.statistics import percent, percent_of, reach_record
@@ -18,6 +18,7 @@ FEW_LOGS = 100
 
 
 WORTH_A_WARNING = 0.05  # share of the logs without a deposit
+SHOWN = 6  # coefficients of which that is told
 
 
 def warn_of_cells(cell: float, feedback: Feedback) -> None:
@@ -32,36 +33,59 @@ def warn_of_cells(cell: float, feedback: Feedback) -> None:
 
 
 def warn_of_logs(
-    slid: list[FrictionRun], fewest: int, lost: list[NDArray[np.bool_]] | None, feedback: Feedback
+    slid: list[FrictionRun],
+    outcomes: list[Observation],
+    lost: list[NDArray[np.bool_]] | None,
+    *,
+    search_complete: bool,
+    feedback: Feedback,
 ) -> None:
     """``lost``, of an event that was seen at lines: logs that left before it was known whether they did the same."""
+    fewest = min(each.logs.size for each in outcomes)
     if fewest < FEW_LOGS:
         feedback.warn(f"an observed deposit is compared with {fewest} logs only; release some hundreds at least")
-    for k, each in enumerate(slid):
-        if lost is not None:
-            gone = int(lost[k].sum())
-            if gone > WORTH_A_WARNING * each.x.size:
-                feedback.warn(
-                    f"at friction {each.friction:g} {gone} of {each.x.size} logs left the terrain model before it "
-                    "was seen whether they reach the lines; they count as far as they were seen; take a larger one"
-                )
-            continue
-        without = int((~each.resting).sum())
-        if without > WORTH_A_WARNING * each.x.size:
-            feedback.warn(
-                f"at friction {each.friction:g} {without} of {each.x.size} logs left the terrain model, failed, or "
-                "still moved at the time limit: they are no deposits, which speaks against this coefficient as far as "
-                "all logs of the event were found on the terrain model; if not, take a larger one"
-            )
+    n = slid[0].x.size
+    gone = [int(each.sum()) for each in lost] if lost is not None else [int((~each.resting).sum()) for each in slid]
+    many = [k for k, each in enumerate(gone) if each > WORTH_A_WARNING * n]
+    if not many:
+        return
+    told = ", ".join(f"{gone[k]} at friction {slid[k].friction:g}" for k in many[:SHOWN])
+    told += f", and more than {100 * WORTH_A_WARNING:.0f} % at {len(many) - SHOWN} others" if len(many) > SHOWN else ""
+    if lost is not None:
+        feedback.warn(
+            f"of {n} logs, {told} left the terrain model before it was seen whether they reach the lines: they count "
+            "as far as they were seen; take a larger one"
+        )
+    elif search_complete:
+        feedback.warn(
+            f"of {n} logs, {told} left the terrain model, failed, or still moved at the time limit: they are no "
+            "deposits, which speaks against these coefficients, because all logs of the event were found "
+            "(--search-complete)"
+        )
+    else:
+        feedback.warn(
+            f"of {n} logs, {told} left the terrain model, failed, or still moved at the time limit: observed deposits "
+            "are compared with those that came to rest in sight, for of the event's, too, only such could be found. If "
+            "all of the event's were found, --search-complete says more; if not, a larger terrain model does"
+        )
+        few = min(int(each.counts[k]) for each in outcomes for k in many)
+        if few < FEW_LOGS <= fewest:
+            feedback.warn(f"of these no more than {few} are compared with an observed deposit; release more logs")
 
 
 def records_of(
-    slid: list[FrictionRun], scores: Scores, outcomes: list[Any], watched: Watched, lost: list[NDArray[np.bool_]] | None
+    slid: list[FrictionRun],
+    scores: Scores,
+    outcomes: list[Observation],
+    watched: Watched,
+    lost: list[NDArray[np.bool_]] | None,
 ) -> list[dict[str, Any]]:
     """One record a coefficient."""
-    points = [each for each in outcomes if each.place]
-    distance = np.mean([energy_score(each, each.place) for each in points], axis=0) if points else None
-    yes_no = list({id(each.done): each for each in outcomes if each.done is not None}.values())  # one an area, or one
+    distances = [energy_score(each, each.place) for each in outcomes if each.place]
+    distance = np.mean(distances, axis=0) if distances else None
+    areas = {
+        id(each.done): (each.done, each.counts) for each in outcomes if each.done is not None
+    }  # one an area, or one
     rows = []
     for k, each in enumerate(slid):
         resting = each.runout[each.resting]
@@ -82,11 +106,12 @@ def records_of(
             "speed_max_ms": float(each.speed_max.max()),
             "without_deposit": int((~each.resting).sum()),
         }
-        if yes_no:
-            record = reach_record(sum(int(one.done[k].sum()) for one in yes_no), sum(one.logs.size for one in yes_no))
+        if areas:
+            hits = sum(int(done[k].sum()) for done, _ in areas.values())
+            record = reach_record(hits, sum(int(counts[k]) for _, counts in areas.values()))
             row |= {"share": record["p"], "share_low": record["ci_low"], "share_high": record["ci_high"]}
         if lost is not None:
-            done, n = outcomes[0].done[k], each.x.size
+            done, n = next(iter(areas.values()))[0][k], each.x.size
             row |= {"n_lost": int(lost[k].sum())}
             row |= {"share_low_if_lost": int((done & ~lost[k]).sum()) / n}
             row |= {"share_high_if_lost": int((done | lost[k]).sum()) / n}
@@ -124,7 +149,10 @@ def lines_of(rows: list[dict[str, Any]], sentence: str, n_logs: int) -> tuple[st
         cells += [percent_of(row["without_deposit"], n_logs)] * with_lost
         cells += [f"{row['energy_score_m']:.1f} m"] * with_score
         if with_share:
-            cells.append(f"{percent(row['share'], row['share_low'], row['share_high'])} %")
+            known = math.isfinite(row["share"])
+            cells.append(
+                f"{percent(row['share'], row['share_low'], row['share_high'])} %" if known else "none in sight"
+            )
         if with_bounds:
             ends = (row[f"share_{end}_if_lost"] for end in ("low", "high"))
             cells.append(f"{' to '.join(percent(each, row['share_low'], row['share_high']) for each in ends)} %")

@@ -138,18 +138,25 @@ def read_observed(path: str, layers: SceneLayers, logs: Releases, feedback: Feed
     return Observed(geometry, rows, [f"{row + 1} (release {name})" for row, name in enumerate(named)])
 
 
-def outcomes_of_deposits(observed: Observed, slid: list[FrictionRun], error: float) -> list[Observation]:
-    """Each observed deposit, and what the logs that it may have been did with every coefficient."""
-    x, y = (np.stack([np.where(each.resting, getattr(each, name), np.nan) for each in slid]) for name in "xy")
+def outcomes_of_deposits(
+    observed: Observed, slid: list[FrictionRun], error: float, *, search_complete: bool
+) -> list[Observation]:
+    """Each observed deposit, and what the logs that it may have been did with every coefficient.
+
+    search_complete : all logs of the event were found; else those at rest in sight were, of however many
+    """
+    rests = np.stack([each.resting for each in slid])
+    x, y = (np.where(rests, np.stack([getattr(each, name) for each in slid]), np.nan) for name in "xy")
     sides = [np.nanmax(at) - np.nanmin(at) + 4.0 * error if np.isfinite(at).any() else math.inf for at in (x, y)]
     area = float(sides[0] * sides[1])  # two errors beyond the outermost deposits
     out = []
     for shape, rows, is_point in zip(observed.geometry, observed.logs, observed.are_points, strict=True):
+        found = None if search_complete else rests[:, rows]
         if is_point:
-            out.append(Observation(rows, (shape.x, shape.y), x[:, rows], y[:, rows], area=area))
+            out.append(Observation(rows, (shape.x, shape.y), x[:, rows], y[:, rows], area=area, found=found))
         else:
             inside = shapely.contains_xy(shape, x[:, rows], y[:, rows])
-            out.append(Observation(rows, done=inside & np.isfinite(x[:, rows])))
+            out.append(Observation(rows, done=inside & rests[:, rows], found=found))
     return out
 
 

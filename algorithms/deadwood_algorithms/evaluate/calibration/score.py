@@ -8,14 +8,22 @@ Likelihood. A point y has the density of the simulated deposits x_j seen with an
 mapping and of what the model cannot know: (sum_j N(y; x_j, s^2) + 1/2 / A) / (n + 1). A yes or no has the share of the
 logs that do it: (k + 1/2) / (n + 1) for k of n. The half a log, which for points lies evenly on the ground A on which
 any log came to rest with any coefficient, keeps a coefficient from being ruled out by too few logs. Outcomes multiply.
-A log that came to no rest in sight (it left the terrain model, failed, or still moved at the time limit) is no deposit:
-it stays in n, and in the events that the simulation makes it is an outcome of its own, with the share of such logs,
-(k + 1/2) / (n + 1). So a coefficient with which many logs leave must explain why none of the observed ones did. Where
-logs may have gone on unseen, that is no evidence: take a larger terrain model.
+
+Logs that came to no rest in sight (they left the terrain model, failed, or still moved at the time limit) are no
+deposits, and two things may be known of the event's:
+
+- deposits were found here, and nobody knows how many logs went on beyond. Then each is one of those that came to rest
+  in sight, and n counts only these: its density, given that, is (sum_j N(y; x_j, s^2) + 1/2 / A) / (n + 1/2) over the n
+  logs at rest in sight. What share of the logs leaves speaks neither for a coefficient nor against it; one with which
+  none of the simulated logs stays cannot have made a deposit here, and has no likelihood;
+- the search was complete: all logs of the event were found. Then those that left stay in n, and in the events that the
+  simulation makes they are an outcome of their own, with the share of such logs, (k + 1/2) / (n + 1). So a coefficient
+  with which many logs leave must explain why none of the observed ones did.
 
 Range. A coefficient stays in the range unless the event is less likely with it, relative to the best coefficient, than
 in 95 % of events that the simulation itself makes with that coefficient, of as many logs: log j instead of an observed
-one, its deposit shifted by a drawn error, its own share taken out of all densities. So whatever the coefficient is, the
+one (of those at rest in sight, where only such were found), its deposit shifted by a drawn error, its own share taken
+out of all densities. So whatever the coefficient is, the
 range holds it in 95 % of events, for one observed log as for many (Feldman & Cousins 1998), where the usual limit of
 1.92 on the log-likelihood counts on many. A range that holds every coefficient says that the event tells nothing.
 
@@ -56,6 +64,8 @@ class Observation:
     done : whether each simulated log did what was seen, shape (coefficients, m), for a yes
     yes : whether it was seen
     area : of the ground on which any log came to rest [m2]
+    found : which simulated logs came to rest in sight, shape (coefficients, m), where the outcome is known to be of
+        such a log; None: it may be of any
     """
 
     logs: NDArray[np.int64]
@@ -65,6 +75,21 @@ class Observation:
     done: NDArray[np.bool_] | None = None
     yes: bool = True
     area: float = math.inf
+    found: NDArray[np.bool_] | None = None
+
+    @property
+    def counts(self) -> NDArray[np.int64]:
+        """How many logs an outcome is one of, with each coefficient, shape (c,)."""
+        if self.found is not None:
+            return self.found.sum(axis=1)
+        every = self.done if self.done is not None else self.x
+        assert every is not None  # a point
+        return np.full(len(every), self.logs.size)
+
+    @property
+    def left_over(self) -> float:
+        """How many logs the half a log of a point makes beside the n: the half itself, or another half that is lost."""
+        return 1.0 if self.found is None else 0.5
 
 
 @dataclass(frozen=True)
@@ -125,12 +150,15 @@ def share_below(made: Array, seen: float) -> float:
 def log_densities(outcome: Observation, place: tuple[float, float] | None, error: float) -> Array:
     """Log-likelihood of one observed outcome with each coefficient, shape (c,)."""
     if outcome.done is not None:
-        return log_share(outcome.done.sum(axis=1), outcome.done.shape[1], outcome.yes)
-    assert place is not None  # a point
-    return log_density(log_kernels(outcome, np.array([place]), error)[:, 0], outcome.logs.size, outcome.area)
+        found = log_share(outcome.done.sum(axis=1), outcome.counts, outcome.yes)
+    else:
+        assert place is not None  # a point
+        kernels = log_kernels(outcome, np.array([place]), error)[:, 0]
+        found = log_density(kernels, outcome.counts, outcome.area, outcome.left_over)
+    return np.where(outcome.counts > 0, found, -np.inf)
 
 
-def log_share(hits: NDArray, n: int, yes: bool) -> Array:
+def log_share(hits: NDArray, n: NDArray, yes: bool) -> Array:
     share = (hits + 0.5) / (n + 1.0)
     return np.log(share if yes else 1.0 - share)
 
@@ -143,13 +171,13 @@ def log_kernels(outcome: Observation, places: Array, error: float) -> Array:
     return np.where(np.isnan(square), -np.inf, -square / (2.0 * error**2) - math.log(2.0 * math.pi * error**2))
 
 
-def log_density(kernels: Array, n: int, area: float) -> Array:
+def log_density(kernels: Array, n: NDArray, area: float, left_over: float) -> Array:
     """Log of the density that the kernels (their logs, along the last axis) of n logs and half a log make."""
     top = kernels.max(axis=-1, keepdims=True)
     top = np.where(np.isfinite(top), top, 0.0)
     with np.errstate(divide="ignore"):
         total = np.log(np.exp(kernels - top).sum(axis=-1)) + top[..., 0]
-    return np.logaddexp(total, math.log(0.5) - math.log(area)) - math.log(n + 1.0)
+    return np.logaddexp(total, math.log(0.5) - math.log(area)) - np.log(n + left_over)
 
 
 def made_densities(
@@ -161,30 +189,36 @@ def made_densities(
     """
     item = np.arange(EVENTS) * 1024 + number
     order = np.argsort(log_id[outcome.logs], kind="stable")  # the same log whatever row it stands in
+    if outcome.found is not None:
+        order = order[outcome.found[k, order]]
+    if not order.size:
+        return np.full((EVENTS, outcome.counts.size), -np.inf)
     chosen = order[(uniforms(seed, item, EVENT_LOG)[0] * order.size).astype(np.int64)]
+    own_found = np.ones((EVENTS, 1), np.int64) if outcome.found is None else outcome.found[:, chosen].T
+    others = outcome.counts - own_found  # (events, c)
+    out = np.where(outcome.counts > 0, 0.0, -np.inf) + np.zeros((EVENTS, 1))
     if outcome.done is not None:
         own = outcome.done[:, chosen].T  # (events, c)
         hits = outcome.done.sum(axis=1) - own
         seen = own[:, k]
-        n = outcome.done.shape[1] - 1
-        return np.where(seen[:, None], log_share(hits, n, True), log_share(hits, n, False))
+        return out + np.where(seen[:, None], log_share(hits, others, True), log_share(hits, others, False))
     assert outcome.x is not None  # a point
     assert outcome.y is not None
     shift = error * np.stack(normals(seed, item, EVENT_ERROR), axis=1)
     places = np.stack([outcome.x[k, chosen], outcome.y[k, chosen]], axis=1) + shift
-    out = np.empty((EVENTS, outcome.x.shape[0]))
     step = max(1, PAIRS_AT_ONCE // max(1, outcome.x.size))
     for start in range(0, EVENTS, step):
         part = slice(start, min(EVENTS, start + step))
         kernels = log_kernels(outcome, places[part], error)
         rows = np.arange(part.stop - part.start)
         kernels[:, rows, chosen[part]] = -np.inf  # its own place would be too good a guess
-        out[part] = log_density(kernels, outcome.logs.size - 1, outcome.area).T
+        out[part] += log_density(kernels, others[part].T, outcome.area, outcome.left_over).T
+    if outcome.found is not None:
+        return out
     # A log without a deposit is no deposit elsewhere, and no other log takes its place: it is an outcome of its own.
     lost = np.isnan(outcome.x)
     gone = chosen[lost[k, chosen]]
-    others = lost.sum(axis=1) - lost[:, gone].T
-    out[lost[k, chosen]] = log_share(others, outcome.logs.size - 1, True)
+    out[lost[k, chosen]] = log_share(lost.sum(axis=1) - lost[:, gone].T, others[0], True)
     return out
 
 
@@ -196,17 +230,19 @@ def sampling_interval(
     total: Array = np.zeros(1)
     for each in outcomes:
         mine = weights[:, each.logs]
-        count = mine.sum(axis=1)[:, None]
+        count = mine.sum(axis=1)[:, None] if each.found is None else mine @ each.found.T.astype(float)
+        none = np.where(each.counts > 0, 0.0, -np.inf)
         if each.done is not None:
             share = (mine @ each.done.T.astype(float) + 0.5) / (count + 1.0)
-            total = total + np.log(share if each.yes else 1.0 - share)
+            total = total + np.log(share if each.yes else 1.0 - share) + none
             continue
         kernels = log_kernels(each, np.array([each.place]), error)[:, 0]  # (c, m)
         top = kernels.max(axis=1)
         top = np.where(np.isfinite(top), top, 0.0)
         with np.errstate(divide="ignore"):
             sums = np.log(mine @ np.exp(kernels - top[:, None]).T) + top
-        total = total + np.logaddexp(sums, math.log(0.5) - math.log(each.area)) - np.log(count + 1.0)
+        half = math.log(0.5) - math.log(each.area)
+        total = total + np.logaddexp(sums, half) - np.log(count + each.left_over) + none
     best = total.max(axis=1, keepdims=True)
     relative = np.where(np.isfinite(total), total - np.where(np.isfinite(best), best, 0.0), -np.inf)
     low, high = np.quantile(relative, [0.025, 0.975], axis=0, method="nearest")

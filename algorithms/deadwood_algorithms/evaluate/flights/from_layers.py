@@ -30,9 +30,14 @@ class Mark:
     at: str  # how messages name it
     takeoff: tuple[float, float]
     landing: tuple[float, float]
-    diameter: float  # [m]
+    dbh_cm: float
     length: float  # [m]
     angle_deg: float  # NaN: that of the terrain
+
+    @property
+    def diameter(self) -> float:
+        """[m]"""
+        return self.dbh_cm / 100.0
 
 
 @dataclass(frozen=True)
@@ -76,7 +81,7 @@ def read_marks(path: str, crs: str | None, defaults: FlightDefaults, dem: DemWin
         if takeoff == landing:
             raise UserError(f"{at}: take-off and landing are the same place")
         of = {name: float(values[row]) for name, values in numbers.items()}
-        marks.append(Mark(flight_id, at, takeoff, landing, of["dbh_cm"] / 100.0, of["length_m"], of["takeoff_deg"]))
+        marks.append(Mark(flight_id, at, takeoff, landing, of["dbh_cm"], of["length_m"], of["takeoff_deg"]))
     return marks
 
 

@@ -108,7 +108,7 @@ class Followed:
             "height_max_m": known(np.max(above[self.between], initial=0.0)),
             "cut_m": self.cut,
             "clearance_min_m": least,
-            "dbh_cm": 100.0 * self.mark.diameter,
+            "dbh_cm": self.mark.dbh_cm,
             "length_m": self.mark.length,
         }
 

@@ -15,6 +15,11 @@ COLD = ("#d0d1e6", "#a6bddb", "#67a9cf", "#3690c0", "#02818a", "#016450")
 CORNERS = (("#e8e8e8", "#64acbe"), ("#c85a5a", "#574249"))
 
 
+def ranges_of(bounds: Sequence[float]) -> list[tuple[float | None, float | None]]:
+    """Both ends of each class between such bounds; None where it has no end."""
+    return list(pairwise([None, *bounds, None]))
+
+
 def rising_labels(bounds: Sequence[float], unit: str) -> list[str]:
     """``below 30 kJ``, ``30 to 300 kJ``, ``300 kJ and more``."""
     between = [f"{low:g} to {high:g} {unit}" for low, high in pairwise(bounds)]

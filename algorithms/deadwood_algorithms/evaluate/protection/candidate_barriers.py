@@ -1,16 +1,16 @@
-"""Where a barrier could stand: lines that are given, or pieces of contours above the lines that are to be protected."""
+"""Where a barrier could stand: given lines, or straight pieces along contours above what is to be protected."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from typing import Any
 
 import contourpy
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from shapely.ops import substring
 
 from deadwood_algorithms.files.columns import schema_column, where_of
 from deadwood_algorithms.files.vectors import read_vector
@@ -21,11 +21,13 @@ from deadwood_algorithms.schemas import BARRIERS
 from deadwood_engine import Barriers
 
 Array = NDArray[np.float64]
+Terrain = Callable[[Array, Array], Array]  # heights [m] of places x, y [m], NaN off the terrain
 CELLS_LOOKED_AT = 250_000  # of the terrain, at which heights above the lines are taken for contours
 ROAD_STEP = 5.0  # [m] between places of a line whose height counts
-PARTS_A_LENGTH = 4  # a barrier's place is sought in steps of this part of the shortest one
-PARTS_MOST = 600
-SMOOTHED = 1.0  # [m] by which a barrier may run beside its contour, that is as rough as the terrain model
+STEPS_A_LENGTH = 4  # a barrier's place is sought in steps of this part of the shortest one
+PIECES_MOST = 600  # straight pieces of a contour, of all lengths, that are watched
+STATIONS = 8  # of a barrier's line, at which the ground's contours are looked at
+MOST_ANGLE_DEG = 30.0  # off the contours: logs that fall askew on a barrier slide along it and past its end
 
 
 @dataclass(frozen=True)
@@ -92,56 +94,87 @@ def contours_above(layers: SceneLayers, above: float) -> list[Any]:
     over = np.ma.masked_invalid(heights - level[nearest].reshape(heights.shape))
     found: Any = contourpy.contour_generator(x, y, over).lines(above)
     lines = [shapely.LineString(each) for each in found if len(each) > 1]
-    return [each.simplify(SMOOTHED) for each in lines if each.length > 0.0]
+    return [each for each in lines if each.length > 0.0]
 
 
-@dataclass(frozen=True)
-class ContourPart:
-    """A short part of a contour: which contour, how far along it begins and ends [m]."""
+def straight_piece(along: Array, way: Array, begin: float, length: float) -> Any:
+    """From a place of a contour straight to the next one that lies ``length`` [m] away in plan; None where it ends.
 
-    contour: int
-    begin: float
-    end: float
-
-
-def contour_parts(contours: Sequence[Any], shortest: float) -> list[ContourPart]:
-    """Contours cut into parts of one length, in their order; what is left at an end is no part."""
-    total = sum(each.length for each in contours)
-    size = max(shortest / PARTS_A_LENGTH, total / PARTS_MOST)
-    return [
-        ContourPart(number, k * size, (k + 1) * size)
-        for number, each in enumerate(contours)
-        for k in range(int(each.length / size + 1e-9))
-    ]
-
-
-def pieces_where_most_pass(
-    contours: Sequence[Any], parts: Sequence[ContourPart], passed: NDArray[np.bool_], length: float, number: int
-) -> list[tuple[Any, int]]:
-    """Pieces of one length [m], and how many logs pass each: the most first, none over half of another.
-
-    passed : (n, parts), which log passes which part and reaches a line afterwards
+    along, way : vertices of the contour, shape (n, 2), and how far along it [m] they lie, shape (n,)
     """
-    rows = np.array([each.contour for each in parts], np.int64)
-    found: list[tuple[int, int, float]] = []  # logs, contour, begin
-    for contour in np.unique(rows).tolist():
-        mine = np.flatnonzero(rows == contour)
-        size = parts[mine[0]].end - parts[mine[0]].begin
-        wide = int(np.ceil(length / size - 1e-9))
-        if wide > mine.size:
-            continue
-        sums = np.pad(np.cumsum(passed[:, mine], axis=1, dtype=np.int64), ((0, 0), (1, 0)))
-        logs = ((sums[:, wide:] - sums[:, :-wide]) > 0).sum(axis=0)
-        inset = 0.5 * (wide * size - length)
-        found += [(int(n), contour, k * size + inset) for k, n in enumerate(logs.tolist()) if n]
-    found.sort(key=lambda each: (-each[0], each[1], each[2]))
-    kept: list[tuple[int, int, float]] = []
-    for each in found:
-        if len(kept) == number:
+    start = np.array([np.interp(begin, way, axis) for axis in along.T])
+    rest = along[np.searchsorted(way, begin, side="right") :]
+    beyond = np.flatnonzero(np.hypot(*(rest - start).T) >= length)
+    if not beyond.size:
+        return None
+    last = int(beyond[0])
+    a = rest[last - 1] if last else start
+    towards, offset = rest[last] - a, a - start  # |offset + t towards| = length, once for t from 0 to 1
+    square, mixed = towards @ towards, offset @ towards
+    t = (np.sqrt(mixed**2 + square * (length**2 - offset @ offset)) - mixed) / square
+    return shapely.LineString([start, a + t * towards])
+
+
+def straight_pieces(contours: Sequence[Any], length: float, step: float, terrain: Terrain) -> list[Any]:
+    """Straight lines of one length [m] with both ends on a contour, a step [m] along it apart.
+
+    None runs more than ``MOST_ANGLE_DEG`` off the contours of the ground that it stands on.
+    """
+    found = []
+    for each in contours:
+        along = shapely.get_coordinates(each)
+        way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(along, axis=0).T))])
+        for begin in np.arange(0.0, way[-1], step):
+            piece = straight_piece(along, way, float(begin), length)
+            if piece is None:
+                break
+            if contour_angle(piece, terrain) <= MOST_ANGLE_DEG:
+                found.append(piece)
+    return found
+
+
+def contour_angle(shape: Any, terrain: Terrain) -> float:
+    """Angle [degrees] between a barrier's line and the contours of the ground under it; NaN off the terrain.
+
+    From the ground's rise along and across the line, both without their signs, so that one over a spur or a gully is
+    not called level because its ends are; each over an eighth of the line's length, so that bumps do not count.
+    """
+    arm = shape.length / STATIONS
+    rises = []
+    for line in shapely.get_parts(shape):
+        count = max(1, round(line.length / arm))
+        at = (np.arange(count) + 0.5) / count * line.length
+        ends = [shapely.get_coordinates(shapely.line_interpolate_point(line, at + k * arm / 2)) for k in (-1, 1)]
+        middle, way = (ends[0] + ends[1]) / 2, ends[1] - ends[0]
+        long = np.hypot(*way.T)
+        middle, way = middle[long > 0.0], way[long > 0.0] / long[long > 0.0, None]
+        for sides in (way, np.column_stack([-way[:, 1], way[:, 0]])):
+            a, b = (terrain(*(middle + k * arm / 2 * sides).T) for k in (-1, 1))
+            rises.append(np.abs(b - a))
+    along, across = (np.concatenate(rises[k::2]) for k in (0, 1))
+    known = np.isfinite(along + across)
+    if not known.any():
+        return np.nan
+    return float(np.degrees(np.arctan2(along[known].sum(), across[known].sum())))
+
+
+def places_where_most_pass(
+    pieces: Sequence[Any], passed: NDArray[np.bool_], length: float, number: int
+) -> list[tuple[Any, int]]:
+    """Of pieces of one length [m] those that most logs pass, and how many do: the most first, no two whose middles are
+    nearer than half the length.
+
+    passed : (n, pieces), which log passes which piece and reaches a line afterwards
+    """
+    logs = passed.sum(axis=0)
+    kept: list[tuple[Any, int]] = []
+    for k in np.argsort(-logs, kind="stable").tolist():
+        if len(kept) == number or not logs[k]:
             break
-        if all(each[1] != other[1] or abs(each[2] - other[2]) >= 0.5 * length for other in kept):
-            kept.append(each)
-    return [(substring(contours[contour], begin, begin + length), n) for n, contour, begin in kept]
+        middle = pieces[k].centroid
+        if all(middle.distance(other.centroid) >= 0.5 * length for other, _ in kept):
+            kept.append((pieces[k], int(logs[k])))
+    return kept
 
 
 def contour_candidates(
@@ -160,12 +193,15 @@ def contour_candidates(
     taken = {str(each) for each in layers.barriers.ids}
     for level in above:
         contours = [each for each in contours_above(layers, level) if each.length >= min(lengths)]
-        parts = contour_parts(contours, min(lengths))
-        if not parts:
+        total = sum(each.length for each in contours) * len(lengths)
+        step = max(min(lengths) / STEPS_A_LENGTH, total / PIECES_MOST)
+        pieces = [straight_pieces(contours, length, step, layers.scene.terrain_height) for length in lengths]
+        ends = np.cumsum([len(each) for each in pieces])
+        if not ends[-1]:
             continue
-        logs = passed([substring(contours[each.contour], each.begin, each.end) for each in parts])
-        for length in lengths:
-            for k, (shape, _) in enumerate(pieces_where_most_pass(contours, parts, logs, length, number), 1):
+        logs = np.split(passed(list(chain(*pieces))), ends[:-1], axis=1)
+        for length, mine, passing in zip(lengths, pieces, logs, strict=True):
+            for k, (shape, _) in enumerate(places_where_most_pass(mine, passing, length, number), 1):
                 for height in heights:
                     name = f"{level:g} m above, {length:g} m long, {height:g} m high, {k}"
                     while name in taken:

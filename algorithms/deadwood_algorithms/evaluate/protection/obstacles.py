@@ -101,6 +101,7 @@ class Candidates:
 
     trees: Trees
     tree_ids: list[str]
+    tree_dbh_cm: NDArray[np.float64]
     lying: LyingLogs
     lying_items: Items
 
@@ -117,9 +118,9 @@ class Candidates:
 def read_candidates(
     standing: str | None, lying: str | None, layers: SceneLayers, default_cm: float, feedback: Feedback
 ) -> Candidates:
-    trees, ids, _ = read_trees(standing, layers.dem, feedback)
+    found = read_trees(standing, layers.dem, feedback)
     logs, items = read_lying_logs(lying, layers.dem, default_cm, feedback)
-    return Candidates(trees, ids, logs, items)
+    return Candidates(found.trees, found.ids, found.dbh_cm, logs, items)
 
 
 def with_candidates(layers: SceneLayers, candidates: Candidates) -> tuple[SceneLayers, list[Obstacle]]:
@@ -136,6 +137,7 @@ def with_candidates(layers: SceneLayers, candidates: Candidates) -> tuple[SceneL
         layers,
         trees=trees,
         tree_ids=[*layers.tree_ids, *candidates.tree_ids],
+        tree_dbh_cm=np.concatenate([layers.tree_dbh_cm, candidates.tree_dbh_cm]),
         lying_logs=lying,
         lying=layers.lying.then(candidates.lying_items),
     ).prepared_again()

@@ -346,12 +346,19 @@ def choose(
         if best is None:
             return steps, "no candidate is left"
         if best.gain <= 0 or chance_of(best, among) >= CHANCE:
-            return steps, (
-                f"the best of {among} candidates left would keep {best.gain} logs more away, which is not beyond chance"
-            )
+            return steps, why_none(best, among)
         ways = ways.with_rows(best.rows, best.ways)
         steps.append(Step((*chosen, best.number), best, ways))
     return steps, ""
+
+
+def why_none(best: Trial, among: int) -> str:
+    """In words, why the best of the candidates left is not built."""
+    if best.gain > 0:
+        return f"the best of {among} candidates left would keep {best.gain} logs more away, which is not beyond chance"
+    if best.gain == 0:
+        return f"none of {among} candidates left would keep more logs away than it lets through that now stop before"
+    return f"with each of {among} candidates left more logs would reach a line, with the best {-best.gain} more"
 
 
 def trials_alone(siting: Siting, ways: Ways) -> Iterator[Trial]:

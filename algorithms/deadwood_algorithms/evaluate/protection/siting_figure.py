@@ -12,6 +12,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.lines import Line2D
+from matplotlib.transforms import ScaledTranslation
 
 from deadwood_algorithms.evaluate.protection.siting import Siting
 from deadwood_algorithms.files.pictures import ROAD, scale_and_north, show_relief
@@ -20,26 +21,39 @@ from deadwood_algorithms.results.run_folder import Run
 
 CHOSEN, CANDIDATE = "#009E73", "#56B4E9"  # Okabe and Ito; the road has their vermilion
 MARKS = "osD^vP*X"  # one a height
+ASIDE_IN = 0.08  # inches on paper between marks of two heights
+TICKS_MOST = 8  # lengths that are all named
 
 
 def draw(path: Path, source: Run, siting: Siting, table: Any, frame: Any) -> None:
     """A map, and beside it remaining reach with its interval against the length, by height."""
     figure, (plan, chart) = plt.subplots(1, 2, figsize=(12.0, 5.6), layout="constrained")
     _map(plan, source, siting, frame)
-    alone = table[table["step"] == 0]
-    most = float(alone["length_m"].max())
-    for k, (height, rows) in enumerate(alone.groupby("height_m")):
-        at = rows["length_m"] + 0.012 * (k + 1) * most  # heights stand side by side
-        reach = 100.0 * rows[["p", "ci_low", "ci_high"]].to_numpy()
-        chart.errorbar(
-            at, reach[:, 0], yerr=np.abs(reach[:, 1:] - reach[:, :1]).T, fmt=MARKS[k % len(MARKS)], linewidth=0.8,
-            capsize=2, markersize=5, label=f"{height:g} m high",
-        )  # fmt: skip
-    chart.set(xlabel="length [m]", ylabel="logs that still reach a line [%]", title="Each candidate alone")
-    chart.set_ylim(bottom=0.0)
-    chart.legend(frameon=False, fontsize=9)
+    _chart(chart, table[table["step"] == 0])
     figure.savefig(path, dpi=110)
     plt.close(figure)
+
+
+def _chart(axes: Any, alone: Any) -> None:
+    """Remaining reach against length; heights stand side by side on paper, at the length that they have."""
+    heights = list(alone.groupby("height_m"))
+    figure = axes.get_figure()
+    for k, (height, rows) in enumerate(heights):
+        aside = ScaledTranslation(ASIDE_IN * (k - 0.5 * (len(heights) - 1)), 0.0, figure.dpi_scale_trans)
+        reach = 100.0 * rows[["p", "ci_low", "ci_high"]].to_numpy()
+        axes.errorbar(
+            rows["length_m"], reach[:, 0], yerr=np.abs(reach[:, 1:] - reach[:, :1]).T, fmt=MARKS[k % len(MARKS)],
+            linewidth=0.8, capsize=2, markersize=5, label=f"{height:g} m high", transform=axes.transData + aside,
+        )  # fmt: skip
+    lengths = np.unique(alone["length_m"].round(1))
+    if lengths.size <= TICKS_MOST:
+        axes.set_xticks(lengths)
+    axes.set(xlabel="length [m]", ylabel="logs that still reach a line [%]", title="Each candidate alone")
+    aside = max(0.15 * float(np.ptp(alone["length_m"])), 0.05 * float(alone["length_m"].max()))
+    # not left to matplotlib, whose limits know nothing of marks that are moved on paper
+    axes.set_xlim(alone["length_m"].min() - aside, alone["length_m"].max() + aside)
+    axes.set_ylim(0.0, 105.0 * max(float(alone["ci_high"].max()), 1e-3))
+    axes.legend(frameon=False, fontsize=9)
 
 
 def _map(axes: Any, source: Run, siting: Siting, frame: Any) -> None:

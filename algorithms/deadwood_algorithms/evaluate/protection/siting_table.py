@@ -9,6 +9,7 @@ import geopandas
 import numpy as np
 import shapely
 
+from deadwood_algorithms.evaluate.protection.candidate_barriers import contour_angle
 from deadwood_algorithms.evaluate.protection.siting import Siting, Step, Trial, Ways
 from deadwood_algorithms.params import presets
 from deadwood_algorithms.scene.layers import SceneLayers
@@ -59,6 +60,7 @@ def row_of(siting: Siting, chosen: Sequence[int], trial: Trial, ways: Ways, flux
         "length_m": each.length,
         "height_m": each.height,
         "above_m": each.above,
+        "angle_deg": contour_angle(each.shape, siting.plain.scene.terrain_height),
         "n_flux": flux,
         "n_near": int(trial.rows.size),
         **reach_record(int(ways.any_line.sum()), n),
@@ -104,12 +106,14 @@ def layer_of(siting: Siting, layers: SceneLayers, now: Ways, steps: Sequence[Ste
     for k in sorted(number):
         each, step = siting.candidates[k], steps[number[k] - 1]
         gain = step.trial.gain_record(len(now.reach))
-        facts = {"length_m": each.length, "above_m": each.above, "n_flux": int(now.flux[:, siting.place[k]].sum())}
+        facts = {"length_m": each.length, "above_m": each.above}
+        facts |= {"angle_deg": contour_angle(each.shape, siting.plain.scene.terrain_height)}
+        facts |= {"n_flux": int(now.flux[:, siting.place[k]].sum())}
         for part in shapely.get_parts(each.shape):
             record = {"barrier_id": each.id, "height_m": each.height, "step": number[k]}
             rows.append(record | facts | gain | what_it_does(final, k))
             shapes.append(part)
-    columns = ["barrier_id", "height_m", "step", "length_m", "above_m", "n_flux", *COUNTS]
+    columns = ["barrier_id", "height_m", "step", "length_m", "above_m", "angle_deg", "n_flux", *COUNTS]
     frame = geopandas.GeoDataFrame(rows, columns=columns, geometry=shapes, crs=layers.dem.plan_crs)
     return frame.astype({name: float for name in columns if name not in ("barrier_id", "step")})
 

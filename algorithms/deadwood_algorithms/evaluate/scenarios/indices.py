@@ -1,13 +1,13 @@
 """The indices that practice gives a protection forest, for each line: BARI, MIRI and ORPI.
 
 After Dupire et al. (2016), "Novel quantitative indicators to characterize the protective effect of mountain forests
-against rockfall", with logs for rocks, the first scenario for the slope without forest, and energies at the line:
+against rockfall", with logs for rocks, the baseline for the slope without forest, and energies at the line:
 
-    BARI = 1 - N / N0            N  logs that reach the line, N0 of the first scenario
+    BARI = 1 - N / N0            N  logs that reach the line, N0 of the baseline
     MIRI = 1 - E95 / E95_0       E95  95 % quantile of the energies of those that reach it
     ORPI = 1 - S / S0            S  sum of the energies of all that reach it
 
-1 is full protection, 0 none; below 0 it is worse than in the first scenario. The same logs slide in both, so intervals
+1 is full protection, 0 none; below 0 it is worse than in the baseline. The same logs slide in both, so intervals
 come from a bootstrap that draws the same logs in both.
 """
 
@@ -34,7 +34,7 @@ LEAST_ARRIVALS = {"miri": values_needed(TAIL), "orpi": 10}
 
 
 def barrier_index(before: NDArray[np.bool_], now: NDArray[np.bool_], times: NDArray[np.int64] | None = None) -> float:
-    """BARI of logs that each count so often; NaN where none reaches in the first scenario."""
+    """BARI of logs that each count so often; NaN where none reaches in the baseline."""
     n0, n = (float(np.dot(_times(each, times), each)) for each in (before, now))
     return 1.0 - n / n0 if n0 else math.nan
 
@@ -65,8 +65,8 @@ def reach_index(
     """BARI with its interval.
 
     A bootstrap has no width where no log changed; the interval is then that of the paired difference, over the share
-    of the first scenario. Where no log reaches in the scenario a bootstrap knows of none either; the lower end is then
-    that of the rarest arrivals which the number of logs cannot exclude, against the fewest of the first scenario.
+    of the baseline. Where no log reaches in the scenario a bootstrap knows of none either; the lower end is then
+    that of the rarest arrivals which the number of logs cannot exclude, against the fewest of the baseline.
     """
     value = barrier_index(before, now)
     if not math.isfinite(value):

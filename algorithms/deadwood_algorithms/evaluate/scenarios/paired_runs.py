@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -15,6 +15,7 @@ from deadwood_algorithms.files.crs import crs_name, same_crs
 from deadwood_algorithms.files.vectors import read_table, read_vector
 from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 from deadwood_algorithms.results.arrivals import Arrived, find_arrivals
+from deadwood_algorithms.results.checked import SUMMARY
 from deadwood_algorithms.results.run_folder import GEOPACKAGE, Run, layers_in, read_run
 from deadwood_algorithms.scene.default_log import DEFAULTED
 from deadwood_algorithms.scene.layers import read_lines
@@ -35,6 +36,7 @@ NO_MATTER = (
     "danger_counts", "scheduler", "workers", "friction_preset",  # which friction it means, friction says
 )  # fmt: skip
 SAME_LINE_M = 0.01
+OBSTACLES = ("trees", "barriers", "lying_logs", "blocks")
 
 
 @dataclass(frozen=True)
@@ -109,10 +111,43 @@ def folders_of(runs: str, names: str | None) -> tuple[list[str], list[str]]:
     return folders, called
 
 
-def read_compared(runs: str, names: str | None, lines: str | None, feedback: Feedback) -> Compared:
+def baseline_first(
+    summaries: Sequence[Mapping[str, Any]], names: Sequence[str], asked: str | None, feedback: Feedback
+) -> list[int]:
+    """Rows of the runs in the order in which they are compared: the baseline first, the others as they were given.
+
+    The baseline is the run that is asked for by name, else the one with the fewest obstacles: an index of protection
+    says what the others add to it. Of runs with equally few, or of an older version, it is the first.
+    """
+    if asked is not None and asked not in names:
+        raise UserError(f"--baseline is '{asked}', but the runs are called {', '.join(names)}")
+    scenarios = [each.get("scenario") for each in summaries]
+    known = [each for each in scenarios if each]
+    counts = [sum(each[name]["n"] for name in OBSTACLES) for each in known] if len(known) == len(scenarios) else []
+    least = counts.index(min(counts)) if counts else 0
+    first = least if asked is None else names.index(asked)
+    if asked is None and first:
+        feedback.note(
+            f"the baseline is {names[first]}, which has the fewest obstacles ({counts[first]}; {names[0]} has "
+            f"{counts[0]}); --baseline names another"
+        )
+    elif counts and counts[first] > counts[least]:
+        feedback.warn(
+            f"the baseline {names[first]} has more obstacles ({counts[first]}) than {names[least]} ({counts[least]}): "
+            "what the indices call protection is then the lack of it, and is negative"
+        )
+    return [first, *(k for k in range(len(names)) if k != first)]
+
+
+def read_compared(
+    runs: str, names: str | None, lines: str | None, feedback: Feedback, *, baseline: str | None = None
+) -> Compared:
     """Read the runs, refuse those of other releases, and find what each log reached in each of them."""
     folders, called = folders_of(runs, names)
     found = [read_run(each, feedback=feedback) for each in folders]
+    summaries = [each.summary() if (each.path / SUMMARY).is_file() else {} for each in found]
+    order = baseline_first(summaries, called, baseline, feedback)
+    found, called = [found[k] for k in order], [called[k] for k in order]
     for run in found[1:]:
         if not same_crs(run.grid.crs, found[0].grid.crs):
             crs = crs_name(run.grid.crs), crs_name(found[0].grid.crs)

@@ -9,7 +9,13 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.evaluate.sensitivity.indices import Indices
 from deadwood_algorithms.evaluate.sensitivity.tornado import Bar
-from deadwood_algorithms.stats.statistics import decimals_of, percent, points_with_interval
+from deadwood_algorithms.stats.statistics import (
+    decimals_of,
+    percent,
+    percent_with_interval,
+    points_with_interval,
+    reach_record,
+)
 
 SURE = 0.95
 
@@ -33,6 +39,27 @@ class Measured:
     @property
     def words(self) -> str:
         return f"the reach of {self.line}" if self.is_share else "the mean run-out"
+
+    @property
+    def by_index(self) -> bool:
+        """Whether factors are ranked by their total-effect index, and not by what they do alone."""
+        return self.indices is not None and bool(np.isfinite(self.indices.total).all())
+
+    @property
+    def strongest_first(self) -> list[int]:
+        """The order of the factors in every table and picture: by their total index if there is one, else by swing."""
+        if self.indices is not None and self.by_index:
+            strength = self.indices.total
+        else:
+            strength = np.array([abs(bar.swing) for bar in self.bars])
+        return [int(k) for k in np.argsort(-strength, kind="stable")]
+
+    def as_it_is(self, logs: int) -> str:
+        """The outcome with nothing varied; of a share with the interval that so many logs leave."""
+        base = self.bars[0].base
+        if self.is_share:
+            return percent_with_interval(reach_record(round(base * logs), logs))
+        return self.level(base, self.bars[0])
 
     def change(self, bar: Bar) -> str:
         """``-12 points (-15 to -9)``, or in metres."""
@@ -69,15 +96,14 @@ class Answer:
 
 def what_it_hangs_on(measured: Measured, logs: int) -> Answer:
     bars, indices = measured.bars, measured.indices
-    by_index = indices is not None and bool(np.isfinite(indices.total).all())
+    by_index = measured.by_index
     if indices is not None and by_index:
-        strength, draws = indices.total, indices.total_draws
-        beyond = indices.total_interval[0] > 0.0
+        draws, beyond = indices.total_draws, indices.total_interval[0] > 0.0
     else:
-        strength, draws = np.array([abs(bar.swing) for bar in bars]), np.abs(np.stack([bar.draws for bar in bars], 1))
+        draws = np.abs(np.stack([bar.draws for bar in bars], 1))
         beyond = np.array([bar.beyond_chance for bar in bars])
     by = "total" if by_index else "swing"
-    order = [int(k) for k in np.argsort(-strength, kind="stable")]
+    order = measured.strongest_first
     found = [k for k in order if beyond[k]]
     if not found:
         k = order[0]

@@ -15,10 +15,12 @@ from deadwood_algorithms.evaluate.sensitivity.design import Place
 from deadwood_algorithms.evaluate.sensitivity.factors import OF_LOGS, OF_TREES, Factor
 from deadwood_algorithms.evaluate.sensitivity.noise import error_surface
 from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.prepare.releases.logs import directed
 from deadwood_algorithms.scene.friction import number_of
 from deadwood_algorithms.scene.inputs import CONTACT_LAWS
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import Releases
+from deadwood_algorithms.schemas import ORIENTATIONS
 from deadwood_algorithms.simulate.simulation import Simulation
 from deadwood_engine import FIDELITIES, STOP_REASONS, Logs
 from deadwood_engine.limits import DENSITY, DIAMETER, LENGTH
@@ -76,7 +78,7 @@ def variants_of(places: Sequence[Place], simulation: Simulation, noise_length: f
         own = replace(simulation, laws={**simulation.laws, **laws}, fidelity=fidelity)
         scene = partial(scene_at, place, noise_length=noise_length, seed=seed)
         what = f"run {k + 1} of {len(places)} ({place.label})"
-        found.append(Variant(what, own, scene, partial(logs_at, place)))
+        found.append(Variant(what, own, scene, partial(logs_at, place, seed=seed)))
     return found
 
 
@@ -101,11 +103,24 @@ def scene_at(place: Place, layers: SceneLayers, *, noise_length: float, seed: in
     return layers.varied(**changes) if changes else layers
 
 
-def logs_at(place: Place, logs: Logs) -> Logs:
-    """The logs of a run: the same places and ids, other sizes."""
+def logs_at(place: Place, logs: Logs, *, seed: int) -> Logs:
+    """The logs of a run: the same places and ids, other sizes, and another posture where that is varied."""
     sizes = {field: getattr(logs, field) * place.values[name] for name, (field, _, _) in SIZES.items()
              if name in place.values}  # fmt: skip
-    return replace(logs, **sizes)
+    if "orientation" not in place.values:
+        return replace(logs, **sizes)
+    columns = {
+        "orientation": np.full(logs.x.size, place.values["orientation"], object),
+        "tilt_deg": np.degrees(logs.tilt),
+        "azimuth_deg": np.degrees(logs.azimuth),
+    }
+    directed(columns, logs.log_id, seed)
+    posture = {
+        "orientation": np.array([ORIENTATIONS.index(each) for each in columns["orientation"]], np.int8),
+        "tilt": np.radians(columns["tilt_deg"]),
+        "azimuth": np.radians(columns["azimuth_deg"]),
+    }
+    return replace(logs, **sizes, **posture)
 
 
 def table_of(places: list[Place], slid: SlidRuns, factors: list[Factor], line_ids: list[str]) -> list[dict[str, Any]]:

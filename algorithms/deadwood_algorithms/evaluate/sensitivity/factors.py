@@ -1,8 +1,8 @@
 """What can be varied, over which range, and the text or table in which a user says so.
 
 A factor is a number that takes the place of one of the scene's (``friction``), a multiplier of what the layers say
-(``log_dbh_factor``), or a choice of two (``fidelity``). The ranges that are offered where the user gives none are
-those of `OFFERED`; each is a suggestion with its reason beside it, and every run says which range it took.
+(``log_dbh_factor``), or a choice of two (``fidelity``, ``orientation``). The ranges that are offered where the user
+gives none are those of `OFFERED`; each is a suggestion with its reason beside it, and every run says which it took.
 """
 
 from __future__ import annotations
@@ -17,7 +17,11 @@ from typing import Any
 from deadwood_algorithms.params.presets import FRICTION_RANGE, FRICTIONS
 from deadwood_algorithms.params.tool import UserError
 
-FIDELITIES = ("draft", "standard", "fine", "reference")
+# Factors that are a choice of two of these, not a range of numbers
+CHOICES = {
+    "fidelity": ("draft", "standard", "fine", "reference"),
+    "orientation": ("upright", "random-lying", "random"),
+}
 
 
 @dataclass(frozen=True)
@@ -50,6 +54,8 @@ OFFERED: Mapping[str, Offer] = {
     # Airborne laser scanning under trees
     "dem_noise_m": Offer("error of the terrain model", "m", 0.0, 10.0, 0.0, 0.1),
     "fidelity": Offer("fidelity", "", 0.0, 0.0, "draft", "standard"),
+    # Snags that topple, or windthrown wood that begins to slide where it lies
+    "orientation": Offer("posture at the start", "", 0.0, 0.0, "upright", "random-lying"),
 }
 OF_LOGS = ("log_dbh_factor", "log_length_factor")
 OF_TREES = ("tree_dbh_factor", "tree_friction", "tree_restitution")
@@ -57,7 +63,7 @@ OF_TREES = ("tree_dbh_factor", "tree_friction", "tree_restitution")
 
 @dataclass(frozen=True)
 class Factor:
-    """A factor and the two ends of its range; of ``fidelity`` the two are names."""
+    """A factor and the two ends of its range; of a choice (`CHOICES`) the two are names."""
 
     name: str
     low: float | str
@@ -174,13 +180,13 @@ def _checked(name: str, ends: Ends, place: str) -> Factor:
     offer = OFFERED[key]
     if ends is None:
         return Factor(key, offer.low, offer.high, offered=True)
-    if key == "fidelity":
+    if key in CHOICES:
         low, high = (str(each).strip().lower() for each in ends)
         for each in (low, high):
-            if each not in FIDELITIES:
-                raise UserError(f"{place}: '{each}' is none of {', '.join(FIDELITIES)}")
+            if each not in CHOICES[key]:
+                raise UserError(f"{place}: '{each}' is none of {', '.join(CHOICES[key])}")
         if low == high:
-            raise UserError(f"{place}: both ends are {low}; name two fidelities")
+            raise UserError(f"{place}: both ends are {low}; name two of {', '.join(CHOICES[key])}")
         return Factor(key, low, high)
     try:
         low, high = (float(each) for each in ends)

@@ -42,6 +42,12 @@ class Indices:
     total_interval: Array
     total_draws: Array
 
+    @property
+    def crossed(self) -> NDArray[np.bool_]:
+        """Factors whose first-order index is estimated above their total one, as printed: only chance does that."""
+        first, total = (np.clip(each, 0.0, 1.0).round(2) for each in (self.first, self.total))
+        return first > total
+
     def total_words(self, factor: int) -> str:
         """``0.83 (0.60 to 1.00)``: an estimate beside 0..1, which chance makes, is printed as the nearest end."""
         low, high = self.total_interval[:, factor]

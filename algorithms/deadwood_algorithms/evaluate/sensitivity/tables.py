@@ -8,6 +8,9 @@ import numpy as np
 
 from deadwood_algorithms.evaluate.sensitivity.answer import Answer, Measured
 
+# An index alone that is above the one that holds it is an estimate from too few rows.
+CROSSED = "the first-order one, {first:.2f}, is above it, which is chance: raise --samples"
+
 
 def headline(measured: list[Measured], answers: list[Answer]) -> int:
     """The outcome whose sentence stands for all: the line that a factor moves most, a decided one first."""
@@ -32,7 +35,7 @@ def tornado_rows(measured: list[Measured]) -> list[dict[str, Any]]:
             "beyond_chance": bar.beyond_chance,
         }
         for each in measured
-        for bar in each.bars
+        for bar in (each.bars[k] for k in each.strongest_first)
     ]
 
 
@@ -40,13 +43,14 @@ def index_rows(measured: list[Measured]) -> list[dict[str, Any]]:
     return [
         {
             "outcome": each.name,
-            "factor": bar.factor.name,
+            "factor": each.bars[k].factor.name,
             "first": found.first[k],
             "first_low": found.first_interval[0, k],
             "first_high": found.first_interval[1, k],
             "total": found.total[k],
             "total_low": found.total_interval[0, k],
             "total_high": found.total_interval[1, k],
+            "crossed": bool(found.crossed[k]),
             "mean": found.mean,
             "variance": found.variance,
             "variance_low": found.variance_low,
@@ -54,7 +58,7 @@ def index_rows(measured: list[Measured]) -> list[dict[str, Any]]:
         }
         for each in measured
         if (found := each.indices) is not None
-        for k, bar in enumerate(each.bars)
+        for k in each.strongest_first
     ]
 
 
@@ -62,11 +66,18 @@ def lines_of(measured: list[Measured], answers: list[Answer], facts: dict[str, A
     """What each factor does to each outcome, and the sentences."""
     shown = []
     for each in measured:
-        shown.append(f"{each.words}:")
-        for k, bar in sorted(enumerate(each.bars), key=lambda pair: -abs(pair[1].swing)):
+        shown.append(f"{each.words}: {each.as_it_is(facts['logs'])} as it is")
+        for k in each.strongest_first:
+            bar = each.bars[k]
             text = f"  {bar.factor.words} {bar.factor.range_words}: {each.change(bar)}"
             if each.indices is not None and np.isfinite(each.indices.total[k]):
                 text += f", total-effect index {each.indices.total_words(k)}"
+                if each.indices.crossed[k]:
+                    text += f" ({CROSSED.format(first=min(each.indices.first[k], 1.0))})"
             shown.append(text)
     others = [one.sentence for one in answers if one.sentence != facts["sentence"]]
-    return (f"{facts['runs']} runs of the same {facts['logs']} logs", *shown, *others, facts["sentence"])
+    head = (
+        f"{facts['runs']} runs of the same {facts['logs']} of {facts['logs_in_layer']} logs at {facts['fidelity']}; "
+        "with others, or at another fidelity, what is called as it is may differ by chance or by the calculation"
+    )
+    return (head, *shown, *others, facts["sentence"])

@@ -35,7 +35,7 @@ def draw(path: Path, measured: Sequence[Measured], answers: Sequence[Answer], lo
         width_ratios=(3, 2) if design else None,
     )  # fmt: skip
     for (one, answer), panels in zip(shown, grid, strict=True):
-        order = strongest_first(one)
+        order = one.strongest_first
         bars(panels[0], one, order, answer)
         if design:
             indices(panels[1], one, order)
@@ -65,15 +65,6 @@ def draw(path: Path, measured: Sequence[Measured], answers: Sequence[Answer], lo
     )
     figure.savefig(path, dpi=120)
     plt.close(figure)
-
-
-def strongest_first(one: Measured) -> list[int]:
-    """Factors by their swing; by their total index where there is one."""
-    if one.indices is not None and np.isfinite(one.indices.total).all():
-        strength = one.indices.total
-    else:
-        strength = np.array([abs(bar.swing) for bar in one.bars])
-    return [int(k) for k in np.argsort(-strength, kind="stable")]
 
 
 def bars(axes: Axes, one: Measured, order: Sequence[int], answer: Answer) -> None:

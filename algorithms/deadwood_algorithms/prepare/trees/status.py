@@ -28,7 +28,7 @@ MOST_WORDS = 20  # of a field that could tell the status
 # What words for the status hold, in English, German, French and Italian, where no list has the very word. A tree that
 # lies, was thrown or felled, or is a stump stands no more, whether dead or not: so this is asked first.
 GONE_PATTERN = re.compile(
-    r"\b(lying|fallen|down(ed)?|(wind)?thrown|uprooted|stump|cut|felled|removed|harvested|gone"
+    r"\b(lying|fallen|down(ed)?|(wind)?thrown|windthrows?|blowdown|uprooted|stump|cut|felled|removed|harvested|gone"
     r"|liegend\w*|liegt|geworfen\w*|(wind|sturm)wurf\w*|umgest[uü]\w*|umgefallen\w*|wurzelteller|gefällt\w*|entnommen\w*"
     r"|geerntet\w*|(wurzel|baum)?stock|(baum)?stumpf|stubben|strunk"
     r"|chablis|volis|tombée?s?|au sol|couchée?s?|renversée?s?|coupée?s?|abattue?s?|exploitée?s?|souches?|disparue?s?"

@@ -141,9 +141,10 @@ def _areas(
     return area, np.where(area < 0, np.nan, shares[area])
 
 
-def states_of(thrown: NDArray[np.bool_], lost: NDArray[np.bool_]) -> dict[str, NDArray[Any]]:
-    """Where each stem is in each scenario: standing, lying or removed."""
+def states_of(thrown: NDArray[np.bool_], lost: NDArray[np.bool_], off: NDArray[np.bool_]) -> dict[str, NDArray[Any]]:
+    """Where each stem is in each scenario: standing, lying or removed; what fell off the terrain is gone at once."""
     fallen = np.where(thrown, LYING, STANDING)
+    fallen[off] = REMOVED
     return {
         "before": np.full(thrown.size, STANDING),
         "after": fallen,

@@ -50,7 +50,8 @@ def fall_directions(items: NDArray[np.uint64], towards_deg: float, scatter_deg: 
 class Lying:
     """Lying stems: base and tip in plan [m], shape (n, 2) each; diameters [cm].
 
-    azimuth_deg : towards which they lie; cut : they end at the terrain's edge
+    azimuth_deg : towards which they lie; cut : they end at the terrain's edge; off : of these so near to their stumps
+        that nothing lies on the terrain
     """
 
     base: Array
@@ -59,45 +60,25 @@ class Lying:
     tip_cm: Array
     azimuth_deg: Array
     cut: NDArray[np.bool_]
+    off: NDArray[np.bool_]
 
 
 def lying_stems(place: Array, dbh_cm: Array, height_m: Array, azimuth_deg: Array, stump_m: float, grid: Grid) -> Lying:
     """Stems above their stumps, fallen from the stump's edge; as long on the slope as they were when standing.
 
     A stem is the part of the tree's cone above the stump. Where it would reach beyond the terrain it ends there; one
-    that has no room at all falls the other way, so that no stem is lost.
+    that has no room at all is off it. (Such stems once fell the other way, which nothing does in a storm.)
     """
     length, edge = height_m - stump_m, 0.5 * dbh_cm / 100.0
-    found = [lain(place, edge, azimuth, length, grid) for azimuth in (azimuth_deg, (azimuth_deg + 180.0) % 360.0)]
-    turned = found[0].far < LEAST_LOG_M
-    base, way, far, cut = (
-        np.where(turned.reshape(-1, *[1] * (a.ndim - 1)), b, a)
-        for a, b in zip(*((each.base, each.way, each.far, each.cut) for each in found), strict=True)
-    )
-    towards = np.where(turned, (azimuth_deg + 180.0) % 360.0, azimuth_deg)
-    at = np.clip(stump_m / height_m, 0.0, 1.0)
-    base_cm = dbh_cm * (1.0 - (1.0 - TAPER) * at)
-    return Lying(base, base + far[:, None] * way, base_cm, TAPER * dbh_cm, towards, cut | turned)
-
-
-@dataclass(frozen=True)
-class Laid:
-    """Stems laid in one direction: where they begin, the direction in plan, how far they go, whether they are cut."""
-
-    base: Array
-    way: Array
-    far: Array
-    cut: NDArray[np.bool_]
-
-
-def lain(place: Array, edge: Array, azimuth_deg: Array, length: Array, grid: Grid) -> Laid:
-    """Stems from the edge of their stumps [m from its middle]; from the middle where the terrain ends before that."""
     angle = np.radians(azimuth_deg)
     way = np.column_stack([np.sin(angle), np.cos(angle)])
     base = place + edge[:, None] * way
     outside = ~grid.contains(*base.T)
     base[outside] = place[outside]
-    return Laid(base, way, *plan_lengths(base, way, length, grid))
+    far, cut = plan_lengths(base, way, length, grid)
+    at = np.clip(stump_m / height_m, 0.0, 1.0)
+    base_cm = dbh_cm * (1.0 - (1.0 - TAPER) * at)
+    return Lying(base, base + far[:, None] * way, base_cm, TAPER * dbh_cm, azimuth_deg, cut, far < LEAST_LOG_M)
 
 
 def plan_lengths(base: Array, way: Array, length: Array, grid: Grid) -> tuple[Array, NDArray[np.bool_]]:

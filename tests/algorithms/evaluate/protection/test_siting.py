@@ -5,16 +5,21 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import Any, cast
 
+import matplotlib.pyplot as plt
 import numpy as np
+import pandas
 import pytest
 import shapely
 from scipy.stats import binomtest
+from shapely.ops import substring
 
 from deadwood_algorithms.evaluate.protection.candidate_barriers import (
+    MOST_ANGLE_DEG,
     Candidate,
-    ContourPart,
-    contour_parts,
-    pieces_where_most_pass,
+    contour_angle,
+    places_where_most_pass,
+    straight_piece,
+    straight_pieces,
 )
 from deadwood_algorithms.evaluate.protection.siting import (
     Siting,
@@ -24,7 +29,9 @@ from deadwood_algorithms.evaluate.protection.siting import (
     chance_of,
     choose,
     flux_of,
+    why_none,
 )
+from deadwood_algorithms.evaluate.protection.siting_figure import ASIDE_IN, _chart
 from deadwood_algorithms.params.tool import Quiet
 from deadwood_algorithms.stats.statistics import paired_interval
 
@@ -142,7 +149,7 @@ def test_what_chance_alone_does_is_not_built(kept, among, built):
     start = ways_of(np.ones((30, 1), bool), near)
     steps, why = choose(siting, start, [siting.trial(start, (), k) for k in range(among)], 1, Quiet())
     assert (len(steps) == 1, why == "") == (built, built)
-    assert built or f"the best of {among} candidates left would keep {kept} logs" in why
+    assert built or not kept or f"the best of {among} candidates left would keep {kept} logs" in why
 
 
 def test_a_candidate_along_a_chosen_one_is_not_free():
@@ -199,37 +206,126 @@ def test_polygons_are_watched_by_their_rings_and_parts_by_their_thing():
     assert drawn[2].equals(ring.exterior)
 
 
-def test_contours_are_cut_into_parts_of_one_length():
-    contours = [shapely.LineString([(0, 0), (23, 0)]), shapely.LineString([(0, 9), (3, 9)])]
-    parts = contour_parts(contours, 20.0)
-    assert [(each.contour, each.begin, each.end) for each in parts] == [(0, 5.0 * k, 5.0 * k + 5.0) for k in range(4)]
-    long = [shapely.LineString([(0, 0), (12_000, 0)])]
-    assert len(contour_parts(long, 20.0)) == 600
+GULLY_M = 8.0  # amplitude of the contours of a slope with gullies, every 25 m
+
+
+def winding() -> shapely.LineString:
+    x = np.arange(0.0, 200.0, 0.25)
+    return shapely.LineString(np.column_stack([x, 40.0 + GULLY_M * np.sin(2.0 * np.pi * x / 25.0)]))
+
+
+def slope_angle(piece: shapely.LineString, bend: float) -> float:
+    """Between a straight line and the contours, of the slope's formula at 400 places, weighted by steepness."""
+    (x0, y0), (x1, y1) = piece.coords
+    x = x0 + (np.arange(400) + 0.5) / 400 * (x1 - x0)
+    east = -0.7 * bend * 2.0 * np.pi / 25.0 * np.cos(2.0 * np.pi * x / 25.0)
+    way = np.array([x1 - x0, y1 - y0]) / piece.length
+    along, across = np.abs(east * way[0] + 0.7 * way[1]), np.abs(-east * way[1] + 0.7 * way[0])
+    return float(np.degrees(np.arctan2(along.sum(), across.sum())))
+
+
+@pytest.mark.parametrize("length", [10.0, 20.0, 40.0])
+def test_a_piece_along_a_winding_contour_is_straight_and_as_long_as_asked(length):
+    """From end to end; a piece of 20 m cut from this contour spans 10 to 12 m. On the contour with its ends, and never
+    far off the contours under it, by the slope's formula (to a degree and a half: gradients over an eighth)."""
+    contour = winding()
+    assert shapely.LineString(substring(contour, 20.0, 40.0).boundary.geoms).length < 0.65 * 20.0
+    gentle = shapely.LineString(shapely.get_coordinates(contour) * [1.0, 0.2])
+    for each, bend in ((contour, GULLY_M), (gentle, 0.2 * GULLY_M)):
+
+        def terrain(x: np.ndarray, y: np.ndarray, bend: float = bend) -> np.ndarray:
+            return 0.7 * (y - bend * np.sin(2.0 * np.pi * x / 25.0))
+
+        found = straight_pieces([each], length, 2.5, terrain)
+        for piece in found:
+            ends = shapely.points(piece.coords)
+            assert len(piece.coords) == 2
+            assert ends[0].distance(ends[1]) == pytest.approx(length, abs=1e-9)
+            assert each.distance(ends).max() < 1e-9
+            assert slope_angle(piece, bend) < MOST_ANGLE_DEG + 1.5
+        if bend < 2.0:  # to and fro by 3.2 m: nearly everywhere
+            assert len(found) > 0.8 * (each.length - length) / 2.5 - 10
 
 
 @pytest.mark.parametrize("seed", range(5))
-@pytest.mark.parametrize("length", [10.0, 17.0, 20.0])
-def test_the_places_where_most_pass_are_those_of_every_window(seed, length):
+def test_a_piece_ends_where_the_contour_first_is_so_far_away(seed):
     rng = np.random.default_rng(seed)
-    contours = [shapely.LineString([(0, 0), (60, 0)]), shapely.LineString([(0, 9), (30, 9)])]
-    parts = [ContourPart(c, 5.0 * k, 5.0 * k + 5.0) for c, n in ((0, 12), (1, 6)) for k in range(n)]
-    passed = rng.random((50, 18)) < rng.uniform(0.0, 0.3, 18)
-    found = pieces_where_most_pass(contours, parts, passed, length, 3)
-    wide = int(np.ceil(length / 5.0))
-    windows = []
-    for contour, first, n in ((0, 0, 12), (1, 12, 6)):
-        for k in range(n - wide + 1):
-            logs = sum(bool(row[first + k : first + k + wide].any()) for row in passed)
-            windows.append((-logs, contour, 5.0 * k + 0.5 * (5.0 * wide - length)))
-    kept: list[tuple[int, int, float]] = []
-    for each in sorted(windows):
-        if (
-            each[0]
-            and len(kept) < 3
-            and all(each[1] != other[1] or abs(each[2] - other[2]) >= 0.5 * length for other in kept)
-        ):
-            kept.append(each)
-    assert [n for _, n in found] == [-each[0] for each in kept]
-    for (shape, _), (_, contour, begin) in zip(found, kept, strict=True):
-        assert shape.length == pytest.approx(length)
-        assert shapely.get_coordinates(shape)[0] == pytest.approx([begin, 9.0 * contour])
+    along = np.cumsum(rng.normal([1.0, 0.0], 1.5, (80, 2)), axis=0)
+    contour = shapely.LineString(along)
+    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(along, axis=0).T))])
+    dense = np.arange(0.0, contour.length, 1e-3)
+    places = shapely.get_coordinates(shapely.line_interpolate_point(contour, dense))
+    for begin in (0.0, 3.3, 0.3 * way[-1], way[-1] - 4.0):
+        piece = straight_piece(along, way, begin, 12.0)
+        start = np.array(contour.interpolate(begin).coords[0])
+        far = (np.hypot(*(places - start).T) >= 12.0) & (dense > begin)
+        assert (piece is None) == (not far.any())
+        if piece is not None:
+            assert piece.length == pytest.approx(12.0)
+            assert np.array(piece.coords) == pytest.approx(np.array([start, places[np.argmax(far)]]), abs=2e-3)
+
+
+@pytest.mark.parametrize("turned", [0.0, 17.0, 45.0, 80.0])
+def test_the_angle_to_the_contours_of_a_plane(turned):
+    angle = np.radians(turned)
+    line = shapely.LineString([(5.0, 5.0), (5.0 + 20.0 * np.cos(angle), 5.0 + 20.0 * np.sin(angle))])
+    assert contour_angle(line, lambda x, y: 0.6 * y) == pytest.approx(turned)
+    two = shapely.MultiLineString([[(0, 0), (8, 0)], [(9, 0), (9, 8)]])
+    assert contour_angle(two, lambda x, y: 0.6 * y) == pytest.approx(45.0)
+    assert np.isnan(contour_angle(line, lambda x, y: np.full(x.shape, np.nan)))
+
+
+def test_a_line_over_a_spur_is_not_level_because_its_ends_are():
+    """On a ridge with sides of 45 degrees that falls by a fifth, straight across: atan(1 / 0.2)."""
+    line = shapely.LineString([(-10.0, 0.0), (10.0, 0.0)])
+    assert contour_angle(line, lambda x, y: 0.2 * y - np.abs(x)) == pytest.approx(np.degrees(np.arctan(5.0)))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_places_where_most_pass_are_apart_and_none_is_passed_over(seed):
+    """By brute force: the piece with most logs, then of those not within half a length of one taken, the next."""
+    rng = np.random.default_rng(seed)
+    pieces = [shapely.LineString([(3.0 * k, 0.0), (3.0 * k + 20.0, 0.0)]) for k in range(30)]
+    passed = rng.random((50, 30)) < rng.uniform(0.0, 0.4, 30)
+    found = places_where_most_pass(pieces, passed, 20.0, 4)
+    left, expected = set(range(30)), []
+    while left and len(expected) < 4:
+        best = min(left, key=lambda k: (-int(passed[:, k].sum()), k))
+        expected.append(best)
+        left -= {k for k in left if abs(3.0 * (k - best)) < 10.0}
+    assert [(pieces[k], int(passed[:, k].sum())) for k in expected] == found
+    assert places_where_most_pass(pieces, np.zeros((50, 30), bool), 20.0, 4) == []
+
+
+def test_a_candidate_that_brings_more_logs_is_said_to():
+    """Before: "would keep -28 logs more away"."""
+    assert "the best of 7 candidates left would keep 3 logs more away" in why_none(trial(5, 2), 7)
+    assert "none of 7 candidates left" in why_none(trial(2, 2), 7)
+    worse = why_none(trial(2, 30), 7)
+    assert "-28" not in worse
+    assert "more logs would reach a line, with the best 28 more" in worse
+
+
+def test_the_chart_has_the_lengths_that_were_asked():
+    """Marks of two heights stand side by side on paper only; before, up to 4 % further right."""
+    asked = [20.0, 40.0]
+    rows = [
+        {"length_m": length, "height_m": height, "p": 0.5, "ci_low": 0.4, "ci_high": 0.6}
+        for length in asked
+        for height in (2.0, 4.0, 6.0)
+    ]
+    figure, axes = plt.subplots()
+    _chart(axes, pandas.DataFrame(rows))
+    assert len(axes.containers) == 3
+    shown = [each.lines[0] for each in axes.containers]
+    assert [np.asarray(each.get_xdata()).tolist() for each in shown] == [asked] * 3
+    figure.canvas.draw()
+    assert axes.get_xticks().tolist() == asked
+    frame = axes.get_window_extent()
+    for each in shown:  # all marks lie within the frame
+        x, y = each.get_transform().transform(each.get_xydata()).T
+        assert ((x > frame.x0) & (x < frame.x1) & (y > frame.y0) & (y < frame.y1)).all()
+    on_paper = [each.get_transform().transform(each.get_xydata())[:, 0] for each in shown]
+    assert np.diff(on_paper, axis=0) == pytest.approx(np.full((2, 2), ASIDE_IN * figure.dpi))
+    assert on_paper[1] == pytest.approx(axes.transData.transform([(x, 0.0) for x in asked])[:, 0])
+    plt.close(figure)

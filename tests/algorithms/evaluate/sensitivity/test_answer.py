@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from deadwood_algorithms.evaluate.sensitivity.answer import Measured, order_of_strength, what_it_hangs_on
 from deadwood_algorithms.evaluate.sensitivity.factors import factors_of
 from deadwood_algorithms.evaluate.sensitivity.indices import Indices, weights_of
+from deadwood_algorithms.evaluate.sensitivity.tables import index_rows, lines_of, tornado_rows
 from deadwood_algorithms.evaluate.sensitivity.tornado import bars_of
+from deadwood_algorithms.stats.statistics import wilson_interval
 
 FACTORS = factors_of("friction=0.2:0.3,rolling_friction,log_density_factor")
 LOGS = 200
+FACTS = {"runs": 7, "logs": LOGS, "logs_in_layer": 900, "fidelity": "draft", "sentence": ""}
 
 
 def measured(*highs: int, share: bool = True) -> Measured:
@@ -84,3 +89,40 @@ def test_the_indices_decide_where_there_are_some():
     assert "is not decided by so many logs (200) and so many rows" in told.sentence
     empty = Measured("reach_road", "road", bars, indexed([np.nan] * 3, [np.nan] * 3, [np.nan] * 3, 0.0))
     assert what_it_hangs_on(empty, LOGS).by == "swing"
+
+
+def with_indices(first: list[float], total: list[float]) -> Measured:
+    """Friction moves most alone; the indices say otherwise."""
+    one, ends, draws = measured(60, 5, 0), np.array([[0.1] * 3, [1.0] * 3]), np.tile(total, (10, 1))
+    return replace(one, indices=Indices(0.4, 0.01, 0.005, 0.02, np.array(first), ends, np.array(total), ends, draws))
+
+
+def test_every_table_has_the_factors_in_the_order_of_the_picture():
+    """By the total index where there is one; before, tables by the swing, and the rows in the order they were asked."""
+    one = with_indices([0.1, 0.3, 0.2], [0.2, 0.7, 0.4])
+    names = ["rolling_friction", "log_density_factor", "friction"]
+    assert [one.bars[k].factor.name for k in one.strongest_first] == names
+    assert [row["factor"] for row in tornado_rows([one])] == names
+    assert [row["factor"] for row in index_rows([one])] == names
+    assert [row["total"] for row in index_rows([one])] == [0.7, 0.4, 0.2]
+    plain = measured(5, 60, 0)
+    assert [row["factor"] for row in tornado_rows([plain])][:2] == ["rolling_friction", "friction"]
+    shown = lines_of([one], [what_it_hangs_on(one, LOGS)], FACTS)
+    assert [next(k for k, line in enumerate(shown) if line.startswith(f"  {each}")) for each in (
+        "rolling friction", "density", "friction")] == [2, 3, 4]  # fmt: skip
+
+
+def test_a_first_order_index_above_its_total_is_said_to_be_chance():
+    """Before: 1.00 beside 0.86 without a word."""
+    one = with_indices([1.2, 0.301, 0.2], [0.86, 0.3, 0.4])
+    assert [row["crossed"] for row in index_rows([one])] == [True, False, False]
+    told = "\n".join(lines_of([one], [what_it_hangs_on(one, LOGS)], FACTS))
+    assert "total-effect index 0.86 (0.10 to 1.00) (the first-order one, 1.00, is above it, which is chance" in told
+    assert told.count("is above it") == 1
+
+
+def test_as_it_is_says_of_which_logs_and_at_which_fidelity():
+    told = lines_of([measured(60, 5, 0)], [what_it_hangs_on(measured(60, 5, 0), LOGS)], FACTS)
+    assert told[0].startswith("7 runs of the same 200 of 900 logs at draft; ")
+    low, high = (100.0 * each for each in wilson_interval(100, 200))
+    assert told[1] == f"the reach of road: 50.0 % ({low:.1f} to {high:.1f} %) as it is"

@@ -1,0 +1,294 @@
+"""Heights judged by themselves: which cells hold none, and whether the ground that they make has steps of its own.
+
+Arrays only, for `dem_windows`; what is outside is NaN.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_algorithms.files import remedies
+from deadwood_algorithms.params.tool import Feedback
+
+# Of ground on Earth. The shore of the Dead Sea lies at -440 m, the deepest open pit at -300 m. Beyond FARTHEST_M stand
+# undeclared nodata values such as -9999, -32768 or 3.4e38.
+LOWEST_M, HIGHEST_M, FARTHEST_M = -500.0, 9000.0, 9000.0
+# A cell beside nodata that lies this far below, or above, all its neighbours inland, and steeper than 89 degrees, is a
+# mean of ground and a nodata value: on cells of 1 m one part in 150 of -9999 m is enough.
+MIXED_DROP_M, MIXED_SLOPE = 50.0, 60.0
+MIXED_CELLS = 12  # how deep warping mixes at most: cells of 10 m brought to 1 m
+MARGIN_CELLS = MIXED_CELLS + 2  # around a window, for its cells to be judged as in the whole
+
+# Cells of exactly 0 m this far below all the others are an undeclared empty collar, not a chasm.
+COLLAR_DROP_M = 100.0
+
+# Heights in feet make of a slope of 30 degrees one of 62. No hillside of any size is that steep in its middle.
+STEEPEST_DEG = 58.0
+FOOT_M = 0.3048
+
+STEP_M = 0.2  # lower ones hold no log
+# Shares of pairs of neighbouring differences: at least that many are not level in both, and of these so many lie
+# between level ground and a step. On surveyed ground hardly any pair does, on whole metres and repeated cells most do.
+SLOPING_SHARE, STEPPED_SHARE = 0.05, 0.3
+JUDGED_BY = 200  # pairs of cells; fewer tell nothing
+UNEVEN_SHARE = 0.2  # of multiples of a step that are no plane
+ROUNDED_TO_M = 0.002  # heights of some thousand metres in 32 bits
+BLOCK_CELLS = 2**22  # judged at once
+HOLE_CELLS = 2**22  # of an array or of its blocks, among which holes are looked for
+EVERYWHERE = slice(None), slice(None)
+
+
+def without_ground(heights: NDArray[np.floating], cell: float) -> NDArray[np.bool_]:
+    """Which cells hold a height that no ground there can have: none on Earth, or a mean of ground and nodata.
+
+    A cell is told by those within `MARGIN_CELLS`, so a window with that margin gives what the whole gives.
+    """
+    with np.errstate(invalid="ignore"):
+        bad = (heights < LOWEST_M) | (heights > HIGHEST_M)
+    outside = ~np.isfinite(heights)
+    if not (bad.any() or outside.any()):
+        return bad
+    mixed = bad & (np.abs(heights) <= FARTHEST_M)
+    drop = max(MIXED_DROP_M, MIXED_SLOPE * cell)
+    for _ in range(MIXED_CELLS):
+        empty = outside | bad
+        rim = _grown(empty) & ~empty
+        rows, columns = np.nonzero(rim)
+        if not rows.size:
+            break
+        low, high = _inland(heights, empty | rim, rows, columns)
+        here = heights[rows, columns]
+        fallen = (here < low - drop) | (here > high + drop)
+        fallen &= np.isfinite(low) & np.isfinite(high)
+        if not fallen.any():
+            break
+        bad[rows[fallen], columns[fallen]] = mixed[rows[fallen], columns[fallen]] = True
+    return bad | (_grown(mixed) & ~outside)  # the last ring, of which less than one part in 150 is nodata
+
+
+def _grown(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """The mask and the eight neighbours of each of its cells."""
+    wide = mask.copy()
+    wide[1:] |= mask[:-1]
+    wide[:-1] |= mask[1:]
+    out = wide.copy()
+    out[:, 1:] |= wide[:, :-1]
+    out[:, :-1] |= wide[:, 1:]
+    return out
+
+
+def _inland(
+    heights: NDArray[np.floating], apart: NDArray[np.bool_], rows: NDArray[np.intp], columns: NDArray[np.intp]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Lowest and highest neighbour of each cell that is not ``apart``; infinite where there is none."""
+    low, high = np.full(rows.size, np.inf), np.full(rows.size, -np.inf)
+    for down in (-1, 0, 1):
+        for right in (-1, 0, 1):
+            j, i = rows + down, columns + right
+            inside = (j >= 0) & (i >= 0) & (j < heights.shape[0]) & (i < heights.shape[1])
+            j, i = np.where(inside, j, 0), np.where(inside, i, 0)
+            inside &= ~apart[j, i]
+            low = np.where(inside, np.minimum(low, heights[j, i]), low)
+            high = np.where(inside, np.maximum(high, heights[j, i]), high)
+    return low, high
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Steps of a terrain model that no ground has.
+
+    height_m : of a usual one
+    rounded_m : what the heights are multiples of; 0 where that is not why
+    repeated : how many cells in a row, and in a column, hold one height; 1 where that is not why
+    """
+
+    height_m: float
+    rounded_m: float
+    repeated: int
+
+
+def steps_of(samples: list[NDArray[np.floating]]) -> Steps | None:
+    """The steps in samples of a terrain model, or None of ground that has none."""
+    pairs = sloping = stepped = uneven = 0
+    all_rises, gaps = [np.empty(0)], [np.empty(0, int)]
+    for heights in samples:
+        for along in (heights, heights.T):
+            rise = np.diff(along.astype(np.float64), axis=1)
+            one, two = rise[:, :-1], rise[:, 1:]
+            both = np.isfinite(one) & np.isfinite(two)
+            pairs += int(both.sum())
+            sloping += int((both & ((one != 0.0) | (two != 0.0))).sum())
+            stepped += int((both & ((one == 0.0) & _is_step(two) | _is_step(one) & (two == 0.0))).sum())
+            uneven += int((both & (np.abs(one - two) >= STEP_M)).sum())
+            all_rises.append(np.abs(rise[np.isfinite(rise) & (rise != 0.0)]))
+            gaps.append(np.diff(np.flatnonzero((np.abs(rise) > 0.0).any(axis=0))))
+    if pairs < JUDGED_BY or sloping <= SLOPING_SHARE * pairs:
+        return None
+    rises = np.concatenate(all_rises)
+    rounded = _unit_of(rises) if uneven > UNEVEN_SHARE * sloping else 0.0
+    if not rounded and stepped < STEPPED_SHARE * sloping:
+        return None
+    between = np.concatenate(gaps)
+    least = int(between.min()) if between.size else 1
+    repeated = least if not (between % least).any() else 1
+    return Steps(float(np.median(rises[_is_step(rises)])), rounded if repeated == 1 else 0.0, repeated)
+
+
+def _unit_of(rises: NDArray[np.float64]) -> float:
+    """What differences of heights [m], none of them 0, are multiples of, where that is a step; else 0."""
+    unit = float(np.min(rises, initial=np.inf))
+    if not STEP_M <= unit < np.inf:
+        return 0.0
+    unit = float(np.median(rises / np.rint(rises / unit)))
+    return unit if np.abs(rises - unit * np.rint(rises / unit)).max() <= ROUNDED_TO_M else 0.0
+
+
+def _is_step(rise: NDArray[np.float64]) -> NDArray[np.bool_]:
+    return np.abs(rise) >= STEP_M
+
+
+class Found:
+    """Cells that were turned into NaN because they hold no height of ground, and what is said of them.
+
+    ``inner`` is the part of the array of which is told; what is around it lies beyond a window.
+    """
+
+    def __init__(self) -> None:
+        self.far, self.zero, self.mixed = 0, 0, 0
+        self.shown, self.lowest, self.highest = 0.0, np.inf, -np.inf
+
+    def empty_far(self, values: NDArray[Any], inner: tuple[slice, slice] = EVERYWHERE) -> None:
+        """Take out undeclared nodata values that are no height on Earth."""
+        low, high = _extremes(values)
+        if max(-low, high) > FARTHEST_M:
+            bad = np.abs(values) > FARTHEST_M
+            self.far += int(bad[inner].sum())
+            self.shown = float(values[bad][0])
+            values[bad] = np.nan
+
+    def empty_zeros(self, values: NDArray[Any], inner: tuple[slice, slice] = EVERYWHERE) -> None:
+        """Take out cells of 0 m, which the caller knows to be an empty collar."""
+        zero = values == 0.0
+        self.zero += int(zero[inner].sum())
+        values[zero] = np.nan
+
+    def empty_mixed(self, values: NDArray[Any], cell: float, inner: tuple[slice, slice] = EVERYWHERE) -> None:
+        """Take out cells that are a mean of ground and nodata, strip by strip."""
+        step, bad = max(1, BLOCK_CELLS // values.shape[1]), []
+        for start in range(0, values.shape[0], step):
+            first, stop = max(0, start - MARGIN_CELLS), min(values.shape[0], start + step)
+            strip = values[first : stop + MARGIN_CELLS]
+            # around the array is nothing: that of a window reaches beyond it by MARGIN_CELLS
+            mask = without_ground(np.pad(strip, 1, constant_values=np.nan), cell)[1:-1, 1:-1]
+            rows, columns = np.nonzero(mask[start - first : stop - first])
+            bad.append((rows + start, columns))
+        rows, columns = (np.concatenate(each) for each in zip(*bad, strict=True))
+        mask = np.zeros(values.shape, bool) if rows.size else None
+        if mask is not None:
+            mask[rows, columns] = True
+            self.count_mixed(values[inner][mask[inner]])
+            values[mask] = np.nan
+
+    def count_mixed(self, heights: NDArray[Any]) -> None:
+        self.mixed += heights.size
+        self.lowest = float(np.min(heights, initial=self.lowest))
+        self.highest = float(np.max(heights, initial=self.highest))
+
+    def say(self, path: str, feedback: Feedback) -> None:
+        if self.far:
+            feedback.warn(
+                f"{path}: {self.far} cells hold {self.shown:g} m, which is no height on Earth; they are taken as "
+                "outside"
+            )
+        if self.zero:
+            feedback.warn(
+                f"{path}: {self.zero} cells hold exactly 0 m, all others more than {COLLAR_DROP_M:g} m; "
+                "they are taken as outside (an undeclared nodata value)"
+            )
+        if self.mixed:
+            feedback.warn(
+                f"{path}: {self.mixed} cells beside nodata hold heights that no ground there has ({self.lowest:.0f} to "
+                f"{self.highest:.0f} m), as where a DEM was warped with its nodata value taken for a height; they and "
+                "their neighbours are taken as outside"
+            )
+
+
+@dataclass(frozen=True)
+class Holes:
+    """Parts without heights that lie inside: how many, their cells in all and of the largest, and a cell of that."""
+
+    number: int
+    cells: int
+    largest: int
+    row: int
+    column: int
+
+
+def holes_in(values: NDArray[np.floating]) -> Holes | None:
+    """The parts without heights that do not touch the border of the array; of a large one in blocks of its cells."""
+    from rasterio.features import shapes  # not for those who only read heights
+    from shapely.geometry import shape
+
+    outside = ~np.isfinite(values)
+    if not outside.any():
+        return None
+    side = max(1, math.ceil(math.sqrt(values.size / HOLE_CELLS)))
+    if side > 1:
+        rows, columns = (range(0, n, side) for n in values.shape)
+        outside = np.logical_or.reduceat(np.logical_or.reduceat(outside, rows, axis=0), columns, axis=1)
+    areas, places = [], []
+    for each, _ in shapes(outside.astype(np.uint8), mask=outside, connectivity=8):
+        ring = np.asarray(each["coordinates"][0])
+        if ring.min() > 0 and ring[:, 0].max() < outside.shape[1] and ring[:, 1].max() < outside.shape[0]:
+            areas.append(round(shape(each).area) * side**2)
+            within = shape(each).representative_point()
+            places.append((int(within.y) * side, int(within.x) * side))
+    if not areas:
+        return None
+    largest = int(np.argmax(areas))
+    return Holes(len(areas), sum(areas), areas[largest], *places[largest])
+
+
+def _extremes(values: np.ndarray) -> tuple[float, float]:
+    """Lowest and highest value, NaN passed over (and given where there is nothing else)."""
+    return float(np.fmin.reduce(values, axis=None)), float(np.fmax.reduce(values, axis=None))
+
+
+def warn_of_heights(samples: list[NDArray[Any]], path: str, cell: float, feedback: Feedback) -> None:
+    """Warn of slopes and of steps that no ground has, by samples of a terrain model."""
+    steps = steps_of(samples)
+    if steps is not None:
+        why = f"its heights repeat from cell to cell and rise in steps of {steps.height_m:.2g} m"
+        if steps.rounded_m:
+            why = f"its heights are rounded to {steps.rounded_m:.3g} m"
+        if steps.repeated > 1:
+            k, size = steps.repeated, steps.repeated * cell
+            why = f"it repeats cells of {size:g} m as {k} x {k} of its own, in steps of {steps.height_m:.2g} m"
+        feedback.warn(
+            f"{path}: {why}. Such steps, which the ground does not have, slow logs down and hold them, so that too few "
+            "go far; take the heights with their decimals, brought to other cells by a bilinear or cubic rule"
+        )
+    slopes = np.concatenate([slopes_of(each, cell) for each in samples] or [np.empty(0)])
+    steep = float(np.degrees(np.arctan(np.median(slopes)))) if slopes.size >= JUDGED_BY else 0.0
+    if steep > STEEPEST_DEG:
+        feedback.warn(steep_words(path, steep, "over its cells"))
+
+
+def steep_words(path: str, slope_deg: float, where: str) -> str:
+    """The warning of a slope that heights in feet would explain."""
+    true = np.degrees(np.arctan(np.tan(np.radians(slope_deg)) * FOOT_M))
+    return (
+        f"{path}: the median slope {where} is {slope_deg:.0f} degrees, as hardly any ground has; are its heights in "
+        f"feet (then it is {true:.0f} degrees), or in another unit than metres? Mend: {remedies.times(path, FOOT_M)}"
+    )
+
+
+def slopes_of(heights: NDArray[Any], cell: float) -> NDArray[np.float64]:
+    """The slopes [m/m] between neighbouring cells that have heights."""
+    rise = np.hypot(np.diff(heights[:-1], axis=1), np.diff(heights, axis=0)[:, :-1]) / cell
+    return rise[np.isfinite(rise)]

@@ -1,0 +1,112 @@
+"""The phrases of what other tools found out: worth, barriers, classes, origins, and what the answer hangs on."""
+
+from __future__ import annotations
+
+ANSWER_PHRASES = {
+    "worth": "What each tree is worth",
+    "worth_note": (
+        "How many logs more would reach the line if the thing were gone, the same log by log as a run without it. "
+        "Several things together are not worth the sum of each."
+    ),
+    "worth_counts": "{line}: of {n} {what}, {keep} keep logs away and {bring} bring some.",
+    "worth_none": "None of them changes how many logs reach {line}.",
+    "worth_of_some": "Asked with {n} of the run's {all} logs.",
+    "planted": "What a tree or log put there would keep away",
+    "kind_tree": "trees",
+    "kind_lying_log": "lying logs",
+    "kind_barrier": "barriers",
+    "kind_stand": "stands",
+    "thing": "id",
+    "gain_logs": "logs kept away",
+    "gain_points": "points (95 %)",
+    "keeps": "keeps logs away (size: how many)",
+    "brings": "brings logs",
+    "no_worth": "other trees",
+    "siting": "Where a barrier serves most",
+    "siting_now": "{share} of the logs reach a line as things are. {n} candidates were put up, each alone.",
+    "siting_note": (
+        "First those chosen, one after the other, each with all before it; then the candidates alone that no other"
+        " one beats that is neither longer nor higher. The best of many was picked by these logs and serves others"
+        " a little less. Barriers are rigid here; where one can be founded, and what it costs, a person decides."
+    ),
+    "siting_none": "None was chosen: no candidate keeps more logs away than chance could.",
+    "alone": "alone",
+    "chosen": "chosen: {step}",
+    "length_height": "length × height [m]",
+    "still_reach": "still reach a line",
+    "kept_away": "kept away [points]",
+    "energy_p95": "energy of hits, 95 % [kJ]",
+    "barrier_class": "class",
+    "class_note": (
+        "Class: the weakest of {name} that holds that energy, and the upper end of its interval ({source}). The "
+        "classes are tested with compact blocks; a slender log may pass through rings or load a net otherwise, so "
+        "a person decides."
+    ),
+    "chosen_barrier": "barrier that is chosen",
+    "intensity": "Classes of intensity and probability",
+    "intensity_rule": (
+        "The classes of 30 and 300 kJ and of 30, 100 and 300 years are those of the Swiss federal recommendations "
+        "for falls of rock (BRP, BWW, BUWAL 1997; BAFU 2016); other bounds are the user's. Which hazard follows, "
+        "and whether they suit wood, a person decides."
+    ),
+    "intensity_map": "Energy of the logs",
+    "class_and_above": "this class and above [ha]",
+    "least_passage": "Where at least {share} % of the logs bring that energy; more logs do not make the areas larger.",
+    "largest_energy": (
+        "The largest energy of all logs, which grows with their number, and with it the area of each class."
+    ),
+    "passage_map": "Share of the logs that pass",
+    "return_map": "Return period of a passage",
+    "class_ground": "ground [ha]",
+    "at_least": "at least [kJ]",
+    "return_period": "return period [years]",
+    "longer_than": "over {years}",
+    "no_hit": "Where no log passed, less than {share} of the logs may pass yet (95 %).",
+    "from_where": "From where lines are reached",
+    "from_where_map": "logs released in a cell that reach any line [%]",
+    "from_where_note": "Of {n} logs, in cells of {cell} m; a cell with fewer than {least} is empty.",
+    "at_least_share": "at least",
+    "any_line": "any line",
+    "reach_it": "of their logs reach it",
+    "affected": "Ground that the logs of a release area pass",
+    "varied": "What the answer hangs on",
+    "varied_note": (
+        "The same {n} logs in {runs} runs, each factor alone at both ends of its range; high less low end with its"
+        " 95 % interval. Of what was not varied nothing is known. As it is: these logs at {fidelity}; all of the"
+        " run, or another fidelity, may differ by chance or by the calculation."
+    ),
+    "hangs_on": "{outcome} hangs on {factors}.",
+    "hangs_undecided": "{outcome}: so many logs do not decide which of {factors} is the strongest.",
+    "hangs_on_nothing": "{outcome}: no factor changes it beyond chance with so many logs.",
+    "outcome_reach": "reach of {line} [%]",
+    "outcome_runout": "mean run-out [m]",
+    "factor": "factor",
+    "range": "range",
+    "low_end": "low end",
+    "high_end": "high end",
+    "as_it_is": "as it is",
+    "swing": "high less low",
+    "total_effect": "total-effect index",
+    "factor_friction": "friction",
+    "factor_orientation": "posture of the logs at the start",
+    "factor_friction_factor": "friction of the map (times)",
+    "factor_rolling_friction": "rolling friction",
+    "factor_restitution": "restitution",
+    "factor_tree_friction": "friction of stems",
+    "factor_tree_restitution": "restitution of stems",
+    "factor_log_dbh_factor": "DBH of the logs (times)",
+    "factor_log_length_factor": "length of the logs (times)",
+    "factor_log_density_factor": "density of the logs (times)",
+    "factor_tree_dbh_factor": "DBH of the trees (times)",
+    "factor_dem_noise_m": "error of the terrain model [m]",
+    "factor_fidelity": "fidelity",
+    # The names of classes: of an energy or a share, then of a return period
+    "class_below": "below {high} {unit}",
+    "class_between": "{low} to {high} {unit}",
+    "class_from": "{low} {unit} and more",
+    "class_up_to": "up to {high} {unit}",
+    "class_over": "over {low} {unit}",
+    "unit_kj": "kJ",
+    "unit_percent": "% of the logs",
+    "unit_years": "years",
+}

@@ -1,0 +1,350 @@
+"""What the report says, in English: the messages of its catalogues, by the names that the report asks for.
+
+The name is a message's context (``msgctxt``) in ``locale/LANGUAGE/LC_MESSAGES/report.po``. Messages hold no markup.
+What stands in braces is filled in by `Words.say`, and escaped with the rest where it is put into the page (`markup`).
+"""
+
+from __future__ import annotations
+
+from deadwood_algorithms.report.answer_phrases import ANSWER_PHRASES
+from deadwood_algorithms.results.modelled import CLAUSES
+
+STOPS = {
+    "rest": "at rest on the terrain",
+    "tree": "held by a tree",
+    "lying_log": "held by a lying log",
+    "block": "held by a block",
+    "barrier": "held by a barrier",
+    "left_dem": "left the terrain model",
+    "time_limit": "still moving at the time limit",
+    "failed": "calculation failed",
+}
+PHRASES = {
+    "title": "Sliding deadwood: {names}",
+    "subtitle": "Simulation of sliding logs, Deadwood Toolbox",
+    "and": "and",
+    "to": "to",
+    "of_logs": "of the logs",
+    "of_steps": "of {n} steps",
+    "contents": "Contents",
+    "question": "Question and answer",
+    "question_lines": "{n} logs are released at {where}. How many of them reach {lines}, and how do they arrive?",
+    "question_none": "{n} logs are released at {where}. Where do they come to rest? No line to be reached was given.",
+    "release_areas": "{n} release areas",
+    "release_area": "release area {name}",
+    "answer": "{line}: reached by {share}",
+    "no_reach": "No lines to be reached were given.",
+    "run": "Run {name}",
+    "runs": "Runs",
+    "scenario": "Scenario",
+    "scenario_posture": "posture at the start",
+    "posture_upright": "upright",
+    "posture_lying": "lying",
+    "posture_tilted": "tilted",
+    "scenario_dbh": "DBH",
+    "scenario_length": "length",
+    "scenario_height": "height",
+    "scenario_density": "density",
+    "scenario_cells": "{nx} × {ny} cells of {cell} m",
+    "scenario_fidelity": "fidelity",
+    "scenario_seed": "seed",
+    "scenario_made": "calculated (UTC)",
+    "project": "project",
+    "author": "author",
+    "modelled": "What was modelled, and what was not",
+    "modelled_note": (
+        "Logs do not break, bend or meet each other; trees and barriers do not give way. The model does not say "
+        "how likely a log starts to slide at all. Results are a basis for an expert's judgement, not a hazard map."
+    ),
+    "modelled_older": "Of an older version, which tells it in English only.",
+    "model_terrain": "terrain",
+    "model_window": "part of the DEM",
+    "model_friction": "friction",
+    "model_restitution": "restitution",
+    "model_rolling_friction": "rolling friction",
+    "model_logs": "logs",
+    "model_trees": "trees",
+    "model_barriers": "barriers",
+    "model_lying_logs": "lying logs",
+    "model_blocks": "boulders",
+    "model_lines": "lines",
+    "model_outputs": "computed",
+    "lacks": "What this report lacks",
+    "lacks_input": "The {what} of the run, {path}, could not be read any more: {reason}",
+    "input_changed": (
+        "The {what} of the run, {path}, has changed since the logs slid. What this page shows of it, and what is "
+        "calculated from it anew, is of the file as it is now; what the run found is of the file as it was then."
+    ),
+    "lacks_poses": (
+        "No trajectory was kept (--trajectories none), so there are no arrivals, no profile and no moving logs."
+    ),
+    "lacks_some_poses": "{stored} of {n} logs kept their trajectory; arrivals, profile and moving logs are theirs.",
+    "lacks_shape": "No energies of arrival: {reason}",
+    "gone": "not there",
+    "input_dem": "terrain model",
+    "input_trees": "trees",
+    "input_barriers": "barriers",
+    "input_lying_logs": "lying logs",
+    "input_blocks": "boulders",
+    "map": "Map",
+    "map_caption": (
+        "Share of the logs that pass each cell, over the relief. Coordinates: {crs}, metres. Drag to move, wheel "
+        "or buttons to zoom."
+    ),
+    "danger_note": (
+        "Danger of the lines: of the logs that passed a place, the share that reached a line afterwards; empty "
+        "where too few passed."
+    ),
+    "map_some": "Drawn: {drawn} of {n} {what}.",
+    "layers": "Layers",
+    "layer_relief": "relief",
+    "layer_hits": "share of logs",
+    "layer_speed": "largest speed",
+    "layer_energy": "largest energy",
+    "layer_jump": "largest clearance",
+    "layer_danger": "danger of the lines",
+    "layer_trees": "trees",
+    "layer_barriers": "barriers",
+    "layer_lying_logs": "lying logs",
+    "layer_blocks": "boulders",
+    "layer_lines": "roads, houses",
+    "layer_releases": "releases",
+    "layer_trajectories": "trajectories",
+    "layer_deposits": "deposits: {stop}",
+    "hits_bar": "logs that pass [%]",
+    "east": "East [m]",
+    "north": "North [m]",
+    "zoom_in": "Zoom in",
+    "zoom_out": "Zoom out",
+    "reset": "Reset",
+    "reach": "Reach",
+    "answer_lost": "; {bounds} if none or all of the {n} others reach it that left the terrain model before",
+    "n_lost": "left the terrain model before it",
+    "if_lost": "share if none or all of them reach it (95 % interval)",
+    "lost_note": "What logs do beyond the terrain model is not known. The share above counts none of them as arrived.",
+    "reach_note": (
+        "Two kinds of error: sampling (95 % Wilson interval, shrinks with more logs) and calculation (what the "
+        "time stepping of this fidelity adds; more logs do not touch it). The larger part mostly comes from the "
+        "inputs, above all the friction coefficient, and is in neither."
+    ),
+    "calculation_known": (
+        "{mean} points on average over five synthetic slopes, {worst} on the worst, against the finest preset"
+    ),
+    "calculation_none": "is the reference: none by definition",
+    "calculation_unknown": "not known: time step or spacing of its own (compare-fidelity measures it)",
+    "calculation_bound": "±{bound} points at most",
+    "promise": (
+        "--fidelity auto chose {chosen} and {n} logs: the reach of every line is within ±{together} points, at 95 "
+        "%, of what the finest preset would give. For line {line}, where this is most: sampling ±{sampling}, "
+        "calculation ±{calculation} ({source})."
+    ),
+    "promise_assumed": "assumed: as on the benchmark's slopes",
+    "promise_measured": "measured on this slope against {against}",
+    "calculation_measure": (
+        "Measured on synthetic slopes (README); on this slope deadwood-tool compare-fidelity measures it."
+    ),
+    "line": "line",
+    "logs": "logs",
+    "n_reach": "reach it",
+    "sampling": "95 % interval (sampling)",
+    "calculation": "error of calculation",
+    "until_ci": "The run was to end at ±{wanted} points: {state}.",
+    "until_reached": "reached after {n} logs",
+    "until_missed": "not reached with all {n} logs",
+    "share_of_logs": "share of the logs [%]",
+    "arrivals": "Arrivals",
+    "arrivals_note": (
+        "The first touch of each log and line, over the logs that kept their trajectory. Energy is of translation;"
+        " height that of the centre of mass above the terrain; angle that between the direction of travel and the "
+        "line (90° is square on)."
+    ),
+    "design": "Design values",
+    "design_note": (
+        "Percentiles over the logs that come to a barrier (the largest of each log's hits, just before it) or to a"
+        " line (at the first touch), with exact 95 % intervals from order statistics. Height: of the place of the "
+        "hit, or of the log's upper edge at the line, above the terrain. No safety factor is in them; deadwood-"
+        "tool design-values writes them as a table."
+    ),
+    "design_more": "{value}; {n} more hits needed",
+    "design_energy": "energy",
+    "design_translation": "of translation",
+    "design_rotation": "of rotation",
+    "design_speed": "speed",
+    "design_height": "height",
+    "design_impulse": "impulse",
+    "arrivals_none": "No stored trajectory reaches a line.",
+    "median": "median",
+    "largest": "largest",
+    "speed": "speed",
+    "energy": "energy",
+    "height": "height",
+    "angle": "angle",
+    "time": "time",
+    "arrival_speed": "speed of arrival [m/s]",
+    "arrival_energy": "energy of arrival [kJ]",
+    "arrival_height": "height of the centre of mass [m]",
+    "arrival_angle": "angle to the line [°]",
+    "n_logs": "logs",
+    "spread": "Lateral spread",
+    "spread_note": (
+        "Azimuths of the deposits seen from the centre of each release area, without those nearer than the least "
+        "run-out, whose azimuth means nothing. North is up."
+    ),
+    "release": "release",
+    "counted": "deposits counted",
+    "left_out": "left out",
+    "spread_deg": "smallest angle that holds all [°]",
+    "p05_p95_deg": "5 to 95 % [°]",
+    "compass": "N,E,S,W",
+    "spread_none": "No deposit is far enough from its release.",
+    "ways": "Run-out, speed and jumps",
+    "runout": "Run-out",
+    "runout_axis": "run-out, horizontal [m]",
+    "farther": "logs that go farther [%]",
+    "max_speed_axis": "largest speed of a log [m/s]",
+    "jump": "jump height",
+    "jump_axis": "largest clearance of a log [m]",
+    "energy_max": "largest energy",
+    "quantity": "quantity",
+    "mean": "mean",
+    "stops": "How the logs ended",
+    "profile": "Profile along chosen trajectories",
+    "profile_note": (
+        "Terrain under the centre of mass, the log's height above it (to scale) and its speed, along the "
+        "horizontal way."
+    ),
+    "way": "horizontal way [m]",
+    "elevation": "elevation [m]",
+    "speed_axis": "speed [m/s]",
+    "terrain": "terrain",
+    "centre": "centre of mass",
+    "lowest": "lowest point",
+    "chosen_farthest": "log {id}: farthest",
+    "chosen_fastest": "log {id}: fastest",
+    "chosen_median": "log {id}: median run-out",
+    "ledgers": "Barriers, trees, lying logs, boulders",
+    "ledgers_none": "The scene has none of them.",
+    "barrier": "barrier",
+    "n_reached": "reached",
+    "n_stopped": "stopped",
+    "n_overjumped": "overjumped",
+    "n_passed_beside": "passed beside",
+    "n_hits": "hits",
+    "energy_hit": "largest energy of a hit [kJ]",
+    "height_hit": "largest height of a hit [m]",
+    "wood": "obstacles",
+    "n_total": "in the scene",
+    "n_hit": "hit",
+    "n_stopping": "hold a log",
+    "n_stops": "logs held",
+    "impulse": "impulse taken [kN s]",
+    "energy_taken": "energy taken [kJ]",
+    "top_trees": "The trees that hold the most logs",
+    "tree": "tree",
+    "above_capacity": "Logs with a hit above what stems can take",
+    "above_of_trees": "of the tree",
+    "above_of_logs": "of the log itself",
+    "all_logs": "all",
+    "held_by_trees": "held by a tree",
+    "above_note": (
+        "Nothing breaks in the model. These logs had, anywhere on their way, a hit that took more energy than the "
+        "capacity given: a measure of how much the result depends on stems that do not break."
+    ),
+    "three_d": "3-D view",
+    "three_d_note": (
+        "Trees, barriers and logs in their true sizes, as modelled (far off at least a pixel wide). Drag turns, "
+        "right button or two fingers move, wheel zooms; click a moving log to follow it. Terrain in steps of "
+        "{cell} m (DEM: {dem_cell} m); {shown} of {stored} stored trajectories."
+    ),
+    "three_d_lacks": "Without the terrain model there is no 3-D view.",
+    "three_d_webgl": "This browser shows no WebGL 2, so there is no 3-D view; all else is complete.",
+    "three_d_label": "3-D view of the slope with moving logs",
+    "play": "Play",
+    "pause": "Pause",
+    "pace": "pace",
+    "which_logs": "logs",
+    "group_all": "all shown here",
+    "group_fast": "the fastest",
+    "group_far": "the farthest",
+    "group_reach": "those that reach a line",
+    "group_random": "a random draw",
+    "drape": "on the terrain",
+    "trails": "trails",
+    "deposits": "deposits",
+    "moving": "moving logs",
+    "follow": "Follow",
+    "let_go": "Let go",
+    "picked": "log {id}: {speed} m/s",
+    "pick_hint": "click a log to follow it",
+    "home": "Whole slope",
+    "accuracy": "Accuracy",
+    "accuracy_note": "What of the error of calculation is measured in every run.",
+    "fidelity": "fidelity",
+    "time_step": "longest time step",
+    "spacing": "spacing of the contact rings",
+    "penetration": "deepest penetration",
+    "energy_error": "largest energy made or lost by the stepping",
+    "residual": "largest residual of the contacts",
+    "unconverged": "steps whose contacts did not converge",
+    "failed_logs": "failed logs",
+    "left_dem_logs": "logs that left the terrain model",
+    "started_in_contact": "logs that started in contact with an obstacle",
+    "not_run": "logs not run (--until-ci, --error)",
+    "left_dem_warning": (
+        "Logs that left the terrain model: {n}. On a larger one they would have gone on, so reach and spread are "
+        "off by up to them."
+    ),
+    "failed_warning": "Logs whose calculation failed: {n}. The others did not suffer.",
+    "time_limit_warning": "Logs that still moved at the time limit: {n}. Their deposits are not final.",
+    "provenance": "Provenance",
+    "command": "Command that repeats the run",
+    "versions": "Versions",
+    "versions_run": "The run was made by deadwood-tool {version}; this page with:",
+    "hashes": "Fingerprints of the inputs",
+    "input": "input",
+    "file": "file",
+    "hash_scene": "scene as calculated",
+    "hash_releases": "releases as calculated",
+    "engine_digest": "engine",
+    "cost": "Cost",
+    "cost_words": (
+        "{cpu} CPU s of sliding, {wall} s on the clock, {steps} steps, {rate} logs/s; this page was made on {machine}."
+    ),
+    "parameters": "Parameters",
+    "comparison": "Comparison",
+    "comparison_note": (
+        "The same logs in each run, so each log is its own control. Differences to {reference}, with 95 % "
+        "intervals over the logs."
+    ),
+    "comparison_lacks": "The runs are not compared: {reason}",
+    "comparison_map_lacks": "No map of the difference of {name}: {reason}",
+    "difference": "difference",
+    "difference_map": "{name} minus {reference}: share of the logs that pass [points]",
+    "quantity_reach": "reach {item}",
+    "quantity_bari": "fewer reach {item} (BARI)",
+    "quantity_miri": "lower 95 % energy at {item} (MIRI)",
+    "quantity_orpi": "lower summed energy at {item} (ORPI)",
+    "quantity_ended": "ended: {item}",
+    "quantity_spread": "lateral spread, {item}",
+    "quantity_spread_p05_p95": "lateral spread 5 to 95 %, {item}",
+    "quantity_speed_mean": "mean speed, {item}",
+    "quantity_speed_max": "largest speed, {item}",
+    "quantity_energy_max": "largest energy, {item}",
+    "quantity_jump_max": "jump height, {item}",
+    "quantity_runout": "run-out, {item}",
+    "quantity_deposit_moved": "deposits moved, {item}",
+    "item_mean": "mean",
+    "item_median": "median",
+    "item_p95": "95th percentile",
+    "item_largest": "largest",
+    "parameters_differ": "In what the runs differ",
+    "parameters_same": "The runs differ in no parameter (their layers may).",
+    "none": "none",
+    "made": "Made by deadwood-tool {version}",
+}
+MESSAGES = (
+    PHRASES
+    | ANSWER_PHRASES
+    | {f"stop_{name}": stop for name, stop in STOPS.items()}
+    | {f"clause_{name}": clause for name, clause in CLAUSES.items()}
+)

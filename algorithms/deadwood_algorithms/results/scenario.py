@@ -1,0 +1,160 @@
+"""What a run slid, as values: the scenario with the sizes that its logs and trees really had, and what became of every
+row of the layers that it was given.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from deadwood_algorithms.scene.items import NO_TERRAIN, OFF_DEM, Items
+from deadwood_algorithms.scene.layers import SceneLayers
+from deadwood_algorithms.scene.releases import Releases
+from deadwood_algorithms.schemas import ORIENTATIONS
+
+if TYPE_CHECKING:
+    from deadwood_algorithms.results.asked import Asked
+
+# Why a row of a layer had no part in a run, beside those of `items`
+BEYOND_WINDOW = "beyond_window"  # beyond the part of the terrain model that logs can come to
+NOT_RUN = "not_run"  # a log that --until-ci or --error made needless
+WHYS = (OFF_DEM, NO_TERRAIN, BEYOND_WINDOW, NOT_RUN)
+
+
+def scenario_of(asked: Asked, layers: SceneLayers, releases: Releases) -> dict[str, Any]:
+    """What was slid through what; sizes over the logs that were slid, the trees and barriers that stood in the way."""
+    logs, scene = releases.logs, layers.scene
+    posture = np.bincount(logs.orientation, minlength=len(ORIENTATIONS)) / max(len(releases), 1)
+    trees = _used(len(layers.tree_ids), scene.trees_outside)
+    barriers = _used(len(layers.barriers.item), scene.barriers_outside)
+    lying = _used(len(layers.lying.item), scene.lying_outside)
+    rows, columns = layers.dem.frame.shape
+    mu = layers.friction
+    return {
+        "logs": {
+            "n": len(releases),
+            "length_m": range_of(logs.length),
+            "dbh_cm": range_of(releases.dbh_cm),
+            "density_kg_m3": range_of(logs.density),
+            "posture": dict(zip(ORIENTATIONS, posture.tolist(), strict=True)),
+        },
+        "friction": range_of(mu[np.isfinite(layers.dem.values)]) if isinstance(mu, np.ndarray) else float(mu),
+        "rolling_friction": None if layers.shape else asked.scene.rolling_friction,
+        "restitution": asked.scene.restitution,
+        "trees": _things(
+            int(trees.sum()), dbh_cm=layers.tree_dbh_cm[trees], height_m=np.asarray(layers.trees.height)[trees]
+        ),
+        "barriers": _things(
+            len(set(layers.barriers.item[barriers].tolist())), height_m=np.asarray(layers.plates.height)[barriers]
+        ),
+        "lying_logs": _things(len(set(layers.lying.item[lying].tolist()))),
+        "blocks": _things(int(_used(len(layers.blocks.ids), scene.blocks_outside).sum())),
+        "lines": _things(len(layers.lines.ids)),
+        "dem": {"nx": columns, "ny": rows, "cell_m": layers.dem.cell},
+        "fidelity": asked.fidelity,
+        "seed": asked.scene.seed,
+    }
+
+
+def scenario_line(scenario: dict[str, Any]) -> str:
+    """What was slid through what, in one line of a terminal."""
+    logs = scenario["logs"]
+    postures = [name for name in ORIENTATIONS if logs["posture"][name]]
+    posture = (
+        postures[0]
+        if len(postures) == 1
+        else ", ".join(f"{100.0 * logs['posture'][name]:.3g} % {name}" for name in postures)
+    )
+    sizes = f"{_span(logs['length_m'], 'm')} long, DBH {_span(logs['dbh_cm'], 'cm')}"
+    friction = scenario["friction"]
+    laws = [f"friction {_span(friction) if isinstance(friction, dict) else format(friction, 'g')}"]
+    if scenario["rolling_friction"] is not None:
+        laws.append(f"rolling friction {scenario['rolling_friction']:g}")
+    laws.append(f"restitution {scenario['restitution']:g}")
+    met = [
+        f"{scenario[name]['n']} {what[:-1] if scenario[name]['n'] == 1 else what}"
+        for name, what in (
+            ("trees", "trees"),
+            ("barriers", "barriers"),
+            ("lying_logs", "lying logs"),
+            ("blocks", "boulders"),
+        )
+        if scenario[name]["n"]
+    ]
+    dem = scenario["dem"]
+    return (
+        f"scenario: {logs['n']} logs, {posture}, {sizes}; {', '.join(laws)}; {', '.join(met) or 'no obstacle'}; "
+        f"{dem['nx']} x {dem['ny']} cells of {dem['cell_m']:g} m; {scenario['fidelity']}, seed {scenario['seed']}"
+    )
+
+
+def _span(told: dict[str, float | None], unit: str = "") -> str:
+    """``45 cm``, or ``45 cm (32 to 61)`` where the values differ."""
+    if told["median"] is None:
+        return "unknown"
+    shown = f"{told['median']:.4g}" + (f" {unit}" if unit else "")
+    return shown if told["low"] == told["high"] else f"{shown} ({told['low']:.4g} to {told['high']:.4g})"
+
+
+def counted_of(layers: SceneLayers, releases: Releases, n_read: int) -> dict[str, Any]:
+    """For each layer that was given: its rows, those that had a part in the run, and why the others had none."""
+    scene = layers.scene
+    trees, blocks = (
+        _left_out(layers, np.asarray(shapely.points(np.column_stack([of.x, of.y])))[outside])
+        for of, outside in ((layers.trees, scene.trees_outside), (layers.blocks.solid, scene.blocks_outside))
+    )
+    counts = {
+        "releases": _count(n_read, Counter({NOT_RUN: n_read - len(releases)})),
+        "trees": _points(layers.tree_ids, layers.trees_left_out, trees),
+        "barriers": _count_rows(layers, layers.barriers, layers.plates, scene.barriers_outside),
+        "lying_logs": _count_rows(layers, layers.lying, layers.lying_logs, scene.lying_outside),
+        "blocks": _points(layers.blocks.ids, layers.blocks.left_out, blocks),
+        "lines": _count(layers.lines.row_count, Counter()),
+    }
+    return {name: count for name, count in counts.items() if count["read"]}
+
+
+def range_of(values: NDArray[np.float64]) -> dict[str, float | None]:
+    """Median, smallest and largest of some values; null where there are none."""
+    if not values.size:
+        return {"median": None, "low": None, "high": None}
+    return {"median": float(np.median(values)), "low": float(values.min()), "high": float(values.max())}
+
+
+def _things(number: int, **sizes: NDArray[np.float64]) -> dict[str, Any]:
+    return {"n": number, **({name: range_of(values) for name, values in sizes.items()} if number else {})}
+
+
+def _used(number: int, outside: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Which of so many things are not among those outside."""
+    used = np.ones(number, bool)
+    used[outside] = False
+    return used
+
+
+def _left_out(layers: SceneLayers, shapes: NDArray[Any]) -> Counter[str]:
+    """Why things have no terrain below them: it has no height there, or they lie beyond the window that was read."""
+    here = shapely.intersects(shapes, shapely.box(*layers.dem.bounds))
+    return Counter({NO_TERRAIN: int(here.sum()), BEYOND_WINDOW: int((~here).sum())})
+
+
+def _points(on_dem: Sequence[Any], off: Counter[str], outside: Counter[str]) -> dict[str, Any]:
+    return _count(len(on_dem) + off.total(), off + outside)
+
+
+def _count_rows(layers: SceneLayers, items: Items, paths: Any, outside: NDArray[np.int64]) -> dict[str, Any]:
+    """Of a layer of lines, whose rows may have several parts: a row is used if one of its parts is."""
+    used = set(items.row[_used(len(items.row), outside)].tolist())
+    lost = [np.flatnonzero(items.row == row)[0] for row in sorted(set(items.row.tolist()) - used)]
+    shapes = np.array([shapely.linestrings(paths.vertices[slice(*paths.starts[k : k + 2])]) for k in lost], object)
+    return _count(items.row_count, _left_out(layers, shapes) if lost else Counter())
+
+
+def _count(read: int, left_out: Counter[str]) -> dict[str, Any]:
+    told = [{"why": why, "n": left_out[why]} for why in WHYS if left_out[why]]
+    return {"read": read, "used": read - left_out.total(), "left_out": told}
