@@ -284,6 +284,17 @@ AFFECTED = Layer(
     ),
 )
 
+PROCESS_AREA = Layer(
+    name="process_area",
+    geometry=("MultiPolygon",),
+    meaning="The outline of the ground that at least so many of the logs pass; an indication map",
+    columns=(
+        a_number("least_p", "The least share of the logs that pass a cell; 0: any log", 0, 1),
+        a_number("area_m2", "Ground of the cells", 0),
+        a_count("n_logs", "Logs of the run"),
+    ),
+)
+
 ORIGINS = Layer(
     name="origins",
     geometry=("Point",),

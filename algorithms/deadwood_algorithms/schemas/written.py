@@ -107,6 +107,7 @@ WRITTEN = (
     *_in_folder("site-barriers", files.SITED_TABLE, files.SITED_FACTS, files.SITED_PICTURE, files.MANIFEST),
     *_layers("site-barriers", "barriers.gpkg", [results.SITED]),
     *_in_folder("map-intensity", *files.INTENSITY_MAPS, files.INTENSITY_LINES, files.INTENSITY_FACTS, files.MANIFEST),
+    *_layers("map-intensity", "process_area.gpkg", [results.PROCESS_AREA]),
     *_in_folder("map-origins", files.ORIGIN_REACH, files.ORIGIN_FACTS, files.ORIGIN_PICTURE, files.MANIFEST),
     *_layers("map-origins", "origins.gpkg", [results.SOURCES, results.AFFECTED]),
     *_layers("lateral-spread", "--output", [results.SPREAD, results.AZIMUTHS]),

@@ -7,6 +7,7 @@ The folder holds, over the ground that any log passed:
   better, and do not make them larger, as they do those of the largest energy of all logs (`--least-passage 0`).
   `--energy-raster` takes another energy, such as the 95 % quantile of `count-hits`, where so many logs pass;
 - `passage.tif`: class of the share of the logs that passed: 1 below 0.1 %, then to 1 %, to 10 %, and from 10 % on;
+- `process_area.gpkg`: the outline of the ground that at least so many of the logs pass, an indication map;
 - `matrix.tif`: both, where there is a class of intensity: 10 times that class, and the other; with a frequency the
   other is the return period's;
 - with a frequency `return_period.tif` (years, and the ends of its 95 % interval) and `return_class.tif`: 1 up to 30
@@ -56,7 +57,7 @@ RULE = (
     "(BRP, BWW, BUWAL 1997; BAFU 2016); other bounds are the user's"
 )
 DECIDES = "which hazard a field of the matrix is, and whether these classes suit wood, a person decides"
-LINES, FACTS = "lines.csv", "classes.json"
+LINES, FACTS, OUTLINE = "lines.csv", "classes.json", "process_area.gpkg"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,10 +114,11 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
     from deadwood_algorithms.evaluate.hazard import cells, legend
     from deadwood_algorithms.evaluate.hazard.frequencies import release_areas
-    from deadwood_algorithms.evaluate.hazard.least_passage import areas_of, energies_of_share
+    from deadwood_algorithms.evaluate.hazard.least_passage import areas_of, energies_of_share, process_area
     from deadwood_algorithms.evaluate.hazard.line_passages import line_rows
     from deadwood_algorithms.evaluate.hazard.rates import period_class, rising_class
     from deadwood_algorithms.files.tables import write_csv
+    from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.results.identity import result_folder
     from deadwood_algorithms.results.passages import passages_of_lines
     from deadwood_algorithms.results.run_folder import read_run, write_json
@@ -142,6 +144,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         often = legend.rising_labels(shares, "% of the logs")
         about = "Class of the share of the logs that pass"
         maps.write("passage", passages, legend.class_rows(often, legend.COLD), about, (shares, "%"))
+        outline = process_area(hits, ask.least_passage / 100.0, n_logs, grid)
+        write_vector(folder / OUTLINE, {"process_area": outline})
         facts: dict[str, Any] = {"rule": RULE, "decides": DECIDES, "energy": energies.what}
         facts["least_passage"] = energies.facts
         facts["logs"] = n_logs

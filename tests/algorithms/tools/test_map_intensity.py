@@ -8,13 +8,14 @@ from statistics import NormalDist
 from typing import Any
 from xml.etree import ElementTree
 
+import geopandas as gpd
 import numpy as np
 import pandas as pd
 import pytest
 import rasterio
 import shapely
 from hand_run import Track, write_run
-from slope_case import LENGTH, WIDTH, Case, layer, points, raster, write_layer
+from slope_case import EAST, LENGTH, NORTH, WIDTH, Case, layer, points, raster, write_layer
 
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.stats.statistics import wilson_interval
@@ -48,6 +49,10 @@ def maps(run: Path, folder: Path, **values: Any) -> dict[str, np.ndarray]:
     """Of the run's own rasters, which here are not those of its tracks, unless another least passage is given."""
     map_intensity.TOOL(**{"run": str(run), "output": str(folder), "overwrite": True, "least_passage": 0.0} | values)
     return {each.stem: raster(each)[::-1] for each in folder.glob("*.tif")}
+
+
+def layer_rows(path: Path) -> list[Any]:
+    return list(gpd.read_file(path).itertuples())
 
 
 def table(folder: Path) -> Any:
@@ -118,6 +123,18 @@ def test_areas_do_not_grow_with_the_number_of_logs(tmp_path):
     assert widths[0] > widths[1] > widths[2]
     assert abs(areas[2][1] - true) <= 4.0 * WIDTH / 2.0  # within the rows at the ends and a cell on either side
     assert largest[0] < 0.95 * largest[1] < 0.95**2 * largest[2]
+
+
+@pytest.mark.parametrize(("least", "logs"), [(0.0, 1), (10.0, 5)])
+def test_the_process_area_is_the_outline_of_what_so_many_logs_pass(made, tmp_path, least, logs):
+    maps(made, tmp_path / "m", least_passage=least)
+    (row,) = layer_rows(tmp_path / "m" / "process_area.gpkg")
+    here = fields()["hit_count"] >= logs
+    assert (row.least_p, row.n_logs) == (pytest.approx(least / 100.0), N)
+    assert row.area_m2 == row.geometry.area == here.sum()
+    v, u = np.indices(here.shape)
+    inside = shapely.contains_xy(row.geometry, EAST + u.ravel() + 0.5, NORTH + v.ravel() + 0.5)
+    assert np.array_equal(inside.reshape(here.shape), here)
 
 
 def test_a_cell_has_the_energy_that_so_many_of_its_logs_bring(tmp_path):

@@ -13,10 +13,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import geopandas
 import numpy as np
+import pandas
 from numpy.typing import NDArray
 
 from deadwood_algorithms.evaluate.hazard import cells
+from deadwood_algorithms.evaluate.hazard.origins import polygons_of
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.results.cell_quantiles import largest_by_rank
@@ -96,6 +99,14 @@ def energies_of_share(
             f"{needed} can"
         )
     return Energies(found[0], found[1], found[2], what, told)
+
+
+def process_area(hits: NDArray[np.float32], share: float, n_logs: int, grid: Grid) -> geopandas.GeoDataFrame:
+    """The outline of the cells that at least this share of the logs pass, any log if it is 0; one row, none without."""
+    here = hits >= Ranks.of(share, n_logs).estimate
+    row = {"least_p": share, "area_m2": float(here.sum()) * grid.cell**2, "n_logs": n_logs}
+    table = pandas.DataFrame([row] if here.any() else [], columns=list(row))
+    return geopandas.GeoDataFrame(table, geometry=[polygons_of(here, grid)] if here.any() else [], crs=grid.plan_crs)
 
 
 def areas_of(energies: Energies, bounds: tuple[float, ...], cell_m: float) -> list[dict[str, float]]:
