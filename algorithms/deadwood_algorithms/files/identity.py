@@ -7,6 +7,7 @@ the digest of its rows: as long as either is the same, so is the input.
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import marshal
 import os
@@ -49,6 +50,8 @@ def sha256_of(path: Path) -> str:
     stamp = stamp_of(path)
     if stamp is not None and (found := _known.get(stamp)):
         return found
+    if not path.is_file():  # a pipe would be waited for without end
+        raise OSError(errno.EINVAL, "no regular file", str(path))
     digest = hashlib.sha256()
     with path.open("rb", buffering=0) as source:
         block = memoryview(bytearray(BLOCK_BYTES))

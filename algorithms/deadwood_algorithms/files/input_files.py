@@ -38,7 +38,13 @@ def tiles_of(path: str | Path) -> list[str]:
         if os.path.isfile(named):
             return [named]
         if os.path.isdir(named):
-            inside = sorted(each.name for each in Path(named).iterdir() if each.suffix.lower() in ENDINGS)
+            if tool := made_from(Path(named)).get("tool"):
+                raise UserError(f"{named}: this is the folder of a result of {tool}, no terrain model; name the file")
+            inside = sorted(
+                each.name
+                for each in Path(named).iterdir()
+                if each.suffix.lower() in ENDINGS and not each.name.startswith(".")
+            )
             if not inside:
                 raise UserError(
                     f"{named}: this is a folder that holds no tile of a DEM ({', '.join(ENDINGS)}); name the file"

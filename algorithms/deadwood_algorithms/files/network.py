@@ -54,7 +54,7 @@ def is_special(path: Path) -> bool:
 
 
 def _look_into(file: Path, named: str, what: str, seen: set[Path], allowed: bool) -> None:
-    root = _root_of(file)
+    root = _root_of(file, named, what)
     if root is None or file in seen:
         return
     seen.add(file)
@@ -92,17 +92,27 @@ def _elements(root: ElementTree.Element) -> list[tuple[ElementTree.Element, str]
     return found
 
 
-def _root_of(file: Path) -> ElementTree.Element | None:
-    """The XML of a virtual raster or layer, or of a service; None for any other file."""
+def _root_of(file: Path, named: str, what: str) -> ElementTree.Element | None:
+    """The XML of a virtual raster or layer, or of a service; None for any other file.
+
+    GDAL reads some that are no XML (blanks or a comment before the head); what they point to cannot be looked into.
+    """
+    head = b""
     try:
         with file.open("rb") as source:
             head = source.read(HEAD_BYTES)
-            low = head.lower()
-            if b"<" not in head[:64] or not any(f"<{kind}".encode() in low for kind in (*VIRTUAL, *SERVICES)):
+            if not any(f"<{kind}".encode() in head.lower() for kind in (*VIRTUAL, *SERVICES)):
                 return None
-            return ElementTree.fromstring(head + source.read())
-    except (OSError, ElementTree.ParseError, ValueError):
-        return None  # GDAL says what is wrong with it
+            return ElementTree.fromstring((head + source.read()).lstrip())
+    except OSError:
+        return None  # said when it is opened
+    except (ElementTree.ParseError, ValueError) as error:
+        if not any(f"<{kind}".encode() in head.lower() for kind in VIRTUAL):
+            return None
+        raise UserError(
+            f"{named}: the {what} file, or one that it points to, is a virtual one that cannot be looked into ({error})"
+            "; write it anew (gdalbuildvrt), or give the files themselves"
+        ) from error
 
 
 def _refusal(named: str, what: str, address: str) -> str:

@@ -11,6 +11,7 @@ import io
 import re
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -28,6 +29,8 @@ MEMORY_TIMES = 20  # the file's size, while it is cut into cells; 16 measured on
 NUMBER = re.compile(r"[-+]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?")
 GROUPED = r"(?<=\d)['’ \u00a0\u202f](?=\d{3}(\D|$))"  # 2'600'000, as Swiss spreadsheets write it; 2 600 000
 # 2.600.000,5 (and 2,600,000.5 with point and comma exchanged): one cell that can be nothing else tells the whole column
+FORMULA = ("=", "+", "-", "@", "\t", "\r")  # with which a spreadsheet begins to calculate
+OPTION = re.compile(r"--[a-z][a-z0-9-]*")  # of a tool: nothing to calculate
 GROUPED_POINTS = r"[-+]?\d{1,3}(\.\d{3})+(,\d*)?"
 SURELY_GROUPED_POINTS = r"[-+]?\d{1,3}((\.\d{3})+,\d*|(\.\d{3}){2,})"
 PLAIN_COMMA = r"[-+]?\d+(,\d*)?"
@@ -251,6 +254,18 @@ def _is_number(cell: str) -> bool:
     return NUMBER.fullmatch(re.sub(GROUPED, "", cell.strip())) is not None
 
 
+def _harmless(cell: Any) -> Any:
+    runs = isinstance(cell, str) and cell.startswith(FORMULA) and not (_is_number(cell) or OPTION.fullmatch(cell))
+    return f"'{cell}" if runs else cell
+
+
 def write_csv(path: Path, frame: pd.DataFrame) -> None:
-    """A table as text, UTF-8 with its mark: without it a spreadsheet takes the ö of an id for two other letters."""
+    """A table as text, UTF-8 with its mark: without it a spreadsheet takes the ö of an id for two other letters.
+
+    A text that a spreadsheet would calculate, such as an id =1+1 of a layer, gets an apostrophe before it.
+    """
+    texts = {
+        name: frame[name].map(_harmless) for name in frame.columns if not pd.api.types.is_numeric_dtype(frame[name])
+    }
+    frame = frame.assign(**texts)
     frame.to_csv(path, index=False, encoding="utf-8-sig", lineterminator="\n")

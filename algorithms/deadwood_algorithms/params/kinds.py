@@ -8,6 +8,7 @@ else. Standard library only.
 from __future__ import annotations
 
 import math
+import os
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -149,6 +150,11 @@ def _as_numbers(parameter: Parameter, value: Any) -> Any:
     return tuple(value) if isinstance(value, Iterable) else (value,)
 
 
+# Numbers beyond these are slips in any unit that is asked for here, and calculations with them over- or underflow.
+SMALLEST, LARGEST = 1e-9, 1e12
+# Of a file's name, in bytes: file systems take 255, and what is written beside it has longer names.
+LONGEST_NAME, LONGEST_OF_ALL = 200, 255
+
 # --- what of a value is checked -------------------------------------------------------------------------------------
 
 
@@ -167,6 +173,8 @@ def _check_number(parameter: Parameter, value: Any, *, whole: bool = False) -> N
         shown = value if isinstance(value, float) else "a number too large to calculate with"
         raise UserError(f"{parameter.flag} is {shown}, but must be finite")
     unit = f" {parameter.unit}" if parameter.unit else ""
+    if value and not whole and not SMALLEST <= abs(value) <= LARGEST:
+        raise UserError(f"{parameter.flag} is {value:g}{unit}, which is no size that anything here has; check it")
     low, high = parameter.minimum, parameter.maximum
     if low is not None and (value < low or (parameter.exclusive and value <= low)):
         word = "greater than" if parameter.exclusive else "at least"
@@ -174,6 +182,35 @@ def _check_number(parameter: Parameter, value: Any, *, whole: bool = False) -> N
     if high is not None and (value > high or (parameter.exclusive_maximum and value >= high)):
         word = "less than" if parameter.exclusive_maximum else "at most"
         raise UserError(f"{parameter.flag} is {value:g}{unit}, but must be {word} {high:g}{unit}")
+
+
+def _check_input(parameter: Parameter, value: Any) -> None:
+    """Refuse a name that no file can have; whether there is one, its tool says."""
+    longest = max(len(each.encode("utf-8", "surrogatepass")) for each in re.split(r"[/|,]", str(value)))
+    if longest > LONGEST_OF_ALL:
+        named = str(value)
+        raise UserError(
+            f"{parameter.flag} is {named[:40]} ... {named[-40:]}: no file has a name of {longest} bytes "
+            "(File name too long)"
+        )
+
+
+def _check_output(parameter: Parameter, value: Any) -> None:
+    """Refuse names that no file system, or no library that writes there, takes: before the work."""
+    named = str(value)
+    shown = named if len(named) <= 100 else f"{named[:40]}...{named[-40:]}"
+    shown = shown.encode("unicode_escape").decode() if not named.isprintable() else shown
+    last = re.split(r"[/\\]" if os.name == "nt" else "/", named.rstrip("/"))[-1].strip()
+    if last in ("", ".", ".."):
+        raise UserError(f"{parameter.flag} is '{shown}', which names no file or folder of its own; add a name")
+    if not named.isprintable():
+        raise UserError(f"{parameter.flag} is '{shown}', with a character that cannot be printed; write it again")
+    if any(each in last for each in ";|"):
+        raise UserError(f"{parameter.flag} is '{shown}', but its name must be without ; and |")
+    if len(last.encode()) > LONGEST_NAME:
+        raise UserError(f"{parameter.flag} is '{shown}', {len(last.encode())} bytes; take at most {LONGEST_NAME}")
+    if "://" in named or named.startswith("/vsi"):
+        raise UserError(f"{parameter.flag} is '{shown}', but must be a place on this computer")
 
 
 def _check_whole(parameter: Parameter, value: Any) -> None:
@@ -255,11 +292,11 @@ class Kind:
 
 
 KINDS = {
-    "raster": Kind(metavar="RASTER", direction="input"),
-    "vector": Kind(metavar="LAYER", direction="input"),
-    "table": Kind(metavar="TABLE", direction="input"),
-    "folder": Kind(metavar="FOLDER", direction="input"),
-    "file": Kind(metavar="FILE", direction="input"),
+    "raster": Kind(metavar="RASTER", direction="input", check=_check_input),
+    "vector": Kind(metavar="LAYER", direction="input", check=_check_input),
+    "table": Kind(metavar="TABLE", direction="input", check=_check_input),
+    "folder": Kind(metavar="FOLDER", direction="input", check=_check_input),
+    "file": Kind(metavar="FILE", direction="input", check=_check_input),
     "number_or_layer": Kind(
         metavar="NUMBER|LAYER",
         direction="input",
@@ -278,11 +315,11 @@ KINDS = {
     "text": Kind(metavar="TEXT", number_as_text=True),
     "field": Kind(metavar="FIELD"),
     "crs": Kind(metavar="CRS"),
-    "output_raster": Kind(metavar="FILE.tif", direction="output"),
-    "output_vector": Kind(metavar="FILE.gpkg", direction="output"),
-    "output_table": Kind(metavar="FILE.csv", direction="output"),
-    "output_folder": Kind(metavar="FOLDER", direction="output"),
-    "output_file": Kind(metavar="FILE", direction="output"),
+    "output_raster": Kind(metavar="FILE.tif", direction="output", check=_check_output),
+    "output_vector": Kind(metavar="FILE.gpkg", direction="output", check=_check_output),
+    "output_table": Kind(metavar="FILE.csv", direction="output", check=_check_output),
+    "output_folder": Kind(metavar="FOLDER", direction="output", check=_check_output),
+    "output_file": Kind(metavar="FILE", direction="output", check=_check_output),
 }
 
 

@@ -289,6 +289,10 @@ class Tool:
         """Refuse what no file needs to be opened for: kinds, bounds and choices."""
         for parameter in self.parameters():
             check_value(parameter, getattr(ask, parameter.name))
+            asked_of = getattr(ask, parameter.parent, None) if parameter.parent else None
+            if parameter.kind == "field" and getattr(ask, parameter.name) is not None and asked_of is None:
+                flag = "--" + parameter.parent.replace("_", "-")
+                raise UserError(f"{parameter.flag} names a field, but {flag}, whose field it is, is not given")
 
     def __call__(self, ask: Any = None, feedback: Feedback | None = None, **values: Any) -> Outcome:
         """Run from Python: ``TOOL(Ask(...))`` or ``TOOL(dem=..., output=...)``, with the same checks as a flag gets."""

@@ -97,7 +97,9 @@ class _LayersAndLaws:
         "rocks, or logs as rings of vertices. dbh_cm and length_m of the releases then do not count, the density does; "
         "its z axis takes the place of a log's axis.",
     )
-    time_limit_s: float = tool.number("Longest run of a log", unit="s", default=300.0, minimum=0.0, exclusive=True)
+    time_limit_s: float = tool.number(
+        "Longest run of a log", unit="s", default=300.0, minimum=0.0, maximum=86_400.0, exclusive=True
+    )
     rest_speed_ms: float = tool.number(
         "Speed below which a log may be at rest", unit="m/s", default=0.1, minimum=0.0, exclusive=True, advanced=True
     )

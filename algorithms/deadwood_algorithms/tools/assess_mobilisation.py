@@ -45,6 +45,8 @@ from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.results.identity import writing
 
+MOST_WINDOW_CELLS = 1000
+
 
 @dataclass(frozen=True, kw_only=True)
 class Ask:
@@ -60,6 +62,7 @@ class Ask:
         unit="m",
         default=10.0,
         minimum=0.0,
+        maximum=1000.0,
         exclusive=True,
     )
     slope_none_deg: float = tool.number(
@@ -71,7 +74,9 @@ class Ask:
     roughness_limit_m: float = tool.number(
         "Roughness that holds every log", unit="m", default=1.0, minimum=0.0, exclusive=True
     )
-    gully_window_m: float = tool.number("Window of gullies", unit="m", default=20.0, minimum=0.0, exclusive=True)
+    gully_window_m: float = tool.number(
+        "Window of gullies", unit="m", default=20.0, minimum=0.0, maximum=1000.0, exclusive=True
+    )
     gully_depth_m: float = tool.number(
         "Depth across the slope that makes a gully", unit="m", default=0.5, minimum=0.0, exclusive=True
     )
@@ -118,6 +123,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         output, factors = outputs.file("output", ".tif"), outputs.optional_file("factors", ".tif")
         areas, assessed = outputs.optional_file("release_areas", ".gpkg"), outputs.optional_file("assessed", ".gpkg")
         dem = stack.enter_context(open_windows(ask.dem, crs=ask.crs, feedback=feedback))
+        refuse_fine_cells(ask, dem.cell)
         friction = stack.enter_context(open_friction(ask.friction, dem.crs, feedback))
         deadwood = read_deadwood(ask.deadwood, ask.crs, tool.taken(ask, DecayFields), dem, feedback)
 
@@ -161,6 +167,18 @@ def refuse_contradictions(ask: Ask) -> None:
         raise UserError("--assessed needs --deadwood, the mapped points that it judges")
     if ask.deadwood and not (ask.assessed or ask.release_areas):
         raise UserError("--deadwood needs --assessed, a file for its judgement, or --release-areas")
+
+
+def refuse_fine_cells(ask: Ask, cell: float) -> None:
+    """The work grows with the cells of a window: of 10 m on cells of 1 mm it would take days."""
+    from deadwood_algorithms.files import remedies
+
+    window = max(ask.window_m, ask.gully_window_m)
+    if window / cell > MOST_WINDOW_CELLS:
+        raise UserError(
+            f"{ask.dem}: a window of {window:g} m spans {window / cell:.0f} cells, but must at most span "
+            f"{MOST_WINDOW_CELLS}; mend: {remedies.coarser(ask.dem, window / MOST_WINDOW_CELLS * 2.0)}"
+        )
 
 
 def is_number(text: str | float) -> bool:

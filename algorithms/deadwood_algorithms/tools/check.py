@@ -12,6 +12,7 @@ The exit status is 0 where all stands, 3 where something has changed or is gone,
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -60,10 +61,13 @@ def record_of(place: Path) -> tuple[dict[str, Any], Path]:
     """The record of a result, and the folder from which its inputs are seen; refused where there is none."""
     from deadwood_algorithms.files.embedded import record_in
     from deadwood_algorithms.files.input_files import MANIFEST, made_from
+    from deadwood_algorithms.files.network import is_special
     from deadwood_algorithms.results.checked import read_manifest_of
 
-    if not place.exists():
+    if not os.path.exists(place):  # nor may a name be too long, or hold a NUL
         raise UserError(f"{place}: there is no such file or folder")
+    if is_special(place):
+        raise UserError(f"{place}: this is a pipe or a device and no file")
     folder = place if place.is_dir() else place.parent
     record = None if place.is_dir() else record_in(place)
     whole = place.is_dir() or place.name == MANIFEST or place.name in made_from(folder).get("files", {})

@@ -98,14 +98,19 @@ class Ask(SlidingOptions, SceneByName):
         "worst of them. draft: draft as well.",
     )
     time_step_s: float | None = tool.number(
-        "Longest time step, instead of the fidelity's", unit="s", default=None, minimum=0, exclusive=True, advanced=True
+        "Longest time step, instead of the fidelity's",
+        unit="s",
+        default=None,
+        minimum=1e-5,
+        maximum=1.0,
+        advanced=True,
     )
     station_spacing_m: float | None = tool.number(
         "Distance of the contact rings, instead of the fidelity's",
         unit="m",
         default=None,
-        minimum=0.0,
-        exclusive=True,
+        minimum=1e-3,
+        maximum=100.0,
         advanced=True,
     )
     trajectories: str = tool.text(
@@ -114,9 +119,8 @@ class Ask(SlidingOptions, SceneByName):
     until_ci: float | None = tool.number(
         "End when every line's reach interval is this narrow (half-width)",
         default=None,
-        minimum=0.0,
+        minimum=1e-4,
         maximum=0.5,
-        exclusive=True,
         help="0.005 means ±0.5 points. Logs are run in an even draw, at most all; looks after 1000, 2000, 4000, ... "
         "of them take intervals widened for the repetition; the reported 95 % ones are narrower still. Needs --lines.",
     )

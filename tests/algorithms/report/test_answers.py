@@ -131,7 +131,7 @@ def test_the_barriers_are_those_of_the_table(page, results):
     etag = BARRIERS["etag-027"]
     for row in facts["rows"]:
         low, high = (
-            float("nan") if row[f"energy_{end}_kj"] is None else row[f"energy_{end}_kj"] for end in ("p95", "high")
+            float("nan") if row[f"energy_{end}_kj"] is None else row[f"energy_{end}_kj"] for end in ("p95", "ci_high")
         )
         assert (row["barrier_class"], row["barrier_class_high"]) == (etag.class_of(low)[0], etag.class_of(high)[0])
     assert [row[8].split("–")[0] for row in told] == [row["barrier_class"] or "" for row in wanted]

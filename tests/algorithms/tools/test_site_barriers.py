@@ -80,7 +80,7 @@ def check(row: Any, before: Path, after: Path, barrier_id: str) -> None:
     for column, name, unit in (("energy_kj", "energy", "kj"), ("height_m", "height", "m")):
         told = percentile_record(largest[column].to_numpy(), 0.95)
         assert getattr(row, f"{name}_p95_{unit}") == pytest.approx(told["value"], nan_ok=True)
-        assert getattr(row, f"{name}_low_{unit}") == pytest.approx(told["ci_low"], nan_ok=True)
+        assert getattr(row, f"{name}_ci_low_{unit}") == pytest.approx(told["ci_low"], nan_ok=True)
 
 
 @pytest.mark.parametrize("trees", [True, False])

@@ -68,7 +68,8 @@ def draw(
 
 
 def likelihoods(axes: Axes, friction: np.ndarray, rows: list[dict[str, Any]]) -> None:
-    value, low, high = (np.array([row[f"relative_{key}"] for row in rows]) for key in ("likelihood", "low", "high"))
+    keys = ("likelihood", "ci_low", "ci_high")
+    value, low, high = (np.array([row[f"relative_{key}"] for row in rows]) for key in keys)
     bars = np.clip([value - low, high - value], 0.0, None)
     style = {"marker": "o", "markersize": 5, "linewidth": 1.2, "capsize": 2.5}
     axes.errorbar(friction, value, bars, color=LIKELY, label="relative likelihood", **style)
