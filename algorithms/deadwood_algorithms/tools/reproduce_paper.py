@@ -461,9 +461,8 @@ class Steps:
                 over |= {"barriers": layers["barriers"]} if name in ("protected", "barriers") else {}
                 over |= {"dams": layers["dams"]} if name == "protected" else {}
                 p = of.reach(name)
-                title = (
-                    f"{name}: {100 * p['value']:.1f} % ({100 * p['low']:.1f} to {100 * p['high']:.1f}) reach the road"
-                )
+                low, high = 100 * p["ci_low"], 100 * p["ci_high"]
+                title = f"{name}: {100 * p['value']:.1f} % ({low:.1f} to {high:.1f}) reach the road"
                 out.append((title, self.slide(name), self.terrains[name], over))
             return out
 
