@@ -101,6 +101,10 @@ class ToolAlgorithm(QgsProcessingAlgorithm):
             if feedback.isCanceled():
                 raise QgsProcessingException(f"Canceled; {inputs.after_cancel()}") from None
             raise QgsProcessingException(inputs.in_the_users_words(str(error))) from None
+        # in a thread of its own the algorithm has a context of its own, whose layers take the place of those of prepare
+        for path, details in inputs.to_load.items():
+            if path not in context.layersToLoadOnCompletion():
+                context.addLayerToLoadOnCompletion(path, details)
         found = results.Results(self.told, inputs.outputs, said.outputs)
         opens = self.parameterAsBoolean(parameters, OPEN, context) if self.parameterDefinition(OPEN) else False
         found.load(context, opens)

@@ -63,6 +63,7 @@ class Inputs:
         self.folders: list[str] = []
         self.saved: dict[str, str] = {}  # file made for the tool -> name of its layer
         self.crs_of_map = ""
+        self.to_load: dict[str, QgsProcessingContext.LayerDetails] = {}  # by path, the files that the user wants opened
 
     def collect(self, declared: list[dict[str, Any]]) -> None:
         told = {"parameters": declared}
@@ -74,6 +75,7 @@ class Inputs:
                 self.arguments.append("--overwrite")  # QGIS has asked already
             else:
                 self._add(each)
+        self.to_load = dict(self.context.layersToLoadOnCompletion())
         has_crs = any(each.startswith("--crs=") for each in self.arguments)
         if self.crs_of_map and not has_crs and any(each["name"] == "crs" for each in declared):
             self.arguments.append(f"--crs={self.crs_of_map}")

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import os
 import sys
+import time
 from typing import Any
 
 from qgis.core import (
@@ -16,9 +17,11 @@ from qgis.core import (
     QgsFeature,
     QgsGeometry,
     QgsPointXY,
+    QgsProcessingAlgRunnerTask,
     QgsProcessingContext,
     QgsProcessingFeatureSourceDefinition,
     QgsProcessingFeedback,
+    QgsProcessingOutputLayerDefinition,
     QgsProject,
     QgsRasterLayer,
     QgsVectorFileWriter,
@@ -148,6 +151,29 @@ outcomes["folder"] = run(
     TIME_LIMIT=3.0,
     OUTPUT=f"{WORK}/run",
     OPEN_RESULTS=True,
+)
+
+
+def run_as_a_dialog_does(name: str, **parameters: Any) -> dict[str, Any]:
+    """Prepared in this thread and processed in another one, with the outputs to be opened in the project."""
+    algorithm = registry.createAlgorithmById(f"deadwood:{name}")
+    context, feedback, done = QgsProcessingContext(), Feedback(), []
+    context.setProject(project)
+    task = QgsProcessingAlgRunnerTask(algorithm, parameters, context, feedback)
+    task.executed.connect(lambda worked, results: done.append(worked))
+    QgsApplication.taskManager().addTask(task)
+    while not done:
+        application.processEvents()
+        time.sleep(0.01)
+    return {"worked": done[0], "said": feedback.said, "waiting": {
+        os.path.basename(uri): each.name for uri, each in context.layersToLoadOnCompletion().items()
+    }}  # fmt: skip
+
+
+opened = QgsProcessingOutputLayerDefinition(f"{WORK}/in_a_thread.gpkg", project)
+opened.destinationName = "Releases"
+outcomes["in_a_thread"] = run_as_a_dialog_does(
+    "samplereleases", AREAS=f"{SAMPLE}/sample.gpkg|layername=release_area", DEM=dem, COUNT=2, OUTPUT=opened
 )
 print("JSON" + json.dumps(outcomes, default=str), flush=True)
 os._exit(0)  # QGIS's own tidying up at the end is not what is tested

@@ -98,6 +98,14 @@ def test_a_temporary_folder_and_the_layers_of_a_run(told):
     assert told["temporary"]["waiting"] == {}
 
 
+def test_a_file_that_is_to_be_opened_is_loaded_when_the_tool_ran_in_a_thread_of_its_own(told):
+    """As from a dialog: what is registered while preparing is lost on the way from that thread's context."""
+    outcome = told["in_a_thread"]
+    assert outcome["worked"], outcome["said"]
+    assert list(outcome["waiting"].values()) == ["Releases"]
+    assert next(iter(outcome["waiting"])).startswith("in_a_thread.gpkg")
+
+
 def test_a_model_of_three_tools_runs(qgis, tmp_path):
     model = tmp_path / "model.model3"
     words = [SYSTEM_PYTHON, HERE / "make_model.py", qgis.folder / "plugins", model]
