@@ -39,6 +39,7 @@ class Parameter:
     choices: tuple[str, ...] = ()
     geometry: tuple[str, ...] = ()  # of a vector input: point, line, polygon
     parent: str = ""  # of a field: the parameter whose layer has it
+    parent_elsewhere: bool = False  # of a field: its layer may also come from a run or a table, so none need be given
     path_like: bool = False  # of a text or a raster: it may be a path, or several with commas
     # Of an output: the layers and files in it that other programs chain on, such as 'run.gpkg|layername=deposits'.
     parts: tuple[str, ...] = ()

@@ -289,8 +289,9 @@ class Tool:
         """Refuse what no file needs to be opened for: kinds, bounds and choices."""
         for parameter in self.parameters():
             check_value(parameter, getattr(ask, parameter.name))
-            asked_of = getattr(ask, parameter.parent, None) if parameter.parent else None
-            if parameter.kind == "field" and getattr(ask, parameter.name) is not None and asked_of is None:
+            if parameter.kind != "field" or parameter.parent_elsewhere or getattr(ask, parameter.name) is None:
+                continue
+            if getattr(ask, parameter.parent, None) is None:
                 flag = "--" + parameter.parent.replace("_", "-")
                 raise UserError(f"{parameter.flag} names a field, but {flag}, whose field it is, is not given")
 

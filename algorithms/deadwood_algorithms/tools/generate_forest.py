@@ -262,7 +262,12 @@ def source_of(ask: Ask, grounds: list[Ground], feedback: Feedback) -> Source:
         )
     here &= ~small
     if here.sum() < 2:
-        raise UserError(f"{where_of(frame)}: {here.sum()} of its trees stand on the DEM and stand; a fit needs 2")
+        few = f"{here.sum() + small.sum()} of its trees stand on the DEM and stand"
+        if small.any():
+            few += (
+                f", of which {small.sum()} have a DBH below {LEAST_DBH_CM:g} cm or a height below {LEAST_HEIGHT_M:g} m"
+            )
+        raise UserError(f"{where_of(frame)}: {few}; a fit needs 2 (are DBH in cm and heights in m?)")
     dbh, height = dbh[here], height[here]
     warn_implausible(dbh, schemas.TREES.column("dbh_cm"), where_of(frame), feedback)
     warn_implausible(height, schemas.TREES.column("height_m"), where_of(frame), feedback)

@@ -92,7 +92,11 @@ class Ask:
         help="With release_id; without it, the run's own releases.",
     )
     events_field: str | None = tool.field_of(
-        "releases", "Column of events a year", default=None, help="Default, with releases: events_per_year."
+        "releases",
+        "Column of events a year",
+        default=None,
+        parent_elsewhere=True,
+        help="Default, with releases: events_per_year.",
     )
     logs_per_event: int = tool.integer("Logs that start in one event", default=1, minimum=1, maximum=1_000_000)
     return_periods_years: tuple[float, ...] = tool.class_bounds(

@@ -289,7 +289,7 @@ def test_check_tells_what_stands(copied, tmp_path, capsys):
 READERS = {
     "run.gpkg": ["lateral-spread", "--deposits", "RUN"],
     "poses.parquet": ["reach-lines", "--run", "RUN", "--lines", "LINES"],
-    "energy_max.tif": ["map-intensity", "--run", "RUN"],
+    "energy_max.tif": ["map-intensity", "--run", "RUN", "--least-passage", "0"],
     "summary.json": ["design-values", "--run", "RUN"],
     "manifest.json": ["count-hits", "--run", "RUN"],
     "reach_probability.tif": ["make-report", "RUN"],

@@ -230,5 +230,5 @@ def test_it_needs_lines(case, tmp_path, capsys):
     assert said.count("\n") == 1
     assert "--until-ci needs --lines" in said
     assert cli.run(["slide-logs", *flags, "--lines", case.lines, "--until-ci", "0"]) == 2
-    assert "greater than 0" in capsys.readouterr().err
+    assert "at least 0.0001" in capsys.readouterr().err
     assert not (tmp_path / "run").exists()

@@ -168,7 +168,7 @@ MATRIX = {
     "friction negative": (lambda f: {"friction": "-0.1"}, ["--friction", "at least 0"]),
     "friction NaN": (lambda f: {"friction": "nan"}, ["--friction", "finite"]),
     "restitution above 1": (lambda f: {"restitution": 1.5}, ["--restitution", "at most 1"]),
-    "time step 0": (lambda f: {"time_step_s": 0.0}, ["--time-step-s", "greater than 0"]),
+    "time step 0": (lambda f: {"time_step_s": 0.0}, ["--time-step-s", "at least 1e-05 s"]),
     "trajectories": (lambda f: {"trajectories": "-3"}, ["--trajectories", "all, none or a whole number"]),
     "several layers": (lambda f: {"releases": two_layers(f)}, ["bad.gpkg", "several layers", "|layername="]),
 }

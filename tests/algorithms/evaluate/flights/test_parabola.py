@@ -65,7 +65,7 @@ def cliff(x: np.ndarray) -> np.ndarray:
 
 
 def mark(angle: float = math.nan, distance: float = 30.0) -> Mark:
-    return Mark(1, "layer, row 1", (0.0, 0.0), (distance, 0.0), 0.5, 6.0, angle)
+    return Mark(1, "layer, row 1", (0.0, 0.0), (distance, 0.0), 50.0, 6.0, angle)
 
 
 def test_the_angle_is_the_slopes_before_the_take_off_or_the_mapped_one():

@@ -129,7 +129,9 @@ def test_faulty_weights(tmp_path, sample, raster):
         sample(areas(tmp_path, MIDDLE), weights=raster(west))
     with pytest.raises(UserError, match="--areas is missing"):
         sample(None)
-    with pytest.raises(UserError, match="--release-id-field names a field of --areas"):
+    with pytest.raises(
+        UserError, match="--release-id-field names a field, but --areas, whose field it is, is not given"
+    ):
         sample(None, weights=raster(np.ones((80, 100))), release_id_field="name")
 
 
