@@ -114,7 +114,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             why = f"{fit.size} tops have a DBH that no tree has ({law})" if fit.size else "no cell is that high"
             raise UserError(f"{path}: no tree of {ask.min_height_m:g} m or more is found; {why}")
         height, dbh = height[fit], dbh[fit]
-        places = shapely.points(canopy.x0 + tops.column[fit] * canopy.cell, canopy.y0 + tops.row[fit] * canopy.cell)
+        places = np.asarray(
+            shapely.points(canopy.x0 + tops.column[fit] * canopy.cell, canopy.y0 + tops.row[fit] * canopy.cell)
+        )
         warn_implausible(height, schemas.TREES.column("height_m"), path, feedback)
         warn_implausible(dbh, column, f"{path}, computed DBH", feedback, mend="check the law (--dbh-law)")
         warn_of_another_region(law, places, canopy.plan_crs, feedback)
