@@ -24,6 +24,7 @@ NAMES = (
     "assess-mobilisation",
     "sample-releases",
     "import-trees",
+    "find-trees",
     "generate-forest",
     "windthrow",
     "add-structures",

@@ -100,6 +100,8 @@ def run_every_tool(folder: Path) -> list[Found]:
         output=at("add-structures", "dem.tif"),
         earthworks=at("add-structures", "earthworks.gpkg"),
     )
+    # the dams are as good as trees
+    run("find-trees", dsm=at("add-structures", "dem.tif"), dem=DEM, output=at("find-trees", "trees.gpkg"))
     run("make-log", output=folder / "make-log")
     lying = folder / "lying.gpkg"
     frame = pyogrio.read_dataframe(SAMPLE / "sample.gpkg", layer="barriers")

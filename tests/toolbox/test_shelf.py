@@ -21,6 +21,7 @@ NAMES = [
     "assess-mobilisation",
     "sample-releases",
     "import-trees",
+    "find-trees",
     "generate-forest",
     "windthrow",
     "add-structures",

@@ -147,12 +147,12 @@ class DemWindows:
 
 @contextmanager
 def open_windows(
-    path: str | Path, *, crs: str | None, feedback: Feedback, look_through: bool = True
+    path: str | Path, *, crs: str | None, feedback: Feedback, look_through: bool = True, as_ground: bool = True
 ) -> Iterator[DemWindows]:
     """Open a DEM for reading in windows, or refuse it with the command that mends it.
 
     Without ``look_through`` it is not read once for an undeclared collar of 0 m: for tools that want a few spots of it;
-    `read_part` finds out by itself.
+    `read_part` finds out by itself. Heights that are not ``as_ground``, of crowns and roofs, may have any steps.
     """
     with open_dem(path, crs, feedback) as (source, dem_crs, transform):
         ny, nx = source.shape
@@ -161,7 +161,7 @@ def open_windows(
         cell, flipped = transform.a, transform.e < 0
         x0, y0 = transform.c + cell / 2, transform.f + (0.5 - ny if flipped else 0.5) * cell
         dem = DemWindows(source, str(path), dem_crs, (ny, nx), cell, x0, y0, flipped)
-        if source.dtypes[0] != "uint8":  # of which it was said what it may be
+        if as_ground and source.dtypes[0] != "uint8":  # of which it was said what it may be
             warn_of_heights(_samples(dem), dem.path, dem.cell, feedback)
         yield replace(dem, zero_is_outside=_has_collar(dem, feedback)) if look_through else dem
 

@@ -52,6 +52,7 @@ WRITTEN = (
     *_layers("sample-releases", "--output", [brought.RELEASES]),
     *_layers("import-trees", "--output", [brought.TREES]),
     *_layers("import-trees", "--snags", [brought.SNAGS]),
+    *_layers("find-trees", "--output", [brought.TREES]),
     *_layers("generate-forest", "--output", [brought.TREES]),
     *_layers("windthrow", "trees_SCENARIO.gpkg", [brought.TREES]),
     *_layers("windthrow", "lying_SCENARIO.gpkg", [brought.LYING_LOGS]),

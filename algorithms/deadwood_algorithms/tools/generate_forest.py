@@ -40,7 +40,7 @@ from deadwood_algorithms.files.columns import schema_column, warn_implausible, w
 from deadwood_algorithms.params import presets, tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.prepare.drawn_sizes import draw_pair
-from deadwood_algorithms.prepare.trees.allometry import PUBLISHED, PowerLaw
+from deadwood_algorithms.prepare.trees.allometry import POWER_LAWS, PowerLaw
 from deadwood_algorithms.prepare.trees.dbh_filling import refuse_two_laws
 from deadwood_algorithms.prepare.trees.planting import Ground, numbers_of_trees, plant
 from deadwood_algorithms.prepare.trees.stands import COLUMNS, DENSEST_PER_HA, Stand, read_stands, union_of
@@ -53,7 +53,6 @@ LEAST_DBH_CM = 1.0
 LEAST_HEIGHT_M = 1.3  # below it there is no breast height
 STANDS_SHOWN = 10
 TREE_BYTES = 400  # a tree, drawn and written
-POWER_LAWS = {name: law for name, law in PUBLISHED.items() if isinstance(law, PowerLaw)}
 
 
 @dataclass(frozen=True, kw_only=True)

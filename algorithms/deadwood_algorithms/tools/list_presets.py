@@ -36,8 +36,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
 
 def preset_rows() -> list[Listed]:
+    tools = "import-trees, find-trees, generate-forest"
     laws = [
-        Listed("import-trees, generate-forest", "--dbh-law", name, str(law), ABOUT[name], SOURCES_OF_LAWS[name])
+        Listed(tools, "--dbh-law", name, str(law), ABOUT[name], SOURCES_OF_LAWS[name])
         for name, law in PUBLISHED.items()
     ]
     return [*listed(), *laws]

@@ -125,6 +125,7 @@ PUBLISHED: dict[str, PowerLaw | CrownLaw] = {
     "jucker-boreal-gymnosperm": CrownLaw(1.43, 0.649),
     "jucker-boreal-angiosperm": CrownLaw(0.467, 0.839),
 }
+POWER_LAWS = {name: law for name, law in PUBLISHED.items() if isinstance(law, PowerLaw)}
 ABOUT = {
     "fint-ch": "FINT-CH, for all of Switzerland; the default",
     "fint": "pyFINT's default until March 2021; since then it is that of fint-ch (of 35 m 50 instead of 85 cm)",

@@ -1,0 +1,175 @@
+"""Find the trees of a canopy height model, or of a surface and a terrain model, and make the trees layer of them.
+
+A cell is a tree top if it is the highest within a circle around it whose diameter follows from its own height
+(Popescu and Wynne 2004; as lidR's ``locate_trees`` with ``lmf`` does on a raster). ``--window`` names a published law
+of the diameter D[m] from the height H[m], ``--window-m`` gives a constant diameter instead; the eight neighbours are
+always compared. Of equal cells beside each other one is the tree: the southernmost, and of these the westernmost.
+
+- ``mixed``: D = 2.51503 + 0.00901 H^2, deciduous trees and pines together
+- ``deciduous``: D = 3.09632 + 0.00895 H^2
+
+``--chm`` holds heights above the ground; in place of it ``--dsm`` and ``--dem``, on the same cells, whose difference is
+the canopy. Cells without a value are no trees, nor are those higher than 150 m (cranes, birds, undeclared nodata),
+which are counted and said. The tree stands in the middle of its cell, as high as the cell.
+
+The DBH follows from the height as in ``import-trees`` (``--dbh-law``, or ``--dbh-a`` and ``--dbh-b``), which lists the
+laws and takes trees found by other programs. It finds what is highest: small trees below others stay unseen,
+a wide crown may count twice, and a building is as good as a tree. A canopy model with pits is to be smoothed before;
+choose the window by trees that were counted in the field.
+
+With a canopy model: ``deadwood-tool find-trees --chm chm.tif --output trees.gpkg``; with a surface and a terrain model:
+``deadwood-tool find-trees --dsm dsm.tif --dem dem.tif --window deciduous --output trees.gpkg``.
+"""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import shapely
+
+from deadwood_algorithms import schemas
+from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.prepare.trees.allometry import POWER_LAWS
+from deadwood_algorithms.prepare.trees.dbh_filling import chosen_law, warn_of_another_region
+from deadwood_algorithms.prepare.trees.tops import WINDOWS, Window, find_tops
+from deadwood_algorithms.results.identity import writing
+from deadwood_algorithms.schemas import TREE_M
+
+if TYPE_CHECKING:
+    from deadwood_algorithms.files.dem_windows import DemWindows
+
+SAME_PLACE_CELLS = 0.05  # grids farther apart than this part of a cell, in any corner, are two
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ask:
+    chm: str | None = tool.terrain("Canopy height model (heights above the ground)", default=None)
+    dsm: str | None = tool.terrain("Surface model, instead of the canopy model", default=None, help="Needs --dem.")
+    dem: str | None = tool.terrain("Terrain (DEM) below the surface model", default=None, help="On the same cells.")
+    window: str = tool.choice("Law of the window's diameter", *WINDOWS, default="mixed")
+    window_m: float | None = tool.number(
+        "Constant diameter of the window instead", unit="m", default=None, minimum=0.0, maximum=100.0, exclusive=True
+    )
+    min_height_m: float = tool.number(
+        "Least height of a tree",
+        unit="m",
+        default=2.0,
+        minimum=1.3,
+        maximum=TREE_M[1],
+        help="Below breast height there is no DBH.",
+    )
+    dbh_a: float = tool.number("a of DBH[cm] = a * H[m]^b", default=2.52, minimum=0.0, exclusive=True)
+    dbh_b: float = tool.number("b of DBH[cm] = a * H[m]^b", default=0.84, minimum=0.0, exclusive=True)
+    dbh_law: str | None = tool.choice(
+        "Published law in place of a and b", *POWER_LAWS, default=None, help="import-trees lists them."
+    )
+    crs: str | None = tool.crs()
+    overwrite: bool = tool.overwrite()
+    output: str = tool.output_vector("Trees layer (.gpkg)")
+
+
+def run(ask: Ask, feedback: Feedback) -> Outcome:
+    import geopandas
+
+    from deadwood_algorithms.files.columns import warn_implausible
+    from deadwood_algorithms.files.vectors import write_vector
+
+    if bool(ask.chm) == bool(ask.dsm) or bool(ask.dsm) != bool(ask.dem):
+        raise UserError("the canopy is --chm, or --dsm and --dem together; give one of the two ways")
+    law = chosen_law(ask.dbh_law, ask.dbh_a, ask.dbh_b, None)
+    window = WINDOWS[ask.window] if ask.window_m is None else Window(ask.window_m)
+    with writing(TOOL, ask, feedback) as outputs, ExitStack() as opened:
+        temporary = outputs.file("output", ".gpkg")
+        path = str(ask.chm or ask.dsm)
+        canopy = opened.enter_context(opened_rows(path, ask, feedback))
+        ground = opened.enter_context(opened_rows(ask.dem, ask, feedback)) if ask.dem else None
+        if ground:
+            refuse_other_cells(canopy, ground)
+
+        def read(rows: slice) -> np.ndarray:
+            heights = rows_of(canopy, rows)
+            return heights - rows_of(ground, rows) if ground else heights
+
+        def after_block(rows: int) -> None:
+            if feedback.cancelled():
+                raise Cancelled
+            feedback.progress(rows, canopy.shape[0], "looking for tree tops")
+
+        tops = find_tops(read, canopy.shape, canopy.cell, window, ask.min_height_m, TREE_M[1], after_block=after_block)
+        if tops.too_high:
+            feedback.warn(
+                f"{path}: {tops.too_high} cells stand more than {TREE_M[1]:g} m above the ground and are no trees; "
+                "is it a canopy model, in metres?"
+            )
+        height = np.round(tops.height, 3)
+        dbh = law.dbh(height, np.full(height.size, np.nan))
+        column = schemas.TREES.column("dbh_cm")
+        fit = (dbh >= (column.least or 0.0)) & (dbh <= (column.maximum or np.inf))
+        if not fit.any():
+            why = f"{fit.size} tops have a DBH that no tree has ({law})" if fit.size else "no cell is that high"
+            raise UserError(f"{path}: no tree of {ask.min_height_m:g} m or more is found; {why}")
+        height, dbh = height[fit], dbh[fit]
+        places = np.asarray(
+            shapely.points(canopy.x0 + tops.column[fit] * canopy.cell, canopy.y0 + tops.row[fit] * canopy.cell)
+        )
+        warn_implausible(height, schemas.TREES.column("height_m"), path, feedback)
+        warn_implausible(dbh, column, f"{path}, computed DBH", feedback, mend="check the law (--dbh-law)")
+        warn_of_another_region(law, places, canopy.plan_crs, feedback)
+        columns = {"tree_id": np.arange(1, dbh.size + 1), "dbh_cm": dbh, "height_m": height}
+        columns["dbh_source"] = np.full(dbh.size, "modelled", object)
+        write_vector(temporary, {"trees": geopandas.GeoDataFrame(columns, geometry=places, crs=canopy.plan_crs)})
+        hectares = canopy.shape[0] * canopy.shape[1] * canopy.cell**2 / 1e4
+    dropped = int((~fit).sum())
+    lines = [
+        f"{dbh.size} trees found on {hectares:.4g} ha, window {window}, heights {height.min():.1f} to "
+        f"{height.max():.1f} m, median {np.median(height):.1f} m",
+        f"DBH computed from the height: {law}; median {np.median(dbh):.1f} cm",
+    ]
+    if dropped:
+        lines.append(f"{dropped} trees dropped, the law gives them a DBH that no tree has")
+    facts = {"trees": int(dbh.size), "dropped": dropped, "cells_too_high": tops.too_high}
+    return Outcome({"output": Path(ask.output)}, facts, tuple(lines))
+
+
+def opened_rows(path: str | None, ask: Ask, feedback: Feedback):
+    """A raster open for `rows_of`; what its header says is judged as that of a DEM, its heights are not: crowns have
+    steps that no ground has."""
+    from deadwood_algorithms.files.dem_windows import open_windows
+
+    return open_windows(str(path), crs=ask.crs, feedback=feedback, look_through=False, as_ground=False)
+
+
+def rows_of(raster: DemWindows, rows: slice) -> np.ndarray:
+    """Rows of a raster, counted from the south, as float64 [m]; NaN where it has no value."""
+    from deadwood_algorithms.files.rasters import read_values
+
+    if rows.start >= rows.stop:
+        return np.zeros((0, raster.shape[1]))
+    values = read_values(raster.source, raster.file_window(rows, slice(0, raster.shape[1])), np.float64)
+    return values[::-1].copy() if raster.flipped else values
+
+
+def refuse_other_cells(surface: DemWindows, ground: DemWindows) -> None:
+    from deadwood_algorithms.files.crs import crs_name, same_crs
+
+    if not same_crs(surface.plan_crs, ground.plan_crs):
+        raise UserError(
+            f"{surface.path} is in {crs_name(surface.plan_crs)} and {ground.path} in {crs_name(ground.plan_crs)}; "
+            "surface and terrain must be on the same cells"
+        )
+    off = np.abs(np.subtract(surface.bounds, ground.bounds)).max()
+    if surface.shape != ground.shape or off > SAME_PLACE_CELLS * ground.cell:
+        one, two = (
+            f"{each.path} ({each.shape[1]} x {each.shape[0]} of {each.cell:g} m from {each.bounds[0]:.2f}, "
+            f"{each.bounds[1]:.2f})"
+            for each in (surface, ground)
+        )
+        raise UserError(f"{one} and {two} differ; surface and terrain must be on the same cells")
+
+
+TOOL = Tool("find-trees", "Prepare", "Find the trees of a canopy height model", Ask, run)

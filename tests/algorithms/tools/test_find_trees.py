@@ -1,0 +1,219 @@
+"""find-trees: tops against brute force, cell by cell, and what slide-logs makes of the layer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import geopandas as gpd
+import numpy as np
+import pytest
+import rasterio
+from rasterio.transform import from_origin
+from slope_case import EAST, NORTH
+
+from deadwood_algorithms.files.dem_windows import read_dem
+from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.prepare.trees.tops import WINDOWS, Tops, Window, find_tops
+from deadwood_algorithms.scene.layers import read_trees
+from deadwood_algorithms.tools import find_trees
+
+
+def brute_force(heights: np.ndarray, cell: float, diameter: Callable[[float], float], least: float) -> list[tuple]:
+    """Every cell against every other one: a top is beaten by none in its circle, higher or equal and earlier."""
+    found = []
+    for j, i in np.ndindex(heights.shape):
+        h = heights[j, i]
+        if not h >= least:
+            continue
+        radius = 0.5 * diameter(h) + 1e-9
+        beaten = False
+        for m, n in np.ndindex(heights.shape):
+            near = np.hypot((m - j) * cell, (n - i) * cell) <= radius or max(abs(m - j), abs(n - i)) == 1
+            if near and (heights[m, n] > h or (heights[m, n] == h and (m, n) < (j, i))):
+                beaten = True
+                break
+        if not beaten:
+            found.append((j, i, h))
+    return found
+
+
+def smooth(rng: np.random.Generator, shape: tuple[int, int], highest: float, times: int) -> np.ndarray:
+    """Noise that was averaged over neighbours several times, from 0 to ``highest``."""
+    values = rng.random(shape)
+    for _ in range(times):
+        for axis in (0, 1):
+            values = (np.roll(values, 1, axis) + values + np.roll(values, -1, axis)) / 3.0
+    return highest * (values - values.min()) / np.ptp(values)
+
+
+def tops(heights: np.ndarray, cell: float, window: Window, least: float = 2.0, **values: Any) -> Tops:
+    return find_tops(lambda rows: heights[rows].copy(), heights.shape, cell, window, least, 150.0, **values)
+
+
+def listed(found: Tops) -> list[tuple]:
+    return list(zip(found.row.tolist(), found.column.tolist(), found.height.tolist(), strict=True))
+
+
+@pytest.mark.parametrize("cell", [0.5, 1.0, 2.5])
+@pytest.mark.parametrize("name", WINDOWS)
+def test_the_tops_are_those_of_brute_force(name, cell):
+    law = {"mixed": lambda h: 2.51503 + 0.00901 * h * h, "deciduous": lambda h: 3.09632 + 0.00895 * h * h}[name]
+    for seed, times in enumerate((0, 1, 2, 4)):
+        heights = smooth(np.random.default_rng(seed), (31, 26), 45.0, times)
+        found = listed(tops(heights, cell, WINDOWS[name]))
+        assert found == brute_force(heights, cell, law, 2.0)
+        assert found
+
+
+@pytest.mark.parametrize("diameter", [0.2, 1.0, 4.0, 6.0])
+def test_whole_metres_have_the_tops_of_brute_force(diameter):
+    """Plateaus of all forms, circles that pass through cells' centres, and holes."""
+    rng = np.random.default_rng(3)
+    for times in (0, 1, 2):
+        heights = np.round(smooth(rng, (27, 30), 12.0, times))
+        heights[rng.random(heights.shape) < 0.1] = np.nan
+        found = listed(tops(heights, 1.0, Window(diameter)))
+        assert found == brute_force(heights, 1.0, lambda h: diameter, 2.0)
+        assert found
+
+
+@pytest.mark.parametrize("rows", [1, 2, 7, 40, 59, 1000])
+def test_the_block_changes_nothing(rows):
+    rng = np.random.default_rng(5)
+    heights = np.round(smooth(rng, (60, 50), 60.0, 3), 1)
+    heights[rng.random(heights.shape) < 0.05] = np.nan
+    heights[rng.random(heights.shape) < 0.01] = 400.0
+    whole = tops(heights, 0.5, WINDOWS["mixed"], block_rows=60)
+    found = tops(heights, 0.5, WINDOWS["mixed"], block_rows=rows)
+    assert listed(found) == listed(whole)
+    assert found.too_high == whole.too_high == np.sum(heights > 150.0) > 0
+    without = np.where(heights > 150.0, np.nan, heights)
+    assert listed(found) == brute_force(without, 0.5, lambda h: 2.51503 + 0.00901 * h * h, 2.0)
+
+
+def test_a_plateau_is_one_tree_at_its_first_cell():
+    heights = np.zeros((30, 30))
+    heights[4:24, 5:22] = 10.0  # far larger than the window of 3.4 m
+    assert listed(tops(heights, 1.0, WINDOWS["mixed"])) == [(4, 5, 10.0)]
+
+
+def test_tops_on_the_edge_and_beside_nothing_are_found():
+    heights = np.full((9, 9), np.nan)
+    heights[0, 0], heights[8, 8], heights[4, 4], heights[0, 8] = 20.0, 21.0, 1.9, 2.0
+    assert listed(tops(heights, 1.0, WINDOWS["mixed"])) == [(0, 0, 20.0), (0, 8, 2.0), (8, 8, 21.0)]
+    assert listed(tops(np.full((5, 5), np.nan), 1.0, WINDOWS["mixed"])) == []
+
+
+PLACES = [(10.0, 10.0, 12.0), (30.0, 14.0, 25.0), (20.0, 40.0, 31.5), (50.0, 50.0, 8.0), (44.0, 20.0, 18.0)]
+
+
+def cones() -> np.ndarray:
+    """Five cones on 60 x 60 cells of 1 m, row 0 in the south; their tips are in the middle of cells."""
+    v, u = np.mgrid[0:60, 0:60] * 1.0
+    return np.max([np.maximum(0.0, h - 3.0 * np.hypot(u - x, v - y)) for x, y, h in PLACES], axis=0)
+
+
+def write(path: Path, values: np.ndarray, east: float = 0.0, crs: str | None = "EPSG:2056", cell: float = 1.0) -> str:
+    rows, columns = values.shape
+    place = from_origin(EAST + east, NORTH + rows * cell, cell, cell)
+    facts = {"driver": "GTiff", "dtype": "float64", "count": 1, "nodata": -9999.0, "crs": crs, "transform": place}
+    with rasterio.open(path, "w", height=rows, width=columns, **facts) as made:
+        made.write(np.where(np.isnan(values), -9999.0, values)[::-1], 1)
+    return str(path)
+
+
+def expected() -> list[tuple]:
+    """By row, then column, from the south."""
+    return sorted((EAST + x + 0.5, NORTH + y + 0.5, h) for x, y, h in PLACES)
+
+
+def found_in(path: Path) -> list[tuple]:
+    frame = gpd.read_file(path, layer="trees")
+    assert frame.tree_id.tolist() == list(range(1, len(frame) + 1))
+    assert frame.dbh_cm.to_numpy() == pytest.approx(2.52 * frame.height_m.to_numpy() ** 0.84)
+    assert set(frame.dbh_source) == {"modelled"}
+    return sorted(zip(frame.geometry.x, frame.geometry.y, frame.height_m, strict=True))
+
+
+def test_a_forest_of_cones_is_found_and_slide_logs_reads_it(tmp_path, said):
+    chm = write(tmp_path / "chm.tif", cones())
+    done = find_trees.TOOL(feedback=said, chm=chm, output=str(tmp_path / "t.gpkg"))
+    assert found_in(tmp_path / "t.gpkg") == expected()
+    assert done.facts == {"trees": 5, "dropped": 0, "cells_too_high": 0}
+    assert said.warnings == []
+    dem = read_dem(write(tmp_path / "dem.tif", 1000.0 + np.mgrid[0:60, 0:60][0] * 0.5))
+    trees = read_trees(str(tmp_path / "t.gpkg"), dem, said)
+    assert len(trees.ids) == 5
+    assert said.warnings == []
+
+
+def test_surface_and_terrain_give_the_canopy(tmp_path, said):
+    ground = 1000.0 + np.mgrid[0:60, 0:60][0] * 0.7
+    ground[50, 50] = np.nan  # below the tree of 8 m, of which only the tip is lost
+    dsm = write(tmp_path / "dsm.tif", np.nan_to_num(ground, nan=1035.0) + cones())
+    dem = write(tmp_path / "dem.tif", ground)
+    find_trees.TOOL(feedback=said, dsm=dsm, dem=dem, window_m=5.0, output=str(tmp_path / "t.gpkg"))
+    found = found_in(tmp_path / "t.gpkg")
+    high = [each for each in expected() if each[2] != 8.0]
+    assert [each for each in found if each[2] != 5.0] == high  # heights are written to the millimetre
+    assert len(found) == 5
+    assert said.warnings == []
+
+
+def test_a_south_up_raster_gives_the_same(tmp_path, said):
+    chm = tmp_path / "chm.tif"
+    place = rasterio.Affine(1.0, 0.0, EAST, 0.0, 1.0, NORTH)
+    facts = {"driver": "GTiff", "dtype": "float32", "count": 1, "crs": "EPSG:2056", "transform": place}
+    with rasterio.open(chm, "w", height=60, width=60, **facts) as made:
+        made.write(cones().astype("float32"), 1)
+    find_trees.TOOL(feedback=said, chm=str(chm), output=str(tmp_path / "t.gpkg"))
+    assert found_in(tmp_path / "t.gpkg") == expected()
+
+
+def test_what_is_too_high_for_a_tree_is_counted_and_said(tmp_path, said):
+    canopy = cones()
+    canopy[0:2, 0:3] = 9999.0
+    chm = write(tmp_path / "chm.tif", canopy)
+    done = find_trees.TOOL(feedback=said, chm=chm, output=str(tmp_path / "t.gpkg"))
+    assert found_in(tmp_path / "t.gpkg") == expected()
+    assert done.facts["cells_too_high"] == 6
+    assert [each for each in said.warnings if "6 cells stand more than 150 m above the ground" in each]
+
+
+def test_a_published_law_of_the_dbh(tmp_path):
+    chm = write(tmp_path / "chm.tif", cones())
+    find_trees.TOOL(chm=chm, dbh_law="fint", min_height_m=20.0, output=str(tmp_path / "t.gpkg"))
+    frame = gpd.read_file(tmp_path / "t.gpkg")
+    assert sorted(frame.height_m) == [25.0, 31.5]
+    assert frame.dbh_cm.to_numpy() == pytest.approx(frame.height_m.to_numpy() ** 1.25)
+
+
+def test_what_cannot_be_is_refused_in_one_line(tmp_path):
+    chm, flat = write(tmp_path / "chm.tif", cones()), write(tmp_path / "flat.tif", np.zeros((60, 60)))
+    wrong = {
+        "give one of the two ways": [
+            {},
+            {"chm": chm, "dsm": chm, "dem": flat},
+            {"dsm": chm},
+            {"chm": chm, "dem": flat},
+        ],
+        "must be on the same cells": [
+            {"dsm": chm, "dem": write(tmp_path / "moved.tif", np.zeros((60, 60)), east=0.5)},
+            {"dsm": chm, "dem": write(tmp_path / "small.tif", np.zeros((59, 60)))},
+            {"dsm": chm, "dem": write(tmp_path / "coarse.tif", np.zeros((30, 30)), cell=2.0)},
+            {"dsm": chm, "dem": write(tmp_path / "other.tif", np.zeros((60, 60)), crs="EPSG:21781")},
+        ],
+        "no tree of 2 m or more is found; no cell is that high": [{"chm": flat}],
+        "5 tops have a DBH that no tree has": [{"chm": chm, "dbh_a": 1e6}],
+        "are two laws": [{"chm": chm, "dbh_law": "fint", "dbh_a": 3.0}],
+        "--min-height-m": [{"chm": chm, "min_height_m": 1.0}],
+    }
+    for words, cases in wrong.items():
+        for values in cases:
+            with pytest.raises(UserError) as refused:
+                find_trees.TOOL(**values, output=str(tmp_path / "t.gpkg"))
+            assert words in str(refused.value)
+            assert "\n" not in str(refused.value)
+            assert not (tmp_path / "t.gpkg").exists()
