@@ -110,7 +110,7 @@ def _all() -> list[Setting]:
     ]
     found += [Setting(f"tolerance {t:g}", "tolerance", t, STANDARD._replace(tolerance=t)) for t in (0.1, 0.01, 0.0001)]
     found += [Setting(f"sweeps {n}", "sweeps", n, STANDARD._replace(sweeps=n)) for n in (4, 20, 1000)]
-    found += [Setting(f"trace {n:g}", "trace", n, STANDARD._replace(trace_cells=n)) for n in (0.25, 4.0)]
+    found += [Setting(f"trace {n:g}", "trace", n, STANDARD._replace(trace_cells=n)) for n in (0.25, 1.0)]
     found += [
         Setting(f"mu {d:+.2f}", "friction", d, STANDARD, against="standard", friction_change=d) for d in (-0.02, 0.02)
     ]

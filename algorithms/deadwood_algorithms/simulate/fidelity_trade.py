@@ -37,8 +37,8 @@ COSTS: dict[str, float] = {
     "reference": 9.4,
 }
 REACH_ERRORS: dict[str, ReachError] = {
-    "draft": ReachError(mean=Points(-0.7, -1.8, 0.3), worst=Points(-3.0, -5.5, -0.5)),
-    "standard": ReachError(mean=Points(0.2, -0.8, 1.3), worst=Points(-1.1, -3.9, 1.6)),
+    "draft": ReachError(mean=Points(0.1, -0.5, 0.8), worst=Points(-2.1, -4.0, -0.2)),
+    "standard": ReachError(mean=Points(0.3, -0.3, 1.0), worst=Points(1.1, -0.7, 2.8)),
     "fine": ReachError(mean=Points(-0.6, -1.6, 0.4), worst=Points(-1.6, -4.2, 1.1)),
 }
 
