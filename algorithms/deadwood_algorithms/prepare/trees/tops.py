@@ -5,7 +5,8 @@ cells the first counts (lowest row, then lowest column), so connected equal cell
 
 The published windows are regressions of the crown's diameter [m] on the height [m]: Popescu and Wynne 2004,
 Photogrammetric Engineering and Remote Sensing 70:589; the one of deciduous trees, and the one of deciduous trees and
-pines together, which is also the default of FUSION's CanopyMaxima.
+pines together. The latter's numbers were read as the default of FUSION's CanopyMaxima; those of deciduous trees are
+from memory, not checked in the paper.
 """
 
 from __future__ import annotations
