@@ -213,6 +213,15 @@ def other_lines() -> Any:
     )
 
 
+def baseline() -> Any:
+    """Of several runs the one that the others are compared with."""
+    return text(
+        "Name of the run that the others are compared with",
+        default=None,
+        help="Default: the run with the fewest obstacles (trees, barriers, lying logs, boulders), of equals the first.",
+    )
+
+
 def min_runout(
     label: str = "Deposits nearer than this do not count for the spread", help: str = "Default: one log length."
 ) -> Any:

@@ -509,12 +509,20 @@ FOREST = Layer(
 
 _STATE = ("standing", "lying", "removed")
 
+_REACHED = (
+    a_count("n_total", "Logs of the run"),
+    a_count("n_reach", "Of these, the logs that reach the line as things are"),
+)
+_SHARE_OF_GAIN = (
+    a_number("gain_p", "The same as a share of all logs", -1, 1),
+    a_number("ci_low", "Lower end of its 95 % interval, of paired logs", -1, 1),
+    a_number("ci_high", "Upper end", -1, 1),
+)
 _WORTH = (
     a_text("kind", "What it is", choices=("tree", "lying_log", "barrier", "stand")),
     an_id("id", "Its id in its layer"),
     an_id("line_id", "The line or polygon"),
-    a_count("n_total", "Logs of the run"),
-    a_count("n_reach", "Of these, the logs that reach the line as things are"),
+    *_REACHED,
 )
 _HOLDS = (
     a_count("stopped", "Logs that it holds at the end"),
@@ -530,9 +538,7 @@ VALUES = Layer(
         *_WORTH,
         a_count("n_reach_without", "Logs that would reach the line without it"),
         a_number("gain_logs", "Logs more that would reach the line without it; less than 0: fewer"),
-        a_number("gain_p", "The same as a share of all logs", -1, 1),
-        a_number("ci_low", "Lower end of its 95 % interval, of paired logs", -1, 1),
-        a_number("ci_high", "Upper end", -1, 1),
+        *_SHARE_OF_GAIN,
         *_HOLDS,
     ),
 )
@@ -543,13 +549,10 @@ REACH_BREAKING = Layer(
     meaning="Each line or polygon: logs that reach it with rigid trees, and where those that would break take nothing",
     columns=(
         _LINE,
-        a_count("n_total", "Logs of the run"),
-        a_count("n_reach", "Of these, the logs that reach the line as things are"),
+        *_REACHED,
         a_count("n_reach_breaking", "Logs that reach it where each goes on without the trees that it breaks"),
         a_number("gain_logs", "The second less the first"),
-        a_number("gain_p", "The same as a share of all logs", -1, 1),
-        a_number("ci_low", "Lower end of its 95 % interval, of paired logs", -1, 1),
-        a_number("ci_high", "Upper end", -1, 1),
+        *_SHARE_OF_GAIN,
     ),
 )
 
@@ -572,9 +575,7 @@ PLANTED = Layer(
         *_WORTH,
         a_count("n_reach_with", "Logs that would reach the line with it"),
         a_number("gain_logs", "Logs fewer that would reach the line with it; less than 0: more"),
-        a_number("gain_p", "The same as a share of all logs", -1, 1),
-        a_number("ci_low", "Lower end of its 95 % interval, of paired logs", -1, 1),
-        a_number("ci_high", "Upper end", -1, 1),
+        *_SHARE_OF_GAIN,
         *_HOLDS,
     ),
 )

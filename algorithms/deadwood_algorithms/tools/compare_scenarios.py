@@ -61,11 +61,7 @@ class Ask:
     names: str | None = tool.text(
         "Names of the scenarios, with commas", default=None, help="Default: the names of the folders."
     )
-    baseline: str | None = tool.text(
-        "Name of the run that the others are compared with",
-        default=None,
-        help="Default: the run with the fewest obstacles (trees, barriers, lying logs, boulders), of equals the first.",
-    )
+    baseline: str | None = tool.baseline()
     lines: str | None = tool.vector(
         "Other lines or houses than those of the runs",
         "line",

@@ -54,11 +54,7 @@ class Ask:
         path_like=True,
         help="A layer of value-trees, folders of site-barriers, map-intensity, map-origins or vary; each with its run.",
     )
-    baseline: str | None = tool.text(
-        "Name of the run that the others are compared with",
-        default=None,
-        help="Default: the run with the fewest obstacles (trees, barriers, lying logs, boulders), of equals the first.",
-    )
+    baseline: str | None = tool.baseline()
     title: str | None = tool.text("Title of the page", default=None, help="Default: the names of the runs.")
     author: str | None = tool.text("Who answers for the page", default=None, help="Stands in its scenario box.")
     project: str | None = tool.text("Project or order", default=None, help="Stands in its scenario box.")
@@ -76,6 +72,7 @@ class Ask:
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
+    from deadwood_algorithms.evaluate.scenarios.paired_runs import baseline_first
     from deadwood_algorithms.report.answers import read_answers
     from deadwood_algorithms.report.gltf import write_gltf
     from deadwood_algorithms.report.page import report_of
@@ -92,8 +89,6 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         names = names_of(folders, ask.names)
         sources = [read_reported_run(each, name, feedback) for each, name in zip(folders, names, strict=True)]
         if len(sources) > 1:
-            from deadwood_algorithms.evaluate.scenarios.paired_runs import baseline_first
-
             order = baseline_first([each.summary for each in sources], names, ask.baseline, feedback)
             folders, sources = [folders[k] for k in order], [sources[k] for k in order]
         if ask.results:
@@ -161,7 +156,7 @@ def compared_runs(folders: Sequence[str], sources: Sequence[ReportedRun], feedba
     found = Comparison()
     numbered = [f"run{k}" for k in range(len(sources))]  # of names, the comparison makes files
     try:
-        compared = read_compared(",".join(folders), ",".join(numbered), None, feedback)
+        compared = read_compared(",".join(folders), ",".join(numbered), None, feedback, ordered=True)
     except UserError as error:
         found.lacks.append(("comparison_lacks", {"reason": str(error)}))
         return found

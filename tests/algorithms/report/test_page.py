@@ -241,6 +241,22 @@ def test_two_runs_are_compared(case, run):
     assert len(data["space"]) == 2
 
 
+def test_a_baseline_that_is_named_is_the_one_of_every_number(case, run, tmp_path, said):
+    """Also where it has more obstacles, which is warned about once, by its name."""
+    none = case.run(output=str(tmp_path / "bare"), lines=case.lines)
+    page, data = page_of(none, run, baseline="full", feedback=said)
+    text = Reader(page).text
+    assert [each["name"] for each in data["runs"]] == ["full", "bare"]
+    assert "bare minus full: share of the logs that pass" in text
+    assert "full minus bare" not in text
+    assert "Differences to full" in text
+    assert sum("has more obstacles" in each for each in said.warnings) == 1
+    assert any("the baseline full has more obstacles" in each for each in said.warnings)
+    reach = re.search(r"reach road [^(]*\([^)]*\) [\d.]+ \([^)]*\) ([+\u2212][\d.]+) \(", text)
+    assert reach, text[text.index("reach road") :][:200]
+    assert reach[1].startswith("+")  # more logs reach the road without obstacles than with them
+
+
 def test_runs_of_other_logs_stand_side_by_side_uncompared(case, run, tmp_path):
     logs = write_layer(tmp_path / "r.gpkg", points((20.0, 70.0), (30.0, 72.0)), log_id=[1, 2])
     other = case.run(output=str(tmp_path / "other"), releases=logs)

@@ -140,14 +140,24 @@ def baseline_first(
 
 
 def read_compared(
-    runs: str, names: str | None, lines: str | None, feedback: Feedback, *, baseline: str | None = None
+    runs: str,
+    names: str | None,
+    lines: str | None,
+    feedback: Feedback,
+    *,
+    baseline: str | None = None,
+    ordered: bool = False,
 ) -> Compared:
-    """Read the runs, refuse those of other releases, and find what each log reached in each of them."""
+    """Read the runs, refuse those of other releases, and find what each log reached in each of them.
+
+    ordered : the runs are in the order of `baseline_first` already, so the first is the baseline
+    """
     folders, called = folders_of(runs, names)
     found = [read_run(each, feedback=feedback) for each in folders]
-    summaries = [each.summary() if (each.path / SUMMARY).is_file() else {} for each in found]
-    order = baseline_first(summaries, called, baseline, feedback)
-    found, called = [found[k] for k in order], [called[k] for k in order]
+    if not ordered:
+        summaries = [each.summary() if (each.path / SUMMARY).is_file() else {} for each in found]
+        order = baseline_first(summaries, called, baseline, feedback)
+        found, called = [found[k] for k in order], [called[k] for k in order]
     for run in found[1:]:
         if not same_crs(run.grid.crs, found[0].grid.crs):
             crs = crs_name(run.grid.crs), crs_name(found[0].grid.crs)
