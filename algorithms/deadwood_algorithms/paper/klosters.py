@@ -167,7 +167,7 @@ def klosters(version: int = 2, **changes: Any) -> Twin:
             [FRAME.across(v, a, b) for _, a, b, v in dams],
         ),
     }
-    facts = {"title": "Klosters-like twin", **{name: K[name] for name in FACTS}, "road": "road", "beyond": "beyond"}
+    facts = {"title": "Klosters-like twin", **{name: k[name] for name in FACTS}, "road": "road", "beyond": "beyond"}
     return Twin(NAME, _terrain(k), layers, facts)
 
 

@@ -144,7 +144,7 @@ def rothenbrunnen(version: int = 2, **changes: Any) -> Twin:
         ),
     }
     facts = {
-        "title": "Rothenbrunnen-like twin", **{name: K[name] for name in FACTS}, "road": "road",
+        "title": "Rothenbrunnen-like twin", **{name: k[name] for name in FACTS}, "road": "road",
         "jumped_barrier": "south", "takeoff_line": "terrace",
     }  # fmt: skip
     return Twin(NAME, _terrain(k), layers, facts)
