@@ -375,8 +375,8 @@ def motion_findings(of: Evidence) -> list[Finding]:
             True if high.any() and ends[1] < 0.5 else False if not high.any() or ends[0] > 0.5 else None,
             f"run als, clearance between the log and the terrain, at most {logs['jump_max_m'].max():.1f} m; as the "
             "paper measures, centre of mass above the terrain: at most "
-            f"{logs['height_max_m'].max():.1f} m, {100 * (logs['height_max_m'] > standing + 0.01).mean():.1f} % of the "
-            f"logs higher than the {standing:.1f} m at which they stand upright at the start",
+            f"{logs['height_max_m'].max():.1f} m, {100 * (logs['height_max_m'] > standing + 3.0).mean():.1f} % of the "
+            f"logs 3 m higher than the {standing:.1f} m at which they stand upright at the start",
         )
     )  # fmt: skip
     stopped = (logs["stop_reason"] == "tree") & ~far

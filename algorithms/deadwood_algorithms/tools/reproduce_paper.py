@@ -561,14 +561,12 @@ class Steps:
 
         if not since_s:
             return {}
-        ground = read_dem(self.site.dem)
-        found = {}
-        ids = np.array(sorted(since_s))
-        run_of = read_run(str(self.slide("barriers")), feedback=tool.Quiet())
-        for each, poses in zip(ids.tolist(), run_of.poses(ids), strict=True):
-            late = np.asarray(poses["t_s"]) >= since_s[each]
-            above = np.asarray(poses["z"], float) - ground.height(np.asarray(poses["x"]), np.asarray(poses["y"]))
-            found[each] = float(np.nanmax(above[late])) if late.any() else float("nan")
+        ground, found = read_dem(self.site.dem), dict.fromkeys(since_s, 0.0)
+        for piece in read_run(str(self.slide("barriers")), feedback=tool.Quiet()).poses(np.array(sorted(since_s))):
+            above = piece["z"] - ground.height(piece["x"], piece["y"])
+            for each in np.unique(piece["log_id"]).tolist():
+                late = (piece["log_id"] == each) & (piece["t_s"] >= since_s[each])
+                found[each] = max(found[each], float(np.nanmax(above[late], initial=0.0)))
         return found
 
     def figures(self) -> list[tuple[str, Path]]:

@@ -49,7 +49,7 @@ def evidence(site: str, **counts: int) -> Evidence:
     logs = {
         "runout_m": np.array([5.0, 100.0, 120.0, 90.0]), "speed_mean_ms": np.array([1.0, 13.0, 14.0, 15.0]),
         "speed_max_ms": np.array([2.0, 20.0, 25.0, 30.0]), "jump_max_m": np.array([0.0, 1.0, 5.0, 1.0]),
-        "height_max_m": np.array([12.0, 12.0, 14.5, 12.0]),
+        "height_max_m": np.array([12.0, 12.0, 15.5, 12.0]),
         "stop_reason": np.array(["tree", "rest", "tree", "tree"]),
     }  # fmt: skip
     barriers = [{"barrier_id": "south", "n_reached": 144, "n_stopped": 126, "n_overjumped": 18, "n_passed_beside": 0}]
@@ -163,7 +163,7 @@ def test_an_average_speed_is_decided_only_where_both_readings_agree():
 def test_a_jump_is_told_by_both_measures():
     said = judged(evidence("klosters"))["some_jump_metres"].why
     assert "at most 5.0 m" in said
-    assert "at most 14.5 m, 25.0 % of the logs higher than the 12.0 m at which they stand upright" in said
+    assert "at most 15.5 m, 25.0 % of the logs 3 m higher than the 12.0 m at which they stand upright" in said
 
 
 def spread_of(n_left_out: int, p05_p95: float) -> dict[str, float]:
