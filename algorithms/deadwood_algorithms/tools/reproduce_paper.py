@@ -130,10 +130,11 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
                 mine: list[Finding] = []
                 for convention in ("", "cloud") if not ask.quick else ("",):
                     mine += findings_of(slide.evidence(convention), quick=ask.quick, convention=convention)
-                mine = decided(ask, site, place, mine, feedback)
-                panel = varied(ask, name, place, feedback)
-                found += [with_panel(each, panel) for each in mine]
+                found += decided(ask, site, place, mine, feedback)
                 figures += slide.figures()
+            for name in names:
+                panel = varied(ask, name, work / name, feedback)
+                found = [with_panel(each, panel) if each.id.startswith(f"{name}.") else each for each in found]
         except (Cancelled, KeyboardInterrupt) as error:
             feedback.note(f"what is finished is kept in {work}; --resume goes on from there")
             raise Cancelled from error
