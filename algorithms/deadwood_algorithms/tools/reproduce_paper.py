@@ -11,7 +11,7 @@ with 20 000.
 
 On the twins of version 2 each finding has a panel of sensitivity (`sensitivity.csv`): the same finding with one chosen
 number of the twin moved (width of treeless strips, roughness, places of release, friction of rolling, another draw of
-relief and forest, and others), two fifths of the logs each. These runs are not kept; `--no-panel` leaves them out.
+relief and forest, and others), a fifth of the logs each. These runs are not kept; `--no-panel` leaves them out.
 
 `--quick` takes a few hundred logs and a coarser set: it shows that all works and judges nothing. An interrupted run
 goes on with `--resume`; what is finished is not slid again.
@@ -88,7 +88,7 @@ class Ask:
     site: str = tool.choice("Which site", *SITES, "both", default="both")
     logs: int = tool.integer(
         "Logs of each scenario, over all releases", default=20_000, minimum=8, maximum=10_000_000,
-        help="The sweeps of friction and cells take a fifth of them, each run of the panel of sensitivity two fifths.",
+        help="The sweeps of friction and cells, and each run of the panel of sensitivity, take a fifth of them.",
     )  # fmt: skip
     fidelity: str = tool.choice("Speed against accuracy", "draft", "standard", "fine", "reference", default="standard")
     quick: bool = tool.flag("At most 300 logs and a coarser set, in a minute or two; not judged")
@@ -178,7 +178,7 @@ def varied(ask: Ask, name: str, place: Path, feedback: Feedback) -> list[tuple[s
         shutil.rmtree(folder / "data", ignore_errors=True)
         write_twin(name, folder / "data", each.version, **each.changes)
         site = read_site(name, folder / "data", folder / "prepared")
-        logs = max(8, 2 * logs_of(ask) // 5)
+        logs = max(8, logs_of(ask) // 5)
         needed = {"none", "random", "friction"} if name == SITES[0] else {"none", "random", "barriers", "platy"}
         steps = Steps(ask, site, folder, feedback, logs=logs, needed=needed, options=each.options, draws=1)
         found.append((each.words, findings_of(steps.evidence_of_needed(), quick=ask.quick)))
