@@ -897,13 +897,35 @@ _FINDING = (
     ("ours", "The figure of these runs"),
     ("ci_low", "Lower end of its 95 % interval"),
     ("ci_high", "Upper end"),
-    ("holds", "Whether the finding holds; empty where it is not decided or not judged"),
+    ("holds", "Whether the finding holds; empty where it is not decided or cannot be judged"),
     ("why", "The runs and figures that show it"),
+    ("verdict", "holds, does not hold, not decided, or cannot be judged here"),
+)
+_VARIATION = (
+    ("what", "Which chosen number of the twin is moved"),
+    ("ours", "The figure with it"),
+    ("ci_low", "Lower end of its 95 % interval"),
+    ("ci_high", "Upper end"),
+    ("verdict", "What the finding's verdict would be"),
 )
 FINDINGS = JsonFile(
     name="findings.json",
     meaning="The findings of the paper, one by one",
-    keys=tuple(_key(f"[].{name}", meaning) for name, meaning in _FINDING),
+    keys=(
+        *(_key(f"[].{name}", meaning) for name, meaning in _FINDING),
+        *(_key(f"[].panel[].{name}", meaning) for name, meaning in _VARIATION),
+    ),
+)
+FINDINGS_PANEL = TableFile(
+    name="sensitivity.csv",
+    meaning="The findings with one chosen number of the twin moved",
+    columns=(
+        a_text("id", "Name of the finding"),
+        *(
+            (a_number if name in ("ours", "ci_low", "ci_high") else a_text)(name, meaning)
+            for name, meaning in _VARIATION
+        ),
+    ),
 )
 FINDINGS_TABLE = TableFile(
     name="findings.csv",
