@@ -25,7 +25,8 @@ PHRASES = {
     # the map
     "map": "Map",
     "map_described": (
-        "Map of the slope. Arrow keys move it, plus and minus zoom, Enter uses the chosen tool at the cross in the middle."
+        "Map of the slope. Arrow keys move it, plus and minus zoom, Enter uses the chosen tool at the cross in the "
+        "middle."
     ),
     "zoom": "Zoom",
     "nearer": "Zoom in",
@@ -81,7 +82,9 @@ PHRASES = {
     "time": "Time since the release",
     # what if
     "what_if": "What if?",
-    "no_edits": "Fell or plant trees, build a barrier or lay a log: the same logs slide again, and the difference appears here.",
+    "no_edits": (
+        "Fell or plant trees, build a barrier or lay a log: the same logs slide again, and the difference appears here."
+    ),
     "release_first": "Release logs to see what the change does.",
     "variants": "Which forest the map shows",
     "mode_before": "A: as it is",
@@ -199,7 +202,11 @@ PHRASES = {
     # what went wrong
     "not_connected": "The page is not connected to the tool.",
     "connection_lost": "The connection to the tool was lost. Trying again …",
-    "connection_gone": "The tool does not answer any more. Start deadwood-tool explore again, and open the address that it prints.",
+    "connection_gone": (
+        "The tool does not answer any more. Start deadwood-tool explore again, and open the address that it prints."
+    ),
+    "connection_elsewhere": "The page was opened elsewhere and goes on there.",
+    "again": "Connect again",
     "restarted": "The calculation stopped unexpectedly and was started again. The question is asked anew.",
     "outside": "That is outside the terrain model.",
     "no_tree_here": "There is no tree here. Click nearer to a stem, or zoom in.",

@@ -4,7 +4,12 @@ from __future__ import annotations
 
 import json
 import re
+import subprocess
+import sys
 from importlib import resources
+
+import matplotlib
+import numpy as np
 
 from deadwood_algorithms.explore import web_page
 from deadwood_algorithms.explore.phrases import PHRASES
@@ -16,22 +21,28 @@ SOURCES = {each.name: each.read_text(encoding="utf-8") for each in PAGE.iterdir(
 
 
 def test_every_file_of_the_page_is_handed_out_with_its_type():
-    served = web_page.assets()
-    assert set(served) == set(SOURCES) - {"index.html"} | {"view3d.js"}
+    served = web_page.files()
+    assert set(served) == set(SOURCES) | {"view3d.js"}
     for name, (kind, content) in served.items():
-        assert kind == {"css": "text/css", "js": "text/javascript"}[name.rsplit(".", 1)[1]] + "; charset=utf-8"
+        assert (
+            kind
+            == {"html": "text/html", "css": "text/css", "js": "text/javascript"}[name.rsplit(".", 1)[1]]
+            + "; charset=utf-8"
+        )
         assert content.decode("utf-8")
 
 
 def test_every_script_that_is_imported_is_there():
     for source in SOURCES.values():
         for name in re.findall(r'from "\./([\w.]+)"', source) + re.findall(r'(?:src|href)="page/([\w.]+)"', source):
-            assert name in web_page.assets()
+            assert name in web_page.files()
 
 
 def test_the_page_is_told_words_and_the_reports_colours():
-    text = web_page.document()
-    told = json.loads(re.search(r'id="told">(.*?)</script>', text, re.S)[1])
+    text = web_page.files()["index.html"][1].decode("utf-8")
+    found = re.search(r'id="told">(.*?)</script>', text, re.S)
+    assert found
+    told = json.loads(found[1])
     assert told["words"] == PHRASES
     assert [each["reason"] for each in told["stops"]] == list(STOP_REASONS)
     assert [each["colour"] for each in told["stops"]] == [ENDS[each][1] for each in STOP_REASONS]
@@ -40,11 +51,33 @@ def test_the_page_is_told_words_and_the_reports_colours():
 
 def test_words_cannot_end_the_block_that_holds_them(monkeypatch):
     monkeypatch.setitem(PHRASES, "title", "</script><b>")
-    web_page.document.cache_clear()
+    web_page.files.cache_clear()
     try:
-        assert "</script><b>" not in web_page.document()
+        assert b"</script><b>" not in web_page.files()["index.html"][1]
     finally:
-        web_page.document.cache_clear()
+        web_page.files.cache_clear()
+
+
+def test_hits_have_the_colours_of_the_reports_map():
+    """Viridis at eight even places, and straight lines between them, which end where the next one starts."""
+    ramp = web_page.facts()["ramp"]
+    step = (len(ramp) - 1) // 7
+    for k, colour in enumerate(ramp[::step]):
+        theirs = matplotlib.colormaps["viridis"](k / 7, bytes=True)[:3]
+        assert np.abs(np.subtract(rgb(colour), theirs, dtype=float)).max() <= 2.0  # the table has 256 colours
+    for k in range(0, len(ramp) - 1, step):
+        ends, middle = (rgb(ramp[k]), rgb(ramp[k + step])), rgb(ramp[k + step // 2])
+        assert np.abs(np.mean(ends, axis=0) - middle).max() <= 0.5
+
+
+def rgb(colour: str) -> list[int]:
+    return [int(colour[c : c + 2], 16) for c in (1, 3, 5)]
+
+
+def test_neither_the_engine_nor_matplotlib_is_loaded_for_it():
+    script = "import sys; from deadwood_algorithms.explore import web_page; web_page.files(); print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout.split()
+    assert not {"numba", "matplotlib", "geopandas", "deadwood_engine"} & set(loaded)
 
 
 def test_nothing_is_asked_of_another_place():

@@ -36,11 +36,13 @@ const link = connect(`${location.protocol === "https:" ? "wss" : "ws"}://${locat
     if (work) work(message);
   },
   changed(how) {
-    if (how === "open") { connected = true; warn(""); link.send({ op: "open" }); return; }
+    if (how === "open") { connected = true; warn("");
+      $("again").hidden = true; link.send({ op: "open" }); return; }
     connected = false;
     busy(false);
     Object.assign(state, { preview: null, full: 0, editing: 0 });
-    warn(say(how === "lost" ? "connection_lost" : "connection_gone"));
+    warn(say(`connection_${how}`), true);
+    $("again").hidden = how === "lost";
   },
 });
 function ask(message) {
@@ -57,7 +59,8 @@ function warn(text, stays = false) {
   $("alert").querySelector("p").textContent = text;
 }
 function calm() { if (!staying) warn(""); }
-$("alert").querySelector("button").addEventListener("click", () => warn(""));
+$("alert-close").addEventListener("click", () => warn(""));
+$("again").addEventListener("click", () => link.again());
 
 function busy(on) {
   state.busy = on;
@@ -72,7 +75,7 @@ function opened(scene) {
   for (const each of scene.lines) each.parts ||= [each.points];
   const { data } = scene, empty = new Float32Array(0);
   for (const name of ["trees_x", "trees_y", "trees_dbh_cm"]) data[name] ||= empty;
-  const terrain = data.heights?.length ? new Terrain(data.heights, scene.heights_step * scene.cell, scene.extent, scene.z0 || 0) : null;
+  const terrain = data.heights?.length ? new Terrain(data.heights, scene.heights_step, scene.extent) : null;
   Object.assign(state, { scene, terrain });
   map.load(scene, terrain);
   if (!state.settings) {
@@ -481,7 +484,7 @@ let pointed = null;
 function where(at) {
   pointed = at;
   if (!at || !state.scene || !map.within(...at)) { $("where").textContent = ""; return; }
-  const [east, north] = state.scene.origin, z = state.terrain ? state.terrain.at(...at) + (state.scene.z0 || 0) : NaN;
+  const [east, north] = state.scene.origin, z = state.terrain ? state.terrain.at(...at) : NaN;
   $("where").textContent = say(Number.isFinite(z) ? "where_height" : "where", { x: coordinate(east + at[0]), y: coordinate(north + at[1]), z: coordinate(z) });
 }
 map.moved = () => { if (map.content.cross) where([map.view.x, map.view.y]); else if (pointed) where(pointed); };

@@ -4,6 +4,7 @@ const KINDS = {
   f4: Float32Array, f8: Float64Array, u1: Uint8Array, i1: Int8Array, u2: Uint16Array, i2: Int16Array, u4: Uint32Array,
   i4: Int32Array,
 };
+const OPENED_ELSEWHERE = 4001; // the server's code: another page has taken the session over
 const WAITS_S = [0.3, 0.6, 1, 2, 4, 8];
 
 /* A frame: length of the header (uint32), the header as JSON, and its arrays, each padded to 8 bytes. */
@@ -21,7 +22,8 @@ export function unpacked(buffer) {
   return facts;
 }
 
-/* Connects, and connects again after a loss; `changed` hears "open", "lost" (trying again) and "gone" (given up). */
+/* Connects, and connects again after a loss; `changed` hears "open", "lost" (trying again), "gone" (given up)
+   and "elsewhere" (the session is another page's now). */
 export function connect(address, { answered, changed }) {
   let socket = null, tries = 0, ended = false;
 
@@ -30,8 +32,9 @@ export function connect(address, { answered, changed }) {
     socket.binaryType = "arraybuffer";
     socket.onopen = () => { tries = 0; changed("open"); };
     socket.onmessage = (event) => answered(typeof event.data === "string" ? JSON.parse(event.data) : unpacked(event.data));
-    socket.onclose = () => {
+    socket.onclose = (event) => {
       if (ended) return;
+      if (event.code === OPENED_ELSEWHERE) { changed("elsewhere"); return; }
       if (tries >= WAITS_S.length) { changed("gone"); return; }
       changed("lost");
       setTimeout(open, 1000 * WAITS_S[tries++]);

@@ -178,7 +178,10 @@ export class SlopeMap {
   pane(brush, pane, ratio) {
     const { shown, content, told } = this, variant = pane.variant || {};
     this.relief(brush, pane, ratio);
-    if (this.dark) { brush.fillStyle = "rgba(16, 20, 24, 0.3)"; brush.fillRect(pane.x, 0, pane.width, this.size[1]); }
+    // pale, as under the report's maps, for what lies on it; by night a grey that keeps the darkest hits apart
+    const [, , wide, tall] = this.scene.extent, { scale } = this.view;
+    brush.fillStyle = this.dark ? "rgba(116, 122, 128, 0.55)" : "rgba(238, 238, 238, 0.39)";
+    brush.fillRect(...this.seen(0, tall, pane), wide * scale, tall * scale);
     if (shown.slope) this.image(brush, pane, this.terrain.slope(told.slope), 0, 0, this.terrain.cell, true);
     if (shown.contours) this.contours(brush, pane);
     if (shown.hits && variant.picture) {

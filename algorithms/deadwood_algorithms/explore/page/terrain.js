@@ -4,9 +4,9 @@ const STEPS = [1, 2, 5, 10, 20, 50, 100, 200];
 
 /* Heights (rows from the north, `cell` metres apart) with the functions that read them. */
 export class Terrain {
-  constructor(heights, cell, extent, base = 0) {
+  constructor(heights, cell, extent) {
     [this.rows, this.columns] = heights.shape;
-    Object.assign(this, { z: heights, cell, base, top: extent[3] });
+    Object.assign(this, { z: heights, cell, top: extent[3] });
   }
 
   /* Height at a place by interpolation [m]; NaN outside. */
@@ -31,13 +31,13 @@ export class Terrain {
   /* Contours as paths in local metres: every step, and every fifth apart. */
   contours() {
     if (this._contours) return this._contours;
-    const { rows, columns, cell, top, z, step, base } = this, fine = new Path2D(), bold = new Path2D();
+    const { rows, columns, cell, top, z, step } = this, fine = new Path2D(), bold = new Path2D();
     for (let r = 0; r + 1 < rows; r++) for (let c = 0; c + 1 < columns; c++) {
       const k = r * columns + c, corners = [z[k], z[k + 1], z[k + columns + 1], z[k + columns]];
       const low = Math.min(...corners), high = Math.max(...corners);
       if (!Number.isFinite(low + high)) continue;
-      for (let n = Math.floor((low + base) / step) + 1; n * step <= high + base; n++) {
-        const level = n * step - base, ends = [];
+      for (let n = Math.floor(low / step) + 1; n * step <= high; n++) {
+        const level = n * step, ends = [];
         for (let side = 0; side < 4; side++) {
           const a = corners[side], b = corners[(side + 1) % 4];
           if ((a < level) === (b < level)) continue;
