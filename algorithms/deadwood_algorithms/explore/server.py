@@ -20,7 +20,6 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import IO, Any
 
 import tornado.httpserver
@@ -28,14 +27,13 @@ import tornado.netutil
 import tornado.web
 import tornado.websocket
 
+from deadwood_algorithms.explore import web_page
 from deadwood_algorithms.explore.frames import MOST_MESSAGE, Frame, message_of, refusal
 from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
 
 HOST = "127.0.0.1"
-PAGE = Path(__file__).with_name("page")
-SHARED = {"view3d.js": Path(__file__).parents[1] / "report" / "view3d.js"}  # what the page has in common with reports
-KINDS = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
 MOST_UNSENT = 64 << 20  # bytes that a page which does not read may leave waiting
+OPENED_ELSEWHERE = 4001  # code of closing a socket: the page there is not to connect again by itself
 TILE_S = 30.0
 END_S = 0.3  # the command itself has little more than half a second to end in its own order
 MOST_LOST, LOST_S = 3, 60.0  # engine processes lost within such a time: no further one is started
@@ -264,12 +262,12 @@ class Missing(Guarded):
 
 class PageFile(Guarded):
     def get(self, name: str = "index.html") -> None:
-        path = SHARED.get(name, PAGE / name)
-        if path.suffix not in KINDS or not path.is_file():  # the route takes no folders in a name
+        kind, content = web_page.files().get(name, ("", b""))
+        if not kind:
             raise tornado.web.HTTPError(404)
         self.set_cookie(self.desk.cookie, self.desk.token, httponly=True, samesite="Strict")
-        self.set_header("Content-Type", f"{KINDS[path.suffix]}; charset=utf-8")
-        self.finish(path.read_bytes())
+        self.set_header("Content-Type", kind)
+        self.finish(content)
 
 
 class TileFile(Guarded):
@@ -294,7 +292,7 @@ class Socket(Guarded, tornado.websocket.WebSocketHandler):
         before, self.desk.page = self.desk.page, self
         if before:
             before.show({"op": "refused"}, refusal("the page was opened anew elsewhere, and goes on there").packed())
-            before.close()
+            before.close(OPENED_ELSEWHERE)
 
     def on_message(self, message: str | bytes) -> None:
         try:
