@@ -510,6 +510,15 @@ def ranks(gains: Sequence[float], effects: Sequence[Effect]) -> NDArray[np.int64
     return out
 
 
+def farthest_listed(fidelity: Fidelity, cell: float) -> float:
+    """How far [m] from the axis of a log's kept pose a thing can be listed as near, less the radii of both.
+
+    Between two kept poses the ends move by less than ``trace_step`` and a step, and the pose ahead is another step
+    away.
+    """
+    return NEAR_MARGIN + trace_step(fidelity, cell) + 3.0 * longest_travel(fidelity, cell) + 0.01
+
+
 def logs_near(
     question: Question,
     layers: SceneLayers,
@@ -521,15 +530,13 @@ def logs_near(
 ) -> tuple[list[NDArray[np.int64]], SceneLayers]:
     """The logs that each candidate could matter to: whose axis came so near that it would have been listed.
 
-    both : the scene with the candidates; widest : [m] largest radius of a candidate. Between two kept poses the ends
-    move by less than ``trace_step`` and a step, and the pose ahead is another step away.
+    both : the scene with the candidates; widest : [m] largest radius of a candidate
     """
     cell, n = layers.dem.cell, len(question.releases)
     if question.rule_of_steps(both) != question.rule_of_steps(layers):
         return [np.arange(n) for _ in candidates], layers
     shapes = np.array([each.shape for each in candidates], object)
-    step = question.longest_step(cell)
-    margin = NEAR_MARGIN + widest + trace_step(question.simulation.fidelity, cell) + 3.0 * step + 0.01
+    margin = widest + farthest_listed(question.simulation.fidelity, cell)
 
     def slide_some(first: int) -> dict[str, NDArray[np.int64]]:
         nonlocal layers
