@@ -108,8 +108,8 @@ def of_barrier(folder: Path) -> None:
     walk("tutorials/barrier-and-felling.md", folder)
     keep(folder / "siting" / "barriers.png", "siting")
     page = Page(folder / "effects.html")
-    page.browser.size(1200, 1100)
-    keep(page.part("document.querySelector('#comparison')"), "comparison")
+    page.browser.size(1200, 1400)
+    keep(page.part("document.querySelector('#comparison').closest('section')"), "comparison")
     page.browser.close()
     line = (
         "deadwood-tool vary --dem sample_data/dem.tif --releases releases.gpkg --trees trees.gpkg --lines "

@@ -126,7 +126,7 @@ def test_no_link_of_the_site_is_broken_and_nothing_is_loaded_from_elsewhere(site
 
 def test_the_site_is_searched_from_the_file_system(site: Path):
     sys.path.append(str(ROOT / "tests" / "algorithms" / "report"))
-    from browser import Browser
+    from browser import Browser  # pyright: ignore[reportMissingImports]
 
     browser = Browser()
     try:
