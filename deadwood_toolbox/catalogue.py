@@ -1,7 +1,7 @@
 """The catalogue of the tools, ``algorithms/README.md``, written from their declarations.
 
-``python -m deadwood_toolbox.catalogue`` in a checkout writes it, and ``docs/layers.md``; a test fails
-when one is stale.
+``python -m deadwood_toolbox.catalogue`` in a checkout writes it, ``docs/layers.md``, and the Python functions
+(``functions.py``); a test fails when one is stale.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from deadwood_algorithms.params.tool import Parameter, Tool
-from deadwood_toolbox import layers_page, parameters
+from deadwood_toolbox import functions_page, layers_page, parameters
 
 PLACE = Path(__file__).parents[1] / "algorithms" / "README.md"
 HEAD = """\
@@ -69,7 +69,12 @@ def cell(text: str) -> str:
 def main() -> None:
     from deadwood_toolbox.shelf import TOOLS
 
-    for place, text in ((PLACE, page(TOOLS)), (layers_page.PLACE, layers_page.page())):
+    made = (
+        (PLACE, page(TOOLS)),
+        (layers_page.PLACE, layers_page.page()),
+        (functions_page.PLACE, functions_page.source(TOOLS)),
+    )
+    for place, text in made:
         place.write_text(text, encoding="utf-8")
         print(f"wrote {place}")
 
