@@ -11,13 +11,17 @@ import shutil
 import sys
 from pathlib import Path
 
-from docs.staging import HERE, stage
+from docs.staging import HERE, ROOT, stage
 
 
 def build(folder: Path, *, notebooks: bool = True) -> int:
     """Stage the sources under ``folder / "source"`` and build ``folder / "html"``; the status of Sphinx."""
     from sphinx.cmd.build import main as sphinx
 
+    # The packages of this checkout, here and in the notebook's own process, whatever is installed.
+    packages = [str(ROOT / each) for each in ("", "engine", "algorithms")]
+    sys.path[:0] = packages
+    os.environ["PYTHONPATH"] = os.pathsep.join([*packages, os.environ.get("PYTHONPATH", "")])
     os.environ["DEADWOOD_DOCS_NOTEBOOKS"] = "cache" if notebooks else "off"
     source, html = folder / "source", folder / "html"
     stage(source)

@@ -4,8 +4,7 @@ import os
 import sys
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
-sys.path[:0] = [str(ROOT), str(ROOT / "algorithms")]
+sys.path.insert(0, str(Path(__file__).parents[1] / "algorithms"))
 
 from deadwood_algorithms.params.tool import VERSION  # noqa: E402
 
@@ -22,6 +21,8 @@ nb_execution_timeout = 900
 nb_execution_in_temp = True
 nb_execution_raise_on_error = True
 nb_merge_streams = True
+# No formulas are set, and MathJax would come from the network.
+myst_update_mathjax = False
 highlight_language = "none"
 nitpicky = True
 # Pages that were written for the repository begin some parts at the third level.

@@ -6,6 +6,7 @@ reads there too. Here every page gets its place on the site, and the links follo
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -70,7 +71,9 @@ def stage(folder: Path) -> None:
     places = pages()
     for source, place in places.items():
         text = (ROOT / source).read_text(encoding="utf-8")
-        if place.endswith(".md"):
+        if place.endswith(".ipynb"):
+            text = staged_notebook(text, source, place, places, folder)
+        else:
             text = staged_page(text, source, place, places, folder)
         if place in MENUS:
             text += "\n" + generated.toctree(MENUS[place]) + "\n"
@@ -85,6 +88,15 @@ def staged_page(text: str, source: str, place: str, places: dict[str, str], fold
     text = outside_code(text, lambda part: LINK.sub(lambda m: _link(m, source, place, places, folder), part))
     text = text.replace("```mermaid", "```text")
     return FENCE.sub(lambda found: two_shells(found[0]), text)
+
+
+def staged_notebook(text: str, source: str, place: str, places: dict[str, str], folder: Path) -> str:
+    """A notebook with the links of its text changed as a page's."""
+    notebook = json.loads(text)
+    for cell in notebook["cells"]:
+        if cell["cell_type"] == "markdown":
+            cell["source"] = staged_page("".join(cell["source"]), source, place, places, folder)
+    return json.dumps(notebook)
 
 
 def outside_code(text: str, change: Callable[[str], str]) -> str:

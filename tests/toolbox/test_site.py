@@ -180,3 +180,20 @@ def test_commands_are_shown_for_two_shells():
     assert "```powershell\ndeadwood-tool a `\n    --b 1\n```" in shown
     assert two_shells("```sh\ndeadwood-tool list\n```") == "```sh\ndeadwood-tool list\n```"
     assert two_shells("```sh\ncat > a <<'END' \\\nb\nEND\n```").count("```") == 2
+
+
+@pytest.mark.slow
+def test_the_notebook_runs_and_shows_what_it_says(tmp_path: Path, checkout: dict[str, str], monkeypatch):
+    import nbformat
+    from nbclient import NotebookClient
+
+    monkeypatch.setenv("PYTHONPATH", checkout["PYTHONPATH"])
+    path = HERE / "tutorials" / "notebook.ipynb"
+    notebook = nbformat.read(path, as_version=4)
+    assert not any(cell.get("outputs") for cell in notebook.cells)  # kept without: the site's build makes them
+    NotebookClient(notebook, timeout=900, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
+    assert sum("image/png" in output.get("data", {}) for output in outputs) == 2
+    said = "".join(output.get("text", "") for output in outputs)
+    assert said.count("of the logs reach the road") == 3
+    assert [path.name for path in tmp_path.iterdir()] == []
