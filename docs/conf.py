@@ -6,7 +6,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "algorithms"))
 
-from deadwood_algorithms.params.tool import VERSION  # noqa: E402
+from deadwood_algorithms.params.tool import VERSION
 
 project = "Deadwood Toolbox"
 author = "The Deadwood Toolbox authors"

@@ -210,8 +210,9 @@ def fidelity_of(ask: Ask) -> str:
 
 
 def place_of_work(ask: Ask) -> Path:
-    final = Path(ask.output).absolute()
-    return final.parent / f".{final.name}.part"
+    from deadwood_algorithms.simulate.checkpoints import working_folder
+
+    return working_folder(ask.output)
 
 
 def work_folder(ask: Ask, feedback: Feedback) -> Path:
