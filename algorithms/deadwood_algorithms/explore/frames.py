@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -61,8 +62,11 @@ def message_of(text: str | bytes) -> dict[str, Any]:
     def refused(word: str) -> Any:
         raise UserError(f"{word} is no number; give finite ones")
 
+    def finite(word: str) -> float:
+        return float(word) if math.isfinite(float(word)) else refused(word)
+
     try:
-        message = json.loads(text, parse_constant=refused)
+        message = json.loads(text, parse_constant=refused, parse_float=finite)
     except (ValueError, RecursionError) as error:
         raise UserError(f"the message is no JSON ({type(error).__name__})") from error
     if not isinstance(message, dict):

@@ -84,6 +84,7 @@ class EngineProcess:
             while block := read_frame(self.process.stdout):
                 first = 4 + int.from_bytes(block[:4], "little")
                 self.heard(json.loads(block[4:first]), block)
+        self.end()
         self.ended()
 
 
@@ -213,13 +214,15 @@ def said_again(feedback: Feedback, header: dict[str, Any]) -> None:
 class Guarded(tornado.web.RequestHandler):
     """Refuses whoever comes under another name (a page elsewhere whose name leads here) or without the token."""
 
-    desk: Desk
-
-    def initialize(self, desk: Desk) -> None:
-        self.desk = desk
+    @property
+    def desk(self) -> Desk:
+        return self.settings["desk"]
 
     def set_default_headers(self) -> None:
+        """Of every answer, errors as well."""
         self.clear_header("Server")
+        for name, value in headers_of(self.desk).items():
+            self.set_header(name, value)
 
     def prepare(self) -> None:
         desk, request = self.desk, self.request
@@ -229,8 +232,6 @@ class Guarded(tornado.web.RequestHandler):
         given = self.get_query_argument("token", "") or self.get_cookie(desk.cookie) or ""
         if not hmac.compare_digest(given.encode(), desk.token.encode()):
             raise tornado.web.HTTPError(403)
-        for name, value in headers_of(desk).items():
-            self.set_header(name, value)
 
     def write_error(self, status_code: int, **_: Any) -> None:
         self.set_header("Content-Type", "text/plain; charset=utf-8")
@@ -251,6 +252,12 @@ def headers_of(desk: Desk) -> dict[str, str]:
         "X-Content-Type-Options": "nosniff",
         "Cache-Control": "no-store",
     }
+
+
+class Missing(Guarded):
+    def prepare(self) -> None:
+        super().prepare()
+        raise tornado.web.HTTPError(404)
 
 
 class PageFile(Guarded):
@@ -332,9 +339,9 @@ async def serve(
         (r"/socket", Socket),
     ]
     application = tornado.web.Application(
-        [(route, handler, {"desk": desk}) for route, handler in routes],
-        default_handler_class=Guarded,
-        default_handler_args={"desk": desk},
+        routes,
+        default_handler_class=Missing,
+        desk=desk,
         websocket_max_message_size=MOST_MESSAGE,
         log_function=lambda _: None,
     )

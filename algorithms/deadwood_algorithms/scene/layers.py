@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.columns import schema_column, warn_implausible, where_of
+from deadwood_algorithms.files.dem_blocks import WHOLE_CELLS
 from deadwood_algorithms.files.dem_windows import read_dem
 from deadwood_algorithms.files.grid import Grid, Part
 from deadwood_algorithms.files.vectors import read_vector
@@ -33,7 +34,7 @@ from deadwood_algorithms.scene.items import (
     shared_words,
     why_left_out,
 )
-from deadwood_algorithms.scene.reach import WHOLE_CELLS, watched_sides
+from deadwood_algorithms.scene.reach import watched_sides
 from deadwood_algorithms.schemas import BARRIERS, TREES
 from deadwood_engine import Barriers, Blocks, Lines, LyingLogs, Scene, Shape, Trees
 
