@@ -33,8 +33,8 @@ PHRASES = {
     "farther": "Zoom out",
     "whole": "Whole scene",
     "north_letter": "N",
-    "where": "E {x}  N {y}",
-    "where_height": "E {x}  N {y}  {z} m",
+    "where": "E {x} · N {y}",
+    "where_height": "E {x} · N {y} · {z} m",
     # tools
     "tools": "Tools",
     "tool_options": "Options of the tool",
