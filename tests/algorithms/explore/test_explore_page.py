@@ -159,7 +159,7 @@ def test_a_click_slides_logs_and_tells_who_reaches_what(page, shared):
     assert page.words("#reach .value") == f"{100 * road['p']:.{digits}f} %"
     assert f"{road['n_reach']} of 300 logs" in page.words("#reach .ci")
     assert page.words("#counted").startswith("300 logs, fidelity draft")
-    assert "draft" in page.words("#error-said")
+    assert "draft itself: off by" in page.words("#reach")
     changed = np.abs(page.picture() - before).max(axis=2) > 24.0
     assert changed[:, :880].mean() > 0.005
     assert complaints(shared) == []
