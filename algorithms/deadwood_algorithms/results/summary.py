@@ -240,7 +240,7 @@ def spread_words(record: dict[str, Any]) -> str:
 
 
 def lost_warning(summary: dict[str, Any]) -> str | None:
-    """What in a summary hangs on logs that left the terrain model; None where nothing of weight does."""
+    """What in a summary depends on logs that left the terrain model; None where nothing of weight does."""
     logs = summary["logs"]
     lost, released = logs["by_stop_reason"]["left_dem"], logs["released"]
     told = []

@@ -122,7 +122,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
 
 def warn_of_lost(rows: Sequence[ScenarioRow], compared: Compared, feedback: Feedback) -> None:
-    """Say which of the numbers hang on logs that left the terrain model, if any do."""
+    """Say which of the numbers depend on logs that left the terrain model, if any do."""
     told = [f"reach of {row.item} in {row.scenario}" for row in rows if row.quantity == "reach" and row.loss_matters]
     few = WORTH_A_WARNING * compared.log_id.size
     if any(each.left_dem.sum() > few for each in compared.scenarios):
