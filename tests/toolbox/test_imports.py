@@ -21,7 +21,7 @@ TOOL_LIBRARIES = {"numpy", "shapely", "geopandas", "pandas", "deadwood_algorithm
 # another, but what lies in the room itself.
 ROOMS = (
     "params", "schemas", "files", "stats", "scene", "simulate", "results", "ensemble",
-    "prepare", "evaluate", "report", "paper", "tools",
+    "prepare", "evaluate", "report", "explore", "paper", "tools",
 )  # fmt: skip
 
 

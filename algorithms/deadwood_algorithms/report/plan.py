@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.files.pictures import scale_and_north, show_relief
 from deadwood_algorithms.files.styles import ENDS
+from deadwood_algorithms.report.colours import BARRIER, BLOCK, LINE, LYING, RELEASE, TREE, WAY
 from deadwood_algorithms.report.figures import INK, WIDTH
 from deadwood_algorithms.report.phrases import STOPS
 from deadwood_algorithms.report.sources import Extent, ReportedRun
@@ -31,8 +32,6 @@ MOST_WAYS = 150
 WAY_STEP_M = 3.0
 OPAQUE = 0.15  # of the largest difference: from there on a map hides the relief
 LONGEST, SHORTEST = 9.0, 3.0  # inches, of the map's height
-TREE, BARRIER, LYING, BLOCK = "#006D4E", "#B2182B", "#8C510A", "#5A5A5A"
-LINE, RELEASE, WAY = "#111111", "#882255", "#FFFFFF"
 SHOWN_AT_FIRST = ("relief", "hits", "trees", "barriers", "lying_logs", "blocks", "lines", "releases", "deposits")
 
 
