@@ -33,7 +33,7 @@ from deadwood_toolbox.feedback import Speaker, clock, printable
 from deadwood_toolbox.interrupt import INTERRUPTED, LATE, MESSAGE, deaf, interruptible
 
 DONE, FAULT, USER_ERROR = 0, 1, 2
-# What is the user's to mend; every other OSError that no tool foresaw is a fault of ours.
+# What is the user's to fix; every other OSError that no tool foresaw is a fault of ours.
 USERS_OSERRORS = {
     errno.ENOSPC: "the disk is full",
     errno.EDQUOT: "the disk quota is used up",

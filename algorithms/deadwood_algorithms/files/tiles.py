@@ -102,7 +102,7 @@ class Mosaic:
             if off > OFF_GRID_CELLS:
                 raise UserError(
                     f"{each.path}: the tile's cells lie between those of {first.path} (by {off:.2g} of a cell), but "
-                    "all tiles must lie on one grid; mend: warp it onto the cells of the others, or take the tiles of "
+                    "all tiles must lie on one grid; fix: warp it onto the cells of the others, or take the tiles of "
                     "one delivery"
                 )
         sizes = np.array([each.shape for each in tiles])
@@ -239,16 +239,16 @@ def _off(here: float, there: float, step: float) -> float:
 def _refuse_foreign(tile: Tile, first: Tile) -> None:
     """Refuse a tile that is not of the same grid, or counts heights otherwise, as the first."""
     a, b = tile.transform, first.transform
-    mend = "give tiles of one delivery only"
+    fix = "give tiles of one delivery only"
     if abs(a.a - b.a) * max(*tile.shape, *first.shape) > OFF_GRID_CELLS * b.a:
         raise UserError(
             f"{tile.path}: the tile's cells are {a.a:.9g} m large, those of {first.path} {b.a:.9g} m, but all tiles "
-            f"must have the same; {mend}, or warp it to the others' cells"
+            f"must have the same; {fix}, or warp it to the others' cells"
         )
     if (a.e < 0) != (b.e < 0):
         raise UserError(
             f"{tile.path}: the tile's rows run the other way than those of {first.path} (north-up, south-up), but all "
-            f"must run alike; {mend}"
+            f"must run alike; {fix}"
         )
     one, other = (pyproj.CRS.from_wkt(each.crs.to_wkt()) if each.crs else None for each in (tile, first))
     if (one is None) != (other is None) or (one is not None and other is not None and not same_crs(one, other)):
@@ -259,7 +259,7 @@ def _refuse_foreign(tile: Tile, first: Tile) -> None:
     if (tile.scale, tile.offset) != (first.scale, first.offset):
         raise UserError(
             f"{tile.path}: the tile's heights have the scale {tile.scale:g} and offset {tile.offset:g}, those of "
-            f"{first.path} {first.scale:g} and {first.offset:g}; mend, for each: "
+            f"{first.path} {first.scale:g} and {first.offset:g}; fix, for each: "
             f"{remedies.unscaled(tile.path, tile.scale, tile.offset)}"
         )
 

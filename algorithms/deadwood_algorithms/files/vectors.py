@@ -179,14 +179,14 @@ def _read_features(name: str, layer: str, place: Path) -> pd.DataFrame:
         lost = np.asarray(frame.geometry.isna())
         if lost.any():
             raise UserError(
-                f"{name}, row {int(np.argmax(lost)) + 1}: the geometry is broken and cannot be repaired; draw it anew"
+                f"{name}, row {int(np.argmax(lost)) + 1}: the geometry is broken and cannot be repaired; draw it again"
             ) from None
         frame.attrs["notes"] = ("rings that do not close were closed; check these polygons",)
         return frame
 
 
 def _read_without_index(name: str, what: str, geometry: Sequence[str]) -> pd.DataFrame:
-    """A shapefile whose index of rows (.shx) was not copied along: it is made anew, beside a copy of the file."""
+    """A shapefile whose index of rows (.shx) was not copied along: it is made again, beside a copy of the file."""
     place = Path(name)
     with tempfile.TemporaryDirectory() as folder:
         for part in place.parent.glob(f"{glob.escape(place.stem)}.*"):
@@ -199,7 +199,7 @@ def _read_without_index(name: str, what: str, geometry: Sequence[str]) -> pd.Dat
         finally:
             pyogrio.set_gdal_config_options({"SHAPE_RESTORE_SHX": None})
         frame = read_table(Path(folder) / place.name, what=what, geometry=geometry)
-    made = f"the part {place.stem}.shx is missing and was made anew; copy all parts of a shapefile together"
+    made = f"the part {place.stem}.shx is missing and was made again; copy all parts of a shapefile together"
     frame.attrs.update(where=name, notes=(made, *frame.attrs.get("notes", ())))
     return frame
 
@@ -403,8 +403,8 @@ def _welcome(shapes: gpd.GeoSeries, kinds: Sequence[str], what: str, where: str,
     if foreign.any():
         row = int(np.argmax(foreign))
         name = array[row].geom_type
-        mend = "; split it: 'Multipart to singleparts'" if name.startswith("Multi") and "point" in kinds else ""
-        raise UserError(f"{where}, row {row + 1}: a {name}, but the {what} must be {' or '.join(kinds)}s{mend}")
+        fix = "; split it: 'Multipart to singleparts'" if name.startswith("Multi") and "point" in kinds else ""
+        raise UserError(f"{where}, row {row + 1}: a {name}, but the {what} must be {' or '.join(kinds)}s{fix}")
     if not np.isfinite(shapely.get_coordinates(array)).all():
         owners = shapely.get_coordinates(array, return_index=True)
         row = int(owners[1][~np.isfinite(owners[0]).all(axis=1)][0])
@@ -413,7 +413,7 @@ def _welcome(shapes: gpd.GeoSeries, kinds: Sequence[str], what: str, where: str,
     crossed = ~shapely.is_valid(array) & (shapely.get_dimensions(array) == 2)
     if crossed.any():
         array[crossed] = [_polygons_of(shapely.make_valid(each)) for each in array[crossed]]
-        feedback.note(f"{where}: {int(crossed.sum())} polygons cross themselves and were mended")
+        feedback.note(f"{where}: {int(crossed.sum())} self-intersecting polygons were repaired")
         if shapely.is_empty(array).any():
             raise UserError(f"{where}, row {int(np.argmax(shapely.is_empty(array))) + 1}: the polygon has no area")
     return gpd.GeoSeries(array, index=shapes.index, crs=shapes.crs)

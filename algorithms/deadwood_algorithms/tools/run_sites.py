@@ -20,7 +20,7 @@ do not add up (compare-scenarios). `--report` adds a page of the first 12 sites.
         --lines 'sample_data/sample.gpkg|layername=lines' --output region
 
 A site that fails is told in one line, the others are finished; the exit status is then 2. An interrupted run goes on
-with --resume, also in the middle of a site; so does one with failures, once they are mended: what is finished and
+with --resume, also in the middle of a site; so does one with failures, once they are fixed: what is finished and
 unchanged is not slid again. Each site is the run that slide-logs would make of it, and the same bits. With --scheduler
 all sites share its workers: they are started, or waited for, once.
 """
@@ -132,7 +132,7 @@ def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
         names = ", ".join(each.name for each in failed[:5]) + (" ..." if len(failed) > 5 else "")
         raise UserError(
             f"{len(failed)} of {len(found)} sites failed ({names}); the others are in {ask.output}, whose {OVERVIEW} "
-            "says why; mend them, and run again with --resume: only what is not finished is slid"
+            "says why; fix them, and run again with --resume: only what is not finished is slid"
         )
     work.remove()
     outputs = {"overview": OVERVIEW, "layer": LAYER, "picture": PICTURE, "summary": "summary.json"}
