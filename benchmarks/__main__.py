@@ -1,4 +1,4 @@
-"""The speed/accuracy study: slide, measure, and write the page, the figures and the README's table.
+"""The speed/accuracy study: slide, measure, and write the page, the figures and the short table.
 
 python -m benchmarks                                   all that the page needs (``plan``), or what is missing of it
 python -m benchmarks --dry                             what is missing, and how long it would take

@@ -1,4 +1,4 @@
-"""Write the page (README.md here), its figures, and the table in the repository's README, from the results file.
+"""Write the page (README.md here), its figures and the short table of the site, from the results file.
 
 Every number comes from ``results.json``; what judges them is in ``verdicts``.
 """
@@ -16,7 +16,8 @@ from .settings import FACTORS, ROLLING, SETTINGS, Setting
 from .tables import number, span, table
 
 HERE = Path(__file__).parent
-PAGE, TEMPLATE, README = HERE / "README.md", HERE / "page_template.md", HERE.parent / "README.md"
+PAGE, TEMPLATE = HERE / "README.md", HERE / "page_template.md"
+SHORT = HERE.parent / "docs" / "explanation" / "two-errors.md"  # the page with the short table
 TRADE = HERE.parent / "algorithms/deadwood_algorithms/simulate/fidelity_trade.py"  # what the tools know of it
 MARKS = re.compile(r"(<!-- measured: benchmarks\b[^>]*-->\n).*?(<!-- end of measured: benchmarks -->)", re.S)
 TABLES = re.compile(r"((COSTS|REACH_ERRORS): [^\n]*\{\n).*?(\}\n)", re.S)
@@ -355,7 +356,7 @@ def page(results: Row) -> str:
 
 
 def snippet(results: Row) -> str:
-    """The table of the repository's README."""
+    """The short table."""
     found = [row for row in (tables.pooled(results, name) for name in figures.FIDELITIES) if row]
     numbers = sorted(row["logs"] for row in found)
     logs = f"{numbers[0]} to {numbers[-1]}" if numbers else "no"
@@ -363,18 +364,18 @@ def snippet(results: Row) -> str:
         f"\n{fidelity_table(results)}\n\nFive synthetic scenes, {logs} paired logs or more each, by row; cost: "
         "`standard` is 1; intervals are 95 %. "
         f"Engine of commit {_sources(results, 'commit')}, {_sources(results, 'date')}; "
-        f"{_sources(results, 'machine')}. [benchmarks/README.md](benchmarks/README.md) says how, and what else was "
-        "measured.\n\n"
+        f"{_sources(results, 'machine')}. [benchmarks/README.md](../../benchmarks/README.md) says how, and what "
+        "else was measured.\n\n"
     )
 
 
-def with_snippet(readme: str, results: Row) -> str:
-    """The README with its table replaced; as it is, where no place is marked."""
-    return MARKS.sub(lambda found: found[1] + snippet(results) + found[2], readme)
+def with_snippet(text: str, results: Row) -> str:
+    """A page with the short table replaced; as it is, where no place is marked."""
+    return MARKS.sub(lambda found: found[1] + snippet(results) + found[2], text)
 
 
 def with_trade(source: str, results: Row) -> str:
-    """The tools' source with its tables of costs and errors replaced by the numbers of the README's table."""
+    """The tools' source with its tables of costs and errors replaced by the numbers of the short table."""
     found = {name: tables.pooled(results, name) for name in figures.FIDELITIES}
     rows = {
         "COSTS": [f'"{name}": {float(f"{tables.relative_cost(results, name):.2g}")}' for name in figures.FIDELITIES],
@@ -394,11 +395,10 @@ def _in_points(record: Row) -> str:
 
 
 def write() -> None:
-    """Write page, figures, the README's table, and the costs and errors that the tools know."""
+    """Write the page, the figures, the short table, and the costs and errors that the tools know."""
     results = study.read_results()
     figures.draw(results)
     PAGE.write_text(page(results), encoding="utf-8")
-    readme = README.read_text(encoding="utf-8")
-    README.write_text(with_snippet(readme, results), encoding="utf-8")
+    SHORT.write_text(with_snippet(SHORT.read_text(encoding="utf-8"), results), encoding="utf-8")
     TRADE.write_text(with_trade(TRADE.read_text(encoding="utf-8"), results), encoding="utf-8")
-    print(f"wrote {PAGE}, the table in {README}, and {TRADE}")
+    print(f"wrote {PAGE}, the table in {SHORT}, and {TRADE}")

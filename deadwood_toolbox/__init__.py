@@ -1,1 +1,51 @@
-"""The front door of the Deadwood Toolbox: the ``deadwood-tool`` command."""
+"""The Deadwood Toolbox from Python: each tool is a function.
+
+    import deadwood_toolbox as dw
+
+    sample = dw.sample_data()
+    releases = dw.sample_releases(areas=sample.release_area, dem=sample.dem, count=20)
+    run = dw.slide_logs(dem=sample.dem, releases=releases, trees=sample.trees, friction=0.25)
+    run.deposits, run.hits, run.summary, run.report(), run.plot()
+
+Nothing is loaded before it is used: the import itself takes no time.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from deadwood_algorithms.files.in_memory import Raster as Raster
+    from deadwood_algorithms.params.tool import UserError as UserError
+    from deadwood_toolbox.functions import *  # noqa: F403 (its __all__ says which)
+    from deadwood_toolbox.result import Result as Result
+    from deadwood_toolbox.sample import sample_data as sample_data
+
+    __version__: str
+
+_ELSEWHERE = {
+    "Raster": "deadwood_algorithms.files.in_memory",
+    "UserError": "deadwood_algorithms.params.tool",
+    "Result": "deadwood_toolbox.result",
+    "sample_data": "deadwood_toolbox.sample",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        return import_module("deadwood_algorithms.params.tool").VERSION
+    if name not in _ELSEWHERE and not _is_of_a_tool(name):  # a module of this package, too, is asked for here first
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    found = globals()[name] = getattr(import_module(_ELSEWHERE.get(name, f"{__name__}.functions")), name)
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_ELSEWHERE, *import_module(f"{__name__}.functions").__all__, "__version__"})
+
+
+def _is_of_a_tool(name: str) -> bool:
+    """Whether it is the function of a tool, or the class of its results."""
+    from deadwood_toolbox.shelf import NAMES
+
+    words = [each.replace("-", "_") for each in NAMES]
+    return name in words or name in ["".join(map(str.capitalize, each.split("_"))) + "Result" for each in words]

@@ -14,7 +14,7 @@ from typing import Any
 import click
 
 from deadwood_algorithms.params.tool import VERSION, Parameter, Tool, UserError
-from deadwood_toolbox import parameters
+from deadwood_toolbox import json_schema, parameters
 from deadwood_toolbox.feedback import PROGRESS, plain
 from deadwood_toolbox.plugin_zip import TOOL as QGIS_PLUGIN
 from deadwood_toolbox.shelf import Declared
@@ -182,6 +182,7 @@ def build(tools: Sequence[Tool], listed: Sequence[Tool | Declared]) -> click.Gro
     for tool in tools:
         shelf.add_command(_ToolCommand(tool))
     as_json = click.Option(["--json", "as_json"], is_flag=True, help="As JSON, for programs.")
+    as_schema = click.Option(["--json-schema", "as_schema"], is_flag=True, help="The parameters as JSON Schema.")
     listing = _answering(lambda **given: _list(listed, **given))
     telling = _answering(lambda **given: _describe(tools, shelf, **given))
     presets = click.Option(
@@ -192,8 +193,9 @@ def build(tools: Sequence[Tool], listed: Sequence[Tool | Declared]) -> click.Gro
     shelf.add_command(
         click.Command(
             "describe",
-            params=[which, as_json],
-            help="Explain one tool, or all of them; with --json its whole declaration.",
+            params=[which, as_json, as_schema],
+            help="Explain one tool, or all of them; with --json its whole declaration, with --json-schema what a "
+            "--config file may hold.",
             callback=telling,
         )
     )
@@ -231,10 +233,13 @@ def _list(tools: Sequence[Tool | Declared], *, presets: bool, as_json: bool) -> 
     return "\n".join(f"{tool.name:<{width}}  {tool.summary}" for tool in tools)
 
 
-def _describe(tools: Sequence[Tool], shelf: click.Group, *, tool: str | None, as_json: bool) -> str:
+def _describe(tools: Sequence[Tool], shelf: click.Group, *, tool: str | None, as_json: bool, as_schema: bool) -> str:
     known = {each.name: each for each in tools}
     if tool is not None and tool not in known:
         raise UserError(f"no tool is called '{tool}'{parameters.closest(tool, known) or '; see deadwood-tool list'}")
+    if as_schema:
+        schema = json_schema.schemas_of(tools) if tool is None else json_schema.schema_of(known[tool])
+        return json.dumps(schema, indent=2)
     if as_json:
         one = parameters.describe(known[tool]) if tool is not None else None
         told = one or {"version": VERSION, "tools": [parameters.describe(each) for each in tools]}

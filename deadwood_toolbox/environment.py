@@ -6,7 +6,8 @@ With the PROJ_LIB of a QGIS or conda shell rasterio loses every CRS without a wo
 
 from __future__ import annotations
 
-from collections.abc import MutableMapping
+from collections.abc import Iterator, MutableMapping
+from contextlib import contextmanager
 
 from deadwood_algorithms.files.network import ALLOWED
 from deadwood_algorithms.params.tool import UserError
@@ -33,6 +34,22 @@ def stay_offline(environ: MutableMapping[str, str]) -> None:
     if environ.get(ALLOWED, "0") in ("", "0"):
         environ["CPL_VSIL_CURL_ALLOWED_EXTENSIONS"] = "{none}"
         environ["GDAL_HTTP_PROXY"] = "http://127.0.0.1:1"
+
+
+@contextmanager
+def as_the_command(environ: MutableMapping[str, str]) -> Iterator[None]:
+    """The surroundings of the command within another program, whose own are put back in the end."""
+    before = dict(environ)
+    drop_foreign_paths(environ)
+    stay_offline(environ)
+    try:
+        yield
+    finally:
+        for name in {*before, *environ}:
+            if name in before and environ.get(name) != before[name]:
+                environ[name] = before[name]
+            elif name not in before:
+                del environ[name]
 
 
 def refuse_small_address_space() -> None:

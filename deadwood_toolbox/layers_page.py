@@ -15,13 +15,15 @@ from deadwood_algorithms.schemas.words import Band, Column, JsonFile, Layer, Out
 from deadwood_algorithms.schemas.written import WRITTEN
 
 PLACE = Path(__file__).parents[1] / "docs" / "layers.md"
-HEAD = """\
-# Layers, rasters, tables
-
+INTRODUCTION = """\
 Every layer that the tools read by the names of its columns, and everything that they write. Units stand in the names:
 `_cm`, `_m`, `_ms` (m/s), `_kj`, `_kns` (kN s), `_deg`. A word in capitals stands for any text: `reach_LINE` is a column
 for each line. A place that begins with `--` is the file that this flag names. Every raster has its style for QGIS
-beside it in a `.qml` file, every GeoPackage has its styles within.
+beside it in a `.qml` file, every GeoPackage has its styles within."""
+HEAD = f"""\
+# Layers, rasters, tables
+
+{INTRODUCTION}
 
 *Written by `python -m deadwood_toolbox.catalogue`; edit `deadwood_algorithms/schemas/`, not this page.*
 """
@@ -33,11 +35,11 @@ def page() -> str:
     parts = [
         HEAD.rstrip(),
         "## What you bring",
-        *(_section(each) for each in BROUGHT),
+        *(section(each) for each in BROUGHT),
         "## What the tools write",
         *(_of_tool(tool) for tool in dict.fromkeys(each.tool for each in WRITTEN)),
         "## What is in it",
-        *(_section(each) for each in dict.fromkeys(written) if not isinstance(each, Layer) or each.columns),
+        *(section(each) for each in dict.fromkeys(written) if not isinstance(each, Layer) or each.columns),
     ]
     return "\n\n".join(part for part in parts if part) + "\n"
 
@@ -62,7 +64,8 @@ def _shown(output: Output) -> str:
     return f"{output.what.meaning}{kept}"
 
 
-def _section(what: Any) -> str:
+def section(what: Any) -> str:
+    """What is known of one layer, raster, table or JSON file."""
     title = f"### {title_of(what)}"
     if isinstance(what, Layer):
         kept = " Beside these, all columns of the layer that it was made from." if what.keeps_source else ""

@@ -45,6 +45,7 @@ NAMES = (
     "calibrate-friction",
     "compare-fidelity",
     "vary",
+    "explore",
     "make-report",
     "view",
     "check",

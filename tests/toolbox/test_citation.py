@@ -85,7 +85,8 @@ def test_the_schemas_rules(citation):
 def test_it_is_the_package_that_is_cited(citation):
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert citation["version"] == VERSION
-    assert citation["license"] == project["license"]["text"]
+    assert citation["license"] == project["license"]  # an SPDX expression
+    assert citation["authors"] == project["authors"]
     assert set(citation["keywords"]) <= set(project["keywords"])
     assert citation["abstract"].startswith(project["description"])
     holder = re.search(r"Copyright \(c\) \d+, (.+)", (ROOT / "LICENSE").read_text(encoding="utf-8"))

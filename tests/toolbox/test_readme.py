@@ -1,4 +1,4 @@
-"""The README's commands are the ones that are tested and that CI runs."""
+"""The README is short, and its commands are the ones that are tested and that CI runs; those of all pages exist."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from deadwood_toolbox.shelf import TOOLS, find
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+PAGES = sorted(page for part in ("start", "tutorials", "how-to") for page in (ROOT / "docs" / part).glob("*.md"))
 
 
 def marked(name: str) -> str:
@@ -25,9 +26,23 @@ def marked(name: str) -> str:
 
 
 def said_commands() -> list[str]:
-    """Every ``deadwood-tool`` command line of the page, continued lines joined."""
-    joined = README.replace("\\\n", " ")
-    return re.findall(r"deadwood-tool (?:[a-z]+-)*[a-z]+(?: [^`]*?)?$", joined, flags=re.MULTILINE)
+    """Every ``deadwood-tool`` command line of the README and of the site's own pages, continued lines joined."""
+    joined = "\n".join([README, *(page.read_text(encoding="utf-8") for page in PAGES)]).replace("\\\n", " ")
+    return re.findall(r"^ *(deadwood-tool (?:[a-z]+-)*[a-z]+(?: [^`\n]*)?)$", joined, flags=re.MULTILINE)
+
+
+def test_the_readme_is_short_and_has_its_pictures():
+    assert README.count("\n") <= 120
+    pictures = re.findall(r"!\[[^\]]+\]\((docs/pictures/[a-z0-9_]+\.webp)\)", README)
+    assert len(pictures) == 2
+    assert all(10_000 < (ROOT / each).stat().st_size < 400_000 for each in pictures)
+
+
+def test_the_commands_for_powershell_are_the_same():
+    """Other names of the same programs, and ``;`` for ``&&``, which Windows PowerShell 5 does not know."""
+    for name in ("demo", "tests"):
+        told = marked(name).replace("python3 -m venv", "py -m venv").replace(" && ", "; ")
+        assert marked(f"{name} in PowerShell") == re.sub(r"\.venv/bin/(\w)", r".venv\\Scripts\\\1", told)
 
 
 def test_the_two_commands_are_one_line_each_and_stay_in_the_checkout():
@@ -63,18 +78,20 @@ def wrong_with(command: str) -> set[str]:
     return unknown | (required - given)
 
 
-def test_every_command_line_of_the_page_is_understood():
+def test_every_command_line_of_the_pages_is_understood():
     assert {command: wrong for command in said_commands() if (wrong := wrong_with(command))} == {}
 
 
-def test_the_page_names_every_tool():
-    assert len(said_commands()) >= 10
-    assert [tool.name for tool in TOOLS if tool.name not in README] == []
+def test_the_guides_name_every_tool():
+    assert len(said_commands()) >= 60
+    text = "".join(page.read_text(encoding="utf-8") for page in PAGES)
+    assert [tool.name for tool in TOOLS if tool.name not in text] == []
 
 
 def test_units_of_the_page_are_those_of_the_declarations():
     units = {p.unit for tool in TOOLS for p in tool.parameters() if p.name.endswith(("_cm", "_m", "_ms", "_kg_m3"))}
-    assert [unit for unit in units if not re.search(rf"\| {re.escape(unit)} \|", README)] == []
+    page = (ROOT / "docs" / "reference" / "units.md").read_text(encoding="utf-8")
+    assert [unit for unit in units if not re.search(rf"\| {re.escape(unit)} \|", page)] == []
 
 
 def test_the_measured_table_has_its_place_and_is_replaced_whole():

@@ -42,6 +42,7 @@ NAMES = [
     "calibrate-friction",
     "compare-fidelity",
     "vary",
+    "explore",
     "make-report",
     "view",
     "check",
@@ -143,7 +144,7 @@ def test_each_description_is_json_and_says_the_same(capsys: pytest.CaptureFixtur
     for tool in TOOLS:
         assert cli.run(["describe", tool.name, "--json"]) == 0
         told = json.loads(capsys.readouterr().out, parse_constant=lambda word: pytest.fail(f"{word} is not JSON"))
-        hidden = tool.name in ("view", "check", "warm-up", "demo")
+        hidden = tool.name in ("explore", "view", "check", "warm-up", "demo")
         qgis_id = "" if hidden else "deadwood:" + tool.name.replace("-", "")
         if [each["name"] for each in told["parameters"]] != [p.name for p in tool.parameters()]:
             other.append((tool.name, "parameters"))
@@ -190,7 +191,7 @@ def test_what_a_log_is_like_by_default_is_one_group_of_the_tools_that_slide():
         if places:
             assert places == list(range(places[0], places[0] + len(places)))
             groups[tool.name] = [dataclasses.replace(declared[k], old_names=()) for k in places]
-    assert list(groups) == ["slide-logs", "run-sites", "calibrate-friction", "compare-fidelity", "vary"]
+    assert list(groups) == ["slide-logs", "run-sites", "calibrate-friction", "compare-fidelity", "vary", "explore"]
     first, *others = groups.values()
     assert [p.name for p in first] == list(DEFAULTED)
     assert all(each == first for each in others)

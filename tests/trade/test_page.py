@@ -15,15 +15,15 @@ from deadwood_engine import FIDELITIES, place_logs
 RESULTS = study.read_results()
 
 
-def test_page_and_readme_table_are_those_of_the_results_file():
+def test_page_and_short_table_are_those_of_the_results_file():
     def told(text):
         """The page without its word on today's engine: another Python's syntax trees have another digest."""
         return [line for line in text.splitlines() if not line.startswith("- **the engine has changed since**")]
 
     assert told(page.PAGE.read_text(encoding="utf-8")) == told(page.page(RESULTS))
-    readme = page.README.read_text(encoding="utf-8")
-    assert page.MARKS.search(readme)
-    assert page.with_snippet(readme, RESULTS) == readme
+    short = page.SHORT.read_text(encoding="utf-8")
+    assert page.MARKS.search(short)
+    assert page.with_snippet(short, RESULTS) == short
 
 
 def test_figures_of_the_page_are_there_and_small():

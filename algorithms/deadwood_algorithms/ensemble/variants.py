@@ -19,6 +19,7 @@ from deadwood_algorithms.scene.releases import Releases, reached
 from deadwood_algorithms.simulate import chunks
 from deadwood_algorithms.simulate.batch import Batch
 from deadwood_algorithms.simulate.log_order import hash_order
+from deadwood_algorithms.simulate.look import look
 from deadwood_algorithms.simulate.queue import parts_of
 from deadwood_algorithms.simulate.simulation import Simulation, open_simulation
 from deadwood_algorithms.simulate.sliding import reporter, slide_batch, until_none_escapes, workers_for
@@ -122,6 +123,7 @@ def open_ensemble(
     with open_simulation(inputs, fidelity, where, feedback) as simulation:
         layers, released = read_released_scene(simulation, feedback)
         logs = released.take(hash_order(released.logs.log_id, seed)[:most])
+        look(simulation, layers, logs, seed, feedback)
         yield Ensemble(simulation, layers, released, logs, feedback)
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 SHARE = 0.9  # of the free memory may be asked for
 GIB = 2.0**30
+MEMINFO, CGROUP = Path("/proc/meminfo"), Path("/sys/fs/cgroup")  # of Linux
 
 
 def free_bytes() -> int | None:
@@ -16,24 +16,26 @@ def free_bytes() -> int | None:
 
 
 def _available() -> int | None:
+    """What the system has left: Linux says it in a file, of Windows and macOS psutil knows it."""
     try:
-        for line in Path("/proc/meminfo").read_text().splitlines():
+        for line in MEMINFO.read_text().splitlines():
             if line.startswith("MemAvailable:"):
                 return int(line.split()[1]) * 1024
     except (OSError, ValueError):
         pass
+    import psutil
+
     try:
-        return os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    except (AttributeError, ValueError, OSError):
+        return int(psutil.virtual_memory().available)
+    except (psutil.Error, OSError, RuntimeError, NotImplementedError):
         return None
 
 
 def _of_container() -> int | None:
     """What a Linux container's own limit leaves; files that are merely cached can be dropped and do not count."""
-    folder = Path("/sys/fs/cgroup")
     try:
-        limit, used = (folder / "memory.max").read_text().strip(), int((folder / "memory.current").read_text())
-        facts = dict(line.split() for line in (folder / "memory.stat").read_text().splitlines())
+        limit, used = (CGROUP / "memory.max").read_text().strip(), int((CGROUP / "memory.current").read_text())
+        facts = dict(line.split() for line in (CGROUP / "memory.stat").read_text().splitlines())
         return None if limit == "max" else max(0, int(limit) - used + int(facts.get("inactive_file", 0)))
     except (OSError, ValueError):
         return None

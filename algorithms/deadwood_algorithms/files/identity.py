@@ -67,7 +67,8 @@ def of_input(named: str) -> dict[str, Any]:
     """What is known of an input from its bytes.
 
     ``sha256`` and ``bytes`` of one file are its own; of several, ``sha256`` is that of the lines that ``sha256sum``
-    prints of them, and ``files`` has each. The folder of a result is known by its ``run_id``.
+    prints of them, and ``files`` has each. The folder of a result is known by its ``run_id``; several places with one
+    among them by a digest of all (`_identity_of_several`).
     """
     layer = str(named).partition("|")[2].removeprefix("layername=")
     places = places_of(named)
@@ -78,9 +79,27 @@ def of_input(named: str) -> dict[str, Any]:
         facts["files"] = parts
     if len(places) == 1 and places[0].suffix.lower() == ".gpkg" and places[0].is_file():
         facts["content"] = content_of(places[0], layer)
-    if len(places) == 1 and (run_id := made_from(places[0]).get("run_id")) and files == [places[0] / MANIFEST]:
+    if len(places) == 1 and (run_id := _run_id_of(places[0])):
         facts["run_id"] = run_id
+    elif any(_run_id_of(each) for each in places):
+        facts["run_id"] = _identity_of_several(places)
     return facts
+
+
+def _run_id_of(place: Path) -> str | None:
+    """Of the result whose folder this is."""
+    return made_from(place).get("run_id") if files_of(place) == [place / MANIFEST] else None
+
+
+def _identity_of_several(places: Sequence[Path]) -> str:
+    """Digest of what is in them, in their order, without the time that a manifest holds; and of their names, because
+    results that are told apart by them repeat them."""
+    digest = hashlib.sha256()
+    for each in places:
+        known = _run_id_of(each) or (each.suffix.lower() == ".gpkg" and content_of(each))
+        known = known or "".join(sha256_of(one) for one in files_of(each))
+        digest.update(f"{known}  {each.name}\n".encode())
+    return digest.hexdigest()[:16]
 
 
 def _name(file: Path) -> str:

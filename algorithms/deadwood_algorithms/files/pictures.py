@@ -33,6 +33,22 @@ BAR_SHARE = 0.2  # of a map's width that its scale bar takes, at most
 
 def hillshade(heights: NDArray[np.floating], cell: float) -> NDArray[np.float64]:
     """Relief lit from several sides, stretched to 0..1, so that a slope facing away from one light is not black."""
+    light = lit(heights, cell)
+    return stretched(light, *span_of(light))
+
+
+def span_of(light: NDArray[np.float64]) -> tuple[float, float]:
+    """What of a light is black and white."""
+    low, high = np.nanpercentile(light, [1.0, 99.0])
+    return float(low), float(high)
+
+
+def stretched(light: NDArray[np.float64], low: float, high: float) -> NDArray[np.float64]:
+    return np.clip((light - low) / max(high - low, 1e-9), 0.0, 1.0)
+
+
+def lit(heights: NDArray[np.floating], cell: float) -> NDArray[np.float64]:
+    """How much light falls on each cell from all sides together."""
     north, east = np.gradient(heights.astype(np.float64), cell)
     length = np.sqrt(1.0 + north**2 + east**2)
     level, rise = np.cos(np.radians(SUN_HEIGHT_DEG)), np.sin(np.radians(SUN_HEIGHT_DEG))
@@ -40,8 +56,7 @@ def hillshade(heights: NDArray[np.floating], cell: float) -> NDArray[np.float64]
     for azimuth, weight in RELIEF:
         x, y = level * np.sin(np.radians(azimuth)), level * np.cos(np.radians(azimuth))
         light += weight * np.clip((rise - east * x - north * y) / length, 0.0, None)
-    low, high = np.nanpercentile(light, [1.0, 99.0])
-    return np.clip((light - low) / max(high - low, 1e-9), 0.0, 1.0)
+    return light
 
 
 def show_relief(

@@ -63,6 +63,18 @@ def read_raster_on(path: str | Path, grid: Grid, *, what: str, feedback: Feedbac
         return read_part_on(source, grid, feedback, what)
 
 
+def extent_in(path: str | Path, crs: pyproj.CRS) -> tuple[float, float, float, float]:
+    """West, south, east and north end [m] of a raster in a CRS; of one without a CRS as they stand."""
+    with open_raster(path, "weights") as source:
+        own = pyproj.CRS.from_wkt(source.crs.to_wkt()) if source.crs else crs
+        left, bottom, right, top = source.bounds
+        box = left, min(bottom, top), right, max(bottom, top)
+        if same_crs(own, crs):
+            return box
+        moved = pyproj.Transformer.from_crs(horizontal(own), horizontal(crs), always_xy=True)
+        return moved.transform_bounds(*box)
+
+
 def read_part_on(source: Any, grid: Grid, feedback: Feedback | None = None, what: str = "") -> np.ndarray:
     """Band 1 of an open raster on the cells of ``grid`` (row 0 south), of which only the part around it is read.
 

@@ -1,7 +1,9 @@
 """The paper's findings, statement by statement, judged on runs: an order, a direction, the size of a ratio.
 
 Every rule stands here and was written before the runs. A finding holds where its whole 95 % interval does, it does not
-where none of it does, and is not decided between. Intervals are over logs; another terrain or forest they do not cover.
+where none of it does, and is not decided between. It cannot be judged where a twin was built so that it holds, or where
+most bodies of which it tells never move. Intervals are over logs; another terrain or forest they do not cover: for that
+there is the panel, the same finding with one chosen number moved.
 """
 
 from __future__ import annotations
@@ -18,11 +20,29 @@ from deadwood_algorithms.stats.statistics import Z_95, wilson_interval
 
 Row = Mapping[str, Any]
 QUICK = "Not judged: a --quick run is no evidence. "
+VERDICTS = {True: "holds", False: "does not hold", None: "not decided"}
+CANNOT = "cannot be judged here"
+FEWEST_MOVING = 0.5  # share of the bodies beyond the least run-out, below which a spread is that of a chosen few
+NOT_REACHED = 0.005  # share below which the paper's "is not reached" holds
+
+
+@dataclass(frozen=True)
+class Variation:
+    """A finding with one chosen number moved."""
+
+    what: str
+    ours: float | None
+    ci_low: float | None
+    ci_high: float | None
+    verdict: str
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One statement; ``ours`` with its interval is in the unit that the statement names."""
+    """One statement; ``ours`` with its interval is in the unit that the statement names.
+
+    ``holds`` is None where the verdict is neither that it holds nor that it does not.
+    """
 
     id: str
     statement: str
@@ -33,6 +53,16 @@ class Finding:
     ci_high: float | None
     holds: bool | None
     why: str
+    verdict: str = ""
+    panel: tuple[Variation, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.verdict:
+            object.__setattr__(self, "verdict", VERDICTS[self.holds])
+
+    def unjudged(self, why: str) -> Finding:
+        """The same figures, and that they judge nothing."""
+        return replace(self, holds=None, verdict=CANNOT, why=why + self.why)
 
 
 @dataclass
@@ -46,7 +76,10 @@ class Evidence:
     spreads : rows of `lateral-spread` of single scenarios
     takeoffs : by friction coefficient, the speeds at the take-off line [m/s], and how many logs were slid
     flight : the record of `fit-flight`
-    jumped : take-off speed and jump of the logs that jumped the barrier and reached the road
+    jumped : of the logs that passed the terrace and reached the road, take-off speed [m/s], largest clearance and
+        greatest height of the centre of mass above the terrain after it [m]; None where it was not looked for
+    cell_speed : mean over the cells that logs passed of the largest speed there [m/s], by scenario
+    twin : whether it is a twin, built by numbers of which some prove themselves
     """
 
     site: str
@@ -58,7 +91,9 @@ class Evidence:
     spreads: Mapping[str, Row] = field(default_factory=dict)
     takeoffs: Mapping[float, tuple[NDArray, int]] = field(default_factory=dict)
     flight: Row | None = None
-    jumped: Sequence[tuple[float, float]] = ()
+    jumped: Sequence[tuple[float, float, float]] | None = None
+    cell_speed: Mapping[str, float] = field(default_factory=dict)
+    twin: bool = True
 
     def reach(self, scenario: str) -> Row:
         return self.rows[scenario, "reach", str(self.facts["road"])]
@@ -103,15 +138,25 @@ def findings_of(of: Evidence, *, quick: bool = False, convention: str = "") -> l
     found = [*forest_findings(of), *spread_findings(of)]
     if "protected" in of.summaries or "barriers" in of.summaries:
         found += protection_findings(of)
-    if not convention:
-        found += motion_findings(of)
-        found += friction_findings(of) if of.sweeps else []
-        found += flight_findings(of) if of.takeoffs else []
+    found += motion_findings(of)
+    found += friction_findings(of) if of.sweeps else []
+    found += flight_findings(of)
     if convention:
         found = [replace(each, id=f"{each.id}.{convention}") for each in found]
     if quick:
-        found = [replace(each, holds=None, why=QUICK + each.why) for each in found]
+        found = [each.unjudged(QUICK) for each in found]
     return [tidy(each) for each in found]
+
+
+def with_panel(finding: Finding, others: Sequence[tuple[str, Sequence[Finding]]]) -> Finding:
+    """The finding with what became of it in each variation, by the variation's words."""
+    rows = [
+        Variation(what, each.ours, each.ci_low, each.ci_high, each.verdict)
+        for what, found in others
+        for each in found
+        if each.id == finding.id
+    ]
+    return replace(finding, panel=tuple(rows))
 
 
 def tidy(finding: Finding) -> Finding:
@@ -126,18 +171,20 @@ def tidy(finding: Finding) -> Finding:
 def forest_findings(of: Evidence) -> list[Finding]:
     """None over mapped over random where gullies are free; mapped about random where there are none."""
     at, klosters = of.site, of.site == "klosters"
-    none, als = of.reach("none"), of.reach("als")
-    value, low, high = ratio_interval(none, als)
-    found = [
-        Finding(
-            f"{at}.none_far_above_mapped",
-            "Without forest many times more logs reach the road than with the mapped one (ratio; holds above 2)",
-            "5.1, 6.2" if klosters else "6.2, A",
-            "74.5 % against 9.1 %: 8.2 times" if klosters else "100 % against 23.3 %: 4.3 times",
-            value, low, high, above(low, high, 2.0),
-            f"runs none and als: {_percent(none)} against {_percent(als)}",
-        )
-    ]  # fmt: skip
+    als, found = of.reach("als"), []
+    if "none" in of.logs:
+        none = of.reach("none")
+        value, low, high = ratio_interval(none, als)
+        found.append(
+            Finding(
+                f"{at}.none_far_above_mapped",
+                "Without forest many times more logs reach the road than with the mapped one (ratio; holds above 2)",
+                "5.1, 6.2" if klosters else "6.2, A",
+                "74.5 % against 9.1 %: 8.2 times" if klosters else "100 % against 23.3 %: 4.3 times",
+                value, low, high, above(low, high, 2.0),
+                f"runs none and als: {_percent(none)} against {_percent(als)}",
+            )
+        )  # fmt: skip
     names = of.randoms()
     if not names:
         return found
@@ -202,7 +249,8 @@ def spread_findings(of: Evidence) -> list[Finding]:
                 float(np.mean([side[0] for side in sides])), float(np.mean([side[1] for side in sides])),
                 all_of([above(side[0], side[1], 0.0) for side in sides]),
                 f"the paper's measure, widest angle, by release: {arcs}; judged by the 5-95 % range, because single "
-                "logs decide the widest angle",
+                f"logs decide the widest angle; beyond their own length {_moving(of, 'als')} of the logs, without "
+                f"forest {_moving(of, other)}",
             )
         )  # fmt: skip
     for name, (wide, narrow), paper in (
@@ -215,23 +263,37 @@ def spread_findings(of: Evidence) -> list[Finding]:
                 a["p05_p95_ci_low_deg"] - b["p05_p95_ci_high_deg"],
                 a["p05_p95_ci_high_deg"] - b["p05_p95_ci_low_deg"],
             )
-            found.append(
+            shares = {each: _share_counted(of.spreads[each]) for each in (wide, narrow)}
+            told = ", ".join(f"{100 * share:.0f} % of the {each}" for each, share in shares.items())
+            finding = (
                 Finding(
                     f"{at}.{name}",
                     f"The lateral spread of {wide.replace('als', 'logs')} is wider than that of {narrow} rocks "
                     "(difference of the 5-95 % range [deg])",
                     "6.3", paper, a["p05_p95_deg"] - b["p05_p95_deg"], low, high, above(low, high, 0.0),
                     f"5-95 %: {a['p05_p95_deg']:.1f} against {b['p05_p95_deg']:.1f}°, widest angle: "
-                    f"{a['spread_deg']:.0f} against {b['spread_deg']:.0f}°; rocks with mu "
+                    f"{a['spread_deg']:.0f} against {b['spread_deg']:.0f}°; beyond the least run-out of "
+                    f"{of.facts['length_m']:g} m {told.replace('the als', 'the logs')}; rocks with mu "
                     f"{of.facts.get('rock_friction')}, the paper's with RAMMS's ground parameters",
                 )
             )  # fmt: skip
+            few = min(shares.values()) < FEWEST_MOVING
+            found.append(finding.unjudged("most of the bodies hardly move: ") if few else finding)
     return found
+
+
+def _share_counted(spread: Row) -> float:
+    """Of a release's bodies, those beyond the least run-out."""
+    return 1.0 - spread["n_left_out"] / spread["n"] if spread["n"] else 0.0
+
+
+def _moving(of: Evidence, scenario: str) -> str:
+    return f"{100 * (of.logs[scenario]['runout_m'] > of.facts['length_m']).mean():.0f} %"
 
 
 def protection_findings(of: Evidence) -> list[Finding]:
     at, klosters = of.site, of.site == "klosters"
-    name = "protected" if klosters else "barriers"
+    name = "protected" if "protected" in of.summaries else "barriers"
     with_it, als = of.reach(name), of.reach("als")
     value, low, high = ratio_interval(with_it, als)
     least = 0.05 if klosters else 0.5
@@ -279,12 +341,21 @@ def motion_findings(of: Evidence) -> list[Finding]:
     found = []
     if at == "klosters" and speeds.size > 1:
         mean, half = float(speeds.mean()), Z_95 * float(speeds.std(ddof=1)) / math.sqrt(speeds.size)
+        cells = of.cell_speed.get("als", math.nan)
+        bounds = 14 / 1.5, 14 * 1.5
+        both = within(mean - half, mean + half, *bounds), within(cells, cells, *bounds)
+        bare = "" if "none" not in of.logs else (
+            f"; without forest {of.logs['none']['speed_mean_ms'].mean():.1f} and "
+            f"{of.cell_speed.get('none', math.nan):.1f} m/s"
+        )  # fmt: skip
         found.append(
             Finding(
-                f"{at}.mean_speed", "Logs slide at about 14 m/s on average (m/s; holds within a factor 1.5)", "5.1",
-                "14 m/s", mean, mean - half, mean + half, within(mean - half, mean + half, 14 / 1.5, 14 * 1.5),
-                f"run als, {speeds.size} logs that went farther than their length; of all logs "
-                f"{logs['speed_mean_ms'].mean():.1f}, without forest {of.logs['none']['speed_mean_ms'].mean():.1f} m/s",
+                f"{at}.mean_speed", "Logs slide at about 14 m/s on average (m/s, the mean of the logs' means; holds if "
+                "within a factor 1.5 by both readings of the average)", "5.1",
+                "14 m/s, of which average it does not say", mean, mean - half, mean + half, all_of(both),
+                f"run als: {mean:.1f} m/s over the {speeds.size} logs that went farther than their length, "
+                f"{cells:.1f} m/s over the cells that logs passed (of the largest speed in each); of all logs "
+                f"{logs['speed_mean_ms'].mean():.1f} m/s{bare}",
             )
         )  # fmt: skip
         top = float(logs["speed_max_ms"].max())
@@ -295,14 +366,17 @@ def motion_findings(of: Evidence) -> list[Finding]:
                 f"the largest of {far.size} logs of run als, which has no interval",
             )
         )  # fmt: skip
-    high = logs["jump_max_m"] > 3.0
+    high, standing = logs["jump_max_m"] > 3.0, float(logs["height_max_m"].min())
     ends = wilson_interval(int(high.sum()), high.size)
     found.append(
         Finding(
             f"{at}.some_jump_metres", "Some logs jump several metres, few of all (share above 3 m; holds if some do, "
             "and fewer than half)", "B", "9.9 m at the terrace", float(high.mean()), *ends,
             True if high.any() and ends[1] < 0.5 else False if not high.any() or ends[0] > 0.5 else None,
-            f"run als; the highest jump is {logs['jump_max_m'].max():.1f} m",
+            f"run als, clearance between the log and the terrain, at most {logs['jump_max_m'].max():.1f} m; as the "
+            "paper measures, centre of mass above the terrain: at most "
+            f"{logs['height_max_m'].max():.1f} m, {100 * (logs['height_max_m'] > standing + 3.0).mean():.1f} % of the "
+            f"logs 3 m higher than the {standing:.1f} m at which they stand upright at the start",
         )
     )  # fmt: skip
     stopped = (logs["stop_reason"] == "tree") & ~far
@@ -341,7 +415,7 @@ def friction_findings(of: Evidence) -> list[Finding]:
             Finding(
                 f"{at}.high_friction_does_not_reach", f"With mu {first['friction']:g} the road is not reached (share; "
                 "holds below 0.5 %)", "5.1, 7", "not reached above 0.3", first[f"reach_{road}"], *ends,
-                above(-ends[1], -ends[0], -0.005), f"reach of {road} by mu, {first['n']} logs each: {shares}",
+                above(-ends[1], -ends[0], -NOT_REACHED), f"reach of {road} by mu, {first['n']} logs each: {shares}",
             )
         )  # fmt: skip
     if inside and beyond:
@@ -356,6 +430,7 @@ def friction_findings(of: Evidence) -> list[Finding]:
                           for row, part in zip(inside, share, strict=True)),
             )
         )  # fmt: skip
+    if beyond and rows[0]["friction"] < 0.2 - 1e-9:
         passing = [row[f"reach_{beyond}"] / row[f"reach_{road}"] if row[f"reach_{road}"] else math.nan for row in rows]
         n = round(rows[0][f"reach_{road}"] * rows[0]["n"])
         ends_low = wilson_interval(round(rows[0][f"reach_{beyond}"] * rows[0]["n"]), n)
@@ -413,49 +488,57 @@ def flight_findings(of: Evidence) -> list[Finding]:
     if of.flight is not None:
         needed = float(of.flight["takeoff_speed_ms"])
         fine = of.flight["verdict"] == "possible"
-        found.append(
-            Finding(
-                f"{at}.parabola_clears_barrier", "A flight from the terrace to the wall passes over the barrier "
-                "(take-off speed [m/s]; holds if possible and within a factor 1.5 of 24)", "5.2", "24 m/s, possible",
-                needed, None, None, fine and 16.0 <= needed <= 36.0,
-                f"fit-flight: {of.flight['verdict']}, clearance {of.flight['clearance_min_m']:.1f} m. On the twin the "
-                "terrace and the wall stand so that 24 m/s fits (its table of numbers), so the speed proves the "
-                "calculation, not the event",
-            )
+        finding = Finding(
+            f"{at}.parabola_clears_barrier", "A flight from the terrace to the wall passes over the barrier "
+            "(take-off speed [m/s]; holds if possible and within a factor 1.5 of 24)", "5.2", "24 m/s, possible",
+            needed, None, None, fine and 16.0 <= needed <= 36.0,
+            f"fit-flight: {of.flight['verdict']}, clearance {of.flight['clearance_min_m']:.1f} m",
         )  # fmt: skip
+        built = "the twin's terrace and wall stand so that 24 m/s fits, which proves the calculation alone: "
+        found.append(finding.unjudged(built) if of.twin else finding)
+    if of.takeoffs and math.isfinite(needed):
+        found += takeoff_findings(of, needed)
+    if of.jumped is None:
+        return found
+    statement = (
+        "A simulated log jumps from the terrace to the road at about the event's speed (median take-off speed [m/s]; "
+        "holds if one does within a factor 1.5 of 27.8, as the paper shows one)"
+    )
+    named = f"{at}.a_log_jumps_to_the_road", statement, "B", "27.8 m/s, 9.9 m high"
+    if not of.jumped:
+        none = "run barriers: no log passes the terrace and then reaches the road"
+        return [*found, Finding(*named, None, None, None, False, none)]
+    speeds, jumps, heights = np.array(of.jumped, float).T
+    alike = (speeds >= 27.8 / 1.5) & (speeds <= 27.8 * 1.5)
+    found.append(
+        Finding(
+            *named, float(np.median(speeds)), float(speeds.min()), float(speeds.max()), bool(alike.any()),
+            f"run barriers: {speeds.size} logs pass the terrace and reach the road, {int(alike.sum())} of them at "
+            f"{27.8 / 1.5:.1f} to {27.8 * 1.5:.1f} m/s; clearance {jumps.min():.1f} to {jumps.max():.1f} m, centre of "
+            f"mass above the terrain after the take-off {heights.min():.1f} to {heights.max():.1f} m; low and high are "
+            "the slowest and fastest of them",
+        )
+    )  # fmt: skip
+    return found
+
+
+def takeoff_findings(of: Evidence, needed: float) -> list[Finding]:
+    """The friction that the parabola's speed needs."""
     fast = {mu: (int((speeds >= needed).sum()), n) for mu, (speeds, n) in sorted(of.takeoffs.items())}
     told = "; ".join(f"{mu:g}: {count} of {n}, fastest {of.takeoffs[mu][0].max(initial=0.0):.1f} m/s"
                      for mu, (count, n) in fast.items())  # fmt: skip
-    low_mu = [mu for mu in fast if mu < 0.3 - 1e-9]
-    high_mu = [mu for mu in fast if mu >= 0.3 - 1e-9]
-    if low_mu and high_mu and math.isfinite(needed):
-        most = max(mu for mu in fast if fast[mu][0] > 0) if any(count for count, _ in fast.values()) else math.nan
-        holds = all(fast[mu][0] > 0 for mu in low_mu) and all(fast[mu][0] == 0 for mu in high_mu)
-        found.append(
-            Finding(
-                f"{at}.takeoff_speed_needs_low_friction", "Logs reach the take-off speed of the parabola only with mu "
-                "below 0.3 (largest mu of the sweep at which one does)", "5.2", "mu < 0.3", most, None, None, holds,
-                f"logs at least as fast as {needed:.1f} m/s at the terrace, by mu: {told}",
-            )
-        )  # fmt: skip
-    if of.jumped:
-        speeds, jumps = np.array(of.jumped, float).T
-        found.append(
-            Finding(
-                f"{at}.a_log_jumps_to_the_road", "A simulated log jumps from the terrace to the road at about the "
-                "event's speed (median take-off speed [m/s]; holds within a factor 1.5 of 27.8)", "B",
-                "27.8 m/s, 9.9 m high", float(np.median(speeds)), float(speeds.min()), float(speeds.max()),
-                within(float(np.median(speeds)), float(np.median(speeds)), 27.8 / 1.5, 27.8 * 1.5),
-                f"run barriers: {speeds.size} logs pass the terrace and reach the road, jumps {jumps.min():.1f} to "
-                f"{jumps.max():.1f} m; low and high are the slowest and fastest of them",
-            )
-        )  # fmt: skip
-    else:
-        found.append(
-            Finding(
-                f"{at}.a_log_jumps_to_the_road", "A simulated log jumps from the terrace to the road at about the "
-                "event's speed", "B", "27.8 m/s, 9.9 m high", None, None, None, False,
-                "run barriers: no log passes the terrace and then reaches the road",
-            )
-        )  # fmt: skip
-    return found
+    verdicts: list[bool | None] = [True if count else None for mu, (count, _) in fast.items() if mu < 0.3 - 1e-9]
+    rest = [wilson_interval(*fast[mu]) for mu in fast if mu >= 0.3 - 1e-9]
+    if not verdicts or not rest:
+        return []
+    beyond = [above(-high, -low, -NOT_REACHED) for low, high in rest]
+    most = max((mu for mu in fast if fast[mu][0] > 0), default=math.nan)
+    return [
+        Finding(
+            f"{of.site}.takeoff_speed_needs_low_friction", "Logs reach the take-off speed of the parabola only with mu "
+            "below 0.3 (largest mu of the sweep at which one does; holds if some do at each mu below 0.3, and fewer "
+            "than 0.5 % of the logs at each from 0.3 up)", "5.2", "mu < 0.3", most, None, None,
+            False if False in beyond else all_of([*verdicts, *beyond]),
+            f"logs at least as fast as {needed:.1f} m/s at the terrace, by mu: {told}",
+        )
+    ]  # fmt: skip

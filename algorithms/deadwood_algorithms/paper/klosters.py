@@ -1,15 +1,28 @@
-"""The Klosters-like twin (paper, section 2.1): 35 degrees, cliff bands, treeless gullies, four releases, a road.
+"""The Klosters-like twin (paper, section 2.1): 35 degrees, gullies with fewer trees, four releases, a road.
 
 Fixed before anything slid on it; ``NUMBERS`` says which number is the paper's.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from deadwood_algorithms.paper import twin
-from deadwood_algorithms.paper.twin import CHOSEN, FLOOR_ROUGHNESS, NOISE, ROUGHNESS, Frame, Number, Twin, layer
+from deadwood_algorithms.paper.twin import (
+    CHOSEN,
+    FLOOR_ROUGHNESS,
+    GROUND,
+    NOISE,
+    RELIEF,
+    Frame,
+    Number,
+    Twin,
+    layer,
+)
 
 NAME = "klosters"
 NUMBERS = (
@@ -38,15 +51,20 @@ NUMBERS = (
     Number("floor_slope", 0.02, "", CHOSEN, "the ground beyond the road rises away from it a little"),
     Number("release_v_m", (183.0, 240.0, 315.0, 385.0), "m", CHOSEN,
            "event 1 as far from the road as the paper says; the others spread over the slope"),
-    Number("release_off_gully_m", (-12.0, -16.0, 14.0, 60.0), "m", CHOSEN,
-           "east of the bed of gullies 1, 2, 3 and 2: three near a gully, one between two"),
-    Number("gully_u_m", (170.0, 300.0, 430.0), "m", CHOSEN, "mean place of three winding gullies"),
+    Number("release_gully", (1, 2, 2, 3), "", CHOSEN, "the gully by which each release is placed"),
+    Number("release_off_gully_m", (-16.25, -48.75, 48.75, 16.25), "m", CHOSEN,
+           "east of its bed: middles of four equal parts of the spacing, so that no distance is favoured"),
+    Number("gully_u_m", (170.0, 300.0, 430.0), "m", GROUND, "mean place of three winding gullies; 100 to 150 m apart"),
     Number("gully_wind_m", 9.0, "m", CHOSEN, "by how much they wind, over 2 pi x 52 m, as on the sample slope"),
-    Number("gully_depth_m", 1.2, "m", CHOSEN, "as on the sample slope"),
-    Number("gully_width_m", 9.0, "m", CHOSEN, "falls off to 1/e over it, as on the sample slope"),
-    Number("gully_free_m", 9.0, "m", CHOSEN, "no mapped tree nearer to a bed; that they are free is the paper's (6.2)"),
-    Number("cliff_v_m", (215.0, 290.0), "m", CHOSEN, "feet of two bands; the paper's cliffs stand above the forest"),
-    Number("cliff_height_m", (6.0, 10.0), "m", CHOSEN, "where they are whole; broken through by the gullies"),
+    Number("gully_depth_m", 4.0, "m", GROUND, "2 to 8; channels of 1.2 m vanish in the relief"),
+    Number("gully_width_m", 9.0, "m", GROUND, "falls off to 1/e over it: 15 m wide at half its depth, real: 5 to 28"),
+    Number("gully_calm", 0.5, "", CHOSEN, "share of the roughness missing in a bed; 'low surface roughness' (6.3)"),
+    Number("gully_free_m", 2.0, "m", GROUND, "no mapped tree nearer to a bed; 1.5 to 3. That they are free: 6.2"),
+    Number("gully_edge_m", 5.0, "m", GROUND,
+           "fewer trees out to this distance from a bed; 'less densely forested' (6.2)"),
+    Number("gully_edge_density", 0.72, "", GROUND, "of the trees that stand elsewhere; 0.65 to 0.8"),
+    Number("cliff_v_m", (), "m", "2.1", "feet of bands of cliff: the paper's cliffs stand above the forest, so none"),
+    Number("cliff_height_m", (), "m", "2.1", "of the bands, where they are whole; broken through by the gullies"),
     Number("forest_v_m", (104.0, 510.0), "m", CHOSEN, "from above the road to the top"),
     Number("dbh_least_cm", 1.0, "cm", CHOSEN, "a draw below is drawn again, as generate-forest does"),
     Number("tree_distance_m", 2.0, "m", CHOSEN, "no two mapped stems nearer; living trees compete"),
@@ -54,7 +72,18 @@ NUMBERS = (
     Number("dam_v_m", (98.0, 103.0), "m", CHOSEN, "on the talus above the road, overlapping in the middle"),
     Number("barrier_height_m", 4.0, "m", CHOSEN, "usual for nets of 2000 kJ (2.1)"),
     Number("barrier_v_m", 128.0, "m", CHOSEN, "where the slope begins; 400 m in all (2.1)"),
+    *RELIEF,
 )  # fmt: skip
+VERSION_1: dict[str, Any] = twin.VERSION_1 | {
+    "release_gully": (1, 2, 3, 2),
+    "release_off_gully_m": (-12.0, -16.0, 14.0, 60.0),
+    "gully_depth_m": 1.2,
+    "gully_free_m": 9.0,
+    "gully_edge_m": 9.0,
+    "gully_edge_density": 1.0,
+    "cliff_v_m": (215.0, 290.0),
+    "cliff_height_m": (6.0, 10.0),
+}
 K = twin.numbers_by_name(NUMBERS)
 FRAME = Frame(2_786_000.0, 1_196_000.0, K["width_m"], K["extent_m"])
 
@@ -75,22 +104,20 @@ def _profile(v: ArrayLike) -> NDArray[np.float64]:
     return K["foot_m"] + floor + talus + np.tan(np.radians(K["slope_deg"])) * np.maximum(v - top, 0.0)
 
 
-def _terrain() -> twin.Grid:
+def _terrain(k: Mapping[str, Any]) -> twin.Grid:
     """Heights of the slope."""
     u, v = FRAME.axes()
-    rng = np.random.default_rng(K["seed"])
-    gully = sum(np.exp(-(((u - bed) / K["gully_width_m"]) ** 2)) for bed in gully_beds(v))
+    rng = np.random.default_rng(k["seed"])
+    gully = sum(np.exp(-(((u - bed) / k["gully_width_m"]) ** 2)) for bed in gully_beds(v))
     lower = K["road_v_m"] - 0.5 * K["road_width_m"]
     fade = np.clip((v - K["road_v_m"] - 6.0) / 25.0, 0.0, 1.0)  # towards the road everything becomes tame
-    heights = _profile(v) + sum(_cliff(u, v, *band) for band in bands()) * (1.0 - gully)
-    rough = twin.roughness(rng, FRAME, ROUGHNESS) * (1.0 - 0.5 * gully)
-    heights = heights + fade * (rough - K["gully_depth_m"] * gully)
+    bands = zip(k["cliff_v_m"], k["cliff_height_m"], strict=True)
+    heights = _profile(v) + sum((_cliff(u, v, *band) for band in bands), np.zeros(FRAME.shape)) * (1.0 - gully)
+    short, long = twin.relief(rng, FRAME, k)
+    rough = short * (1.0 - k["gully_calm"] * gully) + long
+    heights = heights + fade * (rough - k["gully_depth_m"] * gully)
     heights = heights + np.clip((lower - v) / 5.0, 0.0, 1.0) * twin.roughness(rng, FRAME, FLOOR_ROUGHNESS)
     return FRAME.grid(heights + (1.0 - fade) * twin.roughness(rng, FRAME, ((1.5, NOISE),)), NAME)
-
-
-def bands() -> list[tuple[float, float]]:
-    return list(zip(K["cliff_v_m"], K["cliff_height_m"], strict=True))
 
 
 def _cliff(u: NDArray[np.float64], v: NDArray[np.float64], foot: float, height: float) -> NDArray[np.float64]:
@@ -99,33 +126,37 @@ def _cliff(u: NDArray[np.float64], v: NDArray[np.float64], foot: float, height: 
     return height * np.clip(up / 5.0, 0.0, 1.0) * np.clip(1.0 - (up - 5.0) / 60.0, 0.0, 1.0)
 
 
-def in_gully(u: float, v: float) -> bool:
-    return any(abs(u - float(bed)) < K["gully_free_m"] for bed in gully_beds(v))
+def _free_of_trees(k: Mapping[str, Any]) -> Callable[[float, float], bool]:
+    """Whether a tree that is drawn falls away: in a bed always, beside one by chance."""
+    rng = np.random.default_rng(k["seed"] + 2)
+
+    def free(u: float, v: float) -> bool:
+        distance = min(abs(u - float(bed)) for bed in gully_beds(v))
+        if distance < k["gully_free_m"]:
+            return True
+        return distance < k["gully_edge_m"] and bool(rng.random() >= k["gully_edge_density"])
+
+    return free
 
 
-def releases() -> list[tuple[float, float]]:
+def releases(k: Mapping[str, Any]) -> list[tuple[float, float]]:
     """u and v of the middles of the four release circles [m]."""
-    beds = (0, 1, 2, 1)
-    return [
-        (float(gully_beds(v)[bed]) + off, v)
-        for bed, off, v in zip(beds, K["release_off_gully_m"], K["release_v_m"], strict=True)
-    ]
+    places = zip(k["release_gully"], k["release_off_gully_m"], k["release_v_m"], strict=True)
+    return [(float(gully_beds(v)[gully - 1]) + off, v) for gully, off, v in places]
 
 
-def klosters() -> Twin:
-    """The twin, from its numbers."""
+def klosters(version: int = 2, **changes: Any) -> Twin:
+    """The twin, from its numbers; some of them changed to see what hangs on them."""
+    k = twin.changed(NUMBERS, VERSION_1, version, **changes)
     edge = K["road_v_m"] + 0.5 * K["road_width_m"]
     below = edge - K["road_width_m"] - K["beyond_m"]
-    sizes = K["dbh_mean_cm"], K["dbh_sd_cm"], K["dbh_least_cm"]
     dams = [("west", 30.0, 310.0, K["dam_v_m"][0]), ("east", 300.0, 570.0, K["dam_v_m"][1])]
     nets = [(f"net_{k + 1}", 90.0 + 70.0 * k, 157.0 + 70.0 * k) for k in range(K["barriers"])]
     sides = {"kind": "embankment", "height_m": K["dam_height_m"], "crest_width_m": 2.0}
     layers = {
-        "trees": twin.forest_layer(
-            FRAME, K["seed"] + 1, K["forest_v_m"], K["stems_per_ha"], sizes, K["tree_distance_m"], in_gully
-        ),
+        "trees": twin.forest_layer(FRAME, k, _free_of_trees(k)),
         "forest": layer({"name": ["forest"]}, [FRAME.strip(*K["forest_v_m"])]),
-        "releases": layer({"release_id": [1, 2, 3, 4]}, [FRAME.point(*place) for place in releases()]),
+        "releases": layer({"release_id": [1, 2, 3, 4]}, [FRAME.point(*place) for place in releases(k)]),
         "lines": layer({"line_id": ["road", "beyond"]}, [FRAME.across(edge), FRAME.across(below)]),
         "barriers": layer(
             {"barrier_id": [row[0] for row in nets], "height_m": K["barrier_height_m"]},
@@ -136,8 +167,8 @@ def klosters() -> Twin:
             [FRAME.across(v, a, b) for _, a, b, v in dams],
         ),
     }
-    facts = {"title": "Klosters-like twin", **{name: K[name] for name in FACTS}, "road": "road", "beyond": "beyond"}
-    return Twin(NAME, _terrain(), layers, facts)
+    facts = {"title": "Klosters-like twin", **{name: k[name] for name in FACTS}, "road": "road", "beyond": "beyond"}
+    return Twin(NAME, _terrain(k), layers, facts)
 
 
 FACTS = ("friction", "dbh_cm", "length_m", "density_kg_m3", "release_radius_m")

@@ -5,13 +5,24 @@ Fixed before anything slid on it; ``NUMBERS`` says which number is the paper's.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from deadwood_algorithms.paper import twin
-from deadwood_algorithms.paper.twin import CHOSEN, FLOOR_ROUGHNESS, NOISE, ROUGHNESS, Frame, Number, Twin, layer
+from deadwood_algorithms.paper.twin import (
+    CHOSEN,
+    FLOOR_ROUGHNESS,
+    NOISE,
+    RELIEF,
+    Frame,
+    Number,
+    Twin,
+    layer,
+)
 
 NAME = "rothenbrunnen"
 NUMBERS = (
@@ -42,6 +53,8 @@ NUMBERS = (
     Number("terrace_deep_m", 6.0, "m", CHOSEN, "in plan; below its edge 45 degrees down to the slope"),
     Number("terrace_u_m", (50.0, 120.0), "m", CHOSEN, "over the width of the first barrier, eased off over 10 m"),
     Number("terrace_calm", 0.9, "", CHOSEN, "share of the roughness missing on it and 8 m around, back over 12 m"),
+    Number("terrace_ease_m", 40.0, "m", CHOSEN,
+           "the long waves come back over it: nearer they would tilt the terrace and the barrier below it"),
     Number("barrier_u_m", (50.0, 110.0, 170.0, 230.0, 290.0), "m", CHOSEN,
            "ends of four barriers in a row; the first is the paper's southernmost"),
     Number("release_u_m", 140.0, "m", CHOSEN, "off the first barrier, which in the paper a third of the logs met"),
@@ -51,7 +64,9 @@ NUMBERS = (
     Number("tree_distance_m", 2.0, "m", CHOSEN, "no two mapped stems nearer; living trees compete"),
     Number("rock_friction", 0.5, "", CHOSEN, "of the rocks of 6.3, on forest soil; the paper's parameters are RAMMS's"),
     Number("rock_density_kg_m3", 2700.0, "kg/m³", CHOSEN, "of the rocks of 6.3"),
+    *RELIEF,
 )  # fmt: skip
+VERSION_1 = twin.VERSION_1
 K = twin.numbers_by_name(NUMBERS)
 FRAME = Frame(2_752_000.0, 1_181_000.0, K["width_m"], K["extent_m"])
 LIP_V = K["road_v_m"][1] + K["terrace_to_wall_m"]  # lower edge of the terrace
@@ -76,27 +91,34 @@ def _terrace(u: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float
     return _along_terrace(u) * np.maximum(np.where(v >= LIP_V, above, below), 0.0)
 
 
-def _along_terrace(u: NDArray[np.float64]) -> NDArray[np.float64]:
-    """1 where the terrace is, eased off to 0 over 10 m beside it."""
+def _along_terrace(u: NDArray[np.float64], ease: float = 10.0) -> NDArray[np.float64]:
+    """1 where the terrace is, eased off to 0 beside it [m]."""
     first, last = K["terrace_u_m"]
-    return np.clip((u - first) / 10.0 + 1.0, 0.0, 1.0) * np.clip((last - u) / 10.0 + 1.0, 0.0, 1.0)
+    return np.clip((u - first) / ease + 1.0, 0.0, 1.0) * np.clip((last - u) / ease + 1.0, 0.0, 1.0)
 
 
-def _terrain() -> twin.Grid:
+def _calm(u: NDArray[np.float64], v: NDArray[np.float64], along: float, down: float) -> NDArray[np.float64]:
+    """What is left of the relief around the terrace, which eases back over these lengths [m]."""
+    beside = np.maximum(np.abs(v - LIP_V) - 8.0, 0.0) / down
+    return 1.0 - K["terrace_calm"] * _along_terrace(u, along) * np.clip(1.0 - beside, 0.0, 1.0)
+
+
+def _terrain(k: Mapping[str, Any]) -> twin.Grid:
     """Heights of the slope."""
     u, v = FRAME.axes()
-    rng = np.random.default_rng(K["seed"])
+    rng = np.random.default_rng(k["seed"])
     _, high = K["road_v_m"]
     fade = np.clip((v - high - 2.0) / 25.0, 0.0, 1.0)  # towards the road everything becomes tame
-    beside = np.maximum(np.abs(v - LIP_V) - 8.0, 0.0) / 12.0
-    calm = 1.0 - K["terrace_calm"] * _along_terrace(u) * np.clip(1.0 - beside, 0.0, 1.0)
-    heights = _profile(v) + _terrace(u, v) + fade * calm * twin.roughness(rng, FRAME, ROUGHNESS)
+    short, long = twin.relief(rng, FRAME, k)
+    heights = _profile(v) + _terrace(u, v) + fade * _calm(u, v, 10.0, 12.0) * short
+    heights = heights + fade * _calm(u, v, K["terrace_ease_m"], K["terrace_ease_m"]) * long
     heights = heights + np.clip((K["rail_v_m"] - 5.0 - v) / 5.0, 0.0, 1.0) * twin.roughness(rng, FRAME, FLOOR_ROUGHNESS)
     return FRAME.grid(heights + (1.0 - fade) * twin.roughness(rng, FRAME, ((1.5, NOISE),)), NAME)
 
 
-def rothenbrunnen() -> Twin:
-    """The twin, from its numbers."""
+def rothenbrunnen(version: int = 2, **changes: Any) -> Twin:
+    """The twin, from its numbers; some of them changed to see what hangs on them."""
+    k = twin.changed(NUMBERS, VERSION_1, version, **changes)
     low, high = K["road_v_m"]
     ends = K["barrier_u_m"]
     names = ["south", *(f"net_{k}" for k in range(2, len(ends)))]
@@ -107,13 +129,10 @@ def rothenbrunnen() -> Twin:
         "terrace": FRAME.across(LIP_V, *K["terrace_u_m"]),
     }
     middle = 0.5 * (ends[0] + ends[1])
-    sizes = K["dbh_mean_cm"], K["dbh_sd_cm"], K["dbh_least_cm"]
     layers = {
-        "trees": twin.forest_layer(
-            FRAME, K["seed"] + 1, K["forest_v_m"], K["stems_per_ha"], sizes, K["tree_distance_m"], lambda u, v: False
-        ),
+        "trees": twin.forest_layer(FRAME, k),
         "forest": layer({"name": ["forest"]}, [FRAME.strip(*K["forest_v_m"])]),
-        "releases": layer({"release_id": [1]}, [FRAME.point(K["release_u_m"], RELEASE_V)]),
+        "releases": layer({"release_id": [1]}, [FRAME.point(k["release_u_m"], RELEASE_V)]),
         "lines": layer({"line_id": list(lines)}, list(lines.values())),
         "barriers": layer(
             {"barrier_id": names, "height_m": K["barrier_height_m"]},
@@ -125,10 +144,10 @@ def rothenbrunnen() -> Twin:
         ),
     }
     facts = {
-        "title": "Rothenbrunnen-like twin", **{name: K[name] for name in FACTS}, "road": "road",
+        "title": "Rothenbrunnen-like twin", **{name: k[name] for name in FACTS}, "road": "road",
         "jumped_barrier": "south", "takeoff_line": "terrace",
     }  # fmt: skip
-    return Twin(NAME, _terrain(), layers, facts)
+    return Twin(NAME, _terrain(k), layers, facts)
 
 
 FACTS = (

@@ -42,8 +42,8 @@ class Site:
     layers: Mapping[str, str | None]
 
 
-def write_twin(name: str, folder: Path) -> None:
-    write_site(TWINS[name](), folder)
+def write_twin(name: str, folder: Path, version: int = 2, **changes: Any) -> None:
+    write_site(TWINS[name](version, **changes), folder)
 
 
 def read_site(name: str, folder: Path, prepared: Path) -> Site:

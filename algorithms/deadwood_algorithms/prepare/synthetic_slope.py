@@ -13,16 +13,22 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-def waves(rng: np.random.Generator, rows: int, columns: int, wavelength: float, cell: float) -> Array:
+def waves(
+    rng: np.random.Generator, rows: int, columns: int, wavelength: float, cell: float, stretch: float = 1.0
+) -> Array:
     """Random relief of one wavelength (+-30 %), mean 0 and standard deviation 1: white noise passed through a ring.
 
     Parameters
     ----------
     wavelength, cell : float
-        Of the relief, and of the grid [m].
+        Of the relief (geometric mean of both directions), and of the grid [m].
+    stretch : float
+        By how much the relief is longer across the rows than along them.
     """
     noise = np.fft.rfft2(rng.standard_normal((rows, columns)))
-    frequency = np.hypot(np.fft.fftfreq(rows, cell)[:, None], np.fft.rfftfreq(columns, cell))
+    frequency = np.hypot(
+        np.sqrt(stretch) * np.fft.fftfreq(rows, cell)[:, None], np.fft.rfftfreq(columns, cell) / np.sqrt(stretch)
+    )
     with np.errstate(divide="ignore"):
         ring = np.exp(-0.5 * (np.log(frequency * wavelength) / 0.3) ** 2)
     relief = np.fft.irfft2(noise * ring, s=(rows, columns))
@@ -62,13 +68,23 @@ def stems_apart(
     return np.array(places)
 
 
+def fint_height(dbh: Array) -> Array:
+    """H[m] of DBH[cm] = H[m]^1.25: the mean DBH of Klosters (60 cm) at a height of 26.5 m."""
+    return dbh**0.8
+
+
 def stem_sizes(
-    rng: np.random.Generator, count: int, mean_cm: float, sd_cm: float, least_cm: float
+    rng: np.random.Generator,
+    count: int,
+    mean_cm: float,
+    sd_cm: float,
+    least_cm: float,
+    height: Callable[[Array], Array] = fint_height,
 ) -> tuple[Array, Array]:
     """DBH [cm], normally distributed from ``least_cm`` up, and height [m], each of shape (count,).
 
-    DBH[cm] = H[m]^1.25 gives the mean DBH of Klosters at a height of 26.5 m; stands scatter about such a curve (6 %).
+    Stands scatter about the curve of height over DBH (6 %).
     """
     dbh = rng.normal(mean_cm, sd_cm, 4 * count)
     dbh = np.round(dbh[dbh >= least_cm][:count], 1)
-    return dbh, np.round(dbh**0.8 * rng.normal(1.0, 0.06, count), 1)
+    return dbh, np.round(height(dbh) * rng.normal(1.0, 0.06, count), 1)

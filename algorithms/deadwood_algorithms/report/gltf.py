@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from deadwood_algorithms.params.tool import VERSION
-from deadwood_algorithms.report.space import COLOURS, Space
+from deadwood_algorithms.report.space import Space
+from deadwood_algorithms.schemas.looks import SOLIDS
 
 SIDES = 10
 FLOAT, UINT = 5126, 5125
@@ -105,7 +106,7 @@ _DULL = {"metallicFactor": 0.0, "roughnessFactor": 1.0}
 def _material(document: dict[str, Any], name: str, *, both: bool = False) -> int:
     told = {
         "name": name,
-        "pbrMetallicRoughness": {"baseColorFactor": [*(_linear(part) for part in COLOURS[name]), 1.0], **_DULL},
+        "pbrMetallicRoughness": {"baseColorFactor": [*(_linear(part) for part in SOLIDS[name]), 1.0], **_DULL},
     }
     document["materials"].append(told | ({"doubleSided": True} if both else {}))
     return len(document["materials"]) - 1

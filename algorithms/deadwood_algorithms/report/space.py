@@ -20,7 +20,7 @@ from deadwood_algorithms.files.pictures import colours_of, hillshade
 from deadwood_algorithms.report.markup import picture_address
 from deadwood_algorithms.report.plan import lines_of_shapes, thinned_rows
 from deadwood_algorithms.report.sources import ReportedRun, mean_of_blocks, paths_by_log
-from deadwood_algorithms.schemas.looks import BARRIER, LOOKS, MOVING, ROAD, STONE, TREE, WOOD, rgb
+from deadwood_algorithms.schemas.looks import LOOKS, SOLIDS
 
 GROUND_VERTICES = 260  # along the longer side
 MOST_TREES, MOST_DEPOSITS, MOST_BLOCKS = 20_000, 4_000, 2_000
@@ -29,15 +29,6 @@ A_GROUP = 30  # logs of each kind that is shown
 MOST_POSES = 60_000  # 14 bytes each
 STEP_S = 0.1  # between two poses, or more where there would be too many
 LINE_STEP_M = 2.0
-
-# Of the solids, as red, green and blue from 0 to 1
-COLOURS = {
-    name: rgb(colour)
-    for name, colour in (
-        ("trees", TREE), ("lying_logs", WOOD), ("blocks", STONE), ("deposits", WOOD), ("barriers", BARRIER),
-        ("lines", ROAD), ("moving", MOVING),
-    )
-}  # fmt: skip
 
 Array = NDArray[np.float64]
 
@@ -259,7 +250,7 @@ def packed(space: Space, source: ReportedRun) -> dict[str, Any]:
             "top": top,
             "z": _base64(quantised, "<u2"),
         },
-        "colours": COLOURS,
+        "colours": SOLIDS,
         "drapes": {name: picture_address(each) for name, each in drapes(source).items()},
         "trees": _base64(space.trees, "<f4"),
         "lying": _base64(space.lying, "<f4"),

@@ -13,7 +13,8 @@
   const FOLLOWED = [1.0, 0.9, 0.1], TRAIL = [1.0, 1.0, 1.0];
 
   const spoken = (value) => value.toLocaleString(document.documentElement.lang, { minimumFractionDigits: 1, maximumFractionDigits: 1 });
-  const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer;
+  /* An array as a page holds it (base64), or as a script hands it on (its buffer). */
+  const bytes = (given) => (typeof given === "string" ? Uint8Array.from(atob(given), (c) => c.charCodeAt(0)).buffer : given);
   const floats = (text) => new Float32Array(bytes(text));
   const shorts = (text) => new Uint16Array(bytes(text));
 
@@ -202,6 +203,7 @@
       gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGB, 1, 1, 0, gl.RGB, gl.UNSIGNED_BYTE, new Uint8Array([190, 190, 180]));
       const image = new Image();
       image.onload = () => {
+        if (!gl.isTexture(texture)) return; // other scenes have come in the meantime
         gl.bindTexture(gl.TEXTURE_2D, texture);
         gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGB, gl.RGB, gl.UNSIGNED_BYTE, image);
         gl.generateMipmap(gl.TEXTURE_2D);
@@ -496,8 +498,19 @@
     }
     canvas.addEventListener("webglcontextlost", (event) => { event.preventDefault(); root.classList.add("nothing"); });
     new ResizeObserver(draw).observe(canvas);
+    /* Other scenes in place of these; the camera and what is switched on stay. */
+    function replace(next) {
+      for (const old of ready) if (old) for (const each of Object.values(old.textures)) gl.deleteTexture(each);
+      ready.length = 0;
+      scenes = next;
+      Object.assign(state, { run: 0, followed: -1, time: 0 });
+      state.shown.moving = true;
+      part("time").value = 0;
+      begin();
+    }
+
     begin();
-    return { state, scene, draw, paint, follow, pick, poseAt: (k, time) => poseAt(scene(), scene().logs[k], time) };
+    return { state, scene, replace, draw, paint, follow, pick, poseAt: (k, time) => poseAt(scene(), scene().logs[k], time) };
   }
 
   window.DeadwoodView = view;

@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.params.tool import Cancelled, Feedback
 from deadwood_algorithms.results.edges import Edges
+from deadwood_algorithms.results.lost import left_dem, share_if_lost
 from deadwood_algorithms.results.motion import bodies_of, energies_kj, path_so_far, travel
 from deadwood_algorithms.results.run_folder import Run, ends_of
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.stats.directions import azimuth
-from deadwood_algorithms.stats.statistics import bounds_if_lost, reach_record
 from deadwood_engine import Lines, segments_of, sweep_touches
 
 POSE_FACTS = ("t_s", "path_m", *"xyz", "speed_ms", "clearance_m", "xb", "yb", "zb", "xt", "yt", "zt")
@@ -209,9 +209,7 @@ def origins_frame(arrivals: geopandas.GeoDataFrame) -> geopandas.GeoDataFrame:
 
 def _share(mine: Any, logs: Any) -> dict[str, float]:
     """Reach probability of these logs by their arrivals, and its bounds for those that left before they arrived."""
-    lost = logs.loc[logs["stop_reason"] == "left_dem", "log_id"]
-    n_lost = int((~lost.isin(mine["log_id"])).sum())
-    return reach_record(len(mine), len(logs)) | bounds_if_lost(len(mine), len(logs), n_lost)
+    return share_if_lost(logs["log_id"].isin(mine["log_id"]).to_numpy(), left_dem(logs["stop_reason"].to_numpy()))
 
 
 def _strength(mine: Any) -> dict[str, float]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import geopandas
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms.results.asked import Asked
 from deadwood_algorithms.results.capacity import overload_lines, overload_record
 from deadwood_algorithms.results.hits import ledger_records, obstacle_record
+from deadwood_algorithms.results.lost import LEFT, left_dem, lost_warning, many, reach_told, share_if_lost
 from deadwood_algorithms.results.modelled import modelled, told
 from deadwood_algorithms.results.scenario import counted_of, scenario_line, scenario_of
 from deadwood_algorithms.scene.items import Items
@@ -20,19 +21,14 @@ from deadwood_algorithms.scene.releases import Releases
 from deadwood_algorithms.simulate.queue import Queue
 from deadwood_algorithms.stats.directions import spread_of_release
 from deadwood_algorithms.stats.statistics import (
-    bounds_if_lost,
     loss_matters,
     lost_words,
-    percent,
-    percent_of,
     percent_with_interval,
-    reach_record,
     wilson_interval,
 )
 from deadwood_engine import STOP_REASONS, Fidelity, station_spacing, where_things_rebound
 
 NEAR_EDGE_DEG = 5.0  # from the edge of a friction cone: as from mu 0.30 to 0.21, or 0.39
-WORTH_A_WARNING = 0.05  # share of the logs that have no deposit
 SPREAD_MOVED_DEG = 1.0  # by the logs that left the terrain model: worth a warning
 
 
@@ -47,6 +43,7 @@ def summary_of(
     queue: Queue,
 ) -> dict[str, Any]:
     """The content of ``summary.json``; ``releases`` are the logs that were slid."""
+    left = left_dem(by_log["stop_reason"])
     reasons = np.bincount(by_log["stop_reason"], minlength=len(STOP_REASONS))
     scene = asked.scene
     stems = scene.tree_restitution if layers.tree_ids or layers.lying.ids else None
@@ -62,9 +59,9 @@ def summary_of(
             "by_stop_reason": {name: int(count) for name, count in zip(STOP_REASONS, reasons, strict=True)},
             "started_in_contact": int(by_log["started_in_contact"].sum()),
         },
-        "reach": reach_records(layers.lines, touched, left_dem(by_log)),
+        "reach": reach_records(layers.lines, touched, left),
         "until_ci": queue.rule.record() if queue.rule else None,
-        "spread": spread_records(releases, by_log["end_position"], left_dem(by_log), asked.scene.min_runout_m),
+        "spread": spread_records(releases, by_log["end_position"], left, asked.scene.min_runout_m),
         "barriers": ledger_records(barrier_records(layers.barriers, by_log), hits["barrier_hits"]),
         "trees": obstacle_record(hits["tree_hits"], len(layers.tree_ids)) if layers.tree_ids else None,
         "held": held_record(by_log["grip"]) if layers.tree_ids else None,
@@ -96,19 +93,9 @@ def summary_of(
     }
 
 
-def left_dem(by_log: Mapping[str, NDArray]) -> NDArray[np.bool_]:
-    """Which logs went out of sight: beyond the terrain model, or onto its nodata."""
-    return by_log["stop_reason"] == STOP_REASONS.index("left_dem")
-
-
 def reach_records(lines: Items, touched: NDArray[np.bool_], left: NDArray[np.bool_]) -> list[dict[str, Any]]:
     """One record a line, with the bounds for the logs that left the terrain model before they reached it."""
-    n = touched.shape[0]
-    counts, lost = touched.sum(axis=0), (left[:, None] & ~touched).sum(axis=0)
-    return [
-        {"line_id": line_id, **reach_record(int(hit), n), **bounds_if_lost(int(hit), n, int(gone))}
-        for line_id, hit, gone in zip(lines.ids, counts, lost, strict=True)
-    ]
+    return [{"line_id": line_id, **share_if_lost(hit, left)} for line_id, hit in zip(lines.ids, touched.T, strict=True)]
 
 
 def held_record(grip: NDArray[np.float64]) -> dict[str, Any]:
@@ -198,7 +185,7 @@ def lines_of(summary: dict[str, Any]) -> tuple[str, ...]:
     if summary["until_ci"]:
         lines.append(enough_words(summary["until_ci"]))
     if accuracy.get("auto"):
-        lines.append(promised_words(accuracy["auto"]))
+        lines.append(promised_words(accuracy["auto"]) + unseen_words(summary["reach"]))
     for record in summary["spread"]:
         if np.isfinite(record["spread_deg"]):
             lines.append(
@@ -239,30 +226,18 @@ def spread_words(record: dict[str, Any]) -> str:
     return f"; {record['n_left_dem']} left the terrain model{told}"
 
 
-def lost_warning(summary: dict[str, Any]) -> str | None:
-    """What in a summary hangs on logs that left the terrain model; None where nothing of weight does."""
+def loss_of_run(summary: dict[str, Any]) -> str | None:
+    """What of a summary depends on logs that left the terrain model; None where nothing of weight does."""
     logs = summary["logs"]
-    lost, released = logs["by_stop_reason"]["left_dem"], logs["released"]
-    told = []
-    for record in summary["reach"]:
-        if loss_matters(record):
-            low, high = record["ci_low_if_lost"], record["ci_high_if_lost"]
-            told.append(
-                f"the reach of line {record['line_id']} may be anything from {percent(low, low, high)} to "
-                f"{percent(high, low, high)} %"
-            )
+    lost, released = logs["by_stop_reason"][LEFT], logs["released"]
+    told = reach_told(summary["reach"])
     for record in summary["spread"]:
         moved = abs(record["spread_deg"] - record["spread_without_lost_deg"]) >= SPREAD_MOVED_DEG
-        if moved or record["n_left_dem"] > WORTH_A_WARNING * record["n"]:
+        if moved or many(record["n_left_dem"], record["n"]):
             told.append(f"the spread of release {record['release_id']} is as far as they were seen")
-    if lost > WORTH_A_WARNING * released:
+    if many(lost, released):
         told.append("their deposits and run-outs are where they left")
-    if not told:
-        return None
-    return (
-        f"{lost} of {released} logs ({percent_of(lost, released)}) left the terrain model or came onto its nodata, and "
-        f"what they did beyond is not known: {'; '.join(told)}; take a larger terrain model"
-    )
+    return lost_warning(lost, released, told)
 
 
 def enough_words(record: dict[str, Any]) -> str:
@@ -275,6 +250,17 @@ def enough_words(record: dict[str, Any]) -> str:
         low = f"; of line {rare}, that few reach, a run that stops so tells up to a seventh too little in the mean"
         return told + (f"{low} (the interval holds)" if rare else "")
     return f"not enough logs: after all {record['logs']}, {widest} (wanted: ±{wanted:.2g}); release more"
+
+
+def unseen_words(records: Sequence[Mapping[str, Any]]) -> str:
+    """What a promise does not cover: logs that left the terrain model before they reached a line."""
+    worst = max(records, key=lambda record: record["n_lost"], default=None)
+    if worst is None or not loss_matters(worst):
+        return ""
+    return (
+        f"; this is not promised for the {worst['n_lost']} logs that left the terrain model before line "
+        f"{worst['line_id']}: if all of them reach it, {100 * worst['p_high_if_lost']:.0f} %"
+    )
 
 
 def promised_words(record: dict[str, Any]) -> str:

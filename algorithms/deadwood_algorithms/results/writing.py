@@ -40,12 +40,11 @@ from deadwood_algorithms.results.hits import (
     tree_hits_frame,
 )
 from deadwood_algorithms.results.identity import Making, write_manifest
+from deadwood_algorithms.results.lost import left_dem, many
 from deadwood_algorithms.results.run_folder import GEOPACKAGE, MANIFEST, POSES, pose_schema, write_json
 from deadwood_algorithms.results.summary import (
-    WORTH_A_WARNING,
-    left_dem,
     lines_of,
-    lost_warning,
+    loss_of_run,
     reach_records,
     summary_of,
 )
@@ -169,7 +168,7 @@ def write_results(
         if len(paths):
             tables["trajectories"] = trajectories(paths, layers, releases, by_log)
         if layers.lines.ids:
-            tables["reach"] = reach_frame(layers.lines, touched, left_dem(by_log), crs)
+            tables["reach"] = reach_frame(layers.lines, touched, left_dem(by_log["stop_reason"]), crs)
             if touched.any():
                 tables["reached_by"] = Stream("Point Z", partial(reached_by, layers, touched, by_log, releases))
         hits = {
@@ -191,7 +190,7 @@ def write_results(
 
     summary = summary_of(asked, fidelity, layers, releases, by_log, touched, hits, queue)
     still = summary["logs"]["by_stop_reason"]["time_limit"]
-    if still > WORTH_A_WARNING * len(releases):
+    if many(still, len(releases)):
         mend = "raise --time-limit-s"
         if layers.shape is None and not asked.scene.rolling_friction:
             mend += ", or --rolling-friction, without which nothing stops a log that rolls on smooth ground"
@@ -199,7 +198,7 @@ def write_results(
             f"{still} of {len(releases)} logs still moved at --time-limit-s {asked.scene.time_limit_s:g}, so their "
             f"deposits are not final; {mend}"
         )
-    if told := lost_warning(summary):
+    if told := loss_of_run(summary):
         feedback.warn(told)
     if states := failed_states(layers, releases, by_log):
         write_json(folder / FAILED_STATES, {"logs": states})

@@ -12,6 +12,7 @@ import shapely
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.columns import id_column, where_of
+from deadwood_algorithms.files.dem_blocks import DemBlocks
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params.tool import Feedback, UserError
 
@@ -179,11 +180,11 @@ def digest_of(*parts: Any) -> str:
     return digest.hexdigest()
 
 
-def extent_words(x: NDArray[np.float64], y: NDArray[np.float64], grid: Grid) -> str:
+def extent_words(x: NDArray[np.float64], y: NDArray[np.float64], ground: Grid | DemBlocks) -> str:
     """Where things are that are not on the DEM, where it is, and what the usual mistake is if it is one."""
     from deadwood_algorithms.files.crs import misplacement
 
-    west, south, east, north = grid.frame.bounds
+    west, south, east, north = ground.frame.bounds
     cure = misplacement(x, y, (west, south, east, north)) or "check the CRS of both"
     return (
         f" ({x.min():.0f} to {x.max():.0f} east, {y.min():.0f} to {y.max():.0f} north; the DEM has {west:.0f} to "

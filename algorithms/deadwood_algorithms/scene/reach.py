@@ -22,8 +22,6 @@ from deadwood_algorithms.files.grid import Grid, Part
 from deadwood_algorithms.files.heights import HIGHEST_M
 from deadwood_algorithms.params.tool import UserError
 
-# A DEM of so many cells at most is read whole: 100 MB of heights, read in a second.
-WHOLE_CELLS = 25_000_000
 BLOCK_CELLS = 256  # side of the blocks that the guess walks over
 # From a side of the window to the line that watches it: cells for steps and outlines, metres for obstacles (the
 # engine's margin of 2 m, once more for what moves in between, and the thickest of trees).

@@ -19,9 +19,17 @@ MOST_ROLLING = 0.5
 
 
 @dataclass(frozen=True, kw_only=True)
-class _LayersAndLaws:
+class _Terrain:
     dem: str = tool.terrain("Terrain model")
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Released(_Terrain):
     releases: str = tool.vector("Released logs", "point")
+
+
+@dataclass(frozen=True, kw_only=True)
+class _LayersAndLaws:
     trees: str | None = tool.vector("Standing trees", "point", default=None)
     barriers: str | None = tool.vector("Barriers", "line", default=None)
     lying_logs: str | None = tool.vector(
@@ -106,8 +114,11 @@ class _LayersAndLaws:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ReleasedScene(DefaultLog, _LayersAndLaws):
-    """Fields in the order of the bases from the last: the layers and laws, the default log, then these."""
+class OpenScene(DefaultLog, _LayersAndLaws, _Terrain):
+    """A scene whose logs are released later (`explore`).
+
+    Fields in the order of the bases from the last: the terrain, the layers and laws, the default log, then these.
+    """
 
     lying_diameter_cm: float = tool.number(
         "Base diameter of lying logs whose layer names none",
@@ -121,7 +132,7 @@ class ReleasedScene(DefaultLog, _LayersAndLaws):
     seed: int = tool.seed()
     crs: str | None = tool.crs()
 
-    def inputs(self) -> SceneInputs:
+    def inputs(self, releases: str = "") -> SceneInputs:
         """What a simulation is made of, as a record."""
         return SceneInputs(
             dem=self.dem,
@@ -136,7 +147,7 @@ class ReleasedScene(DefaultLog, _LayersAndLaws):
             blocks=self.blocks,
             lines=self.lines,
             shape=self.shape,
-            releases=self.releases,
+            releases=releases,
             defaults={name: getattr(self, name) for name in DEFAULTED},
             laws={
                 **{name: getattr(self, name) for name in CONTACT_LAWS},
@@ -147,8 +158,16 @@ class ReleasedScene(DefaultLog, _LayersAndLaws):
 
 
 @dataclass(frozen=True, kw_only=True)
-class SceneByName(ReleasedScene):
-    """The same, with a friction that may be picked by name."""
+class ReleasedScene(OpenScene, _Released):
+    """The same with the layer of the logs, which stands behind the terrain."""
+
+    def inputs(self, releases: str = "") -> SceneInputs:
+        return super().inputs(releases or self.releases)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionByName(OpenScene):
+    """A scene with a friction that may be picked by name."""
 
     friction: str | float = tool.number_or_layer(
         "Friction coefficient",
@@ -170,5 +189,10 @@ class SceneByName(ReleasedScene):
             return ()
         return (Taken.of(FRICTIONS[self.friction_preset], "--friction-preset", {"friction": self.friction}),)
 
-    def inputs(self) -> SceneInputs:
-        return replace(super().inputs(), presets=self.taken_presets())
+    def inputs(self, releases: str = "") -> SceneInputs:
+        return replace(super().inputs(releases), presets=self.taken_presets())
+
+
+@dataclass(frozen=True, kw_only=True)
+class SceneByName(FrictionByName, ReleasedScene):
+    """Both: what slide-logs and its like ask."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from deadwood_algorithms.schemas.brought import ORIENTATIONS
-from deadwood_algorithms.schemas.results import BARRIER_CLASS, SITE_COLUMNS, SITED_GAIN, SITED_HITS
+from deadwood_algorithms.schemas.results import BARRIER_CLASS, IF_LOST, SITE_COLUMNS, SITED_GAIN, SITED_HITS
 from deadwood_algorithms.schemas.words import Band, JsonFile, Key, OtherFile, RasterFile, TableFile, a_number, a_text
 
 # --- rasters --------------------------------------------------------------------------------------------------------
@@ -272,6 +272,7 @@ DESIGN_VALUES = TableFile(
         a_number("ci_high", "Upper end"),
         a_number("n_more", "How many more hits it takes for an upper end, 0 where there is one", 0),
         a_text("note", "The same in words, or why the quantity is not there"),
+        a_number("n_lost", "Logs that left the terrain model and had not come to the place", 0),
         a_number("factor", "By what the rule multiplies this percentile; empty where it takes another; with --rule", 0),
         a_number("design_value", "The percentile times the factor"),
         a_number("design_high", "The upper end times the factor; the interval is of the percentile alone"),
@@ -296,6 +297,7 @@ SITED_TABLE = TableFile(
         a_number("p", "Their share", 0, 1),
         a_number("ci_low", "Lower end of its 95 % Wilson interval", 0, 1),
         a_number("ci_high", "Upper end", 0, 1),
+        *IF_LOST,
         *SITED_GAIN,
         *SITED_HITS,
         a_text("pareto", "yes: no candidate that is neither longer nor higher leaves less; empty for a set"),
@@ -312,6 +314,7 @@ INTENSITY_LINES = TableFile(
         a_number("p", "Their share", 0, 1),
         a_number("ci_low", "Lower end of its 95 % Wilson interval", 0, 1),
         a_number("ci_high", "Upper end", 0, 1),
+        *IF_LOST,
         a_number("rate_per_year", "Events a year that reach the line so", 0, unit="1/a"),
         a_number("rate_ci_low_per_year", "Lower end of its 95 % interval, for the number of logs", 0, unit="1/a"),
         a_number("rate_ci_high_per_year", "Upper end", 0, unit="1/a"),
@@ -746,6 +749,7 @@ INTENSITY_FACTS = JsonFile(
         _key("least_passage.logs_sure", "With so many the 95 % interval of their share lies above the least"),
         _key("least_passage.logs_possible", "With so many it is not yet below it"),
         _key("logs", "Logs of the run"),
+        _key("n_left_dem", "Of these, those that left the terrain model"),
         _key("logs_per_event", "Logs that start in one event; with a frequency"),
         _key("areas", "Release areas; with a frequency"),
         _key("areas[].release_id", "The area"),
@@ -780,6 +784,7 @@ ORIGIN_FACTS = JsonFile(
         _key("least", "Logs that a cell must have for its share to be told"),
         _key("logs", "Logs that are counted"),
         _key("told", "Share of them that were released in cells with so many"),
+        _key("n_left_dem", "Of these, those that left the terrain model"),
         _whole("reach", "By line, and for any line: how many logs reach it, their share and its 95 % interval"),
         _whole("sources", "The rows of the layer sources"),
         _whole("affected", "The rows of the layer affected; null where it is left out"),
@@ -919,13 +924,35 @@ _FINDING = (
     ("ours", "The figure of these runs"),
     ("ci_low", "Lower end of its 95 % interval"),
     ("ci_high", "Upper end"),
-    ("holds", "Whether the finding holds; empty where it is not decided or not judged"),
+    ("holds", "Whether the finding holds; empty where it is not decided or cannot be judged"),
     ("why", "The runs and figures that show it"),
+    ("verdict", "holds, does not hold, not decided, or cannot be judged here"),
+)
+_VARIATION = (
+    ("what", "Which chosen number of the twin is moved"),
+    ("ours", "The figure with it"),
+    ("ci_low", "Lower end of its 95 % interval"),
+    ("ci_high", "Upper end"),
+    ("verdict", "What the finding's verdict would be"),
 )
 FINDINGS = JsonFile(
     name="findings.json",
     meaning="The findings of the paper, one by one",
-    keys=tuple(_key(f"[].{name}", meaning) for name, meaning in _FINDING),
+    keys=(
+        *(_key(f"[].{name}", meaning) for name, meaning in _FINDING),
+        *(_key(f"[].panel[].{name}", meaning) for name, meaning in _VARIATION),
+    ),
+)
+FINDINGS_PANEL = TableFile(
+    name="sensitivity.csv",
+    meaning="The findings with one chosen number of the twin moved",
+    columns=(
+        a_text("id", "Name of the finding"),
+        *(
+            (a_number if name in ("ours", "ci_low", "ci_high") else a_text)(name, meaning)
+            for name, meaning in _VARIATION
+        ),
+    ),
 )
 FINDINGS_TABLE = TableFile(
     name="findings.csv",

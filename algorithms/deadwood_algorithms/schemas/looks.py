@@ -49,6 +49,16 @@ def rgb(colour: str) -> tuple[float, ...]:
     return tuple(int(colour[k : k + 2], 16) / 255.0 for k in (1, 3, 5))
 
 
+# Of the solids of a 3-D view, as red, green and blue from 0 to 1
+SOLIDS = {
+    name: rgb(colour)
+    for name, colour in (
+        ("trees", TREE), ("lying_logs", WOOD), ("blocks", STONE), ("deposits", WOOD), ("barriers", BARRIER),
+        ("lines", ROAD), ("moving", MOVING),
+    )
+}  # fmt: skip
+
+
 @dataclass(frozen=True, kw_only=True)
 class Look:
     """The scale of a quantity: a colour at each stop, and between two stops colours in between.

@@ -8,6 +8,13 @@ from deadwood_algorithms.schemas.words import FULL_CIRCLE, Layer, a_count, a_num
 STOP_REASONS = ("rest", "tree", "barrier", "left_dem", "time_limit", "failed", "lying_log", "block")
 VERDICTS = ("possible", "above_launch_line", "cuts_terrain", "hits_barrier")
 
+IF_LOST = (
+    a_count("n_lost", "Logs that left the terrain model without having reached it"),
+    a_number("p_low_if_lost", "The share if none of the lost logs reaches it", 0, 1),
+    a_number("p_high_if_lost", "The share if all of them do", 0, 1),
+    a_number("ci_low_if_lost", "Lower end of the 95 % interval if none does", 0, 1),
+    a_number("ci_high_if_lost", "Upper end if all do", 0, 1),
+)
 _LINE = an_id("line_id", "The line or polygon")
 _SHARE = (
     a_count("n_total", "Logs whose trajectory is stored"),
@@ -15,11 +22,7 @@ _SHARE = (
     a_number("p", "Their share", 0, 1),
     a_number("ci_low", "Lower end of its 95 % Wilson interval", 0, 1),
     a_number("ci_high", "Upper end", 0, 1),
-    a_count("n_lost", "Logs that left the terrain model without having reached it"),
-    a_number("p_low_if_lost", "The share if none of the lost logs reaches it", 0, 1),
-    a_number("p_high_if_lost", "The share if all of them do", 0, 1),
-    a_number("ci_low_if_lost", "Lower end of the 95 % interval if none does", 0, 1),
-    a_number("ci_high_if_lost", "Upper end if all do", 0, 1),
+    *IF_LOST,
 )
 _STRENGTH = (
     a_number("speed_median_ms", "Median speed of the arriving logs", 0),
@@ -518,6 +521,10 @@ _SHARE_OF_GAIN = (
     a_number("ci_low", "Lower end of its 95 % interval, of paired logs", -1, 1),
     a_number("ci_high", "Upper end", -1, 1),
 )
+_GAIN_IF_LOST = (
+    a_number("gain_p_low_if_lost", "The least such share, whatever the logs did that left the terrain model", -1, 1),
+    a_number("gain_p_high_if_lost", "The largest", -1, 1),
+)
 _WORTH = (
     a_text("kind", "What it is", choices=("tree", "lying_log", "barrier", "stand")),
     an_id("id", "Its id in its layer"),
@@ -539,6 +546,7 @@ VALUES = Layer(
         a_count("n_reach_without", "Logs that would reach the line without it"),
         a_number("gain_logs", "Logs more that would reach the line without it; less than 0: fewer"),
         *_SHARE_OF_GAIN,
+        *_GAIN_IF_LOST,
         *_HOLDS,
     ),
 )
@@ -576,6 +584,7 @@ PLANTED = Layer(
         a_count("n_reach_with", "Logs that would reach the line with it"),
         a_number("gain_logs", "Logs fewer that would reach the line with it; less than 0: more"),
         *_SHARE_OF_GAIN,
+        *_GAIN_IF_LOST,
         *_HOLDS,
     ),
 )

@@ -164,6 +164,7 @@ WRITTEN = (
         "reproduce-paper",
         files.FINDINGS,
         files.FINDINGS_TABLE,
+        files.FINDINGS_PANEL,
         files.FINDINGS_PAGE,
         files.FINDINGS_REPORT,
         files.MANIFEST,

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from deadwood_algorithms.files.columns import number_column
+from deadwood_algorithms.files.dem_blocks import WHOLE_CELLS
 from deadwood_algorithms.files.dem_windows import DemWindows, read_part, read_whole
 from deadwood_algorithms.files.grid import Part
 from deadwood_algorithms.files.vectors import read_vector
@@ -18,7 +19,7 @@ from deadwood_algorithms.scene.ground import warn_of_ground
 from deadwood_algorithms.scene.items import digest_of, plan_of
 from deadwood_algorithms.scene.layers import SceneLayers, read_scene
 from deadwood_algorithms.scene.memory import LOG_BYTES, refuse_too_many, refuse_too_many_workers, threads_that_fit
-from deadwood_algorithms.scene.reach import WHOLE_CELLS, first_part, wider
+from deadwood_algorithms.scene.reach import first_part, wider
 from deadwood_algorithms.scene.releases import Releases, releases_of
 from deadwood_algorithms.scene.shape import as_shape, read_shape
 from deadwood_algorithms.simulate.scheduler import LOCAL

@@ -7,6 +7,8 @@ Wilson's interval is used for every reach probability because it stays inside [0
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -117,7 +119,7 @@ def bounds_if_lost(n_reach: int, n_total: int, n_lost: int) -> dict[str, float]:
     }
 
 
-def loss_matters(record: dict[str, float]) -> bool:
+def loss_matters(record: Mapping[str, Any]) -> bool:
     """Whether the logs lost from sight could move a probability out of the interval that is printed beside it."""
     return record["p_high_if_lost"] > record["ci_high"]
 
@@ -172,7 +174,7 @@ def points_with_interval(difference: float, low: float, high: float) -> str:
     return f"{points} ({bottom} to {top})" if math.isfinite(low) else points
 
 
-def lost_words(record: dict[str, float]) -> str:
+def lost_words(record: Mapping[str, Any]) -> str:
     """``; 12 others left the terrain model before it: 51 % if all of them reach it; ...``
 
     Empty where none was lost. The interval beside the share is of chance alone, the share if all reach it of the lost

@@ -48,7 +48,6 @@ if TYPE_CHECKING:
 
 TABLE, ROWS, FACTS, CHANGES = "table.csv", "comparison.csv", "comparison.json", "changes.gpkg"
 PICTURE = "comparison.png"
-WORTH_A_WARNING = 0.05  # share of the logs that left the terrain model
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,9 +122,10 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
 def warn_of_lost(rows: Sequence[ScenarioRow], compared: Compared, feedback: Feedback) -> None:
     """Say which of the numbers hang on logs that left the terrain model, if any do."""
+    from deadwood_algorithms.results.lost import many
+
     told = [f"reach of {row.item} in {row.scenario}" for row in rows if row.quantity == "reach" and row.loss_matters]
-    few = WORTH_A_WARNING * compared.log_id.size
-    if any(each.left_dem.sum() > few for each in compared.scenarios):
+    if any(many(int(each.left_dem.sum()), compared.log_id.size) for each in compared.scenarios):
         told.append("spread, run-outs and deposits, which are as far as the logs were seen")
     if not told:
         return

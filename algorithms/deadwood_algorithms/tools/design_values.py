@@ -40,11 +40,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from deadwood_algorithms.params import presets, tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 
 if TYPE_CHECKING:
     from deadwood_algorithms.results.passages import Passages
+    from deadwood_algorithms.results.run_folder import Run
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,12 +106,31 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         if not found:
             raise UserError(f"{ask.run}: the run has neither barriers nor lines; --lines names some")
         rows = [row for each in found for row in design_rows(each, levels, ask.confidence / 100.0)]
+        lost = lost_before(source, found, feedback)
+        rows = [row | {"n_lost": lost[row["kind"], row["place_id"]]} for row in rows]
         rows = [row | (rule.record(row) if rule else {}) for row in rows]
         classes = presets.BARRIERS[ask.barrier_classes] if ask.barrier_classes else None
         rows = [row | (class_record(classes, row) if classes else {}) for row in rows]
         write_csv(path, pandas.DataFrame(rows))
     shown = (*lines_of(found, rows), *rule_lines(rows, rule), *class_lines(rows, classes))
     return Outcome({"output": Path(ask.output)}, {"rows": rows}, shown)
+
+
+def lost_before(source: Run, found: Sequence[Passages], feedback: Feedback) -> dict[tuple[str, str], int]:
+    """Of each place the logs that left the terrain model and had not come to it; a warning where they are many."""
+    from deadwood_algorithms.results.lost import left_dem, lost_warning, many
+
+    ids = source.deposits["log_id"].to_numpy()
+    left = ids[left_dem(source.deposits["stop_reason"].to_numpy())]
+    counts = {(each.kind, each.place_id): int((~np.isin(left, each.log_id)).sum()) for each in found}
+    told = [
+        f"the percentiles of {each.kind} {each.place_id} are of the {each.log_id.size} logs that were seen there"
+        for each in found
+        if many(counts[each.kind, each.place_id], each.log_id.size)
+    ]
+    if warning := lost_warning(left.size, ids.size, told):
+        feedback.warn(f"{source.path}: {warning}")
+    return counts
 
 
 def class_record(classes: presets.BarrierClasses, row: dict[str, Any]) -> dict[str, str]:

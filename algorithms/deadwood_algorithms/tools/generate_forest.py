@@ -158,7 +158,7 @@ def basal_area(squares: float) -> float:
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     import geopandas
 
-    from deadwood_algorithms.files.dem_windows import read_dem
+    from deadwood_algorithms.files.dem_blocks import open_ground
     from deadwood_algorithms.files.vectors import write_vector
 
     refuse_two_laws(ask.dbh_law, ask.dbh_a, ask.dbh_b)
@@ -167,11 +167,10 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     taken = presets.Taken.of(presets.FORESTS[ask.preset], "--preset", vars(ask)) if ask.preset else None
     if taken:
         feedback.note(taken.said)
-    with writing(TOOL, ask, feedback) as outputs:
+    with writing(TOOL, ask, feedback) as outputs, open_ground(ask.dem, crs=ask.crs, feedback=feedback) as ground:
         temporary = outputs.file("output", ".gpkg")
-        grid = read_dem(ask.dem, crs=ask.crs, feedback=feedback)
-        exclude = union_of(ask.exclude, grid, ask.crs, feedback)
-        stands = read_stands(ask.stand, grid, exclude, ask.crs, feedback)
+        exclude = union_of(ask.exclude, ground, ask.crs, feedback)
+        stands = read_stands(ask.stand, ground, exclude, ask.crs, feedback)
         source = source_of(ask, [each.ground for each in stands], feedback) if ask.like else None
         known = source.numbers if source else dict(taken.sets) if taken else {}
         kinds = [kind_of_stand(ask, known, source, each) for each in stands]
@@ -190,7 +189,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         ]
         dbh, height = (np.concatenate([each[k] for each in drawn]) for k in (0, 1))
         columns = {"tree_id": np.arange(1, count + 1), "dbh_cm": dbh, "height_m": height}
-        frame = geopandas.GeoDataFrame(columns, geometry=shapely.points(x, y), crs=grid.plan_crs)
+        frame = geopandas.GeoDataFrame(columns, geometry=shapely.points(x, y), crs=ground.plan_crs)
         write_vector(temporary, {"trees": frame})
     density, redrawn = count / area * 1e4, sum(each[2] for each in drawn)
     if len(stands) == 1:

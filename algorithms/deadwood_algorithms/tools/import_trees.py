@@ -27,6 +27,7 @@ FINT: ``--trees Ind_trees.csv --source fint``.
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -35,6 +36,7 @@ import shapely
 
 from deadwood_algorithms import schemas
 from deadwood_algorithms.files.columns import warn_implausible, where_of
+from deadwood_algorithms.files.dem_blocks import DemBlocks
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
@@ -161,14 +163,15 @@ class Ask:
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
-    from deadwood_algorithms.files.dem_windows import read_dem
+    from deadwood_algorithms.files.dem_blocks import open_ground
 
     refuse_contradictions(ask)
-    with writing(TOOL, ask, feedback) as outputs:
+    with writing(TOOL, ask, feedback) as outputs, ExitStack() as opened:
         temporary, snags = outputs.file("output", ".gpkg"), outputs.optional_file("snags", ".gpkg")
-        grid = read_dem(ask.dem, crs=ask.crs, feedback=feedback) if ask.dem else None
+        dem = open_ground(ask.dem, crs=ask.crs, feedback=feedback) if ask.dem else None
+        ground = opened.enter_context(dem) if dem else None
         xy = (ask.x_field, ask.y_field) if ask.x_field and ask.y_field else None
-        source = read_source(ask.trees, ask.source, xy, grid, crs=ask.crs, feedback=feedback)
+        source = read_source(ask.trees, ask.source, xy, ground, crs=ask.crs, feedback=feedback)
         where, said = where_of(source.frame), source.said
         status = tree_status.status_of(
             source.frame, source.layout, ask.status_field, ask.dead_values, ask.gone_values, feedback
@@ -179,7 +182,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         filled = sizes(ask, source, status == tree_status.LIVE, crown, feedback)
         said += filled.said
 
-        kept = what_stays(ask, source, filled, status, grid, said)
+        kept = what_stays(ask, source, filled, status, ground, said)
         warn_of_doubts(source, filled, kept, feedback)
         dead = kept & (status == tree_status.DEAD)
         trees = kept if ask.keep_dead else kept & ~dead
@@ -258,7 +261,7 @@ def sizes(ask: Ask, source: Source, living: np.ndarray, crown: np.ndarray | None
 
 
 def what_stays(
-    ask: Ask, source: Source, filled: Filled, status: np.ndarray, grid: Grid | None, said: list[str]
+    ask: Ask, source: Source, filled: Filled, status: np.ndarray, ground: Grid | DemBlocks | None, said: list[str]
 ) -> np.ndarray:
     """Which trees are written to one of the layers; why the others are not is said."""
     from deadwood_algorithms.scene.items import extent_words
@@ -280,11 +283,11 @@ def what_stays(
             if (kept & wrong).any():
                 said.append(f"{(kept & wrong).sum()} trees dropped, their {column} is {words} {schema.unit}")
                 kept &= ~wrong
-    if grid:
+    if ground:
         x, y = shapely.get_x(source.places), shapely.get_y(source.places)
-        on = grid.contains(x, y)
+        on = ground.contains(x, y)
         if (kept & ~on).any():
-            nowhere = extent_words(x, y, grid) if not on.any() else ""
+            nowhere = extent_words(x, y, ground) if not on.any() else ""
             said.append(f"{(kept & ~on).sum()} trees dropped, they stand off the DEM{nowhere}")
         kept &= on
     if ask.merge_within_m and kept.any():

@@ -173,6 +173,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         if rows:
             write_csv(folder / LINES, pandas.DataFrame(rows))
         facts["lines"] = rows
+        facts["n_left_dem"] = warn_of_lost(source, rows, feedback)
         write_json(folder / FACTS, facts)
         outputs = {each.stem: final / each.name for each in sorted(folder.iterdir()) if each.suffix != ".qml"}
     return Outcome({"output": final} | outputs, facts, words_of(facts, rows))
@@ -234,6 +235,18 @@ def write_years(path: Path, years: Sequence[NDArray[np.float64]], grid: Grid) ->
     bands = {band.name: np.where(passed, each, np.nan) for band, each in zip(RETURN.bands, years, strict=True)}
     units = [band.unit for band in RETURN.bands]
     write_bands(path, bands, grid, nodata=np.nan, dtype="float32", units=units, style=RETURN.look)
+
+
+def warn_of_lost(source: Run, rows: Sequence[dict[str, Any]], feedback: Feedback) -> int:
+    """How many logs left the terrain model; a warning where the maps or the lines depend on them."""
+    from deadwood_algorithms.results.lost import left_dem, lost_warning, many, reach_told
+
+    n_lost = int(left_dem(source.deposits["stop_reason"].to_numpy()).sum())
+    told = reach_told(row for row in rows if row["n_reach"] is not None and not row["at_least_kj"])
+    told += ["classes, areas and the outline end where they left"] if many(n_lost, len(source.deposits)) else []
+    if warning := lost_warning(n_lost, len(source.deposits), told):
+        feedback.warn(f"{source.path}: {warning}")
+    return n_lost
 
 
 def warn_of_few(

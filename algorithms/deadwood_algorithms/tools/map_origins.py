@@ -35,7 +35,7 @@ import numpy as np
 
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
-from deadwood_algorithms.stats.statistics import percent_with_interval
+from deadwood_algorithms.stats.statistics import lost_words, percent_with_interval
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -86,6 +86,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.rasters import write_bands
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.results.identity import result_folder
+    from deadwood_algorithms.results.lost import left_dem, lost_warning, many, reach_told, share_if_lost
     from deadwood_algorithms.results.run_folder import read_run, write_json
     from deadwood_algorithms.schemas.files import ORIGIN_REACH
 
@@ -115,13 +116,22 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             layers["affected"] = affected
         write_vector(folder / LAYERS, layers)
         draw(folder / PICTURE, source, found, line_shapes(ask, source))
+        left = left_dem(source.deposits["stop_reason"].to_numpy()[rows])
+        reach = [{"line_id": line, **share_if_lost(hit, left)} for line, hit in reached.items()]
+        told = reach_told(reach[1:])
+        told += (
+            ["the shares of the map are those of logs that were seen to arrive"] if many(left.sum(), rows.size) else []
+        )
+        if warning := lost_warning(int(left.sum()), rows.size, told):
+            feedback.warn(f"{ask.run}: {warning}")
         records = {name: frame.drop(columns="geometry").to_dict("records") for name, frame in layers.items()}
         facts: dict[str, Any] = {
             "cell_m": cell,
             "least": ask.least,
             "logs": int(rows.size),
             "told": found.share_with_enough,
-            "reach": [{"line_id": line, **record_of(hit)} for line, hit in reached.items()],
+            "n_left_dem": int(left.sum()),
+            "reach": reach,
             "sources": records["sources"],
             "affected": records.get("affected"),
         }
@@ -140,12 +150,6 @@ def line_shapes(ask: Ask, source: Run) -> list[Any]:
     path = ask.lines or f"{source.path / GEOPACKAGE}|layername=reach"
     kinds = ("line", "polygon")
     return list(read_vector(path, geometry=kinds, target_crs=source.grid.crs, what="lines", feedback=Quiet()).geometry)
-
-
-def record_of(hit: NDArray[np.bool_]) -> dict[str, float]:
-    from deadwood_algorithms.stats.statistics import reach_record
-
-    return reach_record(int(hit.sum()), hit.size)
 
 
 def reached_rows(ask: Ask, source: Run, feedback: Feedback) -> tuple[NDArray[np.int64], dict[str, NDArray[np.bool_]]]:
@@ -184,7 +188,10 @@ def lines_of(facts: dict[str, Any]) -> tuple[str, ...]:
     """How many logs reach each line, and from how much ground."""
     shown = [f"{facts['logs']} logs in cells of {facts['cell_m']:g} m, {100 * facts['told']:.0f} % of them told"]
     for each in facts["reach"][1 if len(facts["reach"]) == 2 else 0 :]:
-        shown.append(f"{each['line_id']}: {each['n_reach']} of {each['n_total']} logs, {percent_with_interval(each)}")
+        shown.append(
+            f"{each['line_id']}: {each['n_reach']} of {each['n_total']} logs, {percent_with_interval(each)}"
+            f"{lost_words(each)}"
+        )
         for row in facts["sources"]:
             if row["line_id"] == each["line_id"]:
                 shown.append(

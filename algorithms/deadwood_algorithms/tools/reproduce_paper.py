@@ -1,12 +1,20 @@
 """Repeat sections 5, 6 and the appendices of the paper on two synthetic twins, and judge its findings one by one.
 
-The folder holds `findings.json` (statement, section, the paper's figure, ours with its interval, whether it holds, and
-why), the same as `findings.csv` and `findings.md`, `report.html` with the figures beside the paper's (3, 4, A1, B1),
-and every run. Judged is a finding (an order, a direction, the size of a ratio), not another slope's number. The twins
-and the rules were fixed before the first run; the numbers of the twins, each with its source, are in
-`deadwood_algorithms/paper/README.md`. The log slides as the smooth cone, and again as the paper's point cloud
-(`make-log`, ids that end in `.cloud`). `--quick` takes a few hundred logs and a coarser set: it shows that all works
-and judges nothing. An interrupted run goes on with `--resume`; what is finished is not slid again.
+The folder holds `findings.json` (statement, section, the paper's figure, ours with its interval, whether it holds, why,
+and the verdict: holds, does not hold, not decided, cannot be judged here), the same as `findings.csv` and
+`findings.md`, `report.html` with the figures beside the paper's (3, 4, A1, B1), and every run. Judged is a finding (an
+order, a direction, the size of a ratio), not another slope's number. The twins and the rules were fixed before the
+first run; the numbers of the twins, each with its source, are in `deadwood_algorithms/paper/README.md`;
+`--twin-version 1` takes the twins that were used until November 2026. The log slides as the smooth cone, and again as
+the paper's point cloud (`make-log`, ids that end in `.cloud`). What fewer than 20 000 logs leave open is slid again
+with 20 000.
+
+On the twins of version 2 each finding has a panel of sensitivity (`sensitivity.csv`): the same finding with one chosen
+number of the twin moved (width of treeless strips, roughness, places of release, friction of rolling, another draw of
+relief and forest, and others), a fifth of the logs each. These runs are not kept; `--no-panel` leaves them out.
+
+`--quick` takes a few hundred logs and a coarser set: it shows that all works and judges nothing. An interrupted run
+goes on with `--resume`; what is finished is not slid again.
 
 With `--site-data FOLDER` the data of the real sites take the twins' place. FOLDER has a folder `klosters`,
 `rothenbrunnen` or both, each with
@@ -28,7 +36,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -59,6 +67,19 @@ SITES = ("klosters", "rothenbrunnen")
 FRICTIONS = (0.15, 0.2, 0.25, 0.3, 0.35, 0.4)
 ROCKS = {"platy": (1.6, 1.25, 0.5), "cubic": (1.0, 1.0, 1.0)}  # sides of 1 m3 [m]
 QUICK_LOGS = 300
+DECIDING_LOGS = 20_000  # the paper's; what fewer leave open is slid again with so many
+DECIDED_BY = {  # by finding, the scenarios that it needs beside the mapped forest
+    "none_far_above_mapped": ("none",),
+    "mapped_above_random": ("random",),
+    "mapped_about_random": ("random",),
+    "protection_holds": ("barriers",),
+    "one_in_a_hundred_jumps": ("barriers",),
+    "barrier_stops_most": ("barriers",),
+    "high_friction_does_not_reach": ("friction",),
+    "trees_hold_near_release": (),
+    "some_jump_metres": (),
+}
+HIGH_FRICTION = 0.35  # the least of the sweep beyond the paper's range
 ANY_SHAPE = ("point", "line", "polygon")
 
 
@@ -67,11 +88,13 @@ class Ask:
     site: str = tool.choice("Which site", *SITES, "both", default="both")
     logs: int = tool.integer(
         "Logs of each scenario, over all releases", default=20_000, minimum=8, maximum=10_000_000,
-        help="The sweeps of friction and cells take a fifth of them.",
+        help="The sweeps of friction and cells, and each run of the panel of sensitivity, take a fifth of them.",
     )  # fmt: skip
     fidelity: str = tool.choice("Speed against accuracy", "draft", "standard", "fine", "reference", default="standard")
     quick: bool = tool.flag("At most 300 logs and a coarser set, in a minute or two; not judged")
     site_data: str | None = tool.folder("Data of the real sites, in place of the twins", default=None)
+    twin_version: str = tool.choice("Which twins", "1", "2", default="2", help="1: those until November 2026.")
+    no_panel: bool = tool.flag("Leave out the panel of sensitivity")
     seed: int = tool.seed()
     threads: int | None = tool.integer("Threads (default: every core)", default=None, minimum=1, advanced=True)
     resume: bool = tool.flag("Go on with an interrupted run")
@@ -80,8 +103,8 @@ class Ask:
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
-    from deadwood_algorithms.paper.findings import findings_of
-    from deadwood_algorithms.paper.report import HOLDS, write_report
+    from deadwood_algorithms.paper.findings import findings_of, with_panel
+    from deadwood_algorithms.paper.report import write_report
     from deadwood_algorithms.paper.site import read_site, write_twin
     from deadwood_algorithms.results.identity import result_folder
     from deadwood_algorithms.results.run_folder import link_or_copy
@@ -99,14 +122,19 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
                 source = Path(ask.site_data) / name if ask.site_data else place / "data"
                 if not ask.site_data:  # also of a run that is resumed: nobody knows what happened to it meanwhile
                     shutil.rmtree(source, ignore_errors=True)
-                    write_twin(name, source)
+                    write_twin(name, source, int(ask.twin_version))
                 site = read_site(name, source, place / "prepared")
                 if name == names[0]:  # said here: what the steps note is not (``Stage``)
                     load_kernels(None, feedback)
                 slide = Steps(ask, site, place, feedback)
+                mine: list[Finding] = []
                 for convention in ("", "cloud") if not ask.quick else ("",):
-                    found += findings_of(slide.evidence(convention), quick=ask.quick, convention=convention)
+                    mine += findings_of(slide.evidence(convention), quick=ask.quick, convention=convention)
+                found += decided(ask, site, place, mine, feedback)
                 figures += slide.figures()
+            for name in names:
+                panel = varied(ask, name, work / name, feedback)
+                found = [with_panel(each, panel) if each.id.startswith(f"{name}.") else each for each in found]
         except (Cancelled, KeyboardInterrupt) as error:
             feedback.note(f"what is finished is kept in {work}; --resume goes on from there")
             raise Cancelled from error
@@ -115,14 +143,52 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         head = words(ask)
         write_report(folder, found, head, [(title, folder / path.relative_to(work)) for title, path in figures])
     shutil.rmtree(work)
-    lines = [f"{HOLDS[each.holds]:12} {each.id}" for each in found]
+    lines = [f"{each.verdict:21} {each.id}" for each in found]
     outputs = {"output": final, "findings": final / "findings.json", "report": final / "report.html"}
     return Outcome(outputs, {"findings": len(found), "hold": sum(each.holds is True for each in found)}, (*lines, head))
 
 
+def decided(ask: Ask, site: Site, place: Path, found: list[Finding], feedback: Feedback) -> list[Finding]:
+    """The findings; those that so many logs leave open are judged anew by more, in the scenarios that they need."""
+    from dataclasses import replace
+
+    from deadwood_algorithms.paper.findings import findings_of
+
+    open_ = {each.id for each in found if each.verdict == "not decided"}
+    needed = {name for each in open_ for name in DECIDED_BY.get(each.partition(".")[2], ())}
+    if ask.quick or logs_of(ask) >= DECIDING_LOGS or not needed:
+        return found
+    more = Steps(ask, site, place / ".more", feedback, logs=DECIDING_LOGS, needed=needed)
+    again = {each.id: each for each in findings_of(more.evidence_of_needed()) if each.id in open_}
+    told = f"{DECIDING_LOGS} logs a scenario, for {logs_of(ask)} left it open: "
+    return [replace(again[each.id], why=told + again[each.id].why) if each.id in again else each for each in found]
+
+
+def varied(ask: Ask, name: str, place: Path, feedback: Feedback) -> list[tuple[str, list[Finding]]]:
+    """The findings with each chosen number of the twin moved."""
+    from deadwood_algorithms.paper.findings import findings_of
+    from deadwood_algorithms.paper.site import read_site, write_twin
+    from deadwood_algorithms.paper.variations import VARIATIONS
+
+    if ask.site_data or ask.no_panel or ask.twin_version != "2":
+        return []
+    found = []
+    for each in VARIATIONS[name][: 1 if ask.quick else None]:
+        folder = place / ".panel" / each.name
+        shutil.rmtree(folder / "data", ignore_errors=True)
+        write_twin(name, folder / "data", each.version, **each.changes)
+        site = read_site(name, folder / "data", folder / "prepared")
+        logs = max(8, logs_of(ask) // 5)
+        needed = {"none", "random", "friction"} if name == SITES[0] else {"none", "random", "barriers", "platy"}
+        steps = Steps(ask, site, folder, feedback, logs=logs, needed=needed, options=each.options, draws=1)
+        found.append((each.words, findings_of(steps.evidence_of_needed(), quick=ask.quick)))
+    return found
+
+
 def words(ask: Ask) -> str:
     """What the findings come from."""
-    where = f"the data in {ask.site_data}" if ask.site_data else "two synthetic twins, not the paper's slopes"
+    twins = f"two synthetic twins (version {ask.twin_version}), not the paper's slopes"
+    where = f"the data in {ask.site_data}" if ask.site_data else twins
     told = f"{logs_of(ask)} logs a scenario, {fidelity_of(ask)}, seed {ask.seed}, on {where}; "
     told += f"deadwood-tool {tool.VERSION}."
     return told + (" A --quick run: it judges nothing." if ask.quick else " Intervals are 95 %, over logs.")
@@ -151,7 +217,7 @@ def place_of_work(ask: Ask) -> Path:
 def work_folder(ask: Ask, feedback: Feedback) -> Path:
     """The hidden folder of finished scenarios; dropped unless it is resumed, refused if it was begun otherwise."""
     work = place_of_work(ask)
-    names = ("site", "fidelity", "logs", "quick", "site_data", "seed")
+    names = ("site", "fidelity", "logs", "quick", "site_data", "twin_version", "seed")
     identity = {"version": tool.VERSION, "engine": tool.engine_digest()} | {name: getattr(ask, name) for name in names}
     note = work / ".identity.json"
     if work.is_dir() and ask.resume:
@@ -183,14 +249,18 @@ def _begun(note: Path) -> dict[str, Any]:
 class Steps:
     """The tools' calls for one site; what is there already is not made again."""
 
-    def __init__(self, ask: Ask, site: Site, place: Path, feedback: Feedback) -> None:
+    def __init__(
+        self, ask: Ask, site: Site, place: Path, feedback: Feedback, *, logs: int | None = None,
+        needed: set[str] | None = None, options: Mapping[str, Any] | None = None, draws: int | None = None,
+    ) -> None:  # fmt: skip
         self.ask, self.site, self.place, self.feedback = ask, site, place, feedback
+        self.logs, self.needed, self.options = logs or logs_of(ask), needed or set(), dict(options or {})
         self._known: set[Path] = set()  # what was made, or found to stand, by this process
         self.prepared, self.runs, self.results = (place / name for name in ("prepared", "runs", "results"))
         for folder in (self.prepared, self.runs, self.results):
             folder.mkdir(parents=True, exist_ok=True)
         self.klosters = site.name == SITES[0]
-        self.draws = 1 if ask.quick else 3
+        self.draws = draws or (1 if ask.quick else 3)
         self.trees: dict[str, str | None] = {"none": None, "als": self.mapped_trees()}
         for draw in range(self.draws):
             self.trees["random" + (f"_{draw + 1}" if draw else "")] = self.random_trees(draw)
@@ -240,9 +310,7 @@ class Steps:
         facts, areas = self.site.facts, self.site.layers["releases"]
         from deadwood_algorithms.files.vectors import read_vector
 
-        count = -(
-            -logs_of(self.ask) // len(read_vector(str(areas), geometry=ANY_SHAPE, target_crs=None, what="releases"))
-        )
+        count = -(-self.logs // len(read_vector(str(areas), geometry=ANY_SHAPE, target_crs=None, what="releases")))
         rock = {"density_kg_m3": facts.get("rock_density_kg_m3", 2700.0), "orientation": "random"}
         log = {"density_kg_m3": facts["density_kg_m3"]}
         return str(
@@ -280,19 +348,21 @@ class Steps:
         name = scenario + (f"_{convention}" if convention else "") + (f"_{friction:g}" if friction is not None else "")
         if scenario in ROCKS:
             mu, logs = facts.get("rock_friction", 0.5), "rocks"
-        keeps = "all" if scenario == "barriers" or friction is not None else "none"
+        keeps = "all" if scenario == "barriers" or logs == "fewer" else "none"
         return self.step(
             self.runs / name, slide_logs.TOOL, name, dem=self.terrains[scenario], releases=self.releases(logs),
             trees=self.trees[forest], barriers=self.site.layers["barriers"] if protects else None,
             lines=self.site.layers["lines"], friction=float(mu), fidelity=fidelity_of(self.ask), seed=self.ask.seed,
-            threads=self.ask.threads, trajectories=keeps,
+            threads=self.ask.threads, trajectories=keeps, **self.options,
             shape=self.shape(scenario if scenario in ROCKS else "log") if convention or scenario in ROCKS else "cone",
         )  # fmt: skip
 
     def scenarios(self) -> list[str]:
         """Those whose logs are compared one by one; the first is what the others are compared with."""
         randoms = [name for name in self.trees if name.startswith("random")]
-        return ["als", "protected" if self.klosters else "barriers", *randoms, "none"]
+        names = ["als", "protected" if self.klosters else "barriers", *randoms, "none"]
+        kinds = {"protected": "barriers"} | dict.fromkeys(randoms, "random")
+        return [name for name in names if not self.needed or name == "als" or kinds.get(name, name) in self.needed]
 
     def compared(self, convention: str) -> dict[tuple[str, str, str], Any]:
         """Rows of `compare-scenarios`, by scenario, quantity and item."""
@@ -308,19 +378,10 @@ class Steps:
 
     def evidence(self, convention: str) -> Evidence:
         """All that the findings of the site are judged by."""
-        from deadwood_algorithms.files.vectors import read_table
-        from deadwood_algorithms.paper.findings import Evidence
-
-        rows = self.compared(convention)
-        names = self.scenarios()
-        logs, summaries = {}, {}
-        for name in names:
-            place = self.slide(name, convention)
-            frame = read_table(f"{place / 'run.gpkg'}|layername=deposits", what="deposits")
-            logs[name] = {str(column): frame[column].to_numpy() for column in frame.columns if column != "geometry"}
-            summaries[name] = json.loads((place / "summary.json").read_text(encoding="utf-8"))
-        of = Evidence(self.site.name, self.site.facts, rows, logs, summaries)
+        of = self.evidence_of_scenarios(convention)
         if convention:
+            if self.klosters:
+                of.sweeps = self.high_friction(convention)
             return of
         self._evidence = of
         if self.klosters:
@@ -330,8 +391,55 @@ class Steps:
             of.flight = self.flight()
             if self.site.facts["takeoff_line"]:
                 of.takeoffs = {mu: self.takeoffs(mu) for mu in self.frictions()}
-                of.jumped = [(row["speed_ms"], row["jump_m"]) for row in self.jumps()]
+                of.jumped = [(row["speed_ms"], row["jump_m"], row["height_m"]) for row in self.jumps()]
         return of
+
+    def evidence_of_scenarios(self, convention: str) -> Evidence:
+        """What the scenarios came to."""
+        from deadwood_algorithms.files.vectors import read_table
+        from deadwood_algorithms.paper.findings import Evidence
+
+        logs, summaries, cells = {}, {}, {}
+        for name in self.scenarios():
+            place = self.slide(name, convention)
+            frame = read_table(f"{place / 'run.gpkg'}|layername=deposits", what="deposits")
+            logs[name] = {str(column): frame[column].to_numpy() for column in frame.columns if column != "geometry"}
+            summaries[name] = json.loads((place / "summary.json").read_text(encoding="utf-8"))
+            cells[name] = self.cell_speed(place)
+        rows = self.compared(convention)
+        twin = self.ask.site_data is None
+        return Evidence(self.site.name, self.site.facts, rows, logs, summaries, cell_speed=cells, twin=twin)
+
+    def evidence_of_needed(self) -> Evidence:
+        """What the needed scenarios came to, the rocks and the high friction among them; the log a cone."""
+        of = self.evidence_of_scenarios("")
+        if self.klosters and "friction" in self.needed:
+            of.sweeps = self.high_friction("")
+        if "platy" in self.needed:
+            of.spreads = {name: self.spread(name) for name in ("als", *ROCKS)}
+        if "barriers" in of.logs and self.site.facts["takeoff_line"]:
+            self._evidence = of
+            of.jumped = [(row["speed_ms"], row["jump_m"], row["height_m"]) for row in self.jumps()]
+        return of
+
+    def cell_speed(self, run_folder: Path) -> float:
+        """Mean over the cells that logs passed of the largest speed there [m/s]."""
+        from deadwood_algorithms.files.dem_windows import read_dem
+        from deadwood_algorithms.files.rasters import read_raster_on
+
+        speeds = read_raster_on(run_folder / "speed_max.tif", read_dem(self.site.dem), what="speed")
+        return float(np.nanmean(speeds[speeds > 0.0]))
+
+    def high_friction(self, convention: str) -> dict[float, list[dict[str, Any]]]:
+        """Reach of the lines with a friction beyond the paper's range, as a row of a sweep."""
+        from deadwood_algorithms.files.dem_windows import read_dem
+
+        told = json.loads(
+            (self.slide("als", convention, friction=HIGH_FRICTION) / "summary.json").read_text(encoding="utf-8")
+        )
+        row = {"friction": HIGH_FRICTION, "n": told["logs"]["released"]}
+        row |= {f"reach_{each['line_id']}": each["p"] for each in told["reach"]}
+        return {read_dem(self.site.dem).cell: [row]}
 
     def frictions(self) -> Sequence[float]:
         return (0.15, 0.25, 0.4) if self.ask.quick else FRICTIONS
@@ -367,7 +475,7 @@ class Steps:
         return [row | {"n": told["logs"]} for row in told["rows"]]
 
     def fifth(self) -> int:
-        return max(logs_of(self.ask) // 5, min(logs_of(self.ask), 200))
+        return max(self.logs // 5, min(self.logs, 200))
 
     def line(self, fact: str) -> str | None:
         """A file with one of the site's lines alone."""
@@ -434,16 +542,33 @@ class Steps:
         logs = self._evidence.logs["barriers"]
         jump = dict(zip(logs["log_id"].tolist(), logs["jump_max_m"].tolist(), strict=True))
         both = [each for each in lip.index if each in road.index and road["t_s"][each] > lip["t_s"][each]]
+        heights = self.heights({int(each): float(lip["t_s"][each]) for each in both})
         told = [
             {
                 "log_id": int(each),
                 "t_s": float(lip["t_s"][each]),
                 "speed_ms": float(lip["speed_ms"][each]),
                 "jump_m": jump[each],
+                "height_m": heights[int(each)],
             }
             for each in both
         ]
         return sorted(told, key=lambda row: row["speed_ms"])
+
+    def heights(self, since_s: Mapping[int, float]) -> dict[int, float]:
+        """Greatest height of the centre of mass above the terrain after a moment of each log's slide [m]."""
+        from deadwood_algorithms.files.dem_windows import read_dem
+        from deadwood_algorithms.results.run_folder import read_run
+
+        if not since_s:
+            return {}
+        ground, found = read_dem(self.site.dem), dict.fromkeys(since_s, 0.0)
+        for piece in read_run(str(self.slide("barriers")), feedback=tool.Quiet()).poses(np.array(sorted(since_s))):
+            above = piece["z"] - ground.height(piece["x"], piece["y"])
+            for each in np.unique(piece["log_id"]).tolist():
+                late = (piece["log_id"] == each) & (piece["t_s"] >= since_s[each])
+                found[each] = max(found[each], float(np.nanmax(above[late], initial=0.0)))
+        return found
 
     def figures(self) -> list[tuple[str, Path]]:
         """The pictures beside the paper's."""

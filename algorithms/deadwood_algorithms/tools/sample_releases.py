@@ -40,6 +40,7 @@ import shapely
 
 from deadwood_algorithms import schemas
 from deadwood_algorithms.files.columns import id_column, schema_column, where_of
+from deadwood_algorithms.files.dem_blocks import DemBlocks
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params import presets, tool
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError
@@ -132,20 +133,19 @@ class Ask:
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     import geopandas
 
-    from deadwood_algorithms.files.dem_windows import read_dem
+    from deadwood_algorithms.files.dem_blocks import open_ground
     from deadwood_algorithms.files.vectors import write_vector
 
     refuse_contradictions(ask)
-    with writing(TOOL, ask, feedback) as outputs:
+    with writing(TOOL, ask, feedback) as outputs, open_ground(ask.dem, crs=ask.crs, feedback=feedback) as ground:
         temporary = outputs.file("output", ".gpkg")
         if ask.orientation == "upright" and (lies := lying_wood(ask)):
             feedback.warn(
                 f"logs are released upright, as dead trees that stand (--orientation), but '{lies}' sounds like wood "
                 "that lies; --orientation random-lying releases it so, and how far logs come depends on it"
             )
-        grid = read_dem(ask.dem, crs=ask.crs, feedback=feedback)
-        weights = read_weights(ask.weights, grid, feedback) if ask.weights else None
-        areas, shapes = read_areas(ask, grid, feedback)
+        areas, shapes = read_areas(ask, ground, feedback)
+        weights = read_weights(ask.weights, weighted_ground(ask, ground, shapes), feedback) if ask.weights else None
         names = release_ids(areas, ask.release_id_field)
         taken = presets.Taken.of(presets.LOGS[ask.preset], "--preset", vars(ask))
         if taken.sets or ask.preset != DEFAULT_PRESET:  # of the default, only what it set
@@ -157,11 +157,11 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         mend = "lower --count or --logs-per-ha, or sample the areas in parts"
         refuse_too_many(int(counts.sum()), "logs", ask.output, each=BYTES, mend=mend)
 
-        log_id, places = place_logs(ask, grid, areas, shapes, weights, counts, feedback)
+        log_id, places = place_logs(ask, ground, areas, shapes, weights, counts, feedback)
         area = log_id % len(areas)
         drawn = draw_logs(of_area, area, log_id, ask.seed, ask.correlation, deadwood)
         columns = {"log_id": log_id + 1, "release_id": names[area]} | drawn.columns
-        frame = geopandas.GeoDataFrame(columns, geometry=shapely.points(places), crs=grid.plan_crs)
+        frame = geopandas.GeoDataFrame(columns, geometry=shapely.points(places), crs=ground.plan_crs)
         write_vector(temporary, {"releases": frame})
     facts = {"logs": log_id.size, "areas": len(areas), "redrawn": drawn.redrawn, "preset": taken.record}
     return Outcome({"output": Path(ask.output)}, facts, lines(ask, counts, drawn))
@@ -188,7 +188,7 @@ def refuse_contradictions(ask: Ask) -> None:
         raise UserError(f"--deadwood and --{given.replace('_', '-')} both draw the sizes; give one of them")
 
 
-def read_areas(ask: Ask, grid: Grid, feedback: Feedback) -> tuple[pandas.DataFrame, list[Any]]:
+def read_areas(ask: Ask, ground: Grid | DemBlocks, feedback: Feedback) -> tuple[pandas.DataFrame, list[Any]]:
     """The areas' columns and shapes; without a layer one area, the cells that have a weight (None)."""
     import pandas
 
@@ -202,7 +202,7 @@ def read_areas(ask: Ask, grid: Grid, feedback: Feedback) -> tuple[pandas.DataFra
     areas = read_vector(
         ask.areas,
         geometry=("point", "polygon"),
-        target_crs=grid.crs,
+        target_crs=ground.crs,
         crs=ask.crs,
         what="releases",
         feedback=feedback,
@@ -215,6 +215,16 @@ def read_areas(ask: Ask, grid: Grid, feedback: Feedback) -> tuple[pandas.DataFra
             "place for a tree (a sliver left by cutting polygons?), but gets as many logs as the others; delete it"
         )
     return areas, list(shapes)
+
+
+def weighted_ground(ask: Ask, ground: Grid | DemBlocks, shapes: list[Any]) -> Grid:
+    """The part of the DEM in which logs may be placed by weights: that of the areas, or of the raster of weights."""
+    from deadwood_algorithms.files.rasters import extent_in
+
+    if ask.areas is None:
+        return ground.over(extent_in(str(ask.weights), ground.crs))
+    west, south, east, north = shapely.total_bounds(shapes)
+    return ground.over((west - ask.radius_m, south - ask.radius_m, east + ask.radius_m, north + ask.radius_m))
 
 
 def sizes_of(ask: Ask, taken: presets.Taken, areas: pandas.DataFrame, feedback: Feedback) -> dict[str, float]:
@@ -263,7 +273,7 @@ def logs_by_area(ask: Ask, shapes: list[Any], weights: Weights | None) -> np.nda
 
 def place_logs(
     ask: Ask,
-    grid: Grid,
+    ground: Grid | DemBlocks,
     areas: pandas.DataFrame,
     shapes: list[Any],
     weights: Weights | None,
@@ -279,7 +289,7 @@ def place_logs(
         log_id = row + len(shapes) * np.arange(counts[row])
         if weights is None:
             place = positions(shape, ask.radius_m, ask.seed, log_id, where)
-            refuse_off_dem(place, grid, where)
+            refuse_off_dem(place, ground, where)
         else:
             place = weighted_positions(shape, ask.radius_m, weights, ask.seed, log_id, where)
         ids.append(log_id)
@@ -312,15 +322,15 @@ def release_ids(areas: pandas.DataFrame, field: str | None) -> np.ndarray:
     return id_column(areas, field) if field else np.arange(1, len(areas) + 1)
 
 
-def refuse_off_dem(place: np.ndarray, grid: Grid, where: str) -> None:
-    on = grid.contains(place[:, 0], place[:, 1])
+def refuse_off_dem(place: np.ndarray, ground: Grid | DemBlocks, where: str) -> None:
+    on = ground.contains(place[:, 0], place[:, 1])
     if on.all():
         return
     x, y = place[np.argmin(on)]
     share = "every release position lies" if not on.any() else f"{(~on).sum()} of {on.size} release positions lie"
     raise UserError(
         f"{where}: {share} off the DEM or on its nodata (one at {x:.1f}, {y:.1f}; the DEM spans "
-        "{:.1f} to {:.1f} east, {:.1f} to {:.1f} north)".format(*(grid.bounds[i] for i in (0, 2, 1, 3)))
+        "{:.1f} to {:.1f} east, {:.1f} to {:.1f} north)".format(*(ground.bounds[i] for i in (0, 2, 1, 3)))
         + "; check the area's CRS, clip it, or take a larger DEM"
     )
 

@@ -115,16 +115,23 @@ def sited(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.evaluate.protection.effect import asked_again
     from deadwood_algorithms.evaluate.protection.siting import Siting, choose, trials_alone
     from deadwood_algorithms.evaluate.protection.siting_figure import draw
-    from deadwood_algorithms.evaluate.protection.siting_table import by_line, layer_of, lines_of, rows_of, with_classes
+    from deadwood_algorithms.evaluate.protection.siting_table import (
+        by_line,
+        layer_of,
+        lines_of,
+        rows_of,
+        warn_of_lost,
+        with_classes,
+    )
     from deadwood_algorithms.files.tables import write_csv
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.results.identity import result_folder
+    from deadwood_algorithms.results.lost import share_if_lost
     from deadwood_algorithms.results.replay import refuse_other_ends
     from deadwood_algorithms.results.run_folder import read_run, write_json
     from deadwood_algorithms.simulate.sliding import workers_for
     from deadwood_algorithms.simulate.steps import Steps
     from deadwood_algorithms.simulate.warm_up import load_kernels
-    from deadwood_algorithms.stats.statistics import reach_record
 
     where = ask.where(f"{TOOL.name}-{Path(ask.output).name}")
     with result_folder(TOOL, ask, feedback) as folder, ExitStack() as opened:
@@ -158,13 +165,14 @@ def sited(ask: Ask, feedback: Feedback) -> Outcome:
             "logs": n,
             "slid_again": siting.slid,
             "candidates": len(found),
-            "reach": reach_record(int(now.any_line.sum()), n),
+            "reach": share_if_lost(now.any_line, now.left),
             "reach_by_line": by_line(siting, now),
             "chosen": [row for row in table.to_dict("records") if row["step"]],
             "reach_by_line_after": by_line(siting, steps[-1].ways if steps else now),
             "stopped_because": why,
             "rows": table.to_dict("records"),
         }
+        warn_of_lost(facts, now, feedback)
         write_json(folder / FACTS, facts)
     kept.remove()
     final = Path(ask.output)

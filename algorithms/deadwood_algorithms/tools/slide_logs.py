@@ -221,6 +221,7 @@ def slid_run(ask: Ask, feedback: Feedback, at_most: int | None = None) -> tuple[
     from deadwood_algorithms.results.identity import writing
     from deadwood_algorithms.results.writing import write_results
     from deadwood_algorithms.simulate.log_order import hash_order, keep_by_hash
+    from deadwood_algorithms.simulate.look import look
     from deadwood_algorithms.simulate.simulation import open_simulation
     from deadwood_algorithms.simulate.sliding import workers_for
     from deadwood_algorithms.simulate.windows import read_released_scene
@@ -240,6 +241,8 @@ def slid_run(ask: Ask, feedback: Feedback, at_most: int | None = None) -> tuple[
         if ask.until_ci is None and not ask.resume:  # what is resumed has a part of it already
             refuse_full_disk(ask.output, len(releases), int(keep.sum()))
 
+        if at_most is None and not ask.resume:
+            look(simulation, layers, releases, ask.seed, feedback)
         slide = slide_auto if ask.fidelity == AUTO else slide_all
         with workers_for(where, feedback):
             done, told = slide(ask, simulation, layers, releases, keep, began, feedback)

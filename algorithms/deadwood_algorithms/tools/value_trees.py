@@ -85,7 +85,7 @@ def told_plan(ask: Ask, feedback: Feedback) -> Outcome:
 
 
 def values_of(ask: Ask, feedback: Feedback) -> Outcome:
-    from deadwood_algorithms.evaluate.protection.effect import AT_ONCE, CHUNK, asked_again, slide_known
+    from deadwood_algorithms.evaluate.protection.effect import AT_ONCE, CHANGED, CHUNK, asked_again, slide_known
     from deadwood_algorithms.evaluate.protection.obstacles import (
         obstacles_of,
         read_candidates,
@@ -95,6 +95,7 @@ def values_of(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.evaluate.protection.values import frame_of, lines_of, value, value_planted
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.results.identity import writing
+    from deadwood_algorithms.results.lost import left_dem, lost_warning, reach_told, share_if_lost
     from deadwood_algorithms.results.replay import refuse_other_ends
     from deadwood_algorithms.results.run_folder import read_run
     from deadwood_algorithms.scene.items import digest_of
@@ -120,7 +121,7 @@ def values_of(ask: Ask, feedback: Feedback) -> Outcome:
             )
 
         known = {
-            "groups": [CHUNK, AT_ONCE],
+            "groups": [CHUNK, AT_ONCE, *CHANGED],
             "--logs or --seed": [ask.logs, ask.seed],
             "--stands": [[name, shape.wkb_hex] for name, shape in stands],
             "--plant or --plant-lying": digest_of(could.trees, could.lying),
@@ -132,6 +133,13 @@ def values_of(ask: Ask, feedback: Feedback) -> Outcome:
         with workers_for(where, feedback):
             known, layers = slide_known(question, layers, feedback)
             refuse_other_ends(source, rows, known.result.end_position)
+            left = left_dem(known.result.stop_reason)
+            told = reach_told(
+                {"line_id": line, **share_if_lost(hit, left)}
+                for line, hit in zip(layers.lines.ids, known.reach.T, strict=True)
+            )
+            if warning := lost_warning(int(left.sum()), left.size, told):
+                feedback.warn(f"{ask.run}: {warning}; gain_p_low_if_lost and gain_p_high_if_lost bound each gain")
             if things := [*obstacles_of(layers), *stands_of(stands, layers)]:
                 found = value(question, layers, known, things, steps, feedback)
                 frames["values"] = frame_of(found, layers, "n_reach_without", +1)

@@ -97,7 +97,7 @@ class Ask:
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
-    from deadwood_algorithms.files.dem_windows import read_dem
+    from deadwood_algorithms.files.dem_blocks import open_ground
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.prepare.trees import stems as layers
     from deadwood_algorithms.prepare.trees.throwing import chosen_share, fall_directions, lying_stems
@@ -113,14 +113,16 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         feedback.note(taken.said)
         thinner = float(taken.values["thinner"])
     final = Path(ask.output)
-    with result_folder(TOOL, ask, feedback) as folder:
-        grid = read_dem(ask.dem, crs=ask.crs, feedback=feedback)
-        stems = layers.read_stems(ask.trees, grid, ask.crs, feedback)
-        thrown = layers.thrown_stems(stems, tool.taken(ask, layers.Storm), grid, ask.crs, feedback)
+    with (
+        result_folder(TOOL, ask, feedback) as folder,
+        open_ground(ask.dem, crs=ask.crs, feedback=feedback) as ground,
+    ):
+        stems = layers.read_stems(ask.trees, ground, ask.crs, feedback)
+        thrown = layers.thrown_stems(stems, tool.taken(ask, layers.Storm), ground, ask.crs, feedback)
         rows = np.flatnonzero(thrown)
         items = stems.item[rows]
         azimuth = fall_directions(items, ask.fall_deg, ask.scatter_deg, ask.seed)
-        lying = lying_stems(stems.place[rows], stems.dbh_cm[rows], stems.height_m[rows], azimuth, ask.stump_m, grid)
+        lying = lying_stems(stems.place[rows], stems.dbh_cm[rows], stems.height_m[rows], azimuth, ask.stump_m, ground)
         laid = ~lying.off
         if (lying.cut & laid).any():
             feedback.note(f"{int((lying.cut & laid).sum())} stems would reach beyond the terrain; they end at its edge")

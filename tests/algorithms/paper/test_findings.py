@@ -7,8 +7,19 @@ import math
 import numpy as np
 import pytest
 
-from deadwood_algorithms.paper.findings import Evidence, above, all_of, findings_of, friction_for, within
+from deadwood_algorithms.paper import klosters, rothenbrunnen
+from deadwood_algorithms.paper.findings import (
+    Evidence,
+    above,
+    all_of,
+    findings_of,
+    friction_for,
+    with_panel,
+    within,
+)
 from deadwood_algorithms.paper.report import markdown
+from deadwood_algorithms.paper.twin import changed
+from deadwood_algorithms.paper.variations import VARIATIONS
 from deadwood_algorithms.stats.statistics import paired_interval, wilson_interval
 
 N = 2000
@@ -38,13 +49,15 @@ def evidence(site: str, **counts: int) -> Evidence:
     logs = {
         "runout_m": np.array([5.0, 100.0, 120.0, 90.0]), "speed_mean_ms": np.array([1.0, 13.0, 14.0, 15.0]),
         "speed_max_ms": np.array([2.0, 20.0, 25.0, 30.0]), "jump_max_m": np.array([0.0, 1.0, 5.0, 1.0]),
+        "height_max_m": np.array([12.0, 12.0, 15.5, 12.0]),
         "stop_reason": np.array(["tree", "rest", "tree", "tree"]),
     }  # fmt: skip
     barriers = [{"barrier_id": "south", "n_reached": 144, "n_stopped": 126, "n_overjumped": 18, "n_passed_beside": 0}]
     facts = {"road": "road", "beyond": "beyond", "friction": 0.25, "length_m": 30.0, "jumped_barrier": "south"}
     spread = {name: 20.0 if name == "none" else 50.0 for name in given}
     summaries = {kind: {"barriers": barriers, "logs": {"released": N}}}
-    return Evidence(site, facts, rows_of(given, spread), {"als": logs, "none": logs}, summaries)
+    cells = {"als": 14.0, "none": 18.0}
+    return Evidence(site, facts, rows_of(given, spread), {"als": logs, "none": logs}, summaries, cell_speed=cells)
 
 
 def judged(of: Evidence, **how) -> dict:
@@ -89,6 +102,7 @@ def test_a_quick_run_judges_nothing_and_says_so():
     for each in findings_of(evidence("klosters"), quick=True):
         assert each.holds is None
         assert each.why.startswith("Not judged")
+        assert each.verdict == "cannot be judged here"
 
 
 def test_no_log_that_reaches_is_no_division_by_zero():
@@ -133,3 +147,104 @@ def test_verdicts():
 def test_the_table_has_a_row_a_finding():
     found = findings_of(evidence("klosters"))
     assert len(markdown(found).splitlines()) == len(found) + 2
+
+
+def test_an_average_speed_is_decided_only_where_both_readings_agree():
+    """Of 1, 13, 14, 15 m/s the three logs that went far have a mean of 14; the paper says 14 of neither average."""
+    of = evidence("klosters")
+    assert judged(of)["mean_speed"].verdict == "holds"
+    of.cell_speed = {"als": 30.0}
+    assert judged(of)["mean_speed"].verdict == "not decided"
+    of.logs = {**of.logs, "als": {**of.logs["als"], "speed_mean_ms": np.array([1.0, 4.0, 4.1, 3.9])}}
+    assert judged(of)["mean_speed"].verdict == "does not hold"
+    assert "30.0 m/s over the cells" in judged(of)["mean_speed"].why
+
+
+def test_a_jump_is_told_by_both_measures():
+    said = judged(evidence("klosters"))["some_jump_metres"].why
+    assert "at most 5.0 m" in said
+    assert "at most 15.5 m, 25.0 % of the logs 3 m higher than the 12.0 m at which they stand upright" in said
+
+
+def spread_of(n_left_out: int, p05_p95: float) -> dict[str, float]:
+    return {
+        "n": 1000, "n_left_out": n_left_out, "p05_p95_deg": p05_p95, "p05_p95_ci_low_deg": p05_p95 - 1.0,
+        "p05_p95_ci_high_deg": p05_p95 + 1.0, "spread_deg": p05_p95 + 9.0,
+    }  # fmt: skip
+
+
+def test_the_spread_of_rocks_that_hardly_move_judges_nothing():
+    of = evidence("rothenbrunnen")
+    of.spreads = {"als": spread_of(200, 49.0), "platy": spread_of(300, 40.0), "cubic": spread_of(100, 35.0)}
+    found = judged(of)
+    assert found["log_above_platy_rock"].verdict == "holds"
+    assert found["platy_above_cubic_rock"].verdict == "holds"
+    assert "80 % of the logs, 70 % of the platy" in found["log_above_platy_rock"].why
+    of.spreads = {**of.spreads, "platy": spread_of(890, 78.0)}
+    for name in ("log_above_platy_rock", "platy_above_cubic_rock"):
+        assert judged(of)[name].holds is None
+        assert judged(of)[name].verdict == "cannot be judged here"
+        assert "11 % of the platy" in judged(of)[name].why
+
+
+def test_what_a_twin_was_built_for_is_not_judged_on_it():
+    of = evidence("rothenbrunnen")
+    of.flight = {"takeoff_speed_ms": 24.5, "verdict": "possible", "clearance_min_m": 1.8}
+    assert judged(of)["parabola_clears_barrier"].verdict == "cannot be judged here"
+    of.twin = False
+    assert judged(of)["parabola_clears_barrier"].verdict == "holds"
+
+
+def test_the_friction_that_a_take_off_needs_is_not_decided_by_one_log():
+    of = evidence("rothenbrunnen")
+    of.flight = {"takeoff_speed_ms": 24.0, "verdict": "possible", "clearance_min_m": 1.8}
+
+    def takeoffs(fast_at_03: int, n: int) -> dict[float, tuple[np.ndarray, int]]:
+        return {0.25: (np.array([25.0]), n), 0.3: (np.full(fast_at_03, 25.0), n), 0.35: (np.array([10.0]), n)}
+
+    for fast, n, verdict in ((0, 1000, "holds"), (1, 1000, "not decided"), (30, 1000, "does not hold")):
+        of.takeoffs = takeoffs(fast, n)
+        assert judged(of)["takeoff_speed_needs_low_friction"].verdict == verdict
+
+
+def test_one_log_that_jumps_as_the_event_did_is_what_the_paper_shows():
+    of = evidence("rothenbrunnen")
+    assert "a_log_jumps_to_the_road" not in judged(of)
+    of.jumped = []
+    assert judged(of)["a_log_jumps_to_the_road"].verdict == "does not hold"
+    of.jumped = [(12.0, 1.0, 4.0), (13.0, 2.0, 5.0)]
+    assert judged(of)["a_log_jumps_to_the_road"].verdict == "does not hold"
+    of.jumped = [*of.jumped, (26.0, 6.0, 9.0)]
+    assert judged(of)["a_log_jumps_to_the_road"].verdict == "holds"
+    assert "1 of them at 18.5 to 41.7 m/s" in judged(of)["a_log_jumps_to_the_road"].why
+
+
+def test_the_panel_stands_beside_its_finding():
+    here, moved = findings_of(evidence("klosters")), findings_of(evidence("klosters", random=400))
+    named = {each.id: with_panel(each, [("wider", moved)]) for each in here}
+    part = named["klosters.mapped_above_random"]
+    assert (part.verdict, [(each.what, each.verdict) for each in part.panel]) == (
+        "holds",
+        [("wider", "does not hold")],
+    )
+    assert "| wider | -10" in markdown([part])
+    fewer = evidence("klosters")
+    fewer.logs = {"als": fewer.logs["als"]}
+    fewer.rows = {key: row for key, row in fewer.rows.items() if key[0] != "none"}
+    assert {each.id for each in findings_of(fewer)} < {each.id for each in here}
+
+
+@pytest.mark.parametrize("name", list(VARIATIONS))
+def test_the_panel_moves_one_choice_at_a_time(name):
+    """Each variation is a twin that can be built, and another than the twin; at most two numbers move together."""
+    numbers, first = {
+        "klosters": (klosters.NUMBERS, klosters.VERSION_1),
+        "rothenbrunnen": (rothenbrunnen.NUMBERS, rothenbrunnen.VERSION_1),
+    }[name]
+    same = changed(numbers, first, 2)
+    assert len({each.name for each in VARIATIONS[name]}) == len(VARIATIONS[name])
+    for each in VARIATIONS[name]:
+        now = changed(numbers, first, each.version, **each.changes)
+        assert now != same or each.options
+        if each.version == 2:
+            assert sum(now[key] != same[key] for key in same) <= 2

@@ -106,6 +106,30 @@ def test_the_run_id_is_of_what_decides_the_bits_and_of_nothing_else(copied, tmp_
     assert run_id(copied) != first
 
 
+def test_what_is_made_of_several_runs_is_known_by_theirs(tmp_path):
+    """The same commands in two folders, at other times: the same run_id; with another run, or in another order, not."""
+    made = {}
+    for name in ("here", "there"):
+        place = Case(tmp_path / name)
+        runs = [str(place.run(output=str(place.folder / f"run_{k}"), friction=f"0.{k}")) for k in (3, 4)]
+        for line in (
+            ["compare-scenarios", "--runs", ",".join(runs), "--output", str(place.folder / "compared")],
+            ["compare-scenarios", "--runs", ",".join(runs[::-1]), "--output", str(place.folder / "turned")],
+            ["make-report", *runs, "--output", str(place.folder / "page.html")],
+        ):
+            assert command([*line, "--quiet"]) == 0
+        page = record_in(place.folder / "page.html")
+        assert page is not None
+        found = {each: manifest(place.folder / each) for each in ("run_3", "compared", "turned")} | {"page": page}
+        made[name] = {each: told["run_id"] for each, told in found.items()}
+        assert compared(found["compared"]["inputs"][0])[0] == SAME
+    assert made["here"] == made["there"]
+    assert len(set(made["here"].values())) == 4
+    changed = Case(tmp_path / "there")
+    changed.run(output=str(tmp_path / "there" / "run_4"), friction="0.45", overwrite=True)
+    assert compared(manifest(tmp_path / "there" / "compared")["inputs"][0])[0] == CHANGED
+
+
 def test_a_file_carries_its_record_and_repeats_from_it(case, run, tmp_path):
     """Of a GeoPackage, a GeoTIFF, a CSV table and a page; the same record gives the same bytes."""
     lines = {

@@ -14,7 +14,7 @@ from deadwood_algorithms.paper.site import read_site, write_coarser, write_twin
 from deadwood_algorithms.params.tool import Cancelled, Quiet, UserError
 from deadwood_algorithms.tools.reproduce_paper import TOOL
 
-KEYS = {"id", "statement", "section", "paper", "ours", "ci_low", "ci_high", "holds", "why"}
+KEYS = {"id", "statement", "section", "paper", "ours", "ci_low", "ci_high", "holds", "why", "verdict", "panel"}
 
 
 class Breaks(Quiet):

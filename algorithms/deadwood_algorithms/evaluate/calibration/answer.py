@@ -12,12 +12,11 @@ from deadwood_algorithms.evaluate.calibration.friction_runs import FrictionRun, 
 from deadwood_algorithms.evaluate.calibration.score import Observation, Range, Scores, energy_score
 from deadwood_algorithms.params.presets import FRICTION_CELL_M
 from deadwood_algorithms.params.tool import Feedback
+from deadwood_algorithms.results import lost as lost_logs
 from deadwood_algorithms.stats.statistics import percent, percent_of, reach_record
 
 FEW_LOGS = 100
 
-
-WORTH_A_WARNING = 0.05  # share of the logs without a deposit
 SHOWN = 6  # coefficients of which that is told
 
 
@@ -46,11 +45,12 @@ def warn_of_logs(
         feedback.warn(f"an observed deposit is compared with {fewest} logs only; release some hundreds at least")
     n = slid[0].x.size
     gone = [int(each.sum()) for each in lost] if lost is not None else [int((~each.resting).sum()) for each in slid]
-    many = [k for k, each in enumerate(gone) if each > WORTH_A_WARNING * n]
+    many = [k for k, each in enumerate(gone) if lost_logs.many(each, n)]
     if not many:
         return
     told = ", ".join(f"{gone[k]} at friction {slid[k].friction:g}" for k in many[:SHOWN])
-    told += f", and more than {100 * WORTH_A_WARNING:.0f} % at {len(many) - SHOWN} others" if len(many) > SHOWN else ""
+    if len(many) > SHOWN:
+        told += f", and more than {100 * lost_logs.WORTH_A_WARNING:.0f} % at {len(many) - SHOWN} others"
     if lost is not None:
         feedback.warn(
             f"of {n} logs, {told} left the terrain model before it was seen whether they reach the lines: they count "

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from deadwood_algorithms.evaluate.hazard.frequencies import stored_areas
 from deadwood_algorithms.evaluate.hazard.rates import ReleaseArea, period_class, rate_with_interval, return_period
 from deadwood_algorithms.files.vectors import read_table
+from deadwood_algorithms.results.lost import left_dem, share_if_lost
 from deadwood_algorithms.results.passages import Passages
 from deadwood_algorithms.results.run_folder import GEOPACKAGE, Run, layers_in
-from deadwood_algorithms.stats.statistics import reach_record
 
 NO_ENERGY = "energies need stored trajectories; run slide-logs with --trajectories all"
 
@@ -33,6 +33,7 @@ def line_rows(
     of_run : the lines are the run's own, so that all of its logs say whether they reach; else the stored ones do.
     """
     everyone = source.deposits["log_id"].to_numpy(np.int64)
+    left = everyone[left_dem(source.deposits["stop_reason"].to_numpy())]
     reached = reached_logs(source) if of_run else {}
     rows = []
     for each in passages:
@@ -44,7 +45,7 @@ def line_rows(
             else:
                 rows.append(_row(each.place_id, bound, None, {}, NO_ENERGY))
                 continue
-            record = reach_record(ids.size, among.size)
+            record = share_if_lost(np.isin(among, ids), np.isin(among, left))
             rates = rates_of(source, ids, among, areas, logs_per_event, periods) if areas else {}
             note = "" if ids.size else "no log of the run; the upper ends are what that leaves possible"
             rows.append(_row(each.place_id, bound, record, rates, note))
@@ -89,5 +90,5 @@ def rates_of(
 def _row(
     line_id: str, bound: float, record: dict[str, float] | None, rates: dict[str, Any], note: str
 ) -> dict[str, Any]:
-    empty = {"n_total": None, "n_reach": None, "p": None, "ci_low": None, "ci_high": None}
+    empty = dict.fromkeys(share_if_lost(np.zeros(0, bool), np.zeros(0, bool)))
     return {"line_id": line_id, "at_least_kj": bound} | (record or empty) | rates | {"note": note}

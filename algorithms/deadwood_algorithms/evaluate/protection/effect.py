@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms.evaluate.protection.obstacles import Obstacle
 from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
 from deadwood_algorithms.params.where import Where
+from deadwood_algorithms.results.lost import left_dem
 from deadwood_algorithms.results.replay import fidelity_of, logs_of, question_of
 from deadwood_algorithms.results.run_folder import Run
 from deadwood_algorithms.scene.layers import SceneLayers
@@ -166,6 +167,8 @@ class Effect:
     """One obstacle and line: logs that reach it in the run, and without the obstacle, or with the candidate.
 
     lost, gained : logs that reach it only in the run, and only in the changed scene
+    unseen, unseen_now : of the logs that were slid again, those that left the terrain model without reaching it, in the
+        run and in the changed scene; all others go the same way in both, whatever they do beyond
     """
 
     obstacle: Obstacle
@@ -174,6 +177,8 @@ class Effect:
     n_reach: int
     lost: int
     gained: int
+    unseen: int
+    unseen_now: int
     stopped: int
     energy_taken_kj: float
 
@@ -185,6 +190,11 @@ class Effect:
         """Share of the logs that reaches the line only because the obstacle is gone, and its 95 % interval."""
         low, high = paired_interval(self.lost, self.gained, self.n_total)
         return (self.gained - self.lost) / self.n_total, low, high
+
+    def gain_if_lost(self) -> tuple[float, float]:
+        """The least and the largest such share, whatever the logs that left the terrain model did beyond."""
+        gain = self.gained - self.lost
+        return (gain - self.unseen) / self.n_total, (gain + self.unseen_now) / self.n_total
 
 
 def slide_known(question: Question, layers: SceneLayers, feedback: Feedback) -> tuple[Known, SceneLayers]:
@@ -217,15 +227,18 @@ class Task:
 
 @dataclass(frozen=True)
 class Change:
-    """What came of a task: by line, logs that reach it only in the run, and only in the changed scene."""
+    """What came of a task: by line, logs that reach it only in the run, and only in the changed scene; and those that
+    left the terrain model without reaching it, in the run and in the changed scene."""
 
     lost: NDArray[np.int64]
     gained: NDArray[np.int64]
+    unseen: NDArray[np.int64]
+    unseen_now: NDArray[np.int64]
     held: int
     energy: int
 
 
-CHANGED = ("lost", "gained", "held", "energy")
+CHANGED = ("lost", "gained", "unseen", "unseen_now", "held", "energy")
 
 
 def tasks_of(obstacles: Sequence[Obstacle], rows: Iterable[NDArray[np.int64]]) -> list[Task]:
@@ -280,10 +293,12 @@ class Again:
         own = task.obstacle.owners
         releases = self.question.releases.take(task.rows)
         now = reached(self.layers.lines, {"reach": result.reach}, releases)
-        before = self.known.reach[task.rows]
+        before, left = self.known.reach[task.rows], left_dem(self.known.result.stop_reason)[task.rows]
+        left_now = left_dem(result.stop_reason)
         energy, held = taken_by(result), held_by(self.layers, result)
         return Change(
-            (before & ~now).sum(axis=0), (now & ~before).sum(axis=0), sum(held.get(each, 0) for each in own.tolist()),
+            (before & ~now).sum(axis=0), (now & ~before).sum(axis=0), (left[:, None] & ~before).sum(axis=0),
+            (left_now[:, None] & ~now).sum(axis=0), sum(held.get(each, 0) for each in own.tolist()),
             sum(energy.get(each, 0) for each in own.tolist()),
         )  # fmt: skip
 
@@ -325,8 +340,8 @@ class Again:
 
     def unpacked(self, found: Mapping[str, NDArray[Any]], tasks: Sequence[Task]) -> list[Change]:
         return [
-            Change(lost, gained, int(held), int(energy))
-            for lost, gained, held, energy in zip(*(found[name] for name in CHANGED), strict=True)
+            Change(lost, gained, unseen, unseen_now, int(held), int(energy))
+            for lost, gained, unseen, unseen_now, held, energy in zip(*(found[name] for name in CHANGED), strict=True)
         ]
 
     def widen(self, sides: Iterable[str], feedback: Feedback) -> None:
@@ -460,7 +475,7 @@ def effects_of(
     planted: bool = False,
 ) -> list[Effect]:
     """One row an obstacle and line, in their order; of candidates what they hold and take are those of the changes."""
-    lost, gained = np.zeros((2, len(obstacles), len(layers.lines.ids)), np.int64)
+    lost, gained, unseen, unseen_now = np.zeros((4, len(obstacles), len(layers.lines.ids)), np.int64)
     held = np.array([sum(known.held.get(each, 0) for each in one.owners.tolist()) for one in obstacles], np.int64)
     energy = np.array([sum(known.energy.get(each, 0) for each in one.owners.tolist()) for one in obstacles], np.int64)
     if planted:
@@ -468,13 +483,15 @@ def effects_of(
     for task, change in changes:
         lost[task.number] += change.lost
         gained[task.number] += change.gained
+        unseen[task.number] += change.unseen
+        unseen_now[task.number] += change.unseen_now
         if planted:
             held[task.number] += change.held
             energy[task.number] += change.energy
     total, now = len(question.releases), known.reach.sum(axis=0)
     return [
-        Effect(one, str(line_id), total, int(now[line]), int(lost[k, line]), int(gained[k, line]), int(held[k]),
-              float(energy[k]) / 1e6)
+        Effect(one, str(line_id), total, int(now[line]), int(lost[k, line]), int(gained[k, line]),
+              int(unseen[k, line]), int(unseen_now[k, line]), int(held[k]), float(energy[k]) / 1e6)
         for k, one in enumerate(obstacles)
         for line, line_id in enumerate(layers.lines.ids)
     ]  # fmt: skip
@@ -493,6 +510,15 @@ def ranks(gains: Sequence[float], effects: Sequence[Effect]) -> NDArray[np.int64
     return out
 
 
+def farthest_listed(fidelity: Fidelity, cell: float) -> float:
+    """How far [m] from the axis of a log's kept pose a thing can be listed as near, less the radii of both.
+
+    Between two kept poses the ends move by less than ``trace_step`` and a step, and the pose ahead is another step
+    away.
+    """
+    return NEAR_MARGIN + trace_step(fidelity, cell) + 3.0 * longest_travel(fidelity, cell) + 0.01
+
+
 def logs_near(
     question: Question,
     layers: SceneLayers,
@@ -504,15 +530,13 @@ def logs_near(
 ) -> tuple[list[NDArray[np.int64]], SceneLayers]:
     """The logs that each candidate could matter to: whose axis came so near that it would have been listed.
 
-    both : the scene with the candidates; widest : [m] largest radius of a candidate. Between two kept poses the ends
-    move by less than ``trace_step`` and a step, and the pose ahead is another step away.
+    both : the scene with the candidates; widest : [m] largest radius of a candidate
     """
     cell, n = layers.dem.cell, len(question.releases)
     if question.rule_of_steps(both) != question.rule_of_steps(layers):
         return [np.arange(n) for _ in candidates], layers
     shapes = np.array([each.shape for each in candidates], object)
-    step = question.longest_step(cell)
-    margin = NEAR_MARGIN + widest + trace_step(question.simulation.fidelity, cell) + 3.0 * step + 0.01
+    margin = widest + farthest_listed(question.simulation.fidelity, cell)
 
     def slide_some(first: int) -> dict[str, NDArray[np.int64]]:
         nonlocal layers

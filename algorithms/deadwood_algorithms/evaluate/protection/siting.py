@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms.evaluate.protection.candidate_barriers import Candidate, with_barriers
 from deadwood_algorithms.evaluate.protection.effect import CHUNK, Question, without
 from deadwood_algorithms.params.tool import Feedback
+from deadwood_algorithms.results.lost import left_dem
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import reached, starts_inside
@@ -46,10 +47,12 @@ OVERLAP_WITHIN = 1.0  # [m]
 class Ways:
     """What each log does in a scene, shape (n, ...).
 
+    left : (n,), left the terrain model
     reach : (n, lines); near, flux : (n, shapes), comes near a candidate's line; touches it and a line afterwards
     held, met, crossed : (n, candidates); energy [kJ], height [m] : of the largest hit of each candidate, NaN without
     """
 
+    left: NDArray[np.bool_]
     reach: NDArray[np.bool_]
     near: NDArray[np.bool_]
     flux: NDArray[np.bool_]
@@ -259,8 +262,8 @@ class Siting:
         energy[energy == -np.inf], height[height == -np.inf] = np.nan, np.nan
         own = self.own
         return Ways(
-            lines < np.inf, near < np.inf, flux_of(touched, lines), held[:, own:], met[:, own:], crossed[:, own:],
-            energy, height,
+            left_dem(result.stop_reason), lines < np.inf, near < np.inf, flux_of(touched, lines), held[:, own:],
+            met[:, own:], crossed[:, own:], energy, height,
         )  # fmt: skip
 
     def rows_near(self, ways: Ways, chosen: Sequence[int], number: int) -> NDArray[np.int64]:

@@ -12,9 +12,11 @@ import shapely
 from deadwood_algorithms.evaluate.protection.candidate_barriers import contour_angle
 from deadwood_algorithms.evaluate.protection.siting import Siting, Step, Trial, Ways
 from deadwood_algorithms.params import presets
+from deadwood_algorithms.params.tool import Feedback
+from deadwood_algorithms.results.lost import lost_warning, reach_told, share_if_lost
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.stats.order_statistics import percentile_record
-from deadwood_algorithms.stats.statistics import percent_with_interval, points_with_interval, reach_record
+from deadwood_algorithms.stats.statistics import lost_words, percent_with_interval, points_with_interval
 
 
 def with_classes(frame: Any, name: str | None) -> Any:
@@ -63,7 +65,7 @@ def row_of(siting: Siting, chosen: Sequence[int], trial: Trial, ways: Ways, flux
         "angle_deg": contour_angle(each.shape, siting.plain.scene.terrain_height),
         "n_flux": flux,
         "n_near": int(trial.rows.size),
-        **reach_record(int(ways.any_line.sum()), n),
+        **share_if_lost(ways.any_line, ways.left),
         **trial.gain_record(n),
         **what_it_does(ways, trial.number),
     }
@@ -129,19 +131,26 @@ NO_CLASS = {"barrier_class": "", "barrier_class_high": ""}
 
 
 def by_line(siting: Siting, ways: Ways) -> list[dict[str, Any]]:
-    n = len(ways.reach)
     names = siting.plain.lines.ids
     return [
-        {"line_id": str(name), **reach_record(int(hit.sum()), n)} for name, hit in zip(names, ways.reach.T, strict=True)
+        {"line_id": str(name), **share_if_lost(hit, ways.left)} for name, hit in zip(names, ways.reach.T, strict=True)
     ]
+
+
+def warn_of_lost(facts: dict[str, Any], now: Ways, feedback: Feedback) -> None:
+    """Say of which lines the reach, as things are or with the barriers chosen, depends on logs that left."""
+    told = reach_told(facts["reach_by_line"])
+    told += [f"with the barriers chosen, {each}" for each in reach_told(facts["reach_by_line_after"])]
+    if warning := lost_warning(int(now.left.sum()), now.left.size, told):
+        feedback.warn(warning)
 
 
 def lines_of(facts: dict[str, Any], classes: str | None) -> tuple[str, ...]:
     """What reaches a line now, what is chosen and what is left then, and why no more."""
     record = facts["reach"]
     shown = [
-        f"{record['n_reach']} of {record['n_total']} logs reach a line, {percent_with_interval(record)}; "
-        f"{facts['candidates']} candidates, {facts['slid_again']} logs slid again"
+        f"{record['n_reach']} of {record['n_total']} logs reach a line, {percent_with_interval(record)}"
+        f"{lost_words(record)}; {facts['candidates']} candidates, {facts['slid_again']} logs slid again"
     ]
     for row in facts["chosen"]:
         points = points_with_interval(row["gain_p"], row["gain_ci_low"], row["gain_ci_high"])

@@ -68,6 +68,8 @@ def frame_of(found: Sequence[Effect], layers: SceneLayers, changed: str, sign: i
         "gain_p": [each[0] for each in gains],
         "ci_low": [min(each[1:]) for each in gains],
         "ci_high": [max(each[1:]) for each in gains],
+        "gain_p_low_if_lost": [min(sign * end for end in each.gain_if_lost()) for each in found],
+        "gain_p_high_if_lost": [max(sign * end for end in each.gain_if_lost()) for each in found],
         "stopped": [each.stopped for each in found],
         "energy_taken_kj": [each.energy_taken_kj for each in found],
         "rank": ranks([each[0] for each in gains], found),

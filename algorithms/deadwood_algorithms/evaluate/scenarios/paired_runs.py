@@ -16,6 +16,7 @@ from deadwood_algorithms.files.vectors import read_table, read_vector
 from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 from deadwood_algorithms.results.arrivals import Arrived, find_arrivals
 from deadwood_algorithms.results.checked import SUMMARY
+from deadwood_algorithms.results.lost import left_dem
 from deadwood_algorithms.results.run_folder import GEOPACKAGE, Run, layers_in, read_run
 from deadwood_algorithms.scene.default_log import DEFAULTED
 from deadwood_algorithms.scene.layers import read_lines
@@ -61,7 +62,7 @@ class Scenario:
     @cached_property
     def left_dem(self) -> NDArray[np.bool_]:
         """Logs that went out of sight, beyond the terrain model."""
-        return np.asarray(self.column("stop_reason") == "left_dem", bool)
+        return left_dem(self.column("stop_reason"))
 
     @cached_property
     def still_moving(self) -> NDArray[np.bool_]:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from rasterio.windows import Window
 
 from deadwood_algorithms.files import styles
+from deadwood_algorithms.files.dem_blocks import WHOLE_CELLS
 from deadwood_algorithms.files.dem_windows import WindowWriter
 from deadwood_algorithms.files.geotiff import TILE_CELLS, geotiff_profile
 from deadwood_algorithms.files.grid import Grid, Part
@@ -33,7 +34,6 @@ from deadwood_algorithms.results.writing import (
     write_danger,
     write_maps,
 )
-from deadwood_algorithms.scene.reach import WHOLE_CELLS
 from deadwood_algorithms.schemas.files import DANGER
 
 COUNTS = ("hit_count", "deposit_count")

@@ -93,8 +93,8 @@ def weighted_positions(
         pick, _ = draws.uniforms(seed, log_id[left], draws.LOG_CELL, turn)
         u, v = draws.uniforms(seed, log_id[left], draws.LOG_PLACE, turn)
         cell = np.minimum(np.searchsorted(total, pick * total[-1], side="right"), total.size - 1)
-        x = grid.x0 + (i0 + cell % columns + u - 0.5) * grid.cell
-        y = grid.y0 + (j0 + cell // columns + v - 0.5) * grid.cell
+        x = grid.frame.x0 + (grid.first[0] + i0 + cell % columns + u - 0.5) * grid.cell
+        y = grid.frame.y0 + (grid.first[1] + j0 + cell // columns + v - 0.5) * grid.cell
         inside = grid.contains(x, y)
         if area is not None and area.geom_type == "Point":
             inside &= np.hypot(x - area.x, y - area.y) <= radius

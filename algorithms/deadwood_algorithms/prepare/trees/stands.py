@@ -12,6 +12,7 @@ import numpy as np
 import shapely
 
 from deadwood_algorithms.files.columns import number_column, where_of
+from deadwood_algorithms.files.dem_blocks import DemBlocks
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.units import factor, named, scaled
 from deadwood_algorithms.params.tool import Feedback, UserError
@@ -81,19 +82,21 @@ def _ours(name: str) -> tuple[str | None, float]:
     return None, 1.0
 
 
-def union_of(path: str | None, grid: Grid, crs: str | None, feedback: Feedback) -> Any:
+def union_of(path: str | None, ground: Grid | DemBlocks, crs: str | None, feedback: Feedback) -> Any:
     """All polygons of a layer as one, or None."""
     from deadwood_algorithms.files.vectors import read_vector
 
     if path is None:
         return None
     frame = read_vector(
-        path, geometry=("polygon",), target_crs=grid.crs, crs=crs, what="stand polygons", feedback=feedback
+        path, geometry=("polygon",), target_crs=ground.crs, crs=crs, what="stand polygons", feedback=feedback
     )
     return shapely.force_2d(shapely.union_all(np.asarray(frame.geometry.array)))
 
 
-def read_stands(path: str | None, grid: Grid, exclude: Any, crs: str | None, feedback: Feedback) -> list[Stand]:
+def read_stands(
+    path: str | None, dem: Grid | DemBlocks, exclude: Any, crs: str | None, feedback: Feedback
+) -> list[Stand]:
     """The stands that reach onto the DEM: one of all polygons, or one a row where columns tell the rows apart.
 
     Where such rows overlap, the later one counts, as in the friction polygons.
@@ -101,11 +104,12 @@ def read_stands(path: str | None, grid: Grid, exclude: Any, crs: str | None, fee
     from deadwood_algorithms.files.vectors import read_vector
 
     if path is None:
-        return [Stand(ground_of(grid, None, exclude), {})]
+        return [Stand(ground_of(dem.over(dem.bounds), None, exclude), {})]
     frame = read_vector(
-        path, geometry=("polygon",), target_crs=grid.crs, crs=crs, what="stand polygons", feedback=feedback
+        path, geometry=("polygon",), target_crs=dem.crs, crs=crs, what="stand polygons", feedback=feedback
     )
     shapes = shapely.force_2d(np.asarray(frame.geometry.array))
+    grid = dem.over(shapely.total_bounds(shapes))
     frame = with_usual_names(frame)
     told = [name for name in COLUMNS if name in frame]
     if not told:

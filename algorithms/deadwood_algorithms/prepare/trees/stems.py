@@ -11,6 +11,7 @@ import shapely
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.columns import number_column, schema_column, warn_implausible, where_of
+from deadwood_algorithms.files.dem_blocks import DemBlocks
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.tool import Feedback, UserError
@@ -49,7 +50,7 @@ class Stems:
         return np.column_stack(plan_of(self.frame))
 
 
-def read_stems(path: str, grid: Grid, crs: str | None, feedback: Feedback) -> Stems:
+def read_stems(path: str, grid: Grid | DemBlocks, crs: str | None, feedback: Feedback) -> Stems:
     """The trees that stand on the terrain; an id that two of them share is refused."""
     frame = read_vector(path, geometry=("point",), target_crs=grid.crs, crs=crs, what="trees", feedback=feedback)
     for name in ("dbh_cm", "height_m"):
@@ -74,7 +75,9 @@ def read_stems(path: str, grid: Grid, crs: str | None, feedback: Feedback) -> St
     return Stems(kept, ids[on], item_numbers([str(each) for each in ids[on]]), sizes[0][on], sizes[1][on])
 
 
-def thrown_stems(stems: Stems, storm: Storm, grid: Grid, crs: str | None, feedback: Feedback) -> NDArray[np.bool_]:
+def thrown_stems(
+    stems: Stems, storm: Storm, grid: Grid | DemBlocks, crs: str | None, feedback: Feedback
+) -> NDArray[np.bool_]:
     """Which stems are thrown: those that are named, and of the others the share of their area and class of DBH."""
     if storm.share is None and not (storm.dbh_classes or storm.windthrow_areas or storm.ids):
         raise UserError("nothing says which stems are thrown; give --share, --dbh-classes, --windthrow-areas or --ids")
@@ -124,7 +127,7 @@ def _named(stems: Stems, ids: str | None) -> NDArray[np.bool_]:
 
 
 def _areas(
-    stems: Stems, path: str, grid: Grid, crs: str | None, feedback: Feedback
+    stems: Stems, path: str, grid: Grid | DemBlocks, crs: str | None, feedback: Feedback
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """The row of the area in which each tree stands, the later where two overlap, -1 for none; and that row's share."""
     frame = read_vector(path, geometry=("polygon",), target_crs=grid.crs, crs=crs, what="areas", feedback=feedback)

@@ -13,6 +13,7 @@ import numpy as np
 import shapely
 
 from deadwood_algorithms.files.columns import field_names, where_of
+from deadwood_algorithms.files.dem_blocks import DemBlocks
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.prepare.trees import columns as tree_columns
@@ -42,7 +43,7 @@ def read_source(
     path: str,
     source: str,
     xy: tuple[str, str] | None,
-    grid: Grid | None,
+    ground: Grid | DemBlocks | None,
     *,
     crs: str | None,
     feedback: Feedback,
@@ -63,7 +64,7 @@ def read_source(
     frame = read_vector(
         path,
         geometry=("point", "polygon"),
-        target_crs=grid.crs if grid else None,
+        target_crs=ground.crs if ground else None,
         crs=crs,
         what="single trees",
         feedback=feedback,
@@ -71,7 +72,7 @@ def read_source(
         y_field=xy[1] if xy else None,
         rows=rows,
     )
-    if not grid:
+    if not ground:
         refuse_not_metric(frame)
     shapes = np.asarray(frame.geometry.array)
     crowns = shapely.get_type_id(shapes) != 0

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.files.dem_blocks import DemBlocks
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.stats import draws
@@ -63,7 +64,9 @@ class Lying:
     off: NDArray[np.bool_]
 
 
-def lying_stems(place: Array, dbh_cm: Array, height_m: Array, azimuth_deg: Array, stump_m: float, grid: Grid) -> Lying:
+def lying_stems(
+    place: Array, dbh_cm: Array, height_m: Array, azimuth_deg: Array, stump_m: float, grid: Grid | DemBlocks
+) -> Lying:
     """Stems above their stumps, fallen from the stump's edge; as long on the slope as they were when standing.
 
     A stem is the part of the tree's cone above the stump. Where it would reach beyond the terrain it ends there; one
@@ -81,7 +84,7 @@ def lying_stems(place: Array, dbh_cm: Array, height_m: Array, azimuth_deg: Array
     return Lying(base, base + far[:, None] * way, base_cm, TAPER * dbh_cm, azimuth_deg, cut, far < LEAST_LOG_M)
 
 
-def plan_lengths(base: Array, way: Array, length: Array, grid: Grid) -> tuple[Array, NDArray[np.bool_]]:
+def plan_lengths(base: Array, way: Array, length: Array, grid: Grid | DemBlocks) -> tuple[Array, NDArray[np.bool_]]:
     """How far in plan a straight stem of this length reaches when both its ends lie on the ground; and whether the
     terrain ends before."""
     ground = grid.height(*base.T)

@@ -1,0 +1,282 @@
+"""What became of the logs of one question: batch by batch, in the scene as it was read and in the one as changed.
+
+What a change does is told by sliding again the logs that it can matter to. Of what is taken away the engine notes to
+whom it mattered (``deadwood_engine.influence``), of what is added the logs' poses tell who came near.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from deadwood_algorithms.evaluate.protection.effect import Question as Slid
+from deadwood_algorithms.evaluate.protection.effect import farthest_listed, held_by
+from deadwood_algorithms.explore.questions import MOST_POSED, Changes, Question
+from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.scene.layers import SceneLayers
+from deadwood_algorithms.scene.releases import Releases, reached
+from deadwood_algorithms.simulate.piece import scene_without
+from deadwood_algorithms.simulate.simulation import Simulation
+from deadwood_algorithms.simulate.sliding import slide_once
+from deadwood_engine import Barriers, LyingLogs, Poses, Rasters, Result, Start, Trees
+from deadwood_engine.log_body import BASE_RADIUS
+from deadwood_engine.trace import HITS
+
+Stale = Callable[[], bool]
+
+FIRST = (30, 70, 200, 300)  # logs of the first batches, of later ones the last of these
+
+
+@dataclass(frozen=True)
+class Hits:
+    """How often logs hit the cells of a box; row 0 is the southernmost, ``first`` its column and row in the window."""
+
+    first: tuple[int, int]
+    count: NDArray[np.int64]
+
+    @staticmethod
+    def of(rasters: Rasters) -> Hits:
+        """The smallest box of what was drawn."""
+        grid = np.zeros(rasters.workers[0].deposits.shape, np.int64)
+        for each in rasters.workers:
+            grid += each.hits[:, :, HITS]
+        return boxed(grid)
+
+    def add_to(self, grid: NDArray[np.int64], sign: int = 1) -> None:
+        (column, row), (rows, columns) = self.first, self.count.shape
+        grid[row : row + rows, column : column + columns] += sign * self.count
+
+
+def boxed(grid: NDArray[np.int64]) -> Hits:
+    rows, columns = np.flatnonzero(grid.any(axis=1)), np.flatnonzero(grid.any(axis=0))
+    if not rows.size:
+        return Hits((0, 0), grid[:0, :0])
+    part = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
+    return Hits((int(columns[0]), int(rows[0])), grid[part].copy())
+
+
+@dataclass(frozen=True)
+class Ways:
+    """Where logs went: the plan of their axes at every pose that was kept, (n, 2) each, and whose they are."""
+
+    log: NDArray[np.int64]
+    base: NDArray[np.float64]
+    tip: NDArray[np.float64]
+
+    @cached_property
+    def tree(self) -> shapely.STRtree:
+        axes: Any = shapely.linestrings(np.stack([self.base, self.tip], axis=1))
+        return shapely.STRtree(axes)
+
+    def near(self, shapes: NDArray[Any], distance: float) -> NDArray[np.int64]:
+        """The logs whose axis came so near [m] to any of the shapes."""
+        _, pose = self.tree.query(shapes, predicate="dwithin", distance=distance)
+        return np.unique(self.log[pose])
+
+
+@dataclass
+class Batch:
+    """Some of the logs, by their rows, and what became of them in one scene."""
+
+    rows: slice
+    reach: NDArray[np.bool_]
+    reason: NDArray[np.int8]
+    end: NDArray[np.float64]
+    held: dict[int, int]
+    hits: Hits
+
+    @property
+    def number(self) -> int:
+        return self.rows.stop - self.rows.start
+
+
+@dataclass
+class Base(Batch):
+    """In the scene as it was read: also what tells whom a change can matter to."""
+
+    log: NDArray[np.int64]  # to which an obstacle mattered, and the obstacle's row
+    item: NDArray[np.int64]
+    by_barrier: NDArray[np.bool_]
+    ways: Ways
+    poses: Poses
+
+
+@dataclass
+class Changed(Batch):
+    """In the changed scene; ``concerned`` logs were slid again, of the others it is known that nothing changes."""
+
+    concerned: int
+
+
+@dataclass
+class Answer:
+    """A question and what of it is answered, on one window of the terrain model.
+
+    layers : the scene as it was read; edited : as changed
+    """
+
+    question: Question
+    changes: Changes
+    simulation: Simulation
+    layers: SceneLayers
+    edited: SceneLayers
+    releases: Releases
+    start: Start
+    base: list[Base] = field(default_factory=list)
+    changed: list[Changed] = field(default_factory=list)
+
+    @property
+    def parts(self) -> list[slice]:
+        return parts_of(len(self.releases))
+
+    def with_changes(self, changes: Changes) -> None:
+        self.changes, self.changed = changes, []
+        self.edited = changed_scene(self.layers, changes)
+
+    def slide_base(self, part: slice, stop: Stale) -> list[str]:
+        """Slide a batch in the scene as it was read; or the sides of the window that logs came too near to."""
+        result, hits, sides = self._slide(self.layers, part, stop, everything=True)
+        if sides or hits is None:
+            return sides
+        told, poses = result.influences, result.poses
+        self.base.append(
+            Base(
+                part,
+                *self._what_became(self.layers, result, part),
+                hits,
+                told.log_row,
+                told.item,
+                told.by_barrier,
+                Ways(poses.log_row, poses.base[:, :2].copy(), poses.tip[:, :2].copy()),
+                some_poses(poses, MOST_POSED - part.start),
+            )
+        )
+        return []
+
+    def slide_changed(self, part: slice, stop: Stale) -> list[str]:
+        """Slide the concerned logs of a batch in the changed scene, and put what they did in the place of what they
+        did before; where they are many, simply all of the batch."""
+        base = self.base[len(self.changed)]
+        rows = self.concerned(base)
+        if 2 * rows.size > base.number:
+            result, hits, sides = self._slide(self.edited, part, stop)
+            if sides or hits is None:
+                return sides
+            self.changed.append(Changed(part, *self._what_became(self.edited, result, part), hits, rows.size))
+            return []
+        if not rows.size:
+            self.changed.append(Changed(part, base.reach, base.reason, base.end, base.held, base.hits, 0))
+            return []
+        some = rows + part.start
+        now, hits, sides = self._slide(self.edited, some, stop)
+        before, gone, more = self._slide(self.layers, some, stop)
+        if sides or more or hits is None or gone is None:
+            return sorted({*sides, *more})
+        grid = np.zeros(self.layers.dem.shape, np.int64)
+        for each, sign in ((base.hits, 1), (gone, -1), (hits, 1)):
+            each.add_to(grid, sign)
+        reach, reason, end = base.reach.copy(), base.reason.copy(), base.end.copy()
+        reach[rows], reason[rows], end[rows], held_now = self._what_became(self.edited, now, some)
+        held = dict(base.held)
+        for tree, number in [*held_now.items(), *((tree, -n) for tree, n in held_by(self.layers, before).items())]:
+            held[tree] = held.get(tree, 0) + number
+        self.changed.append(Changed(part, reach, reason, end, held, boxed(grid), rows.size))
+        return []
+
+    def concerned(self, base: Base) -> NDArray[np.int64]:
+        """The logs of a batch that the changes can matter to: all, where they change the rule of the steps."""
+        rule = Slid(self.simulation, self.releases).rule_of_steps
+        if rule(self.edited) != rule(self.layers):
+            return np.arange(base.number)
+        trees = ~base.by_barrier & np.isin(base.item, self.changes.fell)
+        found = [base.log[trees]]
+        if self.changes.adds:
+            cores = self.edited.scene.arrays.cores.solid
+            widest = float(np.maximum(cores["wide"], cores["wide"] + cores["long"] * cores["slope"]).max(initial=0.0))
+            logs = float(self.start.body[base.rows, BASE_RADIUS].max(initial=0.0))
+            far = farthest_listed(self.simulation.fidelity, self.layers.dem.cell)
+            found.append(base.ways.near(shapes_of(self.changes), far + widest + logs))
+        return np.unique(np.concatenate(found))
+
+    def _slide(
+        self, layers: SceneLayers, which: slice | NDArray[np.int64], stop: Stale, *, everything: bool = False
+    ) -> tuple[Result, Hits | None, list[str]]:
+        start = Start(self.start.frame[which], self.start.state[which], self.start.body[which])
+        rasters = Rasters.allocate(layers.scene, layers.threads)
+        number = len(start.state)
+        result, sides = slide_once(
+            layers,
+            start,
+            self.simulation,
+            lambda _: stop(),
+            rasters=rasters,
+            influences=everything,
+            keep_poses=np.full(number, everything),
+        )
+        return result, None if sides else Hits.of(rasters), sides
+
+    def _what_became(
+        self, layers: SceneLayers, result: Result, which: slice | NDArray[np.int64]
+    ) -> tuple[NDArray[np.bool_], NDArray[np.int8], NDArray[np.float64], dict[int, int]]:
+        some = self.releases.take(which)
+        reach = reached(layers.lines, {"reach": result.reach}, some)
+        return reach, result.stop_reason, result.end_position[:, :2], held_by(layers, result)
+
+
+def parts_of(number: int) -> list[slice]:
+    """The batches of so many logs."""
+    found, first = [], 0
+    while first < number:
+        last = min(number, first + FIRST[min(len(found), len(FIRST) - 1)])
+        found.append(slice(first, last))
+        first = last
+    return found
+
+
+def some_poses(poses: Poses, logs: int) -> Poses:
+    """The poses of the first logs alone."""
+    count = int(np.searchsorted(poses.log_row, max(0, logs)))
+    return Poses(*(getattr(poses, name)[:count].copy() for name in Poses.__dataclass_fields__))
+
+
+def shapes_of(changes: Changes) -> NDArray[Any]:
+    """What is added, in plan."""
+    trees = [shapely.Point(place) for place in changes.plant[:, :2]]
+    return np.array(
+        [*trees, *(shapely.LineString(each.points) for each in (*changes.barriers, *changes.lying_logs))], object
+    )
+
+
+def changed_scene(layers: SceneLayers, changes: Changes) -> SceneLayers:
+    """The scene with what is added, behind its own things of that kind, and without what is felled."""
+    scene = layers.scene
+    try:
+        if len(changes.plant):
+            own, (x, y, dbh_cm, height) = layers.trees, changes.plant.T
+            more = (x, y, dbh_cm / 100.0, height)
+            scene = scene.with_trees(Trees(*(np.concatenate(each) for each in zip(own, more, strict=True))))
+        if changes.barriers:
+            vertices, starts, sizes = joined_lines(layers.plates.vertices, layers.plates.starts, changes.barriers)
+            scene = scene.with_barriers(Barriers(vertices, starts, np.concatenate([layers.plates.height, sizes])))
+        if changes.lying_logs:
+            own = layers.lying_logs
+            vertices, starts, cm = joined_lines(own.vertices, own.starts, changes.lying_logs)
+            base = np.concatenate([own.diameter, cm / 100.0])
+            tip = np.concatenate([own.tip_diameter, 0.5 * cm / 100.0])
+            scene = scene.with_lying_logs(LyingLogs(vertices, starts, base, tip))
+    except ValueError as error:
+        raise UserError(str(error)) from error
+    return replace(layers, scene=scene_without(scene, changes.fell) if len(changes.fell) else scene)
+
+
+def joined_lines(vertices: Any, starts: Any, more: tuple[Any, ...]) -> tuple[Any, Any, Any]:
+    """Lines as the engine takes them, with further ones behind them, and the sizes of these."""
+    ends = starts[-1] + np.cumsum([len(each.points) for each in more])
+    together = np.concatenate([np.reshape(vertices, (-1, 2)), *(each.points for each in more)])
+    return together, np.concatenate([starts, ends]).astype(np.int64), np.array([each.size for each in more])

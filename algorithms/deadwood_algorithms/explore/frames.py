@@ -1,0 +1,79 @@
+"""What goes between the session and its fronts: JSON messages in, binary frames of facts and arrays out."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_algorithms.params.tool import UserError
+
+MOST_MESSAGE = 1 << 20  # bytes of a message: ten thousand trees by their numbers take 70 000
+ALIGNED = 8  # bytes: where each array of a frame starts
+
+
+@dataclass(frozen=True)
+class Frame:
+    """An answer: facts that JSON can say, and arrays by name."""
+
+    facts: Mapping[str, Any]
+    arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+
+    def packed(self) -> bytes:
+        """uint32 length of the header, the header, the arrays; header and arrays are padded to multiples of 8 bytes."""
+        little = {name: _little(each) for name, each in self.arrays.items()}
+        told = [{"name": name, "dtype": each.dtype.str, "shape": each.shape} for name, each in little.items()]
+        header = json.dumps({**self.facts, "arrays": told}, allow_nan=False).encode()
+        header += b" " * (-(4 + len(header)) % ALIGNED)
+        body = b"".join(each.tobytes() + bytes(-each.nbytes % ALIGNED) for each in little.values())
+        return len(header).to_bytes(4, "little") + header + body
+
+    @staticmethod
+    def unpacked(block: bytes) -> Frame:
+        """What ``packed`` made; for tests, benchmarks and fronts in Python."""
+        first = 4 + int.from_bytes(block[:4], "little")
+        facts = json.loads(block[4:first])
+        arrays = {}
+        for each in facts.pop("arrays"):
+            dtype, shape = np.dtype(each["dtype"]), tuple(each["shape"])
+            count = int(np.prod(shape, dtype=np.int64))
+            arrays[each["name"]] = np.frombuffer(block, dtype, count, first).reshape(shape)
+            first += count * dtype.itemsize
+            first += -first % ALIGNED
+        return Frame(facts, arrays)
+
+
+def _little(array: NDArray[Any]) -> NDArray[Any]:
+    return np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
+
+
+def message_of(text: str | bytes) -> dict[str, Any]:
+    """A message that came in; what is no JSON object, or holds a number that is none, is refused in words."""
+    if len(text) > MOST_MESSAGE:
+        raise UserError(
+            f"the message has {len(text)} bytes, but at most {MOST_MESSAGE} are taken; ask for less at once"
+        )
+
+    def refused(word: str) -> Any:
+        raise UserError(f"{word} is no number; give finite ones")
+
+    def finite(word: str) -> float:
+        return float(word) if math.isfinite(float(word)) else refused(word)
+
+    try:
+        message = json.loads(text, parse_constant=refused, parse_float=finite)
+    except (ValueError, RecursionError) as error:
+        raise UserError(f"the message is no JSON ({type(error).__name__})") from error
+    if not isinstance(message, dict):
+        raise UserError("the message is no JSON object with an 'op'")
+    return message
+
+
+def refusal(text: str, message: Mapping[str, Any] | None = None) -> Frame:
+    number = (message or {}).get("id")
+    return Frame({"op": "refused", "id": number if isinstance(number, int | str) else None, "text": text})

@@ -1,0 +1,169 @@
+"""What an answer is made of, as layers from which `slide-logs` gives the same answer, bit for bit.
+
+The releases are those that were slid. A layer of the scene is written anew only where something was changed in it: its
+own rows with all their columns, less what was felled, and behind them what was drawn.
+"""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import geopandas
+import numpy as np
+import pandas
+import shapely
+
+from deadwood_algorithms.explore.frames import Frame as Told
+from deadwood_algorithms.explore.questions import Changes, Drawn, Question
+from deadwood_algorithms.explore.released import releases_layer
+from deadwood_algorithms.files.columns import schema_column
+from deadwood_algorithms.files.outputs import output_path
+from deadwood_algorithms.files.vectors import read_vector, write_vector
+from deadwood_algorithms.params.tool import Quiet, UserError
+from deadwood_algorithms.scene.inputs import SceneInputs
+from deadwood_algorithms.scene.items import ids_of, plan_of, points_on
+from deadwood_algorithms.scene.layers import SceneLayers
+from deadwood_algorithms.scene.lying_logs import TIP
+from deadwood_algorithms.schemas import BARRIERS, LYING_LOGS
+
+Layer = geopandas.GeoDataFrame
+NAME = re.compile(r"\w[\w. -]{0,79}")
+DRAWN = "drawn"  # how what was drawn is called, with its number
+
+
+@dataclass(frozen=True)
+class Keeper:
+    """Keeps runs in a folder.
+
+    slide : slides a run with these parameters in the place of the scene's own, into the folder that they name
+    """
+
+    inputs: SceneInputs
+    folder: Path
+    overwrite: bool
+    slide: Callable[[Mapping[str, Any]], None]
+
+    def keep(self, layers: SceneLayers, question: Question, changes: Changes, name: Any) -> Told:
+        """Write the layers of an answer, and slide a run on them."""
+        if not isinstance(name, str) or not NAME.fullmatch(name) or name.endswith((".", " ")):
+            raise UserError("give the run a name of letters, digits, blanks, points, - and _, at most 80 of them")
+        run, beside = self.folder / name, self.folder / f"{name}_layers.gpkg"
+        for each in (run, beside):
+            if each.exists() and not self.overwrite:
+                raise UserError(f"there is a run or a file '{each.name}' already; take another name")
+        kept = kept_layers(self.inputs, layers, question, changes)
+        self.folder.mkdir(parents=True, exist_ok=True)
+        with output_path(beside, self.overwrite, suffix=".gpkg") as path:
+            write_vector(path, kept)
+        friction = {} if question.friction is None else {"friction": question.friction}
+        laws = {"rolling_friction": question.rolling_friction, "restitution": question.restitution}
+        try:
+            self.slide(
+                {
+                    **{each: f"{beside}|layername={each}" for each in kept},
+                    **laws,
+                    **friction,
+                    "fidelity": question.fidelity,
+                    "seed": question.seed,
+                    "output": str(run),
+                    "overwrite": self.overwrite,
+                }
+            )
+        except BaseException:
+            beside.unlink(missing_ok=True)
+            raise
+        manifest, again = shlex.quote(f"{name}/manifest.json"), shlex.quote(f"{name} again")
+        command = f"deadwood-tool slide-logs --config {manifest} --output {again}"
+        return Told({"op": "kept", "name": name, "command": command, "files": [name, beside.name]})
+
+
+def kept_layers(inputs: SceneInputs, layers: SceneLayers, question: Question, changes: Changes) -> dict[str, Layer]:
+    """The releases, and the layers of the scene that were changed, by the name of their parameter."""
+    found = {"releases": releases_layer(question, inputs.defaults, layers.dem)}
+    if len(changes.fell) or len(changes.plant):
+        found["trees"] = trees_left(inputs, layers, changes)
+    if changes.barriers:
+        height = BARRIERS.column("height_m")
+        own = named(own_rows(inputs.barriers, "line", "barriers", layers), "barrier_id", "name")
+        if own is not None:
+            own["height_m"] = schema_column(own, height)
+        found["barriers"] = behind(own, drawn_rows(changes.barriers, "barrier_id", own, height_m=1.0), layers)
+    if changes.lying_logs:
+        own = named(own_rows(inputs.lying_logs, "line", "lying_logs", layers), "lying_id", "tree_id", "log_id", "name")
+        if own is not None:
+            base = schema_column(own, LYING_LOGS.column("diameter_cm"), inputs.lying_diameter_cm)
+            tip = schema_column(own, LYING_LOGS.column(TIP)) if TIP in own else 0.5 * base
+            own["diameter_cm"], own[TIP] = base, tip
+        more = drawn_rows(changes.lying_logs, "lying_id", own, diameter_cm=1.0, **{TIP: 0.5})
+        found["lying_logs"] = behind(own, more, layers)
+    return found
+
+
+def own_rows(path: str | None, geometry: str, what: str, layers: SceneLayers) -> Layer | None:
+    """The rows of a layer of the scene, as they are read for it; None where there is no such layer."""
+    if path is None:
+        return None
+    return read_vector(path, geometry=(geometry,), target_crs=layers.dem.crs, what=what, feedback=Quiet())
+
+
+def trees_left(inputs: SceneInputs, layers: SceneLayers, changes: Changes) -> Layer:
+    """The trees without those that were felled, and with those that were planted."""
+    own = own_rows(inputs.trees, "point", "trees", layers)
+    x, y, dbh_cm, height = changes.plant.T
+    planted: dict[str, Any] = {"dbh_cm": dbh_cm, "height_m": height}
+    if own is not None:
+        ids = ids_of(own, "tree_id")
+        rows = np.flatnonzero(points_on(layers.dem, *plan_of(own)))
+        stays = np.ones(len(own), bool)
+        stays[rows[changes.fell]] = False
+        own["tree_id"] = ids
+        if len(x):
+            number = pandas.api.types.is_integer_dtype(ids)
+            planted["tree_id"] = int(ids.max()) + 1 + np.arange(len(x)) if number else new_ids(ids, len(x))
+            if not number:
+                own["tree_id"] = [str(each) for each in ids]
+        own = Layer(own[stays])
+    else:
+        planted["tree_id"] = np.arange(1, len(x) + 1)
+    return behind(own, Layer(planted, geometry=shapely.points(x, y), crs=layers.dem.plan_crs), layers)
+
+
+def named(own: Layer | None, name: str, *others: str) -> Layer | None:
+    """The rows with their ids, as text, in the first of these columns: what is drawn has one, too."""
+    if own is not None:
+        own[name] = [str(each) for each in ids_of(own, name, *others)]
+    return own
+
+
+def new_ids(taken: Iterable[Any], number: int) -> list[str]:
+    """Ids that none of these is: drawn 1, drawn 2, ..."""
+    known, found, k = {str(each) for each in taken}, [], 1
+    while len(found) < number:
+        if f"{DRAWN} {k}" not in known:
+            found.append(f"{DRAWN} {k}")
+        k += 1
+    return found
+
+
+def drawn_rows(drawn: Sequence[Drawn], name: str, own: Layer | None, **sizes: float) -> Layer:
+    """Rows of what was drawn; sizes : by column, which part of the size that was given."""
+    size = np.array([each.size for each in drawn])
+    columns = {column: part * size for column, part in sizes.items()}
+    ids = new_ids(list(own[name]) if own is not None else [], len(drawn))
+    return Layer({name: ids, **columns}, geometry=[shapely.LineString(each.points) for each in drawn])
+
+
+def behind(own: Layer | None, more: Layer, layers: SceneLayers) -> Layer:
+    """The rows of a layer, and further ones behind them."""
+    more = more.set_crs(layers.dem.plan_crs, allow_override=True)
+    if own is None:
+        return more
+    own = own.set_crs(layers.dem.plan_crs, allow_override=True)
+    if not len(more):
+        return Layer(own.reset_index(drop=True))
+    return Layer(pandas.concat([own, more], ignore_index=True), crs=layers.dem.plan_crs)

@@ -1,0 +1,132 @@
+/* The answers beside the map: reach, how logs end, the paired difference, the trees that held most logs, the legend. */
+
+import { difference, make, number, say, share, told } from "./words.js";
+
+const ROUND = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1];
+const $ = (id) => document.getElementById(id);
+
+/* The end of the scale that all bars share: the next round share above every interval. */
+const roundAbove = (most) => ROUND.find((each) => each >= most) || 1;
+
+/* What the fidelity itself is off by, as measured against the finest; "" where nobody measured it. */
+export function errorOf(fidelities, name) {
+  const found = fidelities.find((each) => each.name === name);
+  if (!found || found.error_points === null || found.error_points === undefined) return say("error_unknown", { fidelity: name });
+  const [value, low, high] = [found.error_points, found.ci_low, found.ci_high].map((each) => number(each, 1, true));
+  return say("error_known", { fidelity: name, value, low, high });
+}
+
+export function errorShort(fidelities, name) {
+  const found = fidelities.find((each) => each.name === name);
+  return found && Number.isFinite(found.error_points) ? say("error_short", { fidelity: name, value: number(found.error_points, 1, true) }) : "";
+}
+
+/* A line by its name; a bare number is called a line. */
+export function nameOf(line) {
+  const name = String(line.name || line.line_id);
+  return /^[\d.]+$/.test(name) ? say("line", { id: name }) : name;
+}
+
+export function showReach(scene, answer, variant) {
+  const place = $("reach");
+  if (!scene.lines.length) { place.replaceChildren(make("p", { class: "quiet" }, say("no_lines"))); return; }
+  if (!answer) { place.replaceChildren(make("p", { class: "quiet" }, say("no_answer_yet"))); return; }
+  const top = roundAbove(Math.max(...answer.reach.map((each) => each.ci_high), 0.01)), short = errorShort(scene.fidelities, answer.fidelity);
+  const rows = answer.reach.map((each) => {
+    const line = scene.lines.find((one) => one.line_id === each.line_id) || each, { value, interval } = share(each);
+    const words = say("reach_described", { line: nameOf(line), value, interval, n: each.n_reach, done: answer.done });
+    return make("div", { class: "line" },
+      make("div", { class: "named" }, make("b", {}, nameOf(line)), make("span", { class: "value" }, value)),
+      make("div", { class: "gauge", role: "img", "aria-label": words },
+        make("i", { style: { width: `${100 * each.p / top}%` } }),
+        make("u", { style: { left: `${100 * each.ci_low / top}%`, width: `${100 * (each.ci_high - each.ci_low) / top}%` } })),
+      make("div", { class: "ci" }, say("reach_said", { interval, reached: each.n_reach, done: answer.done }) + (short ? ` · ${short}` : "")));
+  });
+  const scale = make("div", { class: "scale", "aria-hidden": "true" }, ...[0, 0.5, 1].map((each) => make("span", {}, say("percent", { p: number(100 * each * top, top < 0.02 ? 1 : 0) }))));
+  place.replaceChildren(...(variant ? [make("p", { class: "variant" }, variant)] : []), ...rows, scale);
+}
+
+export function showStops(stopped) {
+  const place = $("stops"), all = stopped ? Object.values(stopped).reduce((sum, each) => sum + each, 0) : 0;
+  if (!all) { place.replaceChildren(); return; }
+  const there = told.stops.filter((each) => stopped[each.reason]);
+  place.replaceChildren(
+    make("div", { class: "stacked", "aria-hidden": "true" }, ...there.map((each) => make("i", { style: { width: `${100 * stopped[each.reason] / all}%`, background: each.colour } }))),
+    make("ul", { class: "keys" }, ...there.map((each) => make("li", {}, signOf(each), make("span", {}, each.label), make("b", {}, say("percent", { p: number(100 * stopped[each.reason] / all, 0) }))))));
+}
+
+/* The sign of a way to end, as it lies on the map. */
+export function signOf({ shape, colour }) {
+  const box = document.createElementNS("http://www.w3.org/2000/svg", "svg"), path = document.createElementNS(box.namespaceURI, "path");
+  const ways = { triangle: "M7 1 13 12H1z", square: "M2 2h10v10H2z", cross2: "M2 2l10 10M12 2 2 12" };
+  box.setAttribute("viewBox", "0 0 14 14");
+  box.setAttribute("aria-hidden", "true");
+  path.setAttribute("d", ways[shape] || "M7 2a5 5 0 1 0 0.01 0z");
+  path.style.fill = shape === "cross2" ? "none" : colour;
+  path.style.stroke = shape === "cross2" ? "currentColor" : "none";
+  box.append(path);
+  return box;
+}
+
+export const verdictOf = (each) => (each.ci_low > 0 ? "more" : each.ci_high < 0 ? "less" : "chance");
+
+export function showDifference(scene, answer, { fell, look }) {
+  const place = $("difference");
+  if (!answer) { place.replaceChildren(); return; }
+  const far = roundAbove(Math.max(0.01, ...answer.lines.flatMap((each) => [Math.abs(each.ci_low), Math.abs(each.ci_high)])));
+  const short = errorShort(scene.fidelities, answer.fidelity), at = (value) => 50 + 50 * Math.max(-1, Math.min(1, value / far));
+  const lines = answer.lines.map((each) => {
+    const line = scene.lines.find((one) => one.line_id === each.line_id) || each, { value, interval } = difference(each), verdict = verdictOf(each);
+    const [from, to] = [Math.min(at(0), at(each.difference)), Math.max(at(0), at(each.difference))];
+    const words = say("difference_described", { line: nameOf(line), value, interval, verdict: say(`verdict_${verdict}`) });
+    const share = (n) => say("percent", { p: number(100 * n / answer.done, 1) });
+    return make("div", { class: "line" },
+      make("div", { class: "named" }, make("b", {}, nameOf(line)), make("span", { class: "value" }, value)),
+      make("div", { class: "gauge two", role: "img", "aria-label": words },
+        make("i", { class: verdict, style: { left: `${from}%`, width: `${to - from}%` } }), make("s", { style: { left: "50%" } }),
+        make("u", { style: { left: `${at(each.ci_low)}%`, width: `${at(each.ci_high) - at(each.ci_low)}%` } })),
+      make("div", { class: "ci" }, [interval, `${share(each.before)} → ${share(each.after)}`, short].filter(Boolean).join(" · ")),
+      make("div", { class: `verdict ${verdict}` }, say(`verdict_${verdict}`)),
+      make("div", { class: "pair" }, make("span", {}, say("lost", { n: each.lost })), make("span", {}, say("gained", { n: each.gained }))));
+  });
+  const note = make("p", { class: "quiet" }, say("paired_note", { concerned: answer.concerned, done: answer.done }));
+  const held = (answer.holders || []).filter((each) => each.n > 0 && each.tree < scene.data.trees_x.length).slice(0, 5);
+  const holders = held.length ? [
+    make("p", { class: "quiet" }, say("holders_note")),
+    make("ul", { class: "holders" }, ...held.map(({ tree, n }) => make("li", {},
+      make("span", {}, say("holder", { n, dbh: number(scene.data.trees_dbh_cm[tree], 0) })),
+      make("span", {}, make("button", { type: "button", onclick: () => look(tree) }, say("show")), " ", make("button", { type: "button", onclick: () => fell(tree) }, say("fell_it"))))))] : [];
+  place.replaceChildren(...lines, note, ...holders);
+}
+
+/* What the colours on the map say, and of how many logs at which fidelity. */
+export function showLegend(scene, terrain, shown, variant, answer) {
+  const parts = [], done = answer ? say("legend_logs", { done: answer.done, fidelity: answer.fidelity }) : "";
+  if (shown.hits && variant?.kind === "hits" && answer) {
+    const ramp = make("canvas", { class: "ramp", width: 64, height: 1, "aria-hidden": "true" }), brush = ramp.getContext("2d");
+    told.ramp.forEach((colour, k) => { brush.fillStyle = colour; brush.fillRect(64 * k / told.ramp.length, 0, 64 / told.ramp.length + 1, 1); });
+    const percent = (part) => number(100 * part * variant.top / answer.done, 100 * variant.top / answer.done < 5 ? 1 : 0);
+    parts.push(make("div", {}, make("div", {}, `${say("legend_hits")} (${done})`), ramp,
+      make("div", { class: "scale" }, ...[0, 0.5, 1].map((each) => make("span", {}, say("percent", { p: percent(each) }))))));
+  }
+  if (shown.hits && variant?.kind === "difference" && answer) {
+    const { less, more, chance } = told.colours;
+    const all = [[less[1], "legend_fewer_2"], [less[0], "legend_fewer"], [chance, "legend_chance"], [more[0], "legend_more"], [more[1], "legend_more_2"]];
+    parts.push(make("div", {}, make("div", {}, `${say("legend_difference")} (${done})`),
+      make("div", { class: "swatches" }, ...all.map(([colour, word]) => make("span", {}, make("i", { style: { background: colour } }), say(word)))),
+      make("p", { class: "quiet" }, say("legend_difference_note"))));
+  }
+  if (shown.slope && terrain) {
+    const bounds = told.slope.map(({ from, colour }, k) => make("span", {}, make("i", { style: { background: colour } }), k + 1 < told.slope.length ? `${from}–${told.slope[k + 1].from}°` : `> ${from}°`));
+    parts.push(make("div", {}, say("legend_slope", { cell: number(terrain.cell, terrain.cell < 10 ? 1 : 0) }), make("div", { class: "swatches" }, ...bounds)));
+  }
+  if (shown.contours && terrain) parts.push(make("div", { class: "quiet" }, say("legend_contours", { step: terrain.step })));
+  document.getElementById("legend").replaceChildren(...parts);
+}
+
+export function showScene(scene) {
+  const [, , w, h] = scene.extent, size = (metres) => number(metres, 0);
+  document.getElementById("scene-said").textContent = say("scene_said", {
+    wide: size(w), tall: size(h), cell: number(scene.cell, scene.cell % 1 ? 1 : 0), n: scene.data.trees_x.length, crs: scene.crs || say("no_crs"),
+  });
+}

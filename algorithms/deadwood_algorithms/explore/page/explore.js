@@ -1,0 +1,705 @@
+/* What the page knows and asks: the release, the changes of the forest, the answers, and the variants that they show. */
+
+import { errorOf, nameOf, showDifference, showLegend, showReach, showScene, showStops, verdictOf } from "./answers.js";
+import { boxOf, differencePicture, hitsPicture, topOf } from "./layers.js";
+import { connect } from "./link.js";
+import { SlopeMap } from "./map.js";
+import { drapesOf, Motion, spaceOf } from "./motion.js";
+import { Terrain } from "./terrain.js";
+import { Hand, toolbar, TOOLS } from "./tools.js";
+import { coordinate, count, difference, fill, make, number, say, share, told } from "./words.js";
+
+const REST_MS = 140; // without a move of the pointer: then more logs are asked for
+const PATIENCE_MS = 4000; // for a preview that nobody answers
+const FLICKER_MS = 700;
+const MOST_FELLED = 100_000;
+const MOST_RADIUS = 100; // of the slider [m]
+const NOTHING = Object.freeze({ fell: [], plant: [], barriers: [], lying_logs: [] });
+const $ = (id) => document.getElementById(id);
+
+fill();
+document.title = say("title");
+const map = new SlopeMap($("map"), told, say);
+const state = {
+  scene: null, terrain: null, shape: null, settings: null, edits: NOTHING, past: [], future: [],
+  base: null, after: null, mode: "before", flick: 0, asked: 0, full: 0, preview: null, editing: 0, wanted: false, busy: false,
+  motion: null, time: 0, playing: false, posesFor: "", posesId: 0, keptName: "",
+};
+
+let connected = false;
+
+// --- the connection ---------------------------------------------------------------------------------------------------
+
+const link = connect(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}${location.pathname.replace(/[^/]*$/, "")}socket`, {
+  answered(message) {
+    const work = { scene: opened, hits: hits, difference: differed, poses: posed, kept, refused, restarted }[message.op];
+    if (work) work(message);
+  },
+  changed(how) {
+    if (how === "open") { connected = true; warn("");
+      $("again").hidden = true; link.send({ op: "open" }); return; }
+    connected = false;
+    busy(false);
+    Object.assign(state, { preview: null, full: 0, editing: 0 });
+    warn(say(`connection_${how}`), true);
+    $("again").hidden = how === "lost";
+  },
+});
+function ask(message) {
+  message.id = ++state.asked;
+  if (!link.send(message)) { warn(say(connected ? "connection_lost" : "not_connected")); return 0; }
+  return message.id;
+}
+
+/* What went wrong, in words; what stays is not taken away by the next answer, only by the user or the next words. */
+let staying = false;
+function warn(text, stays = false) {
+  staying = stays;
+  $("alert").hidden = !text;
+  $("alert").querySelector("p").textContent = text;
+}
+function calm() { if (!staying) warn(""); }
+$("alert-close").addEventListener("click", () => warn(""));
+$("again").addEventListener("click", () => link.again());
+
+function busy(on) {
+  state.busy = on;
+  document.body.classList.toggle("busy", on);
+  $("stage").setAttribute("aria-busy", String(on));
+}
+
+// --- the scene --------------------------------------------------------------------------------------------------------
+
+function opened(scene) {
+  for (const name of ["lines", "barriers", "lying_logs", "blocks", "fidelities"]) scene[name] ||= [];
+  for (const each of scene.lines) each.parts ||= [each.points];
+  const { data } = scene, empty = new Float32Array(0);
+  for (const name of ["trees_x", "trees_y", "trees_dbh_cm"]) data[name] ||= empty;
+  const terrain = data.heights?.length ? new Terrain(data.heights, scene.heights_step, scene.extent) : null;
+  Object.assign(state, { scene, terrain });
+  map.load(scene, terrain);
+  if (!state.settings) {
+    state.settings = settingsOf(scene);
+    restore();
+    questions();
+    layerBoxes();
+  }
+  showScene(scene);
+  $("open-space").disabled = !terrain;
+  refresh();
+  askChanges(); // those that the page still knows, or none: the tool's own may be of another page
+  if (state.shape) full();
+}
+
+function settingsOf({ defaults: d = {}, limits = {} }) {
+  return {
+    n: Math.min(d.n || 300, limits.n_max || 3000), seed: d.seed || 0, fidelity: d.fidelity || "draft", friction: d.friction ?? null,
+    rolling_friction: d.rolling_friction ?? 0.1, dbh_cm: pairOf(d.dbh_cm, [30, 80]), length_m: pairOf(d.length_m, [15, 35]),
+    density_kg_m3: d.density_kg_m3 ?? 300, orientation: d.orientation || "upright",
+  };
+}
+const pairOf = (given, otherwise) => (Array.isArray(given) ? given.slice() : Number.isFinite(given) ? [given, given] : otherwise);
+
+/* A reload of the page goes on where it was, as long as the scene is the same. */
+const sceneKey = () => JSON.stringify([state.scene.crs, state.scene.origin, state.scene.extent, state.scene.data.trees_x.length]);
+function remember() {
+  const { shape, settings, edits, mode } = state;
+  try { sessionStorage.setItem("explore", JSON.stringify({ key: sceneKey(), shape, settings, edits, mode, view: map.view, layers: map.shown })); } catch { /* a full or forbidden store costs only the memory of a reload */ }
+}
+function restore() {
+  try {
+    const kept = JSON.parse(sessionStorage.getItem("explore") || "null");
+    if (!kept || kept.key !== sceneKey()) return;
+    Object.assign(state, { shape: kept.shape, settings: { ...state.settings, ...kept.settings }, edits: { ...NOTHING, ...kept.edits }, mode: kept.mode });
+    Object.assign(map.shown, kept.layers);
+    map.moveTo(kept.view);
+  } catch { /* the same */ }
+}
+
+// --- asking -----------------------------------------------------------------------------------------------------------
+
+function release(n, preview) {
+  const { shape, settings: s } = state;
+  return {
+    op: "release", shape, n, seed: s.seed, fidelity: s.fidelity, friction: s.friction, rolling_friction: s.rolling_friction, preview,
+    logs: { dbh_cm: s.dbh_cm, length_m: s.length_m, density_kg_m3: s.density_kg_m3, orientation: s.orientation },
+  };
+}
+
+let resting = 0;
+/* While the pointer or a slider moves: few logs, one question on its way, the newest next; at rest: all of them. */
+function preview() {
+  clearTimeout(resting);
+  resting = setTimeout(full, REST_MS);
+  if (!state.shape) return;
+  if (state.preview && performance.now() - state.preview.since < PATIENCE_MS) { state.wanted = true; return; }
+  askPreview();
+}
+
+function askPreview() {
+  const id = ask(release(Math.min(30, state.settings.n), true));
+  Object.assign(state, { wanted: false, full: 0, editing: 0, preview: id ? { id, since: performance.now() } : null });
+  busy(Boolean(id));
+}
+
+function full() {
+  clearTimeout(resting);
+  if (!state.shape || !state.scene) return;
+  Object.assign(state, { preview: null, wanted: false, editing: 0 });
+  state.full = ask(release(state.settings.n, false));
+  busy(Boolean(state.full));
+  remember();
+}
+
+function edited() { return state.edits.fell.length + state.edits.plant.length + state.edits.barriers.length + state.edits.lying_logs.length > 0; }
+
+/* The changes that are in force from now on; the tool answers with the difference, and does so with each later release. */
+function askChanges() {
+  state.editing = ask({ op: "edit", ...state.edits });
+  if (state.base && edited()) busy(Boolean(state.editing));
+}
+
+/* Is this the answer to what was asked last, as a preview or in full? */
+const isPreviewOf = (answer) => state.preview?.id === answer.id;
+const complete = () => Boolean(state.base?.final && !state.base.preview);
+
+function hits(answer) {
+  const isPreview = isPreviewOf(answer);
+  if (!isPreview && state.full !== answer.id) return;
+  const box = boxOf(answer.data.hits, answer.at || [0, 0]), top = topOf(box);
+  const old = state.base?.picture;
+  state.base = {
+    ...answer, box, top, preview: isPreview, shape: state.shape, deposits: depositsOf(answer), edited: false, kind: "hits",
+    picture: { picture: hitsPicture(box, top, told.ramp, old?.picture), column: box.column, row: box.row },
+  };
+  if (!edited()) map.content.holders = holdersOf(answer);
+  if (state.after && state.after.of !== answer.id && isPreview) forget();
+  if (isPreview) answered();
+  else if (answer.final && !edited()) settled();
+  calm();
+  shown();
+}
+
+/* A preview is answered: the newest place of the movement comes next; the wait for rest goes on. */
+function answered() {
+  state.preview = null;
+  busy(state.wanted);
+  if (state.wanted) askPreview();
+}
+
+/* All logs are told, with the changes where there are any. */
+function settled() {
+  busy(false);
+  speak();
+  if (state.playing || !$("space").hidden) askPoses();
+}
+
+const holdersOf = (answer) => (answer.holders || []).filter((each) => each.n > 0).slice(0, 12);
+
+function depositsOf(answer) {
+  const { deposits_x: x, deposits_y: y, deposits_reason: reason } = answer.data;
+  return x ? { x, y, reason } : null;
+}
+
+function forget() { state.after = null; map.content.holders = []; }
+
+function differed(answer) {
+  if (!state.base || !edited() || ![state.editing, state.full, state.base.id].includes(answer.id)) return;
+  const data = answer.data.hits_after || answer.data.hits, box = boxOf(data, answer.at || [0, 0]), top = state.base.top, old = state.after;
+  answer.lines ||= [];
+  answer.fidelity ||= state.base.fidelity;
+  const deposits = depositsOf(answer);
+  state.after = {
+    ...answer, box, top, deposits, edited: true, kind: "hits", of: state.base.id,
+    picture: { picture: hitsPicture(box, top, told.ramp, old?.picture.picture), column: box.column, row: box.row },
+  };
+  const made = differencePicture(state.base.box, box, answer.concerned ?? answer.done, told.colours, old?.gap?.picture.picture);
+  state.after.gap = { picture: made, edited: true, kind: "difference", deposits, moves: movesOf(state.base.deposits, deposits) };
+  map.content.holders = holdersOf(answer);
+  if (state.mode === "before") state.mode = "after";
+  if (answer.final && !state.base.preview) { state.editing = 0; settled(); }
+  calm();
+  shown();
+}
+
+/* From where each log lay to where it lies now, of those that lie elsewhere. */
+function movesOf(before, after) {
+  const out = [];
+  if (!before || !after || before.x.length !== after.x.length) return out;
+  for (let k = 0; k < before.x.length; k++) {
+    const row = [before.x[k], before.y[k], after.x[k], after.y[k]];
+    if (row.every(Number.isFinite) && Math.hypot(row[0] - row[2], row[1] - row[3]) > 2 * state.scene.cell) out.push(row);
+  }
+  return out;
+}
+
+function refused(answer) {
+  if (answer.id === state.preview?.id) { state.preview = null; clearTimeout(resting); }
+  if (answer.id === state.full) state.full = 0;
+  if (answer.id === state.editing) state.editing = 0;
+  busy(false);
+  $("keep").querySelector("button").disabled = false;
+  warn(answer.text);
+}
+
+function restarted(answer) {
+  Object.assign(state, { preview: null, full: 0, editing: 0, wanted: false });
+  askChanges();
+  full();
+  warn(answer.text || say("restarted"), true);
+}
+
+// --- changes of the forest ----------------------------------------------------------------------------------------------
+
+function change(next) {
+  const limits = state.scene.limits || {}, most = limits.felled_max || MOST_FELLED;
+  if (next.fell.length > most) { warn(say("too_many_felled", { n: next.fell.length, most })); return; }
+  state.past.push(state.edits);
+  if (state.past.length > 200) state.past.shift();
+  state.future = [];
+  take(Object.freeze(next));
+}
+
+function take(edits) {
+  state.edits = edits;
+  if (!edited()) { forget(); state.mode = "before"; }
+  refresh();
+  remember();
+  askChanges();
+  if (!state.base) speakText(say("release_first"));
+  else if (!edited() && state.base.final) { map.content.holders = holdersOf(state.base); busy(false); }
+}
+
+function undo() { if (state.past.length) { state.future.push(state.edits); take(state.past.pop()); } }
+function redo() { if (state.future.length) { state.past.push(state.edits); take(state.future.pop()); } }
+
+const changes = {
+  fell(trees) {
+    const fresh = trees.filter((each) => !map.felled.has(each));
+    if (!fresh.length) { warn(say("no_tree_within")); return; }
+    warn("");
+    change({ ...state.edits, fell: [...state.edits.fell, ...fresh].sort((a, b) => a - b) });
+  },
+  toggle(tree) {
+    if (map.felled.has(tree)) change({ ...state.edits, fell: state.edits.fell.filter((each) => each !== tree) });
+    else changes.fell([tree]);
+  },
+  plant([x, y]) {
+    const dbh_cm = valueOf("plant-dbh"), height_m = valueOf("plant-height");
+    if (dbh_cm && height_m) change({ ...state.edits, plant: [...state.edits.plant, { x, y, dbh_cm, height_m }] });
+  },
+  barrier(points) {
+    const height_m = valueOf("barrier-height");
+    if (height_m) change({ ...state.edits, barriers: [...state.edits.barriers, { points, height_m }] });
+  },
+  lay(points) {
+    const diameter_cm = valueOf("lay-diameter");
+    if (diameter_cm) change({ ...state.edits, lying_logs: [...state.edits.lying_logs, { points, diameter_cm }] });
+  },
+};
+
+/* The number in a field; a wrong one is said, and NaN. */
+function valueOf(id) {
+  const field = $(id);
+  if (field.value !== "" && field.checkValidity()) return field.valueAsNumber;
+  warn(say("out_of_range", { low: count(Number(field.min)), high: count(Number(field.max)) }));
+  field.focus();
+  return NaN;
+}
+
+const lengthOf = (points) => points.slice(1).reduce((sum, b, k) => sum + Math.hypot(b[0] - points[k][0], b[1] - points[k][1]), 0);
+
+function refresh() {
+  const { edits } = state;
+  map.felled = new Set(edits.fell);
+  map.overview = null;
+  map.content.edits = edits;
+  $("undo").disabled = !state.past.length;
+  $("redo").disabled = !state.future.length;
+  $("no-edits").hidden = edited();
+  const without = (kind, k) => () => change({ ...edits, [kind]: edits[kind].filter((_, n) => n !== k) });
+  const row = (words, away, name) => make("li", {}, make("span", {}, words), make("button", { type: "button", onclick: away, "aria-label": `${say(name)}: ${words}` }, say(name)));
+  const rows = [];
+  if (edits.fell.length) rows.push(row(say("felled", { n: edits.fell.length }), () => change({ ...edits, fell: [] }), "stand_again"));
+  edits.plant.forEach((each, k) => rows.push(row(say("planted", { dbh: number(each.dbh_cm, 0), height: number(each.height_m, 0) }), without("plant", k), "remove")));
+  edits.barriers.forEach((each, k) => rows.push(row(say("barrier_drawn", { length: number(lengthOf(each.points), 0), height: number(each.height_m, 1) }), without("barriers", k), "remove")));
+  edits.lying_logs.forEach((each, k) => rows.push(row(say("log_laid", { length: number(lengthOf(each.points), 0), diameter: number(each.diameter_cm, 0) }), without("lying_logs", k), "remove")));
+  if (rows.length > 1) rows.push(make("li", {}, make("span"), make("button", { type: "button", onclick: () => change(NOTHING) }, say("all_away"))));
+  $("edits").replaceChildren(...rows);
+  shown();
+}
+
+// --- variants and what is shown -------------------------------------------------------------------------------------------
+
+const MODES = ["before", "after", "difference", "flicker", "beside"];
+
+function setMode(mode) {
+  state.mode = mode;
+  shown();
+  remember();
+  if (!$("space").hidden || state.playing) askPoses();
+}
+
+/* The variant that the map shows now; with `beside` both. */
+function variants() {
+  const { base, after, mode } = state, without = base && { ...base, edited: false }, bare = { edited: edited() && mode !== "before" };
+  if (!base) return [bare];
+  const rather = edited() && mode !== "before";
+  if (!after) return [{ ...without, edited: rather }];
+  if (mode === "difference") return [after.gap];
+  if (mode === "beside") return [{ ...without, label: say("variant_a") }, { ...after, label: say("variant_b") }];
+  if (mode === "flicker") return [state.flick ? { ...after, label: say("variant_b") } : { ...without, label: say("variant_a") }];
+  return [mode === "after" ? after : without];
+}
+
+setInterval(() => {
+  if (state.mode !== "flicker" || !state.after || document.hidden || matchMedia("(prefers-reduced-motion: reduce)").matches) return;
+  state.flick = 1 - state.flick;
+  map.content.variants = variants();
+  map.draw();
+}, FLICKER_MS);
+
+function shown() {
+  const { scene, base, after, mode } = state;
+  if (!scene) return;
+  map.content.variants = variants();
+  map.content.release = state.shape && { shape: state.shape };
+  const seen = mode === "before" || !after ? base : after, doing = seen || base;
+  $("counted").textContent = !doing ? say("ask_first") : say(doing.final === false || doing.preview ? "counting" : "counted", {
+    done: doing.done, of: doing.preview ? state.settings.n : doing.n, fidelity: doing.fidelity || state.settings.fidelity, ms: number((doing.ms || 0) / 1000, 2),
+  });
+  const part = doing ? 100 * doing.done / Math.max(1, doing.preview ? state.settings.n : doing.n) : 0;
+  $("bar").firstElementChild.style.width = `${part}%`;
+  $("bar").setAttribute("aria-valuenow", String(Math.round(part)));
+  showReach(scene, seen && { ...seen, reach: seen.reach || base.reach }, edited() && seen ? say(seen.edited ? "variant_b" : "variant_a") : "");
+  $("error-said").textContent = base ? errorOf(scene.fidelities, base.fidelity) : "";
+  showStops(stopsOf(seen) || base?.stopped);
+  showDifference(scene, after, { fell: (tree) => changes.fell([tree]), look });
+  const on = map.content.variants[0];
+  showLegend(scene, state.terrain, map.shown, on?.kind ? { ...on, top: base?.top } : null, seen);
+  $("play").disabled = !complete();
+  $("open-space").disabled = !state.terrain;
+  $("keep").querySelector("button").disabled = !complete();
+  const bar = $("variants");
+  bar.hidden = !edited();
+  if (!bar.hidden) {
+    if (!bar.children.length) bar.append(...MODES.map((each, k) => make("button", { type: "button", "data-mode": each, title: `${say(`mode_${each}`)} (${k + 1})`, "aria-keyshortcuts": String(k + 1), onclick: () => setMode(each) }, say(`mode_${each}`))));
+    for (const each of bar.children) each.setAttribute("aria-pressed", String(each.dataset.mode === mode));
+  }
+  map.draw();
+}
+
+/* How the logs of a variant ended, counted from its deposits where the answer does not say it. */
+function stopsOf(answer) {
+  if (!answer) return null;
+  if (answer.stopped) return answer.stopped;
+  if (!answer.deposits) return null;
+  const found = {};
+  for (const each of answer.deposits.reason) { const { reason } = told.stops[each] || {}; if (reason) found[reason] = (found[reason] || 0) + 1; }
+  return found;
+}
+
+function look(tree) {
+  const { trees_x, trees_y } = state.scene.data;
+  closeSpace();
+  map.moveTo({ x: trees_x[tree], y: trees_y[tree], scale: Math.max(map.view.scale, 8) });
+}
+
+function speakText(text) { $("spoken").textContent = text; }
+
+/* The answer in a sentence, for those who hear the page. */
+function speak() {
+  const { base, after, scene } = state;
+  const lineOf = (each) => nameOf(scene.lines.find((one) => one.line_id === each.line_id) || each);
+  if (after?.final) {
+    speakText(after.lines.map((each) => { const { value, interval } = difference(each); return say("difference_described", { line: lineOf(each), value, interval, verdict: say(`verdict_${verdictOf(each)}`) }); }).join(" "));
+  } else if (base) {
+    speakText(base.reach.map((each) => { const { value, interval } = share(each); return say("reach_described", { line: lineOf(each), value, interval, n: each.n_reach, done: base.done }); }).join(" ") || say("counted_short", { done: base.done }));
+  }
+}
+
+// --- the pointer's deeds ----------------------------------------------------------------------------------------------------
+
+const act = {
+  shape: () => state.shape,
+  say: (name) => warn(say(name)),
+  hover(at) { where(at); },
+  drawing(points, enough) { $("finish").hidden = !enough; $("give-up").hidden = !points; },
+  release([x, y], moving) {
+    const r = Number($("radius").value);
+    state.shape = { circle: [x, y, r] };
+    map.content.release = { shape: state.shape };
+    map.draw();
+    if (moving) preview(); else full();
+  },
+  resize([x, y], moving) {
+    const [cx, cy] = state.shape.circle;
+    setRadius(Math.min(Number($("radius").max), Math.max(1, Math.round(Math.hypot(x - cx, y - cy)))), moving);
+  },
+  rest() { full(); },
+  area(points) { state.shape = { polygon: points }; shown(); full(); },
+  ...changes,
+};
+
+const hand = new Hand(map, act);
+
+function setRadius(r, moving) {
+  $("radius").value = r;
+  $("radius-said").textContent = `${r} m`;
+  if (!state.shape?.circle) return;
+  state.shape = { circle: [state.shape.circle[0], state.shape.circle[1], r] };
+  map.content.release = { shape: state.shape };
+  map.draw();
+  if (moving) preview(); else full();
+}
+$("radius").addEventListener("input", (event) => setRadius(Number(event.target.value), true));
+$("finish").addEventListener("click", () => hand.finish());
+$("give-up").addEventListener("click", () => hand.cancel());
+$("strip").addEventListener("submit", (event) => event.preventDefault());
+
+function choose(tool) {
+  hand.choose(tool);
+  for (const each of $("tools").querySelectorAll("[data-tool]")) each.setAttribute("aria-pressed", String(each.dataset.tool === tool));
+  for (const each of $("strip").querySelectorAll("[data-for]")) each.hidden = each.dataset.for !== tool;
+  $("hint").textContent = say(`hint_${tool}`);
+  closeSpace();
+}
+
+toolbar($("tools"), choose, [
+  { name: "undo", path: "M7 4 3 8l4 4M3 8h9a5 5 0 0 1 0 10H8", shortcut: "Ctrl+Z", work: undo },
+  { name: "redo", path: "m13 4 4 4-4 4M17 8H8a5 5 0 0 0 0 10h4", shortcut: "Ctrl+Y", work: redo },
+]);
+choose("circle");
+
+for (const button of $("nearness").querySelectorAll("button")) {
+  button.addEventListener("click", () => {
+    if (!state.scene) return;
+    const pane = map.panes[0], middle = [pane.x + pane.width / 2, map.size[1] / 2];
+    if (button.dataset.do === "whole") map.whole();
+    else map.glide((part) => map.zoom(1.6 ** (button.dataset.do === "nearer" ? part : -part), ...middle));
+  });
+}
+
+let pointed = null;
+function where(at) {
+  pointed = at;
+  if (!at || !state.scene || !map.within(...at)) { $("where").textContent = ""; return; }
+  const [east, north] = state.scene.origin, z = state.terrain ? state.terrain.at(...at) : NaN;
+  $("where").textContent = say(Number.isFinite(z) ? "where_height" : "where", { x: coordinate(east + at[0]), y: coordinate(north + at[1]), z: coordinate(z) });
+}
+map.moved = () => { if (map.content.cross) where([map.view.x, map.view.y]); else if (pointed) where(pointed); };
+
+addEventListener("keydown", (event) => {
+  const typing = event.target.matches("input:not([type=range], [type=checkbox]), select, textarea");
+  const key = event.key.toLowerCase(), command = event.ctrlKey || event.metaKey;
+  if (typing || event.altKey) return;
+  if (command && key === "z") { if (event.shiftKey) redo(); else undo(); }
+  else if (command && key === "y") redo();
+  else if (command) return;
+  else if (key === "escape" && !$("space").hidden) closeSpace();
+  else if (key === "p") play(!state.playing);
+  else if (key === "n") another();
+  else if (MODES[key - 1] && edited()) setMode(MODES[key - 1]);
+  else if (TOOLS.find((each) => each?.key === key)) choose(TOOLS.find((each) => each?.key === key).name);
+  else return;
+  event.preventDefault();
+});
+
+// --- the question's numbers ---------------------------------------------------------------------------------------------------
+
+function another() { state.settings.seed++; const field = $("q-seed"); if (field) field.value = state.settings.seed; full(); }
+
+function questions() {
+  const { scene, settings } = state, { limits = {}, defaults = {} } = scene, form = $("question");
+  const slider = (name, low, high, step, { at = [low, high] } = {}) => {
+    const range = make("input", { type: "range", min: at[0], max: at[1], step, value: settings[name] ?? 0.25, "aria-hidden": "true", tabindex: "-1" });
+    const field = make("input", { type: "number", min: low, max: high, step: "any", value: settings[name] ?? "", id: `q-${name}`, placeholder: settings[name] === null ? say("of_layer") : null });
+    const set = (value, moving) => { settings[name] = value; if (moving && name !== "n") preview(); else full(); };
+    range.addEventListener("input", () => { field.value = range.value; row.classList.remove("wrong"); if (name !== "n") set(Number(range.value), true); });
+    range.addEventListener("change", () => { field.value = range.value; set(Number(range.value), false); });
+    field.addEventListener("change", () => {
+      const value = field.valueAsNumber, whole = name !== "n" || Number.isInteger(value), wrong = !(value >= low && value <= high) || !whole;
+      row.classList.toggle("wrong", wrong);
+      if (wrong) { warn(say("out_of_range", { low: count(low), high: count(high) })); return; }
+      warn("");
+      range.value = value;
+      set(value, false);
+    });
+    const row = make("div", { class: "field" }, make("label", { for: `q-${name}` }, say(`q_${name}`)), range, field);
+    return row;
+  };
+  const between = (name, unit, low, high) => {
+    const fields = [0, 1].map((k) => make("input", { type: "number", min: low, max: high, step: "any", value: settings[name][k], id: `q-${name}-${k}`, "aria-label": say(k ? "at_most" : "at_least", { what: say(`q_${name}`) }) }));
+    const set = () => {
+      const [a, b] = fields.map((each) => each.valueAsNumber), wrong = !(a >= low && b <= high && a <= b);
+      row.classList.toggle("wrong", wrong);
+      if (wrong) { warn(say("wrong_range", { low: count(low), high: count(high) })); return; }
+      warn("");
+      settings[name] = [a, b];
+      full();
+    };
+    for (const each of fields) each.addEventListener("change", set);
+    const row = make("div", { class: "field", role: "group", "aria-label": say(`q_${name}`) }, make("span", {}, say(`q_${name}`)), make("span", { class: "between" }, fields[0], make("span", {}, say("to")), fields[1], make("span", {}, unit)));
+    return row;
+  };
+  const chooser = (name, options) => {
+    const select = make("select", { id: `q-${name}` }, ...options.map(([value, words]) => make("option", { value, selected: value === settings[name] }, words)));
+    select.addEventListener("change", () => { settings[name] = select.value; full(); });
+    return make("div", { class: "field" }, make("label", { for: `q-${name}` }, say(`q_${name}`)), select);
+  };
+  const seed = make("input", { type: "number", min: 0, max: 999999, step: 1, value: settings.seed, id: "q-seed" });
+  seed.addEventListener("change", () => { if (seed.value !== "" && seed.checkValidity()) { settings.seed = seed.valueAsNumber; full(); } else warn(say("out_of_range", { low: "0", high: count(999999) })); });
+  const orientations = defaults.orientations || ["upright", "lying"];
+  const most = limits.n_max || 3000;
+  form.replaceChildren(
+    slider("n", 30, most, 10, { at: [30, most] }),
+    between("dbh_cm", "cm", ...(limits.dbh_cm || [5, 200])),
+    between("length_m", "m", ...(limits.length_m || [1, 60])),
+    chooser("orientation", orientations.map((each) => [each, say(`posture_${each}`)])),
+    slider("friction", 0, limits.friction_max || 1, 0.01, { at: [0, 0.8] }),
+    slider("rolling_friction", 0, limits.rolling_friction_max || 0.5, 0.01),
+    chooser("fidelity", scene.fidelities.length ? scene.fidelities.map((each) => [each.name, say(`fidelity_${each.name}`)]) : [[settings.fidelity, settings.fidelity]]),
+    make("div", { class: "field" }, make("label", { for: "q-seed" }, say("q_seed")), seed, make("button", { type: "button", title: `${say("another_draw")} (N)`, onclick: another }, say("another"))),
+  );
+  $("radius").max = Math.min(limits.radius_max || MOST_RADIUS, MOST_RADIUS);
+  const r = state.shape?.circle ? state.shape.circle[2] : Math.min(defaults.radius || 10, Number($("radius").max));
+  $("radius").value = r;
+  $("radius-said").textContent = `${r} m`;
+}
+$("question").addEventListener("submit", (event) => event.preventDefault());
+
+function layerBoxes() {
+  const there = {
+    hits: true, deposits: true, trees: state.scene.data.trees_x.length > 0, barriers: true, lines: state.scene.lines.length > 0,
+    holders: state.scene.data.trees_x.length > 0, contours: Boolean(state.terrain), slope: Boolean(state.terrain),
+  };
+  $("layers").replaceChildren(...Object.keys(there).filter((each) => there[each]).map((name) => {
+    const box = make("input", { type: "checkbox", checked: map.shown[name], "data-layer": name });
+    box.addEventListener("change", () => { map.shown[name] = box.checked; shown(); remember(); });
+    return make("label", {}, box, make("span", {}, say(`layer_${name}`)));
+  }));
+}
+
+// --- moving logs ---------------------------------------------------------------------------------------------------------------
+
+function askPoses() {
+  if (!complete()) return;
+  const variant = state.after && state.mode !== "before" ? "after" : "before", wanted = `${state.full} ${variant} ${state.after ? JSON.stringify(state.edits) : ""}`;
+  if (state.posesFor === wanted && state.motion) { moved(); return; }
+  state.posesFor = wanted;
+  state.posesId = ask({ op: "poses", max: 100, variant });
+}
+
+function posed(answer) {
+  if (answer.id !== state.posesId) return;
+  state.motion = new Motion(answer);
+  moved();
+}
+
+function moved() {
+  $("player").hidden = !state.motion;
+  $("time").max = state.motion.last;
+  if (state.startWhenThere) { state.startWhenThere = false; play(true); }
+  setTime(Math.min(state.time, state.motion.last));
+  if (!$("space").hidden) fillSpace();
+}
+
+function setTime(time) {
+  state.time = time;
+  $("time").value = time;
+  $("clock").textContent = say("seconds", { t: number(time, 1) });
+  map.content.moving = state.motion && { logs: state.motion.at(time), trails: state.motion.trails(), edited: state.motion.edited };
+  map.draw();
+}
+
+function play(on) {
+  if (on && !complete()) { speakText(say("ask_first")); return; }
+  const current = state.motion && state.posesFor.startsWith(`${state.full} `);
+  if (on && !current) { state.startWhenThere = true; state.time = 0; askPoses(); return; }
+  state.playing = on;
+  $("play").textContent = say(on ? "pause" : "play_logs");
+  if (!on) return;
+  if (state.time >= state.motion.last) state.time = 0;
+  let before = performance.now();
+  const tick = (now) => {
+    if (!state.playing || !state.motion) return;
+    setTime(Math.min(state.motion.last, state.time + Math.min(0.1, (now - before) / 1000) * 4));
+    before = now;
+    if (state.time >= state.motion.last) play(false); else requestAnimationFrame(tick);
+  };
+  requestAnimationFrame(tick);
+}
+$("play").addEventListener("click", () => play(!state.playing));
+$("time").addEventListener("input", (event) => { if (state.playing) play(false); setTime(Number(event.target.value)); });
+
+// --- the view in three dimensions ------------------------------------------------------------------------------------------------
+
+let view = null;
+async function fillSpace() {
+  const variant = map.content.variants[0], rather = Boolean(variant?.edited);
+  const drapes = await drapesOf(map, state.terrain, variant);
+  if ($("space").hidden) return;
+  const scene = spaceOf(state.scene, state.terrain, state.motion, { edits: state.edits, felled: map.felled, edited: rather, deposits: variant?.deposits, drapes, colours: told.colours.solids });
+  try {
+    if (view) view.replace([scene]);
+    else view = window.DeadwoodView($("space"), [scene], { play: say("play"), pause: say("pause"), hint: say("pick_hint"), picked: say("picked") });
+    if (view) { view.state.pace = Number($("space").querySelector('[data-part="pace"]').value); view.draw(); }
+    window.deadwoodView = view;
+  } catch (error) {
+    $("space").classList.add("nothing");
+    warn(say("space_failed", { why: error.message }));
+  }
+}
+
+function openSpace() {
+  if (!state.terrain) return;
+  if (state.playing) play(false);
+  $("space").hidden = false;
+  fillSpace();
+  askPoses();
+  $("space-close").focus();
+}
+
+function closeSpace() {
+  if ($("space").hidden) return;
+  $("space").hidden = true;
+  if (view?.state.playing) $("space").querySelector('[data-part="play"]').click();
+  $("open-space").focus();
+}
+$("open-space").addEventListener("click", openSpace);
+$("space-close").addEventListener("click", closeSpace);
+
+// --- saving ------------------------------------------------------------------------------------------------------------------------
+
+$("keep").addEventListener("submit", (event) => {
+  event.preventDefault();
+  const name = $("keep-name").value.trim();
+  if (!name) { warn(say("name_wanted")); $("keep-name").focus(); return; }
+  if (!complete()) { warn(say("ask_first")); return; }
+  warn("");
+  $("keep").querySelector("button").disabled = true;
+  $("kept").replaceChildren(make("p", { class: "quiet" }, say("saving")));
+  ask({ op: "keep", name });
+});
+
+function kept(answer) {
+  $("keep").querySelector("button").disabled = false;
+  const command = make("pre", { tabindex: "0", "aria-label": say("command") }, answer.command);
+  const copy = make("button", { type: "button", onclick: async () => {
+    try { await navigator.clipboard.writeText(answer.command); copy.textContent = say("copied"); } catch { getSelection().selectAllChildren(command); copy.textContent = say("copy_by_hand"); }
+  } }, say("copy"));
+  $("kept").replaceChildren(
+    make("p", {}, make("b", {}, say("kept", { name: answer.name }))),
+    make("p", { class: "quiet" }, say("kept_files", { files: (answer.files || []).join(", ") })), make("p", { class: "quiet" }, say("repeat_it")), command, copy);
+}
+
+// --- help --------------------------------------------------------------------------------------------------------------------------
+
+$("keys").append(...[
+  ["← ↑ → ↓", "key_pan"], ["+  −  0", "key_zoom"], [say("key_enter"), "key_act"], ["Shift+" + say("key_enter"), "key_finish"], ["Esc", "key_cancel"],
+  ...TOOLS.filter(Boolean).map((each) => [each.key.toUpperCase(), `tool_${each.name}`]), ["Ctrl+Z, Ctrl+Y", "key_undo"], ["1–5", "key_modes"], ["N", "another_draw"], ["P", "play_logs"],
+].flatMap(([keys, words]) => [make("dt", {}, make("kbd", {}, keys)), make("dd", {}, say(words))]));
+
+shown();
+/* For tests, and for whoever wants to look from the console. */
+window.deadwoodExplore = { state, map, hand };

@@ -1,0 +1,134 @@
+/* Pictures and indices that are made once an answer comes, so that drawing the map only copies them. */
+
+import { canvasOf, rgb } from "./terrain.js";
+
+const QUANTILE = 0.995; // of the cells that were hit: the top of the colours, as in the report's map
+const OPAQUE = 0.72;
+export const Z95 = 1.96;
+
+/* A raster over a box of cells, as the tool sends it: counts, rows from the north, and its north-west cell. */
+export function boxOf(values, at) {
+  const [rows, columns] = values.shape;
+  return { values, rows, columns, column: at[0], row: at[1] };
+}
+
+function fitted(canvas, columns, rows) {
+  if (!canvas) return canvasOf(Math.max(columns, 1), Math.max(rows, 1));
+  if (canvas.width !== columns || canvas.height !== rows) { canvas.width = Math.max(columns, 1); canvas.height = Math.max(rows, 1); }
+  return canvas;
+}
+
+/* The count from which on the colour is that of the top of the scale. */
+export function topOf(box) {
+  const counts = new Uint32Array(65536);
+  let hit = 0;
+  for (const each of box.values) if (each) { counts[each]++; hit++; }
+  if (!hit) return 1;
+  let left = Math.ceil(hit * (1 - QUANTILE)), value = 65535;
+  while (value > 1 && (left -= counts[value]) > 0) value--;
+  return value;
+}
+
+/* The hits as a picture; `ramp` are colours from few to many, `top` the count at its end. */
+export function hitsPicture(box, top, ramp, canvas) {
+  const picture = fitted(canvas, box.columns, box.rows), brush = picture.getContext("2d");
+  if (!box.values.length) { brush.clearRect(0, 0, 1, 1); return picture; }
+  const image = new ImageData(box.columns, box.rows), pixels = new Uint32Array(image.data.buffer);
+  const alpha = Math.round(255 * OPAQUE);
+  const packed = ramp.map((each) => { const [r, g, b] = rgb(each); return ((alpha << 24) | (b << 16) | (g << 8) | r) >>> 0; });
+  const last = packed.length - 1;
+  for (let k = 0; k < box.values.length; k++) {
+    const value = box.values[k];
+    if (value) pixels[k] = packed[Math.min(last, Math.round(value / top * last))];
+  }
+  brush.putImageData(image, 0, 0);
+  return picture;
+}
+
+/* After less before, as a picture: coloured where the interval excludes 0, else grey. Per cell only the counts of both
+   runs are known, not their pairs; their difference is at most as uncertain as that of independent runs, and of logs
+   that the change did not concern nothing is. So the map is cautious: it greys too much rather than too little. */
+export function differencePicture(before, after, concerned, colours, canvas) {
+  const west = Math.min(before.column, after.column), north = Math.min(before.row, after.row);
+  const east = Math.max(before.column + before.columns, after.column + after.columns);
+  const south = Math.max(before.row + before.rows, after.row + after.rows);
+  const columns = Math.max(east - west, 1), rows = Math.max(south - north, 1);
+  const picture = fitted(canvas, columns, rows), image = new ImageData(columns, rows);
+  const less = colours.less.map(rgb), more = colours.more.map(rgb), grey = [...rgb(colours.chance), 120];
+  const counts = { grey: 0, less: 0, more: 0 };
+  const at = (box, c, r) => {
+    const i = c - box.column, j = r - box.row;
+    return i >= 0 && j >= 0 && i < box.columns && j < box.rows ? box.values[j * box.columns + i] : 0;
+  };
+  for (let j = 0; j < rows; j++) for (let i = 0; i < columns; i++) {
+    const a = at(before, west + i, north + j), b = at(after, west + i, north + j), gain = b - a;
+    if (!gain) continue;
+    const far = Math.abs(gain) / (Z95 * Math.sqrt(Math.min(a, concerned) + Math.min(b, concerned)));
+    const place = 4 * (j * columns + i);
+    if (far <= 1) { image.data.set(grey, place); counts.grey++; continue; }
+    const tints = gain < 0 ? less : more;
+    counts[gain < 0 ? "less" : "more"]++;
+    image.data.set([...tints[far > 2 ? 1 : 0], 215], place);
+  }
+  picture.getContext("2d").putImageData(image, 0, 0);
+  return { picture, column: west, row: north, columns, rows, counts };
+}
+
+/* Points sorted into squares, so that those in view or nearest to the pointer are found at once. */
+export class Squares {
+  constructor(x, y, extent, side) {
+    Object.assign(this, { x, y, side });
+    this.columns = Math.max(1, Math.ceil(extent[2] / side));
+    this.rows = Math.max(1, Math.ceil(extent[3] / side));
+    const home = new Uint32Array(x.length);
+    this.start = new Uint32Array(this.columns * this.rows + 1);
+    for (let k = 0; k < x.length; k++) {
+      home[k] = this.row(y[k]) * this.columns + this.column(x[k]);
+      this.start[home[k] + 1]++;
+    }
+    for (let k = 1; k < this.start.length; k++) this.start[k] += this.start[k - 1];
+    this.sorted = new Uint32Array(x.length);
+    const next = this.start.slice();
+    for (let k = 0; k < x.length; k++) this.sorted[next[home[k]]++] = k;
+  }
+
+  column(x) { return Math.min(this.columns - 1, Math.max(0, Math.floor(x / this.side))); }
+  row(y) { return Math.min(this.rows - 1, Math.max(0, Math.floor(y / this.side))); }
+
+  /* Roughly how many are in a box; whole squares count. */
+  many(x0, y0, x1, y1) {
+    let sum = 0;
+    for (let r = this.row(y0); r <= this.row(y1); r++)
+      sum += this.start[r * this.columns + this.column(x1) + 1] - this.start[r * this.columns + this.column(x0)];
+    return sum;
+  }
+
+  each(x0, y0, x1, y1, told) {
+    for (let r = this.row(y0); r <= this.row(y1); r++) {
+      const from = this.start[r * this.columns + this.column(x0)], to = this.start[r * this.columns + this.column(x1) + 1];
+      for (let k = from; k < to; k++) {
+        const n = this.sorted[k];
+        if (this.x[n] >= x0 && this.x[n] <= x1 && this.y[n] >= y0 && this.y[n] <= y1) told(n);
+      }
+    }
+  }
+
+  nearest(x, y, within) {
+    let best = within, found = -1;
+    this.each(x - within, y - within, x + within, y + within, (k) => {
+      const far = Math.hypot(this.x[k] - x, this.y[k] - y);
+      if (far <= best) { best = far; found = k; }
+    });
+    return found;
+  }
+}
+
+/* Is a place inside a closed ring of points? */
+export function inside(ring, x, y) {
+  let within = false;
+  for (let k = 0, j = ring.length - 1; k < ring.length; j = k++) {
+    const [ax, ay] = ring[k], [bx, by] = ring[j];
+    if ((ay > y) !== (by > y) && x < (bx - ax) * (y - ay) / (by - ay) + ax) within = !within;
+  }
+  return within;
+}

@@ -1,0 +1,148 @@
+"""The session on two pipes: a message a line comes in, frames go out, each with its length before it.
+
+The front for programs: the server of the page starts such a process, and so does the panel in QGIS. What is asked while
+an answer is on its way replaces it, between two batches. The process ends when its input does.
+"""
+
+from __future__ import annotations
+
+import os
+import queue
+import sys
+import threading
+import traceback
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from deadwood_algorithms.explore.frames import Frame, message_of, refusal
+from deadwood_algorithms.explore.kept import Keeper
+from deadwood_algorithms.explore.relief import Relief
+from deadwood_algorithms.explore.session import Session
+from deadwood_algorithms.explore.told import scene_frame
+from deadwood_algorithms.params.tool import UserError
+
+LENGTH_BYTES = 4  # of the length before a frame
+GRACE_S = 2.0  # after its input has ended, the process is given so long to end what it does
+MOST_WAITING = 1000  # messages; beyond that the front is told to wait
+REPLACED = ("release", "edit")  # by a newer one
+
+
+class Out:
+    """Where frames go, one after the other, whatever thread sends them."""
+
+    def __init__(self, stream: BinaryIO) -> None:
+        self.stream, self.lock = stream, threading.Lock()
+
+    def send(self, frame: Frame) -> None:
+        block = frame.packed()
+        try:
+            with self.lock:
+                self.stream.write(len(block).to_bytes(LENGTH_BYTES, "little") + block)
+                self.stream.flush()
+        except (BrokenPipeError, ValueError):
+            os._exit(0)  # nobody reads any more
+
+
+def own_stdout() -> Out:
+    """Standard output for frames alone: whatever else prints goes to standard error."""
+    sys.stdout.flush()
+    stream = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    return Out(stream)
+
+
+@dataclass
+class Front:
+    """A session, its pipes, and what waits to be answered."""
+
+    session: Session
+    relief: Relief
+    out: Out
+    keeper: Keeper
+    waiting: queue.Queue[dict[str, Any] | None] = field(default_factory=lambda: queue.Queue(MOST_WAITING))
+    newest: dict[str, int] = field(default_factory=lambda: dict.fromkeys(REPLACED, 0))
+    ended: threading.Event = field(default_factory=threading.Event)
+
+    def serve(self, source: BinaryIO) -> None:
+        """Answer until the input ends."""
+        threading.Thread(target=self._listen, args=(source,), name="messages", daemon=True).start()
+        self.out.send(Frame({"op": "ready"}))
+        while (message := self.waiting.get()) is not None:
+            self._answer(message)
+
+    def _listen(self, source: BinaryIO) -> None:
+        with ThreadPoolExecutor(1) as tiles:
+            for line in source:
+                try:
+                    message = message_of(line)
+                except UserError as error:
+                    self.out.send(refusal(str(error)))
+                    continue
+                if message.get("op") == "tile":
+                    tiles.submit(self._guarded, self._tile, message)
+                    continue
+                if message.get("op") in REPLACED:
+                    self.newest[message["op"]] += 1
+                    message["turn"] = dict(self.newest)
+                try:
+                    self.waiting.put_nowait(message)
+                except queue.Full:
+                    self.out.send(refusal("too much is asked at once; wait for the answers", message))
+            self.ended.set()
+            tiles.shutdown(wait=False, cancel_futures=True)
+            self.waiting.put(None)
+            threading.Timer(GRACE_S, os._exit, (0,)).start()
+
+    def _answer(self, message: dict[str, Any]) -> None:
+        self._guarded(self._do, message)
+
+    def _guarded(self, work: Callable[[dict[str, Any]], None], message: dict[str, Any]) -> None:
+        """What is wrong with a message is said; what is wrong with us, too, and the engine lives."""
+        try:
+            work(message)
+        except UserError as error:
+            self.out.send(refusal(str(error), message))
+        except Exception as error:
+            traceback.print_exc(file=sys.stderr)
+            self.out.send(refusal(f"a fault of ours: {type(error).__name__}; the terminal says more", message))
+
+    def _do(self, message: dict[str, Any]) -> None:
+        name, turn = message.get("op"), message.get("turn", {})
+        send, session = self.out.send, self.session
+
+        def stale() -> bool:
+            return self.ended.is_set() or turn != self.newest
+
+        if name == "open":
+            send(scene_frame(session.layers, self.relief, session.defaults))
+        elif name == "release":
+            if turn["release"] == self.newest["release"]:
+                session.release(message, send, stale)
+        elif name == "edit":
+            if turn["edit"] != self.newest["edit"]:
+                return  # the newer one holds the whole set
+            if turn["release"] == self.newest["release"]:
+                session.edit(message, send, stale)
+            else:
+                session.change(message)  # the logs released since then are told with it
+        elif name == "poses":
+            session.poses(message, send)
+        elif name == "keep":
+            if session.answer is None:
+                raise UserError("no logs have been released yet; click on the map first")
+            answer = session.answer
+            send(self.keeper.keep(session.layers, answer.question, answer.changes, message.get("name")))
+        else:
+            raise UserError("'op' must be open, release, edit, poses or keep")
+
+    def _tile(self, message: dict[str, Any]) -> None:
+        place = [message.get(name) for name in ("level", "column", "row")]
+        if any(isinstance(each, bool) or not isinstance(each, int) for each in place):
+            raise UserError("'level', 'column' and 'row' must be whole numbers")
+        picture = self.relief.tile(*place)  # type: ignore[arg-type]
+        told = Frame({"op": "tile", "id": message.get("id")}, {"png": np.frombuffer(picture, np.uint8)})
+        self.out.send(told)

@@ -1,0 +1,269 @@
+"""What is told of a scene and of an answer: facts and arrays, in metres from the terrain model's south-west corner."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from deadwood_algorithms.explore.answer import Answer, Batch, Hits, boxed
+from deadwood_algorithms.explore.frames import Frame
+from deadwood_algorithms.explore.questions import (
+    LONGEST_LYING_M,
+    MOST_DRAWN,
+    MOST_FRICTION,
+    MOST_LOGS,
+    MOST_POSED,
+    MOST_RADIUS_M,
+    MOST_ROLLING,
+    PREVIEW,
+    Defaults,
+)
+from deadwood_algorithms.explore.relief import TILE, Relief
+from deadwood_algorithms.prepare.releases.logs import ORIENTATIONS
+from deadwood_algorithms.scene.items import Items
+from deadwood_algorithms.scene.layers import SceneLayers
+from deadwood_algorithms.simulate.fidelity_trade import REACH_ERRORS
+from deadwood_algorithms.stats.statistics import paired_interval, reach_record
+from deadwood_engine import FIDELITIES, STOP_REASONS, Barriers, LyingLogs
+
+MOST_HOLDERS = 30  # trees told that hold logs, those first that hold most
+COARSE = 400  # cells of the heights for the 3-D view, at most, along the longer side
+Corner = Sequence[float]  # world coordinates of the south-west corner [m]
+
+
+def scene_frame(layers: SceneLayers, relief: Relief, defaults: Defaults) -> Frame:
+    dem = layers.dem
+    west, south, east, north = dem.bounds
+    corner = west, south
+    step, heights = relief.coarse(COARSE)
+    facts = {
+        "op": "scene",
+        "origin": corner,
+        "extent": [0.0, 0.0, east - west, north - south],
+        "cell": dem.cell,
+        "rows": dem.shape[0],
+        "columns": dem.shape[1],
+        "crs": crs_words(dem.crs),
+        "levels": relief.levels,
+        "tile": TILE,
+        "lines": lines_told(layers.lines, corner),
+        "barriers": barriers_told(layers, corner),
+        "lying_logs": lying_told(layers, corner),
+        "blocks": blocks_told(layers, corner),
+        "defaults": {
+            "friction": defaults.friction,
+            "rolling_friction": defaults.rolling_friction,
+            "restitution": defaults.restitution,
+            "fidelity": defaults.fidelity,
+            "seed": defaults.seed,
+            "dbh_cm": defaults.sizes.dbh_cm,
+            "length_m": defaults.sizes.length_m,
+            "density_kg_m3": defaults.sizes.density_kg_m3,
+            "orientation": defaults.sizes.orientation,
+            "orientations": ORIENTATIONS,
+        },
+        "limits": {
+            "n_max": MOST_LOGS,
+            "preview": PREVIEW,
+            "radius_max": MOST_RADIUS_M,
+            "friction_max": MOST_FRICTION,
+            "rolling_friction_max": MOST_ROLLING,
+            "drawn_max": MOST_DRAWN,
+            "lying_length_max": LONGEST_LYING_M,
+            "poses_max": MOST_POSED,
+        },
+        "fidelities": [fidelity_told(name) for name in FIDELITIES],
+        "reasons": STOP_REASONS,
+        "heights_step": step,
+    }
+    trees = layers.trees
+    arrays = {
+        "trees_x": (trees.x - west).astype(np.float32),
+        "trees_y": (trees.y - south).astype(np.float32),
+        "trees_dbh_cm": (100.0 * trees.diameter).astype(np.float32),
+        "trees_height_m": np.asarray(trees.height, np.float32),
+        "heights": heights,
+    }
+    return Frame(facts, arrays)
+
+
+def crs_words(crs: Any) -> str:
+    code = crs.to_authority()
+    return ":".join(code) if code else crs.name
+
+
+def fidelity_told(name: str) -> dict[str, Any]:
+    """A fidelity and how far it is off from the finest on the benchmark's slopes, in the mean [points]."""
+    if name not in REACH_ERRORS:
+        return {"name": name, "error_points": None, "ci_low": None, "ci_high": None}
+    mean = REACH_ERRORS[name].mean
+    return {"name": name, "error_points": mean.value, "ci_low": mean.ci_low, "ci_high": mean.ci_high}
+
+
+def local(points: NDArray[np.float64], corner: Corner) -> list[list[float]]:
+    return np.round(np.reshape(points, (-1, 2)) - corner, 3).tolist()
+
+
+def lines_told(items: Items, corner: Corner) -> list[dict[str, Any]]:
+    """One entry a line or polygon; of several parts or rings each is a list of points."""
+    found = []
+    for name, shape in zip(items.ids, items.geometry, strict=True):
+        whole = shapely.boundary(shape) if shapely.get_dimensions(shape) == 2 else shape
+        parts = [local(shapely.get_coordinates(each), corner) for each in shapely.get_parts(whole)]
+        found.append({"line_id": str(name), "name": str(name), "points": parts[0] if parts else [], "parts": parts})
+    return found
+
+
+def barriers_told(layers: SceneLayers, corner: Corner) -> list[dict[str, Any]]:
+    plates: Barriers = layers.plates
+    return [
+        {"barrier_id": str(layers.barriers.ids[item]), "height_m": float(height), "points": local(points, corner)}
+        for points, item, height in zip(split(plates), layers.barriers.item, plates.height, strict=True)
+    ]
+
+
+def lying_told(layers: SceneLayers, corner: Corner) -> list[dict[str, Any]]:
+    lying: LyingLogs = layers.lying_logs
+    return [
+        {"lying_id": str(layers.lying.ids[item]), "diameter_cm": 100.0 * float(base), "points": local(points, corner)}
+        for points, item, base in zip(split(lying), layers.lying.item, lying.diameter, strict=True)
+    ]
+
+
+def split(lines: Barriers | LyingLogs) -> list[NDArray[np.float64]]:
+    return np.split(lines.vertices, lines.starts[1:-1]) if len(lines.starts) > 1 else []
+
+
+def blocks_told(layers: SceneLayers, corner: Corner) -> list[dict[str, Any]]:
+    solid = layers.blocks.solid
+    places = local(np.column_stack([solid.x, solid.y]), corner)
+    return [
+        {"block_id": str(name), "x": x, "y": y, "diameter_m": float(wide), "height_m": float(high)}
+        for name, (x, y), wide, high in zip(layers.blocks.ids, places, solid.diameter, solid.height, strict=True)
+    ]
+
+
+def hits_frame(answer: Answer, number: int, began: float, corner: Corner) -> Frame:
+    """The first batches of an answer together, up to this one, in the scene as it was read."""
+    batches = answer.base[: number + 1]
+    done = batches[-1].rows.stop
+    facts = {"op": "hits", "id": answer.question.number, "reach": reach_told(answer, batches)}
+    return pictured(answer, facts, batches, "hits", done, began, corner)
+
+
+def difference_frame(answer: Answer, number: int, asked: Any, began: float, corner: Corner) -> Frame:
+    """What the changes do to the first batches: the same logs before and after."""
+    base, changed = answer.base[: number + 1], answer.changed[: number + 1]
+    done = changed[-1].rows.stop
+    before, after = (np.concatenate([each.reach for each in batches]) for batches in (base, changed))
+    lines = []
+    for k, name in enumerate(answer.layers.lines.ids):
+        lost, gained = int((before[:, k] & ~after[:, k]).sum()), int((after[:, k] & ~before[:, k]).sum())
+        low, high = paired_interval(lost, gained, done)
+        lines.append(
+            {
+                "line_id": str(name),
+                "before": int(before[:, k].sum()),
+                "after": int(after[:, k].sum()),
+                "lost": lost,
+                "gained": gained,
+                "difference": (gained - lost) / done,
+                "ci_low": low,
+                "ci_high": high,
+            }
+        )
+    facts = {
+        "op": "difference",
+        "id": asked,
+        "concerned": sum(each.concerned for each in changed),
+        "lines": lines,
+        "reach": reach_told(answer, changed),
+    }
+    return pictured(answer, facts, changed, "hits_after", done, began, corner)
+
+
+def reach_told(answer: Answer, batches: Sequence[Batch]) -> list[dict[str, Any]]:
+    reach = np.concatenate([each.reach for each in batches])
+    return [
+        {"line_id": str(name), **reach_record(int(reach[:, k].sum()), len(reach))}
+        for k, name in enumerate(answer.layers.lines.ids)
+    ]
+
+
+def pictured(
+    answer: Answer,
+    facts: Mapping[str, Any],
+    batches: Sequence[Batch],
+    name: str,
+    done: int,
+    began: float,
+    corner: Corner,
+) -> Frame:
+    """With the cells that were hit, row 0 in the north, and where the logs ended."""
+    grid = np.zeros(answer.layers.dem.shape, np.int64)
+    for each in batches:
+        each.hits.add_to(grid)
+    box: Hits = boxed(grid)
+    rows = answer.layers.dem.frame.shape[0]
+    column, south = box.first[0] + answer.layers.dem.first[0], box.first[1] + answer.layers.dem.first[1]
+    reason = np.concatenate([each.reason for each in batches])
+    ends = np.concatenate([each.end for each in batches]) - corner
+    total = len(answer.releases)
+    counted = np.bincount(reason[reason >= 0], minlength=len(STOP_REASONS)).tolist()
+    told = {
+        **facts,
+        "done": done,
+        "n": total,
+        "fidelity": answer.question.fidelity,
+        "stopped": dict(zip(STOP_REASONS, counted, strict=True)),
+        "holders": holders_told(answer, batches),
+        "at": [column, rows - south - box.count.shape[0]],
+        "ms": round(1e3 * (time.perf_counter() - began), 1),
+        "final": done == total,
+    }
+    arrays = {
+        name: np.minimum(box.count[::-1], 65535).astype(np.uint16),
+        "deposits_x": ends[:, 0].astype(np.float32),
+        "deposits_y": ends[:, 1].astype(np.float32),
+        "deposits_reason": reason.astype(np.uint8),
+    }
+    return Frame(told, arrays)
+
+
+def holders_told(answer: Answer, batches: Sequence[Batch]) -> list[dict[str, int]]:
+    """The trees that hold most logs; planted ones are numbered after those of the layer."""
+    trees = len(answer.layers.trees.x) + len(answer.changes.plant)
+    sums: dict[int, int] = {}
+    for each in batches:
+        for tree, n in each.held.items():
+            if 0 <= tree < trees:
+                sums[tree] = sums.get(tree, 0) + n
+    most = sorted(((n, tree) for tree, n in sums.items() if n > 0), key=lambda pair: (-pair[0], pair[1]))
+    return [{"tree": tree, "n": n} for n, tree in most[:MOST_HOLDERS]]
+
+
+def poses_frame(answer: Answer, most: int, number: Any, corner: Corner) -> Frame:
+    """The poses of the first logs: of log k the rows offsets[k] to offsets[k + 1], its id from the releases."""
+    poses, rows = [], []
+    for each in answer.base:
+        poses.append(each.poses)
+        rows.append(each.poses.log_row + each.rows.start)
+    row = np.concatenate(rows)
+    logs = min(most, answer.base[-1].rows.stop)
+    count = int(np.searchsorted(row, logs))
+    shift = np.array([*corner, 0.0])
+    base, tip = (np.concatenate([getattr(each, name) for each in poses])[:count] - shift for name in ("base", "tip"))
+    logs_told = answer.releases.logs.take(slice(0, logs))
+    arrays = {
+        "t": np.concatenate([each.time for each in poses])[:count].astype(np.float32),
+        "base": base.astype(np.float32),
+        "tip": tip.astype(np.float32),
+        "offsets": np.searchsorted(row[:count], np.arange(logs + 1)).astype(np.uint32),
+        "diameter": np.asarray(logs_told.diameter, np.float32),
+    }
+    return Frame({"op": "poses", "id": number, "logs": logs}, arrays)

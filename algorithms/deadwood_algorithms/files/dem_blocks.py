@@ -1,0 +1,103 @@
+"""A DEM for tools that ask for heights at some places: whole where it is small, else only the blocks asked for.
+
+Either answers alike: the same heights, the same cells outside.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyproj
+
+from deadwood_algorithms.files.dem_windows import DemWindows, open_windows, read_part, read_whole
+from deadwood_algorithms.files.grid import Grid, Part
+from deadwood_algorithms.params.tool import Cancelled, Feedback, Quiet, UserError
+
+WHOLE_CELLS = 25_000_000  # a DEM of so many cells at most is read whole: 100 MB of heights, read in a second
+SIDE = 2048  # cells of a block, 16 MB
+KEPT = 16  # blocks, those used last
+
+
+@dataclass
+class DemBlocks:
+    """A large DEM that stays open; asked like the `Grid` of the whole, of which no block is read that nobody needs."""
+
+    dem: DemWindows
+    feedback: Feedback
+    _blocks: dict[tuple[int, int], Grid] = field(default_factory=dict)
+
+    @property
+    def crs(self) -> pyproj.CRS:
+        return self.dem.crs
+
+    @property
+    def plan_crs(self) -> pyproj.CRS:
+        return self.dem.plan_crs
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        return self.dem.bounds
+
+    @property
+    def frame(self) -> DemBlocks:
+        return self
+
+    def height(self, x: Any, y: Any) -> np.ndarray:
+        """As `Grid.height`, block by block."""
+        x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
+        found = np.full(x.size, np.nan)
+        column, row = (np.floor((at.ravel() - low) / self.dem.cell) for at, low in ((x, self.dem.x0), (y, self.dem.y0)))
+        ny, nx = self.dem.shape
+        inside = np.flatnonzero((column >= 0) & (row >= 0) & (column < nx) & (row < ny))
+        block = np.stack([row[inside] // SIDE, column[inside] // SIDE], axis=1).astype(np.int64)
+        keys, owner = np.unique(block, axis=0, return_inverse=True)
+        order = np.argsort(owner.ravel(), kind="stable")
+        places = np.split(inside[order], np.cumsum(np.bincount(owner.ravel(), minlength=len(keys)))[:-1])
+        for done, (key, at) in enumerate(zip(keys.tolist(), places, strict=True)):
+            if self.feedback.cancelled():
+                raise Cancelled
+            found[at] = self._block(key[0], key[1]).height(x.ravel()[at], y.ravel()[at])
+            self.feedback.progress(done + 1, len(keys), "reading the DEM")
+        return found.reshape(x.shape)
+
+    def contains(self, x: Any, y: Any) -> np.ndarray:
+        """Whether the surface has a height at each position."""
+        return np.isfinite(self.height(x, y))
+
+    def over(self, bounds: Any) -> Grid:
+        """The heights over an extent [m], and a little around it; the part that the DEM has of it."""
+        west, south, east, north = (float(each) for each in bounds)
+        cell, x0, y0 = self.dem.cell, self.dem.x0, self.dem.y0
+        column, row = int((west - x0) // cell) - 2, int((south - y0) // cell) - 2
+        wide = Part(column, row, int((east - x0) // cell) + 4 - column, int((north - y0) // cell) + 4 - row)
+        part = wide.cut_to(self.dem.shape)
+        if part.columns < 2 or part.rows < 2:
+            raise UserError(
+                f"{self.dem.path}: nothing of {west:.0f} to {east:.0f} east, {south:.0f} to {north:.0f} north lies on "
+                "the DEM; check the CRS of both"
+            )
+        return read_part(self.dem, part, self.feedback)
+
+    def _block(self, row: int, column: int) -> Grid:
+        key = row, column
+        block = self._blocks.pop(key, None)
+        if block is None:
+            part = Part(column * SIDE, row * SIDE, SIDE + 1, SIDE + 1)  # the surface up to the next block
+            block = read_part(self.dem, part.cut_to(self.dem.shape), Quiet())
+        self._blocks[key] = block  # as the last of them
+        if len(self._blocks) > KEPT:
+            self._blocks.pop(next(iter(self._blocks)))
+        return block
+
+
+@contextmanager
+def open_ground(path: str | Path, *, crs: str | None, feedback: Feedback) -> Iterator[Grid | DemBlocks]:
+    """The DEM, read whole if it has at most ``WHOLE_CELLS`` cells; refused as `dem_windows.read_dem` does."""
+    with open_windows(path, crs=crs, feedback=feedback, look_through=False) as dem:
+        small = dem.shape[0] * dem.shape[1] <= WHOLE_CELLS
+        yield read_whole(dem, feedback) if small else DemBlocks(dem, feedback)

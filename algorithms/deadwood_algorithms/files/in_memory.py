@@ -1,0 +1,232 @@
+"""What a Python caller hands over in place of a path (a GeoDataFrame, a table, an array with its place), as a file.
+
+The file is named by what is in it, so that the same data are the same input wherever they come from: a result's
+``run_id`` holds no temporary path and no time, and a file that is there already is never written to again.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from deadwood_algorithms.files.identity import content_of, sha256_of
+from deadwood_algorithms.params.tool import UserError
+
+if TYPE_CHECKING:
+    import geopandas
+    import numpy
+    import pandas
+    from matplotlib.axes import Axes
+
+FIXED_DAY = "2000-01-01T00:00:00.000Z"  # as in every GeoPackage of ours: the same content, the same bytes
+DIGITS = 16  # of the digest in a file's name
+
+
+@dataclass(frozen=True, eq=False)
+class Raster:
+    """Values on a grid, with their place on Earth.
+
+    Parameters
+    ----------
+    array : array, shape (rows, columns) or (bands, rows, columns)
+    transform : affine.Affine or six numbers
+        From column and row to x and y, as rasterio has it.
+    crs : anything that pyproj reads
+        Such as ``"EPSG:2056"``, a number, a pyproj or rasterio CRS.
+    nodata : float, optional
+        The value of cells that are outside; NaN is outside always.
+    names : tuple of str
+        What each band is, where it is known.
+    """
+
+    array: numpy.ndarray
+    transform: Any
+    crs: Any
+    nodata: float | None = None
+    names: tuple[str, ...] = ()
+
+    @property
+    def band(self) -> numpy.ndarray:
+        """The first band, shape (rows, columns)."""
+        return self.array if self.array.ndim == 2 else self.array[0]
+
+    @property
+    def extent(self) -> tuple[float, float, float, float]:
+        """West, east, south, north: what ``imshow`` calls the extent."""
+        rows, columns = self.band.shape
+        a, _, west, _, e, north = tuple(self.transform)[:6]
+        return west, west + a * columns, north + e * rows, north
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the first band as a map; cells without a value, and counts of 0, stay empty."""
+        from deadwood_algorithms.files.quick_map import draw_raster, map_axes
+
+        ax = map_axes() if ax is None else ax
+        draw_raster(ax, self)
+        return ax
+
+
+def read_raster(path: Path) -> Raster:
+    """A raster file as an array, with its place."""
+    import rasterio
+
+    with rasterio.open(path) as source:
+        array = source.read(1) if source.count == 1 else source.read()
+        names = tuple(each or "" for each in source.descriptions)
+        return Raster(array, source.transform, source.crs, source.nodata, names)
+
+
+def has_layer(path: Path, layer: str) -> bool:
+    import pyogrio
+
+    return layer in {str(name) for name, _ in pyogrio.list_layers(path)}
+
+
+def read_layer(path: Path, layer: str) -> geopandas.GeoDataFrame:
+    import geopandas
+
+    return geopandas.read_file(path, layer=layer)
+
+
+def read_table(path: Path) -> pandas.DataFrame:
+    """A table of ours, CSV or Parquet."""
+    import pandas
+
+    return pandas.read_parquet(path) if path.suffix == ".parquet" else pandas.read_csv(path)
+
+
+def is_in_memory(value: Any) -> bool:
+    """Whether a value is data that must become a file, no path and no number."""
+    return isinstance(value, Raster) or _is_frame(value) or _is_data_array(value)
+
+
+def crs_text(value: Any) -> str:
+    """A CRS as the text of it that a flag would have; a number is that of an EPSG code."""
+    if isinstance(value, str):
+        return value
+    import pyproj
+    from pyproj.exceptions import CRSError
+
+    try:
+        return pyproj.CRS.from_user_input(value).to_string()
+    except CRSError as error:
+        raise UserError(f"--crs is '{value}', which is no CRS that is known; name it like EPSG:2056") from error
+
+
+def as_file(value: Any, name: str, folder: Path) -> Path:
+    """The file in ``folder`` that holds the data given for the parameter ``name``; written unless it is there."""
+    folder.mkdir(parents=True, exist_ok=True)
+    if _is_data_array(value):
+        value = _of_data_array(value, name)
+    if isinstance(value, Raster):
+        return _kept(folder, name, ".tif", sha256_of, lambda path: _write_raster(path, value, name))
+    if hasattr(value, "geometry") and hasattr(value, "crs"):
+        return _kept(folder, name, ".gpkg", content_of, lambda path: _write_layer(path, value, name))
+    return _kept(folder, name, ".csv", sha256_of, lambda path: value.to_csv(path, index=_has_name(value)))
+
+
+def _is_frame(value: Any) -> bool:
+    return hasattr(value, "to_csv") and hasattr(value, "columns")  # pandas, and what is made from it
+
+
+def _is_data_array(value: Any) -> bool:
+    return hasattr(value, "dims") and hasattr(value, "values") and not _is_frame(value)
+
+
+def _kept(
+    folder: Path, name: str, ending: str, digest_of: Callable[[Path], str | None], write: Callable[[Path], None]
+) -> Path:
+    made = folder / f".{name}-{os.getpid()}{ending}"
+    try:
+        write(made)
+        place = folder / f"{name}-{str(digest_of(made))[:DIGITS]}{ending}"
+        if not place.exists():
+            os.replace(made, place)
+        return place
+    finally:
+        made.unlink(missing_ok=True)
+
+
+def _write_layer(path: Path, frame: geopandas.GeoDataFrame, name: str) -> None:
+    import pyogrio
+
+    if frame.crs is None:
+        raise UserError(f"{name}: the GeoDataFrame has no CRS; name it, for example {name}.set_crs('EPSG:2056')")
+    with_index: Any = frame.reset_index() if _has_name(frame) else frame
+    pyogrio.set_gdal_config_options({"OGR_CURRENT_DATE": FIXED_DAY})
+    try:
+        pyogrio.write_dataframe(
+            with_index,
+            path,
+            layer=name,
+            driver="GPKG",
+            dataset_options={"VERSION": "1.2"},
+            layer_options={"GEOMETRY_NAME": "geom", "FID": "row_fid"},
+        )
+    except (ValueError, TypeError, RuntimeError, NotImplementedError) as error:
+        raise UserError(f"{name}: this GeoDataFrame cannot be written as a layer ({_first_line(error)})") from error
+    finally:
+        pyogrio.set_gdal_config_options({"OGR_CURRENT_DATE": None})
+
+
+def _has_name(frame: pandas.DataFrame) -> bool:
+    """Whether the index is a column too, as geopandas sees it: one that has a name."""
+    return any(each is not None for each in frame.index.names)
+
+
+def _write_raster(path: Path, raster: Raster, name: str) -> None:
+    import numpy
+    import pyproj
+    import rasterio
+    from pyproj.exceptions import CRSError
+    from rasterio.errors import RasterioError
+    from rasterio.transform import Affine
+
+    from deadwood_algorithms.files.geotiff import geotiff_profile
+
+    if raster.crs is None:
+        raise UserError(f"{name}: the array has no CRS; give one: Raster(array, transform, crs='EPSG:2056')")
+    try:
+        crs = pyproj.CRS.from_user_input(raster.crs)
+    except CRSError as error:
+        raise UserError(f"{name}: '{raster.crs}' is no CRS that is known; name it like EPSG:2056") from error
+    array = numpy.asarray(raster.array)
+    array = array.astype(numpy.uint8) if array.dtype == bool else array
+    if array.ndim not in (2, 3) or array.dtype.kind not in "uif" or 0 in array.shape:
+        raise UserError(
+            f"{name}: an array of shape {array.shape} and type {array.dtype} is no raster; give numbers in rows and "
+            "columns"
+        )
+    bands = array[numpy.newaxis] if array.ndim == 2 else array
+    try:
+        transform = Affine(*tuple(raster.transform)[:6])
+    except TypeError as error:
+        raise UserError(f"{name}: the transform '{raster.transform}' is not six numbers (a, b, c, d, e, f)") from error
+    if transform.e > 0.0:  # rows from the south, as many grids have them: the same cells, northernmost first
+        bands = bands[:, ::-1]
+        a, b, c, d, e, f = tuple(transform)[:6]
+        transform = Affine(a, -b, c + b * bands.shape[1], d, -e, f + e * bands.shape[1])
+    profile = geotiff_profile(bands.shape[1:], crs, transform, str(array.dtype), raster.nodata, bands.shape[0])
+    try:
+        with rasterio.open(path, "w", **profile) as target:
+            target.write(bands)
+    except (RasterioError, ValueError, TypeError) as error:
+        raise UserError(f"{name}: this array cannot be written as a raster ({_first_line(error)})") from error
+
+
+def _of_data_array(value: Any, name: str) -> Raster:
+    """Of an xarray, whose place rioxarray keeps."""
+    place = getattr(value, "rio", None)
+    if place is None:
+        raise UserError(
+            f"{name}: a DataArray tells its transform and CRS by rioxarray: import rioxarray, or give "
+            "Raster(array, transform, crs)"
+        )
+    return Raster(value.values, place.transform(), place.crs, place.nodata)
+
+
+def _first_line(error: Exception) -> str:
+    return (str(error) or type(error).__name__).splitlines()[0].rstrip(".")

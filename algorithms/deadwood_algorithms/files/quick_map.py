@@ -1,0 +1,106 @@
+"""A map of a result for a notebook: a raster, and layers on it. The report's maps are another matter."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from matplotlib import pyplot
+from matplotlib.colors import LogNorm, Normalize
+
+from deadwood_algorithms.files.pictures import scale_and_north
+
+if TYPE_CHECKING:
+    import geopandas
+    from matplotlib.axes import Axes
+
+# Okabe and Ito's, which colour-blind readers tell apart; black for what is rarest.
+COLOURS = ("#D55E00", "#009E73", "#E69F00", "#CC79A7", "#0072B2", "#56B4E9", "#000000")
+LINE = "#222222"  # lines, and outlines of areas
+LONGEST_IN = 8.0  # of a map, in inches
+MARGIN = 0.05  # around what is drawn, as a share of its longer side
+
+
+class Raster(Protocol):
+    """What a map needs of a raster (`in_memory.Raster`)."""
+
+    @property
+    def nodata(self) -> float | None: ...
+
+    @property
+    def names(self) -> tuple[str, ...]: ...
+
+    @property
+    def band(self) -> np.ndarray: ...
+
+    @property
+    def extent(self) -> tuple[float, float, float, float]: ...
+
+
+def map_axes() -> Axes:
+    """Axes of a figure of its own."""
+    _, axes = pyplot.subplots(figsize=(LONGEST_IN, LONGEST_IN), layout="constrained")
+    return axes
+
+
+def draw_raster(axes: Axes, raster: Raster) -> None:
+    """The first band; counts on a scale of powers of ten, and none of them where nothing was counted."""
+    values = np.ma.masked_invalid(raster.band)
+    if raster.nodata is not None:
+        values = np.ma.masked_equal(values, raster.nodata)
+    counts = raster.band.dtype.kind in "ui"
+    values = np.ma.masked_equal(values, 0) if counts else values
+    most = max(2.0, float(values.max())) if values.count() else 2.0
+    norm = LogNorm(1, most) if counts else Normalize()
+    shown = axes.imshow(values, norm=norm, extent=raster.extent, cmap="YlGnBu", interpolation="nearest")
+    name = next((each for each in raster.names if each), "")
+    assert axes.figure is not None
+    bar = axes.figure.colorbar(shown, ax=axes, shrink=0.6, label=name)
+    if counts:
+        round_ones = [each * 10**power for power in range(10) for each in (1, 2, 5)]
+        ticks = [each for each in round_ones if each <= most]
+        bar.set_ticks(ticks, labels=[str(each) for each in ticks])
+        bar.minorticks_off()
+    _finish(axes)
+
+
+def draw_layer(axes: Axes, layer: geopandas.GeoDataFrame, by: str | None = None) -> None:
+    """Points by the values of a text column, with a key; lines and outlines of areas as the lines that are watched."""
+    if layer.empty:
+        return
+    if by is None or set(layer.geom_type) != {"Point"}:
+        lines = layer.boundary if set(layer.geom_type) <= {"Polygon", "MultiPolygon"} else layer.geometry
+        lines.plot(ax=axes, color=LINE, linewidth=2.0, markersize=6.0)
+    else:
+        words = layer[by].value_counts()
+        for colour, (word, n) in zip(COLOURS, words.items(), strict=False):
+            chosen = layer[layer[by] == word]
+            looks = {"color": colour, "edgecolors": "white", "linewidths": 0.7, "zorder": 5}
+            axes.scatter(chosen.geometry.x, chosen.geometry.y, s=34.0, label=f"{word} ({n})", **looks)
+        axes.legend(title=by.replace("_", " "), loc="upper right", fontsize=8, title_fontsize=8)
+    _finish(axes)
+
+
+def zoom_to(axes: Axes, raster: Raster) -> None:
+    """Show what holds values, and a margin."""
+    band = raster.band
+    held = band != 0 if band.dtype.kind in "ui" else np.isfinite(band)
+    if not held.any():
+        return
+    rows, columns = np.flatnonzero(held.any(axis=1)), np.flatnonzero(held.any(axis=0))
+    west, east, south, north = raster.extent
+    across, up = (east - west) / band.shape[1], (north - south) / band.shape[0]
+    left, right = west + across * columns[0], west + across * (columns[-1] + 1)
+    top, bottom = north - up * rows[0], north - up * (rows[-1] + 1)
+    margin = MARGIN * max(right - left, top - bottom)
+    axes.set(xlim=(left - margin, right + margin), ylim=(bottom - margin, top + margin))
+
+
+def finish(axes: Axes) -> None:
+    """The scale bar and the arrow to the north, once all is drawn."""
+    scale_and_north(axes)
+
+
+def _finish(axes: Axes) -> None:
+    axes.set_aspect("equal")
+    axes.set(xticks=[], yticks=[], xlabel="", ylabel="")

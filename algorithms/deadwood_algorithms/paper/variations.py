@@ -1,0 +1,74 @@
+"""The panel of sensitivity: each chosen number of a twin moved through its range, one at a time.
+
+Fixed, with the twins, before anything slid on them. What hangs on a choice is seen by what becomes of it here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from deadwood_algorithms.paper import klosters, rothenbrunnen
+
+
+@dataclass(frozen=True)
+class Changed:
+    """A twin with one choice moved.
+
+    changes : numbers of the twin, by name
+    options : of `slide-logs`, by name
+    """
+
+    name: str
+    words: str
+    version: int = 2
+    changes: Mapping[str, Any] = field(default_factory=dict)
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+
+def _rougher(times: float) -> dict[str, Any]:
+    """The waves of the roughness, times a factor; the long ones stay."""
+    k = klosters.K
+    pairs = zip(k["wavelength_m"], k["deviation_m"], strict=True)
+    return {"deviation_m": tuple(each * times if wave <= k["short_m"] else each for wave, each in pairs)}
+
+
+_EVERYWHERE = (
+    Changed("smoother", "roughness times 0.65 (0.18 m at 1 m, not 0.24)", changes=_rougher(0.65)),
+    Changed("rougher", "roughness times 1.4 (0.31 m at 1 m; version 1 has 0.34)", changes=_rougher(1.4)),
+    Changed("rolling_low", "friction of rolling 0.05, not 0.1", options={"rolling_friction": 0.05}),
+    Changed("rolling_high", "friction of rolling 0.2, not 0.1", options={"rolling_friction": 0.2}),
+    Changed("drawn_2", "relief and mapped forest drawn anew", changes={"seed": 3001}),
+    Changed("drawn_3", "relief and mapped forest drawn anew again", changes={"seed": 3002}),
+    Changed("version_1", "the twin of version 1", version=1),
+)
+_HALF_SPACING = 0.5 * (klosters.K["gully_u_m"][1] - klosters.K["gully_u_m"][0])
+VARIATIONS: Mapping[str, tuple[Changed, ...]] = {
+    klosters.NAME: (
+        Changed("strip_1.5", "no tree nearer than 1.5 m to a bed, not 2 m", changes={"gully_free_m": 1.5}),
+        Changed("strip_3", "no tree nearer than 3 m to a bed", changes={"gully_free_m": 3.0}),
+        Changed(
+            "track", "debris or avalanche track: no tree nearer than 9 m to a bed",
+            changes={"gully_free_m": 9.0, "gully_edge_m": 9.0},
+        ),
+        Changed("gully_2", "gullies 2 m deep, not 4 m", changes={"gully_depth_m": 2.0}),
+        Changed("gully_8", "gullies 8 m deep", changes={"gully_depth_m": 8.0}),
+        Changed("in_beds", "all releases in beds", changes={"release_off_gully_m": (0.0,) * 4}),
+        Changed(
+            "off_beds", "all releases midway between beds",
+            changes={"release_off_gully_m": (-_HALF_SPACING, -_HALF_SPACING, _HALF_SPACING, _HALF_SPACING)},
+        ),
+        Changed(
+            "cliffs", "bands of cliff of 6 and 10 m across the forest",
+            changes={"cliff_v_m": (215.0, 290.0), "cliff_height_m": (6.0, 10.0)},
+        ),
+        *_EVERYWHERE,
+    ),
+    rothenbrunnen.NAME: (
+        Changed("west", "release 30 m to the west", changes={"release_u_m": 110.0}),
+        Changed("east", "release 30 m to the east", changes={"release_u_m": 170.0}),
+        Changed("rocks_slide", "friction of the rocks 0.35, not 0.5", changes={"rock_friction": 0.35}),
+        *_EVERYWHERE,
+    ),
+}  # fmt: skip

@@ -1,0 +1,62 @@
+"""Logs that left the terrain model: what every tool says of them, by one rule.
+
+Nobody knows what such a log did beyond. A share therefore has bounds beside its interval (``bounds_if_lost``): that
+none of the lost logs reaches the line, and that all do. What has no such bounds, as a map or a percentile, is as far as
+the logs were seen. A warning says of how many logs and of which numbers, where the bounds leave the interval, or where
+more than ``WORTH_A_WARNING`` of the logs were lost.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_algorithms.stats.statistics import bounds_if_lost, loss_matters, percent, percent_of, reach_record
+from deadwood_engine import STOP_REASONS
+
+LEFT = "left_dem"
+WORTH_A_WARNING = 0.05  # share of the logs
+
+
+def left_dem(stop_reason: NDArray[Any]) -> NDArray[np.bool_]:
+    """Which logs left the terrain model, or came onto its nodata; reasons as the engine's numbers or as words."""
+    numbers = np.issubdtype(stop_reason.dtype, np.integer)
+    return np.asarray(stop_reason == (STOP_REASONS.index(LEFT) if numbers else LEFT), bool)
+
+
+def share_if_lost(reached: NDArray[np.bool_], left: NDArray[np.bool_]) -> dict[str, Any]:
+    """Reach probability of logs, shape (n,), with its interval and its bounds for those that left before."""
+    n, hit, gone = reached.size, int(reached.sum()), int((left & ~reached).sum())
+    return reach_record(hit, n) | bounds_if_lost(hit, n, gone)
+
+
+def reach_told(records: Iterable[Mapping[str, Any]]) -> list[str]:
+    """Of the lines whose bounds leave the interval, what their reach may be."""
+    told = []
+    for record in records:
+        if loss_matters(record):
+            low, high = record["ci_low_if_lost"], record["ci_high_if_lost"]
+            ends = f"{percent(low, low, high)} to {percent(high, low, high)} %"
+            told.append(f"the reach of line {record['line_id']} may be anything from {ends}")
+    return told
+
+
+def many(n_lost: int, n: int) -> bool:
+    """Whether so many logs were lost that what has no bounds is worth a warning."""
+    return n_lost > WORTH_A_WARNING * n
+
+
+def lost_warning(n_lost: int, n: int, told: Sequence[str]) -> str | None:
+    """The warning, or None where there is nothing to tell.
+
+    told : the numbers that depend on the lost logs, each as a clause
+    """
+    if not told:
+        return None
+    return (
+        f"{n_lost} of {n} logs ({percent_of(n_lost, n)}) left the terrain model or came onto its nodata, and what they "
+        f"did beyond is not known: {'; '.join(told)}; take a larger terrain model"
+    )

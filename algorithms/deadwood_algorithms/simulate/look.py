@@ -1,0 +1,92 @@
+"""A look before a run: a few of its logs slide at ``draft``, and those that leave the terrain model are told at once.
+
+After the run it is known how many left; then the time is spent. The look costs a fraction of a second, changes no
+result, and says to which side the terrain model is too small and, roughly, by how much.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_algorithms.params.tool import Feedback
+from deadwood_algorithms.scene.layers import SceneLayers
+from deadwood_algorithms.scene.releases import Releases
+from deadwood_algorithms.simulate.log_order import hash_order
+from deadwood_algorithms.simulate.simulation import Simulation
+from deadwood_algorithms.simulate.warm_up import load_kernels
+from deadwood_algorithms.simulate.windows import GRAVITY, energy_slope
+from deadwood_engine import FIDELITIES, STOP_REASONS, Result, slide
+from deadwood_engine.rotation import VX, VY
+
+Array = NDArray[np.float64]
+
+LOGS = 50  # that slide for the look; a run of fewer is its own
+WORTH_TELLING = 0.05  # share of them
+LONGEST_S = 120.0  # that a log slides; what still moves then is not counted
+NEAR_M, FAR_M = 3.0, 23.0  # before the edge, between which the slope is taken
+ROUNDED_M = 10.0
+COMPASS = ("east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east")
+
+
+def look(simulation: Simulation, layers: SceneLayers, releases: Releases, seed: int, feedback: Feedback) -> None:
+    """Warn where more than a few of an even draw of the logs leave the terrain model."""
+    if len(releases) <= LOGS:
+        return
+    load_kernels(layers.shape, feedback)
+    rows = np.sort(hash_order(releases.logs.log_id, seed)[:LOGS])
+    laws = {**simulation.laws}
+    laws["time_limit"] = min(LONGEST_S, laws.get("time_limit", LONGEST_S))
+    result = slide(
+        layers.scene,
+        releases.logs.take(rows),
+        FIDELITIES["draft"],
+        **laws,
+        threads=layers.threads,
+        shape=layers.shape,
+    )
+    # on a window of a large terrain model the logs near its sides go on when the run has widened it
+    seen = ~result.reach[:, result.reach.shape[1] - len(layers.watched) :].any(axis=1)
+    left = seen & (result.stop_reason == STOP_REASONS.index("left_dem"))
+    if left.sum() <= WORTH_TELLING * seen.sum():
+        return
+    more = further(layers, result, np.flatnonzero(left), energy_slope(simulation.inputs.friction))
+    feedback.warn(warning(int(left.sum()), int(seen.sum()), sides_of(result, left), more))
+
+
+def sides_of(result: Result, left: NDArray[np.bool_]) -> list[str]:
+    """Where these logs were going, the most frequent directions first: those of a tenth of them or more."""
+    vx, vy = result.last_state[left, VX], result.last_state[left, VY]
+    octant = np.rint(np.arctan2(vy, vx) / (np.pi / 4.0)).astype(int) % len(COMPASS)
+    count = np.bincount(octant, minlength=len(COMPASS))
+    return [COMPASS[k] for k in np.argsort(-count, kind="stable") if count[k] >= max(1.0, 0.1 * left.sum())]
+
+
+def further(layers: SceneLayers, result: Result, rows: NDArray[np.intp], falls: float) -> Array:
+    """How far [m] in plan logs would go on, were the ground as steep as before the edge; infinite if too steep.
+
+    falls : slope of the energy line, as it is taken for the first window of a large terrain model
+    """
+    v = result.last_state[rows][:, [VX, VY]]
+    speed = np.maximum(np.hypot(*v.T), 1e-9)
+    way = v / speed[:, None]
+    end = result.end_position[rows, :2]
+    heights = [layers.scene.terrain_height(*(end - each * way).T) for each in (NEAR_M, FAR_M)]
+    steep = (heights[1] - heights[0]) / (FAR_M - NEAR_M)
+    steep = np.where(np.isfinite(steep), steep, 0.0)
+    head = speed**2 / (2.0 * GRAVITY)
+    return np.where(steep < falls, head / np.maximum(falls - steep, 1e-9), np.inf)
+
+
+def warning(n_left: int, n: int, sides: list[str], more: Array) -> str:
+    """The warning, with the distance that nine of ten of them need."""
+    need = float(np.quantile(more, 0.9, method="higher"))
+    where = " and ".join(sides)
+    if np.isfinite(need):
+        told = f"some {ROUNDED_M * np.ceil(need / ROUNDED_M):.0f} m more are needed there"
+    else:
+        told = "how much more is needed cannot be told, for at the edge the ground is too steep for them to stop"
+    return (
+        f"a look before the run: {n_left} of {n} logs (draft) leave the terrain model to the {where}; {told}. "
+        "Reach and spread will be those of logs as far as they are seen: take a larger terrain model"
+    )

@@ -1,0 +1,173 @@
+"""Ask a slope: click, and the logs slide; fell a tree, draw a barrier, and see what that changes, within a second.
+
+Loads the scene once, keeps the engine warm, and opens a page in the browser: logs released by hand, with the share
+that reaches each line and its interval; trees felled or planted, barriers and lying logs drawn, with the paired
+difference on the same logs. What is worth keeping is saved as a run of slide-logs, beside the layers that were changed,
+and is what slide-logs gives for these, byte for byte.
+
+    deadwood-tool explore --dem dem.tif --trees trees.gpkg --lines road.gpkg
+
+The page is served on this machine's loopback address alone, to whoever has the token in the address that is printed.
+Ctrl-C ends it. Logs are those of slide-logs, at draft unless another fidelity is chosen; a share of 300 logs is known
+to some points, which the interval says.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import webbrowser
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.tool import Feedback, Outcome, Quiet, Tool, UserError
+from deadwood_algorithms.params.where import Where
+from deadwood_algorithms.scene.released_scene import FrictionByName
+
+if TYPE_CHECKING:
+    from deadwood_algorithms.explore.questions import Defaults
+    from deadwood_algorithms.explore.stdio import Out
+
+FRICTION = 0.25
+CHILD = "from deadwood_algorithms.tools import explore; explore.answer_on_pipes()"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ask(FrictionByName):
+    friction: str | float = tool.number_or_layer(
+        "Friction coefficient",
+        minimum=0.0,
+        default=None,
+        help=f"A number, a raster, or polygons with a field 'friction' or 'mu'. Default: {FRICTION:g}.",
+    )
+    fidelity: str = tool.choice(
+        "Speed against accuracy, to begin with", "draft", "standard", "fine", "reference", default="draft"
+    )
+    threads: int | None = tool.integer("Threads (default: every core)", default=None, minimum=1, advanced=True)
+    port: int = tool.integer("Port of the page", default=0, minimum=0, maximum=65535, help="0 takes a free one.")
+    no_browser: bool = tool.flag("Only print the address of the page")
+    stdio: bool = tool.flag(
+        "Answer on standard input and output instead of a page",
+        advanced=True,
+        help="For programs, such as the panel in QGIS: a line of JSON a message, binary frames as answers.",
+    )
+    output: str = tool.output_folder("Folder in which runs are kept", default="explored")
+    overwrite: bool = tool.overwrite()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.friction is None:
+            object.__setattr__(self, "friction", FRICTION)
+
+
+def run(ask: Ask, feedback: Feedback) -> Outcome:
+    if ask.stdio:
+        from deadwood_algorithms.explore.stdio import own_stdout
+
+        answer(ask, own_stdout(), feedback)
+    else:
+        serve_page(ask, feedback)
+    return Outcome({})
+
+
+def serve_page(ask: Ask, feedback: Feedback) -> None:
+    """The page, until Ctrl-C; the scene and the engine are in a process of their own."""
+    import asyncio
+
+    from deadwood_algorithms.explore.server import serve
+
+    def opened(address: str) -> None:
+        print(address, flush=True)
+        if not ask.no_browser and not webbrowser.open(address):
+            feedback.note("no browser could be started; open the address in one")
+
+    values = tool.manifest(TOOL, replace(ask, stdio=True))["parameters"]
+    asyncio.run(serve([sys.executable, "-c", CHILD], json.dumps(values), ask.port, feedback, opened))
+
+
+def answer_on_pipes() -> None:
+    """The engine process of the page: the first line of its input says what was asked of the tool."""
+    from deadwood_algorithms.explore.frames import Frame
+    from deadwood_algorithms.explore.stdio import own_stdout
+
+    out = own_stdout()
+    ask = TOOL.ask_from(json.loads(sys.stdin.buffer.readline()))
+    try:
+        answer(ask, out, Said(out))
+    except UserError as error:
+        out.send(Frame({"op": "unfit", "text": str(error)}))
+
+
+class Said(Quiet):
+    """A feedback whose words go to the process that started this one."""
+
+    def __init__(self, out: Out) -> None:
+        self.out = out
+
+    def say(self, how: str, text: str, **more: Any) -> None:
+        from deadwood_algorithms.explore.frames import Frame
+
+        self.out.send(Frame({"op": "said", "how": how, "text": text, **more}))
+
+    def progress(self, done: float, total: float, what: str) -> None:
+        self.say("progress", what, done=done, total=total)
+
+    def note(self, message: str) -> None:
+        self.say("note", message)
+
+    def warn(self, message: str) -> None:
+        self.say("warn", message)
+
+
+def answer(ask: Ask, out: Out, feedback: Feedback) -> None:
+    """Load the scene, then answer what comes in until the input ends."""
+    from deadwood_algorithms.explore.kept import Keeper
+    from deadwood_algorithms.explore.relief import Relief
+    from deadwood_algorithms.explore.session import Session
+    from deadwood_algorithms.explore.stdio import Front
+    from deadwood_algorithms.simulate.simulation import open_simulation
+    from deadwood_algorithms.simulate.warm_up import load_kernels
+    from deadwood_algorithms.simulate.windows import scene_on
+    from deadwood_engine import FIDELITIES
+
+    where = Where(ask.threads, name=TOOL.name)
+    with open_simulation(ask.inputs(), FIDELITIES[ask.fidelity], where, feedback) as simulation:
+        layers = scene_on(simulation, None, feedback)
+        load_kernels(layers.shape, feedback)
+        session = Session(simulation, layers, defaults_of(ask, layers.friction))
+        keeper = Keeper(ask.inputs(), Path(ask.output), ask.overwrite, slider(ask, feedback))
+        Front(session, Relief(layers.dem), out, keeper).serve(sys.stdin.buffer)
+
+
+def defaults_of(ask: Ask, friction: Any) -> Defaults:
+    from deadwood_algorithms.explore.questions import Defaults, Sizes
+
+    return Defaults(
+        Sizes((ask.dbh_cm, ask.dbh_cm), (ask.length_m, ask.length_m), ask.density_kg_m3, ask.orientation),
+        ask.seed,
+        ask.fidelity,
+        friction if isinstance(friction, float) else None,
+        ask.rolling_friction,
+        ask.restitution,
+    )
+
+
+def slider(ask: Ask, feedback: Feedback) -> Callable[[Mapping[str, Any]], None]:
+    """Slides a run of slide-logs on the scene of this one, with some parameters replaced."""
+
+    def slide(changes: Mapping[str, Any]) -> None:
+        from deadwood_algorithms.tools import slide_logs
+
+        shared = {each.name for each in slide_logs.TOOL.parameters()} & {each.name for each in TOOL.parameters()}
+        values = {name: getattr(ask, name) for name in shared} | dict(changes)
+        slide_logs.TOOL(feedback=feedback, **values)
+
+    return slide
+
+
+TOOL = Tool(
+    "explore", "Simulate", "Ask by hand on a page: release logs, fell trees, draw barriers", Ask, run, in_qgis=False
+)

@@ -1,0 +1,221 @@
+"""A tool called from Python: data become files, the tool runs, its result is handed back.
+
+The checks, the messages and the results are those of the command line; a wrong input raises `UserError`.
+"""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Mapping, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar
+
+from deadwood_algorithms.files.in_memory import Raster, as_file, crs_text, is_in_memory
+from deadwood_algorithms.params.tool import Feedback, Parameter, Quiet, Tool, UserError
+from deadwood_toolbox.environment import as_the_command, refuse_small_address_space
+from deadwood_toolbox.result import Result, TemporaryFolder
+from deadwood_toolbox.shelf import find
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from geopandas import GeoDataFrame
+    from pandas import DataFrame
+
+Made = TypeVar("Made", bound=Result)
+
+
+class DataArray(Protocol):
+    """An xarray.DataArray whose place on Earth rioxarray knows."""
+
+    @property
+    def dims(self) -> tuple[Any, ...]: ...
+
+    @property
+    def values(self) -> Any: ...
+
+
+PathInput: TypeAlias = "str | os.PathLike[str]"
+LayerInput: TypeAlias = "PathInput | GeoDataFrame"
+TableInput: TypeAlias = "PathInput | DataFrame"
+RasterInput: TypeAlias = "PathInput | Raster | DataArray"
+TerrainInput: TypeAlias = "RasterInput | Sequence[PathInput]"
+PathsInput: TypeAlias = "PathInput | Sequence[PathInput]"
+NumbersInput: TypeAlias = "float | str | Sequence[float]"
+
+# The ending of an output without a name, by the kind of its parameter, and of files by the parameter itself.
+ENDINGS = {"output_raster": ".tif", "output_vector": ".gpkg", "output_table": ".csv", "output_folder": ""}
+ENDINGS_OF_FILES = {"gltf": ".glb"}
+
+
+def call(name: str, kind: type[Made], given: Mapping[str, Any]) -> Made:
+    """Run the tool of that name with what was given for its parameters, ``progress`` and ``feedback`` among it."""
+    tool = find(name)
+    assert tool is not None
+    values = dict(given)
+    told = _Told(values.pop("feedback"), shown=values.pop("progress"))
+    parameters = {each.name: each for each in tool.parameters()}
+    outputs = {each: values[each] for each in parameters if parameters[each].is_output}
+    temporary = TemporaryFolder() if parameters.get("output") and values["output"] is None else None
+    try:
+        with as_the_command(os.environ), _removed_on_failure() as made:
+            refuse_small_address_space()
+            places = {each: _place(tool, parameters[each], outputs, temporary) for each in outputs}
+            typed = {}
+            for each, value in values.items():
+                if parameters[each].path_like or parameters[each].is_input:
+                    if is_in_memory(value):
+                        value = _as_file(value, each, _folder_of_inputs(places.get("output"), temporary), made)
+                    typed[each] = _as_path(parameters[each], value)
+                elif not parameters[each].is_output:
+                    typed[each] = _as_setting(parameters[each], value)
+            ask = tool.ask_from({**typed, **{each: str(place) for each, place in places.items() if place}})
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # of libraries, as on the command line
+                outcome = tool(ask, told)
+    finally:
+        told.pass_on()
+    kept = {name: place for name, place in places.items() if place is not None}
+    kept = {**{name: Path(place) for name, place in outcome.outputs.items()}, **kept}
+    folder = _folder_of_result(parameters, kept)
+    text = "\n".join(outcome.lines)
+    held = (temporary, *(each for value in values.values() for each in _results_in(value)))
+    return kind(tool.name, kept, folder, outcome.facts, text, tuple(told.notes), tuple(told.warnings), held)
+
+
+def _place(
+    tool: Tool, parameter: Parameter, outputs: Mapping[str, Any], temporary: TemporaryFolder | None
+) -> Path | None:
+    """Where an output goes: as named, else under the tool's name; an optional one that is True beside the main one."""
+    value, main = outputs[parameter.name], outputs.get("output")
+    if isinstance(value, str | os.PathLike):
+        return Path(value)
+    if value is False or (value is None and parameter.name != "output"):
+        return None
+    if value not in (True, None):
+        raise UserError(f"{parameter.flag} is '{value}', but must be a path, or True")
+    ending = ENDINGS.get(parameter.kind, ENDINGS_OF_FILES.get(parameter.name, ".html"))
+    if parameter.name == "output":
+        if temporary is None:
+            raise UserError(f"{parameter.flag} is '{value}', but must be a path")
+        return temporary.path / f"{tool.name.replace('-', '_')}{ending}"
+    if temporary is not None:
+        return temporary.path / f"{parameter.name}{ending}"
+    beside = Path(main) if main is not None else Path(tool.name.replace("-", "_"))
+    return beside.with_name(f"{beside.stem}_{parameter.name}{ending}")
+
+
+def _folder_of_inputs(output: Path | None, temporary: TemporaryFolder | None) -> Path:
+    """Where data that were given become files: beside an output that is kept, because its manifest names them."""
+    if temporary is not None:
+        return temporary.path / "inputs"
+    if output is None:
+        raise UserError("this tool has no output to keep data beside; give it paths")
+    return output.with_name(f"{output.stem}_inputs")
+
+
+def _as_file(value: Any, name: str, folder: Path, made: list[Path]) -> Path:
+    """Data as a file, which is added to those that are made for this call."""
+    there = set(folder.iterdir()) if folder.is_dir() else set()
+    place = as_file(value, name, folder)
+    if place not in there:
+        made.append(place)
+    return place
+
+
+def _as_path(parameter: Parameter, value: Any) -> Any:
+    """A path as text, several with commas between; a number where one will do."""
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    if parameter.path_like and isinstance(value, list | tuple):
+        return ",".join(os.fspath(each) for each in value)
+    if value is None or isinstance(value, str) or parameter.kind == "number_or_layer":
+        return _plain(value)
+    raise UserError(f"{parameter.flag} is of the type {type(value).__name__}, but must be {_welcome(parameter)}")
+
+
+def _as_setting(parameter: Parameter, value: Any) -> Any:
+    """A text that is a list with commas may be a list, and a CRS an object that stands for one."""
+    if parameter.kind == "crs" and value is not None:
+        return crs_text(value)
+    if parameter.kind == "text" and isinstance(value, list | tuple):
+        return ",".join(str(each) for each in value)
+    return _plain(value)
+
+
+def _plain(value: Any) -> Any:
+    """A number of numpy, or an array of them, as Python's own."""
+    return value.tolist() if hasattr(value, "tolist") else value
+
+
+def _welcome(parameter: Parameter) -> str:
+    other = {"raster": "a Raster", "vector": "a GeoDataFrame", "table": "a DataFrame"}.get(parameter.kind)
+    return f"a path or {other}" if other else "a path"
+
+
+def _results_in(value: Any) -> Iterator[Result]:
+    """The results among what was given: their folders must last as long as what is made from them."""
+    if isinstance(value, Result):
+        yield value
+    elif isinstance(value, list | tuple):
+        yield from (each for each in value if isinstance(each, Result))
+
+
+def _folder_of_result(parameters: Mapping[str, Parameter], places: Mapping[str, Path]) -> Path:
+    """The output folder, or the one that holds the output file."""
+    output = places.get("output", Path.cwd() / "x")
+    declared = parameters.get("output")
+    return output if declared is not None and declared.kind == "output_folder" else output.parent
+
+
+@contextmanager
+def _removed_on_failure() -> Iterator[list[Path]]:
+    """The inputs that are made for a call go with one that fails."""
+    made: list[Path] = []
+    try:
+        yield made
+    except BaseException:
+        for each in made:
+            with suppress(OSError):
+                each.unlink()
+                each.parent.rmdir()
+        raise
+
+
+class _Told(Quiet):
+    """What a tool says while it works: kept for its result, and where wanted shown or handed on at once.
+
+    Warnings become Python's own at the end of the call, unless somebody has seen them by then.
+    """
+
+    def __init__(self, feedback: Feedback | None, *, shown: bool) -> None:
+        self.notes: list[str] = []
+        self.warnings: list[str] = []
+        self.to = feedback
+        if feedback is None and shown:
+            from deadwood_toolbox.feedback import Speaker
+
+            self.to = Speaker("bar")
+        if self.to is not None:
+            self.progress, self.cancelled = self.to.progress, self.to.cancelled
+
+    def note(self, message: str) -> None:
+        self.notes.append(message)
+        if self.to is not None:
+            self.to.note(message)
+
+    def warn(self, message: str) -> None:
+        self.warnings.append(message)
+        if self.to is not None:
+            self.to.warn(message)
+
+    def pass_on(self) -> None:
+        """To Python's warnings, at the line of the caller: over `call` and the tool's function."""
+        close = getattr(self.to, "close", None)
+        if close is not None:
+            close()
+        if self.to is None:
+            for each in self.warnings:
+                warnings.warn(each, UserWarning, stacklevel=4)

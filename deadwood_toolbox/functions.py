@@ -1,0 +1,3688 @@
+"""Each tool as a function, and what it leaves as a class.
+
+Written by ``python -m deadwood_toolbox.catalogue`` from the tools' declarations; edit those, not this file.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Literal
+
+from deadwood_algorithms.params.tool import Feedback
+from deadwood_toolbox.calls import call
+from deadwood_toolbox.result import LayerPart, RasterPart, Result, Run, TablePart
+
+if TYPE_CHECKING:
+    from deadwood_toolbox.calls import (
+        LayerInput,
+        NumbersInput,
+        PathInput,
+        PathsInput,
+        RasterInput,
+        TableInput,
+        TerrainInput,
+    )
+
+__all__ = [
+    "AddStructuresResult",
+    "AssessMobilisationResult",
+    "BreakTreesResult",
+    "CalibrateFrictionResult",
+    "CheckResult",
+    "CompareFidelityResult",
+    "CompareScenariosResult",
+    "CountHitsResult",
+    "DemoResult",
+    "DesignValuesResult",
+    "ExploreResult",
+    "FindTreesResult",
+    "FitFlightResult",
+    "GenerateForestResult",
+    "ImportTreesResult",
+    "LateralSpreadResult",
+    "MakeLogResult",
+    "MakeReportResult",
+    "MapIntensityResult",
+    "MapOriginsResult",
+    "ReachLinesResult",
+    "ReproducePaperResult",
+    "RunSitesResult",
+    "SampleReleasesResult",
+    "SiteBarriersResult",
+    "SlideLogsResult",
+    "ValueTreesResult",
+    "VaryResult",
+    "ViewResult",
+    "WarmUpResult",
+    "WindthrowResult",
+    "add_structures",
+    "assess_mobilisation",
+    "break_trees",
+    "calibrate_friction",
+    "check",
+    "compare_fidelity",
+    "compare_scenarios",
+    "count_hits",
+    "demo",
+    "design_values",
+    "explore",
+    "find_trees",
+    "fit_flight",
+    "generate_forest",
+    "import_trees",
+    "lateral_spread",
+    "make_log",
+    "make_report",
+    "map_intensity",
+    "map_origins",
+    "reach_lines",
+    "reproduce_paper",
+    "run_sites",
+    "sample_releases",
+    "site_barriers",
+    "slide_logs",
+    "value_trees",
+    "vary",
+    "view",
+    "warm_up",
+    "windthrow",
+]
+
+
+class AssessMobilisationResult(Result):
+    """What `assess_mobilisation` leaves."""
+
+    susceptibility = RasterPart("--output")
+    """How easily a log starts there, 0 to 1"""
+    release_areas = LayerPart("--release-areas", "release_areas")
+    """Connected ground on which a log could start to slide, the largest first"""
+    candidates = LayerPart("--assessed", "candidates")
+    """Mapped deadwood that could start to slide"""
+    others = LayerPart("--assessed", "others")
+    """Mapped deadwood that could not"""
+    factors = RasterPart("--factors")
+    """What the susceptibility is made of"""
+
+
+def assess_mobilisation(
+    *,
+    dem: TerrainInput,
+    friction: float | RasterInput | LayerInput = 0.25,
+    window_m: float = 10.0,
+    slope_none_deg: float = 30.0,
+    slope_full_deg: float = 35.0,
+    roughness_limit_m: float = 1.0,
+    gully_window_m: float = 20.0,
+    gully_depth_m: float = 0.5,
+    threshold: float = 0.3,
+    min_area_m2: float = 100.0,
+    deadwood: LayerInput | None = None,
+    stage_field: str | None = None,
+    years_field: str | None = None,
+    species_field: str | None = None,
+    standing_field: str | None = None,
+    years_from: float = 2.0,
+    years_to: float = 5.0,
+    crs: str | int | None = None,
+    overwrite: bool = False,
+    output: str | os.PathLike[str] | None = None,
+    release_areas: str | os.PathLike[str] | bool | None = None,
+    assessed: str | os.PathLike[str] | bool | None = None,
+    factors: str | os.PathLike[str] | bool | None = None,
+    progress: bool = False,
+    feedback: Feedback | None = None,
+) -> AssessMobilisationResult:
+    """Assess where a log could start to slide: susceptibility raster, candidate release areas, mapped deadwood
+    judged.
+
+    The susceptibility of a cell is the product of three numbers from 0 to 1, all at the scale of a log, from a
+    quadratic surface fitted to the heights in a window of ``window_m`` around the cell (`relief.py` has the
+    formulas):
+
+    - drive, max(0, 1 - mu / tan(slope)): the share of gravity's pull along the slope that friction does not
+      hold. It is 0   where mu >= tan(slope), the paper's condition of sliding (section 6.1);
+    - steepness, from 0 at ``slope_none_deg`` to 1 at ``slope_full_deg``: the paper's logs all started on about
+      35° or   more, however low the friction that reproduces them, because relief finer than the friction knows
+      holds them;
+    - smoothness, from 1 on ground without roughness to 0 at ``roughness_limit_m``, the standard deviation of
+      the heights   about the fitted surface. That roughness holds logs is the paper's; the limit is a
+      judgement: set your own.
+
+    ``release_areas`` takes the connected ground above ``threshold`` as polygons, for ``sample-releases
+    --areas``; the raster serves as its ``--weights``. Gullies, the preferred tracks, are told by how deep the
+    ground lies across the slope (``gully_share`` of an area); they change nothing of the susceptibility.
+    ``factors`` keeps slope, roughness and depth.
+
+    Mapped ``deadwood`` (points) is split by ``assessed`` into the layers ``candidates`` and ``others``. A
+    candidate stands on susceptible ground and is in the decay window in which wood is smooth but still strong,
+    late stage II to early III (Maser and Trappe): by a field ``decay_stage``, else by ``years_dead`` and
+    ``species`` (spruce 2 to 5 years). A plain II or III, and an unknown decay, count as candidates: the tool
+    errs on the safe side. A species is known by its binomial or a common name (German, French, Italian,
+    English); downed beech and Scots pine have years of their own, by rates of decay of downed wood, and their
+    snags (a field ``standing``, 1 or 0) none.
+
+    It knows no trigger (storm, snow, felling), no single block or stump that holds a log, and no probability:
+    the numbers rank the ground. A DEM of any size is read in windows.
+
+    Parameters
+    ----------
+    dem : required
+        Terrain (DEM). A raster, a folder of tiles, or tiles with commas between.
+    friction : >= 0, default 0.25
+        Friction coefficient. A number, a raster, or polygons with a field 'friction' or 'mu'.
+    window_m : m, 0 < x <= 1000, default 10
+        Window of slope and roughness, about as long as a log bridges.
+    slope_none_deg : °, 0 <= x <= 90, default 30
+        Slope up to which nothing starts.
+    slope_full_deg : °, 0 <= x <= 90, default 35
+        Slope from which the steepness is full.
+    roughness_limit_m : m, > 0, default 1
+        Roughness that holds every log.
+    gully_window_m : m, 0 < x <= 1000, default 20
+        Window of gullies.
+    gully_depth_m : m, > 0, default 0.5
+        Depth across the slope that makes a gully.
+    threshold : 0 < x <= 1, default 0.3
+        Susceptibility of a release area.
+    min_area_m2 : m², >= 0, default 100
+        Smallest release area.
+    deadwood : point
+        Mapped deadwood.
+    stage_field : optional
+        Field of the stage of decay. Without it: decay_stage.
+    years_field : optional
+        Field of the years since death. Without it: years_dead.
+    species_field : optional
+        Field of the species. Without it: species.
+    standing_field : optional
+        Field of whether it stands, 1, or lies, 0. Without it: standing.
+    years_from : >= 0, default 2
+        Years since death from which spruce is smooth.
+    years_to : >= 0, default 5
+        Years since death up to which spruce is strong.
+    crs : optional
+        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
+        no CRS.
+    overwrite : optional
+        Replace an output that exists.
+    output : output, optional
+        Susceptibility (.tif). Without it, in a temporary folder that lasts as long as the result.
+    release_areas : output, optional
+        Candidate release areas (.gpkg). True: beside the main output.
+    assessed : output, optional
+        Mapped deadwood, judged (.gpkg). True: beside the main output.
+    factors : output, optional
+        Slope, roughness and gully depth (.tif). True: beside the main output.
+    progress : bool
+        Show on standard error what is done, and what the tool notes and warns of.
+    feedback : Feedback, optional
+        An object of your own that hears all that; see docs/python.md.
+    """
+    return call("assess-mobilisation", AssessMobilisationResult, locals())
+
+
+class SampleReleasesResult(Result):
+    """What `sample_releases` leaves."""
+
+    releases = LayerPart("--output", "releases")
+    """Where logs start: the plan position of each log's centre of mass"""
+
+
+def sample_releases(
+    *,
+    areas: LayerInput | None = None,
+    dem: TerrainInput,
+    weights: RasterInput | None = None,
+    count: int = 2000,
+    logs_per_ha: float | None = None,
+    radius_m: float = 10.0,
+    release_id_field: str | None = None,
+    preset: Literal["klosters", "rothenbrunnen", "spruce-critical", "beech-critical", "pine-critical"] = "klosters",
+    dbh_cm: float | None = None,
+    dbh_sd_cm: float = 0.0,
+    length_m: float | None = None,
+    length_sd_m: float = 0.0,
+    correlation: float = 0.8,
+    density_kg_m3: float | None = None,
+    density_sd_kg_m3: float = 0.0,
+    deadwood: TableInput | None = None,
+    orientation: Literal["upright", "lying", "tilted", "random", "random-lying"] = "upright",
+    tilt_deg: float = 0.0,
+    azimuth_deg: float = 0.0,
+    speed_ms: float = 0.0,
+    drop_m: float = 0.0,
+    seed: int = 0,
+    crs: str | int | None = None,
+    overwrite: bool = False,
+    output: str | os.PathLike[str] | None = None,
+    progress: bool = False,
+    feedback: Feedback | None = None,
+) -> SampleReleasesResult:
+    """Draw the start positions of many logs inside release areas, and what each log is like.
+
+    Gives the releases layer of ``slide-logs``. Places are uniform by area inside the circle around a point (the
+    paper: 10 m) or inside a polygon or multipolygon, holes left out; or, with a raster of susceptibility
+    (``weights``), as dense as its values say, inside the areas, or without areas wherever it is above 0. Every
+    area gets ``count`` logs, or ``logs_per_ha`` times its area (without areas, times that of the cells above
+    0).
+
+    What the logs are like `preset` says by name, with its source (`deadwood-tool list --presets` has all); an
+    option that is given goes before it. A preset of a wood has the density of its critical stage of decay, and
+    a relation of DBH and length, by which one of them follows from the other.
+
+    The logs of an area are alike unless sizes are to be drawn: normal distributions with ``dbh_sd_cm``,
+    ``length_sd_m`` and ``density_sd_kg_m3`` around the means (a draw that is no log is drawn again, and said),
+    or rows of a table of mapped deadwood (``deadwood``, as ``import-trees --snags`` writes it: each log is like
+    one of its rows). Columns of the areas go before the options of the same names, those of the mapped deadwood
+    before both. The axis is upright, lying, tilted, ``random`` (any direction in space) or ``random-lying`` (on
+    the ground, any azimuth).
+
+    Log k has the same id, place and size however many logs are drawn, for its draws come from the seed and its
+    id alone; the ids, from 1, go round the areas (area 1, 2, ..., 1, 2, ...), so that a larger ``count`` only
+    adds logs.
+
+    It does not judge where wood could start to slide. Source: the paper, section 3.3 (small perturbations of
+    the position are the statistical variable).
+
+    Parameters
+    ----------
+    areas : point or polygon
+        Release points or polygons. May be left out with weights.
+    dem : required
+        Terrain (DEM); its CRS is that of the output. A raster, a folder of tiles, or tiles with commas between.
+    weights : optional
+        Susceptibility raster: how likely logs start in a cell. Any numbers from 0 up.
+    count : 1 <= x <= 1000000000, default 2000
+        Logs per area.
+    logs_per_ha : 1/ha, > 0
+        Logs per hectare of each area, in place of the count.
+    radius_m : m, >= 0, default 10
+        Radius of the circle around a point.
+    release_id_field : optional
+        Field of the areas that names them. Without it: release_id, else the row number from 1.
+    preset : one of klosters, rothenbrunnen, spruce-critical, beech-critical, pine-critical, default klosters
+        What the logs are like, by name. klosters: the logs of Klosters 2022 (dbh_cm 75, length_m 30,
+        density_kg_m3 300); rothenbrunnen: the log of Rothenbrunnen 2022 (dbh_cm 30, length_m 15, density_kg_m3
+        300); spruce-critical: spruce without bark and branches that does not break yet, 2 to 5 years after
+        death: 374 to 339 kg/m³ (density_kg_m3 357); beech-critical: beech without bark and branches that does
+        not break yet, 1.2 to 3.1 years after death: 543 to 492 kg/m³ (density_kg_m3 517); pine-critical: pine
+        without bark and branches that does not break yet, 2.1 to 5.2 years after death: 393 to 356 kg/m³
+        (density_kg_m3 375).
+    dbh_cm : cm, 0 < x <= 1500
+        DBH. Default: that of the preset.
+    dbh_sd_cm : cm, >= 0, default 0
+        Standard deviation of the DBH.
+    length_m : m, 0 < x <= 150
+        Length. Default: that of the preset.
+    length_sd_m : m, >= 0, default 0
+        Standard deviation of the length.
+    correlation : -1 <= x <= 1, default 0.8
+        Correlation of DBH and length.
+    density_kg_m3 : kg/m³, 0 < x <= 25000
+        Density. Default: that of the preset.
+    density_sd_kg_m3 : kg/m³, >= 0, default 0
+        Standard deviation of the density.
+    deadwood : optional
+        Mapped deadwood to draw the logs from. Fields dbh_cm and length_m, and any other of a log.
+    orientation : one of upright, lying, tilted, random, random-lying, default upright
+        Orientation at the start.
+    tilt_deg : °, 0 <= x <= 180, default 0
+        Tilt from the vertical.
+    azimuth_deg : °, 0 <= x <= 360, default 0
+        Azimuth of tip and speed, from north.
+    speed_ms : m/s, 0 <= x <= 300, default 0
+        Initial speed.
+    drop_m : m, 0 <= x <= 1000, default 0
+        Clearance above the terrain at the start.
+    seed : >= 0, default 0
+        Seed of the random draws.
+    crs : optional
+        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
+        no CRS.
+    overwrite : optional
+        Replace an output that exists.
+    output : output, optional
+        Releases layer (.gpkg). Without it, in a temporary folder that lasts as long as the result.
+    progress : bool
+        Show on standard error what is done, and what the tool notes and warns of.
+    feedback : Feedback, optional
+        An object of your own that hears all that; see docs/python.md.
+    """
+    return call("sample-releases", SampleReleasesResult, locals())
+
+
+class ImportTreesResult(Result):
+    """What `import_trees` leaves."""
+
+    trees = LayerPart("--output", "trees")
+    """Standing trees: rigid truncated cones, base diameter DBH, top half of it"""
+    releases = LayerPart("--snags", "releases")
+    """Dead standing trees as releases: upright, where they stand"""
+
+
+def import_trees(
+    *,
+    trees: TableInput,
+    source: Literal[
+        "auto",
+        "table",
+        "lidr",
+        "foresttools",
+        "itcsegment",
+        "lidartree",
+        "pycrown",
+        "fint",
+        "fint-ch",
+        "cloud2trees",
+        "rockyfor3d",
+        "platrock",
+        "neon",
+        "sortie",
+    ] = "auto",
+    dem: TerrainInput | None = None,
+    x_field: str | None = None,
+    y_field: str | None = None,
+    id_field: str | None = None,
+    dbh_field: str | None = None,
+    dbh_unit: Literal["cm", "m", "mm", "in", "girth-cm", None] = None,
+    height_field: str | None = None,
+    height_unit: Literal["m", "dm", "cm", "ft", None] = None,
+    species_field: str | None = None,
+    crown_field: str | None = None,
+    crown_measure: Literal["diameter", "radius", "area", None] = None,
+    missing_value: float | None = None,
+    status_field: str | None = None,
+    dead_values: str | list[str] | None = None,
+    gone_values: str | list[str] | None = None,
+    keep_dead: bool = False,
+    min_height_m: float = 1.3,
+    dbh_a: float = 2.52,
+    dbh_b: float = 0.84,
+    dbh_law: Literal[
+        "fint-ch",
+        "fint",
+        "chablais-spruce",
+        "chablais-fir",
+        "chablais-beech",
+        "chablais-all",
+        "oregon-silver-fir",
+        "oregon-western-hemlock",
+        "oregon-douglas-fir",
+        "jucker-global",
+        "jucker-conifer-forest-gymnosperm",
+        "jucker-conifer-forest-angiosperm",
+        "jucker-mixed-forest-gymnosperm",
+        "jucker-mixed-forest-angiosperm",
+        "jucker-boreal-gymnosperm",
+        "jucker-boreal-angiosperm",
+        None,
+    ] = None,
+    dbh_zones: LayerInput | None = None,
+    dbh_sample: TableInput | None = None,
+    replace_dbh: bool = False,
+    merge_within_m: float = 0.0,
+    tile_field: str | None = None,
+    crs: str | int | None = None,
+    overwrite: bool = False,
+    snags: str | os.PathLike[str] | bool | None = None,
+    output: str | os.PathLike[str] | None = None,
+    progress: bool = False,
+    feedback: Feedback | None = None,
+) -> ImportTreesResult:
+    """Make the trees layer from a table or layer of single trees, and a releases layer of the dead ones among
+    them.
+
+    Reads what tree detection and inventories write (GeoPackage, shapefile, CSV and other text tables in any
+    common encoding, with decimal commas, with or without header). ``source`` names what wrote the table;
+    ``auto`` knows it by its columns or its name, else finds columns by their usual names. Any column can be
+    named, with its unit, by the ``--...-field`` and ``--...-unit`` options, which go first; in a file without
+    header they are ``column_1``, ``column_2`` and so on. Crown polygons give trees at their centroids (or at
+    the columns named) and, by their area, crown diameters.
+
+    Where the DBH is missing it follows from the height by DBH[cm] = a * H[m]^b, where the height is missing
+    from the DBH by the same law; a tree with neither is dropped. The law is that of ``dbh_a`` and ``dbh_b``, or
+    a published one (``dbh_law``), or that of the zone polygon in which the tree stands, or fitted to measured
+    trees (``dbh_sample``; of the logarithms, corrected by exp(s^2 / 2)). A single law misjudges stems by up to
+    a factor of two; set your region's. ``dbh_source`` tells ``measured`` from ``modelled``. What was filled,
+    dropped or merged is counted and said.
+
+    Dead standing trees and snags are kept apart, for they are the logs of tomorrow: ``snags`` writes them as a
+    releases layer (upright, where they stand, with their DBH and height). What lies or was removed is dropped.
+    An id used twice (tiles number their trees anew) makes the tool renumber all trees and keep the old ids as
+    ``source_id``; ``merge_within_m`` makes one of the trees found twice at the seams. It does not judge whether
+    a tree is real.
+
+    With an inventory: ``status_field Zustand dead_values "tot,Dürrständer" snags snags.gpkg``; with the output
+    of FINT: ``trees Ind_trees.csv source fint``.
+
+    Sources:
+
+    - ``lidr``: treeID, height in Z or in the Z of the points; crown_metrics with convhull_area
+    - ``foresttools``: treeID, height, winRadius, crownArea
+    - ``itcsegment``: crowns with X, Y, Height_m, CA_m2
+    - ``lidartree``: detected (id, h, dom_radius, s as the crown's area, v) or inventory (x, y, d, h, n, s, e)
+    - ``pycrown``: DN, TH, COR; crowns with TTH, TCH (the Z of its points is the ground's, and not used)
+    - ``fint``: FINT and pyFINT: Ind_trees.csv (5 or 6 columns), treefile.txt (3 or 4: x, y and heights)
+    - ``fint-ch``: hoehe, bhd, dominanz; -1 is missing
+    - ``cloud2trees``: treeID, tree_height_m, dbh_cm, tree_x, tree_y, crown_area_m2
+    - ``rockyfor3d``: Rockyfor3D tree file: x, y, DBH in cm, and a height where there is a fourth column
+    - ``platrock``: PlatRock's .xyd: x, y, diameter in cm
+    - ``neon``: NEON vst_apparentindividual joined to the positions (adjEasting, adjNorthing of geoNEON)
+    - ``sortie``: tree map: X, Y, Species, Type (Snag), Diam, Height
+
+    Laws of DBH[cm] from the height H[m] (the module ``allometry`` names their sources):
+
+    - ``fint-ch``: DBH[cm] = 2.52 * H[m]^0.84; FINT-CH, for all of Switzerland; the default
+    - ``fint``: DBH[cm] = 1 * H[m]^1.25; pyFINT's default until March 2021; since then it is that of fint-ch (of
+      35 m 50 instead of 85 cm)
+    - ``chablais-spruce``: DBH[cm] = 1.357 * H[m]^1.071; Chablais 3, spruce, 29 trees, rmse 6.4 cm
+    - ``chablais-fir``: DBH[cm] = 0.786 * H[m]^1.256; fir, 21 trees, 4.3 cm
+    - ``chablais-beech``: DBH[cm] = 3.823 * H[m]^0.551; beech, 47 trees, 3.8 cm
+    - ``chablais-all``: DBH[cm] = 1.527 * H[m]^0.987; all species, 110 trees, 6.5 cm
+    - ``oregon-silver-fir``: DBH[cm] = 0.868 * H[m]^1.111; Oregon WEF, SF, rmse 1.7 cm (its heights look
+      modelled)
+    - ``oregon-western-hemlock``: DBH[cm] = 1.729 * H[m]^0.972; WH, 7.0 cm
+    - ``oregon-douglas-fir``: DBH[cm] = 0.82 * H[m]^1.244; DF, 18.5 cm
+    - ``jucker-global``: DBH[cm] = 0.5579 * (H[m] * crown diameter[m])^0.809; Jucker et al. 2017, with the
+      crown: global
+    - ``jucker-conifer-forest-gymnosperm``: DBH[cm] = 0.974 * (H[m] * crown diameter[m])^0.748; Palearctic
+      temperate coniferous forests
+    - ``jucker-conifer-forest-angiosperm``: DBH[cm] = 0.273 * (H[m] * crown diameter[m])^0.927; the same
+    - ``jucker-mixed-forest-gymnosperm``: DBH[cm] = 1.004 * (H[m] * crown diameter[m])^0.73; Palearctic
+      temperate mixed forests
+    - ``jucker-mixed-forest-angiosperm``: DBH[cm] = 0.694 * (H[m] * crown diameter[m])^0.73; the same
+    - ``jucker-boreal-gymnosperm``: DBH[cm] = 1.43 * (H[m] * crown diameter[m])^0.649; Palearctic boreal forests
+    - ``jucker-boreal-angiosperm``: DBH[cm] = 0.467 * (H[m] * crown diameter[m])^0.839; the same
+
+    Parameters
+    ----------
+    trees : point or polygon, required
+        Table or layer of single trees.
+    source : one of auto, table, lidr, foresttools, itcsegment, lidartree, pycrown, fint, fint-ch, cloud2trees,
+      rockyfor3d, platrock, neon, sortie, default auto
+        What wrote the table. table: usual names only.
+    dem : optional
+        Terrain (DEM). Gives the CRS of the output; trees off the DEM are dropped. A raster, a folder of tiles,
+        or tiles with commas between.
+    x_field : optional
+        Field of the easting.
+    y_field : optional
+        Field of the northing.
+    id_field : optional
+        Field of the tree's id.
+    dbh_field : optional
+        Field of the DBH.
+    dbh_unit : one of cm, m, mm, in, girth-cm
+        Unit of the DBH. Without it: as the field's name says, else cm.
+    height_field : optional
+        Field of the height.
+    height_unit : one of m, dm, cm, ft
+        Unit of the height. Without it: as the field's name says, else m.
+    species_field : optional
+        Field of the species.
+    crown_field : optional
+        Field of the crown diameter in m.
+    crown_measure : one of diameter, radius, area
+        What the crown field holds, in m or m². Without it: as the source or the field's usual name says, else
+        the diameter.
+    missing_value : optional
+        Number that stands for a missing value. For example -1 (FINT-CH) or 0.
+    status_field : optional
+        Field that tells dead trees from living ones.
+    dead_values : optional
+        Its values of dead standing trees. Separated by commas, or by semicolons where a value holds a comma.
+        Without it: the usual words.
+    gone_values : optional
+        Its values of trees that stand no more. As the dead values; these trees are dropped.
+    keep_dead : optional
+        Keep dead standing trees among the trees too.
+    min_height_m : m, >= 0, default 1.3
+        Least height of a tree. Lower ones are dropped and counted; below breast height there is no DBH.
+    dbh_a : > 0, default 2.52
+        a of DBH[cm] = a * H[m]^b.
+    dbh_b : > 0, default 0.84
+        b of DBH[cm] = a * H[m]^b.
+    dbh_law : one of fint-ch, fint, chablais-spruce, chablais-fir, chablais-beech, chablais-all,
+      oregon-silver-fir, oregon-western-hemlock, oregon-douglas-fir, jucker-global,
+      jucker-conifer-forest-gymnosperm, jucker-conifer-forest-angiosperm, jucker-mixed-forest-gymnosperm,
+      jucker-mixed-forest-angiosperm, jucker-boreal-gymnosperm, jucker-boreal-angiosperm
+        Published law in place of a and b. The description lists them. Beside a law with the crown, a and b
+        serve trees whose crown is not known.
+    dbh_zones : polygon
+        Zones with laws of their own. Fields dbh_a and dbh_b, or dbh_law.
+    dbh_sample : optional
+        Measured trees to fit the law to. Those with a DBH and a height; the table itself will do.
+    replace_dbh : optional
+        Compute the DBH from the height even where the table has one.
+    merge_within_m : m, >= 0, default 0
+        Trees nearer than this are one. The tallest stays; 0 merges none.
+    tile_field : optional
+        Field of the tile. Only trees of different tiles are then merged. QGIS's Merge Vector Layers calls it
+        layer.
+    crs : optional
+        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
+        no CRS.
+    overwrite : optional
+        Replace an output that exists.
+    snags : output, optional
+        Releases layer of the dead standing trees (.gpkg). True: beside the main output.
+    output : output, optional
+        Trees layer (.gpkg). Without it, in a temporary folder that lasts as long as the result.
+    progress : bool
+        Show on standard error what is done, and what the tool notes and warns of.
+    feedback : Feedback, optional
+        An object of your own that hears all that; see docs/python.md.
+    """
+    return call("import-trees", ImportTreesResult, locals())
+
+
+class FindTreesResult(Result):
+    """What `find_trees` leaves."""
+
+    trees = LayerPart("--output", "trees")
+    """Standing trees: rigid truncated cones, base diameter DBH, top half of it"""
+
+
+def find_trees(
+    *,
+    chm: TerrainInput | None = None,
+    dsm: TerrainInput | None = None,
+    dem: TerrainInput | None = None,
+    window: Literal["mixed", "deciduous"] = "mixed",
+    window_m: float | None = None,
+    min_height_m: float = 2.0,
+    dbh_a: float = 2.52,
+    dbh_b: float = 0.84,
+    dbh_law: Literal[
+        "fint-ch",
+        "fint",
+        "chablais-spruce",
+        "chablais-fir",
+        "chablais-beech",
+        "chablais-all",
+        "oregon-silver-fir",
+        "oregon-western-hemlock",
+        "oregon-douglas-fir",
+        None,
+    ] = None,
+    crs: str | int | None = None,
+    overwrite: bool = False,
+    output: str | os.PathLike[str] | None = None,
+    progress: bool = False,
+    feedback: Feedback | None = None,
+) -> FindTreesResult:
+    """Find the trees of a canopy height model, or of a surface and a terrain model, and make the trees layer of
+    them.
+
+    A cell is a tree top if it is the highest within a circle around it whose diameter follows from its own
+    height (Popescu and Wynne 2004; as lidR's ``locate_trees`` with ``lmf`` does on a raster). ``window`` names
+    a published law of the diameter D[m] from the height H[m], ``window_m`` gives a constant diameter instead;
+    the eight neighbours are always compared. Of equal cells beside each other one is the tree: the
+    southernmost, and of these the westernmost.
+
+    - ``mixed``: D = 2.51503 + 0.00901 H^2, deciduous trees and pines together
+    - ``deciduous``: D = 3.09632 + 0.00895 H^2
+
+    ``chm`` holds heights above the ground; in place of it ``dsm`` and ``dem``, on the same cells, whose
+    difference is the canopy. Cells without a value are no trees, nor are those higher than 150 m (cranes,
+    birds, undeclared nodata), which are counted and said. The tree stands in the middle of its cell, as high as
+    the cell.
+
+    The DBH follows from the height as in ``import-trees`` (``dbh_law``, or ``dbh_a`` and ``dbh_b``), which
+    lists the laws and takes trees found by other programs. It finds what is highest: small trees below others
+    stay unseen, a wide crown may count twice, and a building is as good as a tree. A canopy model with pits is
+    to be smoothed before; choose the window by trees that were counted in the field.
+
+    With a canopy model: ``deadwood-tool find-trees --chm chm.tif --output trees.gpkg``; with a surface and a
+    terrain model: ``deadwood-tool find-trees --dsm dsm.tif --dem dem.tif --window deciduous --output
+    trees.gpkg``.
+
+    Parameters
+    ----------
+    chm : optional
+        Canopy height model (heights above the ground). A raster, a folder of tiles, or tiles with commas
+        between.
+    dsm : optional
+        Surface model, instead of the canopy model. Needs dem. A raster, a folder of tiles, or tiles with
+        commas between.
+    dem : optional
+        Terrain (DEM) below the surface model. On the same cells. A raster, a folder of tiles, or tiles with
+        commas between.
+    window : one of mixed, deciduous, default mixed
+        Law of the window's diameter.
+    window_m : m, 0 < x <= 100
+        Constant diameter of the window instead.
+    min_height_m : m, 1.3 <= x <= 150, default 2
+        Least height of a tree. Below breast height there is no DBH.
+    dbh_a : > 0, default 2.52
+        a of DBH[cm] = a * H[m]^b.
+    dbh_b : > 0, default 0.84
+        b of DBH[cm] = a * H[m]^b.
+    dbh_law : one of fint-ch, fint, chablais-spruce, chablais-fir, chablais-beech, chablais-all,
+      oregon-silver-fir, oregon-western-hemlock, oregon-douglas-fir
+        Published law in place of a and b. import-trees lists them.
+    crs : optional
+        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
+        no CRS.
+    overwrite : optional
+        Replace an output that exists.
+    output : output, optional
+        Trees layer (.gpkg). Without it, in a temporary folder that lasts as long as the result.
+    progress : bool
+        Show on standard error what is done, and what the tool notes and warns of.
+    feedback : Feedback, optional
+        An object of your own that hears all that; see docs/python.md.
+    """
+    return call("find-trees", FindTreesResult, locals())
+
+
+class GenerateForestResult(Result):
+    """What `generate_forest` leaves."""
+
+    trees = LayerPart("--output", "trees")
+    """Standing trees: rigid truncated cones, base diameter DBH, top half of it"""
+
+
+def generate_forest(
+    *,
+    dem: TerrainInput,
+    preset: Literal["klosters", "rothenbrunnen", None] = None,
+    stems_per_ha: float | None = None,
+    dbh_mean_cm: float | None = None,
+    dbh_sd_cm: float | None = None,
+    height_mean_m: float | None = None,
+    height_sd_m: float | None = None,
+    correlation: float | None = None,
+    like: LayerInput | None = None,
+    stand: LayerInput | None = None,
+    exclude: LayerInput | None = None,
+    min_spacing_m: float = 0.0,
+    dbh_a: float = 2.52,
+    dbh_b: float = 0.84,
+    dbh_law: Literal[
+        "fint-ch",
+        "fint",
+        "chablais-spruce",
+        "chablais-fir",
+        "chablais-beech",
+        "chablais-all",
+        "oregon-silver-fir",
+        "oregon-western-hemlock",
+        "oregon-douglas-fir",
+        None,
+    ] = None,
+    seed: int = 0,
+    crs: str | int | None = None,
+    overwrite: bool = False,
+    output: str | os.PathLike[str] | None = None,
+    progress: bool = False,
+    feedback: Feedback | None = None,
+) -> GenerateForestResult:
+    """Plant a random forest: stems per hectare at uniform places, with sizes like those of trees, or normally
+    distributed.
+
+    Gives a trees layer for ``slide-logs`` over the DEM, or over the stand polygons on it less the excluded
+    ones. Of a trees layer (``like``) it takes the density over the same area, and each tree's DBH and height
+    together from one of its trees, each as often as any other: so mean, standard deviation and basal area stay,
+    however skewed they are. Where a number of DBH or height is given, it goes before that of the layer, and
+    both sizes are drawn from normal distributions with the means and standard deviations and the correlation,
+    as they are without a layer. What was planted is told beside what was asked or what the layer has.
+
+    Stands may differ: where the stand layer has columns of the names of the numbers' options (``stems_per_ha``,
+    ``dbh_mean_cm``, ...; or PlatRock's ``trees_density``, ``trees_dhp_mean``, ``trees_dhp_std``), each row is
+    planted by its own, and where rows overlap the later one counts. A row's number goes before a given, that
+    before the layer's.
+
+    ``preset klosters`` and ``rothenbrunnen`` are the forests of the paper; a number that is given goes before
+    theirs. As there, a draw that is no tree (DBH below 1 cm, height below 1.3 m) is drawn again, and the number
+    of these is said: it narrows the distribution a little. Of a trees layer such trees are left out.
+
+    Heights without numbers of their own: the mean follows from the mean DBH by the law of ``import-trees``, and
+    they vary half as much, relatively, as the DBH. Tree k of a stand stands at the same place whatever the
+    density, unless ``min_spacing_m`` moves it away from a tree before it. It knows no clusters, gaps or
+    species.
+
+    Parameters
+    ----------
+    dem : required
+        Terrain (DEM). A raster, a folder of tiles, or tiles with commas between.
+    preset : one of klosters, rothenbrunnen
+        Density and DBH by name. klosters: the forest of Gruobenwald, Klosters (stems_per_ha 300, dbh_mean_cm
+        60.23, dbh_sd_cm 18.64); rothenbrunnen: the forest of Plattawald, Rothenbrunnen (stems_per_ha 315,
+        dbh_mean_cm 44, dbh_sd_cm 22). Instead of like.
+    stems_per_ha : 1/ha, 0 < x <= 1000000
+        Density.
+    dbh_mean_cm : cm, 0 < x <= 1500
+        Mean DBH.
+    dbh_sd_cm : cm, >= 0
+        Standard deviation of the DBH.
+    height_mean_m : m, 0 < x <= 150
+        Mean height.
+    height_sd_m : m, >= 0
+        Standard deviation of the height.
+    correlation : -1 <= x <= 1
+        Correlation of DBH and height. Without like: 0.8.
+    like : point
+        Trees layer to take density and sizes from.
+    stand : polygon
+        Stand polygons. Without them: the whole DEM. Columns may give each its numbers.
+    exclude : polygon
+        Polygons without trees.
+    min_spacing_m : m, >= 0, default 0
+        Smallest distance of two stems.
+    dbh_a : > 0, default 2.52
+        a of DBH[cm] = a * H[m]^b.
+    dbh_b : > 0, default 0.84
+        b of DBH[cm] = a * H[m]^b.
+    dbh_law : one of fint-ch, fint, chablais-spruce, chablais-fir, chablais-beech, chablais-all,
+      oregon-silver-fir, oregon-western-hemlock, oregon-douglas-fir
+        Published law in place of a and b. Of heights without numbers of their own; import-trees lists them.
+    seed : >= 0, default 0
+        Seed of the random draws.
+    crs : optional
+        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
+        no CRS.
+    overwrite : optional
+        Replace an output that exists.
+    output : output, optional
+        Trees layer (.gpkg). Without it, in a temporary folder that lasts as long as the result.
+    progress : bool
+        Show on standard error what is done, and what the tool notes and warns of.
+    feedback : Feedback, optional
+        An object of your own that hears all that; see docs/python.md.
+    """
+    return call("generate-forest", GenerateForestResult, locals())
+
+
+class WindthrowResult(Result):
+    """What `windthrow` leaves."""
+
+    stems = LayerPart("stems.gpkg", "stems")
+    """Every tree of windthrow, where it stood: what becomes of its stem in each scenario"""
+
+
+def windthrow(
+    *,
+    trees: LayerInput,
+    dem: TerrainInput,
+    share: float | None = None,
+    dbh_classes: str | list[str] | None = None,
+    windthrow_areas: LayerInput | None = None,
+    ids: str | list[str] | None = None,
+    fall_deg: float,
+    scatter_deg: float = 20.0,
+    stump_m: float = 0.5,
+    lost: float = 0.3,
+    thinner: float | None = None,
+    wood: Literal["spruce", "beech", "pine", None] = None,
+    years: float | None = None,
+    seed: int = 0,
+    crs: str | int | None = None,
+    output: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
+    progress: bool = False,
+    feedback: Feedback | None = None,
+) -> WindthrowResult:
+    """Throw trees as a storm does, and write what stands and lies before, after, years later, and cleared.
+
+    Of a trees layer a share of the stems is thrown: of all (`share`), of each class of DBH (`dbh_classes
+    0:0.1,40:0.7`, from 0 cm on a tenth, from 40 cm on seven tenths), within polygons (`windthrow_areas`, whose
+    column `share` goes before), and the trees that `ids` names. The nearest whole number of each group falls;
+    which ones hangs on the seed and each tree's id.
+
+    A thrown stem lies from its stump towards `fall_deg`, where the wind blows to, with a normal scatter; it is
+    the part of the tree's truncated cone above the stump, as long on the slope as it was high. The stump stays,
+    as a short tree (`stump_m 0`: uprooted, none). What would reach beyond the terrain model ends at its edge;
+    stems that fall off it altogether are left out and counted. The folder holds layers ready for `slide-logs`:
+
+    - `trees_before.gpkg`: the forest before;
+    - `trees_after.gpkg`, `lying_after.gpkg`: what stands, with stumps, and what lies right after;
+    - `trees_later.gpkg`, `lying_later.gpkg`: the same ten years on, say: a share of the lying logs is gone
+      (`lost`), the   others are thinner (`thinner`). The defaults are assumptions, no measurement: take those
+      of your climate and wood.   `wood spruce years 10` reckons `thinner` from a published rate of decay;
+    - `trees_cleared.gpkg`: everything that lay is removed, the stumps stay;
+    - `stems.gpkg`: every tree, and whether it stands, lies or is removed in each scenario.
+
+    It prints the commands that slide the same logs through all four, and compare them. It does not say which
+    trees a storm throws: that is yours to say. Stems lie flat, not on one another or against standing trees;
+    nothing grows in between.
+
+    Parameters
+    ----------
+    trees : point, required
+        Trees before the storm.
+    dem : required
+        Terrain (DEM). A raster, a folder of tiles, or tiles with commas between.
+    share : 0 <= x <= 1
+        Share of the stems that is thrown.
+    dbh_classes : optional
+        Share by class of DBH. Least DBH [cm]:share, with commas: 0:0.1,20:0.3,40:0.7.
+    windthrow_areas : polygon
+        Areas of windthrow. Nothing falls outside. A column share goes before share and dbh_classes.
+    ids : optional
+        Trees that are thrown in any case. tree_id, with commas.
+    fall_deg : °, 0 <= x <= 360, required
+        Azimuth towards which stems fall, where the wind blows to.
+    scatter_deg : °, 0 <= x <= 180, default 20
+        Standard deviation of that.
+    stump_m : m, >= 0, default 0.5
+        Height of the stumps. 0: none, the stems are uprooted.
+    lost : 0 <= x <= 1, default 0.3
+        Share of the lying logs that is gone years later.
+    thinner : 0 <= x <= 0.95
+        Share of the others' diameter that is gone by then. Default: by wood, else 0.2, an assumption.
+    wood : one of spruce, beech, pine
+        Wood whose rate of decay says how much thinner. spruce: its mass falls by 3.2 % a year, taken off from
+        outside (rate 0.033); beech: its mass falls by 5.3 % a year, taken off from outside (rate 0.054); pine:
+        its mass falls by 3.1 % a year, taken off from outside (rate 0.032).
+    years : 0 <= x <= 100
+        Years on, with wood. Default: 10.
+    seed : >= 0, default 0
+        Seed of the random draws.
+    crs : optional
+        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
+        no CRS.
+    output : output, optional
+        Folder of the scenarios' layers. Without it, in a temporary folder that lasts as long as the result.
+    overwrite : optional
+        Replace an output that exists.
+    progress : bool
+        Show on standard error what is done, and what the tool notes and warns of.
+    feedback : Feedback, optional
+        An object of your own that hears all that; see docs/python.md.
+    """
+    return call("windthrow", WindthrowResult, locals())
+
+
+class AddStructuresResult(Result):
+    """What `add_structures` leaves."""
+
+    dem = RasterPart("--output")
+    """A terrain model, in the number type of the one that it was made from"""
+    earthworks = LayerPart("--earthworks", "earthworks")
+    """What add-structures built, and the earth that it moved"""
+
+
+def add_structures(
+    *,
+    dem: TerrainInput,
+    structures: LayerInput,
+    kind: Literal["embankment", "ditch"] = "embankment",
+    height_m: float | None = None,
+    elevation_m: float | None = None,
+    elevation_from_z: bool = False,
+    crest_width_m: float = 2.0,
+    slope_deg: float = 45.0,
+    slope_left_deg: float | None = None,
+    slope_right_deg: float | None = None,
+    max_reach_m: float = 100.0,
+    crs: str | int | None = None,
+    overwrite: bool = False,
+    output: str | os.PathLike[str] | None = None,
+    earthworks: str | os.PathLike[str] | bool | None = None,
+    progress: bool = False,
+    feedback: Feedback | None = None,
+) -> AddStructuresResult:
+    """Build embankments and ditches into a terrain model, and tell how much earth they take.
+
+    Gives the DEM with the structures in it, on its own grid, in its CRS and number type, nodata untouched:
+    ready for ``slide-logs``. Each line is the axis of one structure, ``kind`` says of which. The crest (of a
+    ditch: the bottom) is flat over ``crest_width_m`` and lies ``height_m`` above (below) the ground under the
+    line, or at ``elevation_m`` where that is given; from its edges the sides fall (rise) at ``slope_deg`` until
+    they first meet the ground. The columns ``slope_left_deg`` and ``slope_right_deg``, seen along the line, go
+    before it. At the line's ends the sides go round. Columns of the lines go before the options of the same
+    names; an empty cell takes the option. A height follows the ground bump by bump; a crest of an even grade
+    has an elevation, or with ``elevation_from_z`` the Z of the line's vertices.
+
+    Structures are built in the order of their rows, their heights taken from the ground as it was: what
+    overlaps is counted once, with the first, and a ditch after an embankment cuts into it. The volumes are
+    those between the old and the new heights of the cells. Ground that a crest does not rise above stays as it
+    is. A DEM of any size is passed in strips.
+
+    Walls and nets thinner than the cells are barriers of ``slide-logs``. The paper's Klosters case (section
+    5.1) has both, two embankments and six barriers. The sample with two dams, which then are ground like any
+    other:
+
+    Bodies of earth are taken to stand: no check of stability, of drainage or of a log's thrust.
+
+    Parameters
+    ----------
+    dem : required
+        Terrain (DEM). A raster, a folder of tiles, or tiles with commas between.
+    structures : line, required
+        Crest lines of embankments, bottom lines of ditches.
+    kind : one of embankment, ditch, default embankment
+        Kind of lines whose layer names none.
+    height_m : m, > 0
+        Height of the crest above the ground, of a ditch its depth, likewise.
+    elevation_m : m
+        Elevation of the crest or bottom, likewise. Goes before the height.
+    elevation_from_z : optional
+        Take the elevation from the Z of the lines' vertices.
+    crest_width_m : m, >= 0, default 2
+        Width of the crest or bottom, likewise.
+    slope_deg : °, 0 < x <= 90, default 45
+        Slope of both sides, likewise.
+    slope_left_deg : °, 0 < x <= 90
+        Slope of the left side, likewise.
+    slope_right_deg : °, 0 < x <= 90
+        Slope of the right side, likewise.
+    max_reach_m : m, > 0, default 100
+        Distance from the crest within which a side must meet the ground.
+    crs : optional
+        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
+        no CRS.
+    overwrite : optional
+        Replace an output that exists.
+    output : output, optional
+        DEM with the structures (.tif). Without it, in a temporary folder that lasts as long as the result.
+    earthworks : output, optional
+        Lines with their earthworks (.gpkg). True: beside the main output.
+    progress : bool
+        Show on standard error what is done, and what the tool notes and warns of.
+    feedback : Feedback, optional
+        An object of your own that hears all that; see docs/python.md.
+    """
+    return call("add-structures", AddStructuresResult, locals())
+
+
+class MakeLogResult(Result):
+    """What `make_log` leaves."""
+
+    summary_file = "log.json"
+
+
+def make_log(
+    *,
+    dbh_cm: float = 75.0,
+    length_m: float = 30.0,
+    taper: float = 0.5,
+    density_kg_m3: float = 300.0,
+    vertices: int = 16,
+    ring_spacing_m: float = 0.5,
+    rings: int | None = None,
+    output: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
+    progress: bool = False,
+    feedback: Feedback | None = None,
+) -> MakeLogResult:
+    """Make the solid of one log, with its mass, centre and inertia, as files that other programs read.
+
+    Gives a folder with ``log.pts`` (the custom shape of RAMMS::Rockfall: x y z a line, no header), ``log.obj``
+    and ``log.stl`` (closed, outward oriented), and ``log.json`` with the mass properties. The origin is the
+    centre of mass, z runs along the axis from the base to the tip, and all lengths are metres. The log is the
+    paper's truncated cone (section 3), as rings of vertices that lie on the cone: the solid in the files is a
+    little slimmer than the cone, by 6.6 / vertices^2 of its volume (2.6 % with 16). ``log.json`` has both,
+    ``cone`` exactly and ``solid`` as in the files.
+
+    Rings in between change nothing of the solid, but where vertices alone are tested against the ground, as
+    RAMMS does with a custom shape, a body feels it only where there is a ring. The paper slides its logs so, as
+    a body-fixed cloud of vertices. A ring every half metre (``ring_spacing_m``) is the convention here: on
+    rough ground (cells of 1 m, heights scattered by 0.15 m) logs of 15 m with the rings of their two ends alone
+    rest with the ground 29 cm deep in them (median of 144; at most 59 cm), with a ring every half metre 2 cm
+    (at most 10). ``rings`` asks for so many instead. The logs of the paper, Klosters and Rothenbrunnen:
+
+    ``slide-logs --shape log_klosters/log.pts`` slides that cloud instead of the smooth cone: the paper's way,
+    beside this toolbox's own. (``reproduce-paper`` has 31 rings on both logs, as when its table was measured.)
+    It makes no bark, no branches, no root plate and no bend, and no rocks: those are point clouds of their own
+    (``sample_data`` has a cubic and a platy one of 1 m3, as the paper compares with).
+
+    Parameters
+    ----------
+    dbh_cm : cm, > 0, default 75
+        DBH, the diameter of the base.
+    length_m : m, > 0, default 30
+        Length.
+    taper : 0 < x <= 1, default 0.5
+        Diameter of the tip over that of the base.
+    density_kg_m3 : kg/m³, > 0, default 300
+        Density.
+    vertices : 3 <= x <= 1000, default 16
+        Vertices of each ring.
+    ring_spacing_m : m, > 0, default 0.5
+        Distance of the rings, at most.
+    rings : 2 <= x <= 1000
+        Rings, those of the two ends included, instead of a distance.
+    output : output, optional
+        Folder of the log. Without it, in a temporary folder that lasts as long as the result.
+    overwrite : optional
+        Replace an output that exists.
+    progress : bool
+        Show on standard error what is done, and what the tool notes and warns of.
+    feedback : Feedback, optional
+        An object of your own that hears all that; see docs/python.md.
+    """
+    return call("make-log", MakeLogResult, locals())
+
+
+class SlideLogsResult(Run):
+    """What `slide_logs` leaves."""
+
+    summary_file = "summary.json"
+
+    deposits = LayerPart("run.gpkg", "deposits")
+    """Where each released log ended: its centre of mass; every log has its row"""
+    deposited_logs = LayerPart("run.gpkg", "deposited_logs")
+    """The logs as they lie at the end: a line from base to tip"""
+    trajectories = LayerPart("run.gpkg", "trajectories")
+    """The path of the centre of mass of the logs that are kept"""
+    reach = LayerPart("run.gpkg", "reach")
+    """Each line or polygon: how probably logs reach it; of all logs of the run"""
+    reached_by = LayerPart("run.gpkg", "reached_by")
+    """One row a log and line that it reached, where the log was released: from where is the road hit?"""
+    barrier_hits = LayerPart("run.gpkg", "barrier_hits")
+    """Every hit of a barrier, where the log first touched it; a hit lasts until 0.1 s pass without a push"""
+    tree_hits = LayerPart("run.gpkg", "tree_hits")
+    """Every tree that was hit, and what it took of the logs: its protective value"""
+    lying_hits = LayerPart("run.gpkg", "lying_hits")
+    """Every lying log that was hit, and what it took of the sliding ones"""
+    block_hits = LayerPart("run.gpkg", "block_hits")
+    """Every boulder that was hit, and what it took of the sliding logs"""
+    poses = TablePart("poses.parquet")
+    """poses.parquet: one row a kept pose, world coordinates; ordered by log, then time"""
+    hit_count = RasterPart("hit_count.tif")
+    """How many logs overlapped the cell with any part of their outline in plan at any time, each log once"""
+    reach_probability = RasterPart("reach_probability.tif")
+    """The same as a share of all logs"""
+    deposit_count = RasterPart("deposit_count.tif")
+    """How many logs lie on the cell at the end"""
+    speed_max = RasterPart("speed_max.tif")
+    """Largest speed of a log over the cell"""
+    energy_max = RasterPart("energy_max.tif")
+    """Largest kinetic energy of a log over the cell"""
+    jump_max = RasterPart("jump_max.tif")
+    """How high logs jump over the cell"""
+    danger = RasterPart("danger.tif")
+    """Where a moving log ends on the road: NaN where fewer logs passed than --danger-least"""
+    danger_count = RasterPart("danger_count.tif")
+    """The counts behind danger.tif, with --danger-counts: those of several runs add up"""
+
+
+def slide_logs(
+    *,
+    dem: TerrainInput,
+    releases: LayerInput,
+    trees: LayerInput | None = None,
+    barriers: LayerInput | None = None,
+    lying_logs: LayerInput | None = None,
+    blocks: LayerInput | None = None,
+    lines: LayerInput | None = None,
+    friction: float | RasterInput | LayerInput | None = None,
+    friction_column: str | list[str] | None = None,
+    friction_elsewhere: float | None = None,
+    restitution: float = 0.0,
+    rolling_friction: float = 0.1,
+    tree_friction: float | None = None,
+    tree_restitution: float | None = None,
+    barrier_friction: float | None = None,
+    barrier_restitution: float | None = None,
+    shape: PathsInput = "cone",
+    time_limit_s: float = 300.0,
+    rest_speed_ms: float = 0.1,
+    dbh_cm: float = 75.0,
+    length_m: float = 30.0,
+    density_kg_m3: float = 300.0,
+    orientation: Literal["upright", "lying", "tilted"] = "upright",
+    tilt_deg: float = 0.0,
+    azimuth_deg: float = 0.0,
+    speed_ms: float = 0.0,
+    drop_m: float = 0.0,
+    lying_diameter_cm: float = 40.0,
+    min_runout_m: float | None = None,
+    seed: int = 0,
+    crs: str | int | None = None,
+    friction_preset: Literal["wet-debarked", "wet-bark", "chute-dry", "chute-watered", "chute-iced", None] = None,
+    threads: int | None = None,
+    scheduler: str | list[str] | None = None,
+    workers: int | None = None,
+    plan: bool = False,
+    plan_logs: int = 400,
+    plan_workers: int = 16,
+    resume: bool = False,
+    fidelity: Literal["draft", "standard", "fine", "reference", "auto"] = "standard",
+    error: float | None = None,
+    budget: str | list[str] | None = None,
+    assume: Literal["none", "standard", "draft"] = "standard",
+    time_step_s: float | None = None,
+    station_spacing_m: float | None = None,
+    trajectories: str | list[str] = "1000",
+    until_ci: float | None = None,
+    danger_least: int = 10,
+    danger_counts: bool = False,
+    tree_capacity_kj: float | None = None,
+    tree_capacity_power: float = 2.0,
+    log_capacity_kj: float | None = None,
+    log_capacity_power: float = 2.0,
+    qgis_project: bool = False,
+    outline_every_s: float = 0.25,
+    geoparquet: bool = False,
+    report: bool = False,
+    output: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
+    progress: bool = False,
+    feedback: Feedback | None = None,
+) -> SlideLogsResult:
+    """Slide the released logs down the terrain, through the standing trees, over or into the barriers.
+
+    Each log is a rigid truncated cone (or, with shape, any convex body) in hard frictional contact with
+    terrain, trees, barriers, lying logs and boulders (the engine's README has the physics, after the paper's
+    section 3). The run's folder holds the deposits, the trajectories, the share of logs that reach each line,
+    every hit of a barrier, what each tree that was hit has taken, and rasters of how often, how fast and how
+    high logs pass. With lines, danger.tif has where a moving log ends on the road: of the logs that passed a
+    cell, the share that reached any line, and each line, with the same outline or afterwards. Every released
+    log is accounted for.
+
+    Logs do not break, trees, barriers and boulders do not give way, logs do not meet each other. An interrupted
+    run goes on with resume where it stopped, and gives the same results, bit for bit, as one that was never
+    interrupted. With until_ci a run takes the logs in an even draw and ends when it has enough of them; those
+    not run are counted apart.
+
+    With fidelity auto you say how far the reach of a line may be off, and the tool picks the fidelity and the
+    number of logs: error 0.02 for 2 points, at 95 %, against what `reference` would give for all logs of the
+    kind. The first logs tell how many it takes on this slope. Of the calculation it is assumed that `standard`
+    is off by no more than it may be on the worst of the benchmark's slopes (assume). summary.json and the
+    report tell both errors, apart and together. With budget 60s instead of error it is what comes nearest in
+    that time.
+
+    Parameters
+    ----------
+    dem : required
+        Terrain model. A raster, a folder of tiles, or tiles with commas between.
+    releases : point, required
+        Released logs.
+    trees : point
+        Standing trees.
+    barriers : line
+        Barriers.
+    lying_logs : line
+        Lying logs that hold others back. Lines from base to tip with a field 'diameter_cm' (or 'dbh_cm') and,
+        optionally, 'tip_diameter_cm'. They are rigid, rest on the terrain and do not move.
+    blocks : point
+        Boulders that hold logs back. Points with a field 'diameter_m' (or 'radius_m') and, optionally,
+        'height_m', that of the top above the terrain. They are rigid spheres, do not move, and have the
+        ground's friction and restitution.
+    lines : line or polygon
+        Roads, railways, houses to be reached.
+    friction : >= 0
+        Friction coefficient. A number, a raster, or polygons with a field 'friction' or 'mu'. Needed, unless
+        friction_preset names one.
+    friction_column : optional
+        Column of the friction polygons. Default: 'friction', else 'mu'.
+    friction_elsewhere : >= 0
+        Friction where the raster or the polygons have none. Without it, a layer that does not cover the DEM is
+        refused.
+    restitution : 0 <= x <= 1, default 0
+        Normal restitution of impacts.
+    rolling_friction : 0 <= x <= 0.5, default 0.1
+        Coefficient of rolling friction of the ground. The moment against rolling is at most this times the push
+        of the ground times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
+        0.13; 0 is rigid ground. No value measured for logs is known.
+    tree_friction : >= 0
+        Friction of stems and lying logs. Default: the ground's there.
+    tree_restitution : 0 <= x <= 1
+        Restitution of stems and lying logs. Default: that of the ground.
+    barrier_friction : >= 0
+        Friction of barriers. Default: the ground's there.
+    barrier_restitution : 0 <= x <= 1
+        Restitution of barriers. Default: that of the ground.
+    shape : default cone
+        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) lets the
+        convex hull of its points slide instead of logs: rocks, or logs as rings of vertices. dbh_cm and
+        length_m of the releases then do not count, the density does; its z axis takes the place of a log's
+        axis.
+    time_limit_s : s, 0 < x <= 86400, default 300
+        Longest run of a log.
+    rest_speed_ms : m/s, > 0, default 0.1
+        Speed below which a log may be at rest.
+    dbh_cm : cm, 0 < x <= 1500, default 75
+        DBH of logs whose layer names none.
+    length_m : m, 0 < x <= 150, default 30
+        Length, likewise.
+    density_kg_m3 : kg/m³, 0 < x <= 25000, default 300
+        Density, likewise.
+    orientation : one of upright, lying, tilted, default upright
+        Orientation, likewise.
+    tilt_deg : °, 0 <= x <= 180, default 0
+        Tilt from the vertical, likewise.
+    azimuth_deg : °, default 0
+        Azimuth of tip and speed, likewise.
+    speed_ms : m/s, 0 <= x <= 300, default 0
+        Initial speed, likewise.
+    drop_m : m, 0 <= x <= 1000, default 0
+        Clearance at the start, likewise.
+    lying_diameter_cm : cm, 0 < x <= 1500, default 40
+        Base diameter of lying logs whose layer names none.
+    min_runout_m : m, >= 0
+        Deposits nearer than this do not count for the spread. Default: one log length.
+    seed : >= 0, default 0
+        Seed of the random draws.
+    crs : optional
+        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
+        no CRS.
+    friction_preset : one of wet-debarked, wet-bark, chute-dry, chute-watered, chute-iced
+        Friction coefficient by name. wet-debarked: a wet log without bark and branches on wet ground, 0.2 to
+        0.3 (friction 0.25); wet-bark: a wet log with its bark on wet ground, 0.25 to 0.38 (friction 0.31);
+        chute-dry: a log in a dry timber chute, about 0.15 (friction 0.15); chute-watered: a log in a watered
+        timber chute, 0.03 to 0.08 (friction 0.055); chute-iced: a log in an iced timber chute, 0.03 to 0.12
+        (friction 0.075).
+    threads : >= 1
+        Threads (default: every core).
+    scheduler : optional
+        Where to slide: local, or the address of a Dask scheduler. local starts processes on this machine,
+        tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are the same
+        bytes. Default: threads of this process.
+    workers : >= 1
+        With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
+    plan : optional
+        Only say what the run would take, and end. From a pilot of plan_logs: logs, core-hours, memory, disk
+        and time. Nothing is written.
+    plan_logs : >= 10, default 400
+        Logs of the pilot of plan, at most.
+    plan_workers : 1 <= x <= 1000000, default 16
+        Workers for which plan tells the time as well.
+    resume : optional
+        Go on with an interrupted run.
+    fidelity : one of draft, standard, fine, reference, auto, default standard
+        Speed against accuracy. auto: the cheapest that keeps error, or the best within budget.
+    error : 0 < x <= 0.5
+        How far the reach of a line may be off (fidelity auto). 0.02 means ±2 points from what reference would
+        give, at 95 %, by sampling and by calculation together. Needs lines.
+    budget : optional
+        Time for the run, instead of error (fidelity auto). 60s, 5min or 1h: the fidelity and the number of
+        logs that come nearest to the truth in that time on this machine, give or take a tenth. report and
+        qgis_project come on top.
+    assume : one of none, standard, draft, default standard
+        Errors of calculation taken from the benchmark's slopes (fidelity auto). none: nothing, which takes
+        reference. standard: that standard is off by no more than it may be on the worst of them. draft: draft
+        as well.
+    time_step_s : s, 1e-05 <= x <= 1
+        Longest time step, instead of the fidelity's.
+    station_spacing_m : m, 0.001 <= x <= 100
+        Distance of the contact rings, instead of the fidelity's.
+    trajectories : default 1000
+        Logs whose trajectory is kept: all, none, or how many. Chosen by seed and log_id alone.
+    until_ci : 0.0001 <= x <= 0.5
+        End when every line's reach interval is this narrow (half-width). 0.005 means ±0.5 points. Logs are run
+        in an even draw, at most all; looks after 1000, 2000, 4000, ... of them take intervals widened for the
+        repetition; the reported 95 % ones are narrower still. Needs lines.
+    danger_least : >= 1, default 10
+        Logs that must have passed a cell for its danger to be told. In danger.tif, which lines brings, cells
+        with fewer are transparent.
+    danger_counts : optional
+        Keep the counts behind danger.tif too. danger_count.tif, from which those of several runs add up;
+        run-sites asks for it.
+    tree_capacity_kj : kJ, > 0
+        Energy that a tree of 40 cm DBH takes before it breaks, to count the hits above. Nothing breaks: the
+        hits in which a standing tree takes more are counted, and the logs that had one.
+    tree_capacity_power : 0 <= x <= 6, default 2
+        Power of DBH over 40 cm with which it grows.
+    log_capacity_kj : kJ, > 0
+        Energy that a log of 40 cm DBH can lose in a hit before it breaks, to count the hits above.
+    log_capacity_power : 0 <= x <= 6, default 2
+        Power of DBH over 40 cm with which that grows.
+    qgis_project : optional
+        Add a QGIS project to the run. With styled and grouped layers, animated logs and a 3-D view:
+        project.qgz, and scene.gpkg beside it.
+    outline_every_s : s, >= 0.02, default 0.25
+        Time between two outlines of the animated logs. Of the QGIS project, for the logs that keep their
+        trajectory.
+    geoparquet : optional
+        Write the run's layers as GeoParquet too. deposits.parquet, trajectories.parquet and so on, for programs
+        that work on very many rows.
+    report : optional
+        Add a report to the run. One page with maps, figures, tables and a 3-D view: report.html (make-report).
+    output : output, optional
+        Folder of the run. Without it, in a temporary folder that lasts as long as the result.
+    overwrite : optional
+        Replace an output that exists.
+    progress : bool
+        Show on standard error what is done, and what the tool notes and warns of.
+    feedback : Feedback, optional
+        An object of your own that hears all that; see docs/python.md.
+    """
+    return call("slide-logs", SlideLogsResult, locals())
+
+
+class RunSitesResult(Result):
+    """What `run_sites` leaves."""
+
+    summary_file = "summary.json"
+
+    overview = TablePart("overview.csv")
+    """Many sites side by side: one row a site and line, one of a site without lines or that failed"""
+    sites = LayerPart("overview.gpkg", "sites")
+    """The sites, where their logs start: the rows of overview.csv"""
+
+
+def run_sites(
+    *,
+    dem: TerrainInput | None = None,
+    releases: LayerInput | None = None,
+    trees: LayerInput | None = None,
+    barriers: LayerInput | None = None,
+    lying_logs: LayerInput | None = None,
+    blocks: LayerInput | None = None,
+    lines: LayerInput | None = None,
+    friction: float | RasterInput | LayerInput | None = None,
+    friction_column: str | list[str] | None = None,
+    friction_elsewhere: float | None = None,
+    restitution: float = 0.0,
+    rolling_friction: float = 0.1,
+    tree_friction: float | None = None,
+    tree_restitution: float | None = None,
+    barrier_friction: float | None = None,
+    barrier_restitution: float | None = None,
+    shape: PathsInput = "cone",
+    time_limit_s: float = 300.0,
+    rest_speed_ms: float = 0.1,
+    dbh_cm: float = 75.0,
+    length_m: float = 30.0,
+    density_kg_m3: float = 300.0,
+    orientation: Literal["upright", "lying", "tilted"] = "upright",
+    tilt_deg: float = 0.0,
+    azimuth_deg: float = 0.0,
+    speed_ms: float = 0.0,
+    drop_m: float = 0.0,
+    lying_diameter_cm: float = 40.0,
+    min_runout_m: float | None = None,
+    seed: int = 0,
+    crs: str | int | None = None,
+    friction_preset: Literal["wet-debarked", "wet-bark", "chute-dry", "chute-watered", "chute-iced", None] = None,
+    threads: int | None = None,
+    scheduler: str | list[str] | None = None,
+    workers: int | None = None,
+    plan: bool = False,
+    plan_logs: int = 400,
+    plan_workers: int = 16,
+    resume: bool = False,
+    fidelity: Literal["draft", "standard", "fine", "reference", "auto"] = "standard",
+    error: float | None = None,
+    budget: str | list[str] | None = None,
+    assume: Literal["none", "standard", "draft"] = "standard",
+    time_step_s: float | None = None,
+    station_spacing_m: float | None = None,
+    trajectories: str | list[str] = "1000",
+    until_ci: float | None = None,
+    danger_least: int = 10,
+    danger_counts: bool = False,
+    tree_capacity_kj: float | None = None,
+    tree_capacity_power: float = 2.0,
+    log_capacity_kj: float | None = None,
+    log_capacity_power: float = 2.0,
+    qgis_project: bool = False,
+    outline_every_s: float = 0.25,
+    geoparquet: bool = False,
+    report: bool = False,
+    output: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
+    sites: TableInput | None = None,
+    configs: PathInput | None = None,
+    by: str | None = None,
+    merge: bool = True,
+    progress: bool = False,
+    feedback: Feedback | None = None,
+) -> RunSitesResult:
+    """Slide the logs of many sites, one run each, and put what they come to side by side.
+
+    The sites are one of these:
+
+    - `sites TABLE`: one row a site. The column `site` names it, the others are parameters of slide-logs by
+      their flags'   names (`dem`, `releases`, `friction`, `time-limit-s` or `time_limit_s`, ...). An empty
+      cell, or a column that is   missing, takes what run-sites was given, or slide-logs' default. Relative
+      paths are seen from the table;
+    - `configs FOLDER`: a JSON file for each site (`NAME.json`, or `NAME/manifest.json`), as slide-logs --config
+      takes it;
+    - `by FIELD`: one layer of releases on one terrain model; each value of the field is a site. Of a large
+      terrain model   only the window is read that the logs of a site can reach, so releases may be scattered
+      over a whole region.
+
+    The folder holds `sites/SITE`, the whole run of slide-logs for each site; `overview.csv`, one row a site and
+    line; `overview.gpkg`, the same where the releases are; `overview.png`; `summary.json`; and `merged/DEM`,
+    the rasters of all sites on one terrain model as those of one run over all their logs; sites that slide the
+    same logs are scenarios, which do not add up (compare-scenarios). `report` adds a page of the first 12
+    sites.
+
+    A site that fails is told in one line, the others are finished; the exit status is then 2. An interrupted
+    run goes on with resume, also in the middle of a site; so does one with failures, once they are mended: what
+    is finished and unchanged is not slid again. Each site is the run that slide-logs would make of it, and the
+    same bits. With scheduler all sites share its workers: they are started, or waited for, once.
+
+    Parameters
+    ----------
+    dem : optional
+        Terrain model, where the sites name none. A raster, a folder of tiles, or tiles with commas between.
+    releases : point
+        Released logs, where the sites name none.
+    trees : point
+        Standing trees.
+    barriers : line
+        Barriers.
+    lying_logs : line
+        Lying logs that hold others back. Lines from base to tip with a field 'diameter_cm' (or 'dbh_cm') and,
+        optionally, 'tip_diameter_cm'. They are rigid, rest on the terrain and do not move.
+    blocks : point
+        Boulders that hold logs back. Points with a field 'diameter_m' (or 'radius_m') and, optionally,
+        'height_m', that of the top above the terrain. They are rigid spheres, do not move, and have the
+        ground's friction and restitution.
+    lines : line or polygon
+        Roads, railways, houses to be reached.
+    friction : >= 0
+        Friction coefficient, where the sites name none. A number, a raster, or polygons with a field 'friction'
+        or 'mu'.
+    friction_column : optional
+        Column of the friction polygons. Default: 'friction', else 'mu'.
+    friction_elsewhere : >= 0
+        Friction where the raster or the polygons have none. Without it, a layer that does not cover the DEM is
+        refused.
+    restitution : 0 <= x <= 1, default 0
+        Normal restitution of impacts.
+    rolling_friction : 0 <= x <= 0.5, default 0.1
+        Coefficient of rolling friction of the ground. The moment against rolling is at most this times the push
+        of the ground times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
+        0.13; 0 is rigid ground. No value measured for logs is known.
+    tree_friction : >= 0
+        Friction of stems and lying logs. Default: the ground's there.
+    tree_restitution : 0 <= x <= 1
+        Restitution of stems and lying logs. Default: that of the ground.
+    barrier_friction : >= 0
+        Friction of barriers. Default: the ground's there.
+    barrier_restitution : 0 <= x <= 1
+        Restitution of barriers. Default: that of the ground.
+    shape : default cone
+        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) lets the
+        convex hull of its points slide instead of logs: rocks, or logs as rings of vertices. dbh_cm and
+        length_m of the releases then do not count, the density does; its z axis takes the place of a log's
+        axis.
+    time_limit_s : s, 0 < x <= 86400, default 300
+        Longest run of a log.
+    rest_speed_ms : m/s, > 0, default 0.1
+        Speed below which a log may be at rest.
+    dbh_cm : cm, 0 < x <= 1500, default 75
+        DBH of logs whose layer names none.
+    length_m : m, 0 < x <= 150, default 30
+        Length, likewise.
+    density_kg_m3 : kg/m³, 0 < x <= 25000, default 300
+        Density, likewise.
+    orientation : one of upright, lying, tilted, default upright
+        Orientation, likewise.
+    tilt_deg : °, 0 <= x <= 180, default 0
+        Tilt from the vertical, likewise.
+    azimuth_deg : °, default 0
+        Azimuth of tip and speed, likewise.
+    speed_ms : m/s, 0 <= x <= 300, default 0
+        Initial speed, likewise.
+    drop_m : m, 0 <= x <= 1000, default 0
+        Clearance at the start, likewise.
+    lying_diameter_cm : cm, 0 < x <= 1500, default 40
+        Base diameter of lying logs whose layer names none.
+    min_runout_m : m, >= 0
+        Deposits nearer than this do not count for the spread. Default: one log length.
+    seed : >= 0, default 0
+        Seed of the random draws.
+    crs : optional
+        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
+        no CRS.
+    friction_preset : one of wet-debarked, wet-bark, chute-dry, chute-watered, chute-iced
+        Friction coefficient by name. wet-debarked: a wet log without bark and branches on wet ground, 0.2 to
+        0.3 (friction 0.25); wet-bark: a wet log with its bark on wet ground, 0.25 to 0.38 (friction 0.31);
+        chute-dry: a log in a dry timber chute, about 0.15 (friction 0.15); chute-watered: a log in a watered
+        timber chute, 0.03 to 0.08 (friction 0.055); chute-iced: a log in an iced timber chute, 0.03 to 0.12
+        (friction 0.075).
+    threads : >= 1
+        Threads (default: every core).
+    scheduler : optional
+        Where to slide: local, or the address of a Dask scheduler. local starts processes on this machine,
+        tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are the same
+        bytes. Default: threads of this process.
+    workers : >= 1
+        With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
+    plan : optional
+        Only say what the run would take, and end. From a pilot of plan_logs: logs, core-hours, memory, disk
+        and time. Nothing is written.
+    plan_logs : >= 10, default 400
+        Logs of the pilot of plan, at most.
+    plan_workers : 1 <= x <= 1000000, default 16
+        Workers for which plan tells the time as well.
+    resume : optional
+        Go on with an interrupted run.
+    fidelity : one of draft, standard, fine, reference, auto, default standard
+        Speed against accuracy. auto: the cheapest that keeps error, or the best within budget.
+    error : 0 < x <= 0.5
+        How far the reach of a line may be off (fidelity auto). 0.02 means ±2 points from what reference would
+        give, at 95 %, by sampling and by calculation together. Needs lines.
+    budget : optional
+        Time for the run, instead of error (fidelity auto). 60s, 5min or 1h: the fidelity and the number of
+        logs that come nearest to the truth in that time on this machine, give or take a tenth. report and
+        qgis_project come on top.
+    assume : one of none, standard, draft, default standard
+        Errors of calculation taken from the benchmark's slopes (fidelity auto). none: nothing, which takes
+        reference. standard: that standard is off by no more than it may be on the worst of them. draft: draft
+        as well.
+    time_step_s : s, 1e-05 <= x <= 1
+        Longest time step, instead of the fidelity's.
+    station_spacing_m : m, 0.001 <= x <= 100
+        Distance of the contact rings, instead of the fidelity's.
+    trajectories : default 1000
+        Logs whose trajectory is kept: all, none, or how many. Chosen by seed and log_id alone.
+    until_ci : 0.0001 <= x <= 0.5
+        End when every line's reach interval is this narrow (half-width). 0.005 means ±0.5 points. Logs are run
+        in an even draw, at most all; looks after 1000, 2000, 4000, ... of them take intervals widened for the
+        repetition; the reported 95 % ones are narrower still. Needs lines.
+    danger_least : >= 1, default 10
+        Logs that must have passed a cell for its danger to be told. In danger.tif, which lines brings, cells
+        with fewer are transparent.
+    danger_counts : optional
+        Keep the counts behind danger.tif too. danger_count.tif, from which those of several runs add up;
+        run-sites asks for it.
+    tree_capacity_kj : kJ, > 0
+        Energy that a tree of 40 cm DBH takes before it breaks, to count the hits above. Nothing breaks: the
+        hits in which a standing tree takes more are counted, and the logs that had one.
+    tree_capacity_power : 0 <= x <= 6, default 2
+        Power of DBH over 40 cm with which it grows.
+    log_capacity_kj : kJ, > 0
+        Energy that a log of 40 cm DBH can lose in a hit before it breaks, to count the hits above.
+    log_capacity_power : 0 <= x <= 6, default 2
+        Power of DBH over 40 cm with which that grows.
+    qgis_project : optional
+        Add a QGIS project to the run. With styled and grouped layers, animated logs and a 3-D view:
+        project.qgz, and scene.gpkg beside it.
+    outline_every_s : s, >= 0.02, default 0.25
+        Time between two outlines of the animated logs. Of the QGIS project, for the logs that keep their
+        trajectory.
+    geoparquet : optional
+        Write the run's layers as GeoParquet too. deposits.parquet, trajectories.parquet and so on, for programs
+        that work on very many rows.
+    report : optional
+        Add one page of the first 12 sites. report.html (make-report).
+    output : output, optional
+        Folder of all runs. Without it, in a temporary folder that lasts as long as the result.
+    overwrite : optional
+        Replace an output that exists.
+    sites : optional
+        Table with one row a site.
+    configs : optional
+        Folder with a JSON file of parameters for each site.
+    by : optional
+        Field of the releases that tells the sites apart.
+    merge : optional
+        Merge the rasters of sites on one terrain model.
+    progress : bool
+        Show on standard error what is done, and what the tool notes and warns of.
+    feedback : Feedback, optional
+        An object of your own that hears all that; see docs/python.md.
+    """
+    return call("run-sites", RunSitesResult, locals())
+
+
+class CountHitsResult(Result):
+    """What `count_hits` leaves."""
+
+    hits = RasterPart("--output")
+    """How many of the chosen logs overlap the cell at any time"""
+    speed = RasterPart("--speed")
+    """Quantiles of the largest speed of each log in each cell; a band each"""
+    energy = RasterPart("--energy")
+    """Quantiles of the largest kinetic energy of each log in each cell; a band each"""
+    jump = RasterPart("--jump")
+    """Quantiles of the largest clearance of each log above the terrain in each cell; a band each"""
+    danger = RasterPart("--danger")
+    """Where a moving log ends on the road: NaN where fewer logs passed than --danger-least"""
+
+
+def count_hits(
+    *,
+    run: PathInput,
+    cell_m: float | None = None,
+    release_id: str | list[str] | None = None,
+    log_id: str | list[str] | None = None,
+    stop_reason: str | list[str] | None = None,
+    quantiles: NumbersInput = (50.0, 90.0, 95.0, 99.0),
+    speed: str | os.PathLike[str] | bool | None = None,
+    energy: str | os.PathLike[str] | bool | None = None,
+    jump: str | os.PathLike[str] | bool | None = None,
+    danger: str | os.PathLike[str] | bool | None = None,
+    reaching: LayerInput | None = None,
+    danger_least: int = 10,
+    output: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
+    progress: bool = False,
+    feedback: Feedback | None = None,
+) -> CountHitsResult:
+    """Count, from stored trajectories, how many logs pass over each cell, and how fast: any subset of logs, any
+    cell size.
+
+    The count is the one that slide-logs makes while it runs: a log counts once in every cell that any part of
+    its plan-view outline overlaps at any time (paper, section 4). With all trajectories stored, every log
+    chosen and the run's own cell size it equals the run's hit_count.tif. Logs whose trajectory was not stored
+    cannot be counted; the tool says how many.
+
+    speed, energy and jump write quantiles a cell, a band each: of the largest value that each log had in the
+    cell, over the logs that pass it. Speed is that of the centre of mass; energy that of translation and
+    rotation, as poses tell it (within a few percent of the run's); jump the clearance between log and terrain.
+
+    danger writes where a moving log ends on the road: of the logs that pass a cell, the share that reach a line
+    of reaching (default: the run's own lines) with the same outline or afterwards; band 1 of any line, band 2
+    how many passed, then a band for each line. Cells that fewer than danger_least logs pass are transparent.
+    With all trajectories stored and the run's own lines and cells it equals the run's danger.tif.
+
+    Parameters
+    ----------
+    run : required
+        Folder of a run of slide-logs.
+    cell_m : m, > 0
+        Cell size. Default: the run's.
+    release_id : optional
+        Only logs of these releases. Comma-separated.
+    log_id : optional
+        Only these logs. Comma-separated.
+    stop_reason : optional
+        Only logs that ended so. Comma-separated: rest, tree, barrier, left_dem, time_limit, failed.
+    quantiles : %, 0 <= x <= 100, default 50,90,95,99
+        Quantiles of the rasters below. A band each.
+    speed : output, optional
+        Quantiles of the logs' largest speed in each cell. True: beside the main output.
+    energy : output, optional
+        Quantiles of their largest kinetic energy. True: beside the main output.
+    jump : output, optional
+        Quantiles of their largest clearance above the terrain. True: beside the main output.
+    danger : output, optional
+        Share of the logs that reach lines after the cell. True: beside the main output. Bands: any line, number
+        of logs that passed, each line.
+    reaching : line or polygon
+        Lines of that raster. Default: the lines of the run.
+    danger_least : >= 1, default 10
+        Logs that must have passed a cell for its danger to be told.
+    output : output, optional
+        Hit counts. Without it, in a temporary folder that lasts as long as the result.
+    overwrite : optional
+        Replace an output that exists.
+    progress : bool
+        Show on standard error what is done, and what the tool notes and warns of.
+    feedback : Feedback, optional
+        An object of your own that hears all that; see docs/python.md.
+    """
+    return call("count-hits", CountHitsResult, locals())
+
+
+class ReachLinesResult(Result):
+    """What `reach_lines` leaves."""
+
+    reach = LayerPart("--output", "reach")
+    """Each line or polygon: how probably logs reach it, and how fast and hard they arrive"""
+    arrivals = LayerPart("--output", "arrivals")
+    """One row a log and line: the log's centre of mass when its outline first touches the line"""
+    attribution = LayerPart("--output", "attribution")
+    """One row a release and line: which release hits what; drawn from the release to where its logs touch"""
+    origins = LayerPart("--output", "origins")
+    """The arrivals, each where its log was released: from where is a line hit"""
+
+
+def reach_lines(
+    *,
+    run: PathInput,
+    lines: LayerInput,
+    edge_m: float = 20.0,
+    output: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
+    progress: bool = False,
+    feedback: Feedback | None = None,
+) -> ReachLinesResult:
+    """Find which stored trajectories reach lines or polygons (roads, houses), how hard they arrive, and where
+    from.
+
+    A log reaches a line when any part of its plan-view outline touches it at any time, and a polygon also when
+    it starts inside (paper, equation 10). Each probability comes with its 95 % Wilson interval, over the logs
+    whose trajectory was stored: with fewer than all of them stored it is an estimate from that sample.
+
+    The output's layers: `reach`, a row a line; `arrivals`, a row a log and line, with time, speed, energy of
+    translation and of rotation, clearance below the log, height of its centre of mass above the terrain,
+    direction of travel, and the angles to the line and to the log's own axis; `attribution`, a row a release
+    and line: which release hits which object, with what probability; `origins`, the arrivals drawn where their
+    logs were released. The shares of each release cell's logs that reach them, map-origins maps.
+
+    Logs that left the terrain model, or passed near its edge, would have gone on otherwise on a larger one: the
+    tool warns of them, and `p_low_if_lost` to `p_high_if_lost` are the bounds if none or all of those reach the
+    line that left before they did. It counts what the run did; it does not say how likely a log starts at all.
+
+    Parameters
+    ----------
+    run : required
+        Folder of a run of slide-logs.
+    lines : line or polygon, required
+        Roads, railways, houses to be reached.
+    edge_m : m, >= 0, default 20
+        Distance from the terrain model's edges within which logs are warned of. Edges are its border and its
+        nodata; more than half a log's length is wise.
+    output : output, optional
+        Reach, arrivals, attribution and origins. Without it, in a temporary folder that lasts as long as the
+        result.
+    overwrite : optional
+        Replace an output that exists.
+    progress : bool
+        Show on standard error what is done, and what the tool notes and warns of.
+    feedback : Feedback, optional
+        An object of your own that hears all that; see docs/python.md.
+    """
+    return call("reach-lines", ReachLinesResult, locals())
+
+
+class DesignValuesResult(Result):
+    """What `design_values` leaves."""
+
+    design_values = TablePart("--output")
+    """Percentiles at each barrier and line, over the logs that come to it"""
+
+
+def design_values(
+    *,
+    run: PathInput,
+    lines: LayerInput | None = None,
+    percentiles: NumbersInput = (50.0, 90.0, 95.0, 99.0),
+    confidence: float = 95.0,
+    barrier_classes: Literal["etag-027", "swiss-2001", None] = None,
+    rule: Literal["uni-11211-fine", "uni-11211-coarse", "onr-24810-cc1", "onr-24810-cc2", "onr-24810-cc3", None] = None,
+    output: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
+    progress: bool = False,
+    feedback: Feedback | None = None,
+) -> DesignValuesResult:
+    """Give design values of a run for barriers and lines: percentiles of energy, speed, height and impulse,
+    with intervals.
+
+    For each barrier of the run, and each line (a road, or a profile line across the slope where a barrier might
+    stand), the 50, 90, 95 and 99 % percentiles, or others, over the logs that come to it:
+
+    - `energy`: kinetic energy of translation and rotation together; `translation` and `rotation`: each apart;
+    - `speed`: of the centre of mass;
+    - `height`: at a barrier, of the place that is hit, above the terrain; at a line, of the upper edge of the
+      log where it   first touches the line: as high must be what is to hold it;
+    - `impulse`: momentum that the barrier takes up in a hit. A line has none, for nothing is hit there.
+
+    At a barrier the values are those just before a hit, the largest of each log; they are stored in every run.
+    At a line they are those of the first touch, from stored trajectories: energies of rotation within a few
+    percent of the run's own.
+
+    The interval of a percentile is exact, by order statistics: the binomial law says between which two of the
+    sorted values it lies with 95 % probability at least, whatever their distribution. Where the hits are too
+    few for an upper bound, `ci_high` is empty and `note` says how many more hits it takes: 72 in all for 95 %,
+    368 for 99 %.
+
+    `rule` makes design values of one percentile of energy and height each, by the factors of a national rule,
+    and says what of its numbers was read and what is from memory. `barrier_classes` tells the weakest class of
+    rockfall nets that holds each percentile of the energy, and the upper end of its interval: with the rule's
+    factor where it has one.
+
+    The percentiles are of the logs that were released and came so far: of heavier logs, or more friction, they
+    are others. Barriers are rigid here, so impulses are those of a wall, not of a net that gives way.
+    Percentiles have no safety factor.
+
+    Parameters
+    ----------
+    run : required
+        Folder of a run of slide-logs.
+    lines : line or polygon
+        Other lines or houses than those of the run, such as profile lines across the slope. Without it, the
+        lines of the run. Lines need stored trajectories.
+    percentiles : %, 0 < x < 100, default 50,90,95,99
+        Percentiles.
+    confidence : %, 50 <= x <= 99.9, default 95
+        Probability with which an interval holds its percentile, at least.
+    barrier_classes : one of etag-027, swiss-2001
+        Classes of barriers, to tell which one holds the energies. etag-027: classes of rockfall protection kits
+        by maximum energy level (MEL) (0: 100 kJ, 1: 250 kJ, 2: 500 kJ, 3: 1000 kJ, 4: 1500 kJ, 5: 2000 kJ, 6:
+        3000 kJ, 7: 4500 kJ, 8: more); swiss-2001: the nine classes of the Swiss type test of rockfall nets (1:
+        100 kJ, 2: 250 kJ, 3: 500 kJ, 4: 750 kJ, 5: 1000 kJ, 6: 1500 kJ, 7: 2000 kJ, 8: 3000 kJ, 9: 5000 kJ,
+        none: more). They are made for rocks; a person decides.
+    rule : one of uni-11211-fine, uni-11211-coarse, onr-24810-cc1, onr-24810-cc2, onr-24810-cc3
+        Rule that makes design values of percentiles. uni-11211-fine: Italy, good survey and a model that was
+        calibrated (energy: 95 % times 1.104, height: 95 % times 1.04); uni-11211-coarse: Italy, coarse survey
+        and a model by numbers of the literature (energy: 95 % times 1.611, height: 95 % times 1.21);
+        onr-24810-cc1: Austria, consequence class 1 (energy: 99 % times 1, height: 95 % times 1.05);
+        onr-24810-cc2: Austria, consequence class 2 (energy: 99 % times 1.05, height: 95 % times 1.1);
+        onr-24810-cc3: Austria, consequence class 3 (energy: 99 % times 1.15, height: 95 % times 1.3). They are
+        made for rocks; a person decides.
+    output : output, optional
+        Design values by barrier or line, quantity and percentile. Without it, in a temporary folder that lasts
+        as long as the result.
+    overwrite : optional
+        Replace an output that exists.
+    progress : bool
+        Show on standard error what is done, and what the tool notes and warns of.
+    feedback : Feedback, optional
+        An object of your own that hears all that; see docs/python.md.
+    """
+    return call("design-values", DesignValuesResult, locals())
+
+
+class ValueTreesResult(Result):
+    """What `value_trees` leaves."""
+
+    values = LayerPart("--output", "values")
+    """One row a tree, lying log, barrier or stand, and line: how many logs more would reach it without"""
+    planted = LayerPart("--output", "planted")
+    """One row a candidate and line: how many logs fewer would reach the line with it"""
+
+
+def value_trees(
+    *,
+    threads: int | None = None,
+    scheduler: str | list[str] | None = None,
+    workers: int | None = None,
+    plan: bool = False,
+    plan_logs: int = 400,
+    plan_workers: int = 16,
+    resume: bool = False,
+    run: PathInput,
+    lines: LayerInput | None = None,
+    stands: LayerInput | None = None,
+    plant: LayerInput | None = None,
+    plant_lying: LayerInput | None = None,
+    logs: int | None = None,
+    seed: int = 0,
+    output: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
+    progress: bool = False,
+    feedback: Feedback | None = None,
+) -> ValueTreesResult:
+    """Tell what each tree of a run is worth: how many logs more would reach the road without it.
+
+    For every standing tree, lying log and barrier of a run of slide-logs, and for the stands that `stands`
+    names (polygons; a stand is all trees within), and every line: the logs that reach the line as things are,
+    and those that would without it, with the interval of the difference (paired: the same logs); the logs that
+    it holds at the end, the energy that it takes from all that hit it, and its rank.
+
+    The answer is exact for the logs of the run: the same, log by log, as a run of its own without the thing.
+    Only logs to which it mattered are slid again, for all others go the same way without it. A tree that is hit
+    often may be worth nothing, where the next one would hold what it holds; another turns logs aside that would
+    have missed the road, and so is worth less than nothing.
+
+    `plant` asks the other way round: points with `dbh_cm` and `height_m` (trees, or high stumps), each put
+    there alone, and how many logs fewer would reach each line then; `plant_lying` does so for lines of logs
+    that would be left lying.
+
+    What several things are worth together is not the sum of what each is worth: two trees side by side may each
+    be worth nothing, and both together much. Name them as a stand, or compare two runs (compare-scenarios). The
+    worth of a tree is that for these releases. Trees do not break here; what a log does to the tree is not
+    reckoned.
+
+    Parameters
+    ----------
+    threads : >= 1
+        Threads (default: every core).
+    scheduler : optional
+        Where to slide: local, or the address of a Dask scheduler. local starts processes on this machine,
+        tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are the same
+        bytes. Default: threads of this process.
+    workers : >= 1
+        With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
+    plan : optional
+        Only say what the run would take, and end. From a pilot of plan_logs: logs, core-hours, memory, disk
+        and time. Nothing is written.
+    plan_logs : >= 10, default 400
+        Logs of the pilot of plan, at most.
+    plan_workers : 1 <= x <= 1000000, default 16
+        Workers for which plan tells the time as well.
+    resume : optional
+        Go on with an interrupted run.
+    run : required
+        Folder of a run of slide-logs.
+    lines : line or polygon
+        Other roads, railways or houses than those of the run. Without it, the lines of the run.
+    stands : polygon
+        Stands, of which all trees are taken away together. Their id is stand_id, else name, else the row.
+    plant : point
+        Places where a tree or high stump could stand. With dbh_cm and height_m.
+    plant_lying : line
+        Places where a log could be left lying. From base to tip, with diameter_cm.
+    logs : >= 1
+        Logs to ask with (default: all of the run). An even draw, where all would take too long: in a forest
+        some seven times as long as the logs slid.
+    seed : >= 0, default 0
+        Seed of the random draws.
+    output : output, optional
+        What each tree, lying log, barrier and stand is worth. Without it, in a temporary folder that lasts as
+        long as the result.
+    overwrite : optional
+        Replace an output that exists.
+    progress : bool
+        Show on standard error what is done, and what the tool notes and warns of.
+    feedback : Feedback, optional
+        An object of your own that hears all that; see docs/python.md.
+    """
+    return call("value-trees", ValueTreesResult, locals())
+
+
+class BreakTreesResult(Result):
+    """What `break_trees` leaves."""
+
+    reach_breaking = LayerPart("--output", "reach_breaking")
+    """Each line or polygon: logs that reach it with rigid trees, and where those that would break take
+    nothing"""
+    broken = LayerPart("--output", "broken")
+    """Every tree that a log would break"""
+
+
+def break_trees(
+    *,
+    threads: int | None = None,
+    scheduler: str | list[str] | None = None,
+    workers: int | None = None,
+    plan: bool = False,
+    plan_logs: int = 400,
+    plan_workers: int = 16,
+    resume: bool = False,
+    run: PathInput,
+    tree_capacity_kj: float,
+    tree_capacity_power: float = 2.0,
+    lines: LayerInput | None = None,
+    logs: int | None = None,
+    seed: int = 0,
+    output: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
+    progress: bool = False,
+    feedback: Feedback | None = None,
+) -> BreakTreesResult:
+    """Tell how many logs more would reach the road if trees broke: each slides again without the trees that it
+    would break.
+
+    In a run of slide-logs trees are rigid and take whatever a log brings. With `tree_capacity_kj`, the energy
+    that a tree of 40 cm DBH takes before it breaks (of others as a power of DBH), every log whose hit takes
+    more goes on without that tree, and without the next that it would break, until it breaks none or has
+    reached every line. A tree that breaks takes nothing here, where a real one takes what it can; so the reach
+    of the run and that of this tool are the two ends between which trees that break lie.
+
+    The layer `reach_breaking` has both ends for each line, with the interval of their difference (paired: the
+    same logs), `broken` each tree that any log breaks, and how many do. No number for the capacity is offered:
+    take one that was measured for your species, and its ends. Each log meets all trees anew: one that another
+    log broke stands again. Logs and lying logs do not break.
+
+    Parameters
+    ----------
+    threads : >= 1
+        Threads (default: every core).
+    scheduler : optional
+        Where to slide: local, or the address of a Dask scheduler. local starts processes on this machine,
+        tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are the same
+        bytes. Default: threads of this process.
+    workers : >= 1
+        With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
+    plan : optional
+        Only say what the run would take, and end. From a pilot of plan_logs: logs, core-hours, memory, disk
+        and time. Nothing is written.
+    plan_logs : >= 10, default 400
+        Logs of the pilot of plan, at most.
+    plan_workers : 1 <= x <= 1000000, default 16
+        Workers for which plan tells the time as well.
+    resume : optional
+        Go on with an interrupted run.
+    run : required
+        Folder of a run of slide-logs, with trees and lines.
+    tree_capacity_kj : kJ, > 0, required
+        Energy that a tree of 40 cm DBH takes before it breaks.
+    tree_capacity_power : 0 <= x <= 6, default 2
+        Power of DBH over 40 cm with which it grows.
+    lines : line or polygon
+        Other roads, railways or houses than those of the run. Without it, the lines of the run.
+    logs : >= 1
+        Logs to ask with (default: all of the run). An even draw.
+    seed : >= 0, default 0
+        Seed of the random draws.
+    output : output, optional
+        Reach of each line with trees that break, and the trees. Without it, in a temporary folder that lasts as
+        long as the result.
+    overwrite : optional
+        Replace an output that exists.
+    progress : bool
+        Show on standard error what is done, and what the tool notes and warns of.
+    feedback : Feedback, optional
+        An object of your own that hears all that; see docs/python.md.
+    """
+    return call("break-trees", BreakTreesResult, locals())
+
+
+class SiteBarriersResult(Result):
+    """What `site_barriers` leaves."""
+
+    summary_file = "summary.json"
+
+    pareto = TablePart("pareto.csv")
+    """One row a candidate alone, by what is left; then one a set of barriers that was chosen"""
+    barriers = LayerPart("barriers.gpkg", "barriers")
+    """The run's own barriers and those chosen, with what each does when all stand; as slide-logs takes them"""
+
+
+def site_barriers(
+    *,
+    threads: int | None = None,
+    scheduler: str | list[str] | None = None,
+    workers: int | None = None,
+    plan: bool = False,
+    plan_logs: int = 400,
+    plan_workers: int = 16,
+    resume: bool = False,
+    run: PathInput,
+    lines: LayerInput | None = None,
+    candidates: LayerInput | None = None,
+    above_m: NumbersInput = (10.0, 30.0),
+    length_m: NumbersInput = (20.0, 40.0),
+    height_m: NumbersInput = (2.0, 4.0),
+    places: int = 2,
+    count: int = 1,
+    barrier_classes: Literal["etag-027", "swiss-2001", None] = None,
+    logs: int | None = None,
+    seed: int = 0,
+    output: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
+    progress: bool = False,
+    feedback: Feedback | None = None,
+) -> SiteBarriersResult:
+    """Find where a barrier serves most, and how long and high it must be, by sliding again only the logs that
+    come near.
+
+    Candidates are the lines of a layer (candidates), or straight pieces along contours above the lines that the
+    run watched: of each height above them (above_m) and each length (length_m) the few places that most logs
+    pass on their way to a line (places). Such a piece has both ends on the contour, the length that was asked
+    in plan from end to end, and runs at most 30 degrees off the contours of the ground under it (`angle_deg`).
+    Each candidate is put up alone, with each height_m, and the logs that come near it slide again. Then the
+    best is chosen, and beside it the next, until there are count, or none gains more than chance.
+
+    The folder holds
+
+    - `pareto.csv`: each candidate alone, and each set that was chosen: how many logs still reach a line with
+      it, the   interval of that and of the gain (paired: the same logs), how many it holds and how many jump
+      over or pass beside,   and the 95 % percentile of energy and height of its hits with exact intervals;
+      `pareto` marks those candidates that   no other one beats that is neither longer nor higher; with
+      `barrier_classes` the weakest class of rockfall nets   that holds that energy;
+    - `barriers.gpkg`: the run's own barriers and those chosen, as slide-logs --barriers takes them, with what
+      each does   once all stand; `barriers.png`: a map, and remaining reach against length and height;
+      `summary.json`.
+
+    What is told is exact for the logs of the run: the same, log by log, as a run of its own with those
+    barriers. But the best of many was picked by these very logs and serves others a little less; slide others
+    (another seed) to see how much. Barriers are rigid and infinitely strong here. A person decides where one
+    can be founded and what it costs.
+
+    Parameters
+    ----------
+    threads : >= 1
+        Threads (default: every core).
+    scheduler : optional
+        Where to slide: local, or the address of a Dask scheduler. local starts processes on this machine,
+        tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are the same
+        bytes. Default: threads of this process.
+    workers : >= 1
+        With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
+    plan : optional
+        Only say what the run would take, and end. From a pilot of plan_logs: logs, core-hours, memory, disk
+        and time. Nothing is written.
+    plan_logs : >= 10, default 400
+        Logs of the pilot of plan, at most.
+    plan_workers : 1 <= x <= 1000000, default 16
+        Workers for which plan tells the time as well.
+    resume : optional
+        Go on with an interrupted run.
+    run : required
+        Folder of a run of slide-logs, with lines.
+    lines : line or polygon
+        Other roads, railways or houses than those of the run. Without it, the lines of the run.
+    candidates : line
+        Lines where a barrier could stand. With barrier_id and, optionally, height_m; without that field each
+        has every height_m. Without the layer, straight pieces along contours.
+    above_m : m, > 0, default 10,30
+        Heights of contours above the lines. Above the nearest place.
+    length_m : m, > 0, default 20,40
+        Lengths of pieces along contours.
+    height_m : m, 0 < x < 350, default 2,4
+        Heights of barriers.
+    places : >= 1, default 2
+        Places for each contour and length.
+    count : >= 1, default 1
+        Barriers to choose, at most.
+    barrier_classes : one of etag-027, swiss-2001
+        Classes of barriers, to tell which one holds the energies. etag-027: classes of rockfall protection kits
+        by maximum energy level (MEL) (0: 100 kJ, 1: 250 kJ, 2: 500 kJ, 3: 1000 kJ, 4: 1500 kJ, 5: 2000 kJ, 6:
+        3000 kJ, 7: 4500 kJ, 8: more); swiss-2001: the nine classes of the Swiss type test of rockfall nets (1:
+        100 kJ, 2: 250 kJ, 3: 500 kJ, 4: 750 kJ, 5: 1000 kJ, 6: 1500 kJ, 7: 2000 kJ, 8: 3000 kJ, 9: 5000 kJ,
+        none: more). They are made for rocks; a person decides.
+    logs : >= 1
+        Logs to ask with (default: all of the run). An even draw.
+    seed : >= 0, default 0
+        Seed of the random draws.
+    output : output, optional
+        Folder of table, layer and map. Without it, in a temporary folder that lasts as long as the result.
+    overwrite : optional
+        Replace an output that exists.
+    progress : bool
+        Show on standard error what is done, and what the tool notes and warns of.
+    feedback : Feedback, optional
+        An object of your own that hears all that; see docs/python.md.
+    """
+    return call("site-barriers", SiteBarriersResult, locals())
+
+
+class MapIntensityResult(Result):
+    """What `map_intensity` leaves."""
+
+    summary_file = "classes.json"
+
+    intensity = RasterPart("intensity.tif")
+    """Class of the ENERGY, from 1; 0 where no log passed; classes.json says what each is"""
+    passage = RasterPart("passage.tif")
+    """Class of the share of the logs that pass, from 1; 0 where no log passed; classes.json says what each
+    is"""
+    return_class = RasterPart("return_class.tif")
+    """Class of the return period, from 1; 0 where no log passed; classes.json says what each is"""
+    matrix = RasterPart("matrix.tif")
+    """Class of both, from 1; 0 where no log passed; classes.json says what each is"""
+    return_period = RasterPart("return_period.tif")
+    """Mean time between events that reach the cell; NaN where no log passed"""
+    lines = TablePart("lines.csv")
+    """Each line by the least energy that reaches it; the last seven but one only with a frequency"""
+    process_area = LayerPart("process_area.gpkg", "process_area")
+    """The outline of the ground that at least so many of the logs pass; an indication map"""
+
+
+def map_intensity(
+    *,
+    run: PathInput,
+    energy_classes_kj: NumbersInput = (30.0, 300.0),
+    energy_raster: RasterInput | None = None,
+    least_passage: float = 1.0,
+    probability_classes: NumbersInput = (0.1, 1.0, 10.0),
+    events_per_year: float | None = None,
+    releases: LayerInput | None = None,
+    events_field: str | None = None,
+    logs_per_event: int = 1,
+    return_periods_years: NumbersInput = (30.0, 100.0, 300.0),
+    lines: LayerInput | None = None,
+    output: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
+    progress: bool = False,
+    feedback: Feedback | None = None,
+) -> MapIntensityResult:
+    """Map classes of intensity and probability of a run, with return periods where it is known how often logs
+    start.
+
+    The folder holds, over the ground that any log passed:
+
+    - `intensity.tif`: class of the energy that at least `least_passage` of the logs (1 %) bring to the cell,
+      from stored   trajectories: 1 below 30 kJ, 2 from 30 to 300 kJ, 3 from 300 kJ on; 0 where fewer pass. More
+      logs tell its areas   better, and do not make them larger, as they do those of the largest energy of all
+      logs (`least_passage 0`).   `energy_raster` takes another energy, such as the 95 % quantile of
+      `count-hits`, where so many logs pass;
+    - `passage.tif`: class of the share of the logs that passed: 1 below 0.1 %, then to 1 %, to 10 %, and from
+      10 % on;
+    - `process_area.gpkg`: the outline of the ground that at least so many of the logs pass, an indication map;
+    - `matrix.tif`: both, where there is a class of intensity: 10 times that class, and the other; with a
+      frequency the   other is the return period's;
+    - with a frequency `return_period.tif` (years, and the ends of its 95 % interval) and `return_class.tif`: 1
+      up to 30   years, 2 to 100, 3 to 300, 4 beyond;
+    - `lines.csv`: for each line, how many logs reach it with at least 0, 30, 300 kJ, their share and the return
+      period of   it, each with its interval;
+    - `classes.json`: what every class means, and how much ground it has.
+
+    The frequency is that of events in each release area: `events_per_year`, or a column of the releases that
+    has the same number in all rows of an area (`events_field`). An event lets `logs_per_event` of the run's
+    logs go. Where areas differ in frequency the hits of each are counted from stored trajectories.
+
+    The classes of 30 and 300 kJ and of 30, 100 and 300 years are those of the Swiss federal recommendations for
+    falls of rock (BRP, BWW and BUWAL 1997; BAFU 2016). They were made for rock: whether they suit wood, and
+    which hazard a field of the matrix is, a person decides. A cell is classed by its estimate; `classes.json`
+    has the ground of each class of energy and those above it with its 95 % interval. Where no log passed a cell
+    is empty, which is no promise: `classes.json` says how probable a passage may be there yet, and how short
+    the return period.
+
+    Parameters
+    ----------
+    run : required
+        Folder of a run of slide-logs.
+    energy_classes_kj : kJ, > 0, default 30,300
+        Bounds of the classes of energy.
+    energy_raster : optional
+        Other energies to be classed [kJ]. Band 1; such as count-hits --energy FILE --quantiles 95.
+    least_passage : %, 0 <= x <= 100, default 1
+        Least share of the logs that bring the energy of a class. 0: the largest energy of all logs, which grows
+        with their number.
+    probability_classes : %, 0 < x < 100, default 0.1,1,10
+        Bounds of the classes of passage. Of the logs.
+    events_per_year : > 0
+        Events a year in each release area.
+    releases : point or polygon
+        Releases or release areas with a column of events a year. With release_id; without it, the run's own
+        releases.
+    events_field : optional
+        Column of events a year. Default, with releases: events_per_year.
+    logs_per_event : 1 <= x <= 1000000, default 1
+        Logs that start in one event.
+    return_periods_years : years, > 0, default 30,100,300
+        Bounds of the classes of return period.
+    lines : line or polygon
+        Other lines or houses than those of the run. Their reach is found from stored trajectories.
+    output : output, optional
+        Folder of the maps. Without it, in a temporary folder that lasts as long as the result.
+    overwrite : optional
+        Replace an output that exists.
+    progress : bool
+        Show on standard error what is done, and what the tool notes and warns of.
+    feedback : Feedback, optional
+        An object of your own that hears all that; see docs/python.md.
+    """
+    return call("map-intensity", MapIntensityResult, locals())
+
+
+class MapOriginsResult(Result):
+    """What `map_origins` leaves."""
+
+    summary_file = "origins.json"
+
+    origins = RasterPart("origins.tif")
+    """From where the lines are reached: by the cells in which logs were released"""
+    sources = LayerPart("origins.gpkg", "sources")
+    """One row a line and least share: the cells from which at least so many of the logs reach it"""
+    affected = LayerPart("origins.gpkg", "affected")
+    """One row a release area and least share: the cells that at least so many of its logs pass"""
+
+
+def map_origins(
+    *,
+    run: PathInput,
+    lines: LayerInput | None = None,
+    cell_m: float | None = None,
+    least: int = 10,
+    source_shares: NumbersInput = (1.0, 10.0, 50.0),
+    affected_shares: NumbersInput = (1.0, 10.0),
+    output: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
+    progress: bool = False,
+    feedback: Feedback | None = None,
+) -> MapOriginsResult:
+    """Map from where a road is reached: the share of logs that reach it, by the place where they were released.
+
+    The folder holds
+
+    - `origins.tif`: for any line and for each line four bands, of the logs released in a cell: the share that
+      reaches the   line, both ends of its 95 % Wilson interval, how many reach it; the last band is how many
+      were released. Where fewer   than least logs were released the share is not told and the cell is
+      transparent. Cells are as small as leaves nine   of ten logs told, or as cell_m says;
+    - `origins.gpkg`, layer `sources`: for each line the ground from which at least so many of the logs reach it
+      (source_shares), with their share and its interval; layer `affected`: for each release area the ground
+      that at least   so many of its logs pass (affected_shares), from stored trajectories (one release area
+      needs none);
+    - `origins.png`: a map of the shares and of both ends of their intervals; `origins.json`: all in numbers.
+
+    A grid of releases over all ground on which logs could start, as dense as it is susceptible:
+
+    The shares are those of logs that have started. How likely a log starts, assess-mobilisation judges; a share
+    times that is not calculated here. A place where no log was released is empty, which says nothing of it.
+
+    Parameters
+    ----------
+    run : required
+        Folder of a run of slide-logs.
+    lines : line or polygon
+        Other lines or houses than those of the run. Their reach is found from stored trajectories.
+    cell_m : m, > 0
+        Cell size of the raster. Default: the smallest of 1, 2, 3, 5, 10, ... m that leaves nine of ten logs
+        told.
+    least : >= 1, default 10
+        Logs released in a cell for its share to be told.
+    source_shares : %, 0 < x <= 100, default 1,10,50
+        Least shares of the polygons of sources. Of the logs.
+    affected_shares : %, 0 < x <= 100, default 1,10
+        Least shares of the polygons of affected ground. Of a release area's logs.
+    output : output, optional
+        Folder of the maps. Without it, in a temporary folder that lasts as long as the result.
+    overwrite : optional
+        Replace an output that exists.
+    progress : bool
+        Show on standard error what is done, and what the tool notes and warns of.
+    feedback : Feedback, optional
+        An object of your own that hears all that; see docs/python.md.
+    """
+    return call("map-origins", MapOriginsResult, locals())
+
+
+class LateralSpreadResult(Result):
+    """What `lateral_spread` leaves."""
+
+    spread = LayerPart("--output", "spread")
+    """Each release: the sector that holds its deposits"""
+    azimuths = LayerPart("--output", "azimuths")
+    """Each deposit as seen from the centre of its release"""
+
+
+def lateral_spread(
+    *,
+    deposits: LayerInput,
+    min_runout_m: float | None = None,
+    dem: TerrainInput | None = None,
+    edge_m: float = 20.0,
+    seed: int = 0,
+    output: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
+    progress: bool = False,
+    feedback: Feedback | None = None,
+) -> LateralSpreadResult:
+    """Measure how wide the deposits of each release fan out: their azimuths, and the smallest angle that holds
+    them all.
+
+    The angle is seen from the centre of the release area (paper, equation 11), and counts across north: 350 and
+    10 degrees span 20. Deposits nearer than the least run-out are left out, because the azimuth of a log that
+    hardly moved means nothing. The smallest angle grows with the number of logs, since one stray log decides
+    it: `spread_half_deg`, its mean over random halves of the logs, shows by how much, and no interval can be
+    given for it. To compare runs of different size, take the range from the 5 % to the 95 % quantile beside it,
+    which has a 95 % interval by bootstrap over the logs.
+
+    Logs that left the terrain model, or ended near its edge, would have gone on otherwise on a larger one: the
+    tool warns of them. A layer of deposits that is no run's needs dem for that.
+
+    Parameters
+    ----------
+    deposits : point, required
+        Deposits of slide-logs, or the folder of its run.
+    min_runout_m : m, >= 0
+        Deposits nearer than this do not count. Default: one log length, from the field length_m.
+    dem : optional
+        Terrain model, for the distance to its edges. Default: the run's, where it still lies. A raster, a
+        folder of tiles, or tiles with commas between.
+    edge_m : m, >= 0, default 20
+        Distance from the terrain model's edges within which deposits are warned of. Edges are its border and
+        its nodata; more than half a log's length is wise.
+    seed : >= 0, default 0
+        Seed of the random draws.
+    output : output, optional
+        Spread of each release, and the azimuth of each deposit. Without it, in a temporary folder that lasts as
+        long as the result.
+    overwrite : optional
+        Replace an output that exists.
+    progress : bool
+        Show on standard error what is done, and what the tool notes and warns of.
+    feedback : Feedback, optional
+        An object of your own that hears all that; see docs/python.md.
+    """
+    return call("lateral-spread", LateralSpreadResult, locals())
+
+
+class FitFlightResult(Result):
+    """What `fit_flight` leaves."""
+
+    flights = LayerPart("--output", "flights")
+    """The path of the centre of mass between take-off and landing; a straight line where no parabola joins
+    them"""
+    clearances = LayerPart("--output", "clearances")
+    """Where a flight crosses a barrier: a point on its top"""
+
+
+def fit_flight(
+    *,
+    dem: TerrainInput,
+    flights: LayerInput,
+    barriers: LayerInput | None = None,
+    dbh_cm: float = 75.0,
+    length_m: float = 30.0,
+    takeoff_deg: float | None = None,
+    slope_over_m: float = 5.0,
+    tolerance_m: float = 0.3,
+    crs: str | int | None = None,
+    overwrite: bool = False,
+    output: str | os.PathLike[str] | None = None,
+    plots: str | os.PathLike[str] | bool | None = None,
+    progress: bool = False,
+    feedback: Feedback | None = None,
+) -> FitFlightResult:
+    """Fit the flight of a log between mapped take-off and landing points: did it jump, how fast, and over which
+    barrier?
+
+    The two points on the terrain and the take-off angle define one parabola (paper, section 5.2). The angle is
+    that of the terrain before the take-off, in the direction of the flight, because a sliding log leaves the
+    ground along it; or it is given. Gives the layer ``flights``: the path of the centre of mass with take-off
+    speed, duration, apex, landing speed and angle, the largest height above the terrain, and a ``verdict``.
+    With barriers the layer ``clearances`` as well: how far the underside of the log, its axis parallel to the
+    velocity, passes above the top of each barrier that the flight crosses. ``plots`` draws a profile of each
+    flight.
+
+    Verdicts: ``above_launch_line`` (the landing is not below the line along which the log takes off: no speed
+    brings it there), ``cuts_terrain`` (the ground between stands into the flight by more than ``tolerance_m``),
+    ``hits_barrier``, or ``possible``. A flight is a line from take-off to landing, or two points that share a
+    ``flight_id`` and have the ``role`` takeoff and landing (two points alone need neither). The centre of mass
+    is half a DBH above the ground at both ends. Columns ``takeoff_deg``, ``dbh_cm`` and ``length_m`` go before
+    the options.
+
+    The speed hangs on the angle: try a few degrees up and down. The paper's log flew at 24 m/s over a barrier
+    of 3.5 m; this one, from the cliff band of the sample, at about the same:
+
+    It knows no air and no spin. As in the paper the centre of mass comes down at the landing point, although
+    the front of a steeply falling log touches before; and where ``free`` in ``clearances`` is 0, one end is
+    still, or already, on the ground while the log passes.
+
+    Parameters
+    ----------
+    dem : required
+        Terrain (DEM). A raster, a folder of tiles, or tiles with commas between.
+    flights : line or point, required
+        Lines from take-off to landing, or points of both.
+    barriers : line
+        Barriers.
+    dbh_cm : cm, > 0, default 75
+        DBH of logs whose layer names none.
+    length_m : m, > 0, default 30
+        Length, likewise.
+    takeoff_deg : °, -85 <= x <= 85
+        Take-off angle, likewise, upward positive. Without it: the slope of the terrain in the direction of the
+        flight.
+    slope_over_m : m, > 0, default 5
+        Distance before the take-off over which that slope is taken.
+    tolerance_m : m, >= 0, default 0.3
+        Depth to which the terrain may stand into a flight.
+    crs : optional
+        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
+        no CRS.
+    overwrite : optional
+        Replace an output that exists.
+    output : output, optional
+        Flights and clearances (.gpkg). Without it, in a temporary folder that lasts as long as the result.
+    plots : output, optional
+        Folder of the profiles. True: beside the main output.
+    progress : bool
+        Show on standard error what is done, and what the tool notes and warns of.
+    feedback : Feedback, optional
+        An object of your own that hears all that; see docs/python.md.
+    """
+    return call("fit-flight", FitFlightResult, locals())
+
+
+class CompareScenariosResult(Result):
+    """What `compare_scenarios` leaves."""
+
+    summary_file = "comparison.json"
+
+    table = TablePart("table.csv")
+    """The same for a spreadsheet: shares in percent, rounded as far as the intervals allow"""
+    comparison = TablePart("comparison.csv")
+    """Every quantity of every scenario with its 95 % interval, and its difference to the first"""
+    moved = LayerPart("changes.gpkg", "moved")
+    """From where to where each log's deposit moved, between the first scenario and another"""
+    changed = LayerPart("changes.gpkg", "changed")
+    """Logs that reach a line in one of two scenarios only, where they were released"""
+
+
+def compare_scenarios(
+    *,
+    runs: PathsInput,
+    names: str | list[str] | None = None,
+    baseline: str | list[str] | None = None,
+    lines: LayerInput | None = None,
+    min_runout_m: float | None = None,
+    seed: int = 0,
+    output: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
+    progress: bool = False,
+    feedback: Feedback | None = None,
+) -> CompareScenariosResult:
+    """Compare runs of the same logs: with the forest and without, as mapped and random, with barriers or a dam.
+
+    Every scenario is compared with the baseline, log by log: each log is its own control, so a few hundred logs
+    show what independent runs would need thousands for. The folder holds
+
+    - `table.csv`: for a spreadsheet, a row a quantity and scenario: reach, how logs ended, lateral spread,
+      speed, run-out,   each with its 95 % interval and its difference to the baseline, rounded as far as these
+      allow;
+    - `comparison.csv`: the same in full precision; shares also with the number of logs that changed either way,
+      the p-value   of McNemar's exact test, and their bounds where logs left the terrain model before
+      (`..._if_lost`);
+    - `difference_NAME.tif`: how much likelier each cell is passed, and that in standard errors;
+    - `changes.gpkg`: the logs that reach a line in one of two scenarios only (`changed`, at their releases),
+      and from   where to where each deposit moved (`moved`);
+    - `comparison.png`: reach, run-outs and the maps side by side;
+    - `comparison.json`: all of it, and in which parameters the runs differ.
+
+    Of each line it has the indices that practice gives a protection forest (after Dupire et al. 2016), against
+    the baseline, with a bootstrap interval that draws the same logs in both: `bari` = 1 - N / N0, of the logs
+    that reach it; `miri` = 1 - E95 / E95_0, of the 95 % quantile of their energies there; `orpi` = 1 - S / S0,
+    of the sum of these. 1 is full protection, 0 none. Energies need stored trajectories (`--trajectories all`);
+    docs/indices.md has the small print.
+
+    Runs of other releases are refused. The intervals are over the logs: one random forest is one draw of many,
+    and how much another would differ, only other runs can tell.
+
+    Parameters
+    ----------
+    runs : required
+        Folders of the runs, with commas. Each a folder of slide-logs, of the same releases:
+        run_none,run_forest,run_barriers.
+    names : optional
+        Names of the scenarios, with commas. Default: the names of the folders.
+    baseline : optional
+        Name of the run that the others are compared with. Default: the run with the fewest obstacles (trees,
+        barriers, lying logs, boulders), of equals the first.
+    lines : line or polygon
+        Other lines or houses than those of the runs. Their reach is found from stored trajectories, of the logs
+        that have one in every run.
+    min_runout_m : m, >= 0
+        Deposits nearer than this do not count for the spread. Default: one log length.
+    seed : >= 0, default 0
+        Seed of the random draws.
+    output : output, optional
+        Folder of the comparison. Without it, in a temporary folder that lasts as long as the result.
+    overwrite : optional
+        Replace an output that exists.
+    progress : bool
+        Show on standard error what is done, and what the tool notes and warns of.
+    feedback : Feedback, optional
+        An object of your own that hears all that; see docs/python.md.
+    """
+    return call("compare-scenarios", CompareScenariosResult, locals())
+
+
+class CalibrateFrictionResult(Result):
+    """What `calibrate_friction` leaves."""
+
+    summary_file = "calibration.json"
+
+    calibration = TablePart("calibration.csv")
+    """One row a coefficient of friction"""
+    deposits = LayerPart("calibration.gpkg", "deposits")
+    """The simulated deposits of every coefficient of friction"""
+    no_deposit = LayerPart("calibration.gpkg", "no_deposit")
+    """The last places of logs that have no deposit: they left the terrain model, failed, or still moved"""
+    observed = LayerPart("calibration.gpkg", "observed")
+    """The event's deposits, as they were given"""
+
+
+def calibrate_friction(
+    *,
+    dem: TerrainInput,
+    releases: LayerInput,
+    trees: LayerInput | None = None,
+    barriers: LayerInput | None = None,
+    lying_logs: LayerInput | None = None,
+    blocks: LayerInput | None = None,
+    lines: LayerInput | None = None,
+    friction: NumbersInput = (0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5),
+    friction_column: str | list[str] | None = None,
+    friction_elsewhere: float | None = None,
+    restitution: float = 0.0,
+    rolling_friction: float = 0.1,
+    tree_friction: float | None = None,
+    tree_restitution: float | None = None,
+    barrier_friction: float | None = None,
+    barrier_restitution: float | None = None,
+    shape: PathsInput = "cone",
+    time_limit_s: float = 300.0,
+    rest_speed_ms: float = 0.1,
+    dbh_cm: float = 75.0,
+    length_m: float = 30.0,
+    density_kg_m3: float = 300.0,
+    orientation: Literal["upright", "lying", "tilted"] = "upright",
+    tilt_deg: float = 0.0,
+    azimuth_deg: float = 0.0,
+    speed_ms: float = 0.0,
+    drop_m: float = 0.0,
+    lying_diameter_cm: float = 40.0,
+    min_runout_m: float | None = None,
+    seed: int = 0,
+    crs: str | int | None = None,
+    threads: int | None = None,
+    scheduler: str | list[str] | None = None,
+    workers: int | None = None,
+    plan: bool = False,
+    plan_logs: int = 400,
+    plan_workers: int = 16,
+    resume: bool = False,
+    observed: LayerInput | None = None,
+    error_m: float = 10.0,
+    search_complete: bool = False,
+    reached: LayerInput | None = None,
+    not_reached: LayerInput | None = None,
+    event_logs: int = 1,
+    event_reached: int | None = None,
+    logs: int = 1000,
+    fidelity: Literal["draft", "standard", "fine", "reference"] = "standard",
+    output: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
+    progress: bool = False,
+    feedback: Feedback | None = None,
+) -> CalibrateFrictionResult:
+    """Find the friction coefficients that reproduce an observed event: where logs came to rest, or what they
+    reached.
+
+    The released logs, the same for all, are slid with one coefficient after the other. Each is scored by the
+    likelihood of what was observed, and the range of those that reproduce it holds the true one in 95 % of
+    events, if all else is right (the scores are defined in `calibration/score.py`). Observed is one of
+
+    - observed: deposits, as points (with error_m, the error of the place and of what the model cannot know) or
+      as   areas in which logs came to rest (the width of a road). A field release_id says which release each
+      came from. They   count as found here, of however many logs: each is compared with the simulated logs that
+      came to rest on the terrain   model, and how many leave it says nothing. If all logs of the event were
+      found, search_complete says so, and a   coefficient with which logs leave must explain why none did;
+    - reached and not_reached: lines or areas that event_logs of the event's logs reached, or did not. Both
+      together   are a stop line: with too little friction logs go beyond, with too much they do not come so
+      far.
+
+    The folder holds `calibration.csv` (a row a coefficient), `calibration.json`, `calibration.png`, and
+    `calibration.gpkg` with the simulated deposits of every coefficient (`no_deposit`: the last places of logs
+    that have none) and the observed ones.
+
+    The paper found 0.2 to 0.3 on 0.5 m cells. A coefficient holds for the cells that it was found on: a coarser
+    terrain model has lost roughness, which friction must make up for. It also makes up for whatever else is
+    wrong here: the releases, the trees, the shape of the logs. Few observed logs leave wide ranges.
+
+    Parameters
+    ----------
+    dem : required
+        Terrain model. A raster, a folder of tiles, or tiles with commas between.
+    releases : point, required
+        Released logs.
+    trees : point
+        Standing trees.
+    barriers : line
+        Barriers.
+    lying_logs : line
+        Lying logs that hold others back. Lines from base to tip with a field 'diameter_cm' (or 'dbh_cm') and,
+        optionally, 'tip_diameter_cm'. They are rigid, rest on the terrain and do not move.
+    blocks : point
+        Boulders that hold logs back. Points with a field 'diameter_m' (or 'radius_m') and, optionally,
+        'height_m', that of the top above the terrain. They are rigid spheres, do not move, and have the
+        ground's friction and restitution.
+    lines : line or polygon
+        Roads, railways, houses to be reached.
+    friction : >= 0, default 0.1,0.15,0.2,0.25,0.3,0.35,0.4,0.45,0.5
+        Friction coefficients to try. Single ones with commas, or from:to:step, such as 0.1:0.5:0.05.
+    friction_column : optional
+        Column of the friction polygons. Default: 'friction', else 'mu'.
+    friction_elsewhere : >= 0
+        Friction where the raster or the polygons have none. Without it, a layer that does not cover the DEM is
+        refused.
+    restitution : 0 <= x <= 1, default 0
+        Normal restitution of impacts.
+    rolling_friction : 0 <= x <= 0.5, default 0.1
+        Coefficient of rolling friction of the ground. The moment against rolling is at most this times the push
+        of the ground times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
+        0.13; 0 is rigid ground. No value measured for logs is known.
+    tree_friction : >= 0
+        Friction of stems and lying logs. Default: the ground's there.
+    tree_restitution : 0 <= x <= 1
+        Restitution of stems and lying logs. Default: that of the ground.
+    barrier_friction : >= 0
+        Friction of barriers. Default: the ground's there.
+    barrier_restitution : 0 <= x <= 1
+        Restitution of barriers. Default: that of the ground.
+    shape : default cone
+        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) lets the
+        convex hull of its points slide instead of logs: rocks, or logs as rings of vertices. dbh_cm and
+        length_m of the releases then do not count, the density does; its z axis takes the place of a log's
+        axis.
+    time_limit_s : s, 0 < x <= 86400, default 300
+        Longest run of a log.
+    rest_speed_ms : m/s, > 0, default 0.1
+        Speed below which a log may be at rest.
+    dbh_cm : cm, 0 < x <= 1500, default 75
+        DBH of logs whose layer names none.
+    length_m : m, 0 < x <= 150, default 30
+        Length, likewise.
+    density_kg_m3 : kg/m³, 0 < x <= 25000, default 300
+        Density, likewise.
+    orientation : one of upright, lying, tilted, default upright
+        Orientation, likewise.
+    tilt_deg : °, 0 <= x <= 180, default 0
+        Tilt from the vertical, likewise.
+    azimuth_deg : °, default 0
+        Azimuth of tip and speed, likewise.
+    speed_ms : m/s, 0 <= x <= 300, default 0
+        Initial speed, likewise.
+    drop_m : m, 0 <= x <= 1000, default 0
+        Clearance at the start, likewise.
+    lying_diameter_cm : cm, 0 < x <= 1500, default 40
+        Base diameter of lying logs whose layer names none.
+    min_runout_m : m, >= 0
+        Deposits nearer than this do not count for the spread. Default: one log length.
+    seed : >= 0, default 0
+        Seed of the random draws.
+    crs : optional
+        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
+        no CRS.
+    threads : >= 1
+        Threads (default: every core).
+    scheduler : optional
+        Where to slide: local, or the address of a Dask scheduler. local starts processes on this machine,
+        tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are the same
+        bytes. Default: threads of this process.
+    workers : >= 1
+        With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
+    plan : optional
+        Only say what the run would take, and end. From a pilot of plan_logs: logs, core-hours, memory, disk
+        and time. Nothing is written.
+    plan_logs : >= 10, default 400
+        Logs of the pilot of plan, at most.
+    plan_workers : 1 <= x <= 1000000, default 16
+        Workers for which plan tells the time as well.
+    resume : optional
+        Go on with an interrupted run.
+    observed : point or polygon
+        Observed deposits: points, or areas in which logs came to rest. The middles of the logs; a field
+        release_id says from which release each came.
+    error_m : m, > 0, default 10
+        Error of observed points, and of what the model cannot know. Standard deviation in each direction.
+    search_complete : optional
+        All logs of the event were found. With observed: none came to rest elsewhere. Else logs that leave the
+        terrain model speak neither for a coefficient nor against it.
+    reached : line or polygon
+        Line or area that the event reached.
+    not_reached : line or polygon
+        Line or area that it did not reach.
+    event_logs : 1 <= x <= 1000, default 1
+        Logs of the event, for the two above.
+    event_reached : 0 <= x <= 1000
+        Of these, the logs that did so. Default: all.
+    logs : >= 2, default 1000
+        Logs to slide with each coefficient. An even draw by seed and log_id; all if the layer has fewer.
+    fidelity : one of draft, standard, fine, reference, default standard
+        Speed against accuracy.
+    output : output, optional
+        Folder of the calibration. Without it, in a temporary folder that lasts as long as the result.
+    overwrite : optional
+        Replace an output that exists.
+    progress : bool
+        Show on standard error what is done, and what the tool notes and warns of.
+    feedback : Feedback, optional
+        An object of your own that hears all that; see docs/python.md.
+    """
+    return call("calibrate-friction", CalibrateFrictionResult, locals())
+
+
+class CompareFidelityResult(Result):
+    """What `compare_fidelity` leaves."""
+
+    summary_file = "comparison.json"
+
+    comparison = TablePart("comparison.csv")
+    """Every quantity at every fidelity, and its difference to the finest"""
+
+
+def compare_fidelity(
+    *,
+    dem: TerrainInput,
+    releases: LayerInput,
+    trees: LayerInput | None = None,
+    barriers: LayerInput | None = None,
+    lying_logs: LayerInput | None = None,
+    blocks: LayerInput | None = None,
+    lines: LayerInput | None = None,
+    friction: float | RasterInput | LayerInput | None = None,
+    friction_column: str | list[str] | None = None,
+    friction_elsewhere: float | None = None,
+    restitution: float = 0.0,
+    rolling_friction: float = 0.1,
+    tree_friction: float | None = None,
+    tree_restitution: float | None = None,
+    barrier_friction: float | None = None,
+    barrier_restitution: float | None = None,
+    shape: PathsInput = "cone",
+    time_limit_s: float = 300.0,
+    rest_speed_ms: float = 0.1,
+    dbh_cm: float = 75.0,
+    length_m: float = 30.0,
+    density_kg_m3: float = 300.0,
+    orientation: Literal["upright", "lying", "tilted"] = "upright",
+    tilt_deg: float = 0.0,
+    azimuth_deg: float = 0.0,
+    speed_ms: float = 0.0,
+    drop_m: float = 0.0,
+    lying_diameter_cm: float = 40.0,
+    min_runout_m: float | None = None,
+    seed: int = 0,
+    crs: str | int | None = None,
+    friction_preset: Literal["wet-debarked", "wet-bark", "chute-dry", "chute-watered", "chute-iced", None] = None,
+    threads: int | None = None,
+    scheduler: str | list[str] | None = None,
+    workers: int | None = None,
+    plan: bool = False,
+    plan_logs: int = 400,
+    plan_workers: int = 16,
+    resume: bool = False,
+    fidelities: str | list[str] = "draft,standard,fine,reference",
+    logs: int = 2000,
+    planned_logs: int | None = None,
+    output: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
+    progress: bool = False,
+    feedback: Feedback | None = None,
+) -> CompareFidelityResult:
+    """Measure on your own scene what each fidelity costs and how far it errs, and which is the cheapest that
+    will do.
+
+    The same logs slide at every fidelity. What they come to is compared with the finest: the reach of every
+    line, the spread and the distance of the deposits, the hit raster, top speeds and jumps, each beside the CPU
+    time a log takes and beside what the calculation says of itself (penetration, energy, unconverged steps).
+    Differences come with intervals over the logs, so that an error is told from chance.
+
+    Recommended is the cheapest fidelity whose error is shown to stay below the sampling noise of a run of your
+    number of logs: |difference of reach| + half-width of its paired interval <= half-width of the 95 % interval
+    that such a run would have, for every line. Without lines, the deposit distance and the hit raster are
+    judged by the distance of two halves of the logs. When too few logs were compared to show it, the tool says
+    so, and about how many could: among trees up to twice the number of the run.
+
+    It knows no fidelity finer than the finest compared, and no error of the inputs: friction and terrain model
+    weigh more.
+
+    Parameters
+    ----------
+    dem : required
+        Terrain model. A raster, a folder of tiles, or tiles with commas between.
+    releases : point, required
+        Released logs.
+    trees : point
+        Standing trees.
+    barriers : line
+        Barriers.
+    lying_logs : line
+        Lying logs that hold others back. Lines from base to tip with a field 'diameter_cm' (or 'dbh_cm') and,
+        optionally, 'tip_diameter_cm'. They are rigid, rest on the terrain and do not move.
+    blocks : point
+        Boulders that hold logs back. Points with a field 'diameter_m' (or 'radius_m') and, optionally,
+        'height_m', that of the top above the terrain. They are rigid spheres, do not move, and have the
+        ground's friction and restitution.
+    lines : line or polygon
+        Roads, railways, houses to be reached.
+    friction : >= 0
+        Friction coefficient. A number, a raster, or polygons with a field 'friction' or 'mu'. Needed, unless
+        friction_preset names one.
+    friction_column : optional
+        Column of the friction polygons. Default: 'friction', else 'mu'.
+    friction_elsewhere : >= 0
+        Friction where the raster or the polygons have none. Without it, a layer that does not cover the DEM is
+        refused.
+    restitution : 0 <= x <= 1, default 0
+        Normal restitution of impacts.
+    rolling_friction : 0 <= x <= 0.5, default 0.1
+        Coefficient of rolling friction of the ground. The moment against rolling is at most this times the push
+        of the ground times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
+        0.13; 0 is rigid ground. No value measured for logs is known.
+    tree_friction : >= 0
+        Friction of stems and lying logs. Default: the ground's there.
+    tree_restitution : 0 <= x <= 1
+        Restitution of stems and lying logs. Default: that of the ground.
+    barrier_friction : >= 0
+        Friction of barriers. Default: the ground's there.
+    barrier_restitution : 0 <= x <= 1
+        Restitution of barriers. Default: that of the ground.
+    shape : default cone
+        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) lets the
+        convex hull of its points slide instead of logs: rocks, or logs as rings of vertices. dbh_cm and
+        length_m of the releases then do not count, the density does; its z axis takes the place of a log's
+        axis.
+    time_limit_s : s, 0 < x <= 86400, default 300
+        Longest run of a log.
+    rest_speed_ms : m/s, > 0, default 0.1
+        Speed below which a log may be at rest.
+    dbh_cm : cm, 0 < x <= 1500, default 75
+        DBH of logs whose layer names none.
+    length_m : m, 0 < x <= 150, default 30
+        Length, likewise.
+    density_kg_m3 : kg/m³, 0 < x <= 25000, default 300
+        Density, likewise.
+    orientation : one of upright, lying, tilted, default upright
+        Orientation, likewise.
+    tilt_deg : °, 0 <= x <= 180, default 0
+        Tilt from the vertical, likewise.
+    azimuth_deg : °, default 0
+        Azimuth of tip and speed, likewise.
+    speed_ms : m/s, 0 <= x <= 300, default 0
+        Initial speed, likewise.
+    drop_m : m, 0 <= x <= 1000, default 0
+        Clearance at the start, likewise.
+    lying_diameter_cm : cm, 0 < x <= 1500, default 40
+        Base diameter of lying logs whose layer names none.
+    min_runout_m : m, >= 0
+        Deposits nearer than this do not count for the spread. Default: one log length.
+    seed : >= 0, default 0
+        Seed of the random draws.
+    crs : optional
+        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
+        no CRS.
+    friction_preset : one of wet-debarked, wet-bark, chute-dry, chute-watered, chute-iced
+        Friction coefficient by name. wet-debarked: a wet log without bark and branches on wet ground, 0.2 to
+        0.3 (friction 0.25); wet-bark: a wet log with its bark on wet ground, 0.25 to 0.38 (friction 0.31);
+        chute-dry: a log in a dry timber chute, about 0.15 (friction 0.15); chute-watered: a log in a watered
+        timber chute, 0.03 to 0.08 (friction 0.055); chute-iced: a log in an iced timber chute, 0.03 to 0.12
+        (friction 0.075).
+    threads : >= 1
+        Threads (default: every core).
+    scheduler : optional
+        Where to slide: local, or the address of a Dask scheduler. local starts processes on this machine,
+        tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are the same
+        bytes. Default: threads of this process.
+    workers : >= 1
+        With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
+    plan : optional
+        Only say what the run would take, and end. From a pilot of plan_logs: logs, core-hours, memory, disk
+        and time. Nothing is written.
+    plan_logs : >= 10, default 400
+        Logs of the pilot of plan, at most.
+    plan_workers : 1 <= x <= 1000000, default 16
+        Workers for which plan tells the time as well.
+    resume : optional
+        Go on with an interrupted run.
+    fidelities : default draft,standard,fine,reference
+        Fidelities to compare. At least two, with commas; the finest of them judges.
+    logs : >= 1, default 2000
+        Logs to compare. An even draw by seed and log_id; all if the layer has fewer.
+    planned_logs : >= 1
+        Logs of the run to be decided on. Default: all of the layer.
+    output : output, optional
+        Folder of the comparison. Without it, in a temporary folder that lasts as long as the result.
+    overwrite : optional
+        Replace an output that exists.
+    progress : bool
+        Show on standard error what is done, and what the tool notes and warns of.
+    feedback : Feedback, optional
+        An object of your own that hears all that; see docs/python.md.
+    """
+    return call("compare-fidelity", CompareFidelityResult, locals())
+
+
+class VaryResult(Result):
+    """What `vary` leaves."""
+
+    summary_file = "summary.json"
+
+    runs = TablePart("runs.csv")
+    """One row a run of the same logs: the values of the factors, and what came of it"""
+    tornado = TablePart("tornado.csv")
+    """One row an outcome and factor: what it does alone between the ends of its range"""
+    indices = TablePart("indices.csv")
+    """One row an outcome and factor: its share of the variance over all ranges; with a design only"""
+
+
+def vary(
+    *,
+    dem: TerrainInput,
+    releases: LayerInput,
+    trees: LayerInput | None = None,
+    barriers: LayerInput | None = None,
+    lying_logs: LayerInput | None = None,
+    blocks: LayerInput | None = None,
+    lines: LayerInput | None = None,
+    friction: float | RasterInput | LayerInput | None = None,
+    friction_column: str | list[str] | None = None,
+    friction_elsewhere: float | None = None,
+    restitution: float = 0.0,
+    rolling_friction: float = 0.1,
+    tree_friction: float | None = None,
+    tree_restitution: float | None = None,
+    barrier_friction: float | None = None,
+    barrier_restitution: float | None = None,
+    shape: PathsInput = "cone",
+    time_limit_s: float = 300.0,
+    rest_speed_ms: float = 0.1,
+    dbh_cm: float = 75.0,
+    length_m: float = 30.0,
+    density_kg_m3: float = 300.0,
+    orientation: Literal["upright", "lying", "tilted"] = "upright",
+    tilt_deg: float = 0.0,
+    azimuth_deg: float = 0.0,
+    speed_ms: float = 0.0,
+    drop_m: float = 0.0,
+    lying_diameter_cm: float = 40.0,
+    min_runout_m: float | None = None,
+    seed: int = 0,
+    crs: str | int | None = None,
+    friction_preset: Literal["wet-debarked", "wet-bark", "chute-dry", "chute-watered", "chute-iced", None] = None,
+    threads: int | None = None,
+    scheduler: str | list[str] | None = None,
+    workers: int | None = None,
+    plan: bool = False,
+    plan_logs: int = 400,
+    plan_workers: int = 16,
+    resume: bool = False,
+    vary: PathsInput = "friction_factor,rolling_friction,log_dbh_factor,log_length_factor",
+    design: Literal["ends", "latin", "sobol"] = "latin",
+    samples: int = 32,
+    logs: int = 300,
+    dem_noise_length_m: float = 5.0,
+    fidelity: Literal["draft", "standard", "fine", "reference"] = "draft",
+    output: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
+    progress: bool = False,
+    feedback: Feedback | None = None,
+) -> VaryResult:
+    """Tell which of the inputs the answer hangs on: friction, the sizes of logs and trees, the terrain model,
+    and others.
+
+    The same logs slide again and again, each time with other values of the factors that vary names. Two things
+    are read from it, for the reach of every line and for the mean run-out:
+
+    - the tornado: every factor alone at both ends of its range, the others as they are. The swing   between the
+      ends has the interval of a paired difference over the logs (Tango's; of run-outs a bootstrap);
+    - the indices, of design latin or sobol: all factors at once, over all of their ranges. The first-order
+      index is the   share of the variance that a factor accounts for alone, the total-effect index the share
+      that it has a part in, alone   or with others (Saltelli et al. 2010, Jansen 1999). What so few logs add to
+      them by chance is taken off; the   intervals are by bootstrap over the design's rows and the logs. The
+      design has (factors + 2) x samples runs.
+
+    In the folder are `tornado.csv`, `tornado.png`, `indices.csv`, `runs.csv` (one row a run) and `summary.json`
+    with the sentence "your answer hangs on ...", or that so many logs do not decide it.
+
+    A range is the user's: a wide one makes its factor strong. The ranges that are offered are suggestions
+    (rolling friction 0.03 to 0.15, for no value is measured for logs). Values in a range count as equally
+    likely and factors as independent. Of what is not varied the tool knows nothing. The error of the terrain
+    model is a random surface, which does not change from log to log: the tornado shows one of them, the design
+    another in every row.
+
+    Parameters
+    ----------
+    dem : required
+        Terrain model. A raster, a folder of tiles, or tiles with commas between.
+    releases : point, required
+        Released logs.
+    trees : point
+        Standing trees.
+    barriers : line
+        Barriers.
+    lying_logs : line
+        Lying logs that hold others back. Lines from base to tip with a field 'diameter_cm' (or 'dbh_cm') and,
+        optionally, 'tip_diameter_cm'. They are rigid, rest on the terrain and do not move.
+    blocks : point
+        Boulders that hold logs back. Points with a field 'diameter_m' (or 'radius_m') and, optionally,
+        'height_m', that of the top above the terrain. They are rigid spheres, do not move, and have the
+        ground's friction and restitution.
+    lines : line or polygon
+        Roads, railways, houses to be reached.
+    friction : >= 0
+        Friction coefficient. A number, a raster, or polygons with a field 'friction' or 'mu'. Needed, unless
+        friction_preset names one.
+    friction_column : optional
+        Column of the friction polygons. Default: 'friction', else 'mu'.
+    friction_elsewhere : >= 0
+        Friction where the raster or the polygons have none. Without it, a layer that does not cover the DEM is
+        refused.
+    restitution : 0 <= x <= 1, default 0
+        Normal restitution of impacts.
+    rolling_friction : 0 <= x <= 0.5, default 0.1
+        Coefficient of rolling friction of the ground. The moment against rolling is at most this times the push
+        of the ground times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
+        0.13; 0 is rigid ground. No value measured for logs is known.
+    tree_friction : >= 0
+        Friction of stems and lying logs. Default: the ground's there.
+    tree_restitution : 0 <= x <= 1
+        Restitution of stems and lying logs. Default: that of the ground.
+    barrier_friction : >= 0
+        Friction of barriers. Default: the ground's there.
+    barrier_restitution : 0 <= x <= 1
+        Restitution of barriers. Default: that of the ground.
+    shape : default cone
+        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) lets the
+        convex hull of its points slide instead of logs: rocks, or logs as rings of vertices. dbh_cm and
+        length_m of the releases then do not count, the density does; its z axis takes the place of a log's
+        axis.
+    time_limit_s : s, 0 < x <= 86400, default 300
+        Longest run of a log.
+    rest_speed_ms : m/s, > 0, default 0.1
+        Speed below which a log may be at rest.
+    dbh_cm : cm, 0 < x <= 1500, default 75
+        DBH of logs whose layer names none.
+    length_m : m, 0 < x <= 150, default 30
+        Length, likewise.
+    density_kg_m3 : kg/m³, 0 < x <= 25000, default 300
+        Density, likewise.
+    orientation : one of upright, lying, tilted, default upright
+        Orientation, likewise.
+    tilt_deg : °, 0 <= x <= 180, default 0
+        Tilt from the vertical, likewise.
+    azimuth_deg : °, default 0
+        Azimuth of tip and speed, likewise.
+    speed_ms : m/s, 0 <= x <= 300, default 0
+        Initial speed, likewise.
+    drop_m : m, 0 <= x <= 1000, default 0
+        Clearance at the start, likewise.
+    lying_diameter_cm : cm, 0 < x <= 1500, default 40
+        Base diameter of lying logs whose layer names none.
+    min_runout_m : m, >= 0
+        Deposits nearer than this do not count for the spread. Default: one log length.
+    seed : >= 0, default 0
+        Seed of the random draws.
+    crs : optional
+        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
+        no CRS.
+    friction_preset : one of wet-debarked, wet-bark, chute-dry, chute-watered, chute-iced
+        Friction coefficient by name. wet-debarked: a wet log without bark and branches on wet ground, 0.2 to
+        0.3 (friction 0.25); wet-bark: a wet log with its bark on wet ground, 0.25 to 0.38 (friction 0.31);
+        chute-dry: a log in a dry timber chute, about 0.15 (friction 0.15); chute-watered: a log in a watered
+        timber chute, 0.03 to 0.08 (friction 0.055); chute-iced: a log in an iced timber chute, 0.03 to 0.12
+        (friction 0.075).
+    threads : >= 1
+        Threads (default: every core).
+    scheduler : optional
+        Where to slide: local, or the address of a Dask scheduler. local starts processes on this machine,
+        tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are the same
+        bytes. Default: threads of this process.
+    workers : >= 1
+        With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
+    plan : optional
+        Only say what the run would take, and end. From a pilot of plan_logs: logs, core-hours, memory, disk
+        and time. Nothing is written.
+    plan_logs : >= 10, default 400
+        Logs of the pilot of plan, at most.
+    plan_workers : 1 <= x <= 1000000, default 16
+        Workers for which plan tells the time as well.
+    resume : optional
+        Go on with an interrupted run.
+    vary : default friction_factor,rolling_friction,log_dbh_factor,log_length_factor
+        Factors and their ranges. NAME=LOW:HIGH with commas, or a JSON or CSV file of them. A name alone takes
+        the range that is offered: friction 0.2:0.3, friction_factor 0.8:1.2, rolling_friction 0.03:0.15,
+        restitution 0:0.2, tree_friction 0.2:0.6, tree_restitution 0:0.2, log_dbh_factor and log_length_factor
+        0.9:1.1, log_density_factor 0.7:1.3, tree_dbh_factor 0.9:1.1, dem_noise_m 0:0.1, fidelity
+        draft:standard, orientation upright:random-lying (the logs' posture at the start; also random). Factors
+        multiply what the layers say.
+    design : one of ends, latin, sobol, default latin
+        How to vary: the ends of each range alone, or also all together. latin: a Latin hypercube; sobol:
+        Sobol's sequence, which needs SciPy. Both bring the indices.
+    samples : 8 <= x <= 65536, default 32
+        Rows of the design. The design has (factors + 2) times as many runs. Of sobol a power of two.
+    logs : >= 2, default 300
+        Logs to slide in each run. An even draw by seed and log_id; all if the layer has fewer.
+    dem_noise_length_m : m, > 0, default 5
+        Distance over which errors of the terrain model are alike. At this distance their correlation is 0.37;
+        at least one cell.
+    fidelity : one of draft, standard, fine, reference, default draft
+        Speed against accuracy. Differences hang less on it than their ends; the factor 'fidelity' tells how
+        much.
+    output : output, optional
+        Folder of the variation. Without it, in a temporary folder that lasts as long as the result.
+    overwrite : optional
+        Replace an output that exists.
+    progress : bool
+        Show on standard error what is done, and what the tool notes and warns of.
+    feedback : Feedback, optional
+        An object of your own that hears all that; see docs/python.md.
+    """
+    return call("vary", VaryResult, locals())
+
+
+class ExploreResult(Result):
+    """What `explore` leaves."""
+
+
+def explore(
+    *,
+    dem: TerrainInput,
+    trees: LayerInput | None = None,
+    barriers: LayerInput | None = None,
+    lying_logs: LayerInput | None = None,
+    blocks: LayerInput | None = None,
+    lines: LayerInput | None = None,
+    friction: float | RasterInput | LayerInput | None = None,
+    friction_column: str | list[str] | None = None,
+    friction_elsewhere: float | None = None,
+    restitution: float = 0.0,
+    rolling_friction: float = 0.1,
+    tree_friction: float | None = None,
+    tree_restitution: float | None = None,
+    barrier_friction: float | None = None,
+    barrier_restitution: float | None = None,
+    shape: PathsInput = "cone",
+    time_limit_s: float = 300.0,
+    rest_speed_ms: float = 0.1,
+    dbh_cm: float = 75.0,
+    length_m: float = 30.0,
+    density_kg_m3: float = 300.0,
+    orientation: Literal["upright", "lying", "tilted"] = "upright",
+    tilt_deg: float = 0.0,
+    azimuth_deg: float = 0.0,
+    speed_ms: float = 0.0,
+    drop_m: float = 0.0,
+    lying_diameter_cm: float = 40.0,
+    min_runout_m: float | None = None,
+    seed: int = 0,
+    crs: str | int | None = None,
+    friction_preset: Literal["wet-debarked", "wet-bark", "chute-dry", "chute-watered", "chute-iced", None] = None,
+    fidelity: Literal["draft", "standard", "fine", "reference"] = "draft",
+    threads: int | None = None,
+    port: int = 0,
+    no_browser: bool = False,
+    stdio: bool = False,
+    output: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
+    progress: bool = False,
+    feedback: Feedback | None = None,
+) -> ExploreResult:
+    """Ask a slope: click, and the logs slide; fell a tree, draw a barrier, and see what that changes, within a
+    second.
+
+    Loads the scene once, keeps the engine warm, and opens a page in the browser: logs released by hand, with
+    the share that reaches each line and its interval; trees felled or planted, barriers and lying logs drawn,
+    with the paired difference on the same logs. What is worth keeping is saved as a run of slide-logs, beside
+    the layers that were changed, and is what slide-logs gives for these, byte for byte.
+
+    The page is served on this machine's loopback address alone, to whoever has the token in the address that is
+    printed. Ctrl-C ends it. Logs are those of slide-logs, at draft unless another fidelity is chosen; a share
+    of 300 logs is known to some points, which the interval says.
+
+    Parameters
+    ----------
+    dem : required
+        Terrain model. A raster, a folder of tiles, or tiles with commas between.
+    trees : point
+        Standing trees.
+    barriers : line
+        Barriers.
+    lying_logs : line
+        Lying logs that hold others back. Lines from base to tip with a field 'diameter_cm' (or 'dbh_cm') and,
+        optionally, 'tip_diameter_cm'. They are rigid, rest on the terrain and do not move.
+    blocks : point
+        Boulders that hold logs back. Points with a field 'diameter_m' (or 'radius_m') and, optionally,
+        'height_m', that of the top above the terrain. They are rigid spheres, do not move, and have the
+        ground's friction and restitution.
+    lines : line or polygon
+        Roads, railways, houses to be reached.
+    friction : >= 0
+        Friction coefficient. A number, a raster, or polygons with a field 'friction' or 'mu'. Default: 0.25.
+    friction_column : optional
+        Column of the friction polygons. Default: 'friction', else 'mu'.
+    friction_elsewhere : >= 0
+        Friction where the raster or the polygons have none. Without it, a layer that does not cover the DEM is
+        refused.
+    restitution : 0 <= x <= 1, default 0
+        Normal restitution of impacts.
+    rolling_friction : 0 <= x <= 0.5, default 0.1
+        Coefficient of rolling friction of the ground. The moment against rolling is at most this times the push
+        of the ground times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
+        0.13; 0 is rigid ground. No value measured for logs is known.
+    tree_friction : >= 0
+        Friction of stems and lying logs. Default: the ground's there.
+    tree_restitution : 0 <= x <= 1
+        Restitution of stems and lying logs. Default: that of the ground.
+    barrier_friction : >= 0
+        Friction of barriers. Default: the ground's there.
+    barrier_restitution : 0 <= x <= 1
+        Restitution of barriers. Default: that of the ground.
+    shape : default cone
+        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) lets the
+        convex hull of its points slide instead of logs: rocks, or logs as rings of vertices. dbh_cm and
+        length_m of the releases then do not count, the density does; its z axis takes the place of a log's
+        axis.
+    time_limit_s : s, 0 < x <= 86400, default 300
+        Longest run of a log.
+    rest_speed_ms : m/s, > 0, default 0.1
+        Speed below which a log may be at rest.
+    dbh_cm : cm, 0 < x <= 1500, default 75
+        DBH of logs whose layer names none.
+    length_m : m, 0 < x <= 150, default 30
+        Length, likewise.
+    density_kg_m3 : kg/m³, 0 < x <= 25000, default 300
+        Density, likewise.
+    orientation : one of upright, lying, tilted, default upright
+        Orientation, likewise.
+    tilt_deg : °, 0 <= x <= 180, default 0
+        Tilt from the vertical, likewise.
+    azimuth_deg : °, default 0
+        Azimuth of tip and speed, likewise.
+    speed_ms : m/s, 0 <= x <= 300, default 0
+        Initial speed, likewise.
+    drop_m : m, 0 <= x <= 1000, default 0
+        Clearance at the start, likewise.
+    lying_diameter_cm : cm, 0 < x <= 1500, default 40
+        Base diameter of lying logs whose layer names none.
+    min_runout_m : m, >= 0
+        Deposits nearer than this do not count for the spread. Default: one log length.
+    seed : >= 0, default 0
+        Seed of the random draws.
+    crs : optional
+        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
+        no CRS.
+    friction_preset : one of wet-debarked, wet-bark, chute-dry, chute-watered, chute-iced
+        Friction coefficient by name. wet-debarked: a wet log without bark and branches on wet ground, 0.2 to
+        0.3 (friction 0.25); wet-bark: a wet log with its bark on wet ground, 0.25 to 0.38 (friction 0.31);
+        chute-dry: a log in a dry timber chute, about 0.15 (friction 0.15); chute-watered: a log in a watered
+        timber chute, 0.03 to 0.08 (friction 0.055); chute-iced: a log in an iced timber chute, 0.03 to 0.12
+        (friction 0.075).
+    fidelity : one of draft, standard, fine, reference, default draft
+        Speed against accuracy, to begin with.
+    threads : >= 1
+        Threads (default: every core).
+    port : 0 <= x <= 65535, default 0
+        Port of the page. 0 takes a free one.
+    no_browser : optional
+        Only print the address of the page.
+    stdio : optional
+        Answer on standard input and output instead of a page. For programs, such as the panel in QGIS: a line
+        of JSON a message, binary frames as answers.
+    output : output, optional
+        Folder in which runs are kept. Without it, in a temporary folder that lasts as long as the result.
+    overwrite : optional
+        Replace an output that exists.
+    progress : bool
+        Show on standard error what is done, and what the tool notes and warns of.
+    feedback : Feedback, optional
+        An object of your own that hears all that; see docs/python.md.
+    """
+    return call("explore", ExploreResult, locals())
+
+
+class MakeReportResult(Result):
+    """What `make_report` leaves."""
+
+
+def make_report(
+    runs: PathsInput,
+    *,
+    names: str | list[str] | None = None,
+    results: PathsInput | None = None,
+    baseline: str | list[str] | None = None,
+    title: str | list[str] | None = None,
+    author: str | list[str] | None = None,
+    project: str | list[str] | None = None,
+    language: Literal["en", "de", "fr", "it"] = "en",
+    figures: str | os.PathLike[str] | bool | None = None,
+    gltf: str | os.PathLike[str] | bool | None = None,
+    output: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
+    progress: bool = False,
+    feedback: Feedback | None = None,
+) -> MakeReportResult:
+    """Make one HTML page of a run, or of several side by side: maps, figures, tables and a 3-D view, for
+    reading and paper.
+
+    The page needs nothing but itself: no network, no server, no other file; any browser opens it from the file
+    system, it prints on A4, and it can be sent as an annex. It says what was asked and answered, what was
+    modelled and what was not, shows the map with layers to switch, the reach of each line with both kinds of
+    error, arrivals, lateral spread, run-out, speeds and jumps, profiles along trajectories, the ledgers of
+    barriers and trees, the measured accuracy, and where all of it comes from. In the 3-D view logs move again:
+    the fastest, the farthest, those that reach a line, a random draw.
+
+    With results the page also has what other tools found out: what each tree is worth, where a barrier serves
+    most, classes of intensity and return periods, from where lines are reached, what the answer hangs on.
+
+    Of several runs of the same releases the page also has the paired differences of `compare-scenarios`, with
+    maps. Inputs of a run that are not where they were (the terrain model, the trees) are missing in the page,
+    which says so. Its figures are for reading: numbers for further work are in the run's own files.
+
+    Parameters
+    ----------
+    runs : required
+        Folders of the runs, with commas; the first is what the others are compared with. Each a folder of
+        slide-logs. On the command line they may also stand without the flag, one by one.
+    names : optional
+        Names of the runs, with commas. Default: the names of the folders.
+    results : optional
+        Results of other tools to be shown, with commas. A layer of value-trees, folders of site-barriers,
+        map-intensity, map-origins or vary; each with its run.
+    baseline : optional
+        Name of the run that the others are compared with. Default: the run with the fewest obstacles (trees,
+        barriers, lying logs, boulders), of equals the first.
+    title : optional
+        Title of the page. Default: the names of the runs.
+    author : optional
+        Who answers for the page. Stands in its scenario box.
+    project : optional
+        Project or order. Stands in its scenario box.
+    language : one of en, de, fr, it, default en
+        Language of the page.
+    figures : output, optional
+        Folder for every figure as PNG, SVG and PDF. True: beside the main output. For other documents.
+    gltf : output, optional
+        The first run's scene as binary glTF (.glb), for other viewers. True: beside the main output. Terrain,
+        trees, barriers, lying logs and boulders in true size, and the moving logs as an animation.
+    output : output, optional
+        HTML page to be made. Without it, in a temporary folder that lasts as long as the result.
+    overwrite : optional
+        Replace an output that exists.
+    progress : bool
+        Show on standard error what is done, and what the tool notes and warns of.
+    feedback : Feedback, optional
+        An object of your own that hears all that; see docs/python.md.
+    """
+    return call("make-report", MakeReportResult, locals())
+
+
+class ViewResult(Result):
+    """What `view` leaves."""
+
+
+def view(
+    run: PathInput,
+    *,
+    language: Literal["en", "de", "fr", "it"] = "en",
+    progress: bool = False,
+    feedback: Feedback | None = None,
+) -> ViewResult:
+    """Open a run's report in the browser; one that has none yet is made, and stays in the run's folder.
+
+    The page is `report.html` in the folder, as `slide-logs --report` and `make-report` write it. It opens from
+    the file system; nothing is sent anywhere. A report that is there is opened as it is: `make-report
+    --overwrite` renews it.
+
+    Parameters
+    ----------
+    run : required
+        Folder of a run of slide-logs, or of a demo.
+    language : one of en, de, fr, it, default en
+        Language of a page that has to be made.
+    progress : bool
+        Show on standard error what is done, and what the tool notes and warns of.
+    feedback : Feedback, optional
+        An object of your own that hears all that; see docs/python.md.
+    """
+    return call("view", ViewResult, locals())
+
+
+class CheckResult(Result):
+    """What `check` leaves."""
+
+
+def check(
+    path: PathsInput,
+    *,
+    progress: bool = False,
+    feedback: Feedback | None = None,
+) -> CheckResult:
+    """Tell what a result is of, and whether what it was made from still stands.
+
+    Of any result (a folder, a file in it, or a single file) it says which tool made it, when, and as which run;
+    whether this toolbox has the same engine, which makes the same bits; which files of a folder are as they
+    were written; and which inputs are the same, have changed or are gone. Inputs that were moved together with
+    the result are found.
+
+    The exit status is 0 where all stands, 3 where something has changed or is gone, and 2 for what is no result
+    of ours.
+
+    Parameters
+    ----------
+    path : required
+        Result to be checked: a folder or a file.
+    progress : bool
+        Show on standard error what is done, and what the tool notes and warns of.
+    feedback : Feedback, optional
+        An object of your own that hears all that; see docs/python.md.
+    """
+    return call("check", CheckResult, locals())
+
+
+class ReproducePaperResult(Result):
+    """What `reproduce_paper` leaves."""
+
+    summary_file = "findings.json"
+
+    findings = TablePart("findings.csv")
+    """The same as a table"""
+    sensitivity = TablePart("sensitivity.csv")
+    """The findings with one chosen number of the twin moved"""
+
+
+def reproduce_paper(
+    *,
+    site: Literal["klosters", "rothenbrunnen", "both"] = "both",
+    logs: int = 20000,
+    fidelity: Literal["draft", "standard", "fine", "reference"] = "standard",
+    quick: bool = False,
+    site_data: PathInput | None = None,
+    twin_version: Literal["1", "2"] = "2",
+    no_panel: bool = False,
+    seed: int = 0,
+    threads: int | None = None,
+    resume: bool = False,
+    output: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
+    progress: bool = False,
+    feedback: Feedback | None = None,
+) -> ReproducePaperResult:
+    """Repeat sections 5, 6 and the appendices of the paper on two synthetic twins, and judge its findings one
+    by one.
+
+    The folder holds `findings.json` (statement, section, the paper's figure, ours with its interval, whether it
+    holds, why, and the verdict: holds, does not hold, not decided, cannot be judged here), the same as
+    `findings.csv` and `findings.md`, `report.html` with the figures beside the paper's (3, 4, A1, B1), and
+    every run. Judged is a finding (an order, a direction, the size of a ratio), not another slope's number. The
+    twins and the rules were fixed before the first run; the numbers of the twins, each with its source, are in
+    `deadwood_algorithms/paper/README.md`; `twin_version 1` takes the twins that were used until November 2026.
+    The log slides as the smooth cone, and again as the paper's point cloud (`make-log`, ids that end in
+    `.cloud`). What fewer than 20 000 logs leave open is slid again with 20 000.
+
+    On the twins of version 2 each finding has a panel of sensitivity (`sensitivity.csv`): the same finding with
+    one chosen number of the twin moved (width of treeless strips, roughness, places of release, friction of
+    rolling, another draw of relief and forest, and others), a fifth of the logs each. These runs are not kept;
+    `no_panel` leaves them out.
+
+    `quick` takes a few hundred logs and a coarser set: it shows that all works and judges nothing. An
+    interrupted run goes on with `resume`; what is finished is not slid again.
+
+    With `site_data FOLDER` the data of the real sites take the twins' place. FOLDER has a folder `klosters`,
+    `rothenbrunnen` or both, each with
+
+    - `dem.tif`, or a folder `dem` of tiles (swissALTI3D 0.5 m, as GeoTIFF);
+    - `trees.gpkg` (`dbh_cm`, `height_m`), or `trees.csv`, any table that `import-trees` reads;
+    - `releases.gpkg`: the mapped places as points with `release_id` (10 m around each), or polygons;
+    - `lines.gpkg`: lines with `line_id`: `road`; Klosters also `beyond`, 20 m below the road, Rothenbrunnen
+      `terrace`,   across the place of the take-off;
+    - `barriers.gpkg` (`barrier_id`, `height_m`; the one that was jumped is `south`), `forest.gpkg` (the stand's
+      outline);
+    - if there are any, `dams.gpkg` (as for `add-structures`) and `flight.gpkg` (as for `fit-flight`);
+    - `site.json`, if a number differs from the paper's: `friction`, `dbh_cm`, `length_m`, `density_kg_m3`,
+      `release_radius_m`, and, of Rothenbrunnen, `rock_friction`, `rock_density_kg_m3`.
+
+    Parameters
+    ----------
+    site : one of klosters, rothenbrunnen, both, default both
+        Which site.
+    logs : 8 <= x <= 10000000, default 20000
+        Logs of each scenario, over all releases. The sweeps of friction and cells, and each run of the panel of
+        sensitivity, take a fifth of them.
+    fidelity : one of draft, standard, fine, reference, default standard
+        Speed against accuracy.
+    quick : optional
+        At most 300 logs and a coarser set, in a minute or two; not judged.
+    site_data : optional
+        Data of the real sites, in place of the twins.
+    twin_version : one of 1, 2, default 2
+        Which twins. 1: those until November 2026.
+    no_panel : optional
+        Leave out the panel of sensitivity.
+    seed : >= 0, default 0
+        Seed of the random draws.
+    threads : >= 1
+        Threads (default: every core).
+    resume : optional
+        Go on with an interrupted run.
+    output : output, optional
+        Folder of the findings. Without it, in a temporary folder that lasts as long as the result.
+    overwrite : optional
+        Replace an output that exists.
+    progress : bool
+        Show on standard error what is done, and what the tool notes and warns of.
+    feedback : Feedback, optional
+        An object of your own that hears all that; see docs/python.md.
+    """
+    return call("reproduce-paper", ReproducePaperResult, locals())
+
+
+class WarmUpResult(Result):
+    """What `warm_up` leaves."""
+
+
+def warm_up(
+    *,
+    shapes: bool = False,
+    progress: bool = False,
+    feedback: Feedback | None = None,
+) -> WarmUpResult:
+    """Compile the engine for this machine, so that the first run need not: once after each installation or
+    update.
+
+    What is compiled is kept in the user's cache folder (`NUMBA_CACHE_DIR` names another one) and serves every
+    tool and QGIS; the same engine is compiled once. `shapes` compiles the kernels of point clouds (`slide-logs
+    --shape`) too, which otherwise wait for the first that slides.
+
+    Parameters
+    ----------
+    shapes : optional
+        Also the kernels of point clouds.
+    progress : bool
+        Show on standard error what is done, and what the tool notes and warns of.
+    feedback : Feedback, optional
+        An object of your own that hears all that; see docs/python.md.
+    """
+    return call("warm-up", WarmUpResult, locals())
+
+
+class DemoResult(Result):
+    """What `demo` leaves."""
+
+    summary_file = "demo.json"
+
+    dem = RasterPart("dem.tif")
+    """A terrain model, in the number type of the one that it was made from"""
+    release_area = LayerPart("release_area.gpkg", "release_area")
+    """The circle in which the logs of the demo start"""
+    releases = LayerPart("releases.gpkg", "releases")
+    """Where logs start: the plan position of each log's centre of mass"""
+    forest = LayerPart("forest.gpkg", "forest")
+    """The outline of the forest of the demo"""
+    lines = LayerPart("road.gpkg", "lines")
+    """What must not be reached: roads, railways, or the outlines of houses"""
+    barriers = LayerPart("barriers.gpkg", "barriers")
+    """Protection works: thin rigid plates, vertical from the terrain up, infinitely strong"""
+
+
+def demo(
+    *,
+    logs: int = 2000,
+    fidelity: Literal["draft", "standard", "fine", "reference"] = "standard",
+    seed: int = 0,
+    threads: int | None = None,
+    output: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
+    progress: bool = False,
+    feedback: Feedback | None = None,
+) -> DemoResult:
+    """Make a complete case from nothing: the paper's Klosters case in small, with three forests, and a picture
+    of it.
+
+    A synthetic slope (nothing of it is measured) with a road at its foot is written, with releases in a circle
+    of 10 m, a forest as if mapped that leaves a gully free, and a random forest of the same density. The same
+    logs then slide through the mapped forest, the random one, and none, and `report.html` shows them side by
+    side. Everything is done by the tools themselves, and the folder holds their inputs and outputs, so that
+    each step can be repeated by hand: the manifests say how.
+
+    The paper found, for its own slope: without forest by far the most logs reach the road, with a random forest
+    no more than with the mapped one, and the deposits fan out wider with a forest than without.
+
+    Parameters
+    ----------
+    logs : 1 <= x <= 1000000, default 2000
+        Logs released in each forest.
+    fidelity : one of draft, standard, fine, reference, default standard
+        Speed against accuracy.
+    seed : >= 0, default 0
+        Seed of the random draws.
+    threads : >= 1
+        Threads (default: every core).
+    output : output, optional
+        Folder of the demo. Without it, in a temporary folder that lasts as long as the result.
+    overwrite : optional
+        Replace an output that exists.
+    progress : bool
+        Show on standard error what is done, and what the tool notes and warns of.
+    feedback : Feedback, optional
+        An object of your own that hears all that; see docs/python.md.
+    """
+    return call("demo", DemoResult, locals())

@@ -1,0 +1,41 @@
+"""The sample data that come with the toolbox: a synthetic slope (`sample_data/README.md`)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+# In an installed package, and in a checkout.
+PLACES = (Path(__file__).parent / "sample_data", Path(__file__).parents[1] / "sample_data")
+
+
+@dataclass(frozen=True)
+class SampleData:
+    """Paths of a synthetic slope and of what stands on it; nothing of it is measured, and it is free to use (CC0)."""
+
+    folder: Path
+    dem: str = field(init=False)  # terrain model of 300 x 500 m, cells of 0.5 m, EPSG:2056
+    trees: str = field(init=False)  # the forest, tree by tree
+    release_area: str = field(init=False)  # a circle of 10 m
+    lines: str = field(init=False)  # the road at the foot
+    barriers: str = field(init=False)  # two, 3 and 5 m high
+    forest: str = field(init=False)  # the outline of the forest
+    dams: str = field(init=False)  # two embankments
+    flights: str = field(init=False)  # a jump over the cliff band
+    deadwood: str = field(init=False)  # twelve dead trees
+
+    def __post_init__(self) -> None:
+        files = {"dem": "dem.tif", "trees": "trees.csv"}
+        layers = ("release_area", "lines", "barriers", "forest", "dams", "flights", "deadwood")
+        places = {name: str(self.folder / file) for name, file in files.items()}
+        places |= {name: f"{self.folder / 'sample.gpkg'}|layername={name}" for name in layers}
+        for name, place in places.items():
+            object.__setattr__(self, name, place)
+
+
+def sample_data() -> SampleData:
+    """The sample slope: a place to try every tool. The files are read only; copy them to change them."""
+    found = next((each for each in PLACES if (each / "dem.tif").is_file()), None)
+    if found is None:
+        raise FileNotFoundError(f"the sample data are missing in {PLACES[0]}; install the toolbox again")
+    return SampleData(found)

@@ -1,0 +1,145 @@
+"""Pages that are made from the declarations: a page for each tool and each layer, the glossary."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+from deadwood_algorithms.params.tool import Tool
+from deadwood_algorithms.schemas.brought import BROUGHT
+from deadwood_algorithms.schemas.written import WRITTEN
+from deadwood_toolbox import catalogue, layers_page, parameters
+from deadwood_toolbox.plugin_zip import TOOL as QGIS_PLUGIN
+from deadwood_toolbox.shelf import TOOLS
+
+GLOSSARY = Path(__file__).with_name("glossary.csv")
+LANGUAGES = {"de": "German", "fr": "French", "it": "Italian"}
+
+
+def pages() -> dict[str, str]:
+    """Text by place on the site."""
+    made = {"reference/tools/index.md": _tools_index(), "reference/layers/index.md": _layers_index()}
+    made |= {f"reference/tools/{tool.name}.md": _tool(tool) for tool in (*TOOLS, QGIS_PLUGIN)}
+    made |= {f"reference/layers/{slug(title)}.md": _layer(title, what) for title, what in _layers().items()}
+    made["reference/glossary.md"] = _glossary()
+    return made
+
+
+def slug(title: str) -> str:
+    """The name of a page: as GitHub makes the anchor of a heading, and not too long for a file's name."""
+    return re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-")[:60].rstrip("-")
+
+
+def terms() -> list[dict[str, str]]:
+    """The rows of the glossary: term, de, fr, it, meaning."""
+    with GLOSSARY.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def _tools_index() -> str:
+    groups = dict.fromkeys(tool.group for tool in TOOLS)
+    parts = ["# Tools", "Every option of every tool, from the declarations that the command line and QGIS are made of."]
+    for group in groups:
+        rows = [f"| [{t.name}]({t.name}.md) | {catalogue.cell(t.summary)} |" for t in TOOLS if t.group == group]
+        parts.append("\n".join([f"## {group}", "", "| tool | purpose |", "|---|---|", *rows]))
+    more = f"[{QGIS_PLUGIN.name}]({QGIS_PLUGIN.name}.md) packs the plugin for QGIS."
+    return "\n\n".join([*parts, more, toctree([*(tool.name for tool in TOOLS), QGIS_PLUGIN.name])]) + "\n"
+
+
+def _tool(tool: Tool) -> str:
+    parts = [f"# {tool.name}", f"*{tool.summary}.*" if tool.summary else "", tool.description]
+    parts += ["## Call", f"```sh\n{catalogue.usage(tool)}\n```"]
+    by_section: dict[str, list[Any]] = {}
+    for parameter in tool.parameters():
+        by_section.setdefault(parameters.section(parameter), []).append(parameter)
+    for section, declared in by_section.items():
+        parts += [f"## {section}", "\n".join(catalogue.rows(declared))]
+    parts += [_common()]
+    written = [each for each in WRITTEN if each.tool == tool.name]
+    if written:
+        rows = [f"| `{each.place}` | {_linked(each.what)} |".replace("|layername", "\\|layername") for each in written]
+        parts += ["## Files written", "\n".join(["| file | content |", "|---|---|", *rows])]
+    if tool in TOOLS:
+        parts += [
+            "## In QGIS and Python",
+            f"QGIS: `{tool.qgis_id}` in the Processing toolbox. Python: "
+            f"`deadwood_algorithms.tools.{tool.name.replace('-', '_')}.TOOL(...)`, with the options as keywords; see "
+            "[Python](../python.md).",
+        ]
+    return "\n\n".join(part for part in parts if part) + "\n"
+
+
+def _common() -> str:
+    return (
+        "Every tool also takes `--config FILE` (options from a JSON file or a manifest), `--progress`, `--quiet` and "
+        "`--verbose`."
+    )
+
+
+def _linked(what: Any) -> str:
+    title = layers_page.title_of(what)
+    return f"[{title}](../layers/{slug(title)}.md): {what.meaning}" if title in _layers() else what.meaning
+
+
+def _layers() -> dict[str, Any]:
+    """What has a page of its own, by title: all that has columns, bands or keys."""
+    every = [*BROUGHT, *dict.fromkeys(each.what for each in WRITTEN if each.what not in BROUGHT)]
+    return {layers_page.title_of(each): each for each in every if layers_page.section(each).count("\n|") > 1}
+
+
+def _layers_index() -> str:
+    found = _layers()
+    brought = [title for title, what in found.items() if what in BROUGHT]
+    parts = [
+        "# Layers, rasters and tables",
+        layers_page.INTRODUCTION,
+        "## Input layers",
+        _list(brought, found),
+        "## Results",
+        _list([title for title in found if title not in brought], found),
+        toctree([slug(title) for title in found]),
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def _list(titles: Iterable[str], found: dict[str, Any]) -> str:
+    rows = [f"| [{title}]({slug(title)}.md) | {catalogue.cell(found[title].meaning)} |" for title in titles]
+    return "\n".join(["| name | content |", "|---|---|", *rows])
+
+
+def _layer(title: str, what: Any) -> str:
+    text = layers_page.section(what).replace("### ", "# ", 1)
+    writers = [each for each in WRITTEN if each.what is what]
+    if writers:
+        rows = [f"- [{each.tool}](../tools/{each.tool}.md): `{each.place}`" for each in writers]
+        text += "\n\n## Written by\n\n" + "\n".join(rows)
+    readers = [tool for tool in TOOLS if what in BROUGHT and what.name in {p.name for p in tool.parameters()}]
+    if readers:
+        text += "\n\n## Read by\n\n" + ", ".join(f"[{tool.name}](../tools/{tool.name}.md)" for tool in readers)
+    return text + "\n"
+
+
+def _glossary() -> str:
+    return "\n".join(["# Glossary", "", *_glossary_lines()]) + "\n"
+
+
+def _glossary_lines() -> Iterator[str]:
+    yield "One word for each thing, in the tools, the files and these pages, with the usual term in German, French and"
+    yield "Italian."
+    yield ""
+    yield ":::{glossary}"
+    for row in sorted(terms(), key=lambda row: row["term"].casefold()):
+        yield row["term"]
+        yield f"  {row['meaning']}"
+        yield ""
+        yield "  " + "; ".join(f"{name}: *{row[code]}*" for code, name in LANGUAGES.items())
+        yield ""
+    yield ":::"
+
+
+def toctree(names: Iterable[str]) -> str:
+    """The menu of a page, which its text replaces."""
+    return "\n".join(["```{toctree}", ":hidden:", ":maxdepth: 1", "", *names, "```"])

@@ -1,0 +1,132 @@
+"""The pictures of the site and of the README: ``python -m docs.pictures`` makes them with the toolbox's commands.
+
+Needs Chromium, for what a reader sees of a report. Their files are kept: the site builds without sliding a log.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+import shlex
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from PIL import Image
+
+from deadwood_toolbox import cli
+
+HERE = Path(__file__).parent
+ROOT = HERE.parent
+FOLDER = HERE / "pictures"
+WIDEST = 1400  # pixels
+sys.path.append(str(ROOT / "tests" / "algorithms" / "report"))
+
+
+def walk(page: str, folder: Path) -> None:
+    """The commands of a tutorial, in a folder with the sample data."""
+    (folder / "sample_data").symlink_to(ROOT / "sample_data")
+    text = (HERE / page).read_text(encoding="utf-8")
+    for block in re.findall(r"^```sh\n(.*?)^```", text, re.DOTALL | re.MULTILINE):
+        for line in block.replace("\\\n", " ").splitlines():
+            tool(line, folder)
+
+
+def tool(line: str, folder: Path) -> None:
+    """One command line, typed in that folder."""
+    import contextlib
+
+    print(f"$ {line}")
+    with contextlib.chdir(folder):
+        if cli.run([*shlex.split(line)[1:], "--quiet"]) != 0:
+            raise SystemExit(f"failed: {line}")
+
+
+def keep(picture: Image.Image | Path, name: str) -> None:
+    """As WebP, not wider than the page."""
+    image = (Image.open(picture) if isinstance(picture, Path) else picture).convert("RGB")
+    image.thumbnail((WIDEST, 4 * WIDEST), Image.Resampling.LANCZOS)
+    FOLDER.mkdir(exist_ok=True)
+    image.save(FOLDER / f"{name}.webp", quality=82, method=6)
+    print(f"wrote {FOLDER / name}.webp, {image.width} x {image.height}")
+
+
+class Page:
+    """A report in a browser, of which parts are taken."""
+
+    def __init__(self, path: Path) -> None:
+        from browser import Browser  # pyright: ignore[reportMissingImports]
+
+        self.browser = Browser()
+        self.browser.size(1200, 900)
+        self.browser.open(path)
+        time.sleep(2.0)
+
+    def part(self, element: str) -> Image.Image:
+        """The element that a JavaScript expression names, as it is on the screen."""
+        box = self.browser.ask(
+            f"(() => {{ const e = {element}; e.scrollIntoView({{block: 'start'}}); return new Promise((done) => "
+            "requestAnimationFrame(() => setTimeout(() => { const b = e.getBoundingClientRect();"
+            " done([b.left, b.top, b.right, b.bottom]); }, 600))); })()"
+        )
+        whole = Image.open(io.BytesIO(self.browser.picture()))
+        return whole.crop((max(0, int(box[0])), max(0, int(box[1])), round(box[2]), round(min(box[3], whole.height))))
+
+    def moving(self, share: float) -> Image.Image:
+        """The 3-D view, that share of the time after the start."""
+        self.browser.wait("window.deadwoodView && deadwoodView.scene().last > 0")
+        self.browser.ask(
+            "(() => { const s = document.querySelector('[data-part=\"time\"]');"
+            f" s.value = s.max * {share}; s.dispatchEvent(new Event('input')); }})()"
+        )
+        return self.part("document.querySelector('.space canvas')")
+
+
+def of_demo(folder: Path) -> None:
+    tool("deadwood-tool demo --output demo", folder)
+    keep(folder / "demo" / "demo.png", "demo")
+
+
+def of_sample_slope(folder: Path) -> None:
+    walk("tutorials/sample-slope.md", folder)
+    tool("deadwood-tool make-report with_forest --output seen.html", folder)
+    page = Page(folder / "seen.html")
+    page.browser.size(1200, 1400)
+    keep(page.moving(0.22), "view_3d")
+    keep(page.part("document.querySelector('.map')"), "report_map")
+    page.browser.close()
+    keep(folder / "figures" / "comparison_runout.png", "runout")
+
+
+def of_calibration(folder: Path) -> None:
+    walk("tutorials/calibrate-an-event.md", folder)
+    keep(folder / "calibration" / "calibration.png", "calibration")
+
+
+def of_barrier(folder: Path) -> None:
+    walk("tutorials/barrier-and-felling.md", folder)
+    keep(folder / "siting" / "barriers.png", "siting")
+    page = Page(folder / "effects.html")
+    page.browser.size(1200, 1400)
+    keep(page.part("document.querySelector('#comparison').closest('section')"), "comparison")
+    page.browser.close()
+    line = (
+        "deadwood-tool vary --dem sample_data/dem.tif --releases releases.gpkg --trees trees.gpkg --lines "
+        "'sample_data/sample.gpkg|layername=lines' --friction 0.25 --vary "
+        "friction=0.2:0.3,rolling_friction,orientation,tree_dbh_factor --fidelity draft --output varied"
+    )
+    tool(line, folder)
+    keep(next((folder / "varied").glob("*.png")), "tornado")
+
+
+def main() -> None:
+    for make in (of_demo, of_sample_slope, of_calibration, of_barrier):
+        if sys.argv[1:] and make.__name__ not in sys.argv[1:]:
+            continue
+        with tempfile.TemporaryDirectory() as folder:
+            make(Path(folder))
+
+
+if __name__ == "__main__":
+    main()

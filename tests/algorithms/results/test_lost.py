@@ -1,0 +1,144 @@
+"""Logs that left the terrain model: every tool that evaluates a run says by the same rule what depends on them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import geopandas
+import numpy as np
+import pandas
+import pytest
+import rasterio
+from slope_case import Case, summary, write_layer
+
+from deadwood_algorithms.results.lost import left_dem, lost_warning, many, reach_told, share_if_lost
+from deadwood_algorithms.stats.statistics import wilson_interval
+from deadwood_algorithms.tools import design_values, map_intensity, map_origins, site_barriers, value_trees, vary
+from deadwood_engine import STOP_REASONS
+
+WORDS = "left the terrain model or came onto its nodata, and what they did beyond is not known: "
+
+
+@pytest.fixture(scope="module")
+def cut(tmp_path_factory) -> Case:
+    """The case with a terrain model that ends above the road: logs that no tree holds leave it before they arrive."""
+    made = Case(tmp_path_factory.mktemp("cut"))
+    with rasterio.open(made.dem, "r+") as dem:
+        heights = dem.read(1)
+        heights[60:] = -9999.0  # up to 40 m from the south; the road is at 25 m
+        dem.write(heights, 1)
+    return made
+
+
+@pytest.fixture(scope="module")
+def run(cut, tmp_path_factory) -> Any:
+    folder = tmp_path_factory.mktemp("lost") / "run"
+    cut.run(trees=cut.trees, lines=cut.lines, trajectories="all", output=str(folder))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def n_lost(run) -> int:
+    count = summary(run)["logs"]["by_stop_reason"]["left_dem"]
+    assert 4 <= count < 24
+    return count
+
+
+def of_road(said: Any) -> str:
+    """The one warning of a tool."""
+    (told,) = [each for each in said.warnings if WORDS in each]
+    return told
+
+
+def test_shares_have_the_bounds_that_none_and_all_of_the_lost_logs_reach():
+    left = np.arange(20) < 10
+    found = share_if_lost(np.arange(20) >= 8, left)  # two that left had reached it before
+    assert (found["n_reach"], found["n_lost"], found["p_low_if_lost"], found["p_high_if_lost"]) == (12, 8, 0.6, 1.0)
+    assert reach_told([{"line_id": "a", **found}]) != []
+    assert reach_told([{"line_id": "a", **share_if_lost(np.ones(20, bool), left)}]) == []
+    assert not many(1, 20)
+    assert many(2, 20)
+    assert lost_warning(3, 20, []) is None
+
+
+def test_reasons_are_numbers_or_words():
+    numbers = np.array([0, STOP_REASONS.index("left_dem"), 2], np.int8)
+    names = np.array([STOP_REASONS[each] for each in numbers], object)
+    assert left_dem(numbers).tolist() == left_dem(names).tolist() == [False, True, False]
+
+
+def test_map_origins(run, n_lost, tmp_path, said):
+    done = map_origins.TOOL(run=str(run), cell_m=20.0, output=str(tmp_path / "origins"), feedback=said)
+    assert "the reach of line road may be anything from 0 to" in of_road(said)
+    assert done.facts["n_left_dem"] == n_lost
+    record = done.facts["reach"][1]
+    assert (record["n_reach"], record["n_lost"]) == (0, n_lost)
+    assert record["ci_high_if_lost"] == wilson_interval(n_lost, 24)[1]
+    assert any(f"{n_lost} others left the terrain model before it" in each for each in done.lines)
+
+
+def test_map_intensity(run, n_lost, tmp_path, said):
+    done = map_intensity.TOOL(run=str(run), output=str(tmp_path / "intensity"), feedback=said)
+    told = of_road(said)
+    assert "the reach of line road may be anything from 0 to" in told
+    assert "outline end where they left" in told
+    assert done.facts["n_left_dem"] == n_lost
+    table = pandas.read_csv(tmp_path / "intensity" / "lines.csv")
+    assert (table["n_lost"] == n_lost).all()
+
+
+def test_design_values(run, n_lost, tmp_path, said):
+    near = write_layer(tmp_path / "near.gpkg", [line(42.0), line(25.0)], line_id=["near", "road"])
+    done = design_values.TOOL(run=str(run), lines=near, output=str(tmp_path / "values.csv"), feedback=said)
+    rows = {row["place_id"]: row for row in done.facts["rows"]}
+    assert (rows["road"]["n_lost"], rows["road"]["n"]) == (n_lost, 0)
+    assert rows["near"]["n_lost"] == 0  # all that left had come to it
+    assert "the percentiles of line road are of the 0 logs" in of_road(said)
+    assert "line near" not in of_road(said)
+
+
+def test_value_trees(run, n_lost, tmp_path, said):
+    """No log reaches the road in sight, so every gain is 0, and may be as much as the logs that leave only without the
+    tree: slid without it on the whole slope they are counted by hand."""
+    value_trees.TOOL(run=str(run), output=str(tmp_path / "values.gpkg"), feedback=said)
+    frame = geopandas.read_file(tmp_path / "values.gpkg", layer="values")
+    assert (frame["gain_logs"] == 0).all()
+    assert (frame["gain_p_low_if_lost"] <= 0).all()
+    assert (frame["gain_p_high_if_lost"] >= 0).all()
+    holding = frame[frame["stopped"] > 0]
+    assert (holding["gain_p_high_if_lost"] > 0).any()
+    assert "the reach of line road may be anything from 0 to" in of_road(said)
+
+
+def test_vary(cut, tmp_path, said):
+    vary.TOOL(
+        vary="friction=0.2:0.4",
+        dem=cut.dem,
+        releases=cut.releases,
+        lines=cut.lines,
+        friction=0.3,
+        logs=24,
+        output=str(tmp_path / "v"),
+        feedback=said,
+    )
+    told = of_road(said)
+    assert "in the run '" in told
+    assert "the reach of line road may be anything" in told
+
+
+def line(y: float) -> Any:
+    from shapely import LineString
+
+    return LineString([(0.5, y), (59.5, y)])
+
+
+def test_site_barriers_needs_logs_that_reach_a_line_and_says_who_was_lost(cut, tmp_path, said):
+    both = write_layer(tmp_path / "both.gpkg", [line(48.0), line(25.0)], line_id=["near", "road"])
+    cut.run(trees=cut.trees, lines=both, trajectories="all", output=str(tmp_path / "run"))
+    candidates = write_layer(tmp_path / "candidates.gpkg", [line(52.0)], barrier_id=["a"], height_m=[3.0])
+    done = site_barriers.TOOL(
+        run=str(tmp_path / "run"), candidates=candidates, output=str(tmp_path / "sited"), feedback=said
+    )
+    record = {each["line_id"]: each for each in done.facts["reach_by_line"]}["road"]
+    assert record["n_lost"] > 0
+    assert "the reach of line road may be anything from 0 to" in of_road(said)

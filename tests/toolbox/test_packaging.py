@@ -1,0 +1,156 @@
+"""What others build and read from the checkout (workflows, conda, container, records) says what pyproject.toml says."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from deadwood_algorithms.params.tool import VERSION
+
+yaml = pytest.importorskip("yaml")
+ROOT = Path(__file__).parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+DEPENDENCIES = PROJECT["project"]["dependencies"]
+OF_CONDA = {"matplotlib": "matplotlib-base"}  # without the windows of Qt
+WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
+
+
+def read(place: str) -> Any:
+    return yaml.safe_load((ROOT / place).read_text(encoding="utf-8"))
+
+
+def bounds(lines: list[Any]) -> dict[str, str]:
+    """Lower bound by name, of ``numpy>=2.0`` and ``numpy >=2.0``."""
+    found = (re.fullmatch(r"([\w-]+)\s*>=\s*([\w.]+)", each) for each in lines if isinstance(each, str))
+    return {each[1]: each[2] for each in found if each}
+
+
+def test_every_dependency_has_a_lower_bound_and_a_tested_version():
+    """The bounds were the versions of a run of the suite once; constraints.txt has those of the last."""
+    tested = dict(
+        line.split("==") for line in (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines() if "==" in line
+    )
+    lower = bounds(DEPENDENCIES)
+    assert len(lower) == len(DEPENDENCIES)
+
+    def numbers(version: str) -> list[int]:
+        return [int(each) for each in re.findall(r"\d+", version)]
+
+    assert {name for name in lower if numbers(lower[name]) > numbers(tested[name])} == set()
+
+
+@pytest.mark.parametrize("place", ["environment.yml", "packaging/conda/recipe.yaml"])
+def test_conda_asks_for_the_same_versions(place):
+    told = read(place)
+    lines = told["dependencies"] if place == "environment.yml" else told["requirements"]["run"]
+    found = bounds(lines)
+    for name, version in bounds(DEPENDENCIES).items():
+        assert found[OF_CONDA.get(name, name)] == version, name
+    ours = {OF_CONDA.get(name, name) for name in bounds(DEPENDENCIES)}
+    assert set(found) - ours <= {"python"}
+
+
+def test_the_conda_recipe_is_of_this_version():
+    told = read("packaging/conda/recipe.yaml")
+    assert told["context"]["version"] == VERSION
+    assert f">={told['context']['python_min']}" == PROJECT["project"]["requires-python"]
+    scripts = [f"{name} = {place}" for name, place in PROJECT["project"]["scripts"].items()]
+    assert told["build"]["python"]["entry_points"] == scripts
+    built = bounds(PROJECT["build-system"]["requires"])
+    assert built.items() <= bounds(told["requirements"]["host"]).items()
+
+
+def test_codemeta_says_what_is_cited():
+    told = json.loads((ROOT / "codemeta.json").read_text(encoding="utf-8"))
+    cited = read("CITATION.cff")
+    assert told["version"] == cited["version"] == VERSION
+    assert told["name"] == cited["title"]
+    assert told["description"] == cited["abstract"]
+    assert [each["name"] for each in told["author"]] == [each["name"] for each in cited["authors"]]
+    assert told["keywords"] == cited["keywords"]
+    assert told["license"] == f"https://spdx.org/licenses/{cited['license']}"
+    assert told["softwareRequirements"] == DEPENDENCIES
+
+
+def test_the_paper_for_joss_cites_what_its_bibliography_has():
+    text = (ROOT / "packaging" / "joss" / "paper.md").read_text(encoding="utf-8")
+    _, head, body = text.split("---\n", 2)
+    told = yaml.safe_load(head)
+    assert [each["name"] for each in told["authors"]] == [each["name"] for each in read("CITATION.cff")["authors"]]
+    bibliography = (ROOT / "packaging" / "joss" / told["bibliography"]).read_text(encoding="utf-8")
+    assert set(re.findall(r"@([a-z_]+\d*)", body)) == set(re.findall(r"^@\w+\{(\w+),", bibliography, re.MULTILINE))
+    wanted = ("Summary", "Statement of need", "State of the field", "Software design", "References")
+    assert set(wanted) <= set(re.findall(r"^# (.+)$", body, re.MULTILINE))
+    assert 500 < len(body.split()) < 1750
+
+
+def test_the_wheel_takes_sample_data_that_exist():
+    taken = PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]["force-include"]
+    there = {f"sample_data/{each.name}" for each in (ROOT / "sample_data").iterdir() if each.suffix != ".py"}
+    there = {each for each in there if not each.endswith((".aux.xml", "__pycache__"))}
+    assert set(taken) == there
+    assert all(inside == f"deadwood_toolbox/{outside}" for outside, inside in taken.items())
+
+
+def test_the_container_makes_what_the_recipe_needs():
+    lines = (ROOT / "packaging" / "Containerfile").read_text(encoding="utf-8").splitlines()
+    words = [line.split()[0] for line in lines if line and not line.startswith("#")]
+    assert set(words) <= {"FROM", "WORKDIR", "COPY", "RUN", "ENV", "ENTRYPOINT", "CMD"}
+    assert words[-2:] == ["ENTRYPOINT", "CMD"]
+
+
+# --- workflows --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.name)
+def test_actionlint_finds_nothing(path):
+    program = shutil.which("actionlint")
+    if program is None:
+        pytest.skip("actionlint is not installed")
+    ran = subprocess.run([program, str(path)], capture_output=True, text=True)
+    assert ran.returncode == 0, ran.stdout
+
+
+def test_the_suite_runs_where_the_package_says_that_it_does():
+    jobs = read(".github/workflows/tests.yml")["jobs"]
+    matrix = jobs["suite"]["strategy"]["matrix"]
+    classified = [
+        each.rpartition(" ")[2]
+        for each in PROJECT["project"]["classifiers"]
+        if re.search(r":: Python :: 3\.\d+$", each)
+    ]
+    assert matrix["python"] == classified
+    assert PROJECT["project"]["requires-python"] == f">={classified[0]}"
+    assert {each.partition("-")[0] for each in matrix["system"]} == {"ubuntu", "windows", "macos"}
+    lowest = next(step["with"]["python-version"] for step in jobs["lowest"]["steps"] if "with" in step)
+    assert lowest == classified[0]
+
+
+def test_the_workflows_run_what_is_there():
+    for path in WORKFLOWS:
+        told = yaml.safe_load(path.read_text(encoding="utf-8"))
+        assert told["permissions"] == {"contents": "read"}
+        for name, job in told["jobs"].items():
+            assert job["timeout-minutes"] <= 120, name
+            for step in job["steps"]:
+                assert ("run" in step) != ("uses" in step), name
+                for place in re.findall(r"pytest (tests/\S+)|^(\.ci/\S+)", step.get("run", ""), re.MULTILINE):
+                    assert (ROOT / "".join(place)).exists(), place
+
+
+def test_issue_forms_ask_for_something():
+    for path in sorted((ROOT / ".github" / "ISSUE_TEMPLATE").glob("*.yml")):
+        told = yaml.safe_load(path.read_text(encoding="utf-8"))
+        if path.name == "config.yml":
+            continue
+        assert {"name", "description", "body"} <= set(told)
+        ids = [each["id"] for each in told["body"]]
+        assert len(ids) == len(set(ids)) > 0
+        assert all(each["attributes"]["label"] for each in told["body"])

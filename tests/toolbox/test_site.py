@@ -1,0 +1,199 @@
+"""The site: its commands run on the sample data, it builds without a warning, its links lead somewhere, offline."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote
+
+import pytest
+
+from deadwood_toolbox import cli
+from deadwood_toolbox.shelf import TOOLS
+from docs import generated
+from docs.staging import HERE, ROOT, pages, two_shells
+
+GUIDES = sorted(path for path in (HERE / "how-to").glob("*.md") if path.name != "index.md")
+# Pages whose commands make all that they use, in their order, from the sample data alone.
+OTHERS = sorted(path for part in ("start", "tutorials") for path in (HERE / part).glob("*.md"))
+WALKS = [path for path in OTHERS if "```sh" in path.read_text(encoding="utf-8")]
+
+
+def blocks(page: Path, language: str) -> list[str]:
+    """The fenced blocks of a language, also of those within a list."""
+    found = re.findall(rf"^( *)```{language}\n(.*?)^ *```", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+    return ["\n".join(line.removeprefix(indent) for line in text.splitlines()) for indent, text in found]
+
+
+def commands(page: Path) -> list[list[str]]:
+    """What the page has one type, continued lines joined, without the name of the program."""
+    lines = [line for text in blocks(page, "sh") for line in text.replace("\\\n", " ").splitlines() if line.strip()]
+    return [shlex.split(line)[1:] for line in lines if shlex.split(line)[0] == "deadwood-tool"]
+
+
+def run(page: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for command in commands(page):
+        assert cli.run(command) == 0, f"{' '.join(command)}\n{capsys.readouterr().err[-2000:]}"
+
+
+@pytest.fixture(scope="module")
+def workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder that the first page of the how-to guides has one make."""
+    folder = tmp_path_factory.mktemp("guides")
+    (folder / "sample_data").symlink_to(ROOT / "sample_data")
+    page = HERE / "how-to" / "index.md"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        for code in blocks(page, "python"):
+            exec(compile(code, str(page), "exec"), {})
+        for command in commands(page):
+            assert cli.run(command) == 0, command
+    return folder
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", GUIDES, ids=lambda page: page.stem)
+def test_the_commands_of_a_guide_run(page: Path, workspace: Path, monkeypatch, capsys):
+    monkeypatch.chdir(workspace)
+    run(page, capsys)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", WALKS, ids=lambda page: page.stem)
+def test_the_commands_of_a_walk_run_from_the_sample_alone(page: Path, tmp_path: Path, monkeypatch, capsys):
+    (tmp_path / "sample_data").symlink_to(ROOT / "sample_data")
+    monkeypatch.chdir(tmp_path)
+    run(page, capsys)
+
+
+def test_every_page_is_in_one_place():
+    assert len(WALKS) >= 4
+    places = list(pages().values())
+    assert len(places) == len(set(places))
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The built site. The notebook is shown as it is: it has a test of its own."""
+    folder = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "docs", "--output", str(folder), "--no-notebooks"]
+    ran = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    assert ran.returncode == 0, ran.stderr[-4000:]
+    return folder / "html"
+
+
+class Found(HTMLParser):
+    """The ids of a page, and what it links to or loads."""
+
+    def __init__(self, page: Path) -> None:
+        super().__init__()
+        self.ids: set[str] = set()
+        self.links: list[str] = []
+        self.loads: list[str] = []
+        self.feed(page.read_text(encoding="utf-8"))
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        facts = {name: value for name, value in attrs if value}
+        self.ids |= {facts[name] for name in ("id", "name") if name in facts}
+        if tag == "a" and "href" in facts:
+            self.links.append(facts["href"])
+        if tag in ("script", "img", "iframe", "source") and "src" in facts:
+            self.loads.append(facts["src"])
+        if tag == "link" and "href" in facts and facts.get("rel") != "canonical":
+            self.loads.append(facts["href"])
+
+
+def test_no_link_of_the_site_is_broken_and_nothing_is_loaded_from_elsewhere(site: Path):
+    found = {page: Found(page) for page in site.rglob("*.html") if "_static" not in page.parts}
+    assert len(found) > 150
+    broken = set()
+    for page, what in found.items():
+        for target in what.loads + what.links:
+            path, _, anchor = unquote(target).partition("#")
+            if re.match(r"[a-z]+:", path):
+                if target in what.loads and not path.startswith("data:"):
+                    broken.add((page.name, f"loads {target}"))
+                continue
+            meant = (page.parent / path.partition("?")[0]).resolve() if path else page
+            if not meant.exists() or (anchor and meant in found and anchor not in found[meant].ids):
+                broken.add((str(page.relative_to(site)), target))
+    assert sorted(broken) == []
+
+
+def test_the_site_is_searched_from_the_file_system(site: Path):
+    sys.path.append(str(ROOT / "tests" / "algorithms" / "report"))
+    from browser import Browser  # pyright: ignore[reportMissingImports]
+
+    browser = Browser()
+    try:
+        browser.open(site / "index.html")
+        browser.call("Page.navigate", url=(site / "search.html").resolve().as_uri() + "?q=windthrow")
+        browser.wait("document.querySelectorAll('#search-results li a').length > 3")
+        told = browser.ask("[...document.querySelectorAll('#search-results li a')].map((a) => a.textContent).join('|')")
+        assert "windthrow" in told
+        assert {each for each in browser.requests if not each.startswith(("file:", "data:"))} == set()
+    finally:
+        browser.close()
+
+
+def test_every_tool_every_layer_and_every_term_has_its_place(site: Path):
+    for tool in TOOLS:
+        page = (site / "reference" / "tools" / f"{tool.name}.html").read_text(encoding="utf-8")
+        assert [p.flag for p in tool.parameters() if p.flag not in page] == []
+    assert len(list((site / "reference" / "layers").iterdir())) > 80
+    ids = Found(site / "reference" / "glossary.html").ids
+    assert sum(each.startswith("term-") for each in ids) == len(generated.terms())
+
+
+def test_every_picture_of_a_page_is_one_that_a_command_makes():
+    made = set(re.findall(r'keep\(.*"(\w+)"\)$', (HERE / "pictures.py").read_text(encoding="utf-8"), re.MULTILINE))
+    used = {
+        name for page in HERE.rglob("*.md") for name in re.findall(r"pictures/(\w+)\.webp", page.read_text("utf-8"))
+    }
+    assert used <= made
+    assert made == {path.stem for path in (HERE / "pictures").iterdir()}
+
+
+def test_the_glossary_has_one_word_for_each_thing_in_four_languages():
+    rows = generated.terms()
+    names = [row["term"] for row in rows]
+    assert len(names) == len(set(names)) > 50
+    assert [row["term"] for row in rows if not all(row.values())] == []
+
+
+def test_the_messages_that_the_page_explains_are_messages():
+    page = (HERE / "reference" / "messages.md").read_text(encoding="utf-8")
+    parts = re.findall(r"^\| `([^`]*[a-z ]{12,}[^`]*)` \|", page, re.MULTILINE)
+    sources = (path.read_text(encoding="utf-8") for path in (ROOT / "algorithms" / "deadwood_algorithms").rglob("*.py"))
+    text = re.sub(r'"\s*\n\s*f?"', "", "\n".join(sources))
+    assert len(parts) >= 4
+    assert [part for part in parts if part not in text] == []
+
+
+def test_commands_are_shown_for_two_shells():
+    shown = two_shells("```sh\ndeadwood-tool a \\\n    --b 1\n```")
+    assert "```sh\ndeadwood-tool a \\\n    --b 1\n```" in shown
+    assert "```powershell\ndeadwood-tool a `\n    --b 1\n```" in shown
+    assert two_shells("```sh\ndeadwood-tool list\n```") == "```sh\ndeadwood-tool list\n```"
+    assert two_shells("```sh\ncat > a <<'END' \\\nb\nEND\n```").count("```") == 2
+
+
+@pytest.mark.slow
+def test_the_notebook_runs_and_shows_what_it_says(tmp_path: Path, checkout: dict[str, str], monkeypatch):
+    import nbformat
+    from nbclient import NotebookClient
+
+    monkeypatch.setenv("PYTHONPATH", checkout["PYTHONPATH"])
+    path = HERE / "tutorials" / "notebook.ipynb"
+    notebook = nbformat.read(path, as_version=4)
+    assert not any(cell.get("outputs") for cell in notebook.cells)  # kept without: the site's build makes them
+    NotebookClient(notebook, timeout=900, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
+    assert sum("image/png" in output.get("data", {}) for output in outputs) == 2
+    said = "".join(output.get("text", "") for output in outputs)
+    assert said.count("of the logs reach the road") == 3
+    assert [path.name for path in tmp_path.iterdir()] == []
