@@ -3513,6 +3513,7 @@ def reproduce_paper(
     *,
     site: Literal["klosters", "rothenbrunnen", "both"] = "both",
     logs: int = 20000,
+    deciding_logs: int = 20000,
     fidelity: Literal["draft", "standard", "fine", "reference"] = "standard",
     quick: bool = False,
     site_data: PathInput | None = None,
@@ -3535,8 +3536,8 @@ def reproduce_paper(
     every run. Judged is a finding (an order, a direction, the size of a ratio), not another slope's number. The
     twins and the rules were fixed before the first run; the numbers of the twins, each with its source, are in
     `deadwood_algorithms/paper/README.md`; `twin_version 1` takes the twins that were used until November 2026.
-    The log slides as the smooth cone, and again as the paper's point cloud (`make-log`, ids that end in
-    `.cloud`). What fewer than 20 000 logs leave open is slid again with 20 000.
+    The log slides as the smooth cone, and a fifth of the logs again as the paper's point cloud (`make-log`, ids
+    that end in `.cloud`). What fewer than 20 000 logs leave open is slid again with 20 000.
 
     On the twins of version 2 each finding has a panel of sensitivity (`sensitivity.csv`): the same finding with
     one chosen number of the twin moved (width of treeless strips, roughness, places of release, friction of
@@ -3567,6 +3568,9 @@ def reproduce_paper(
     logs : 8 <= x <= 10000000, default 20000
         Logs of each scenario, over all releases. The sweeps of friction and cells, and each run of the panel of
         sensitivity, take a fifth of them.
+    deciding_logs : 0 <= x <= 10000000, default 20000
+        Logs of each scenario by which findings are judged that fewer leave open. The paper's number. 0 leaves
+        them open.
     fidelity : one of draft, standard, fine, reference, default standard
         Speed against accuracy.
     quick : optional
