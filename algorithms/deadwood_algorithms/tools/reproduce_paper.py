@@ -167,7 +167,6 @@ def clouds(ask: Ask, site: Site, place: Path, feedback: Feedback) -> list[Findin
 
 def decided(ask: Ask, site: Site, place: Path, found: list[Finding], feedback: Feedback) -> list[Finding]:
     """The findings; those that so many logs leave open are judged again by more, in the scenarios that they need."""
-    from dataclasses import replace
 
     from deadwood_algorithms.paper.findings import findings_of
 
