@@ -173,7 +173,6 @@ function hits(answer) {
     picture: { picture: hitsPicture(box, top, told.ramp, old?.picture), column: box.column, row: box.row },
   };
   if (!edited()) map.content.holders = holdersOf(answer);
-  if (state.after && state.after.of !== answer.id && isPreview) forget();
   if (isPreview) answered();
   else if (answer.final && !edited()) settled();
   calm();
@@ -210,7 +209,7 @@ function differed(answer) {
   answer.fidelity ||= state.base.fidelity;
   const deposits = depositsOf(answer);
   state.after = {
-    ...answer, box, top, deposits, edited: true, kind: "hits", of: state.base.id,
+    ...answer, box, top, deposits, edited: true, kind: "hits", base: state.base, preview: state.base.preview,
     picture: { picture: hitsPicture(box, top, told.ramp, old?.picture.picture), column: box.column, row: box.row },
   };
   if (old?.gap) state.gapCanvas = old.gap.picture.picture;
@@ -223,7 +222,7 @@ function differed(answer) {
 
 /* The difference as a variant of the map; made when it is looked at. */
 function gapOf(after) {
-  const { base } = state, picture = differencePicture(base.box, after.box, after.concerned ?? after.done, told.colours, state.gapCanvas);
+  const { base } = after, picture = differencePicture(base.box, after.box, after.concerned ?? after.done, told.colours, state.gapCanvas);
   return { picture, edited: true, kind: "difference", deposits: after.deposits, moves: movesOf(base.deposits, after.deposits) };
 }
 
