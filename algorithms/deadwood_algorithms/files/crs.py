@@ -88,7 +88,7 @@ def misplacement(x: np.ndarray, y: np.ndarray, bounds: tuple[float, float, float
         for shift, code in ((0.0, ""), (1.0, "EPSG:21781"), (-1.0, "EPSG:2056")):
             if (exchanged or shift) and lie(e + shift * easting, n + shift * northing):
                 system = (
-                    f"these are coordinates of {code}: --crs {code}, if the layer holds no CRS; else define it anew"
+                    f"these are coordinates of {code}: --crs {code}, if the layer holds no CRS; else define it again"
                 )
                 return "; ".join(each for each in (swap if exchanged else "", system if code else "") if each)
     return ""

@@ -50,7 +50,7 @@ def read_raster_on(path: str | Path, grid: Grid, *, what: str, feedback: Feedbac
         refuse_cut_off(source, path)
         if source.transform == Affine.identity():
             raise UserError(
-                f"{path}: the {what} raster has no georeference; mend, with its own numbers: {remedies.placed(path)}"
+                f"{path}: the {what} raster has no georeference; fix, with its own numbers: {remedies.placed(path)}"
             )
         if source.crs is None:
             feedback.note(f"{path}: the {what} raster has no CRS, it is taken to be in the DEM's")

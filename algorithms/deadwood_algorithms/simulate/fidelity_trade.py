@@ -28,7 +28,7 @@ class ReachError(NamedTuple):
     worst: Points
 
 
-# From the cheapest to the finest, what a log costs of one at standard: which one `auto` tries first hangs on it, no
+# From the cheapest to the finest, what a log costs of one at standard: which one `auto` tries first depends on it, no
 # promise does
 COSTS: dict[str, float] = {
     "draft": 0.36,
