@@ -190,6 +190,7 @@ export class Hand {
   finish() {
     const { tool, points, map } = this, rule = DRAWN[tool];
     if (!rule || !points.length) return;
+    if (!points.every((each) => map.within(...each))) { this.cancel(); this.act.say("outside"); return; }
     if (points.length < rule.least) { this.act.say(rule.closed ? "too_few_corners" : "too_few_points"); return; }
     this.cancel();
     if (tool === "area") this.act.area(points);
