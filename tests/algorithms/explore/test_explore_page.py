@@ -290,8 +290,7 @@ def test_what_cannot_be_is_said_in_words(page):
     page.drag((80.0, 150.0), (170.0, 150.0))  # longer than a log may be
     page.wait("document.getElementById('alert').innerText.includes('a lying log is 90 m long')")
     assert page.state("edits.lying_logs") == []
-    page.key("r")
-    page.ask("document.getElementById('alert-close').click()")
+    page.release()
     assert page.ask("document.getElementById('alert').hidden")
 
 

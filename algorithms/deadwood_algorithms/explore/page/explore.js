@@ -59,6 +59,7 @@ function warn(text, stays = false) {
   $("alert").querySelector("p").textContent = text;
 }
 function calm() { if (!staying) warn(""); }
+function forgive() { staying = false; } // the user goes on: the next answer may take the words away
 $("alert-close").addEventListener("click", () => warn(""));
 $("again").addEventListener("click", () => link.again());
 
@@ -242,13 +243,12 @@ function refused(answer) {
   if (answer.id === state.preview?.id) { state.preview = null; clearTimeout(resting); }
   if (answer.id === state.full) state.full = 0;
   busy(false);
-  if (answer.id && answer.id === state.editing) {
-    state.editing = 0;
-    if (state.past.length) take(state.past.pop()); // what cannot be is not kept
-  }
+  const changed = Boolean(answer.id) && answer.id === state.editing;
+  if (changed) state.editing = 0;
+  if (changed && state.past.length) take(state.past.pop()); // what cannot be is not kept
   $("keep").querySelector("button").disabled = !complete();
   if ($("kept").textContent === say("saving")) $("kept").replaceChildren();
-  warn(answer.text, true);
+  warn(answer.text, changed);
 }
 
 function restarted(answer) {
@@ -261,6 +261,7 @@ function restarted(answer) {
 // --- changes of the forest ----------------------------------------------------------------------------------------------
 
 function change(next) {
+  forgive();
   const limits = state.scene.limits || {}, most = limits.felled_max || MOST_FELLED;
   if (next.fell.length > most) { warn(say("too_many_felled", { n: next.fell.length, most })); return; }
   state.past.push(state.edits);
@@ -437,6 +438,7 @@ const act = {
   drawing(points, enough) { $("finish").hidden = !enough; $("give-up").hidden = !points; },
   release([x, y], moving) {
     const r = Number($("radius").value);
+    forgive();
     state.shape = { circle: [x, y, r] };
     map.content.release = { shape: state.shape };
     map.draw();
