@@ -1,17 +1,18 @@
-"""Measure on your own scene what each fidelity costs and how far it errs, and which is the cheapest that will do.
+"""Measure on your own scene the cost and the error of each fidelity, and find the cheapest that is accurate enough.
 
-The same logs slide at every fidelity. What they come to is compared with the finest: the reach of every line, the
-spread and the distance of the deposits, the hit raster, top speeds and jumps, each beside the CPU time a log takes and
-beside what the calculation says of itself (penetration, energy, unconverged steps). Differences come with intervals
-over the logs, so that an error is told from chance.
+The same logs slide at every fidelity. The results are compared with those of the finest: the reach of every line, the
+spread and the distance of the deposits, the hit raster, top speeds and jumps, beside the CPU time of a log and the
+calculation's own measures (penetration, energy, unconverged steps). Differences have intervals over the logs, to
+separate errors from chance.
 
-Recommended is the cheapest fidelity whose error is shown to stay below the sampling noise of a run of your number of
-logs: |difference of reach| + half-width of its paired interval <= half-width of the 95 % interval that such a run would
-have, for every line. Without lines, the deposit distance and the hit raster are judged by the distance of two halves of
-the logs. When too few logs were compared to show it, the tool says so, and about how many could: among trees up to
-twice the number of the run.
+The recommendation is the cheapest fidelity whose error is shown to be below the sampling noise of a run of your number
+of logs: |difference of reach| + half-width of its paired interval <= half-width of the 95 % interval of such a run, for
+every line. Without lines, the deposit distance and the hit raster are compared with the distance between two halves of
+the logs. If too few logs were compared to show it, the tool says so, and about how many would: among trees up to twice
+the number of the run.
 
-It knows no fidelity finer than the finest compared, and no error of the inputs: friction and terrain model weigh more.
+Errors beyond the finest fidelity compared, and errors of the inputs, are not included: friction and terrain model
+matter more.
 """
 
 from __future__ import annotations

@@ -1,21 +1,23 @@
-"""Make the trees layer from a table or layer of single trees, and a releases layer of the dead ones among them.
+"""Make the trees layer from a table or layer of single trees, and a releases layer of the dead trees in it.
 
-Reads what tree detection and inventories write (GeoPackage, shapefile, CSV and other text tables in any common
-encoding, with decimal commas, with or without header). ``--source`` names what wrote the table; ``auto`` knows it by
-its columns or its name, else finds columns by their usual names. Any column can be named, with its unit, by the
-``--...-field`` and ``--...-unit`` options, which go first; in a file without header they are ``column_1``, ``column_2``
-and so on. Crown polygons give trees at their centroids (or at the columns named) and, by their area, crown diameters.
+It reads the output of tree detection and inventories: GeoPackage, shapefile, CSV and other text tables in any common
+encoding, with decimal commas, with or without header. ``--source`` names the program that wrote the table; ``auto``
+recognises it by its columns or its name, and otherwise finds columns by their usual names. The ``--...-field`` and
+``--...-unit`` options name any column and its unit, and take precedence. In a file without header the columns are
+``column_1``, ``column_2`` and so on. Crown polygons give trees at their centroids (or at the named columns) and crown
+diameters from their area.
 
-Where the DBH is missing it follows from the height by DBH[cm] = a * H[m]^b, where the height is missing from the DBH by
-the same law; a tree with neither is dropped. The law is that of ``--dbh-a`` and ``--dbh-b``, or a published one
-(``--dbh-law``), or that of the zone polygon in which the tree stands, or fitted to measured trees (``--dbh-sample``; of
-the logarithms, corrected by exp(s^2 / 2)). A single law misjudges stems by up to a factor of two; set your region's.
-``dbh_source`` tells ``measured`` from ``modelled``. What was filled, dropped or merged is counted and said.
+A missing DBH is computed from the height by DBH[cm] = a * H[m]^b, a missing height from the DBH by the same law; a tree
+with neither is dropped. The law is that of ``--dbh-a`` and ``--dbh-b``, a published one (``--dbh-law``), that of the
+zone polygon in which the tree stands, or one fitted to measured trees (``--dbh-sample``; of the logarithms, corrected
+by exp(s^2 / 2)). A single law misjudges stems by up to a factor of two: use a law of your region. ``dbh_source``
+distinguishes ``measured`` from ``modelled``. What was filled in, dropped or merged is counted in notes.
 
-Dead standing trees and snags are kept apart, for they are the logs of tomorrow: ``--snags`` writes them as a
-releases layer (upright, where they stand, with their DBH and height). What lies or was removed is dropped. An id used
-twice (tiles number their trees again) makes the tool renumber all trees and keep the old ids as ``source_id``;
-``--merge-within-m`` makes one of the trees found twice at the seams. It does not judge whether a tree is real.
+Dead standing trees and snags are kept out of the trees, because they are the logs of tomorrow: ``--snags`` writes them
+as a releases layer (upright, where they stand, with their DBH and height). Lying or removed trees are dropped. If an id
+occurs twice (tiles often number their trees independently), all trees are renumbered and the old ids are kept as
+``source_id``. ``--merge-within-m`` merges trees found twice at the seams of tiles. The tool does not judge whether a
+tree is real.
 
     deadwood-tool import-trees --trees sample_data/trees.csv --dem sample_data/dem.tif --output trees.gpkg
     deadwood-tool import-trees --trees sample_data/trees.csv --dem sample_data/dem.tif --dbh-law chablais-spruce \\

@@ -1,10 +1,10 @@
-"""Measure how wide the deposits of each release fan out: their azimuths, and the smallest angle that holds them all.
+"""Measure how widely the deposits of each release spread: their azimuths, and the smallest angle around them.
 
-The angle is seen from the centre of the release area (paper, equation 11), and counts across north: 350 and 10 degrees
-span 20. Deposits nearer than the least run-out are left out, because the azimuth of a log that hardly moved means
-nothing. The smallest angle grows with the number of logs, since one stray log decides it: `spread_half_deg`, its mean
-over random halves of the logs, shows by how much, and no interval can be given for it. To compare runs of different
-size, take the range from the 5 % to the 95 % quantile beside it, which has a 95 % interval by bootstrap over the logs.
+The angle is seen from the centre of the release area (paper, equation 11), and is counted across north: 350 and 10
+degrees span 20. Deposits nearer than the least run-out are left out, because the azimuth of a log that hardly moved is
+meaningless. The smallest angle grows with the number of logs, because single outliers decide it: `spread_half_deg`, its
+mean over random halves of the logs, shows by how much, and it has no interval. To compare runs of different size, use
+the range from the 5 % to the 95 % quantile, which has a 95 % interval by bootstrap over the logs.
 
     deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
         --count 200 --output releases.gpkg
@@ -12,8 +12,8 @@ size, take the range from the 5 % to the 95 % quantile beside it, which has a 95
         --friction 0.25 --output run
     deadwood-tool lateral-spread --deposits run --output spread.gpkg
 
-Logs that left the terrain model, or ended near its edge, would have gone on otherwise on a larger one: the tool warns
-of them. A layer of deposits that is no run's needs --dem for that.
+Logs that left the terrain model, or ended near its edge, would have moved on differently on a larger one: the tool
+warns of them. For a layer of deposits that belongs to no run it needs --dem.
 """
 
 from __future__ import annotations

@@ -1,17 +1,17 @@
-"""Map from where a road is reached: the share of logs that reach it, by the place where they were released.
+"""Map the places from which a road is reached: the share of logs that reach it, by the place of release.
 
 The folder holds
 
-- `origins.tif`: for any line and for each line four bands, of the logs released in a cell: the share that reaches the
-  line, both ends of its 95 % Wilson interval, how many reach it; the last band is how many were released. Where fewer
-  than --least logs were released the share is not told and the cell is transparent. Cells are as small as leaves nine
-  of ten logs told, or as --cell-m says;
-- `origins.gpkg`, layer `sources`: for each line the ground from which at least so many of the logs reach it
+- `origins.tif`: four bands for any line and for each line, of the logs released in a cell: the share that reaches the
+  line, both ends of its 95 % Wilson interval, the number that reach it; the last band is the number released. Where
+  fewer than --least logs were released the cell is transparent. The cell size is such that nine of ten logs lie in
+  cells with a share, or that of --cell-m;
+- `origins.gpkg`, layer `sources`: for each line the ground from which at least a given share of the logs reach it
   (--source-shares), with their share and its interval; layer `affected`: for each release area the ground that at least
-  so many of its logs pass (--affected-shares), from stored trajectories (one release area needs none);
+  a given share of its logs pass (--affected-shares), from stored trajectories (not needed with one release area);
 - `origins.png`: a map of the shares and of both ends of their intervals; `origins.json`: all in numbers.
 
-A grid of releases over all ground on which logs could start, as dense as it is susceptible:
+Releases over all ground on which logs could start, with a density that follows the susceptibility:
 
     deadwood-tool assess-mobilisation --dem sample_data/dem.tif --friction 0.25 --output susceptibility.tif \\
         --release-areas zones.gpkg
@@ -21,8 +21,8 @@ A grid of releases over all ground on which logs could start, as dense as it is 
         --lines 'sample_data/sample.gpkg|layername=lines' --output run
     deadwood-tool map-origins --run run --output origins
 
-The shares are those of logs that have started. How likely a log starts, assess-mobilisation judges; a share times that
-is not calculated here. A place where no log was released is empty, which says nothing of it.
+The shares are those of logs that have started. assess-mobilisation rates how favourable a place is for a start; the
+product of the two is not computed. A place where no log was released is empty, which says nothing about it.
 """
 
 from __future__ import annotations

@@ -1,23 +1,23 @@
-"""Repeat sections 5, 6 and the appendices of the paper on two synthetic twins, and judge its findings one by one.
+"""Repeat sections 5, 6 and the appendices of the paper on two synthetic twins, and assess its findings one by one.
 
-The folder holds `findings.json` (statement, section, the paper's figure, ours with its interval, whether it holds, why,
+The folder holds `findings.json` (statement, section, the paper's value, ours with its interval, whether it holds, why,
 and the verdict: holds, does not hold, not decided, cannot be judged here), the same as `findings.csv` and
-`findings.md`, `report.html` with the figures beside the paper's (3, 4, A1, B1), and every run. Judged is a finding (an
-order, a direction, the size of a ratio), not another slope's number. The twins and the rules were fixed before the
-first run; the numbers of the twins, each with its source, are in `deadwood_algorithms/paper/README.md`;
-`--twin-version 1` takes the twins that were used until November 2026. The log slides as the smooth cone, and again as
-the paper's point cloud (`make-log`, ids that end in `.cloud`). What fewer than 20 000 logs leave open is slid again
+`findings.md`, `report.html` with the figures beside the paper's (3, 4, A1, B1), and every run. A finding is assessed
+(an order, a direction, the size of a ratio), not the value on another slope. The twins and the rules were fixed before
+the first run; the numbers of the twins, each with its source, are in `deadwood_algorithms/paper/README.md`;
+`--twin-version 1` uses the twins of before November 2026. The log slides as the smooth cone, and again as the paper's
+point cloud (`make-log`, ids that end in `.cloud`). Findings that fewer than 20 000 logs leave undecided are repeated
 with 20 000.
 
-On the twins of version 2 each finding has a panel of sensitivity (`sensitivity.csv`): the same finding with one chosen
-number of the twin moved (width of treeless strips, roughness, places of release, friction of rolling, another draw of
-relief and forest, and others), a fifth of the logs each. These runs are not kept; `--no-panel` leaves them out.
+On the twins of version 2 each finding has a sensitivity panel (`sensitivity.csv`): the same finding with one assumed
+number of the twin changed (width of treeless strips, roughness, places of release, rolling friction, another draw of
+relief and forest, and others), with a fifth of the logs each. These runs are not kept; `--no-panel` leaves them out.
 
-`--quick` takes a few hundred logs and a coarser set: it shows that all works and judges nothing. An interrupted run
-goes on with `--resume`; what is finished is not slid again.
+`--quick` takes a few hundred logs and a coarser set: it shows that everything works and assesses nothing. `--resume`
+continues an interrupted run; what is finished is not slid again.
 
-With `--site-data FOLDER` the data of the real sites take the twins' place. FOLDER has a folder `klosters`,
-`rothenbrunnen` or both, each with
+With `--site-data FOLDER` the data of the real sites replace the twins. FOLDER has a folder `klosters`, `rothenbrunnen`
+or both, each with
 
 - `dem.tif`, or a folder `dem` of tiles (swissALTI3D 0.5 m, as GeoTIFF);
 - `trees.gpkg` (`dbh_cm`, `height_m`), or `trees.csv`, any table that `import-trees` reads;

@@ -1,25 +1,26 @@
-"""Draw the start positions of many logs inside release areas, and what each log is like.
+"""Draw the start positions of logs inside release areas, and the properties of each log.
 
-Gives the releases layer of ``slide-logs``. Places are uniform by area inside the circle around a point (the paper:
-10 m) or inside a polygon or multipolygon, holes left out; or, with a raster of susceptibility (``--weights``), as dense
-as its values say, inside the areas, or without areas wherever it is above 0. Every area gets ``--count`` logs, or
-``--logs-per-ha`` times its area (without areas, times that of the cells above 0).
+The result is the releases layer of ``slide-logs``. Positions are uniform by area, inside a circle around each point (10
+m in the paper) or inside a polygon or multipolygon without its holes. With a susceptibility raster (``--weights``)
+their density follows its values, inside the areas, or without areas wherever it is above 0. Every area gets ``--count``
+logs, or ``--logs-per-ha`` times its area (without areas: times the area of the cells above 0).
 
-What the logs are like `--preset` says by name, with its source (`deadwood-tool list --presets` has all); an option that
-is given overrides it. A preset of a wood has the density of its critical stage of decay, and a relation of DBH and
-length, by which one of them follows from the other.
+`--preset` sets the properties of the logs by name, with the source (`deadwood-tool list --presets` lists all). Explicit
+options override it. A preset of a species has the density of its critical stage of decay, and a relation of DBH and
+length that gives one from the other.
 
-The logs of an area are alike unless sizes are to be drawn: normal distributions with ``--dbh-sd-cm``, ``--length-sd-m``
-and ``--density-sd-kg-m3`` around the means (a draw that is no log is drawn again, and said), or rows of a table of
-mapped deadwood (``--deadwood``, as ``import-trees --snags`` writes it: each log is like one of its rows). Columns of
-the areas override the options of the same names, those of the mapped deadwood before both. The axis is upright, lying,
+The logs of an area are equal unless their sizes are drawn: from normal distributions with ``--dbh-sd-cm``,
+``--length-sd-m`` and ``--density-sd-kg-m3`` around the means (impossible sizes are drawn again, and counted in a note),
+or from the rows of a table of mapped deadwood (``--deadwood``, as ``import-trees --snags`` writes it). Columns of the
+areas override the options of the same names; columns of the mapped deadwood override both. The axis is upright, lying,
 tilted, ``random`` (any direction in space) or ``random-lying`` (on the ground, any azimuth).
 
-Log k has the same id, place and size however many logs are drawn, for its draws come from the seed and its id alone;
-the ids, from 1, go round the areas (area 1, 2, ..., 1, 2, ...), so that a larger ``--count`` only adds logs.
+Log k has the same id, position and size however many logs are drawn, because its draws depend on the seed and its id
+alone. Ids start at 1 and alternate between the areas (area 1, 2, ..., 1, 2, ...), so a larger ``--count`` only adds
+logs.
 
-It does not judge where wood could start to slide. Source: the paper, section 3.3 (small perturbations of the position
-are the statistical variable).
+The tool does not assess where wood could start to slide (``assess-mobilisation`` does). Source: the paper, section 3.3
+(small perturbations of the position are the statistical variable).
 
     deadwood-tool sample-releases --areas "sample_data/sample.gpkg|layername=release_area" --dem sample_data/dem.tif \\
         --count 200 --output releases.gpkg

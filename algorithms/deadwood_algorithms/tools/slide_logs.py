@@ -1,24 +1,24 @@
-"""Slide the released logs down the terrain, through the standing trees, over or into the barriers.
+"""Slide the released logs down the terrain, among standing trees and barriers.
 
 Each log is a rigid truncated cone (or, with --shape, any convex body) in hard frictional contact with terrain, trees,
-barriers, lying logs and boulders (the engine's README has the physics, after the paper's section 3). The run's folder
-holds the deposits, the trajectories, the share of logs that reach each line, every hit of a barrier, what each tree
-that was hit has taken, and rasters of how often, how fast and how high logs pass. With --lines, danger.tif has where a
-moving log ends on the road: of the logs that passed a cell, the share that reached any line, and each line, with the
-same outline or afterwards. Every released log is accounted for.
+barriers, lying logs and boulders (engine/README.md has the physics, after section 3 of the paper). The run's folder
+holds the deposits, the trajectories, the share of logs that reach each line, every hit of a barrier, impulse and energy
+taken by each tree that was hit, and rasters of how often, how fast and how high logs pass. With --lines, danger.tif is
+the share of passing logs that later reach a line: one band for any line, and one for each. Every released log is
+accounted for.
 
     deadwood-tool slide-logs --dem dem.tif --releases releases.gpkg --trees trees.gpkg --blocks boulders.gpkg \\
         --lines road.gpkg --friction 0.25 --output run
 
-Logs do not break, trees, barriers and boulders do not give way, logs do not meet each other. An interrupted run goes
-on with --resume where it stopped, and gives the same results, bit for bit, as one that was never interrupted. With
---until-ci a run takes the logs in an even draw and ends when it has enough of them; those not run are counted apart.
+Logs do not break or meet each other; trees, barriers and boulders do not give way. --resume continues an interrupted
+run and gives the same results, bit for bit, as a run that was never interrupted. With --until-ci a run takes the logs
+in a random order and ends when the intervals are narrow enough; logs that were not run are counted separately.
 
-With --fidelity auto you say how far the reach of a line may be off, and the tool picks the fidelity and the number of
-logs: --error 0.02 for 2 points, at 95 %, against what `reference` would give for all logs of the kind. The first logs
-tell how many it takes on this slope. Of the calculation it is assumed that `standard` is off by no more than it may be
-on the worst of the benchmark's slopes (--assume). summary.json and the report tell both errors, apart and together.
-With --budget 60s instead of --error it is what comes nearest in that time.
+With --fidelity auto you state how large the error of a line's reach may be, and the tool chooses the fidelity and the
+number of logs: --error 0.02 means 2 points, at 95 % confidence, compared with `reference` for all logs of the kind. The
+first logs show how many are needed on this slope. The error of the calculation is taken from the benchmarks: at most
+that of `standard` on their worst slope (--assume). summary.json and the report state both errors, separately and
+together. With --budget 60s instead of --error the result is the most accurate within that time.
 """
 
 from __future__ import annotations

@@ -1,14 +1,13 @@
-"""Tell what each tree of a run is worth: how many logs more would reach the road without it.
+"""Compute the effect of each tree of a run: how many more logs would reach the road without it.
 
-For every standing tree, lying log and barrier of a run of slide-logs, and for the stands that `--stands` names
-(polygons; a stand is all trees within), and every line: the logs that reach the line as things are, and those that
-would without it, with the interval of the difference (paired: the same logs); the logs that it holds at the end, the
-energy that it takes from all that hit it, and its rank.
+For every standing tree, lying log and barrier of a run of slide-logs, for the stands of `--stands` (polygons; a stand
+is all trees within), and for every line: the number of logs that reach the line, and that would without the object,
+with the interval of the difference (paired: the same logs); the logs that it holds at the end, the energy that it takes
+from all that hit it, and its rank.
 
-The answer is exact for the logs of the run: the same, log by log, as a run of its own without the thing. Only logs to
-which it mattered are slid again, for all others go the same way without it. A tree that is hit often may be worth
-nothing, where the next one would hold what it holds; another turns logs aside that would have missed the road, and so
-is worth less than nothing.
+The result is exact for the logs of the run: the same, log by log, as a separate run without the object. Only logs that
+it affected are slid again; all others move in the same way without it. A tree that is hit often may have no effect, if
+the next one would hold the same logs; another has a negative effect: it deflects logs onto the road.
 
     deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
         --count 200 --output releases.gpkg
@@ -17,12 +16,12 @@ is worth less than nothing.
         --lines 'sample_data/sample.gpkg|layername=lines' --output run
     deadwood-tool value-trees --run run --output trees_value.gpkg
 
-`--plant` asks the other way round: points with `dbh_cm` and `height_m` (trees, or high stumps), each put there alone,
-and how many logs fewer would reach each line then; `--plant-lying` does so for lines of logs that would be left lying.
+`--plant` asks the opposite: points with `dbh_cm` and `height_m` (trees, or high stumps), each added alone, and how many
+fewer logs would then reach each line; `--plant-lying` does so for lines of logs that would be left lying.
 
-What several things are worth together is not the sum of what each is worth: two trees side by side may each be worth
-nothing, and both together much. Name them as a stand, or compare two runs (compare-scenarios). The worth of a tree is
-that for these releases. Trees do not break here; what a log does to the tree is not reckoned.
+The effect of several objects together is not the sum of their effects: two trees side by side may each have none, and
+together a large one. Name them as a stand, or compare two runs (compare-scenarios). The effect of a tree holds for
+these releases. Trees do not break, and the damage of the tree is not computed.
 """
 
 from __future__ import annotations

@@ -1,17 +1,17 @@
-"""Tell which of the inputs the answer depends on: friction, the sizes of logs and trees, the terrain model, and others.
+"""Find the most influential inputs: friction, the sizes of logs and trees, the terrain model, and others.
 
-The same logs slide again and again, each time with other values of the factors that --vary names. Two things are read
-from it, for the reach of every line and for the mean run-out:
+The same logs slide again and again, each time with other values of the factors of --vary. Two results follow, for the
+reach of every line and for the mean run-out:
 
-- the tornado: every factor alone at both ends of its range, the others as they are. The swing
-  between the ends has the interval of a paired difference over the logs (Tango's; of run-outs a bootstrap);
-- the indices, of --design latin or sobol: all factors at once, over all of their ranges. The first-order index is the
-  share of the variance that a factor accounts for alone, the total-effect index the share that it has a part in, alone
-  or with others (Saltelli et al. 2010, Jansen 1999). What so few logs add to them by chance is taken off; the
-  intervals are by bootstrap over the design's rows and the logs. The design has (factors + 2) x --samples runs.
+- the tornado: every factor alone at both ends of its range, with the others unchanged. The swing between the ends has
+  the interval of a paired difference over the logs (Tango's; for run-outs a bootstrap);
+- the indices, with --design latin or sobol: all factors at once, over all of their ranges. The first-order index is the
+  share of the variance that a factor accounts for alone, the total-effect index the share in which it has a part, alone
+  or with others (Saltelli et al. 2010, Jansen 1999). The chance contribution of a small number of logs is subtracted;
+  the intervals are by bootstrap over the design's rows and the logs. The design has (factors + 2) x --samples runs.
 
-In the folder are `tornado.csv`, `tornado.png`, `indices.csv`, `runs.csv` (one row a run) and `summary.json` with the
-sentence "your answer depends on ...", or that so many logs do not decide it.
+The folder holds `tornado.csv`, `tornado.png`, `indices.csv`, `runs.csv` (one row for each run) and `summary.json` with
+a sentence that names the most influential input, or says that this many logs do not decide it.
 
     deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
         --count 100 --output releases.gpkg
@@ -19,10 +19,10 @@ sentence "your answer depends on ...", or that so many logs do not decide it.
         --lines 'sample_data/sample.gpkg|layername=lines' --friction 0.25 \\
         --vary friction=0.2:0.3,rolling_friction,log_density_factor --design ends --output varied
 
-A range is the user's: a wide one makes its factor strong. The ranges that are offered are suggestions (rolling friction
-0.03 to 0.15, for no value is measured for logs). Values in a range count as equally likely and factors as independent.
-Of what is not varied the tool knows nothing. The error of the terrain model is a random surface, which does not change
-from log to log: the tornado shows one of them, the design another in every row.
+You choose the ranges: a wide one makes its factor strong. The default ranges are suggestions (rolling friction 0.03 to
+0.15, because no value has been measured for logs). Values in a range count as equally likely and factors as
+independent. Inputs that are not varied have no part in the result. The error of the terrain model is a random surface,
+the same for all logs: the tornado uses one of them, the design another in every row.
 """
 
 from __future__ import annotations

@@ -1,28 +1,28 @@
-"""Throw trees as a storm does, and write what stands and lies before, after, years later, and cleared.
+"""Throw trees as a storm does, and write what stands and lies before, after, years later, and after clearing.
 
-Of a trees layer a share of the stems is thrown: of all (`--share`), of each class of DBH (`--dbh-classes 0:0.1,40:0.7`,
-from 0 cm on a tenth, from 40 cm on seven tenths), within polygons (`--windthrow-areas`, whose column `share` goes
-before), and the trees that `--ids` names. The nearest whole number of each group falls; which ones depends on the seed
-and each tree's id.
+A share of the stems is thrown: of all (`--share`), of each class of DBH (`--dbh-classes 0:0.1,40:0.7`: a tenth from 0
+cm, seven tenths from 40 cm), within polygons (`--windthrow-areas`, whose column `share` overrides these), and the trees
+named by `--ids`. In each group the nearest whole number falls; which trees fall depends on the seed and each tree's id.
 
-A thrown stem lies from its stump towards `--fall-deg`, where the wind blows to, with a normal scatter; it is the part
-of the tree's truncated cone above the stump, as long on the slope as it was high. The stump stays, as a short tree
-(`--stump-m 0`: uprooted, none). What would reach beyond the terrain model ends at its edge; stems that fall off it
-altogether are left out and counted. The folder holds layers ready for `slide-logs`:
+A thrown stem lies from its stump towards `--fall-deg`, the direction to which the wind blows, with a normal scatter. It
+is the part of the tree's truncated cone above the stump, and as long on the slope as it was high. The stump remains as
+a short tree (`--stump-m 0`: uprooted, no stump). A stem that would extend beyond the terrain model ends at its edge;
+stems that fall off it completely are left out and counted. The folder holds layers for `slide-logs`:
 
-- `trees_before.gpkg`: the forest before;
-- `trees_after.gpkg`, `lying_after.gpkg`: what stands, with stumps, and what lies right after;
-- `trees_later.gpkg`, `lying_later.gpkg`: the same ten years on, say: a share of the lying logs is gone (`--lost`), the
-  others are thinner (`--thinner`). The defaults are assumptions, no measurement: take those of your climate and wood.
-  `--wood spruce --years 10` reckons `--thinner` from a published rate of decay;
-- `trees_cleared.gpkg`: everything that lay is removed, the stumps stay;
+- `trees_before.gpkg`: the forest before the storm;
+- `trees_after.gpkg`, `lying_after.gpkg`: what stands, with stumps, and what lies right after the storm;
+- `trees_later.gpkg`, `lying_later.gpkg`: the same years later: a share of the lying logs is gone (`--lost`), the others
+  are thinner (`--thinner`). The defaults are assumptions, not measurements: use values of your climate and wood.
+  `--wood spruce --years 10` computes `--thinner` from a published rate of decay;
+- `trees_cleared.gpkg`: all lying stems are removed, the stumps remain;
 - `stems.gpkg`: every tree, and whether it stands, lies or is removed in each scenario.
 
     deadwood-tool import-trees --trees sample_data/trees.csv --dem sample_data/dem.tif --output trees.gpkg
     deadwood-tool windthrow --trees trees.gpkg --dem sample_data/dem.tif --share 0.4 --fall-deg 180 --output storm
 
-It prints the commands that slide the same logs through all four, and compare them. It does not say which trees a storm
-throws: that is yours to say. Stems lie flat, not on one another or against standing trees; nothing grows in between.
+The tool prints the commands that slide the same logs through all four scenarios and compare them. It does not predict
+which trees a storm throws: that is your input. Stems lie flat, not on one another or against standing trees; regrowth
+is not modelled.
 """
 
 from __future__ import annotations
