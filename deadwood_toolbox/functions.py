@@ -173,11 +173,11 @@ def assess_mobilisation(
     window_m : m, 0 < x <= 1000, default 10
         Window of slope and roughness, about as long as a log bridges.
     slope_none_deg : °, 0 <= x <= 90, default 30
-        Slope up to which nothing starts.
+        Slope up to which the steepness factor is 0.
     slope_full_deg : °, 0 <= x <= 90, default 35
-        Slope from which the steepness is full.
+        Slope from which the steepness factor is 1.
     roughness_limit_m : m, > 0, default 1
-        Roughness that holds every log.
+        Roughness at which no log starts.
     gully_window_m : m, 0 < x <= 1000, default 20
         Window of gullies.
     gully_depth_m : m, > 0, default 0.5
@@ -195,14 +195,14 @@ def assess_mobilisation(
     species_field : optional
         Field of the species. Without it: species.
     standing_field : optional
-        Field of whether it stands, 1, or lies, 0. Without it: standing.
+        Field that is 1 if it stands, 0 if it lies. Without it: standing.
     years_from : >= 0, default 2
         Years since death from which spruce is smooth.
     years_to : >= 0, default 5
         Years since death up to which spruce is strong.
     crs : optional
-        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS.
+        CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
+        CRS.
     overwrite : optional
         Replace an output that exists.
     output : output, optional
@@ -210,7 +210,7 @@ def assess_mobilisation(
     release_areas : output, optional
         Candidate release areas (.gpkg). True: beside the main output.
     assessed : output, optional
-        Mapped deadwood, judged (.gpkg). True: beside the main output.
+        Mapped deadwood, rated (.gpkg). True: beside the main output.
     factors : output, optional
         Slope, roughness and gully depth (.tif). True: beside the main output.
     progress : bool
@@ -291,7 +291,7 @@ def sample_releases(
     dem : required
         Terrain (DEM); its CRS is that of the output. A raster, a folder of tiles, or tiles with commas between.
     weights : optional
-        Susceptibility raster: how likely logs start in a cell. Any numbers from 0 up.
+        Susceptibility raster: relative density of starts. Any values of at least 0.
     count : 1 <= x <= 1000000000, default 2000
         Logs per area.
     logs_per_ha : 1/ha, > 0
@@ -299,9 +299,9 @@ def sample_releases(
     radius_m : m, >= 0, default 10
         Radius of the circle around a point.
     release_id_field : optional
-        Field of the areas that names them. Without it: release_id, else the row number from 1.
+        Field with the names of the areas. Without it: release_id, else the row number from 1.
     preset : one of klosters, rothenbrunnen, spruce-critical, beech-critical, pine-critical, default klosters
-        What the logs are like, by name. klosters: the logs of Klosters 2022 (dbh_cm 75, length_m 30,
+        Properties of the logs, by name. klosters: the logs of Klosters 2022 (dbh_cm 75, length_m 30,
         density_kg_m3 300); rothenbrunnen: the log of Rothenbrunnen 2022 (dbh_cm 30, length_m 15, density_kg_m3
         300); spruce-critical: spruce without bark and branches that does not break yet, 2 to 5 years after
         death: 374 to 339 kg/m³ (density_kg_m3 357); beech-critical: beech without bark and branches that does
@@ -337,8 +337,8 @@ def sample_releases(
     seed : >= 0, default 0
         Seed of the random draws.
     crs : optional
-        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS.
+        CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
+        CRS.
     overwrite : optional
         Replace an output that exists.
     output : output, optional
@@ -499,7 +499,7 @@ def import_trees(
         Table or layer of single trees.
     source : one of auto, table, lidr, foresttools, itcsegment, lidartree, pycrown, fint, fint-ch, cloud2trees,
       rockyfor3d, platrock, neon, sortie, default auto
-        What wrote the table. table: usual names only.
+        Program that wrote the table. table: usual names only.
     dem : optional
         Terrain (DEM). Gives the CRS of the output; trees off the DEM are dropped. A raster, a folder of tiles,
         or tiles with commas between.
@@ -525,14 +525,14 @@ def import_trees(
         What the crown field holds, in m or m². Without it: as the source or the field's usual name says, else
         the diameter.
     missing_value : optional
-        Number that stands for a missing value. For example -1 (FINT-CH) or 0.
+        Number that marks a missing value. For example -1 (FINT-CH) or 0.
     status_field : optional
-        Field that tells dead trees from living ones.
+        Field that distinguishes dead trees from living ones.
     dead_values : optional
-        Its values of dead standing trees. Separated by commas, or by semicolons where a value holds a comma.
+        Its values for dead standing trees. Separated by commas, or by semicolons where a value holds a comma.
         Without it: the usual words.
     gone_values : optional
-        Its values of trees that stand no more. As the dead values; these trees are dropped.
+        Its values for removed or fallen trees. As the dead values; these trees are dropped.
     keep_dead : optional
         Keep dead standing trees among the trees too.
     min_height_m : m, >= 0, default 1.3
@@ -548,19 +548,19 @@ def import_trees(
         Published law in place of a and b. The description lists them. Beside a law with the crown, a and b
         serve trees whose crown is not known.
     dbh_zones : polygon
-        Zones with laws of their own. Fields dbh_a and dbh_b, or dbh_law.
+        Zones with different laws. Fields dbh_a and dbh_b, or dbh_law.
     dbh_sample : optional
-        Measured trees to fit the law to. Those with a DBH and a height; the table itself will do.
+        Measured trees to fit the law to. Those with a DBH and a height; the table itself can be used.
     replace_dbh : optional
-        Compute the DBH from the height even where the table has one.
+        Compute the DBH from the height also where the table has one.
     merge_within_m : m, >= 0, default 0
-        Trees nearer than this are one. The tallest stays; 0 merges none.
+        Trees nearer than this are merged. The tallest stays; 0 merges none.
     tile_field : optional
         Field of the tile. Only trees of different tiles are then merged. QGIS's Merge Vector Layers calls it
         layer.
     crs : optional
-        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS.
+        CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
+        CRS.
     overwrite : optional
         Replace an output that exists.
     snags : output, optional
@@ -661,8 +661,8 @@ def find_trees(
       oregon-silver-fir, oregon-western-hemlock, oregon-douglas-fir
         Published law in place of a and b. import-trees lists them.
     crs : optional
-        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS.
+        CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
+        CRS.
     overwrite : optional
         Replace an output that exists.
     output : output, optional
@@ -778,8 +778,8 @@ def generate_forest(
     seed : >= 0, default 0
         Seed of the random draws.
     crs : optional
-        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS.
+        CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
+        CRS.
     overwrite : optional
         Replace an output that exists.
     output : output, optional
@@ -860,28 +860,29 @@ def windthrow(
     windthrow_areas : polygon
         Areas of windthrow. Nothing falls outside. A column share overrides share and dbh_classes.
     ids : optional
-        Trees that are thrown in any case. tree_id, with commas.
+        Trees that fall in any case. Values of tree_id, separated by commas.
     fall_deg : °, 0 <= x <= 360, required
         Azimuth towards which stems fall, where the wind blows to.
     scatter_deg : °, 0 <= x <= 180, default 20
-        Standard deviation of that.
+        Standard deviation of that azimuth.
     stump_m : m, >= 0, default 0.5
         Height of the stumps. 0: none, the stems are uprooted.
     lost : 0 <= x <= 1, default 0.3
-        Share of the lying logs that is gone years later.
+        Share of the lying logs that has disappeared years later.
     thinner : 0 <= x <= 0.95
-        Share of the others' diameter that is gone by then. Default: by wood, else 0.2, an assumption.
+        Share by which the diameter of the others has decreased by then. Default: by wood, else 0.2, an
+        assumption.
     wood : one of spruce, beech, pine
-        Wood whose rate of decay says how much thinner. spruce: its mass falls by 3.2 % a year, taken off from
+        Wood whose rate of decay gives the decrease. spruce: its mass falls by 3.2 % a year, taken off from
         outside (rate 0.033); beech: its mass falls by 5.3 % a year, taken off from outside (rate 0.054); pine:
         its mass falls by 3.1 % a year, taken off from outside (rate 0.032).
     years : 0 <= x <= 100
-        Years on, with wood. Default: 10.
+        Years after the storm, with wood. Default: 10.
     seed : >= 0, default 0
         Seed of the random draws.
     crs : optional
-        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS.
+        CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
+        CRS.
     output : output, optional
         Folder of the scenarios' layers. Without it, in a temporary folder that lasts as long as the result.
     overwrite : optional
@@ -952,26 +953,26 @@ def add_structures(
     structures : line, required
         Crest lines of embankments, bottom lines of ditches.
     kind : one of embankment, ditch, default embankment
-        Kind of lines whose layer names none.
+        Kind of structure, where the layer has none.
     height_m : m, > 0
-        Height of the crest above the ground, of a ditch its depth, likewise.
+        Height of the crest above the ground, or depth of a ditch, where the layer has none.
     elevation_m : m
-        Elevation of the crest or bottom, likewise. Goes before the height.
+        Elevation of the crest or bottom, where the layer has none. Overrides the height.
     elevation_from_z : optional
         Take the elevation from the Z of the lines' vertices.
     crest_width_m : m, >= 0, default 2
-        Width of the crest or bottom, likewise.
+        Width of the crest or bottom, where the layer has none.
     slope_deg : °, 0 < x <= 90, default 45
-        Slope of both sides, likewise.
+        Slope of both sides, where the layer has none.
     slope_left_deg : °, 0 < x <= 90
-        Slope of the left side, likewise.
+        Slope of the left side, where the layer has none.
     slope_right_deg : °, 0 < x <= 90
-        Slope of the right side, likewise.
+        Slope of the right side, where the layer has none.
     max_reach_m : m, > 0, default 100
         Distance from the crest within which a side must meet the ground.
     crs : optional
-        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS.
+        CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
+        CRS.
     overwrite : optional
         Replace an output that exists.
     output : output, optional
@@ -1040,7 +1041,7 @@ def make_log(
     vertices : 3 <= x <= 1000, default 16
         Vertices of each ring.
     ring_spacing_m : m, > 0, default 0.5
-        Distance of the rings, at most.
+        Largest distance of the rings.
     rings : 2 <= x <= 1000
         Rings, those of the two ends included, instead of a distance.
     output : output, optional
@@ -1213,8 +1214,8 @@ def slide_logs(
     restitution : 0 <= x <= 1, default 0
         Normal restitution of impacts.
     rolling_friction : 0 <= x <= 0.5, default 0.1
-        Coefficient of rolling friction of the ground. The moment against rolling is at most this times the push
-        of the ground times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
+        Coefficient of rolling friction of the ground. The moment against rolling is at most this times the
+        normal force times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
         0.13; 0 is rigid ground. No value measured for logs is known.
     tree_friction : >= 0
         Friction of stems and lying logs. Default: the ground's there.
@@ -1225,39 +1226,38 @@ def slide_logs(
     barrier_restitution : 0 <= x <= 1
         Restitution of barriers. Default: that of the ground.
     shape : default cone
-        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) lets the
-        convex hull of its points slide instead of logs: rocks, or logs as rings of vertices. dbh_cm and
-        length_m of the releases then do not count, the density does; its z axis takes the place of a log's
-        axis.
+        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
+        the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
+        of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     time_limit_s : s, 0 < x <= 86400, default 300
-        Longest run of a log.
+        Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
         Speed below which a log may be at rest.
     dbh_cm : cm, 0 < x <= 1500, default 75
-        DBH of logs whose layer names none.
+        DBH, where the layer has none.
     length_m : m, 0 < x <= 150, default 30
-        Length, likewise.
+        Length, where the layer has none.
     density_kg_m3 : kg/m³, 0 < x <= 25000, default 300
-        Density, likewise.
+        Density, where the layer has none.
     orientation : one of upright, lying, tilted, default upright
-        Orientation, likewise.
+        Orientation, where the layer has none.
     tilt_deg : °, 0 <= x <= 180, default 0
         Tilt from the vertical, likewise.
     azimuth_deg : °, default 0
-        Azimuth of tip and speed, likewise.
+        Azimuth of tip and speed, where the layer has none.
     speed_ms : m/s, 0 <= x <= 300, default 0
         Initial speed, likewise.
     drop_m : m, 0 <= x <= 1000, default 0
-        Clearance at the start, likewise.
+        Clearance at the start, where the layer has none.
     lying_diameter_cm : cm, 0 < x <= 1500, default 40
-        Base diameter of lying logs whose layer names none.
+        Base diameter of lying logs, where the layer has none.
     min_runout_m : m, >= 0
-        Deposits nearer than this do not count for the spread. Default: one log length.
+        Least run-out of deposits that count for the spread. Default: one log length.
     seed : >= 0, default 0
         Seed of the random draws.
     crs : optional
-        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS.
+        CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
+        CRS.
     friction_preset : one of wet-debarked, wet-bark, chute-dry, chute-watered, chute-iced
         Friction coefficient by name. wet-debarked: a wet log without bark and branches on wet ground, 0.2 to
         0.3 (friction 0.25); wet-bark: a wet log with its bark on wet ground, 0.25 to 0.38 (friction 0.31);
@@ -1273,52 +1273,52 @@ def slide_logs(
     workers : >= 1
         With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
     plan : optional
-        Only say what the run would take, and end. From a pilot of plan_logs: logs, core-hours, memory, disk
-        and time. Nothing is written.
+        Only state what the run would take. From a pilot of plan_logs: logs, core-hours, memory, disk and
+        time. Nothing is written.
     plan_logs : >= 10, default 400
         Logs of the pilot of plan, at most.
     plan_workers : 1 <= x <= 1000000, default 16
-        Workers for which plan tells the time as well.
+        Workers for which plan also states the time.
     resume : optional
-        Go on with an interrupted run.
+        Continue an interrupted run.
     fidelity : one of draft, standard, fine, reference, auto, default standard
         Speed against accuracy. auto: the cheapest that keeps error, or the best within budget.
     error : 0 < x <= 0.5
-        How far the reach of a line may be off (fidelity auto). 0.02 means ±2 points from what reference would
+        Permitted error of the reach of a line (fidelity auto). 0.02 means ±2 points from what reference would
         give, at 95 %, by sampling and by calculation together. Needs lines.
     budget : optional
-        Time for the run, instead of error (fidelity auto). 60s, 5min or 1h: the fidelity and the number of
-        logs that come nearest to the truth in that time on this machine, give or take a tenth. report and
-        qgis_project come on top.
+        Time for the run, instead of error (fidelity auto). 60s, 5min or 1h: the most accurate fidelity and
+        number of logs for that time on this machine, within about a tenth. report and qgis_project take
+        additional time.
     assume : one of none, standard, draft, default standard
-        Errors of calculation taken from the benchmark's slopes (fidelity auto). none: nothing, which takes
-        reference. standard: that standard is off by no more than it may be on the worst of them. draft: draft
-        as well.
+        Errors of calculation taken from the benchmark's slopes (fidelity auto). none: nothing, so that
+        reference is used. standard: the error of standard is at most that on the worst of them. draft: draft as
+        well.
     time_step_s : s, 1e-05 <= x <= 1
         Longest time step, instead of the fidelity's.
     station_spacing_m : m, 0.001 <= x <= 100
-        Distance of the contact rings, instead of the fidelity's.
+        Spacing of the contact stations, instead of the fidelity's.
     trajectories : default 1000
         Logs whose trajectory is kept: all, none, or how many. Chosen by seed and log_id alone.
     until_ci : 0.0001 <= x <= 0.5
-        End when every line's reach interval is this narrow (half-width). 0.005 means ±0.5 points. Logs are run
-        in an even draw, at most all; looks after 1000, 2000, 4000, ... of them take intervals widened for the
-        repetition; the reported 95 % ones are narrower still. Needs lines.
+        End when every line's reach interval is this narrow (half-width). 0.005 means ±0.5 points. Logs run in a
+        random order, at most all. Checks after 1000, 2000, 4000, ... logs use intervals widened for the
+        repetition; the reported 95 % intervals are narrower. Needs lines.
     danger_least : >= 1, default 10
-        Logs that must have passed a cell for its danger to be told. In danger.tif, which lines brings, cells
+        Least number of passing logs for which a cell has a value. In danger.tif, which lines brings, cells
         with fewer are transparent.
     danger_counts : optional
-        Keep the counts behind danger.tif too. danger_count.tif, from which those of several runs add up;
-        run-sites asks for it.
+        Also keep the counts of danger.tif. danger_count.tif, from which those of several runs add up; run-sites
+        asks for it.
     tree_capacity_kj : kJ, > 0
         Energy that a tree of 40 cm DBH takes before it breaks, to count the hits above. Nothing breaks: the
         hits in which a standing tree takes more are counted, and the logs that had one.
     tree_capacity_power : 0 <= x <= 6, default 2
-        Power of DBH over 40 cm with which it grows.
+        Exponent of DBH / 40 cm with which it grows.
     log_capacity_kj : kJ, > 0
         Energy that a log of 40 cm DBH can lose in a hit before it breaks, to count the hits above.
     log_capacity_power : 0 <= x <= 6, default 2
-        Power of DBH over 40 cm with which that grows.
+        Exponent of DBH / 40 cm with which that grows.
     qgis_project : optional
         Add a QGIS project to the run. With styled and grouped layers, animated logs and a 3-D view:
         project.qgz, and scene.gpkg beside it.
@@ -1476,8 +1476,8 @@ def run_sites(
     restitution : 0 <= x <= 1, default 0
         Normal restitution of impacts.
     rolling_friction : 0 <= x <= 0.5, default 0.1
-        Coefficient of rolling friction of the ground. The moment against rolling is at most this times the push
-        of the ground times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
+        Coefficient of rolling friction of the ground. The moment against rolling is at most this times the
+        normal force times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
         0.13; 0 is rigid ground. No value measured for logs is known.
     tree_friction : >= 0
         Friction of stems and lying logs. Default: the ground's there.
@@ -1488,39 +1488,38 @@ def run_sites(
     barrier_restitution : 0 <= x <= 1
         Restitution of barriers. Default: that of the ground.
     shape : default cone
-        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) lets the
-        convex hull of its points slide instead of logs: rocks, or logs as rings of vertices. dbh_cm and
-        length_m of the releases then do not count, the density does; its z axis takes the place of a log's
-        axis.
+        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
+        the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
+        of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     time_limit_s : s, 0 < x <= 86400, default 300
-        Longest run of a log.
+        Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
         Speed below which a log may be at rest.
     dbh_cm : cm, 0 < x <= 1500, default 75
-        DBH of logs whose layer names none.
+        DBH, where the layer has none.
     length_m : m, 0 < x <= 150, default 30
-        Length, likewise.
+        Length, where the layer has none.
     density_kg_m3 : kg/m³, 0 < x <= 25000, default 300
-        Density, likewise.
+        Density, where the layer has none.
     orientation : one of upright, lying, tilted, default upright
-        Orientation, likewise.
+        Orientation, where the layer has none.
     tilt_deg : °, 0 <= x <= 180, default 0
         Tilt from the vertical, likewise.
     azimuth_deg : °, default 0
-        Azimuth of tip and speed, likewise.
+        Azimuth of tip and speed, where the layer has none.
     speed_ms : m/s, 0 <= x <= 300, default 0
         Initial speed, likewise.
     drop_m : m, 0 <= x <= 1000, default 0
-        Clearance at the start, likewise.
+        Clearance at the start, where the layer has none.
     lying_diameter_cm : cm, 0 < x <= 1500, default 40
-        Base diameter of lying logs whose layer names none.
+        Base diameter of lying logs, where the layer has none.
     min_runout_m : m, >= 0
-        Deposits nearer than this do not count for the spread. Default: one log length.
+        Least run-out of deposits that count for the spread. Default: one log length.
     seed : >= 0, default 0
         Seed of the random draws.
     crs : optional
-        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS.
+        CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
+        CRS.
     friction_preset : one of wet-debarked, wet-bark, chute-dry, chute-watered, chute-iced
         Friction coefficient by name. wet-debarked: a wet log without bark and branches on wet ground, 0.2 to
         0.3 (friction 0.25); wet-bark: a wet log with its bark on wet ground, 0.25 to 0.38 (friction 0.31);
@@ -1536,52 +1535,52 @@ def run_sites(
     workers : >= 1
         With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
     plan : optional
-        Only say what the run would take, and end. From a pilot of plan_logs: logs, core-hours, memory, disk
-        and time. Nothing is written.
+        Only state what the run would take. From a pilot of plan_logs: logs, core-hours, memory, disk and
+        time. Nothing is written.
     plan_logs : >= 10, default 400
         Logs of the pilot of plan, at most.
     plan_workers : 1 <= x <= 1000000, default 16
-        Workers for which plan tells the time as well.
+        Workers for which plan also states the time.
     resume : optional
-        Go on with an interrupted run.
+        Continue an interrupted run.
     fidelity : one of draft, standard, fine, reference, auto, default standard
         Speed against accuracy. auto: the cheapest that keeps error, or the best within budget.
     error : 0 < x <= 0.5
-        How far the reach of a line may be off (fidelity auto). 0.02 means ±2 points from what reference would
+        Permitted error of the reach of a line (fidelity auto). 0.02 means ±2 points from what reference would
         give, at 95 %, by sampling and by calculation together. Needs lines.
     budget : optional
-        Time for the run, instead of error (fidelity auto). 60s, 5min or 1h: the fidelity and the number of
-        logs that come nearest to the truth in that time on this machine, give or take a tenth. report and
-        qgis_project come on top.
+        Time for the run, instead of error (fidelity auto). 60s, 5min or 1h: the most accurate fidelity and
+        number of logs for that time on this machine, within about a tenth. report and qgis_project take
+        additional time.
     assume : one of none, standard, draft, default standard
-        Errors of calculation taken from the benchmark's slopes (fidelity auto). none: nothing, which takes
-        reference. standard: that standard is off by no more than it may be on the worst of them. draft: draft
-        as well.
+        Errors of calculation taken from the benchmark's slopes (fidelity auto). none: nothing, so that
+        reference is used. standard: the error of standard is at most that on the worst of them. draft: draft as
+        well.
     time_step_s : s, 1e-05 <= x <= 1
         Longest time step, instead of the fidelity's.
     station_spacing_m : m, 0.001 <= x <= 100
-        Distance of the contact rings, instead of the fidelity's.
+        Spacing of the contact stations, instead of the fidelity's.
     trajectories : default 1000
         Logs whose trajectory is kept: all, none, or how many. Chosen by seed and log_id alone.
     until_ci : 0.0001 <= x <= 0.5
-        End when every line's reach interval is this narrow (half-width). 0.005 means ±0.5 points. Logs are run
-        in an even draw, at most all; looks after 1000, 2000, 4000, ... of them take intervals widened for the
-        repetition; the reported 95 % ones are narrower still. Needs lines.
+        End when every line's reach interval is this narrow (half-width). 0.005 means ±0.5 points. Logs run in a
+        random order, at most all. Checks after 1000, 2000, 4000, ... logs use intervals widened for the
+        repetition; the reported 95 % intervals are narrower. Needs lines.
     danger_least : >= 1, default 10
-        Logs that must have passed a cell for its danger to be told. In danger.tif, which lines brings, cells
+        Least number of passing logs for which a cell has a value. In danger.tif, which lines brings, cells
         with fewer are transparent.
     danger_counts : optional
-        Keep the counts behind danger.tif too. danger_count.tif, from which those of several runs add up;
-        run-sites asks for it.
+        Also keep the counts of danger.tif. danger_count.tif, from which those of several runs add up; run-sites
+        asks for it.
     tree_capacity_kj : kJ, > 0
         Energy that a tree of 40 cm DBH takes before it breaks, to count the hits above. Nothing breaks: the
         hits in which a standing tree takes more are counted, and the logs that had one.
     tree_capacity_power : 0 <= x <= 6, default 2
-        Power of DBH over 40 cm with which it grows.
+        Exponent of DBH / 40 cm with which it grows.
     log_capacity_kj : kJ, > 0
         Energy that a log of 40 cm DBH can lose in a hit before it breaks, to count the hits above.
     log_capacity_power : 0 <= x <= 6, default 2
-        Power of DBH over 40 cm with which that grows.
+        Exponent of DBH / 40 cm with which that grows.
     qgis_project : optional
         Add a QGIS project to the run. With styled and grouped layers, animated logs and a 3-D view:
         project.qgz, and scene.gpkg beside it.
@@ -1602,7 +1601,7 @@ def run_sites(
     configs : optional
         Folder with a JSON file of parameters for each site.
     by : optional
-        Field of the releases that tells the sites apart.
+        Field of the releases that distinguishes the sites.
     merge : optional
         Merge the rasters of sites on one terrain model.
     progress : bool
@@ -1676,7 +1675,7 @@ def count_hits(
     log_id : optional
         Only these logs. Comma-separated.
     stop_reason : optional
-        Only logs that ended so. Comma-separated: rest, tree, barrier, left_dem, time_limit, failed.
+        Only logs with these stop reasons. Comma-separated: rest, tree, barrier, left_dem, time_limit, failed.
     quantiles : %, 0 <= x <= 100, default 50,90,95,99
         Quantiles of the rasters below. A band each.
     speed : output, optional
@@ -1691,7 +1690,7 @@ def count_hits(
     reaching : line or polygon
         Lines of that raster. Default: the lines of the run.
     danger_least : >= 1, default 10
-        Logs that must have passed a cell for its danger to be told.
+        Least number of passing logs for which a cell has a value.
     output : output, optional
         Hit counts. Without it, in a temporary folder that lasts as long as the result.
     overwrite : optional
@@ -1752,8 +1751,8 @@ def reach_lines(
     lines : line or polygon, required
         Roads, railways, houses to be reached.
     edge_m : m, >= 0, default 20
-        Distance from the terrain model's edges within which logs are warned of. Edges are its border and its
-        nodata; more than half a log's length is wise.
+        Distance from the terrain model's edges within which logs cause a warning. Edges are its border and its
+        nodata; more than half a log's length is recommended.
     output : output, optional
         Reach, arrivals, attribution and origins. Without it, in a temporary folder that lasts as long as the
         result.
@@ -1829,15 +1828,15 @@ def design_values(
     confidence : %, 50 <= x <= 99.9, default 95
         Probability with which an interval holds its percentile, at least.
     barrier_classes : one of etag-027, swiss-2001
-        Classes of barriers, to tell which one holds the energies. etag-027: classes of rockfall protection kits
-        by maximum energy level (MEL) (0: 100 kJ, 1: 250 kJ, 2: 500 kJ, 3: 1000 kJ, 4: 1500 kJ, 5: 2000 kJ, 6:
-        3000 kJ, 7: 4500 kJ, 8: more); swiss-2001: the nine classes of the Swiss type test of rockfall nets (1:
-        100 kJ, 2: 250 kJ, 3: 500 kJ, 4: 750 kJ, 5: 1000 kJ, 6: 1500 kJ, 7: 2000 kJ, 8: 3000 kJ, 9: 5000 kJ,
-        none: more). They are made for rocks; a person decides.
+        Classes of barriers, to find the weakest that holds the energies. etag-027: classes of rockfall
+        protection kits by maximum energy level (MEL) (0: 100 kJ, 1: 250 kJ, 2: 500 kJ, 3: 1000 kJ, 4: 1500 kJ,
+        5: 2000 kJ, 6: 3000 kJ, 7: 4500 kJ, 8: more); swiss-2001: the nine classes of the Swiss type test of
+        rockfall nets (1: 100 kJ, 2: 250 kJ, 3: 500 kJ, 4: 750 kJ, 5: 1000 kJ, 6: 1500 kJ, 7: 2000 kJ, 8: 3000
+        kJ, 9: 5000 kJ, none: more). They are made for rocks; a person decides.
     rule : one of uni-11211-fine, uni-11211-coarse, onr-24810-cc1, onr-24810-cc2, onr-24810-cc3
-        Rule that makes design values of percentiles. uni-11211-fine: Italy, good survey and a model that was
-        calibrated (energy: 95 % times 1.104, height: 95 % times 1.04); uni-11211-coarse: Italy, coarse survey
-        and a model by numbers of the literature (energy: 95 % times 1.611, height: 95 % times 1.21);
+        Rule that derives design values from percentiles. uni-11211-fine: Italy, good survey and a calibrated
+        model (energy: 95 % times 1.104, height: 95 % times 1.04); uni-11211-coarse: Italy, coarse survey and a
+        model with values from the literature (energy: 95 % times 1.611, height: 95 % times 1.21);
         onr-24810-cc1: Austria, consequence class 1 (energy: 99 % times 1, height: 95 % times 1.05);
         onr-24810-cc2: Austria, consequence class 2 (energy: 99 % times 1.05, height: 95 % times 1.1);
         onr-24810-cc3: Austria, consequence class 3 (energy: 99 % times 1.15, height: 95 % times 1.3). They are
@@ -1916,32 +1915,32 @@ def value_trees(
     workers : >= 1
         With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
     plan : optional
-        Only say what the run would take, and end. From a pilot of plan_logs: logs, core-hours, memory, disk
-        and time. Nothing is written.
+        Only state what the run would take. From a pilot of plan_logs: logs, core-hours, memory, disk and
+        time. Nothing is written.
     plan_logs : >= 10, default 400
         Logs of the pilot of plan, at most.
     plan_workers : 1 <= x <= 1000000, default 16
-        Workers for which plan tells the time as well.
+        Workers for which plan also states the time.
     resume : optional
-        Go on with an interrupted run.
+        Continue an interrupted run.
     run : required
         Folder of a run of slide-logs.
     lines : line or polygon
         Other roads, railways or houses than those of the run. Without it, the lines of the run.
     stands : polygon
-        Stands, of which all trees are taken away together. Their id is stand_id, else name, else the row.
+        Stands whose trees are all removed together. Their id is stand_id, else name, else the row.
     plant : point
         Places where a tree or high stump could stand. With dbh_cm and height_m.
     plant_lying : line
         Places where a log could be left lying. From base to tip, with diameter_cm.
     logs : >= 1
-        Logs to ask with (default: all of the run). An even draw, where all would take too long: in a forest
-        some seven times as long as the logs slid.
+        Logs to use (default: all of the run). A random subset, if all take too long: in a forest about seven
+        times as long as the run.
     seed : >= 0, default 0
         Seed of the random draws.
     output : output, optional
-        What each tree, lying log, barrier and stand is worth. Without it, in a temporary folder that lasts as
-        long as the result.
+        Effect of each tree, lying log, barrier and stand. Without it, in a temporary folder that lasts as long
+        as the result.
     overwrite : optional
         Replace an output that exists.
     progress : bool
@@ -2007,24 +2006,24 @@ def break_trees(
     workers : >= 1
         With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
     plan : optional
-        Only say what the run would take, and end. From a pilot of plan_logs: logs, core-hours, memory, disk
-        and time. Nothing is written.
+        Only state what the run would take. From a pilot of plan_logs: logs, core-hours, memory, disk and
+        time. Nothing is written.
     plan_logs : >= 10, default 400
         Logs of the pilot of plan, at most.
     plan_workers : 1 <= x <= 1000000, default 16
-        Workers for which plan tells the time as well.
+        Workers for which plan also states the time.
     resume : optional
-        Go on with an interrupted run.
+        Continue an interrupted run.
     run : required
         Folder of a run of slide-logs, with trees and lines.
     tree_capacity_kj : kJ, > 0, required
         Energy that a tree of 40 cm DBH takes before it breaks.
     tree_capacity_power : 0 <= x <= 6, default 2
-        Power of DBH over 40 cm with which it grows.
+        Exponent of DBH / 40 cm with which it grows.
     lines : line or polygon
         Other roads, railways or houses than those of the run. Without it, the lines of the run.
     logs : >= 1
-        Logs to ask with (default: all of the run). An even draw.
+        Logs to use (default: all of the run). A random subset.
     seed : >= 0, default 0
         Seed of the random draws.
     output : output, optional
@@ -2113,14 +2112,14 @@ def site_barriers(
     workers : >= 1
         With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
     plan : optional
-        Only say what the run would take, and end. From a pilot of plan_logs: logs, core-hours, memory, disk
-        and time. Nothing is written.
+        Only state what the run would take. From a pilot of plan_logs: logs, core-hours, memory, disk and
+        time. Nothing is written.
     plan_logs : >= 10, default 400
         Logs of the pilot of plan, at most.
     plan_workers : 1 <= x <= 1000000, default 16
-        Workers for which plan tells the time as well.
+        Workers for which plan also states the time.
     resume : optional
-        Go on with an interrupted run.
+        Continue an interrupted run.
     run : required
         Folder of a run of slide-logs, with lines.
     lines : line or polygon
@@ -2139,13 +2138,13 @@ def site_barriers(
     count : >= 1, default 1
         Barriers to choose, at most.
     barrier_classes : one of etag-027, swiss-2001
-        Classes of barriers, to tell which one holds the energies. etag-027: classes of rockfall protection kits
-        by maximum energy level (MEL) (0: 100 kJ, 1: 250 kJ, 2: 500 kJ, 3: 1000 kJ, 4: 1500 kJ, 5: 2000 kJ, 6:
-        3000 kJ, 7: 4500 kJ, 8: more); swiss-2001: the nine classes of the Swiss type test of rockfall nets (1:
-        100 kJ, 2: 250 kJ, 3: 500 kJ, 4: 750 kJ, 5: 1000 kJ, 6: 1500 kJ, 7: 2000 kJ, 8: 3000 kJ, 9: 5000 kJ,
-        none: more). They are made for rocks; a person decides.
+        Classes of barriers, to find the weakest that holds the energies. etag-027: classes of rockfall
+        protection kits by maximum energy level (MEL) (0: 100 kJ, 1: 250 kJ, 2: 500 kJ, 3: 1000 kJ, 4: 1500 kJ,
+        5: 2000 kJ, 6: 3000 kJ, 7: 4500 kJ, 8: more); swiss-2001: the nine classes of the Swiss type test of
+        rockfall nets (1: 100 kJ, 2: 250 kJ, 3: 500 kJ, 4: 750 kJ, 5: 1000 kJ, 6: 1500 kJ, 7: 2000 kJ, 8: 3000
+        kJ, 9: 5000 kJ, none: more). They are made for rocks; a person decides.
     logs : >= 1
-        Logs to ask with (default: all of the run). An even draw.
+        Logs to use (default: all of the run). A random subset.
     seed : >= 0, default 0
         Seed of the random draws.
     output : output, optional
@@ -2239,7 +2238,7 @@ def map_intensity(
     energy_classes_kj : kJ, > 0, default 30,300
         Bounds of the classes of energy.
     energy_raster : optional
-        Other energies to be classed [kJ]. Band 1; such as count-hits --energy FILE --quantiles 95.
+        Other energies to classify [kJ]. Band 1; such as count-hits --energy FILE --quantiles 95.
     least_passage : %, 0 <= x <= 100, default 1
         Least share of the logs that bring the energy of a class. 0: the largest energy of all logs, which grows
         with their number.
@@ -2257,7 +2256,7 @@ def map_intensity(
     return_periods_years : years, > 0, default 30,100,300
         Bounds of the classes of return period.
     lines : line or polygon
-        Other lines or houses than those of the run. Their reach is found from stored trajectories.
+        Other lines or houses than those of the run. Their reach is computed from stored trajectories.
     output : output, optional
         Folder of the maps. Without it, in a temporary folder that lasts as long as the result.
     overwrite : optional
@@ -2321,12 +2320,12 @@ def map_origins(
     run : required
         Folder of a run of slide-logs.
     lines : line or polygon
-        Other lines or houses than those of the run. Their reach is found from stored trajectories.
+        Other lines or houses than those of the run. Their reach is computed from stored trajectories.
     cell_m : m, > 0
-        Cell size of the raster. Default: the smallest of 1, 2, 3, 5, 10, ... m that leaves nine of ten logs
-        told.
+        Cell size of the raster. Default: the smallest of 1, 2, 3, 5, 10, ... m with which nine of ten logs lie
+        in cells with a share.
     least : >= 1, default 10
-        Logs released in a cell for its share to be told.
+        Least number of logs released in a cell for which it has a share.
     source_shares : %, 0 < x <= 100, default 1,10,50
         Least shares of the polygons of sources. Of the logs.
     affected_shares : %, 0 < x <= 100, default 1,10
@@ -2382,13 +2381,13 @@ def lateral_spread(
     deposits : point, required
         Deposits of slide-logs, or the folder of its run.
     min_runout_m : m, >= 0
-        Deposits nearer than this do not count. Default: one log length, from the field length_m.
+        Least run-out of deposits that count. Default: one log length, from the field length_m.
     dem : optional
-        Terrain model, for the distance to its edges. Default: the run's, where it still lies. A raster, a
-        folder of tiles, or tiles with commas between.
+        Terrain model, for the distance to its edges. Default: the run's, if it still exists. A raster, a folder
+        of tiles, or tiles with commas between.
     edge_m : m, >= 0, default 20
-        Distance from the terrain model's edges within which deposits are warned of. Edges are its border and
-        its nodata; more than half a log's length is wise.
+        Distance from the terrain model's edges within which deposits cause a warning. Edges are its border and
+        its nodata; more than half a log's length is recommended.
     seed : >= 0, default 0
         Seed of the random draws.
     output : output, optional
@@ -2465,19 +2464,19 @@ def fit_flight(
     barriers : line
         Barriers.
     dbh_cm : cm, > 0, default 75
-        DBH of logs whose layer names none.
+        DBH, where the layer has none.
     length_m : m, > 0, default 30
-        Length, likewise.
+        Length, where the layer has none.
     takeoff_deg : °, -85 <= x <= 85
-        Take-off angle, likewise, upward positive. Without it: the slope of the terrain in the direction of the
-        flight.
+        Take-off angle, upward positive, where the layer has none. Without it: the slope of the terrain in the
+        direction of the flight.
     slope_over_m : m, > 0, default 5
-        Distance before the take-off over which that slope is taken.
+        Distance before the take-off over which that slope is measured.
     tolerance_m : m, >= 0, default 0.3
-        Depth to which the terrain may stand into a flight.
+        Depth to which the terrain may protrude into a flight.
     crs : optional
-        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS.
+        CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
+        CRS.
     overwrite : optional
         Replace an output that exists.
     output : output, optional
@@ -2558,10 +2557,10 @@ def compare_scenarios(
         Name of the run that the others are compared with. Default: the run with the fewest obstacles (trees,
         barriers, lying logs, boulders), of equals the first.
     lines : line or polygon
-        Other lines or houses than those of the runs. Their reach is found from stored trajectories, of the logs
-        that have one in every run.
+        Other lines or houses than those of the runs. Their reach is computed from stored trajectories, of the
+        logs that have one in every run.
     min_runout_m : m, >= 0
-        Deposits nearer than this do not count for the spread. Default: one log length.
+        Least run-out of deposits that count for the spread. Default: one log length.
     seed : >= 0, default 0
         Seed of the random draws.
     output : output, optional
@@ -2699,8 +2698,8 @@ def calibrate_friction(
     restitution : 0 <= x <= 1, default 0
         Normal restitution of impacts.
     rolling_friction : 0 <= x <= 0.5, default 0.1
-        Coefficient of rolling friction of the ground. The moment against rolling is at most this times the push
-        of the ground times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
+        Coefficient of rolling friction of the ground. The moment against rolling is at most this times the
+        normal force times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
         0.13; 0 is rigid ground. No value measured for logs is known.
     tree_friction : >= 0
         Friction of stems and lying logs. Default: the ground's there.
@@ -2711,39 +2710,38 @@ def calibrate_friction(
     barrier_restitution : 0 <= x <= 1
         Restitution of barriers. Default: that of the ground.
     shape : default cone
-        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) lets the
-        convex hull of its points slide instead of logs: rocks, or logs as rings of vertices. dbh_cm and
-        length_m of the releases then do not count, the density does; its z axis takes the place of a log's
-        axis.
+        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
+        the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
+        of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     time_limit_s : s, 0 < x <= 86400, default 300
-        Longest run of a log.
+        Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
         Speed below which a log may be at rest.
     dbh_cm : cm, 0 < x <= 1500, default 75
-        DBH of logs whose layer names none.
+        DBH, where the layer has none.
     length_m : m, 0 < x <= 150, default 30
-        Length, likewise.
+        Length, where the layer has none.
     density_kg_m3 : kg/m³, 0 < x <= 25000, default 300
-        Density, likewise.
+        Density, where the layer has none.
     orientation : one of upright, lying, tilted, default upright
-        Orientation, likewise.
+        Orientation, where the layer has none.
     tilt_deg : °, 0 <= x <= 180, default 0
         Tilt from the vertical, likewise.
     azimuth_deg : °, default 0
-        Azimuth of tip and speed, likewise.
+        Azimuth of tip and speed, where the layer has none.
     speed_ms : m/s, 0 <= x <= 300, default 0
         Initial speed, likewise.
     drop_m : m, 0 <= x <= 1000, default 0
-        Clearance at the start, likewise.
+        Clearance at the start, where the layer has none.
     lying_diameter_cm : cm, 0 < x <= 1500, default 40
-        Base diameter of lying logs whose layer names none.
+        Base diameter of lying logs, where the layer has none.
     min_runout_m : m, >= 0
-        Deposits nearer than this do not count for the spread. Default: one log length.
+        Least run-out of deposits that count for the spread. Default: one log length.
     seed : >= 0, default 0
         Seed of the random draws.
     crs : optional
-        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS.
+        CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
+        CRS.
     threads : >= 1
         Threads (default: every core).
     scheduler : optional
@@ -2753,32 +2751,33 @@ def calibrate_friction(
     workers : >= 1
         With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
     plan : optional
-        Only say what the run would take, and end. From a pilot of plan_logs: logs, core-hours, memory, disk
-        and time. Nothing is written.
+        Only state what the run would take. From a pilot of plan_logs: logs, core-hours, memory, disk and
+        time. Nothing is written.
     plan_logs : >= 10, default 400
         Logs of the pilot of plan, at most.
     plan_workers : 1 <= x <= 1000000, default 16
-        Workers for which plan tells the time as well.
+        Workers for which plan also states the time.
     resume : optional
-        Go on with an interrupted run.
+        Continue an interrupted run.
     observed : point or polygon
-        Observed deposits: points, or areas in which logs came to rest. The middles of the logs; a field
+        Observed deposits: points, or areas in which logs came to rest. The centres of the logs; a field
         release_id says from which release each came.
     error_m : m, > 0, default 10
-        Error of observed points, and of what the model cannot know. Standard deviation in each direction.
+        Error of the observed points and of what the model cannot represent. Standard deviation in each
+        direction.
     search_complete : optional
-        All logs of the event were found. With observed: none came to rest elsewhere. Else logs that leave the
-        terrain model speak neither for a coefficient nor against it.
+        All logs of the event were found. With observed: none came to rest elsewhere. Otherwise logs that
+        leave the terrain model have no influence on the score.
     reached : line or polygon
         Line or area that the event reached.
     not_reached : line or polygon
         Line or area that it did not reach.
     event_logs : 1 <= x <= 1000, default 1
-        Logs of the event, for the two above.
+        Logs of the event, for reached and not_reached.
     event_reached : 0 <= x <= 1000
-        Of these, the logs that did so. Default: all.
+        Number of these that reached it. Default: all.
     logs : >= 2, default 1000
-        Logs to slide with each coefficient. An even draw by seed and log_id; all if the layer has fewer.
+        Logs to slide with each coefficient. A random subset by seed and log_id; all if the layer has fewer.
     fidelity : one of draft, standard, fine, reference, default standard
         Speed against accuracy.
     output : output, optional
@@ -2898,8 +2897,8 @@ def compare_fidelity(
     restitution : 0 <= x <= 1, default 0
         Normal restitution of impacts.
     rolling_friction : 0 <= x <= 0.5, default 0.1
-        Coefficient of rolling friction of the ground. The moment against rolling is at most this times the push
-        of the ground times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
+        Coefficient of rolling friction of the ground. The moment against rolling is at most this times the
+        normal force times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
         0.13; 0 is rigid ground. No value measured for logs is known.
     tree_friction : >= 0
         Friction of stems and lying logs. Default: the ground's there.
@@ -2910,39 +2909,38 @@ def compare_fidelity(
     barrier_restitution : 0 <= x <= 1
         Restitution of barriers. Default: that of the ground.
     shape : default cone
-        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) lets the
-        convex hull of its points slide instead of logs: rocks, or logs as rings of vertices. dbh_cm and
-        length_m of the releases then do not count, the density does; its z axis takes the place of a log's
-        axis.
+        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
+        the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
+        of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     time_limit_s : s, 0 < x <= 86400, default 300
-        Longest run of a log.
+        Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
         Speed below which a log may be at rest.
     dbh_cm : cm, 0 < x <= 1500, default 75
-        DBH of logs whose layer names none.
+        DBH, where the layer has none.
     length_m : m, 0 < x <= 150, default 30
-        Length, likewise.
+        Length, where the layer has none.
     density_kg_m3 : kg/m³, 0 < x <= 25000, default 300
-        Density, likewise.
+        Density, where the layer has none.
     orientation : one of upright, lying, tilted, default upright
-        Orientation, likewise.
+        Orientation, where the layer has none.
     tilt_deg : °, 0 <= x <= 180, default 0
         Tilt from the vertical, likewise.
     azimuth_deg : °, default 0
-        Azimuth of tip and speed, likewise.
+        Azimuth of tip and speed, where the layer has none.
     speed_ms : m/s, 0 <= x <= 300, default 0
         Initial speed, likewise.
     drop_m : m, 0 <= x <= 1000, default 0
-        Clearance at the start, likewise.
+        Clearance at the start, where the layer has none.
     lying_diameter_cm : cm, 0 < x <= 1500, default 40
-        Base diameter of lying logs whose layer names none.
+        Base diameter of lying logs, where the layer has none.
     min_runout_m : m, >= 0
-        Deposits nearer than this do not count for the spread. Default: one log length.
+        Least run-out of deposits that count for the spread. Default: one log length.
     seed : >= 0, default 0
         Seed of the random draws.
     crs : optional
-        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS.
+        CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
+        CRS.
     friction_preset : one of wet-debarked, wet-bark, chute-dry, chute-watered, chute-iced
         Friction coefficient by name. wet-debarked: a wet log without bark and branches on wet ground, 0.2 to
         0.3 (friction 0.25); wet-bark: a wet log with its bark on wet ground, 0.25 to 0.38 (friction 0.31);
@@ -2958,20 +2956,20 @@ def compare_fidelity(
     workers : >= 1
         With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
     plan : optional
-        Only say what the run would take, and end. From a pilot of plan_logs: logs, core-hours, memory, disk
-        and time. Nothing is written.
+        Only state what the run would take. From a pilot of plan_logs: logs, core-hours, memory, disk and
+        time. Nothing is written.
     plan_logs : >= 10, default 400
         Logs of the pilot of plan, at most.
     plan_workers : 1 <= x <= 1000000, default 16
-        Workers for which plan tells the time as well.
+        Workers for which plan also states the time.
     resume : optional
-        Go on with an interrupted run.
+        Continue an interrupted run.
     fidelities : default draft,standard,fine,reference
-        Fidelities to compare. At least two, with commas; the finest of them judges.
+        Fidelities to compare. At least two, with commas; the finest is the standard of comparison.
     logs : >= 1, default 2000
-        Logs to compare. An even draw by seed and log_id; all if the layer has fewer.
+        Logs to compare. A random subset by seed and log_id; all if the layer has fewer.
     planned_logs : >= 1
-        Logs of the run to be decided on. Default: all of the layer.
+        Logs of the planned run. Default: all of the layer.
     output : output, optional
         Folder of the comparison. Without it, in a temporary folder that lasts as long as the result.
     overwrite : optional
@@ -3102,8 +3100,8 @@ def vary(
     restitution : 0 <= x <= 1, default 0
         Normal restitution of impacts.
     rolling_friction : 0 <= x <= 0.5, default 0.1
-        Coefficient of rolling friction of the ground. The moment against rolling is at most this times the push
-        of the ground times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
+        Coefficient of rolling friction of the ground. The moment against rolling is at most this times the
+        normal force times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
         0.13; 0 is rigid ground. No value measured for logs is known.
     tree_friction : >= 0
         Friction of stems and lying logs. Default: the ground's there.
@@ -3114,39 +3112,38 @@ def vary(
     barrier_restitution : 0 <= x <= 1
         Restitution of barriers. Default: that of the ground.
     shape : default cone
-        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) lets the
-        convex hull of its points slide instead of logs: rocks, or logs as rings of vertices. dbh_cm and
-        length_m of the releases then do not count, the density does; its z axis takes the place of a log's
-        axis.
+        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
+        the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
+        of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     time_limit_s : s, 0 < x <= 86400, default 300
-        Longest run of a log.
+        Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
         Speed below which a log may be at rest.
     dbh_cm : cm, 0 < x <= 1500, default 75
-        DBH of logs whose layer names none.
+        DBH, where the layer has none.
     length_m : m, 0 < x <= 150, default 30
-        Length, likewise.
+        Length, where the layer has none.
     density_kg_m3 : kg/m³, 0 < x <= 25000, default 300
-        Density, likewise.
+        Density, where the layer has none.
     orientation : one of upright, lying, tilted, default upright
-        Orientation, likewise.
+        Orientation, where the layer has none.
     tilt_deg : °, 0 <= x <= 180, default 0
         Tilt from the vertical, likewise.
     azimuth_deg : °, default 0
-        Azimuth of tip and speed, likewise.
+        Azimuth of tip and speed, where the layer has none.
     speed_ms : m/s, 0 <= x <= 300, default 0
         Initial speed, likewise.
     drop_m : m, 0 <= x <= 1000, default 0
-        Clearance at the start, likewise.
+        Clearance at the start, where the layer has none.
     lying_diameter_cm : cm, 0 < x <= 1500, default 40
-        Base diameter of lying logs whose layer names none.
+        Base diameter of lying logs, where the layer has none.
     min_runout_m : m, >= 0
-        Deposits nearer than this do not count for the spread. Default: one log length.
+        Least run-out of deposits that count for the spread. Default: one log length.
     seed : >= 0, default 0
         Seed of the random draws.
     crs : optional
-        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS.
+        CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
+        CRS.
     friction_preset : one of wet-debarked, wet-bark, chute-dry, chute-watered, chute-iced
         Friction coefficient by name. wet-debarked: a wet log without bark and branches on wet ground, 0.2 to
         0.3 (friction 0.25); wet-bark: a wet log with its bark on wet ground, 0.25 to 0.38 (friction 0.31);
@@ -3162,34 +3159,34 @@ def vary(
     workers : >= 1
         With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
     plan : optional
-        Only say what the run would take, and end. From a pilot of plan_logs: logs, core-hours, memory, disk
-        and time. Nothing is written.
+        Only state what the run would take. From a pilot of plan_logs: logs, core-hours, memory, disk and
+        time. Nothing is written.
     plan_logs : >= 10, default 400
         Logs of the pilot of plan, at most.
     plan_workers : 1 <= x <= 1000000, default 16
-        Workers for which plan tells the time as well.
+        Workers for which plan also states the time.
     resume : optional
-        Go on with an interrupted run.
+        Continue an interrupted run.
     vary : default friction_factor,rolling_friction,log_dbh_factor,log_length_factor
         Factors and their ranges. NAME=LOW:HIGH with commas, or a JSON or CSV file of them. A name alone takes
-        the range that is offered: friction 0.2:0.3, friction_factor 0.8:1.2, rolling_friction 0.03:0.15,
-        restitution 0:0.2, tree_friction 0.2:0.6, tree_restitution 0:0.2, log_dbh_factor and log_length_factor
-        0.9:1.1, log_density_factor 0.7:1.3, tree_dbh_factor 0.9:1.1, dem_noise_m 0:0.1, fidelity
-        draft:standard, orientation upright:random-lying (the logs' posture at the start; also random). Factors
-        multiply what the layers say.
+        its default range: friction 0.2:0.3, friction_factor 0.8:1.2, rolling_friction 0.03:0.15, restitution
+        0:0.2, tree_friction 0.2:0.6, tree_restitution 0:0.2, log_dbh_factor and log_length_factor 0.9:1.1,
+        log_density_factor 0.7:1.3, tree_dbh_factor 0.9:1.1, dem_noise_m 0:0.1, fidelity draft:standard,
+        orientation upright:random-lying (the logs' posture at the start; also random). Factors multiply what
+        the layers say.
     design : one of ends, latin, sobol, default latin
         How to vary: the ends of each range alone, or also all together. latin: a Latin hypercube; sobol:
-        Sobol's sequence, which needs SciPy. Both bring the indices.
+        Sobol's sequence, which needs SciPy. Both give the indices.
     samples : 8 <= x <= 65536, default 32
-        Rows of the design. The design has (factors + 2) times as many runs. Of sobol a power of two.
+        Rows of the design. The design has (factors + 2) times as many runs. For sobol a power of two.
     logs : >= 2, default 300
-        Logs to slide in each run. An even draw by seed and log_id; all if the layer has fewer.
+        Logs to slide in each run. A random subset by seed and log_id; all if the layer has fewer.
     dem_noise_length_m : m, > 0, default 5
         Distance over which errors of the terrain model are alike. At this distance their correlation is 0.37;
         at least one cell.
     fidelity : one of draft, standard, fine, reference, default draft
-        Speed against accuracy. Differences hang less on it than their ends; the factor 'fidelity' tells how
-        much.
+        Speed against accuracy. Differences depend less on it than single results; the factor 'fidelity' shows
+        how much.
     output : output, optional
         Folder of the variation. Without it, in a temporary folder that lasts as long as the result.
     overwrite : optional
@@ -3288,8 +3285,8 @@ def explore(
     restitution : 0 <= x <= 1, default 0
         Normal restitution of impacts.
     rolling_friction : 0 <= x <= 0.5, default 0.1
-        Coefficient of rolling friction of the ground. The moment against rolling is at most this times the push
-        of the ground times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
+        Coefficient of rolling friction of the ground. The moment against rolling is at most this times the
+        normal force times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
         0.13; 0 is rigid ground. No value measured for logs is known.
     tree_friction : >= 0
         Friction of stems and lying logs. Default: the ground's there.
@@ -3300,39 +3297,38 @@ def explore(
     barrier_restitution : 0 <= x <= 1
         Restitution of barriers. Default: that of the ground.
     shape : default cone
-        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) lets the
-        convex hull of its points slide instead of logs: rocks, or logs as rings of vertices. dbh_cm and
-        length_m of the releases then do not count, the density does; its z axis takes the place of a log's
-        axis.
+        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
+        the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
+        of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     time_limit_s : s, 0 < x <= 86400, default 300
-        Longest run of a log.
+        Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
         Speed below which a log may be at rest.
     dbh_cm : cm, 0 < x <= 1500, default 75
-        DBH of logs whose layer names none.
+        DBH, where the layer has none.
     length_m : m, 0 < x <= 150, default 30
-        Length, likewise.
+        Length, where the layer has none.
     density_kg_m3 : kg/m³, 0 < x <= 25000, default 300
-        Density, likewise.
+        Density, where the layer has none.
     orientation : one of upright, lying, tilted, default upright
-        Orientation, likewise.
+        Orientation, where the layer has none.
     tilt_deg : °, 0 <= x <= 180, default 0
         Tilt from the vertical, likewise.
     azimuth_deg : °, default 0
-        Azimuth of tip and speed, likewise.
+        Azimuth of tip and speed, where the layer has none.
     speed_ms : m/s, 0 <= x <= 300, default 0
         Initial speed, likewise.
     drop_m : m, 0 <= x <= 1000, default 0
-        Clearance at the start, likewise.
+        Clearance at the start, where the layer has none.
     lying_diameter_cm : cm, 0 < x <= 1500, default 40
-        Base diameter of lying logs whose layer names none.
+        Base diameter of lying logs, where the layer has none.
     min_runout_m : m, >= 0
-        Deposits nearer than this do not count for the spread. Default: one log length.
+        Least run-out of deposits that count for the spread. Default: one log length.
     seed : >= 0, default 0
         Seed of the random draws.
     crs : optional
-        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS.
+        CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
+        CRS.
     friction_preset : one of wet-debarked, wet-bark, chute-dry, chute-watered, chute-iced
         Friction coefficient by name. wet-debarked: a wet log without bark and branches on wet ground, 0.2 to
         0.3 (friction 0.25); wet-bark: a wet log with its bark on wet ground, 0.25 to 0.38 (friction 0.31);
@@ -3340,16 +3336,16 @@ def explore(
         timber chute, 0.03 to 0.08 (friction 0.055); chute-iced: a log in an iced timber chute, 0.03 to 0.12
         (friction 0.075).
     fidelity : one of draft, standard, fine, reference, default draft
-        Speed against accuracy, to begin with.
+        Fidelity at the start: speed against accuracy.
     threads : >= 1
         Threads (default: every core).
     port : 0 <= x <= 65535, default 0
-        Port of the page. 0 takes a free one.
+        Port of the page. 0: any free one.
     no_browser : optional
         Only print the address of the page.
     stdio : optional
-        Answer on standard input and output instead of a page. For programs, such as the panel in QGIS: a line
-        of JSON a message, binary frames as answers.
+        Answer on standard input and output instead of a page. For programs, such as the panel in QGIS: one line
+        of JSON for each message, binary frames as answers.
     output : output, optional
         Folder in which runs are kept. Without it, in a temporary folder that lasts as long as the result.
     overwrite : optional
@@ -3403,8 +3399,8 @@ def make_report(
     Parameters
     ----------
     runs : required
-        Folders of the runs, with commas; the first is what the others are compared with. Each a folder of
-        slide-logs. On the command line they may also stand without the flag, one by one.
+        Folders of the runs, with commas; the first is the baseline. Each a folder of slide-logs. On the command
+        line they may also be given without the option.
     names : optional
         Names of the runs, with commas. Default: the names of the folders.
     results : optional
@@ -3416,9 +3412,9 @@ def make_report(
     title : optional
         Title of the page. Default: the names of the runs.
     author : optional
-        Who answers for the page. Stands in its scenario box.
+        Author responsible for the page. Shown in its scenario box.
     project : optional
-        Project or order. Stands in its scenario box.
+        Project or order. Shown in its scenario box.
     language : one of en, de, fr, it, default en
         Language of the page.
     figures : output, optional
@@ -3427,7 +3423,7 @@ def make_report(
         The first run's scene as binary glTF (.glb), for other viewers. True: beside the main output. Terrain,
         trees, barriers, lying logs and boulders in true size, and the moving logs as an animation.
     output : output, optional
-        HTML page to be made. Without it, in a temporary folder that lasts as long as the result.
+        HTML page to write. Without it, in a temporary folder that lasts as long as the result.
     overwrite : optional
         Replace an output that exists.
     progress : bool
@@ -3492,7 +3488,7 @@ def check(
     Parameters
     ----------
     path : required
-        Result to be checked: a folder or a file.
+        Result to check: a folder or a file.
     progress : bool
         Show on standard error what is done, and what the tool notes and warns of.
     feedback : Feedback, optional
@@ -3568,24 +3564,24 @@ def reproduce_paper(
     site : one of klosters, rothenbrunnen, both, default both
         Which site.
     logs : 8 <= x <= 10000000, default 20000
-        Logs of each scenario, over all releases. The sweeps of friction and cells, and each run of the panel of
-        sensitivity, take a fifth of them.
+        Logs of each scenario, over all releases. The sweeps of friction and cells, and each run of the
+        sensitivity panel, use a fifth of them.
     fidelity : one of draft, standard, fine, reference, default standard
         Speed against accuracy.
     quick : optional
-        At most 300 logs and a coarser set, in a minute or two; not judged.
+        At most 300 logs and a coarser set, in a minute or two; not assessed.
     site_data : optional
-        Data of the real sites, in place of the twins.
+        Data of the real sites, instead of the twins.
     twin_version : one of 1, 2, default 2
         Which twins. 1: those until November 2026.
     no_panel : optional
-        Leave out the panel of sensitivity.
+        Leave out the sensitivity panel.
     seed : >= 0, default 0
         Seed of the random draws.
     threads : >= 1
         Threads (default: every core).
     resume : optional
-        Go on with an interrupted run.
+        Continue an interrupted run.
     output : output, optional
         Folder of the findings. Without it, in a temporary folder that lasts as long as the result.
     overwrite : optional

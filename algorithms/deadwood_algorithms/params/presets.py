@@ -382,8 +382,8 @@ def _onr(consequence: int, energy: float, height: float) -> DesignRule:
 RULES = {
     each.name: each
     for each in (
-        _uni("fine", 1.02, "good survey and a model that was calibrated"),
-        _uni("coarse", 1.10, "coarse survey and a model by numbers of the literature"),
+        _uni("fine", 1.02, "good survey and a calibrated model"),
+        _uni("coarse", 1.10, "coarse survey and a model with values from the literature"),
         _onr(1, 1.0, 1.05),
         _onr(2, 1.05, 1.10),
         _onr(3, 1.15, 1.30),

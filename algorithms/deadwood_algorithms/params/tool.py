@@ -195,7 +195,7 @@ def overwrite() -> Any:
 def crs() -> Any:
     return ask(
         "crs",
-        "CRS of inputs that name none",
+        "CRS of inputs without one",
         default=None,
         advanced=True,
         help="An authority code such as EPSG:2056, for a DEM or layer whose file holds no CRS.",
@@ -223,7 +223,7 @@ def baseline() -> Any:
 
 
 def min_runout(
-    label: str = "Deposits nearer than this do not count for the spread", help: str = "Default: one log length."
+    label: str = "Least run-out of deposits that count for the spread", help: str = "Default: one log length."
 ) -> Any:
     return number(label, unit="m", default=None, minimum=0.0, help=help)
 

@@ -500,9 +500,9 @@ def _above_keys(name: str, what: str) -> Iterator[Key]:
 _ABOVE_KEYS = (
     _key("above_capacity", "Hits above what trees or logs can take; null without --tree-, --log-capacity-kj"),
     _key("above_capacity.tree_capacity_kj", "What a tree of 40 cm DBH takes [kJ]"),
-    _key("above_capacity.tree_capacity_power", "Power of DBH over 40 cm with which it grows"),
+    _key("above_capacity.tree_capacity_power", "Exponent of DBH / 40 cm with which it grows"),
     _key("above_capacity.log_capacity_kj", "What a log of 40 cm DBH can lose in a hit [kJ]"),
-    _key("above_capacity.log_capacity_power", "Power of DBH over 40 cm with which that grows"),
+    _key("above_capacity.log_capacity_power", "Exponent of DBH / 40 cm with which that grows"),
     *_above_keys("of_trees", "a standing tree"),
     *_above_keys("of_logs", "a log"),
 )
@@ -781,7 +781,7 @@ CALIBRATION_FACTS = JsonFile(
         _key("event.deposits", "Number of deposits, where deposits were observed"),
         _key("event.search_complete", "Whether all logs of the event were found, not only those that stayed in sight"),
         _key("event.logs", "Logs of the event, where lines or areas were"),
-        _key("event.did", "Of these, the logs that did so"),
+        _key("event.did", "Number of these that reached it"),
         _key("cell_m", "Cells of the terrain model, for which the range holds [m]"),
         _whole("rows", "The rows of calibration.csv"),
     ),

@@ -48,27 +48,49 @@ LINES_SHOWN = 20
 class Ask:
     dem: str = tool.terrain("Terrain (DEM)")
     structures: str = tool.vector("Crest lines of embankments, bottom lines of ditches", "line")
-    kind: str = tool.choice("Kind of lines whose layer names none", *schemas.STRUCTURE_KINDS, default="embankment")
+    kind: str = tool.choice(
+        "Kind of structure, where the layer has none", *schemas.STRUCTURE_KINDS, default="embankment"
+    )
     height_m: float | None = tool.number(
-        "Height of the crest above the ground, of a ditch its depth, likewise",
+        "Height of the crest above the ground, or depth of a ditch, where the layer has none",
         unit="m",
         default=None,
         minimum=0.0,
         exclusive=True,
     )
     elevation_m: float | None = tool.number(
-        "Elevation of the crest or bottom, likewise", unit="m", default=None, help="Goes before the height."
+        "Elevation of the crest or bottom, where the layer has none",
+        unit="m",
+        default=None,
+        help="Overrides the height.",
     )
     elevation_from_z: bool = tool.flag("Take the elevation from the Z of the lines' vertices")
-    crest_width_m: float = tool.number("Width of the crest or bottom, likewise", unit="m", default=2.0, minimum=0.0)
+    crest_width_m: float = tool.number(
+        "Width of the crest or bottom, where the layer has none", unit="m", default=2.0, minimum=0.0
+    )
     slope_deg: float = tool.number(
-        "Slope of both sides, likewise", unit="°", default=45.0, minimum=0.0, maximum=90.0, exclusive=True
+        "Slope of both sides, where the layer has none",
+        unit="°",
+        default=45.0,
+        minimum=0.0,
+        maximum=90.0,
+        exclusive=True,
     )
     slope_left_deg: float | None = tool.number(
-        "Slope of the left side, likewise", unit="°", default=None, minimum=0.0, maximum=90.0, exclusive=True
+        "Slope of the left side, where the layer has none",
+        unit="°",
+        default=None,
+        minimum=0.0,
+        maximum=90.0,
+        exclusive=True,
     )
     slope_right_deg: float | None = tool.number(
-        "Slope of the right side, likewise", unit="°", default=None, minimum=0.0, maximum=90.0, exclusive=True
+        "Slope of the right side, where the layer has none",
+        unit="°",
+        default=None,
+        minimum=0.0,
+        maximum=90.0,
+        exclusive=True,
     )
     max_reach_m: float = tool.number(
         "Distance from the crest within which a side must meet the ground",

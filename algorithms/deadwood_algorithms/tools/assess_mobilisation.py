@@ -68,13 +68,13 @@ class Ask:
         exclusive=True,
     )
     slope_none_deg: float = tool.number(
-        "Slope up to which nothing starts", unit="°", default=30.0, minimum=0.0, maximum=90.0
+        "Slope up to which the steepness factor is 0", unit="°", default=30.0, minimum=0.0, maximum=90.0
     )
     slope_full_deg: float = tool.number(
-        "Slope from which the steepness is full", unit="°", default=35.0, minimum=0.0, maximum=90.0
+        "Slope from which the steepness factor is 1", unit="°", default=35.0, minimum=0.0, maximum=90.0
     )
     roughness_limit_m: float = tool.number(
-        "Roughness that holds every log", unit="m", default=1.0, minimum=0.0, exclusive=True
+        "Roughness at which no log starts", unit="m", default=1.0, minimum=0.0, exclusive=True
     )
     gully_window_m: float = tool.number(
         "Window of gullies", unit="m", default=20.0, minimum=0.0, maximum=1000.0, exclusive=True
@@ -97,7 +97,7 @@ class Ask:
         "deadwood", "Field of the species", default=None, help="Without it: species."
     )
     standing_field: str | None = tool.field_of(
-        "deadwood", "Field of whether it stands, 1, or lies, 0", default=None, help="Without it: standing."
+        "deadwood", "Field that is 1 if it stands, 0 if it lies", default=None, help="Without it: standing."
     )
     years_from: float = tool.number("Years since death from which spruce is smooth", default=2.0, minimum=0.0)
     years_to: float = tool.number("Years since death up to which spruce is strong", default=5.0, minimum=0.0)
@@ -106,7 +106,7 @@ class Ask:
     output: str = tool.output_raster("Susceptibility (.tif)")
     release_areas: str | None = tool.output_vector("Candidate release areas (.gpkg)", default=None)
     assessed: str | None = tool.output_vector(
-        "Mapped deadwood, judged (.gpkg)", default=None, parts=("|layername=candidates", "|layername=others")
+        "Mapped deadwood, rated (.gpkg)", default=None, parts=("|layername=candidates", "|layername=others")
     )
     factors: str | None = tool.output_raster("Slope, roughness and gully depth (.tif)", default=None)
 

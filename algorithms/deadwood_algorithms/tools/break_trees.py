@@ -39,11 +39,11 @@ class Ask(SlidingOptions):
         "Energy that a tree of 40 cm DBH takes before it breaks", unit="kJ", minimum=0.0, exclusive=True
     )
     tree_capacity_power: float = tool.number(
-        "Power of DBH over 40 cm with which it grows", default=2.0, minimum=0.0, maximum=6.0, advanced=True
+        "Exponent of DBH / 40 cm with which it grows", default=2.0, minimum=0.0, maximum=6.0, advanced=True
     )
     lines: str | None = tool.other_lines()
     logs: int | None = tool.integer(
-        "Logs to ask with (default: all of the run)", default=None, minimum=1, help="An even draw."
+        "Logs to use (default: all of the run)", default=None, minimum=1, help="A random subset."
     )
     seed: int = tool.seed()
     output: str = tool.output_vector("Reach of each line with trees that break, and the trees")

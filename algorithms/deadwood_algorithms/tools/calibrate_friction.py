@@ -56,10 +56,10 @@ class Ask(SlidingOptions, ReleasedScene):
         "point",
         "polygon",
         default=None,
-        help="The middles of the logs; a field release_id says from which release each came.",
+        help="The centres of the logs; a field release_id says from which release each came.",
     )
     error_m: float = tool.number(
-        "Error of observed points, and of what the model cannot know",
+        "Error of the observed points and of what the model cannot represent",
         unit="m",
         default=10.0,
         minimum=0.0,
@@ -68,20 +68,22 @@ class Ask(SlidingOptions, ReleasedScene):
     )
     search_complete: bool = tool.flag(
         "All logs of the event were found",
-        help="With --observed: none came to rest elsewhere. Else logs that leave the terrain model speak neither for a "
-        "coefficient nor against it.",
+        help="With --observed: none came to rest elsewhere. Otherwise logs that leave the terrain model have no "
+        "influence on the score.",
     )
     reached: str | None = tool.vector("Line or area that the event reached", "line", "polygon", default=None)
     not_reached: str | None = tool.vector("Line or area that it did not reach", "line", "polygon", default=None)
-    event_logs: int = tool.integer("Logs of the event, for the two above", default=1, minimum=1, maximum=1000)
+    event_logs: int = tool.integer(
+        "Logs of the event, for --reached and --not-reached", default=1, minimum=1, maximum=1000
+    )
     event_reached: int | None = tool.integer(
-        "Of these, the logs that did so", default=None, minimum=0, maximum=1000, help="Default: all."
+        "Number of these that reached it", default=None, minimum=0, maximum=1000, help="Default: all."
     )
     logs: int = tool.integer(
         "Logs to slide with each coefficient",
         default=1000,
         minimum=2,
-        help="An even draw by seed and log_id; all if the layer has fewer.",
+        help="A random subset by seed and log_id; all if the layer has fewer.",
     )
     fidelity: str = tool.choice("Speed against accuracy", "draft", "standard", "fine", "reference", default="standard")
     output: str = tool.output_folder("Folder of the calibration")

@@ -27,7 +27,7 @@ CHANGED = 3  # the exit status
 
 @dataclass(frozen=True, kw_only=True)
 class Ask:
-    path: str = tool.text("Result to be checked: a folder or a file", positional=True, path_like=True)
+    path: str = tool.text("Result to check: a folder or a file", positional=True, path_like=True)
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:

@@ -34,13 +34,18 @@ TABLE, FACTS, PICTURE, MANIFEST = "comparison.csv", "comparison.json", "comparis
 @dataclass(frozen=True, kw_only=True)
 class Ask(SlidingOptions, SceneByName):
     fidelities: str = tool.text(
-        "Fidelities to compare", default=",".join(NAMES), help="At least two, with commas; the finest of them judges."
+        "Fidelities to compare",
+        default=",".join(NAMES),
+        help="At least two, with commas; the finest is the standard of comparison.",
     )
     logs: int = tool.integer(
-        "Logs to compare", default=2000, minimum=1, help="An even draw by seed and log_id; all if the layer has fewer."
+        "Logs to compare",
+        default=2000,
+        minimum=1,
+        help="A random subset by seed and log_id; all if the layer has fewer.",
     )
     planned_logs: int | None = tool.integer(
-        "Logs of the run to be decided on", default=None, minimum=1, help="Default: all of the layer."
+        "Logs of the planned run", default=None, minimum=1, help="Default: all of the layer."
     )
     output: str = tool.output_folder("Folder of the comparison")
     overwrite: bool = tool.overwrite()
@@ -155,7 +160,7 @@ def lines_of(rows: list[FidelityRow], names: list[str], advice: Recommendation, 
     widths = [max(len(row[k]) for row in table) for k in range(len(head))]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table]
     if advice.silent_lines:
-        lines.append(f"reached by all logs or by none, so not judged: line {', '.join(advice.silent_lines)}")
+        lines.append(f"reached by all logs or by none, so not assessed: line {', '.join(advice.silent_lines)}")
     return (f"{n_logs} logs, each fidelity against {names[-1]}:", *lines, advice.sentence)
 
 

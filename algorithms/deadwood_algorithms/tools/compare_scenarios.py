@@ -66,7 +66,7 @@ class Ask:
         "line",
         "polygon",
         default=None,
-        help="Their reach is found from stored trajectories, of the logs that have one in every run.",
+        help="Their reach is computed from stored trajectories, of the logs that have one in every run.",
     )
     min_runout_m: float | None = tool.min_runout()
     seed: int = tool.seed()

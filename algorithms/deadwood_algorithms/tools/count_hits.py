@@ -54,7 +54,7 @@ class Ask:
     release_id: str | None = tool.text("Only logs of these releases", default=None, help="Comma-separated.")
     log_id: str | None = tool.text("Only these logs", default=None, help="Comma-separated.")
     stop_reason: str | None = tool.text(
-        "Only logs that ended so",
+        "Only logs with these stop reasons",
         default=None,
         help="Comma-separated: rest, tree, barrier, left_dem, time_limit, failed.",
     )
@@ -74,7 +74,7 @@ class Ask:
         "Lines of that raster", "line", "polygon", default=None, help="Default: the lines of the run."
     )
     danger_least: int = tool.integer(
-        "Logs that must have passed a cell for its danger to be told", default=10, minimum=1, advanced=True
+        "Least number of passing logs for which a cell has a value", default=10, minimum=1, advanced=True
     )
     output: str = tool.output_raster("Hit counts")
     overwrite: bool = tool.overwrite()

@@ -74,13 +74,13 @@ class Ask:
         advanced=True,
     )
     barrier_classes: str | None = tool.choice(
-        "Classes of barriers, to tell which one holds the energies",
+        "Classes of barriers, to find the weakest that holds the energies",
         *presets.BARRIERS,
         default=None,
         help=presets.choices_told(presets.BARRIERS) + " They are made for rocks; a person decides.",
     )
     rule: str | None = tool.choice(
-        "Rule that makes design values of percentiles",
+        "Rule that derives design values from percentiles",
         *presets.RULES,
         default=None,
         help=presets.choices_told(presets.RULES) + " They are made for rocks; a person decides.",

@@ -40,12 +40,12 @@ class Ask:
     dem: str = tool.terrain("Terrain (DEM)")
     flights: str = tool.vector("Lines from take-off to landing, or points of both", "line", "point")
     barriers: str | None = tool.vector("Barriers", "line", default=None)
-    dbh_cm: float = tool.number(
-        "DBH of logs whose layer names none", unit="cm", default=75.0, minimum=0.0, exclusive=True
+    dbh_cm: float = tool.number("DBH, where the layer has none", unit="cm", default=75.0, minimum=0.0, exclusive=True)
+    length_m: float = tool.number(
+        "Length, where the layer has none", unit="m", default=30.0, minimum=0.0, exclusive=True
     )
-    length_m: float = tool.number("Length, likewise", unit="m", default=30.0, minimum=0.0, exclusive=True)
     takeoff_deg: float | None = tool.number(
-        "Take-off angle, likewise, upward positive",
+        "Take-off angle, upward positive, where the layer has none",
         unit="°",
         default=None,
         minimum=-85.0,
@@ -53,14 +53,14 @@ class Ask:
         help="Without it: the slope of the terrain in the direction of the flight.",
     )
     slope_over_m: float = tool.number(
-        "Distance before the take-off over which that slope is taken",
+        "Distance before the take-off over which that slope is measured",
         unit="m",
         default=5.0,
         minimum=0.0,
         exclusive=True,
     )
     tolerance_m: float = tool.number(
-        "Depth to which the terrain may stand into a flight", unit="m", default=0.3, minimum=0.0
+        "Depth to which the terrain may protrude into a flight", unit="m", default=0.3, minimum=0.0
     )
     crs: str | None = tool.crs()
     overwrite: bool = tool.overwrite()

@@ -84,7 +84,7 @@ SLENDERNESS = (25, 150)
 class Ask:
     trees: str = tool.table("Table or layer of single trees", geometry=("point", "polygon"))
     source: str = tool.choice(
-        "What wrote the table", *tree_sources.SOURCES, default="auto", help="table: usual names only."
+        "Program that wrote the table", *tree_sources.SOURCES, default="auto", help="table: usual names only."
     )
     dem: str | None = tool.terrain(
         "Terrain (DEM)", default=None, help="Gives the CRS of the output; trees off the DEM are dropped."
@@ -112,16 +112,18 @@ class Ask:
         help="Without it: as the source or the field's usual name says, else the diameter.",
     )
     missing_value: float | None = tool.number(
-        "Number that stands for a missing value", default=None, help="For example -1 (FINT-CH) or 0."
+        "Number that marks a missing value", default=None, help="For example -1 (FINT-CH) or 0."
     )
-    status_field: str | None = tool.field_of("trees", "Field that tells dead trees from living ones", default=None)
+    status_field: str | None = tool.field_of(
+        "trees", "Field that distinguishes dead trees from living ones", default=None
+    )
     dead_values: str | None = tool.text(
-        "Its values of dead standing trees",
+        "Its values for dead standing trees",
         default=None,
         help="Separated by commas, or by semicolons where a value holds a comma. Without it: the usual words.",
     )
     gone_values: str | None = tool.text(
-        "Its values of trees that stand no more", default=None, help="As the dead values; these trees are dropped."
+        "Its values for removed or fallen trees", default=None, help="As the dead values; these trees are dropped."
     )
     keep_dead: bool = tool.flag("Keep dead standing trees among the trees too")
     min_height_m: float = tool.number(
@@ -140,16 +142,20 @@ class Ask:
         help="The description lists them. Beside a law with the crown, a and b serve trees whose crown is not known.",
     )
     dbh_zones: str | None = tool.vector(
-        "Zones with laws of their own", "polygon", default=None, help="Fields dbh_a and dbh_b, or dbh_law."
+        "Zones with different laws", "polygon", default=None, help="Fields dbh_a and dbh_b, or dbh_law."
     )
     dbh_sample: str | None = tool.table(
         "Measured trees to fit the law to",
         default=None,
-        help="Those with a DBH and a height; the table itself will do.",
+        help="Those with a DBH and a height; the table itself can be used.",
     )
-    replace_dbh: bool = tool.flag("Compute the DBH from the height even where the table has one")
+    replace_dbh: bool = tool.flag("Compute the DBH from the height also where the table has one")
     merge_within_m: float = tool.number(
-        "Trees nearer than this are one", unit="m", default=0.0, minimum=0.0, help="The tallest stays; 0 merges none."
+        "Trees nearer than this are merged",
+        unit="m",
+        default=0.0,
+        minimum=0.0,
+        help="The tallest stays; 0 merges none.",
     )
     tile_field: str | None = tool.field_of(
         "trees",

@@ -43,17 +43,17 @@ HALVES = 100  # random halves of the logs, for how the smallest angle grows
 class Ask:
     deposits: str = tool.vector("Deposits of slide-logs, or the folder of its run", "point")
     min_runout_m: float | None = tool.min_runout(
-        "Deposits nearer than this do not count", help="Default: one log length, from the field length_m."
+        "Least run-out of deposits that count", help="Default: one log length, from the field length_m."
     )
     dem: str | None = tool.terrain(
-        "Terrain model, for the distance to its edges", default=None, help="Default: the run's, where it still lies."
+        "Terrain model, for the distance to its edges", default=None, help="Default: the run's, if it still exists."
     )
     edge_m: float = tool.number(
-        "Distance from the terrain model's edges within which deposits are warned of",
+        "Distance from the terrain model's edges within which deposits cause a warning",
         unit="m",
         default=20.0,
         minimum=0.0,
-        help="Edges are its border and its nodata; more than half a log's length is wise.",
+        help="Edges are its border and its nodata; more than half a log's length is recommended.",
     )
     seed: int = tool.seed()
     output: str = tool.output_vector(

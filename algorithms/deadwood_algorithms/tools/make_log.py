@@ -51,7 +51,7 @@ class Ask:
     density_kg_m3: float = tool.number("Density", unit="kg/m³", default=300.0, minimum=0.0, exclusive=True)
     vertices: int = tool.integer("Vertices of each ring", default=16, minimum=3, maximum=1000)
     ring_spacing_m: float = tool.number(
-        "Distance of the rings, at most", unit="m", default=0.5, minimum=0.0, exclusive=True
+        "Largest distance of the rings", unit="m", default=0.5, minimum=0.0, exclusive=True
     )
     rings: int | None = tool.integer(
         "Rings, those of the two ends included, instead of a distance", default=None, minimum=2, maximum=MOST_RINGS

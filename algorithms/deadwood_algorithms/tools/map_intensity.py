@@ -65,7 +65,7 @@ class Ask:
     run: str = tool.folder("Folder of a run of slide-logs")
     energy_classes_kj: tuple[float, ...] = tool.class_bounds("Bounds of the classes of energy", 30.0, 300.0, unit="kJ")
     energy_raster: str | None = tool.raster(
-        "Other energies to be classed [kJ]",
+        "Other energies to classify [kJ]",
         default=None,
         help="Band 1; such as count-hits --energy FILE --quantiles 95.",
     )
@@ -107,7 +107,7 @@ class Ask:
         "line",
         "polygon",
         default=None,
-        help="Their reach is found from stored trajectories.",
+        help="Their reach is computed from stored trajectories.",
     )
     output: str = tool.output_folder("Folder of the maps")
     overwrite: bool = tool.overwrite()

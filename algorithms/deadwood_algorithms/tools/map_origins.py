@@ -55,7 +55,7 @@ class Ask:
         "line",
         "polygon",
         default=None,
-        help="Their reach is found from stored trajectories.",
+        help="Their reach is computed from stored trajectories.",
     )
     cell_m: float | None = tool.number(
         "Cell size of the raster",
@@ -63,9 +63,9 @@ class Ask:
         default=None,
         minimum=0.0,
         exclusive=True,
-        help="Default: the smallest of 1, 2, 3, 5, 10, ... m that leaves nine of ten logs told.",
+        help="Default: the smallest of 1, 2, 3, 5, 10, ... m with which nine of ten logs lie in cells with a share.",
     )
-    least: int = tool.integer("Logs released in a cell for its share to be told", default=10, minimum=1)
+    least: int = tool.integer("Least number of logs released in a cell for which it has a share", default=10, minimum=1)
     source_shares: tuple[float, ...] = tool.class_bounds(
         "Least shares of the polygons of sources", 1.0, 10.0, 50.0, unit="%", maximum=100.0, help="Of the logs."
     )

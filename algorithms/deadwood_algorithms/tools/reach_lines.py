@@ -39,11 +39,11 @@ class Ask:
     run: str = tool.folder("Folder of a run of slide-logs")
     lines: str = tool.vector("Roads, railways, houses to be reached", "line", "polygon")
     edge_m: float = tool.number(
-        "Distance from the terrain model's edges within which logs are warned of",
+        "Distance from the terrain model's edges within which logs cause a warning",
         unit="m",
         default=20.0,
         minimum=0.0,
-        help="Edges are its border and its nodata; more than half a log's length is wise.",
+        help="Edges are its border and its nodata; more than half a log's length is recommended.",
     )
     output: str = tool.output_vector(
         "Reach, arrivals, attribution and origins", parts=("|layername=reach", "|layername=arrivals")

@@ -88,16 +88,16 @@ class Ask:
     site: str = tool.choice("Which site", *SITES, "both", default="both")
     logs: int = tool.integer(
         "Logs of each scenario, over all releases", default=20_000, minimum=8, maximum=10_000_000,
-        help="The sweeps of friction and cells, and each run of the panel of sensitivity, take a fifth of them.",
+        help="The sweeps of friction and cells, and each run of the sensitivity panel, use a fifth of them.",
     )  # fmt: skip
     fidelity: str = tool.choice("Speed against accuracy", "draft", "standard", "fine", "reference", default="standard")
-    quick: bool = tool.flag("At most 300 logs and a coarser set, in a minute or two; not judged")
-    site_data: str | None = tool.folder("Data of the real sites, in place of the twins", default=None)
+    quick: bool = tool.flag("At most 300 logs and a coarser set, in a minute or two; not assessed")
+    site_data: str | None = tool.folder("Data of the real sites, instead of the twins", default=None)
     twin_version: str = tool.choice("Which twins", "1", "2", default="2", help="1: those until November 2026.")
-    no_panel: bool = tool.flag("Leave out the panel of sensitivity")
+    no_panel: bool = tool.flag("Leave out the sensitivity panel")
     seed: int = tool.seed()
     threads: int | None = tool.integer("Threads (default: every core)", default=None, minimum=1, advanced=True)
-    resume: bool = tool.flag("Go on with an interrupted run")
+    resume: bool = tool.flag("Continue an interrupted run")
     output: str = tool.output_folder("Folder of the findings", parts=("findings.json", "report.html"))
     overwrite: bool = tool.overwrite()
 
@@ -358,7 +358,7 @@ class Steps:
         )  # fmt: skip
 
     def scenarios(self) -> list[str]:
-        """Those whose logs are compared one by one; the first is what the others are compared with."""
+        """Those whose logs are compared one by one; the first is the baseline."""
         randoms = [name for name in self.trees if name.startswith("random")]
         names = ["als", "protected" if self.klosters else "barriers", *randoms, "none"]
         kinds = {"protected": "barriers"} | dict.fromkeys(randoms, "random")

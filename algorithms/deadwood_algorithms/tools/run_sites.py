@@ -63,7 +63,7 @@ class Ask(slide_logs.Ask):
     sites: str | None = tool.table("Table with one row a site", default=None)
     configs: str | None = tool.folder("Folder with a JSON file of parameters for each site", default=None)
     by: str | None = tool.field_of(
-        "releases", "Field of the releases that tells the sites apart", default=None, parent_elsewhere=True
+        "releases", "Field of the releases that distinguishes the sites", default=None, parent_elsewhere=True
     )
     # Of a site they are needed as ever; here they are what the sites that name none take.
     dem: str | None = tool.terrain(  # type: ignore[assignment]

@@ -79,7 +79,7 @@ class Ask:
     )
     dem: str = tool.terrain("Terrain (DEM); its CRS is that of the output")
     weights: str | None = tool.raster(
-        "Susceptibility raster: how likely logs start in a cell", default=None, help="Any numbers from 0 up."
+        "Susceptibility raster: relative density of starts", default=None, help="Any values of at least 0."
     )
     count: int = tool.integer("Logs per area", default=2000, minimum=1, maximum=MOST_LOGS)
     logs_per_ha: float | None = tool.number(
@@ -88,12 +88,12 @@ class Ask:
     radius_m: float = tool.number("Radius of the circle around a point", unit="m", default=10.0, minimum=0.0)
     release_id_field: str | None = tool.field_of(
         "areas",
-        "Field of the areas that names them",
+        "Field with the names of the areas",
         default=None,
         help="Without it: release_id, else the row number from 1.",
     )
     preset: str = tool.choice(
-        "What the logs are like, by name",
+        "Properties of the logs, by name",
         *presets.LOGS,
         default=DEFAULT_PRESET,
         help=presets.choices_told(presets.LOGS),

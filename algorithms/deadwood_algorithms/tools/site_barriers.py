@@ -75,13 +75,13 @@ class Ask(SlidingOptions):
     places: int = tool.integer("Places for each contour and length", default=2, minimum=1)
     count: int = tool.integer("Barriers to choose, at most", default=1, minimum=1)
     barrier_classes: str | None = tool.choice(
-        "Classes of barriers, to tell which one holds the energies",
+        "Classes of barriers, to find the weakest that holds the energies",
         *presets.BARRIERS,
         default=None,
         help=presets.choices_told(presets.BARRIERS) + " They are made for rocks; a person decides.",
     )
     logs: int | None = tool.integer(
-        "Logs to ask with (default: all of the run)", default=None, minimum=1, help="An even draw."
+        "Logs to use (default: all of the run)", default=None, minimum=1, help="A random subset."
     )
     seed: int = tool.seed()
     output: str = tool.output_folder(

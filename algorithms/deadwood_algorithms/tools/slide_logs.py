@@ -73,7 +73,7 @@ class Ask(SlidingOptions, SceneByName):
         help="auto: the cheapest that keeps --error, or the best within --budget.",
     )
     error: float | None = tool.number(
-        "How far the reach of a line may be off (--fidelity auto)",
+        "Permitted error of the reach of a line (--fidelity auto)",
         default=None,
         minimum=0.0,
         maximum=0.5,
@@ -84,8 +84,8 @@ class Ask(SlidingOptions, SceneByName):
     budget: str | None = tool.text(
         "Time for the run, instead of --error (--fidelity auto)",
         default=None,
-        help="60s, 5min or 1h: the fidelity and the number of logs that come nearest to the truth in that time on this "
-        "machine, give or take a tenth. --report and --qgis-project come on top.",
+        help="60s, 5min or 1h: the most accurate fidelity and number of logs for that time on this machine, within "
+        "about a tenth. --report and --qgis-project take additional time.",
     )
     assume: str = tool.choice(
         "Errors of calculation taken from the benchmark's slopes (--fidelity auto)",
@@ -94,8 +94,8 @@ class Ask(SlidingOptions, SceneByName):
         "draft",
         default="standard",
         advanced=True,
-        help="none: nothing, which takes reference. standard: that standard is off by no more than it may be on the "
-        "worst of them. draft: draft as well.",
+        help="none: nothing, so that reference is used. standard: the error of standard is at most that on the worst "
+        "of them. draft: draft as well.",
     )
     time_step_s: float | None = tool.number(
         "Longest time step, instead of the fidelity's",
@@ -106,7 +106,7 @@ class Ask(SlidingOptions, SceneByName):
         advanced=True,
     )
     station_spacing_m: float | None = tool.number(
-        "Distance of the contact rings, instead of the fidelity's",
+        "Spacing of the contact stations, instead of the fidelity's",
         unit="m",
         default=None,
         minimum=1e-3,
@@ -121,18 +121,18 @@ class Ask(SlidingOptions, SceneByName):
         default=None,
         minimum=1e-4,
         maximum=0.5,
-        help="0.005 means ±0.5 points. Logs are run in an even draw, at most all; looks after 1000, 2000, 4000, ... "
-        "of them take intervals widened for the repetition; the reported 95 % ones are narrower still. Needs --lines.",
+        help="0.005 means ±0.5 points. Logs run in a random order, at most all. Checks after 1000, 2000, 4000, ... "
+        "logs use intervals widened for the repetition; the reported 95 % intervals are narrower. Needs --lines.",
     )
     danger_least: int = tool.integer(
-        "Logs that must have passed a cell for its danger to be told",
+        "Least number of passing logs for which a cell has a value",
         default=10,
         minimum=1,
         advanced=True,
         help="In danger.tif, which --lines brings, cells with fewer are transparent.",
     )
     danger_counts: bool = tool.flag(
-        "Keep the counts behind danger.tif too",
+        "Also keep the counts of danger.tif",
         advanced=True,
         help="danger_count.tif, from which those of several runs add up; run-sites asks for it.",
     )
@@ -146,7 +146,7 @@ class Ask(SlidingOptions, SceneByName):
         help="Nothing breaks: the hits in which a standing tree takes more are counted, and the logs that had one.",
     )
     tree_capacity_power: float = tool.number(
-        "Power of DBH over 40 cm with which it grows", default=2.0, minimum=0.0, maximum=6.0, advanced=True
+        "Exponent of DBH / 40 cm with which it grows", default=2.0, minimum=0.0, maximum=6.0, advanced=True
     )
     log_capacity_kj: float | None = tool.number(
         "Energy that a log of 40 cm DBH can lose in a hit before it breaks, to count the hits above",
@@ -157,7 +157,7 @@ class Ask(SlidingOptions, SceneByName):
         advanced=True,
     )
     log_capacity_power: float = tool.number(
-        "Power of DBH over 40 cm with which that grows", default=2.0, minimum=0.0, maximum=6.0, advanced=True
+        "Exponent of DBH / 40 cm with which that grows", default=2.0, minimum=0.0, maximum=6.0, advanced=True
     )
     qgis_project: bool = tool.flag(
         "Add a QGIS project to the run",

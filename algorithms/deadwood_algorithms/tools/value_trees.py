@@ -44,7 +44,7 @@ class Ask(SlidingOptions):
     run: str = tool.folder("Folder of a run of slide-logs")
     lines: str | None = tool.other_lines()
     stands: str | None = tool.vector(
-        "Stands, of which all trees are taken away together",
+        "Stands whose trees are all removed together",
         "polygon",
         default=None,
         help="Their id is stand_id, else name, else the row.",
@@ -56,13 +56,13 @@ class Ask(SlidingOptions):
         "Places where a log could be left lying", "line", default=None, help="From base to tip, with diameter_cm."
     )
     logs: int | None = tool.integer(
-        "Logs to ask with (default: all of the run)",
+        "Logs to use (default: all of the run)",
         default=None,
         minimum=1,
-        help="An even draw, where all would take too long: in a forest some seven times as long as the logs slid.",
+        help="A random subset, if all take too long: in a forest about seven times as long as the run.",
     )
     seed: int = tool.seed()
-    output: str = tool.output_vector("What each tree, lying log, barrier and stand is worth")
+    output: str = tool.output_vector("Effect of each tree, lying log, barrier and stand")
     overwrite: bool = tool.overwrite()
 
 

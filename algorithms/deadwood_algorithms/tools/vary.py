@@ -56,7 +56,7 @@ class Ask(SlidingOptions, SceneByName):
         "Factors and their ranges",
         default="friction_factor,rolling_friction,log_dbh_factor,log_length_factor",
         path_like=True,
-        help="NAME=LOW:HIGH with commas, or a JSON or CSV file of them. A name alone takes the range that is offered: "
+        help="NAME=LOW:HIGH with commas, or a JSON or CSV file of them. A name alone takes its default range: "
         "friction 0.2:0.3, friction_factor 0.8:1.2, rolling_friction 0.03:0.15, restitution 0:0.2, tree_friction "
         "0.2:0.6, tree_restitution 0:0.2, log_dbh_factor and log_length_factor 0.9:1.1, log_density_factor 0.7:1.3, "
         "tree_dbh_factor 0.9:1.1, dem_noise_m 0:0.1, fidelity draft:standard, orientation upright:random-lying (the "
@@ -68,20 +68,20 @@ class Ask(SlidingOptions, SceneByName):
         "latin",
         "sobol",
         default="latin",
-        help="latin: a Latin hypercube; sobol: Sobol's sequence, which needs SciPy. Both bring the indices.",
+        help="latin: a Latin hypercube; sobol: Sobol's sequence, which needs SciPy. Both give the indices.",
     )
     samples: int = tool.integer(
         "Rows of the design",
         default=32,
         minimum=8,
         maximum=65536,
-        help="The design has (factors + 2) times as many runs. Of sobol a power of two.",
+        help="The design has (factors + 2) times as many runs. For sobol a power of two.",
     )
     logs: int = tool.integer(
         "Logs to slide in each run",
         default=300,
         minimum=2,
-        help="An even draw by seed and log_id; all if the layer has fewer.",
+        help="A random subset by seed and log_id; all if the layer has fewer.",
     )
     dem_noise_length_m: float = tool.number(
         "Distance over which errors of the terrain model are alike",
@@ -98,7 +98,7 @@ class Ask(SlidingOptions, SceneByName):
         "fine",
         "reference",
         default="draft",
-        help="Differences hang less on it than their ends; the factor 'fidelity' tells how much.",
+        help="Differences depend less on it than single results; the factor 'fidelity' shows how much.",
     )
     output: str = tool.output_folder("Folder of the variation", parts=(TORNADO, INDICES, RUNS, PICTURE, FACTS))
     overwrite: bool = tool.overwrite()

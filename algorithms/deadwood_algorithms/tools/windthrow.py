@@ -59,30 +59,36 @@ class Ask:
         default=None,
         help="Nothing falls outside. A column share overrides --share and --dbh-classes.",
     )
-    ids: str | None = tool.text("Trees that are thrown in any case", default=None, help="tree_id, with commas.")
+    ids: str | None = tool.text(
+        "Trees that fall in any case", default=None, help="Values of tree_id, separated by commas."
+    )
     fall_deg: float = tool.number(
         "Azimuth towards which stems fall, where the wind blows to", unit="°", minimum=0.0, maximum=360.0
     )
-    scatter_deg: float = tool.number("Standard deviation of that", unit="°", default=20.0, minimum=0.0, maximum=180.0)
+    scatter_deg: float = tool.number(
+        "Standard deviation of that azimuth", unit="°", default=20.0, minimum=0.0, maximum=180.0
+    )
     stump_m: float = tool.number(
         "Height of the stumps", unit="m", default=0.5, minimum=0.0, help="0: none, the stems are uprooted."
     )
-    lost: float = tool.number("Share of the lying logs that is gone years later", default=0.3, minimum=0.0, maximum=1.0)
+    lost: float = tool.number(
+        "Share of the lying logs that has disappeared years later", default=0.3, minimum=0.0, maximum=1.0
+    )
     thinner: float | None = tool.number(
-        "Share of the others' diameter that is gone by then",
+        "Share by which the diameter of the others has decreased by then",
         default=None,
         minimum=0.0,
         maximum=0.95,
         help="Default: by --wood, else 0.2, an assumption.",
     )
     wood: str | None = tool.choice(
-        "Wood whose rate of decay says how much thinner",
+        "Wood whose rate of decay gives the decrease",
         *presets.DECAYS,
         default=None,
         help=presets.choices_told(presets.DECAYS),
     )
     years: float | None = tool.number(
-        "Years on, with --wood", default=None, minimum=0.0, maximum=100.0, help="Default: 10."
+        "Years after the storm, with --wood", default=None, minimum=0.0, maximum=100.0, help="Default: 10."
     )
     seed: int = tool.seed()
     crs: str | None = tool.crs()
