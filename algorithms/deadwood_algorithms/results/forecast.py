@@ -244,7 +244,7 @@ def refuse_too_large(found: Forecast, output: str) -> None:
     if free is not None and found.memory > SHARE * (free + held_now()):
         raise UserError(
             f"{output}: {found.logs} logs would take {_size(found.memory)} of memory, "
-            f"{_size(free + held_now())} are to be had; slide them in parts (run-sites), keep fewer --trajectories, or "
+            f"{_size(free + held_now())} are available; slide them in parts (run-sites), keep fewer --trajectories, or "
             "let --until-ci draw as many as it needs"
         )
     room = free_disk(output)

@@ -207,7 +207,8 @@ def write_results(
     if states := failed_states(layers, releases, by_log):
         write_json(folder / FAILED_STATES, {"logs": states})
         feedback.warn(
-            f"{len(states)} of {len(releases)} logs failed, the others did not suffer; {FAILED_STATES} has their last "
+            f"{len(states)} of {len(releases)} logs failed, the others are not affected; {FAILED_STATES} has their "
+            f"last "
             "states, from which the engine can go on (deadwood_engine.Start): please report them"
         )
     by_log.close()

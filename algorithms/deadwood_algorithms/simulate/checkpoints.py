@@ -58,7 +58,7 @@ class WorkFolder:
         else:
             if self.path.is_dir():
                 feedback.note(
-                    f"{self.path}: the unfinished work of an earlier run is dropped (--resume goes on with it)"
+                    f"{self.path}: the unfinished work of an earlier run is discarded (--resume continues it)"
                 )
                 shutil.rmtree(self.path)
             elif resume:
@@ -74,7 +74,7 @@ class WorkFolder:
         """
         before = _read_identity(self.path / IDENTITY)
         if before is None:
-            feedback.warn(f"{self.path / IDENTITY} is damaged; only what was surely begun as this run is taken over")
+            feedback.warn(f"{self.path / IDENTITY} is damaged; only what certainly belongs to this run is reused")
             return
         changed = [name for name in identity if before.get(name) != identity[name]]
         if "engine" in changed:
@@ -93,7 +93,7 @@ class WorkFolder:
         if not self.draws:
             while self._is_sound(_logs_name(self.finished)):
                 self.finished += 1
-            feedback.note(f"{self.path}: {self.finished} finished chunks of logs are taken over")
+            feedback.note(f"{self.path}: {self.finished} finished chunks of logs are reused")
             return
         numbers = [each.stem.removeprefix("rasters_") for each in self.path.glob("rasters_*.npz")]
         states = sorted((int(each) for each in numbers if each.isdecimal()), reverse=True)
@@ -104,7 +104,7 @@ class WorkFolder:
             for chunk in range(self.finished)
             if not all(self._is_sound(name) for name in (_logs_name(chunk), _poses_name(chunk)))
         )
-        feedback.note(f"{self.path}: {self.finished - len(self.lost)} finished chunks of logs are taken over")
+        feedback.note(f"{self.path}: {self.finished - len(self.lost)} finished chunks of logs are reused")
         if self.lost:
             feedback.warn(f"{self.path}: {len(self.lost)} finished chunks of logs are damaged and are slid again")
         if len(sound) < len(states):

@@ -121,7 +121,7 @@ class ChunkedRun:
         except (Cancelled, KeyboardInterrupt, UserError) as error:
             kept = self.queue.parts[self.work.finished].start
             self.feedback.note(
-                f"{kept} of {self.queue.rows.size} logs are kept in {self.work.path}; --resume goes on from there"
+                f"{kept} of {self.queue.rows.size} logs are kept in {self.work.path}; --resume continues from there"
             )
             if isinstance(error, UserError):  # the workers are lost
                 raise

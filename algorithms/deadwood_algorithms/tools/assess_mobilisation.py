@@ -166,9 +166,9 @@ def refuse_contradictions(ask: Ask) -> None:
     if ask.years_from > ask.years_to:
         raise UserError(f"--years-from {ask.years_from:g} is above --years-to {ask.years_to:g}")
     if ask.assessed and not ask.deadwood:
-        raise UserError("--assessed needs --deadwood, the mapped points that it judges")
+        raise UserError("--assessed needs --deadwood, the mapped points that it rates")
     if ask.deadwood and not (ask.assessed or ask.release_areas):
-        raise UserError("--deadwood needs --assessed, a file for its judgement, or --release-areas")
+        raise UserError("--deadwood needs --assessed, a file for its rating, or --release-areas")
 
 
 def refuse_fine_cells(ask: Ask, cell: float) -> None:
@@ -178,7 +178,7 @@ def refuse_fine_cells(ask: Ask, cell: float) -> None:
     window = max(ask.window_m, ask.gully_window_m)
     if window / cell > MOST_WINDOW_CELLS:
         raise UserError(
-            f"{ask.dem}: a window of {window:g} m spans {window / cell:.0f} cells, but must at most span "
+            f"{ask.dem}: a window of {window:g} m spans {window / cell:.0f} cells, but must span at most "
             f"{MOST_WINDOW_CELLS}; fix: {remedies.coarser(ask.dem, window / MOST_WINDOW_CELLS * 2.0)}"
         )
 

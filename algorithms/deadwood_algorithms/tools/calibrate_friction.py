@@ -196,7 +196,7 @@ def refuse_unclear(ask: Ask) -> int:
     if not reach and not ask.observed:
         raise UserError("--observed is missing: give the event's deposits, or --reached and --not-reached")
     if reach and ask.observed:
-        raise UserError("--observed and --reached tell the same event twice; give one of them")
+        raise UserError("--observed and --reached describe the same event twice; give one of them")
     if reach and ask.search_complete:
         raise UserError("--search-complete is about observed deposits; leave it out, or give --observed")
     did = ask.event_logs if ask.event_reached is None else ask.event_reached

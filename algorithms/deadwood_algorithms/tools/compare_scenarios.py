@@ -131,8 +131,8 @@ def warn_of_lost(rows: Sequence[ScenarioRow], compared: Compared, feedback: Feed
         return
     counts = ", ".join(f"{int(each.left_dem.sum())} in {each.name}" for each in compared.scenarios)
     feedback.warn(
-        f"of {compared.log_id.size} logs some left the terrain model ({counts}), and what they did beyond is not "
-        f"known; on them hang: {'; '.join(told)}; run slide-logs on a larger terrain model"
+        f"of {compared.log_id.size} logs some left the terrain model ({counts}), and their further movement is not "
+        f"known; these depend on them: {'; '.join(told)}; run slide-logs on a larger terrain model"
     )
 
 

@@ -177,7 +177,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         area, count = sum(each.ground.area for each in stands), sum(counts)
         if not count:
             density = max(kind.stems_per_ha for kind in kinds)
-            raise UserError(f"{density:g} stems/ha on {area / 1e4:.4g} ha is no tree at all; enlarge the stand")
+            raise UserError(f"{density:g} stems/ha on {area / 1e4:.4g} ha gives no tree; enlarge the stand")
 
         fix = "lower --stems-per-ha, or take a smaller --stand"
         refuse_too_many(count, "trees", ask.output, each=TREE_BYTES, fix=fix)

@@ -260,7 +260,7 @@ def sizes(ask: Ask, source: Source, living: np.ndarray, crown: np.ndarray | None
         source.said.append(f"{filled.from_dbh.sum()} heights missing, computed from the DBH: {named}")
     named_a_law = ask.dbh_law or ask.dbh_zones or ask.dbh_sample or law != DEFAULT
     if named_a_law and not (filled.from_height | filled.from_dbh).any():
-        feedback.warn(f"{where}: every tree has a DBH and a height, the law has nothing to do; --replace-dbh lets it")
+        feedback.warn(f"{where}: every tree has a DBH and a height, so the law is not used; --replace-dbh applies it")
     if filled.from_height.any():
         fix = "check the law (--dbh-law, --dbh-a, --dbh-b)"
         modelled = filled.dbh[filled.from_height]
@@ -315,7 +315,7 @@ def warn_of_doubts(source: Source, filled: Filled, kept: np.ndarray, feedback: F
     double = int(kept.sum()) - len(np.unique(places, axis=0))
     if double:
         feedback.warn(
-            f"{where}: {double} trees stand in the very place of another one (stems of one tree? rows twice?); "
+            f"{where}: {double} trees have exactly the position of another one (stems of one tree? rows twice?); "
             "--merge-within-m 0.1 keeps the tallest of each"
         )
     measured = kept & ~filled.from_height & ~filled.from_dbh

@@ -97,7 +97,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         feedback.progress(1, 3, "drawing the report")
         spaces = [space_of(each, len(sources)) for each in sources]
         if gltf and spaces[0] is None:
-            raise UserError(f"{folders[0]}: its terrain model is not there any more, without which --gltf has no scene")
+            raise UserError(f"{folders[0]}: its terrain model no longer exists, without which --gltf has no scene")
         report = report_of(sources, spaces, compared, Words(ask.language), ask.title, ask.author, ask.project)
         path.write_text(report.page, encoding="utf-8")
         feedback.progress(2, 3, "drawing the report")

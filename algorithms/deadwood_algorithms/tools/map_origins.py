@@ -102,7 +102,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         if found.share_with_enough < origins.ENOUGH:
             feedback.warn(
                 f"of {rows.size} logs {rows.size - found.released[found.enough].sum()} were released in cells of "
-                f"{cell:g} m with fewer than {ask.least}, whose share is not told; take a larger --cell-m, a smaller "
+                f"{cell:g} m with fewer than {ask.least}, whose share is not shown; take a larger --cell-m, a smaller "
                 "--least, or release more"
             )
         bands, units = found.bands()

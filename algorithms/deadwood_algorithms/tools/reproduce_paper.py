@@ -136,7 +136,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
                 panel = varied(ask, name, work / name, feedback)
                 found = [with_panel(each, panel) if each.id.startswith(f"{name}.") else each for each in found]
         except (Cancelled, KeyboardInterrupt) as error:
-            feedback.note(f"what is finished is kept in {work}; --resume goes on from there")
+            feedback.note(f"what is finished is kept in {work}; --resume continues from there")
             raise Cancelled from error
         hidden = shutil.ignore_patterns(".*")
         shutil.copytree(work, folder, dirs_exist_ok=True, ignore=hidden, copy_function=link_or_copy)
@@ -230,7 +230,7 @@ def work_folder(ask: Ask, feedback: Feedback) -> Path:
             )
         return work
     if work.is_dir():
-        feedback.note(f"{work}: the unfinished work of an earlier run is dropped (--resume goes on with it)")
+        feedback.note(f"{work}: the unfinished work of an earlier run is discarded (--resume continues it)")
         shutil.rmtree(work)
     work.mkdir(parents=True)
     note.write_text(json.dumps(identity), encoding="utf-8")

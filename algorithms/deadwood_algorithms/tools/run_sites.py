@@ -115,7 +115,7 @@ def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
             for number, site in enumerate(sites, start=1):
                 found.append(slide_site(ask, site, work, stage_of(feedback, site.name, number, len(sites))))
         except (Cancelled, KeyboardInterrupt, NobodySlides) as error:
-            feedback.note(f"{len(found)} finished sites are kept in {work.path}; --resume goes on from there")
+            feedback.note(f"{len(found)} finished sites are kept in {work.path}; --resume continues from there")
             if isinstance(error, NobodySlides):  # no site could be slid any more
                 raise
             raise Cancelled from error
@@ -131,7 +131,7 @@ def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
         names = ", ".join(each.name for each in failed[:5]) + (" ..." if len(failed) > 5 else "")
         raise UserError(
             f"{len(failed)} of {len(found)} sites failed ({names}); the others are in {ask.output}, whose {OVERVIEW} "
-            "says why; fix them, and run again with --resume: only what is not finished is slid"
+            "says why; fix the causes, and run again with --resume: only what is not finished is slid"
         )
     work.remove()
     outputs = {"overview": OVERVIEW, "layer": LAYER, "picture": PICTURE, "summary": "summary.json"}

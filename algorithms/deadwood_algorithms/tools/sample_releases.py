@@ -142,8 +142,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         temporary = outputs.file("output", ".gpkg")
         if ask.orientation == "upright" and (lies := lying_wood(ask)):
             feedback.warn(
-                f"logs are released upright, as dead trees that stand (--orientation), but '{lies}' sounds like wood "
-                "that lies; --orientation random-lying releases it so, and how far logs come depends on it"
+                f"logs are released upright, as dead trees that stand (--orientation), but '{lies}' suggests lying "
+                f"wood; --orientation random-lying releases it so, which changes how far logs go"
             )
         areas, shapes = read_areas(ask, ground, feedback)
         weights = read_weights(ask.weights, weighted_ground(ask, ground, shapes), feedback) if ask.weights else None
@@ -265,7 +265,7 @@ def logs_by_area(ask: Ask, shapes: list[Any], weights: Weights | None) -> np.nda
     counts = np.rint(area * ask.logs_per_ha / 1e4).astype(np.int64)
     if not counts.any():
         raise UserError(
-            f"--logs-per-ha {ask.logs_per_ha:g} on {area.sum() / 1e4:.4g} ha is no log at all; raise it, or say --count"
+            f"--logs-per-ha {ask.logs_per_ha:g} on {area.sum() / 1e4:.4g} ha gives no log; raise it, or give --count"
         )
     if counts.max() > MOST_LOGS:
         raise UserError(f"--logs-per-ha {ask.logs_per_ha:g} is {counts.max()} logs in one area; lower it")

@@ -145,7 +145,7 @@ def sited(ask: Ask, feedback: Feedback) -> Outcome:
             if not ask.candidates:
                 found, layers = contours_of(ask, question, layers, kept, feedback)
             if len(found) > MANY:
-                feedback.warn(f"{len(found)} candidates are slid, each alone; fewer are sooner done")
+                feedback.warn(f"{len(found)} candidates are slid, each alone; fewer take less time")
             siting = Siting(question, layers, found, kept, feedback)
             now, ends = siting.slide(np.arange(rows.size), (), "sliding the run again")
             refuse_other_ends(source, rows, ends)

@@ -153,7 +153,7 @@ def variation(ask: Ask, feedback: Feedback) -> Outcome:
                 f"give at least {layers.dem.cell:g}"
             )
         if len(logs) < FEW_LOGS:
-            feedback.warn(f"{len(logs)} logs tell strong factors only; release some hundreds")
+            feedback.warn(f"{len(logs)} logs reveal strong factors only; release a few hundred")
         feedback.note(f"{len(places)} runs of {len(logs)} logs: {len(places) * len(logs)} logs are slid")
         known = {
             "--logs or --seed": [ask.logs, ask.seed],

@@ -113,7 +113,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     if 0.0 < ask.stump_m < TREE_M[0]:
         raise UserError(f"--stump-m is {ask.stump_m:g} m, but must be 0 (none) or at least {TREE_M[0]:g} m")
     if ask.years is not None and ask.wood is None:
-        raise UserError("--years is reckoned with the decay of a wood; name it with --wood, or give --thinner itself")
+        raise UserError(
+            "--years is computed with the decay of a species; name it with --wood, or give --thinner itself"
+        )
     thinner = THINNER if ask.thinner is None else ask.thinner
     for taken in ask.taken_presets():
         feedback.note(taken.said)

@@ -170,7 +170,7 @@ def test_a_lost_scheduler_is_said_and_the_run_goes_on_without(case, alone, tmp_p
             run_on(site, case, tmp_path / "run", watcher)
     finally:
         site.stop()
-    assert watcher.heard("--resume goes on from there") == 1
+    assert watcher.heard("--resume continues from there") == 1
     assert not (tmp_path / "run").exists()
     found = case.run(output=str(tmp_path / "run"), resume=True, **case.everything())
     assert_same_bytes(alone, found)

@@ -225,7 +225,7 @@ def test_a_sweep_that_ends_too_early_says_so(plane, tmp_path):
     ("changes", "words"),
     [
         ({"observed": None}, "--observed is missing"),
-        ({"reached": "x.gpkg"}, "tell the same event twice"),
+        ({"reached": "x.gpkg"}, "describe the same event twice"),
         ({"observed": None, "reached": "x.gpkg", "event_logs": 2, "event_reached": 3}, "--event-reached is 3"),
         ({"friction": "0.3"}, "must be 2 to 100 numbers"),
         ({"friction": "0.1:0.5"}, "from:to:step"),

@@ -370,7 +370,7 @@ def test_lines_that_lie_elsewhere_are_refused(tmp_path):
     [
         ("one", None, "at least two folders"),
         ("one,two", "a", "1 names for 2 runs"),
-        ("one,two", "a,a", "'a' does not tell the runs apart"),
+        ("one,two", "a,a", "'a' does not distinguish the runs"),
         ("one,two", "a,b/c", "cannot be part of a file's name"),
         ("one,nowhere", None, "nowhere: the run's folder does not exist"),
     ],

@@ -42,7 +42,7 @@ def warn_of_logs(
     """``lost``, of an event that was seen at lines: logs that left before it was known whether they did the same."""
     fewest = min(each.logs.size for each in outcomes)
     if fewest < FEW_LOGS:
-        feedback.warn(f"an observed deposit is compared with {fewest} logs only; release some hundreds at least")
+        feedback.warn(f"an observed deposit is compared with {fewest} logs only; release at least a few hundred")
     n = slid[0].x.size
     gone = [int(each.sum()) for each in lost] if lost is not None else [int((~each.resting).sum()) for each in slid]
     many = [k for k, each in enumerate(gone) if lost_logs.many(each, n)]
@@ -58,8 +58,8 @@ def warn_of_logs(
         )
     elif search_complete:
         feedback.warn(
-            f"of {n} logs, {told} left the terrain model, failed, or still moved at the time limit: they are no "
-            "deposits, which speaks against these coefficients, because all logs of the event were found "
+            f"of {n} logs, {told} left the terrain model, failed, or still moved at the time limit: they left no "
+            f"deposits, which reduces the likelihood of these coefficients, because all logs of the event were found "
             "(--search-complete)"
         )
     else:

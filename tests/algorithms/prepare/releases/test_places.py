@@ -113,7 +113,7 @@ def test_weights_of_another_grid_and_crs_and_with_nodata(sample, raster, said, s
     frame = sample(None, weights=raster(weights, cell=10.0, nodata=-9999.0), count=500)
     assert frame.geometry.x.max() < EAST + 100
     assert frame.geometry.y.max() < NORTH + 150
-    assert any("brought onto the DEM's cells" in note for note in said.notes)
+    assert any("resampled to the DEM's cells" in note for note in said.notes)
     holed = sample(None, weights=raster(np.ones((80, 100))), dem=slope("holed.tif", nodata_rows=30), count=500)
     assert holed.geometry.y.max() <= NORTH + 99
 
