@@ -119,8 +119,11 @@ def page(store: dict[str, Any]) -> str:
 
 
 def write_page(store: dict[str, Any]) -> None:
+    from . import engines
+
     text = PAGE.read_text(encoding="utf-8")
-    PAGE.write_text(MARKS.sub(lambda found: found[1] + page(store) + found[2], text), encoding="utf-8")
+    text = MARKS.sub(lambda found: found[1] + page(store) + found[2], text)
+    PAGE.write_text(engines.noted(text), encoding="utf-8")
     import matplotlib
 
     matplotlib.use("Agg")

@@ -29,7 +29,7 @@ from deadwood_engine import FIDELITIES, STOP_REASONS, Lines, Scene, Start, place
 from deadwood_engine.limits import GRAVITY
 from deadwood_engine.log_body import CENTRE, LENGTH
 
-from . import scenes, study
+from . import engines, scenes, study
 
 Array = NDArray[np.float64]
 
@@ -293,7 +293,7 @@ def write(known: dict[str, Any]) -> None:
     for name, text in parts.items():
         pattern = rf"(?s)(<!-- {name} -->\n).*?(<!-- end of {name} -->)"
         page = re.sub(pattern, lambda found, text=text: found[1] + text + "\n" + found[2], page)
-    PAGE.write_text(page, encoding="utf-8")
+    PAGE.write_text(engines.noted(page), encoding="utf-8")
 
 
 def needed() -> str:

@@ -864,7 +864,7 @@ def windthrow(
     fall_deg : °, 0 <= x <= 360, required
         Azimuth towards which stems fall, where the wind blows to.
     scatter_deg : °, 0 <= x <= 180, default 20
-        Standard deviation of that azimuth.
+        Standard deviation of that azimuth azimuth.
     stump_m : m, >= 0, default 0.5
         Height of the stumps. 0: none, the stems are uprooted.
     lost : 0 <= x <= 1, default 0.3
@@ -3512,6 +3512,7 @@ def reproduce_paper(
     *,
     site: Literal["klosters", "rothenbrunnen", "both"] = "both",
     logs: int = 20000,
+    deciding_logs: int = 20000,
     fidelity: Literal["draft", "standard", "fine", "reference"] = "standard",
     quick: bool = False,
     site_data: PathInput | None = None,
@@ -3534,8 +3535,9 @@ def reproduce_paper(
     every run. A finding is assessed (an order, a direction, the size of a ratio), not the value on another
     slope. The twins and the rules were fixed before the first run; the numbers of the twins, each with its
     source, are in `deadwood_algorithms/paper/README.md`; `twin_version 1` uses the twins of before November
-    2026. The log slides as the smooth cone, and again as the paper's point cloud (`make-log`, ids that end in
-    `.cloud`). Findings that fewer than 20 000 logs leave undecided are repeated with 20 000.
+    2026. The log slides as the smooth cone, and a fifth of the logs again as the paper's point cloud
+    (`make-log`, ids that end in `.cloud`). Findings that fewer than 20 000 logs leave undecided are repeated
+    with 20 000.
 
     On the twins of version 2 each finding has a sensitivity panel (`sensitivity.csv`): the same finding with
     one assumed number of the twin changed (width of treeless strips, roughness, places of release, rolling
@@ -3566,6 +3568,8 @@ def reproduce_paper(
     logs : 8 <= x <= 10000000, default 20000
         Logs of each scenario, over all releases. The sweeps of friction and cells, and each run of the
         sensitivity panel, use a fifth of them.
+    deciding_logs : 0 <= x <= 10000000, default 20000
+        Logs of each scenario for findings that fewer leave undecided. The paper's number. 0 leaves them open.
     fidelity : one of draft, standard, fine, reference, default standard
         Speed against accuracy.
     quick : optional

@@ -35,6 +35,9 @@ STRETCH_ALLOWED = 0.01
 AREA_MARGIN_DEG = 5.0
 
 
+LEAST_CELL_M, MOST_CELL_M = 0.000999, 10_000.0  # what is finer or coarser than any terrain model is a slip
+
+
 @contextmanager
 def open_dem(path: str | Path, crs: str | None, feedback: Feedback) -> Iterator[tuple[Any, pyproj.CRS, Affine]]:
     """A DEM opened and judged by its header, with its CRS and its transform; refused as `dem_windows.read_dem` says.
@@ -216,6 +219,11 @@ def _square_transform(source: Any, path: str | Path, given: str | None) -> Affin
     size = math.sqrt(abs(t.a * t.e - t.b * t.d))
     if not (math.isfinite(size) and size > 0):
         raise UserError(f"{path}: the DEM's cells are {t.a:g} x {t.e:g} m large; correct the cell size in its header")
+    if not LEAST_CELL_M <= size <= MOST_CELL_M:
+        raise UserError(
+            f"{path}: the DEM's cells are {size:.3g} m large, but must be between {LEAST_CELL_M:g} and {MOST_CELL_M:g} "
+            "m; correct the cell size in its header, or its CRS"
+        )
     if t.a <= 0 or max(abs(t.b) * ny, abs(t.d) * nx) > SHIFT_ALLOWED_CELLS * size:
         turned = "mirrored" if t.a <= 0 and t.b == 0 == t.d else "rotated"
         fix = remedies.warp(source, path, f"{size:.6g}", crs=given or "")

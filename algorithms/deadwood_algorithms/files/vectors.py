@@ -20,7 +20,7 @@ import shapely
 from pyogrio.errors import CRSError, DataLayerError, DataSourceError, FeatureError
 from shapely.errors import GEOSException
 
-from deadwood_algorithms.files import styles
+from deadwood_algorithms.files import geopackage_words, styles
 from deadwood_algorithms.files.columns import field_names, number_column, where_of
 from deadwood_algorithms.files.crs import accuracy_words, crs_name, horizontal, parse_crs, same_crs
 from deadwood_algorithms.files.free_memory import GIB, SHARE, free_bytes
@@ -304,6 +304,11 @@ def write_vector(path: str | Path, layers: Mapping[str, gpd.GeoDataFrame | Strea
         pyogrio.set_gdal_config_options({"OGR_CURRENT_DATE": None})
     firsts = {name: each.first if isinstance(each, Stream) else each for name, each in layers.items()}
     styles.store_in(Path(path), {name: styles.of_layer(name, frame) for name, frame in firsts.items()})
+    geopackage_words.store_in(Path(path), {name: _columns_of(frame) for name, frame in firsts.items()})
+
+
+def _columns_of(frame: gpd.GeoDataFrame) -> list[str]:
+    return [str(each) for each in frame.columns if each != frame.geometry.name]
 
 
 def _layer_of(name: str, layer: str, what: str, geometry: Sequence[str], place: Path) -> str:

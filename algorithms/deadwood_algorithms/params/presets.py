@@ -406,7 +406,7 @@ class Listed:
 
 def listed() -> Iterator[Listed]:
     """Every preset, by the option that takes it."""
-    sliding = "slide-logs, compare-fidelity, vary, run-sites"
+    sliding = "slide-logs, compare-fidelity, vary, run-sites, explore"
     tables = (
         ("sample-releases", "preset", LOGS),
         ("generate-forest", "preset", FORESTS),

@@ -18,12 +18,11 @@ from deadwood_algorithms.results.arrivals import first_touches
 from deadwood_algorithms.results.run_folder import Run, ends_of
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.memory import refuse_too_many
+from deadwood_algorithms.schemas.files import DANGER
 from deadwood_engine import Lines, sweep_danger
 
-ANY = "Share of the logs that passed which reached any line afterwards"
-COUNT = "Logs that passed"
+ANY, COUNT = (each.name for each in DANGER.bands[:2])
 LEAST = 10
-STYLE = "danger"
 BAND_BYTES = 20  # a cell and line, of what is counted in a piece, in all, and written
 
 

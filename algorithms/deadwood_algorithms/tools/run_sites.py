@@ -98,6 +98,7 @@ def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.evaluate.sites.progress import SitesFolder
     from deadwood_algorithms.results.identity import result_folder
     from deadwood_algorithms.results.run_folder import write_json
+    from deadwood_algorithms.simulate.checkpoints import part_path
     from deadwood_algorithms.simulate.warm_up import load_kernels
     from deadwood_algorithms.simulate.workers import NobodySlides
 
@@ -105,7 +106,7 @@ def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
     goes_on = ask.resume and SitesFolder.is_of(ask.output)
     with (
         result_folder(TOOL, ask, feedback, replaces=goes_on) as folder,
-        tool.moving_to(SitesFolder.place(ask.output), final),
+        tool.moving_to(part_path(ask.output), final),
     ):
         work = SitesFolder(ask.output, resume=ask.resume, feedback=feedback)
         found: list[SiteFound] = []
