@@ -176,7 +176,7 @@ def test_a_run_with_friction_by_name_is_the_run_with_its_number(case, said):
     assert json.loads((case.folder / "again" / "manifest.json").read_text(encoding="utf-8"))["presets"] == [record]
 
 
-def test_a_given_friction_goes_before_the_named_one(case, said):
+def test_a_given_friction_overrides_the_named_one(case, said):
     values = case.values(output=str(case.folder / "both"), friction="0.4", friction_preset="wet-debarked")
     case.run(feedback=said, **values)
     manifest = json.loads((case.folder / "both" / "manifest.json").read_text(encoding="utf-8"))
