@@ -176,7 +176,8 @@ class _Value(click.ParamType):
 
 
 def _option(parameter: Parameter) -> click.Option:
-    """An option without default: what is not given is told apart from what is, so that flags override ``--config``."""
+    """An option without default: what is not given is distinguished from what is, so that flags override "
+    "``--config``."""
     if parameter.is_switch:
         words = [f"{each}/--no-{each[2:]}" for each in (parameter.flag, *parameter.old_flags)]
         return click.Option([*words, parameter.name], default=None)

@@ -1070,7 +1070,7 @@ class SlideLogsResult(Run):
     reach = LayerPart("run.gpkg", "reach")
     """Each line or polygon: how probably logs reach it; of all logs of the run"""
     reached_by = LayerPart("run.gpkg", "reached_by")
-    """One row a log and line that it reached, where the log was released: from where is the road hit?"""
+    """One row for each log and line that it reached, where the log was released: from where is the road hit?"""
     barrier_hits = LayerPart("run.gpkg", "barrier_hits")
     """Every hit of a barrier, where the log first touched it; a hit lasts until 0.1 s pass without a push"""
     tree_hits = LayerPart("run.gpkg", "tree_hits")
@@ -1080,7 +1080,7 @@ class SlideLogsResult(Run):
     block_hits = LayerPart("run.gpkg", "block_hits")
     """Every boulder that was hit, and what it took of the sliding logs"""
     poses = TablePart("poses.parquet")
-    """poses.parquet: one row a kept pose, world coordinates; ordered by log, then time"""
+    """poses.parquet: one row for each kept pose, world coordinates; ordered by log, then time"""
     hit_count = RasterPart("hit_count.tif")
     """How many logs overlapped the cell with any part of their outline in plan at any time, each log once"""
     reach_probability = RasterPart("reach_probability.tif")
@@ -1348,7 +1348,7 @@ class RunSitesResult(Result):
     summary_file = "summary.json"
 
     overview = TablePart("overview.csv")
-    """Many sites side by side: one row a site and line, one of a site without lines or that failed"""
+    """Many sites side by side: one row for each site and line, one of a site without lines or that failed"""
     sites = LayerPart("overview.gpkg", "sites")
     """The sites, where their logs start: the rows of overview.csv"""
 
@@ -1597,7 +1597,7 @@ def run_sites(
     overwrite : optional
         Replace an output that exists.
     sites : optional
-        Table with one row a site.
+        Table with one row for each site.
     configs : optional
         Folder with a JSON file of parameters for each site.
     by : optional
@@ -1709,9 +1709,9 @@ class ReachLinesResult(Result):
     reach = LayerPart("--output", "reach")
     """Each line or polygon: how probably logs reach it, and how fast and hard they arrive"""
     arrivals = LayerPart("--output", "arrivals")
-    """One row a log and line: the log's centre of mass when its outline first touches the line"""
+    """One row for each log and line: the log's centre of mass when its outline first touches the line"""
     attribution = LayerPart("--output", "attribution")
-    """One row a release and line: which release hits what; drawn from the release to where its logs touch"""
+    """One row for each release and line: which release hits what; drawn from the release to where logs touch"""
     origins = LayerPart("--output", "origins")
     """The arrivals, each where its log was released: from where is a line hit"""
 
@@ -1858,9 +1858,10 @@ class ValueTreesResult(Result):
     """What `value_trees` leaves."""
 
     values = LayerPart("--output", "values")
-    """One row a tree, lying log, barrier or stand, and line: how many logs more would reach it without"""
+    """One row for each tree, lying log, barrier or stand, and line: how many logs more would reach it
+    without"""
     planted = LayerPart("--output", "planted")
-    """One row a candidate and line: how many logs fewer would reach the line with it"""
+    """One row for each candidate and line: how many logs fewer would reach the line with it"""
 
 
 def value_trees(
@@ -2045,7 +2046,7 @@ class SiteBarriersResult(Result):
     summary_file = "summary.json"
 
     pareto = TablePart("pareto.csv")
-    """One row a candidate alone, by what is left; then one a set of barriers that was chosen"""
+    """One row for each candidate alone, by what is left; then one a set of barriers that was chosen"""
     barriers = LayerPart("barriers.gpkg", "barriers")
     """The run's own barriers and those chosen, with what each does when all stand; as slide-logs takes them"""
 
@@ -2178,7 +2179,7 @@ class MapIntensityResult(Result):
     lines = TablePart("lines.csv")
     """Each line by the least energy that reaches it; the last seven but one only with a frequency"""
     process_area = LayerPart("process_area.gpkg", "process_area")
-    """The outline of the ground that at least so many of the logs pass; an indication map"""
+    """The outline of the ground that at least this share of the logs pass; an indication map"""
 
 
 def map_intensity(
@@ -2277,9 +2278,9 @@ class MapOriginsResult(Result):
     origins = RasterPart("origins.tif")
     """From where the lines are reached: by the cells in which logs were released"""
     sources = LayerPart("origins.gpkg", "sources")
-    """One row a line and least share: the cells from which at least so many of the logs reach it"""
+    """One row for each line and least share: the cells from which at least this share of the logs reach it"""
     affected = LayerPart("origins.gpkg", "affected")
-    """One row a release area and least share: the cells that at least so many of its logs pass"""
+    """One row for each release area and least share: the cells that at least this share of its logs pass"""
 
 
 def map_origins(
@@ -2581,7 +2582,7 @@ class CalibrateFrictionResult(Result):
     summary_file = "calibration.json"
 
     calibration = TablePart("calibration.csv")
-    """One row a coefficient of friction"""
+    """One row for each coefficient of friction"""
     deposits = LayerPart("calibration.gpkg", "deposits")
     """The simulated deposits of every coefficient of friction"""
     no_deposit = LayerPart("calibration.gpkg", "no_deposit")
@@ -2988,11 +2989,11 @@ class VaryResult(Result):
     summary_file = "summary.json"
 
     runs = TablePart("runs.csv")
-    """One row a run of the same logs: the values of the factors, and what came of it"""
+    """One row for each run of the same logs: the values of the factors, and the results"""
     tornado = TablePart("tornado.csv")
-    """One row an outcome and factor: what it does alone between the ends of its range"""
+    """One row for each outcome and factor: what it does alone between the ends of its range"""
     indices = TablePart("indices.csv")
-    """One row an outcome and factor: its share of the variance over all ranges; with a design only"""
+    """One row for each outcome and factor: its share of the variance over all ranges; with a design only"""
 
 
 def vary(

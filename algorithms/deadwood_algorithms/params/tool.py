@@ -1,6 +1,6 @@
 """The vocabulary in which a tool declares itself: parameters, outcome, feedback, and the user's errors.
 
-A tool's declaration is a frozen dataclass ``Ask`` whose fields are made by the functions below, one line a parameter.
+A tool's declaration is a frozen dataclass ``Ask`` whose fields are made by the functions below, one line per parameter.
 Nothing about a parameter is written anywhere else: the command line, ``describe --json``, the catalogue, the QGIS
 dialogs and the checks for Python callers are all rendered from it. What each kind of parameter is, `kinds` says.
 Standard library only.

@@ -28,7 +28,7 @@ from deadwood_algorithms.simulate.sliding import metered
 from deadwood_algorithms.simulate.warm_up import load_kernels
 from deadwood_algorithms.simulate.workers import NobodySlides
 
-# Of results that have a row a log [bytes]: what is held in memory while they are written, and what the working folder
+# Of results that have a row per log [bytes]: what is held in memory while they are written, and what the working folder
 # has of a log and of a cell that any log passed (two states of the rasters are kept).
 LOG_MEMORY, KEPT_MEMORY, WORK_LOG, WORK_CELL = 2000, 400, 800, 2 * 40
 VERTEX_MEMORY = 100  # of a trajectory's vertex, as it is read, thinned and written

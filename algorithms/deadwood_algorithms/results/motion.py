@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 
 def bodies_of(source: Run) -> Array:
-    """Mass properties of the logs, one row a deposit: the engine's table (`log_body.cone_bodies`).
+    """Mass properties of the logs, one row for each deposit: the engine's table (`log_body.cone_bodies`).
 
     Of a run with ``--shape`` those of its body, whose file must still be there.
     """

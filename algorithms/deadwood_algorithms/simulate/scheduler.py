@@ -174,6 +174,6 @@ def say_carried(workers: Workers, feedback: Feedback) -> None:
     carried = workers.carried
     if carried.logs:
         feedback.note(
-            f"--scheduler: the network carried {carried.orders / carried.logs:.0f} bytes a log to the workers, "
+            f"--scheduler: the network carried {carried.orders / carried.logs:.0f} bytes per log to the workers, "
             f"{carried.answers / carried.logs:.0f} back, and {carried.scenes / 1e6:.3g} MB of scenes in all"
         )

@@ -149,7 +149,7 @@ def lines_of(rows: list[FidelityRow], names: list[str], advice: Recommendation, 
         table.append(
             [
                 name,
-                f"{of['cpu_per_log', ''].value:.3g} ms a log",
+                f"{of['cpu_per_log', ''].value:.3g} ms per log",
                 "-" if worst is None else "judge" if judge else f"{points(worst)} ({worst.item})",
                 "judge" if judge else f"{apart.difference:.2g} m apart",
                 "judge" if judge else f"{map_apart.difference:.2g} apart",

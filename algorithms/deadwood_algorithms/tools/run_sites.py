@@ -60,7 +60,7 @@ APART = (
 
 @dataclass(frozen=True, kw_only=True)
 class Ask(slide_logs.Ask):
-    sites: str | None = tool.table("Table with one row a site", default=None)
+    sites: str | None = tool.table("Table with one row for each site", default=None)
     configs: str | None = tool.folder("Folder with a JSON file of parameters for each site", default=None)
     by: str | None = tool.field_of(
         "releases", "Field of the releases that distinguishes the sites", default=None, parent_elsewhere=True

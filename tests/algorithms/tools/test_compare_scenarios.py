@@ -131,7 +131,7 @@ def test_spread_speed_and_deposits(runs, tmp_path):
 
 
 def test_the_table_is_one_for_a_spreadsheet(tmp_path):
-    """It had a row a scenario and 102 columns for 14 lines and releases, 17 digits, and Straße as StraÃŸe."""
+    """It had a row for each scenario and 102 columns for 14 lines and releases, 17 digits, and Straße as StraÃŸe."""
     runs = [
         write_run(tmp_path / name, tracks(20.0), digest="same", lines={"Straße": (ROAD, hits)})
         for name, hits in (("ohne", list(range(11))), ("mit", [1, 2, 3]))

@@ -135,7 +135,7 @@ def sentence_of(found: Range | None, fits: bool, best: float) -> str:
 
 
 def lines_of(rows: list[dict[str, Any]], sentence: str, n_logs: int) -> tuple[str, ...]:
-    """A table with a line a coefficient, and what it comes to."""
+    """A table with a line for each coefficient, and what it comes to."""
     with_share, with_score = "share" in rows[0], any(math.isfinite(row["energy_score_m"]) for row in rows)
     with_lost, with_bounds = any(row["without_deposit"] for row in rows), any(row.get("n_lost") for row in rows)
     head = ["friction", "relative likelihood", "p", "run-out (5-95 %)"]

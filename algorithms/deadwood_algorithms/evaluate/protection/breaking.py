@@ -129,7 +129,7 @@ def tasks_without(logs: Sequence[tuple[int, Sequence[int]]]) -> list[Task]:
 def frames_of(
     broken: Broken, known: Known, layers: SceneLayers, capacity: Capacity
 ) -> dict[str, geopandas.GeoDataFrame]:
-    """One row a line: reach with rigid trees and with trees that break; and one a tree that any log breaks."""
+    """One row for each line: reach with rigid trees and with trees that break; and one a tree that any log breaks."""
     total = len(broken.trees)
     rows = []
     for line, line_id in enumerate(layers.lines.ids):

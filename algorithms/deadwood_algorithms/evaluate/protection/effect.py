@@ -474,7 +474,8 @@ def effects_of(
     *,
     planted: bool = False,
 ) -> list[Effect]:
-    """One row an obstacle and line, in their order; of candidates what they hold and take are those of the changes."""
+    """One row for each obstacle and line, in their order; of candidates what they hold and take are those of the "
+    "changes."""
     lost, gained, unseen, unseen_now = np.zeros((4, len(obstacles), len(layers.lines.ids)), np.int64)
     held = np.array([sum(known.held.get(each, 0) for each in one.owners.tolist()) for one in obstacles], np.int64)
     energy = np.array([sum(known.energy.get(each, 0) for each in one.owners.tolist()) for one in obstacles], np.int64)

@@ -184,7 +184,7 @@ def lying_frame(
 def stems_frame(
     stems: Stems, thrown: NDArray[np.bool_], azimuth_deg: NDArray[np.float64], states: dict[str, NDArray[Any]]
 ) -> geopandas.GeoDataFrame:
-    """One row a tree: what becomes of it in each scenario."""
+    """One row for each tree: what becomes of it in each scenario."""
     towards = np.full(thrown.size, np.nan)
     towards[thrown] = azimuth_deg
     columns = {"tree_id": stems.ids, "dbh_cm": stems.dbh_cm, "height_m": stems.height_m, "fall_deg": towards}
