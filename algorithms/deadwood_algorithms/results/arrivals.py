@@ -29,7 +29,7 @@ POSE_FACTS = ("t_s", "path_m", *"xyz", "speed_ms", "clearance_m", "xb", "yb", "z
 
 @dataclass(frozen=True)
 class Arrived:
-    """One row for each log and line that it reached, by line, then log; ``line`` and ``log`` are rows of items and logs.
+    """One row for each log and line that it reached, by line, then log (``line``, ``log``: rows of items, logs).
 
     near_edge : bool, by log of the deposits: its stored path came near an edge of the terrain
     """

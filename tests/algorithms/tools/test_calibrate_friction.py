@@ -435,7 +435,7 @@ def test_a_complete_search_is_said_and_what_it_goes_with(plane, tmp_path, said):
     said.warnings.clear()
     _, told = calibrate(values | {"search_complete": True, "output": str(tmp_path / "all")}, said)
     assert told["event"]["search_complete"]
-    assert any("speaks against these coefficients" in each for each in said.warnings)
+    assert any("reduces the likelihood of these coefficients" in each for each in said.warnings)
     line = write_layer(tmp_path / "line.gpkg", [shapely.LineString([(1, 50), (59, 50)])], line_id=["a"])
     with pytest.raises(UserError, match="--search-complete is about observed deposits"):
         calibrate_friction.TOOL(**plane.values(tmp_path / "no", reached=line, search_complete=True))
