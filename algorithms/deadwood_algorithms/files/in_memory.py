@@ -222,7 +222,7 @@ def _of_data_array(value: Any, name: str) -> Raster:
     place = getattr(value, "rio", None)
     if place is None:
         raise UserError(
-            f"{name}: a DataArray tells its transform and CRS by rioxarray: import rioxarray, or give "
+            f"{name}: a DataArray gives its transform and CRS through rioxarray: import rioxarray, or give "
             "Raster(array, transform, crs)"
         )
     return Raster(value.values, place.transform(), place.crs, place.nodata)

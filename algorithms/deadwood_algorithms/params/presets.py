@@ -283,7 +283,7 @@ class BarrierClasses:
         one, other = record["barrier_class"], record["barrier_class_high"]
         shown = {name: f"{holds[name]:g} kJ" if holds[name] < math.inf else f"over {self.rows[-1][1]:g} kJ"
                  for name in holds}  # fmt: skip
-        end = "no upper end can be told" if not other else "its upper end too" if other == one else (
+        end = "no upper end can be given" if not other else "its upper end too" if other == one else (
             f"its upper end class {other} ({shown[other]})")  # fmt: skip
         return f"class {one} of {self.name} ({shown[one]}), {end}"
 

@@ -310,7 +310,7 @@ def words_of_forecast(found: Forecast, output: str) -> tuple[str, ...]:
         f"{found.workers} workers": f"{_span(found.workers_s)}, each as fast as this machine",
     }
     told = [f"{name + ':':<14} {what}" for name, what in rows.items()]
-    return (*told, f"from a pilot of {found.pilot_logs} logs, evenly drawn; nothing was written")
+    return (*told, f"from a pilot of {found.pilot_logs} logs, drawn at random; nothing was written")
 
 
 def _size(count: float) -> str:

@@ -194,7 +194,7 @@ def write_results(
     if many(still, len(releases)):
         fix = "raise --time-limit-s"
         if layers.shape is None and not asked.scene.rolling_friction:
-            fix += ", or --rolling-friction, without which nothing stops a log that rolls on smooth ground"
+            fix += ", or --rolling-friction, without which a log that rolls on smooth ground does not stop"
         feedback.warn(
             f"{still} of {len(releases)} logs still moved at --time-limit-s {asked.scene.time_limit_s:g}, so their "
             f"deposits are not final; {fix}"
@@ -206,7 +206,7 @@ def write_results(
         feedback.warn(
             f"{len(states)} of {len(releases)} logs failed, the others are not affected; {FAILED_STATES} has their "
             f"last "
-            "states, from which the engine can go on (deadwood_engine.Start): please report them"
+            "states, from which the engine can continue (deadwood_engine.Start): please report them"
         )
     by_log.close()
     write_json(folder / SUMMARY, summary)

@@ -81,7 +81,7 @@ class WorkFolder:
             raise UserError(
                 f"--resume: the unfinished work in {self.path} was begun by another engine ({before.get('engine')}, "
                 f"version {before.get('version')}; this is {identity['engine']}, version {identity['version']}), and "
-                "two must not mix in one result; go on with that one, or leave out --resume to start again"
+                f"two must not be mixed in one result; continue with that one, or leave out --resume to start again"
             )
         if changed:
             raise UserError(

@@ -33,7 +33,7 @@ def refuse_no_scheduler(scheduler: str | None, workers: int | None) -> None:
     """Raise ``UserError`` for an address that cannot be one; what nobody answers at is found out by asking."""
     if scheduler is None:
         if workers is not None:
-            raise UserError("--workers needs --scheduler: local starts so many on this machine")
+            raise UserError("--workers needs --scheduler: local starts that number on this machine")
     elif scheduler != LOCAL and not ADDRESS.fullmatch(scheduler):
         raise UserError(
             f"--scheduler is '{scheduler}', but must be local or the address of a Dask scheduler, such as "

@@ -169,7 +169,7 @@ def rule_lines(rows: Sequence[dict[str, Any]], rule: presets.DesignRule | None) 
     for row in rows:
         if not math.isnan(row["design_value"]):
             high = (
-                f"up to {row['design_high']:.3g}" if not math.isnan(row["design_high"]) else "no upper end can be told"
+                f"up to {row['design_high']:.3g}" if not math.isnan(row["design_high"]) else "no upper end can be given"
             )
             shown.append(
                 f"{row['kind']} {row['place_id']}, design value of the {row['quantity']}: {row['design_value']:.3g} "

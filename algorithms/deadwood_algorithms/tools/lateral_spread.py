@@ -107,8 +107,8 @@ def words_of(row: dict[str, Any]) -> str:
     counted = row["n"] - row["n_left_out"]
     if not counted:
         return (
-            f"release {row['release_id']}: no spread, none of {row['n']} deposits lies farther than --min-runout-m "
-            "from the release"
+            f"release {row['release_id']}: no spread, none of {row['n']} deposits lies beyond --min-runout-m from the "
+            f"release"
         )
     low, high = row["p05_p95_ci_low_deg"], row["p05_p95_ci_high_deg"]
     return (

@@ -138,7 +138,7 @@ def names_of(folders: Sequence[str], given: str | None) -> list[str]:
     if given is not None:
         called = [each.strip() for each in given.split(",")]
         if len(called) != len(folders) or len(set(called)) < len(called) or not all(called):
-            raise UserError(f"--names is '{given}', but must hold another name for each of the {len(folders)} runs")
+            raise UserError(f"--names is '{given}', but must hold a different name for each of the {len(folders)} runs")
         return called
     names = [Path(each).resolve().name for each in folders]
     if len(set(names)) < len(names):

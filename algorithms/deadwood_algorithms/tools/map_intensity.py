@@ -261,7 +261,7 @@ def warn_of_few(
     events = sum(each.events_per_year for each in areas)
     needed = Z_95**2 * (events * logs * periods[-1] - 1.0)
     feedback.warn(
-        f"where no log passed the return period may yet be {years_words(shortest)} years, shorter than "
+        f"where no log passed the return period may still be {years_words(shortest)} years, shorter than "
         f"{periods[-1]:g}: {facts['logs']} logs cannot tell; about {needed:.2g} logs can"
     )
 

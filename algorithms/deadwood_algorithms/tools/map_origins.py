@@ -186,7 +186,9 @@ def reached_rows(ask: Ask, source: Run, feedback: Feedback) -> tuple[NDArray[np.
 
 def lines_of(facts: dict[str, Any]) -> tuple[str, ...]:
     """How many logs reach each line, and from how much ground."""
-    shown = [f"{facts['logs']} logs in cells of {facts['cell_m']:g} m, {100 * facts['told']:.0f} % of them told"]
+    shown = [
+        f"{facts['logs']} logs in cells of {facts['cell_m']:g} m, {100 * facts['told']:.0f} % of them in cells with a share"
+    ]
     for each in facts["reach"][1 if len(facts["reach"]) == 2 else 0 :]:
         shown.append(
             f"{each['line_id']}: {each['n_reach']} of {each['n_total']} logs, {percent_with_interval(each)}"

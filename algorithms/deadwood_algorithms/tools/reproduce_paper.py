@@ -207,7 +207,7 @@ def words(ask: Ask) -> str:
     where = f"the data in {ask.site_data}" if ask.site_data else twins
     told = f"{logs_of(ask)} logs a scenario, {fidelity_of(ask)}, seed {ask.seed}, on {where}; "
     told += f"deadwood-tool {tool.VERSION}."
-    return told + (" A --quick run: it judges nothing." if ask.quick else " Intervals are 95 %, over logs.")
+    return told + (" A --quick run: nothing is assessed." if ask.quick else " Intervals are 95 %, over logs.")
 
 
 def rows_of(path: Path, layer: str) -> list[dict[str, Any]]:

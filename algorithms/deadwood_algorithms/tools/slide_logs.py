@@ -380,7 +380,7 @@ def refuse_unfit(ask: Ask) -> None:
     for name in ("until_ci", "time_step_s", "station_spacing_m"):
         if getattr(ask, name) is not None:
             flag = "--" + name.replace("_", "-")
-            raise UserError(f"{flag} does not go with --fidelity auto, which picks it; leave one of them out")
+            raise UserError(f"{flag} conflicts with --fidelity auto, which chooses it; leave one of them out")
 
 
 def trajectories_wanted(text: str) -> int | None:

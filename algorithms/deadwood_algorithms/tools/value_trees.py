@@ -154,7 +154,7 @@ def values_of(ask: Ask, feedback: Feedback) -> Outcome:
 TOOL = Tool(
     "value-trees",
     "Evaluate",
-    "A run: what each tree, lying log, barrier and stand is worth at each line",
+    "A run: effect of each tree, lying log, barrier and stand at each line",
     Ask,
     run,
 )

@@ -276,7 +276,7 @@ def write(
         write_csv(folder / INDICES, pandas.DataFrame(facts["indices"]))
     write_json(folder / FACTS, facts)
     note = (
-        "High less low end with its 95 % interval over the same logs, bold where that leaves out 0. Values of a range "
+        "High minus low end with its 95 % interval over the same logs, bold where that excludes 0. Values of a range "
         f"count as equally likely. As it is: {logs} of {logs_in_layer} logs, fidelity {ask.fidelity}, seed {ask.seed}."
     )
     if any(each.indices is not None and each.indices.crossed.any() for each in measured):

@@ -263,4 +263,4 @@ def test_lateral_spread_says_no_nan(case, tmp_path, capsys):
     assert cli.run(["lateral-spread", "--deposits", near, "--output", str(tmp_path / "s.gpkg")]) == 0
     said = capsys.readouterr().out
     assert "nan" not in said.lower()
-    assert "release 1: no spread, none of 1 deposits lies farther than --min-runout-m from the release" in said
+    assert "release 1: no spread, none of 1 deposits lies beyond --min-runout-m from the release" in said

@@ -168,7 +168,7 @@ def lines_of(frames: Mapping[str, Any], broken: Broken) -> tuple[str, ...]:
         )
         points = points_with_interval(row["gain_p"], row["ci_low"], row["ci_high"])
         shown.append(
-            f"{row['line_id']}: {rigid} with trees that take everything, {breaking} where those that would break take "
-            f"nothing; {points} points"
+            f"{row['line_id']}: {rigid} with unbreakable trees, {breaking} if those that would break take no energy; "
+            f"{points} points"
         )
     return tuple(shown)

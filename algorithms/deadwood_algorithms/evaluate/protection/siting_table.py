@@ -155,7 +155,7 @@ def lines_of(facts: dict[str, Any], classes: str | None) -> tuple[str, ...]:
     for row in facts["chosen"]:
         points = points_with_interval(row["gain_p"], row["gain_ci_low"], row["gain_ci_high"])
         shown.append(
-            f"{row['step']}. {row['barrier_id']}: {row['gain_logs']} logs less, {points} points; {row['n_reach']} "
+            f"{row['step']}. {row['barrier_id']}: {row['gain_logs']} fewer logs, {points} points; {row['n_reach']} "
             f"still reach a line; it holds {row['n_stopped']}, {row['n_overjumped']} jump over"
         )
         if row["n_hit"]:

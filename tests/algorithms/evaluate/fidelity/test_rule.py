@@ -125,7 +125,7 @@ def test_too_thin_to_recommend():
     thin = advice(*rows)
     assert thin.fidelity is None
     assert thin.logs_needed == 4000
-    assert thin.sentence.startswith("Too few logs to recommend a fidelity: 1000 logs leave open whether standard")
+    assert thin.sentence.startswith("Too few logs to recommend a fidelity: 1000 logs do not decide whether standard")
     assert (
         "Compare about 4000 logs (the layer has 1000: release more, and keep the yardstick with --planned-logs 1000)"
         in (thin.sentence)
