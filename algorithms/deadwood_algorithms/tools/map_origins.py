@@ -187,7 +187,8 @@ def reached_rows(ask: Ask, source: Run, feedback: Feedback) -> tuple[NDArray[np.
 def lines_of(facts: dict[str, Any]) -> tuple[str, ...]:
     """How many logs reach each line, and from how much ground."""
     shown = [
-        f"{facts['logs']} logs in cells of {facts['cell_m']:g} m, {100 * facts['told']:.0f} % of them in cells with a share"
+        f"{facts['logs']} logs in cells of {facts['cell_m']:g} m, {100 * facts['told']:.0f} % of them in cells with a "
+        "share"
     ]
     for each in facts["reach"][1 if len(facts["reach"]) == 2 else 0 :]:
         shown.append(

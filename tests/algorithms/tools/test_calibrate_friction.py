@@ -212,7 +212,7 @@ def test_an_event_that_cannot_be_says_so(plane, tmp_path):
     path = seen(tmp_path / "seen.gpkg", (42.0, 50.0))
     outcome = calibrate_friction.TOOL(**plane.values(tmp_path / "out", observed=path, friction="0.5,0.55,0.6"))
     assert not outcome.facts["fits"]
-    assert "But even the best makes such an event less often than once in 20" in outcome.lines[-1]
+    assert "But even the best gives such an event in less than 1 of 20 cases" in outcome.lines[-1]
 
 
 def test_a_sweep_that_ends_too_early_says_so(plane, tmp_path):
@@ -431,7 +431,7 @@ def test_a_complete_search_is_said_and_what_it_goes_with(plane, tmp_path, said):
     assert table.loc[0.4, "without_deposit"] > 50
     (warned,) = [each for each in said.warnings if "left the terrain model" in each]
     assert f"of {RELEASED} logs, {table.loc[0.4, 'without_deposit']} at friction 0.4" in warned
-    assert "--search-complete says more" in warned
+    assert "use --search-complete" in warned
     said.warnings.clear()
     _, told = calibrate(values | {"search_complete": True, "output": str(tmp_path / "all")}, said)
     assert told["event"]["search_complete"]
