@@ -1858,10 +1858,10 @@ class ValueTreesResult(Result):
     """What `value_trees` leaves."""
 
     values = LayerPart("--output", "values")
-    """One row for each tree, lying log, barrier or stand, and line: how many logs more would reach it
+    """One row for each tree, lying log, barrier or stand, and line: how many more logs would reach it
     without"""
     planted = LayerPart("--output", "planted")
-    """One row for each candidate and line: how many logs fewer would reach the line with it"""
+    """One row for each candidate and line: how many fewer logs would reach the line with it"""
 
 
 def value_trees(

@@ -540,7 +540,7 @@ _HOLDS = (
 VALUES = Layer(
     name="values",
     geometry=("Point",),
-    meaning="One row for each tree, lying log, barrier or stand, and line: how many logs more would reach it without",
+    meaning="One row for each tree, lying log, barrier or stand, and line: how many more logs would reach it without",
     columns=(
         *_WORTH,
         a_count("n_reach_without", "Logs that would reach the line without it"),
@@ -578,7 +578,7 @@ BROKEN = Layer(
 PLANTED = Layer(
     name="planted",
     geometry=("Point",),
-    meaning="One row for each candidate and line: how many logs fewer would reach the line with it",
+    meaning="One row for each candidate and line: how many fewer logs would reach the line with it",
     columns=(
         *_WORTH,
         a_count("n_reach_with", "Logs that would reach the line with it"),
