@@ -202,7 +202,7 @@ def assess_mobilisation(
         Years since death up to which spruce is strong.
     crs : optional
         CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
-        CRS.
+        CRS; local: metres of a site of its own.
     overwrite : optional
         Replace an output that exists.
     output : output, optional
@@ -338,7 +338,7 @@ def sample_releases(
         Seed of the random draws.
     crs : optional
         CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
-        CRS.
+        CRS; local: metres of a site of its own.
     overwrite : optional
         Replace an output that exists.
     output : output, optional
@@ -560,7 +560,7 @@ def import_trees(
         layer.
     crs : optional
         CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
-        CRS.
+        CRS; local: metres of a site of its own.
     overwrite : optional
         Replace an output that exists.
     snags : output, optional
@@ -662,7 +662,7 @@ def find_trees(
         Published law in place of a and b. import-trees lists them.
     crs : optional
         CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
-        CRS.
+        CRS; local: metres of a site of its own.
     overwrite : optional
         Replace an output that exists.
     output : output, optional
@@ -779,7 +779,7 @@ def generate_forest(
         Seed of the random draws.
     crs : optional
         CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
-        CRS.
+        CRS; local: metres of a site of its own.
     overwrite : optional
         Replace an output that exists.
     output : output, optional
@@ -882,7 +882,7 @@ def windthrow(
         Seed of the random draws.
     crs : optional
         CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
-        CRS.
+        CRS; local: metres of a site of its own.
     output : output, optional
         Folder of the scenarios' layers. Without it, in a temporary folder that lasts as long as the result.
     overwrite : optional
@@ -972,7 +972,7 @@ def add_structures(
         Distance from the crest within which a side must meet the ground.
     crs : optional
         CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
-        CRS.
+        CRS; local: metres of a site of its own.
     overwrite : optional
         Replace an output that exists.
     output : output, optional
@@ -1257,7 +1257,7 @@ def slide_logs(
         Seed of the random draws.
     crs : optional
         CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
-        CRS.
+        CRS; local: metres of a site of its own.
     friction_preset : one of wet-debarked, wet-bark, chute-dry, chute-watered, chute-iced
         Friction coefficient by name. wet-debarked: a wet log without bark and branches on wet ground, 0.2 to
         0.3 (friction 0.25); wet-bark: a wet log with its bark on wet ground, 0.25 to 0.38 (friction 0.31);
@@ -1519,7 +1519,7 @@ def run_sites(
         Seed of the random draws.
     crs : optional
         CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
-        CRS.
+        CRS; local: metres of a site of its own.
     friction_preset : one of wet-debarked, wet-bark, chute-dry, chute-watered, chute-iced
         Friction coefficient by name. wet-debarked: a wet log without bark and branches on wet ground, 0.2 to
         0.3 (friction 0.25); wet-bark: a wet log with its bark on wet ground, 0.25 to 0.38 (friction 0.31);
@@ -2477,7 +2477,7 @@ def fit_flight(
         Depth to which the terrain may protrude into a flight.
     crs : optional
         CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
-        CRS.
+        CRS; local: metres of a site of its own.
     overwrite : optional
         Replace an output that exists.
     output : output, optional
@@ -2742,7 +2742,7 @@ def calibrate_friction(
         Seed of the random draws.
     crs : optional
         CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
-        CRS.
+        CRS; local: metres of a site of its own.
     threads : >= 1
         Threads (default: every core).
     scheduler : optional
@@ -2941,7 +2941,7 @@ def compare_fidelity(
         Seed of the random draws.
     crs : optional
         CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
-        CRS.
+        CRS; local: metres of a site of its own.
     friction_preset : one of wet-debarked, wet-bark, chute-dry, chute-watered, chute-iced
         Friction coefficient by name. wet-debarked: a wet log without bark and branches on wet ground, 0.2 to
         0.3 (friction 0.25); wet-bark: a wet log with its bark on wet ground, 0.25 to 0.38 (friction 0.31);
@@ -3144,7 +3144,7 @@ def vary(
         Seed of the random draws.
     crs : optional
         CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
-        CRS.
+        CRS; local: metres of a site of its own.
     friction_preset : one of wet-debarked, wet-bark, chute-dry, chute-watered, chute-iced
         Friction coefficient by name. wet-debarked: a wet log without bark and branches on wet ground, 0.2 to
         0.3 (friction 0.25); wet-bark: a wet log with its bark on wet ground, 0.25 to 0.38 (friction 0.31);
@@ -3329,7 +3329,7 @@ def explore(
         Seed of the random draws.
     crs : optional
         CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
-        CRS.
+        CRS; local: metres of a site of its own.
     friction_preset : one of wet-debarked, wet-bark, chute-dry, chute-watered, chute-iced
         Friction coefficient by name. wet-debarked: a wet log without bark and branches on wet ground, 0.2 to
         0.3 (friction 0.25); wet-bark: a wet log with its bark on wet ground, 0.25 to 0.38 (friction 0.31);
