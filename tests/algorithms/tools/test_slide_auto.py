@@ -137,10 +137,10 @@ def test_an_error_that_cannot_be_promised_is_refused_with_what_can(case, tmp_pat
         (["--error", "0.02"], "--error needs --fidelity auto"),
         (["--fidelity", "auto", "--error", "0.02"], "--fidelity auto needs --lines"),
         (["--fidelity", "auto", "--error", "0.6"], "--error"),
-        (["--fidelity", "auto", "--error", "0.02", "--lines", "L", "--until-ci", "0.1"], "--until-ci does not go with"),
+        (["--fidelity", "auto", "--error", "0.02", "--lines", "L", "--until-ci", "0.1"], "--until-ci conflicts with"),
         (
             ["--fidelity", "auto", "--error", "0.02", "--lines", "L", "--time-step-s", "0.1"],
-            "--time-step-s does not go",
+            "--time-step-s conflicts",
         ),
     ],
 )
