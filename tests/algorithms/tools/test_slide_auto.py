@@ -81,7 +81,7 @@ def test_the_run_is_the_plain_one_and_tells_both_errors(case, early, tmp_path):
     assert found["reached"] is True
     assert any(f"{found['logs']} logs at standard: reach of lines within ±" in line for line in outcome.lines)
     page = (run / "report.html").read_text(encoding="utf-8")
-    assert "--fidelity auto chose standard" in page
+    assert "The fidelity auto chose standard" in page
     assert [each.name for each in tmp_path.iterdir()] == ["run"]  # no pilot is left behind
     assert_plain(case, run, tmp_path)
 
