@@ -7,8 +7,10 @@ that click's own handling of interrupts and errors never stands between a tool a
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
+from textwrap import wrap
 from typing import Any
 
 import click
@@ -19,6 +21,7 @@ from deadwood_toolbox.feedback import PROGRESS, plain
 from deadwood_toolbox.plugin_zip import TOOL as QGIS_PLUGIN
 from deadwood_toolbox.shelf import Declared
 
+HELP_WIDTH = 76  # of lists and examples, which click indents by two and leaves as they are
 WIDE = {"max_content_width": 110}  # as wide as the terminal, but no wider than one reads
 
 
@@ -119,8 +122,38 @@ class _ToolCommand(click.Command):
 
 def _lists_kept(description: str) -> str:
     """The description for click, which runs the lines of a paragraph together unless it is told not to (``\\b``)."""
-    paragraphs = description.split("\n\n")
+    paragraphs = (_narrow(each) for each in description.split("\n\n"))
     return "\n\n".join("\b\n" + each if each.startswith(("    ", "- ")) else each for each in paragraphs)
+
+
+def _narrow(paragraph: str) -> str:
+    """A list, or examples of commands, in lines that a help of 80 columns holds."""
+    if paragraph.startswith("- "):
+        items = ("- " + " ".join(item.split()) for item in f"\n{paragraph}".split("\n- ")[1:])
+        return "\n".join(line for item in items for line in wrap(item, HELP_WIDTH, subsequent_indent="  "))
+    if paragraph.startswith("    "):
+        commands = paragraph.replace("\\\n", " ").splitlines()
+        return "\n".join(line for each in commands for line in _command_lines(each.strip()))
+    return paragraph
+
+
+def _command_lines(command: str) -> Iterator[str]:
+    """A command over as many lines as it needs, none broken between an option and its value."""
+    words = re.findall(r"(?:[^\s'\"]|'[^']*'|\"[^\"]*\")+", command)
+    parts: list[str] = []
+    for word in words:
+        if parts and parts[-1].startswith("-") and " " not in parts[-1] and not word.startswith("--"):
+            parts[-1] += f" {word}"
+        else:
+            parts.append(word)
+    line = "    " + parts[0]
+    for part in parts[1:]:
+        if len(line) + 1 + len(part) > HELP_WIDTH - 2:
+            yield line + " \\"
+            line = " " * 8 + part
+        else:
+            line += f" {part}"
+    yield line
 
 
 class _Value(click.ParamType):
@@ -143,7 +176,8 @@ class _Value(click.ParamType):
 
 
 def _option(parameter: Parameter) -> click.Option:
-    """An option without default: what is not given is told apart from what is, so that flags override ``--config``."""
+    """An option without default: what is not given is distinguished from what is, so that flags override "
+    "``--config``."""
     if parameter.is_switch:
         words = [f"{each}/--no-{each[2:]}" for each in (parameter.flag, *parameter.old_flags)]
         return click.Option([*words, parameter.name], default=None)
@@ -152,14 +186,17 @@ def _option(parameter: Parameter) -> click.Option:
 
 def _common_options() -> list[click.Parameter]:
     config = "Parameters from a JSON file, an earlier run's manifest.json, or a result itself; flags override it."
-    changed = "Go on where an input of --config is not what it was then."
-    how = "How progress is shown on standard error [default auto: a bar on a terminal, else now and then a line]."
+    changed = "Continue although an input of --config has changed."
+    how = (
+        "How progress is shown on standard error [default auto: a bar on a terminal, otherwise a line from time to "
+        "time]."
+    )
     return [
         click.Option(["--config"], metavar="FILE", help=config),
         click.Option(["--changed-inputs"], is_flag=True, help=changed),
         click.Option(["--progress"], type=click.Choice(PROGRESS), default="auto", metavar="|".join(PROGRESS), help=how),
-        click.Option(["--quiet"], is_flag=True, help="Say nothing but warnings and errors."),
-        click.Option(["--verbose"], is_flag=True, help="Say more: settings, times, libraries' warnings, tracebacks."),
+        click.Option(["--quiet"], is_flag=True, help="Show warnings and errors only."),
+        click.Option(["--verbose"], is_flag=True, help="Also show settings, times, warnings of libraries, tracebacks."),
     ]
 
 

@@ -26,7 +26,7 @@ def test_the_page_runs_from_the_terrain_to_the_report(tmp_path: Path, checkout: 
         ["bash", "-c", script], cwd=tmp_path, env={**checkout, "PATH": path}, capture_output=True, text=True
     )
     assert ran.returncode == 0, ran.stderr[-3000:]
-    assert "cells of 4.99768 m know nothing of the relief that holds logs" in ran.stderr
+    assert "cells of 4.99768 m do not resolve the relief that holds logs" in ran.stderr
     rows = pd.read_csv(tmp_path / "comparison" / "table.csv").set_index(["quantity", "of", "scenario"])
     assert rows.loc[("reach", "road", "with_forest"), "difference_to"] < -20.0  # the forest holds most of them
     html = (tmp_path / "slope.html").read_text(encoding="utf-8")

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import geopandas
     from matplotlib.axes import Axes
 
-# Okabe and Ito's, which colour-blind readers tell apart; black for what is rarest.
+# Okabe and Ito's, which colour-blind readers can distinguish; black for what is rarest.
 COLOURS = ("#D55E00", "#009E73", "#E69F00", "#CC79A7", "#0072B2", "#56B4E9", "#000000")
 LINE = "#222222"  # lines, and outlines of areas
 LONGEST_IN = 8.0  # of a map, in inches

@@ -247,7 +247,10 @@ def enough_words(record: dict[str, Any]) -> str:
     if record["reached"]:
         told = f"enough logs: after {record['logs']} of {record['logs_at_most']}, {widest} (wanted: ±{wanted:.2g})"
         rare = ", ".join(str(each) for each in record.get("told_too_low", []))
-        low = f"; of line {rare}, that few reach, a run that stops so tells up to a seventh too little in the mean"
+        low = (
+            f"; of line {rare}, which few logs reach, a run that stops in this way underestimates the reach by up to"
+            f" a seventh on average"
+        )
         return told + (f"{low} (the interval holds)" if rare else "")
     return f"not enough logs: after all {record['logs']}, {widest} (wanted: ±{wanted:.2g}); release more"
 
@@ -258,7 +261,7 @@ def unseen_words(records: Sequence[Mapping[str, Any]]) -> str:
     if worst is None or not loss_matters(worst):
         return ""
     return (
-        f"; this is not promised for the {worst['n_lost']} logs that left the terrain model before line "
+        f"; this does not hold for the {worst['n_lost']} logs that left the terrain model before line "
         f"{worst['line_id']}: if all of them reach it, {100 * worst['p_high_if_lost']:.0f} %"
     )
 

@@ -1,23 +1,23 @@
-"""Repeat sections 5, 6 and the appendices of the paper on two synthetic twins, and judge its findings one by one.
+"""Repeat sections 5, 6 and the appendices of the paper on two synthetic twins, and assess its findings one by one.
 
-The folder holds `findings.json` (statement, section, the paper's figure, ours with its interval, whether it holds, why,
+The folder holds `findings.json` (statement, section, the paper's value, ours with its interval, whether it holds, why,
 and the verdict: holds, does not hold, not decided, cannot be judged here), the same as `findings.csv` and
-`findings.md`, `report.html` with the figures beside the paper's (3, 4, A1, B1), and every run. Judged is a finding (an
-order, a direction, the size of a ratio), not another slope's number. The twins and the rules were fixed before the
-first run; the numbers of the twins, each with its source, are in `deadwood_algorithms/paper/README.md`;
-`--twin-version 1` takes the twins that were used until November 2026. The log slides as the smooth cone, and a fifth of
-the logs again as the paper's point cloud (`make-log`, ids that end in `.cloud`). What fewer than 20 000 logs leave open
-is slid again with 20 000.
+`findings.md`, `report.html` with the figures beside the paper's (3, 4, A1, B1), and every run. A finding is assessed
+(an order, a direction, the size of a ratio), not the value on another slope. The twins and the rules were fixed before
+the first run; the numbers of the twins, each with its source, are in `deadwood_algorithms/paper/README.md`;
+`--twin-version 1` uses the twins of before November 2026. The log slides as the smooth cone, and a fifth of the logs
+again as the paper's point cloud (`make-log`, ids that end in `.cloud`). Findings that fewer than 20 000 logs leave
+undecided are repeated with 20 000.
 
-On the twins of version 2 each finding has a panel of sensitivity (`sensitivity.csv`): the same finding with one chosen
-number of the twin moved (width of treeless strips, roughness, places of release, friction of rolling, another draw of
-relief and forest, and others), a fifth of the logs each. These runs are not kept; `--no-panel` leaves them out.
+On the twins of version 2 each finding has a sensitivity panel (`sensitivity.csv`): the same finding with one assumed
+number of the twin changed (width of treeless strips, roughness, places of release, rolling friction, another draw of
+relief and forest, and others), with a fifth of the logs each. These runs are not kept; `--no-panel` leaves them out.
 
-`--quick` takes a few hundred logs and a coarser set: it shows that all works and judges nothing. An interrupted run
-goes on with `--resume`; what is finished is not slid again.
+`--quick` takes a few hundred logs and a coarser set: it shows that everything works and assesses nothing. `--resume`
+continues an interrupted run; what is finished is not slid again.
 
-With `--site-data FOLDER` the data of the real sites take the twins' place. FOLDER has a folder `klosters`,
-`rothenbrunnen` or both, each with
+With `--site-data FOLDER` the data of the real sites replace the twins. FOLDER has a folder `klosters`, `rothenbrunnen`
+or both, each with
 
 - `dem.tif`, or a folder `dem` of tiles (swissALTI3D 0.5 m, as GeoTIFF);
 - `trees.gpkg` (`dbh_cm`, `height_m`), or `trees.csv`, any table that `import-trees` reads;
@@ -87,20 +87,20 @@ class Ask:
     site: str = tool.choice("Which site", *SITES, "both", default="both")
     logs: int = tool.integer(
         "Logs of each scenario, over all releases", default=20_000, minimum=8, maximum=10_000_000,
-        help="The sweeps of friction and cells, and each run of the panel of sensitivity, take a fifth of them.",
+        help="The sweeps of friction and cells, and each run of the sensitivity panel, use a fifth of them.",
     )  # fmt: skip
     deciding_logs: int = tool.integer(
-        "Logs of each scenario by which findings are judged that fewer leave open", default=20_000, minimum=0,
+        "Logs of each scenario for findings that fewer leave undecided", default=20_000, minimum=0,
         maximum=10_000_000, advanced=True, help="The paper's number. 0 leaves them open.",
     )  # fmt: skip
     fidelity: str = tool.choice("Speed against accuracy", "draft", "standard", "fine", "reference", default="standard")
-    quick: bool = tool.flag("At most 300 logs and a coarser set, in a minute or two; not judged")
-    site_data: str | None = tool.folder("Data of the real sites, in place of the twins", default=None)
+    quick: bool = tool.flag("At most 300 logs and a coarser set, in a minute or two; not assessed")
+    site_data: str | None = tool.folder("Data of the real sites, instead of the twins", default=None)
     twin_version: str = tool.choice("Which twins", "1", "2", default="2", help="1: those until November 2026.")
-    no_panel: bool = tool.flag("Leave out the panel of sensitivity")
+    no_panel: bool = tool.flag("Leave out the sensitivity panel")
     seed: int = tool.seed()
     threads: int | None = tool.integer("Threads (default: every core)", default=None, minimum=1, advanced=True)
-    resume: bool = tool.flag("Go on with an interrupted run")
+    resume: bool = tool.flag("Continue an interrupted run")
     output: str = tool.output_folder("Folder of the findings", parts=("findings.json", "report.html"))
     overwrite: bool = tool.overwrite()
 
@@ -141,7 +141,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
                 found[name] = [with_panel(each, panel) for each in decided(ask, site, place, found[name], feedback)]
                 found[name] += [replace(each, id=f"{each.id}.cloud") for each in cloud]
         except (Cancelled, KeyboardInterrupt) as error:
-            feedback.note(f"what is finished is kept in {work}; --resume goes on from there")
+            feedback.note(f"what is finished is kept in {work}; --resume continues from there")
             raise Cancelled from error
         hidden = shutil.ignore_patterns(".*")
         shutil.copytree(work, folder, dirs_exist_ok=True, ignore=hidden, copy_function=link_or_copy)
@@ -207,7 +207,7 @@ def words(ask: Ask) -> str:
     where = f"the data in {ask.site_data}" if ask.site_data else twins
     told = f"{logs_of(ask)} logs a scenario, {fidelity_of(ask)}, seed {ask.seed}, on {where}; "
     told += f"deadwood-tool {tool.VERSION}."
-    return told + (" A --quick run: it judges nothing." if ask.quick else " Intervals are 95 %, over logs.")
+    return told + (" A --quick run: nothing is assessed." if ask.quick else " Intervals are 95 %, over logs.")
 
 
 def rows_of(path: Path, layer: str) -> list[dict[str, Any]]:
@@ -247,7 +247,7 @@ def work_folder(ask: Ask, feedback: Feedback) -> Path:
             )
         return work
     if work.is_dir():
-        feedback.note(f"{work}: the unfinished work of an earlier run is dropped (--resume goes on with it)")
+        feedback.note(f"{work}: the unfinished work of an earlier run is discarded (--resume continues it)")
         shutil.rmtree(work)
     work.mkdir(parents=True)
     note.write_text(json.dumps(identity), encoding="utf-8")
@@ -375,7 +375,7 @@ class Steps:
         )  # fmt: skip
 
     def scenarios(self) -> list[str]:
-        """Those whose logs are compared one by one; the first is what the others are compared with."""
+        """Those whose logs are compared one by one; the first is the baseline."""
         randoms = [name for name in self.trees if name.startswith("random")]
         names = ["als", "protected" if self.klosters else "barriers", *randoms, "none"]
         kinds = {"protected": "barriers"} | dict.fromkeys(randoms, "random")
