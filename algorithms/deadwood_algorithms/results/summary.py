@@ -79,7 +79,7 @@ def summary_of(
             "unconverged_steps": int(by_log["unconverged"].sum()),
             "auto": asked.auto,
         },
-        "scenario": scenario_of(asked, layers, releases),
+        "scenario": scenario_of(asked.scene, asked.fidelity, layers, releases),
         "counted": counted,
         "modelled": {name: told(each) for name, each in clauses.items()},
         "modelled_facts": clauses,
