@@ -43,9 +43,11 @@ _EVERYWHERE = (
     Changed("drawn_3", "relief and mapped forest drawn anew again", changes={"seed": 3002}),
     Changed("version_1", "the twin of version 1", version=1),
 )
+AS_IT_IS = "nothing, slid as the panel is"
 _HALF_SPACING = 0.5 * (klosters.K["gully_u_m"][1] - klosters.K["gully_u_m"][0])
 VARIATIONS: Mapping[str, tuple[Changed, ...]] = {
     klosters.NAME: (
+        Changed("as_it_is", AS_IT_IS),
         Changed("strip_1.5", "no tree nearer than 1.5 m to a bed, not 2 m", changes={"gully_free_m": 1.5}),
         Changed("strip_3", "no tree nearer than 3 m to a bed", changes={"gully_free_m": 3.0}),
         Changed(
@@ -66,6 +68,7 @@ VARIATIONS: Mapping[str, tuple[Changed, ...]] = {
         *_EVERYWHERE,
     ),
     rothenbrunnen.NAME: (
+        Changed("as_it_is", AS_IT_IS),
         Changed("west", "release 30 m to the west", changes={"release_u_m": 110.0}),
         Changed("east", "release 30 m to the east", changes={"release_u_m": 170.0}),
         Changed("rocks_slide", "friction of the rocks 0.35, not 0.5", changes={"rock_friction": 0.35}),

@@ -5,13 +5,14 @@ and the verdict: holds, does not hold, not decided, cannot be judged here), the 
 `findings.md`, `report.html` with the figures beside the paper's (3, 4, A1, B1), and every run. Judged is a finding (an
 order, a direction, the size of a ratio), not another slope's number. The twins and the rules were fixed before the
 first run; the numbers of the twins, each with its source, are in `deadwood_algorithms/paper/README.md`;
-`--twin-version 1` takes the twins that were used until November 2026. The log slides as the smooth cone, and a fifth of
-the logs again as the paper's point cloud (`make-log`, ids that end in `.cloud`). What fewer than 20 000 logs leave open
-is slid again with 20 000.
+`--twin-version 1` takes the twins that were used until November 2026. What fewer than 20 000 logs leave open is slid
+again with 20 000.
 
-On the twins of version 2 each finding has a panel of sensitivity (`sensitivity.csv`): the same finding with one chosen
-number of the twin moved (width of treeless strips, roughness, places of release, friction of rolling, another draw of
-relief and forest, and others), a fifth of the logs each. These runs are not kept; `--no-panel` leaves them out.
+Beside each finding stands a panel of sensitivity (`sensitivity.csv`): the same finding as it is, with the log as the
+paper's point cloud (`make-log`; also as findings of their own, whose ids end in `.cloud`), and, on the twins of version
+2, with one chosen number of the twin moved (width of treeless strips, roughness, places of release, friction of
+rolling, another draw of relief and forest, and others). The panel slides a fifth of the logs at `draft`, whose cost and
+error `benchmarks/README.md` tells, and its runs are not kept; `--no-panel` leaves it out.
 
 `--quick` takes a few hundred logs and a coarser set: it shows that all works and judges nothing. An interrupted run
 goes on with `--resume`; what is finished is not slid again.
@@ -137,7 +138,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
                 place = work / name
                 cloud, panel = clouds(ask, site, place, feedback), varied(ask, name, place, feedback)
                 if cloud:
-                    panel = [("the log as the paper's point cloud", cloud), *panel]
+                    panel.insert(1, ("the log as the paper's point cloud", cloud))
                 found[name] = [with_panel(each, panel) for each in decided(ask, site, place, found[name], feedback)]
                 found[name] += [replace(each, id=f"{each.id}.cloud") for each in cloud]
         except (Cancelled, KeyboardInterrupt) as error:
@@ -155,13 +156,13 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
 
 def clouds(ask: Ask, site: Site, place: Path, feedback: Feedback) -> list[Finding]:
-    """The findings of a fifth of the logs, each as the paper's point cloud, which takes ten times as long."""
+    """The findings of the panel's logs as the paper's point cloud, which takes ten times as long."""
     from deadwood_algorithms.paper.findings import findings_of
 
-    if ask.quick:
+    if ask.quick or ask.no_panel:
         return []
     needed = {"none", "random", "barriers", "friction"}
-    steps = Steps(ask, site, place / ".cloud", feedback, logs=max(8, logs_of(ask) // 5), needed=needed)
+    steps = Steps(ask, site, place / ".cloud", feedback, logs=panel_logs(ask), needed=needed, fidelity="draft")
     return findings_of(steps.evidence_of_needed("cloud"))
 
 
@@ -179,6 +180,10 @@ def decided(ask: Ask, site: Site, place: Path, found: list[Finding], feedback: F
     return [replace(again[each.id], why=told + again[each.id].why) if each.id in again else each for each in found]
 
 
+def panel_logs(ask: Ask) -> int:
+    return max(8, logs_of(ask) // 5)
+
+
 def varied(ask: Ask, name: str, place: Path, feedback: Feedback) -> list[tuple[str, list[Finding]]]:
     """The findings with each chosen number of the twin moved."""
     from deadwood_algorithms.paper.findings import findings_of
@@ -188,14 +193,16 @@ def varied(ask: Ask, name: str, place: Path, feedback: Feedback) -> list[tuple[s
     if ask.site_data or ask.no_panel or ask.twin_version != "2":
         return []
     found = []
-    for each in VARIATIONS[name][: 1 if ask.quick else None]:
+    for each in VARIATIONS[name][: 2 if ask.quick else None]:
         folder = place / ".panel" / each.name
         shutil.rmtree(folder / "data", ignore_errors=True)
         write_twin(name, folder / "data", each.version, **each.changes)
         site = read_site(name, folder / "data", folder / "prepared")
-        logs = max(8, logs_of(ask) // 5)
         needed = {"none", "random", "friction"} if name == SITES[0] else {"none", "random", "barriers", "platy"}
-        steps = Steps(ask, site, folder, feedback, logs=logs, needed=needed, options=each.options, draws=1)
+        steps = Steps(
+            ask, site, folder, feedback, logs=panel_logs(ask), needed=needed, options=each.options, draws=1,
+            fidelity="draft",
+        )  # fmt: skip
         found.append((each.words, findings_of(steps.evidence_of_needed(), quick=ask.quick)))
     return found
 
@@ -267,8 +274,10 @@ class Steps:
     def __init__(
         self, ask: Ask, site: Site, place: Path, feedback: Feedback, *, logs: int | None = None,
         needed: set[str] | None = None, options: Mapping[str, Any] | None = None, draws: int | None = None,
+        fidelity: str | None = None,
     ) -> None:  # fmt: skip
         self.ask, self.site, self.place, self.feedback = ask, site, place, feedback
+        self.fidelity = fidelity or fidelity_of(ask)
         self.logs, self.needed, self.options = logs or logs_of(ask), needed or set(), dict(options or {})
         self._known: set[Path] = set()  # what was made, or found to stand, by this process
         self.prepared, self.runs, self.results = (place / name for name in ("prepared", "runs", "results"))
@@ -367,7 +376,7 @@ class Steps:
         return self.step(
             self.runs / name, slide_logs.TOOL, name, dem=self.terrains[scenario], releases=self.releases(logs),
             trees=self.trees[forest], barriers=self.site.layers["barriers"] if protects else None,
-            lines=self.site.layers["lines"], friction=float(mu), fidelity=fidelity_of(self.ask), seed=self.ask.seed,
+            lines=self.site.layers["lines"], friction=float(mu), fidelity=self.fidelity, seed=self.ask.seed,
             threads=self.ask.threads, trajectories=keeps, **self.options,
             shape=self.shape(scenario if scenario in ROCKS else "log") if convention or scenario in ROCKS else "cone",
         )  # fmt: skip
@@ -479,7 +488,7 @@ class Steps:
             self.results / f"friction_{cell:g}m", calibrate_friction.TOOL, f"friction on {cell:g} m", dem=str(dem),
             releases=self.releases(), trees=self.trees["als"], lines=self.site.layers["lines"],
             reached=self.line("road"), not_reached=self.line("beyond"), seed=self.ask.seed, logs=count,
-            friction=",".join(f"{mu:g}" for mu in self.frictions()), fidelity=fidelity_of(self.ask),
+            friction=",".join(f"{mu:g}" for mu in self.frictions()), fidelity=self.fidelity,
             threads=self.ask.threads,
         )  # fmt: skip
         told = json.loads((place / "calibration.json").read_text(encoding="utf-8"))
