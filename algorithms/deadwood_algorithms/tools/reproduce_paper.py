@@ -198,7 +198,9 @@ def varied(ask: Ask, name: str, place: Path, feedback: Feedback) -> list[tuple[s
         shutil.rmtree(folder / "data", ignore_errors=True)
         write_twin(name, folder / "data", each.version, **each.changes)
         site = read_site(name, folder / "data", folder / "prepared")
-        needed = {"none", "random", "friction"} if name == SITES[0] else {"none", "random", "barriers", "platy"}
+        needed = {"none", "random", "friction" if name == SITES[0] else "barriers"} | (
+            {"rocks"} if each.rocks else set()
+        )
         steps = Steps(
             ask, site, folder, feedback, logs=panel_logs(ask), needed=needed, options=each.options, draws=1,
             fidelity="draft",
@@ -435,7 +437,7 @@ class Steps:
         of = self.evidence_of_scenarios(convention)
         if self.klosters and "friction" in self.needed:
             of.sweeps = self.high_friction(convention)
-        if "platy" in self.needed:
+        if "rocks" in self.needed and not self.klosters:
             of.spreads = {name: self.spread(name) for name in ("als", *ROCKS)}
         if "barriers" in of.logs and self.site.facts["takeoff_line"] and not convention:
             self._evidence = of
