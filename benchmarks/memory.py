@@ -2,7 +2,7 @@
 
 python -m benchmarks.memory                          1000, 10 000 and 100 000 logs, then the page docs/memory.md
 python -m benchmarks.memory --logs 1000000 --keep none    one more row; what was measured before is kept
-python -m benchmarks.memory page                     the page and its figure anew from memory.json
+python -m benchmarks.memory page                     the page and its figure again from memory.json
 
 Every run is a process of its own, so that its peak is its own. Logs are short-lived (a small slope, friction 0.5,
 draft): what grows is asked here, not how long sliding takes.

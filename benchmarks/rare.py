@@ -1,7 +1,7 @@
 """What fixed-effort splitting would save where a line is reached rarely: measured, and written into docs/rare.md.
 
-python -m benchmarks.rare --minutes 20     more logs and repetitions into rare.json, then the page's figures anew
-python -m benchmarks.rare --minutes 0      the figures anew from rare.json
+python -m benchmarks.rare --minutes 20     more logs and repetitions into rare.json, then the page's figures again
+python -m benchmarks.rare --minutes 0      the figures again from rare.json
 
 A population of logs slides. Of those that reach the next line, as many as began are drawn again (children), each
 from its parent's state there, shaken by a tiny amount, and slide on. The product of the shares is the probability; its

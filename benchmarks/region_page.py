@@ -205,8 +205,8 @@ accuracy](../benchmarks/README.md). It is arithmetic, no run: nobody has slid th
 
     deadwood-tool run-sites --sites sites.csv --friction 0.35 --output region --plan --plan-workers 256
 
-What a log costs hangs on how long it slides. A forest stops it soon; on bare ground and in a gully it slides on:"""
-DENSITY = """How many logs a hectare needs hangs on the question. For a line that many hectares may reach, the
+What a log costs depends on how long it slides. A forest stops it soon; on bare ground and in a gully it slides on:"""
+DENSITY = """How many logs a hectare needs depends on the question. For a line that many hectares may reach, the
 interval is that of all their logs together, and few a hectare will do; a map that tells one hectare from the next needs
 many:"""
 AFTERWARDS = """## What the tables hold, and what they do not

@@ -167,7 +167,8 @@ def clouds(ask: Ask, site: Site, place: Path, feedback: Feedback) -> list[Findin
 
 
 def decided(ask: Ask, site: Site, place: Path, found: list[Finding], feedback: Feedback) -> list[Finding]:
-    """The findings; those that so many logs leave open are judged anew by more, in the scenarios that they need."""
+    """The findings; those that so many logs leave open are judged again by more, in the scenarios that they need."""
+
     from deadwood_algorithms.paper.findings import findings_of
 
     open_ = {each.id for each in found if each.verdict == "not decided"}
@@ -234,8 +235,9 @@ def fidelity_of(ask: Ask) -> str:
 
 
 def place_of_work(ask: Ask) -> Path:
-    final = Path(ask.output).absolute()
-    return final.parent / f".{final.name}.part"
+    from deadwood_algorithms.simulate.checkpoints import working_folder
+
+    return working_folder(ask.output)
 
 
 def work_folder(ask: Ask, feedback: Feedback) -> Path:
