@@ -35,7 +35,7 @@ sites the same command judges those (`--site-data`).
 
 Four verdicts: a finding **holds** where its whole 95 % interval does, it **does not hold** where none of it does, and
 is **not decided** between. It **cannot be judged here** where a twin was built so that it holds, or where most of the
-bodies of which it tells hardly move. Intervals tell sampling alone: how far a finding hangs on a chosen number of the
+bodies of which it tells hardly move. Intervals tell sampling alone: how far a finding depends on a chosen number of the
 twin, the panels below show. *Cone* is the log as the toolbox has it, *cloud* as the paper's body-fixed points (rings
 of `make-log`), with a fifth of the logs at `draft`.
 """

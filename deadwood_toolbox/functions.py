@@ -3536,13 +3536,14 @@ def reproduce_paper(
     every run. Judged is a finding (an order, a direction, the size of a ratio), not another slope's number. The
     twins and the rules were fixed before the first run; the numbers of the twins, each with its source, are in
     `deadwood_algorithms/paper/README.md`; `twin_version 1` takes the twins that were used until November 2026.
-    The log slides as the smooth cone, and a fifth of the logs again as the paper's point cloud (`make-log`, ids
-    that end in `.cloud`). What fewer than 20 000 logs leave open is slid again with 20 000.
+    What fewer than 20 000 logs leave open is slid again with 20 000.
 
-    On the twins of version 2 each finding has a panel of sensitivity (`sensitivity.csv`): the same finding with
-    one chosen number of the twin moved (width of treeless strips, roughness, places of release, friction of
-    rolling, another draw of relief and forest, and others), a fifth of the logs each. These runs are not kept;
-    `no_panel` leaves them out.
+    Beside each finding stands a panel of sensitivity (`sensitivity.csv`): the same finding as it is, with the
+    log as the paper's point cloud (`make-log`; also as findings of their own, whose ids end in `.cloud`), and,
+    on the twins of version 2, with one chosen number of the twin moved (width of treeless strips, roughness,
+    places of release, friction of rolling, another draw of relief and forest, and others). The panel slides a
+    fifth of the logs at `draft`, whose cost and error `benchmarks/README.md` tells, and its runs are not kept;
+    `no_panel` leaves it out.
 
     `quick` takes a few hundred logs and a coarser set: it shows that all works and judges nothing. An
     interrupted run goes on with `resume`; what is finished is not slid again.
