@@ -37,7 +37,7 @@ Four verdicts: a finding **holds** where its whole 95 % interval does, it **does
 is **not decided** between. It **cannot be judged here** where a twin was built so that it holds, or where most of the
 bodies of which it tells hardly move. Intervals tell sampling alone: how far a finding depends on a chosen number of the
 twin, the panels below show. *Cone* is the log as the toolbox has it, *cloud* as the paper's body-fixed points (rings
-of `make-log`), with a fifth of the logs at `draft`.
+of `make-log`), with a tenth of the logs at `draft`.
 """
 PANEL = """## With one choice moved
 
@@ -164,7 +164,7 @@ def main() -> None:
     sites = list(dict.fromkeys(each["id"].split(".")[0] for each in findings if each["panel"]))
     parts = [HEAD, counted(findings), table(findings)]
     if sites:
-        parts += [MOVES, moves(findings), PANEL.format(logs=asked["logs"] // 5)]
+        parts += [MOVES, moves(findings), PANEL.format(logs=asked["logs"] // 10)]
         parts += [panel(findings, site) for site in sites]
     parts += ["\n".join(pictures), told]
     page = "\n\n".join(part.strip() for part in parts) + "\n"

@@ -3542,7 +3542,7 @@ def reproduce_paper(
     log as the paper's point cloud (`make-log`; also as findings of their own, whose ids end in `.cloud`), and,
     on the twins of version 2, with one chosen number of the twin moved (width of treeless strips, roughness,
     places of release, friction of rolling, another draw of relief and forest, and others). The panel slides a
-    fifth of the logs at `draft`, whose cost and error `benchmarks/README.md` tells, and its runs are not kept;
+    tenth of the logs at `draft`, whose cost and error `benchmarks/README.md` tells, and its runs are not kept;
     `no_panel` leaves it out.
 
     `quick` takes a few hundred logs and a coarser set: it shows that all works and judges nothing. An
@@ -3567,8 +3567,8 @@ def reproduce_paper(
     site : one of klosters, rothenbrunnen, both, default both
         Which site.
     logs : 8 <= x <= 10000000, default 20000
-        Logs of each scenario, over all releases. The sweeps of friction and cells, and each run of the panel of
-        sensitivity, take a fifth of them.
+        Logs of each scenario, over all releases. The sweeps of friction and cells take a fifth of them, each
+        run of the panel of sensitivity a tenth.
     deciding_logs : 0 <= x <= 10000000, default 20000
         Logs of each scenario by which findings are judged that fewer leave open. The paper's number. 0 leaves
         them open.

@@ -11,7 +11,7 @@ again with 20 000.
 Beside each finding stands a panel of sensitivity (`sensitivity.csv`): the same finding as it is, with the log as the
 paper's point cloud (`make-log`; also as findings of their own, whose ids end in `.cloud`), and, on the twins of version
 2, with one chosen number of the twin moved (width of treeless strips, roughness, places of release, friction of
-rolling, another draw of relief and forest, and others). The panel slides a fifth of the logs at `draft`, whose cost and
+rolling, another draw of relief and forest, and others). The panel slides a tenth of the logs at `draft`, whose cost and
 error `benchmarks/README.md` tells, and its runs are not kept; `--no-panel` leaves it out.
 
 `--quick` takes a few hundred logs and a coarser set: it shows that all works and judges nothing. An interrupted run
@@ -88,7 +88,7 @@ class Ask:
     site: str = tool.choice("Which site", *SITES, "both", default="both")
     logs: int = tool.integer(
         "Logs of each scenario, over all releases", default=20_000, minimum=8, maximum=10_000_000,
-        help="The sweeps of friction and cells, and each run of the panel of sensitivity, take a fifth of them.",
+        help="The sweeps of friction and cells take a fifth of them, each run of the panel of sensitivity a tenth.",
     )  # fmt: skip
     deciding_logs: int = tool.integer(
         "Logs of each scenario by which findings are judged that fewer leave open", default=20_000, minimum=0,
@@ -182,7 +182,7 @@ def decided(ask: Ask, site: Site, place: Path, found: list[Finding], feedback: F
 
 
 def panel_logs(ask: Ask) -> int:
-    return max(8, logs_of(ask) // 5)
+    return max(8, logs_of(ask) // 10)
 
 
 def varied(ask: Ask, name: str, place: Path, feedback: Feedback) -> list[tuple[str, list[Finding]]]:
