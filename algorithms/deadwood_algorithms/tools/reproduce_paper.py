@@ -194,7 +194,7 @@ def varied(ask: Ask, name: str, place: Path, feedback: Feedback) -> list[tuple[s
     if ask.site_data or ask.no_panel or ask.twin_version != "2":
         return []
     found = []
-    for each in VARIATIONS[name][: 2 if ask.quick else None]:
+    for each in VARIATIONS[name][: 1 if ask.quick else None]:
         folder = place / ".panel" / each.name
         shutil.rmtree(folder / "data", ignore_errors=True)
         write_twin(name, folder / "data", each.version, **each.changes)
