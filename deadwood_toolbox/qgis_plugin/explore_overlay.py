@@ -36,6 +36,7 @@ OPAQUE = 0.72
 EXACT_CELLS = 0.25  # how far a cell may lie from its place
 DEEPEST = 6  # halvings of the picture
 DOT = 5.0  # pixels
+HALO = "#ffffff"
 
 
 @dataclass(frozen=True)
@@ -120,6 +121,9 @@ class Overlay(QgsMapCanvasItem):
     def __init__(self, canvas: QgsMapCanvas, looks: dict[str, Any]) -> None:
         super().__init__(canvas)
         self.canvas, self.colours = canvas, looks["ramp"]
+        self.released = looks["colours"]["release"]
+        self.ring: list[tuple[float, float]] = []
+        self.ring_crs = QgsCoordinateReferenceSystem()
         self.stops = {each["reason"]: each for each in looks["stops"]}
         self.hits: Hits | None = None
         self.picture = QImage()
@@ -132,8 +136,14 @@ class Overlay(QgsMapCanvasItem):
         self.hits, self.view = hits, None
         if hits is not None:
             self.picture = hits.picture(self.colours, top)
-        self.setVisible(hits is not None)
+        else:
+            self.ring = []
         self.updatePosition()
+
+    def circle(self, ring: list[tuple[float, float]], crs: QgsCoordinateReferenceSystem) -> None:
+        """Show at once where logs are released; their hits follow."""
+        self.ring, self.ring_crs, self.view = ring, crs, None
+        self.update()
 
     def boundingRect(self) -> QRectF:
         return QRectF(0.0, 0.0, self.canvas.width(), self.canvas.height())
@@ -144,57 +154,77 @@ class Overlay(QgsMapCanvasItem):
         self.update()
 
     def paint(self, painter: QPainter | None, option: Any = None, widget: Any = None) -> None:
-        if self.hits is None or painter is None:
+        if painter is None or (self.hits is None and not self.ring):
             return
         settings = self.canvas.mapSettings()
         matrix, ratio = self.canvas.getCoordinateTransform().transform(), self.canvas.devicePixelRatioF()
         view = (matrix, self.canvas.size(), ratio, settings.destinationCrs())
         if self.view is None or self.view != view:
-            self.drawn = self._draw(self.hits, *view)
+            self.drawn = self._draw(*view)
             self.view = view
         painter.drawImage(QPointF(0.0, 0.0), self.drawn)
-        if self.shown is not None:
+        if self.shown is not None and self.hits is not None:
             self.shown()
 
-    def _draw(
-        self, hits: Hits, matrix: QTransform, size: Any, ratio: float, crs: QgsCoordinateReferenceSystem
-    ) -> QImage:
+    def _draw(self, matrix: QTransform, size: Any, ratio: float, crs: QgsCoordinateReferenceSystem) -> QImage:
+        """The view as a picture: the hits, the logs' ends, the circle of the release."""
         drawn = QImage(size * ratio, QImage.Format.Format_ARGB32_Premultiplied)
         drawn.setDevicePixelRatio(ratio)
         drawn.fill(Qt.GlobalColor.transparent)
-        move = QgsCoordinateTransform(hits.crs, crs, QgsProject.instance())
-
-        def moved(x: float, y: float) -> tuple[float, float]:
-            place = move.transform(QgsPointXY(x, y))
-            return place.x(), place.y()
-
         painter = QPainter(drawn)
         try:
-            # Neighbouring pieces overlap by half a cell, so that no gap shows between them.
-            painter.setCompositionMode(QPainter.CompositionMode.CompositionMode_Source)
-            pieces = list(hits.pieces(moved))
-            for part, affine in pieces:
-                painter.setTransform(affine * matrix)
-                more = 0.5 if len(pieces) > 1 else 0.0
-                painter.drawImage(QRectF(QPointF(0.0, 0.0), part.size() + QSizeF(more, more)), self.picture,
-                                  QRectF(part.topLeft(), part.size() + QSizeF(more, more)))  # fmt: skip
-            painter.setCompositionMode(QPainter.CompositionMode.CompositionMode_SourceOver)
-            painter.resetTransform()
+            if self.hits is not None:
+                moved = mover(self.hits.crs, crs)
+                self._draw_cells(painter, list(self.hits.pieces(moved)), matrix)
+                painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+                for stop, ends in self.hits.ends.items():
+                    self._draw_ends(painter, matrix.map(polygon(ends, moved)), self.stops[stop])
             painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-            for stop, ends in hits.ends.items():
-                dots = matrix.map(QPolygonF([QPointF(*moved(*each)) for each in ends]))
-                look = self.stops[stop]
-                for colour, width in (("#ffffff", DOT + 2.0), (look["colour"], DOT)):
-                    pen = QPen(QColor(colour), width)
-                    round_dot = look["shape"] == "circle"
-                    pen.setCapStyle(Qt.PenCapStyle.RoundCap if round_dot else Qt.PenCapStyle.SquareCap)
-                    painter.setPen(pen)
-                    painter.drawPoints(dots)
+            ring = matrix.map(polygon(self.ring, mover(self.ring_crs, crs)))
+            for colour, width in ((HALO, 4.0), (self.released, 2.0)):
+                painter.setPen(QPen(QColor(colour), width))
+                painter.drawPolyline(ring)
         except QgsCsException:
             drawn.fill(Qt.GlobalColor.transparent)  # the map's CRS does not reach here
         finally:
             painter.end()
         return drawn
+
+    def _draw_cells(self, painter: QPainter, pieces: list[tuple[QRectF, QTransform]], matrix: QTransform) -> None:
+        """Neighbouring pieces overlap by half a cell, so that no gap shows between them."""
+        more = QSizeF(0.5, 0.5) if len(pieces) > 1 else QSizeF(0.0, 0.0)
+        painter.setCompositionMode(QPainter.CompositionMode.CompositionMode_Source)
+        for part, affine in pieces:
+            painter.setTransform(affine * matrix)
+            size = part.size() + more
+            painter.drawImage(QRectF(QPointF(0.0, 0.0), size), self.picture, QRectF(part.topLeft(), size))
+        painter.setCompositionMode(QPainter.CompositionMode.CompositionMode_SourceOver)
+        painter.resetTransform()
+
+    def _draw_ends(self, painter: QPainter, dots: QPolygonF, look: dict[str, str]) -> None:
+        is_round = look["shape"] == "circle"
+        for colour, width in ((HALO, DOT + 2.0), (look["colour"], DOT)):
+            pen = QPen(QColor(colour), width)
+            pen.setCapStyle(Qt.PenCapStyle.RoundCap if is_round else Qt.PenCapStyle.SquareCap)
+            painter.setPen(pen)
+            painter.drawPoints(dots)
+
+
+def mover(
+    source: QgsCoordinateReferenceSystem, target: QgsCoordinateReferenceSystem
+) -> Callable[[float, float], tuple[float, float]]:
+    """Moves a place from one CRS to another."""
+    move = QgsCoordinateTransform(source, target, QgsProject.instance())
+
+    def moved(x: float, y: float) -> tuple[float, float]:
+        place = move.transform(QgsPointXY(x, y))
+        return place.x(), place.y()
+
+    return moved
+
+
+def polygon(places: Sequence[tuple[float, float]], moved: Callable[[float, float], tuple[float, float]]) -> QPolygonF:
+    return QPolygonF([QPointF(*moved(*each)) for each in places])
 
 
 def saved_layer(hits: Hits, path: str, name: str, colours: Sequence[str], top: int) -> QgsRasterLayer:

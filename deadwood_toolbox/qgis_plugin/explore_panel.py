@@ -18,9 +18,8 @@ from qgis.core import (
     QgsProject,
     QgsVectorLayer,
 )
-from qgis.gui import QgsMapLayerComboBox, QgsMapTool, QgsRubberBand
+from qgis.gui import QgsMapLayerComboBox, QgsMapTool
 from qgis.PyQt.QtCore import Qt, QTimer
-from qgis.PyQt.QtGui import QColor
 from qgis.PyQt.QtWidgets import (
     QCheckBox,
     QComboBox,
@@ -66,9 +65,6 @@ class Panel(QDockWidget):
         self.declared = {each["name"]: each for each in self.told["parameters"]}
         self.words = Words(manifest["explore"])
         self.overlay = Overlay(self.canvas, manifest["explore"])
-        self.place_mark = QgsRubberBand(self.canvas)
-        self.place_mark.setColor(QColor(manifest["explore"]["colours"]["release"]))
-        self.place_mark.setWidth(2)
         self.engine: Engine | None = None
         self.scene: Scene | None = None
         self.number, self.asked, self.edited = 0, 0, 0  # of messages: the last one, the last release, the last edit
@@ -94,7 +90,7 @@ class Panel(QDockWidget):
 
     def _build(self, friction: float) -> None:
         form = QFormLayout()
-        form.setRowWrapPolicy(QFormLayout.RowWrapPolicy.WrapLongRows)
+        form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
         self.layers: dict[str, QgsMapLayerComboBox] = {}
         for name in LAYERS:
             self.layers[name] = box = QgsMapLayerComboBox()
@@ -109,7 +105,10 @@ class Panel(QDockWidget):
             box.setAllowEmptyLayer(True)
             box.setLayer(None)
             box.layerChanged.connect(self._layers_change)
-            form.addRow(self.declared[name]["label"], box)
+            _narrow(box)
+            label = QLabel(self.declared[name]["label"])
+            label.setWordWrap(True)
+            form.addRow(label, box)
         self.n = QSpinBox()
         self.n.setRange(1, 100_000)
         self.n.setValue(LOGS)
@@ -132,6 +131,7 @@ class Panel(QDockWidget):
             for value, text in self.words.choices(group).items():
                 box.addItem(text, value)
             box.setCurrentIndex(box.findData(start))
+            _narrow(box)
             box.currentIndexChanged.connect(self.ask)
             self._name(box, group)
         form.addRow(self.words.say("q_orientation"), self.posture)
@@ -152,7 +152,7 @@ class Panel(QDockWidget):
         self.after.setChecked(True)
         self.after.toggled.connect(self._draw)
         self.keep_hits, self.keep_run, self.clear = (
-            QPushButton("Keep hits as a layer…"),
+            QPushButton("Keep hits…"),
             QPushButton("Save as run…"),
             QPushButton("Clear"),
         )
@@ -185,7 +185,7 @@ class Panel(QDockWidget):
         scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         scroll.setWidget(inside)
         self.setWidget(scroll)
-        self.setMinimumWidth(320)
+        scroll.setMinimumWidth(inside.minimumSizeHint().width() + scroll.verticalScrollBar().sizeHint().width() + 4)
         self._refresh()
 
     def _spin(self, name: str, low: float, high: float, value: float, digits: int, unit: str) -> QDoubleSpinBox:
@@ -301,8 +301,7 @@ class Panel(QDockWidget):
         project = QgsProject.instance()
         project.layersWillBeRemoved.disconnect(self._layers_go)
         project.cleared.disconnect(self._project_closes)
-        for each in (self.overlay, self.place_mark):
-            self.canvas.scene().removeItem(each)
+        self.canvas.scene().removeItem(self.overlay)
 
     # --- what happens in QGIS ----------------------------------------------------------------------------------------
 
@@ -389,6 +388,7 @@ class Panel(QDockWidget):
         if self.scene is None or self.engine is None:
             return  # asked once the scene is there
         x, y = self.scene.local(*self.place)
+        self.overlay.circle(self.scene.circle(x, y, self.radius.value()), self.scene.crs)
         self.number += 1
         self.asked = self.number
         values = {name: spin.value() for name, spin in self.numbers.items()}
@@ -575,6 +575,12 @@ class Panel(QDockWidget):
         dialog.setObjectName("deadwoodExploreRun")
         dialog.show()
         self.tell(f"The releases and changed layers are in {beside}; run the dialog to slide them.")
+
+
+def _narrow(box: QComboBox) -> None:
+    """A long name in it shall not make the panel wide."""
+    box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+    box.setMinimumContentsLength(12)
 
 
 class ReleaseTool(QgsMapTool):

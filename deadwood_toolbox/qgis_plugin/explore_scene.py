@@ -10,6 +10,7 @@ from qgis.core import QgsCoordinateReferenceSystem, QgsCoordinateTransform, QgsP
 from .explore_child import Frame
 from .explore_overlay import Hits
 
+CORNERS = 48  # of a circle
 NEAR_M = 0.5  # two versions of PROJ may place a tree so far apart
 
 
@@ -28,6 +29,12 @@ class Scene:
         """A place of the map in the engine's coordinates [m]."""
         place = QgsCoordinateTransform(crs, self.crs, QgsProject.instance()).transform(point)
         return place.x() - self.west, place.y() - self.south
+
+    def circle(self, x: float, y: float, radius: float) -> list[tuple[float, float]]:
+        """Where logs are released, as a closed line in the CRS of the terrain model."""
+        angles = [2.0 * math.pi * k / CORNERS for k in range(CORNERS + 1)]
+        x, y = self.west + x, self.south + y
+        return [(x + radius * math.cos(each), y + radius * math.sin(each)) for each in angles]
 
     def trees_of(self, layer: QgsVectorLayer) -> tuple[list[int], int]:
         """The scene's numbers of the selected trees, and how many of these are not in it."""

@@ -20,7 +20,7 @@ HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 PICTURES = ROOT / "deadwood_toolbox" / "qgis_plugin" / "pictures"
 QGIS = shutil.which("qgis.bin") or shutil.which("qgis")
-LIMIT_S = 300
+LIMIT_S = 900
 LARGEST_BYTES = 150_000
 
 
@@ -48,12 +48,17 @@ def screen() -> Iterator[str]:
 
 def first_run(environment: dict[str, str], sample: Path, work: Path, shots: Path, *, full: bool) -> dict[str, Any]:
     """Drive QGIS through a first run; what was seen, the pictures in ``shots``."""
+    own = {"SAMPLE": str(sample), "WORK": str(work), "SHOTS": str(shots)} | ({"FULL": "1"} if full else {})
+    return driven("first_run.py", environment | own, work)
+
+
+def driven(script: str, environment: dict[str, str], work: Path) -> dict[str, Any]:
+    """What a script that QGIS runs with its window has seen."""
     assert QGIS is not None
-    own = {"SAMPLE": str(sample), "WORK": str(work), "SHOTS": str(shots), "GDAL_PAM_ENABLED": "NO"}
     with screen() as display:
         environment = {name: value for name, value in environment.items() if name != "QT_QPA_PLATFORM"}
-        environment |= own | {"DISPLAY": display} | ({"FULL": "1"} if full else {})
-        words = [QGIS, "--nologo", "--noversioncheck", "--code", str(HERE / "first_run.py")]
+        environment |= {"GDAL_PAM_ENABLED": "NO", "DISPLAY": display}
+        words = [QGIS, "--nologo", "--noversioncheck", "--code", str(HERE / script)]
         ran = subprocess.run(words, env=environment, capture_output=True, text=True, timeout=LIMIT_S)
     told = work / "seen.json"
     assert told.exists(), ran.stderr[-3000:]
