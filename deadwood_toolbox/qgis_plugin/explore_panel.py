@@ -76,6 +76,7 @@ class Panel(QDockWidget):
         self.watched: list[QgsVectorLayer] = []
         self.run_folder = ""  # where the run that is being saved shall be
         self.folder = ""
+        self.dialogs: list[Any] = []
         self._build(manifest["explore"]["friction"])
         self.tool = ReleaseTool(self)
         self.tool.deactivated.connect(lambda: self.release.setChecked(False))
@@ -146,7 +147,8 @@ class Panel(QDockWidget):
         self.release.toggled.connect(self._use_tool)
         self.state, self.answer, self.difference = QLabel(), QLabel(), QLabel()
         self.legend = QLabel()
-        self.felled = QCheckBox("What if the selected trees are felled?")
+        self.felled = QCheckBox()
+        self.felled.setToolTip("Select trees in their layer: the same logs slide with and without them.")
         self.felled.toggled.connect(self._fell_changes)
         self.after = QCheckBox("Show them felled on the map")
         self.after.setChecked(True)
@@ -513,8 +515,8 @@ class Panel(QDockWidget):
         """What can be pressed, and how many trees are selected."""
         trees = self.layer("trees")
         selected = trees.selectedFeatureCount() if isinstance(trees, QgsVectorLayer) else 0
-        what = "selected tree is" if selected == 1 else "selected trees are"
-        self.felled.setText(f"What if the {selected or ''} {what} felled?".replace("  ", " "))
+        these = f"these {selected} trees are" if selected > 1 else "the selected tree is"
+        self.felled.setText(f"What if {these if selected else 'the selected trees are'} felled?")
         self.felled.setEnabled(bool(selected) or self.felled.isChecked())
         self.after.setVisible(self.changed is not None)
         answered = self.base is not None and self.scene is not None
@@ -573,6 +575,7 @@ class Panel(QDockWidget):
         values = {"FRICTION": self.numbers["friction"].value(), "FIDELITY": self.fidelity.currentData()}
         dialog = processing.createAlgorithmDialog("deadwood:slidelogs", {**layers, **values, "OUTPUT": self.run_folder})
         dialog.setObjectName("deadwoodExploreRun")
+        self.dialogs.append(dialog)  # QGIS keeps its window only, and Run would do nothing
         dialog.show()
         self.tell(f"The releases and changed layers are in {beside}; run the dialog to slide them.")
 

@@ -87,7 +87,7 @@ def test_the_latest_click_wins(seen):
 def test_felling_the_selected_trees_is_compared_on_the_same_logs(seen):
     told = seen["felled"]
     assert len(told["selected"]) > 5
-    assert seen["felled_text"] == f"What if the {len(told['selected'])} selected trees are felled?"
+    assert seen["felled_text"] == f"What if these {len(told['selected'])} trees are felled?"
     assert np.allclose(told["selected"], told["found"], atol=0.001)
     [line] = told["lines"]
     assert line["after"] - line["before"] == line["gained"] - line["lost"]
