@@ -44,6 +44,7 @@ from .explore_words import Words
 from .inputs import Inputs
 from .overlap import check_places
 
+TITLE = "Explore: sliding logs"
 LAYERS = ("dem", "trees", "barriers", "lying_logs", "blocks", "lines")
 NUMBERS = ("dbh_cm", "length_m", "friction")
 KINDS = {
@@ -58,7 +59,7 @@ MOST_DEATHS = 3  # of a process without an answer in between; then it is not sta
 
 class Panel(QDockWidget):
     def __init__(self, iface: Any, manifest: dict[str, Any]) -> None:
-        super().__init__("Explore: sliding logs")
+        super().__init__(TITLE)
         self.setObjectName("DeadwoodExplore")
         self.iface, self.canvas = iface, iface.mapCanvas()
         self.told = next(each for each in manifest["tools"] if each["name"] == "explore")
@@ -74,6 +75,7 @@ class Panel(QDockWidget):
         self.base: Frame | None = None  # the answers that are shown
         self.changed: Frame | None = None
         self.watched: list[QgsVectorLayer] = []
+        self.loaded: dict[str, str] = {}  # names of the scene's layers by their ids
         self.run_folder = ""  # where the run that is being saved shall be
         self.folder = ""
         self.dialogs: list[Any] = []
@@ -239,6 +241,7 @@ class Panel(QDockWidget):
         inputs.collect(self.told["parameters"])
         check_places(inputs, context, heard)
         self._watch()
+        self.loaded = {layer.id(): layer.name() for name in LAYERS if (layer := self.layer(name)) is not None}
         return inputs.arguments
 
     def _loads(self, what: str) -> None:
@@ -279,9 +282,8 @@ class Panel(QDockWidget):
         if not loaded or self.deaths > MOST_DEATHS:
             self.tell(why or "The calculation stopped unexpectedly. Click on the map to start it again.")
             return
+        self.warn(self.words.say("restarted"))
         self._start()
-        if self.engine is not None:
-            self.tell(self.words.say("restarted"))
 
     def stop(self) -> None:
         """End the process and take everything off the map."""
@@ -326,25 +328,17 @@ class Panel(QDockWidget):
             self.again.start(RESTART_MS)
 
     def _layers_go(self, ids: list[str]) -> None:
-        gone = [name for name in LAYERS if (layer := self.layer(name)) is not None and layer.id() in ids]
-        if not gone:
+        """Layers of the scene are removed: it is loaded without them, and cannot be without a terrain model."""
+        gone = [name for layer, name in self.loaded.items() if layer in ids]
+        if self.engine is None or not gone:
             return
-        names = [self.layers[name].currentLayer().name() for name in gone]
-        running = self.engine is not None
-        self._end()
-        self._unwatch()
-        self.forget()
-        for name in gone:
-            box = self.layers[name]
-            box.blockSignals(True)
-            box.setLayer(None)
-            box.blockSignals(False)
-        self._refresh()
-        if running:
-            self.tell(f"The layer '{', '.join(names)}' was removed; click to go on without it.")
-        if "dem" in gone:
-            self.release.setChecked(False)
-            self.tell(f"The terrain model '{names[gone.index('dem')]}' was removed.")
+        dem = self.layer("dem")
+        if dem is None or dem.id() in ids:
+            self.stop()
+            self.tell("The terrain model was removed.")
+        else:
+            self.warn(f"No longer in the scene, because it was removed: {', '.join(gone)}.")
+            self._layers_change()
 
     def _project_closes(self) -> None:
         self.stop()
@@ -450,8 +444,9 @@ class Panel(QDockWidget):
             (self.numbers["friction"], "friction_max"),
         ):
             spin.setMaximum(limits[name])
-        warnings = self.engine.heard.warnings if self.engine is not None else []
-        self.tell(" ".join([*warnings, self.words.say("ask_first")]))
+        for each in self.engine.heard.warnings if self.engine is not None else []:
+            self.warn(each)
+        self.tell(self.words.say("ask_first"))
         self.fell = []
         self._fell_changes()
         self.ask()
@@ -525,6 +520,10 @@ class Panel(QDockWidget):
 
     def tell(self, text: str) -> None:
         self.state.setText(text)
+
+    def warn(self, text: str) -> None:
+        """Say what shall not be overwritten by the next answer."""
+        self.iface.messageBar().pushWarning(TITLE, text)
 
     # --- keep --------------------------------------------------------------------------------------------------------
 

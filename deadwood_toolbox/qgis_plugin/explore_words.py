@@ -67,6 +67,8 @@ class Words:
 
     def fidelity(self, fidelities: list[dict[str, Any]], name: str) -> str:
         """What the fidelity itself is off by."""
+        if name == fidelities[-1]["name"]:
+            return _quiet(self.say("error_none", fidelity=name))
         found = next((each for each in fidelities if each["name"] == name), None)
         if found is None or found["error_points"] is None:
             return _quiet(self.say("error_unknown", fidelity=name))

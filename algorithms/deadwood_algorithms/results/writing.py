@@ -31,7 +31,7 @@ from deadwood_algorithms.params.tool import Feedback, Outcome
 from deadwood_algorithms.results.asked import Asked
 from deadwood_algorithms.results.capacity import LOGS_ABOVE, TREES_ABOVE, Overloads
 from deadwood_algorithms.results.checked import SUMMARY
-from deadwood_algorithms.results.danger import STYLE, danger_bands, units_of
+from deadwood_algorithms.results.danger import danger_bands, units_of
 from deadwood_algorithms.results.hits import (
     barrier_hits_frame,
     block_hits_frame,
@@ -51,6 +51,7 @@ from deadwood_algorithms.results.summary import (
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import Releases, reached
+from deadwood_algorithms.schemas.files import DANGER, DANGER_COUNT, RUN_RASTERS
 from deadwood_algorithms.simulate.checkpoints import WorkFolder
 from deadwood_algorithms.simulate.columns import Columns
 from deadwood_algorithms.simulate.queue import Queue
@@ -65,17 +66,12 @@ COST = "cost_"  # how the columns begin that have one row a chunk
 FAILED = "failed_"  # and those of logs that failed
 FAILED_STATES = "failed.json"
 # Name, type, unit, description and style of the rasters that every run has.
-MAPS = (
-    ("hit_count", "uint32", "logs", "Logs whose outline overlapped the cell at any time", "counts"),
-    ("reach_probability", "float32", "1", "Share of the logs that overlapped the cell at any time", "shares"),
-    ("deposit_count", "uint32", "logs", "Logs whose outline overlaps the cell at the end", "counts"),
-    ("speed_max", "float32", "m/s", "Largest speed of a log over the cell", "speed"),
-    ("energy_max", "float32", "kJ", "Largest kinetic energy of a log", "energy"),
-    ("jump_max", "float32", "m", "Largest clearance between a log and the terrain", "jump"),
+MAPS = tuple(
+    (each.name, each.bands[0].number, each.bands[0].unit, each.bands[0].name, each.look) for each in RUN_RASTERS
 )
 # And of those of two bands the second's values and description; its unit is the first's.
-SECOND = {"jump_max": ("height_max", "Greatest height of a log's centre of mass above the terrain")}
-ANY_COUNT = "Logs that passed and reached any line afterwards"
+SECOND = {each.name: ("height_max", each.bands[1].name) for each in RUN_RASTERS if each.name == "jump_max"}
+ANY_COUNT = DANGER_COUNT.bands[0].name
 BY_LOG = (
     "stop_reason",
     "stop_item",
@@ -195,12 +191,12 @@ def write_results(
     summary = summary_of(asked, fidelity, layers, releases, by_log, touched, hits, queue)
     still = summary["logs"]["by_stop_reason"]["time_limit"]
     if many(still, len(releases)):
-        mend = "raise --time-limit-s"
+        fix = "raise --time-limit-s"
         if layers.shape is None and not asked.scene.rolling_friction:
-            mend += ", or --rolling-friction, without which nothing stops a log that rolls on smooth ground"
+            fix += ", or --rolling-friction, without which nothing stops a log that rolls on smooth ground"
         feedback.warn(
             f"{still} of {len(releases)} logs still moved at --time-limit-s {asked.scene.time_limit_s:g}, so their "
-            f"deposits are not final; {mend}"
+            f"deposits are not final; {fix}"
         )
     if told := loss_of_run(summary):
         feedback.warn(told)
@@ -506,7 +502,7 @@ def write_danger(
 ) -> str:
     bands = danger_bands(total["hit_count"], total["danger"], line_ids, danger_least)
     place = folder / "danger.tif"
-    write_bands(place, bands, grid, nodata=np.nan, dtype="float32", units=units_of(list(bands)), style=STYLE)
+    write_bands(place, bands, grid, nodata=np.nan, dtype="float32", units=units_of(list(bands)), style=DANGER.look)
     return place.name
 
 
@@ -514,7 +510,7 @@ def write_danger_counts(folder: Path, danger: NDArray[np.uint32], grid: Grid, li
     """Of any line, then of each: the counts from which those of several runs add up."""
     bands = dict(zip((ANY_COUNT, *map(str, line_ids)), danger, strict=True))
     place = folder / "danger_count.tif"
-    write_bands(place, bands, grid, dtype="uint32", units=["logs"] * len(bands), style="counts")
+    write_bands(place, bands, grid, dtype="uint32", units=["logs"] * len(bands), style=DANGER_COUNT.look)
     return place.name
 
 

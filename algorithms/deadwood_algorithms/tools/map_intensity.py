@@ -229,11 +229,12 @@ def years_of(
 
 def write_years(path: Path, years: Sequence[NDArray[np.float64]], grid: Grid) -> None:
     from deadwood_algorithms.files.rasters import write_bands
+    from deadwood_algorithms.schemas.files import RETURN
 
-    names = ("Return period", "Lower end of its 95 % interval", "Upper end")
     passed = np.isfinite(years[0])
-    bands = {name: np.where(passed, each, np.nan) for name, each in zip(names, years, strict=True)}
-    write_bands(path, bands, grid, nodata=np.nan, dtype="float32", units=["a"] * 3, style="return period")
+    bands = {band.name: np.where(passed, each, np.nan) for band, each in zip(RETURN.bands, years, strict=True)}
+    units = [band.unit for band in RETURN.bands]
+    write_bands(path, bands, grid, nodata=np.nan, dtype="float32", units=units, style=RETURN.look)
 
 
 def warn_of_lost(source: Run, rows: Sequence[dict[str, Any]], feedback: Feedback) -> int:
