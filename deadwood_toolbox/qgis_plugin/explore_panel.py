@@ -290,6 +290,7 @@ class Panel(QDockWidget):
         self.again.stop()
         self._end()
         self._unwatch()
+        self.loaded = {}
         self.forget()
         if self.canvas.mapTool() is self.tool:
             self.canvas.unsetMapTool(self.tool)
@@ -330,8 +331,9 @@ class Panel(QDockWidget):
     def _layers_go(self, ids: list[str]) -> None:
         """Layers of the scene are removed: it is loaded without them, and cannot be without a terrain model."""
         gone = [name for layer, name in self.loaded.items() if layer in ids]
-        if self.engine is None or not gone:
+        if not gone:
             return
+        self.loaded = {layer: name for layer, name in self.loaded.items() if layer not in ids}
         dem = self.layer("dem")
         if dem is None or dem.id() in ids:
             self.stop()

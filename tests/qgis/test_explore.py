@@ -11,7 +11,6 @@ from typing import Any
 
 import geopandas as gpd
 import numpy as np
-import pandas as pd
 import pytest
 import rasterio
 
@@ -23,11 +22,7 @@ no_screen = shutil.which("Xvfb") is None and os.environ.get("DEADWOOD_QGIS") != 
 
 @pytest.fixture(scope="module")
 def work(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("explored")
-    trees = pd.read_csv(SAMPLE / "trees.csv")
-    places = gpd.points_from_xy(trees["x"], trees["y"])
-    gpd.GeoDataFrame(trees, geometry=places, crs=2056).to_file(folder / "trees.gpkg", layer="trees")
-    return folder
+    return tmp_path_factory.mktemp("explored")
 
 
 @pytest.fixture(scope="module")
@@ -39,8 +34,7 @@ def seen(qgis, work: Path) -> dict[str, Any]:
     assert spec.loader is not None
     window = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(window)
-    own = {"SAMPLE": str(SAMPLE), "WORK": str(work)}
-    told = window.driven("explore_drive.py", qgis.environment | own, work)
+    told = window.explored(qgis.environment, SAMPLE, work)
     assert "error" not in told, told["error"]
     return told
 
@@ -105,7 +99,7 @@ def test_what_is_kept_and_the_run_that_is_saved_are_what_was_shown(seen, work):
     assert seen["run"] == {"title": "Slide logs", "worked": True}
     kept, where = counts(work / "kept.tif")
     run, whole = counts(work / "run" / "hit_count.tif")
-    column, row = (round(each) for each in ~whole * (where.c, where.f))
+    column, row = (round(each) for each in ~whole @ (where.c, where.f))
     part = run[row : row + kept.shape[0], column : column + kept.shape[1]]
     assert np.array_equal(part, kept)
     assert run[run > 0].sum() == kept.sum()
