@@ -18,7 +18,7 @@ from rasterio.enums import ColorInterp
 from rasterio.transform import Affine
 
 from deadwood_algorithms.files import remedies
-from deadwood_algorithms.files.crs import LV03_TO_LV95, crs_name, horizontal, parse_crs, same_crs
+from deadwood_algorithms.files.crs import LOCAL_CRS, LV03_TO_LV95, crs_name, horizontal, is_local, parse_crs, same_crs
 from deadwood_algorithms.files.input_files import tiles_of
 from deadwood_algorithms.files.rasters import is_raster, open_raster, refuse_cut_off
 from deadwood_algorithms.files.tiles import Mosaic, Tile
@@ -88,8 +88,12 @@ def _crs_of_dem(source: Any, path: str | Path, given: str | None, feedback: Feed
             raise UserError(f"{path}: the DEM has no CRS; name it, for example --crs {_code_by_numbers(source)}")
         crs = parse_crs(given)
         feedback.note(f"{path}: the DEM has no CRS, {crs_name(crs)} is taken from --crs")
+        if is_local(crs):
+            return crs
     else:
         crs = pyproj.CRS.from_wkt(source.crs.to_wkt())
+        if is_local(crs) and given is not None and is_local(parse_crs(given)):
+            return LOCAL_CRS
         if given is not None and not same_crs(crs, parse_crs(given)):
             feedback.warn(f"{path}: --crs {given} is not used for the DEM, whose file names {crs_name(crs)}")
     _refuse_crs(crs, source, path, given)
@@ -120,6 +124,7 @@ def _refuse_crs(crs: pyproj.CRS, source: Any, path: str | Path, given: str | Non
         raise UserError(
             f"{path}: the DEM's CRS '{crs.name}' is not a projected one; "
             f"fix: {remedies.with_crs(path, 'EPSG:2056')}, with the code of its true CRS"
+            + ("; or --crs local, which takes its coordinates as metres of a site of its own" if is_local(crs) else "")
         )
     for part in crs.sub_crs_list if crs.is_compound else []:
         if part.is_vertical and part.axis_info:

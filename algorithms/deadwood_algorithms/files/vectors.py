@@ -22,7 +22,15 @@ from shapely.errors import GEOSException
 
 from deadwood_algorithms.files import geopackage_words, styles
 from deadwood_algorithms.files.columns import field_names, number_column, where_of
-from deadwood_algorithms.files.crs import accuracy_words, crs_name, horizontal, parse_crs, same_crs
+from deadwood_algorithms.files.crs import (
+    accuracy_words,
+    crs_name,
+    horizontal,
+    is_local,
+    parse_crs,
+    refuse_local,
+    same_crs,
+)
 from deadwood_algorithms.files.free_memory import GIB, SHARE, free_bytes
 from deadwood_algorithms.files.inputs import refuse_missing
 from deadwood_algorithms.files.sqlite_files import JOURNAL, settled, unmerged
@@ -461,11 +469,15 @@ def _in_crs(
         return frame.set_crs(horizontal(own), allow_override=True)
     if same_crs(own, target):
         return frame.set_crs(horizontal(target), allow_override=True)
-    if own.is_geographic and np.median(np.abs(shapely.get_coordinates(np.asarray(frame.geometry)))) > 360.0:
+    beyond_degrees = np.median(np.abs(shapely.get_coordinates(np.asarray(frame.geometry)))) > 360.0
+    if own.is_geographic and beyond_degrees and is_local(target):  # GeoJSON and KML cannot say that they name none
+        return frame.set_crs(horizontal(target), allow_override=True)
+    if own.is_geographic and beyond_degrees:
         raise UserError(
             f"{where}: the {what} layer names the CRS {crs_name(own)} (degrees), or none, which means the same in this "
             f"format, but its coordinates run to {np.abs(frame.total_bounds).max():.0f}; give it its true CRS in a GIS"
         )
+    refuse_local(own, target, f"{where}: the {what} layer")
     feedback.note(
         f"{where}: the {what} layer is reprojected from {crs_name(own)} to {crs_name(horizontal(target))} "
         f"({accuracy_words(own, target, frame.total_bounds.tolist())})"
