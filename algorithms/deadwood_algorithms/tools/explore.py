@@ -45,15 +45,15 @@ class Ask(FrictionByName):
         help=f"A number, a raster, or polygons with a field 'friction' or 'mu'. Default: {FRICTION:g}.",
     )
     fidelity: str = tool.choice(
-        "Speed against accuracy, to begin with", "draft", "standard", "fine", "reference", default="draft"
+        "Fidelity at the start: speed against accuracy", "draft", "standard", "fine", "reference", default="draft"
     )
     threads: int | None = tool.integer("Threads (default: every core)", default=None, minimum=1, advanced=True)
-    port: int = tool.integer("Port of the page", default=0, minimum=0, maximum=65535, help="0 takes a free one.")
+    port: int = tool.integer("Port of the page", default=0, minimum=0, maximum=65535, help="0: any free one.")
     no_browser: bool = tool.flag("Only print the address of the page")
     stdio: bool = tool.flag(
         "Answer on standard input and output instead of a page",
         advanced=True,
-        help="For programs, such as the panel in QGIS: a line of JSON a message, binary frames as answers.",
+        help="For programs, such as the panel in QGIS: one line of JSON for each message, binary frames as answers.",
     )
     output: str = tool.output_folder("Folder in which runs are kept", default="explored")
     overwrite: bool = tool.overwrite()

@@ -12,7 +12,7 @@ import numpy as np
 
 from deadwood_algorithms.explore import web_page
 from deadwood_algorithms.explore.phrases import PHRASES
-from deadwood_algorithms.schemas.looks import ENDS, HITS
+from deadwood_algorithms.schemas.looks import ENDS, HITS, ROAD
 from deadwood_engine import FIDELITIES, STOP_REASONS
 
 PAGE = resources.files("deadwood_algorithms.explore") / "page"
@@ -45,7 +45,8 @@ def test_the_page_is_told_words_and_the_reports_colours():
     assert told["words"] == PHRASES
     assert [each["reason"] for each in told["stops"]] == list(STOP_REASONS)
     assert [each["colour"] for each in told["stops"]] == [ENDS[each][1] for each in STOP_REASONS]
-    assert told["ramp"][:: (len(told["ramp"]) - 1) // 7] == list(HITS)  # as the report's map of hits
+    assert (told["ramp"][0], told["ramp"][-1]) == (HITS[0], HITS[-1])  # as the report's map of hits
+    assert told["colours"]["line"] == ROAD
 
 
 def test_words_cannot_end_the_block_that_holds_them(monkeypatch):
@@ -57,9 +58,11 @@ def test_words_cannot_end_the_block_that_holds_them(monkeypatch):
         web_page.files.cache_clear()
 
 
-def test_between_the_colours_of_hits_the_ramp_is_straight():
+def test_hits_have_the_colours_of_the_reports_map():
+    """The ramp at eight even places, and straight lines between them, which end where the next one starts."""
     ramp = web_page.facts()["ramp"]
     step = (len(ramp) - 1) // 7
+    assert ramp[::step] == list(HITS)
     for k in range(0, len(ramp) - 1, step):
         ends, middle = (rgb(ramp[k]), rgb(ramp[k + step])), rgb(ramp[k + step // 2])
         assert np.abs(np.mean(ends, axis=0) - middle).max() <= 0.5
