@@ -41,7 +41,6 @@ import shapely
 
 from deadwood_algorithms import schemas
 from deadwood_algorithms.files.columns import id_column, schema_column, where_of
-from deadwood_algorithms.files.dem_blocks import DemBlocks
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params import presets, tool
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError
@@ -63,6 +62,8 @@ from deadwood_algorithms.schemas import DBH_CM, DENSITY_KG_M3, DROP_M, SPEED_MS,
 
 if TYPE_CHECKING:
     import pandas
+
+    from deadwood_algorithms.files.dem_blocks import DemBlocks
 
 MOST_LOGS = 10**9
 BYTES = 650  # a log, measured on a million: drawn and written
