@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 COLOURS = ("#D55E00", "#009E73", "#E69F00", "#CC79A7", "#0072B2", "#56B4E9", "#000000")
 LINE = "#222222"  # lines, and outlines of areas
 LONGEST_IN = 8.0  # of a map, in inches
+LINE_OF_BAR = 50  # letters beside a bar of colours
 MARGIN = 0.05  # around what is drawn, as a share of its longer side
 
 
@@ -28,7 +30,7 @@ class Raster(Protocol):
     def nodata(self) -> float | None: ...
 
     @property
-    def names(self) -> tuple[str, ...]: ...
+    def meanings(self) -> tuple[str, ...]: ...
 
     @property
     def band(self) -> np.ndarray: ...
@@ -53,9 +55,9 @@ def draw_raster(axes: Axes, raster: Raster) -> None:
     most = max(2.0, float(values.max())) if values.count() else 2.0
     norm = LogNorm(1, most) if counts else Normalize()
     shown = axes.imshow(values, norm=norm, extent=raster.extent, cmap="YlGnBu", interpolation="nearest")
-    name = next((each for each in raster.names if each), "")
+    meaning = textwrap.fill(raster.meanings[0], LINE_OF_BAR) if raster.meanings else ""
     assert axes.figure is not None
-    bar = axes.figure.colorbar(shown, ax=axes, shrink=0.6, label=name)
+    bar = axes.figure.colorbar(shown, ax=axes, shrink=0.6, label=meaning)
     if counts:
         round_ones = [each * 10**power for power in range(10) for each in (1, 2, 5)]
         ticks = [each for each in round_ones if each <= most]

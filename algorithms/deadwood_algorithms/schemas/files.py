@@ -15,10 +15,8 @@ from deadwood_algorithms.schemas.words import Band, JsonFile, Key, OtherFile, Ra
 # --- rasters --------------------------------------------------------------------------------------------------------
 
 
-def _one(name: str, description: str, meaning: str, unit: str, number: str = "float32") -> RasterFile:
-    return RasterFile(
-        name=name, meaning=meaning, bands=(Band(name=description, meaning=meaning, unit=unit, number=number),)
-    )
+def _one(name: str, meaning: str, unit: str, number: str = "float32") -> RasterFile:
+    return RasterFile(name=name, meaning=meaning, bands=(Band(name=name, meaning=meaning, unit=unit, number=number),))
 
 
 def _quantiles(name: str, what: str, unit: str) -> RasterFile:
@@ -26,7 +24,7 @@ def _quantiles(name: str, what: str, unit: str) -> RasterFile:
     return RasterFile(name=name, meaning=f"Quantiles of {what} in each cell; a band each", bands=(band,))
 
 
-SUSCEPTIBILITY = _one("susceptibility", "susceptibility", "How easily a log starts there, 0 to 1", "1")
+SUSCEPTIBILITY = _one("susceptibility", "How easily a log starts there, 0 to 1", "1")
 FACTORS = RasterFile(
     name="factors",
     meaning="What the susceptibility is made of",
@@ -44,37 +42,34 @@ DEM = RasterFile(
 RUN_RASTERS = (
     _one(
         "hit_count",
-        "Logs whose outline overlapped the cell at any time",
         "How many logs overlapped the cell with any part of their outline in plan at any time, each log once",
         "logs",
         "uint32",
     ),
     _one(
         "reach_probability",
-        "Share of the logs that overlapped the cell at any time",
-        "The same as a share of all logs",
+        "Share of all logs that overlapped the cell with any part of their outline in plan at any time",
         "1",
     ),
     _one(
         "deposit_count",
-        "Logs whose outline overlaps the cell at the end",
         "How many logs lie on the cell at the end",
         "logs",
         "uint32",
     ),
-    _one("speed_max", "Largest speed of a log over the cell", "Largest speed of a log over the cell", "m/s"),
-    _one("energy_max", "Largest kinetic energy of a log", "Largest kinetic energy of a log over the cell", "kJ"),
+    _one("speed_max", "Largest speed of a log over the cell", "m/s"),
+    _one("energy_max", "Largest kinetic energy of a log over the cell", "kJ"),
     RasterFile(
         name="jump_max",
         meaning="How high logs jump over the cell",
         bands=(
             Band(
-                name="Largest clearance between a log and the terrain",
+                name="jump_max",
                 meaning="Largest clearance between a log over the cell and the terrain",
                 unit="m",
             ),
             Band(
-                name="Greatest height of a log's centre of mass above the terrain",
+                name="height_max",
                 meaning="Greatest height above the terrain of the centre of mass of a log that covers the cell",
                 unit="m",
             ),
@@ -86,11 +81,11 @@ DANGER = RasterFile(
     meaning="Where a moving log ends on the road: NaN where fewer logs passed than --danger-least",
     bands=(
         Band(
-            name="Share of the logs that passed which reached any line afterwards",
+            name="any_line",
             meaning="Of the logs that passed the cell, the share that reached any line with the same outline or later",
             unit="1",
         ),
-        Band(name="Logs that passed", meaning="How many logs passed the cell, on which the shares rest", unit="logs"),
+        Band(name="logs_passed", meaning="How many logs passed the cell, on which the shares rest", unit="logs"),
         Band(name="LINE", meaning="Share that reached this line; a band each", unit="1"),
     ),
 )
@@ -99,7 +94,7 @@ DANGER_COUNT = RasterFile(
     meaning="The counts behind danger.tif, with --danger-counts: those of several runs add up",
     bands=(
         Band(
-            name="Logs that passed and reached any line afterwards",
+            name="any_line",
             meaning="Logs that passed the cell and reached any line with the same outline or later",
             unit="logs",
             number="uint32",
@@ -107,7 +102,7 @@ DANGER_COUNT = RasterFile(
         Band(name="LINE", meaning="Logs that reached this line; a band each", unit="logs", number="uint32"),
     ),
 )
-HITS = _one("hits", "Hits of COUNT logs", "How many of the chosen logs overlap the cell at any time", "logs", "uint32")
+HITS = _one("hits", "How many of the chosen logs overlap the cell at any time", "logs", "uint32")
 CELL_QUANTILES = (
     _quantiles("speed", "the largest speed of each log", "m/s"),
     _quantiles("energy", "the largest kinetic energy of each log", "kJ"),
@@ -133,12 +128,12 @@ DIFFERENCE = RasterFile(
     meaning="How much likelier each cell is passed in this scenario than in the first",
     bands=(
         Band(
-            name="Difference of the share of logs that pass: SCENARIO - REFERENCE",
+            name="difference",
             meaning="Share of the logs that pass, minus that of the first scenario",
             unit="1",
         ),
         Band(
-            name="The same in standard errors of unpaired runs",
+            name="standard_errors",
             meaning="That difference over what chance does to it where other logs are let go in each",
         ),
     ),
@@ -149,7 +144,7 @@ def _classes(name: str, what: str) -> RasterFile:
     return RasterFile(
         name=name,
         meaning=f"{what}, from 1; 0 where no log passed; classes.json says what each is",
-        bands=(Band(name=what, meaning="The class; its colour is in the file", number="uint8"),),
+        bands=(Band(name=name, meaning=f"{what}; the colours of the classes are in the file", number="uint8"),),
     )
 
 
@@ -162,9 +157,9 @@ INTENSITY_MAPS = (
         name="return_period",
         meaning="Mean time between events that reach the cell; NaN where no log passed",
         bands=(
-            Band(name="Return period", meaning="Mean time between events", unit="a"),
-            Band(name="Lower end of its 95 % interval", meaning="Lower end, for the number of logs", unit="a"),
-            Band(name="Upper end", meaning="Upper end", unit="a"),
+            Band(name="return_period", meaning="Mean time between events", unit="a"),
+            Band(name="ci_low", meaning="Lower end of its 95 % interval, for the number of logs", unit="a"),
+            Band(name="ci_high", meaning="Upper end of its 95 % interval", unit="a"),
         ),
     ),
 )

@@ -198,7 +198,7 @@ class Maps:
         from deadwood_algorithms.evaluate.hazard.legend import ranges_of
         from deadwood_algorithms.files.rasters import write_classes
 
-        write_classes(self.folder / f"{name}.tif", values, self.grid, rows, description=about)
+        write_classes(self.folder / f"{name}.tif", values, self.grid, rows, meaning=about)
         count = np.bincount(values.ravel(), minlength=256)
         ends = ranges_of(scale[0]) if scale else [None] * len(rows)
         for (value, _, label), end in zip(rows, ends, strict=True):
@@ -230,10 +230,11 @@ def years_of(
 def write_years(path: Path, years: Sequence[NDArray[np.float64]], grid: Grid) -> None:
     from deadwood_algorithms.files.rasters import write_bands
 
-    names = ("Return period", "Lower end of its 95 % interval", "Upper end")
+    names = ("return_period", "ci_low", "ci_high")
     passed = np.isfinite(years[0])
     bands = {name: np.where(passed, each, np.nan) for name, each in zip(names, years, strict=True)}
-    write_bands(path, bands, grid, nodata=np.nan, dtype="float32", units=["a"] * 3, style="return period")
+    facts_of_bands = {"units": ["a"] * 3, "style": "return period", "raster": path.stem}
+    write_bands(path, bands, grid, nodata=np.nan, dtype="float32", **facts_of_bands)
 
 
 def warn_of_lost(source: Run, rows: Sequence[dict[str, Any]], feedback: Feedback) -> int:

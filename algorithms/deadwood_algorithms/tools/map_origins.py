@@ -106,7 +106,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
                 "--least, or release more"
             )
         bands, units = found.bands()
-        write_bands(folder / RASTER, bands, found.grid, nodata=np.nan, dtype="float32", units=units, style="danger")
+        facts_of_bands = {"units": units, "style": "danger", "raster": "origins"}
+        write_bands(folder / RASTER, bands, found.grid, nodata=np.nan, dtype="float32", **facts_of_bands)
         layers = {"sources": origins.sources_frame(found, source_shares)}
         affected = origins.affected_frame(source, cells.passed_window(source), affected_shares, feedback)
         if affected is not None:
