@@ -114,11 +114,11 @@ ORIGIN_REACH = RasterFile(
     bands=(
         Band(name="any line", meaning="Share of the cell's logs that reach any line; NaN if too few", unit="1"),
         Band(name="any line: lower end", meaning="Lower end of its 95 % Wilson interval", unit="1"),
-        Band(name="any line: upper end", meaning="Upper end", unit="1"),
+        Band(name="any line: upper end", meaning="Upper end of its 95 % Wilson interval", unit="1"),
         Band(name="any line: logs that reach", meaning="How many of the cell's logs do", unit="logs"),
         Band(name="line LINE", meaning="Share that reaches this line; four bands each", unit="1"),
         Band(name="line LINE: lower end", meaning="Lower end of its 95 % Wilson interval", unit="1"),
-        Band(name="line LINE: upper end", meaning="Upper end", unit="1"),
+        Band(name="line LINE: upper end", meaning="Upper end of its 95 % Wilson interval", unit="1"),
         Band(name="line LINE: logs that reach", meaning="How many of the cell's logs do", unit="logs"),
         Band(name="logs released", meaning="How many were released in the cell", unit="logs"),
     ),
