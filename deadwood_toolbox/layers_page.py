@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from deadwood_algorithms.schemas.brought import BROUGHT
+from deadwood_algorithms.schemas.looks import LOOKS
 from deadwood_algorithms.schemas.words import Band, Column, JsonFile, Layer, Output, RasterFile, TableFile
 from deadwood_algorithms.schemas.written import WRITTEN
 
@@ -73,11 +74,20 @@ def section(what: Any) -> str:
     if isinstance(what, TableFile):
         return f"{title}\n\n{what.meaning}.\n\n{_columns(what.columns)}"
     if isinstance(what, RasterFile):
-        return f"{title}\n\n{what.meaning}.\n\n{_table(('band', 'meaning', 'unit', 'numbers'), map(_band, what.bands))}"
+        bands = _table(("band", "meaning", "unit", "numbers"), map(_band, what.bands))
+        return f"{title}\n\n{what.meaning}.{_scale(what)}\n\n{bands}"
     if isinstance(what, JsonFile):
         rows = ((f"`{key.name}`", key.meaning) for key in what.keys)
         return f"{title}\n\n{what.meaning}.\n\n{_table(('key', 'meaning'), rows)}"
     return ""
+
+
+def _scale(what: RasterFile) -> str:
+    """The scale on which the first band is shown, wherever it is."""
+    if what.look not in LOOKS:
+        return ""
+    look = LOOKS[what.look]
+    return f" Shown from {look.label(look.stops[0])} to {look.label(look.stops[-1])}."
 
 
 def _band(band: Band) -> tuple[str, ...]:

@@ -100,7 +100,7 @@ ENDINGS = {
     "output_file": ".html",
 }
 # What a run cost and where it went, and files that hold it or a picture of it.
-COSTS = {"made_utc", "seal", "files", "cost", "output", "folder", "seconds"}
+COSTS = {"made_utc", "modified_utc", "seal", "files", "cost", "output", "folder", "seconds"}
 # Of results of other results in the same folder: these inputs are known by their bytes, which hold times.
 OF_RESULTS = {"inputs", "run_id"}
 NOT_COMPARED = {"comparison.csv", "comparison.json", "comparison.png", "overview.csv", "overview.gpkg"}

@@ -12,16 +12,27 @@ from typing import Any
 
 from deadwood_algorithms import schemas
 from deadwood_algorithms.explore.phrases import PHRASES
-from deadwood_algorithms.files.styles import DIFFERENCE, ENDS, SPEED
-from deadwood_algorithms.report import colours
+from deadwood_algorithms.schemas.looks import (
+    BARRIER,
+    ENDS,
+    HITS,
+    LESS_MORE,
+    MOVING,
+    RELEASE,
+    ROAD,
+    SOLIDS,
+    STONE,
+    TREE,
+    WOOD,
+)
 
 KINDS = {"html": "text/html", "css": "text/css", "js": "text/javascript"}
 PAGE = resources.files("deadwood_algorithms.explore") / "page"
 SHARED = {"view3d.js": resources.files("deadwood_algorithms.report") / "view3d.js"}  # what reports have, too
-RAMP_STEPS = 29  # whole steps between two of viridis' eight colours
+RAMP_STEPS = 29  # whole steps between two of the ramp's eight colours
 # Classes of slope, from [deg], in colours from light to dark that colour-blind readers tell apart (YlOrBr).
 SLOPE = ((20.0, "#ffffd4"), (30.0, "#fed98e"), (35.0, "#fe9929"), (40.0, "#d95f0e"), (45.0, "#993404"))
-CHANGED, CHANCE = "#d55e00", "#8c8c8c"  # what the user changed; cells whose difference chance explains
+CHANGED, CHANCE = "#d55e00", "#dddddd"  # what the user changed; cells whose difference chance explains
 
 
 def facts() -> dict[str, Any]:
@@ -29,24 +40,25 @@ def facts() -> dict[str, Any]:
     return {
         "language": "en",
         "words": PHRASES,
-        "ramp": ramp(SPEED[::-1], RAMP_STEPS),  # viridis, as the report's map of hits
+        "ramp": ramp(HITS, RAMP_STEPS),  # as the report's map of hits
         "stops": [
             dict(zip(("reason", "label", "colour", "shape"), (reason, *ENDS[reason]), strict=True))
             for reason in schemas.STOP_REASONS
         ],
         "slope": [{"from": bound, "colour": colour} for bound, colour in SLOPE],
         "colours": {
-            "tree": colours.TREE,
-            "barrier": colours.BARRIER,
-            "lying": colours.LYING,
-            "block": colours.BLOCK,
-            "line": colours.LINE,
-            "release": colours.RELEASE,
-            "moving": CHANGED,
+            "tree": TREE,
+            "barrier": BARRIER,
+            "lying": WOOD,
+            "block": STONE,
+            "line": ROAD,
+            "release": RELEASE,
+            "moving": MOVING,
             "changed": CHANGED,
             "chance": CHANCE,
-            "less": [DIFFERENCE[1], DIFFERENCE[0]],
-            "more": [DIFFERENCE[5], DIFFERENCE[6]],
+            "solids": SOLIDS,
+            "less": [LESS_MORE[1], LESS_MORE[0]],
+            "more": [LESS_MORE[-2], LESS_MORE[-1]],
         },
     }
 

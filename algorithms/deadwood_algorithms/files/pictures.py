@@ -1,20 +1,33 @@
-"""What every picture of the toolbox shares: the relief under a map, its scale bar and north arrow."""
+"""What every picture of the toolbox shares: the relief under a map, its lines, dots and scales, scale bar and north.
+
+How a quantity or a thing looks is declared in `schemas/looks.py`; here it becomes Matplotlib's.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.colors import Colormap, FuncNorm, LinearSegmentedColormap, Normalize, to_rgba
 from matplotlib.image import AxesImage
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path
 from matplotlib.patheffects import withStroke
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+
+from deadwood_algorithms.schemas.looks import LOOKS, ROAD, Look
 
 RELIEF = ((225.0, 0.35), (270.0, 0.25), (315.0, 0.40))  # lights from the west all around: (azimuth [deg], weight)
 SUN_HEIGHT_DEG = 40.0
 HALO = [withStroke(linewidth=3.0, foreground="white")]
-ROAD = "#D55E00"  # lines that are watched, in every map
-RELEASE = "#0072B2"
+CASING = 1.4  # points of white on both sides of a line, so that it is seen on any ground
+RIM, RIM_WIDTH = "#1b1f23", 0.9  # dark, and so many points around a dot
+OPACITY = 0.85  # of a quantity over the relief
+NORTH_POINTS = 28.0  # from the tip of the arrow to the letter
 BAR_SHARE = 0.2  # of a map's width that its scale bar takes, at most
 
 
@@ -56,6 +69,68 @@ def show_relief(
     )
 
 
+def colours_of(look: Look) -> tuple[Colormap, Normalize]:
+    """The ramp of a look and the scale of its stops: as QGIS draws it, with colours linear between two stops."""
+    even = np.linspace(0.0, 1.0, len(look.stops))
+    colours = [
+        to_rgba(colour, 0.0 if value == look.clear else 1.0)
+        for value, colour in zip(look.stops, look.colours, strict=True)
+    ]
+    ramp = LinearSegmentedColormap.from_list("look", list(zip(even, colours, strict=True)), N=512)
+    place = (lambda value: np.interp(value, look.stops, even), lambda share: np.interp(share, even, look.stops))
+    return ramp, FuncNorm(place, vmin=look.stops[0], vmax=look.stops[-1])
+
+
+def show_quantity(
+    axes: Axes, values: NDArray[np.floating], name: str, extent: tuple[float, float, float, float], **more: Any
+) -> AxesImage:
+    """A quantity of `LOOKS` over a map (row 0 south; extent: west, east, south, north), nothing where it is clear."""
+    look = LOOKS[name]
+    ramp, scale = colours_of(look)
+    seen = values if look.clear is None else np.where(values == look.clear, np.nan, values)
+    more = {"alpha": OPACITY, "zorder": 2, **more}
+    return axes.imshow(
+        seen, cmap=ramp, norm=scale, extent=extent, origin="lower", interpolation="nearest", **more
+    )  # fmt: skip
+
+
+def show_scale(figure: Any, image: Any, name: str, label: str, **more: Any) -> Any:
+    """The scale of a quantity beside its map: every stop named, in the unit that it is shown in."""
+    look = LOOKS[name]
+    where = {"fraction": 0.035, "pad": 0.015, "aspect": 32} if "ax" in more and "shrink" not in more else {}
+    bar = figure.colorbar(image, **where, **more)
+    bar.set_ticks(look.stops, labels=[look.label(each).removesuffix(f" {look.shown}") for each in look.stops])
+    bar.ax.minorticks_off()
+    bar.set_label(label)
+    bar.outline.set_visible(False)
+    return bar
+
+
+def show_lines(
+    axes: Axes, strings: Iterable[ArrayLike], width: float = 2.0, colour: str = ROAD, **more: Any
+) -> LineCollection:
+    """Lines of a map, each an array of shape (n, 2), in their colour within a white casing."""
+    more = {"zorder": 5, **more}
+    drawn = LineCollection([np.asarray(each) for each in strings], colors=colour, linewidths=width, **more)
+    drawn.set_path_effects([withStroke(linewidth=width + CASING, foreground="white")])
+    axes.add_collection(drawn, autolim=False)
+    return drawn
+
+
+def show_dots(axes: Axes, x: NDArray, y: NDArray, size: float, colour: str, *, rim: bool = False, **more: Any) -> None:
+    """Dots of a map as one path: lines of next to no length with round ends; size in points.
+
+    A marker each would be ten times as large a file. They are not snapped to pixels: Agg would draw none of those whose
+    two ends fall on one. With ``rim`` they stand on darker ones, so that a pale colour is seen on pale ground.
+    """
+    ends = np.column_stack([x, y, np.asarray(x) + 0.01, y]).reshape(-1, 2)
+    path = Path(ends, np.tile([Path.MOVETO, Path.LINETO], len(x)))
+    for width, edge in ((size + RIM_WIDTH, RIM), (size, colour))[0 if rim else 1 :]:
+        drawn = PathPatch(path, facecolor="none", edgecolor=edge, linewidth=width, capstyle="round", **more)
+        drawn.set_snap(False)
+        axes.add_patch(drawn)
+
+
 def bar_length(width: float) -> float:
     """A round length [m] of 1, 2 or 5 times a power of ten that takes up to `BAR_SHARE` of a map so wide [m]."""
     most = BAR_SHARE * width
@@ -65,20 +140,33 @@ def bar_length(width: float) -> float:
 
 def scale_and_north(axes: Axes) -> None:
     """A scale bar at the bottom left and a north arrow at the top left of a map whose limits are set."""
-    (west, east), (south, north) = axes.get_xlim(), axes.get_ylim()
+    (west, east), south = axes.get_xlim(), axes.get_ylim()[0]
     width, bar = east - west, bar_length(east - west)
     x, y = west + 0.04 * width, south + 0.045 * width
     axes.plot([x, x + bar], [y, y], color="black", linewidth=3.5, solid_capstyle="butt", zorder=9)
     word = f"{bar / 1000:g} km" if bar >= 1000.0 else f"{bar:g} m"
-    axes.text(x + bar / 2.0, y + 0.013 * width, word, ha="center", va="bottom", fontsize=9, zorder=9, path_effects=HALO)
+    axes.text(
+        x + bar / 2.0,
+        y + 0.013 * width,
+        word,
+        ha="center",
+        va="bottom",
+        fontsize=9,
+        color="black",
+        zorder=9,
+        path_effects=HALO,
+    )
     axes.annotate(
         "N",
-        xy=(west + 0.06 * width, north - 0.027 * width),
-        xytext=(west + 0.06 * width, north - 0.113 * width),
+        xy=(0.06, 0.975),
+        xycoords="axes fraction",
+        xytext=(0.0, -NORTH_POINTS),
+        textcoords="offset points",
         ha="center",
         va="center",
         fontsize=11,
         fontweight="bold",
+        color="black",
         arrowprops={"arrowstyle": "-|>", "color": "black", "linewidth": 1.5, "path_effects": HALO},
         path_effects=HALO,
         zorder=9,

@@ -2,13 +2,11 @@
 
 A GeoPackage carries its styles in the table ``layer_styles``, which QGIS applies by itself; a raster has them in a file
 ``NAME.qml`` beside it. Both are written without QGIS, so results look right wherever they are opened, with or without
-the plugin. Colours that tell kinds apart are Okabe and Ito's, ramps are perceptually even; both survive colour-blind
-eyes and a grey printer. Classes of speed, DBH and probability are fixed, so that two runs can be compared by eye.
+the plugin. Colours and scales are those of `schemas/looks.py`.
 """
 
 from __future__ import annotations
 
-import math
 import sqlite3
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import closing
@@ -22,36 +20,30 @@ from numpy.typing import NDArray
 from deadwood_algorithms import schemas
 from deadwood_algorithms.files import qml
 from deadwood_algorithms.files.qml import Stop, Symbol, fill, line, marker
+from deadwood_algorithms.schemas.looks import (
+    BARRIER,
+    DBH_CM,
+    ENDS,
+    ENERGY,
+    GREENS,
+    HITS,
+    LESS_MORE,
+    LOOKS,
+    PLAIN,
+    RELEASE,
+    ROAD,
+    STONE,
+    TREE,
+    WOOD,
+    WORTHS,
+    Look,
+)
 
 if TYPE_CHECKING:
     import geopandas
 
-# For the ways in which a run ends: (label, colour, shape of the marker).
-ENDS = {
-    "tree": ("held by a tree", "#009e73", "circle"),
-    "rest": ("at rest", "#56b4e9", "circle"),
-    "barrier": ("held by a barrier", "#cc79a7", "circle"),
-    "lying_log": ("held by a lying log", "#e69f00", "circle"),
-    "block": ("held by a block", "#999999", "circle"),
-    "left_dem": ("left the terrain model", "#0072b2", "triangle"),
-    "time_limit": ("still moving", "#d55e00", "square"),
-    "failed": ("failed", "#000000", "cross2"),
-}
-# Eight even steps each, of the ramps magma (its palest end cut off, which grey relief would swallow), viridis, plasma.
-HITS = ("#fec68a", "#fc8a62", "#e75263", "#b73779", "#832681", "#51127c", "#1d1147", "#000004")
-SPEED = ("#fde725", "#a0da39", "#4ac16d", "#1fa187", "#277f8e", "#365c8d", "#46327e", "#440154")
-ENERGY = ("#f7e425", "#fdac33", "#ef7c51", "#d5536f", "#b32c8e", "#8606a6", "#5002a2", "#0d0887")
-GREENS = ("#a1d99b", "#74c476", "#41ab5d", "#238b45", "#00682a", "#00441b")
-DIFFERENCE = ("#2166ac", "#67a9cf", "#d1e5f0", "#f7f7f7", "#fddbc7", "#ef8a62", "#b2182b")
-ROAD, RELEASE, BARRIER, WOOD, STONE, PLAIN = "#d55e00", "#0072b2", "#aa3377", "#9c6b3f", "#8a8a8a", "#666666"
-
-SPEEDS_MS = (0.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 40.0)
-DBH_CM = (0.0, 20.0, 40.0, 60.0, 80.0, 100.0)
-SHARES = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
-WORTHS = (0.0005, 0.001, 0.002, 0.005, 0.01, 1.0)  # shares of the logs that one thing keeps from a line
+_SHARES = LOOKS["shares"].stops
 SMALL = 1e-9  # less than one log of any run
-JUMPS_M = (0.0, 0.5, 1.0, 2.0, 4.0, 6.0, 10.0, 20.0)
-YEARS = (3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, 10_000.0)
 HEIGHT_STEP_M = 5.0
 BLOCK_STEP_M = 0.5
 STAMP = "2000-01-01T00:00:00.000Z"  # as the rest of a GeoPackage: same input, same bytes
@@ -120,12 +112,13 @@ def _classes(field: str, bounds: Sequence[float], unit: str, symbol: Callable[[i
 
 
 def _speeds(field: str, kind: str) -> str:
-    return _classes(field, SPEEDS_MS, "m/s", lambda k: _plain(kind, SPEED[k], 1.4))
+    look = LOOKS["speed"]
+    return _classes(field, look.stops, look.shown, lambda k: _plain(kind, look.colours[k], 1.4))
 
 
 def _trees(frame: geopandas.GeoDataFrame, kind: str) -> Style:
     if kind != "marker" or "dbh_cm" not in frame:
-        return Style(qml.single(_plain(kind, GREENS[3])))
+        return Style(qml.single(_plain(kind, TREE)))
     flat = _classes(
         "dbh_cm", DBH_CM, "cm DBH", lambda k: marker(GREENS[k], 0.8 + 0.4 * k, edge=GREENS[-1], edge_mm=0.1)
     )
@@ -141,7 +134,7 @@ def _trunks(frame: geopandas.GeoDataFrame) -> Iterable[tuple[str, float, float, 
         inside = step == each
         low, radius = each * HEIGHT_STEP_M, float(np.nanmean(dbh[inside])) / 200.0
         condition = f'"height_m" >= {low:g} and "height_m" < {low + HEIGHT_STEP_M:g}'
-        yield condition, radius, 0.5 * radius, float(np.nanmean(height[inside])), GREENS[3]
+        yield condition, radius, 0.5 * radius, float(np.nanmean(height[inside])), TREE
 
 
 def _trajectories(frame: geopandas.GeoDataFrame, kind: str) -> Style:
@@ -154,11 +147,11 @@ def _barriers(frame: geopandas.GeoDataFrame, kind: str) -> Style:
 
 
 def _reach(frame: geopandas.GeoDataFrame, kind: str) -> Style:
-    widths = np.linspace(2.0, 6.0, len(SHARES))
-    rows = [(0.0, SHARES[0], "up to 0.1 %", _plain(kind, PLAIN))]
-    for k, low in enumerate(SHARES[:-1]):
-        label = f"{100 * low:g} to {100 * SHARES[k + 1]:g} %"
-        rows.append((low, SHARES[k + 1], label, _plain(kind, HITS[k + 1], float(widths[k]))))
+    widths = np.linspace(2.0, 6.0, len(_SHARES))
+    rows = [(0.0, _SHARES[0], "up to 0.1 %", _plain(kind, PLAIN))]
+    for k, low in enumerate(_SHARES[:-1]):
+        label = f"{100 * low:g} to {100 * _SHARES[k + 1]:g} %"
+        rows.append((low, _SHARES[k + 1], label, _plain(kind, HITS[k + 1], float(widths[k]))))
     text = "\"line_id\" || ': ' || format_number(100 * \"p\", 1) || ' %'"
     return Style(qml.graduated("p", rows) + qml.labels(text), labelled=True)
 
@@ -184,16 +177,16 @@ def _spheres(frame: geopandas.GeoDataFrame) -> Iterable[tuple[str, float, float,
 def _sites(frame: geopandas.GeoDataFrame, kind: str) -> Style:
     """By the share that reaches the line; a site that failed, or has no line, is drawn too."""
     rows = [(-1.0, -0.5, "no line, or failed", _plain(kind, ENDS["failed"][1]))]
-    rows.append((0.0, SHARES[0], "up to 0.1 %", _plain(kind, PLAIN)))
-    for k, low in enumerate(SHARES[:-1]):
-        label = f"{100 * low:g} to {100 * SHARES[k + 1]:g} %"
-        rows.append((low, SHARES[k + 1], label, _plain(kind, HITS[k + 1], 3.0)))
+    rows.append((0.0, _SHARES[0], "up to 0.1 %", _plain(kind, PLAIN)))
+    for k, low in enumerate(_SHARES[:-1]):
+        label = f"{100 * low:g} to {100 * _SHARES[k + 1]:g} %"
+        rows.append((low, _SHARES[k + 1], label, _plain(kind, HITS[k + 1], 3.0)))
     return Style(qml.graduated('coalesce("p", -1)', rows) + qml.labels('"site"'), labelled=True)
 
 
 def _worth(frame: geopandas.GeoDataFrame, kind: str) -> Style:
     """The more logs a thing keeps away, the larger and darker; what keeps none away stays small, harm is blue."""
-    rows = [(-1.0, -SMALL, "more reach it because of this", marker(DIFFERENCE[0], 2.6, shape="triangle"))]
+    rows = [(-1.0, -SMALL, "more reach it because of this", marker(LESS_MORE[0], 2.6, shape="triangle"))]
     rows.append((-SMALL, SMALL, "no difference", marker(PLAIN, 1.0)))
     low = SMALL
     for k, high in enumerate(WORTHS):
@@ -232,7 +225,7 @@ _LAYERS: dict[str, Callable[[Any, str], Style]] = {
     "blocks": _blocks,
     "block_hits": _in(STONE, 3.0),
     "lines": _in(ROAD, 3.0),
-    "forest": _in(GREENS[3]),
+    "forest": _in(TREE),
     "deposits": lambda frame, kind: Style(_ends(kind)),
     "deposited_logs": lambda frame, kind: Style(_ends(kind)),
     "trajectories": _trajectories,
@@ -264,20 +257,15 @@ def of_raster(kind: str, values: NDArray[Any] | None = None) -> Style:
     return RASTERS[kind](np.empty(0) if values is None else values)
 
 
-def _shares(values: NDArray[Any]) -> Style:
-    clear = Stop(0.0, HITS[0], "0 %", alpha=0)
-    return Style(qml.ramp([clear, *(Stop(each, HITS[k], f"{100 * each:g} %") for k, each in enumerate(SHARES))]))
-
-
-def _susceptibility(values: NDArray[Any]) -> Style:
-    even = (Stop(0.1 * k, colour, f"{0.1 * k:.1f}") for k, colour in enumerate(HITS, start=1))
-    return Style(qml.ramp([Stop(0.0, HITS[0], "0", alpha=0), *even]))
-
-
-def _danger(values: NDArray[Any]) -> Style:
-    """Of all that passes: 0 is a result and has its colour; where too few passed, nothing is drawn."""
-    even = np.linspace(0.0, 1.0, len(HITS))
-    return Style(qml.ramp([Stop(float(v), colour, f"{100 * v:.0f} %") for v, colour in zip(even, HITS, strict=True)]))
+def _scale(look: Look) -> Style:
+    """The stops of a look; where one value is clear, it fades in from there to the next."""
+    stops = [
+        Stop(value, colour, look.label(value), alpha=0 if value == look.clear else 255)
+        for value, colour in zip(look.stops, look.colours, strict=True)
+    ]
+    if look.clear is not None and look.clear < look.stops[0]:
+        stops.insert(0, Stop(look.clear, look.colours[0], look.label(look.clear), alpha=0))
+    return Style(qml.ramp(stops))
 
 
 def _counts(values: NDArray[Any]) -> Style:
@@ -287,31 +275,6 @@ def _counts(values: NDArray[Any]) -> Style:
     colours = [HITS[round(k)] for k in np.linspace(0, len(HITS) - 1, steps.size)]
     stops = [Stop(float(step), colour, f"{step:.0f}") for step, colour in zip(steps, colours, strict=True)]
     return Style(qml.ramp([Stop(0.0, HITS[0], "0", alpha=0), *stops]))
-
-
-def _difference(values: NDArray[Any]) -> Style:
-    """Blue for less, red for more, and no difference transparent."""
-    finite = np.abs(np.asarray(values, np.float64)[np.isfinite(values)])
-    far = float(np.quantile(finite, 0.999)) if finite.size and finite.any() else 1.0
-    far = far if far > 0.0 else float(finite.max())
-    middle = len(DIFFERENCE) // 2
-    stops = []
-    for k, colour in enumerate(DIFFERENCE):
-        value = far * (k - middle) / middle
-        stops.append(Stop(value, colour, f"{value:+.3g}", alpha=0 if k == middle else 255))
-    return Style(qml.ramp(stops))
-
-
-def _scale(steps: Sequence[float], colours: Sequence[str], unit: str) -> Style:
-    return Style(qml.ramp([Stop(v, colour, f"{v:g} {unit}") for v, colour in zip(steps, colours, strict=True)]))
-
-
-def _round_steps(largest: float, count: int) -> list[float]:
-    """Steps from 0 of a round size that just cover the largest value."""
-    raw = max(largest, 1e-9) / (count - 1)
-    size = 10.0 ** math.floor(math.log10(raw))
-    step = next(size * each for each in (1.0, 2.0, 2.5, 5.0, 10.0) if size * each >= raw)
-    return [step * k for k in range(count)]
 
 
 def _largest(values: NDArray[Any]) -> float:
@@ -324,15 +287,8 @@ def of_classes(rows: Sequence[tuple[int, str, str]]) -> Style:
 
 
 RASTERS: dict[str, Callable[[NDArray[Any]], Style]] = {
+    **{name: lambda values, look=look: _scale(look) for name, look in LOOKS.items()},
     "counts": _counts,
-    "shares": _shares,
-    "danger": _danger,
-    "speed": lambda values: _scale(SPEEDS_MS, SPEED, "m/s"),
-    "energy": lambda values: _scale(_round_steps(_largest(values), len(ENERGY)), ENERGY, "kJ"),
-    "jump": lambda values: _scale(JUMPS_M, SPEED, "m"),
-    "susceptibility": _susceptibility,
-    "difference of shares": _difference,
-    "return period": lambda values: _scale(YEARS, HITS[::-1], "years"),
     "terrain": lambda values: Style(qml.relief_shading()),
 }
 

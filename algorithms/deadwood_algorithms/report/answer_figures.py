@@ -10,30 +10,27 @@ from typing import Any
 import numpy as np
 import rasterio
 import shapely
-from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
-from deadwood_algorithms.files.pictures import scale_and_north
+from deadwood_algorithms.files.pictures import scale_and_north, show_dots, show_lines, show_quantity, show_scale
 from deadwood_algorithms.files.vectors import read_table
-from deadwood_algorithms.report.figures import COLOURS, INK, WIDTH, Drawing, plain
+from deadwood_algorithms.report.figures import INK, WIDTH, Drawing, plain
 from deadwood_algorithms.report.plan import (
-    BARRIER,
-    LINE,
     MOST_DOTS,
-    dots,
     draw_relief,
     lines_of_shapes,
     map_frame,
+    roads,
     thinned_rows,
 )
+from deadwood_algorithms.report.rounded import with_interval
 from deadwood_algorithms.report.sources import ReportedRun, thinned_raster
 from deadwood_algorithms.report.words import Words
+from deadwood_algorithms.schemas.looks import BARRIER, BRINGS, CHOSEN, HIGH_END, KEEPS, LOW_END, PLAIN
 
-KEEPS, BRINGS, IDLE = "#009E73", "#CC79A7", "#3a3a3a"
 MOST_BARS = 12
 NARROW = 5.6  # inches, of one map of several
 NAMED = 5  # of the things that keep most logs away, on the map
@@ -72,12 +69,7 @@ def _slope(source: ReportedRun, words: Words) -> tuple[Figure, Any, list[Any]]:
     figure, axes = map_frame(source.extent, words, NARROW)
     if source.ground is not None:
         draw_relief(axes, source)
-    handles: list[Any] = []
-    if source.lines is not None:
-        strings = lines_of_shapes(source.lines.geometry)
-        axes.add_collection(LineCollection(strings, colors=LINE, linewidths=2.0, zorder=5))
-        handles.append(Line2D([], [], color=LINE, linewidth=2.0, label=words.say("layer_lines")))
-    return figure, axes, handles
+    return figure, axes, roads(axes, source, words)
 
 
 def _finished(figure: Figure, axes: Any, handles: list[Any]) -> Figure:
@@ -95,7 +87,7 @@ def worth_figure(source: ReportedRun, values: Any, words: Words) -> Figure:
     x, y = shapely.get_coordinates(shapely.centroid(np.asarray(shapes, object))).T
     idle = gain == 0.0
     some = np.flatnonzero(idle)[thinned_rows(int(idle.sum()), MOST_DOTS)]
-    dots(axes, x[some], y[some], 1.8, IDLE, "idle", 3.0)
+    show_dots(axes, x[some], y[some], 1.8, PLAIN, zorder=3.0)
     largest = max(float(np.abs(gain).max()), 1.0)
     for sign, colour, zorder in ((-1.0, BRINGS, 6), (1.0, KEEPS, 7)):
         mine = sign * gain > 0.0
@@ -110,7 +102,7 @@ def worth_figure(source: ReportedRun, values: Any, words: Words) -> Figure:
         )  # fmt: skip
     handles += [
         Line2D([], [], linestyle="none", marker="o", markersize=size, color=colour, label=words.say(phrase))
-        for colour, phrase, size in ((KEEPS, "keeps", 7), (BRINGS, "brings", 7), (IDLE, "no_worth", 3))
+        for colour, phrase, size in ((KEEPS, "keeps", 7), (BRINGS, "brings", 7), (PLAIN, "no_worth", 3))
     ]
     return _finished(figure, axes, handles)
 
@@ -120,17 +112,16 @@ def siting_figure(source: ReportedRun, folder: Path, words: Words) -> Figure:
     figure, axes, handles = _slope(source, words)
     frame = read_table(f"{folder / 'barriers.gpkg'}|layername=barriers", what="barriers")
     steps = frame["step"].to_numpy(int)
-    for chosen, colour, phrase in ((False, BARRIER, "layer_barriers"), (True, COLOURS[1], "chosen_barrier")):
+    for chosen, colour, phrase in ((False, BARRIER, "layer_barriers"), (True, CHOSEN, "chosen_barrier")):
         mine = frame[(steps > 0) == chosen]
         if len(mine):
-            strings = lines_of_shapes(mine.geometry)
-            axes.add_collection(LineCollection(strings, colors=colour, linewidths=3.2, zorder=6))
+            show_lines(axes, lines_of_shapes(mine.geometry), 3.2, colour, zorder=6)
             handles.append(Line2D([], [], color=colour, linewidth=3.2, label=words.say(phrase)))
     for row in np.flatnonzero(steps > 0):
         x, y = shapely.get_coordinates(frame.geometry.iloc[row])[-1]
         axes.annotate(
             str(steps[row]), (x, y), xytext=(5, 3), textcoords="offset points", color="#111111", zorder=8,
-            weight="bold", bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": COLOURS[1]},
+            weight="bold", bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": CHOSEN},
         )  # fmt: skip
     return _finished(figure, axes, handles)
 
@@ -160,16 +151,9 @@ def origins_figure(source: ReportedRun, folder: Path, words: Words) -> Figure:
     figure, axes, handles = _slope(source, words)
     with rasterio.open(folder / "origins.tif") as raster:
         values, (west, south, east, north) = thinned_raster(raster, source.extent, np.nanmean)
-    shown: NDArray[np.float64] = 100.0 * values
-    known = shown[np.isfinite(shown)]
-    image = axes.imshow(
-        shown, cmap="magma_r", vmin=0.0, vmax=max(float(known.max()) if known.size else 1.0, 1.0), alpha=0.85,
-        extent=(west, east, south, north), origin="lower", interpolation="nearest", zorder=2,
-    )  # fmt: skip
+    image = show_quantity(axes, values, "danger", (west, east, south, north))
     axes.set(xlim=(source.extent[0], source.extent[2]), ylim=(source.extent[1], source.extent[3]))
-    bar = figure.colorbar(image, ax=axes, fraction=0.035, pad=0.015, aspect=32)
-    bar.set_label(words.say("from_where_map"))
-    bar.outline.set_visible(False)  # type: ignore[operator]
+    show_scale(figure, image, "danger", words.say("from_where_map"), ax=axes)
     return _finished(figure, axes, handles)
 
 
@@ -196,20 +180,32 @@ def tornado_figure(facts: dict[str, Any], words: Words) -> Figure:
         scale = 100.0 if name.startswith("reach_") else 1.0
         base = scale * rows[0]["as_it_is"]
         for k, row in enumerate(rows):
-            for end, colour in (("at_low", COLOURS[5]), ("at_high", COLOURS[4])):
-                axes.barh(k, scale * row[end] - base, 0.62, left=base, color=colour, zorder=2)
+            ends = [(scale * row["at_low"] - base, LOW_END), (scale * row["at_high"] - base, HIGH_END)]
+            # the longer one below, so that both are seen where they lie on one side
+            for change, colour in sorted(ends, key=lambda each: -abs(each[0])):
+                axes.barh(k, change, 0.62, left=base, color=colour, zorder=2)
+            swing = swing_words(row, scale, words)
+            axes.text(1.01, k, swing, transform=axes.get_yaxis_transform(), va="center", fontsize=8)
         axes.axvline(base, color=INK, linewidth=1.2, zorder=3)
         labels = [plain(f"{factor_words(row['factor'], words)}, {range_words(row, words)}") for row in rows]
         axes.set_yticks(range(len(rows)), labels)
         axes.set(ylim=(len(rows) - 0.4, -0.6), xlabel=plain(outcome_words(name, words)))
         axes.grid(axis="y", visible=False)
     handles = [
-        Patch(color=COLOURS[5], label=words.say("low_end")),
-        Patch(color=COLOURS[4], label=words.say("high_end")),
+        Patch(color=LOW_END, label=words.say("low_end")),
+        Patch(color=HIGH_END, label=words.say("high_end")),
     ]
     handles.append(Line2D([], [], color=INK, linewidth=1.2, label=words.say("as_it_is")))  # type: ignore[arg-type]
     figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8)
     return figure
+
+
+def swing_words(row: dict[str, Any], scale: float, words: Words) -> str:
+    """The change from the low end to the high one, with its interval."""
+    value, low, high = (
+        float("nan") if each is None else scale * each for each in (row["swing"], row["ci_low"], row["ci_high"])
+    )
+    return with_interval(value, low, high, words, signed=True)
 
 
 def factor_words(name: str, words: Words) -> str:

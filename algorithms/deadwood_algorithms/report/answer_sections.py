@@ -11,7 +11,14 @@ from typing import Any
 import numpy as np
 
 from deadwood_algorithms.params.presets import BARRIERS
-from deadwood_algorithms.report.answer_figures import CLASS_MAPS, factor_words, outcome_words, outcomes_of, range_words
+from deadwood_algorithms.report.answer_figures import (
+    CLASS_MAPS,
+    factor_words,
+    outcome_words,
+    outcomes_of,
+    range_words,
+    swing_words,
+)
 from deadwood_algorithms.report.figures import Drawing
 from deadwood_algorithms.report.markup import element, figure_of, table
 from deadwood_algorithms.report.rounded import decimal, shown_number, shown_share, with_interval
@@ -31,7 +38,10 @@ def worth(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) ->
         if frame is None or not len(frame):
             continue
         if layer == "values":
-            parts += [element("p", words.say("worth_note"), class_="quiet"), figure_of(drawings.get("worth"))]
+            parts += [
+                element("p", words.say("worth_note"), class_="quiet"),
+                figure_of(drawings.get("worth"), card=True),
+            ]
         else:
             parts.append(element("h4", words.say("planted")))
         total = int(frame["n_total"].iloc[0])
@@ -76,7 +86,7 @@ def siting(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -
         return []
     facts = source.answers.folders["site-barriers"][1]
     now = words.say("siting_now", share=shown_share(facts["reach"], words), n=facts["candidates"])
-    parts: Parts = [element("p", now), figure_of(drawings.get("siting"))]
+    parts: Parts = [element("p", now), figure_of(drawings.get("siting"), card=True)]
     chosen = [row for row in facts["rows"] if row["step"]]
     if not chosen:
         parts.append(element("p", words.say("siting_none")))
@@ -130,7 +140,7 @@ def intensity(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words
         mine = [each for each in facts["classes"] if each["map"] == name]
         if not mine:
             continue
-        parts += [element("h4", words.say(title)), figure_of(drawings.get(name))]
+        parts += [element("h4", words.say(title)), figure_of(drawings.get(name), card=True)]
         rows = [[words.of_class(each), shown_number(each["area_m2"] / 1e4, words)] for each in mine]
         head = [words.say(title), words.say("class_ground")]
         if "at_least_m2" in mine[0]:
@@ -172,7 +182,7 @@ def from_where(source: ReportedRun, drawings: Mapping[str, Drawing], words: Word
         return []
     facts = source.answers.folders["map-origins"][1]
     note = words.say("from_where_note", n=facts["logs"], cell=decimal(facts["cell_m"], words), least=facts["least"])
-    parts: Parts = [figure_of(drawings.get("from_where"), note)]
+    parts: Parts = [figure_of(drawings.get("from_where"), note, card=True)]
     only = len({row["line_id"] for row in facts["reach"]}) == 2  # of one line, any line is the same again
     rows = [
         (
@@ -221,9 +231,7 @@ def varied(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -
         rows = []
         for row in (r for r in facts["tornado"] if r["outcome"] == name):  # the strongest first, as in its picture
             ends = [shown_number(scale * row[each], words) for each in ("at_low", "as_it_is", "at_high")]
-            swing = with_interval(
-                scale * row["swing"], scale * number(row["ci_low"]), scale * number(row["ci_high"]), words, signed=True
-            )
+            swing = swing_words(row, scale, words)
             cells = [factor_words(row["factor"], words), range_words(row, words), *ends, swing]
             if totals:
                 index = totals.get((name, row["factor"]), {})

@@ -1,7 +1,7 @@
 """The figures of the report: each drawn once, put into the page as SVG, and written as PNG, SVG and PDF on request.
 
-Colours are Okabe and Ito's, viridis and cividis, which colour-blind readers tell apart. Text and axes take the page's
-own colour (`inline_svg`), so that a figure fits a light page and a dark one.
+Colours are those of `schemas/looks.py`: a run has one in every chart. Text and axes take the page's own colour
+(`inline_svg`), so that a figure fits a light page and a dark one.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from deadwood_algorithms.report.markup import Markup, escaped, picture_address
 from deadwood_algorithms.report.rounded import share_of
 from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.words import Words
+from deadwood_algorithms.schemas.looks import WOOD
 from deadwood_algorithms.stats.directions import spread_of_release
 
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 INK = "#0a0b0c"  # stands for the page's text colour
 WIDTH = 7.2  # inches, of a figure as wide as the page
 STYLE: Any = {
@@ -54,6 +54,7 @@ STYLE: Any = {
     "image.composite_image": False,  # else layers that lie on one another become one
 }
 PERCENTILES = (5, 50, 95)
+PROFILE_IN = 3.6  # of the width that a profile takes
 
 
 @dataclass(frozen=True)
@@ -136,7 +137,7 @@ def drawings_of(source: ReportedRun, words: Words, key: str, profiles: list[Any]
         ("spread", bool(counted_azimuths(source)), lambda: rose_figure(source, words)),
         ("runout", True, lambda: runout_figure([source], words)),
         ("distributions", True, lambda: distributions_figure(source, words)),
-        ("profile", bool(profiles), lambda: profile_figure(profiles, words)),
+        ("profile", bool(profiles), lambda: profile_figure(profiles, source.colour, words)),
     ]
     titles = {"distributions": "ways"}
     return {
@@ -151,7 +152,7 @@ def reach_figure(source: ReportedRun, words: Words) -> Figure:
     value = np.array([share_of(each) for each in records])
     ends = np.array([[100.0 * each["ci_low"], 100.0 * each["ci_high"]] for each in records]).T
     error = np.abs(ends - value)
-    axes.barh(np.arange(value.size), value, 0.6, color=COLOURS[0])
+    axes.barh(np.arange(value.size), value, 0.6, color=source.colour)
     axes.errorbar(value, np.arange(value.size), xerr=error, fmt="none", ecolor=INK, capsize=4, linewidth=1.2)
     axes.set_yticks(np.arange(value.size), [plain(each["line_id"]) for each in records])
     axes.set(
@@ -169,7 +170,7 @@ def arrivals_figure(source: ReportedRun, words: Words) -> Figure:
     figure = Figure(figsize=(WIDTH, 4.2), layout="constrained")
     panels = figure.subplots(2, 2).ravel()
     for axes, (name, phrase) in zip(panels, ARRIVAL_COLUMNS.items(), strict=True):
-        _histogram(axes, source.arrivals[name].to_numpy(np.float64), words.say(phrase), words)
+        _histogram(axes, source.arrivals[name].to_numpy(np.float64), words.say(phrase), source.colour, words)
     return figure
 
 
@@ -181,7 +182,7 @@ ARRIVAL_COLUMNS = {
 }
 
 
-def _histogram(axes: Any, values: NDArray[np.float64], label: str, words: Words) -> None:
+def _histogram(axes: Any, values: NDArray[np.float64], label: str, colour: str, words: Words) -> None:
     """Number of logs by class, with the percentiles as lines."""
     values = values[np.isfinite(values)]
     axes.set(xlabel=label, ylabel=words.say("n_logs"))
@@ -191,9 +192,9 @@ def _histogram(axes: Any, values: NDArray[np.float64], label: str, words: Words)
     top = float(values.max())
     bins = max(5, min(24, round(2.0 * values.size ** (1 / 3))))
     low = 0.0 if values.min() >= 0.0 else float(values.min())
-    axes.hist(values, bins=bins, range=(low, top if top > low else low + 1.0), color=COLOURS[0], alpha=0.85)
+    axes.hist(values, bins=bins, range=(low, top if top > low else low + 1.0), color=colour, alpha=0.85)
     for each, style in zip(PERCENTILES, (":", "-", ":"), strict=True):
-        axes.axvline(float(np.percentile(values, each)), color=COLOURS[1], linewidth=1.4, linestyle=style)
+        axes.axvline(float(np.percentile(values, each)), color=INK, linewidth=1.2, linestyle=style)
 
 
 def counted_azimuths(source: ReportedRun) -> dict[str, NDArray[np.float64]]:
@@ -230,7 +231,7 @@ def rose_figure(source: ReportedRun, words: Words) -> Figure:
         axes.set_theta_direction(-1)
         radius = np.sqrt(count / count.max())
         axes.bar(
-            edges[:-1], radius, width=np.radians(10.0), align="edge", color=COLOURS[0], edgecolor=INK, linewidth=0.3
+            edges[:-1], radius, width=np.radians(10.0), align="edge", color=source.colour, edgecolor=INK, linewidth=0.3
         )
         rings = [share for share in (0.05, 0.1, 0.2, 0.4) if share <= 1.05 * count.max() / azimuths.size]
         axes.set_yticks(
@@ -245,12 +246,12 @@ def rose_figure(source: ReportedRun, words: Words) -> Figure:
 def runout_figure(sources: list[ReportedRun], words: Words) -> Figure:
     """Share of the logs that go farther than each distance, a curve a run."""
     figure, (axes,) = _panels(1, 2.7)
-    for k, each in enumerate(sources):
+    for each in sources:
         far = np.sort(each.column("runout_m"))
         share = 100.0 * (1.0 - np.arange(1, far.size + 1) / far.size)
         keep = np.unique(np.linspace(0, far.size - 1, min(far.size, 600)).astype(int))
         x, y = np.append(0.0, far[keep]), np.append(100.0, share[keep])
-        axes.step(x, y, where="post", color=COLOURS[k % len(COLOURS)], linewidth=1.6, label=plain(each.name))
+        axes.step(x, y, where="post", color=each.colour, linewidth=1.6, label=plain(each.name))
     axes.set(xlabel=words.say("runout_axis"), ylabel=words.say("farther"), ylim=(0.0, 102.0))
     axes.set_xlim(left=0.0)
     if len(sources) > 1:
@@ -264,32 +265,37 @@ def distributions_figure(source: ReportedRun, words: Words) -> Figure:
     for axes, column, phrase in zip(
         panels, ("speed_max_ms", "jump_max_m"), ("max_speed_axis", "jump_axis"), strict=True
     ):
-        _histogram(axes, source.column(column), words.say(phrase), words)
+        _histogram(axes, source.column(column), words.say(phrase), source.colour, words)
     return figure
 
 
-def profile_figure(profiles: list[Any], words: Words) -> Figure:
-    """Terrain, way of the log and its speed, for each of the chosen trajectories."""
-    figure = Figure(figsize=(WIDTH, 2.9 * len(profiles)), layout="constrained")
-    panels = figure.subplots(len(profiles), 1, squeeze=False)[:, 0]
-    for axes, each in zip(panels, profiles, strict=True):
-        way = each.way
-        axes.fill_between(way, each.terrain, np.nanmin(each.terrain) - 5.0, color="#8a8a8a", alpha=0.3, linewidth=0)
-        axes.plot(way, each.terrain, color=INK, linewidth=1.1, label=words.say("terrain"))
-        axes.plot(way, each.z, color=COLOURS[0], linewidth=1.2, label=words.say("centre"))
-        axes.plot(way, each.terrain + each.clearance, color=COLOURS[2], linewidth=0.8, label=words.say("lowest"))
-        axes.set(xlabel=words.say("way"), ylabel=words.say("elevation"))
-        axes.set_ylim(np.nanmin(each.terrain) - 5.0, None)
+def profile_figure(profiles: list[Any], colour: str, words: Words) -> Figure:
+    """For each of the chosen trajectories the terrain and the way of the log, one metre up as long as one along; beside
+    them its speed and its clearance, along the same way."""
+    drops = [float(np.ptp(each.terrain[np.isfinite(each.terrain)])) / float(each.way[-1]) for each in profiles]
+    tall = [float(np.clip(PROFILE_IN * drop, 1.1, 2.4)) + 0.75 for drop in drops]
+    figure = Figure(figsize=(WIDTH, sum(tall) + 0.35), layout="constrained")
+    rows = figure.subplots(
+        len(profiles), 2, squeeze=False, gridspec_kw={"height_ratios": tall, "width_ratios": (1.6, 1.0)}
+    )
+    handles: list[Any] = []
+    for (axes, right), each in zip(rows, profiles, strict=True):
+        low = float(np.nanmin(each.terrain)) - 0.04 * float(each.way[-1])
+        axes.fill_between(each.way, each.terrain, low, color="#8a8a8a", alpha=0.3, linewidth=0)
+        ground = axes.plot(each.way, each.terrain, color=INK, linewidth=1.0, label=words.say("terrain"))
+        middle = axes.plot(each.way, each.z, color=colour, linewidth=1.3, label=words.say("centre"))
+        axes.set(xlabel=words.say("way"), ylabel=words.say("elevation"), aspect="equal", adjustable="datalim")
         axes.set_title(words.say(each.phrase, id=each.log_id), loc="left", fontsize=9)
-        right = axes.twinx()
-        right.plot(way, each.speed, color=COLOURS[1], linewidth=1.0, label=words.say("speed"))
-        right.set_ylabel(words.say("speed_axis"), color=COLOURS[1])
-        right.tick_params(axis="y", colors=COLOURS[1])
-        right.set_ylim(bottom=0.0)
-        right.grid(visible=False)
-        right.spines["right"].set_visible(True)
-        lines = [*axes.get_lines(), *right.get_lines()]
-        axes.legend(lines, [str(line.get_label()) for line in lines], ncols=4, fontsize=8, loc="upper right")
+        fast = right.plot(each.way, each.speed, color=colour, linewidth=1.1, linestyle="--", label=words.say("speed"))
+        right.set(xlabel=words.say("way"), ylabel=words.say("speed_axis"), ylim=(0.0, None), xlim=(0.0, None))
+        up = right.twinx()
+        gap = up.fill_between(each.way, np.fmax(each.clearance, 0.0), color=WOOD, alpha=0.55, linewidth=0,
+                              label=words.say("clearance"))  # fmt: skip
+        up.set(ylabel=words.say("clearance_axis"), ylim=(0.0, 1.6 * max(float(np.nanmax(each.clearance)), 0.5)))
+        up.grid(visible=False)
+        up.spines["right"].set_visible(True)
+        handles = [*ground, *middle, *fast, gap]
+    figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=8)
     return figure
 
 

@@ -19,19 +19,11 @@ from PIL import Image
 
 from deadwood_algorithms.params.tool import VERSION
 from deadwood_algorithms.report.space import Space
+from deadwood_algorithms.schemas.looks import SOLIDS
 
 SIDES = 10
 FLOAT, UINT = 5126, 5125
 VERTICES, INDICES = 34962, 34963
-COLOURS = {
-    "trees": (0.09, 0.19, 0.06),
-    "lying_logs": (0.26, 0.08, 0.01),
-    "blocks": (0.16, 0.16, 0.16),
-    "deposits": (0.6, 0.19, 0.38),
-    "barriers": (0.45, 0.01, 0.02),
-    "lines": (0.01, 0.01, 0.01),
-    "moving": (0.67, 0.11, 0.0),
-}
 Array = NDArray[np.float64]
 
 
@@ -103,11 +95,19 @@ def write_gltf(path: Path, space: Space, drape: Image.Image) -> None:
     path.write_bytes(head + chunks)
 
 
+def _linear(part: float) -> float:
+    """A part of a colour as glTF has it: in light, not in steps of the screen (sRGB)."""
+    return part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4
+
+
 _DULL = {"metallicFactor": 0.0, "roughnessFactor": 1.0}
 
 
 def _material(document: dict[str, Any], name: str, *, both: bool = False) -> int:
-    told = {"name": name, "pbrMetallicRoughness": {"baseColorFactor": [*COLOURS[name], 1.0], **_DULL}}
+    told = {
+        "name": name,
+        "pbrMetallicRoughness": {"baseColorFactor": [*(_linear(part) for part in SOLIDS[name]), 1.0], **_DULL},
+    }
     document["materials"].append(told | ({"doubleSided": True} if both else {}))
     return len(document["materials"]) - 1
 

@@ -12,6 +12,7 @@ from typing import Any
 
 QUALITY = 78
 LONG = 45  # letters of a cell, from which on it is a sentence
+SHORT = 16  # rows of a table that fits on any page
 
 
 class Markup(str):
@@ -50,19 +51,42 @@ def table(head: Sequence[Any], rows: Iterable[Sequence[Any]], caption: str | Non
         element(
             "tr",
             element("th", row[0], scope="row"),
-            *(element("td", each, class_=kind) for each, kind in zip(row[1:], kinds[1:], strict=True)),
+            *(element("td", two_lines(each), class_=kind) for each, kind in zip(row[1:], kinds[1:], strict=True)),
         )
         for row in rows
     ]
     title = [element("caption", caption)] if caption else []
-    return element("div", element("table", *title, element("thead", top), element("tbody", *body)), class_="scroll")
+    whole = element("table", *title, element("thead", top), element("tbody", *body))
+    return scrolled(whole, caption or str(head[0]), short=len(rows) <= SHORT)
 
 
-def figure_of(drawing: Any, caption: str = "") -> Markup:
-    """A drawing (`figures.Drawing`) with its caption; nothing for None."""
+def two_lines(cell: Any) -> Any:
+    """A number with its interval, ``12.1 (11.0 to 13.3)``, so that neither is broken; anything else as it is."""
+    value, bracket, rest = str(cell).partition(" (")
+    if isinstance(cell, Markup) or not bracket or not rest.endswith(")") or len(str(cell)) > LONG:
+        return cell
+    return joined([element("span", value), " ", element("span", f"({rest}", class_="ci")])
+
+
+def scrolled(inside: Any, name: str, *, short: bool = True) -> Markup:
+    """A table that scrolls on a narrow screen, by the keyboard too; a short one is not torn apart on paper."""
+    return element("div", inside, class_="scroll short" if short else "scroll", tabindex="0", **labelled(name))
+
+
+def figure_of(drawing: Any, caption: str = "", *, card: bool = False) -> Markup:
+    """A drawing (`figures.Drawing`) with its caption; nothing for None. A map lies on a ``card``: pale in the dark too,
+    as its relief is. On a narrow screen the figure scrolls, which the keyboard can do too."""
     if drawing is None:
         return Markup("")
-    return element("figure", drawing.inline(), element("figcaption", caption) if caption else "")
+    frame = element(
+        "div", drawing.inline(), class_="card" if card else "frame", tabindex="0", **labelled(drawing.title)
+    )
+    return element("figure", frame, element("figcaption", caption) if caption else "")
+
+
+def labelled(name: str) -> dict[str, str]:
+    """What makes a part that scrolls known by its name to those who do not see it."""
+    return {"role": "region", "aria_label": name}
 
 
 def embedded_json(content: Any) -> Markup:

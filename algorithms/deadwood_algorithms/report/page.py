@@ -3,53 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from importlib import resources
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from deadwood_algorithms.params.tool import VERSION
 from deadwood_algorithms.report.answer_figures import drawings_of_answers
-from deadwood_algorithms.report.figures import Drawing, drawings_of, runout_figure
-from deadwood_algorithms.report.markup import Markup, element, embedded_json, figure_of, joined, table
-from deadwood_algorithms.report.plan import draw_difference, draw_map
+from deadwood_algorithms.report.compared import Comparison, comparison, joint_extent
+from deadwood_algorithms.report.figures import Drawing, drawings_of
+from deadwood_algorithms.report.markup import Markup, element, embedded_json, figure_of, joined
+from deadwood_algorithms.report.plan import draw_map, draw_runs
 from deadwood_algorithms.report.profiles import chosen_profiles
-from deadwood_algorithms.report.rounded import decimal, with_interval
-from deadwood_algorithms.report.scenario_box import scenario_box
-from deadwood_algorithms.report.sections import left_table, question, sections_of, warnings_of
-from deadwood_algorithms.report.sources import Extent, ReportedRun
+from deadwood_algorithms.report.rounded import decimal
+from deadwood_algorithms.report.sections import map_section, sections_of, warnings_of
+from deadwood_algorithms.report.signed import signed_pages
+from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.space import Space, packed
 from deadwood_algorithms.report.words import Words
 
 # A page that may load nothing, whatever a name in it says.
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'; base-uri 'none'"
 PACES = (0.25, 0.5, 1, 2, 4, 8)
-COMPARED = (
-    "reach",
-    "bari",
-    "miri",
-    "orpi",
-    "ended",
-    "spread_p05_p95",
-    "speed_mean",
-    "speed_max",
-    "runout",
-    "jump_max",
-    "deposit_moved",
-)
-
-
-@dataclass
-class Comparison:
-    """What two or more runs come to side by side: rows as of `compare-scenarios`, and maps of the differences."""
-
-    rows: list[Any] = field(default_factory=list)
-    differing: dict[str, dict[str, Any]] = field(default_factory=dict)
-    maps: dict[str, tuple[NDArray[np.float64], Extent]] = field(default_factory=dict)
-    lacks: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -71,7 +46,8 @@ def report_of(
 ) -> Report:
     """Put the whole page together."""
     title = title or words.say("title", names=", ".join(each.name for each in sources))
-    shown, chapters, contents = [], [], []
+    shown, chapters, contents, plans = [], [], [], []
+    alone = len(sources) == 1
     for k, source in enumerate(sources):
         key = f"r{k}"
         drawings = drawings_of(source, words, key, chosen_profiles(source))
@@ -79,22 +55,28 @@ def report_of(
         drawings["map"] = Drawing(f"{key}_map", words.say("map"), partial(draw_map, source, words))
         shown += drawings.values()
         screen = Drawing(f"{key}_map", words.say("map"), partial(draw_map, source, words, every_layer=True))
-        sections = sections_of(source, key, drawings | {"map": screen}, axes_place(screen), words)
+        plans.append(map_section(source, screen, axes_place(screen), words))
+        sections = sections_of(source, key, drawings, [] if alone else plans[-1], words)
         body = [joined([element("h3", name, id=place), content]) for place, name, content in sections]
         name = words.say("run", name=source.name)
         heading = element("h2", name, id=key)
         chapters.append(element("section", heading, *warnings_of(source, words), *body, class_="chapter"))
         inner = element("ul", *(element("li", element("a", each, href=f"#{place}")) for place, each, _ in sections))
-        contents.append(element("li", element("a", name, href=f"#{key}"), inner if len(sources) == 1 else ""))
-    lead = [element("h2", words.say("question"), id="question"), *question(list(sources), words)]
-    lead += scenario_box(list(sources), words, author, project)
-    view = three_d(sources, spaces, words)
+        contents.append(element("li", element("a", name, href=f"#{key}"), inner))
+    if alone:
+        plan = plans[0]
+    else:
+        side = Drawing("runs_map", words.say("map"), partial(draw_runs, sources, joint_extent(sources), words))
+        shown.append(side)
+        plan = [figure_of(side, words.say("runs_caption"), card=True)]
+    first = signed_pages(sources, compared, plan, words, author, project)
     contents.insert(0, element("li", element("a", words.say("three_d"), href="#three_d")))
+    annex = [three_d(sources, spaces, words)]
     if compared is not None:
         section, drawn = comparison(sources, compared, words)
         shown += drawn
-        view = joined([section, view])
-        contents.insert(0, element("li", element("a", words.say("comparison"), href="#comparison")))
+        annex.insert(0, section)
+        contents.insert(0, element("li", element("a", words.say("comparison_whole"), href="#comparison")))
     data = {
         "version": VERSION,
         "runs": [{"name": each.name, "summary": each.summary, "manifest": each.run.manifest} for each in sources],
@@ -106,10 +88,15 @@ def report_of(
         element("header", element("p", words.say("subtitle"), class_="quiet"), element("h1", title)),
         element(
             "main",
-            *lead,
-            element("nav", element("h3", words.say("contents")), element("ul", *contents)),
-            view,
-            *chapters,
+            first,
+            element(
+                "section",
+                element("h1", words.say("annex"), id="annex"),
+                element("nav", element("h3", words.say("contents")), element("ul", *contents)),
+                *annex,
+                *chapters,
+                class_="annex",
+            ),
         ),
         element("footer", element("p", words.say("made", version=VERSION), class_="quiet")),
         element("script", embedded_json(data), type="application/json", id="report-data"),
@@ -216,66 +203,3 @@ def three_d(sources: Sequence[ReportedRun], spaces: Sequence[Space | None], word
             element("p", note, class_="quiet screen"),
         ]
     )
-
-
-def comparison(sources: Sequence[ReportedRun], compared: Comparison, words: Words) -> tuple[Markup, list[Drawing]]:
-    """The runs side by side: a table a quantity, the run-outs, and maps of the differences."""
-    reference = sources[0].name
-    parts: list[Any] = [element("h2", words.say("comparison"), id="comparison")]
-    parts += [element("p", words.say(phrase, **filled), class_="warning") for phrase, filled in compared.lacks]
-    drawings = [Drawing("comparison_runout", words.say("runout"), partial(runout_figure, list(sources), words))]
-    if compared.rows:
-        parts.append(element("p", words.say("comparison_note", reference=reference)))
-        parts.append(comparison_table(compared.rows, [each.name for each in sources], words))
-        differ = [
-            (
-                f"--{name.replace('_', '-')}",
-                "; ".join(f"{run}: {value or words.say('none')}" for run, value in values.items()),
-            )
-            for name, values in compared.differing.items()
-        ]
-        parts.append(element("h3", words.say("parameters_differ")))
-        parts.append(left_table(differ) if differ else element("p", words.say("parameters_same")))
-    parts.append(figure_of(drawings[0]))
-    for k, (name, (band, extent)) in enumerate(compared.maps.items()):
-        title = words.say("difference_map", name=name, reference=reference)
-        draw = partial(draw_difference, band, extent, joint_extent(sources), sources[0], title, words)
-        drawings.append(Drawing(f"difference_{k}", title, draw))
-        parts.append(figure_of(drawings[-1], title))
-    return element("section", *parts), drawings
-
-
-def joint_extent(sources: Sequence[ReportedRun]) -> Extent:
-    sides = np.array([each.extent for each in sources])
-    west, south = sides[:, :2].min(axis=0)
-    east, north = sides[:, 2:].max(axis=0)
-    return float(west), float(south), float(east), float(north)
-
-
-def comparison_table(rows: Sequence[Any], names: Sequence[str], words: Words) -> Markup:
-    """A row a quantity; for each run its value, and from the second on its difference to the first."""
-    ends = {row.item for row in rows if row.quantity == "ended" and row.value > 0.0}
-    kept = [row for row in rows if row.quantity in COMPARED and (row.quantity != "ended" or row.item in ends)]
-    of = {(row.scenario, row.quantity, row.item): row for row in rows}
-    head = [words.say("quantity")]
-    for k, name in enumerate(names):
-        head += [name] + ([f"{name}: {words.say('difference')}"] if k else [])
-    body = []
-    for quantity, item, unit in dict.fromkeys((row.quantity, row.item, row.unit) for row in kept):
-        shown = words.stop(item) if quantity == "ended" else words.known(f"item_{item}", item)
-        scale, told = (100.0, "%") if unit == "1" else (1.0, "°" if unit == "deg" else unit)
-        cells: list[Any] = [f"{words.known(f'quantity_{quantity}', quantity, item=shown)} [{told}]"]
-        for k, name in enumerate(names):
-            row = of.get((name, quantity, item))
-            if row is None:
-                cells += ["–"] * (2 if k else 1)
-                continue
-            cells.append(with_interval(scale * row.value, scale * row.ci_low, scale * row.ci_high, words))
-            if k:
-                cells.append(
-                    with_interval(
-                        scale * row.difference, scale * row.diff_ci_low, scale * row.diff_ci_high, words, signed=True
-                    )
-                )
-        body.append(cells)
-    return table(head, body)

@@ -27,7 +27,42 @@ PHRASES = {
     "of_logs": "of the logs",
     "of_steps": "of {n} steps",
     "contents": "Contents",
-    "question": "Question and answer",
+    "annex": "Annex",
+    "question": "Question",
+    "conclusion": "Conclusion",
+    "limits": (
+        "The intervals are those of chance, at 95 %, for so many logs. Not in them: the friction coefficient "
+        "({friction} assumed), the posture at the start ({posture}), the error of calculation ({error}), and how "
+        "likely a log starts at all."
+    ),
+    "numbers": "The result in numbers",
+    "value": "value",
+    "arriving_energy": "energy at {line}, {level} % of the arriving logs stay below",
+    "arriving_height": "height at {line}, {level} % stay below",
+    "difference_points": "difference of the reach [points]",
+    "fewer_share": "fewer reach it [%]",
+    "runs_caption": "Share of the logs that pass each cell, and where they end; one scale for all runs.",
+    "judgement": "What remains to be judged by an expert",
+    "judge_start": ("How likely, how often and how many logs start here at once; all shares are of logs that start."),
+    "judge_friction": (
+        "Whether friction ({friction}) and posture at the start ({posture}) fit this ground in the state that counts: "
+        "wet, frozen, under snow or leaves, with or without undergrowth."
+    ),
+    "judge_trees": (
+        "Whether the trees of the layer still stand, and hold what they hold here: in the model they do not break, "
+        "bend or rot."
+    ),
+    "judge_barriers": "Whether the barriers bear these energies; no number holds a safety factor.",
+    "judge_terrain": (
+        "Whether the terrain model (cells of {cell} m) shows what matters: gullies, walls, boulders, stumps, what was "
+        "built since."
+    ),
+    "judge_risk": "What an arrival means for people and things; this is no hazard map and no assessment of a risk.",
+    "sign_place": "Place",
+    "sign_date": "Date",
+    "sign_name": "Name",
+    "sign_signature": "Signature",
+    "scenario_file_of": "file of {day}",
     "question_lines": "{n} logs are released at {where}. How many of them reach {lines}, and how do they arrive?",
     "question_none": "{n} logs are released at {where}. Where do they come to rest? No line to be reached was given.",
     "release_areas": "{n} release areas",
@@ -75,9 +110,7 @@ PHRASES = {
         "The {what} of the run, {path}, has changed since the logs slid. What this page shows of it, and what is "
         "calculated from it anew, is of the file as it is now; what the run found is of the file as it was then."
     ),
-    "lacks_poses": (
-        "No trajectory was kept (--trajectories none), so there are no arrivals, no profile and no moving logs."
-    ),
+    "lacks_poses": ("No trajectory was kept, so there are no arrivals, no profile and no moving logs."),
     "lacks_some_poses": "{stored} of {n} logs kept their trajectory; arrivals, profile and moving logs are theirs.",
     "lacks_shape": "No energies of arrival: {reason}",
     "gone": "not there",
@@ -134,15 +167,13 @@ PHRASES = {
     "calculation_unknown": "not known: time step or spacing of its own (compare-fidelity measures it)",
     "calculation_bound": "±{bound} points at most",
     "promise": (
-        "--fidelity auto chose {chosen} and {n} logs: the reach of every line is within ±{together} points, at 95 "
+        "The fidelity auto chose {chosen} and {n} logs: the reach of every line is within ±{together} points, at 95 "
         "%, of what the finest preset would give. For line {line}, where this is most: sampling ±{sampling}, "
         "calculation ±{calculation} ({source})."
     ),
     "promise_assumed": "assumed: as on the benchmark's slopes",
     "promise_measured": "measured on this slope against {against}",
-    "calculation_measure": (
-        "Measured on synthetic slopes (README); on this slope deadwood-tool compare-fidelity measures it."
-    ),
+    "calculation_measure": ("Measured on synthetic slopes; compare-fidelity measures it on this one."),
     "line": "line",
     "logs": "logs",
     "n_reach": "reach it",
@@ -210,15 +241,16 @@ PHRASES = {
     "stops": "How the logs ended",
     "profile": "Profile along chosen trajectories",
     "profile_note": (
-        "Terrain under the centre of mass, the log's height above it (to scale) and its speed, along the "
-        "horizontal way."
+        "Left the terrain under the centre of mass and its way, heights to the scale of the distances. Right its speed "
+        "and the clearance under the log, along the same way."
     ),
     "way": "horizontal way [m]",
     "elevation": "elevation [m]",
     "speed_axis": "speed [m/s]",
     "terrain": "terrain",
     "centre": "centre of mass",
-    "lowest": "lowest point",
+    "clearance": "clearance",
+    "clearance_axis": "clearance [m]",
     "chosen_farthest": "log {id}: farthest",
     "chosen_fastest": "log {id}: fastest",
     "chosen_median": "log {id}: median run-out",
@@ -289,7 +321,7 @@ PHRASES = {
     "failed_logs": "failed logs",
     "left_dem_logs": "logs that left the terrain model",
     "started_in_contact": "logs that started in contact with an obstacle",
-    "not_run": "logs not run (--until-ci, --error)",
+    "not_run": "logs not run, because the interval was narrow enough",
     "left_dem_warning": (
         "Logs that left the terrain model: {n}. On a larger one they would have gone on, so reach and spread are "
         "off by up to them."
@@ -299,7 +331,7 @@ PHRASES = {
     "provenance": "Provenance",
     "command": "Command that repeats the run",
     "versions": "Versions",
-    "versions_run": "The run was made by deadwood-tool {version}; this page with:",
+    "versions_run": "The run was made by deadwood-tool {version}; this page with {versions}.",
     "hashes": "Fingerprints of the inputs",
     "input": "input",
     "file": "file",
@@ -319,7 +351,10 @@ PHRASES = {
     "comparison_lacks": "The runs are not compared: {reason}",
     "comparison_map_lacks": "No map of the difference of {name}: {reason}",
     "difference": "difference",
-    "difference_map": "{name} minus {reference}: share of the logs that pass [points]",
+    "comparison_whole": "Comparison in full",
+    "difference_maps": "Share of the logs that pass, minus that of {reference}: red where more pass, blue where fewer",
+    "difference_bar": "more or fewer logs [points]",
+    "minus": "{name} minus {reference}",
     "quantity_reach": "reach {item}",
     "quantity_bari": "fewer reach {item} (BARI)",
     "quantity_miri": "lower 95 % energy at {item} (MIRI)",

@@ -6,32 +6,40 @@ and deposits, is one path of dots each: a marker each would be ten times as larg
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import shapely
 from matplotlib.collections import LineCollection
-from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch, PathPatch
-from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from deadwood_algorithms.files.pictures import scale_and_north, show_relief
-from deadwood_algorithms.files.styles import ENDS
-from deadwood_algorithms.report.colours import BARRIER, BLOCK, LINE, LYING, RELEASE, TREE, WAY
-from deadwood_algorithms.report.figures import INK, WIDTH
+from deadwood_algorithms.files.pictures import (
+    colours_of,
+    scale_and_north,
+    show_dots,
+    show_lines,
+    show_quantity,
+    show_relief,
+    show_scale,
+)
+from deadwood_algorithms.report.figures import INK, WIDTH, plain
 from deadwood_algorithms.report.phrases import STOPS
 from deadwood_algorithms.report.sources import Extent, ReportedRun
 from deadwood_algorithms.report.words import Words
+from deadwood_algorithms.schemas.looks import BARRIER, ENDS, LOOKS, RELEASE, ROAD, STONE, TREE, WOOD
 
 MOST_DOTS = 8000  # of a kind
 MOST_WAYS = 150
 WAY_STEP_M = 3.0
-OPAQUE = 0.15  # of the largest difference: from there on a map hides the relief
-LONGEST, SHORTEST = 9.0, 3.0  # inches, of the map's height
+LONGEST, SHORTEST = 6.6, 3.0  # inches, of the map's height
+SMALL = 0.55  # of the size of dots, on a map beside others
+ABREAST, HIGHEST = 3, 4.6  # maps side by side, and inches of their height
+# The quantities over the map, and the look of each
+QUANTITIES = {"hits": "shares", "speed": "speed", "energy": "energy", "jump": "jump", "danger": "danger"}
 SHOWN_AT_FIRST = ("relief", "hits", "trees", "barriers", "lying_logs", "blocks", "lines", "releases", "deposits")
 
 
@@ -41,15 +49,11 @@ def draw_map(source: ReportedRun, words: Words, *, every_layer: bool = False) ->
     handles: list[Any] = []
     if source.ground is not None:
         draw_relief(axes, source)
-    if "hits" in source.rasters:
-        image = _hits(axes, source)
-        bar = figure.colorbar(image, ax=axes, fraction=0.035, pad=0.015, aspect=32)
-        bar.set_label(words.say("hits_bar"))
-        bar.outline.set_visible(False)  # type: ignore[operator]
-    for name, cmap in (("speed", "cividis"), ("energy", "cividis"), ("jump", "cividis"), ("danger", "magma")):
-        if every_layer and name in source.rasters:
-            top = 1.0 if name == "danger" else None
-            _image(axes, *source.rasters[name], cmap, f"layer_{name}", 0.75, 2.5, top)
+    for name, look in QUANTITIES.items():
+        if name in source.rasters and (every_layer or name == "hits"):
+            image = show_layer(axes, source, name, gid=f"layer_{name}")
+            if name == "hits":
+                show_scale(figure, image, look, words.say("hits_bar"), ax=axes)
     handles += _scene(axes, source, words)
     handles += _logs(axes, source, words, every_layer)
     scale_and_north(axes)
@@ -86,46 +90,11 @@ def draw_relief(axes: Any, source: ReportedRun) -> None:
     show_relief(axes, ground.values, ground.cell, (west, east, south, north)).set_gid("layer_relief")
 
 
-def _hits(axes: Any, source: ReportedRun) -> Any:
-    values, extent = source.rasters["hits"]
-    return _image(axes, np.where(values > 0.0, 100.0 * values, np.nan), extent, "viridis", "layer_hits", 0.72, 2.0)
-
-
-def _image(
-    axes: Any,
-    values: NDArray,
-    extent: Extent,
-    cmap: str,
-    gid: str,
-    alpha: float,
-    zorder: float,
-    top: float | None = None,
-) -> Any:
-    west, south, east, north = extent
-    values = values if top else np.where(values > 0.0, values, np.nan)  # of a known scale, 0 is a value too
-    known = values[np.isfinite(values)]
-    top = top or (float(np.quantile(known, 0.995)) if known.size else 1.0)
-    return axes.imshow(
-        values, cmap=cmap, vmin=0.0, vmax=max(top, 1e-9), alpha=alpha, extent=(west, east, south, north),
-        origin="lower", interpolation="nearest", zorder=zorder, gid=gid,
-    )  # fmt: skip
-
-
-def dots(axes: Any, x: NDArray, y: NDArray, size: float, colour: str, gid: str, zorder: float) -> None:
-    """Dots as one path: lines of next to no length with round ends; size in points."""
-    ends = np.column_stack([x, y, x + 0.01, y]).reshape(-1, 2)
-    codes = np.tile([Path.MOVETO, Path.LINETO], len(x))
-    axes.add_patch(
-        PathPatch(
-            Path(ends, codes),
-            facecolor="none",
-            edgecolor=colour,
-            linewidth=size,
-            capstyle="round",
-            gid=gid,
-            zorder=zorder,
-        )
-    )
+def show_layer(axes: Any, source: ReportedRun, name: str, **more: Any) -> Any:
+    """A quantity of the run in its look: where no log passed nothing is drawn, of danger 0 is a value too."""
+    values, (west, south, east, north) = source.rasters[name]
+    values = values if name == "danger" else np.where(values > 0.0, values, np.nan)
+    return show_quantity(axes, values, QUANTITIES[name], (west, east, south, north), **more)
 
 
 def lines_of_shapes(shapes: Any) -> list[NDArray[np.float64]]:
@@ -143,28 +112,32 @@ def thinned_rows(number: int, most: int, seed: int = 0) -> NDArray[np.int64]:
     return np.sort(np.random.default_rng(seed).choice(number, most, replace=False))
 
 
-def _scene(axes: Any, source: ReportedRun, words: Words) -> list[Any]:
+def _scene(axes: Any, source: ReportedRun, words: Words, size: float = 1.0) -> list[Any]:
+    """What stands in the way; ``size`` of its dots on a small map."""
     handles: list[Any] = []
     if "trees" in source.scene:
         x, y = shapely.get_coordinates(np.asarray(source.scene["trees"].geometry)).T
         rows = trees_drawn(source)
-        dots(axes, x[rows], y[rows], 1.6, TREE, "layer_trees", 3.0)
+        show_dots(axes, x[rows], y[rows], 1.6 * size, TREE, gid="layer_trees", zorder=3.0)
         handles.append(_dot(TREE, words.say("layer_trees")))
-    for name, colour, width in (("barriers", BARRIER, 2.2), ("lying_logs", LYING, 1.6)):
+    for name, colour, width in (("barriers", BARRIER, 2.2), ("lying_logs", WOOD, 1.6)):
         if name in source.scene:
-            strings = lines_of_shapes(source.scene[name].geometry)
-            axes.add_collection(LineCollection(strings, colors=colour, linewidths=width, gid=f"layer_{name}", zorder=5))
+            show_lines(axes, lines_of_shapes(source.scene[name].geometry), width, colour, gid=f"layer_{name}")
             handles.append(Line2D([], [], color=colour, linewidth=width, label=words.say(f"layer_{name}")))
     if "blocks" in source.scene:
         x, y = shapely.get_coordinates(np.asarray(source.scene["blocks"].geometry)).T
         rows = thinned_rows(x.size, MOST_DOTS)
-        dots(axes, x[rows], y[rows], 2.4, BLOCK, "layer_blocks", 5.0)
-        handles.append(_dot(BLOCK, words.say("layer_blocks")))
-    if source.lines is not None:
-        strings = lines_of_shapes(source.lines.geometry)
-        axes.add_collection(LineCollection(strings, colors=LINE, linewidths=2.0, gid="layer_lines", zorder=5))
-        handles.append(Line2D([], [], color=LINE, linewidth=2.0, label=words.say("layer_lines")))
-    return handles
+        show_dots(axes, x[rows], y[rows], 2.4, STONE, gid="layer_blocks", zorder=5.0)
+        handles.append(_dot(STONE, words.say("layer_blocks")))
+    return handles + roads(axes, source, words)
+
+
+def roads(axes: Any, source: ReportedRun, words: Words) -> list[Any]:
+    """The lines that are watched, and their entry of the legend."""
+    if source.lines is None:
+        return []
+    show_lines(axes, lines_of_shapes(source.lines.geometry), gid="layer_lines")
+    return [Line2D([], [], color=ROAD, linewidth=2.0, label=words.say("layer_lines"))]
 
 
 def trees_drawn(source: ReportedRun) -> NDArray[np.int64]:
@@ -175,25 +148,28 @@ def trees_drawn(source: ReportedRun) -> NDArray[np.int64]:
     return inside[thinned_rows(inside.size, MOST_DOTS)]
 
 
-def _logs(axes: Any, source: ReportedRun, words: Words, ways_too: bool) -> list[Any]:
+def _logs(axes: Any, source: ReportedRun, words: Words, ways_too: bool, size: float = 1.0) -> list[Any]:
     handles: list[Any] = []
     frame = source.deposits
     ways = source.layer("trajectories") if ways_too else None
     if ways is not None and len(ways):
-        strings = []
-        for shape in np.asarray(ways.geometry)[thinned_rows(len(ways), MOST_WAYS)]:
+        strings, rows = [], thinned_rows(len(ways), MOST_WAYS)
+        for shape in np.asarray(ways.geometry)[rows]:
             points = shapely.get_coordinates(shape)
             far = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
             keep = np.diff(np.floor(far / WAY_STEP_M), prepend=-1.0) > 0.0
             keep[-1] = True
             strings.append(points[keep])
+        ramp, scale = colours_of(LOOKS["speed"])  # as QGIS has them: by the largest speed
+        colours = ramp(scale(ways["speed_max_ms"].to_numpy(float)[rows]))
         axes.add_collection(
-            LineCollection(strings, colors=[to_rgba(WAY, 0.75)], linewidths=0.5, gid="layer_trajectories", zorder=4)
+            LineCollection(strings, colors=colours, linewidths=0.7, gid="layer_trajectories", zorder=4), autolim=False
         )
-        handles.append(Patch(facecolor=WAY, edgecolor="#777777", label=words.say("layer_trajectories")))
+        middle = LOOKS["speed"].colours[3]
+        handles.append(Line2D([], [], color=middle, linewidth=1.2, label=words.say("layer_trajectories")))
     rows = thinned_rows(len(frame), MOST_DOTS)
     x, y = frame["release_x"].to_numpy()[rows], frame["release_y"].to_numpy()[rows]
-    dots(axes, x, y, 1.5, RELEASE, "layer_releases", 6.0)
+    show_dots(axes, x, y, 1.5 * size, RELEASE, gid="layer_releases", zorder=6.0)
     handles.append(_dot(RELEASE, words.say("layer_releases")))
     ends = shapely.get_coordinates(np.asarray(frame.geometry))[rows]
     reasons = frame["stop_reason"].astype(str).to_numpy()[rows]
@@ -201,7 +177,16 @@ def _logs(axes: Any, source: ReportedRun, words: Words, ways_too: bool) -> list[
         mine = ends[reasons == reason]
         mine = mine[np.isfinite(mine).all(axis=1)]
         colour = ENDS[reason][1]
-        dots(axes, mine[:, 0], mine[:, 1], 2.4, colour, f"layer_deposits_{reason}", 7.0)
+        show_dots(
+            axes,
+            mine[:, 0],
+            mine[:, 1],
+            2.2 * size,
+            colour,
+            rim=size == 1.0,
+            gid=f"layer_deposits_{reason}",
+            zorder=7.0,
+        )
         handles.append(_dot(colour, words.say("layer_deposits", stop=words.stop(reason))))
     return handles
 
@@ -225,29 +210,64 @@ def layers_drawn(source: ReportedRun) -> list[str]:
     return [name for name, yes in there.items() if yes] + [f"deposits_{each}" for each in STOPS if each in reasons]
 
 
-def draw_difference(
-    band: NDArray[np.float64], extent: Extent, shown: Extent, source: ReportedRun, title: str, words: Words
+def draw_differences(
+    maps: Mapping[str, tuple[NDArray[np.float64], Extent]], shown: Extent, reference: ReportedRun, words: Words
 ) -> Figure:
-    """Where logs pass more often (red) or less often (blue) than in the reference, over the relief."""
-    figure, axes = map_frame(shown, words)
-    if source.ground is not None:
-        draw_relief(axes, source)
-    points = 100.0 * band
-    known = np.abs(points[np.isfinite(points)])
-    far = max(float(np.quantile(known, 0.995)) if known.size else 1.0, 1e-9)
-    seen = np.clip(np.nan_to_num(np.abs(points)) / (OPAQUE * far), 0.0, 0.85)  # little difference shows the relief
-    west, south, east, north = extent
-    image = axes.imshow(
-        points, cmap="RdBu_r", vmin=-far, vmax=far, alpha=seen,
-        extent=(west, east, south, north), origin="lower", interpolation="nearest", zorder=2,
-    )  # fmt: skip
-    axes.set(xlim=(shown[0], shown[2]), ylim=(shown[1], shown[3]))
-    if source.lines is not None:
-        axes.add_collection(
-            LineCollection(lines_of_shapes(source.lines.geometry), colors=LINE, linewidths=1.6, zorder=5)
-        )
-    bar = figure.colorbar(image, ax=axes, fraction=0.035, pad=0.015, aspect=32)
-    bar.set_label(title, fontsize=8)
-    bar.outline.set_visible(False)  # type: ignore[operator]
-    scale_and_north(axes)
+    """Where logs pass more often (red) or less often (blue) than in the reference; of one scale and frame."""
+    names = list(maps)
+    figure, panels, room = map_panels(len(names), shown, words)
+    image: Any = None
+    handles: list[Any] = []
+    for axes, name in zip(panels, names, strict=False):
+        if reference.ground is not None:
+            draw_relief(axes, reference)
+        band, (west, south, east, north) = maps[name]
+        image = show_quantity(axes, band, "difference of shares", (west, east, south, north))
+        axes.set(xlim=(shown[0], shown[2]), ylim=(shown[1], shown[3]))
+        axes.set_title(words.say("minus", name=plain(name), reference=plain(reference.name)), fontsize=9, loc="left")
+        handles = roads(axes, reference, words)
+    scale_and_north(panels[0])
+    show_scale(figure, image, "difference of shares", words.say("difference_bar"), ax=room, shrink=0.9, aspect=32)
+    if handles:
+        figure.legend(handles=handles, loc="outside lower left", ncols=3, fontsize=8, handlelength=1.4)
     return figure
+
+
+def draw_runs(sources: Sequence[ReportedRun], shown: Extent, words: Words) -> Figure:
+    """The runs side by side: where logs pass, and where they end; of one scale and frame."""
+    figure, panels, room = map_panels(len(sources), shown, words)
+    handles: dict[str, Any] = {}
+    image: Any = None
+    for axes, source in zip(panels, sources, strict=False):
+        if source.ground is not None:
+            draw_relief(axes, source)
+        if "hits" in source.rasters:
+            image = show_layer(axes, source, "hits")
+        drawn = _scene(axes, source, words, SMALL) + _logs(axes, source, words, ways_too=False, size=SMALL)
+        handles |= {each.get_label(): each for each in drawn}
+        axes.set(xlim=(shown[0], shown[2]), ylim=(shown[1], shown[3]))
+        axes.set_title(plain(source.name), fontsize=9, loc="left")
+    scale_and_north(panels[0])
+    if image is not None:
+        show_scale(figure, image, "shares", words.say("hits_bar"), ax=room, shrink=0.9, aspect=32)
+    figure.legend(handles=list(handles.values()), loc="outside lower center", ncols=3, fontsize=8, handlelength=1.4)
+    return figure
+
+
+def map_panels(number: int, shown: Extent, words: Words) -> tuple[Figure, list[Any], list[Any]]:
+    """Maps of one frame without coordinates, at most three abreast; the figure, its maps, and all its axes."""
+    columns = min(number, ABREAST)
+    rows = -(-number // columns)
+    west, south, east, north = shown
+    wide = (WIDTH - 0.8) / max(columns, 2)  # one alone would fill the page
+    tall = float(np.clip(wide * (north - south) / (east - west), SHORTEST / 2, HIGHEST))
+    figure = Figure(figsize=(WIDTH, rows * (tall + 0.3) + 0.7), layout="constrained")
+    room = list(figure.subplots(rows, columns, squeeze=False).ravel())
+    for axes in room:
+        axes.set(xticks=[], yticks=[], aspect="equal", xlim=(west, east), ylim=(south, north))
+        axes.grid(visible=False)
+        for side in ("top", "right"):
+            axes.spines[side].set_visible(True)
+    for axes in room[number:]:
+        axes.set_axis_off()
+    return figure, room[:number], room

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from datetime import datetime
 from typing import Any
 
-from deadwood_algorithms.report.markup import element
+from deadwood_algorithms.report.markup import Markup, element, scrolled
 from deadwood_algorithms.report.rounded import decimal, shown_number
 from deadwood_algorithms.report.sections import Parts
 from deadwood_algorithms.report.sources import ReportedRun
@@ -19,6 +19,42 @@ def made_at(manifest: Mapping[str, Any]) -> str:
     return datetime.fromisoformat(told).strftime("%Y-%m-%d %H:%M") if told else "–"
 
 
+def cells_of(cells: list[str]) -> list[Markup]:
+    """A cell a run, or one over all where they are alike."""
+    if len(set(cells)) == 1:
+        return [element("td", cells[0], colspan=str(len(cells)))]
+    return [element("td", each) for each in cells]
+
+
+def posture_words(shares: Mapping[str, float], words: Words) -> str:
+    """``upright``, or each posture with its share."""
+    there = {name: share for name, share in shares.items() if share}
+    if len(there) == 1:
+        return words.say(f"posture_{next(iter(there))}")
+    return ", ".join(
+        f"{words.say(f'posture_{name}')} {shown_number(100.0 * share, words)} %" for name, share in there.items()
+    )
+
+
+def span_words(values: Any, words: Words, unit: str = "") -> str:
+    """``45 cm``, or ``45 cm (32 to 61)`` where the values differ."""
+    if not isinstance(values, Mapping):
+        return decimal(values, words)
+    if values["median"] is None:
+        return "–"
+    middle, low, high = (decimal(values[name], words) for name in ("median", "low", "high"))
+    shown = f"{middle} {unit}".strip()
+    return shown if low == high else f"{shown} ({low} {words.say('to')} {high})"
+
+
+def terrain_words(source: ReportedRun, words: Words) -> str:
+    """Cells of the terrain model, and the day of its file, where the run noted it."""
+    dem = source.summary["scenario"]["dem"]
+    cells = words.say("scenario_cells", nx=dem["nx"], ny=dem["ny"], cell=decimal(dem["cell_m"], words))
+    day = str(source.run.manifest.get("modified_utc", {}).get("dem", ""))[:10]
+    return f"{cells}, {words.say('scenario_file_of', day=day)}" if day else cells
+
+
 def scenario_box(sources: list[ReportedRun], words: Words, author: str | None, project: str | None) -> Parts:
     """What was asked, beside each other for several runs, as it took effect: columns before options."""
     told = [(source, source.summary["scenario"]) for source in sources if "scenario" in source.summary]
@@ -26,13 +62,7 @@ def scenario_box(sources: list[ReportedRun], words: Words, author: str | None, p
         return []
 
     def span(values: Any, unit: str = "") -> str:
-        if not isinstance(values, Mapping):
-            return decimal(values, words)
-        if values["median"] is None:
-            return "–"
-        middle, low, high = (decimal(values[name], words) for name in ("median", "low", "high"))
-        shown = f"{middle} {unit}".strip()
-        return shown if low == high else f"{shown} ({low} {words.say('to')} {high})"
+        return span_words(values, words, unit)
 
     def things(each: Mapping[str, Any], *sizes: tuple[str, str, str]) -> str:
         shown = [shown_number(each["n"], words)]
@@ -46,14 +76,7 @@ def scenario_box(sources: list[ReportedRun], words: Words, author: str | None, p
         (words.say("model_logs"), [things(each["logs"], length, dbh, density) for _, each in told]),
         (
             words.say("scenario_posture"),
-            [
-                ", ".join(
-                    f"{words.say(f'posture_{name}')} {shown_number(100.0 * share, words)} %"
-                    for name, share in each["logs"]["posture"].items()
-                    if share
-                )
-                for _, each in told
-            ],
+            [posture_words(each["logs"]["posture"], words) for _, each in told],
         ),
         (words.say("model_friction"), [span(each["friction"]) for _, each in told]),
         (
@@ -70,15 +93,7 @@ def scenario_box(sources: list[ReportedRun], words: Words, author: str | None, p
         ),
         (
             words.say("model_terrain"),
-            [
-                words.say(
-                    "scenario_cells",
-                    nx=each["dem"]["nx"],
-                    ny=each["dem"]["ny"],
-                    cell=decimal(each["dem"]["cell_m"], words),
-                )
-                for _, each in told
-            ],
+            [terrain_words(source, words) for source, _ in told],
         ),
         (words.say("scenario_fidelity"), [str(each["fidelity"]) for _, each in told]),
         (words.say("scenario_seed"), [str(each["seed"]) for _, each in told]),
@@ -90,10 +105,7 @@ def scenario_box(sources: list[ReportedRun], words: Words, author: str | None, p
         element("tr", element("th", name, scope="row"), element("td", value, colspan=str(len(told))))
         for name, value in whose
     ]
-    body += [
-        element("tr", element("th", name, scope="row"), *(element("td", each) for each in cells))
-        for name, cells in rows
-    ]
+    body += [element("tr", element("th", name, scope="row"), *cells_of(cells)) for name, cells in rows]
     head = (
         [
             element(
@@ -106,5 +118,5 @@ def scenario_box(sources: list[ReportedRun], words: Words, author: str | None, p
     )
     return [
         element("h2", words.say("scenario"), id="scenario"),
-        element("div", element("table", *head, element("tbody", *body), class_="words"), class_="scroll"),
+        scrolled(element("table", *head, element("tbody", *body), class_="words"), words.say("scenario")),
     ]

@@ -6,6 +6,7 @@ import os
 import platform
 import shlex
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,8 +15,8 @@ from deadwood_algorithms.files.versions import lines as versions
 from deadwood_algorithms.params.tool import VERSION
 from deadwood_algorithms.report import answer_sections
 from deadwood_algorithms.report.figures import ARRIVAL_COLUMNS, Drawing
-from deadwood_algorithms.report.markup import Markup, element, figure_of, joined, table
-from deadwood_algorithms.report.plan import MOST_DOTS, SHOWN_AT_FIRST, layers_drawn
+from deadwood_algorithms.report.markup import SHORT, Markup, element, figure_of, joined, scrolled, table
+from deadwood_algorithms.report.plan import MOST_DOTS, QUANTITIES, SHOWN_AT_FIRST, layers_drawn
 from deadwood_algorithms.report.rounded import (
     decimal,
     in_signs,
@@ -28,8 +29,9 @@ from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.results.capacity import as_share
 from deadwood_algorithms.results.passages import UNITS, design_rows
+from deadwood_algorithms.schemas.looks import LOOKS
 from deadwood_algorithms.simulate.fidelity_trade import REACH_ERRORS, Points
-from deadwood_algorithms.stats.statistics import loss_matters
+from deadwood_algorithms.stats.statistics import percent_of
 
 TOP_TREES = 10
 LEVELS = (5, 25, 50, 75, 95)
@@ -45,45 +47,8 @@ DESIGN_PHRASES = {
 Parts = list[Any]
 
 
-def question(sources: list[ReportedRun], words: Words) -> Parts:
-    """What was asked, and the answer in a line for each line and run."""
-    one = sources[0]
-    releases = list(dict.fromkeys(one.deposits["release_id"].astype(str)))
-    where = (
-        words.say("release_area", name=releases[0])
-        if len(releases) == 1
-        else words.say("release_areas", n=len(releases))
-    )
-    names = [str(each["line_id"]) for each in one.summary["reach"]]
-    shown = names[:4] + (["…"] if len(names) > 4 else [])
-    told = f" {words.say('and')} ".join([", ".join(shown[:-1]), shown[-1]]) if len(shown) > 1 else "".join(shown)
-    released = shown_number(one.summary["logs"]["released"], words)
-    asked = (
-        words.say("question_lines", n=released, where=where, lines=told)
-        if names
-        else words.say("question_none", n=released, where=where)
-    )
-    answers = []
-    for source in sources:
-        for each in source.summary["reach"][:12]:
-            share = shown_share(each, words)
-            before = f"{source.name} – " if len(sources) > 1 else ""
-            answer = words.say("answer", line=each["line_id"], share=f"{share} {words.say('of_logs')}")
-            if each.get("n_lost") and loss_matters(each):
-                answer += words.say("answer_lost", n=each["n_lost"], bounds=percent_if_lost(each, words))
-            answers.append(element("li", before + answer))
-        if not source.summary["reach"]:
-            ends = ", ".join(
-                f"{words.stop(name)} {shown_number(100.0 * count / source.summary['logs']['released'], words, 2)} %"
-                for name, count in source.summary["logs"]["by_stop_reason"].items()
-                if count
-            )
-            answers.append(element("li", f"{source.name}: {ends}"))
-    return [element("p", asked), element("ul", *answers, class_="answers answer")]
-
-
-def warnings_of(source: ReportedRun, words: Words) -> Parts:
-    """What a reader must not overlook."""
+def warnings_of(source: ReportedRun, words: Words, *, named: bool = False) -> Parts:
+    """What a reader must not overlook; with the run's name where there are several."""
     reasons = source.summary["logs"]["by_stop_reason"]
     found = [
         words.say(f"{name}_warning", n=reasons.get(name, 0))
@@ -92,8 +57,9 @@ def warnings_of(source: ReportedRun, words: Words) -> Parts:
     ]
     for parameter, file in source.run.changed:
         what = words.known(f"input_{parameter}", parameter.replace("_", " "))
-        found.append(words.say("input_changed", what=what, path=file))
-    return [element("p", each, class_="warning") for each in found]
+        found.append(words.say("input_changed", what=what, path=Path(file).name))
+    before = f"{source.name}: " if named else ""
+    return [element("p", before + each, class_="warning") for each in found]
 
 
 def model_section(source: ReportedRun, words: Words) -> Parts:
@@ -105,7 +71,7 @@ def model_section(source: ReportedRun, words: Words) -> Parts:
         )
         for name in told
     ]
-    parts: Parts = [element("p", words.say("modelled_note")), left_table(rows)]
+    parts: Parts = [element("p", words.say("modelled_note")), left_table(rows, words.say("modelled"))]
     if told and not facts and words.language != "en":
         parts.append(element("p", words.say("modelled_older"), class_="quiet"))
     if source.lacks:
@@ -115,28 +81,27 @@ def model_section(source: ReportedRun, words: Words) -> Parts:
             if "what" in filled:
                 filled["what"] = words.known(f"input_{filled['what']}", str(filled["what"]))
                 filled["reason"] = filled["reason"] or words.say("gone")
+                filled["path"] = Path(filled["path"]).name or filled["path"]
             told.append(element("li", words.say(phrase, **filled)))
         parts += [element("h4", words.say("lacks")), element("ul", *told)]
     return parts
 
 
-def left_table(rows: list[tuple[Any, Any]]) -> Markup:
+def left_table(rows: list[tuple[Any, Any]], name: str) -> Markup:
     body = [element("tr", element("th", name, scope="row"), element("td", said)) for name, said in rows]
-    return element("div", element("table", element("tbody", *body), class_="words"), class_="scroll")
+    return scrolled(element("table", element("tbody", *body), class_="words"), name, short=len(rows) <= SHORT)
 
 
-def map_section(source: ReportedRun, key: str, drawing: Drawing, frame: tuple[float, ...], words: Words) -> Parts:
+def map_section(source: ReportedRun, drawing: Drawing, frame: tuple[float, ...], words: Words) -> Parts:
     """The map with a box for each of its layers; ``frame`` is where its axes lie in the SVG (x, y, width, height)."""
     boxes = []
     for name in layers_drawn(source):
         reason = name.removeprefix("deposits_")
         label = words.say("layer_deposits", stop=words.stop(reason)) if reason != name else words.say(f"layer_{name}")
-        if name in ("speed", "energy", "jump"):
-            top = source.column({"speed": "speed_max_ms", "energy": "energy_max_kj", "jump": "jump_max_m"}[name])
-            unit = {"speed": "m/s", "energy": "kJ", "jump": "m"}[name]
-            label += f" (0–{shown_number(float(top.max()) if top.size else 0.0, words, 2)} {unit})"
-        if name == "danger":
-            label += " (0–100 %)"
+        if name in QUANTITIES and name != "hits":  # whose scale is drawn
+            look = LOOKS[QUANTITIES[name]]
+            ends = [shown_number(look.factor * look.stops[k], words) for k in (0, -1)]
+            label += f" ({ends[0]}–{ends[1]} {look.shown})"
         on = name in SHOWN_AT_FIRST or reason != name
         box = element(
             "input", type="checkbox", data_layer=f"{drawing.name}-layer_{name}", checked="" if on else None
@@ -158,11 +123,10 @@ def map_section(source: ReportedRun, key: str, drawing: Drawing, frame: tuple[fl
             "div",
             element("fieldset", *boxes, class_="controls"),
             element("div", *buttons, element("span", class_="where"), class_="controls"),
-            figure_of(drawing, " ".join(notes)),
+            figure_of(drawing, " ".join(notes), card=True),
             class_="map",
             data_frame=" ".join(f"{each:.3f}" for each in frame),
             data_extent=" ".join(f"{each:.3f}" for each in source.extent),
-            id=f"{key}-map",
         )
     ]
 
@@ -314,7 +278,7 @@ def ways(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> 
         rows.append(quantile_row(label, source.column(column), words))
     logs = source.summary["logs"]
     ends = [
-        (words.stop(name), count, f"{shown_number(100.0 * count / logs['released'], words, 2)} %")
+        (words.stop(name), count, words.signs(percent_of(int(count), int(logs["released"]))))
         for name, count in logs["by_stop_reason"].items()
         if count
     ]
@@ -420,7 +384,7 @@ def accuracy(source: ReportedRun, words: Words) -> Parts:
         (words.say("started_in_contact"), logs["started_in_contact"]),
         (words.say("not_run"), logs.get("not_run", 0)),
     ]
-    return [left_table(rows), element("p", words.say("accuracy_note"), class_="quiet")]
+    return [left_table(rows, words.say("accuracy")), element("p", words.say("accuracy_note"), class_="quiet")]
 
 
 def command_of(manifest: Mapping[str, Any], summary: Mapping[str, Any]) -> str:
@@ -482,22 +446,25 @@ def provenance(source: ReportedRun, words: Words) -> Parts:
         element("h4", words.say("command")),
         element("pre", command_of(manifest, source.summary)),
         element("h4", words.say("hashes")),
-        element("div", table_of, class_="scroll"),
+        scrolled(table_of, words.say("hashes"), short=False),
         element("h4", words.say("versions")),
-        element("p", words.say("versions_run", version=manifest.get("version", VERSION))),
-        element("ul", *(element("li", each.split(" (/")[0]) for each in versions())),
+        element("p", words.say("versions_run", version=manifest.get("version", VERSION), versions=told_versions())),
         element("h4", words.say("cost")),
         element("p", told),
     ]
 
 
+def told_versions() -> str:
+    return "; ".join(each.split(" (/")[0] for each in versions())
+
+
 def sections_of(
-    source: ReportedRun, key: str, drawings: Mapping[str, Drawing], frame: tuple[float, ...], words: Words
+    source: ReportedRun, key: str, drawings: Mapping[str, Drawing], plan: Parts, words: Words
 ) -> list[tuple[str, str, Markup]]:
     """Id, title and content of each section about a run; what there is nothing to say in is left out."""
     makers: list[tuple[str, Callable[[], Parts]]] = [
         ("modelled", lambda: model_section(source, words)),
-        ("map", lambda: map_section(source, key, drawings["map"], frame, words)),
+        ("map", lambda: plan),
         ("reach", lambda: reach(source, drawings, words)),
         ("arrivals", lambda: arrivals(source, drawings, words)),
         ("design", lambda: design(source, words)),

@@ -32,6 +32,7 @@ from deadwood_algorithms.results.passages import Passages, barrier_passages, lin
 from deadwood_algorithms.results.run_folder import GEOPACKAGE, Run, input_paths, layers_in, read_run
 from deadwood_algorithms.scene.items import ids_of
 from deadwood_algorithms.scene.layers import read_lines
+from deadwood_algorithms.schemas.looks import RUNS
 
 MARGIN = 0.06  # of the longer side of what the logs covered, around it
 GROUND_CELLS = 800  # along the longer side of the terrain that is kept
@@ -69,6 +70,7 @@ class ReportedRun:
     rasters : by name in `SHOWN_RASTERS`, values on about the ground's cells, row 0 south, with their extent
     lacks : (phrase, what fills it) of everything that could not be shown
     answers : what other tools found out about the run, where it was named
+    colour : the run's in every chart, by its place among the runs of the page
     """
 
     name: str
@@ -86,6 +88,7 @@ class ReportedRun:
     inputs: list[tuple[str, str, str]]  # parameter, file, SHA-256
     lacks: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
     answers: Answers = field(default_factory=Answers)
+    colour: str = RUNS[0]
 
     @property
     def dem_cell(self) -> float:

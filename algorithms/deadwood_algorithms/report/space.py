@@ -11,16 +11,16 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
-import matplotlib
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 from PIL import Image
 
-from deadwood_algorithms.files.pictures import hillshade
+from deadwood_algorithms.files.pictures import colours_of, hillshade
 from deadwood_algorithms.report.markup import picture_address
 from deadwood_algorithms.report.plan import lines_of_shapes, thinned_rows
 from deadwood_algorithms.report.sources import ReportedRun, mean_of_blocks, paths_by_log
+from deadwood_algorithms.schemas.looks import LOOKS, SOLIDS
 
 GROUND_VERTICES = 260  # along the longer side
 MOST_TREES, MOST_DEPOSITS, MOST_BLOCKS = 20_000, 4_000, 2_000
@@ -250,6 +250,7 @@ def packed(space: Space, source: ReportedRun) -> dict[str, Any]:
             "top": top,
             "z": _base64(quantised, "<u2"),
         },
+        "colours": SOLIDS,
         "drapes": {name: picture_address(each) for name, each in drapes(source).items()},
         "trees": _base64(space.trees, "<f4"),
         "lying": _base64(space.lying, "<f4"),
@@ -280,8 +281,8 @@ def drapes(source: ReportedRun) -> dict[str, Image.Image]:
     if "hits" in source.rasters:
         values, extent = source.rasters["hits"]
         share = _on_cells(values, extent, source)
-        top = float(np.nanquantile(values[values > 0.0], 0.995)) if (values > 0.0).any() else 1.0
-        colour = matplotlib.colormaps["viridis"](np.clip(share / top, 0.0, 1.0))[:, :, :3]
+        ramp, scale = colours_of(LOOKS["shares"])
+        colour = ramp(scale(share))[:, :, :3]
         hit = (share > 0.0)[:, :, None]
         found["hits"] = _picture(np.where(hit, 0.72 * colour * (0.55 + 0.45 * relief) + 0.28 * relief, relief))
     return found

@@ -9,12 +9,8 @@
 "use strict";
 
 (function () {
-  const SIDES = 14;
-  const COLOURS = {
-    tree: [0.33, 0.47, 0.27], lying: [0.55, 0.32, 0.04], block: [0.45, 0.45, 0.45], deposit: [0.8, 0.47, 0.65],
-    moving: [0.84, 0.37, 0.0],
-    followed: [1.0, 0.9, 0.1], barrier: [0.7, 0.09, 0.17], line: [0.05, 0.05, 0.05], trail: [1.0, 1.0, 1.0],
-  };
+  const SIDES = 14, ANGLE = 0.8, FILLED = 0.94; // of a solid; of the view [rad]; of the picture, at first
+  const FOLLOWED = [1.0, 0.9, 0.1], TRAIL = [1.0, 1.0, 1.0];
 
   const spoken = (value) => value.toLocaleString(document.documentElement.lang, { minimumFractionDigits: 1, maximumFractionDigits: 1 });
   /* An array as a page holds it (base64), or as a script hands it on (its buffer). */
@@ -219,11 +215,11 @@
     return {
       told, logs, poses, speed, trails, textures,
       ground: ground(gl, programs.ground, told.ground),
-      trees: solids(gl, programs.solid, rows.trees, tinted(rows.trees.length / 8, COLOURS.tree)),
-      lying: solids(gl, programs.solid, rows.lying, tinted(rows.lying.length / 8, COLOURS.lying)),
-      blocks: solids(gl, programs.solid, rows.blocks, tinted(rows.blocks.length / 8, COLOURS.block)),
-      deposits: solids(gl, programs.solid, rows.deposits, tinted(rows.deposits.length / 8, COLOURS.deposit)),
-      moving: solids(gl, programs.solid, moving, tinted(logs.length, COLOURS.moving)), rows: moving,
+      trees: solids(gl, programs.solid, rows.trees, tinted(rows.trees.length / 8, told.colours.trees)),
+      lying: solids(gl, programs.solid, rows.lying, tinted(rows.lying.length / 8, told.colours.lying_logs)),
+      blocks: solids(gl, programs.solid, rows.blocks, tinted(rows.blocks.length / 8, told.colours.blocks)),
+      deposits: solids(gl, programs.solid, rows.deposits, tinted(rows.deposits.length / 8, told.colours.deposits)),
+      moving: solids(gl, programs.solid, moving, tinted(logs.length, told.colours.moving)), rows: moving,
       barriers: told.barriers.map((each) => strip(gl, programs.plain, plate(floats(each.feet), each.height))),
       lines: told.lines.map((each) => strip(gl, programs.plain, ribbon(floats(each), 0.8))),
       last: Math.max(0.1, ...logs.map((each) => (each.n - 1) * told.step)),
@@ -257,9 +253,42 @@
 
     function home() {
       const { nx, ny, cell, first, top } = scenes[state.run].ground, wide = nx * cell, tall = ny * cell;
-      const middle = [first[0] + wide / 2, first[1] + tall / 2, 0.36 * top];
-      state.camera = { at: middle, turn: downhill(scenes[state.run]), tilt: 0.5, far: 1.22 * Math.hypot(wide, tall, top) / Math.min(1.5, Math.max(0.6, canvas.clientWidth / canvas.clientHeight)) };
+      const middle = [first[0] + wide / 2, first[1] + tall / 2, top / 2], round = corners(scenes[state.run]);
+      state.camera = { at: middle, turn: downhill(scenes[state.run]), tilt: 0.5, far: 0 };
       state.followed = -1;
+      let near = 0.2 * Math.hypot(wide, tall, top), far = 20 * near;
+      for (let k = 0; k < 24; k++) { // as near as shows all of the slope
+        state.camera.far = (near + far) / 2;
+        const seen = box(round);
+        if (Math.max(seen[1] - seen[0], seen[3] - seen[2]) > 2 * FILLED) near = state.camera.far; else far = state.camera.far;
+      }
+      state.camera.far = far;
+      for (let k = 0; k < 4; k++) { // perspective: what is near is larger
+        const seen = box(round), size = far * Math.tan(ANGLE / 2), see = looking(eye(), state.camera.at);
+        const aside = size * canvas.clientWidth / canvas.clientHeight * (seen[0] + seen[1]) / 2, up = size * (seen[2] + seen[3]) / 2;
+        state.camera.at = state.camera.at.map((each, c) => each + aside * see[4 * c] + up * see[4 * c + 1]);
+      }
+    }
+
+    /* Places all over the ground, and the tops of the logs where they start. */
+    function corners(told) {
+      const { nx, ny, cell, first, top } = told.ground, z = shorts(told.ground.z), found = [];
+      const step = Math.max(1, Math.floor(Math.max(nx, ny) / 24));
+      for (let j = 0; j < ny; j = j + step < ny || j === ny - 1 ? j + step : ny - 1)
+        for (let i = 0; i < nx; i = i + step < nx || i === nx - 1 ? i + step : nx - 1)
+          if (z[j * nx + i]) found.push([first[0] + i * cell, first[1] + j * cell, (z[j * nx + i] - 1) / 65534 * top]);
+      const poses = shorts(told.poses);
+      for (let log = 0, row = 0; log < told.logs.length; row += told.logs[log++].n)
+        for (const end of [0, 3]) found.push([0, 1, 2].map((c) => told.low[c] + told.scale[c] * poses[row * 6 + end + c]));
+      return found.length ? found : [[first[0], first[1], 0]];
+    }
+
+    /* Left, right, bottom and top of places as they are seen now, -1 to 1 over the picture. */
+    function box(places) {
+      const see = matrix(), at = (p, r) => see[r] * p[0] + see[4 + r] * p[1] + see[8 + r] * p[2] + see[12 + r];
+      const x = [], y = [];
+      for (const p of places) { const w = Math.max(at(p, 3), 1e-6); x.push(at(p, 0) / w); y.push(at(p, 1) / w); }
+      return [Math.min(...x), Math.max(...x), Math.min(...y), Math.max(...y)];
     }
 
     /* The slope is looked at from below: the azimuth in which the terrain falls. */
@@ -280,7 +309,7 @@
 
     function matrix() {
       const { far, at } = state.camera, near = Math.max(0.2, far / 400);
-      return times(perspective(0.8, canvas.width / canvas.height, near, far * 6 + 4000), looking(eye(), at));
+      return times(perspective(ANGLE, canvas.width / canvas.height, near, far * 6 + 4000), looking(eye(), at));
     }
 
     function place() {
@@ -329,9 +358,9 @@
         gl.uniform4fv(colour, [...tint, 1]);
         for (const each of those) { gl.bindVertexArray(each.array); gl.drawArrays(kind, 0, each.count); }
       };
-      if (on("barriers")) strips(now.barriers, gl.TRIANGLE_STRIP, COLOURS.barrier);
-      if (on("lines")) strips(now.lines, gl.TRIANGLE_STRIP, COLOURS.line);
-      if (state.shown.trails) strips(now.trails.filter((_, k) => chosen(now.logs[k])), gl.LINE_STRIP, COLOURS.trail);
+      if (on("barriers")) strips(now.barriers, gl.TRIANGLE_STRIP, now.told.colours.barriers);
+      if (on("lines")) strips(now.lines, gl.TRIANGLE_STRIP, now.told.colours.lines);
+      if (state.shown.trails) strips(now.trails.filter((_, k) => chosen(now.logs[k])), gl.LINE_STRIP, TRAIL);
       gl.bindVertexArray(null);
       tell(now);
     }
@@ -390,9 +419,9 @@
     function follow(k) {
       const now = scene();
       state.followed = k;
-      const tints = tinted(now.logs.length, COLOURS.moving);
+      const tints = tinted(now.logs.length, now.told.colours.moving);
       if (k >= 0) {
-        tints.set(COLOURS.followed, k * 3);
+        tints.set(FOLLOWED, k * 3);
         state.camera.far = Math.min(state.camera.far, 90);
         state.camera.tilt = Math.max(state.camera.tilt, 0.35);
       }

@@ -29,6 +29,7 @@ OF_MANIFEST: Wanted = {
     "engine?": str,
     "run_id?": str,
     "made_utc?": str,
+    "modified_utc?": dict,
     "folder?": str,
     "parameters": dict,
     "grid?": {"nx": COUNT, "ny": COUNT, "cell": NUMBER, "x0": NUMBER, "y0": NUMBER, "crs": str},

@@ -18,11 +18,11 @@ from deadwood_algorithms.results.arrivals import first_touches
 from deadwood_algorithms.results.run_folder import Run, ends_of
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.memory import refuse_too_many
+from deadwood_algorithms.schemas.files import DANGER
 from deadwood_engine import Lines, sweep_danger
 
-ANY, COUNT = "any_line", "logs_passed"
+ANY, COUNT = (each.name for each in DANGER.bands[:2])
 LEAST = 10
-STYLE = "danger"
 BAND_BYTES = 20  # a cell and line, of what is counted in a piece, in all, and written
 
 
@@ -63,7 +63,7 @@ def danger_of(
     """How many of the wanted logs pass each cell, and how many of these reach any line afterwards, and each line."""
     cells = grid.shape[0] * grid.shape[1]
     refuse_too_many(
-        cells, "cells", source.grid.path, each=BAND_BYTES * (len(items.ids) + 1), mend="take a larger --cell-m"
+        cells, "cells", source.grid.path, each=BAND_BYTES * (len(items.ids) + 1), fix="take a larger --cell-m"
     )
     count = np.zeros(grid.shape, np.uint32)
     danger = np.zeros((len(items.ids) + 1, *grid.shape), np.uint32)

@@ -94,7 +94,8 @@ class Making:
         made = declared.manifest(self.tool, self.ask)
         said = {key: made.pop(key) for key in ("tool", "version", "engine")}
         where = {"run_id": self.run_id, "made_utc": self.began, "platform": _platform(), "libraries": _libraries()}
-        return {**said, **where, **made, "inputs": self.inputs, **self.facts}
+        dates = {name: when for name, stamps in self._stamps.items() if (when := _newest(stamps))}
+        return {**said, **where, "modified_utc": dates, **made, "inputs": self.inputs, **self.facts}
 
     def carried(self) -> dict[str, Any]:
         """The record within a file: without times, places of outputs and numbers of threads, so that two results that
@@ -239,6 +240,14 @@ def _stamps(named: str) -> list[Any]:
     return [
         (str(each), (identity.stamp_of(each) or (0,) * 5)[:4]) for place in places_of(named) for each in files_of(place)
     ]
+
+
+def _newest(stamps: list[Any]) -> str | None:
+    """When the newest of some files was last written to."""
+    times = [stamp[3] for _, stamp in stamps if stamp[3]]
+    if not times:
+        return None
+    return datetime.fromtimestamp(max(times) // 10**9, UTC).isoformat().replace("+00:00", "Z")
 
 
 def _final(tool: Tool, name: str, value: str) -> str:

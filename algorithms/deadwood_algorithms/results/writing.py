@@ -31,7 +31,7 @@ from deadwood_algorithms.params.tool import Feedback, Outcome
 from deadwood_algorithms.results.asked import Asked
 from deadwood_algorithms.results.capacity import LOGS_ABOVE, TREES_ABOVE, Overloads
 from deadwood_algorithms.results.checked import SUMMARY
-from deadwood_algorithms.results.danger import ANY, STYLE, bands_of_lines, danger_bands, units_of
+from deadwood_algorithms.results.danger import ANY, bands_of_lines, danger_bands, units_of
 from deadwood_algorithms.results.hits import (
     barrier_hits_frame,
     block_hits_frame,
@@ -51,6 +51,7 @@ from deadwood_algorithms.results.summary import (
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import Releases, reached
+from deadwood_algorithms.schemas.files import DANGER, DANGER_COUNT, RUN_RASTERS
 from deadwood_algorithms.simulate.checkpoints import WorkFolder
 from deadwood_algorithms.simulate.columns import Columns
 from deadwood_algorithms.simulate.queue import Queue
@@ -65,14 +66,7 @@ COST = "cost_"  # how the columns begin that have one row a chunk
 FAILED = "failed_"  # and those of logs that failed
 FAILED_STATES = "failed.json"
 # Name, type, unit and style of the rasters that every run has.
-MAPS = (
-    ("hit_count", "uint32", "logs", "counts"),
-    ("reach_probability", "float32", "1", "shares"),
-    ("deposit_count", "uint32", "logs", "counts"),
-    ("speed_max", "float32", "m/s", "speed"),
-    ("energy_max", "float32", "kJ", "energy"),
-    ("jump_max", "float32", "m", "jump"),
-)
+MAPS = tuple((each.name, each.bands[0].number, each.bands[0].unit, each.look) for each in RUN_RASTERS)
 SECOND = {"jump_max": "height_max"}  # and of those of two bands the second; its unit is the first's
 BY_LOG = (
     "stop_reason",
@@ -193,12 +187,12 @@ def write_results(
     summary = summary_of(asked, fidelity, layers, releases, by_log, touched, hits, queue)
     still = summary["logs"]["by_stop_reason"]["time_limit"]
     if many(still, len(releases)):
-        mend = "raise --time-limit-s"
+        fix = "raise --time-limit-s"
         if layers.shape is None and not asked.scene.rolling_friction:
-            mend += ", or --rolling-friction, without which nothing stops a log that rolls on smooth ground"
+            fix += ", or --rolling-friction, without which nothing stops a log that rolls on smooth ground"
         feedback.warn(
             f"{still} of {len(releases)} logs still moved at --time-limit-s {asked.scene.time_limit_s:g}, so their "
-            f"deposits are not final; {mend}"
+            f"deposits are not final; {fix}"
         )
     if told := loss_of_run(summary):
         feedback.warn(told)
@@ -506,7 +500,7 @@ def write_danger(
     bands = danger_bands(total["hit_count"], total["danger"], line_ids, danger_least)
     place = folder / "danger.tif"
     units = units_of(list(bands))
-    write_bands(place, bands, grid, nodata=np.nan, dtype="float32", units=units, style=STYLE, raster=place.stem)
+    write_bands(place, bands, grid, nodata=np.nan, dtype="float32", units=units, style=DANGER.look, raster=DANGER.name)
     return place.name
 
 
@@ -514,8 +508,8 @@ def write_danger_counts(folder: Path, danger: NDArray[np.uint32], grid: Grid, li
     """Of any line, then of each: the counts from which those of several runs add up."""
     bands = dict(zip((ANY, *bands_of_lines(line_ids)), danger, strict=True))
     place = folder / "danger_count.tif"
-    units = ["logs"] * len(bands)
-    write_bands(place, bands, grid, dtype="uint32", units=units, style="counts", raster=place.stem)
+    told = {"units": ["logs"] * len(bands), "style": DANGER_COUNT.look, "raster": DANGER_COUNT.name}
+    write_bands(place, bands, grid, dtype="uint32", **told)
     return place.name
 
 

@@ -15,16 +15,17 @@ from deadwood_algorithms.schemas.words import Band, JsonFile, Key, OtherFile, Ra
 # --- rasters --------------------------------------------------------------------------------------------------------
 
 
-def _one(name: str, meaning: str, unit: str, number: str = "float32") -> RasterFile:
-    return RasterFile(name=name, meaning=meaning, bands=(Band(name=name, meaning=meaning, unit=unit, number=number),))
+def _one(name: str, meaning: str, unit: str, number: str = "float32", look: str = "") -> RasterFile:
+    band = Band(name=name, meaning=meaning, unit=unit, number=number)
+    return RasterFile(name=name, meaning=meaning, bands=(band,), look=look)
 
 
 def _quantiles(name: str, what: str, unit: str) -> RasterFile:
     band = Band(name=f"{name}, PERCENT %", meaning=f"That quantile of {what}, over the logs that pass", unit=unit)
-    return RasterFile(name=name, meaning=f"Quantiles of {what} in each cell; a band each", bands=(band,))
+    return RasterFile(name=name, meaning=f"Quantiles of {what} in each cell; a band each", bands=(band,), look=name)
 
 
-SUSCEPTIBILITY = _one("susceptibility", "How easily a log starts there, 0 to 1", "1")
+SUSCEPTIBILITY = _one("susceptibility", "How easily a log starts there, 0 to 1", "1", look="susceptibility")
 FACTORS = RasterFile(
     name="factors",
     meaning="What the susceptibility is made of",
@@ -36,6 +37,7 @@ FACTORS = RasterFile(
 )
 DEM = RasterFile(
     name="dem",
+    look="terrain",
     meaning="A terrain model, in the number type of the one that it was made from",
     bands=(Band(name="", meaning="Height of the ground", unit="m", number="NUMBER"),),
 )
@@ -45,23 +47,27 @@ RUN_RASTERS = (
         "How many logs overlapped the cell with any part of their outline in plan at any time, each log once",
         "logs",
         "uint32",
+        "counts",
     ),
     _one(
         "reach_probability",
         "Share of all logs that overlapped the cell with any part of their outline in plan at any time",
         "1",
+        look="shares",
     ),
     _one(
         "deposit_count",
         "How many logs lie on the cell at the end",
         "logs",
         "uint32",
+        "counts",
     ),
-    _one("speed_max", "Largest speed of a log over the cell", "m/s"),
-    _one("energy_max", "Largest kinetic energy of a log over the cell", "kJ"),
+    _one("speed_max", "Largest speed of a log over the cell", "m/s", look="speed"),
+    _one("energy_max", "Largest kinetic energy of a log over the cell", "kJ", look="energy"),
     RasterFile(
         name="jump_max",
         meaning="How high logs jump over the cell",
+        look="jump",
         bands=(
             Band(
                 name="jump_max",
@@ -78,6 +84,7 @@ RUN_RASTERS = (
 )
 DANGER = RasterFile(
     name="danger",
+    look="danger",
     meaning="Where a moving log ends on the road: NaN where fewer logs passed than --danger-least",
     bands=(
         Band(
@@ -91,6 +98,7 @@ DANGER = RasterFile(
 )
 DANGER_COUNT = RasterFile(
     name="danger_count",
+    look="counts",
     meaning="The counts behind danger.tif, with --danger-counts: those of several runs add up",
     bands=(
         Band(
@@ -102,7 +110,7 @@ DANGER_COUNT = RasterFile(
         Band(name="LINE", meaning="Logs that reached this line; a band each", unit="logs", number="uint32"),
     ),
 )
-HITS = _one("hits", "How many of the chosen logs overlap the cell at any time", "logs", "uint32")
+HITS = _one("hits", "How many of the chosen logs overlap the cell at any time", "logs", "uint32", "counts")
 CELL_QUANTILES = (
     _quantiles("speed", "the largest speed of each log", "m/s"),
     _quantiles("energy", "the largest kinetic energy of each log", "kJ"),
@@ -110,6 +118,7 @@ CELL_QUANTILES = (
 )
 ORIGIN_REACH = RasterFile(
     name="origins",
+    look="danger",
     meaning="From where the lines are reached: by the cells in which logs were released",
     bands=(
         Band(name="any line", meaning="Share of the cell's logs that reach any line; NaN if too few", unit="1"),
@@ -125,6 +134,7 @@ ORIGIN_REACH = RasterFile(
 )
 DIFFERENCE = RasterFile(
     name="difference_SCENARIO",
+    look="difference of shares",
     meaning="How much likelier each cell is passed in this scenario than in the first",
     bands=(
         Band(
@@ -148,20 +158,22 @@ def _classes(name: str, what: str) -> RasterFile:
     )
 
 
+RETURN = RasterFile(
+    name="return_period",
+    look="return period",
+    meaning="Mean time between events that reach the cell; NaN where no log passed",
+    bands=(
+        Band(name="return_period", meaning="Mean time between events", unit="a"),
+        Band(name="ci_low", meaning="Lower end of its 95 % interval, for the number of logs", unit="a"),
+        Band(name="ci_high", meaning="Upper end of its 95 % interval", unit="a"),
+    ),
+)
 INTENSITY_MAPS = (
     _classes("intensity", "Class of the ENERGY"),
     _classes("passage", "Class of the share of the logs that pass"),
     _classes("return_class", "Class of the return period"),
     _classes("matrix", "Class of both"),
-    RasterFile(
-        name="return_period",
-        meaning="Mean time between events that reach the cell; NaN where no log passed",
-        bands=(
-            Band(name="return_period", meaning="Mean time between events", unit="a"),
-            Band(name="ci_low", meaning="Lower end of its 95 % interval, for the number of logs", unit="a"),
-            Band(name="ci_high", meaning="Upper end of its 95 % interval", unit="a"),
-        ),
-    ),
+    RETURN,
 )
 
 # --- tables ---------------------------------------------------------------------------------------------------------
@@ -514,7 +526,7 @@ SUMMARY = JsonFile(
         *_SHARE_KEYS,
         _key(
             "held",
-            "How firmly single trees hold logs, which hangs on the friction there; null without trees",
+            "How firmly single trees hold logs, which depends on the friction there; null without trees",
         ),
         _key("held.n_by_one_tree", "Logs that one standing tree alone holds, beside the ground"),
         _key("held.near_edge_deg", "Angle between its push and the edge of its friction cone that counts as near"),
@@ -639,6 +651,7 @@ MANIFEST = JsonFile(
         _key("engine", "Digest of the engine's sources and compiler: the same engine, the same bits"),
         _key("run_id", "Digest of what decides the bits: tool, version, engine, parameters and the inputs' content"),
         _key("made_utc", "When the run began"),
+        _whole("modified_utc", "When the file of each input was last written to, by the clock of its disk"),
         _whole("platform", "System, machine, cores and Python"),
         _whole("libraries", "Versions of the libraries that compute, with GDAL, PROJ and GEOS"),
         _whole("inputs", "Each input as it was read: path, layer, SHA-256, bytes, rows, CRS; of several files each"),
@@ -646,7 +659,7 @@ MANIFEST = JsonFile(
         _key("seal", "SHA-256 of what stands in this file"),
         _key("folder", "Where the manifest was to stand; inputs that moved together with it are found from there"),
         _whole("parameters", "Every parameter, as it was given or by default"),
-        _whole("presets", "What a preset set, from which source, and which options went before it; with one only"),
+        _whole("presets", "What a preset set, from which source, and which options overrode it; with one only"),
     ),
 )
 MANIFEST_OF_SCENE = JsonFile(
@@ -803,7 +816,7 @@ FIDELITY_FACTS = JsonFile(
 )
 VARIED_FACTS = JsonFile(
     name="summary.json",
-    meaning="What the answer hangs on",
+    meaning="The most influential inputs",
     keys=(
         _key("sentence", "In one sentence, of the line that the factors move most"),
         _key("answers", "One an outcome"),

@@ -57,11 +57,12 @@ class Band:
 
 @dataclass(frozen=True, kw_only=True)
 class RasterFile:
-    """A GeoTIFF."""
+    """A GeoTIFF; ``look`` is that of its first band, a name of `looks`, empty where it has a legend of classes."""
 
     name: str
     meaning: str
     bands: tuple[Band, ...]
+    look: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -171,6 +171,7 @@ WRITTEN = (
         files.TORNADO_PICTURE,
         files.MANIFEST,
     ),
+    *_layers("explore", "NAME_layers.gpkg", [brought.RELEASES, brought.TREES, brought.BARRIERS, brought.LYING_LOGS]),
     _by_flag("make-report", "--output", files.REPORT),
     *_in_folder("make-report", *files.REPORT_FIGURES, files.MANIFEST, folder="--figures/"),
     _by_flag("make-report", "--gltf", files.REPORT_SCENE),

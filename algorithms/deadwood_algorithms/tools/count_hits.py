@@ -86,6 +86,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.results.hit_counts import count_of
     from deadwood_algorithms.results.identity import writing
     from deadwood_algorithms.results.run_folder import chosen_logs, read_run
+    from deadwood_algorithms.schemas.files import HITS
 
     if ask.reaching and not ask.danger:
         raise UserError("--reaching says which lines --danger is of; add --danger FILE.tif")
@@ -114,7 +115,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
         counts = count_of(source, stored, grid, feedback)
         write_raster(
-            path, counts, grid, dtype="uint32", units="logs", description="hits", style="counts", raster="hits"
+            path, counts, grid, dtype="uint32", units="logs", description="hits", style=HITS.look, raster=HITS.name
         )
         found = cell_quantiles(source, stored, counts, grid, list(more), levels, feedback) if more else {}
         for name, place in more.items():
@@ -151,12 +152,13 @@ def write_danger(
     feedback: Feedback,
 ) -> None:
     from deadwood_algorithms.files.rasters import write_bands
-    from deadwood_algorithms.results.danger import STYLE, danger_bands, danger_of, units_of
+    from deadwood_algorithms.results.danger import danger_bands, danger_of, units_of
+    from deadwood_algorithms.schemas.files import DANGER
 
     passed, danger = danger_of(source, stored, grid, lines, items, feedback)
     bands = danger_bands(passed, danger, items.ids, least)
     units = units_of(list(bands))
-    write_bands(path, bands, grid, nodata=np.nan, dtype="float32", units=units, style=STYLE, raster="danger")
+    write_bands(path, bands, grid, nodata=np.nan, dtype="float32", units=units, style=DANGER.look, raster=DANGER.name)
 
 
 def with_cell(grid: Grid, cell: float | None) -> Grid:

@@ -11,7 +11,7 @@ of it comes from. In the 3-D view logs move again: the fastest, the farthest, th
     deadwood-tool make-report run_none run_forest --output forest.html --language de --figures figures --gltf slope.glb
 
 With --results the page also has what other tools found out: what each tree is worth, where a barrier serves most,
-classes of intensity and return periods, from where lines are reached, what the answer hangs on.
+classes of intensity and return periods, from where lines are reached, what the answer depends on.
 
 Of several runs of the same releases the page also has the paired differences of `compare-scenarios`, with maps. Inputs
 of a run that are not where they were (the terrain model, the trees) are missing in the page, which says so. Its figures
@@ -33,7 +33,7 @@ from deadwood_algorithms.report.languages import LANGUAGES
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from deadwood_algorithms.report.page import Comparison
+    from deadwood_algorithms.report.compared import Comparison
     from deadwood_algorithms.report.sources import ReportedRun
 
 
@@ -80,6 +80,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.report.space import drapes, space_of
     from deadwood_algorithms.report.words import Words
     from deadwood_algorithms.results.identity import writing
+    from deadwood_algorithms.schemas.looks import RUNS
 
     with ExitStack() as stack:
         made = stack.enter_context(writing(TOOL, ask, feedback))
@@ -91,6 +92,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         if len(sources) > 1:
             order = baseline_first([each.summary for each in sources], names, ask.baseline, feedback)
             folders, sources = [folders[k] for k in order], [sources[k] for k in order]
+        for k, source in enumerate(sources):
+            source.colour = RUNS[k % len(RUNS)]
         if ask.results:
             read_answers(ask.results, sources)
         compared = compared_runs(folders, sources, feedback) if len(sources) > 1 else None
@@ -150,7 +153,7 @@ def compared_runs(folders: Sequence[str], sources: Sequence[ReportedRun], feedba
     from deadwood_algorithms.evaluate.scenarios.maps import difference_map
     from deadwood_algorithms.evaluate.scenarios.measures import compared_rows
     from deadwood_algorithms.evaluate.scenarios.paired_runs import differing, read_compared
-    from deadwood_algorithms.report.page import Comparison
+    from deadwood_algorithms.report.compared import Comparison
     from deadwood_algorithms.report.sources import read_over_runs
 
     found = Comparison()

@@ -229,12 +229,12 @@ def years_of(
 
 def write_years(path: Path, years: Sequence[NDArray[np.float64]], grid: Grid) -> None:
     from deadwood_algorithms.files.rasters import write_bands
+    from deadwood_algorithms.schemas.files import RETURN
 
-    names = ("return_period", "ci_low", "ci_high")
     passed = np.isfinite(years[0])
-    bands = {name: np.where(passed, each, np.nan) for name, each in zip(names, years, strict=True)}
-    facts_of_bands = {"units": ["a"] * 3, "style": "return period", "raster": path.stem}
-    write_bands(path, bands, grid, nodata=np.nan, dtype="float32", **facts_of_bands)
+    bands = {band.name: np.where(passed, each, np.nan) for band, each in zip(RETURN.bands, years, strict=True)}
+    told = {"units": [band.unit for band in RETURN.bands], "style": RETURN.look, "raster": RETURN.name}
+    write_bands(path, bands, grid, nodata=np.nan, dtype="float32", **told)
 
 
 def warn_of_lost(source: Run, rows: Sequence[dict[str, Any]], feedback: Feedback) -> int:

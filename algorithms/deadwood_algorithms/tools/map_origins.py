@@ -88,6 +88,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.results.identity import result_folder
     from deadwood_algorithms.results.lost import left_dem, lost_warning, many, reach_told, share_if_lost
     from deadwood_algorithms.results.run_folder import read_run, write_json
+    from deadwood_algorithms.schemas.files import ORIGIN_REACH
 
     source_shares, affected_shares = (
         [each / 100.0 for each in percent] for percent in (ask.source_shares, ask.affected_shares)
@@ -106,8 +107,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
                 "--least, or release more"
             )
         bands, units = found.bands()
-        facts_of_bands = {"units": units, "style": "danger", "raster": "origins"}
-        write_bands(folder / RASTER, bands, found.grid, nodata=np.nan, dtype="float32", **facts_of_bands)
+        told = {"units": units, "style": ORIGIN_REACH.look, "raster": ORIGIN_REACH.name}
+        write_bands(folder / RASTER, bands, found.grid, nodata=np.nan, dtype="float32", **told)
         layers = {"sources": origins.sources_frame(found, source_shares)}
         affected = origins.affected_frame(source, cells.passed_window(source), affected_shares, feedback)
         if affected is not None:

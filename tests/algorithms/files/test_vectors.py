@@ -166,7 +166,7 @@ def test_curves_become_polygons(tmp_path):
     assert frame.geometry[0].area == pytest.approx(np.pi, rel=0.01)
 
 
-def test_a_polygon_that_crosses_itself_is_mended_to_the_same_area(tmp_path, said):
+def test_a_polygon_that_crosses_itself_is_fixed_to_the_same_area(tmp_path, said):
     bow_tie = Polygon([(0, 0), (2, 2), (2, 0), (0, 2)])
     layer([bow_tie]).to_file(tmp_path / "stand.gpkg")
     frame = read_vector(tmp_path / "stand.gpkg", geometry=("polygon",), target_crs=LV95, feedback=said)

@@ -103,7 +103,7 @@ def test_without_results_there_is_nothing_of_them(case, run):
 
 def test_every_section_has_its_figure(page):
     for name in SECTIONS:
-        assert re.search(r'<figure><svg [^>]*class="figure"', part(page, name)), name
+        assert re.search(r'<figure><div [^>]*><svg [^>]*class="figure"', part(page, name)), name
         assert f'href="#r0-{name}"' in page  # in the contents
 
 

@@ -202,7 +202,7 @@ def test_it_reads_on_a_phone_and_in_the_dark(browser):
     assert np.asarray(dark).mean() < 110
     ink = browser.ask("getComputedStyle(document.body).color")
     assert min(map(int, re.findall(r"\d+", ink)[:3])) > 180
-    assert browser.ask("getComputedStyle(document.querySelector('svg.figure text')).fill") == ink
+    assert browser.ask("getComputedStyle(document.querySelector('.frame svg.figure text')).fill") == ink
 
 
 def test_it_prints(browser):

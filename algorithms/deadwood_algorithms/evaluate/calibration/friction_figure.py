@@ -18,12 +18,12 @@ from matplotlib.ticker import FuncFormatter
 
 from deadwood_algorithms.evaluate.calibration.friction_runs import FrictionRun, Observed, Watched
 from deadwood_algorithms.evaluate.calibration.score import LEVEL, Range
-from deadwood_algorithms.files.pictures import hillshade
+from deadwood_algorithms.files.pictures import show_relief
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import Releases
+from deadwood_algorithms.schemas.looks import ENDS, RELEASE, ROAD, RUNS
 
-# Okabe and Ito's colours, which colour-blind readers tell apart.
-LIKELY, TESTED, WITHIN, SEEN, SLID, START = "#0072B2", "#D55E00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7"
+LIKELY, TESTED, WITHIN, SEEN = RUNS[0], RUNS[1], RUNS[2], RUNS[3]
 MARGIN_M = 20.0
 CELLS_DRAWN = 900  # along the longer side of the map
 
@@ -86,7 +86,7 @@ def likelihoods(axes: Axes, friction: np.ndarray, rows: list[dict[str, Any]]) ->
 def _shares_panel(axes: Axes, friction: np.ndarray, rows: list[dict[str, Any]], seen: float | None) -> None:
     value, low, high = (np.array([row[key] for row in rows]) for key in ("share", "share_ci_low", "share_ci_high"))
     bars = np.clip([value - low, high - value], 0.0, None)
-    axes.errorbar(friction, value, bars, color=SLID, marker="o", markersize=5, linewidth=1.2, capsize=2.5)
+    axes.errorbar(friction, value, bars, color=ENDS["rest"][1], marker="o", markersize=5, linewidth=1.2, capsize=2.5)
     if seen is not None:
         axes.axhline(seen, color=SEEN, linewidth=1.2)
         axes.annotate("observed", (0.0, seen), xycoords=("axes fraction", "data"), xytext=(4, 3),
@@ -98,7 +98,9 @@ def _shares_panel(axes: Axes, friction: np.ndarray, rows: list[dict[str, Any]], 
 
 def _runouts_panel(axes: Axes, friction: np.ndarray, rows: list[dict[str, Any]], seen: np.ndarray) -> None:
     low, middle, high = (np.array([row[f"runout_{key}_m"] for row in rows]) for key in ("p05", "median", "p95"))
-    axes.fill_between(friction, low, high, color=SLID, alpha=0.35, linewidth=0, label="5 to 95 % of the logs")
+    axes.fill_between(
+        friction, low, high, color=ENDS["rest"][1], alpha=0.35, linewidth=0, label="5 to 95 % of the logs"
+    )
     axes.plot(friction, middle, color=LIKELY, marker="o", markersize=4, linewidth=1.2, label="median")
     for k, distance in enumerate(seen):
         axes.axhline(distance, color=SEEN, linewidth=1.2, label="observed" if k == 0 else None)
@@ -137,12 +139,12 @@ def ground(
         west, south = dem.x0 + (columns.start - 0.5) * cell, dem.y0 + (rows.start - 0.5) * cell
         size = heights.shape[1] * step * cell, heights.shape[0] * step * cell
         extent = (west, west + size[0], south, south + size[1])
-        axes.imshow(hillshade(heights, step * cell), cmap="gray", origin="lower", extent=extent, vmin=-0.4, vmax=1.15)
+        show_relief(axes, heights, step * cell, extent)
     for k, shape in enumerate(watched.items.geometry):
         for part in shapely.get_parts(shape.boundary if shapely.get_dimensions(shape) == 2 else shape):
-            axes.plot(*part.xy, color=SEEN if k not in watched.own else "black", linewidth=1.5, zorder=3)
-    axes.scatter(logs.x, logs.y, s=4, color=START, linewidths=0, zorder=2, label="released")
-    axes.scatter(best.x[rests], best.y[rests], s=7, color=SLID, edgecolors="black", linewidths=0.2, zorder=4,
+            axes.plot(*part.xy, color=SEEN if k not in watched.own else ROAD, linewidth=1.5, zorder=3)
+    axes.scatter(logs.x, logs.y, s=4, color=RELEASE, linewidths=0, zorder=2, label="released")
+    axes.scatter(best.x[rests], best.y[rests], s=7, color=ENDS["rest"][1], edgecolors="black", linewidths=0.2, zorder=4,
                  label=f"deposits at {best.friction:g}")  # fmt: skip
     if not rests.all():
         axes.scatter(best.x[~rests], best.y[~rests], s=9, marker="x", color="#444444", linewidths=0.5, zorder=4,

@@ -20,12 +20,11 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.evaluate.fidelity.records import FidelityRow
 from deadwood_algorithms.evaluate.fidelity.rule import Recommendation
+from deadwood_algorithms.schemas.looks import RUNS
 
-# Okabe and Ito's colours, which colour-blind readers tell apart.
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
 MARKERS = "osD^vP"
 NOISE = "#BBBBBB"
-ITEMS_SHOWN = len(COLOURS)  # lines or releases a panel; the table has them all
+ITEMS_SHOWN = len(RUNS)  # lines or releases a panel; the table has them all
 
 
 def draw(
@@ -99,7 +98,7 @@ def with_bars(axes: Axes, x: NDArray[Any], rows: Sequence[FidelityRow], scale: f
         scale * np.array([getattr(row, key) for row in rows]) for key in ("difference", "ci_low", "ci_high")
     )
     bars = np.nan_to_num(np.clip([y - low, high - y], 0.0, None))
-    style = {"color": COLOURS[place], "marker": MARKERS[place], "markersize": 5, "linewidth": 1.0, "capsize": 2.5}
+    style = {"color": RUNS[place], "marker": MARKERS[place], "markersize": 5, "linewidth": 1.0, "capsize": 2.5}
     axes.errorbar(x, y, bars, label=label, **style)
 
 
@@ -108,7 +107,7 @@ def distances(axes: Axes, rows: Sequence[FidelityRow], cost: Mapping[str, float]
     axes.set_title(label, fontsize=10, loc="left", pad=16)
     mine = [row for row in rows if row.quantity == quantity]
     x, y = [cost[row.fidelity] for row in mine[:-1]], [row.difference for row in mine[:-1]]
-    axes.plot(x, y, color=COLOURS[0], marker=MARKERS[0], markersize=5, linewidth=1.0)
+    axes.plot(x, y, color=RUNS[0], marker=MARKERS[0], markersize=5, linewidth=1.0)
     noise = mine[0].noise
     if math.isfinite(noise):
         axes.axhspan(0.0, noise, color=NOISE, alpha=0.6, zorder=0)
@@ -141,7 +140,7 @@ def own(axes: Axes, rows: Sequence[FidelityRow], cost: Mapping[str, float]) -> N
         y[y <= 0.0] = np.nan  # cannot stand on a logarithmic axis
         if np.isfinite(y).any():
             x = [cost[row.fidelity] for row in mine]
-            axes.plot(x, y, color=COLOURS[place], marker=MARKERS[place], markersize=5, linewidth=1.0, label=label)
+            axes.plot(x, y, color=RUNS[place], marker=MARKERS[place], markersize=5, linewidth=1.0, label=label)
     axes.set_yscale("log")
     axes.legend(fontsize=8, frameon=False)
 

@@ -16,10 +16,9 @@ from matplotlib.axes import Axes
 
 from deadwood_algorithms.evaluate.flights.on_terrain import Followed
 from deadwood_algorithms.evaluate.flights.parabola import outline
+from deadwood_algorithms.schemas.looks import BARRIER, RUNS, WOOD
 
-# Okabe and Ito's colours, which colour-blind readers tell apart.
-PATH, BARRIER, HIT = "#0072B2", "#009E73", "#D55E00"
-GROUND, LOG = "#8C7B6B", "#B8860B"
+PATH, HIT, GROUND = RUNS[0], RUNS[1], "#8c7b6b"
 LOGS_SHOWN = 6
 WIDTH_IN, LEAST_IN, MOST_IN = 11.0, 4.5, 9.5
 
@@ -42,8 +41,8 @@ def draw(followed: Followed, path: Path) -> None:
         radius = followed.mark.diameter / 2.0
         for place in _places(followed):
             corners = outline(flight, place, followed.mark.length, radius)
-            axes.fill(corners[:, 0], base + corners[:, 1], color=LOG, alpha=0.45, linewidth=0.6, edgecolor="#5A4300")
-        axes.plot([], [], color=LOG, linewidth=6, alpha=0.45, label="the log on its way")
+            axes.fill(corners[:, 0], base + corners[:, 1], color=WOOD, alpha=0.45, linewidth=0.6, edgecolor="#4a3320")
+        axes.plot([], [], color=WOOD, linewidth=6, alpha=0.45, label="the log on its way")
         axes.plot(s, base + flight.height(s), color=PATH, linewidth=1.8, label="path of the centre of mass")
         axes.plot(s, base + flight.underside(s, radius), color=PATH, linewidth=0.9, linestyle="--", label="underside")
     else:

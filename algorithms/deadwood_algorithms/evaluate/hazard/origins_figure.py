@@ -13,15 +13,13 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.colors import ListedColormap
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter
 
 from deadwood_algorithms.evaluate.hazard.origins import ANY, Origins
-from deadwood_algorithms.files.pictures import ROAD, scale_and_north, show_relief
-from deadwood_algorithms.files.styles import HITS
+from deadwood_algorithms.files.pictures import scale_and_north, show_lines, show_quantity, show_relief, show_scale
 from deadwood_algorithms.results.relief import Extent, coordinates_of, read_relief
 from deadwood_algorithms.results.run_folder import Run
+from deadwood_algorithms.schemas.looks import ROAD
 
 MAP_IN, MOST_MAP_IN = 4.4, 9.0  # a map's width and greatest height [inches]
 
@@ -33,7 +31,6 @@ def draw(path: Path, source: Run, origins: Origins, lines: Sequence[Any]) -> Non
     figure, panels = plt.subplots(1, 3, figsize=(3.0 * MAP_IN + 1.2, high + 1.0), layout="constrained")
     relief, roads = read_relief(source, frame), coordinates_of(lines) if len(lines) else []
     west, south, east, north = origins.grid.bounds
-    ramp = ListedColormap(list(HITS))
     titles = ("share", "lower end of its 95 % interval", "upper end")
     order = (1, 0, 2)  # lower end, share, upper end, from left to right
     shares = origins.shares(ANY)
@@ -41,18 +38,12 @@ def draw(path: Path, source: Run, origins: Origins, lines: Sequence[Any]) -> Non
     for axes, k in zip(panels, order, strict=True):
         if relief is not None:
             show_relief(axes, *relief)
-        image = axes.imshow(
-            shares[k], cmap=ramp, vmin=0.0, vmax=1.0, extent=(west, east, south, north), origin="lower",
-            interpolation="nearest", alpha=0.85, zorder=2,
-        )  # fmt: skip
-        for road in roads:
-            axes.plot(*road, color=ROAD, linewidth=1.8, zorder=4)
+        image = show_quantity(axes, shares[k], "danger", (west, east, south, north))
+        show_lines(axes, [np.transpose(road) for road in roads], 1.8, zorder=4)
         axes.set(xlim=frame[:2], ylim=frame[2:], xticks=[], yticks=[], aspect="equal", facecolor="#F2F2F2")
         axes.set_title(titles[k], fontsize=10, loc="left")
     scale_and_north(panels[0])
-    bar = figure.colorbar(image, ax=panels, shrink=0.8)
-    bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda share, _: f"{100 * share:g} %"))
-    bar.set_label("logs released in a cell that reach any line")
+    show_scale(figure, image, "danger", "logs released in a cell that reach any line [%]", ax=panels, shrink=0.8)
     number = int(origins.released.sum())
     figure.suptitle(
         f"From where lines are reached: {number} logs in cells of {origins.grid.cell:g} m; empty where fewer than "

@@ -15,11 +15,11 @@ from matplotlib.lines import Line2D
 from matplotlib.transforms import ScaledTranslation
 
 from deadwood_algorithms.evaluate.protection.siting import Siting
-from deadwood_algorithms.files.pictures import ROAD, scale_and_north, show_relief
+from deadwood_algorithms.files.pictures import scale_and_north, show_lines, show_relief
 from deadwood_algorithms.results.relief import coordinates_of, read_relief
 from deadwood_algorithms.results.run_folder import Run
+from deadwood_algorithms.schemas.looks import BARRIER, CANDIDATE, CHOSEN, RELEASE, ROAD
 
-CHOSEN, CANDIDATE = "#009E73", "#56B4E9"  # Okabe and Ito; the road has their vermilion
 MARKS = "osD^vP*X"  # one a height
 ASIDE_IN = 0.08  # inches on paper between marks of two heights
 TICKS_MOST = 8  # lengths that are all named
@@ -66,13 +66,12 @@ def _map(axes: Any, source: Run, siting: Siting, frame: Any) -> None:
     relief = read_relief(source, extent)
     if relief is not None:
         show_relief(axes, *relief)
-    axes.plot(x, y, ".", color="#333333", markersize=1.5, alpha=0.4, zorder=2)
-    for road in coordinates_of(lines):
-        axes.plot(*road, color=ROAD, linewidth=1.8, zorder=3)
+    axes.plot(x, y, ".", color=RELEASE, markersize=1.5, alpha=0.4, zorder=2)
+    show_lines(axes, [np.transpose(each) for each in coordinates_of(lines)], 1.8, zorder=3)
     for each in coordinates_of(siting.shapes):
         axes.plot(*each, color=CANDIDATE, linewidth=1.4, zorder=4)
     for shape, step in zip(frame.geometry, frame["step"], strict=True):
-        axes.plot(*coordinates_of([shape])[0], color=CHOSEN if step else "black", linewidth=3.0, zorder=5)
+        axes.plot(*coordinates_of([shape])[0], color=CHOSEN if step else BARRIER, linewidth=3.0, zorder=5)
         if step:
             axes.annotate(f"{step}", shape.coords[-1], color=CHOSEN, fontsize=11, fontweight="bold", zorder=6)
     axes.set(xlim=extent[:2], ylim=extent[2:], xticks=[], yticks=[], aspect="equal", facecolor="#F2F2F2")
@@ -81,6 +80,6 @@ def _map(axes: Any, source: Run, siting: Siting, frame: Any) -> None:
         Line2D([], [], color=CHOSEN, linewidth=3.0, label="chosen"),
         Line2D([], [], color=CANDIDATE, linewidth=1.4, label="candidates"),
         Line2D([], [], color=ROAD, linewidth=1.8, label="lines to be protected"),
-        Line2D([], [], color="#333333", marker=".", linewidth=0.0, label="releases"),
+        Line2D([], [], color=RELEASE, marker=".", linewidth=0.0, label="releases"),
     ]
     axes.legend(handles=marks, loc="best", fontsize=8, framealpha=0.8)

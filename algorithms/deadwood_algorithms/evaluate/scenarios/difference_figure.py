@@ -25,18 +25,16 @@ from rasterio.enums import Resampling
 
 from deadwood_algorithms.evaluate.scenarios.measures import ScenarioRow
 from deadwood_algorithms.evaluate.scenarios.paired_runs import Compared
-from deadwood_algorithms.files.pictures import ROAD, scale_and_north, show_relief
+from deadwood_algorithms.files.pictures import scale_and_north, show_lines, show_quantity, show_relief, show_scale
 from deadwood_algorithms.results.relief import CELLS_DRAWN, Extent, coordinates_of, read_relief
+from deadwood_algorithms.schemas.looks import LESS_MORE, RELEASE, ROAD, RUNS
 
-# Okabe and Ito's colours, which colour-blind readers tell apart.
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
 LINES_SHOWN = 6
 MARGIN = 0.04
 # Inches: a map's width and greatest height, the charts, margins.
 MAP_IN, MOST_MAP_IN, CHARTS_IN = 4.6, 9.0, 4.2
 MARGIN_IN, GAP_IN, TITLE_IN, LEGEND_IN, FOOT_IN, BAR_IN = 0.6, 0.35, 0.75, 0.35, 0.1, 0.9
 MAPS_ABREAST = 3
-OPAQUE = 0.15  # of the largest difference: from there on a map hides the relief
 Band = tuple[np.ndarray, Extent]
 
 
@@ -70,9 +68,8 @@ def draw(path: Path, rows: Sequence[ScenarioRow], compared: Compared, maps: dict
         panels = [panel(*place) for place in places]
         _maps(panels, bands, frame, compared)
         bar_at = panel(places[min(columns, len(places)) - 1][0] + MAP_IN + 0.15, top, 0.16, map_in)
-        bar = figure.colorbar(panels[0].images[-1], cax=bar_at)
-        bar.ax.yaxis.set_major_formatter(FuncFormatter(_percent))
-        bar.set_label("share of the logs that pass a cell, difference")
+        words = "share of the logs that pass a cell, difference [points]"
+        show_scale(figure, panels[0].images[-1], "difference of shares", words, cax=bar_at)
         _legend(figure, names[0])
     figure.savefig(path, dpi=110)
     plt.close(figure)
@@ -81,19 +78,13 @@ def draw(path: Path, rows: Sequence[ScenarioRow], compared: Compared, maps: dict
 def _maps(panels: list[Axes], bands: dict[str, Band], frame: Extent, compared: Compared) -> None:
     """The differences of one colour scale and frame, on the relief, with the lines and the releases."""
     one = compared.reference
-    far = max(float(np.nanquantile(np.abs(band), 0.995)) for band, _ in bands.values()) or 1.0
     ground, roads = read_relief(one.run, frame), coordinates_of(compared.lines)
     for axes, (name, (band, extent)) in zip(panels, bands.items(), strict=True):
         if ground is not None:
             show_relief(axes, *ground)
-        # The less a cell differs, the more of the relief is seen through it.
-        seen = np.clip(np.nan_to_num(np.abs(band)) / (OPAQUE * far), 0.0, 0.9)
-        axes.imshow(
-            band, cmap="RdBu_r", vmin=-far, vmax=far, extent=extent, alpha=seen, interpolation="nearest", zorder=2
-        )
-        for road in roads:
-            axes.plot(*road, color=ROAD, linewidth=1.8, zorder=3)
-        axes.scatter(one.column("release_x"), one.column("release_y"), s=2, color="black", linewidths=0, zorder=4)
+        show_quantity(axes, band[::-1], "difference of shares", extent)
+        show_lines(axes, [np.transpose(road) for road in roads], zorder=3)
+        axes.scatter(one.column("release_x"), one.column("release_y"), s=2, color=RELEASE, linewidths=0, zorder=4)
         axes.set(xlim=frame[:2], ylim=frame[2:], xticks=[], yticks=[], aspect="equal", facecolor="#F2F2F2")
         axes.set_title(f"{name} minus {one.name}", fontsize=10, loc="left")
     scale_and_north(panels[0])
@@ -101,10 +92,10 @@ def _maps(panels: list[Axes], bands: dict[str, Band], frame: Extent, compared: C
 
 def _legend(figure: Figure, reference: str) -> None:
     marks = [
-        Line2D([], [], linestyle="", marker="o", markersize=4, color="black", label="releases"),
+        Line2D([], [], linestyle="", marker="o", markersize=4, color=RELEASE, label="releases"),
         Line2D([], [], color=ROAD, linewidth=1.8, label="lines to be reached"),
-        Patch(color=matplotlib.colormaps["RdBu_r"](0.9), label=f"more logs pass than in {reference}"),
-        Patch(color=matplotlib.colormaps["RdBu_r"](0.1), label="fewer"),
+        Patch(color=LESS_MORE[-2], label=f"more logs pass than in {reference}"),
+        Patch(color=LESS_MORE[1], label="fewer"),
     ]
     figure.legend(handles=marks, loc="lower left", ncols=4, frameon=False, fontsize=9)
 
@@ -120,7 +111,7 @@ def _shares_panel(axes: Axes, rows: Sequence[ScenarioRow], names: Sequence[str])
         place = np.arange(len(mine)) + (k - (len(names) - 1) / 2.0) * width
         value = np.array([row.value for row in mine])
         bars = np.clip([value - [row.ci_low for row in mine], [row.ci_high for row in mine] - value], 0.0, None)
-        colour = COLOURS[k % len(COLOURS)]
+        colour = RUNS[k % len(RUNS)]
         axes.bar(
             place, value, 0.9 * width, yerr=bars, color=colour, capsize=2.5, label=name, error_kw={"linewidth": 1.0}
         )
@@ -138,9 +129,7 @@ def _runouts_panel(axes: Axes, compared: Compared) -> None:
     for k, each in enumerate(compared.scenarios):
         far = np.sort(each.column("runout_m").astype(float))
         share = 1.0 - np.arange(1, far.size + 1) / far.size
-        axes.step(
-            [0.0, *far], [1.0, *share], where="post", color=COLOURS[k % len(COLOURS)], linewidth=1.3, label=each.name
-        )
+        axes.step([0.0, *far], [1.0, *share], where="post", color=RUNS[k % len(RUNS)], linewidth=1.3, label=each.name)
     axes.set(xlabel="run-out, horizontal [m]", ylim=(0.0, 1.02))
     axes.set_xlim(left=0.0)
     axes.yaxis.set_major_formatter(FuncFormatter(_percent))

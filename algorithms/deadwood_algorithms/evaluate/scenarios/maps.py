@@ -24,11 +24,11 @@ from deadwood_algorithms.files.dem_windows import WindowWriter
 from deadwood_algorithms.files.geotiff import TILE_CELLS, geotiff_profile
 from deadwood_algorithms.files.rasters import describe_band, open_raster
 from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
+from deadwood_algorithms.schemas.files import DIFFERENCE
 
 HITS = "hit_count.tif"
 ROWS_AT_ONCE = 2 * TILE_CELLS
 SAME_PLACE_CELLS = 0.01
-STYLE_VALUES = 100_000  # of a raster's, for the ends of its colours
 
 
 def difference_map(one: Scenario, other: Scenario, path: Path, feedback: Feedback) -> None:
@@ -42,7 +42,6 @@ def difference_map(one: Scenario, other: Scenario, path: Path, feedback: Feedbac
         transform, shape = frame_of_both(a, b)
         crs = one.run.grid.crs
         profile = geotiff_profile(shape, crs, transform, "float32", math.nan, 2) | {"SPARSE_OK": True}
-        kept: list[NDArray[np.float32]] = []
         with WindowWriter(path, **profile) as writer:
             for start in range(0, shape[0], ROWS_AT_ONCE):
                 if feedback.cancelled():
@@ -50,17 +49,14 @@ def difference_map(one: Scenario, other: Scenario, path: Path, feedback: Feedbac
                 window = Window(0, start, shape[1], min(ROWS_AT_ONCE, shape[0] - start))  # type: ignore[call-arg]
                 p, q = (counts_on(each, transform, window) / n for each, n in zip((a, b), logs, strict=True))
                 bands = difference_of(p, q, logs[0], logs[1])
-                passed = bands[0][np.isfinite(bands[0])]
-                if passed.size:
+                if np.isfinite(bands[0]).any():
                     writer.write(bands, window)
-                    kept.append(passed[:: max(1, passed.size // STYLE_VALUES)])
                 feedback.progress(start + window.height, shape[0], f"mapping {other.name} against {one.name}")
             about = f"Share of the logs that pass, {other.name} minus {one.name}"
             describe_band(writer.target, 1, "difference", meaning=about)
             describe_band(writer.target, 2, "standard_errors", meaning=f"{about}, in standard errors of unpaired runs")
             writer.target.set_band_unit(1, "1")
-    values = np.concatenate([*kept, np.zeros(1, np.float32)])
-    styles.store_beside(path, styles.of_raster("difference of shares", values))
+    styles.store_beside(path, styles.of_raster(DIFFERENCE.look))
 
 
 def difference_of(p: NDArray, q: NDArray, n: int, m: int) -> NDArray[np.float32]:

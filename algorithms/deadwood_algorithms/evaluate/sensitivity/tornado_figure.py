@@ -17,9 +17,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from deadwood_algorithms.evaluate.sensitivity.answer import Answer, Measured
+from deadwood_algorithms.schemas.looks import HIGH_END, LOW_END, RUNS
 
-# Okabe and Ito's colours, which colour-blind readers tell apart.
-LOW, HIGH, FIRST, TOTAL = "#56B4E9", "#E69F00", "#999999", "#0072B2"
+FIRST, TOTAL = "#999999", RUNS[0]
 OUTCOMES_SHOWN = 5
 PANEL_IN, BAR_IN, HEAD_IN, FOOT_IN = 1.25, 0.36, 0.75, 0.55
 
@@ -41,10 +41,10 @@ def draw(path: Path, measured: Sequence[Measured], answers: Sequence[Answer], lo
             indices(panels[1], one, order)
     hidden = len(measured) - len(shown)
     more = f"; {hidden} more outcomes in tornado.csv" if hidden > 0 else ""
-    figure.suptitle(f"What the answer hangs on: the same {logs} logs in {runs} runs{more}", fontsize=12)
+    figure.suptitle(f"The most influential inputs: the same {logs} logs in {runs} runs{more}", fontsize=12)
     handles = [
-        Patch(facecolor=LOW, label="low end of the range"),
-        Patch(facecolor=HIGH, label="high end"),
+        Patch(facecolor=LOW_END, label="low end of the range"),
+        Patch(facecolor=HIGH_END, label="high end"),
         Line2D([], [], color="black", linewidth=1.0, label="as it is"),
     ]
     if design:
@@ -74,7 +74,9 @@ def bars(axes: Axes, one: Measured, order: Sequence[int], answer: Answer) -> Non
     for place, k in enumerate(order):
         bar = one.bars[k]
         # The longer one below, so that both are seen where they lie on one side
-        ends = sorted(((scale * bar.at_low, LOW), (scale * bar.at_high, HIGH)), key=lambda each: -abs(each[0] - base))
+        ends = sorted(
+            ((scale * bar.at_low, LOW_END), (scale * bar.at_high, HIGH_END)), key=lambda each: -abs(each[0] - base)
+        )
         for value, colour in ends:
             axes.barh(place, value - base, left=base, height=0.62, color=colour, zorder=2)
         axes.text(

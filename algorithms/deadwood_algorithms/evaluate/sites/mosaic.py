@@ -1,6 +1,6 @@
 """The rasters of several runs on one terrain model as those of one run over all their logs.
 
-Counts add up, maxima are the largest, shares are counted anew of all logs; danger adds up from `danger_count.tif`.
+Counts add up, maxima are the largest, shares are counted again of all logs; danger adds up from `danger_count.tif`.
 Where one run over all the logs is possible it has the same values.
 """
 
@@ -24,7 +24,7 @@ from deadwood_algorithms.files.geotiff import TILE_CELLS, geotiff_profile
 from deadwood_algorithms.files.grid import Grid, Part
 from deadwood_algorithms.files.rasters import describe_band
 from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
-from deadwood_algorithms.results.danger import ANY, COUNT, STYLE, danger_bands, units_of
+from deadwood_algorithms.results.danger import ANY, COUNT, danger_bands, units_of
 from deadwood_algorithms.results.run_folder import read_manifest
 from deadwood_algorithms.results.writing import (
     MAPS,
@@ -34,6 +34,7 @@ from deadwood_algorithms.results.writing import (
     write_danger,
     write_maps,
 )
+from deadwood_algorithms.schemas.files import DANGER
 
 COUNTS = ("hit_count", "deposit_count")
 # Of which file, and which band of it, each is
@@ -149,7 +150,7 @@ def _merge_by_windows(
     rows = {name: (kind, [units] * len(named[name]), named[name], style) for name, kind, units, style in MAPS}
     if lines:
         names = [ANY, COUNT, *lines]
-        rows["danger"] = ("float32", units_of(names), names, STYLE)
+        rows["danger"] = ("float32", units_of(names), names, DANGER.look)
     largest = dict.fromkeys(rows, 0.0)
     windows = touched_tiles(parts, frame.shape)
     with ExitStack() as stack:

@@ -16,21 +16,20 @@ import numpy as np
 import rasterio
 import shapely
 from matplotlib.axes import Axes
-from matplotlib.colors import LogNorm
 from matplotlib.lines import Line2D
 
 from deadwood_algorithms.evaluate.sites.overview import FAILED, SiteFound
-from deadwood_algorithms.files.pictures import HALO, scale_and_north
+from deadwood_algorithms.files.pictures import HALO, colours_of, scale_and_north, show_quantity, show_scale
+from deadwood_algorithms.schemas.looks import ENDS, LOOKS, PLAIN
 
 if TYPE_CHECKING:
     import geopandas
 
-LEAST_SHARE = 0.001
-SHARES = LogNorm(LEAST_SHARE, 1.0)
+RAMP, SHARES = colours_of(LOOKS["shares"])
 MOST_CELLS, CELLS_DRAWN = 2**28, 900  # of a raster that is read for the map; and along its longer side
 NAMED = 40  # sites, above which names would hide the map
 MARGIN = 0.08
-COLOURS = {"none": "#666666", "failed": "#000000"}
+COLOURS = {"none": PLAIN, "failed": ENDS["failed"][1]}
 SIZE_IN, LEAST_DOTS = 8.0, 9.0
 
 
@@ -49,7 +48,7 @@ def draw(path: Path, layer: geopandas.GeoDataFrame, done: Sequence[SiteFound], m
     for chosen, colour, mark in kinds:
         axes.scatter(*centres[chosen].T, color=colour, marker=mark, s=LEAST_DOTS**2 / 2, zorder=3)
     dots = axes.scatter(
-        *centres[known].T, c=np.maximum(share[known], LEAST_SHARE), cmap="magma_r", norm=SHARES, s=LEAST_DOTS**2,
+        *centres[known].T, c=share[known], cmap=RAMP, norm=SHARES, s=LEAST_DOTS**2,
         edgecolor="black", linewidth=0.6, zorder=3,
     )  # fmt: skip
     if len(worst) <= NAMED:
@@ -64,9 +63,8 @@ def draw(path: Path, layer: geopandas.GeoDataFrame, done: Sequence[SiteFound], m
     axes.set(xticks=[], yticks=[], xlabel="", ylabel="", aspect="equal", facecolor="#F2F2F2")
     scale_and_north(axes)
     if known.any():
-        bar = figure.colorbar(dots, ax=axes, shrink=0.6, ticks=[LEAST_SHARE, 0.01, 0.1, 1.0])
-        bar.ax.set_yticklabels(["0.1 % or less", "1 %", "10 %", "100 %"])
-        bar.set_label("share of the logs: dots, that reach a line; ground, that pass (of all sites)")
+        words = "share of the logs [%]: dots, that reach a line; ground, that pass (of all sites)"
+        show_scale(figure, dots, "shares", words, ax=axes, shrink=0.6)
     words = ("no line", FAILED)
     marks = [
         Line2D([], [], linestyle="", marker=mark, color=colour, label=word)
@@ -98,9 +96,6 @@ def show_passed(axes: Axes, merged: Sequence[Path], crs: Any) -> list[tuple[floa
             cell, west, north = source.transform.a, source.transform.c, source.transform.f
             west, north = west + cell * left, north - cell * top
         high, wide = (step * cell * size for size in seen.shape)
-        axes.imshow(
-            np.where(seen > 0.0, seen, np.nan), cmap="magma_r", norm=SHARES, alpha=0.6, interpolation="nearest",
-            extent=(west, west + wide, north - high, north), zorder=1,
-        )  # fmt: skip
+        show_quantity(axes, seen[::-1], "shares", (west, west + wide, north - high, north), alpha=0.6, zorder=1)
         found.append((west, north - high, west + wide, north))
     return found

@@ -49,7 +49,7 @@ export class Motion {
 }
 
 /* The scene as the report's view takes it: metres from the middle, heights above the lowest. `edits` are in it. */
-export function spaceOf(scene, terrain, motion, { edits, felled, edited, deposits, drapes }) {
+export function spaceOf(scene, terrain, motion, { edits, felled, edited, deposits, drapes, colours }) {
   const { columns: nx, rows: ny, cell, z: heights } = terrain, [, , , top] = scene.extent;
   let low = Infinity, high = -Infinity;
   for (const each of heights) if (Number.isFinite(each)) { low = Math.min(low, each); high = Math.max(high, each); }
@@ -97,7 +97,7 @@ export function spaceOf(scene, terrain, motion, { edits, felled, edited, deposit
   const ways = motion ? evenly(motion, [middle[0], middle[1], low]) : { step: STEP_S, low: [0, 0, 0], scale: [1, 1, 1], poses: new Uint16Array(0), speed: new Uint16Array(0), logs: [] };
   return {
     ground: { nx, ny, cell, first: [cell / 2 - middle[0], top - (ny - 0.5) * cell - middle[1]], top: rise, z: z.buffer },
-    drapes, trees: rows(trees), lying: rows(lying), blocks: rows(boulders), deposits: rows(down),
+    colours, drapes, trees: rows(trees), lying: rows(lying), blocks: rows(boulders), deposits: rows(down),
     barriers: barriers.map((each) => ({ feet: onGround(each.points, 0), height: each.height_m || 3 })),
     lines: scene.lines.flatMap((each) => each.parts).map((each) => onGround(each, 0.4)).filter((each) => each.byteLength > 24),
     step: ways.step, low: ways.low, scale: ways.scale, poses: ways.poses.buffer, speed: ways.speed.buffer, logs: ways.logs,

@@ -1,4 +1,4 @@
-"""The demo's picture: hit counts over the hillshade, one panel a forest, with releases, road, trees and deposits."""
+"""The demo's picture: where logs pass, over the relief, one panel a forest, with releases, road, trees and deposits."""
 
 from __future__ import annotations
 
@@ -11,22 +11,18 @@ import matplotlib
 matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
-import numpy as np
+import shapely
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.lines import Line2D
 
 from deadwood_algorithms.files.dem_windows import read_dem
 from deadwood_algorithms.files.grid import Grid
-from deadwood_algorithms.files.pictures import RELEASE, ROAD, scale_and_north, show_relief
+from deadwood_algorithms.files.pictures import scale_and_north, show_lines, show_quantity, show_relief, show_scale
 from deadwood_algorithms.files.rasters import read_raster_on
-from deadwood_algorithms.files.styles import ENDS
 from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.schemas.looks import ENDS, RELEASE, ROAD, TREE
 from deadwood_algorithms.stats.statistics import percent_with_interval
 
-# An even ramp with its palest end cut off: on grey relief it would not be seen.
-HITS = ListedColormap(matplotlib.colormaps["magma_r"](np.linspace(0.12, 1.0, 256)))
 MARKERS = {"circle": "o", "triangle": "^", "square": "s", "cross2": "x"}
 TITLES = {"mapped": "Forest as mapped", "random": "Random forest, same density", "none": "No forest"}
 PANEL_IN = 4.9  # width of a panel
@@ -36,7 +32,9 @@ MARGIN_M = 30.0  # shown above the releases
 def draw(folder: Path, forests: Sequence[str], summaries: Mapping[str, Any], path: Path) -> None:
     """Draw the runs in ``folder``; every panel has the same frame and the same colours."""
     dem = read_dem(folder / "dem.tif")
-    hits = {name: read_raster_on(folder / f"run_{name}" / "hit_count.tif", dem, what="hits") for name in forests}
+    hits = {
+        name: read_raster_on(folder / f"run_{name}" / "reach_probability.tif", dem, what="shares") for name in forests
+    }
     areas = read_vector(folder / "release_area.gpkg", geometry=("polygon",), target_crs=dem.crs, what="release areas")
     road = read_vector(folder / "road.gpkg", geometry=("line",), target_crs=dem.crs, what="lines")
     west, south, east, north = dem.bounds
@@ -47,25 +45,22 @@ def draw(folder: Path, forests: Sequence[str], summaries: Mapping[str, Any], pat
     height = panel + 1.15 + 0.75
     figure, panels = plt.subplots(1, len(forests), figsize=(PANEL_IN * 3.26, height), sharey=True)
     figure.subplots_adjust(left=0.012, right=0.93, bottom=0.75 / height, top=1.0 - 1.15 / height, wspace=0.025)
-    norm = LogNorm(1, max(2.0, *(float(np.nanmax(each)) for each in hits.values())))
+    image: Any = None
     for axes, name in zip(panels, forests, strict=True):
         extent = (west, east, south, north)
         show_relief(axes, dem.values, dem.cell, extent)
-        shown = np.ma.masked_less(np.nan_to_num(hits[name]), 1.0)
-        axes.imshow(shown, cmap=HITS, norm=norm, extent=extent, origin="lower", interpolation="nearest", alpha=0.9)
+        image = show_quantity(axes, hits[name], "shares", extent, zorder=1)
         _trees(axes, folder / f"trees_{name}.gpkg", dem)
         _deposits(axes, folder / f"run_{name}" / "run.gpkg", dem)
-        for line in road.geometry:
-            axes.plot(*line.xy, color=ROAD, linewidth=2.2, zorder=3)
+        show_lines(axes, [shapely.get_coordinates(line) for line in road.geometry], 2.2, zorder=3)
         for area in areas.geometry:
             axes.plot(*area.exterior.xy, color=RELEASE, linewidth=2.0, zorder=5)
         axes.set(xlim=(west, east), ylim=(south, top), xticks=[], yticks=[], aspect="equal")
         axes.set_title(_title(name, summaries[name]), fontsize=10.5, loc="left", linespacing=1.35)
     scale_and_north(panels[0])
-    ramp = ScalarMappable(norm, HITS)
     box = panels[-1].get_position()
-    bar = figure.colorbar(ramp, cax=figure.add_axes((0.94, box.y0, 0.012, box.height)))
-    bar.set_label("logs that passed over the cell (none: transparent)")
+    place = figure.add_axes((0.94, box.y0, 0.012, box.height))
+    show_scale(figure, image, "shares", "logs that pass over the cell [%] (none: transparent)", cax=place)
     _legend(figure, {name for each in summaries.values() for name in _ends(each)})
     figure.suptitle(
         "Sliding deadwood on a synthetic slope of 35°: the same logs, three forests", x=0.02, ha="left", fontsize=13
@@ -78,7 +73,7 @@ def _trees(axes: Axes, path: Path, dem: Grid) -> None:
     if path.exists():
         trees = read_vector(path, target_crs=dem.crs, what="trees")
         size = (trees["dbh_cm"].to_numpy() / 30.0) ** 2
-        axes.scatter(trees.geometry.x, trees.geometry.y, s=size, color="#0B5D2A", linewidths=0, zorder=2, alpha=0.8)
+        axes.scatter(trees.geometry.x, trees.geometry.y, s=size, color=TREE, linewidths=0, zorder=2, alpha=0.8)
 
 
 def _deposits(axes: Axes, path: Path, dem: Grid) -> None:
@@ -104,7 +99,7 @@ def _legend(figure: Any, ends: set[str]) -> None:
     marks: list[Line2D] = [
         Line2D([], [], linestyle="", marker="o", markersize=8, color=RELEASE, fillstyle="none", label="release area"),
         Line2D([], [], color=ROAD, linewidth=2.2, label="road"),
-        Line2D([], [], linestyle="", marker="o", markersize=3, color="#0B5D2A", label="standing tree (size: DBH)"),
+        Line2D([], [], linestyle="", marker="o", markersize=3, color=TREE, label="standing tree (size: DBH)"),
     ]
     for name, (label, colour, shape) in ENDS.items():
         if name in ends:

@@ -11,6 +11,7 @@ import shapely
 from deadwood_algorithms.files.rasters import write_raster
 from deadwood_algorithms.files.vectors import write_vector
 from deadwood_algorithms.prepare.demo_slope import slope as sample_slope
+from deadwood_algorithms.schemas.files import DEM
 
 
 def write_sample(folder: Path) -> None:
@@ -23,7 +24,7 @@ def write_sample(folder: Path) -> None:
         nodata=-9999.0,
         dtype="float32",
         units="m",
-        style="terrain",
+        style=DEM.look,
     )
     for name, layer, frame in sample_layers():
         write_vector(folder / f"{name}.gpkg", {layer: frame})

@@ -18,6 +18,7 @@ from deadwood_algorithms.files.rasters import describe_band
 from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
 from deadwood_algorithms.prepare.mobilisation.deadwood import Deadwood
 from deadwood_algorithms.prepare.mobilisation.relief import radius_of, relief
+from deadwood_algorithms.schemas.files import SUSCEPTIBILITY
 
 BLOCK = 512  # cells a side worked on at once, some 25 arrays of 2 MiB; a multiple of the tiles of the files
 FACTORS = (("slope", "°"), ("roughness", "m"), ("depth across the slope", "m"))
@@ -83,7 +84,7 @@ def write_susceptibility(
             f"{dem.path}: no cell has a whole window of {limits.window_m:g} m around it; "
             "take a larger DEM or a smaller --window-m"
         )
-    styles.store_beside(susceptible, styles.of_raster("susceptibility"))
+    styles.store_beside(susceptible, styles.of_raster(SUSCEPTIBILITY.look))
     return total / known
 
 

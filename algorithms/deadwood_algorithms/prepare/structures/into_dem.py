@@ -20,6 +20,7 @@ from deadwood_algorithms.files.geotiff import geotiff_profile
 from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
 from deadwood_algorithms.prepare.structures.earthworks import build
 from deadwood_algorithms.prepare.structures.from_layer import Plan
+from deadwood_algorithms.schemas.files import DEM
 
 WINDOW_CELLS = 2**17  # worked on at once: some twenty arrays of 1 MiB
 COARSE_STEP_M = 0.1  # a DEM in steps above this shows no crest as it was meant
@@ -61,7 +62,7 @@ def write_with_structures(path: Path, dem: DemWindows, plans: Sequence[Plan], fe
                 f"{plan.work.open_at[0]:.0f}, {plan.work.open_at[1]:.0f}); make the slope of the side steeper than "
                 "that of the ground, or the reach longer"
             )
-    styles.store_beside(path, styles.of_raster("terrain"))
+    styles.store_beside(path, styles.of_raster(DEM.look))
 
 
 def _build_into(raw: NDArray[Any], rows: slice, dem: DemWindows, plans: Sequence[Plan]) -> None:
@@ -94,6 +95,6 @@ def _stored(heights: NDArray[np.float64], dem: DemWindows, at: str) -> NDArray[A
     if bad.any():
         raise UserError(
             f"{at}: the height {heights[bad][0]:.2f} m cannot be stored in the DEM's type ({dtype}); "
-            f"mend: {remedies.unscaled(dem.path, dem.source.scales[0], dem.source.offsets[0])}, and take that DEM"
+            f"fix: {remedies.unscaled(dem.path, dem.source.scales[0], dem.source.offsets[0])}, and take that DEM"
         )
     return numbers.astype(dtype)

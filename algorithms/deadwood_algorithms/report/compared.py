@@ -1,0 +1,114 @@
+"""The runs of a page side by side: a table of the paired differences, the run-outs, and maps of the differences."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_algorithms.report.figures import Drawing, runout_figure
+from deadwood_algorithms.report.markup import Markup, element, figure_of, joined, table
+from deadwood_algorithms.report.plan import draw_differences
+from deadwood_algorithms.report.rounded import with_interval
+from deadwood_algorithms.report.sections import left_table
+from deadwood_algorithms.report.sources import Extent, ReportedRun
+from deadwood_algorithms.report.words import Words
+
+COMPARED = (
+    "reach",
+    "bari",
+    "miri",
+    "orpi",
+    "ended",
+    "spread_p05_p95",
+    "speed_mean",
+    "speed_max",
+    "runout",
+    "jump_max",
+    "deposit_moved",
+)
+
+
+@dataclass
+class Comparison:
+    """What two or more runs come to side by side: rows as of `compare-scenarios`, and maps of the differences."""
+
+    rows: list[Any] = field(default_factory=list)
+    differing: dict[str, dict[str, Any]] = field(default_factory=dict)
+    maps: dict[str, tuple[NDArray[np.float64], Extent]] = field(default_factory=dict)
+    lacks: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
+
+
+def comparison(sources: Sequence[ReportedRun], compared: Comparison, words: Words) -> tuple[Markup, list[Drawing]]:
+    """The runs side by side: a table a quantity, the run-outs, and maps of the differences."""
+    reference = sources[0].name
+    parts: list[Any] = [element("h2", words.say("comparison_whole"), id="comparison")]
+    parts += [element("p", words.say(phrase, **filled), class_="warning") for phrase, filled in compared.lacks]
+    drawings = [Drawing("comparison_runout", words.say("runout"), partial(runout_figure, list(sources), words))]
+    if compared.rows:
+        parts.append(element("p", words.say("comparison_note", reference=reference)))
+        parts.append(comparison_table(compared.rows, [each.name for each in sources], words))
+        differ = [
+            (
+                words.known(f"model_{name}", name.replace("_", " ")),
+                "; ".join(f"{run}: {told_value(value, words)}" for run, value in values.items()),
+            )
+            for name, values in compared.differing.items()
+        ]
+        parts.append(element("h3", words.say("parameters_differ")))
+        parts.append(
+            left_table(differ, words.say("parameters_differ")) if differ else element("p", words.say("parameters_same"))
+        )
+    parts.append(figure_of(drawings[0]))
+    if compared.maps:
+        title = words.say("difference_maps", reference=reference)
+        draw = partial(draw_differences, compared.maps, joint_extent(sources), sources[0], words)
+        drawings.append(Drawing("differences", title, draw))
+        parts.append(figure_of(drawings[-1], title, card=True))
+    return joined(parts), drawings
+
+
+def told_value(value: Any, words: Words) -> str:
+    """What a parameter was, of a file its name alone: where it lay is told in the annex's last section."""
+    return words.say("none") if value in (None, "") else Path(str(value)).name
+
+
+def joint_extent(sources: Sequence[ReportedRun]) -> Extent:
+    sides = np.array([each.extent for each in sources])
+    west, south = sides[:, :2].min(axis=0)
+    east, north = sides[:, 2:].max(axis=0)
+    return float(west), float(south), float(east), float(north)
+
+
+def comparison_table(rows: Sequence[Any], names: Sequence[str], words: Words) -> Markup:
+    """A row a quantity; for each run its value, and from the second on its difference to the first."""
+    ends = {row.item for row in rows if row.quantity == "ended" and row.value > 0.0}
+    kept = [row for row in rows if row.quantity in COMPARED and (row.quantity != "ended" or row.item in ends)]
+    of = {(row.scenario, row.quantity, row.item): row for row in rows}
+    head = [words.say("quantity")]
+    for k, name in enumerate(names):
+        head += [name] + ([f"{name}: {words.say('difference')}"] if k else [])
+    body = []
+    for quantity, item, unit in dict.fromkeys((row.quantity, row.item, row.unit) for row in kept):
+        shown = words.stop(item) if quantity == "ended" else words.known(f"item_{item}", item)
+        scale, told = (100.0, "%") if unit == "1" else (1.0, "°" if unit == "deg" else unit)
+        cells: list[Any] = [f"{words.known(f'quantity_{quantity}', quantity, item=shown)} [{told}]"]
+        for k, name in enumerate(names):
+            row = of.get((name, quantity, item))
+            if row is None:
+                cells += ["–"] * (2 if k else 1)
+                continue
+            cells.append(with_interval(scale * row.value, scale * row.ci_low, scale * row.ci_high, words))
+            if k:
+                cells.append(
+                    with_interval(
+                        scale * row.difference, scale * row.diff_ci_low, scale * row.diff_ci_high, words, signed=True
+                    )
+                )
+        body.append(cells)
+    return table(head, body)

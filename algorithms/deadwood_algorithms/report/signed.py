@@ -1,0 +1,192 @@
+"""The first pages of the report, those that are signed: question, scenario, conclusion, map, numbers, judgement.
+
+What proves them, and where it comes from, is the annex (`page`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from deadwood_algorithms.report.compared import Comparison
+from deadwood_algorithms.report.markup import Markup, element, table
+from deadwood_algorithms.report.rounded import decimal, percent_if_lost, shown_number, shown_share, with_interval
+from deadwood_algorithms.report.scenario_box import posture_words, scenario_box, span_words
+from deadwood_algorithms.report.sections import calculation_words, design_cell, warnings_of
+from deadwood_algorithms.report.sources import ReportedRun
+from deadwood_algorithms.report.words import Words
+from deadwood_algorithms.results.passages import UNITS, design_rows
+from deadwood_algorithms.stats.statistics import loss_matters, percent_of
+
+MOST_LINES = 4  # in the tables; the annex has all
+LEVEL = 0.95  # of the energies and heights of arrival
+Parts = list[Any]
+
+
+def signed_pages(
+    sources: Sequence[ReportedRun],
+    compared: Comparison | None,
+    plan: Parts,
+    words: Words,
+    author: str | None,
+    project: str | None,
+) -> Markup:
+    """All of it; ``plan`` is the one map."""
+    parts: Parts = [element("h2", words.say("question"), id="question"), element("p", question(sources, words))]
+    parts += scenario_box(list(sources), words, author, project)
+    parts += [element("h2", words.say("conclusion"), id="conclusion"), *conclusion(sources, words)]
+    parts += [element("h2", words.say("map"), id="map"), *plan]
+    parts += [element("h2", words.say("numbers"), id="numbers"), numbers_table(sources, words)]
+    if compared is not None and any(row.quantity == "reach" for row in compared.rows):
+        parts.append(element("h3", words.say("comparison")))
+        parts.append(element("p", words.say("comparison_note", reference=sources[0].name), class_="quiet"))
+        parts.append(differences_table(compared, [each.name for each in sources], words))
+    judged = [element("h2", words.say("judgement"), id="judgement"), *judgement(sources, words)]
+    parts.append(element("div", *judged, signature(words, author), class_="keep"))
+    return element("section", *parts, class_="signed")
+
+
+def question(sources: Sequence[ReportedRun], words: Words) -> str:
+    """What was asked."""
+    one = sources[0]
+    releases = list(dict.fromkeys(one.deposits["release_id"].astype(str)))
+    where = (
+        words.say("release_area", name=releases[0])
+        if len(releases) == 1
+        else words.say("release_areas", n=len(releases))
+    )
+    names = [str(each["line_id"]) for each in one.summary["reach"]]
+    shown = names[:4] + (["…"] if len(names) > 4 else [])
+    told = f" {words.say('and')} ".join([", ".join(shown[:-1]), shown[-1]]) if len(shown) > 1 else "".join(shown)
+    released = shown_number(one.summary["logs"]["released"], words)
+    if names:
+        return words.say("question_lines", n=released, where=where, lines=told)
+    return words.say("question_none", n=released, where=where)
+
+
+def conclusion(sources: Sequence[ReportedRun], words: Words) -> Parts:
+    """The answer, a line for each line and run, and what its interval does not hold."""
+    answers = []
+    for source in sources:
+        before = f"{source.name} – " if len(sources) > 1 else ""
+        for each in source.summary["reach"][:12]:
+            share = shown_share(each, words)
+            answer = words.say("answer", line=each["line_id"], share=f"{share} {words.say('of_logs')}")
+            if each.get("n_lost") and loss_matters(each):
+                answer += words.say("answer_lost", n=each["n_lost"], bounds=percent_if_lost(each, words))
+            answers.append(element("li", before + answer))
+        if not source.summary["reach"]:
+            logs = source.summary["logs"]
+            ends = ", ".join(
+                f"{words.stop(name)} {share_of_logs(count, logs['released'], words)}"
+                for name, count in logs["by_stop_reason"].items()
+                if count
+            )
+            answers.append(element("li", before + ends))
+    parts: Parts = [element("ul", *answers, class_="answers answer")]
+    if assumed := assumed_words(sources, words):
+        error = calculation_words(sources[0].summary["accuracy"], sources[0].run.manifest.get("parameters", {}), words)
+        parts.append(element("p", words.say("limits", error=error, **assumed)))
+    return parts
+
+
+def assumed_words(sources: Sequence[ReportedRun], words: Words) -> dict[str, str]:
+    """The friction and posture of the runs, each once; empty of runs of an older version, which do not tell."""
+    told = [source.summary["scenario"] for source in sources if "scenario" in source.summary]
+    frictions = dict.fromkeys(span_words(each["friction"], words) for each in told)
+    postures = dict.fromkeys(posture_words(each["logs"]["posture"], words) for each in told)
+    return {"friction": " / ".join(frictions), "posture": " / ".join(postures)} if told else {}
+
+
+def share_of_logs(count: int, released: int, words: Words) -> str:
+    """A count of logs in percent, rounded as far as its own interval allows."""
+    return words.signs(percent_of(int(count), int(released)))
+
+
+def numbers_table(sources: Sequence[ReportedRun], words: Words) -> Markup:
+    """The runs side by side: reach, what arrives, how logs ended, how far they came."""
+    rows: list[list[str]] = []
+    for k, each in enumerate(sources[0].summary["reach"][:MOST_LINES]):
+        line = str(each["line_id"])
+        records = [source.summary["reach"][k] if k < len(source.summary["reach"]) else None for source in sources]
+        shares = [shown_share(record, words) if record else "–" for record in records]
+        rows.append([words.say("quantity_reach", item=line), *shares])
+        for quantity in ("energy", "height"):
+            cells = [arriving(source, line, quantity, words) for source in sources]
+            if any(cell != "–" for cell in cells):
+                label = words.say(f"arriving_{quantity}", line=line, level=shown_number(100.0 * LEVEL, words))
+                rows.append([f"{label} [{UNITS[quantity]}]", *cells])
+    for reason in sources[0].summary["logs"]["by_stop_reason"]:
+        counts = [source.summary["logs"]["by_stop_reason"].get(reason, 0) for source in sources]
+        if any(counts):
+            cells = [
+                share_of_logs(count, source.summary["logs"]["released"], words)
+                for count, source in zip(counts, sources, strict=True)
+            ]
+            rows.append([words.stop(reason), *cells])
+    for phrase, level in (("item_median", 50), ("item_p95", 95)):
+        cells = [
+            shown_number(float(np.percentile(far, level)), words, 3) if far.size else "–"
+            for far in (source.column("runout_m") for source in sources)
+        ]
+        rows.append([f"{words.say('quantity_runout', item=words.say(phrase))} [m]", *cells])
+    head = [words.say("quantity"), *(source.name for source in sources)]
+    return table(head if len(sources) > 1 else [words.say("quantity"), words.say("value")], rows)
+
+
+def arriving(source: ReportedRun, line: str, quantity: str, words: Words) -> str:
+    """The percentile of what arrives at a line, with its interval; a dash where nothing is known of it."""
+    for each in source.passages:
+        if each.kind == "line" and each.place_id == line and each.log_id.size:
+            for row in design_rows(each, (LEVEL,), 0.95):
+                if row["quantity"] == quantity and row["n"]:
+                    return design_cell(row, words)
+    return "–"
+
+
+def differences_table(compared: Comparison, names: Sequence[str], words: Words) -> Markup:
+    """The paired differences of the reach to the first run, in points, and the share of it that is kept away."""
+    bari = {(row.scenario, row.item): row for row in compared.rows if row.quantity == "bari"}
+    body = []
+    for row in compared.rows:
+        if row.quantity != "reach" or row.scenario == names[0]:
+            continue
+        change = with_interval(
+            100.0 * row.difference, 100.0 * row.diff_ci_low, 100.0 * row.diff_ci_high, words, signed=True
+        )
+        fewer = bari.get((row.scenario, row.item))
+        kept = with_interval(100.0 * fewer.value, 100.0 * fewer.ci_low, 100.0 * fewer.ci_high, words) if fewer else "–"
+        body.append([row.scenario, row.item, change, kept])
+    head = [words.say(each) for each in ("scenario", "line", "difference_points", "fewer_share")]
+    return table(head, body)
+
+
+def judgement(sources: Sequence[ReportedRun], words: Words) -> Parts:
+    """What no run can say, and what its warnings leave open."""
+    parts: Parts = [each for source in sources for each in warnings_of(source, words, named=len(sources) > 1)]
+    told = [source.summary["scenario"] for source in sources if "scenario" in source.summary]
+    points = [words.say("judge_start")]
+    if assumed := assumed_words(sources, words):
+        points.append(words.say("judge_friction", **assumed))
+    if any(each["trees"]["n"] for each in told):
+        points.append(words.say("judge_trees"))
+    if any(each["barriers"]["n"] for each in told):
+        points.append(words.say("judge_barriers"))
+    points.append(words.say("judge_terrain", cell=decimal(sources[0].dem_cell, words)))
+    points.append(words.say("judge_risk"))
+    return [*parts, element("ul", *(element("li", each) for each in points))]
+
+
+def signature(words: Words, author: str | None) -> Markup:
+    """Room for place, date, name and signature."""
+    cells = [("sign_place", ""), ("sign_date", ""), ("sign_name", author or ""), ("sign_signature", "")]
+    return element(
+        "div",
+        *(
+            element("div", element("span", value, class_="written"), element("span", words.say(name), class_="quiet"))
+            for name, value in cells
+        ),
+        class_="signature",
+    )
