@@ -191,4 +191,6 @@ def is_number(text: str | float) -> bool:
     return True
 
 
-TOOL = Tool("assess-mobilisation", "Prepare", "Where a log could start to slide: raster, areas, deadwood", Ask, run)
+TOOL = Tool(
+    "assess-mobilisation", "Prepare", "Rate where a log could start to slide: raster, areas, deadwood", Ask, run
+)

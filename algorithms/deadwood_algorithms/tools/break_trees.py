@@ -109,4 +109,4 @@ def broken_by(ask: Ask, feedback: Feedback) -> Outcome:
     return Outcome({"output": Path(ask.output)}, facts, lines_of(frames, broken))
 
 
-TOOL = Tool("break-trees", "Evaluate", "A run: how many more logs would reach each line if trees broke", Ask, run)
+TOOL = Tool("break-trees", "Evaluate", "Compute how many more logs would reach each line if trees broke", Ask, run)

@@ -205,4 +205,4 @@ def refuse_unclear(ask: Ask) -> int:
     return did
 
 
-TOOL = Tool("calibrate-friction", "Evaluate", "An observed event: the friction that reproduces it", Ask, run)
+TOOL = Tool("calibrate-friction", "Evaluate", "Find the friction that reproduces an observed event", Ask, run)

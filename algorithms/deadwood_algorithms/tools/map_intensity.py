@@ -304,5 +304,5 @@ def line_words(row: dict[str, Any]) -> str:
 
 
 TOOL = Tool(
-    "map-intensity", "Evaluate", "A run: classes of energy and probability, return periods, and the matrix", Ask, run
+    "map-intensity", "Evaluate", "Map classes of energy and probability, return periods, and the matrix", Ask, run
 )

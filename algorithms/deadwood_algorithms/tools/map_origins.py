@@ -209,4 +209,4 @@ def lines_of(facts: dict[str, Any]) -> tuple[str, ...]:
     return tuple(shown)
 
 
-TOOL = Tool("map-origins", "Evaluate", "A run: from where roads are reached, and what ground logs pass", Ask, run)
+TOOL = Tool("map-origins", "Evaluate", "Map the places from which roads are reached, and the ground passed", Ask, run)

@@ -336,4 +336,4 @@ def refuse_off_dem(place: np.ndarray, ground: Grid | DemBlocks, where: str) -> N
     )
 
 
-TOOL = Tool("sample-releases", "Prepare", "Draw release positions of logs in points, polygons or by a raster", Ask, run)
+TOOL = Tool("sample-releases", "Prepare", "Draw start positions of logs in points, polygons or by a raster", Ask, run)

@@ -224,5 +224,5 @@ def contours_of(
 
 
 TOOL = Tool(
-    "site-barriers", "Evaluate", "A run: where a barrier keeps most logs away, by its length and height", Ask, run
+    "site-barriers", "Evaluate", "Find where a barrier keeps most logs away, by its length and height", Ask, run
 )

@@ -285,4 +285,4 @@ def write(
     return facts
 
 
-TOOL = Tool("vary", "Evaluate", "The most influential inputs: factors varied alone and together", Ask, run)
+TOOL = Tool("vary", "Evaluate", "Find the most influential inputs: factors varied alone and together", Ask, run)

@@ -187,4 +187,4 @@ def lines_of(facts: Mapping[str, Any], made: Mapping[str, Path], dem: str) -> tu
     return tuple(shown)
 
 
-TOOL = Tool("windthrow", "Prepare", "Trees and a storm: layers before, after, years on and cleared", Ask, run)
+TOOL = Tool("windthrow", "Prepare", "Make the forests of a storm: before, after, years later, cleared", Ask, run)
