@@ -192,5 +192,10 @@ def is_number(text: str | float) -> bool:
 
 
 TOOL = Tool(
-    "assess-mobilisation", "Prepare", "Rate where a log could start to slide: raster, areas, deadwood", Ask, run
+    "assess-mobilisation",
+    "Prepare",
+    "Rate where a log could start to slide: raster, areas, deadwood",
+    Ask,
+    run,
+    then="deadwood-tool sample-releases --areas AREAS --dem DEM --output releases.gpkg",
 )
