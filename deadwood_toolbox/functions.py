@@ -864,7 +864,7 @@ def windthrow(
     fall_deg : °, 0 <= x <= 360, required
         Azimuth towards which stems fall, where the wind blows to.
     scatter_deg : °, 0 <= x <= 180, default 20
-        Standard deviation of that azimuth azimuth.
+        Standard deviation of that azimuth.
     stump_m : m, >= 0, default 0.5
         Height of the stumps. 0: none, the stems are uprooted.
     lost : 0 <= x <= 1, default 0.3

@@ -186,6 +186,4 @@ def visited(grid: Grid, source: Run) -> Grid:
     return grid if part == grid.part else grid.window(part)
 
 
-TOOL = Tool(
-    "count-hits", "Evaluate", "Stored trajectories: how many logs pass over each cell, how fast and high", Ask, run
-)
+TOOL = Tool("count-hits", "Evaluate", "Count the logs that pass each cell, how fast and how high", Ask, run)

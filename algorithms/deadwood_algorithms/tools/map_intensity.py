@@ -307,7 +307,7 @@ def line_words(row: dict[str, Any]) -> str:
 TOOL = Tool(
     "map-intensity",
     "Evaluate",
-    "A run: classes of energy and probability, return periods, and the matrix",
+    "Map classes of energy and probability, return periods, and the matrix",
     Ask,
     run,
     then="deadwood-tool make-report RUN --results {output} --output report.html",

@@ -216,7 +216,7 @@ def lines_of(facts: dict[str, Any]) -> tuple[str, ...]:
 TOOL = Tool(
     "map-origins",
     "Evaluate",
-    "A run: from where roads are reached, and what ground logs pass",
+    "Map the places from which roads are reached, and the ground passed",
     Ask,
     run,
     then="deadwood-tool make-report RUN --results {output} --output report.html",
