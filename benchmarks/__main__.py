@@ -5,9 +5,9 @@ python -m benchmarks --dry                             what is missing, and how 
 python -m benchmarks --only posture noise              these parts of the plan and small studies alone
 python -m benchmarks --minutes 30                      no new block after half an hour; run it again to go on
 python -m benchmarks slide --scenes forest --settings draft standard reference --logs 40000
-python -m benchmarks extras | peers                    the small studies anew | other engines
+python -m benchmarks extras | peers                    the small studies again | other engines
 python -m benchmarks same-bits --engine PATH           is this engine the other checkout's, bit for bit?
-python -m benchmarks page                              page and figures anew from results.json
+python -m benchmarks page                              page and figures again from results.json
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 python -m benchmarks.memory                          1000, 10 000 and 100 000 logs, then the page docs/memory.md
 python -m benchmarks.memory --logs 1000000 --keep none    one more row; what was measured before is kept
-python -m benchmarks.memory page                     the page and its figure anew from memory.json
+python -m benchmarks.memory page                     the page and its figure again from memory.json
 
 Every run is a process of its own, so that its peak is its own. Logs are short-lived (a small slope, friction 0.5,
 draft): what grows is asked here, not how long sliding takes.
@@ -119,8 +119,11 @@ def page(store: dict[str, Any]) -> str:
 
 
 def write_page(store: dict[str, Any]) -> None:
+    from . import engines
+
     text = PAGE.read_text(encoding="utf-8")
-    PAGE.write_text(MARKS.sub(lambda found: found[1] + page(store) + found[2], text), encoding="utf-8")
+    text = MARKS.sub(lambda found: found[1] + page(store) + found[2], text)
+    PAGE.write_text(engines.noted(text), encoding="utf-8")
     import matplotlib
 
     matplotlib.use("Agg")

@@ -49,7 +49,7 @@ def provenance(results: Row) -> str:
             f"each, compared on {each['date']}. What is said here of one holds for the other"
         )
     if len(engines) > 1:
-        lines.append("- **several engines**: rows are comparable within a line above; `python -m benchmarks` mends it")
+        lines.append("- **several engines**: rows are comparable within a line above; `python -m benchmarks` fixes it")
     of = {name: found["source"]["engine"] for name, found in results.items() if _sourced(found)}
     if older := sorted(name for name, engine in of.items() if engine not in {engine for _, _, engine in engines}):
         lines.append(f"- **of an engine before that**: {', '.join(older)}")
@@ -70,7 +70,7 @@ def stale(results: Row) -> str:
         return ""
     return (
         f"- **the engine has changed since** these numbers were measured (sources now {now}): they are of the one "
-        "before; `python -m benchmarks` measures anew\n"
+        "before; `python -m benchmarks` measures again\n"
     )
 
 

@@ -51,7 +51,7 @@ AFTERWARDS = """## What does not hold, and what is known of why
 - **Take-off at the terrace.** The largest friction at which a log is as fast as the parabola asks is the paper's bound
   itself, by one log in a thousand. Logs that pass the terrace and reach the road mostly do so slower than the event's
   did; the table has the slowest and the fastest.
-- **What hangs on the convention of the log:** of the findings that were run with both, none turns from yes to no. The
+- **What depends on the convention of the log:** of the findings that were run with both, none turns from yes to no. The
   cloud lets fewer logs jump the barrier, which decides that finding; reach with forest is a few points lower.
 """
 

@@ -24,7 +24,7 @@ from deadwood_algorithms.simulate.auto import Option, Slid, keep_error, needed
 from deadwood_algorithms.simulate.fidelity_trade import COSTS, assumed_bounds
 from deadwood_algorithms.stats.statistics import paired_interval
 
-from . import scenes, study
+from . import engines, scenes, study
 from .settings import SETTINGS
 
 JSON, PAGE = study.HERE / "promise.json", study.HERE / "promise.md"
@@ -118,7 +118,11 @@ def write(pools: list[Pool], rows: list[dict[str, Any]]) -> None:
     ]  # fmt: skip
     found = {"pools": facts, "rows": rows, "assumed": assumed_bounds("draft"), "source": study.provenance()}
     JSON.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
-    PAGE.write_text("\n".join(page(found)) + "\n", encoding="utf-8")
+    write_page(found)
+
+
+def write_page(found: dict[str, Any]) -> None:
+    PAGE.write_text(engines.noted("\n".join(page(found)) + "\n"), encoding="utf-8")
 
 
 def page(found: dict[str, Any]) -> list[str]:
@@ -194,11 +198,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.promise", description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--scenes", nargs="+", default=SCENES, choices=list(scenes.CASES))
     parser.add_argument("--logs", type=int, default=0, help="slide so many a scene and fidelity first")
-    parser.add_argument("--page", action="store_true", help="the page anew from promise.json")
+    parser.add_argument("--page", action="store_true", help="the page again from promise.json")
     parser.add_argument("--threads", type=int, default=2)
     ask = parser.parse_args()
     if ask.page:
-        PAGE.write_text("\n".join(page(json.loads(JSON.read_text(encoding="utf-8")))) + "\n", encoding="utf-8")
+        write_page(json.loads(JSON.read_text(encoding="utf-8")))
         return
     if ask.logs:
         settings = [SETTINGS[name] for name in NAMES]

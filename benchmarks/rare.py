@@ -1,7 +1,7 @@
 """What fixed-effort splitting would save where a line is reached rarely: measured, and written into docs/rare.md.
 
-python -m benchmarks.rare --minutes 20     more logs and repetitions into rare.json, then the page's figures anew
-python -m benchmarks.rare --minutes 0      the figures anew from rare.json
+python -m benchmarks.rare --minutes 20     more logs and repetitions into rare.json, then the page's figures again
+python -m benchmarks.rare --minutes 0      the figures again from rare.json
 
 A population of logs slides. Of those that reach the next line, as many as began are drawn again (children), each
 from its parent's state there, shaken by a tiny amount, and slide on. The product of the shares is the probability; its
@@ -29,7 +29,7 @@ from deadwood_engine import FIDELITIES, STOP_REASONS, Lines, Scene, Start, place
 from deadwood_engine.limits import GRAVITY
 from deadwood_engine.log_body import CENTRE, LENGTH
 
-from . import scenes, study
+from . import engines, scenes, study
 
 Array = NDArray[np.float64]
 
@@ -293,7 +293,7 @@ def write(known: dict[str, Any]) -> None:
     for name, text in parts.items():
         pattern = rf"(?s)(<!-- {name} -->\n).*?(<!-- end of {name} -->)"
         page = re.sub(pattern, lambda found, text=text: found[1] + text + "\n" + found[2], page)
-    PAGE.write_text(page, encoding="utf-8")
+    PAGE.write_text(engines.noted(page), encoding="utf-8")
 
 
 def needed() -> str:

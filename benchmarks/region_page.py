@@ -17,7 +17,7 @@ from typing import Any
 from deadwood_algorithms.stats.statistics import wilson_interval
 from deadwood_algorithms.tools import sample_releases, slide_logs
 
-from . import study
+from . import engines, study
 
 HERE = Path(__file__).parent
 PAGE, MEASURED, SAMPLE = HERE.parent / "docs" / "region.md", HERE / "region.json", HERE.parent / "sample_data"
@@ -205,8 +205,8 @@ accuracy](../benchmarks/README.md). It is arithmetic, no run: nobody has slid th
 
     deadwood-tool run-sites --sites sites.csv --friction 0.35 --output region --plan --plan-workers 256
 
-What a log costs hangs on how long it slides. A forest stops it soon; on bare ground and in a gully it slides on:"""
-DENSITY = """How many logs a hectare needs hangs on the question. For a line that many hectares may reach, the
+What a log costs depends on how long it slides. A forest stops it soon; on bare ground and in a gully it slides on:"""
+DENSITY = """How many logs a hectare needs depends on the question. For a line that many hectares may reach, the
 interval is that of all their logs together, and few a hectare will do; a map that tells one hectare from the next needs
 many:"""
 AFTERWARDS = """## What the tables hold, and what they do not
@@ -227,7 +227,8 @@ AFTERWARDS = """## What the tables hold, and what they do not
 def main() -> None:
     if "--measure" in sys.argv[1:]:
         MEASURED.write_text(json.dumps(measure(), indent=1, sort_keys=True) + "\n", encoding="utf-8")
-    PAGE.write_text(page(study.read_results(), json.loads(MEASURED.read_text(encoding="utf-8"))), encoding="utf-8")
+    told = page(study.read_results(), json.loads(MEASURED.read_text(encoding="utf-8")))
+    PAGE.write_text(engines.noted(told), encoding="utf-8")
     print(f"wrote {PAGE.name}")
 
 

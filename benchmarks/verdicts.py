@@ -130,7 +130,7 @@ def choice(results: Row) -> str:
         costs = " and ".join(f"{tables.relative_cost(results, name):.2g}" for name in FINER[1:])
         depths = ", ".join(f"{100 * max(deep[name]):.0f}" for name in FINER)
         found.append(
-            f"**Check with `fine` or `reference`** ({costs} times the cost of `standard`) what hangs on a few points "
+            f"**Check with `fine` or `reference`** ({costs} times the cost of `standard`) what depends on a few points "
             f"or on contacts' depth: the deepest is {depths} cm from `standard` on."
         )
     cells = [row for name, row in tables.of_group(results, "cell") if SETTINGS[name].value > CELL]

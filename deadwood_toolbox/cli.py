@@ -29,12 +29,12 @@ import click
 from deadwood_algorithms.params.tool import VERSION, Cancelled, Outcome, Tool, UserError, manifest
 from deadwood_toolbox import collector, parameters, shelf
 from deadwood_toolbox.commands import Answer, Job, build
-from deadwood_toolbox.environment import drop_foreign_paths, refuse_small_address_space, stay_offline
+from deadwood_toolbox.environment import drop_foreign_paths, refuse_no_threads, refuse_small_address_space, stay_offline
 from deadwood_toolbox.feedback import Speaker, clock, printable
 from deadwood_toolbox.interrupt import INTERRUPTED, LATE, MESSAGE, deaf, interruptible
 
 DONE, FAULT, USER_ERROR = 0, 1, 2
-# What is the user's to mend; every other OSError that no tool foresaw is a fault of ours.
+# What is the user's to fix; every other OSError that no tool foresaw is a fault of ours.
 USERS_OSERRORS = {
     errno.ENOSPC: "the disk is full",
     errno.EDQUOT: "the disk quota is used up",
@@ -42,6 +42,8 @@ USERS_OSERRORS = {
     errno.EROFS: "the disk is read-only",
     errno.EACCES: "permission denied",
     errno.EPERM: "permission denied",
+    errno.EMFILE: "too many files are open at once; raise the limit, for example with ulimit -n 1024",
+    errno.ENFILE: "too many files are open at once on this machine; close other programs",
     errno.EPIPE: "a program that was written to has closed its end",
 }
 
@@ -94,6 +96,7 @@ def _carry_out(job: Job, speaker: Speaker) -> int:
         config = parameters.read_config(job.config, job.tool, speaker.note, changed=changed, given=job.values)
     ask = parameters.ask_from(job.tool, {**config, **job.values})
     refuse_small_address_space()
+    refuse_no_threads(os.environ)
     began, before = time.perf_counter(), _standing(job.tool, ask)
     try:
         with interruptible(speaker.stop), warnings.catch_warnings():

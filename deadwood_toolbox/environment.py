@@ -1,4 +1,4 @@
-"""What of its surroundings the command mends or refuses before it starts: foreign paths, and too little address space.
+"""What of its surroundings the command fixes or refuses before it starts: foreign paths, and too little address space.
 
 With the PROJ_LIB of a QGIS or conda shell rasterio loses every CRS without a word (it logs one line and goes on with
 ``crs = None``), so this runs before any GIS library is imported.
@@ -6,7 +6,7 @@ With the PROJ_LIB of a QGIS or conda shell rasterio loses every CRS without a wo
 
 from __future__ import annotations
 
-from collections.abc import Iterator, MutableMapping
+from collections.abc import Iterator, Mapping, MutableMapping
 from contextlib import contextmanager
 
 from deadwood_algorithms.files.network import ALLOWED
@@ -34,6 +34,16 @@ def stay_offline(environ: MutableMapping[str, str]) -> None:
     if environ.get(ALLOWED, "0") in ("", "0"):
         environ["CPL_VSIL_CURL_ALLOWED_EXTENSIONS"] = "{none}"
         environ["GDAL_HTTP_PROXY"] = "http://127.0.0.1:1"
+
+
+def refuse_no_threads(environ: Mapping[str, str]) -> None:
+    """Refuse a number of threads that the compiler cannot start with; what is no number it ignores."""
+    given = environ.get("NUMBA_NUM_THREADS", "").strip()
+    if given.lstrip("+-").isdecimal() and int(given) < 1:
+        raise UserError(
+            f"the environment variable NUMBA_NUM_THREADS is {given}, but must be at least 1; unset it, and limit the "
+            "threads with --threads"
+        )
 
 
 @contextmanager

@@ -202,7 +202,7 @@ def assess_mobilisation(
         Years since death up to which spruce is strong.
     crs : optional
         CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS.
+        no CRS; local: metres of a site of its own.
     overwrite : optional
         Replace an output that exists.
     output : output, optional
@@ -267,13 +267,13 @@ def sample_releases(
     0).
 
     What the logs are like `preset` says by name, with its source (`deadwood-tool list --presets` has all); an
-    option that is given goes before it. A preset of a wood has the density of its critical stage of decay, and
-    a relation of DBH and length, by which one of them follows from the other.
+    option that is given overrides it. A preset of a wood has the density of its critical stage of decay, and a
+    relation of DBH and length, by which one of them follows from the other.
 
     The logs of an area are alike unless sizes are to be drawn: normal distributions with ``dbh_sd_cm``,
     ``length_sd_m`` and ``density_sd_kg_m3`` around the means (a draw that is no log is drawn again, and said),
     or rows of a table of mapped deadwood (``deadwood``, as ``import-trees --snags`` writes it: each log is like
-    one of its rows). Columns of the areas go before the options of the same names, those of the mapped deadwood
+    one of its rows). Columns of the areas override the options of the same names, those of the mapped deadwood
     before both. The axis is upright, lying, tilted, ``random`` (any direction in space) or ``random-lying`` (on
     the ground, any azimuth).
 
@@ -338,7 +338,7 @@ def sample_releases(
         Seed of the random draws.
     crs : optional
         CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS.
+        no CRS; local: metres of a site of its own.
     overwrite : optional
         Replace an output that exists.
     output : output, optional
@@ -448,7 +448,7 @@ def import_trees(
 
     Dead standing trees and snags are kept apart, for they are the logs of tomorrow: ``snags`` writes them as a
     releases layer (upright, where they stand, with their DBH and height). What lies or was removed is dropped.
-    An id used twice (tiles number their trees anew) makes the tool renumber all trees and keep the old ids as
+    An id used twice (tiles number their trees again) makes the tool renumber all trees and keep the old ids as
     ``source_id``; ``merge_within_m`` makes one of the trees found twice at the seams. It does not judge whether
     a tree is real.
 
@@ -561,7 +561,7 @@ def import_trees(
         layer.
     crs : optional
         CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS.
+        no CRS; local: metres of a site of its own.
     overwrite : optional
         Replace an output that exists.
     snags : output, optional
@@ -663,7 +663,7 @@ def find_trees(
         Published law in place of a and b. import-trees lists them.
     crs : optional
         CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS.
+        no CRS; local: metres of a site of its own.
     overwrite : optional
         Replace an output that exists.
     output : output, optional
@@ -724,16 +724,16 @@ def generate_forest(
     Gives a trees layer for ``slide-logs`` over the DEM, or over the stand polygons on it less the excluded
     ones. Of a trees layer (``like``) it takes the density over the same area, and each tree's DBH and height
     together from one of its trees, each as often as any other: so mean, standard deviation and basal area stay,
-    however skewed they are. Where a number of DBH or height is given, it goes before that of the layer, and
-    both sizes are drawn from normal distributions with the means and standard deviations and the correlation,
-    as they are without a layer. What was planted is told beside what was asked or what the layer has.
+    however skewed they are. Where a number of DBH or height is given, it overrides that of the layer, and both
+    sizes are drawn from normal distributions with the means and standard deviations and the correlation, as
+    they are without a layer. What was planted is told beside what was asked or what the layer has.
 
     Stands may differ: where the stand layer has columns of the names of the numbers' options (``stems_per_ha``,
     ``dbh_mean_cm``, ...; or PlatRock's ``trees_density``, ``trees_dhp_mean``, ``trees_dhp_std``), each row is
-    planted by its own, and where rows overlap the later one counts. A row's number goes before a given, that
+    planted by its own, and where rows overlap the later one counts. A row's number overrides a given, that
     before the layer's.
 
-    ``preset klosters`` and ``rothenbrunnen`` are the forests of the paper; a number that is given goes before
+    ``preset klosters`` and ``rothenbrunnen`` are the forests of the paper; a number that is given overrides
     theirs. As there, a draw that is no tree (DBH below 1 cm, height below 1.3 m) is drawn again, and the number
     of these is said: it narrows the distribution a little. Of a trees layer such trees are left out.
 
@@ -781,7 +781,7 @@ def generate_forest(
         Seed of the random draws.
     crs : optional
         CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS.
+        no CRS; local: metres of a site of its own.
     overwrite : optional
         Replace an output that exists.
     output : output, optional
@@ -828,7 +828,7 @@ def windthrow(
     Of a trees layer a share of the stems is thrown: of all (`share`), of each class of DBH (`dbh_classes
     0:0.1,40:0.7`, from 0 cm on a tenth, from 40 cm on seven tenths), within polygons (`windthrow_areas`, whose
     column `share` goes before), and the trees that `ids` names. The nearest whole number of each group falls;
-    which ones hangs on the seed and each tree's id.
+    which ones depends on the seed and each tree's id.
 
     A thrown stem lies from its stump towards `fall_deg`, where the wind blows to, with a normal scatter; it is
     the part of the tree's truncated cone above the stump, as long on the slope as it was high. The stump stays,
@@ -858,7 +858,7 @@ def windthrow(
     dbh_classes : optional
         Share by class of DBH. Least DBH [cm]:share, with commas: 0:0.1,20:0.3,40:0.7.
     windthrow_areas : polygon
-        Areas of windthrow. Nothing falls outside. A column share goes before share and dbh_classes.
+        Areas of windthrow. Nothing falls outside. A column share overrides share and dbh_classes.
     ids : optional
         Trees that are thrown in any case. tree_id, with commas.
     fall_deg : °, 0 <= x <= 360, required
@@ -881,7 +881,7 @@ def windthrow(
         Seed of the random draws.
     crs : optional
         CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS.
+        no CRS; local: metres of a site of its own.
     output : output, optional
         Folder of the scenarios' layers. Without it, in a temporary folder that lasts as long as the result.
     overwrite : optional
@@ -929,8 +929,8 @@ def add_structures(
     ready for ``slide-logs``. Each line is the axis of one structure, ``kind`` says of which. The crest (of a
     ditch: the bottom) is flat over ``crest_width_m`` and lies ``height_m`` above (below) the ground under the
     line, or at ``elevation_m`` where that is given; from its edges the sides fall (rise) at ``slope_deg`` until
-    they first meet the ground. The columns ``slope_left_deg`` and ``slope_right_deg``, seen along the line, go
-    before it. At the line's ends the sides go round. Columns of the lines go before the options of the same
+    they first meet the ground. The columns ``slope_left_deg`` and ``slope_right_deg``, seen along the line,
+    override it. At the line's ends the sides go round. Columns of the lines override the options of the same
     names; an empty cell takes the option. A height follows the ground bump by bump; a crest of an even grade
     has an elevation, or with ``elevation_from_z`` the Z of the line's vertices.
 
@@ -971,7 +971,7 @@ def add_structures(
         Distance from the crest within which a side must meet the ground.
     crs : optional
         CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS.
+        no CRS; local: metres of a site of its own.
     overwrite : optional
         Replace an output that exists.
     output : output, optional
@@ -1258,7 +1258,7 @@ def slide_logs(
         Seed of the random draws.
     crs : optional
         CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS.
+        no CRS; local: metres of a site of its own.
     friction_preset : one of wet-debarked, wet-bark, chute-dry, chute-watered, chute-iced
         Friction coefficient by name. wet-debarked: a wet log without bark and branches on wet ground, 0.2 to
         0.3 (friction 0.25); wet-bark: a wet log with its bark on wet ground, 0.25 to 0.38 (friction 0.31);
@@ -1443,7 +1443,7 @@ def run_sites(
     sites.
 
     A site that fails is told in one line, the others are finished; the exit status is then 2. An interrupted
-    run goes on with resume, also in the middle of a site; so does one with failures, once they are mended: what
+    run goes on with resume, also in the middle of a site; so does one with failures, once they are fixed: what
     is finished and unchanged is not slid again. Each site is the run that slide-logs would make of it, and the
     same bits. With scheduler all sites share its workers: they are started, or waited for, once.
 
@@ -1521,7 +1521,7 @@ def run_sites(
         Seed of the random draws.
     crs : optional
         CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS.
+        no CRS; local: metres of a site of its own.
     friction_preset : one of wet-debarked, wet-bark, chute-dry, chute-watered, chute-iced
         Friction coefficient by name. wet-debarked: a wet log without bark and branches on wet ground, 0.2 to
         0.3 (friction 0.25); wet-bark: a wet log with its bark on wet ground, 0.25 to 0.38 (friction 0.31);
@@ -1993,7 +1993,7 @@ def break_trees(
 
     The layer `reach_breaking` has both ends for each line, with the interval of their difference (paired: the
     same logs), `broken` each tree that any log breaks, and how many do. No number for the capacity is offered:
-    take one that was measured for your species, and its ends. Each log meets all trees anew: one that another
+    take one that was measured for your species, and its ends. Each log meets all trees again: one that another
     log broke stands again. Logs and lying logs do not break.
 
     Parameters
@@ -2445,10 +2445,10 @@ def fit_flight(
     brings it there), ``cuts_terrain`` (the ground between stands into the flight by more than ``tolerance_m``),
     ``hits_barrier``, or ``possible``. A flight is a line from take-off to landing, or two points that share a
     ``flight_id`` and have the ``role`` takeoff and landing (two points alone need neither). The centre of mass
-    is half a DBH above the ground at both ends. Columns ``takeoff_deg``, ``dbh_cm`` and ``length_m`` go before
+    is half a DBH above the ground at both ends. Columns ``takeoff_deg``, ``dbh_cm`` and ``length_m`` override
     the options.
 
-    The speed hangs on the angle: try a few degrees up and down. The paper's log flew at 24 m/s over a barrier
+    The speed depends on the angle: try a few degrees up and down. The paper's log flew at 24 m/s over a barrier
     of 3.5 m; this one, from the cliff band of the sample, at about the same:
 
     It knows no air and no spin. As in the paper the centre of mass comes down at the landing point, although
@@ -2476,7 +2476,7 @@ def fit_flight(
         Depth to which the terrain may stand into a flight.
     crs : optional
         CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS.
+        no CRS; local: metres of a site of its own.
     overwrite : optional
         Replace an output that exists.
     output : output, optional
@@ -2740,7 +2740,7 @@ def calibrate_friction(
         Seed of the random draws.
     crs : optional
         CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS.
+        no CRS; local: metres of a site of its own.
     threads : >= 1
         Threads (default: every core).
     scheduler : optional
@@ -2939,7 +2939,7 @@ def compare_fidelity(
         Seed of the random draws.
     crs : optional
         CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS.
+        no CRS; local: metres of a site of its own.
     friction_preset : one of wet-debarked, wet-bark, chute-dry, chute-watered, chute-iced
         Friction coefficient by name. wet-debarked: a wet log without bark and branches on wet ground, 0.2 to
         0.3 (friction 0.25); wet-bark: a wet log with its bark on wet ground, 0.25 to 0.38 (friction 0.31);
@@ -3046,7 +3046,7 @@ def vary(
     progress: bool = False,
     feedback: Feedback | None = None,
 ) -> VaryResult:
-    """Tell which of the inputs the answer hangs on: friction, the sizes of logs and trees, the terrain model,
+    """Tell which of the inputs the answer depends on: friction, the sizes of logs and trees, the terrain model,
     and others.
 
     The same logs slide again and again, each time with other values of the factors that vary names. Two things
@@ -3061,7 +3061,7 @@ def vary(
       design has (factors + 2) x samples runs.
 
     In the folder are `tornado.csv`, `tornado.png`, `indices.csv`, `runs.csv` (one row a run) and `summary.json`
-    with the sentence "your answer hangs on ...", or that so many logs do not decide it.
+    with the sentence "your answer depends on ...", or that so many logs do not decide it.
 
     A range is the user's: a wide one makes its factor strong. The ranges that are offered are suggestions
     (rolling friction 0.03 to 0.15, for no value is measured for logs). Values in a range count as equally
@@ -3143,7 +3143,7 @@ def vary(
         Seed of the random draws.
     crs : optional
         CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS.
+        no CRS; local: metres of a site of its own.
     friction_preset : one of wet-debarked, wet-bark, chute-dry, chute-watered, chute-iced
         Friction coefficient by name. wet-debarked: a wet log without bark and branches on wet ground, 0.2 to
         0.3 (friction 0.25); wet-bark: a wet log with its bark on wet ground, 0.25 to 0.38 (friction 0.31);
@@ -3329,7 +3329,7 @@ def explore(
         Seed of the random draws.
     crs : optional
         CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS.
+        no CRS; local: metres of a site of its own.
     friction_preset : one of wet-debarked, wet-bark, chute-dry, chute-watered, chute-iced
         Friction coefficient by name. wet-debarked: a wet log without bark and branches on wet ground, 0.2 to
         0.3 (friction 0.25); wet-bark: a wet log with its bark on wet ground, 0.25 to 0.38 (friction 0.31);
@@ -3391,7 +3391,7 @@ def make_report(
     the fastest, the farthest, those that reach a line, a random draw.
 
     With results the page also has what other tools found out: what each tree is worth, where a barrier serves
-    most, classes of intensity and return periods, from where lines are reached, what the answer hangs on.
+    most, classes of intensity and return periods, from where lines are reached, what the answer depends on.
 
     Of several runs of the same releases the page also has the paired differences of `compare-scenarios`, with
     maps. Inputs of a run that are not where they were (the terrain model, the trees) are missing in the page,
@@ -3513,6 +3513,7 @@ def reproduce_paper(
     *,
     site: Literal["klosters", "rothenbrunnen", "both"] = "both",
     logs: int = 20000,
+    deciding_logs: int = 20000,
     fidelity: Literal["draft", "standard", "fine", "reference"] = "standard",
     quick: bool = False,
     site_data: PathInput | None = None,
@@ -3535,8 +3536,8 @@ def reproduce_paper(
     every run. Judged is a finding (an order, a direction, the size of a ratio), not another slope's number. The
     twins and the rules were fixed before the first run; the numbers of the twins, each with its source, are in
     `deadwood_algorithms/paper/README.md`; `twin_version 1` takes the twins that were used until November 2026.
-    The log slides as the smooth cone, and again as the paper's point cloud (`make-log`, ids that end in
-    `.cloud`). What fewer than 20 000 logs leave open is slid again with 20 000.
+    The log slides as the smooth cone, and a fifth of the logs again as the paper's point cloud (`make-log`, ids
+    that end in `.cloud`). What fewer than 20 000 logs leave open is slid again with 20 000.
 
     On the twins of version 2 each finding has a panel of sensitivity (`sensitivity.csv`): the same finding with
     one chosen number of the twin moved (width of treeless strips, roughness, places of release, friction of
@@ -3567,6 +3568,9 @@ def reproduce_paper(
     logs : 8 <= x <= 10000000, default 20000
         Logs of each scenario, over all releases. The sweeps of friction and cells, and each run of the panel of
         sensitivity, take a fifth of them.
+    deciding_logs : 0 <= x <= 10000000, default 20000
+        Logs of each scenario by which findings are judged that fewer leave open. The paper's number. 0 leaves
+        them open.
     fidelity : one of draft, standard, fine, reference, default standard
         Speed against accuracy.
     quick : optional

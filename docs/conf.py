@@ -6,7 +6,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "algorithms"))
 
-from deadwood_algorithms.params.tool import VERSION  # noqa: E402
+from deadwood_algorithms.params.tool import VERSION
 
 project = "Deadwood Toolbox"
 author = "The Deadwood Toolbox authors"
@@ -29,6 +29,7 @@ nitpicky = True
 suppress_warnings = ["myst.header"]
 copybutton_exclude = ".linenos, .gp"
 
+smartquotes = False  # options begin with two hyphens
 html_theme = "pydata_sphinx_theme"
 html_title = f"Deadwood Toolbox {VERSION}"
 html_static_path = ["_static"]
@@ -41,7 +42,7 @@ html_theme_options = {
     "show_prev_next": True,
     "navigation_with_keys": False,
     "navbar_align": "left",
-    "header_links_before_dropdown": 8,
+    "header_links_before_dropdown": 6,
     "secondary_sidebar_items": ["page-toc"],
     "footer_start": ["copyright"],
     "footer_end": ["sphinx-version"],

@@ -20,7 +20,7 @@ START_MS = 60_000  # the first start after an installation compiles what Python 
 
 
 def report() -> tuple[bool, str]:
-    """Whether the toolbox can be used, and the lines that say so or how to mend it."""
+    """Whether the toolbox can be used, and the lines that say so or how to fix it."""
     found = find()
     if isinstance(found, Missing):
         return False, f"The Deadwood Toolbox cannot be used yet: {found.why}.\n\n{INSTALL}"
@@ -40,8 +40,8 @@ def report() -> tuple[bool, str]:
         return False, f"{where}\nThis is not the toolbox, or it is damaged: {errors or said}\n\n{INSTALL}"
     version, own = said.splitlines()[0].split()[1], read_manifest()["version"]
     if version != own:
-        mend = "deadwood-tool qgis-plugin --output deadwood.zip"
-        return False, f"{where}\n{said}\nThe plugin is of version {own}; pack and install it anew: {mend}"
+        fix = "deadwood-tool qgis-plugin --output deadwood.zip"
+        return False, f"{where}\n{said}\nThe plugin is of version {own}; pack and install it again: {fix}"
     return True, f"{where}\n{said}\nThe plugin is of the same version. All is well."
 
 

@@ -99,8 +99,9 @@ class Browser:
         features = [{"name": "prefers-color-scheme", "value": "dark" if on else "light"}]
         self.call("Emulation.setEmulatedMedia", features=features)
 
-    def open(self, page: Path) -> None:
-        self.call("Page.navigate", url=page.resolve().as_uri())
+    def open(self, page: Path | str) -> None:
+        """A file, or an address."""
+        self.call("Page.navigate", url=page if isinstance(page, str) else page.resolve().as_uri())
         self.wait("document.readyState === 'complete'")
 
     def ask(self, script: str) -> Any:
@@ -115,9 +116,38 @@ class Browser:
             assert time.monotonic() < give_up, f"in vain for {condition}"
             time.sleep(0.1)
 
-    def click(self, x: float, y: float) -> None:
-        for kind in ("mousePressed", "mouseReleased"):
-            self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
+    def mouse(self, kind: str, x: float, y: float, *, count: int = 1, down: bool = True) -> None:
+        """What a mouse does: ``Pressed``, ``Moved`` or ``Released``."""
+        self.call(
+            "Input.dispatchMouseEvent",
+            type=f"mouse{kind}",
+            x=x,
+            y=y,
+            button="left" if down else "none",
+            buttons=int(down and kind != "Released"),
+            clickCount=count,
+        )
+
+    def click(self, x: float, y: float, *, count: int = 1) -> None:
+        for kind in ("Pressed", "Released"):
+            self.mouse(kind, x, y, count=count)
+
+    def drag(self, start: tuple[float, float], end: tuple[float, float], steps: int = 8, wait_s: float = 0.03) -> None:
+        self.mouse("Pressed", *start)
+        for k in range(1, steps + 1):
+            self.mouse("Moved", *(a + (b - a) * k / steps for a, b in zip(start, end, strict=True)))
+            time.sleep(wait_s)
+        self.mouse("Released", *end)
+
+    def key(self, key: str, *, control: bool = False, shift: bool = False) -> None:
+        """Press a key by its name (``Enter``) or sign."""
+        codes = {"Enter": 13, "Escape": 27, "Tab": 9, "ArrowLeft": 37, "ArrowUp": 38, "ArrowRight": 39, "ArrowDown": 40}
+        told: dict[str, Any] = {"key": key, "modifiers": 2 * control + 8 * shift}
+        told["windowsVirtualKeyCode"] = codes.get(key, ord(key[0].upper()))
+        text = "\r" if key == "Enter" else key
+        typed = {"text": text} if len(text) == 1 and not control else {}
+        self.call("Input.dispatchKeyEvent", type="keyDown", **told, **typed)
+        self.call("Input.dispatchKeyEvent", type="keyUp", **told)
 
     def picture(self, path: Path | None = None, *, whole: bool = False) -> bytes:
         taken = base64.b64decode(self.call("Page.captureScreenshot", captureBeyondViewport=whole)["data"])

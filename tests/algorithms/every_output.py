@@ -17,9 +17,11 @@ import pyarrow.parquet as parquet
 import pyogrio
 import rasterio
 import shapely
+from explore_case import opened
 
 from deadwood_algorithms.files import styles
 from deadwood_algorithms.params.tool import Tool
+from deadwood_algorithms.tools import explore
 from deadwood_toolbox.shelf import find
 
 SAMPLE = Path(__file__).parents[2] / "sample_data"
@@ -231,7 +233,25 @@ def run_every_tool(folder: Path) -> list[Found]:
     run("vary", **scene, **few, trees=str(SAMPLE / "trees.csv"), output=folder / "vary")
     run("reproduce-paper", quick=True, logs=8, output=folder / "reproduce-paper")
     run("demo", logs=20, fidelity="draft", output=folder / "demo")
+    asked = {"dem": DEM, "trees": str(SAMPLE / "trees.csv"), "output": str(folder / "explore")}
+    keep_one("here", **asked)
+    done.append((explore.TOOL, asked))
     return [each for tool, given in done for each in written_by(tool, given)]
+
+
+def keep_one(name: str, **values: str) -> None:
+    """What a click, a felled tree, a barrier and a lying log leave when they are kept."""
+    with opened({}, **values) as asked:
+        west, south, east, north = asked.session.layers.dem.bounds
+        x, y = 0.5 * (east - west), 0.5 * (north - south)
+        asked.release(shape={"circle": [x, y, 5.0]}, n=10)
+        line = [[x - 10.0, y - 30.0], [x + 10.0, y - 30.0]]
+        asked.edit(
+            fell=[0],
+            barriers=[{"points": line, "height_m": 2.0}],
+            lying_logs=[{"points": line, "diameter_cm": 40.0}],
+        )
+        asked.keep(name)
 
 
 def written_by(tool: Tool, given: dict[str, Any]) -> Iterator[Found]:
@@ -244,6 +264,9 @@ def written_by(tool: Tool, given: dict[str, Any]) -> Iterator[Found]:
             yield from _inside(tool.name, parameter.flag, path)
             continue
         for file in sorted(each for each in path.rglob("*") if each.is_file() and each.suffix != ".qml"):
+            if file.parent == path and tool.name == "explore":  # whose folder is one of many runs, and has no manifest
+                yield from _inside(tool.name, file.name.replace("here", "NAME"), file)
+                continue
             home = next(each for each in file.parents if (each / "manifest.json").is_file())
             made_by = json.loads((home / "manifest.json").read_text(encoding="utf-8"))["tool"]
             maker = find(made_by)

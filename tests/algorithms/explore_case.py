@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -91,6 +91,13 @@ class Asked:
     def edit(self, stale: Callable[[], bool] = lambda: False, **changes: Any) -> Frame:
         message = {"op": "edit", "id": 2} | changes
         return self._told(lambda: self.session.edit(message, self.frames.append, stale))
+
+    def keep(self, name: Any, slide: Any = None) -> Frame:
+        answer = self.session.answer
+        assert answer is not None
+        keeper = explore.keeper_of(self.ask, Quiet())
+        keeper = replace(keeper, slide=slide) if slide else keeper
+        return keeper.keep(self.session.layers, answer.question, answer.changes, name)
 
     def _told(self, work: Callable[[], None]) -> Frame:
         self.frames.clear()

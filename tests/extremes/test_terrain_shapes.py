@@ -120,7 +120,7 @@ def test_balanced_on_a_knife_edge(at, offset, stays):
 
 @EVERY
 def test_saddle_bridges_a_gully_on_its_two_ends(at, fidelity):
-    """T40: a 30 m log over a gully 20 m wide and 8 m deep hangs on its ends, holds for a minute and does not sag."""
+    """T40: a 30 m log over a gully 20 m wide and 8 m deep rests on its ends, holds for a minute and does not sag."""
     y, _ = np.meshgrid(0.5 * np.arange(160), 0.5 * np.arange(60), indexing="ij")
     scene = ground(np.where(np.abs(y - 40) < 10, -8.0 * np.cos((y - 40) * np.pi / 20), 0.0), friction=0.5)
     logs = Logs.alike([15.0], [40.0], orientation=1)

@@ -1,6 +1,6 @@
 """QGIS with its window on a screen that nobody sees (Xvfb), for the test of a first run and for the page's pictures.
 
-``python tests/qgis/window.py`` makes the pictures of the plugin's page anew, from a real first run.
+``python tests/qgis/window.py`` makes the pictures of the plugin's page again, from a real first run.
 """
 
 from __future__ import annotations

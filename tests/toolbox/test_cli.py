@@ -156,6 +156,7 @@ def test_values_that_look_like_flags_or_paths_reach_the_tool(toy, out):
         ("user", 2, "field 'dbh_cm', row 7: -3 is not a diameter; give it in centimetres"),
         ("full", 2, "somewhere/deposits.gpkg: the disk is full"),
         ("denied", 2, "somewhere: permission denied"),
+        ("many", 2, "somewhere: too many files are open at once; raise the limit, for example with ulimit -n 1024"),
         ("memory", 2, "out of memory (Unable to allocate 9 GiB)"),
         ("pipe", 2, "a program that was written to has closed its end"),
         ("cancelled", 130, "interrupted"),

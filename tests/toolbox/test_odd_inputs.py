@@ -15,7 +15,7 @@ from deadwood_toolbox import cli, shelf
 
 SEED = int(os.environ.get("DEADWOOD_ODD_SEED", "20261125"))
 SECONDS = 40.0  # all draws together; each tool gets its share
-LEFT_OUT = ("warm-up", "view", "list-presets")  # which read and write nothing, or start a browser
+LEFT_OUT = ("warm-up", "view", "explore", "list-presets")  # which read and write nothing, or start a browser
 TOOLS = [tool for each in shelf.TOOLS if (tool := shelf.find(each.name)) and each.name not in LEFT_OUT]
 NUMBERS = [(tool, each) for tool in TOOLS for each in tool.parameters() if each.kind == "number"]
 SAMPLE = Path(__file__).parents[2] / "sample_data"

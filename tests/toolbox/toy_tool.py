@@ -17,7 +17,7 @@ from pathlib import Path
 from deadwood_algorithms.params import tool as declare
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError, manifest
 
-FAILURES = ("none", "user", "fault", "full", "denied", "memory", "cancelled", "pipe")
+FAILURES = ("none", "user", "fault", "full", "denied", "many", "memory", "cancelled", "pipe")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,6 +76,7 @@ def _fail(ask: Ask) -> None:
         "fault": ZeroDivisionError("division by zero"),
         "full": OSError(errno.ENOSPC, "No space left on device", "somewhere/deposits.gpkg"),
         "denied": PermissionError(errno.EACCES, "Permission denied", "somewhere"),
+        "many": OSError(errno.EMFILE, "Too many open files", "somewhere"),
         "memory": MemoryError("Unable to allocate 9 GiB"),
         "cancelled": Cancelled(),
         "pipe": BrokenPipeError(errno.EPIPE, "Broken pipe"),

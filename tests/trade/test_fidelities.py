@@ -1,4 +1,4 @@
-"""The fidelities keep what the benchmark page states: measured anew, on fewer logs."""
+"""The fidelities keep what the benchmark page states: measured again, on fewer logs."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def slid(scene: str, fidelity: str) -> tuple[Result, np.ndarray]:
 
 
 def stated(scene: str, fidelity: str) -> dict:
-    """What the page states of a scene; skipped where the scene is another by now, until it is measured anew."""
+    """What the page states of a scene; skipped where the scene is another by now, until it is measured again."""
     measured, case = RESULTS["scenes"].get(scene, {}), scenes.CASES[scene]
     if (measured.get("friction"), measured.get("line_y")) != (case.friction, case.line):
         pytest.skip(f"the page was measured before the scene {scene} was changed")

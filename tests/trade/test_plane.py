@@ -8,7 +8,7 @@ from benchmarks import scenes
 from deadwood_engine import FIDELITIES, slide
 
 
-def test_reach_on_a_plane_hangs_on_no_number_of_rings():
+def test_reach_on_a_plane_depends_on_no_number_of_rings():
     """The page's plane of 20 degrees, mu 0.5, 400 logs, with their fidelity's rings and with rings 4 m apart.
 
     Three points: of 1000 pairs 1.6 in a hundred ended on another side of the line at standard, so 400 scatter by two.

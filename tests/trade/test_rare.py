@@ -14,11 +14,11 @@ from deadwood_engine import place_logs, slide
 
 @dataclass(frozen=True)
 class Chain:
-    """Walkers with a fate drawn at birth: it is reached where fate < p of the level. Shaking draws some fates anew."""
+    """Walkers with a fate drawn at birth: it is reached where fate < p of the level. Shaking draws some fates again."""
 
     fate: NDArray[np.float64]
     bounds: tuple[float, ...]
-    anew: float
+    again: float
 
     def __len__(self) -> int:
         return len(self.fate)
@@ -32,29 +32,29 @@ class Chain:
         return rows, replace(self, fate=self.fate[rows] / self.bounds[level])
 
     def shaken(self, rng: np.random.Generator) -> Chain:
-        return replace(self, fate=np.where(rng.random(len(self)) < self.anew, rng.random(len(self)), self.fate))
+        return replace(self, fate=np.where(rng.random(len(self)) < self.again, rng.random(len(self)), self.fate))
 
 
-@pytest.mark.parametrize("anew", [0.0, 0.3, 1.0])
-def test_unbiased_whatever_siblings_share(anew: float) -> None:
+@pytest.mark.parametrize("again", [0.0, 0.3, 1.0])
+def test_unbiased_whatever_siblings_share(again: float) -> None:
     """p = 0.5 x 0.2 x 0.3: the mean of 4000 repetitions within 4 of its standard errors, twins or strangers."""
     bounds, rng = (0.5, 0.2, 0.3), np.random.default_rng(5)
     found = []
     for _ in range(4000):
-        shares, _ = rare.fixed_effort(Chain(rng.random(23), bounds, anew), 3, rng)
+        shares, _ = rare.fixed_effort(Chain(rng.random(23), bounds, again), 3, rng)
         found.append(np.prod(shares))
     error = np.std(found) / np.sqrt(len(found))
     assert error < 0.05 * 0.03
     assert abs(np.mean(found) - 0.03) < 4.0 * error
 
 
-@pytest.mark.parametrize(("anew", "expected"), [(0.0, 1.0), (1.0, 0.3)])
-def test_siblings_are_told_apart(anew: float, expected: float) -> None:
-    """Where nothing is drawn anew, siblings share their fate: of pairs whose one reaches, both do. Else p of them."""
+@pytest.mark.parametrize(("again", "expected"), [(0.0, 1.0), (1.0, 0.3)])
+def test_siblings_are_told_apart(again: float, expected: float) -> None:
+    """Where nothing is drawn again, siblings share their fate: of pairs whose one reaches, both do. Else p of them."""
     rng = np.random.default_rng(6)
     both = one = 0.0
     for _ in range(300):
-        shares, pairs = rare.fixed_effort(Chain(rng.random(40), (0.25, 0.3), anew), 2, rng)
+        shares, pairs = rare.fixed_effort(Chain(rng.random(40), (0.25, 0.3), again), 2, rng)
         both, one = both + pairs[1, 1], one + shares[1] * pairs[1, 0]
     assert both / one == pytest.approx(expected, abs=0.07)
 

@@ -6,14 +6,14 @@ import json
 
 import pytest
 
-from benchmarks import region_page, study
+from benchmarks import engines, region_page, study
 
 RESULTS = study.read_results()
 BESIDE = json.loads(region_page.MEASURED.read_text(encoding="utf-8"))
 
 
 def test_the_page_is_that_of_the_files():
-    assert region_page.PAGE.read_text(encoding="utf-8") == region_page.page(RESULTS, BESIDE)
+    assert region_page.PAGE.read_text(encoding="utf-8") == engines.noted(region_page.page(RESULTS, BESIDE))
 
 
 def test_every_number_says_where_it_comes_from():

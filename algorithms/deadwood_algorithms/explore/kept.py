@@ -22,8 +22,7 @@ from deadwood_algorithms.explore.frames import Frame as Told
 from deadwood_algorithms.explore.questions import Changes, Drawn, Question
 from deadwood_algorithms.explore.released import releases_layer
 from deadwood_algorithms.files.columns import schema_column
-from deadwood_algorithms.files.outputs import output_path
-from deadwood_algorithms.files.vectors import read_vector, write_vector
+from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.tool import Quiet, UserError
 from deadwood_algorithms.scene.inputs import SceneInputs
 from deadwood_algorithms.scene.items import ids_of, plan_of, points_on
@@ -41,12 +40,14 @@ class Keeper:
     """Keeps runs in a folder.
 
     slide : slides a run with these parameters in the place of the scene's own, into the folder that they name
+    write : writes layers into a file, with a record of what they were made of and of what was chosen by hand
     """
 
     inputs: SceneInputs
     folder: Path
     overwrite: bool
     slide: Callable[[Mapping[str, Any]], None]
+    write: Callable[[Path, Mapping[str, Layer], Mapping[str, Any]], None]
 
     def keep(self, layers: SceneLayers, question: Question, changes: Changes, name: Any) -> Told:
         """Write the layers of an answer, and slide a run on them."""
@@ -58,8 +59,7 @@ class Keeper:
                 raise UserError(f"there is a run or a file '{each.name}' already; take another name")
         kept = kept_layers(self.inputs, layers, question, changes)
         self.folder.mkdir(parents=True, exist_ok=True)
-        with output_path(beside, self.overwrite, suffix=".gpkg") as path:
-            write_vector(path, kept)
+        self.write(beside, kept, chosen(question, changes))
         friction = {} if question.friction is None else {"friction": question.friction}
         laws = {"rolling_friction": question.rolling_friction, "restitution": question.restitution}
         try:
@@ -80,6 +80,25 @@ class Keeper:
         manifest, again = shlex.quote(f"{name}/manifest.json"), shlex.quote(f"{name} again")
         command = f"deadwood-tool slide-logs --config {manifest} --output {again}"
         return Told({"op": "kept", "name": name, "command": command, "files": [name, beside.name]})
+
+
+def chosen(question: Question, changes: Changes) -> dict[str, Any]:
+    """What was released and changed by hand, in numbers."""
+    sizes = question.sizes
+    return {
+        "area": shapely.to_wkt(question.area, rounding_precision=-1),
+        "radius_m": question.radius_m,
+        "logs": question.n,
+        "seed": question.seed,
+        "dbh_cm": list(sizes.dbh_cm),
+        "length_m": list(sizes.length_m),
+        "density_kg_m3": sizes.density_kg_m3,
+        "orientation": sizes.orientation,
+        "felled": changes.fell.tolist(),
+        "planted": changes.plant.tolist(),
+        "barriers": [[each.points.tolist(), each.size] for each in changes.barriers],
+        "lying_logs": [[each.points.tolist(), each.size] for each in changes.lying_logs],
+    }
 
 
 def kept_layers(inputs: SceneInputs, layers: SceneLayers, question: Question, changes: Changes) -> dict[str, Layer]:

@@ -26,7 +26,7 @@ def refuse_broken_ascii(path: str | Path, columns: int, rows: int) -> None:
     keys = header_keys(path)
     if ("xllcenter" in keys) != ("yllcenter" in keys):
         raise UserError(
-            f"{path}: the header mixes xll... and yll... of corner and centre; mend: write both as xllcorner and "
+            f"{path}: the header mixes xll... and yll... of corner and centre; fix: write both as xllcorner and "
             "yllcorner (the centre less half a cellsize)"
         )
     _refuse_words(path, len(keys))

@@ -130,7 +130,7 @@ def id_column(frame: pandas.DataFrame, name: str) -> np.ndarray:
 
 
 def warn_implausible(
-    values: np.ndarray, column: schemas.Column, where: str, feedback: Feedback, *, mend: str | None = None
+    values: np.ndarray, column: schemas.Column, where: str, feedback: Feedback, *, fix: str | None = None
 ) -> None:
     """Warn when most values, or single ones, lie where no tree or log does: mostly a mistaken unit."""
     values = values[np.isfinite(values)]
@@ -139,11 +139,11 @@ def warn_implausible(
     low, high = column.usual
     middle = float(np.median(values))
     if middle < low:
-        mend = mend or ("if these are metres, multiply by 100" if column.unit == "cm" else "check the unit")
-        feedback.warn(f"{where}: the median {column.name} is {middle:g} {column.unit}, which is too small; {mend}")
+        fix = fix or ("if these are metres, multiply by 100" if column.unit == "cm" else "check the unit")
+        feedback.warn(f"{where}: the median {column.name} is {middle:g} {column.unit}, which is too small; {fix}")
     elif middle > high:
-        mend = mend or WRONG_UNITS.get(column.unit, "check the unit")
-        feedback.warn(f"{where}: the median {column.name} is {middle:g} {column.unit}, which is too large; {mend}")
+        fix = fix or WRONG_UNITS.get(column.unit, "check the unit")
+        feedback.warn(f"{where}: the median {column.name} is {middle:g} {column.unit}, which is too large; {fix}")
     elif float(values.max()) > high:
         count = int((values > high).sum())
         feedback.warn(
@@ -166,5 +166,5 @@ def _complaint(value: Any, minimum: float | None, exclusive: bool, maximum: floa
     if value is None or value != value or str(value) in ("<NA>", ""):
         return f"the value is empty; fill in {wanted}"
     shown = f"{float(value):g}" if isinstance(value, (int, float, np.number)) else f"'{value}'"
-    mend = "check the field" if isinstance(value, float) and math.isinf(value) else "correct it or delete the row"
-    return f"{shown} is not {wanted}; {mend}"
+    fix = "check the field" if isinstance(value, float) and math.isinf(value) else "correct it or delete the row"
+    return f"{shown} is not {wanted}; {fix}"

@@ -22,8 +22,33 @@ def horizontal(crs: pyproj.CRS) -> pyproj.CRS:
     return crs
 
 
+LOCAL = "local"  # the word for coordinates of a site of its own, in metres, that lie nowhere on the globe
+LOCAL_CRS = pyproj.CRS.from_wkt(
+    'ENGCRS["local metres",EDATUM["local site"],CS[Cartesian,2],AXIS["easting (X)",east,ORDER[1]],'
+    'AXIS["northing (Y)",north,ORDER[2]],LENGTHUNIT["metre",1]]'
+)
+
+
+def is_local(crs: pyproj.CRS) -> bool:
+    """Whether a CRS is that of a site of its own, which nothing converts to another."""
+    return horizontal(crs).is_engineering
+
+
+def refuse_local(own: pyproj.CRS, target: pyproj.CRS, where: str) -> None:
+    """Refuse to bring a place on the globe into local coordinates, or the other way round; ``where`` says whose."""
+    if is_local(own) == is_local(target):
+        return
+    one, other = ("local" if is_local(each) else crs_name(each) for each in (own, target))
+    raise UserError(
+        f"{where} is in {one} coordinates, but the terrain model's are {other}, and nothing converts one to the other; "
+        "give both in the same (--crs local takes coordinates that name no CRS as they are)"
+    )
+
+
 def parse_crs(name: str, where: str = "--crs") -> pyproj.CRS:
-    """A CRS from what the user wrote, such as EPSG:2056 or EPSG:2056+5728."""
+    """A CRS from what the user wrote, such as EPSG:2056, EPSG:2056+5728, or ``local``."""
+    if name.strip().lower() == LOCAL:
+        return LOCAL_CRS
     try:
         return pyproj.CRS.from_user_input(name)
     except CRSError as error:
@@ -43,6 +68,8 @@ def crs_name(crs: pyproj.CRS) -> str:
 def same_crs(one: pyproj.CRS, other: pyproj.CRS) -> bool:
     """Whether two CRS place a position alike, axis order and height apart."""
     one, other = horizontal(one), horizontal(other)
+    if is_local(one) or is_local(other):
+        return is_local(one) and is_local(other)
     if one.equals(other, ignore_axis_order=True):
         return True
     code = one.to_epsg()
@@ -88,7 +115,7 @@ def misplacement(x: np.ndarray, y: np.ndarray, bounds: tuple[float, float, float
         for shift, code in ((0.0, ""), (1.0, "EPSG:21781"), (-1.0, "EPSG:2056")):
             if (exchanged or shift) and lie(e + shift * easting, n + shift * northing):
                 system = (
-                    f"these are coordinates of {code}: --crs {code}, if the layer holds no CRS; else define it anew"
+                    f"these are coordinates of {code}: --crs {code}, if the layer holds no CRS; else define it again"
                 )
                 return "; ".join(each for each in (swap if exchanged else "", system if code else "") if each)
     return ""

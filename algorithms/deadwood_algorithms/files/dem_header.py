@@ -1,4 +1,4 @@
-"""A DEM judged by its header: what would put heights or slopes wrong is refused with the command that mends it.
+"""A DEM judged by its header: what would put heights or slopes wrong is refused with the command that fixes it.
 
 For `dem_windows`, which reads the heights.
 """
@@ -18,7 +18,7 @@ from rasterio.enums import ColorInterp
 from rasterio.transform import Affine
 
 from deadwood_algorithms.files import remedies
-from deadwood_algorithms.files.crs import LV03_TO_LV95, crs_name, horizontal, parse_crs, same_crs
+from deadwood_algorithms.files.crs import LOCAL_CRS, LV03_TO_LV95, crs_name, horizontal, is_local, parse_crs, same_crs
 from deadwood_algorithms.files.input_files import tiles_of
 from deadwood_algorithms.files.rasters import is_raster, open_raster, refuse_cut_off
 from deadwood_algorithms.files.tiles import Mosaic, Tile
@@ -33,6 +33,9 @@ WORLD_METHODS = ("Popular Visualisation", "Mercator (", "Equidistant Cylindrical
 STRETCH_ALLOWED = 0.01
 # A CRS is used beyond its area: UTM zone 32 for all of Germany, which reaches 3 degrees farther.
 AREA_MARGIN_DEG = 5.0
+
+
+LEAST_CELL_M, MOST_CELL_M = 0.000999, 10_000.0  # what is finer or coarser than any terrain model is a slip
 
 
 @contextmanager
@@ -85,8 +88,12 @@ def _crs_of_dem(source: Any, path: str | Path, given: str | None, feedback: Feed
             raise UserError(f"{path}: the DEM has no CRS; name it, for example --crs {_code_by_numbers(source)}")
         crs = parse_crs(given)
         feedback.note(f"{path}: the DEM has no CRS, {crs_name(crs)} is taken from --crs")
+        if is_local(crs):
+            return crs
     else:
         crs = pyproj.CRS.from_wkt(source.crs.to_wkt())
+        if is_local(crs) and given is not None and is_local(parse_crs(given)):
+            return LOCAL_CRS
         if given is not None and not same_crs(crs, parse_crs(given)):
             feedback.warn(f"{path}: --crs {given} is not used for the DEM, whose file names {crs_name(crs)}")
     _refuse_crs(crs, source, path, given)
@@ -104,19 +111,20 @@ def _refuse_crs(crs: pyproj.CRS, source: Any, path: str | Path, given: str | Non
             unit = flat.axis_info[0].unit_name
             raise UserError(
                 f"{path}: the DEM's CRS {crs_name(crs)} counts in {unit}, but must count in metres; "
-                f"mend: {remedies.warp(source, path, size, _metric_code(source, crs), crs=given or '')}"
+                f"fix: {remedies.warp(source, path, size, _metric_code(source, crs), crs=given or '')}"
                 + (" (if its heights are in feet too, multiply them by 0.3048)" if "foot" in unit else "")
             )
     elif flat.is_geographic:
         size = f"{abs(source.transform.e) * 111_320:.2g}"
         raise UserError(
             f"{path}: the DEM's CRS {crs_name(crs)} is geographic (degrees), but must be projected in metres; "
-            f"mend: {remedies.warp(source, path, size, _metric_code(source, crs), crs=given or '')}"
+            f"fix: {remedies.warp(source, path, size, _metric_code(source, crs), crs=given or '')}"
         )
     else:
         raise UserError(
             f"{path}: the DEM's CRS '{crs.name}' is not a projected one; "
-            f"mend: {remedies.with_crs(path, 'EPSG:2056')}, with the code of its true CRS"
+            f"fix: {remedies.with_crs(path, 'EPSG:2056')}, with the code of its true CRS"
+            + ("; or --crs local, which takes its coordinates as metres of a site of its own" if is_local(crs) else "")
         )
     for part in crs.sub_crs_list if crs.is_compound else []:
         if part.is_vertical and part.axis_info:
@@ -146,14 +154,14 @@ def _warn_of_place(crs: pyproj.CRS, source: Any, path: str | Path, feedback: Fee
         return
     likely = _code_by_numbers(source, "")
     if lies_in(y, x, to_degrees, area):
-        mend = "its x and y are exchanged (in Swiss and Austrian surveys Y is the easting): exchange them in its header"
+        fix = "its x and y are exchanged (in Swiss and Austrian surveys Y is the easting): exchange them in its header"
     elif likely and likely != crs_name(crs):
-        mend = f"its coordinates look like those of {likely}"
+        fix = f"its coordinates look like those of {likely}"
     else:
-        mend = "name the one that its supplier states"
+        fix = "name the one that its supplier states"
     feedback.warn(
         f"{path}: the DEM's middle, {x:.0f}, {y:.0f}, is nowhere near the area of {crs_name(crs)}, so this is not its "
-        f"CRS, and layers in another one will lie elsewhere; {mend}"
+        f"CRS, and layers in another one will lie elsewhere; {fix}"
     )
 
 
@@ -179,7 +187,7 @@ def _refuse_stretched(crs: pyproj.CRS, source: Any, path: str | Path, given: str
         raise UserError(
             f"{path}: the DEM's CRS {crs_name(crs)} is a map of the whole world: where the DEM lies, its metres are "
             f"{shrink:.2f} m, so that every slope comes out wrong; "
-            f"mend: {remedies.warp(source, path, size, _metric_code(source, crs), crs=given or '')}"
+            f"fix: {remedies.warp(source, path, size, _metric_code(source, crs), crs=given or '')}"
         )
 
 
@@ -187,8 +195,7 @@ def _refuse_foot_heights(unit: str | None, factor: float, path: str | Path, code
     """``code`` of the horizontal CRS, where the heights' unit is told by the CRS and must go with them."""
     if unit and ("foot" in unit.lower() or "feet" in unit.lower() or unit.strip().lower() in FEET):
         raise UserError(
-            f"{path}: the DEM's heights are in {unit}, but must be in metres; "
-            f"mend: {remedies.times(path, factor, code)}"
+            f"{path}: the DEM's heights are in {unit}, but must be in metres; fix: {remedies.times(path, factor, code)}"
         )
 
 
@@ -206,9 +213,9 @@ def _refuse_images(source: Any, path: str | Path, feedback: Feedback) -> None:
         if source.gcps[0]:
             raise UserError(
                 f"{path}: the DEM is placed by {len(source.gcps[0])} ground control points only; "
-                f"mend: {remedies.warp(source, path, '1')}, with the wanted cell size in place of 1"
+                f"fix: {remedies.warp(source, path, '1')}, with the wanted cell size in place of 1"
             )
-        raise UserError(f"{path}: the DEM has no georeference; mend, with its own numbers: {remedies.placed(path)}")
+        raise UserError(f"{path}: the DEM has no georeference; fix, with its own numbers: {remedies.placed(path)}")
 
 
 def _square_transform(source: Any, path: str | Path, given: str | None) -> Affine:
@@ -217,14 +224,19 @@ def _square_transform(source: Any, path: str | Path, given: str | None) -> Affin
     size = math.sqrt(abs(t.a * t.e - t.b * t.d))
     if not (math.isfinite(size) and size > 0):
         raise UserError(f"{path}: the DEM's cells are {t.a:g} x {t.e:g} m large; correct the cell size in its header")
+    if not LEAST_CELL_M <= size <= MOST_CELL_M:
+        raise UserError(
+            f"{path}: the DEM's cells are {size:.3g} m large, but must be between {LEAST_CELL_M:g} and {MOST_CELL_M:g} "
+            "m; correct the cell size in its header, or its CRS"
+        )
     if t.a <= 0 or max(abs(t.b) * ny, abs(t.d) * nx) > SHIFT_ALLOWED_CELLS * size:
         turned = "mirrored" if t.a <= 0 and t.b == 0 == t.d else "rotated"
-        mend = remedies.warp(source, path, f"{size:.6g}", crs=given or "")
-        raise UserError(f"{path}: the DEM's grid is {turned}, but must be north-up; mend: {mend}")
+        fix = remedies.warp(source, path, f"{size:.6g}", crs=given or "")
+        raise UserError(f"{path}: the DEM's grid is {turned}, but must be north-up; fix: {fix}")
     if abs(t.a - abs(t.e)) * max(nx, ny) > SHIFT_ALLOWED_CELLS * t.a:
         raise UserError(
             f"{path}: the DEM's cells are {t.a:.9g} m x {abs(t.e):.9g} m, but must be square; "
-            f"mend: {remedies.warp(source, path, f'{min(t.a, abs(t.e)):.6g}', crs=given or '')}"
+            f"fix: {remedies.warp(source, path, f'{min(t.a, abs(t.e)):.6g}', crs=given or '')}"
         )
     return t
 

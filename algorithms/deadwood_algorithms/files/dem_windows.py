@@ -149,7 +149,7 @@ class DemWindows:
 def open_windows(
     path: str | Path, *, crs: str | None, feedback: Feedback, look_through: bool = True, as_ground: bool = True
 ) -> Iterator[DemWindows]:
-    """Open a DEM for reading in windows, or refuse it with the command that mends it.
+    """Open a DEM for reading in windows, or refuse it with the command that fixes it.
 
     Without ``look_through`` it is not read once for an undeclared collar of 0 m: for tools that want a few spots of it;
     `read_part` finds out by itself. Heights that are not ``as_ground``, of crowns and roofs, may have any steps.
@@ -167,7 +167,7 @@ def open_windows(
 
 
 def read_dem(path: str | Path, *, crs: str | None = None, feedback: Feedback | None = None) -> Grid:
-    """Read band 1 of a DEM as float32 heights, or refuse it with the command that mends it.
+    """Read band 1 of a DEM as float32 heights, or refuse it with the command that fixes it.
 
     ``crs`` names the CRS of a file that holds none. A south-up file is read right, a rotated or non-square one refused.
     """

@@ -1,4 +1,4 @@
-"""No input is taken from the network unless the user allows it: results shall hang on files that are there tomorrow.
+"""No input is taken from the network unless the user allows it: results shall depend on files that are there tomorrow.
 
 A path that names the network is refused, always. A file that points to it (a GDAL virtual raster or layer, the
 description of a map service) is refused unless the variable `ALLOWED` is set: whoever sends such a file would else
@@ -111,7 +111,7 @@ def _root_of(file: Path, named: str, what: str) -> ElementTree.Element | None:
             return None
         raise UserError(
             f"{named}: the {what} file, or one that it points to, is a virtual one that cannot be looked into ({error})"
-            "; write it anew (gdalbuildvrt), or give the files themselves"
+            "; write it again (gdalbuildvrt), or give the files themselves"
         ) from error
 
 

@@ -19,7 +19,7 @@ from rasterio.windows import Window
 
 from deadwood_algorithms.files import remedies, styles
 from deadwood_algorithms.files.ascii_grid import refuse_broken_ascii, why_not_ascii
-from deadwood_algorithms.files.crs import accuracy_words, horizontal, same_crs
+from deadwood_algorithms.files.crs import accuracy_words, horizontal, refuse_local, same_crs
 from deadwood_algorithms.files.embedded import tags_now
 from deadwood_algorithms.files.geotiff import (
     TILE_CELLS,
@@ -50,12 +50,13 @@ def read_raster_on(path: str | Path, grid: Grid, *, what: str, feedback: Feedbac
         refuse_cut_off(source, path)
         if source.transform == Affine.identity():
             raise UserError(
-                f"{path}: the {what} raster has no georeference; mend, with its own numbers: {remedies.placed(path)}"
+                f"{path}: the {what} raster has no georeference; fix, with its own numbers: {remedies.placed(path)}"
             )
         if source.crs is None:
             feedback.note(f"{path}: the {what} raster has no CRS, it is taken to be in the DEM's")
         own = pyproj.CRS.from_wkt(source.crs.to_wkt()) if source.crs else grid.crs
         same = same_crs(own, grid.crs)
+        refuse_local(own, grid.crs, f"{path}: the {what} raster")
         frame = grid.frame
         if not (same and source.shape == frame.shape and source.transform.almost_equals(frame.transform)):
             how = "" if same else f", {accuracy_words(own, grid.crs, source.bounds)}"

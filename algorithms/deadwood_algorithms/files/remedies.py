@@ -1,4 +1,4 @@
-"""Commands that mend a raster, for messages: by ``rio``, which comes with rasterio and so is there wherever we are."""
+"""Commands that fix a raster, for messages: by ``rio``, which comes with rasterio and so is there wherever we are."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def quoted(path: str | Path) -> str:
     return shlex.quote(str(path))
 
 
-def _copy(path: str | Path, ending: str = "mended") -> str:
+def _copy(path: str | Path, ending: str = "fixed") -> str:
     return shlex.quote(f"{Path(path).stem}_{ending}.tif")
 
 

@@ -19,7 +19,8 @@ import pyarrow.parquet as parquet
 import pyogrio
 import shapely
 
-GEOMETRY = "geometry"
+GEOMETRY, BBOX = "geometry", "bbox"
+CORNERS = ("xmin", "ymin", "xmax", "ymax")  # of a geometry's box, by which readers skip what lies elsewhere
 GEOPARQUET = "1.1.0"  # the version of its specification
 
 
@@ -66,14 +67,20 @@ def write_layer(path: Path, name: str, stream: Stream, **options: Any) -> None:
 
 
 def write_geoparquet(path: Path, stream: Stream) -> None:
-    """A file of its own with the metadata that GeoParquet asks for (version 1.1), a row group a piece."""
+    """A file of its own with the metadata that GeoParquet asks for (version 1.1), a row group a piece, and the box of
+    each geometry, which geopandas does not show but uses: ``read_parquet(path, bbox=...)``."""
     first = stream.first
     bounds = np.full(6, np.nan)
-    with parquet.ParquetWriter(path, _schema(first), compression="zstd") as writer:
+    plain = _schema(first)
+    boxed = plain.append(pa.field(BBOX, pa.struct([(corner, pa.float64()) for corner in CORNERS])))
+    with parquet.ParquetWriter(path, boxed, compression="zstd") as writer:
         for piece in stream.pieces():
-            xyz = shapely.get_coordinates(np.asarray(piece.geometry), include_z=True)
+            shapes = np.asarray(piece.geometry)
+            xyz = shapely.get_coordinates(shapes, include_z=True)
             bounds[:3], bounds[3:] = np.fmin(bounds[:3], xyz.min(axis=0)), np.fmax(bounds[3:], xyz.max(axis=0))
-            batch = _batch(piece, writer.schema)
+            boxes = [pa.array(each) for each in shapely.bounds(shapes).T]
+            columns = [*_batch(piece, plain).columns, pa.StructArray.from_arrays(boxes, CORNERS)]
+            batch = pa.RecordBatch.from_arrays(columns, schema=boxed)
             writer.write_table(pa.Table.from_batches([batch]), row_group_size=batch.num_rows)
         writer.add_key_value_metadata({"geo": json.dumps(_geo(stream, first.crs, bounds))})
 
@@ -87,6 +94,7 @@ def _geo(stream: Stream, crs: Any, bounds: np.ndarray) -> dict[str, Any]:
         "geometry_types": kinds,
         "crs": json.loads(crs.to_json()) if crs is not None else None,
         "bbox": [float(each) for each in (bounds[[0, 1, 3, 4]] if flat else bounds)],
+        "covering": {"bbox": {corner: [BBOX, corner] for corner in CORNERS}},
     }
     return {"version": GEOPARQUET, "primary_column": GEOMETRY, "columns": {GEOMETRY: facts}}
 

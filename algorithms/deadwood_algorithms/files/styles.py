@@ -306,7 +306,11 @@ TABLE = "layer_styles"  # QGIS's name for it
 
 
 def store_in(package: Path, styles: Mapping[str, Style | None]) -> None:
-    """Write the table ``layer_styles`` of a GeoPackage, from which QGIS takes the style of each layer."""
+    """Write the table ``layer_styles`` of a GeoPackage, from which QGIS takes the style of each layer.
+
+    It is listed among the layers, as QGIS itself does it, so that geopandas warns of more than one layer where none is
+    named. Unlisted (GDAL's extension aspatial) it was tried: the warning goes, and with it the styles in QGIS 3.22.
+    """
     rows = [(name, style) for name, style in styles.items() if style]
     if not rows:
         return

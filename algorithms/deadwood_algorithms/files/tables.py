@@ -202,7 +202,7 @@ def _columns(lines: list[str], separator: str, names: list[str], path: str | Pat
         if len(row) != len(names):
             raise UserError(
                 f"{path}: row {row_number} has {len(row)} cells, the first line has {len(names)} (separator "
-                f"'{separator}'); mend that row, or quote cells that hold the separator"
+                f"'{separator}'); correct that row, or quote cells that hold the separator"
             )
         for cells, cell in zip(columns, row, strict=True):
             cells.append(cell.strip())

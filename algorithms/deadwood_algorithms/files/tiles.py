@@ -33,6 +33,8 @@ from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 
 OFF_GRID_CELLS = 0.05  # as headers that were rounded may be off (`dem_header.SHIFT_ALLOWED_CELLS`)
 KEPT_OPEN = 32  # files
+# Tiles that cover less than a thousandth of so much ground as they span are not of one terrain model.
+MOST_SPANNED_CELLS, LEAST_COVERED = 1e8, 1e-3
 SAME_HEIGHT_M = 0.005  # where tiles overlap, heights that differ by less are the same, rounded
 
 
@@ -100,12 +102,13 @@ class Mosaic:
             if off > OFF_GRID_CELLS:
                 raise UserError(
                     f"{each.path}: the tile's cells lie between those of {first.path} (by {off:.2g} of a cell), but "
-                    "all tiles must lie on one grid; mend: warp it onto the cells of the others, or take the tiles of "
+                    "all tiles must lie on one grid; fix: warp it onto the cells of the others, or take the tiles of "
                     "one delivery"
                 )
         sizes = np.array([each.shape for each in tiles])
         self._right, self._bottom = self._left + sizes[:, 1], self._top + sizes[:, 0]
         self.height, self.width = int(self._bottom.max()), int(self._right.max())
+        self._refuse_scattered(sizes)
         at = int(np.argmin(self._left)), int(np.argmin(self._top))
         corner = tiles[at[0]].transform.c, tiles[at[1]].transform.f
         self.transform = Affine(cell, 0.0, corner[0], 0.0, step, corner[1])
@@ -116,6 +119,20 @@ class Mosaic:
         self.block_shapes = [(256, 256)]
         self._open: OrderedDict[str, Any] = OrderedDict()
         self._told = False
+
+    def _refuse_scattered(self, sizes: NDArray[np.int64]) -> None:
+        """Refuse tiles that lie so far apart that next to nothing of what they span has a height."""
+        spanned, covered = float(self.height) * self.width, float((sizes[:, 0] * sizes[:, 1]).sum())
+        if spanned < MOST_SPANNED_CELLS or covered > LEAST_COVERED * spanned:
+            return
+        middle = np.median(self._left), np.median(self._top)
+        k = int(np.argmax(np.hypot(self._left - middle[0], self._top - middle[1])))
+        x, y = self.tiles[k].transform.c, self.tiles[k].transform.f
+        raise UserError(
+            f"{self.name}: the {len(self.tiles)} tiles are {covered / spanned:.1g} of the ground that they span, "
+            f"{self.width} x {self.height} cells; {self.tiles[k].path} (its corner at {x:.0f}, {y:.0f}) lies farthest "
+            "from the others: correct its georeference, or leave it out"
+        )
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -222,16 +239,16 @@ def _off(here: float, there: float, step: float) -> float:
 def _refuse_foreign(tile: Tile, first: Tile) -> None:
     """Refuse a tile that is not of the same grid, or counts heights otherwise, as the first."""
     a, b = tile.transform, first.transform
-    mend = "give tiles of one delivery only"
+    fix = "give tiles of one delivery only"
     if abs(a.a - b.a) * max(*tile.shape, *first.shape) > OFF_GRID_CELLS * b.a:
         raise UserError(
             f"{tile.path}: the tile's cells are {a.a:.9g} m large, those of {first.path} {b.a:.9g} m, but all tiles "
-            f"must have the same; {mend}, or warp it to the others' cells"
+            f"must have the same; {fix}, or warp it to the others' cells"
         )
     if (a.e < 0) != (b.e < 0):
         raise UserError(
             f"{tile.path}: the tile's rows run the other way than those of {first.path} (north-up, south-up), but all "
-            f"must run alike; {mend}"
+            f"must run alike; {fix}"
         )
     one, other = (pyproj.CRS.from_wkt(each.crs.to_wkt()) if each.crs else None for each in (tile, first))
     if (one is None) != (other is None) or (one is not None and other is not None and not same_crs(one, other)):
@@ -242,7 +259,7 @@ def _refuse_foreign(tile: Tile, first: Tile) -> None:
     if (tile.scale, tile.offset) != (first.scale, first.offset):
         raise UserError(
             f"{tile.path}: the tile's heights have the scale {tile.scale:g} and offset {tile.offset:g}, those of "
-            f"{first.path} {first.scale:g} and {first.offset:g}; mend, for each: "
+            f"{first.path} {first.scale:g} and {first.offset:g}; fix, for each: "
             f"{remedies.unscaled(tile.path, tile.scale, tile.offset)}"
         )
 

@@ -20,9 +20,17 @@ import shapely
 from pyogrio.errors import CRSError, DataLayerError, DataSourceError, FeatureError
 from shapely.errors import GEOSException
 
-from deadwood_algorithms.files import styles
+from deadwood_algorithms.files import geopackage_words, styles
 from deadwood_algorithms.files.columns import field_names, number_column, where_of
-from deadwood_algorithms.files.crs import accuracy_words, crs_name, horizontal, parse_crs, same_crs
+from deadwood_algorithms.files.crs import (
+    accuracy_words,
+    crs_name,
+    horizontal,
+    is_local,
+    parse_crs,
+    refuse_local,
+    same_crs,
+)
 from deadwood_algorithms.files.free_memory import GIB, SHARE, free_bytes
 from deadwood_algorithms.files.inputs import refuse_missing
 from deadwood_algorithms.files.sqlite_files import JOURNAL, settled, unmerged
@@ -179,14 +187,14 @@ def _read_features(name: str, layer: str, place: Path) -> pd.DataFrame:
         lost = np.asarray(frame.geometry.isna())
         if lost.any():
             raise UserError(
-                f"{name}, row {int(np.argmax(lost)) + 1}: the geometry is broken and cannot be repaired; draw it anew"
+                f"{name}, row {int(np.argmax(lost)) + 1}: the geometry is broken and cannot be repaired; draw it again"
             ) from None
         frame.attrs["notes"] = ("rings that do not close were closed; check these polygons",)
         return frame
 
 
 def _read_without_index(name: str, what: str, geometry: Sequence[str]) -> pd.DataFrame:
-    """A shapefile whose index of rows (.shx) was not copied along: it is made anew, beside a copy of the file."""
+    """A shapefile whose index of rows (.shx) was not copied along: it is made again, beside a copy of the file."""
     place = Path(name)
     with tempfile.TemporaryDirectory() as folder:
         for part in place.parent.glob(f"{glob.escape(place.stem)}.*"):
@@ -199,7 +207,7 @@ def _read_without_index(name: str, what: str, geometry: Sequence[str]) -> pd.Dat
         finally:
             pyogrio.set_gdal_config_options({"SHAPE_RESTORE_SHX": None})
         frame = read_table(Path(folder) / place.name, what=what, geometry=geometry)
-    made = f"the part {place.stem}.shx is missing and was made anew; copy all parts of a shapefile together"
+    made = f"the part {place.stem}.shx is missing and was made again; copy all parts of a shapefile together"
     frame.attrs.update(where=name, notes=(made, *frame.attrs.get("notes", ())))
     return frame
 
@@ -304,6 +312,11 @@ def write_vector(path: str | Path, layers: Mapping[str, gpd.GeoDataFrame | Strea
         pyogrio.set_gdal_config_options({"OGR_CURRENT_DATE": None})
     firsts = {name: each.first if isinstance(each, Stream) else each for name, each in layers.items()}
     styles.store_in(Path(path), {name: styles.of_layer(name, frame) for name, frame in firsts.items()})
+    geopackage_words.store_in(Path(path), {name: _columns_of(frame) for name, frame in firsts.items()})
+
+
+def _columns_of(frame: gpd.GeoDataFrame) -> list[str]:
+    return [str(each) for each in frame.columns if each != frame.geometry.name]
 
 
 def _layer_of(name: str, layer: str, what: str, geometry: Sequence[str], place: Path) -> str:
@@ -398,8 +411,8 @@ def _welcome(shapes: gpd.GeoSeries, kinds: Sequence[str], what: str, where: str,
     if foreign.any():
         row = int(np.argmax(foreign))
         name = array[row].geom_type
-        mend = "; split it: 'Multipart to singleparts'" if name.startswith("Multi") and "point" in kinds else ""
-        raise UserError(f"{where}, row {row + 1}: a {name}, but the {what} must be {' or '.join(kinds)}s{mend}")
+        fix = "; split it: 'Multipart to singleparts'" if name.startswith("Multi") and "point" in kinds else ""
+        raise UserError(f"{where}, row {row + 1}: a {name}, but the {what} must be {' or '.join(kinds)}s{fix}")
     if not np.isfinite(shapely.get_coordinates(array)).all():
         owners = shapely.get_coordinates(array, return_index=True)
         row = int(owners[1][~np.isfinite(owners[0]).all(axis=1)][0])
@@ -408,7 +421,7 @@ def _welcome(shapes: gpd.GeoSeries, kinds: Sequence[str], what: str, where: str,
     crossed = ~shapely.is_valid(array) & (shapely.get_dimensions(array) == 2)
     if crossed.any():
         array[crossed] = [_polygons_of(shapely.make_valid(each)) for each in array[crossed]]
-        feedback.note(f"{where}: {int(crossed.sum())} polygons cross themselves and were mended")
+        feedback.note(f"{where}: {int(crossed.sum())} self-intersecting polygons were repaired")
         if shapely.is_empty(array).any():
             raise UserError(f"{where}, row {int(np.argmax(shapely.is_empty(array))) + 1}: the polygon has no area")
     return gpd.GeoSeries(array, index=shapes.index, crs=shapes.crs)
@@ -456,11 +469,15 @@ def _in_crs(
         return frame.set_crs(horizontal(own), allow_override=True)
     if same_crs(own, target):
         return frame.set_crs(horizontal(target), allow_override=True)
-    if own.is_geographic and np.median(np.abs(shapely.get_coordinates(np.asarray(frame.geometry)))) > 360.0:
+    beyond_degrees = np.median(np.abs(shapely.get_coordinates(np.asarray(frame.geometry)))) > 360.0
+    if own.is_geographic and beyond_degrees and is_local(target):  # GeoJSON and KML cannot say that they name none
+        return frame.set_crs(horizontal(target), allow_override=True)
+    if own.is_geographic and beyond_degrees:
         raise UserError(
             f"{where}: the {what} layer names the CRS {crs_name(own)} (degrees), or none, which means the same in this "
             f"format, but its coordinates run to {np.abs(frame.total_bounds).max():.0f}; give it its true CRS in a GIS"
         )
+    refuse_local(own, target, f"{where}: the {what} layer")
     feedback.note(
         f"{where}: the {what} layer is reprojected from {crs_name(own)} to {crs_name(horizontal(target))} "
         f"({accuracy_words(own, target, frame.total_bounds.tolist())})"

@@ -133,7 +133,7 @@ def _percent(row: Row) -> str:
     return f"{100 * row['value']:.1f} % ({100 * row['ci_low']:.1f} to {100 * row['ci_high']:.1f})"
 
 
-def findings_of(of: Evidence, *, quick: bool = False, convention: str = "") -> list[Finding]:
+def findings_of(of: Evidence, *, quick: bool = False) -> list[Finding]:
     """Every finding that the evidence of a site can decide, in the paper's order."""
     found = [*forest_findings(of), *spread_findings(of)]
     if "protected" in of.summaries or "barriers" in of.summaries:
@@ -141,8 +141,6 @@ def findings_of(of: Evidence, *, quick: bool = False, convention: str = "") -> l
     found += motion_findings(of)
     found += friction_findings(of) if of.sweeps else []
     found += flight_findings(of)
-    if convention:
-        found = [replace(each, id=f"{each.id}.{convention}") for each in found]
     if quick:
         found = [each.unjudged(QUICK) for each in found]
     return [tidy(each) for each in found]

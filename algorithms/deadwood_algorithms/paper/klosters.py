@@ -146,7 +146,7 @@ def releases(k: Mapping[str, Any]) -> list[tuple[float, float]]:
 
 
 def klosters(version: int = 2, **changes: Any) -> Twin:
-    """The twin, from its numbers; some of them changed to see what hangs on them."""
+    """The twin, from its numbers; some of them changed to see what depends on them."""
     k = twin.changed(NUMBERS, VERSION_1, version, **changes)
     edge = K["road_v_m"] + 0.5 * K["road_width_m"]
     below = edge - K["road_width_m"] - K["beyond_m"]

@@ -31,7 +31,7 @@ computed from. The tool's own docstring has the layout in which a user's data of
   four equal parts of the gullies' spacing. Bands of cliff crossed the forest, and the paper's stand above it: now
   there are none.
 - **How findings are judged** was fixed before that first log, too: no number of a twin is moved to please, and what
-  hangs on a chosen number is slid again with that number moved through its range, beside the finding.
+  depends on a chosen number is slid again with that number moved through its range, beside the finding.
 
 ## Real ground
 

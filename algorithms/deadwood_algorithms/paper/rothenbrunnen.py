@@ -117,7 +117,7 @@ def _terrain(k: Mapping[str, Any]) -> twin.Grid:
 
 
 def rothenbrunnen(version: int = 2, **changes: Any) -> Twin:
-    """The twin, from its numbers; some of them changed to see what hangs on them."""
+    """The twin, from its numbers; some of them changed to see what depends on them."""
     k = twin.changed(NUMBERS, VERSION_1, version, **changes)
     low, high = K["road_v_m"]
     ends = K["barrier_u_m"]

@@ -1,6 +1,6 @@
 """The panel of sensitivity: each chosen number of a twin moved through its range, one at a time.
 
-Fixed, with the twins, before anything slid on them. What hangs on a choice is seen by what becomes of it here.
+Fixed, with the twins, before anything slid on them. What depends on a choice is seen by what becomes of it here.
 """
 
 from __future__ import annotations
@@ -39,8 +39,8 @@ _EVERYWHERE = (
     Changed("rougher", "roughness times 1.4 (0.31 m at 1 m; version 1 has 0.34)", changes=_rougher(1.4)),
     Changed("rolling_low", "friction of rolling 0.05, not 0.1", options={"rolling_friction": 0.05}),
     Changed("rolling_high", "friction of rolling 0.2, not 0.1", options={"rolling_friction": 0.2}),
-    Changed("drawn_2", "relief and mapped forest drawn anew", changes={"seed": 3001}),
-    Changed("drawn_3", "relief and mapped forest drawn anew again", changes={"seed": 3002}),
+    Changed("drawn_2", "relief and mapped forest drawn again", changes={"seed": 3001}),
+    Changed("drawn_3", "relief and mapped forest drawn again again", changes={"seed": 3002}),
     Changed("version_1", "the twin of version 1", version=1),
 )
 _HALF_SPACING = 0.5 * (klosters.K["gully_u_m"][1] - klosters.K["gully_u_m"][0])

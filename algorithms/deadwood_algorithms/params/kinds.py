@@ -17,7 +17,7 @@ from typing import Any
 
 
 class UserError(Exception):
-    """The user's input is at fault: one line that names file, layer, field, row or option, and the mend (exit 2)."""
+    """The user's input is at fault: one line that names file, layer, field, row or option, and the fix (exit 2)."""
 
 
 @dataclass(frozen=True, kw_only=True)

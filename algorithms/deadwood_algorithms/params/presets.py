@@ -40,7 +40,7 @@ class Preset:
 
 @dataclass(frozen=True)
 class Taken:
-    """A preset as a tool took it: what it set, and the options that were given and went before it."""
+    """A preset as a tool took it: what it set, and the options that were given and overrode it."""
 
     preset: Preset
     option: str  # the flag that named it
@@ -59,11 +59,11 @@ class Taken:
 
     @property
     def said(self) -> str:
-        """One line: what the preset set, from where, what went before it, and what to mind."""
+        """One line: what the preset set, from where, what overrode it, and what to mind."""
         sets = ", ".join(f"{name} {value:.4g}" for name, value in self.sets.items())
         told = f"sets {sets} ({self.preset.source})" if sets else "sets nothing"
         before = "".join(
-            f"; {flag_of(name)} {value} is given and goes before its {self.preset.values[name]:.4g}"
+            f"; {flag_of(name)} {value} is given and overrides its {self.preset.values[name]:.4g}"
             for name, value in self.given.items()
         )
         mind = f"; {self.preset.mind}" if self.preset.mind and sets else ""
@@ -406,7 +406,7 @@ class Listed:
 
 def listed() -> Iterator[Listed]:
     """Every preset, by the option that takes it."""
-    sliding = "slide-logs, compare-fidelity, vary, run-sites"
+    sliding = "slide-logs, compare-fidelity, vary, run-sites, explore"
     tables = (
         ("sample-releases", "preset", LOGS),
         ("generate-forest", "preset", FORESTS),

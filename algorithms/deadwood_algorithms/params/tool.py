@@ -198,7 +198,8 @@ def crs() -> Any:
         "CRS of inputs that name none",
         default=None,
         advanced=True,
-        help="An authority code such as EPSG:2056, for a DEM or layer whose file holds no CRS.",
+        help="An authority code such as EPSG:2056, for a DEM or layer whose file holds no CRS; local: metres of a site "
+        "of its own.",
     )
 
 

@@ -26,7 +26,7 @@ def draw_pair(
     """Two sizes of each item, to 0.01, and how many draws were below ``least`` and repeated.
 
     Means, standard deviations and correlation are numbers, or arrays with one each an item. An item's sizes are its
-    own: they hang on the seed and its id alone. ``complaint`` says what is wrong when hardly a draw will do.
+    own: they depend on the seed and its id alone. ``complaint`` says what is wrong when hardly a draw will do.
     """
     means, sds = (
         (np.broadcast_to(each, items.shape) for each in mean),

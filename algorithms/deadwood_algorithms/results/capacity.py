@@ -1,4 +1,4 @@
-"""What trees and logs can take: hits above it are counted, as a measure of how far results hang on rigid stems.
+"""What trees and logs can take: hits above it are counted, as a measure of how far results depend on rigid stems.
 
 In the model nothing breaks. With a capacity given, each hit in which a standing tree takes more energy than it could,
 or a log loses more than it could in any hit, is counted by tree and by log; no motion changes. The capacity of a stem

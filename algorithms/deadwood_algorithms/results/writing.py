@@ -191,12 +191,12 @@ def write_results(
     summary = summary_of(asked, fidelity, layers, releases, by_log, touched, hits, queue)
     still = summary["logs"]["by_stop_reason"]["time_limit"]
     if many(still, len(releases)):
-        mend = "raise --time-limit-s"
+        fix = "raise --time-limit-s"
         if layers.shape is None and not asked.scene.rolling_friction:
-            mend += ", or --rolling-friction, without which nothing stops a log that rolls on smooth ground"
+            fix += ", or --rolling-friction, without which nothing stops a log that rolls on smooth ground"
         feedback.warn(
             f"{still} of {len(releases)} logs still moved at --time-limit-s {asked.scene.time_limit_s:g}, so their "
-            f"deposits are not final; {mend}"
+            f"deposits are not final; {fix}"
         )
     if told := loss_of_run(summary):
         feedback.warn(told)

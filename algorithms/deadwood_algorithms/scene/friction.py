@@ -160,7 +160,7 @@ def _burnt(shapes: NDArray, values: Array, grid: Grid, *, added: bool = False) -
 
 
 def _checked(
-    mu: Array, grid: Grid, where: str, elsewhere: float | None = None, mend: str = "clip the DEM to it"
+    mu: Array, grid: Grid, where: str, elsewhere: float | None = None, fix: str = "clip the DEM to it"
 ) -> Array:
     """Friction on every cell of the ground, the value for elsewhere in its gaps."""
     ground = np.isfinite(grid.values)
@@ -170,7 +170,7 @@ def _checked(
         raise UserError(
             f"{where}: the friction does not cover the DEM, {gaps.sum()} of its cells have none "
             f"(one at {grid.x0 + column * grid.cell:.1f}, {grid.y0 + row * grid.cell:.1f}); "
-            f"extend it, or {mend}"
+            f"extend it, or {fix}"
         )
     mu[gaps] = elsewhere
     mu[~ground] = 0.0  # cells off the DEM are outside whatever they hold

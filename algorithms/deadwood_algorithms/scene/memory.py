@@ -32,13 +32,13 @@ def threads_that_fit(
 ) -> int:
     """The threads wanted, or as many as help and as there is memory for; results are the same with any number.
 
-    ``what`` is the DEM's path, ``cell`` the side of its cells [m], for the mend; ``danger_lines`` are the lines whose
+    ``what`` is the DEM's path, ``cell`` the side of its cells [m], for the fix; ``danger_lines`` are the lines whose
     danger is counted.
 
     Raises
     ------
     UserError
-        where not even one fits: what is needed, what there is, and the mend
+        where not even one fits: what is needed, what there is, and how to fix it
     """
     cores = os.cpu_count() or 1
     most = max(MOST_THREADS, MOST_A_CORE * cores)
@@ -81,17 +81,17 @@ def refuse_too_many_workers(
     if free is None or here + number * each <= SHARE * free:
         return
     fitting = max(0, int((SHARE * free - here) // each))
-    mend = f"--workers {fitting} fit" if fitting else "leave out --scheduler: threads share what processes cannot"
+    fix = f"--workers {fitting} fit" if fitting else "leave out --scheduler: threads share what processes cannot"
     raise UserError(
         f"--scheduler local: {number} workers on the {cells / 1e6:.3g} million cells of {what} need "
-        f"{(here + number * each) / GIB:.1f} GB of memory, {free / GIB:.1f} GB are free; {mend}"
+        f"{(here + number * each) / GIB:.1f} GB of memory, {free / GIB:.1f} GB are free; {fix}"
     )
 
 
-def refuse_too_many(count: int, things: str, what: str, *, each: int, mend: str) -> None:
+def refuse_too_many(count: int, things: str, what: str, *, each: int, fix: str) -> None:
     """Raise ``UserError`` where so many things, of so many bytes each, do not fit into the memory that is free."""
     free = free_bytes()
     if free is not None and count * each > SHARE * free:
         raise UserError(
-            f"{what}: {count} {things} need {count * each / GIB:.1f} GB of memory, {free / GIB:.1f} GB are free; {mend}"
+            f"{what}: {count} {things} need {count * each / GIB:.1f} GB of memory, {free / GIB:.1f} GB are free; {fix}"
         )

@@ -120,7 +120,7 @@ TREES = Layer(
             "measured, or modelled where it was computed from the height",
             choices=("measured", "modelled"),
         ),
-        an_id("source_id", "The id in the source, where ids were given anew"),
+        an_id("source_id", "The id in the source, where ids were given again"),
     ),
 )
 
@@ -209,7 +209,7 @@ LINES = Layer(
 STRUCTURES = Layer(
     name="structures",
     geometry=("LineString",),
-    meaning="Axes of embankments (their crests) and ditches (their bottoms); columns go before the options",
+    meaning="Axes of embankments (their crests) and ditches (their bottoms); columns override the options",
     columns=(
         *STRUCTURE,
         a_number(
@@ -218,7 +218,7 @@ STRUCTURES = Layer(
             0,
             exclusive=True,
         ),
-        a_number("elevation_m", "Elevation of the crest or bottom; goes before the height"),
+        a_number("elevation_m", "Elevation of the crest or bottom; overrides the height"),
         a_number("crest_width_m", "Width of the flat crest or bottom", 0, default=2.0),
         a_number("slope_deg", "Slope of both sides", 0, 90, exclusive=True, default=45.0),
         a_number("slope_left_deg", "Slope of the side on the left of the line", 0, 90, exclusive=True),

@@ -545,7 +545,7 @@ SUMMARY = JsonFile(
         *_SHARE_KEYS,
         _key(
             "held",
-            "How firmly single trees hold logs, which hangs on the friction there; null without trees",
+            "How firmly single trees hold logs, which depends on the friction there; null without trees",
         ),
         _key("held.n_by_one_tree", "Logs that one standing tree alone holds, beside the ground"),
         _key("held.near_edge_deg", "Angle between its push and the edge of its friction cone that counts as near"),
@@ -678,7 +678,7 @@ MANIFEST = JsonFile(
         _key("seal", "SHA-256 of what stands in this file"),
         _key("folder", "Where the manifest was to stand; inputs that moved together with it are found from there"),
         _whole("parameters", "Every parameter, as it was given or by default"),
-        _whole("presets", "What a preset set, from which source, and which options went before it; with one only"),
+        _whole("presets", "What a preset set, from which source, and which options overrode it; with one only"),
     ),
 )
 MANIFEST_OF_SCENE = JsonFile(
@@ -835,7 +835,7 @@ FIDELITY_FACTS = JsonFile(
 )
 VARIED_FACTS = JsonFile(
     name="summary.json",
-    meaning="What the answer hangs on",
+    meaning="The most influential inputs",
     keys=(
         _key("sentence", "In one sentence, of the line that the factors move most"),
         _key("answers", "One an outcome"),

@@ -571,7 +571,7 @@ BROKEN = Layer(
     columns=(
         *TREE_HITS.columns[:3],
         a_number("capacity_kj", "Energy that it takes before it breaks", 0),
-        a_count("n_broken", "Logs that would break it, each meeting it anew"),
+        a_count("n_broken", "Logs that would break it, each meeting it again"),
     ),
 )
 

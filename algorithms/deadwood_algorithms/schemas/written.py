@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+import re
+from collections.abc import Collection, Iterable, Iterator
 from typing import Any
 
 from deadwood_algorithms.schemas import brought, files, results
-from deadwood_algorithms.schemas.words import JsonFile, Layer, OtherFile, Output, RasterFile, TableFile
+from deadwood_algorithms.schemas.words import Column, JsonFile, Layer, OtherFile, Output, RasterFile, TableFile
 
 Named = RasterFile | TableFile | JsonFile | OtherFile
 
@@ -31,6 +32,24 @@ def geometry_named(layer: str) -> str:
     kinds = {kind for each in WRITTEN if isinstance(each.what, Layer) and each.what.name == layer
              for kind in each.what.geometry}  # fmt: skip
     return kinds.pop() if len(kinds) == 1 else "Unknown"
+
+
+def layer_with(name: str, columns: Collection[str]) -> Layer | None:
+    """The layer of this name whose columns these are: of several, the one that knows most of them."""
+    named = {id(each.what): each.what for each in WRITTEN if isinstance(each.what, Layer) and each.what.name == name}
+    known = [(sum(column_named(each, one) is not None for one in columns), each) for each in named.values()]
+    return max(known, key=lambda each: each[0])[1] if known else None
+
+
+def column_named(layer: Layer, name: str) -> Column | None:
+    """The column of a layer under a name that it has in a file, in which a word in capitals stands for any text."""
+    return next((each for each in layer.columns if fits(each.name, name)), None)
+
+
+def fits(declared: str, name: str) -> bool:
+    """Whether a name is one that is declared; a word in capitals stands for any text."""
+    plain = re.split(r"(?<![A-Za-z0-9])[A-Z]{2,}(?![A-Za-z0-9])", declared)
+    return re.fullmatch(".+".join(map(re.escape, plain)), name) is not None
 
 
 OF_RUN = (
@@ -144,6 +163,7 @@ WRITTEN = (
         files.TORNADO_PICTURE,
         files.MANIFEST,
     ),
+    *_layers("explore", "NAME_layers.gpkg", [brought.RELEASES, brought.TREES, brought.BARRIERS, brought.LYING_LOGS]),
     _by_flag("make-report", "--output", files.REPORT),
     *_in_folder("make-report", *files.REPORT_FIGURES, files.MANIFEST, folder="--figures/"),
     _by_flag("make-report", "--gltf", files.REPORT_SCENE),

@@ -153,7 +153,7 @@ def spend_budget(
     ----------
     left : seconds, now
     decided : told the fidelity and the number of logs as soon as they are chosen, and again where that number is set
-        anew on the way
+        again on the way
     """
     trusted = trusted_of(assumed, len(line_ids))
 

@@ -48,7 +48,7 @@ class WorkFolder:
     def __init__(
         self, output: str, identity: Mapping[str, Any], *, resume: bool, feedback: Feedback, draws: bool = True
     ) -> None:
-        self.path, self.draws = part_path(output), draws
+        self.path, self.draws = working_folder(output), draws
         self.finished = 0
         self.lost: frozenset[int] = frozenset()
         self._identity = json.dumps(dict(identity), sort_keys=True).encode()
@@ -208,6 +208,15 @@ def part_path(output: str) -> Path:
     """The working folder of a run that is to stand at ``output``."""
     final = Path(output).absolute()
     return final.parent / f".{final.name}.part"
+
+
+def working_folder(output: str) -> Path:
+    """`part_path`, unless there is a link or a file in its place, which is not ours to remove."""
+    path = part_path(output)
+    if path.is_symlink() or (path.exists() and not path.is_dir()):
+        what = "a link" if path.is_symlink() else "a file"
+        raise UserError(f"{path}: this is {what}, where the unfinished work of a run is kept; remove or rename it")
+    return path
 
 
 def _logs_name(chunk: int) -> str:

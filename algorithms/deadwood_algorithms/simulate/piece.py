@@ -76,7 +76,7 @@ def scene_of(block: bytes, large: Sequence[NDArray]) -> tuple[str, Scene]:
 
 
 def _for_kernels(array: NDArray) -> NDArray:
-    """What came over the network may be read-only or lie askew, for which the kernels would be compiled anew."""
+    """What came over the network may be read-only or lie askew, for which the kernels would be compiled again."""
     return np.require(array, requirements=["C", "A", "W"])
 
 

@@ -42,8 +42,8 @@ def read_released_scene(simulation: Simulation, feedback: Feedback) -> tuple[Sce
     """
     inputs, dem = simulation.inputs, simulation.dem
     releases = read_vector(inputs.releases, geometry=("point",), target_crs=dem.crs, what="releases", feedback=feedback)
-    mend = "slide them in parts, or release fewer (--until-ci draws as many as it needs)"
-    refuse_too_many(len(releases), "logs", inputs.releases, each=LOG_BYTES, mend=mend)
+    fix = "slide them in parts, or release fewer (--until-ci draws as many as it needs)"
+    refuse_too_many(len(releases), "logs", inputs.releases, each=LOG_BYTES, fix=fix)
     layers = scene_on(simulation, part_of(dem, releases, inputs.defaults, inputs.friction), feedback)
     warn_of_ground(layers.dem, *plan_of(releases), feedback)
     logs = releases_of(releases, layers.dem, inputs.defaults, feedback=feedback)

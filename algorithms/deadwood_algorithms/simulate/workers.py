@@ -273,14 +273,14 @@ class Workers:
 
     def _judge(self, address: str, threads: int, future: Any) -> None:
         """Whether a worker may be used; why not is said once."""
-        mend = f"install deadwood-toolbox {VERSION} on both sides, from the same source"
+        fix = f"install deadwood-toolbox {VERSION} on both sides, from the same source"
         try:
             facts = from_block(future.result(timeout=LOST_S))[0]
         except (*_gone_for_a_while(), TimeoutError):
             return  # it is looked at again, if it is still there
         except Exception as error:
             said = (str(error).splitlines() or [""])[0]
-            why = f"it has no deadwood-toolbox {VERSION} ({type(error).__name__}: {said}); {mend}"
+            why = f"it has no deadwood-toolbox {VERSION} ({type(error).__name__}: {said}); {fix}"
         else:
             ours = {"version": VERSION, "engine": engine_digest(), "bits": self._bits}
             if facts == ours:
@@ -289,7 +289,7 @@ class Workers:
                 return
             if (facts["version"], facts["engine"]) != (VERSION, engine_digest()):
                 why = f"it has engine {facts['engine']}, version {facts['version']}; here it is engine "
-                why += f"{engine_digest()}, version {VERSION}; {mend}"
+                why += f"{engine_digest()}, version {VERSION}; {fix}"
             else:
                 why = "the same engine gives other bits on its processor or system library than here, and two must not "
                 why += "mix in one result; take workers like this machine, or start the run on a machine like them"

@@ -1,6 +1,6 @@
 """Bootstrap intervals whose draws belong to the logs: the same with any order of rows, and paired between runs.
 
-Instead of drawing n of n logs anew, each log of a resample counts as often as a Poisson number of mean 1 that is drawn
+Instead of drawing n of n logs again, each log of a resample counts as often as a Poisson number of mean 1 that is drawn
 from the seed, its log_id and the number of the resample (Hanley & MacGibbon 2006, "Creating non-parametric bootstrap
 samples using Poisson frequencies"). For more than a few dozen logs the intervals are those of the usual bootstrap.
 """

@@ -4,8 +4,8 @@ Gives the DEM with the structures in it, on its own grid, in its CRS and number 
 ``slide-logs``. Each line is the axis of one structure, ``kind`` says of which. The crest (of a ditch: the bottom) is
 flat over ``crest_width_m`` and lies ``height_m`` above (below) the ground under the line, or at ``elevation_m`` where
 that is given; from its edges the sides fall (rise) at ``slope_deg`` until they first meet the ground. The columns
-``slope_left_deg`` and ``slope_right_deg``, seen along the line, go before it. At the line's ends the sides go round.
-Columns of the lines go before the options of the same names; an empty cell takes the option. A height follows the
+``slope_left_deg`` and ``slope_right_deg``, seen along the line, override it. At the line's ends the sides go round.
+Columns of the lines override the options of the same names; an empty cell takes the option. A height follows the
 ground bump by bump; a crest of an even grade has an elevation, or with ``--elevation-from-z`` the Z of the line's
 vertices.
 

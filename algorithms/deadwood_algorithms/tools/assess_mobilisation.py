@@ -177,7 +177,7 @@ def refuse_fine_cells(ask: Ask, cell: float) -> None:
     if window / cell > MOST_WINDOW_CELLS:
         raise UserError(
             f"{ask.dem}: a window of {window:g} m spans {window / cell:.0f} cells, but must at most span "
-            f"{MOST_WINDOW_CELLS}; mend: {remedies.coarser(ask.dem, window / MOST_WINDOW_CELLS * 2.0)}"
+            f"{MOST_WINDOW_CELLS}; fix: {remedies.coarser(ask.dem, window / MOST_WINDOW_CELLS * 2.0)}"
         )
 
 

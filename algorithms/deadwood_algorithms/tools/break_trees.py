@@ -15,7 +15,7 @@ which trees that break lie.
 
 The layer `reach_breaking` has both ends for each line, with the interval of their difference (paired: the same logs),
 `broken` each tree that any log breaks, and how many do. No number for the capacity is offered: take one that was
-measured for your species, and its ends. Each log meets all trees anew: one that another log broke stands again. Logs
+measured for your species, and its ends. Each log meets all trees again: one that another log broke stands again. Logs
 and lying logs do not break.
 """
 

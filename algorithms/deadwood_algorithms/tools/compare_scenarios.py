@@ -121,7 +121,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
 
 def warn_of_lost(rows: Sequence[ScenarioRow], compared: Compared, feedback: Feedback) -> None:
-    """Say which of the numbers hang on logs that left the terrain model, if any do."""
+    """Say which of the numbers depend on logs that left the terrain model, if any do."""
     from deadwood_algorithms.results.lost import many
 
     told = [f"reach of {row.item} in {row.scenario}" for row in rows if row.quantity == "reach" and row.loss_matters]

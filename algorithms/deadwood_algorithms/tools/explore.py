@@ -17,7 +17,7 @@ from __future__ import annotations
 import json
 import sys
 import webbrowser
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -28,6 +28,7 @@ from deadwood_algorithms.params.where import Where
 from deadwood_algorithms.scene.released_scene import FrictionByName
 
 if TYPE_CHECKING:
+    from deadwood_algorithms.explore.kept import Keeper
     from deadwood_algorithms.explore.questions import Defaults
     from deadwood_algorithms.explore.stdio import Out
 
@@ -124,7 +125,6 @@ class Said(Quiet):
 
 def answer(ask: Ask, out: Out, feedback: Feedback) -> None:
     """Load the scene, then answer what comes in until the input ends."""
-    from deadwood_algorithms.explore.kept import Keeper
     from deadwood_algorithms.explore.relief import Relief
     from deadwood_algorithms.explore.session import Session
     from deadwood_algorithms.explore.stdio import Front
@@ -138,8 +138,7 @@ def answer(ask: Ask, out: Out, feedback: Feedback) -> None:
         layers = scene_on(simulation, None, feedback)
         load_kernels(layers.shape, feedback)
         session = Session(simulation, layers, defaults_of(ask, layers.friction))
-        keeper = Keeper(ask.inputs(), Path(ask.output), ask.overwrite, slider(ask, feedback))
-        Front(session, Relief(layers.dem), out, keeper).serve(sys.stdin.buffer)
+        Front(session, Relief(layers.dem), out, keeper_of(ask, feedback)).serve(sys.stdin.buffer)
 
 
 def defaults_of(ask: Ask, friction: Any) -> Defaults:
@@ -155,17 +154,23 @@ def defaults_of(ask: Ask, friction: Any) -> Defaults:
     )
 
 
-def slider(ask: Ask, feedback: Feedback) -> Callable[[Mapping[str, Any]], None]:
-    """Slides a run of slide-logs on the scene of this one, with some parameters replaced."""
+def keeper_of(ask: Ask, feedback: Feedback) -> Keeper:
+    """What keeps an answer: its layers with the record of this tool, and a run of slide-logs on them."""
+    from deadwood_algorithms.explore.kept import Keeper
+    from deadwood_algorithms.files.vectors import write_vector
+    from deadwood_algorithms.results.identity import writing
+    from deadwood_algorithms.tools import slide_logs
 
     def slide(changes: Mapping[str, Any]) -> None:
-        from deadwood_algorithms.tools import slide_logs
-
         shared = {each.name for each in slide_logs.TOOL.parameters()} & {each.name for each in TOOL.parameters()}
-        values = {name: getattr(ask, name) for name in shared} | dict(changes)
-        slide_logs.TOOL(feedback=feedback, **values)
+        slide_logs.TOOL(feedback=feedback, **{name: getattr(ask, name) for name in shared} | dict(changes))
 
-    return slide
+    def write(place: Path, layers: Mapping[str, Any], chosen: Mapping[str, Any]) -> None:
+        with writing(TOOL, replace(ask, output=str(place)), feedback) as outputs:
+            outputs.facts["chosen"] = chosen
+            write_vector(outputs.file("output", ".gpkg"), layers)
+
+    return Keeper(ask.inputs(), Path(ask.output), ask.overwrite, slide, write)
 
 
 TOOL = Tool(

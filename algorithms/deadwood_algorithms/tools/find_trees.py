@@ -118,7 +118,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             shapely.points(canopy.x0 + tops.column[fit] * canopy.cell, canopy.y0 + tops.row[fit] * canopy.cell)
         )
         warn_implausible(height, schemas.TREES.column("height_m"), path, feedback)
-        warn_implausible(dbh, column, f"{path}, computed DBH", feedback, mend="check the law (--dbh-law)")
+        warn_implausible(dbh, column, f"{path}, computed DBH", feedback, fix="check the law (--dbh-law)")
         warn_of_another_region(law, places, canopy.plan_crs, feedback)
         columns = {"tree_id": np.arange(1, dbh.size + 1), "dbh_cm": dbh, "height_m": height}
         columns["dbh_source"] = np.full(dbh.size, "modelled", object)

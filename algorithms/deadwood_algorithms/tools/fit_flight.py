@@ -11,9 +11,9 @@ Verdicts: ``above_launch_line`` (the landing is not below the line along which t
 there), ``cuts_terrain`` (the ground between stands into the flight by more than ``--tolerance-m``), ``hits_barrier``,
 or ``possible``. A flight is a line from take-off to landing, or two points that share a ``flight_id`` and have the
 ``role`` takeoff and landing (two points alone need neither). The centre of mass is half a DBH above the ground at both
-ends. Columns ``takeoff_deg``, ``dbh_cm`` and ``length_m`` go before the options.
+ends. Columns ``takeoff_deg``, ``dbh_cm`` and ``length_m`` override the options.
 
-The speed hangs on the angle: try a few degrees up and down. The paper's log flew at 24 m/s over a barrier of 3.5 m;
+The speed depends on the angle: try a few degrees up and down. The paper's log flew at 24 m/s over a barrier of 3.5 m;
 this one, from the cliff band of the sample, at about the same:
 
     deadwood-tool fit-flight --dem sample_data/dem.tif --flights 'sample_data/sample.gpkg|layername=flights' \\

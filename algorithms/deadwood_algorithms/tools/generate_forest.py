@@ -3,15 +3,15 @@
 Gives a trees layer for ``slide-logs`` over the DEM, or over the stand polygons on it less the excluded ones. Of a trees
 layer (``--like``) it takes the density over the same area, and each tree's DBH and height together from one of its
 trees, each as often as any other: so mean, standard deviation and basal area stay, however skewed they are. Where a
-number of DBH or height is given, it goes before that of the layer, and both sizes are drawn from normal distributions
+number of DBH or height is given, it overrides that of the layer, and both sizes are drawn from normal distributions
 with the means and standard deviations and the correlation, as they are without a layer. What was planted is told beside
 what was asked or what the layer has.
 
 Stands may differ: where the stand layer has columns of the names of the numbers' options (``stems_per_ha``,
 ``dbh_mean_cm``, ...; or PlatRock's ``trees_density``, ``trees_dhp_mean``, ``trees_dhp_std``), each row is planted by
-its own, and where rows overlap the later one counts. A row's number goes before a given, that before the layer's.
+its own, and where rows overlap the later one counts. A row's number overrides a given, that before the layer's.
 
-``--preset klosters`` and ``rothenbrunnen`` are the forests of the paper; a number that is given goes before theirs. As
+``--preset klosters`` and ``rothenbrunnen`` are the forests of the paper; a number that is given overrides theirs. As
 there, a draw that is no tree (DBH below 1 cm, height below 1.3 m) is drawn again, and the number of these is said: it
 narrows the distribution a little. Of a trees layer such trees are left out.
 
@@ -180,8 +180,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             density = max(kind.stems_per_ha for kind in kinds)
             raise UserError(f"{density:g} stems/ha on {area / 1e4:.4g} ha is no tree at all; enlarge the stand")
 
-        mend = "lower --stems-per-ha, or take a smaller --stand"
-        refuse_too_many(count, "trees", ask.output, each=TREE_BYTES, mend=mend)
+        fix = "lower --stems-per-ha, or take a smaller --stand"
+        refuse_too_many(count, "trees", ask.output, each=TREE_BYTES, fix=fix)
         x, y = plant([each.ground for each in stands], counts, ask.min_spacing_m, ask.seed, feedback)
         drawn = [
             take_sizes(kind.source, items, ask.seed) if kind.source else draw_sizes(kind.sizes, items, ask.seed)

@@ -14,7 +14,7 @@ the logarithms, corrected by exp(s^2 / 2)). A single law misjudges stems by up t
 
 Dead standing trees and snags are kept apart, for they are the logs of tomorrow: ``--snags`` writes them as a
 releases layer (upright, where they stand, with their DBH and height). What lies or was removed is dropped. An id used
-twice (tiles number their trees anew) makes the tool renumber all trees and keep the old ids as ``source_id``;
+twice (tiles number their trees again) makes the tool renumber all trees and keep the old ids as ``source_id``;
 ``--merge-within-m`` makes one of the trees found twice at the seams. It does not judge whether a tree is real.
 
     deadwood-tool import-trees --trees sample_data/trees.csv --dem sample_data/dem.tif --output trees.gpkg
@@ -227,8 +227,8 @@ def sizes(ask: Ask, source: Source, living: np.ndarray, crown: np.ndarray | None
     for what, values, other in (("DBH", dbh, "height"), ("height", height, "DBH")):
         if np.isnan(values).all():
             warn_of_idle_fields(frame, layout, what, other, asked, feedback)
-    warn_implausible(dbh, schemas.TREES.column("dbh_cm"), where, feedback, mend="--dbh-unit names the unit")
-    warn_implausible(height, schemas.TREES.column("height_m"), where, feedback, mend="--height-unit names the unit")
+    warn_implausible(dbh, schemas.TREES.column("dbh_cm"), where, feedback, fix="--dbh-unit names the unit")
+    warn_implausible(height, schemas.TREES.column("height_m"), where, feedback, fix="--height-unit names the unit")
 
     sample = None
     if ask.dbh_sample == ask.trees:
@@ -254,9 +254,9 @@ def sizes(ask: Ask, source: Source, living: np.ndarray, crown: np.ndarray | None
     if named_a_law and not (filled.from_height | filled.from_dbh).any():
         feedback.warn(f"{where}: every tree has a DBH and a height, the law has nothing to do; --replace-dbh lets it")
     if filled.from_height.any():
-        mend = "check the law (--dbh-law, --dbh-a, --dbh-b)"
+        fix = "check the law (--dbh-law, --dbh-a, --dbh-b)"
         modelled = filled.dbh[filled.from_height]
-        warn_implausible(modelled, schemas.TREES.column("dbh_cm"), f"{where}, computed DBH", feedback, mend=mend)
+        warn_implausible(modelled, schemas.TREES.column("dbh_cm"), f"{where}, computed DBH", feedback, fix=fix)
     return filled
 
 
@@ -315,10 +315,10 @@ def warn_of_doubts(source: Source, filled: Filled, kept: np.ndarray, feedback: F
         slender = float(np.median(100.0 * filled.height[measured] / filled.dbh[measured]))
         low, high = SLENDERNESS
         if not low <= slender <= high:
-            mend = "a girth is divided by pi with --dbh-unit girth-cm" if slender < low else "inches: --dbh-unit in"
+            fix = "a girth is divided by pi with --dbh-unit girth-cm" if slender < low else "inches: --dbh-unit in"
             feedback.warn(
                 f"{where}: the median of height / DBH is {slender:.0f}, stands have {low} to {high}; check the units "
-                f"of both ({mend})"
+                f"of both ({fix})"
             )
 
 

@@ -11,7 +11,7 @@ of it comes from. In the 3-D view logs move again: the fastest, the farthest, th
     deadwood-tool make-report run_none run_forest --output forest.html --language de --figures figures --gltf slope.glb
 
 With --results the page also has what other tools found out: what each tree is worth, where a barrier serves most,
-classes of intensity and return periods, from where lines are reached, what the answer hangs on.
+classes of intensity and return periods, from where lines are reached, what the answer depends on.
 
 Of several runs of the same releases the page also has the paired differences of `compare-scenarios`, with maps. Inputs
 of a run that are not where they were (the terrain model, the trees) are missing in the page, which says so. Its figures

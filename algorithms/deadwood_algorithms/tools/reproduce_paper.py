@@ -5,9 +5,9 @@ and the verdict: holds, does not hold, not decided, cannot be judged here), the 
 `findings.md`, `report.html` with the figures beside the paper's (3, 4, A1, B1), and every run. Judged is a finding (an
 order, a direction, the size of a ratio), not another slope's number. The twins and the rules were fixed before the
 first run; the numbers of the twins, each with its source, are in `deadwood_algorithms/paper/README.md`;
-`--twin-version 1` takes the twins that were used until November 2026. The log slides as the smooth cone, and again as
-the paper's point cloud (`make-log`, ids that end in `.cloud`). What fewer than 20 000 logs leave open is slid again
-with 20 000.
+`--twin-version 1` takes the twins that were used until November 2026. The log slides as the smooth cone, and a fifth of
+the logs again as the paper's point cloud (`make-log`, ids that end in `.cloud`). What fewer than 20 000 logs leave open
+is slid again with 20 000.
 
 On the twins of version 2 each finding has a panel of sensitivity (`sensitivity.csv`): the same finding with one chosen
 number of the twin moved (width of treeless strips, roughness, places of release, friction of rolling, another draw of
@@ -37,7 +37,7 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -67,7 +67,6 @@ SITES = ("klosters", "rothenbrunnen")
 FRICTIONS = (0.15, 0.2, 0.25, 0.3, 0.35, 0.4)
 ROCKS = {"platy": (1.6, 1.25, 0.5), "cubic": (1.0, 1.0, 1.0)}  # sides of 1 m3 [m]
 QUICK_LOGS = 300
-DECIDING_LOGS = 20_000  # the paper's; what fewer leave open is slid again with so many
 DECIDED_BY = {  # by finding, the scenarios that it needs beside the mapped forest
     "none_far_above_mapped": ("none",),
     "mapped_above_random": ("random",),
@@ -89,6 +88,10 @@ class Ask:
     logs: int = tool.integer(
         "Logs of each scenario, over all releases", default=20_000, minimum=8, maximum=10_000_000,
         help="The sweeps of friction and cells, and each run of the panel of sensitivity, take a fifth of them.",
+    )  # fmt: skip
+    deciding_logs: int = tool.integer(
+        "Logs of each scenario by which findings are judged that fewer leave open", default=20_000, minimum=0,
+        maximum=10_000_000, advanced=True, help="The paper's number. 0 leaves them open.",
     )  # fmt: skip
     fidelity: str = tool.choice("Speed against accuracy", "draft", "standard", "fine", "reference", default="standard")
     quick: bool = tool.flag("At most 300 logs and a coarser set, in a minute or two; not judged")
@@ -114,7 +117,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     names = SITES if ask.site == "both" else (ask.site,)
     with result_folder(TOOL, ask, feedback) as folder, tool.moving_to(place_of_work(ask), final):
         work = work_folder(ask, feedback)
-        found: list[Finding] = []
+        found: dict[str, list[Finding]] = {}
+        sites: dict[str, Site] = {}
         figures: list[tuple[str, Path]] = []
         try:
             for name in names:
@@ -127,40 +131,52 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
                 if name == names[0]:  # said here: what the steps note is not (``Stage``)
                     load_kernels(None, feedback)
                 slide = Steps(ask, site, place, feedback)
-                mine: list[Finding] = []
-                for convention in ("", "cloud") if not ask.quick else ("",):
-                    mine += findings_of(slide.evidence(convention), quick=ask.quick, convention=convention)
-                found += decided(ask, site, place, mine, feedback)
+                sites[name], found[name] = site, findings_of(slide.evidence(), quick=ask.quick)
                 figures += slide.figures()
-            for name in names:
-                panel = varied(ask, name, work / name, feedback)
-                found = [with_panel(each, panel) if each.id.startswith(f"{name}.") else each for each in found]
+            for name, site in sites.items():
+                place = work / name
+                cloud, panel = clouds(ask, site, place, feedback), varied(ask, name, place, feedback)
+                if cloud:
+                    panel = [("the log as the paper's point cloud", cloud), *panel]
+                found[name] = [with_panel(each, panel) for each in decided(ask, site, place, found[name], feedback)]
+                found[name] += [replace(each, id=f"{each.id}.cloud") for each in cloud]
         except (Cancelled, KeyboardInterrupt) as error:
             feedback.note(f"what is finished is kept in {work}; --resume goes on from there")
             raise Cancelled from error
         hidden = shutil.ignore_patterns(".*")
         shutil.copytree(work, folder, dirs_exist_ok=True, ignore=hidden, copy_function=link_or_copy)
         head = words(ask)
-        write_report(folder, found, head, [(title, folder / path.relative_to(work)) for title, path in figures])
+        every = [each for name in names for each in found[name]]
+        write_report(folder, every, head, [(title, folder / path.relative_to(work)) for title, path in figures])
     shutil.rmtree(work)
-    lines = [f"{each.verdict:21} {each.id}" for each in found]
+    lines = [f"{each.verdict:21} {each.id}" for each in every]
     outputs = {"output": final, "findings": final / "findings.json", "report": final / "report.html"}
-    return Outcome(outputs, {"findings": len(found), "hold": sum(each.holds is True for each in found)}, (*lines, head))
+    return Outcome(outputs, {"findings": len(every), "hold": sum(each.holds is True for each in every)}, (*lines, head))
+
+
+def clouds(ask: Ask, site: Site, place: Path, feedback: Feedback) -> list[Finding]:
+    """The findings of a fifth of the logs, each as the paper's point cloud, which takes ten times as long."""
+    from deadwood_algorithms.paper.findings import findings_of
+
+    if ask.quick:
+        return []
+    needed = {"none", "random", "barriers", "friction"}
+    steps = Steps(ask, site, place / ".cloud", feedback, logs=max(8, logs_of(ask) // 5), needed=needed)
+    return findings_of(steps.evidence_of_needed("cloud"))
 
 
 def decided(ask: Ask, site: Site, place: Path, found: list[Finding], feedback: Feedback) -> list[Finding]:
-    """The findings; those that so many logs leave open are judged anew by more, in the scenarios that they need."""
-    from dataclasses import replace
+    """The findings; those that so many logs leave open are judged again by more, in the scenarios that they need."""
 
     from deadwood_algorithms.paper.findings import findings_of
 
     open_ = {each.id for each in found if each.verdict == "not decided"}
     needed = {name for each in open_ for name in DECIDED_BY.get(each.partition(".")[2], ())}
-    if ask.quick or logs_of(ask) >= DECIDING_LOGS or not needed:
+    if ask.quick or logs_of(ask) >= ask.deciding_logs or not needed:
         return found
-    more = Steps(ask, site, place / ".more", feedback, logs=DECIDING_LOGS, needed=needed)
-    again = {each.id: each for each in findings_of(more.evidence_of_needed()) if each.id in open_}
-    told = f"{DECIDING_LOGS} logs a scenario, for {logs_of(ask)} left it open: "
+    steps = Steps(ask, site, place / ".more", feedback, logs=ask.deciding_logs, needed=needed)
+    again = {each.id: each for each in findings_of(steps.evidence_of_needed()) if each.id in open_}
+    told = f"{ask.deciding_logs} logs a scenario, for {logs_of(ask)} left it open: "
     return [replace(again[each.id], why=told + again[each.id].why) if each.id in again else each for each in found]
 
 
@@ -210,8 +226,9 @@ def fidelity_of(ask: Ask) -> str:
 
 
 def place_of_work(ask: Ask) -> Path:
-    final = Path(ask.output).absolute()
-    return final.parent / f".{final.name}.part"
+    from deadwood_algorithms.simulate.checkpoints import working_folder
+
+    return working_folder(ask.output)
 
 
 def work_folder(ask: Ask, feedback: Feedback) -> Path:
@@ -376,13 +393,9 @@ class Steps:
         plain = [{key: float("nan") if value is None else value for key, value in row.items()} for row in rows]
         return {(str(row["scenario"]), str(row["quantity"]), str(row["item"])): row for row in plain}
 
-    def evidence(self, convention: str) -> Evidence:
+    def evidence(self) -> Evidence:
         """All that the findings of the site are judged by."""
-        of = self.evidence_of_scenarios(convention)
-        if convention:
-            if self.klosters:
-                of.sweeps = self.high_friction(convention)
-            return of
+        of = self.evidence_of_scenarios()
         self._evidence = of
         if self.klosters:
             of.sweeps = {cell: self.sweep(cell) for cell in self.cells()}
@@ -394,7 +407,7 @@ class Steps:
                 of.jumped = [(row["speed_ms"], row["jump_m"], row["height_m"]) for row in self.jumps()]
         return of
 
-    def evidence_of_scenarios(self, convention: str) -> Evidence:
+    def evidence_of_scenarios(self, convention: str = "") -> Evidence:
         """What the scenarios came to."""
         from deadwood_algorithms.files.vectors import read_table
         from deadwood_algorithms.paper.findings import Evidence
@@ -410,14 +423,14 @@ class Steps:
         twin = self.ask.site_data is None
         return Evidence(self.site.name, self.site.facts, rows, logs, summaries, cell_speed=cells, twin=twin)
 
-    def evidence_of_needed(self) -> Evidence:
-        """What the needed scenarios came to, the rocks and the high friction among them; the log a cone."""
-        of = self.evidence_of_scenarios("")
+    def evidence_of_needed(self, convention: str = "") -> Evidence:
+        """What the needed scenarios came to, the rocks and the high friction among them."""
+        of = self.evidence_of_scenarios(convention)
         if self.klosters and "friction" in self.needed:
-            of.sweeps = self.high_friction("")
+            of.sweeps = self.high_friction(convention)
         if "platy" in self.needed:
             of.spreads = {name: self.spread(name) for name in ("als", *ROCKS)}
-        if "barriers" in of.logs and self.site.facts["takeoff_line"]:
+        if "barriers" in of.logs and self.site.facts["takeoff_line"] and not convention:
             self._evidence = of
             of.jumped = [(row["speed_ms"], row["jump_m"], row["height_m"]) for row in self.jumps()]
         return of

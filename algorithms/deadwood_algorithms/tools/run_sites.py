@@ -20,7 +20,7 @@ do not add up (compare-scenarios). `--report` adds a page of the first 12 sites.
         --lines 'sample_data/sample.gpkg|layername=lines' --output region
 
 A site that fails is told in one line, the others are finished; the exit status is then 2. An interrupted run goes on
-with --resume, also in the middle of a site; so does one with failures, once they are mended: what is finished and
+with --resume, also in the middle of a site; so does one with failures, once they are fixed: what is finished and
 unchanged is not slid again. Each site is the run that slide-logs would make of it, and the same bits. With --scheduler
 all sites share its workers: they are started, or waited for, once.
 """
@@ -98,6 +98,7 @@ def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.evaluate.sites.progress import SitesFolder
     from deadwood_algorithms.results.identity import result_folder
     from deadwood_algorithms.results.run_folder import write_json
+    from deadwood_algorithms.simulate.checkpoints import part_path
     from deadwood_algorithms.simulate.warm_up import load_kernels
     from deadwood_algorithms.simulate.workers import NobodySlides
 
@@ -105,7 +106,7 @@ def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
     goes_on = ask.resume and SitesFolder.is_of(ask.output)
     with (
         result_folder(TOOL, ask, feedback, replaces=goes_on) as folder,
-        tool.moving_to(SitesFolder.place(ask.output), final),
+        tool.moving_to(part_path(ask.output), final),
     ):
         work = SitesFolder(ask.output, resume=ask.resume, feedback=feedback)
         found: list[SiteFound] = []
@@ -131,7 +132,7 @@ def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
         names = ", ".join(each.name for each in failed[:5]) + (" ..." if len(failed) > 5 else "")
         raise UserError(
             f"{len(failed)} of {len(found)} sites failed ({names}); the others are in {ask.output}, whose {OVERVIEW} "
-            "says why; mend them, and run again with --resume: only what is not finished is slid"
+            "says why; fix them, and run again with --resume: only what is not finished is slid"
         )
     work.remove()
     outputs = {"overview": OVERVIEW, "layer": LAYER, "picture": PICTURE, "summary": "summary.json"}

@@ -6,13 +6,13 @@ as its values say, inside the areas, or without areas wherever it is above 0. Ev
 ``--logs-per-ha`` times its area (without areas, times that of the cells above 0).
 
 What the logs are like `--preset` says by name, with its source (`deadwood-tool list --presets` has all); an option that
-is given goes before it. A preset of a wood has the density of its critical stage of decay, and a relation of DBH and
+is given overrides it. A preset of a wood has the density of its critical stage of decay, and a relation of DBH and
 length, by which one of them follows from the other.
 
 The logs of an area are alike unless sizes are to be drawn: normal distributions with ``--dbh-sd-cm``, ``--length-sd-m``
 and ``--density-sd-kg-m3`` around the means (a draw that is no log is drawn again, and said), or rows of a table of
 mapped deadwood (``--deadwood``, as ``import-trees --snags`` writes it: each log is like one of its rows). Columns of
-the areas go before the options of the same names, those of the mapped deadwood before both. The axis is upright, lying,
+the areas override the options of the same names, those of the mapped deadwood before both. The axis is upright, lying,
 tilted, ``random`` (any direction in space) or ``random-lying`` (on the ground, any azimuth).
 
 Log k has the same id, place and size however many logs are drawn, for its draws come from the seed and its id alone;
@@ -68,7 +68,7 @@ BYTES = 650  # a log, measured on a million: drawn and written
 DEFAULT_PRESET = "klosters"
 OF_PRESET = "Default: that of the preset."
 SLIVER_M2 = 0.1  # less ground than a single stem stands on
-OPTIONS = (*NUMBERS, *SPREADS, "orientation")  # that columns of the areas go before
+OPTIONS = (*NUMBERS, *SPREADS, "orientation")  # that columns of the areas override
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -154,8 +154,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         of_area = columns_of_rows(areas, {name: getattr(ask, name) for name in OPTIONS} | sizes, feedback)
         deadwood = mapped_deadwood(ask.deadwood, feedback) if ask.deadwood else None
         counts = logs_by_area(ask, shapes, weights)
-        mend = "lower --count or --logs-per-ha, or sample the areas in parts"
-        refuse_too_many(int(counts.sum()), "logs", ask.output, each=BYTES, mend=mend)
+        fix = "lower --count or --logs-per-ha, or sample the areas in parts"
+        refuse_too_many(int(counts.sum()), "logs", ask.output, each=BYTES, fix=fix)
 
         log_id, places = place_logs(ask, ground, areas, shapes, weights, counts, feedback)
         area = log_id % len(areas)

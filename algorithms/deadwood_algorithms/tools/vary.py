@@ -1,4 +1,4 @@
-"""Tell which of the inputs the answer hangs on: friction, the sizes of logs and trees, the terrain model, and others.
+"""Tell which of the inputs the answer depends on: friction, the sizes of logs and trees, the terrain model, and others.
 
 The same logs slide again and again, each time with other values of the factors that --vary names. Two things are read
 from it, for the reach of every line and for the mean run-out:
@@ -11,7 +11,7 @@ from it, for the reach of every line and for the mean run-out:
   intervals are by bootstrap over the design's rows and the logs. The design has (factors + 2) x --samples runs.
 
 In the folder are `tornado.csv`, `tornado.png`, `indices.csv`, `runs.csv` (one row a run) and `summary.json` with the
-sentence "your answer hangs on ...", or that so many logs do not decide it.
+sentence "your answer depends on ...", or that so many logs do not decide it.
 
     deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
         --count 100 --output releases.gpkg
@@ -207,7 +207,7 @@ def evaluate(
     ask: Ask, factors: list[Factor], slid: SlidRuns, layers: SceneLayers, logs: Releases, feedback: Feedback
 ) -> tuple[list[Measured], list[Answer]]:
     """Bars, indices and sentences of every outcome."""
-    from deadwood_algorithms.evaluate.sensitivity.answer import Measured, what_it_hangs_on
+    from deadwood_algorithms.evaluate.sensitivity.answer import Measured, most_influential
     from deadwood_algorithms.evaluate.sensitivity.indices import indices_of, rows_drawn, weights_of
     from deadwood_algorithms.evaluate.sensitivity.tornado import bars_of
 
@@ -234,7 +234,7 @@ def evaluate(
             found = indices_of(a, b, mixed, weights, drawn, look)
         measured.append(Measured(name, line, bars, found))
     feedback.progress(1, 1, "evaluating")
-    return measured, [what_it_hangs_on(each, len(logs)) for each in measured]
+    return measured, [most_influential(each, len(logs)) for each in measured]
 
 
 def write(
@@ -290,7 +290,7 @@ def write(
 TOOL = Tool(
     "vary",
     "Evaluate",
-    "What the answer hangs on: factors varied alone and together",
+    "The most influential inputs: factors varied alone and together",
     Ask,
     run,
     then="deadwood-tool make-report RUN --results {output} --output report.html",

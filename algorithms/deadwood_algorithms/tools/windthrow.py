@@ -2,7 +2,7 @@
 
 Of a trees layer a share of the stems is thrown: of all (`--share`), of each class of DBH (`--dbh-classes 0:0.1,40:0.7`,
 from 0 cm on a tenth, from 40 cm on seven tenths), within polygons (`--windthrow-areas`, whose column `share` goes
-before), and the trees that `--ids` names. The nearest whole number of each group falls; which ones hangs on the seed
+before), and the trees that `--ids` names. The nearest whole number of each group falls; which ones depends on the seed
 and each tree's id.
 
 A thrown stem lies from its stump towards `--fall-deg`, where the wind blows to, with a normal scatter; it is the part
@@ -57,7 +57,7 @@ class Ask:
         "Areas of windthrow",
         "polygon",
         default=None,
-        help="Nothing falls outside. A column share goes before --share and --dbh-classes.",
+        help="Nothing falls outside. A column share overrides --share and --dbh-classes.",
     )
     ids: str | None = tool.text("Trees that are thrown in any case", default=None, help="tree_id, with commas.")
     fall_deg: float = tool.number(

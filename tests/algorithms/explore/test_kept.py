@@ -13,9 +13,8 @@ import pytest
 from explore_case import Asked, opened, whole_picture, write_case
 from slope_case import assert_same_bytes, layer, raster, summary
 
-from deadwood_algorithms.explore.kept import Keeper
-from deadwood_algorithms.params.tool import Quiet, UserError
-from deadwood_algorithms.tools import explore, slide_logs
+from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.tools import slide_logs
 from deadwood_toolbox import cli
 
 EVERYTHING: dict[str, Any] = {
@@ -24,14 +23,6 @@ EVERYTHING: dict[str, Any] = {
     "barriers": [{"points": [[80.0, 100.0], [100.0, 104.0], [120.0, 103.0]], "height_m": 2.0}],
     "lying_logs": [{"points": [[60.0, 90.0], [70.0, 99.0]], "diameter_cm": 33.3}],
 }
-
-
-def keep(asked: Asked, name: Any, slide: Any = None) -> Any:
-    slide = slide or explore.slider(asked.ask, Quiet())
-    keeper = Keeper(asked.ask.inputs(), Path(asked.ask.output), False, slide)
-    answer = asked.session.answer
-    assert answer is not None
-    return keeper.keep(asked.session.layers, answer.question, answer.changes, name)
 
 
 def assert_is_what_was_shown(asked: Asked, run: Path) -> None:
@@ -63,7 +54,7 @@ def test_what_is_kept_is_what_was_shown_and_what_slide_logs_gives(
         asked.release(n=120, fidelity=fidelity, seed=5, **more)
         if changes:
             asked.edit(**changes)
-        told = keep(asked, "valley 1")
+        told = asked.keep("valley 1")
         run = tmp_path / "kept" / "valley 1"
         assert_is_what_was_shown(asked, run)
     assert told.facts["files"] == ["valley 1", "valley 1_layers.gpkg"]
@@ -90,7 +81,7 @@ def test_the_layers_beside_a_run_hold_what_the_own_ones_do(tmp_path: Path):
     with opened(layers, output=str(tmp_path / "kept")) as asked:
         asked.release(n=30)
         asked.edit(**EVERYTHING)
-        keep(asked, "a")
+        asked.keep("a")
     beside = tmp_path / "kept" / "a_layers.gpkg"
     before, after = gpd.read_file(layers["trees"]), gpd.read_file(beside, layer="trees")
     assert list(after.columns) == list(before.columns)
@@ -111,22 +102,22 @@ def test_a_name_that_is_no_name_is_refused(tmp_path: Path, name: Any):
     with opened(write_case(tmp_path), output=str(tmp_path / "kept")) as asked:
         asked.release(n=6)
         with pytest.raises(UserError, match="give the run a name"):
-            keep(asked, name)
+            asked.keep(name)
     assert not (tmp_path / "kept").exists()
 
 
 def test_what_is_there_is_not_replaced_and_what_fails_leaves_nothing(tmp_path: Path):
     with opened(write_case(tmp_path), output=str(tmp_path / "kept")) as asked:
         asked.release(n=6)
-        keep(asked, "a")
+        asked.keep("a")
         with pytest.raises(UserError, match="'a' already"):
-            keep(asked, "a")
+            asked.keep("a")
 
         def fails(_: Any) -> None:
             raise UserError("the disk is full")
 
         with pytest.raises(UserError, match="full"):
-            keep(asked, "b", fails)
+            asked.keep("b", fails)
     assert sorted(each.name for each in (tmp_path / "kept").iterdir()) == ["a", "a_layers.gpkg"]
 
 
@@ -136,5 +127,5 @@ def test_without_any_layer_it_works_as_well(tmp_path: Path):
         told = asked.release(n=40)
         assert told.facts["reach"] == []
         asked.edit(plant=EVERYTHING["plant"], barriers=EVERYTHING["barriers"], lying_logs=EVERYTHING["lying_logs"])
-        keep(asked, "a")
+        asked.keep("a")
         assert np.array_equal(raster(tmp_path / "kept" / "a" / "hit_count.tif"), whole_picture(asked.frames[-1]))

@@ -385,3 +385,15 @@ def test_no_swiss_crs_is_suggested_for_an_austrian_dem(tmp_path):
     path = tif(tmp_path / "d.tif", crs=None, transform=from_origin(79_000.0, 235_000.0, 2, 2))
     with pytest.raises(UserError, match="--crs EPSG:25832, with the code that its supplier states"):
         read_dem(path)
+
+
+@pytest.mark.parametrize("cell", [1e-30, 5e-4, 5e4])
+def test_cells_that_no_terrain_model_has_are_refused(tmp_path, cell):
+    """Before: a forest of 1e-61 ha, and windows of 2e31 cells."""
+    path = tmp_path / "dem.tif"
+    profile = {"width": 9, "height": 9, "count": 1, "dtype": "float32", "crs": "EPSG:2056"}
+    transform = from_origin(2_700_000.0, 1_190_000.0, cell, cell)
+    with rasterio.open(path, "w", driver="GTiff", transform=transform, **profile) as out:
+        out.write(np.linspace(900.0, 950.0, 81, dtype=np.float32).reshape(9, 9), 1)
+    with pytest.raises(UserError, match="correct the cell size in its header"):
+        read_dem(path)

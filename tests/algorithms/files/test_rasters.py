@@ -224,7 +224,7 @@ def test_the_real_terrain_lies_where_it_should():
     assert 1455 < np.nanmin(grid.values) < np.nanmax(grid.values) < 2605
 
 
-# --- refused, each in one line with its mend
+# --- refused, each in one line with the fix
 
 
 def refused(path, **options) -> str:
@@ -243,7 +243,7 @@ def test_a_missing_crs_names_the_option(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("crs", "place", "mend"),
+    ("crs", "place", "fix"),
     [
         ("EPSG:4326", (9.8, 46.9, 1e-4), "--dst-crs EPSG:2056 --res 11 "),
         ("EPSG:4326", (15.2, 47.1, 1e-5), "--dst-crs EPSG:32633 --res 1.1 "),
@@ -251,12 +251,12 @@ def test_a_missing_crs_names_the_option(tmp_path):
         ("EPSG:2229", (6_500_000, 1_800_000, 3.0), "--dst-crs EPSG:32611 --res 0.914 "),
     ],
 )
-def test_degrees_and_feet_are_refused_with_the_command_that_mends_them(tmp_path, crs, place, mend):
+def test_degrees_and_feet_are_refused_with_the_command_that_fixes_them(tmp_path, crs, place, fix):
     x, y, cell = place
     path = write_map(tmp_path / "my dem.tif", crs=crs, transform=from_origin(x, y, cell, cell))
     message = refused(path)
-    assert mend in message
-    assert f"'{path}' 'my dem_mended.tif'" in message  # quoted for the shell
+    assert fix in message
+    assert f"'{path}' 'my dem_fixed.tif'" in message  # quoted for the shell
 
 
 def test_heights_in_feet_are_refused(tmp_path):
@@ -363,7 +363,7 @@ def test_a_missing_file_and_a_folder_are_refused(tmp_path):
     assert "is a folder that holds no tile" in refused(tmp_path)
 
 
-@pytest.mark.parametrize("side", [700, 300], ids=["laid out anew", "as written"])
+@pytest.mark.parametrize("side", [700, 300], ids=["laid out again", "as written"])
 @pytest.mark.parametrize(
     "part", [None, Part(30, 11, 201, 217), Part(10, 0, 290, 256)], ids=["whole", "window", "whole tiles of one"]
 )

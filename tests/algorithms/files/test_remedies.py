@@ -1,4 +1,4 @@
-"""Every command that a message prints as the mend is run as printed, and the tool takes what it leaves."""
+"""Every command that a message prints as the fix is run as printed, and the tool takes what it leaves."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def gcps(made: Any) -> None:
 
 
 def carry_out(message: str, folder: Path) -> Path:
-    """Run what stands behind ``mend`` in a message, in its folder; gives the last file that was made."""
+    """Run what stands behind ``fix`` in a message, in its folder; gives the last file that was made."""
     command = re.search(r"\b\S*rio'? .*", message, re.DOTALL)
     assert command, message
     text = re.split(r", (?:with|and) the?|, and take| \(if its", command[0])[0]
@@ -89,22 +89,22 @@ REFUSED: dict[str, Any] = {
 
 
 @pytest.mark.parametrize("name", REFUSED)
-def test_the_mend_of_a_refused_dem_mends_it(tmp_path, name, said):
+def test_the_fix_of_a_refused_dem_fixes_it(tmp_path, name, said):
     path = REFUSED[name](tmp_path)
     crs = "EPSG:2056" if "no CRS" in name else None
     with pytest.raises(UserError) as refused:
         read_dem(path, crs=crs)
-    mended = read_dem(carry_out(str(refused.value).split("mend: ", 1)[1], tmp_path), feedback=said)
+    fixed = read_dem(carry_out(str(refused.value).split("fix: ", 1)[1], tmp_path), feedback=said)
     doubts = [each for each in said.warnings if "int" not in name or "rounded to 1 m" not in each]
     assert not doubts, doubts  # such as heights of 0 m around it
-    heights = mended.values[np.isfinite(mended.values)]
+    heights = fixed.values[np.isfinite(fixed.values)]
     feet = 0.3048 if "heights in feet" in name else 1.0
     assert heights.size > 1000
     assert heights.min() == pytest.approx(HEIGHTS.min() * feet, rel=0.01)
     assert heights.max() == pytest.approx(HEIGHTS.max() * feet, rel=0.01)
 
 
-def test_a_dem_without_place_is_mended_with_its_own_numbers(tmp_path):
+def test_a_dem_without_place_is_fixed_with_its_own_numbers(tmp_path):
     path = tif(tmp_path / "d.tif", Affine.identity())
     with pytest.raises(UserError) as refused:
         read_dem(path)
@@ -125,7 +125,7 @@ def test_one_of_several_rasters_is_written_out(tmp_path):
 
 
 @pytest.mark.parametrize("dtype", ["float32", "int16"])
-def test_a_dem_in_feet_of_a_metric_crs_is_suspected_and_mended(tmp_path, said, dtype):
+def test_a_dem_in_feet_of_a_metric_crs_is_suspected_and_fixed(tmp_path, said, dtype):
     """Whole feet come out as metres to half a foot, not cut to whole metres."""
     truth = 500.0 + 2.0 * np.tan(np.radians(35.0)) * np.arange(40.0)[::-1, None] + np.zeros(50)
     path = tif(tmp_path / "d.tif", values=np.rint(truth / 0.3048) if dtype == "int16" else truth / 0.3048, dtype=dtype)
@@ -134,9 +134,9 @@ def test_a_dem_in_feet_of_a_metric_crs_is_suspected_and_mended(tmp_path, said, d
     assert len(told) == 1
     assert "median slope over its cells is 6" in told[0]
     assert "then it is 3" in told[0]
-    mended = read_dem(carry_out(told[0].split("Mend: ")[1], tmp_path), feedback=said)
-    assert np.abs(mended.values[::-1] - truth).max() <= (0.5 * 0.3048 if dtype == "int16" else 0.0) + 1e-3
-    warn_of_ground(mended, np.array([E + 50.0]), np.array([N - 40.0]), said)
+    fixed = read_dem(carry_out(told[0].split("Fix: ")[1], tmp_path), feedback=said)
+    assert np.abs(fixed.values[::-1] - truth).max() <= (0.5 * 0.3048 if dtype == "int16" else 0.0) + 1e-3
+    warn_of_ground(fixed, np.array([E + 50.0]), np.array([N - 40.0]), said)
     assert len([each for each in said.warnings if "degrees" in each]) == 1
 
 
@@ -154,8 +154,8 @@ def test_scaled_numbers_become_heights(tmp_path):
         made.scales, made.offsets = (0.5,), (100.0,)
 
     path = tif(tmp_path / "d.tif", values=(HEIGHTS - 100.0) * 2.0, dtype="int16", change=scaled)
-    mended = carry_out(remedies.unscaled(path, 0.5, 100.0), tmp_path)
-    assert np.array_equal(read_dem(mended).values, read_dem(path).values)
+    fixed = carry_out(remedies.unscaled(path, 0.5, 100.0), tmp_path)
+    assert np.array_equal(read_dem(fixed).values, read_dem(path).values)
 
 
 def test_rio_is_named_as_it_is_found(monkeypatch, tmp_path):

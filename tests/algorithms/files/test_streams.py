@@ -71,6 +71,14 @@ def test_pieces_make_the_same_layer(tmp_path, lines, flat, rows):
     whole_bounds = shapely.get_coordinates(whole.geometry.to_numpy(), include_z=not flat)
     assert of_shapes["bbox"] == [*whole_bounds.min(axis=0), *whole_bounds.max(axis=0)]
     assert parquet.ParquetFile(tmp_path / "b.parquet").num_row_groups == -(-len(whole) // rows)
+    boxes = parquet.read_table(tmp_path / "b.parquet", columns=["bbox"]).to_pandas()["bbox"]
+    corners = list(of_shapes["covering"]["bbox"])
+    assert [[each[corner] for corner in corners] for each in boxes] == whole.bounds.to_numpy().tolist()
+    west, south, east, north = whole.geometry.iloc[3].bounds
+    inside = gpd.read_parquet(tmp_path / "b.parquet", bbox=(west, south, east, north))
+    near = whole[whole.intersects(shapely.box(west, south, east, north).envelope)]
+    assert set(near["log_id"]) <= set(inside["log_id"])
+    assert 0 < len(inside) < len(whole)
 
 
 @pytest.mark.parametrize("changes", [{}, {"until_ci": 0.4}, {"trajectories": "5"}])

@@ -239,3 +239,15 @@ def test_a_manifest_names_tiles_that_mean_the_same_anywhere(tmp_path, monkeypatc
     from deadwood_algorithms.params import tool
 
     assert tool.manifest(slide_logs.TOOL, ask)["parameters"]["dem"] == f"{tmp_path}/dem.tif,{tmp_path}/lines.gpkg"
+
+
+def test_tiles_that_lie_a_billion_metres_apart_are_refused_by_name(tmp_path):
+    """Before: a frame of a billion columns, and an allocation of 149 GiB where it was read whole."""
+    heights, folder = np.full((40, 40), 1000.0, np.float32), tmp_path / "tiles"
+    write(folder / "a.tif", heights)
+    write(folder / "b.tif", heights, column=40)
+    far = write(folder / "far.tif", heights, column=500_000_000)
+    with pytest.raises(UserError, match=r"far\.tif \(its corner at 1002783000, 1190100\) lies farthest"):
+        read_dem(folder)
+    Path(far).unlink()
+    assert read_dem(folder).shape == (40, 80)

@@ -17,6 +17,8 @@ from deadwood_algorithms import schemas
 from deadwood_algorithms.files.columns import id_column, number_column, warn_implausible, where_of
 from deadwood_algorithms.files.vectors import read_vector, write_vector
 from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.schemas.results import REACH, REACH_OF_RUN
+from deadwood_algorithms.schemas.written import layer_with
 
 LV95 = pyproj.CRS(2056)
 EAST, NORTH = 2_783_000.0, 1_190_000.0
@@ -164,7 +166,7 @@ def test_curves_become_polygons(tmp_path):
     assert frame.geometry[0].area == pytest.approx(np.pi, rel=0.01)
 
 
-def test_a_polygon_that_crosses_itself_is_mended_to_the_same_area(tmp_path, said):
+def test_a_polygon_that_crosses_itself_is_fixed_to_the_same_area(tmp_path, said):
     bow_tie = Polygon([(0, 0), (2, 2), (2, 0), (0, 2)])
     layer([bow_tie]).to_file(tmp_path / "stand.gpkg")
     frame = read_vector(tmp_path / "stand.gpkg", geometry=("polygon",), target_crs=LV95, feedback=said)
@@ -290,3 +292,29 @@ def test_a_geopackage_is_version_1_2_holds_its_layers_and_is_the_same_every_time
 def test_outputs_are_geopackages(tmp_path):
     with pytest.raises(UserError, match=r"name it .*trees\.gpkg"):
         write_vector(tmp_path / "trees.shp", {"trees": points()})
+
+
+def test_a_geopackage_says_what_its_layers_and_columns_are(tmp_path):
+    """In the words of the schemas, by the extension that GDAL reads; of columns that no schema knows, nothing."""
+    frame = points(2, log_id=[1, 2], dbh_cm=[40.0, 50.0], runout_m=[1.0, 2.0], mine=["a", "b"])
+    write_vector(tmp_path / "a.gpkg", {"deposits": frame, "of_the_user": frame})
+    with sqlite3.connect(tmp_path / "a.gpkg") as db:
+        described = dict(db.execute("SELECT table_name, description FROM gpkg_contents"))
+        told = db.execute("SELECT table_name, column_name, name, description FROM gpkg_data_columns").fetchall()
+        extensions = db.execute(
+            "SELECT table_name FROM gpkg_extensions WHERE extension_name = 'gpkg_schema'"
+        ).fetchall()
+    columns = {each.name: each for each in schemas.DEPOSITS.columns}
+    assert described["deposits"] == schemas.DEPOSITS.meaning
+    assert not described["of_the_user"]
+    titles = {"log_id": None, "dbh_cm": "DBH [cm]", "runout_m": "Runout [m]"}
+    assert told == [("deposits", name, title, columns[name].meaning) for name, title in titles.items()]
+    assert sorted(extensions) == [("gpkg_data_column_constraints",), ("gpkg_data_columns",)]
+    assert list(gpd.read_file(tmp_path / "a.gpkg", layer="deposits").columns) == list(frame.columns)
+
+
+def test_of_layers_of_one_name_the_one_with_these_columns_is_meant():
+    """A run's reach is of all its logs, that of reach-lines of those whose trajectories are kept."""
+    for layer in (REACH, REACH_OF_RUN):
+        assert layer_with("reach", [each.name for each in layer.columns]) is layer
+    assert layer_with("unknown", ["a"]) is None

@@ -175,7 +175,7 @@ def test_roughness_comes_in_patches(name, request):
 
 
 def test_version_1_was_rougher_alike_everywhere_and_its_strips_were_bare():
-    """What version 2 mends; version 1 is what it was when its findings were published."""
+    """What version 2 fixes; version 1 is what it was when its findings were published."""
     first = klosters.klosters(1)
     rough = windows(first, 20.0, 1.0, STEEP["k"])[1]
     assert float(np.median(rough)) > 1.4 * 0.24

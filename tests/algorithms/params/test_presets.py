@@ -1,4 +1,4 @@
-"""Presets: what a name sets is what its source says, what is given goes before it, and neither happens in silence."""
+"""Presets: what a name sets is what its source says, what is given overrides it, and neither happens in silence."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def test_what_is_given_goes_before_and_both_are_said(case, tmp_path, said):
     frame = sampled(case, tmp_path, said, preset="rothenbrunnen", dbh_cm=50.0)
     assert frame[["dbh_cm", "length_m", "density_kg_m3"]].drop_duplicates().values.tolist() == [[50.0, 15.0, 300.0]]
     assert "sets length_m 15, density_kg_m3 300" in told(said)
-    assert "--dbh-cm 50.0 is given and goes before its 30" in told(said)
+    assert "--dbh-cm 50.0 is given and overrides its 30" in told(said)
 
 
 def test_columns_of_the_areas_go_before_a_preset(case, tmp_path):
@@ -182,7 +182,7 @@ def test_a_given_friction_goes_before_the_named_one(case, said):
     manifest = json.loads((case.folder / "both" / "manifest.json").read_text(encoding="utf-8"))
     assert manifest["parameters"]["friction"] == 0.4
     assert manifest["presets"][0]["given_instead"] == {"friction": 0.4}
-    assert "sets nothing; --friction 0.4 is given and goes before its 0.25" in told(said)
+    assert "sets nothing; --friction 0.4 is given and overrides its 0.25" in told(said)
     assert "was found on cells" not in told(said)
 
 

@@ -279,7 +279,7 @@ def test_changed_inputs_are_told_refused_and_shown(copied, tmp_path, said, capsy
     assert command(again) == 2
     assert "--changed-inputs" in capsys.readouterr().err
     assert not (tmp_path / "again").exists()
-    assert command([*again, "--trees", copied.trees]) == 0  # named anew: that is what is meant
+    assert command([*again, "--trees", copied.trees]) == 0  # named again: that is what is meant
     assert command([*again, "--changed-inputs", "--overwrite"]) == 0
     assert copied.trees in capsys.readouterr().err
 

@@ -12,7 +12,7 @@ from every_output import Found
 from deadwood_algorithms.schemas import BARRIERS, BLOCKS, LINES, LYING_LOGS, RELEASES, STRUCTURES, TREES
 from deadwood_algorithms.schemas.files import FAILED, TERRAIN_TILES
 from deadwood_algorithms.schemas.words import JsonFile, Layer, Output, RasterFile, TableFile
-from deadwood_algorithms.schemas.written import WRITTEN
+from deadwood_algorithms.schemas.written import WRITTEN, fits
 from deadwood_toolbox.shelf import NAMES
 
 # Users' layers as they were given, without columns that are not; what only a defect of the engine writes, and what
@@ -24,12 +24,6 @@ ABSENT = (FAILED, TERRAIN_TILES)
 @pytest.fixture(scope="module")
 def found(tmp_path_factory) -> list[Found]:
     return every_output.run_every_tool(tmp_path_factory.mktemp("every_tool"))
-
-
-def fits(declared: str, name: str) -> bool:
-    """Whether a name is one that is declared; a word in capitals stands for any text."""
-    plain = re.split(r"(?<![A-Za-z0-9])[A-Z]{2,}(?![A-Za-z0-9])", declared)
-    return re.fullmatch(".+".join(map(re.escape, plain)), name) is not None
 
 
 def unmatched(names: Iterable[str], declared: Iterable[str]) -> list[str]:

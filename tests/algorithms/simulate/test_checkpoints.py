@@ -139,7 +139,7 @@ def test_without_damage_nothing_is_warned_of(case, full, begun, said):
     assert any("finished chunks of logs are taken over" in each for each in said.notes)
 
 
-def test_damage_while_a_run_works_is_said_with_its_mend(tmp_path, said):
+def test_damage_while_a_run_works_is_said_with_its_fix(tmp_path, said):
     work = WorkFolder(str(tmp_path / "run"), {"version": "x"}, resume=False, feedback=said)
     work._write("logs_0.npz", b"content")
     flip(work.path / "logs_0.npz", random.Random(1))
@@ -163,3 +163,19 @@ def test_the_work_of_the_first_version_is_refused_not_dropped(case, begun):
     with pytest.raises(UserError, match="begun by another engine"):
         resumed(case, begun, Quiet())
     assert (begun / "logs_0.npz").is_file()
+
+
+@pytest.mark.parametrize("what", ["a link", "a broken link", "a file"])
+def test_what_is_not_ours_in_the_place_of_the_working_folder_is_left_alone(tmp_path, said, what):
+    """Before: a fault of ours (rmtree of a link, or a name that exists)."""
+    place, elsewhere = tmp_path / ".run.part", tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (elsewhere / "mine.txt").write_text("mine")
+    if what == "a file":
+        place.write_text("mine")
+    else:
+        place.symlink_to(elsewhere if what == "a link" else tmp_path / "nowhere")
+    with pytest.raises(UserError, match=r"\.run\.part: this is .*where the unfinished work of a run is kept"):
+        WorkFolder(str(tmp_path / "run"), {"version": "x"}, resume=False, feedback=said)
+    assert (elsewhere / "mine.txt").read_text() == "mine"
+    assert place.is_symlink() or place.read_text() == "mine"

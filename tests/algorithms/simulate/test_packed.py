@@ -65,10 +65,10 @@ def test_a_scene_comes_back_to_the_bit_and_to_the_type(shaped):
     digest, back = piece.scene_of(block, list(large.values()))
     assert digest == packed.digest_of_block(block)
     assert leaves(back) == leaves(scene)
-    assert typeof(back.arrays) == typeof(scene.arrays)  # else every kernel would be compiled anew
+    assert typeof(back.arrays) == typeof(scene.arrays)  # else every kernel would be compiled again
 
 
-def test_what_came_read_only_or_askew_is_mended():
+def test_what_came_read_only_or_askew_is_fixed():
     """As it may lie in a message; every digest is of the values alone."""
     scene = scene_with_everything(0.31)
     block, large = piece.packed_scene(scene)

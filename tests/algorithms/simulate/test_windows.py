@@ -217,7 +217,7 @@ def test_until_ci_takes_the_same_logs_in_a_window(case, small_is_large, tmp_path
     assert_same_results(everything, window)
 
 
-def test_a_run_that_memory_cannot_hold_is_refused_with_the_mend(case, small_is_large, tmp_path, said):
+def test_a_run_that_memory_cannot_hold_is_refused_with_the_fix(case, small_is_large, tmp_path, said):
     small_is_large.setattr("deadwood_algorithms.scene.memory.free_bytes", lambda: 200_000)
     with pytest.raises(UserError, match="million cells need .* GB of memory, .* free; slide the releases of each area"):
         run(case, tmp_path / "run")

@@ -1,4 +1,4 @@
-"""What users really hand over: every fault of an input ends in one line that says where it is and how to mend it.
+"""What users really hand over: every fault of an input ends in one line that says where it is and how to fix it.
 
 Each line goes through the tool itself, and names the file (or the option), and layer, field and row where there are
 such. Nothing may be left behind under the output's name. Faults in the readers proper are in test_layers_*.py.
@@ -216,13 +216,13 @@ def test_a_missing_dem_and_one_that_is_none(tmp_path, bad, layer):
     ("crs", "transform", "words"),
     [
         ("EPSG:4326", from_origin(9.8, 46.9, 2e-5, 2e-5), "--dst-crs EPSG:2056"),
-        ("EPSG:2229", None, "counts in US survey foot, but must count in metres; mend: "),
+        ("EPSG:2229", None, "counts in US survey foot, but must count in metres; fix: "),
         (None, None, "--crs EPSG:2056"),
-        ("EPSG:2056", Affine(2, 0, EAST, 0, -3, NORTH + 240), "must be square; mend: "),
-        ("EPSG:2056", Affine(1.9, 0.6, EAST, 0.6, -1.9, NORTH), "rotated, but must be north-up; mend: "),
+        ("EPSG:2056", Affine(2, 0, EAST, 0, -3, NORTH + 240), "must be square; fix: "),
+        ("EPSG:2056", Affine(1.9, 0.6, EAST, 0.6, -1.9, NORTH), "rotated, but must be north-up; fix: "),
     ],
 )
-def test_a_dem_that_cannot_be_used_comes_with_its_mend(tmp_path, bad, layer, crs, transform, words):
+def test_a_dem_that_cannot_be_used_comes_with_its_fix(tmp_path, bad, layer, crs, transform, words):
     line = bad(layer, points(tmp_path), dem=dem(tmp_path, "bad dem.tif", crs, transform))
     assert line.startswith(f"{tmp_path / 'bad dem.tif'}: the DEM")
     assert words in line

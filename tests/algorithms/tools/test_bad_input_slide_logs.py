@@ -1,4 +1,4 @@
-"""Bad input to slide-logs: each case ends in one line that names the file or flag and the mend, and leaves nothing."""
+"""Bad input to slide-logs: each case ends in one line that names the file or flag and the fix, and leaves nothing."""
 
 from __future__ import annotations
 
@@ -238,7 +238,7 @@ def test_two_runs_at_once_into_one_folder(case, tmp_path):
     assert (tmp_path / "run" / "manifest.json").read_text() == "{}"
 
 
-def test_a_full_disk_is_the_users_to_mend(case, tmp_path, monkeypatch):
+def test_a_full_disk_is_the_users_to_fix(case, tmp_path, monkeypatch):
     def full(*_, **__):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 

@@ -1,4 +1,4 @@
-"""Inputs from which a run would come that looks right and is wrong: each is refused, or said with its mend."""
+"""Inputs from which a run would come that looks right and is wrong: each is refused, or said with the fix."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def test_trees_of_one_id_are_said(grid, tmp_path, said):
     facts = {"tree_id": [4, 4, 5], "dbh_cm": [30.0] * 3, "height_m": [20.0] * 3}
     read_trees(write_layer(tmp_path / "t.gpkg", points((5, 50), (9, 50), (12, 50)), **facts), grid, said)
     assert "field 'tree_id': rows 1, 2 are called '4'" in said.warnings[0]
-    assert "deadwood-tool import-trees numbers them anew" in said.warnings[0]
+    assert "deadwood-tool import-trees numbers them again" in said.warnings[0]
 
 
 @pytest.mark.parametrize(
@@ -136,13 +136,13 @@ def test_a_friction_in_other_words_is_refused_with_the_number(case, tmp_path, fr
     assert words in str(refused.value)
 
 
-def test_numbers_with_a_comma_are_refused_with_the_mend(capsys):
+def test_numbers_with_a_comma_are_refused_with_the_fix(capsys):
     assert cli.run(["make-log", "--dbh-cm", "37,5", "--output", "x"]) == 2
     assert "--dbh-cm is '37,5', but must be a number; write it with a point, 37.5" in capsys.readouterr().err
 
 
 def test_what_is_doubtful_of_a_run_is_said(case, tmp_path, said):
-    """A friction of 25, cells of 5 m, heights in feet: the run is made, and each is said with its mend."""
+    """A friction of 25, cells of 5 m, heights in feet: the run is made, and each is said with the fix."""
     steep = write_dem(tmp_path / "feet.tif", cell=5.0)
     with rasterio.open(steep, "r+") as made:
         made.write(made.read(1) / 0.3048, 1)
@@ -195,7 +195,7 @@ def test_more_logs_than_memory_are_refused_before_they_slide(case, tmp_path, mon
 class _Refusing:
     each = 0
 
-    def __call__(self, count: int, things: str, what: str, *, each: int, mend: str) -> None:
+    def __call__(self, count: int, things: str, what: str, *, each: int, fix: str) -> None:
         self.each = each
         raise UserError(f"asked of {count} {things}")
 

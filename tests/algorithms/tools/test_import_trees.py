@@ -174,7 +174,7 @@ def test_a_dem_gives_the_crs_and_drops_what_stands_off_it(imported, slope, outco
         (40, 900, "the field 'h' (median 900 m) is not the height of trees"),
     ],
 )
-def test_implausible_sizes_are_warned_of_with_the_option_that_mends_them(imported, said, dbh, height, words):
+def test_implausible_sizes_are_warned_of_with_the_option_that_fixes_them(imported, said, dbh, height, words):
     imported(f"x;y;dbh;h\n{EAST};{NORTH};{dbh};{height}\n")
     assert words in said.warnings[0]
 
@@ -197,7 +197,7 @@ def test_what_was_written_is_the_same_every_time_and_imports_again_unchanged(imp
     rows, record = content_of(tmp_path / "out.gpkg"), record_in(tmp_path / "out.gpkg")
     imported(
         points(20.0, 30.0, treeID=[1, 2]), "ttops.gpkg"
-    )  # written anew, so that its bytes have another time in them
+    )  # written again, so that its bytes have another time in them
     assert content_of(tmp_path / "out.gpkg") == rows is not None
     assert record is not None
     assert (record_in(tmp_path / "out.gpkg") or {})["run_id"] == record["run_id"]

@@ -123,7 +123,7 @@ def ring_heights(folder: Path) -> np.ndarray:
         ({"length_m": 0.3, "dbh_cm": 10.0, "ring_spacing_m": 0.1}, 0.1),
         ({"ring_spacing_m": 40.0}, 30.0),  # the ends alone
         ({"rings": 31}, 1.0),
-        ({"rings": 7, "ring_spacing_m": 0.1}, 5.0),  # a number goes before a distance
+        ({"rings": 7, "ring_spacing_m": 0.1}, 5.0),  # a number overrides a distance
     ],
 )
 def test_rings_stand_as_far_apart_as_asked(tmp_path, asked, spacing):

@@ -121,7 +121,7 @@ def test_killed_and_resumed_it_is_the_same(asked, tmp_path, monkeypatch, said, n
     monkeypatch.setattr(effect, "CHUNK", 20)
     tool: Tool = SLIDING[name]
     changed = {"time_limit_s": 21.0} if "dem" in asked[name] else {"seed": 1, "logs": 20}
-    if name != "run-sites":  # whose sites are slid anew where their inputs changed
+    if name != "run-sites":  # whose sites are slid again where their inputs changed
         with pytest.raises(UserError, match="was begun with other"):
             tool(**{**asked[name], **changed}, output=str(killed / output), resume=True)
     tool(feedback=said, **asked[name], output=str(killed / output), resume=True)

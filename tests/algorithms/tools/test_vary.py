@@ -155,7 +155,9 @@ def test_on_a_plane_the_answer_hangs_on_friction(case, tmp_path):
                   lines=case.lines)  # fmt: skip
     assert told["answers"][0]["factors"] == ["friction"]
     assert told["answers"][0]["decided"]
-    assert told["sentence"].startswith("Your answer hangs on friction: 0.5 to 0.9 takes the reach of road from ")
+    assert told["sentence"].startswith(
+        "The most influential input is friction: 0.5 to 0.9 takes the reach of road from "
+    )
     bars = rows(tmp_path / "plane", "tornado.csv").set_index(["outcome", "factor"])
     assert bars.loc[("runout_mean_m", "tree_friction"), "n_changed"] == 0
 
@@ -168,7 +170,9 @@ def _far(folder: Path) -> str:
 def test_what_so_few_logs_do_not_decide_is_said(case, tmp_path):
     told = varied(case, tmp_path / "few", vary="log_density_factor", lines=case.lines)
     assert told["answers"][0]["factors"] == []
-    assert told["sentence"].startswith("What the reach of road hangs on is not decided by so many logs (30)")
+    assert told["sentence"].startswith(
+        "Which input influences the reach of road most is not decided by this many logs (30)"
+    )
 
 
 def test_the_design_is_saltellis(case, tmp_path):

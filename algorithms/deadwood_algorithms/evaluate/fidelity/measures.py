@@ -59,7 +59,7 @@ def reach_rows(one: FidelityRun, finest: FidelityRun, line_ids: list[Any], plann
 
 
 def spread_rows(one: FidelityRun, finest: FidelityRun, groups: list[Group], seed: int) -> Iterator[FidelityRow]:
-    """Angle from the 5 % to the 95 % quantile of each release's deposits; the smallest arc hangs on a single log."""
+    """Angle from the 5 % to the 95 % quantile of each release's deposits; the smallest arc depends on a single log."""
     groups = [group for group in groups if group.rows.size >= LEAST_OF_A_RELEASE]
 
     def spread(run: FidelityRun, group: Group, chosen: NDArray[np.intp]) -> float:

@@ -171,8 +171,8 @@ def read_compared(
     for each in held[1:]:
         common = common[np.isin(common, each)]
     if not common.size:
-        mend = "run slide-logs with --trajectories all" if lines else "they have no log in common"
-        raise UserError(f"{runs}: no log can be compared in all runs; {mend}")
+        fix = "run slide-logs with --trajectories all" if lines else "they have no log in common"
+        raise UserError(f"{runs}: no log can be compared in all runs; {fix}")
     most = max(len(run.deposits) for run in found)
     if common.size < most:
         why = "have a stored trajectory" if lines else "were slid"
@@ -201,14 +201,14 @@ def refuse_other_releases(one: Run, other: Run) -> None:
     digests = [run.manifest.get("digests", {}).get("releases") for run in (one, other)]
     if digests[0] and digests[0] == digests[1]:
         return  # the same to the last bit; a run with --until-ci may have slid a part of them
-    mend = "slide the same releases layer with the same options in both"
+    fix = "slide the same releases layer with the same options in both"
     ids = [run.deposits["log_id"].to_numpy(np.int64) for run in (one, other)]
     for here, there, lacks in ((ids[0], ids[1], other), (ids[1], ids[0], one)):
         missing = np.setdiff1d(here, there)
         if missing.size:
             having = one if lacks is other else other
             more = f" (and {missing.size - 1} more)" if missing.size > 1 else ""
-            raise UserError(f"{lacks.path}: log_id {missing[0]}{more} of {having.path} is not in this run; {mend}")
+            raise UserError(f"{lacks.path}: log_id {missing[0]}{more} of {having.path} is not in this run; {fix}")
     common = np.sort(ids[0])
     rows = rows_by_log_id(one, common), rows_by_log_id(other, common)
     for column, allowed in SAME.items():
@@ -218,7 +218,7 @@ def refuse_other_releases(one: Run, other: Run) -> None:
             k = int(np.argmax(apart))
             raise UserError(
                 f"{other.path}: {column} of log_id {common[k]} is {b[k]}, but {a[k]} in {one.path} "
-                f"({int(apart.sum())} of {common.size} logs differ); {mend}"
+                f"({int(apart.sum())} of {common.size} logs differ); {fix}"
             )
     if all(digests):
         given = [run.manifest.get("parameters", {}) for run in (one, other)]
@@ -229,7 +229,7 @@ def refuse_other_releases(one: Run, other: Run) -> None:
         what = (
             f"it was run with {named}" if options else "orientation, tilt, azimuth, speed or drop of a log is another"
         )
-        raise UserError(f"{other.path}: its releases are not those of {one.path}: {what}; {mend}")
+        raise UserError(f"{other.path}: its releases are not those of {one.path}: {what}; {fix}")
 
 
 def reach_of_runs(runs: Sequence[Run], feedback: Feedback) -> tuple[list[Any], list[Any], list[NDArray[np.bool_]]]:

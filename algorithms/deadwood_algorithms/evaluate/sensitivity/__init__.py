@@ -1,1 +1,1 @@
-"""What of the inputs an answer hangs on: factors and their ranges, designs of runs, and what is read from them."""
+"""The most influential inputs of an answer: factors and their ranges, designs of runs, and what is read from them."""

@@ -1,4 +1,4 @@
-"""The one sentence: which factor the answer hangs on, or that so many logs do not decide it."""
+"""The one sentence: the most influential input, or that this many logs do not decide it."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class Measured:
 
 @dataclass(frozen=True)
 class Answer:
-    """Which factors an outcome hangs on, the strongest first; none where none is beyond chance.
+    """Which factors an outcome depends on, the strongest first; none where none is beyond chance.
 
     decided : whether the first is the strongest in so many resamples; by : ``total`` index or ``swing``
     """
@@ -94,7 +94,7 @@ class Answer:
     sentence: str
 
 
-def what_it_hangs_on(measured: Measured, logs: int) -> Answer:
+def most_influential(measured: Measured, logs: int) -> Answer:
     bars, indices = measured.bars, measured.indices
     by_index = measured.by_index
     if indices is not None and by_index:
@@ -114,18 +114,18 @@ def what_it_hangs_on(measured: Measured, logs: int) -> Answer:
         bar = bars[first[0]]
         low, high = measured.level(bar.at_low, bar), measured.level(bar.at_high, bar)
         text = (
-            f"Your answer hangs on {bar.factor.words}: {bar.factor.range_words} takes {measured.words} from {low} to "
-            f"{high}, {measured.change(bar)}"
+            f"The most influential input is {bar.factor.words}: {bar.factor.range_words} takes {measured.words} from "
+            f"{low} to {high}, {measured.change(bar)}"
         )
         if indices is not None and by_index:
             text += f"; its total-effect index is {indices.total_words(first[0])}"
         return Answer(measured.name, by, names, True, text + ".")
     several = " or ".join(f"{bars[k].factor.words} ({bars[k].factor.range_words})" for k in first)
     effects = "; ".join(f"{bars[k].factor.words} {measured.change(bars[k])}" for k in first)
-    rows = " and so many rows" if by_index else ""
+    rows = " and rows" if by_index else ""
     text = (
-        f"Your answer hangs on {several}: which of them moves {measured.words} more is not decided by so many logs "
-        f"({logs}){rows}: {effects}."
+        f"The most influential input is {several}: which of them changes {measured.words} more is not decided by "
+        f"this many logs ({logs}){rows}: {effects}."
     )
     return Answer(measured.name, by, names, False, text)
 
@@ -144,6 +144,6 @@ def order_of_strength(found: list[int], draws: NDArray[np.float64]) -> list[int]
 def _undecided(measured: Measured, bar: Bar, logs: int, *, design: bool) -> str:
     runs = "and rows of the design " if design else ""
     return (
-        f"What {measured.words} hangs on is not decided by so many logs {runs}({logs}): no factor moves it beyond "
-        f"chance. The largest change is that of {bar.factor.words}, {measured.change(bar)}."
+        f"Which input influences {measured.words} most is not decided by this many logs {runs}({logs}): no factor "
+        f"changes it beyond chance. The largest change is that of {bar.factor.words}, {measured.change(bar)}."
     )

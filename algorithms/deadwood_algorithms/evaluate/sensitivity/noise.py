@@ -37,7 +37,7 @@ def error_surface(
     i, j = np.arange(rows)[:, None] + south, np.arange(columns)[None, :] + west
     nodes = (i * SIDE + j).ravel()
     heights = normals(seed, nodes, HEIGHT_NOISE, number)[0].reshape(rows, columns)
-    # Sums by bell, not products of matrices, whose order of adding would hang on the window.
+    # Sums by bell, not products of matrices, whose order of adding would depend on the window.
     lines = np.zeros((shape[0], columns))
     for k in range(2 * BELLS + 2):
         lines += row_weight[k][:, None] * heights[row_node - south + k]

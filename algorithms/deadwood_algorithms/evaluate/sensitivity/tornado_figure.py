@@ -41,7 +41,7 @@ def draw(path: Path, measured: Sequence[Measured], answers: Sequence[Answer], lo
             indices(panels[1], one, order)
     hidden = len(measured) - len(shown)
     more = f"; {hidden} more outcomes in tornado.csv" if hidden > 0 else ""
-    figure.suptitle(f"What the answer hangs on: the same {logs} logs in {runs} runs{more}", fontsize=12)
+    figure.suptitle(f"The most influential inputs: the same {logs} logs in {runs} runs{more}", fontsize=12)
     handles = [
         Patch(facecolor=LOW_END, label="low end of the range"),
         Patch(facecolor=HIGH_END, label="high end"),

@@ -1,6 +1,6 @@
 """The rasters of several runs on one terrain model as those of one run over all their logs.
 
-Counts add up, maxima are the largest, shares are counted anew of all logs; danger adds up from `danger_count.tif`.
+Counts add up, maxima are the largest, shares are counted again of all logs; danger adds up from `danger_count.tif`.
 Where one run over all the logs is possible it has the same values.
 """
 

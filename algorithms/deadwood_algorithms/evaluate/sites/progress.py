@@ -14,13 +14,14 @@ from deadwood_algorithms.params.tool import Feedback, Tool
 from deadwood_algorithms.results.checked import stands
 from deadwood_algorithms.results.identity import Making
 from deadwood_algorithms.results.run_folder import link_or_copy
+from deadwood_algorithms.simulate.checkpoints import part_path, working_folder
 
 
 class SitesFolder:
     """The folder ``.NAME.part`` beside the output: ``sites/SITE`` is a whole run, ``.SITE.json`` its ``run_id``."""
 
     def __init__(self, output: str, *, resume: bool, feedback: Feedback) -> None:
-        self.path = self.place(output)
+        self.path = working_folder(output)
         self.sites, self.releases = self.path / "sites", self.path / "releases"
         if self.path.is_dir() and not resume:
             feedback.note(f"{self.path}: the unfinished work of an earlier run is dropped (--resume goes on with it)")
@@ -30,16 +31,11 @@ class SitesFolder:
         self.sites.mkdir(parents=True, exist_ok=True)
 
     @staticmethod
-    def place(output: str) -> Path:
-        final = Path(output).absolute()
-        return final.parent / f".{final.name}.part"
-
-    @staticmethod
     def is_of(output: str) -> bool:
         """Whether what stands at the output is an earlier result of sites, to which unfinished work belongs."""
         try:
             made = json.loads((Path(output) / MANIFEST).read_text(encoding="utf-8"))
-            return made["tool"] == "run-sites" and SitesFolder.place(output).is_dir()
+            return made["tool"] == "run-sites" and part_path(output).is_dir()
         except (OSError, ValueError, KeyError, TypeError):
             return False
 

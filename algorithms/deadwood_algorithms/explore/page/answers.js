@@ -8,17 +8,13 @@ const $ = (id) => document.getElementById(id);
 /* The end of the scale that all bars share: the next round share above every interval. */
 const roundAbove = (most) => ROUND.find((each) => each >= most) || 1;
 
-/* What the fidelity itself is off by, as measured against the finest; "" where nobody measured it. */
+/* What the fidelity itself is off by, as measured against the finest, or that nobody measured it. */
 export function errorOf(fidelities, name) {
+  if (name === fidelities.at(-1)?.name) return say("error_none", { fidelity: name });
   const found = fidelities.find((each) => each.name === name);
-  if (!found || found.error_points === null || found.error_points === undefined) return say("error_unknown", { fidelity: name });
+  if (!Number.isFinite(found?.error_points)) return say("error_unknown", { fidelity: name });
   const [value, low, high] = [found.error_points, found.ci_low, found.ci_high].map((each) => number(each, 1, true));
   return say("error_known", { fidelity: name, value, low, high });
-}
-
-export function errorShort(fidelities, name) {
-  const found = fidelities.find((each) => each.name === name);
-  return found && Number.isFinite(found.error_points) ? say("error_short", { fidelity: name, value: number(found.error_points, 1, true) }) : "";
 }
 
 /* A line by its name; a bare number is called a line. */
@@ -31,7 +27,7 @@ export function showReach(scene, answer, variant) {
   const place = $("reach");
   if (!scene.lines.length) { place.replaceChildren(make("p", { class: "quiet" }, say("no_lines"))); return; }
   if (!answer) { place.replaceChildren(make("p", { class: "quiet" }, say("no_answer_yet"))); return; }
-  const top = roundAbove(Math.max(...answer.reach.map((each) => each.ci_high), 0.01)), short = errorShort(scene.fidelities, answer.fidelity);
+  const top = roundAbove(Math.max(...answer.reach.map((each) => each.ci_high), 0.01)), error = errorOf(scene.fidelities, answer.fidelity);
   const rows = answer.reach.map((each) => {
     const line = scene.lines.find((one) => one.line_id === each.line_id) || each, { value, interval } = share(each);
     const words = say("reach_described", { line: nameOf(line), value, interval, n: each.n_reach, done: answer.done });
@@ -40,7 +36,8 @@ export function showReach(scene, answer, variant) {
       make("div", { class: "gauge", role: "img", "aria-label": words },
         make("i", { style: { width: `${100 * each.p / top}%` } }),
         make("u", { style: { left: `${100 * each.ci_low / top}%`, width: `${100 * (each.ci_high - each.ci_low) / top}%` } })),
-      make("div", { class: "ci" }, say("reach_said", { interval, reached: each.n_reach, done: answer.done }) + (short ? ` · ${short}` : "")));
+      make("div", { class: "ci" }, say("reach_said", { interval, reached: each.n_reach, done: answer.done })),
+      make("div", { class: "ci" }, error));
   });
   const scale = make("div", { class: "scale", "aria-hidden": "true" }, ...[0, 0.5, 1].map((each) => make("span", {}, say("percent", { p: number(100 * each * top, top < 0.02 ? 1 : 0) }))));
   place.replaceChildren(...(variant ? [make("p", { class: "variant" }, variant)] : []), ...rows, scale);
@@ -74,7 +71,7 @@ export function showDifference(scene, answer, { fell, look }) {
   const place = $("difference");
   if (!answer) { place.replaceChildren(); return; }
   const far = roundAbove(Math.max(0.01, ...answer.lines.flatMap((each) => [Math.abs(each.ci_low), Math.abs(each.ci_high)])));
-  const short = errorShort(scene.fidelities, answer.fidelity), at = (value) => 50 + 50 * Math.max(-1, Math.min(1, value / far));
+  const error = errorOf(scene.fidelities, answer.fidelity), at = (value) => 50 + 50 * Math.max(-1, Math.min(1, value / far));
   const lines = answer.lines.map((each) => {
     const line = scene.lines.find((one) => one.line_id === each.line_id) || each, { value, interval } = difference(each), verdict = verdictOf(each);
     const [from, to] = [Math.min(at(0), at(each.difference)), Math.max(at(0), at(each.difference))];
@@ -85,7 +82,8 @@ export function showDifference(scene, answer, { fell, look }) {
       make("div", { class: "gauge two", role: "img", "aria-label": words },
         make("i", { class: verdict, style: { left: `${from}%`, width: `${to - from}%` } }), make("s", { style: { left: "50%" } }),
         make("u", { style: { left: `${at(each.ci_low)}%`, width: `${at(each.ci_high) - at(each.ci_low)}%` } })),
-      make("div", { class: "ci" }, [interval, `${share(each.before)} → ${share(each.after)}`, short].filter(Boolean).join(" · ")),
+      make("div", { class: "ci" }, `${interval} · ${share(each.before)} → ${share(each.after)}`),
+      make("div", { class: "ci" }, error),
       make("div", { class: `verdict ${verdict}` }, say(`verdict_${verdict}`)),
       make("div", { class: "pair" }, make("span", {}, say("lost", { n: each.lost })), make("span", {}, say("gained", { n: each.gained }))));
   });

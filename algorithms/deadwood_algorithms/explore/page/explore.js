@@ -1,6 +1,6 @@
 /* What the page knows and asks: the release, the changes of the forest, the answers, and the variants that they show. */
 
-import { errorOf, nameOf, showDifference, showLegend, showReach, showScene, showStops, verdictOf } from "./answers.js";
+import { nameOf, showDifference, showLegend, showReach, showScene, showStops, verdictOf } from "./answers.js";
 import { boxOf, differencePicture, hitsPicture, topOf } from "./layers.js";
 import { connect } from "./link.js";
 import { SlopeMap } from "./map.js";
@@ -23,7 +23,7 @@ const map = new SlopeMap($("map"), told, say);
 const state = {
   scene: null, terrain: null, shape: null, settings: null, edits: NOTHING, past: [], future: [],
   base: null, after: null, mode: "before", flick: 0, asked: 0, full: 0, preview: null, editing: 0, wanted: false, busy: false,
-  motion: null, time: 0, playing: false, posesFor: "", posesId: 0, keptName: "",
+  motion: null, time: 0, playing: false, posesFor: "", posesId: 0, gapCanvas: null,
 };
 
 let connected = false;
@@ -213,13 +213,18 @@ function differed(answer) {
     ...answer, box, top, deposits, edited: true, kind: "hits", of: state.base.id,
     picture: { picture: hitsPicture(box, top, told.ramp, old?.picture.picture), column: box.column, row: box.row },
   };
-  const made = differencePicture(state.base.box, box, answer.concerned ?? answer.done, told.colours, old?.gap?.picture.picture);
-  state.after.gap = { picture: made, edited: true, kind: "difference", deposits, moves: movesOf(state.base.deposits, deposits) };
+  if (old?.gap) state.gapCanvas = old.gap.picture.picture;
   map.content.holders = holdersOf(answer);
   if (state.mode === "before") state.mode = "after";
   if (answer.final && !state.base.preview) { state.editing = 0; settled(); }
   calm();
   shown();
+}
+
+/* The difference as a variant of the map; made when it is looked at. */
+function gapOf(after) {
+  const { base } = state, picture = differencePicture(base.box, after.box, after.concerned ?? after.done, told.colours, state.gapCanvas);
+  return { picture, edited: true, kind: "difference", deposits: after.deposits, moves: movesOf(base.deposits, after.deposits) };
 }
 
 /* From where each log lay to where it lies now, of those that lie elsewhere. */
@@ -346,7 +351,7 @@ function variants() {
   if (!base) return [bare];
   const rather = edited() && mode !== "before";
   if (!after) return [{ ...without, edited: rather }];
-  if (mode === "difference") return [after.gap];
+  if (mode === "difference") return [after.gap ||= gapOf(after)];
   if (mode === "beside") return [{ ...without, label: say("variant_a") }, { ...after, label: say("variant_b") }];
   if (mode === "flicker") return [state.flick ? { ...after, label: say("variant_b") } : { ...without, label: say("variant_a") }];
   return [mode === "after" ? after : without];
@@ -372,7 +377,6 @@ function shown() {
   $("bar").firstElementChild.style.width = `${part}%`;
   $("bar").setAttribute("aria-valuenow", String(Math.round(part)));
   showReach(scene, seen && { ...seen, reach: seen.reach || base.reach }, edited() && seen ? say(seen.edited ? "variant_b" : "variant_a") : "");
-  $("error-said").textContent = base ? errorOf(scene.fidelities, base.fidelity) : "";
   showStops(stopsOf(seen) || base?.stopped);
   showDifference(scene, after, { fell: (tree) => changes.fell([tree]), look });
   const on = map.content.variants[0];
@@ -608,6 +612,7 @@ function setTime(time) {
   state.time = time;
   $("time").value = time;
   $("clock").textContent = say("seconds", { t: number(time, 1) });
+  $("motion-said").hidden = !state.motion || state.motion.edited || !state.after || state.mode === "before";
   map.content.moving = state.motion && { logs: state.motion.at(time), trails: state.motion.trails(), edited: state.motion.edited };
   map.draw();
 }

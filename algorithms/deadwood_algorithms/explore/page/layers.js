@@ -35,11 +35,10 @@ export function hitsPicture(box, top, ramp, canvas) {
   if (!box.values.length) { brush.clearRect(0, 0, 1, 1); return picture; }
   const image = new ImageData(box.columns, box.rows), pixels = new Uint32Array(image.data.buffer);
   const alpha = Math.round(255 * OPAQUE);
-  const packed = ramp.map((each) => { const [r, g, b] = rgb(each); return ((alpha << 24) | (b << 16) | (g << 8) | r) >>> 0; });
-  const last = packed.length - 1;
+  const tints = ramp.map((each) => packed(each, alpha)), last = tints.length - 1;
   for (let k = 0; k < box.values.length; k++) {
     const value = box.values[k];
-    if (value) pixels[k] = packed[Math.min(last, Math.round(value / top * last))];
+    if (value) pixels[k] = tints[Math.min(last, Math.round(value / top * last))];
   }
   brush.putImageData(image, 0, 0);
   return picture;
@@ -53,25 +52,32 @@ export function differencePicture(before, after, concerned, colours, canvas) {
   const east = Math.max(before.column + before.columns, after.column + after.columns);
   const south = Math.max(before.row + before.rows, after.row + after.rows);
   const columns = Math.max(east - west, 1), rows = Math.max(south - north, 1);
-  const picture = fitted(canvas, columns, rows), image = new ImageData(columns, rows);
-  const less = colours.less.map(rgb), more = colours.more.map(rgb), grey = [...rgb(colours.chance), 120];
-  const counts = { grey: 0, less: 0, more: 0 };
-  const at = (box, c, r) => {
-    const i = c - box.column, j = r - box.row;
-    return i >= 0 && j >= 0 && i < box.columns && j < box.rows ? box.values[j * box.columns + i] : 0;
-  };
-  for (let j = 0; j < rows; j++) for (let i = 0; i < columns; i++) {
-    const a = at(before, west + i, north + j), b = at(after, west + i, north + j), gain = b - a;
-    if (!gain) continue;
-    const far = Math.abs(gain) / (Z95 * Math.sqrt(Math.min(a, concerned) + Math.min(b, concerned)));
-    const place = 4 * (j * columns + i);
-    if (far <= 1) { image.data.set(grey, place); counts.grey++; continue; }
-    const tints = gain < 0 ? less : more;
-    counts[gain < 0 ? "less" : "more"]++;
-    image.data.set([...tints[far > 2 ? 1 : 0], 215], place);
+  const picture = fitted(canvas, columns, rows), image = new ImageData(columns, rows), pixels = new Uint32Array(image.data.buffer);
+  const less = colours.less.map((each) => packed(each, 215)), more = colours.more.map((each) => packed(each, 215)), grey = packed(colours.chance, 190);
+  for (let j = 0; j < rows; j++) {
+    const one = rowOf(before, west, north + j, columns), other = rowOf(after, west, north + j, columns);
+    for (let i = 0; i < columns; i++) {
+      const a = one[i], b = other[i], gain = b - a;
+      if (!gain) continue;
+      const far = Math.abs(gain) / (Z95 * Math.sqrt(Math.min(a, concerned) + Math.min(b, concerned)));
+      pixels[j * columns + i] = far <= 1 ? grey : (gain < 0 ? less : more)[far > 2 ? 1 : 0];
+    }
   }
   picture.getContext("2d").putImageData(image, 0, 0);
-  return { picture, column: west, row: north, columns, rows, counts };
+  return { picture, column: west, row: north };
+}
+
+/* The counts of a row of cells from a column on; 0 outside the box. */
+function rowOf(box, column, row, columns) {
+  const out = new Uint16Array(columns), j = row - box.row;
+  if (j >= 0 && j < box.rows && box.columns) out.set(box.values.subarray(j * box.columns, (j + 1) * box.columns), box.column - column);
+  return out;
+}
+
+/* A colour as a pixel of an ImageData. */
+function packed(colour, alpha) {
+  const [r, g, b] = rgb(colour);
+  return ((alpha << 24) | (b << 16) | (g << 8) | r) >>> 0;
 }
 
 /* Points sorted into squares, so that those in view or nearest to the pointer are found at once. */

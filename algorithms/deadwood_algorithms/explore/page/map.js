@@ -188,7 +188,7 @@ export class SlopeMap {
       const { picture, column, row } = variant.picture;
       this.image(brush, pane, picture, column, row, this.scene.cell, false);
     }
-    if (shown.trees) this.trees(brush, pane, variant);
+    if (shown.trees) this.trees(brush, pane, variant, ratio);
     if (shown.barriers) this.barriers(brush, pane, variant);
     if (shown.lines) for (const line of this.scene.lines) for (const part of line.parts) this.string(brush, pane, part, told.colours.line, 3, "#ffffff", 5.5);
     if (shown.lines) for (const line of this.scene.lines) this.label(brush, pane, line);
@@ -231,7 +231,7 @@ export class SlopeMap {
     return [x0 - m, y0, x0 + pane.width / this.view.scale + m, y1];
   }
 
-  trees(brush, pane, variant) {
+  trees(brush, pane, variant, ratio) {
     const { trees_x: x, trees_y: y, trees_dbh_cm: dbh } = this.scene.data, { scale } = this.view;
     const edited = variant.edited !== false, colour = this.told.colours.tree, box = this.box(pane);
     const gone = edited ? this.felled : new Set();
@@ -244,7 +244,7 @@ export class SlopeMap {
       this.squares.each(...box, (k) => {
         if (gone.has(k)) return;
         const [px, py] = this.seen(x[k], y[k], pane), r = Math.max(dbh[k] / 200 * scale, least * (0.7 + dbh[k] / 55));
-        if (r < 2) { brush.fillRect(px - 0.9 * r, py - 0.9 * r, 1.8 * r, 1.8 * r); return; } // tells no one it is no disc
+        if (r * ratio < 2) { brush.fillRect(px - 0.9 * r, py - 0.9 * r, 1.8 * r, 1.8 * r); return; } // tells no one it is no disc
         discs.moveTo(px + r, py);
         discs.arc(px, py, r, 0, 2 * Math.PI);
       });

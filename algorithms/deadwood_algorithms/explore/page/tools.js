@@ -119,6 +119,7 @@ export class Hand {
       return;
     }
     drag.far = Math.max(drag.far, Math.hypot(event.offsetX - drag.px, event.offsetY - drag.py));
+    if (drag.kind === "press" && drag.far > STILL && this.tool !== "fell" && this.tool !== "lay") drag.kind = "pan";
     if (drag.kind === "pan") { map.pan(event.offsetX - old[0], event.offsetY - old[1]); return; }
     if (drag.kind === "release" && drag.far > STILL / 2 && map.within(...at)) this.act.release(at, true);
     if (drag.kind === "rim") this.act.resize(at, true);
@@ -158,7 +159,7 @@ export class Hand {
     } else if (drag.far > STILL && this.tool === "lay") {
       this.points = [drag.at, at];
       this.finish();
-    } else if (drag.far <= STILL || drag.touch) this.click(drag.far <= STILL ? drag.at : at, drag.touch ? 24 : 14);
+    } else if (drag.far <= STILL) this.click(drag.at, drag.touch ? 24 : 14);
     map.draw();
   }
 

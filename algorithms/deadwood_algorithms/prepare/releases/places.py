@@ -36,9 +36,9 @@ def read_weights(path: str, grid: Grid, feedback: Feedback) -> Weights:
 
     values = np.asarray(read_raster_on(path, grid, what="weights", feedback=feedback), np.float64)
     if np.nanmin(values, initial=np.inf) < 0:
-        raise UserError(f"{path}: a weight is {np.nanmin(values):g}, but must not be negative; mend the raster")
+        raise UserError(f"{path}: a weight is {np.nanmin(values):g}, but must not be negative; correct the raster")
     if np.isposinf(values).any():
-        raise UserError(f"{path}: a weight is infinite; mend the raster")
+        raise UserError(f"{path}: a weight is infinite; correct the raster")
     values = np.where(np.isfinite(values) & np.isfinite(grid.values), values, 0.0)
     if not values.any():
         raise UserError(f"{path}: no cell on the DEM has a weight above 0; check the raster and its CRS")

@@ -95,6 +95,6 @@ def _stored(heights: NDArray[np.float64], dem: DemWindows, at: str) -> NDArray[A
     if bad.any():
         raise UserError(
             f"{at}: the height {heights[bad][0]:.2f} m cannot be stored in the DEM's type ({dtype}); "
-            f"mend: {remedies.unscaled(dem.path, dem.source.scales[0], dem.source.offsets[0])}, and take that DEM"
+            f"fix: {remedies.unscaled(dem.path, dem.source.scales[0], dem.source.offsets[0])}, and take that DEM"
         )
     return numbers.astype(dtype)

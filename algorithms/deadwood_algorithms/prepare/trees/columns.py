@@ -208,7 +208,7 @@ def id_columns(
         return {"tree_id": ids}
     what = f"{empty} trees have no id" if empty else f"{repeated} trees have an id that another one has"
     feedback.warn(
-        f"{where_of(source)}, field '{name}': {what}; all are numbered anew from 1, the old ids are kept as source_id"
+        f"{where_of(source)}, field '{name}': {what}; all are numbered again from 1, the old ids are kept as source_id"
     )
     return {"tree_id": running, "source_id": ids}
 

@@ -64,7 +64,7 @@ def read_stems(path: str, grid: Grid | DemBlocks, crs: str | None, feedback: Fee
         warn_implausible(values, TREES.column(name), where_of(frame), feedback)
     ids = ids_of(frame, "tree_id")
     if twins := shared_words(frame, "tree_id", ids.tolist()):
-        raise UserError(f"{twins}, and no storm can tell them apart; deadwood-tool import-trees numbers them anew")
+        raise UserError(f"{twins}, and no storm can tell them apart; deadwood-tool import-trees numbers them again")
     x, y = plan_of(frame)
     on = grid.contains(x, y)
     if not on.any():

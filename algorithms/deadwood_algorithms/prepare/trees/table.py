@@ -13,6 +13,7 @@ import numpy as np
 import shapely
 
 from deadwood_algorithms.files.columns import field_names, where_of
+from deadwood_algorithms.files.crs import is_local
 from deadwood_algorithms.files.dem_blocks import DemBlocks
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params.tool import Feedback, UserError
@@ -166,6 +167,8 @@ def warn_of_idle_fields(
 def refuse_not_metric(source: geopandas.GeoDataFrame) -> None:
     """Without a DEM the layer keeps its own CRS, which a run could then not use unless it is in metres."""
     own = source.crs
+    if own is not None and is_local(own):
+        return
     if own is None or not own.is_projected or abs(own.axis_info[0].unit_conversion_factor - 1) > 1e-9:
         raise UserError(
             f"{where_of(source)}: its CRS {own.name if own else 'is unknown and'} is not projected in metres; "

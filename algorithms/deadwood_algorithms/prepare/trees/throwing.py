@@ -1,6 +1,6 @@
 """Which stems a storm throws, how they fall and lie, and what is left of them: the work of `windthrow`, on arrays.
 
-What a tree draws hangs on the seed and its own id, so a tree falls the same way whatever the others do, and a larger
+What a tree draws depends on the seed and its own id, so a tree falls the same way whatever the others do, and a larger
 share throws all that a smaller one does.
 """
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from deadwood_algorithms.evaluate.sensitivity.answer import Measured, order_of_strength, what_it_hangs_on
+from deadwood_algorithms.evaluate.sensitivity.answer import Measured, most_influential, order_of_strength
 from deadwood_algorithms.evaluate.sensitivity.factors import factors_of
 from deadwood_algorithms.evaluate.sensitivity.indices import Indices, weights_of
 from deadwood_algorithms.evaluate.sensitivity.tables import index_rows, lines_of, tornado_rows
@@ -29,33 +29,35 @@ def measured(*highs: int, share: bool = True) -> Measured:
 
 
 def test_one_factor():
-    told = what_it_hangs_on(measured(60, 5, 0), LOGS)
+    told = most_influential(measured(60, 5, 0), LOGS)
     assert told.factors == ["friction"]
     assert told.decided
     assert told.sentence == (
-        "Your answer hangs on friction: 0.2 to 0.3 takes the reach of road from 50.0 % to 20.0 %, "
+        "The most influential input is friction: 0.2 to 0.3 takes the reach of road from 50.0 % to 20.0 %, "
         "-30.0 points (-36.7 to -24.1)."
     )
 
 
 def test_two_that_cannot_be_told_apart():
-    told = what_it_hangs_on(measured(30, 32, 0), LOGS)
+    told = most_influential(measured(30, 32, 0), LOGS)
     assert set(told.factors) == {"friction", "rolling_friction"}
     assert not told.decided
-    assert "which of them moves the reach of road more is not decided by so many logs (200)" in told.sentence
+    assert "which of them changes the reach of road more is not decided by this many logs (200)" in told.sentence
 
 
 def test_none():
-    told = what_it_hangs_on(measured(1, 2, 0), LOGS)
+    told = most_influential(measured(1, 2, 0), LOGS)
     assert told.factors == []
     assert not told.decided
-    assert told.sentence.startswith("What the reach of road hangs on is not decided by so many logs (200)")
+    assert told.sentence.startswith(
+        "Which input influences the reach of road most is not decided by this many logs (200)"
+    )
     assert "The largest change is that of rolling friction, -1.0 points" in told.sentence
 
 
 def test_a_mean_in_metres():
     one = measured(60, 5, 0, share=False)
-    told = what_it_hangs_on(one, LOGS)
+    told = most_influential(one, LOGS)
     assert "takes the mean run-out from 0.500 m to 0.200 m, -0.300 m (-0.3" in told.sentence
     assert one.change(one.bars[2]) == "0 m (no log changes)"
 
@@ -78,17 +80,17 @@ def indexed(total: list[float], low: list[float], high: list[float], scatter: fl
 def test_the_indices_decide_where_there_are_some():
     """The swing of friction is larger, but over all ranges rolling friction has the larger part."""
     bars = measured(60, 40, 0).bars
-    told = what_it_hangs_on(
+    told = most_influential(
         Measured("reach_road", "road", bars, indexed([0.2, 0.8, 0.0], [0.1, 0.6, 0.0], [0.3, 1.0, 0.1], 0.05)), LOGS
     )
     assert (told.by, told.factors, told.decided) == ("total", ["rolling_friction"], True)
     assert told.sentence.endswith("; its total-effect index is 0.80 (0.60 to 1.00).")
     near = Measured("reach_road", "road", bars, indexed([0.5, 0.6, 0.0], [0.1, 0.2, 0.0], [0.9, 1.0, 0.1], 0.2))
-    told = what_it_hangs_on(near, LOGS)
+    told = most_influential(near, LOGS)
     assert told.factors == ["rolling_friction", "friction"]
-    assert "is not decided by so many logs (200) and so many rows" in told.sentence
+    assert "is not decided by this many logs (200) and rows" in told.sentence
     empty = Measured("reach_road", "road", bars, indexed([np.nan] * 3, [np.nan] * 3, [np.nan] * 3, 0.0))
-    assert what_it_hangs_on(empty, LOGS).by == "swing"
+    assert most_influential(empty, LOGS).by == "swing"
 
 
 def with_indices(first: list[float], total: list[float]) -> Measured:
@@ -107,7 +109,7 @@ def test_every_table_has_the_factors_in_the_order_of_the_picture():
     assert [row["total"] for row in index_rows([one])] == [0.7, 0.4, 0.2]
     plain = measured(5, 60, 0)
     assert [row["factor"] for row in tornado_rows([plain])][:2] == ["rolling_friction", "friction"]
-    shown = lines_of([one], [what_it_hangs_on(one, LOGS)], FACTS)
+    shown = lines_of([one], [most_influential(one, LOGS)], FACTS)
     assert [next(k for k, line in enumerate(shown) if line.startswith(f"  {each}")) for each in (
         "rolling friction", "density", "friction")] == [2, 3, 4]  # fmt: skip
 
@@ -116,13 +118,13 @@ def test_a_first_order_index_above_its_total_is_said_to_be_chance():
     """Before: 1.00 beside 0.86 without a word."""
     one = with_indices([1.2, 0.301, 0.2], [0.86, 0.3, 0.4])
     assert [row["crossed"] for row in index_rows([one])] == [True, False, False]
-    told = "\n".join(lines_of([one], [what_it_hangs_on(one, LOGS)], FACTS))
+    told = "\n".join(lines_of([one], [most_influential(one, LOGS)], FACTS))
     assert "total-effect index 0.86 (0.10 to 1.00) (the first-order one, 1.00, is above it, which is chance" in told
     assert told.count("is above it") == 1
 
 
 def test_as_it_is_says_of_which_logs_and_at_which_fidelity():
-    told = lines_of([measured(60, 5, 0)], [what_it_hangs_on(measured(60, 5, 0), LOGS)], FACTS)
+    told = lines_of([measured(60, 5, 0)], [most_influential(measured(60, 5, 0), LOGS)], FACTS)
     assert told[0].startswith("7 runs of the same 200 of 900 logs at draft; ")
     low, high = (100.0 * each for each in wilson_interval(100, 200))
     assert told[1] == f"the reach of road: 50.0 % ({low:.1f} to {high:.1f} %) as it is"

@@ -89,7 +89,7 @@ def test_a_factor_that_does_nothing_has_nothing():
 
 
 def noisy(rng: np.random.Generator, rows: int, logs: int) -> tuple[np.ndarray, ...]:
-    """Logs that reach with 0.3 + 0.4 u0 + 0.1 u1 + 0 u2: half of the logs keep their coin, half toss anew in every run,
+    """Logs that reach with 0.3 + 0.4 u0 + 0.1 u1 + 0 u2: half of the logs keep their coin, half toss again in each run,
     as chaotic ones do. The share of what there is: 16/17, 1/17 and nothing."""
     a, b = (latin_hypercube(rows, 3, int(rng.integers(2**31))) for _ in range(2))
     mixed = np.stack([np.where(np.arange(3) == k, b, a) for k in range(3)])
@@ -104,7 +104,7 @@ def noisy(rng: np.random.Generator, rows: int, logs: int) -> tuple[np.ndarray, .
 
 
 def test_the_noise_of_the_logs_is_taken_off():
-    """Without that the factor without effect has 0.1 and more: half of 0.25/50 toss anew, of a variance of 0.0142."""
+    """Without that the factor without effect has 0.1 and more: half of 0.25/50 toss again, of a variance of 0.0142."""
     rng = np.random.default_rng(5)
     rows, logs = 64, 50
     found, held, raw = [], np.zeros(3), []
