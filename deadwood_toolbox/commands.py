@@ -7,6 +7,9 @@ that click's own handling of interrupts and errors never stands between a tool a
 from __future__ import annotations
 
 import json
+import os
+import re
+import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -19,6 +22,7 @@ from deadwood_toolbox.feedback import PROGRESS, plain
 from deadwood_toolbox.plugin_zip import TOOL as QGIS_PLUGIN
 from deadwood_toolbox.shelf import Declared
 
+GOES_ON = " `" if os.name == "nt" else " \\"  # behind a line of a command that the next one ends, by the shell
 WIDE = {"max_content_width": 110}  # as wide as the terminal, but no wider than one reads
 
 
@@ -99,7 +103,7 @@ class _ToolCommand(click.Command):
     def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         formatter.write_paragraph()
         with formatter.indentation():
-            formatter.write_text(_lists_kept(self.tool.description))
+            formatter.write_text(laid_out(self.tool.description, formatter.width - formatter.current_indent))
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         groups = dict.fromkeys(p.group for p in self.tool.parameters() if p.group)
@@ -117,10 +121,33 @@ class _ToolCommand(click.Command):
             formatter.write_dl(rows, col_max=28)
 
 
-def _lists_kept(description: str) -> str:
-    """The description for click, which runs the lines of a paragraph together unless it is told not to (``\\b``)."""
-    paragraphs = description.split("\n\n")
-    return "\n\n".join("\b\n" + each if each.startswith(("    ", "- ")) else each for each in paragraphs)
+def laid_out(description: str, width: int) -> str:
+    """The description for click, which runs the lines of a paragraph together unless it is told not to (``\\b``): lists
+    with their items hanging, commands broken where the shell goes on, none wider than the terminal."""
+    return "\n\n".join(_paragraph(each, width) for each in description.split("\n\n"))
+
+
+def _paragraph(text: str, width: int) -> str:
+    if text.startswith("    "):
+        commands = re.sub(r"\s*\\\n\s*", " ", text).split("\n")
+        return "\n".join(["\b", *(line for each in commands for line in _command(each.strip(), width))])
+    if text.startswith("- "):
+        items = [" ".join(each.split()) for each in re.split(r"^- ", text, flags=re.MULTILINE)[1:]]
+        lines = [textwrap.fill(each, width, initial_indent="- ", subsequent_indent="  ") for each in items]
+        return "\n".join(["\b", *lines])
+    return text
+
+
+def _command(command: str, width: int) -> list[str]:
+    """A command over as many lines as it takes, each option with its value on one."""
+    lines, line = [], ""
+    for part in re.split(r" (?=--)", command):
+        longer = f"{line} {part}" if line else f"    {part}"
+        if line and len(longer) + len(GOES_ON) > width:
+            lines.append(line + GOES_ON)
+            longer = f"        {part}"
+        line = longer
+    return [*lines, line]
 
 
 class _Value(click.ParamType):
@@ -143,7 +170,8 @@ class _Value(click.ParamType):
 
 
 def _option(parameter: Parameter) -> click.Option:
-    """An option without default: what is not given is told apart from what is, so that flags override ``--config``."""
+    """An option without default: what is not given is distinguished from what is, so that flags override
+    ``--config``."""
     if parameter.is_switch:
         words = [f"{each}/--no-{each[2:]}" for each in (parameter.flag, *parameter.old_flags)]
         return click.Option([*words, parameter.name], default=None)
@@ -152,14 +180,17 @@ def _option(parameter: Parameter) -> click.Option:
 
 def _common_options() -> list[click.Parameter]:
     config = "Parameters from a JSON file, an earlier run's manifest.json, or a result itself; flags override it."
-    changed = "Go on where an input of --config is not what it was then."
-    how = "How progress is shown on standard error [default auto: a bar on a terminal, else now and then a line]."
+    changed = "Continue although an input of --config has changed."
+    how = (
+        "How progress is shown on standard error [default auto: a bar on a terminal, otherwise a line from time to "
+        "time]."
+    )
     return [
         click.Option(["--config"], metavar="FILE", help=config),
         click.Option(["--changed-inputs"], is_flag=True, help=changed),
         click.Option(["--progress"], type=click.Choice(PROGRESS), default="auto", metavar="|".join(PROGRESS), help=how),
-        click.Option(["--quiet"], is_flag=True, help="Say nothing but warnings and errors."),
-        click.Option(["--verbose"], is_flag=True, help="Say more: settings, times, libraries' warnings, tracebacks."),
+        click.Option(["--quiet"], is_flag=True, help="Show warnings and errors only."),
+        click.Option(["--verbose"], is_flag=True, help="Also show settings, times, warnings of libraries, tracebacks."),
     ]
 
 

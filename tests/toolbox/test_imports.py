@@ -1,4 +1,4 @@
-"""Who may import whom: three floors, two arrows, none upward; kept by looking at the syntax trees."""
+"""Who may import whom: three layers, dependencies downward only; checked in the syntax trees."""
 
 from __future__ import annotations
 

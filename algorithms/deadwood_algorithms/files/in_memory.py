@@ -113,7 +113,7 @@ def crs_text(value: Any) -> str:
     try:
         return pyproj.CRS.from_user_input(value).to_string()
     except CRSError as error:
-        raise UserError(f"--crs is '{value}', which is no CRS that is known; name it like EPSG:2056") from error
+        raise UserError(f"--crs is '{value}', which is no known CRS; name it like EPSG:2056") from error
 
 
 def as_file(value: Any, name: str, folder: Path) -> Path:
@@ -192,7 +192,7 @@ def _write_raster(path: Path, raster: Raster, name: str) -> None:
     try:
         crs = pyproj.CRS.from_user_input(raster.crs)
     except CRSError as error:
-        raise UserError(f"{name}: '{raster.crs}' is no CRS that is known; name it like EPSG:2056") from error
+        raise UserError(f"{name}: '{raster.crs}' is no known CRS; name it like EPSG:2056") from error
     array = numpy.asarray(raster.array)
     array = array.astype(numpy.uint8) if array.dtype == bool else array
     if array.ndim not in (2, 3) or array.dtype.kind not in "uif" or 0 in array.shape:
@@ -222,7 +222,7 @@ def _of_data_array(value: Any, name: str) -> Raster:
     place = getattr(value, "rio", None)
     if place is None:
         raise UserError(
-            f"{name}: a DataArray tells its transform and CRS by rioxarray: import rioxarray, or give "
+            f"{name}: a DataArray gives its transform and CRS through rioxarray: import rioxarray, or give "
             "Raster(array, transform, crs)"
         )
     return Raster(value.values, place.transform(), place.crs, place.nodata)

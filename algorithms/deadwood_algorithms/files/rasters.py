@@ -60,7 +60,7 @@ def read_raster_on(path: str | Path, grid: Grid, *, what: str, feedback: Feedbac
         frame = grid.frame
         if not (same and source.shape == frame.shape and source.transform.almost_equals(frame.transform)):
             how = "" if same else f", {accuracy_words(own, grid.crs, source.bounds)}"
-            feedback.note(f"{path}: the {what} raster is brought onto the DEM's cells (nearest value{how})")
+            feedback.note(f"{path}: the {what} raster is resampled to the DEM's cells (nearest value{how})")
         return read_part_on(source, grid, feedback, what)
 
 

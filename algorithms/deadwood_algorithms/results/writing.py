@@ -62,7 +62,7 @@ from deadwood_engine import STOP_REASONS, Fidelity, Rasters
 VERTEX_SPACING_M = 1.0
 VERTEX_BYTES = 24
 PIECE, PATHS_PIECE = 2**14, 2**11  # rows of a layer that are made at once, and paths, which are longer
-COST = "cost_"  # how the columns begin that have one row a chunk
+COST = "cost_"  # how the columns begin that have one row for each chunk
 FAILED = "failed_"  # and those of logs that failed
 FAILED_STATES = "failed.json"
 # Name, type, unit, description and style of the rasters that every run has.
@@ -105,7 +105,8 @@ BY_LOG = (
 def arrays_of(
     result: Any, layers: SceneLayers, log_id: NDArray[np.int64], wall_s: float, overloads: Overloads | None = None
 ) -> dict[str, NDArray]:
-    """What is kept of a chunk: one row a log, the ledgers of hits, and one row a chunk of what it cost."""
+    """What is kept of a chunk: one row for each log, the ledgers of hits, and one row for each chunk of what it "
+    "cost."""
     cost = {f"{COST}{name}": np.array([value], np.float64) for name, value in result.cost.items()}
     kept = {name: np.asarray(getattr(result, name)) for name in BY_LOG}
     failed = result.stop_reason == STOP_REASONS.index("failed")
@@ -193,7 +194,7 @@ def write_results(
     if many(still, len(releases)):
         fix = "raise --time-limit-s"
         if layers.shape is None and not asked.scene.rolling_friction:
-            fix += ", or --rolling-friction, without which nothing stops a log that rolls on smooth ground"
+            fix += ", or --rolling-friction, without which a log that rolls on smooth ground does not stop"
         feedback.warn(
             f"{still} of {len(releases)} logs still moved at --time-limit-s {asked.scene.time_limit_s:g}, so their "
             f"deposits are not final; {fix}"
@@ -203,8 +204,9 @@ def write_results(
     if states := failed_states(layers, releases, by_log):
         write_json(folder / FAILED_STATES, {"logs": states})
         feedback.warn(
-            f"{len(states)} of {len(releases)} logs failed, the others did not suffer; {FAILED_STATES} has their last "
-            "states, from which the engine can go on (deadwood_engine.Start): please report them"
+            f"{len(states)} of {len(releases)} logs failed, the others are not affected; {FAILED_STATES} has their "
+            f"last "
+            "states, from which the engine can continue (deadwood_engine.Start): please report them"
         )
     by_log.close()
     write_json(folder / SUMMARY, summary)
@@ -244,7 +246,7 @@ def in_pieces(
     geometry: str,
     frame_of: Callable[[geopandas.GeoDataFrame, Mapping[str, NDArray]], geopandas.GeoDataFrame],
 ) -> Stream:
-    """A layer of one row a log, made of so many deposits at once."""
+    """A layer of one row for each log, made of so many deposits at once."""
 
     def pieces() -> Iterator[geopandas.GeoDataFrame]:
         for start in range(0, len(releases), PIECE):
@@ -256,7 +258,7 @@ def in_pieces(
 
 
 def deposits_frame(layers: SceneLayers, releases: Releases, by_log: Mapping[str, NDArray]) -> geopandas.GeoDataFrame:
-    """One row a released log: where it ended, and how it went."""
+    """One row for each released log: where it ended, and how it went."""
     start, end, axis = by_log["release_position"], by_log["end_position"], by_log["tip_end"] - by_log["base_end"]
     dx, dy, dz = (end - start).T
     columns: dict[str, Any] = {
@@ -378,7 +380,7 @@ def _stream_poses(path: Path, work: WorkFolder, crs: pyproj.CRS) -> Iterator[Kep
 
 
 def trajectories(paths: KeptPaths, layers: SceneLayers, releases: Releases, by_log: Mapping[str, NDArray]) -> Stream:
-    """One row a log that keeps its path, in the order of the releases."""
+    """One row for each log that keeps its path, in the order of the releases."""
     sorter = np.argsort(releases.logs.log_id)
     row = sorter[np.searchsorted(releases.logs.log_id, paths.log_id, sorter=sorter)]
     order = np.argsort(row, kind="stable")
@@ -414,7 +416,7 @@ def thinned(points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def reach_frame(lines: Items, touched: NDArray[np.bool_], left: NDArray[np.bool_], crs: Any) -> geopandas.GeoDataFrame:
-    """One row a line: how many logs reached it, and the probability with its interval."""
+    """One row for each line: how many logs reached it, and the probability with its interval."""
     records = reach_records(lines, touched, left)
     columns = {name: [record[name] for record in records] for name in records[0]}
     return geopandas.GeoDataFrame(columns, geometry=lines.geometry, crs=crs)
@@ -423,7 +425,7 @@ def reach_frame(lines: Items, touched: NDArray[np.bool_], left: NDArray[np.bool_
 def reached_by(
     layers: SceneLayers, touched: NDArray[np.bool_], by_log: Columns, releases: Releases
 ) -> Iterator[geopandas.GeoDataFrame]:
-    """One row a log and line that it reached, drawn at the log's release point: from where is the road hit?"""
+    """One row for each log and line that it reached, drawn at the log's release point: from where is the road hit?"""
     lines = layers.lines
     for start in range(0, len(releases), PIECE):
         rows = slice(start, start + PIECE)

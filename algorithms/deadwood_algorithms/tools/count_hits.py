@@ -1,17 +1,17 @@
-"""Count, from stored trajectories, how many logs pass over each cell, and how fast: any subset of logs, any cell size.
+"""Count from stored trajectories how many logs pass each cell, and how fast: any subset of logs, any cell size.
 
-The count is the one that slide-logs makes while it runs: a log counts once in every cell that any part of its plan-view
-outline overlaps at any time (paper, section 4). With all trajectories stored, every log chosen and the run's own cell
-size it equals the run's hit_count.tif. Logs whose trajectory was not stored cannot be counted; the tool says how many.
+The count is that of slide-logs: a log counts once in every cell that any part of its plan-view outline overlaps at any
+time (paper, section 4). With all trajectories stored, every log chosen and the run's own cell size it equals the run's
+hit_count.tif. Logs whose trajectory was not stored cannot be counted; the tool reports their number.
 
---speed, --energy and --jump write quantiles a cell, a band each: of the largest value that each log had in the cell,
-over the logs that pass it. Speed is that of the centre of mass; energy that of translation and rotation, as poses tell
-it (within a few percent of the run's); jump the clearance between log and terrain.
+--speed, --energy and --jump write quantiles for each cell, one band each: of the largest value of each log in the cell,
+over the logs that pass it. Speed is that of the centre of mass; energy is the sum of translation and rotation, from the
+stored poses (within a few percent of the run's); jump is the clearance between log and terrain.
 
---danger writes where a moving log ends on the road: of the logs that pass a cell, the share that reach a line of
---reaching (default: the run's own lines) with the same outline or afterwards; band 1 of any line, band 2 how many
-passed, then a band for each line. Cells that fewer than --danger-least logs pass are transparent. With all
-trajectories stored and the run's own lines and cells it equals the run's danger.tif.
+--danger writes the share of passing logs that later reach a line of --reaching (default: the run's own lines), with the
+same outline or afterwards: band 1 for any line, band 2 the number that passed, then a band for each line. Cells that
+fewer than --danger-least logs pass are transparent. With all trajectories stored and the run's own lines and cells it
+equals the run's danger.tif.
 
     deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
         --count 200 --output releases.gpkg
@@ -54,7 +54,7 @@ class Ask:
     release_id: str | None = tool.text("Only logs of these releases", default=None, help="Comma-separated.")
     log_id: str | None = tool.text("Only these logs", default=None, help="Comma-separated.")
     stop_reason: str | None = tool.text(
-        "Only logs that ended so",
+        "Only logs with these stop reasons",
         default=None,
         help="Comma-separated: rest, tree, barrier, left_dem, time_limit, failed.",
     )
@@ -74,7 +74,7 @@ class Ask:
         "Lines of that raster", "line", "polygon", default=None, help="Default: the lines of the run."
     )
     danger_least: int = tool.integer(
-        "Logs that must have passed a cell for its danger to be told", default=10, minimum=1, advanced=True
+        "Least number of passing logs for which a cell has a value", default=10, minimum=1, advanced=True
     )
     output: str = tool.output_raster("Hit counts")
     overwrite: bool = tool.overwrite()
@@ -86,6 +86,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.results.hit_counts import count_of
     from deadwood_algorithms.results.identity import writing
     from deadwood_algorithms.results.run_folder import chosen_logs, read_run
+    from deadwood_algorithms.results.scenario import lines_of_run
     from deadwood_algorithms.schemas.files import HITS
 
     if ask.reaching and not ask.danger:
@@ -129,7 +130,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     line = f"{stored.size} logs counted; the most that passed over one cell of {grid.cell:g} m: {counts.max()}"
     outputs = {"output": Path(ask.output)} | {name: Path(place) for name, place in given.items()}
     outputs |= {"danger": Path(ask.danger)} if ask.danger else {}
-    return Outcome(outputs, facts, (line,))
+    return Outcome(outputs, facts, (line, *lines_of_run(source)))
 
 
 def lines_to_reach(ask: Ask, source: Run, feedback: Feedback) -> tuple[Lines, Items]:

@@ -164,7 +164,7 @@ def test_without_trajectories_it_is_the_largest_energy_and_said(tmp_path, said):
     run = case.run(trajectories="none")
     map_intensity.TOOL(feedback=said, run=str(run), least_passage=10.0, output=str(tmp_path / "m"))
     assert any("largest of all logs, which grows with the number of logs" in each for each in said.warnings)
-    assert any("24 logs cannot tell whether 10 % of the logs pass" in each for each in said.warnings)
+    assert any("24 logs do not show whether 10 % of the logs pass" in each for each in said.warnings)
     hits = raster(run / "hit_count.tif")
     assert ((raster(tmp_path / "m" / "intensity.tif") > 0) == (hits >= 3)).all()  # 10 % of 24 logs
 
