@@ -7,6 +7,8 @@ the same releases.
 
 from __future__ import annotations
 
+import contextlib
+import itertools
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -35,6 +37,7 @@ from deadwood_algorithms.simulate.sinking import Sinking
 from deadwood_engine import FIDELITIES, place_logs
 
 Send = Callable[[Frame], None]
+TRIED = 0.5, 0.25, 0.75, 0.1, 0.9  # shares of the terrain model's sides, where logs may be released to warm up
 
 
 class Session:
@@ -47,6 +50,16 @@ class Session:
         self.simulation, self.layers, self.defaults = simulation, layers, defaults
         self.changes = Changes()
         self.answer: Answer | None = None
+
+    def warm_up(self) -> None:
+        """Answer a question that nobody asked, so that the first click finds loaded what later ones do."""
+        west, south, east, north = self.layers.dem.bounds
+        for x, y in itertools.product(TRIED, TRIED):
+            place = [x * (east - west), y * (north - south), 0.0]
+            with contextlib.suppress(UserError):  # no height there
+                self.release({"shape": {"circle": place}, "n": 4, "fidelity": "draft"}, lambda _: None, _never)
+                break
+        self.answer = None
 
     def release(self, message: Mapping[str, Any], send: Send, stale: Stale) -> None:
         """Slide the logs of a question: first in the scene as it was read, then as changed."""

@@ -423,6 +423,20 @@ def test_a_thousand_random_actions_leave_the_memory_flat(asked: Asked):
     assert after - before < 2_000_000
 
 
+def test_warming_up_leaves_no_question_and_needs_no_ground_in_the_middle(layers: dict[str, str], tmp_path):
+    import rasterio
+
+    with rasterio.open(layers["dem"]) as source:
+        facts, values = source.profile, source.read(1)
+    values[:200, 40:] = -9999.0
+    with rasterio.open(tmp_path / "dem.tif", "w", **facts) as made:
+        made.write(values, 1)
+    with opened({"dem": str(tmp_path / "dem.tif")}) as asked:
+        asked.session.warm_up()
+        assert asked.session.answer is None
+        assert asked.release(shape={"circle": [20.0, 190.0, 5.0]}, n=5).facts["done"] == 5
+
+
 def test_the_batches_of_many_logs():
     assert [(part.start, part.stop) for part in parts_of(700)] == [
         (0, 30),
