@@ -1084,7 +1084,7 @@ class SlideLogsResult(Run):
     hit_count = RasterPart("hit_count.tif")
     """How many logs overlapped the cell with any part of their outline in plan at any time, each log once"""
     reach_probability = RasterPart("reach_probability.tif")
-    """The same as a share of all logs"""
+    """Share of all logs that overlapped the cell with any part of their outline in plan at any time"""
     deposit_count = RasterPart("deposit_count.tif")
     """How many logs lie on the cell at the end"""
     speed_max = RasterPart("speed_max.tif")

@@ -108,9 +108,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
                 "--least, or release more"
             )
         bands, units = found.bands()
-        write_bands(
-            folder / RASTER, bands, found.grid, nodata=np.nan, dtype="float32", units=units, style=ORIGIN_REACH.look
-        )
+        told = {"units": units, "style": ORIGIN_REACH.look, "raster": ORIGIN_REACH.name}
+        write_bands(folder / RASTER, bands, found.grid, nodata=np.nan, dtype="float32", **told)
         layers = {"sources": origins.sources_frame(found, source_shares)}
         affected = origins.affected_frame(source, cells.passed_window(source), affected_shares, feedback)
         if affected is not None:
