@@ -120,16 +120,28 @@ def show_lines(
     return drawn
 
 
-def show_dots(axes: Axes, x: NDArray, y: NDArray, size: float, colour: str, *, rim: bool = False, **more: Any) -> None:
+def show_dots(
+    axes: Axes,
+    x: NDArray,
+    y: NDArray,
+    size: float,
+    colour: str,
+    *,
+    rim: bool = False,
+    gid: str | None = None,
+    **more: Any,
+) -> None:
     """Dots of a map as one path: lines of next to no length with round ends; size in points.
 
     A marker each would be ten times as large a file. They are not snapped to pixels: Agg would draw none of those whose
-    two ends fall on one. With ``rim`` they stand on darker ones, so that a pale colour is seen on pale ground.
+    two ends fall on one. With ``rim`` they stand on darker ones, so that a pale colour is seen on pale ground; these
+    have the ``gid`` with ``_rim`` behind it.
     """
     ends = np.column_stack([x, y, np.asarray(x) + 0.01, y]).reshape(-1, 2)
     path = Path(ends, np.tile([Path.MOVETO, Path.LINETO], len(x)))
-    for width, edge in ((size + RIM_WIDTH, RIM), (size, colour))[0 if rim else 1 :]:
-        drawn = PathPatch(path, facecolor="none", edgecolor=edge, linewidth=width, capstyle="round", **more)
+    rims = f"{gid}_rim" if gid else None
+    for width, edge, name in ((size + RIM_WIDTH, RIM, rims), (size, colour, gid))[0 if rim else 1 :]:
+        drawn = PathPatch(path, facecolor="none", edgecolor=edge, linewidth=width, capstyle="round", gid=name, **more)
         drawn.set_snap(False)
         axes.add_patch(drawn)
 
