@@ -6,7 +6,7 @@ How a quantity or a thing looks is declared in `schemas/looks.py`; here it becom
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -94,15 +94,16 @@ def show_quantity(
     )  # fmt: skip
 
 
-def show_scale(figure: Any, image: Any, name: str, label: str, **more: Any) -> Any:
-    """The scale of a quantity beside its map: every stop named, in the unit that it is shown in."""
+def show_scale(
+    figure: Any, image: Any, name: str, label: str, *, signs: Callable[[str], str] = str, **more: Any
+) -> Any:
+    """The scale of a quantity beside its map: every stop named, in the unit that it is shown in; ``signs`` are those of
+    the reader's language."""
     look = LOOKS[name]
     where = {"fraction": 0.035, "pad": 0.015, "aspect": 32} if "ax" in more and "shrink" not in more else {}
     bar = figure.colorbar(image, **where, **more)
-    bar.set_ticks(
-        look.stops,
-        labels=[look.label(each).removesuffix(f" {look.shown}").replace("-", "\u2212") for each in look.stops],
-    )
+    numbers = [look.label(each).removesuffix(f" {look.shown}").replace("-", "\u2212") for each in look.stops]
+    bar.set_ticks(look.stops, labels=[signs(each) for each in numbers])
     bar.ax.minorticks_off()
     bar.set_label(label)
     bar.outline.set_visible(False)
