@@ -6,7 +6,7 @@ A measured page names the digest of the engine's sources that it was measured wi
 their order, and today's as the last. So a page is as many engines behind as lines follow its own (of several engines
 that it names, the oldest's). An engine in between that no page was measured with is dropped from the list when the next
 one comes: to edit the engine ten times in a day is one engine more, to measure and to edit again is two. A page that is
-one behind says so in its first line; one that is two behind is to be measured anew, which a test asks for.
+one behind says so in its first line; one that is two behind is to be measured again, which a test asks for.
 """
 
 from __future__ import annotations

@@ -197,7 +197,7 @@ def provenance(results: dict[str, Any], beside: dict[str, Any]) -> str:
     return "\n".join(["Measured, and written by `python -m benchmarks.region_page`:", "", *lines])
 
 
-HEAD = """# A canton, a country: the arithmetic
+HEAD = """# What does a canton or a country take?
 
 How much it takes to slide logs from every hectare of a region, from what a log costs in [the study of speed and
 accuracy](../benchmarks/README.md). It is arithmetic, no run: nobody has slid these logs. What your own region takes,

@@ -16,7 +16,7 @@ PLACE = Path(__file__).parents[1] / "algorithms" / "README.md"
 HEAD = """\
 # The tools
 
-One file a tool: `deadwood_algorithms/tools/<name>.py` declares its parameters once, and the command line, this page,
+One file per tool: `deadwood_algorithms/tools/<name>.py` declares its parameters once, and the command line, this page,
 the checks and `deadwood-tool describe TOOL --json` are rendered from that. Every tool also takes `--config FILE`,
 `--progress`, `--quiet` and `--verbose`. Layers and their columns: [docs/layers.md](../docs/layers.md).
 

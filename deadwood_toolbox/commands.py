@@ -170,7 +170,8 @@ class _Value(click.ParamType):
 
 
 def _option(parameter: Parameter) -> click.Option:
-    """An option without default: what is not given is told apart from what is, so that flags override ``--config``."""
+    """An option without default: what is not given is distinguished from what is, so that flags override
+    ``--config``."""
     if parameter.is_switch:
         words = [f"{each}/--no-{each[2:]}" for each in (parameter.flag, *parameter.old_flags)]
         return click.Option([*words, parameter.name], default=None)
@@ -179,14 +180,17 @@ def _option(parameter: Parameter) -> click.Option:
 
 def _common_options() -> list[click.Parameter]:
     config = "Parameters from a JSON file, an earlier run's manifest.json, or a result itself; flags override it."
-    changed = "Go on where an input of --config is not what it was then."
-    how = "How progress is shown on standard error [default auto: a bar on a terminal, else now and then a line]."
+    changed = "Continue although an input of --config has changed."
+    how = (
+        "How progress is shown on standard error [default auto: a bar on a terminal, otherwise a line from time to "
+        "time]."
+    )
     return [
         click.Option(["--config"], metavar="FILE", help=config),
         click.Option(["--changed-inputs"], is_flag=True, help=changed),
         click.Option(["--progress"], type=click.Choice(PROGRESS), default="auto", metavar="|".join(PROGRESS), help=how),
-        click.Option(["--quiet"], is_flag=True, help="Say nothing but warnings and errors."),
-        click.Option(["--verbose"], is_flag=True, help="Say more: settings, times, libraries' warnings, tracebacks."),
+        click.Option(["--quiet"], is_flag=True, help="Show warnings and errors only."),
+        click.Option(["--verbose"], is_flag=True, help="Also show settings, times, warnings of libraries, tracebacks."),
     ]
 
 

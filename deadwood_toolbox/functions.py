@@ -132,37 +132,37 @@ def assess_mobilisation(
     progress: bool = False,
     feedback: Feedback | None = None,
 ) -> AssessMobilisationResult:
-    """Assess where a log could start to slide: susceptibility raster, candidate release areas, mapped deadwood
-    judged.
+    """Assess where a log could start to slide: susceptibility raster, candidate release areas, rated deadwood.
 
-    The susceptibility of a cell is the product of three numbers from 0 to 1, all at the scale of a log, from a
-    quadratic surface fitted to the heights in a window of ``window_m`` around the cell (`relief.py` has the
-    formulas):
+    The susceptibility of a cell is the product of three factors between 0 and 1. All are taken at the scale of
+    a log, from a quadratic surface fitted to the heights in a window of ``window_m`` around the cell (formulas
+    in `relief.py`):
 
-    - drive, max(0, 1 - mu / tan(slope)): the share of gravity's pull along the slope that friction does not
-      hold. It is 0   where mu >= tan(slope), the paper's condition of sliding (section 6.1);
+    - drive, max(0, 1 - mu / tan(slope)): the share of the downslope pull of gravity that friction does not
+      balance. It is 0   where mu >= tan(slope), the paper's condition of sliding (section 6.1);
     - steepness, from 0 at ``slope_none_deg`` to 1 at ``slope_full_deg``: the paper's logs all started on about
-      35° or   more, however low the friction that reproduces them, because relief finer than the friction knows
-      holds them;
-    - smoothness, from 1 on ground without roughness to 0 at ``roughness_limit_m``, the standard deviation of
-      the heights   about the fitted surface. That roughness holds logs is the paper's; the limit is a
-      judgement: set your own.
+      35° or   more, however low the friction that reproduces them, because fine relief that friction does not
+      represent holds logs;
+    - smoothness, from 1 on smooth ground to 0 at ``roughness_limit_m``, the standard deviation of the heights
+      about the   fitted surface. That roughness holds logs is a finding of the paper; the limit is a judgement:
+      set your own.
 
-    ``release_areas`` takes the connected ground above ``threshold`` as polygons, for ``sample-releases
-    --areas``; the raster serves as its ``--weights``. Gullies, the preferred tracks, are told by how deep the
-    ground lies across the slope (``gully_share`` of an area); they change nothing of the susceptibility.
+    ``release_areas`` writes the connected ground above ``threshold`` as polygons for ``sample-releases
+    --areas``; the raster serves as its ``--weights``. Gullies, the preferred tracks, are detected by the depth
+    of the ground across the slope (``gully_share`` of an area); they do not affect the susceptibility.
     ``factors`` keeps slope, roughness and depth.
 
-    Mapped ``deadwood`` (points) is split by ``assessed`` into the layers ``candidates`` and ``others``. A
-    candidate stands on susceptible ground and is in the decay window in which wood is smooth but still strong,
-    late stage II to early III (Maser and Trappe): by a field ``decay_stage``, else by ``years_dead`` and
-    ``species`` (spruce 2 to 5 years). A plain II or III, and an unknown decay, count as candidates: the tool
-    errs on the safe side. A species is known by its binomial or a common name (German, French, Italian,
-    English); downed beech and Scots pine have years of their own, by rates of decay of downed wood, and their
-    snags (a field ``standing``, 1 or 0) none.
+    ``assessed`` splits mapped ``deadwood`` (points) into the layers ``candidates`` and ``others``. A candidate
+    is on susceptible ground and in the stage of decay in which wood is smooth but still strong, late stage II
+    to early III (Maser and Trappe). The stage is taken from a field ``decay_stage``, otherwise from
+    ``years_dead`` and ``species`` (spruce: 2 to 5 years). Stages II and III without more detail, and unknown
+    stages, count as candidates: the tool errs on the safe side. A species is recognised by its scientific or
+    common name (German, French, Italian, English). Downed beech and Scots pine have ranges of years of their
+    own, from rates of decay of downed wood; standing snags of these species (a field ``standing``, 1 or 0) have
+    none.
 
-    It knows no trigger (storm, snow, felling), no single block or stump that holds a log, and no probability:
-    the numbers rank the ground. A DEM of any size is read in windows.
+    The tool does not model a trigger (storm, snow, felling), single boulders or stumps that hold a log, or a
+    probability: the numbers rank the ground. A DEM of any size is read in windows.
 
     Parameters
     ----------
@@ -173,11 +173,11 @@ def assess_mobilisation(
     window_m : m, 0 < x <= 1000, default 10
         Window of slope and roughness, about as long as a log bridges.
     slope_none_deg : °, 0 <= x <= 90, default 30
-        Slope up to which nothing starts.
+        Slope up to which the steepness factor is 0.
     slope_full_deg : °, 0 <= x <= 90, default 35
-        Slope from which the steepness is full.
+        Slope from which the steepness factor is 1.
     roughness_limit_m : m, > 0, default 1
-        Roughness that holds every log.
+        Roughness at which no log starts.
     gully_window_m : m, 0 < x <= 1000, default 20
         Window of gullies.
     gully_depth_m : m, > 0, default 0.5
@@ -195,14 +195,14 @@ def assess_mobilisation(
     species_field : optional
         Field of the species. Without it: species.
     standing_field : optional
-        Field of whether it stands, 1, or lies, 0. Without it: standing.
+        Field that is 1 if it stands, 0 if it lies. Without it: standing.
     years_from : >= 0, default 2
         Years since death from which spruce is smooth.
     years_to : >= 0, default 5
         Years since death up to which spruce is strong.
     crs : optional
-        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS; local: metres of a site of its own.
+        CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
+        CRS; local: metres of a site of its own.
     overwrite : optional
         Replace an output that exists.
     output : output, optional
@@ -210,7 +210,7 @@ def assess_mobilisation(
     release_areas : output, optional
         Candidate release areas (.gpkg). True: beside the main output.
     assessed : output, optional
-        Mapped deadwood, judged (.gpkg). True: beside the main output.
+        Mapped deadwood, rated (.gpkg). True: beside the main output.
     factors : output, optional
         Slope, roughness and gully depth (.tif). True: beside the main output.
     progress : bool
@@ -258,31 +258,31 @@ def sample_releases(
     progress: bool = False,
     feedback: Feedback | None = None,
 ) -> SampleReleasesResult:
-    """Draw the start positions of many logs inside release areas, and what each log is like.
+    """Draw the start positions of logs inside release areas, and the properties of each log.
 
-    Gives the releases layer of ``slide-logs``. Places are uniform by area inside the circle around a point (the
-    paper: 10 m) or inside a polygon or multipolygon, holes left out; or, with a raster of susceptibility
-    (``weights``), as dense as its values say, inside the areas, or without areas wherever it is above 0. Every
-    area gets ``count`` logs, or ``logs_per_ha`` times its area (without areas, times that of the cells above
-    0).
+    The result is the releases layer of ``slide-logs``. Positions are uniform by area, inside a circle around
+    each point (10 m in the paper) or inside a polygon or multipolygon without its holes. With a susceptibility
+    raster (``weights``) their density follows its values, inside the areas, or without areas wherever it is
+    above 0. Every area gets ``count`` logs, or ``logs_per_ha`` times its area (without areas: times the area of
+    the cells above 0).
 
-    What the logs are like `preset` says by name, with its source (`deadwood-tool list --presets` has all); an
-    option that is given overrides it. A preset of a wood has the density of its critical stage of decay, and a
-    relation of DBH and length, by which one of them follows from the other.
+    `preset` sets the properties of the logs by name, with the source (`deadwood-tool list --presets` lists
+    all). Explicit options override it. A preset of a species has the density of its critical stage of decay,
+    and a relation of DBH and length that gives one from the other.
 
-    The logs of an area are alike unless sizes are to be drawn: normal distributions with ``dbh_sd_cm``,
-    ``length_sd_m`` and ``density_sd_kg_m3`` around the means (a draw that is no log is drawn again, and said),
-    or rows of a table of mapped deadwood (``deadwood``, as ``import-trees --snags`` writes it: each log is like
-    one of its rows). Columns of the areas override the options of the same names, those of the mapped deadwood
-    before both. The axis is upright, lying, tilted, ``random`` (any direction in space) or ``random-lying`` (on
-    the ground, any azimuth).
+    The logs of an area are equal unless their sizes are drawn: from normal distributions with ``dbh_sd_cm``,
+    ``length_sd_m`` and ``density_sd_kg_m3`` around the means (impossible sizes are drawn again, and counted in
+    a note), or from the rows of a table of mapped deadwood (``deadwood``, as ``import-trees --snags`` writes
+    it). Columns of the areas override the options of the same names; columns of the mapped deadwood override
+    both. The axis is upright, lying, tilted, ``random`` (any direction in space) or ``random-lying`` (on the
+    ground, any azimuth).
 
-    Log k has the same id, place and size however many logs are drawn, for its draws come from the seed and its
-    id alone; the ids, from 1, go round the areas (area 1, 2, ..., 1, 2, ...), so that a larger ``count`` only
-    adds logs.
+    Log k has the same id, position and size however many logs are drawn, because its draws depend on the seed
+    and its id alone. Ids start at 1 and alternate between the areas (area 1, 2, ..., 1, 2, ...), so a larger
+    ``count`` only adds logs.
 
-    It does not judge where wood could start to slide. Source: the paper, section 3.3 (small perturbations of
-    the position are the statistical variable).
+    The tool does not assess where wood could start to slide (``assess-mobilisation`` does). Source: the paper,
+    section 3.3 (small perturbations of the position are the statistical variable).
 
     Parameters
     ----------
@@ -291,7 +291,7 @@ def sample_releases(
     dem : required
         Terrain (DEM); its CRS is that of the output. A raster, a folder of tiles, or tiles with commas between.
     weights : optional
-        Susceptibility raster: how likely logs start in a cell. Any numbers from 0 up.
+        Susceptibility raster: relative density of starts. Any values of at least 0.
     count : 1 <= x <= 1000000000, default 2000
         Logs per area.
     logs_per_ha : 1/ha, > 0
@@ -299,9 +299,9 @@ def sample_releases(
     radius_m : m, >= 0, default 10
         Radius of the circle around a point.
     release_id_field : optional
-        Field of the areas that names them. Without it: release_id, else the row number from 1.
+        Field with the names of the areas. Without it: release_id, else the row number from 1.
     preset : one of klosters, rothenbrunnen, spruce-critical, beech-critical, pine-critical, default klosters
-        What the logs are like, by name. klosters: the logs of Klosters 2022 (dbh_cm 75, length_m 30,
+        Properties of the logs, by name. klosters: the logs of Klosters 2022 (dbh_cm 75, length_m 30,
         density_kg_m3 300); rothenbrunnen: the log of Rothenbrunnen 2022 (dbh_cm 30, length_m 15, density_kg_m3
         300); spruce-critical: spruce without bark and branches that does not break yet, 2 to 5 years after
         death: 374 to 339 kg/m³ (density_kg_m3 357); beech-critical: beech without bark and branches that does
@@ -337,8 +337,8 @@ def sample_releases(
     seed : >= 0, default 0
         Seed of the random draws.
     crs : optional
-        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS; local: metres of a site of its own.
+        CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
+        CRS; local: metres of a site of its own.
     overwrite : optional
         Replace an output that exists.
     output : output, optional
@@ -429,28 +429,27 @@ def import_trees(
     progress: bool = False,
     feedback: Feedback | None = None,
 ) -> ImportTreesResult:
-    """Make the trees layer from a table or layer of single trees, and a releases layer of the dead ones among
-    them.
+    """Make the trees layer from a table or layer of single trees, and a releases layer of the dead trees in it.
 
-    Reads what tree detection and inventories write (GeoPackage, shapefile, CSV and other text tables in any
-    common encoding, with decimal commas, with or without header). ``source`` names what wrote the table;
-    ``auto`` knows it by its columns or its name, else finds columns by their usual names. Any column can be
-    named, with its unit, by the ``--...-field`` and ``--...-unit`` options, which go first; in a file without
-    header they are ``column_1``, ``column_2`` and so on. Crown polygons give trees at their centroids (or at
-    the columns named) and, by their area, crown diameters.
+    It reads the output of tree detection and inventories: GeoPackage, shapefile, CSV and other text tables in
+    any common encoding, with decimal commas, with or without header. ``source`` names the program that wrote
+    the table; ``auto`` recognises it by its columns or its name, and otherwise finds columns by their usual
+    names. The ``--...-field`` and ``--...-unit`` options name any column and its unit, and take precedence. In
+    a file without header the columns are ``column_1``, ``column_2`` and so on. Crown polygons give trees at
+    their centroids (or at the named columns) and crown diameters from their area.
 
-    Where the DBH is missing it follows from the height by DBH[cm] = a * H[m]^b, where the height is missing
-    from the DBH by the same law; a tree with neither is dropped. The law is that of ``dbh_a`` and ``dbh_b``, or
-    a published one (``dbh_law``), or that of the zone polygon in which the tree stands, or fitted to measured
-    trees (``dbh_sample``; of the logarithms, corrected by exp(s^2 / 2)). A single law misjudges stems by up to
-    a factor of two; set your region's. ``dbh_source`` tells ``measured`` from ``modelled``. What was filled,
-    dropped or merged is counted and said.
+    A missing DBH is computed from the height by DBH[cm] = a * H[m]^b, a missing height from the DBH by the same
+    law; a tree with neither is dropped. The law is that of ``dbh_a`` and ``dbh_b``, a published one
+    (``dbh_law``), that of the zone polygon in which the tree stands, or one fitted to measured trees
+    (``dbh_sample``; of the logarithms, corrected by exp(s^2 / 2)). A single law misjudges stems by up to a
+    factor of two: use a law of your region. ``dbh_source`` distinguishes ``measured`` from ``modelled``. What
+    was filled in, dropped or merged is counted in notes.
 
-    Dead standing trees and snags are kept apart, for they are the logs of tomorrow: ``snags`` writes them as a
-    releases layer (upright, where they stand, with their DBH and height). What lies or was removed is dropped.
-    An id used twice (tiles number their trees again) makes the tool renumber all trees and keep the old ids as
-    ``source_id``; ``merge_within_m`` makes one of the trees found twice at the seams. It does not judge whether
-    a tree is real.
+    Dead standing trees and snags are kept out of the trees, because they are the logs of tomorrow: ``snags``
+    writes them as a releases layer (upright, where they stand, with their DBH and height). Lying or removed
+    trees are dropped. If an id occurs twice (tiles often number their trees independently), all trees are
+    renumbered and the old ids are kept as ``source_id``. ``merge_within_m`` merges trees found twice at the
+    seams of tiles. The tool does not judge whether a tree is real.
 
     With an inventory: ``status_field Zustand dead_values "tot,Dürrständer" snags snags.gpkg``; with the output
     of FINT: ``trees Ind_trees.csv source fint``.
@@ -500,7 +499,7 @@ def import_trees(
         Table or layer of single trees.
     source : one of auto, table, lidr, foresttools, itcsegment, lidartree, pycrown, fint, fint-ch, cloud2trees,
       rockyfor3d, platrock, neon, sortie, default auto
-        What wrote the table. table: usual names only.
+        Program that wrote the table. table: usual names only.
     dem : optional
         Terrain (DEM). Gives the CRS of the output; trees off the DEM are dropped. A raster, a folder of tiles,
         or tiles with commas between.
@@ -526,14 +525,14 @@ def import_trees(
         What the crown field holds, in m or m². Without it: as the source or the field's usual name says, else
         the diameter.
     missing_value : optional
-        Number that stands for a missing value. For example -1 (FINT-CH) or 0.
+        Number that marks a missing value. For example -1 (FINT-CH) or 0.
     status_field : optional
-        Field that tells dead trees from living ones.
+        Field that distinguishes dead trees from living ones.
     dead_values : optional
-        Its values of dead standing trees. Separated by commas, or by semicolons where a value holds a comma.
+        Its values for dead standing trees. Separated by commas, or by semicolons where a value holds a comma.
         Without it: the usual words.
     gone_values : optional
-        Its values of trees that stand no more. As the dead values; these trees are dropped.
+        Its values for removed or fallen trees. As the dead values; these trees are dropped.
     keep_dead : optional
         Keep dead standing trees among the trees too.
     min_height_m : m, >= 0, default 1.3
@@ -549,19 +548,19 @@ def import_trees(
         Published law in place of a and b. The description lists them. Beside a law with the crown, a and b
         serve trees whose crown is not known.
     dbh_zones : polygon
-        Zones with laws of their own. Fields dbh_a and dbh_b, or dbh_law.
+        Zones with different laws. Fields dbh_a and dbh_b, or dbh_law.
     dbh_sample : optional
-        Measured trees to fit the law to. Those with a DBH and a height; the table itself will do.
+        Measured trees to fit the law to. Those with a DBH and a height; the table itself can be used.
     replace_dbh : optional
-        Compute the DBH from the height even where the table has one.
+        Compute the DBH from the height also where the table has one.
     merge_within_m : m, >= 0, default 0
-        Trees nearer than this are one. The tallest stays; 0 merges none.
+        Trees nearer than this are merged. The tallest stays; 0 merges none.
     tile_field : optional
         Field of the tile. Only trees of different tiles are then merged. QGIS's Merge Vector Layers calls it
         layer.
     crs : optional
-        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS; local: metres of a site of its own.
+        CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
+        CRS; local: metres of a site of its own.
     overwrite : optional
         Replace an output that exists.
     snags : output, optional
@@ -623,15 +622,15 @@ def find_trees(
     - ``mixed``: D = 2.51503 + 0.00901 H^2, deciduous trees and pines together
     - ``deciduous``: D = 3.09632 + 0.00895 H^2
 
-    ``chm`` holds heights above the ground; in place of it ``dsm`` and ``dem``, on the same cells, whose
-    difference is the canopy. Cells without a value are no trees, nor are those higher than 150 m (cranes,
-    birds, undeclared nodata), which are counted and said. The tree stands in the middle of its cell, as high as
-    the cell.
+    ``chm`` holds heights above the ground. Alternatively ``dsm`` and ``dem``, on the same cells, give the
+    canopy height by their difference. Cells without a value are no trees, nor are cells higher than 150 m
+    (cranes, birds, undeclared nodata), which are counted in a note. The tree stands at the centre of its cell
+    and is as high as the cell.
 
     The DBH follows from the height as in ``import-trees`` (``dbh_law``, or ``dbh_a`` and ``dbh_b``), which
-    lists the laws and takes trees found by other programs. It finds what is highest: small trees below others
-    stay unseen, a wide crown may count twice, and a building is as good as a tree. A canopy model with pits is
-    to be smoothed before; choose the window by trees that were counted in the field.
+    lists the laws and imports trees found by other programs. The method finds local maxima: small trees below
+    others are not seen, a wide crown may count twice, and a building counts as a tree. Fill the pits of a
+    canopy model beforehand, and choose the window by trees that were counted in the field.
 
     With a canopy model: ``deadwood-tool find-trees --chm chm.tif --output trees.gpkg``; with a surface and a
     terrain model: ``deadwood-tool find-trees --dsm dsm.tif --dem dem.tif --window deciduous --output
@@ -662,8 +661,8 @@ def find_trees(
       oregon-silver-fir, oregon-western-hemlock, oregon-douglas-fir
         Published law in place of a and b. import-trees lists them.
     crs : optional
-        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS; local: metres of a site of its own.
+        CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
+        CRS; local: metres of a site of its own.
     overwrite : optional
         Replace an output that exists.
     output : output, optional
@@ -718,29 +717,28 @@ def generate_forest(
     progress: bool = False,
     feedback: Feedback | None = None,
 ) -> GenerateForestResult:
-    """Plant a random forest: stems per hectare at uniform places, with sizes like those of trees, or normally
+    """Plant a random forest: stems per hectare at uniform places, with sizes of given trees or normally
     distributed.
 
-    Gives a trees layer for ``slide-logs`` over the DEM, or over the stand polygons on it less the excluded
-    ones. Of a trees layer (``like``) it takes the density over the same area, and each tree's DBH and height
-    together from one of its trees, each as often as any other: so mean, standard deviation and basal area stay,
-    however skewed they are. Where a number of DBH or height is given, it overrides that of the layer, and both
-    sizes are drawn from normal distributions with the means and standard deviations and the correlation, as
-    they are without a layer. What was planted is told beside what was asked or what the layer has.
+    The result is a trees layer for ``slide-logs`` over the DEM, or over stand polygons without excluded ones.
+    From a trees layer (``like``) it takes the density over the same area, and the DBH and height of each tree
+    together from one of its trees, each equally often: mean, standard deviation and basal area are kept,
+    however skewed they are. A DBH or height given as an option overrides that of the layer; both sizes are then
+    drawn from normal distributions with the means, standard deviations and correlation, as without a layer. The
+    result is printed beside the request or the layer's values.
 
-    Stands may differ: where the stand layer has columns of the names of the numbers' options (``stems_per_ha``,
+    Stands may differ: where the stand layer has columns named as the options (``stems_per_ha``,
     ``dbh_mean_cm``, ...; or PlatRock's ``trees_density``, ``trees_dhp_mean``, ``trees_dhp_std``), each row is
-    planted by its own, and where rows overlap the later one counts. A row's number overrides a given, that
-    before the layer's.
+    planted with its own values; where rows overlap, the later one counts. A value of a row overrides an option,
+    which overrides the layer's.
 
-    ``preset klosters`` and ``rothenbrunnen`` are the forests of the paper; a number that is given overrides
-    theirs. As there, a draw that is no tree (DBH below 1 cm, height below 1.3 m) is drawn again, and the number
-    of these is said: it narrows the distribution a little. Of a trees layer such trees are left out.
+    ``preset klosters`` and ``rothenbrunnen`` are the forests of the paper; explicit options override them. As
+    there, impossible trees (DBH below 1 cm, height below 1.3 m) are drawn again and counted in a note; this
+    narrows the distribution a little. Such trees of a trees layer are left out.
 
-    Heights without numbers of their own: the mean follows from the mean DBH by the law of ``import-trees``, and
-    they vary half as much, relatively, as the DBH. Tree k of a stand stands at the same place whatever the
-    density, unless ``min_spacing_m`` moves it away from a tree before it. It knows no clusters, gaps or
-    species.
+    Without values for the height, the mean follows from the mean DBH by the law of ``import-trees``, with half
+    the relative variation of the DBH. Tree k of a stand has the same place at every density, unless
+    ``min_spacing_m`` moves it away from an earlier tree. Clusters, gaps and species are not modelled.
 
     Parameters
     ----------
@@ -780,8 +778,8 @@ def generate_forest(
     seed : >= 0, default 0
         Seed of the random draws.
     crs : optional
-        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS; local: metres of a site of its own.
+        CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
+        CRS; local: metres of a site of its own.
     overwrite : optional
         Replace an output that exists.
     output : output, optional
@@ -823,29 +821,31 @@ def windthrow(
     progress: bool = False,
     feedback: Feedback | None = None,
 ) -> WindthrowResult:
-    """Throw trees as a storm does, and write what stands and lies before, after, years later, and cleared.
+    """Throw trees as a storm does, and write what stands and lies before, after, years later, and after
+    clearing.
 
-    Of a trees layer a share of the stems is thrown: of all (`share`), of each class of DBH (`dbh_classes
-    0:0.1,40:0.7`, from 0 cm on a tenth, from 40 cm on seven tenths), within polygons (`windthrow_areas`, whose
-    column `share` goes before), and the trees that `ids` names. The nearest whole number of each group falls;
-    which ones depends on the seed and each tree's id.
+    A share of the stems is thrown: of all (`share`), of each class of DBH (`dbh_classes 0:0.1,40:0.7`: a tenth
+    from 0 cm, seven tenths from 40 cm), within polygons (`windthrow_areas`, whose column `share` overrides
+    these), and the trees named by `ids`. In each group the nearest whole number falls; which trees fall depends
+    on the seed and each tree's id.
 
-    A thrown stem lies from its stump towards `fall_deg`, where the wind blows to, with a normal scatter; it is
-    the part of the tree's truncated cone above the stump, as long on the slope as it was high. The stump stays,
-    as a short tree (`stump_m 0`: uprooted, none). What would reach beyond the terrain model ends at its edge;
-    stems that fall off it altogether are left out and counted. The folder holds layers ready for `slide-logs`:
+    A thrown stem lies from its stump towards `fall_deg`, the direction to which the wind blows, with a normal
+    scatter. It is the part of the tree's truncated cone above the stump, and as long on the slope as it was
+    high. The stump remains as a short tree (`stump_m 0`: uprooted, no stump). A stem that would extend beyond
+    the terrain model ends at its edge; stems that fall off it completely are left out and counted. The folder
+    holds layers for `slide-logs`:
 
-    - `trees_before.gpkg`: the forest before;
-    - `trees_after.gpkg`, `lying_after.gpkg`: what stands, with stumps, and what lies right after;
-    - `trees_later.gpkg`, `lying_later.gpkg`: the same ten years on, say: a share of the lying logs is gone
-      (`lost`), the   others are thinner (`thinner`). The defaults are assumptions, no measurement: take those
-      of your climate and wood.   `wood spruce years 10` reckons `thinner` from a published rate of decay;
-    - `trees_cleared.gpkg`: everything that lay is removed, the stumps stay;
+    - `trees_before.gpkg`: the forest before the storm;
+    - `trees_after.gpkg`, `lying_after.gpkg`: what stands, with stumps, and what lies right after the storm;
+    - `trees_later.gpkg`, `lying_later.gpkg`: the same years later: a share of the lying logs is gone (`lost`),
+      the others   are thinner (`thinner`). The defaults are assumptions, not measurements: use values of your
+      climate and wood.   `wood spruce years 10` computes `thinner` from a published rate of decay;
+    - `trees_cleared.gpkg`: all lying stems are removed, the stumps remain;
     - `stems.gpkg`: every tree, and whether it stands, lies or is removed in each scenario.
 
-    It prints the commands that slide the same logs through all four, and compare them. It does not say which
-    trees a storm throws: that is yours to say. Stems lie flat, not on one another or against standing trees;
-    nothing grows in between.
+    The tool prints the commands that slide the same logs through all four scenarios and compare them. It does
+    not predict which trees a storm throws: that is your input. Stems lie flat, not on one another or against
+    standing trees; regrowth is not modelled.
 
     Parameters
     ----------
@@ -860,28 +860,29 @@ def windthrow(
     windthrow_areas : polygon
         Areas of windthrow. Nothing falls outside. A column share overrides share and dbh_classes.
     ids : optional
-        Trees that are thrown in any case. tree_id, with commas.
+        Trees that fall in any case. Values of tree_id, separated by commas.
     fall_deg : °, 0 <= x <= 360, required
         Azimuth towards which stems fall, where the wind blows to.
     scatter_deg : °, 0 <= x <= 180, default 20
-        Standard deviation of that.
+        Standard deviation of that azimuth.
     stump_m : m, >= 0, default 0.5
         Height of the stumps. 0: none, the stems are uprooted.
     lost : 0 <= x <= 1, default 0.3
-        Share of the lying logs that is gone years later.
+        Share of the lying logs that has disappeared years later.
     thinner : 0 <= x <= 0.95
-        Share of the others' diameter that is gone by then. Default: by wood, else 0.2, an assumption.
+        Share by which the diameter of the others has decreased by then. Default: by wood, else 0.2, an
+        assumption.
     wood : one of spruce, beech, pine
-        Wood whose rate of decay says how much thinner. spruce: its mass falls by 3.2 % a year, taken off from
+        Wood whose rate of decay gives the decrease. spruce: its mass falls by 3.2 % a year, taken off from
         outside (rate 0.033); beech: its mass falls by 5.3 % a year, taken off from outside (rate 0.054); pine:
         its mass falls by 3.1 % a year, taken off from outside (rate 0.032).
     years : 0 <= x <= 100
-        Years on, with wood. Default: 10.
+        Years after the storm, with wood. Default: 10.
     seed : >= 0, default 0
         Seed of the random draws.
     crs : optional
-        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS; local: metres of a site of its own.
+        CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
+        CRS; local: metres of a site of its own.
     output : output, optional
         Folder of the scenarios' layers. Without it, in a temporary folder that lasts as long as the result.
     overwrite : optional
@@ -923,27 +924,27 @@ def add_structures(
     progress: bool = False,
     feedback: Feedback | None = None,
 ) -> AddStructuresResult:
-    """Build embankments and ditches into a terrain model, and tell how much earth they take.
+    """Build embankments and ditches into a terrain model, and compute their volumes of earth.
 
-    Gives the DEM with the structures in it, on its own grid, in its CRS and number type, nodata untouched:
-    ready for ``slide-logs``. Each line is the axis of one structure, ``kind`` says of which. The crest (of a
-    ditch: the bottom) is flat over ``crest_width_m`` and lies ``height_m`` above (below) the ground under the
-    line, or at ``elevation_m`` where that is given; from its edges the sides fall (rise) at ``slope_deg`` until
-    they first meet the ground. The columns ``slope_left_deg`` and ``slope_right_deg``, seen along the line,
-    override it. At the line's ends the sides go round. Columns of the lines override the options of the same
-    names; an empty cell takes the option. A height follows the ground bump by bump; a crest of an even grade
-    has an elevation, or with ``elevation_from_z`` the Z of the line's vertices.
+    The result is the DEM with the structures, on the same grid, with the same CRS and number type, nodata
+    unchanged, ready for ``slide-logs``. Each line is the axis of one structure; ``kind`` says of which. The
+    crest (of a ditch: the bottom) is flat over ``crest_width_m`` and lies ``height_m`` above (below) the ground
+    under the line, or at ``elevation_m`` where that is given. From its edges the sides fall (rise) at
+    ``slope_deg`` until they first meet the ground. The columns ``slope_left_deg`` and ``slope_right_deg``, seen
+    along the line, override it. At the ends of the line the sides are rounded. Columns of the lines override
+    the options of the same names; an empty cell takes the option. A height follows every bump of the ground;
+    for a crest of even grade give an elevation, or the Z of the line's vertices with ``elevation_from_z``.
 
-    Structures are built in the order of their rows, their heights taken from the ground as it was: what
-    overlaps is counted once, with the first, and a ditch after an embankment cuts into it. The volumes are
-    those between the old and the new heights of the cells. Ground that a crest does not rise above stays as it
-    is. A DEM of any size is passed in strips.
+    Structures are built in the order of their rows, with heights relative to the original ground: overlapping
+    volume is counted once, with the first structure, and a ditch after an embankment cuts into it. Volumes are
+    those between the old and the new heights of the cells. Ground higher than a crest is not changed. A DEM of
+    any size is processed in strips.
 
-    Walls and nets thinner than the cells are barriers of ``slide-logs``. The paper's Klosters case (section
-    5.1) has both, two embankments and six barriers. The sample with two dams, which then are ground like any
-    other:
+    Model walls and nets thinner than the cells as barriers of ``slide-logs``. The paper's Klosters case
+    (section 5.1) has both: two embankments and six barriers. The sample with two dams, which then are ground
+    like any other:
 
-    Bodies of earth are taken to stand: no check of stability, of drainage or of a log's thrust.
+    The stability of the structures, drainage and the thrust of a log are not checked.
 
     Parameters
     ----------
@@ -952,26 +953,26 @@ def add_structures(
     structures : line, required
         Crest lines of embankments, bottom lines of ditches.
     kind : one of embankment, ditch, default embankment
-        Kind of lines whose layer names none.
+        Kind of structure, where the layer has none.
     height_m : m, > 0
-        Height of the crest above the ground, of a ditch its depth, likewise.
+        Height of the crest above the ground, or depth of a ditch, where the layer has none.
     elevation_m : m
-        Elevation of the crest or bottom, likewise. Goes before the height.
+        Elevation of the crest or bottom, where the layer has none. Overrides the height.
     elevation_from_z : optional
         Take the elevation from the Z of the lines' vertices.
     crest_width_m : m, >= 0, default 2
-        Width of the crest or bottom, likewise.
+        Width of the crest or bottom, where the layer has none.
     slope_deg : °, 0 < x <= 90, default 45
-        Slope of both sides, likewise.
+        Slope of both sides, where the layer has none.
     slope_left_deg : °, 0 < x <= 90
-        Slope of the left side, likewise.
+        Slope of the left side, where the layer has none.
     slope_right_deg : °, 0 < x <= 90
-        Slope of the right side, likewise.
+        Slope of the right side, where the layer has none.
     max_reach_m : m, > 0, default 100
         Distance from the crest within which a side must meet the ground.
     crs : optional
-        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS; local: metres of a site of its own.
+        CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
+        CRS; local: metres of a site of its own.
     overwrite : optional
         Replace an output that exists.
     output : output, optional
@@ -1006,26 +1007,26 @@ def make_log(
     progress: bool = False,
     feedback: Feedback | None = None,
 ) -> MakeLogResult:
-    """Make the solid of one log, with its mass, centre and inertia, as files that other programs read.
+    """Make the solid of one log, with its mass, centre of mass and inertia, as files for other programs.
 
-    Gives a folder with ``log.pts`` (the custom shape of RAMMS::Rockfall: x y z a line, no header), ``log.obj``
-    and ``log.stl`` (closed, outward oriented), and ``log.json`` with the mass properties. The origin is the
-    centre of mass, z runs along the axis from the base to the tip, and all lengths are metres. The log is the
-    paper's truncated cone (section 3), as rings of vertices that lie on the cone: the solid in the files is a
-    little slimmer than the cone, by 6.6 / vertices^2 of its volume (2.6 % with 16). ``log.json`` has both,
-    ``cone`` exactly and ``solid`` as in the files.
+    The folder holds ``log.pts`` (the custom shape of RAMMS::Rockfall: x y z on each line, no header),
+    ``log.obj`` and ``log.stl`` (closed, outward oriented), and ``log.json`` with the mass properties. The
+    origin is the centre of mass, z runs along the axis from the base to the tip, and all lengths are in metres.
+    The log is the paper's truncated cone (section 3), as rings of vertices on the cone: the solid in the files
+    is slightly slimmer than the cone, by 6.6 / vertices^2 of its volume (2.6 % with 16). ``log.json`` has both:
+    ``cone`` exactly, and ``solid`` as in the files.
 
-    Rings in between change nothing of the solid, but where vertices alone are tested against the ground, as
-    RAMMS does with a custom shape, a body feels it only where there is a ring. The paper slides its logs so, as
-    a body-fixed cloud of vertices. A ring every half metre (``ring_spacing_m``) is the convention here: on
-    rough ground (cells of 1 m, heights scattered by 0.15 m) logs of 15 m with the rings of their two ends alone
-    rest with the ground 29 cm deep in them (median of 144; at most 59 cm), with a ring every half metre 2 cm
-    (at most 10). ``rings`` asks for so many instead. The logs of the paper, Klosters and Rothenbrunnen:
+    Rings in between do not change the solid. But where only vertices are tested against the ground, as RAMMS
+    does with a custom shape, a body has contact only at its rings. The paper slides its logs in this way, as a
+    body-fixed cloud of vertices. The default is a ring every half metre (``ring_spacing_m``): on rough ground
+    (cells of 1 m, heights scattered by 0.15 m) logs of 15 m with rings at their two ends only come to rest with
+    the ground 29 cm deep inside them (median of 144; at most 59 cm), with a ring every half metre 2 cm (at most
+    10). ``rings`` sets the number of rings instead. The logs of the paper, Klosters and Rothenbrunnen:
 
-    ``slide-logs --shape log_klosters/log.pts`` slides that cloud instead of the smooth cone: the paper's way,
+    ``slide-logs --shape log_klosters/log.pts`` slides that cloud instead of the smooth cone: the paper's method
     beside this toolbox's own. (``reproduce-paper`` has 31 rings on both logs, as when its table was measured.)
-    It makes no bark, no branches, no root plate and no bend, and no rocks: those are point clouds of their own
-    (``sample_data`` has a cubic and a platy one of 1 m3, as the paper compares with).
+    Bark, branches, root plates, bends and rocks are not made; ``sample_data`` has point clouds of a cubic and a
+    platy rock of 1 m3, as in the paper's comparison.
 
     Parameters
     ----------
@@ -1040,7 +1041,7 @@ def make_log(
     vertices : 3 <= x <= 1000, default 16
         Vertices of each ring.
     ring_spacing_m : m, > 0, default 0.5
-        Distance of the rings, at most.
+        Largest distance of the rings.
     rings : 2 <= x <= 1000
         Rings, those of the two ends included, instead of a distance.
     output : output, optional
@@ -1069,7 +1070,7 @@ class SlideLogsResult(Run):
     reach = LayerPart("run.gpkg", "reach")
     """Each line or polygon: how probably logs reach it; of all logs of the run"""
     reached_by = LayerPart("run.gpkg", "reached_by")
-    """One row a log and line that it reached, where the log was released: from where is the road hit?"""
+    """One row for each log and line that it reached, where the log was released: from where is the road hit?"""
     barrier_hits = LayerPart("run.gpkg", "barrier_hits")
     """Every hit of a barrier, where the log first touched it; a hit lasts until 0.1 s pass without a push"""
     tree_hits = LayerPart("run.gpkg", "tree_hits")
@@ -1079,11 +1080,11 @@ class SlideLogsResult(Run):
     block_hits = LayerPart("run.gpkg", "block_hits")
     """Every boulder that was hit, and what it took of the sliding logs"""
     poses = TablePart("poses.parquet")
-    """poses.parquet: one row a kept pose, world coordinates; ordered by log, then time"""
+    """poses.parquet: one row for each kept pose, world coordinates; ordered by log, then time"""
     hit_count = RasterPart("hit_count.tif")
     """How many logs overlapped the cell with any part of their outline in plan at any time, each log once"""
     reach_probability = RasterPart("reach_probability.tif")
-    """The same as a share of all logs"""
+    """Share of all logs that overlapped the cell with any part of their outline in plan at any time"""
     deposit_count = RasterPart("deposit_count.tif")
     """How many logs lie on the cell at the end"""
     speed_max = RasterPart("speed_max.tif")
@@ -1162,27 +1163,26 @@ def slide_logs(
     progress: bool = False,
     feedback: Feedback | None = None,
 ) -> SlideLogsResult:
-    """Slide the released logs down the terrain, through the standing trees, over or into the barriers.
+    """Slide the released logs down the terrain, among standing trees and barriers.
 
     Each log is a rigid truncated cone (or, with shape, any convex body) in hard frictional contact with
-    terrain, trees, barriers, lying logs and boulders (the engine's README has the physics, after the paper's
-    section 3). The run's folder holds the deposits, the trajectories, the share of logs that reach each line,
-    every hit of a barrier, what each tree that was hit has taken, and rasters of how often, how fast and how
-    high logs pass. With lines, danger.tif has where a moving log ends on the road: of the logs that passed a
-    cell, the share that reached any line, and each line, with the same outline or afterwards. Every released
-    log is accounted for.
+    terrain, trees, barriers, lying logs and boulders (engine/README.md has the physics, after section 3 of the
+    paper). The run's folder holds the deposits, the trajectories, the share of logs that reach each line, every
+    hit of a barrier, impulse and energy taken by each tree that was hit, and rasters of how often, how fast and
+    how high logs pass. With lines, danger.tif is the share of passing logs that later reach a line: one band
+    for any line, and one for each. Every released log is accounted for.
 
-    Logs do not break, trees, barriers and boulders do not give way, logs do not meet each other. An interrupted
-    run goes on with resume where it stopped, and gives the same results, bit for bit, as one that was never
-    interrupted. With until_ci a run takes the logs in an even draw and ends when it has enough of them; those
-    not run are counted apart.
+    Logs do not break or meet each other; trees, barriers and boulders do not give way. resume continues an
+    interrupted run and gives the same results, bit for bit, as a run that was never interrupted. With until_ci
+    a run takes the logs in a random order and ends when the intervals are narrow enough; logs that were not run
+    are counted separately.
 
-    With fidelity auto you say how far the reach of a line may be off, and the tool picks the fidelity and the
-    number of logs: error 0.02 for 2 points, at 95 %, against what `reference` would give for all logs of the
-    kind. The first logs tell how many it takes on this slope. Of the calculation it is assumed that `standard`
-    is off by no more than it may be on the worst of the benchmark's slopes (assume). summary.json and the
-    report tell both errors, apart and together. With budget 60s instead of error it is what comes nearest in
-    that time.
+    With fidelity auto you state how large the error of a line's reach may be, and the tool chooses the fidelity
+    and the number of logs: error 0.02 means 2 points, at 95 % confidence, compared with `reference` for all
+    logs of the kind. The first logs show how many are needed on this slope. The error of the calculation is
+    taken from the benchmarks: at most that of `standard` on their worst slope (assume). summary.json and the
+    report state both errors, separately and together. With budget 60s instead of error the result is the most
+    accurate within that time.
 
     Parameters
     ----------
@@ -1214,8 +1214,8 @@ def slide_logs(
     restitution : 0 <= x <= 1, default 0
         Normal restitution of impacts.
     rolling_friction : 0 <= x <= 0.5, default 0.1
-        Coefficient of rolling friction of the ground. The moment against rolling is at most this times the push
-        of the ground times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
+        Coefficient of rolling friction of the ground. The moment against rolling is at most this times the
+        normal force times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
         0.13; 0 is rigid ground. No value measured for logs is known.
     tree_friction : >= 0
         Friction of stems and lying logs. Default: the ground's there.
@@ -1226,39 +1226,38 @@ def slide_logs(
     barrier_restitution : 0 <= x <= 1
         Restitution of barriers. Default: that of the ground.
     shape : default cone
-        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) lets the
-        convex hull of its points slide instead of logs: rocks, or logs as rings of vertices. dbh_cm and
-        length_m of the releases then do not count, the density does; its z axis takes the place of a log's
-        axis.
+        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
+        the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
+        of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     time_limit_s : s, 0 < x <= 86400, default 300
-        Longest run of a log.
+        Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
         Speed below which a log may be at rest.
     dbh_cm : cm, 0 < x <= 1500, default 75
-        DBH of logs whose layer names none.
+        DBH, where the layer has none.
     length_m : m, 0 < x <= 150, default 30
-        Length, likewise.
+        Length, where the layer has none.
     density_kg_m3 : kg/m³, 0 < x <= 25000, default 300
-        Density, likewise.
+        Density, where the layer has none.
     orientation : one of upright, lying, tilted, default upright
-        Orientation, likewise.
+        Orientation, where the layer has none.
     tilt_deg : °, 0 <= x <= 180, default 0
         Tilt from the vertical, likewise.
     azimuth_deg : °, default 0
-        Azimuth of tip and speed, likewise.
+        Azimuth of tip and speed, where the layer has none.
     speed_ms : m/s, 0 <= x <= 300, default 0
         Initial speed, likewise.
     drop_m : m, 0 <= x <= 1000, default 0
-        Clearance at the start, likewise.
+        Clearance at the start, where the layer has none.
     lying_diameter_cm : cm, 0 < x <= 1500, default 40
-        Base diameter of lying logs whose layer names none.
+        Base diameter of lying logs, where the layer has none.
     min_runout_m : m, >= 0
-        Deposits nearer than this do not count for the spread. Default: one log length.
+        Least run-out of deposits that count for the spread. Default: one log length.
     seed : >= 0, default 0
         Seed of the random draws.
     crs : optional
-        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS; local: metres of a site of its own.
+        CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
+        CRS; local: metres of a site of its own.
     friction_preset : one of wet-debarked, wet-bark, chute-dry, chute-watered, chute-iced
         Friction coefficient by name. wet-debarked: a wet log without bark and branches on wet ground, 0.2 to
         0.3 (friction 0.25); wet-bark: a wet log with its bark on wet ground, 0.25 to 0.38 (friction 0.31);
@@ -1274,52 +1273,52 @@ def slide_logs(
     workers : >= 1
         With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
     plan : optional
-        Only say what the run would take, and end. From a pilot of plan_logs: logs, core-hours, memory, disk
-        and time. Nothing is written.
+        Only state what the run would take. From a pilot of plan_logs: logs, core-hours, memory, disk and
+        time. Nothing is written.
     plan_logs : >= 10, default 400
         Logs of the pilot of plan, at most.
     plan_workers : 1 <= x <= 1000000, default 16
-        Workers for which plan tells the time as well.
+        Workers for which plan also states the time.
     resume : optional
-        Go on with an interrupted run.
+        Continue an interrupted run.
     fidelity : one of draft, standard, fine, reference, auto, default standard
         Speed against accuracy. auto: the cheapest that keeps error, or the best within budget.
     error : 0 < x <= 0.5
-        How far the reach of a line may be off (fidelity auto). 0.02 means ±2 points from what reference would
+        Permitted error of the reach of a line (fidelity auto). 0.02 means ±2 points from what reference would
         give, at 95 %, by sampling and by calculation together. Needs lines.
     budget : optional
-        Time for the run, instead of error (fidelity auto). 60s, 5min or 1h: the fidelity and the number of
-        logs that come nearest to the truth in that time on this machine, give or take a tenth. report and
-        qgis_project come on top.
+        Time for the run, instead of error (fidelity auto). 60s, 5min or 1h: the most accurate fidelity and
+        number of logs for that time on this machine, within about a tenth. report and qgis_project take
+        additional time.
     assume : one of none, standard, draft, default standard
-        Errors of calculation taken from the benchmark's slopes (fidelity auto). none: nothing, which takes
-        reference. standard: that standard is off by no more than it may be on the worst of them. draft: draft
-        as well.
+        Errors of calculation taken from the benchmark's slopes (fidelity auto). none: nothing, so that
+        reference is used. standard: the error of standard is at most that on the worst of them. draft: draft as
+        well.
     time_step_s : s, 1e-05 <= x <= 1
         Longest time step, instead of the fidelity's.
     station_spacing_m : m, 0.001 <= x <= 100
-        Distance of the contact rings, instead of the fidelity's.
+        Spacing of the contact stations, instead of the fidelity's.
     trajectories : default 1000
         Logs whose trajectory is kept: all, none, or how many. Chosen by seed and log_id alone.
     until_ci : 0.0001 <= x <= 0.5
-        End when every line's reach interval is this narrow (half-width). 0.005 means ±0.5 points. Logs are run
-        in an even draw, at most all; looks after 1000, 2000, 4000, ... of them take intervals widened for the
-        repetition; the reported 95 % ones are narrower still. Needs lines.
+        End when every line's reach interval is this narrow (half-width). 0.005 means ±0.5 points. Logs run in a
+        random order, at most all. Checks after 1000, 2000, 4000, ... logs use intervals widened for the
+        repetition; the reported 95 % intervals are narrower. Needs lines.
     danger_least : >= 1, default 10
-        Logs that must have passed a cell for its danger to be told. In danger.tif, which lines brings, cells
+        Least number of passing logs for which a cell has a value. In danger.tif, which lines brings, cells
         with fewer are transparent.
     danger_counts : optional
-        Keep the counts behind danger.tif too. danger_count.tif, from which those of several runs add up;
-        run-sites asks for it.
+        Also keep the counts of danger.tif. danger_count.tif, from which those of several runs add up; run-sites
+        asks for it.
     tree_capacity_kj : kJ, > 0
         Energy that a tree of 40 cm DBH takes before it breaks, to count the hits above. Nothing breaks: the
         hits in which a standing tree takes more are counted, and the logs that had one.
     tree_capacity_power : 0 <= x <= 6, default 2
-        Power of DBH over 40 cm with which it grows.
+        Exponent of DBH / 40 cm with which it grows.
     log_capacity_kj : kJ, > 0
         Energy that a log of 40 cm DBH can lose in a hit before it breaks, to count the hits above.
     log_capacity_power : 0 <= x <= 6, default 2
-        Power of DBH over 40 cm with which that grows.
+        Exponent of DBH / 40 cm with which that grows.
     qgis_project : optional
         Add a QGIS project to the run. With styled and grouped layers, animated logs and a 3-D view:
         project.qgz, and scene.gpkg beside it.
@@ -1349,7 +1348,7 @@ class RunSitesResult(Result):
     summary_file = "summary.json"
 
     overview = TablePart("overview.csv")
-    """Many sites side by side: one row a site and line, one of a site without lines or that failed"""
+    """Many sites side by side: one row for each site and line, one of a site without lines or that failed"""
     sites = LayerPart("overview.gpkg", "sites")
     """The sites, where their logs start: the rows of overview.csv"""
 
@@ -1422,30 +1421,30 @@ def run_sites(
     progress: bool = False,
     feedback: Feedback | None = None,
 ) -> RunSitesResult:
-    """Slide the logs of many sites, one run each, and put what they come to side by side.
+    """Slide the logs of many sites, one run each, and summarise the results side by side.
 
-    The sites are one of these:
+    The sites come from one of:
 
-    - `sites TABLE`: one row a site. The column `site` names it, the others are parameters of slide-logs by
-      their flags'   names (`dem`, `releases`, `friction`, `time-limit-s` or `time_limit_s`, ...). An empty
-      cell, or a column that is   missing, takes what run-sites was given, or slide-logs' default. Relative
-      paths are seen from the table;
+    - `sites TABLE`: one row for each site. The column `site` names it; the others are options of slide-logs by
+      their   names (`dem`, `releases`, `friction`, `time-limit-s` or `time_limit_s`, ...). An empty cell or a
+      missing column takes   the option given to run-sites, or the default of slide-logs. Relative paths are
+      relative to the table;
     - `configs FOLDER`: a JSON file for each site (`NAME.json`, or `NAME/manifest.json`), as slide-logs --config
-      takes it;
+      reads it;
     - `by FIELD`: one layer of releases on one terrain model; each value of the field is a site. Of a large
-      terrain model   only the window is read that the logs of a site can reach, so releases may be scattered
+      terrain model   only the window that the logs of a site can reach is read, so releases may be scattered
       over a whole region.
 
-    The folder holds `sites/SITE`, the whole run of slide-logs for each site; `overview.csv`, one row a site and
-    line; `overview.gpkg`, the same where the releases are; `overview.png`; `summary.json`; and `merged/DEM`,
-    the rasters of all sites on one terrain model as those of one run over all their logs; sites that slide the
-    same logs are scenarios, which do not add up (compare-scenarios). `report` adds a page of the first 12
-    sites.
+    The folder holds `sites/SITE`, the complete run of slide-logs for each site; `overview.csv`, one row for
+    each site and line; `overview.gpkg`, the same at the releases; `overview.png`; `summary.json`; and
+    `merged/DEM`, the rasters of all sites on one terrain model, as those of one run over all their logs. Sites
+    that slide the same logs are scenarios and are not added up (use compare-scenarios). `report` adds a page of
+    the first 12 sites.
 
-    A site that fails is told in one line, the others are finished; the exit status is then 2. An interrupted
-    run goes on with resume, also in the middle of a site; so does one with failures, once they are fixed: what
-    is finished and unchanged is not slid again. Each site is the run that slide-logs would make of it, and the
-    same bits. With scheduler all sites share its workers: they are started, or waited for, once.
+    If a site fails, one line says why, and the others are finished; the exit status is then 2. `resume`
+    continues an interrupted run, also in the middle of a site, and a run with failures once their causes are
+    fixed: what is finished and unchanged is not slid again. Each site is the run that slide-logs would make of
+    it, bit for bit. With scheduler all sites share its workers, which are started once.
 
     Parameters
     ----------
@@ -1477,8 +1476,8 @@ def run_sites(
     restitution : 0 <= x <= 1, default 0
         Normal restitution of impacts.
     rolling_friction : 0 <= x <= 0.5, default 0.1
-        Coefficient of rolling friction of the ground. The moment against rolling is at most this times the push
-        of the ground times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
+        Coefficient of rolling friction of the ground. The moment against rolling is at most this times the
+        normal force times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
         0.13; 0 is rigid ground. No value measured for logs is known.
     tree_friction : >= 0
         Friction of stems and lying logs. Default: the ground's there.
@@ -1489,39 +1488,38 @@ def run_sites(
     barrier_restitution : 0 <= x <= 1
         Restitution of barriers. Default: that of the ground.
     shape : default cone
-        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) lets the
-        convex hull of its points slide instead of logs: rocks, or logs as rings of vertices. dbh_cm and
-        length_m of the releases then do not count, the density does; its z axis takes the place of a log's
-        axis.
+        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
+        the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
+        of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     time_limit_s : s, 0 < x <= 86400, default 300
-        Longest run of a log.
+        Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
         Speed below which a log may be at rest.
     dbh_cm : cm, 0 < x <= 1500, default 75
-        DBH of logs whose layer names none.
+        DBH, where the layer has none.
     length_m : m, 0 < x <= 150, default 30
-        Length, likewise.
+        Length, where the layer has none.
     density_kg_m3 : kg/m³, 0 < x <= 25000, default 300
-        Density, likewise.
+        Density, where the layer has none.
     orientation : one of upright, lying, tilted, default upright
-        Orientation, likewise.
+        Orientation, where the layer has none.
     tilt_deg : °, 0 <= x <= 180, default 0
         Tilt from the vertical, likewise.
     azimuth_deg : °, default 0
-        Azimuth of tip and speed, likewise.
+        Azimuth of tip and speed, where the layer has none.
     speed_ms : m/s, 0 <= x <= 300, default 0
         Initial speed, likewise.
     drop_m : m, 0 <= x <= 1000, default 0
-        Clearance at the start, likewise.
+        Clearance at the start, where the layer has none.
     lying_diameter_cm : cm, 0 < x <= 1500, default 40
-        Base diameter of lying logs whose layer names none.
+        Base diameter of lying logs, where the layer has none.
     min_runout_m : m, >= 0
-        Deposits nearer than this do not count for the spread. Default: one log length.
+        Least run-out of deposits that count for the spread. Default: one log length.
     seed : >= 0, default 0
         Seed of the random draws.
     crs : optional
-        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS; local: metres of a site of its own.
+        CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
+        CRS; local: metres of a site of its own.
     friction_preset : one of wet-debarked, wet-bark, chute-dry, chute-watered, chute-iced
         Friction coefficient by name. wet-debarked: a wet log without bark and branches on wet ground, 0.2 to
         0.3 (friction 0.25); wet-bark: a wet log with its bark on wet ground, 0.25 to 0.38 (friction 0.31);
@@ -1537,52 +1535,52 @@ def run_sites(
     workers : >= 1
         With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
     plan : optional
-        Only say what the run would take, and end. From a pilot of plan_logs: logs, core-hours, memory, disk
-        and time. Nothing is written.
+        Only state what the run would take. From a pilot of plan_logs: logs, core-hours, memory, disk and
+        time. Nothing is written.
     plan_logs : >= 10, default 400
         Logs of the pilot of plan, at most.
     plan_workers : 1 <= x <= 1000000, default 16
-        Workers for which plan tells the time as well.
+        Workers for which plan also states the time.
     resume : optional
-        Go on with an interrupted run.
+        Continue an interrupted run.
     fidelity : one of draft, standard, fine, reference, auto, default standard
         Speed against accuracy. auto: the cheapest that keeps error, or the best within budget.
     error : 0 < x <= 0.5
-        How far the reach of a line may be off (fidelity auto). 0.02 means ±2 points from what reference would
+        Permitted error of the reach of a line (fidelity auto). 0.02 means ±2 points from what reference would
         give, at 95 %, by sampling and by calculation together. Needs lines.
     budget : optional
-        Time for the run, instead of error (fidelity auto). 60s, 5min or 1h: the fidelity and the number of
-        logs that come nearest to the truth in that time on this machine, give or take a tenth. report and
-        qgis_project come on top.
+        Time for the run, instead of error (fidelity auto). 60s, 5min or 1h: the most accurate fidelity and
+        number of logs for that time on this machine, within about a tenth. report and qgis_project take
+        additional time.
     assume : one of none, standard, draft, default standard
-        Errors of calculation taken from the benchmark's slopes (fidelity auto). none: nothing, which takes
-        reference. standard: that standard is off by no more than it may be on the worst of them. draft: draft
-        as well.
+        Errors of calculation taken from the benchmark's slopes (fidelity auto). none: nothing, so that
+        reference is used. standard: the error of standard is at most that on the worst of them. draft: draft as
+        well.
     time_step_s : s, 1e-05 <= x <= 1
         Longest time step, instead of the fidelity's.
     station_spacing_m : m, 0.001 <= x <= 100
-        Distance of the contact rings, instead of the fidelity's.
+        Spacing of the contact stations, instead of the fidelity's.
     trajectories : default 1000
         Logs whose trajectory is kept: all, none, or how many. Chosen by seed and log_id alone.
     until_ci : 0.0001 <= x <= 0.5
-        End when every line's reach interval is this narrow (half-width). 0.005 means ±0.5 points. Logs are run
-        in an even draw, at most all; looks after 1000, 2000, 4000, ... of them take intervals widened for the
-        repetition; the reported 95 % ones are narrower still. Needs lines.
+        End when every line's reach interval is this narrow (half-width). 0.005 means ±0.5 points. Logs run in a
+        random order, at most all. Checks after 1000, 2000, 4000, ... logs use intervals widened for the
+        repetition; the reported 95 % intervals are narrower. Needs lines.
     danger_least : >= 1, default 10
-        Logs that must have passed a cell for its danger to be told. In danger.tif, which lines brings, cells
+        Least number of passing logs for which a cell has a value. In danger.tif, which lines brings, cells
         with fewer are transparent.
     danger_counts : optional
-        Keep the counts behind danger.tif too. danger_count.tif, from which those of several runs add up;
-        run-sites asks for it.
+        Also keep the counts of danger.tif. danger_count.tif, from which those of several runs add up; run-sites
+        asks for it.
     tree_capacity_kj : kJ, > 0
         Energy that a tree of 40 cm DBH takes before it breaks, to count the hits above. Nothing breaks: the
         hits in which a standing tree takes more are counted, and the logs that had one.
     tree_capacity_power : 0 <= x <= 6, default 2
-        Power of DBH over 40 cm with which it grows.
+        Exponent of DBH / 40 cm with which it grows.
     log_capacity_kj : kJ, > 0
         Energy that a log of 40 cm DBH can lose in a hit before it breaks, to count the hits above.
     log_capacity_power : 0 <= x <= 6, default 2
-        Power of DBH over 40 cm with which that grows.
+        Exponent of DBH / 40 cm with which that grows.
     qgis_project : optional
         Add a QGIS project to the run. With styled and grouped layers, animated logs and a 3-D view:
         project.qgz, and scene.gpkg beside it.
@@ -1599,11 +1597,11 @@ def run_sites(
     overwrite : optional
         Replace an output that exists.
     sites : optional
-        Table with one row a site.
+        Table with one row for each site.
     configs : optional
         Folder with a JSON file of parameters for each site.
     by : optional
-        Field of the releases that tells the sites apart.
+        Field of the releases that distinguishes the sites.
     merge : optional
         Merge the rasters of sites on one terrain model.
     progress : bool
@@ -1648,22 +1646,23 @@ def count_hits(
     progress: bool = False,
     feedback: Feedback | None = None,
 ) -> CountHitsResult:
-    """Count, from stored trajectories, how many logs pass over each cell, and how fast: any subset of logs, any
-    cell size.
+    """Count from stored trajectories how many logs pass each cell, and how fast: any subset of logs, any cell
+    size.
 
-    The count is the one that slide-logs makes while it runs: a log counts once in every cell that any part of
-    its plan-view outline overlaps at any time (paper, section 4). With all trajectories stored, every log
-    chosen and the run's own cell size it equals the run's hit_count.tif. Logs whose trajectory was not stored
-    cannot be counted; the tool says how many.
+    The count is that of slide-logs: a log counts once in every cell that any part of its plan-view outline
+    overlaps at any time (paper, section 4). With all trajectories stored, every log chosen and the run's own
+    cell size it equals the run's hit_count.tif. Logs whose trajectory was not stored cannot be counted; the
+    tool reports their number.
 
-    speed, energy and jump write quantiles a cell, a band each: of the largest value that each log had in the
-    cell, over the logs that pass it. Speed is that of the centre of mass; energy that of translation and
-    rotation, as poses tell it (within a few percent of the run's); jump the clearance between log and terrain.
+    speed, energy and jump write quantiles for each cell, one band each: of the largest value of each log in the
+    cell, over the logs that pass it. Speed is that of the centre of mass; energy is the sum of translation and
+    rotation, from the stored poses (within a few percent of the run's); jump is the clearance between log and
+    terrain.
 
-    danger writes where a moving log ends on the road: of the logs that pass a cell, the share that reach a line
-    of reaching (default: the run's own lines) with the same outline or afterwards; band 1 of any line, band 2
-    how many passed, then a band for each line. Cells that fewer than danger_least logs pass are transparent.
-    With all trajectories stored and the run's own lines and cells it equals the run's danger.tif.
+    danger writes the share of passing logs that later reach a line of reaching (default: the run's own lines),
+    with the same outline or afterwards: band 1 for any line, band 2 the number that passed, then a band for
+    each line. Cells that fewer than danger_least logs pass are transparent. With all trajectories stored and
+    the run's own lines and cells it equals the run's danger.tif.
 
     Parameters
     ----------
@@ -1676,7 +1675,7 @@ def count_hits(
     log_id : optional
         Only these logs. Comma-separated.
     stop_reason : optional
-        Only logs that ended so. Comma-separated: rest, tree, barrier, left_dem, time_limit, failed.
+        Only logs with these stop reasons. Comma-separated: rest, tree, barrier, left_dem, time_limit, failed.
     quantiles : %, 0 <= x <= 100, default 50,90,95,99
         Quantiles of the rasters below. A band each.
     speed : output, optional
@@ -1691,7 +1690,7 @@ def count_hits(
     reaching : line or polygon
         Lines of that raster. Default: the lines of the run.
     danger_least : >= 1, default 10
-        Logs that must have passed a cell for its danger to be told.
+        Least number of passing logs for which a cell has a value.
     output : output, optional
         Hit counts. Without it, in a temporary folder that lasts as long as the result.
     overwrite : optional
@@ -1710,9 +1709,9 @@ class ReachLinesResult(Result):
     reach = LayerPart("--output", "reach")
     """Each line or polygon: how probably logs reach it, and how fast and hard they arrive"""
     arrivals = LayerPart("--output", "arrivals")
-    """One row a log and line: the log's centre of mass when its outline first touches the line"""
+    """One row for each log and line: the log's centre of mass when its outline first touches the line"""
     attribution = LayerPart("--output", "attribution")
-    """One row a release and line: which release hits what; drawn from the release to where its logs touch"""
+    """One row for each release and line: which release hits what; drawn from the release to where logs touch"""
     origins = LayerPart("--output", "origins")
     """The arrivals, each where its log was released: from where is a line hit"""
 
@@ -1727,22 +1726,23 @@ def reach_lines(
     progress: bool = False,
     feedback: Feedback | None = None,
 ) -> ReachLinesResult:
-    """Find which stored trajectories reach lines or polygons (roads, houses), how hard they arrive, and where
-    from.
+    """Find which stored trajectories reach lines or polygons (roads, houses), with what energy, and from where.
 
     A log reaches a line when any part of its plan-view outline touches it at any time, and a polygon also when
     it starts inside (paper, equation 10). Each probability comes with its 95 % Wilson interval, over the logs
     whose trajectory was stored: with fewer than all of them stored it is an estimate from that sample.
 
-    The output's layers: `reach`, a row a line; `arrivals`, a row a log and line, with time, speed, energy of
-    translation and of rotation, clearance below the log, height of its centre of mass above the terrain,
-    direction of travel, and the angles to the line and to the log's own axis; `attribution`, a row a release
-    and line: which release hits which object, with what probability; `origins`, the arrivals drawn where their
-    logs were released. The shares of each release cell's logs that reach them, map-origins maps.
+    The layers of the output: `reach`, one row for each line; `arrivals`, one row for each log and line, with
+    time, speed, energy of translation and of rotation, clearance below the log, height of its centre of mass
+    above the terrain, direction of travel, and the angles to the line and to the log's own axis; `attribution`,
+    one row for each release and line: which release reaches which object, with what probability; `origins`, the
+    arrivals at the places where their logs were released. `map-origins` maps the share of logs that reach a
+    line by release cell.
 
-    Logs that left the terrain model, or passed near its edge, would have gone on otherwise on a larger one: the
-    tool warns of them, and `p_low_if_lost` to `p_high_if_lost` are the bounds if none or all of those reach the
-    line that left before they did. It counts what the run did; it does not say how likely a log starts at all.
+    Logs that left the terrain model, or passed near its edge, would have moved on differently on a larger one.
+    The tool warns of them; `p_low_if_lost` and `p_high_if_lost` are the bounds if none or all of those that
+    left before reaching the line had reached it. The shares are those of logs that have started: how likely a
+    start is, is not included.
 
     Parameters
     ----------
@@ -1751,8 +1751,8 @@ def reach_lines(
     lines : line or polygon, required
         Roads, railways, houses to be reached.
     edge_m : m, >= 0, default 20
-        Distance from the terrain model's edges within which logs are warned of. Edges are its border and its
-        nodata; more than half a log's length is wise.
+        Distance from the terrain model's edges within which logs cause a warning. Edges are its border and its
+        nodata; more than half a log's length is recommended.
     output : output, optional
         Reach, arrivals, attribution and origins. Without it, in a temporary folder that lasts as long as the
         result.
@@ -1786,35 +1786,35 @@ def design_values(
     progress: bool = False,
     feedback: Feedback | None = None,
 ) -> DesignValuesResult:
-    """Give design values of a run for barriers and lines: percentiles of energy, speed, height and impulse,
-    with intervals.
+    """Compute design values for barriers and lines: percentiles of energy, speed, height and impulse, with
+    intervals.
 
     For each barrier of the run, and each line (a road, or a profile line across the slope where a barrier might
-    stand), the 50, 90, 95 and 99 % percentiles, or others, over the logs that come to it:
+    stand): the 50, 90, 95 and 99 % percentiles, or others, over the logs that arrive there:
 
-    - `energy`: kinetic energy of translation and rotation together; `translation` and `rotation`: each apart;
+    - `energy`: kinetic energy of translation and rotation together; `translation` and `rotation`: each
+      separately;
     - `speed`: of the centre of mass;
-    - `height`: at a barrier, of the place that is hit, above the terrain; at a line, of the upper edge of the
-      log where it   first touches the line: as high must be what is to hold it;
-    - `impulse`: momentum that the barrier takes up in a hit. A line has none, for nothing is hit there.
+    - `height`: at a barrier, the height above the terrain of the point that is hit; at a line, that of the
+      upper edge of   the log where it first touches the line, which a barrier there would have to exceed;
+    - `impulse`: the momentum that the barrier takes up in a hit. A line has none, because nothing is hit there.
 
     At a barrier the values are those just before a hit, the largest of each log; they are stored in every run.
-    At a line they are those of the first touch, from stored trajectories: energies of rotation within a few
+    At a line they are those of the first touch, from stored trajectories: energies of rotation are within a few
     percent of the run's own.
 
-    The interval of a percentile is exact, by order statistics: the binomial law says between which two of the
-    sorted values it lies with 95 % probability at least, whatever their distribution. Where the hits are too
-    few for an upper bound, `ci_high` is empty and `note` says how many more hits it takes: 72 in all for 95 %,
-    368 for 99 %.
+    The interval of a percentile is exact, by order statistics: the binomial distribution gives the two sorted
+    values that enclose it with at least 95 % probability, whatever the distribution. Where the hits are too few
+    for an upper bound, `ci_high` is empty and `note` states how many more hits are needed: 72 in total for 95
+    %, 368 for 99 %.
 
-    `rule` makes design values of one percentile of energy and height each, by the factors of a national rule,
-    and says what of its numbers was read and what is from memory. `barrier_classes` tells the weakest class of
-    rockfall nets that holds each percentile of the energy, and the upper end of its interval: with the rule's
-    factor where it has one.
+    `rule` derives design values from one percentile each of energy and height, with the factors of a national
+    rule, and states which of its numbers were read in the source and which are from memory. `barrier_classes`
+    names the weakest class of rockfall nets that holds each percentile of the energy and the upper end of its
+    interval, with the rule's factor where it has one.
 
-    The percentiles are of the logs that were released and came so far: of heavier logs, or more friction, they
-    are others. Barriers are rigid here, so impulses are those of a wall, not of a net that gives way.
-    Percentiles have no safety factor.
+    The percentiles hold for the logs that were released: heavier logs or another friction give others. Barriers
+    are rigid, so impulses are those of a wall, not of a net that deforms. Percentiles include no safety factor.
 
     Parameters
     ----------
@@ -1828,15 +1828,15 @@ def design_values(
     confidence : %, 50 <= x <= 99.9, default 95
         Probability with which an interval holds its percentile, at least.
     barrier_classes : one of etag-027, swiss-2001
-        Classes of barriers, to tell which one holds the energies. etag-027: classes of rockfall protection kits
-        by maximum energy level (MEL) (0: 100 kJ, 1: 250 kJ, 2: 500 kJ, 3: 1000 kJ, 4: 1500 kJ, 5: 2000 kJ, 6:
-        3000 kJ, 7: 4500 kJ, 8: more); swiss-2001: the nine classes of the Swiss type test of rockfall nets (1:
-        100 kJ, 2: 250 kJ, 3: 500 kJ, 4: 750 kJ, 5: 1000 kJ, 6: 1500 kJ, 7: 2000 kJ, 8: 3000 kJ, 9: 5000 kJ,
-        none: more). They are made for rocks; a person decides.
+        Classes of barriers, to find the weakest that holds the energies. etag-027: classes of rockfall
+        protection kits by maximum energy level (MEL) (0: 100 kJ, 1: 250 kJ, 2: 500 kJ, 3: 1000 kJ, 4: 1500 kJ,
+        5: 2000 kJ, 6: 3000 kJ, 7: 4500 kJ, 8: more); swiss-2001: the nine classes of the Swiss type test of
+        rockfall nets (1: 100 kJ, 2: 250 kJ, 3: 500 kJ, 4: 750 kJ, 5: 1000 kJ, 6: 1500 kJ, 7: 2000 kJ, 8: 3000
+        kJ, 9: 5000 kJ, none: more). They are made for rocks; a person decides.
     rule : one of uni-11211-fine, uni-11211-coarse, onr-24810-cc1, onr-24810-cc2, onr-24810-cc3
-        Rule that makes design values of percentiles. uni-11211-fine: Italy, good survey and a model that was
-        calibrated (energy: 95 % times 1.104, height: 95 % times 1.04); uni-11211-coarse: Italy, coarse survey
-        and a model by numbers of the literature (energy: 95 % times 1.611, height: 95 % times 1.21);
+        Rule that derives design values from percentiles. uni-11211-fine: Italy, good survey and a calibrated
+        model (energy: 95 % times 1.104, height: 95 % times 1.04); uni-11211-coarse: Italy, coarse survey and a
+        model with values from the literature (energy: 95 % times 1.611, height: 95 % times 1.21);
         onr-24810-cc1: Austria, consequence class 1 (energy: 99 % times 1, height: 95 % times 1.05);
         onr-24810-cc2: Austria, consequence class 2 (energy: 99 % times 1.05, height: 95 % times 1.1);
         onr-24810-cc3: Austria, consequence class 3 (energy: 99 % times 1.15, height: 95 % times 1.3). They are
@@ -1858,9 +1858,10 @@ class ValueTreesResult(Result):
     """What `value_trees` leaves."""
 
     values = LayerPart("--output", "values")
-    """One row a tree, lying log, barrier or stand, and line: how many logs more would reach it without"""
+    """One row for each tree, lying log, barrier or stand, and line: how many more logs would reach it
+    without"""
     planted = LayerPart("--output", "planted")
-    """One row a candidate and line: how many logs fewer would reach the line with it"""
+    """One row for each candidate and line: how many fewer logs would reach the line with it"""
 
 
 def value_trees(
@@ -1884,26 +1885,25 @@ def value_trees(
     progress: bool = False,
     feedback: Feedback | None = None,
 ) -> ValueTreesResult:
-    """Tell what each tree of a run is worth: how many logs more would reach the road without it.
+    """Compute the effect of each tree of a run: how many more logs would reach the road without it.
 
-    For every standing tree, lying log and barrier of a run of slide-logs, and for the stands that `stands`
-    names (polygons; a stand is all trees within), and every line: the logs that reach the line as things are,
-    and those that would without it, with the interval of the difference (paired: the same logs); the logs that
-    it holds at the end, the energy that it takes from all that hit it, and its rank.
+    For every standing tree, lying log and barrier of a run of slide-logs, for the stands of `stands` (polygons;
+    a stand is all trees within), and for every line: the number of logs that reach the line, and that would
+    without the object, with the interval of the difference (paired: the same logs); the logs that it holds at
+    the end, the energy that it takes from all that hit it, and its rank.
 
-    The answer is exact for the logs of the run: the same, log by log, as a run of its own without the thing.
-    Only logs to which it mattered are slid again, for all others go the same way without it. A tree that is hit
-    often may be worth nothing, where the next one would hold what it holds; another turns logs aside that would
-    have missed the road, and so is worth less than nothing.
+    The result is exact for the logs of the run: the same, log by log, as a separate run without the object.
+    Only logs that it affected are slid again; all others move in the same way without it. A tree that is hit
+    often may have no effect, if the next one would hold the same logs; another has a negative effect: it
+    deflects logs onto the road.
 
-    `plant` asks the other way round: points with `dbh_cm` and `height_m` (trees, or high stumps), each put
-    there alone, and how many logs fewer would reach each line then; `plant_lying` does so for lines of logs
-    that would be left lying.
+    `plant` asks the opposite: points with `dbh_cm` and `height_m` (trees, or high stumps), each added alone,
+    and how many fewer logs would then reach each line; `plant_lying` does so for lines of logs that would be
+    left lying.
 
-    What several things are worth together is not the sum of what each is worth: two trees side by side may each
-    be worth nothing, and both together much. Name them as a stand, or compare two runs (compare-scenarios). The
-    worth of a tree is that for these releases. Trees do not break here; what a log does to the tree is not
-    reckoned.
+    The effect of several objects together is not the sum of their effects: two trees side by side may each have
+    none, and together a large one. Name them as a stand, or compare two runs (compare-scenarios). The effect of
+    a tree holds for these releases. Trees do not break, and the damage of the tree is not computed.
 
     Parameters
     ----------
@@ -1916,32 +1916,32 @@ def value_trees(
     workers : >= 1
         With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
     plan : optional
-        Only say what the run would take, and end. From a pilot of plan_logs: logs, core-hours, memory, disk
-        and time. Nothing is written.
+        Only state what the run would take. From a pilot of plan_logs: logs, core-hours, memory, disk and
+        time. Nothing is written.
     plan_logs : >= 10, default 400
         Logs of the pilot of plan, at most.
     plan_workers : 1 <= x <= 1000000, default 16
-        Workers for which plan tells the time as well.
+        Workers for which plan also states the time.
     resume : optional
-        Go on with an interrupted run.
+        Continue an interrupted run.
     run : required
         Folder of a run of slide-logs.
     lines : line or polygon
         Other roads, railways or houses than those of the run. Without it, the lines of the run.
     stands : polygon
-        Stands, of which all trees are taken away together. Their id is stand_id, else name, else the row.
+        Stands whose trees are all removed together. Their id is stand_id, else name, else the row.
     plant : point
         Places where a tree or high stump could stand. With dbh_cm and height_m.
     plant_lying : line
         Places where a log could be left lying. From base to tip, with diameter_cm.
     logs : >= 1
-        Logs to ask with (default: all of the run). An even draw, where all would take too long: in a forest
-        some seven times as long as the logs slid.
+        Logs to use (default: all of the run). A random subset, if all take too long: in a forest about seven
+        times as long as the run.
     seed : >= 0, default 0
         Seed of the random draws.
     output : output, optional
-        What each tree, lying log, barrier and stand is worth. Without it, in a temporary folder that lasts as
-        long as the result.
+        Effect of each tree, lying log, barrier and stand. Without it, in a temporary folder that lasts as long
+        as the result.
     overwrite : optional
         Replace an output that exists.
     progress : bool
@@ -1982,19 +1982,19 @@ def break_trees(
     progress: bool = False,
     feedback: Feedback | None = None,
 ) -> BreakTreesResult:
-    """Tell how many logs more would reach the road if trees broke: each slides again without the trees that it
-    would break.
+    """Find how many more logs would reach the road if trees broke: each slides again without the trees it would
+    break.
 
-    In a run of slide-logs trees are rigid and take whatever a log brings. With `tree_capacity_kj`, the energy
-    that a tree of 40 cm DBH takes before it breaks (of others as a power of DBH), every log whose hit takes
-    more goes on without that tree, and without the next that it would break, until it breaks none or has
-    reached every line. A tree that breaks takes nothing here, where a real one takes what it can; so the reach
-    of the run and that of this tool are the two ends between which trees that break lie.
+    In a run of slide-logs trees are rigid and unbreakable. `tree_capacity_kj` is the energy that a tree of 40
+    cm DBH takes before it breaks (for others a power of the DBH). Every log whose hit exceeds it continues
+    without that tree, and without the next that it would break, until it breaks none or has reached every line.
+    A tree that breaks takes no energy here, whereas a real one takes some; so the reach of the run and that of
+    this tool are the bounds between which the truth lies.
 
-    The layer `reach_breaking` has both ends for each line, with the interval of their difference (paired: the
-    same logs), `broken` each tree that any log breaks, and how many do. No number for the capacity is offered:
-    take one that was measured for your species, and its ends. Each log meets all trees again: one that another
-    log broke stands again. Logs and lying logs do not break.
+    The layer `reach_breaking` has both bounds for each line, with the interval of their difference (paired: the
+    same logs); `broken` has each tree that any log breaks, and how many do. There is no default capacity: use
+    one that was measured for your species, and both ends of its range. Each log meets all trees: one that
+    another log broke stands again. Logs and lying logs do not break.
 
     Parameters
     ----------
@@ -2007,24 +2007,24 @@ def break_trees(
     workers : >= 1
         With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
     plan : optional
-        Only say what the run would take, and end. From a pilot of plan_logs: logs, core-hours, memory, disk
-        and time. Nothing is written.
+        Only state what the run would take. From a pilot of plan_logs: logs, core-hours, memory, disk and
+        time. Nothing is written.
     plan_logs : >= 10, default 400
         Logs of the pilot of plan, at most.
     plan_workers : 1 <= x <= 1000000, default 16
-        Workers for which plan tells the time as well.
+        Workers for which plan also states the time.
     resume : optional
-        Go on with an interrupted run.
+        Continue an interrupted run.
     run : required
         Folder of a run of slide-logs, with trees and lines.
     tree_capacity_kj : kJ, > 0, required
         Energy that a tree of 40 cm DBH takes before it breaks.
     tree_capacity_power : 0 <= x <= 6, default 2
-        Power of DBH over 40 cm with which it grows.
+        Exponent of DBH / 40 cm with which it grows.
     lines : line or polygon
         Other roads, railways or houses than those of the run. Without it, the lines of the run.
     logs : >= 1
-        Logs to ask with (default: all of the run). An even draw.
+        Logs to use (default: all of the run). A random subset.
     seed : >= 0, default 0
         Seed of the random draws.
     output : output, optional
@@ -2046,7 +2046,7 @@ class SiteBarriersResult(Result):
     summary_file = "summary.json"
 
     pareto = TablePart("pareto.csv")
-    """One row a candidate alone, by what is left; then one a set of barriers that was chosen"""
+    """One row for each candidate alone, by what is left; then one a set of barriers that was chosen"""
     barriers = LayerPart("barriers.gpkg", "barriers")
     """The run's own barriers and those chosen, with what each does when all stand; as slide-logs takes them"""
 
@@ -2076,31 +2076,31 @@ def site_barriers(
     progress: bool = False,
     feedback: Feedback | None = None,
 ) -> SiteBarriersResult:
-    """Find where a barrier serves most, and how long and high it must be, by sliding again only the logs that
-    come near.
+    """Find where a barrier has most effect, and how long and high it must be, sliding only the affected logs
+    again.
 
-    Candidates are the lines of a layer (candidates), or straight pieces along contours above the lines that the
-    run watched: of each height above them (above_m) and each length (length_m) the few places that most logs
-    pass on their way to a line (places). Such a piece has both ends on the contour, the length that was asked
-    in plan from end to end, and runs at most 30 degrees off the contours of the ground under it (`angle_deg`).
-    Each candidate is put up alone, with each height_m, and the logs that come near it slide again. Then the
-    best is chosen, and beside it the next, until there are count, or none gains more than chance.
+    Candidates are the lines of a layer (candidates), or straight pieces along contours above the lines of the
+    run: for each height above them (above_m) and each length (length_m) the few places that most logs pass on
+    their way to a line (places). Such a piece has both ends on the contour, has the requested length in plan
+    from end to end, and deviates by at most 30 degrees from the contours of the ground under it (`angle_deg`).
+    Each candidate is tested alone, with each height_m, and the logs that come near it slide again. Then the
+    best is chosen, then the best one in addition, until there are count, or none has an effect beyond chance.
 
     The folder holds
 
-    - `pareto.csv`: each candidate alone, and each set that was chosen: how many logs still reach a line with
-      it, the   interval of that and of the gain (paired: the same logs), how many it holds and how many jump
-      over or pass beside,   and the 95 % percentile of energy and height of its hits with exact intervals;
-      `pareto` marks those candidates that   no other one beats that is neither longer nor higher; with
-      `barrier_classes` the weakest class of rockfall nets   that holds that energy;
-    - `barriers.gpkg`: the run's own barriers and those chosen, as slide-logs --barriers takes them, with what
-      each does   once all stand; `barriers.png`: a map, and remaining reach against length and height;
+    - `pareto.csv`: each candidate alone, and each chosen set: how many logs still reach a line, the interval of
+      that and of   the gain (paired: the same logs), how many it holds and how many jump over or pass beside
+      it, and the 95 % percentile   of energy and height of its hits with exact intervals; `pareto` marks the
+      candidates that no other one beats that is   neither longer nor higher; with `barrier_classes` the weakest
+      class of rockfall nets that holds that energy;
+    - `barriers.gpkg`: the run's own barriers and those chosen, for slide-logs --barriers, with the effect of
+      each once all   stand; `barriers.png`: a map, and remaining reach against length and height;
       `summary.json`.
 
-    What is told is exact for the logs of the run: the same, log by log, as a run of its own with those
-    barriers. But the best of many was picked by these very logs and serves others a little less; slide others
-    (another seed) to see how much. Barriers are rigid and infinitely strong here. A person decides where one
-    can be founded and what it costs.
+    The results are exact for the logs of the run: the same, log by log, as a separate run with those barriers.
+    But the best of many was selected on these logs and has a slightly smaller effect on others; slide others
+    (another seed) to see how much. Barriers are rigid and infinitely strong. Where one can be founded, and at
+    what cost, is for an expert to decide.
 
     Parameters
     ----------
@@ -2113,14 +2113,14 @@ def site_barriers(
     workers : >= 1
         With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
     plan : optional
-        Only say what the run would take, and end. From a pilot of plan_logs: logs, core-hours, memory, disk
-        and time. Nothing is written.
+        Only state what the run would take. From a pilot of plan_logs: logs, core-hours, memory, disk and
+        time. Nothing is written.
     plan_logs : >= 10, default 400
         Logs of the pilot of plan, at most.
     plan_workers : 1 <= x <= 1000000, default 16
-        Workers for which plan tells the time as well.
+        Workers for which plan also states the time.
     resume : optional
-        Go on with an interrupted run.
+        Continue an interrupted run.
     run : required
         Folder of a run of slide-logs, with lines.
     lines : line or polygon
@@ -2139,13 +2139,13 @@ def site_barriers(
     count : >= 1, default 1
         Barriers to choose, at most.
     barrier_classes : one of etag-027, swiss-2001
-        Classes of barriers, to tell which one holds the energies. etag-027: classes of rockfall protection kits
-        by maximum energy level (MEL) (0: 100 kJ, 1: 250 kJ, 2: 500 kJ, 3: 1000 kJ, 4: 1500 kJ, 5: 2000 kJ, 6:
-        3000 kJ, 7: 4500 kJ, 8: more); swiss-2001: the nine classes of the Swiss type test of rockfall nets (1:
-        100 kJ, 2: 250 kJ, 3: 500 kJ, 4: 750 kJ, 5: 1000 kJ, 6: 1500 kJ, 7: 2000 kJ, 8: 3000 kJ, 9: 5000 kJ,
-        none: more). They are made for rocks; a person decides.
+        Classes of barriers, to find the weakest that holds the energies. etag-027: classes of rockfall
+        protection kits by maximum energy level (MEL) (0: 100 kJ, 1: 250 kJ, 2: 500 kJ, 3: 1000 kJ, 4: 1500 kJ,
+        5: 2000 kJ, 6: 3000 kJ, 7: 4500 kJ, 8: more); swiss-2001: the nine classes of the Swiss type test of
+        rockfall nets (1: 100 kJ, 2: 250 kJ, 3: 500 kJ, 4: 750 kJ, 5: 1000 kJ, 6: 1500 kJ, 7: 2000 kJ, 8: 3000
+        kJ, 9: 5000 kJ, none: more). They are made for rocks; a person decides.
     logs : >= 1
-        Logs to ask with (default: all of the run). An even draw.
+        Logs to use (default: all of the run). A random subset.
     seed : >= 0, default 0
         Seed of the random draws.
     output : output, optional
@@ -2179,7 +2179,7 @@ class MapIntensityResult(Result):
     lines = TablePart("lines.csv")
     """Each line by the least energy that reaches it; the last seven but one only with a frequency"""
     process_area = LayerPart("process_area.gpkg", "process_area")
-    """The outline of the ground that at least so many of the logs pass; an indication map"""
+    """The outline of the ground that at least this share of the logs pass; an indication map"""
 
 
 def map_intensity(
@@ -2200,37 +2200,37 @@ def map_intensity(
     progress: bool = False,
     feedback: Feedback | None = None,
 ) -> MapIntensityResult:
-    """Map classes of intensity and probability of a run, with return periods where it is known how often logs
-    start.
+    """Map classes of intensity and probability of a run, with return periods if the frequency of starts is
+    known.
 
-    The folder holds, over the ground that any log passed:
+    The folder holds, for the ground that any log passed:
 
     - `intensity.tif`: class of the energy that at least `least_passage` of the logs (1 %) bring to the cell,
-      from stored   trajectories: 1 below 30 kJ, 2 from 30 to 300 kJ, 3 from 300 kJ on; 0 where fewer pass. More
-      logs tell its areas   better, and do not make them larger, as they do those of the largest energy of all
-      logs (`least_passage 0`).   `energy_raster` takes another energy, such as the 95 % quantile of
-      `count-hits`, where so many logs pass;
-    - `passage.tif`: class of the share of the logs that passed: 1 below 0.1 %, then to 1 %, to 10 %, and from
-      10 % on;
-    - `process_area.gpkg`: the outline of the ground that at least so many of the logs pass, an indication map;
-    - `matrix.tif`: both, where there is a class of intensity: 10 times that class, and the other; with a
-      frequency the   other is the return period's;
-    - with a frequency `return_period.tif` (years, and the ends of its 95 % interval) and `return_class.tif`: 1
-      up to 30   years, 2 to 100, 3 to 300, 4 beyond;
-    - `lines.csv`: for each line, how many logs reach it with at least 0, 30, 300 kJ, their share and the return
-      period of   it, each with its interval;
-    - `classes.json`: what every class means, and how much ground it has.
+      from stored   trajectories: 1 below 30 kJ, 2 from 30 to 300 kJ, 3 from 300 kJ; 0 where fewer pass. More
+      logs make its areas more   precise but not larger, in contrast to those of the largest energy of all logs
+      (`least_passage 0`).   `energy_raster` takes another energy, such as the 95 % quantile of `count-hits`,
+      where enough logs pass;
+    - `passage.tif`: class of the share of logs that passed: 1 below 0.1 %, 2 to 1 %, 3 to 10 %, 4 from 10 %;
+    - `process_area.gpkg`: the outline of the ground that at least this share of the logs passes, an indication
+      map;
+    - `matrix.tif`: both, where there is a class of intensity: 10 times that class, plus the other; with a
+      frequency, the   other is that of the return period;
+    - with a frequency, `return_period.tif` (years, and the ends of the 95 % interval) and `return_class.tif`: 1
+      up to 30   years, 2 up to 100, 3 up to 300, 4 beyond;
+    - `lines.csv`: for each line the number of logs that reach it with at least 0, 30, 300 kJ, their share and
+      its return   period, each with its interval;
+    - `classes.json`: the meaning and the area of every class.
 
-    The frequency is that of events in each release area: `events_per_year`, or a column of the releases that
-    has the same number in all rows of an area (`events_field`). An event lets `logs_per_event` of the run's
-    logs go. Where areas differ in frequency the hits of each are counted from stored trajectories.
+    The frequency is that of events in each release area: `events_per_year`, or a column of the releases with
+    the same number in all rows of an area (`events_field`). An event releases `logs_per_event` logs. Where
+    areas differ in frequency, their hits are counted separately, from stored trajectories.
 
     The classes of 30 and 300 kJ and of 30, 100 and 300 years are those of the Swiss federal recommendations for
-    falls of rock (BRP, BWW and BUWAL 1997; BAFU 2016). They were made for rock: whether they suit wood, and
-    which hazard a field of the matrix is, a person decides. A cell is classed by its estimate; `classes.json`
-    has the ground of each class of energy and those above it with its 95 % interval. Where no log passed a cell
-    is empty, which is no promise: `classes.json` says how probable a passage may be there yet, and how short
-    the return period.
+    rockfall (BRP, BWW and BUWAL 1997; BAFU 2016). They were made for rock: whether they suit wood, and which
+    hazard a field of the matrix stands for, is an expert's decision. A cell is classed by its estimate;
+    `classes.json` has the 95 % interval of the area of each class of energy and those above it. A cell that no
+    log passed is empty, which is no guarantee: `classes.json` states how probable a passage may still be there,
+    and how short the return period.
 
     Parameters
     ----------
@@ -2239,7 +2239,7 @@ def map_intensity(
     energy_classes_kj : kJ, > 0, default 30,300
         Bounds of the classes of energy.
     energy_raster : optional
-        Other energies to be classed [kJ]. Band 1; such as count-hits --energy FILE --quantiles 95.
+        Other energies to classify [kJ]. Band 1; such as count-hits --energy FILE --quantiles 95.
     least_passage : %, 0 <= x <= 100, default 1
         Least share of the logs that bring the energy of a class. 0: the largest energy of all logs, which grows
         with their number.
@@ -2257,7 +2257,7 @@ def map_intensity(
     return_periods_years : years, > 0, default 30,100,300
         Bounds of the classes of return period.
     lines : line or polygon
-        Other lines or houses than those of the run. Their reach is found from stored trajectories.
+        Other lines or houses than those of the run. Their reach is computed from stored trajectories.
     output : output, optional
         Folder of the maps. Without it, in a temporary folder that lasts as long as the result.
     overwrite : optional
@@ -2278,9 +2278,9 @@ class MapOriginsResult(Result):
     origins = RasterPart("origins.tif")
     """From where the lines are reached: by the cells in which logs were released"""
     sources = LayerPart("origins.gpkg", "sources")
-    """One row a line and least share: the cells from which at least so many of the logs reach it"""
+    """One row for each line and least share: the cells from which at least this share of the logs reach it"""
     affected = LayerPart("origins.gpkg", "affected")
-    """One row a release area and least share: the cells that at least so many of its logs pass"""
+    """One row for each release area and least share: the cells that at least this share of its logs pass"""
 
 
 def map_origins(
@@ -2296,36 +2296,37 @@ def map_origins(
     progress: bool = False,
     feedback: Feedback | None = None,
 ) -> MapOriginsResult:
-    """Map from where a road is reached: the share of logs that reach it, by the place where they were released.
+    """Map the places from which a road is reached: the share of logs that reach it, by the place of release.
 
     The folder holds
 
-    - `origins.tif`: for any line and for each line four bands, of the logs released in a cell: the share that
-      reaches the   line, both ends of its 95 % Wilson interval, how many reach it; the last band is how many
-      were released. Where fewer   than least logs were released the share is not told and the cell is
-      transparent. Cells are as small as leaves nine   of ten logs told, or as cell_m says;
-    - `origins.gpkg`, layer `sources`: for each line the ground from which at least so many of the logs reach it
-      (source_shares), with their share and its interval; layer `affected`: for each release area the ground
-      that at least   so many of its logs pass (affected_shares), from stored trajectories (one release area
-      needs none);
+    - `origins.tif`: four bands for any line and for each line, of the logs released in a cell: the share that
+      reaches the   line, both ends of its 95 % Wilson interval, the number that reach it; the last band is the
+      number released. Where   fewer than least logs were released the cell is transparent. The cell size is
+      such that nine of ten logs lie in   cells with a share, or that of cell_m;
+    - `origins.gpkg`, layer `sources`: for each line the ground from which at least a given share of the logs
+      reach it   (source_shares), with their share and its interval; layer `affected`: for each release area the
+      ground that at least   a given share of its logs pass (affected_shares), from stored trajectories (not
+      needed with one release area);
     - `origins.png`: a map of the shares and of both ends of their intervals; `origins.json`: all in numbers.
 
-    A grid of releases over all ground on which logs could start, as dense as it is susceptible:
+    Releases over all ground on which logs could start, with a density that follows the susceptibility:
 
-    The shares are those of logs that have started. How likely a log starts, assess-mobilisation judges; a share
-    times that is not calculated here. A place where no log was released is empty, which says nothing of it.
+    The shares are those of logs that have started. assess-mobilisation rates how favourable a place is for a
+    start; the product of the two is not computed. A place where no log was released is empty, which says
+    nothing about it.
 
     Parameters
     ----------
     run : required
         Folder of a run of slide-logs.
     lines : line or polygon
-        Other lines or houses than those of the run. Their reach is found from stored trajectories.
+        Other lines or houses than those of the run. Their reach is computed from stored trajectories.
     cell_m : m, > 0
-        Cell size of the raster. Default: the smallest of 1, 2, 3, 5, 10, ... m that leaves nine of ten logs
-        told.
+        Cell size of the raster. Default: the smallest of 1, 2, 3, 5, 10, ... m with which nine of ten logs lie
+        in cells with a share.
     least : >= 1, default 10
-        Logs released in a cell for its share to be told.
+        Least number of logs released in a cell for which it has a share.
     source_shares : %, 0 < x <= 100, default 1,10,50
         Least shares of the polygons of sources. Of the logs.
     affected_shares : %, 0 < x <= 100, default 1,10
@@ -2363,31 +2364,31 @@ def lateral_spread(
     progress: bool = False,
     feedback: Feedback | None = None,
 ) -> LateralSpreadResult:
-    """Measure how wide the deposits of each release fan out: their azimuths, and the smallest angle that holds
-    them all.
+    """Measure how widely the deposits of each release spread: their azimuths, and the smallest angle around
+    them.
 
-    The angle is seen from the centre of the release area (paper, equation 11), and counts across north: 350 and
-    10 degrees span 20. Deposits nearer than the least run-out are left out, because the azimuth of a log that
-    hardly moved means nothing. The smallest angle grows with the number of logs, since one stray log decides
-    it: `spread_half_deg`, its mean over random halves of the logs, shows by how much, and no interval can be
-    given for it. To compare runs of different size, take the range from the 5 % to the 95 % quantile beside it,
-    which has a 95 % interval by bootstrap over the logs.
+    The angle is seen from the centre of the release area (paper, equation 11), and is counted across north: 350
+    and 10 degrees span 20. Deposits nearer than the least run-out are left out, because the azimuth of a log
+    that hardly moved is meaningless. The smallest angle grows with the number of logs, because single outliers
+    decide it: `spread_half_deg`, its mean over random halves of the logs, shows by how much, and it has no
+    interval. To compare runs of different size, use the range from the 5 % to the 95 % quantile, which has a 95
+    % interval by bootstrap over the logs.
 
-    Logs that left the terrain model, or ended near its edge, would have gone on otherwise on a larger one: the
-    tool warns of them. A layer of deposits that is no run's needs dem for that.
+    Logs that left the terrain model, or ended near its edge, would have moved on differently on a larger one:
+    the tool warns of them. For a layer of deposits that belongs to no run it needs dem.
 
     Parameters
     ----------
     deposits : point, required
         Deposits of slide-logs, or the folder of its run.
     min_runout_m : m, >= 0
-        Deposits nearer than this do not count. Default: one log length, from the field length_m.
+        Least run-out of deposits that count. Default: one log length, from the field length_m.
     dem : optional
-        Terrain model, for the distance to its edges. Default: the run's, where it still lies. A raster, a
-        folder of tiles, or tiles with commas between.
+        Terrain model, for the distance to its edges. Default: the run's, if it still exists. A raster, a folder
+        of tiles, or tiles with commas between.
     edge_m : m, >= 0, default 20
-        Distance from the terrain model's edges within which deposits are warned of. Edges are its border and
-        its nodata; more than half a log's length is wise.
+        Distance from the terrain model's edges within which deposits cause a warning. Edges are its border and
+        its nodata; more than half a log's length is recommended.
     seed : >= 0, default 0
         Seed of the random draws.
     output : output, optional
@@ -2435,25 +2436,25 @@ def fit_flight(
 
     The two points on the terrain and the take-off angle define one parabola (paper, section 5.2). The angle is
     that of the terrain before the take-off, in the direction of the flight, because a sliding log leaves the
-    ground along it; or it is given. Gives the layer ``flights``: the path of the centre of mass with take-off
+    ground along it; or it is given. The layer ``flights`` holds the path of the centre of mass with take-off
     speed, duration, apex, landing speed and angle, the largest height above the terrain, and a ``verdict``.
-    With barriers the layer ``clearances`` as well: how far the underside of the log, its axis parallel to the
+    With barriers, the layer ``clearances`` says how far the underside of the log, with its axis parallel to the
     velocity, passes above the top of each barrier that the flight crosses. ``plots`` draws a profile of each
     flight.
 
-    Verdicts: ``above_launch_line`` (the landing is not below the line along which the log takes off: no speed
-    brings it there), ``cuts_terrain`` (the ground between stands into the flight by more than ``tolerance_m``),
-    ``hits_barrier``, or ``possible``. A flight is a line from take-off to landing, or two points that share a
-    ``flight_id`` and have the ``role`` takeoff and landing (two points alone need neither). The centre of mass
-    is half a DBH above the ground at both ends. Columns ``takeoff_deg``, ``dbh_cm`` and ``length_m`` override
-    the options.
+    Verdicts: ``above_launch_line`` (the landing point is not below the line along which the log takes off: no
+    speed reaches it), ``cuts_terrain`` (the ground in between protrudes into the flight by more than
+    ``tolerance_m``), ``hits_barrier``, or ``possible``. A flight is a line from take-off to landing, or two
+    points that share a ``flight_id`` and have the ``role`` takeoff and landing (if there are only two points,
+    neither is needed). The centre of mass is half a DBH above the ground at both ends. Columns ``takeoff_deg``,
+    ``dbh_cm`` and ``length_m`` override the options.
 
-    The speed depends on the angle: try a few degrees up and down. The paper's log flew at 24 m/s over a barrier
-    of 3.5 m; this one, from the cliff band of the sample, at about the same:
+    The speed depends on the angle: try a few degrees more and less. The paper's log flew at 24 m/s over a
+    barrier of 3.5 m; this one, from the cliff band of the sample, at about the same speed:
 
-    It knows no air and no spin. As in the paper the centre of mass comes down at the landing point, although
-    the front of a steeply falling log touches before; and where ``free`` in ``clearances`` is 0, one end is
-    still, or already, on the ground while the log passes.
+    Air drag and spin are not modelled. As in the paper the centre of mass comes down at the landing point,
+    although the front of a steeply falling log touches earlier; where ``free`` in ``clearances`` is 0, one end
+    of the log is on the ground while it passes.
 
     Parameters
     ----------
@@ -2464,19 +2465,19 @@ def fit_flight(
     barriers : line
         Barriers.
     dbh_cm : cm, > 0, default 75
-        DBH of logs whose layer names none.
+        DBH, where the layer has none.
     length_m : m, > 0, default 30
-        Length, likewise.
+        Length, where the layer has none.
     takeoff_deg : °, -85 <= x <= 85
-        Take-off angle, likewise, upward positive. Without it: the slope of the terrain in the direction of the
-        flight.
+        Take-off angle, upward positive, where the layer has none. Without it: the slope of the terrain in the
+        direction of the flight.
     slope_over_m : m, > 0, default 5
-        Distance before the take-off over which that slope is taken.
+        Distance before the take-off over which that slope is measured.
     tolerance_m : m, >= 0, default 0.3
-        Depth to which the terrain may stand into a flight.
+        Depth to which the terrain may protrude into a flight.
     crs : optional
-        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS; local: metres of a site of its own.
+        CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
+        CRS; local: metres of a site of its own.
     overwrite : optional
         Replace an output that exists.
     output : output, optional
@@ -2521,29 +2522,30 @@ def compare_scenarios(
 ) -> CompareScenariosResult:
     """Compare runs of the same logs: with the forest and without, as mapped and random, with barriers or a dam.
 
-    Every scenario is compared with the baseline, log by log: each log is its own control, so a few hundred logs
-    show what independent runs would need thousands for. The folder holds
+    Every scenario is compared with the baseline log by log: each log is its own control, so a few hundred logs
+    show what would take thousands in independent runs. The folder holds
 
-    - `table.csv`: for a spreadsheet, a row a quantity and scenario: reach, how logs ended, lateral spread,
-      speed, run-out,   each with its 95 % interval and its difference to the baseline, rounded as far as these
-      allow;
-    - `comparison.csv`: the same in full precision; shares also with the number of logs that changed either way,
-      the p-value   of McNemar's exact test, and their bounds where logs left the terrain model before
+    - `table.csv`: for a spreadsheet, one row for each quantity and scenario: reach, stop reasons, lateral
+      spread, speed,   run-out, each with its 95 % interval and its difference to the baseline, rounded as these
+      justify;
+    - `comparison.csv`: the same in full precision; for shares also the number of logs that changed either way,
+      the p-value   of McNemar's exact test, and the bounds where logs left the terrain model before
       (`..._if_lost`);
-    - `difference_NAME.tif`: how much likelier each cell is passed, and that in standard errors;
+    - `difference_NAME.tif`: how much more probable the passage of each cell is, and that difference in standard
+      errors;
     - `changes.gpkg`: the logs that reach a line in one of two scenarios only (`changed`, at their releases),
-      and from   where to where each deposit moved (`moved`);
+      and how each   deposit moved (`moved`);
     - `comparison.png`: reach, run-outs and the maps side by side;
-    - `comparison.json`: all of it, and in which parameters the runs differ.
+    - `comparison.json`: all of it, and the parameters in which the runs differ.
 
-    Of each line it has the indices that practice gives a protection forest (after Dupire et al. 2016), against
-    the baseline, with a bootstrap interval that draws the same logs in both: `bari` = 1 - N / N0, of the logs
-    that reach it; `miri` = 1 - E95 / E95_0, of the 95 % quantile of their energies there; `orpi` = 1 - S / S0,
-    of the sum of these. 1 is full protection, 0 none. Energies need stored trajectories (`--trajectories all`);
-    docs/indices.md has the small print.
+    For each line it gives the indices of a protection forest used in practice (after Dupire et al. 2016),
+    against the baseline, with a bootstrap interval that draws the same logs in both: `bari` = 1 - N / N0, for
+    the logs that reach it; `miri` = 1 - E95 / E95_0, for the 95 % quantile of their energies there; `orpi` = 1
+    - S / S0, for the sum of these. 1 is full protection, 0 none. Energies need stored trajectories
+    (`--trajectories all`); docs/indices.md has the details.
 
     Runs of other releases are refused. The intervals are over the logs: one random forest is one draw of many,
-    and how much another would differ, only other runs can tell.
+    and only further runs show how much another would differ.
 
     Parameters
     ----------
@@ -2556,10 +2558,10 @@ def compare_scenarios(
         Name of the run that the others are compared with. Default: the run with the fewest obstacles (trees,
         barriers, lying logs, boulders), of equals the first.
     lines : line or polygon
-        Other lines or houses than those of the runs. Their reach is found from stored trajectories, of the logs
-        that have one in every run.
+        Other lines or houses than those of the runs. Their reach is computed from stored trajectories, of the
+        logs that have one in every run.
     min_runout_m : m, >= 0
-        Deposits nearer than this do not count for the spread. Default: one log length.
+        Least run-out of deposits that count for the spread. Default: one log length.
     seed : >= 0, default 0
         Seed of the random draws.
     output : output, optional
@@ -2580,7 +2582,7 @@ class CalibrateFrictionResult(Result):
     summary_file = "calibration.json"
 
     calibration = TablePart("calibration.csv")
-    """One row a coefficient of friction"""
+    """One row for each coefficient of friction"""
     deposits = LayerPart("calibration.gpkg", "deposits")
     """The simulated deposits of every coefficient of friction"""
     no_deposit = LayerPart("calibration.gpkg", "no_deposit")
@@ -2646,26 +2648,27 @@ def calibrate_friction(
     """Find the friction coefficients that reproduce an observed event: where logs came to rest, or what they
     reached.
 
-    The released logs, the same for all, are slid with one coefficient after the other. Each is scored by the
-    likelihood of what was observed, and the range of those that reproduce it holds the true one in 95 % of
-    events, if all else is right (the scores are defined in `calibration/score.py`). Observed is one of
+    The same released logs slide with one coefficient after the other. Each coefficient is scored by the
+    likelihood of the observation. The range of those that reproduce it contains the true one in 95 % of events,
+    if everything else is right (the scores are defined in `calibration/score.py`). The observation is one of
 
-    - observed: deposits, as points (with error_m, the error of the place and of what the model cannot know) or
-      as   areas in which logs came to rest (the width of a road). A field release_id says which release each
-      came from. They   count as found here, of however many logs: each is compared with the simulated logs that
-      came to rest on the terrain   model, and how many leave it says nothing. If all logs of the event were
-      found, search_complete says so, and a   coefficient with which logs leave must explain why none did;
-    - reached and not_reached: lines or areas that event_logs of the event's logs reached, or did not. Both
-      together   are a stop line: with too little friction logs go beyond, with too much they do not come so
-      far.
+    - observed: deposits, as points (with error_m, the error of the place and of what the model cannot
+      represent) or as   areas in which logs came to rest (the width of a road). A field release_id says which
+      release each came from. They   count as a sample of an unknown number of logs: each is compared with the
+      simulated logs that came to rest on the   terrain model, and the number that leave it has no influence. If
+      all logs of the event were found, search_complete   says so; a coefficient with which logs leave must then
+      explain why none did;
+    - reached and not_reached: lines or areas that event_logs of the event's logs reached, or did not reach.
+      Both   together define a stop line: with too little friction logs go beyond, with too much they do not get
+      there.
 
-    The folder holds `calibration.csv` (a row a coefficient), `calibration.json`, `calibration.png`, and
-    `calibration.gpkg` with the simulated deposits of every coefficient (`no_deposit`: the last places of logs
-    that have none) and the observed ones.
+    The folder holds `calibration.csv` (one row for each coefficient), `calibration.json`, `calibration.png`,
+    and `calibration.gpkg` with the simulated deposits of every coefficient (`no_deposit`: the last positions of
+    logs that have none) and the observed ones.
 
-    The paper found 0.2 to 0.3 on 0.5 m cells. A coefficient holds for the cells that it was found on: a coarser
-    terrain model has lost roughness, which friction must make up for. It also makes up for whatever else is
-    wrong here: the releases, the trees, the shape of the logs. Few observed logs leave wide ranges.
+    The paper found 0.2 to 0.3 on cells of 0.5 m. A coefficient is valid for the cell size on which it was
+    found: a coarser terrain model lacks roughness, for which friction compensates. It also compensates for any
+    other error: the releases, the trees, the shape of the logs. Few observed logs give wide ranges.
 
     Parameters
     ----------
@@ -2696,8 +2699,8 @@ def calibrate_friction(
     restitution : 0 <= x <= 1, default 0
         Normal restitution of impacts.
     rolling_friction : 0 <= x <= 0.5, default 0.1
-        Coefficient of rolling friction of the ground. The moment against rolling is at most this times the push
-        of the ground times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
+        Coefficient of rolling friction of the ground. The moment against rolling is at most this times the
+        normal force times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
         0.13; 0 is rigid ground. No value measured for logs is known.
     tree_friction : >= 0
         Friction of stems and lying logs. Default: the ground's there.
@@ -2708,39 +2711,38 @@ def calibrate_friction(
     barrier_restitution : 0 <= x <= 1
         Restitution of barriers. Default: that of the ground.
     shape : default cone
-        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) lets the
-        convex hull of its points slide instead of logs: rocks, or logs as rings of vertices. dbh_cm and
-        length_m of the releases then do not count, the density does; its z axis takes the place of a log's
-        axis.
+        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
+        the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
+        of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     time_limit_s : s, 0 < x <= 86400, default 300
-        Longest run of a log.
+        Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
         Speed below which a log may be at rest.
     dbh_cm : cm, 0 < x <= 1500, default 75
-        DBH of logs whose layer names none.
+        DBH, where the layer has none.
     length_m : m, 0 < x <= 150, default 30
-        Length, likewise.
+        Length, where the layer has none.
     density_kg_m3 : kg/m³, 0 < x <= 25000, default 300
-        Density, likewise.
+        Density, where the layer has none.
     orientation : one of upright, lying, tilted, default upright
-        Orientation, likewise.
+        Orientation, where the layer has none.
     tilt_deg : °, 0 <= x <= 180, default 0
         Tilt from the vertical, likewise.
     azimuth_deg : °, default 0
-        Azimuth of tip and speed, likewise.
+        Azimuth of tip and speed, where the layer has none.
     speed_ms : m/s, 0 <= x <= 300, default 0
         Initial speed, likewise.
     drop_m : m, 0 <= x <= 1000, default 0
-        Clearance at the start, likewise.
+        Clearance at the start, where the layer has none.
     lying_diameter_cm : cm, 0 < x <= 1500, default 40
-        Base diameter of lying logs whose layer names none.
+        Base diameter of lying logs, where the layer has none.
     min_runout_m : m, >= 0
-        Deposits nearer than this do not count for the spread. Default: one log length.
+        Least run-out of deposits that count for the spread. Default: one log length.
     seed : >= 0, default 0
         Seed of the random draws.
     crs : optional
-        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS; local: metres of a site of its own.
+        CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
+        CRS; local: metres of a site of its own.
     threads : >= 1
         Threads (default: every core).
     scheduler : optional
@@ -2750,32 +2752,33 @@ def calibrate_friction(
     workers : >= 1
         With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
     plan : optional
-        Only say what the run would take, and end. From a pilot of plan_logs: logs, core-hours, memory, disk
-        and time. Nothing is written.
+        Only state what the run would take. From a pilot of plan_logs: logs, core-hours, memory, disk and
+        time. Nothing is written.
     plan_logs : >= 10, default 400
         Logs of the pilot of plan, at most.
     plan_workers : 1 <= x <= 1000000, default 16
-        Workers for which plan tells the time as well.
+        Workers for which plan also states the time.
     resume : optional
-        Go on with an interrupted run.
+        Continue an interrupted run.
     observed : point or polygon
-        Observed deposits: points, or areas in which logs came to rest. The middles of the logs; a field
+        Observed deposits: points, or areas in which logs came to rest. The centres of the logs; a field
         release_id says from which release each came.
     error_m : m, > 0, default 10
-        Error of observed points, and of what the model cannot know. Standard deviation in each direction.
+        Error of the observed points and of what the model cannot represent. Standard deviation in each
+        direction.
     search_complete : optional
-        All logs of the event were found. With observed: none came to rest elsewhere. Else logs that leave the
-        terrain model speak neither for a coefficient nor against it.
+        All logs of the event were found. With observed: none came to rest elsewhere. Otherwise logs that
+        leave the terrain model have no influence on the score.
     reached : line or polygon
         Line or area that the event reached.
     not_reached : line or polygon
         Line or area that it did not reach.
     event_logs : 1 <= x <= 1000, default 1
-        Logs of the event, for the two above.
+        Logs of the event, for reached and not_reached.
     event_reached : 0 <= x <= 1000
-        Of these, the logs that did so. Default: all.
+        Number of these that reached it. Default: all.
     logs : >= 2, default 1000
-        Logs to slide with each coefficient. An even draw by seed and log_id; all if the layer has fewer.
+        Logs to slide with each coefficient. A random subset by seed and log_id; all if the layer has fewer.
     fidelity : one of draft, standard, fine, reference, default standard
         Speed against accuracy.
     output : output, optional
@@ -2848,22 +2851,22 @@ def compare_fidelity(
     progress: bool = False,
     feedback: Feedback | None = None,
 ) -> CompareFidelityResult:
-    """Measure on your own scene what each fidelity costs and how far it errs, and which is the cheapest that
-    will do.
+    """Measure on your own scene the cost and the error of each fidelity, and find the cheapest that is accurate
+    enough.
 
-    The same logs slide at every fidelity. What they come to is compared with the finest: the reach of every
-    line, the spread and the distance of the deposits, the hit raster, top speeds and jumps, each beside the CPU
-    time a log takes and beside what the calculation says of itself (penetration, energy, unconverged steps).
-    Differences come with intervals over the logs, so that an error is told from chance.
+    The same logs slide at every fidelity. The results are compared with those of the finest: the reach of every
+    line, the spread and the distance of the deposits, the hit raster, top speeds and jumps, beside the CPU time
+    of a log and the calculation's own measures (penetration, energy, unconverged steps). Differences have
+    intervals over the logs, to separate errors from chance.
 
-    Recommended is the cheapest fidelity whose error is shown to stay below the sampling noise of a run of your
-    number of logs: |difference of reach| + half-width of its paired interval <= half-width of the 95 % interval
-    that such a run would have, for every line. Without lines, the deposit distance and the hit raster are
-    judged by the distance of two halves of the logs. When too few logs were compared to show it, the tool says
-    so, and about how many could: among trees up to twice the number of the run.
+    The recommendation is the cheapest fidelity whose error is shown to be below the sampling noise of a run of
+    your number of logs: |difference of reach| + half-width of its paired interval <= half-width of the 95 %
+    interval of such a run, for every line. Without lines, the deposit distance and the hit raster are compared
+    with the distance between two halves of the logs. If too few logs were compared to show it, the tool says
+    so, and about how many would: among trees up to twice the number of the run.
 
-    It knows no fidelity finer than the finest compared, and no error of the inputs: friction and terrain model
-    weigh more.
+    Errors beyond the finest fidelity compared, and errors of the inputs, are not included: friction and terrain
+    model matter more.
 
     Parameters
     ----------
@@ -2895,8 +2898,8 @@ def compare_fidelity(
     restitution : 0 <= x <= 1, default 0
         Normal restitution of impacts.
     rolling_friction : 0 <= x <= 0.5, default 0.1
-        Coefficient of rolling friction of the ground. The moment against rolling is at most this times the push
-        of the ground times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
+        Coefficient of rolling friction of the ground. The moment against rolling is at most this times the
+        normal force times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
         0.13; 0 is rigid ground. No value measured for logs is known.
     tree_friction : >= 0
         Friction of stems and lying logs. Default: the ground's there.
@@ -2907,39 +2910,38 @@ def compare_fidelity(
     barrier_restitution : 0 <= x <= 1
         Restitution of barriers. Default: that of the ground.
     shape : default cone
-        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) lets the
-        convex hull of its points slide instead of logs: rocks, or logs as rings of vertices. dbh_cm and
-        length_m of the releases then do not count, the density does; its z axis takes the place of a log's
-        axis.
+        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
+        the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
+        of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     time_limit_s : s, 0 < x <= 86400, default 300
-        Longest run of a log.
+        Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
         Speed below which a log may be at rest.
     dbh_cm : cm, 0 < x <= 1500, default 75
-        DBH of logs whose layer names none.
+        DBH, where the layer has none.
     length_m : m, 0 < x <= 150, default 30
-        Length, likewise.
+        Length, where the layer has none.
     density_kg_m3 : kg/m³, 0 < x <= 25000, default 300
-        Density, likewise.
+        Density, where the layer has none.
     orientation : one of upright, lying, tilted, default upright
-        Orientation, likewise.
+        Orientation, where the layer has none.
     tilt_deg : °, 0 <= x <= 180, default 0
         Tilt from the vertical, likewise.
     azimuth_deg : °, default 0
-        Azimuth of tip and speed, likewise.
+        Azimuth of tip and speed, where the layer has none.
     speed_ms : m/s, 0 <= x <= 300, default 0
         Initial speed, likewise.
     drop_m : m, 0 <= x <= 1000, default 0
-        Clearance at the start, likewise.
+        Clearance at the start, where the layer has none.
     lying_diameter_cm : cm, 0 < x <= 1500, default 40
-        Base diameter of lying logs whose layer names none.
+        Base diameter of lying logs, where the layer has none.
     min_runout_m : m, >= 0
-        Deposits nearer than this do not count for the spread. Default: one log length.
+        Least run-out of deposits that count for the spread. Default: one log length.
     seed : >= 0, default 0
         Seed of the random draws.
     crs : optional
-        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS; local: metres of a site of its own.
+        CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
+        CRS; local: metres of a site of its own.
     friction_preset : one of wet-debarked, wet-bark, chute-dry, chute-watered, chute-iced
         Friction coefficient by name. wet-debarked: a wet log without bark and branches on wet ground, 0.2 to
         0.3 (friction 0.25); wet-bark: a wet log with its bark on wet ground, 0.25 to 0.38 (friction 0.31);
@@ -2955,20 +2957,20 @@ def compare_fidelity(
     workers : >= 1
         With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
     plan : optional
-        Only say what the run would take, and end. From a pilot of plan_logs: logs, core-hours, memory, disk
-        and time. Nothing is written.
+        Only state what the run would take. From a pilot of plan_logs: logs, core-hours, memory, disk and
+        time. Nothing is written.
     plan_logs : >= 10, default 400
         Logs of the pilot of plan, at most.
     plan_workers : 1 <= x <= 1000000, default 16
-        Workers for which plan tells the time as well.
+        Workers for which plan also states the time.
     resume : optional
-        Go on with an interrupted run.
+        Continue an interrupted run.
     fidelities : default draft,standard,fine,reference
-        Fidelities to compare. At least two, with commas; the finest of them judges.
+        Fidelities to compare. At least two, with commas; the finest is the standard of comparison.
     logs : >= 1, default 2000
-        Logs to compare. An even draw by seed and log_id; all if the layer has fewer.
+        Logs to compare. A random subset by seed and log_id; all if the layer has fewer.
     planned_logs : >= 1
-        Logs of the run to be decided on. Default: all of the layer.
+        Logs of the planned run. Default: all of the layer.
     output : output, optional
         Folder of the comparison. Without it, in a temporary folder that lasts as long as the result.
     overwrite : optional
@@ -2987,11 +2989,11 @@ class VaryResult(Result):
     summary_file = "summary.json"
 
     runs = TablePart("runs.csv")
-    """One row a run of the same logs: the values of the factors, and what came of it"""
+    """One row for each run of the same logs: the values of the factors, and the results"""
     tornado = TablePart("tornado.csv")
-    """One row an outcome and factor: what it does alone between the ends of its range"""
+    """One row for each outcome and factor: what it does alone between the ends of its range"""
     indices = TablePart("indices.csv")
-    """One row an outcome and factor: its share of the variance over all ranges; with a design only"""
+    """One row for each outcome and factor: its share of the variance over all ranges; with a design only"""
 
 
 def vary(
@@ -3046,28 +3048,28 @@ def vary(
     progress: bool = False,
     feedback: Feedback | None = None,
 ) -> VaryResult:
-    """Tell which of the inputs the answer depends on: friction, the sizes of logs and trees, the terrain model,
-    and others.
+    """Find the most influential inputs: friction, the sizes of logs and trees, the terrain model, and others.
 
-    The same logs slide again and again, each time with other values of the factors that vary names. Two things
-    are read from it, for the reach of every line and for the mean run-out:
+    The same logs slide again and again, each time with other values of the factors of vary. Two results follow,
+    for the reach of every line and for the mean run-out:
 
-    - the tornado: every factor alone at both ends of its range, the others as they are. The swing   between the
-      ends has the interval of a paired difference over the logs (Tango's; of run-outs a bootstrap);
-    - the indices, of design latin or sobol: all factors at once, over all of their ranges. The first-order
-      index is the   share of the variance that a factor accounts for alone, the total-effect index the share
-      that it has a part in, alone   or with others (Saltelli et al. 2010, Jansen 1999). What so few logs add to
-      them by chance is taken off; the   intervals are by bootstrap over the design's rows and the logs. The
-      design has (factors + 2) x samples runs.
+    - the tornado: every factor alone at both ends of its range, with the others unchanged. The swing between
+      the ends has   the interval of a paired difference over the logs (Tango's; for run-outs a bootstrap);
+    - the indices, with design latin or sobol: all factors at once, over all of their ranges. The first-order
+      index is the   share of the variance that a factor accounts for alone, the total-effect index the share in
+      which it has a part, alone   or with others (Saltelli et al. 2010, Jansen 1999). The chance contribution
+      of a small number of logs is subtracted;   the intervals are by bootstrap over the design's rows and the
+      logs. The design has (factors + 2) x samples runs.
 
-    In the folder are `tornado.csv`, `tornado.png`, `indices.csv`, `runs.csv` (one row a run) and `summary.json`
-    with the sentence "your answer depends on ...", or that so many logs do not decide it.
+    The folder holds `tornado.csv`, `tornado.png`, `indices.csv`, `runs.csv` (one row for each run) and
+    `summary.json` with a sentence that names the most influential input, or says that this many logs do not
+    decide it.
 
-    A range is the user's: a wide one makes its factor strong. The ranges that are offered are suggestions
-    (rolling friction 0.03 to 0.15, for no value is measured for logs). Values in a range count as equally
-    likely and factors as independent. Of what is not varied the tool knows nothing. The error of the terrain
-    model is a random surface, which does not change from log to log: the tornado shows one of them, the design
-    another in every row.
+    You choose the ranges: a wide one makes its factor strong. The default ranges are suggestions (rolling
+    friction 0.03 to 0.15, because no value has been measured for logs). Values in a range count as equally
+    likely and factors as independent. Inputs that are not varied have no part in the result. The error of the
+    terrain model is a random surface, the same for all logs: the tornado uses one of them, the design another
+    in every row.
 
     Parameters
     ----------
@@ -3099,8 +3101,8 @@ def vary(
     restitution : 0 <= x <= 1, default 0
         Normal restitution of impacts.
     rolling_friction : 0 <= x <= 0.5, default 0.1
-        Coefficient of rolling friction of the ground. The moment against rolling is at most this times the push
-        of the ground times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
+        Coefficient of rolling friction of the ground. The moment against rolling is at most this times the
+        normal force times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
         0.13; 0 is rigid ground. No value measured for logs is known.
     tree_friction : >= 0
         Friction of stems and lying logs. Default: the ground's there.
@@ -3111,39 +3113,38 @@ def vary(
     barrier_restitution : 0 <= x <= 1
         Restitution of barriers. Default: that of the ground.
     shape : default cone
-        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) lets the
-        convex hull of its points slide instead of logs: rocks, or logs as rings of vertices. dbh_cm and
-        length_m of the releases then do not count, the density does; its z axis takes the place of a log's
-        axis.
+        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
+        the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
+        of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     time_limit_s : s, 0 < x <= 86400, default 300
-        Longest run of a log.
+        Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
         Speed below which a log may be at rest.
     dbh_cm : cm, 0 < x <= 1500, default 75
-        DBH of logs whose layer names none.
+        DBH, where the layer has none.
     length_m : m, 0 < x <= 150, default 30
-        Length, likewise.
+        Length, where the layer has none.
     density_kg_m3 : kg/m³, 0 < x <= 25000, default 300
-        Density, likewise.
+        Density, where the layer has none.
     orientation : one of upright, lying, tilted, default upright
-        Orientation, likewise.
+        Orientation, where the layer has none.
     tilt_deg : °, 0 <= x <= 180, default 0
         Tilt from the vertical, likewise.
     azimuth_deg : °, default 0
-        Azimuth of tip and speed, likewise.
+        Azimuth of tip and speed, where the layer has none.
     speed_ms : m/s, 0 <= x <= 300, default 0
         Initial speed, likewise.
     drop_m : m, 0 <= x <= 1000, default 0
-        Clearance at the start, likewise.
+        Clearance at the start, where the layer has none.
     lying_diameter_cm : cm, 0 < x <= 1500, default 40
-        Base diameter of lying logs whose layer names none.
+        Base diameter of lying logs, where the layer has none.
     min_runout_m : m, >= 0
-        Deposits nearer than this do not count for the spread. Default: one log length.
+        Least run-out of deposits that count for the spread. Default: one log length.
     seed : >= 0, default 0
         Seed of the random draws.
     crs : optional
-        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS; local: metres of a site of its own.
+        CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
+        CRS; local: metres of a site of its own.
     friction_preset : one of wet-debarked, wet-bark, chute-dry, chute-watered, chute-iced
         Friction coefficient by name. wet-debarked: a wet log without bark and branches on wet ground, 0.2 to
         0.3 (friction 0.25); wet-bark: a wet log with its bark on wet ground, 0.25 to 0.38 (friction 0.31);
@@ -3159,34 +3160,34 @@ def vary(
     workers : >= 1
         With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
     plan : optional
-        Only say what the run would take, and end. From a pilot of plan_logs: logs, core-hours, memory, disk
-        and time. Nothing is written.
+        Only state what the run would take. From a pilot of plan_logs: logs, core-hours, memory, disk and
+        time. Nothing is written.
     plan_logs : >= 10, default 400
         Logs of the pilot of plan, at most.
     plan_workers : 1 <= x <= 1000000, default 16
-        Workers for which plan tells the time as well.
+        Workers for which plan also states the time.
     resume : optional
-        Go on with an interrupted run.
+        Continue an interrupted run.
     vary : default friction_factor,rolling_friction,log_dbh_factor,log_length_factor
         Factors and their ranges. NAME=LOW:HIGH with commas, or a JSON or CSV file of them. A name alone takes
-        the range that is offered: friction 0.2:0.3, friction_factor 0.8:1.2, rolling_friction 0.03:0.15,
-        restitution 0:0.2, tree_friction 0.2:0.6, tree_restitution 0:0.2, log_dbh_factor and log_length_factor
-        0.9:1.1, log_density_factor 0.7:1.3, tree_dbh_factor 0.9:1.1, dem_noise_m 0:0.1, fidelity
-        draft:standard, orientation upright:random-lying (the logs' posture at the start; also random). Factors
-        multiply what the layers say.
+        its default range: friction 0.2:0.3, friction_factor 0.8:1.2, rolling_friction 0.03:0.15, restitution
+        0:0.2, tree_friction 0.2:0.6, tree_restitution 0:0.2, log_dbh_factor and log_length_factor 0.9:1.1,
+        log_density_factor 0.7:1.3, tree_dbh_factor 0.9:1.1, dem_noise_m 0:0.1, fidelity draft:standard,
+        orientation upright:random-lying (the logs' posture at the start; also random). Factors multiply what
+        the layers say.
     design : one of ends, latin, sobol, default latin
         How to vary: the ends of each range alone, or also all together. latin: a Latin hypercube; sobol:
-        Sobol's sequence, which needs SciPy. Both bring the indices.
+        Sobol's sequence, which needs SciPy. Both give the indices.
     samples : 8 <= x <= 65536, default 32
-        Rows of the design. The design has (factors + 2) times as many runs. Of sobol a power of two.
+        Rows of the design. The design has (factors + 2) times as many runs. For sobol a power of two.
     logs : >= 2, default 300
-        Logs to slide in each run. An even draw by seed and log_id; all if the layer has fewer.
+        Logs to slide in each run. A random subset by seed and log_id; all if the layer has fewer.
     dem_noise_length_m : m, > 0, default 5
         Distance over which errors of the terrain model are alike. At this distance their correlation is 0.37;
         at least one cell.
     fidelity : one of draft, standard, fine, reference, default draft
-        Speed against accuracy. Differences hang less on it than their ends; the factor 'fidelity' tells how
-        much.
+        Speed against accuracy. Differences depend less on it than single results; the factor 'fidelity' shows
+        how much.
     output : output, optional
         Folder of the variation. Without it, in a temporary folder that lasts as long as the result.
     overwrite : optional
@@ -3285,8 +3286,8 @@ def explore(
     restitution : 0 <= x <= 1, default 0
         Normal restitution of impacts.
     rolling_friction : 0 <= x <= 0.5, default 0.1
-        Coefficient of rolling friction of the ground. The moment against rolling is at most this times the push
-        of the ground times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
+        Coefficient of rolling friction of the ground. The moment against rolling is at most this times the
+        normal force times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
         0.13; 0 is rigid ground. No value measured for logs is known.
     tree_friction : >= 0
         Friction of stems and lying logs. Default: the ground's there.
@@ -3297,39 +3298,38 @@ def explore(
     barrier_restitution : 0 <= x <= 1
         Restitution of barriers. Default: that of the ground.
     shape : default cone
-        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) lets the
-        convex hull of its points slide instead of logs: rocks, or logs as rings of vertices. dbh_cm and
-        length_m of the releases then do not count, the density does; its z axis takes the place of a log's
-        axis.
+        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
+        the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
+        of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     time_limit_s : s, 0 < x <= 86400, default 300
-        Longest run of a log.
+        Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
         Speed below which a log may be at rest.
     dbh_cm : cm, 0 < x <= 1500, default 75
-        DBH of logs whose layer names none.
+        DBH, where the layer has none.
     length_m : m, 0 < x <= 150, default 30
-        Length, likewise.
+        Length, where the layer has none.
     density_kg_m3 : kg/m³, 0 < x <= 25000, default 300
-        Density, likewise.
+        Density, where the layer has none.
     orientation : one of upright, lying, tilted, default upright
-        Orientation, likewise.
+        Orientation, where the layer has none.
     tilt_deg : °, 0 <= x <= 180, default 0
         Tilt from the vertical, likewise.
     azimuth_deg : °, default 0
-        Azimuth of tip and speed, likewise.
+        Azimuth of tip and speed, where the layer has none.
     speed_ms : m/s, 0 <= x <= 300, default 0
         Initial speed, likewise.
     drop_m : m, 0 <= x <= 1000, default 0
-        Clearance at the start, likewise.
+        Clearance at the start, where the layer has none.
     lying_diameter_cm : cm, 0 < x <= 1500, default 40
-        Base diameter of lying logs whose layer names none.
+        Base diameter of lying logs, where the layer has none.
     min_runout_m : m, >= 0
-        Deposits nearer than this do not count for the spread. Default: one log length.
+        Least run-out of deposits that count for the spread. Default: one log length.
     seed : >= 0, default 0
         Seed of the random draws.
     crs : optional
-        CRS of inputs that name none. An authority code such as EPSG:2056, for a DEM or layer whose file holds
-        no CRS; local: metres of a site of its own.
+        CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
+        CRS; local: metres of a site of its own.
     friction_preset : one of wet-debarked, wet-bark, chute-dry, chute-watered, chute-iced
         Friction coefficient by name. wet-debarked: a wet log without bark and branches on wet ground, 0.2 to
         0.3 (friction 0.25); wet-bark: a wet log with its bark on wet ground, 0.25 to 0.38 (friction 0.31);
@@ -3337,16 +3337,16 @@ def explore(
         timber chute, 0.03 to 0.08 (friction 0.055); chute-iced: a log in an iced timber chute, 0.03 to 0.12
         (friction 0.075).
     fidelity : one of draft, standard, fine, reference, default draft
-        Speed against accuracy, to begin with.
+        Fidelity at the start: speed against accuracy.
     threads : >= 1
         Threads (default: every core).
     port : 0 <= x <= 65535, default 0
-        Port of the page. 0 takes a free one.
+        Port of the page. 0: any free one.
     no_browser : optional
         Only print the address of the page.
     stdio : optional
-        Answer on standard input and output instead of a page. For programs, such as the panel in QGIS: a line
-        of JSON a message, binary frames as answers.
+        Answer on standard input and output instead of a page. For programs, such as the panel in QGIS: one line
+        of JSON for each message, binary frames as answers.
     output : output, optional
         Folder in which runs are kept. Without it, in a temporary folder that lasts as long as the result.
     overwrite : optional
@@ -3400,8 +3400,8 @@ def make_report(
     Parameters
     ----------
     runs : required
-        Folders of the runs, with commas; the first is what the others are compared with. Each a folder of
-        slide-logs. On the command line they may also stand without the flag, one by one.
+        Folders of the runs, with commas; the first is the baseline. Each a folder of slide-logs. On the command
+        line they may also be given without the option.
     names : optional
         Names of the runs, with commas. Default: the names of the folders.
     results : optional
@@ -3413,9 +3413,9 @@ def make_report(
     title : optional
         Title of the page. Default: the names of the runs.
     author : optional
-        Who answers for the page. Stands in its scenario box.
+        Author responsible for the page. Shown in its scenario box.
     project : optional
-        Project or order. Stands in its scenario box.
+        Project or order. Shown in its scenario box.
     language : one of en, de, fr, it, default en
         Language of the page.
     figures : output, optional
@@ -3424,7 +3424,7 @@ def make_report(
         The first run's scene as binary glTF (.glb), for other viewers. True: beside the main output. Terrain,
         trees, barriers, lying logs and boulders in true size, and the moving logs as an animation.
     output : output, optional
-        HTML page to be made. Without it, in a temporary folder that lasts as long as the result.
+        HTML page to write. Without it, in a temporary folder that lasts as long as the result.
     overwrite : optional
         Replace an output that exists.
     progress : bool
@@ -3476,20 +3476,20 @@ def check(
     progress: bool = False,
     feedback: Feedback | None = None,
 ) -> CheckResult:
-    """Tell what a result is of, and whether what it was made from still stands.
+    """Verify a result: which run it belongs to, and whether its inputs and files are unchanged.
 
-    Of any result (a folder, a file in it, or a single file) it says which tool made it, when, and as which run;
-    whether this toolbox has the same engine, which makes the same bits; which files of a folder are as they
-    were written; and which inputs are the same, have changed or are gone. Inputs that were moved together with
+    For any result (a folder, a file in it, or a single file) the tool reports which tool made it, when, and in
+    which run; whether this toolbox has the same engine, which gives the same bits; which files of a folder are
+    unchanged; and which inputs are the same, have changed or are missing. Inputs that were moved together with
     the result are found.
 
-    The exit status is 0 where all stands, 3 where something has changed or is gone, and 2 for what is no result
-    of ours.
+    The exit status is 0 if nothing has changed, 3 if something has changed or is missing, and 2 for a file that
+    is no result.
 
     Parameters
     ----------
     path : required
-        Result to be checked: a folder or a file.
+        Result to check: a folder or a file.
     progress : bool
         Show on standard error what is done, and what the tool notes and warns of.
     feedback : Feedback, optional
@@ -3527,27 +3527,28 @@ def reproduce_paper(
     progress: bool = False,
     feedback: Feedback | None = None,
 ) -> ReproducePaperResult:
-    """Repeat sections 5, 6 and the appendices of the paper on two synthetic twins, and judge its findings one
+    """Repeat sections 5, 6 and the appendices of the paper on two synthetic twins, and assess its findings one
     by one.
 
-    The folder holds `findings.json` (statement, section, the paper's figure, ours with its interval, whether it
+    The folder holds `findings.json` (statement, section, the paper's value, ours with its interval, whether it
     holds, why, and the verdict: holds, does not hold, not decided, cannot be judged here), the same as
     `findings.csv` and `findings.md`, `report.html` with the figures beside the paper's (3, 4, A1, B1), and
-    every run. Judged is a finding (an order, a direction, the size of a ratio), not another slope's number. The
-    twins and the rules were fixed before the first run; the numbers of the twins, each with its source, are in
-    `deadwood_algorithms/paper/README.md`; `twin_version 1` takes the twins that were used until November 2026.
-    The log slides as the smooth cone, and a fifth of the logs again as the paper's point cloud (`make-log`, ids
-    that end in `.cloud`). What fewer than 20 000 logs leave open is slid again with 20 000.
+    every run. A finding is assessed (an order, a direction, the size of a ratio), not the value on another
+    slope. The twins and the rules were fixed before the first run; the numbers of the twins, each with its
+    source, are in `deadwood_algorithms/paper/README.md`; `twin_version 1` uses the twins of before November
+    2026. Findings that fewer than 20 000 logs leave undecided are repeated with 20 000.
 
-    On the twins of version 2 each finding has a panel of sensitivity (`sensitivity.csv`): the same finding with
-    one chosen number of the twin moved (width of treeless strips, roughness, places of release, friction of
-    rolling, another draw of relief and forest, and others), a fifth of the logs each. These runs are not kept;
-    `no_panel` leaves them out.
+    Each finding has a sensitivity panel (`sensitivity.csv`): the same finding as it is, with the log as the
+    paper's point cloud (`make-log`; also as findings of their own, whose ids end in `.cloud`), and, on the
+    twins of version 2, with one assumed number of the twin changed (width of treeless strips, roughness, places
+    of release, rolling friction, another draw of relief and forest, and others). The panel slides a tenth of
+    the logs at `draft`, whose cost and error are in `benchmarks/README.md`. Its runs are not kept; `no_panel`
+    leaves it out.
 
-    `quick` takes a few hundred logs and a coarser set: it shows that all works and judges nothing. An
-    interrupted run goes on with `resume`; what is finished is not slid again.
+    `quick` takes a few hundred logs and a coarser set: it shows that everything works and assesses nothing.
+    `resume` continues an interrupted run; what is finished is not slid again.
 
-    With `site_data FOLDER` the data of the real sites take the twins' place. FOLDER has a folder `klosters`,
+    With `site_data FOLDER` the data of the real sites replace the twins. FOLDER has a folder `klosters`,
     `rothenbrunnen` or both, each with
 
     - `dem.tif`, or a folder `dem` of tiles (swissALTI3D 0.5 m, as GeoTIFF);
@@ -3566,27 +3567,26 @@ def reproduce_paper(
     site : one of klosters, rothenbrunnen, both, default both
         Which site.
     logs : 8 <= x <= 10000000, default 20000
-        Logs of each scenario, over all releases. The sweeps of friction and cells, and each run of the panel of
-        sensitivity, take a fifth of them.
+        Logs of each scenario, over all releases. The sweeps of friction and cells use a fifth of them, each run
+        of the sensitivity panel a tenth.
     deciding_logs : 0 <= x <= 10000000, default 20000
-        Logs of each scenario by which findings are judged that fewer leave open. The paper's number. 0 leaves
-        them open.
+        Logs of each scenario for findings that fewer leave undecided. The paper's number. 0 leaves them open.
     fidelity : one of draft, standard, fine, reference, default standard
         Speed against accuracy.
     quick : optional
-        At most 300 logs and a coarser set, in a minute or two; not judged.
+        At most 300 logs and a coarser set, in a minute or two; not assessed.
     site_data : optional
-        Data of the real sites, in place of the twins.
+        Data of the real sites, instead of the twins.
     twin_version : one of 1, 2, default 2
         Which twins. 1: those until November 2026.
     no_panel : optional
-        Leave out the panel of sensitivity.
+        Leave out the sensitivity panel.
     seed : >= 0, default 0
         Seed of the random draws.
     threads : >= 1
         Threads (default: every core).
     resume : optional
-        Go on with an interrupted run.
+        Continue an interrupted run.
     output : output, optional
         Folder of the findings. Without it, in a temporary folder that lasts as long as the result.
     overwrite : optional
@@ -3609,12 +3609,11 @@ def warm_up(
     progress: bool = False,
     feedback: Feedback | None = None,
 ) -> WarmUpResult:
-    """Compile the engine for this machine, so that the first run need not: once after each installation or
-    update.
+    """Compile the engine for this machine before the first run: once after each installation or update.
 
-    What is compiled is kept in the user's cache folder (`NUMBA_CACHE_DIR` names another one) and serves every
-    tool and QGIS; the same engine is compiled once. `shapes` compiles the kernels of point clouds (`slide-logs
-    --shape`) too, which otherwise wait for the first that slides.
+    The compiled code is kept in the user's cache folder (`NUMBA_CACHE_DIR` names another one) and serves every
+    tool and QGIS; an engine is compiled only once. `shapes` also compiles the kernels of point clouds
+    (`slide-logs --shape`), which otherwise happens with the first of them.
 
     Parameters
     ----------

@@ -16,6 +16,7 @@ from deadwood_algorithms.params.tool import VERSION, Parameter, Tool, UserError
 
 __all__ = ["closest", "read_config"]  # of the algorithms; the rest is here
 LARGEST_INTEGER = 2**63 - 1
+LONGEST_LEFT = 76  # columns of the help: a flag with more choices has them on the right
 
 
 def value_from_text(parameter: Parameter, text: str) -> Any:
@@ -84,6 +85,8 @@ def help_line(parameter: Parameter) -> tuple[str, str]:
     metavar = parameter.metavar if len(parameter.metavar) <= LONG_CHOICES else "NAME"
     left = parameter.flag + (off if parameter.is_switch else f" {metavar}")
     known = facts(parameter)
+    if len(left) > LONGEST_LEFT:
+        left, known = f"{parameter.flag} NAME", ", ".join(part for part in (*parameter.choices, known) if part)
     right = parameter.label + (f" [{known}]" if known else "")
     right += f". {parameter.help}" if parameter.help else ""
     return (

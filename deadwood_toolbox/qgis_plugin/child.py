@@ -45,7 +45,7 @@ def run(arguments: Sequence[str], feedback: QgsProcessingFeedback) -> Said:
     child.start(words[0], words[1:])
     if not child.waitForStarted(30_000):
         raise QgsProcessingException(f"{words[0]} could not be started: {child.errorString()}")
-    ears = _Ears(feedback)
+    ears = Ears(feedback)
     while child.state() != QProcess.ProcessState.NotRunning:
         child.waitForFinished(LOOK_MS)
         ears.hear(bytes(child.readAllStandardError()), bytes(child.readAllStandardOutput()))
@@ -71,7 +71,7 @@ def end(child: QProcess) -> None:
         child.waitForFinished(GRACE_MS)
 
 
-class _Ears:
+class Ears:
     """Takes the child's output apart: whole lines, JSON or not."""
 
     def __init__(self, feedback: QgsProcessingFeedback) -> None:

@@ -62,7 +62,7 @@ def test_parameters_are_those_of_the_declaration(qgis, name):
 
 def test_the_dialog_explains(qgis):
     shown = " ".join(qgis("help", "deadwood:counthits").out.split())
-    assert "Count, from stored trajectories, how many logs pass over each cell" in shown
+    assert "Count from stored trajectories how many logs pass each cell" in shown
     assert "Default: the run's." in html.unescape(shown)
 
 

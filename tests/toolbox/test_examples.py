@@ -32,14 +32,15 @@ def test_the_examples_of_a_tool_run_in_an_empty_folder(tool: Tool, tmp_path: Pat
         assert cli.run(command) == 0, capsys.readouterr().err
 
 
-def test_the_help_keeps_the_lines_of_examples_and_lists(capsys):
-    lost = []
-    for tool in QUICK:
-        assert cli.run([tool.name, "--help"]) == 0
-        shown = capsys.readouterr().out
-        kept = (line for line in tool.description.splitlines() if line.startswith(("    ", "- ")))
-        lost += [(tool.name, line) for line in kept if f"  {line}\n" not in shown]
-    assert lost == []
+@pytest.mark.parametrize("tool", TOOLS, ids=lambda tool: tool.name)
+def test_the_help_keeps_examples_and_lists_within_80_columns(tool: Tool, capsys):
+    assert cli.run([tool.name, "--help"]) == 0
+    shown = capsys.readouterr().out
+    assert [line for line in shown.splitlines() if len(line) > 80] == []
+    told = "\n".join(line.removeprefix("  ") for line in shown.splitlines())
+    assert commands(told)[: len(commands(tool.description))] == commands(tool.description)
+    items = [line for line in tool.description.splitlines() if line.startswith("- ")]
+    assert [item for item in items if f"\n  {' '.join(item.split()[:4])}" not in shown] == []
 
 
 def test_the_examples_use_flags_that_exist():

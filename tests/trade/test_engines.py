@@ -8,7 +8,7 @@ from benchmarks import engines, study
 
 OLD, BEFORE, TODAY = "a" * 16, "b" * 16, "c" * 16
 KNOWN = [OLD, BEFORE, TODAY]
-# Measured long ago, to be measured anew: each says so in its first line. A page that was renewed must leave the list.
+# Measured long ago, to be measured again: each says so in its first line. A page that was renewed must leave the list.
 LATE = {"docs/paper.md", "docs/memory.md", "docs/rare.md", "docs/region.md"}
 
 
@@ -57,4 +57,4 @@ def test_no_measured_page_is_more_than_one_engine_behind(name: str) -> None:
     if name != engines.STUDY:
         assert engines.noted(page, known) == page, "run: python -m benchmarks.engines"
     late = engines.behind(page, known) > 1
-    assert late == (name in LATE), f"{name}: measure it anew, or take it out of LATE if that was done"
+    assert late == (name in LATE), f"{name}: measure it again, or take it out of LATE if that was done"

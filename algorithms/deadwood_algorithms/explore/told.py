@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from deadwood_algorithms.explore.answer import Answer, Batch, Hits, boxed
+from deadwood_algorithms.explore.answer import Answer, Batch, Hits
 from deadwood_algorithms.explore.frames import Frame
 from deadwood_algorithms.explore.questions import (
     LONGEST_LYING_M,
@@ -33,6 +34,7 @@ from deadwood_engine import FIDELITIES, STOP_REASONS, Barriers, LyingLogs
 
 MOST_HOLDERS = 30  # trees told that hold logs, those first that hold most
 COARSE = 400  # cells of the heights for the 3-D view, at most, along the longer side
+VARIANTS = BEFORE, AFTER = "before", "after"  # which scene the poses are of
 Corner = Sequence[float]  # world coordinates of the south-west corner [m]
 
 
@@ -205,12 +207,8 @@ def pictured(
     corner: Corner,
 ) -> Frame:
     """With the cells that were hit, row 0 in the north, and where the logs ended."""
-    grid = np.zeros(answer.layers.dem.shape, np.int64)
-    for each in batches:
-        each.hits.add_to(grid)
-    box: Hits = boxed(grid)
-    rows = answer.layers.dem.frame.shape[0]
-    column, south = box.first[0] + answer.layers.dem.first[0], box.first[1] + answer.layers.dem.first[1]
+    box = Hits.summed([each.hits for each in batches])
+    column, south = box.first
     reason = np.concatenate([each.reason for each in batches])
     ends = np.concatenate([each.end for each in batches]) - corner
     total = len(answer.releases)
@@ -222,7 +220,7 @@ def pictured(
         "fidelity": answer.question.fidelity,
         "stopped": dict(zip(STOP_REASONS, counted, strict=True)),
         "holders": holders_told(answer, batches),
-        "at": [column, rows - south - box.count.shape[0]],
+        "at": [column, answer.layers.dem.shape[0] - south - box.count.shape[0]],
         "ms": round(1e3 * (time.perf_counter() - began), 1),
         "final": done == total,
     }
@@ -237,24 +235,23 @@ def pictured(
 
 def holders_told(answer: Answer, batches: Sequence[Batch]) -> list[dict[str, int]]:
     """The trees that hold most logs; planted ones are numbered after those of the layer."""
-    trees = len(answer.layers.trees.x) + len(answer.changes.plant)
-    sums: dict[int, int] = {}
+    sums: Counter[int] = Counter()
     for each in batches:
-        for tree, n in each.held.items():
-            if 0 <= tree < trees:
-                sums[tree] = sums.get(tree, 0) + n
+        sums.update(each.held)
     most = sorted(((n, tree) for tree, n in sums.items() if n > 0), key=lambda pair: (-pair[0], pair[1]))
     return [{"tree": tree, "n": n} for n, tree in most[:MOST_HOLDERS]]
 
 
-def poses_frame(answer: Answer, most: int, number: Any, corner: Corner) -> Frame:
-    """The poses of the first logs: of log k the rows offsets[k] to offsets[k + 1], its id from the releases."""
-    poses, rows = [], []
-    for each in answer.base:
-        poses.append(each.poses)
-        rows.append(each.poses.log_row + each.rows.start)
-    row = np.concatenate(rows)
+def poses_frame(answer: Answer, most: int, variant: str, number: Any, corner: Corner) -> Frame:
+    """The poses of the first logs in the scene as it was read or as changed: of log k the rows offsets[k] to
+    offsets[k + 1], its id from the releases."""
     logs = min(most, answer.base[-1].rows.stop)
+    if variant == AFTER:
+        poses = [answer.poses_after(logs)]
+        row = poses[0].log_row
+    else:
+        poses = [each.poses for each in answer.base]
+        row = np.concatenate([each.poses.log_row + each.rows.start for each in answer.base])
     count = int(np.searchsorted(row, logs))
     shift = np.array([*corner, 0.0])
     base, tip = (np.concatenate([getattr(each, name) for each in poses])[:count] - shift for name in ("base", "tip"))
@@ -266,4 +263,4 @@ def poses_frame(answer: Answer, most: int, number: Any, corner: Corner) -> Frame
         "offsets": np.searchsorted(row[:count], np.arange(logs + 1)).astype(np.uint32),
         "diameter": np.asarray(logs_told.diameter, np.float32),
     }
-    return Frame({"op": "poses", "id": number, "logs": logs}, arrays)
+    return Frame({"op": "poses", "id": number, "logs": logs, "variant": variant}, arrays)

@@ -91,8 +91,8 @@ def schema_column(frame: pandas.DataFrame, column: schemas.Column, default: Any 
         row = int(np.argmax(values < column.least))
         place = f"field '{column.name}', row {int(frame.index[row]) + 1}" if column.name in frame else column.name
         raise UserError(
-            f"{where_of(frame)}, {place}: {values[row]:g} {column.unit} is less than anything that "
-            f"slides or stands has ({column.least:g} {column.unit}); check the unit"
+            f"{where_of(frame)}, {place}: {values[row]:g} {column.unit} is smaller than any possible log or tree "
+            f"({column.least:g} {column.unit}); check the unit"
         )
     return values
 

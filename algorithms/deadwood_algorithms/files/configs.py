@@ -129,10 +129,10 @@ def _compared(
     if stands == identity.CHANGED and changed is None:
         raise UserError(
             f"--config {path}: {told} has changed since, so the result "
-            "would not be that of the manifest; put the file back, or go on with it as it is with --changed-inputs"
+            "would not be that of the manifest; restore the file, or use it as it is with --changed-inputs"
         )
     if stands == identity.CHANGED and changed is not None:
-        changed(f"{told} has changed since {path} was made; the result is one of the file as it is now")
+        changed(f"{told} has changed since {path} was made; the result is that of the changed file")
     if place != value and stands != identity.GONE:
         note(f"{value} is not there; {place}, which lies as it did to the manifest, is read in its place")
     return place

@@ -92,7 +92,7 @@ def accuracy_words(source: pyproj.CRS, target: pyproj.CRS, bounds: Sequence[floa
     except ProjError:
         return "accuracy unknown"
     if "ballpark" in name.lower():
-        return "accuracy unknown, it may err by 100 m and more: PROJ knows no transformation between the two"
+        return "accuracy unknown, the error may be 100 m and more: PROJ knows no transformation between the two"
     if accuracy is None or accuracy < 0:
         return "accuracy unknown"
     return "accurate to the millimetre" if accuracy == 0 else f"accurate to about {accuracy:g} m"

@@ -26,7 +26,7 @@ TILE_CELLS = 256
 # window of a DEM even empty tiles are looked at (4.3 CPU seconds of 30 000 x 30 000 cells): each of many runs on a DEM
 # writes such, so there the limit is lower (11 500 x 11 500), but not for what is written once of a whole region.
 COG_FROM_CELLS, COG_UP_TO_CELLS, SPARSE_UP_TO_CELLS = 4 * TILE_CELLS**2, 2**31, 2**27
-# Packing costs more than copying: what is copied at once is packed by that alone, up to 256 MB a band on the disk.
+# Packing costs more than copying: what is copied at once is packed by that alone, up to 256 MB per band on the disk.
 UNPACKED_UP_TO_CELLS = 2**26
 COPYING_BYTES = 128 * 2**20  # GDAL's cache while it copies, else a share of the machine's memory
 

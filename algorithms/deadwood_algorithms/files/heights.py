@@ -212,8 +212,8 @@ class Found:
             )
         if self.mixed:
             feedback.warn(
-                f"{path}: {self.mixed} cells beside nodata hold heights that no ground there has ({self.lowest:.0f} to "
-                f"{self.highest:.0f} m), as where a DEM was warped with its nodata value taken for a height; they and "
+                f"{path}: {self.mixed} cells beside nodata hold impossible heights ({self.lowest:.0f} to "
+                f"{self.highest:.0f} m), as if a DEM had been warped with its nodata value as a height; they and "
                 "their neighbours are taken as outside"
             )
 
@@ -270,8 +270,8 @@ def warn_of_heights(samples: list[NDArray[Any]], path: str, cell: float, feedbac
             k, size = steps.repeated, steps.repeated * cell
             why = f"it repeats cells of {size:g} m as {k} x {k} of its own, in steps of {steps.height_m:.2g} m"
         feedback.warn(
-            f"{path}: {why}. Such steps, which the ground does not have, slow logs down and hold them, so that too few "
-            "go far; take the heights with their decimals, brought to other cells by a bilinear or cubic rule"
+            f"{path}: {why}. Such steps, which the ground does not have, slow logs down and hold them, so that too few"
+            f" go far; use heights with decimals, resampled by a bilinear or cubic method"
         )
     slopes = np.concatenate([slopes_of(each, cell) for each in samples] or [np.empty(0)])
     steep = float(np.degrees(np.arctan(np.median(slopes)))) if slopes.size >= JUDGED_BY else 0.0

@@ -93,7 +93,7 @@ def _run_id_of(place: Path) -> str | None:
 
 def _identity_of_several(places: Sequence[Path]) -> str:
     """Digest of what is in them, in their order, without the time that a manifest holds; and of their names, because
-    results that are told apart by them repeat them."""
+    results that are distinguished by them repeat them."""
     digest = hashlib.sha256()
     for each in places:
         known = _run_id_of(each) or (each.suffix.lower() == ".gpkg" and content_of(each))

@@ -38,8 +38,8 @@ class Raster:
         Such as ``"EPSG:2056"``, a number, a pyproj or rasterio CRS.
     nodata : float, optional
         The value of cells that are outside; NaN is outside always.
-    names : tuple of str
-        What each band is, where it is known.
+    names, meanings : tuple of str
+        What each band is called, and what it means, where that is known.
     """
 
     array: numpy.ndarray
@@ -47,6 +47,7 @@ class Raster:
     crs: Any
     nodata: float | None = None
     names: tuple[str, ...] = ()
+    meanings: tuple[str, ...] = ()
 
     @property
     def band(self) -> numpy.ndarray:
@@ -76,7 +77,8 @@ def read_raster(path: Path) -> Raster:
     with rasterio.open(path) as source:
         array = source.read(1) if source.count == 1 else source.read()
         names = tuple(each or "" for each in source.descriptions)
-        return Raster(array, source.transform, source.crs, source.nodata, names)
+        meanings = tuple(source.tags(k).get("long_name", "") for k in source.indexes)
+        return Raster(array, source.transform, source.crs, source.nodata, names, meanings)
 
 
 def has_layer(path: Path, layer: str) -> bool:
@@ -113,7 +115,7 @@ def crs_text(value: Any) -> str:
     try:
         return pyproj.CRS.from_user_input(value).to_string()
     except CRSError as error:
-        raise UserError(f"--crs is '{value}', which is no CRS that is known; name it like EPSG:2056") from error
+        raise UserError(f"--crs is '{value}', which is no known CRS; name it like EPSG:2056") from error
 
 
 def as_file(value: Any, name: str, folder: Path) -> Path:
@@ -192,7 +194,7 @@ def _write_raster(path: Path, raster: Raster, name: str) -> None:
     try:
         crs = pyproj.CRS.from_user_input(raster.crs)
     except CRSError as error:
-        raise UserError(f"{name}: '{raster.crs}' is no CRS that is known; name it like EPSG:2056") from error
+        raise UserError(f"{name}: '{raster.crs}' is no known CRS; name it like EPSG:2056") from error
     array = numpy.asarray(raster.array)
     array = array.astype(numpy.uint8) if array.dtype == bool else array
     if array.ndim not in (2, 3) or array.dtype.kind not in "uif" or 0 in array.shape:
@@ -222,7 +224,7 @@ def _of_data_array(value: Any, name: str) -> Raster:
     place = getattr(value, "rio", None)
     if place is None:
         raise UserError(
-            f"{name}: a DataArray tells its transform and CRS by rioxarray: import rioxarray, or give "
+            f"{name}: a DataArray gives its transform and CRS through rioxarray: import rioxarray, or give "
             "Raster(array, transform, crs)"
         )
     return Raster(value.values, place.transform(), place.crs, place.nodata)

@@ -112,7 +112,7 @@ def intervals(start_field: str, end_field: str) -> str:
 
 
 def cones_3d(rows: Iterable[tuple[str, float, float, float, str]]) -> str:
-    """Upright truncated cones on the terrain, one row a rule: (filter, base radius, top radius, length [m], colour).
+    """Upright truncated cones on the terrain, a row per rule: (filter, base radius, top radius, length [m], colour).
 
     QGIS sets a shape's middle on the ground, so each is raised by half its length.
     """
@@ -126,12 +126,13 @@ def cones_3d(rows: Iterable[tuple[str, float, float, float, str]]) -> str:
 
 
 def spheres_3d(rows: Iterable[tuple[str, float, float, str]]) -> str:
-    """Spheres, one row a rule: (filter, radius [m], height of the middle above the terrain [m], colour)."""
+    """Spheres, one row for each rule: (filter, radius [m], height of the middle above the terrain [m], colour)."""
     return _solids_3d("sphere", [(condition, {"radius": radius}, up, colour) for condition, radius, up, colour in rows])
 
 
 def _solids_3d(kind: str, rows: Iterable[tuple[str, dict[str, float], float, str]]) -> str:
-    """Points on the terrain as solids, one row a rule: (filter, sizes [m], by how much it is raised [m], colour)."""
+    """Points on the terrain as solids, one row for each rule: (filter, sizes [m], by how much it is raised [m], "
+    "colour)."""
     rules = []
     for k, (condition, sizes, up, colour) in enumerate(rows):
         shape = "".join(f'<Option type="double" name="{name}" value="{size:.6g}"/>' for name, size in sizes.items())
@@ -191,7 +192,7 @@ def _phong(colour: str) -> str:
 
 
 def _key(number: int) -> str:
-    """Rules are told apart by a UUID; a fixed one keeps the file the same from run to run."""
+    """Rules are distinguished by a UUID; a fixed one keeps the file the same from run to run."""
     return f"{{00000000-0000-4000-8000-{number:012d}}}"
 
 

@@ -91,7 +91,7 @@ def draw_jump(path: Path, poses: Mapping[str, np.ndarray], dem: str, words: str,
 
 
 def draw_sweeps(path: Path, sweeps: Mapping[float, Sequence[Mapping[str, Any]]], road: str) -> None:
-    """Reach against friction, one line a cell size."""
+    """Reach against friction, one line for each cell size."""
     figure, axes = plt.subplots(figsize=(7, 4.2))
     axes.axvspan(0.2, 0.3, color=RUNS[0], alpha=0.12, label="the paper's range, 0.5 m cells")
     for (cell, rows), mark in zip(sorted(sweeps.items()), "os^Dv", strict=False):

@@ -49,16 +49,16 @@ def write_twin(name: str, folder: Path, version: int = 2, **changes: Any) -> Non
 def read_site(name: str, folder: Path, prepared: Path) -> Site:
     """The inputs of a site; tiles of its terrain model are joined into ``prepared``."""
     if not folder.is_dir():
-        raise UserError(f"{folder}: the folder of the site {name} does not exist; --help tells the layout")
+        raise UserError(f"{folder}: the folder of the site {name} does not exist; --help describes the layout")
     layers: dict[str, str | None] = {}
     for part in (*NEEDED, *OPTIONAL):
         place = folder / f"{part}.gpkg"
         if part in NEEDED and not place.is_file():
-            raise UserError(f"{place}: this layer of the site is missing; --help tells the layout")
+            raise UserError(f"{place}: this layer of the site is missing; --help describes the layout")
         layers[part] = str(place) if place.is_file() else None
     trees = next((folder / f"trees{end}" for end in (".gpkg", ".csv") if (folder / f"trees{end}").is_file()), None)
     if trees is None:
-        raise UserError(f"{folder}: neither trees.gpkg nor trees.csv is there; --help tells the layout")
+        raise UserError(f"{folder}: neither trees.gpkg nor trees.csv is there; --help describes the layout")
     facts = dict(PAPER_FACTS[name]) | facts_of(folder / "site.json", set(PAPER_FACTS[name]))
     ids = read_vector(str(folder / "lines.gpkg"), geometry=ANY_SHAPE, target_crs=None, what="lines")
     known = set(ids["line_id"].astype(str)) if "line_id" in ids else set()
@@ -96,7 +96,7 @@ def terrain_of(folder: Path, prepared: Path) -> Path:
     tiles = sorted((folder / "dem").glob("*.tif"))
     if not tiles:
         raise UserError(
-            f"{folder}: neither dem.tif nor a folder dem with tiles (.tif) is there; --help tells the layout"
+            f"{folder}: neither dem.tif nor a folder dem with tiles (.tif) is there; --help describes the layout"
         )
     joined = prepared / "dem.tif"
     if not joined.is_file():

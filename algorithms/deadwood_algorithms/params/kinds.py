@@ -175,7 +175,7 @@ def _check_number(parameter: Parameter, value: Any, *, whole: bool = False) -> N
         raise UserError(f"{parameter.flag} is {shown}, but must be finite")
     unit = f" {parameter.unit}" if parameter.unit else ""
     if value and not whole and not SMALLEST <= abs(value) <= LARGEST:
-        raise UserError(f"{parameter.flag} is {value:g}{unit}, which is no size that anything here has; check it")
+        raise UserError(f"{parameter.flag} is {value:g}{unit}, which is no possible size; check it")
     low, high = parameter.minimum, parameter.maximum
     if low is not None and (value < low or (parameter.exclusive and value <= low)):
         word = "greater than" if parameter.exclusive else "at least"

@@ -1,7 +1,7 @@
 """Numbers that a user picks by name: what each says, where it is from, and what to mind.
 
 The one table of them. A tool offers a part of it as a choice, says what the choice set and what the user's own options
-set in its place (`Taken`), and writes it into its manifest. No number stands here without its source; what was reckoned
+set in its place (`Taken`), and writes it into its manifest. No number stands here without its source; what was computed
 from sources is called so. Standard library only.
 """
 
@@ -283,7 +283,7 @@ class BarrierClasses:
         one, other = record["barrier_class"], record["barrier_class_high"]
         shown = {name: f"{holds[name]:g} kJ" if holds[name] < math.inf else f"over {self.rows[-1][1]:g} kJ"
                  for name in holds}  # fmt: skip
-        end = "no upper end can be told" if not other else "its upper end too" if other == one else (
+        end = "no upper end can be given" if not other else "its upper end too" if other == one else (
             f"its upper end class {other} ({shown[other]})")  # fmt: skip
         return f"class {one} of {self.name} ({shown[one]}), {end}"
 
@@ -382,8 +382,8 @@ def _onr(consequence: int, energy: float, height: float) -> DesignRule:
 RULES = {
     each.name: each
     for each in (
-        _uni("fine", 1.02, "good survey and a model that was calibrated"),
-        _uni("coarse", 1.10, "coarse survey and a model by numbers of the literature"),
+        _uni("fine", 1.02, "good survey and a calibrated model"),
+        _uni("coarse", 1.10, "coarse survey and a model with values from the literature"),
         _onr(1, 1.0, 1.05),
         _onr(2, 1.05, 1.10),
         _onr(3, 1.15, 1.30),

@@ -1,6 +1,6 @@
 """The vocabulary in which a tool declares itself: parameters, outcome, feedback, and the user's errors.
 
-A tool's declaration is a frozen dataclass ``Ask`` whose fields are made by the functions below, one line a parameter.
+A tool's declaration is a frozen dataclass ``Ask`` whose fields are made by the functions below, one line per parameter.
 Nothing about a parameter is written anywhere else: the command line, ``describe --json``, the catalogue, the QGIS
 dialogs and the checks for Python callers are all rendered from it. What each kind of parameter is, `kinds` says.
 Standard library only.
@@ -195,7 +195,7 @@ def overwrite() -> Any:
 def crs() -> Any:
     return ask(
         "crs",
-        "CRS of inputs that name none",
+        "CRS of inputs without one",
         default=None,
         advanced=True,
         help="An authority code such as EPSG:2056, for a DEM or layer whose file holds no CRS; local: metres of a site "
@@ -224,7 +224,7 @@ def baseline() -> Any:
 
 
 def min_runout(
-    label: str = "Deposits nearer than this do not count for the spread", help: str = "Default: one log length."
+    label: str = "Least run-out of deposits that count for the spread", help: str = "Default: one log length."
 ) -> Any:
     return number(label, unit="m", default=None, minimum=0.0, help=help)
 

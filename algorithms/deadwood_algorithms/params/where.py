@@ -35,14 +35,14 @@ class SlidingOptions:
     scheduler: str | None = tool.scheduler()
     workers: int | None = tool.workers()
     plan: bool = tool.flag(
-        "Only say what the run would take, and end",
+        "Only state what the run would take",
         help="From a pilot of --plan-logs: logs, core-hours, memory, disk and time. Nothing is written.",
     )
     plan_logs: int = tool.integer("Logs of the pilot of --plan, at most", default=400, minimum=10, advanced=True)
     plan_workers: int = tool.integer(
-        "Workers for which --plan tells the time as well", default=16, minimum=1, maximum=1_000_000, advanced=True
+        "Workers for which --plan also states the time", default=16, minimum=1, maximum=1_000_000, advanced=True
     )
-    resume: bool = tool.flag("Go on with an interrupted run")
+    resume: bool = tool.flag("Continue an interrupted run")
 
     def where(self, name: str) -> Where:
         return Where(self.threads, self.scheduler, self.workers, name)

@@ -29,7 +29,7 @@ POSE_FACTS = ("t_s", "path_m", *"xyz", "speed_ms", "clearance_m", "xb", "yb", "z
 
 @dataclass(frozen=True)
 class Arrived:
-    """One row a log and line that it reached, by line and then log; ``line`` and ``log`` are rows of items and logs.
+    """One row for each log and line that it reached, by line, then log (``line``, ``log``: rows of items, logs).
 
     near_edge : bool, by log of the deposits: its stored path came near an edge of the terrain
     """
@@ -171,7 +171,7 @@ def _direction_at(shape: Any, place: NDArray[np.float64]) -> NDArray[np.float64]
 
 
 def arrival_counts_frame(source: Run, arrivals: geopandas.GeoDataFrame, items: Items) -> geopandas.GeoDataFrame:
-    """One row a line: its probability, and how fast, hard and high logs arrive there."""
+    """One row for each line: its probability, and how fast, hard and high logs arrive there."""
     rows = []
     stored = source.deposits[source.deposits["log_id"].isin(source.stored_log_ids.tolist())]
     for line_id in items.ids:
@@ -182,7 +182,8 @@ def arrival_counts_frame(source: Run, arrivals: geopandas.GeoDataFrame, items: I
 
 
 def attribution_frame(source: Run, arrivals: geopandas.GeoDataFrame, items: Items) -> geopandas.GeoDataFrame:
-    """One row a release and line: which release hits which object, drawn from the release to where its logs touch."""
+    """One row for each release and line: which release hits which object, drawn from the release to where its logs "
+    "touch."""
     stored = source.deposits[source.deposits["log_id"].isin(source.stored_log_ids.tolist())]
     of_pair = dict(list(arrivals.groupby(["release_id", "line_id"])))
     per_line = arrivals["line_id"].value_counts()

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 DBH_CM = 40.0  # of the stem whose capacity is given
-TREES_ABOVE, LOGS_ABOVE = "tree_hits_above", "log_hits_above"  # columns, one row a log
+TREES_ABOVE, LOGS_ABOVE = "tree_hits_above", "log_hits_above"  # columns, one row for each log
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -95,8 +95,8 @@ def read_manifest_of(folder: Path) -> dict[str, Any]:
     told = read_json(folder / MANIFEST, OF_MANIFEST)
     if "files" in told and told.get("seal") != seal_of_manifest(told):
         raise UserError(
-            f"{folder / MANIFEST}: the manifest is not as it was written, so nobody can tell what the result is "
-            f"of; put it back, or run {told['tool']} again"
+            f"{folder / MANIFEST}: the manifest is not as it was written, so it is not known what made the result; put"
+            f" it back, or run {told['tool']} again"
         )
     return told
 

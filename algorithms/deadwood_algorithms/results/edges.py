@@ -177,5 +177,5 @@ def edge_words(n_left: int, n_near: int, n: int, distance: float, edges: str, wh
     """The warning: how many logs left the DEM or came near its edges."""
     return (
         f"{n_left} of {n} logs left the terrain model and {n_near} more {what} within {distance:g} m of {edges}; "
-        "on a larger one these may go farther and elsewhere: reach and spread may be off by as many"
+        "on a larger one these may move on: reach and spread may be wrong by up to that number"
     )

@@ -28,7 +28,7 @@ from deadwood_algorithms.simulate.sliding import metered
 from deadwood_algorithms.simulate.warm_up import load_kernels
 from deadwood_algorithms.simulate.workers import NobodySlides
 
-# Of results that have a row a log [bytes]: what is held in memory while they are written, and what the working folder
+# Of results that have a row per log [bytes]: what is held in memory while they are written, and what the working folder
 # has of a log and of a cell that any log passed (two states of the rasters are kept).
 LOG_MEMORY, KEPT_MEMORY, WORK_LOG, WORK_CELL = 2000, 400, 800, 2 * 40
 VERTEX_MEMORY = 100  # of a trajectory's vertex, as it is read, thinned and written
@@ -244,7 +244,7 @@ def refuse_too_large(found: Forecast, output: str) -> None:
     if free is not None and found.memory > SHARE * (free + held_now()):
         raise UserError(
             f"{output}: {found.logs} logs would take {_size(found.memory)} of memory, "
-            f"{_size(free + held_now())} are to be had; slide them in parts (run-sites), keep fewer --trajectories, or "
+            f"{_size(free + held_now())} are available; slide them in parts (run-sites), keep fewer --trajectories, or "
             "let --until-ci draw as many as it needs"
         )
     room = free_disk(output)
@@ -310,7 +310,7 @@ def words_of_forecast(found: Forecast, output: str) -> tuple[str, ...]:
         f"{found.workers} workers": f"{_span(found.workers_s)}, each as fast as this machine",
     }
     told = [f"{name + ':':<14} {what}" for name, what in rows.items()]
-    return (*told, f"from a pilot of {found.pilot_logs} logs, evenly drawn; nothing was written")
+    return (*told, f"from a pilot of {found.pilot_logs} logs, drawn at random; nothing was written")
 
 
 def _size(count: float) -> str:

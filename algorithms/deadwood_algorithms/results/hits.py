@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from deadwood_algorithms.scene.releases import Releases
 
 UNIT = 1e-3  # [N s, J] of sums: 2^63 of them are the impulse of 1e9 hits of 9 MN s
-HITS = "hits_"  # how the columns begin that have one row a hit, or a tree
+HITS = "hits_"  # how the columns begin that have one row for each hit, or a tree
 BARRIER = (
     "log_row",
     "item",
@@ -88,7 +88,7 @@ def _whole_sums(place: NDArray[np.intp], values: NDArray[np.float64], number: in
 def barrier_hits_frame(
     layers: SceneLayers, releases: Releases, by_log: Mapping[str, NDArray], crs: Any
 ) -> geopandas.GeoDataFrame:
-    """One row a hit, in the order of the logs, then of time; a point where the log first touched the barrier."""
+    """One row for each hit, in the order of the logs, then of time; a point where the log first touched the barrier."""
     found = {name: by_log[f"{HITS}barrier_{name}"] for name in ("log_id", *BARRIER[1:])}
     ids = np.argsort(releases.logs.log_id)
     row = ids[np.searchsorted(releases.logs.log_id, found["log_id"], sorter=ids)].astype(np.int64)
@@ -128,7 +128,7 @@ def _held(
 
 
 def _totals(layers: SceneLayers, by_log: Mapping[str, NDArray]) -> dict[str, NDArray]:
-    """Sums of all chunks, one row a tree, then one a lying log, then one a block."""
+    """Sums of all chunks, one row for each tree, then one a lying log, then one a block."""
     from deadwood_engine import STOP_REASONS
 
     number = len(layers.tree_ids) + len(layers.lying.ids) + len(layers.blocks.ids)
@@ -157,7 +157,8 @@ def _totals(layers: SceneLayers, by_log: Mapping[str, NDArray]) -> dict[str, NDA
 
 
 def tree_hits_frame(layers: SceneLayers, by_log: Mapping[str, NDArray], crs: Any) -> geopandas.GeoDataFrame:
-    """One row a tree that was hit or holds a log, in the order of the trees: hits, stops, impulse and energy taken."""
+    """One row for each tree that was hit or holds a log, in the order of the trees: hits, stops, impulse and energy "
+    "taken."""
     total = {name: values[: len(layers.tree_ids)] for name, values in _totals(layers, by_log).items()}
     tree = np.flatnonzero((total["n_hits"] > 0) | (total["n_stops"] > 0))
     columns = {

@@ -165,8 +165,8 @@ def writing(tool: Tool, ask: Any, feedback: Feedback) -> Iterator[Outputs]:
         yield outputs
         for each in outputs.changed():
             feedback.warn(
-                f"{each}: this input was written to while {tool.name} worked, so nobody can tell what was read; run "
-                "again when it stands"
+                f"{each}: this input was written to while {tool.name} worked, so it is not known what was read; run "
+                f"again when it no longer changes"
             )
 
 

@@ -57,6 +57,6 @@ def lost_warning(n_lost: int, n: int, told: Sequence[str]) -> str | None:
     if not told:
         return None
     return (
-        f"{n_lost} of {n} logs ({percent_of(n_lost, n)}) left the terrain model or came onto its nodata, and what they "
-        f"did beyond is not known: {'; '.join(told)}; take a larger terrain model"
+        f"{n_lost} of {n} logs ({percent_of(n_lost, n)}) left the terrain model or came onto its nodata, and their "
+        f"further movement is not known: {'; '.join(told)}; take a larger terrain model"
     )

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 
 def bodies_of(source: Run) -> Array:
-    """Mass properties of the logs, one row a deposit: the engine's table (`log_body.cone_bodies`).
+    """Mass properties of the logs, one row for each deposit: the engine's table (`log_body.cone_bodies`).
 
     Of a run with ``--shape`` those of its body, whose file must still be there.
     """
@@ -33,7 +33,7 @@ def bodies_of(source: Run) -> Array:
     for path in input_paths(source.path, source.manifest, "shape"):
         if path.is_file():
             return Shape.of(read_points(str(path))).bodies(density)
-    raise UserError(f"{source.path}: the shape that slid, {named}, is not there any more; put it back, masses are its")
+    raise UserError(f"{source.path}: the shape that slid, {named}, no longer exists; put it back, masses are its")
 
 
 def energies_kj(piece: dict[str, NDArray], bodies: Array) -> tuple[Array, Array]:

@@ -30,7 +30,7 @@ from deadwood_engine.log_body import MASS
 Array = NDArray[np.float64]
 UNITS = {"energy": "kJ", "translation": "kJ", "rotation": "kJ", "speed": "m/s", "height": "m", "impulse": "kN s"}
 NO_IMPULSE = "nothing is hit at a line, so there is no impulse; draw it as a barrier and run slide-logs"
-NO_TERRAIN = "the run's terrain model is not there any more, above which heights are"
+NO_TERRAIN = "the run's terrain model no longer exists, above which heights are"
 NOT_STORED = "no trajectory was stored; run slide-logs with --trajectories all"
 STATIONS = 41  # along a log, at which its height over a line is looked for
 
@@ -90,7 +90,7 @@ def passages_of_lines(source: Run, lines: str | None, feedback: Feedback) -> lis
     if not source.stored_log_ids.size:
         if lines:
             raise UserError(f"{source.path}: {NOT_STORED}")
-        feedback.warn(f"{source.path}: energies at lines are not there: {NOT_STORED}")
+        feedback.warn(f"{source.path}: there are no energies at lines: {NOT_STORED}")
         return list(unseen_lines(items.ids))
     if source.stored_log_ids.size < len(source.deposits):
         told = f"{source.stored_log_ids.size} of {len(source.deposits)}"

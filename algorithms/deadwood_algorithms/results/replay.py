@@ -56,7 +56,7 @@ def _found(source: Run, parameter: str, named: str) -> str:
     there = next((each for each in places if os.path.exists(each)), None)
     if there is None:
         raise UserError(
-            f"{source.path}: {file}, the run's {parameter.replace('_', ' ')}, is not there any more; put it back, "
+            f"{source.path}: {file}, the run's {parameter.replace('_', ' ')}, no longer exists; put it back, "
             "the logs slide again"
         )
     return f"{there}{bar}{layer}"
@@ -67,7 +67,7 @@ def fidelity_of(source: Run) -> Fidelity:
     asked = source.manifest.get("parameters", {})
     name = source.fidelity
     if name not in FIDELITIES:
-        raise UserError(f"{source.path}: its manifest names the fidelity '{name}', which there is none of")
+        raise UserError(f"{source.path}: its manifest names the fidelity '{name}', which does not exist")
     return fidelity_with(name, asked.get("time_step_s"), asked.get("station_spacing_m"))
 
 

@@ -73,7 +73,8 @@ def layers_in(folder: Path) -> set[str]:
 
 @dataclass(frozen=True)
 class Run:
-    """A run that was read back: its deposits (one row a log), its grid without values, and where its poses are."""
+    """A run that was read back: its deposits (one row for each log), its grid without values, and where its poses "
+    "are."""
 
     path: Path
     deposits: geopandas.GeoDataFrame

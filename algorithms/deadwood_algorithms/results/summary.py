@@ -29,6 +29,7 @@ from deadwood_algorithms.stats.statistics import (
 from deadwood_engine import STOP_REASONS, Fidelity, station_spacing, where_things_rebound
 
 NEAR_EDGE_DEG = 5.0  # from the edge of a friction cone: as from mu 0.30 to 0.21, or 0.39
+FEW_NAMED = 10  # releases that a line names
 SPREAD_MOVED_DEG = 1.0  # by the logs that left the terrain model: worth a warning
 
 
@@ -193,6 +194,7 @@ def lines_of(summary: dict[str, Any]) -> tuple[str, ...]:
                 f"(5 to 95 %: {record['p05_p95_deg']:.0f}°), {record['n_left_out']} of {record['n']} logs left out"
                 f"{spread_words(record)}"
             )
+    lines += spreadless_lines(summary["spread"])
     for record in summary["barriers"]:
         lines.append(
             f"barrier {record['barrier_id']}: {record['n_reached']} logs reach it, {record['n_stopped']} stopped, "
@@ -206,6 +208,16 @@ def lines_of(summary: dict[str, Any]) -> tuple[str, ...]:
     )
     lines.append(scenario_line(summary["scenario"]))
     return tuple(lines)
+
+
+def spreadless_lines(records: list[dict[str, Any]]) -> list[str]:
+    """The releases of which no lateral spread can be told, in one line."""
+    without = [str(record["release_id"]) for record in records if not np.isfinite(record["spread_deg"])]
+    if not without:
+        return []
+    shown = ", ".join(without[:FEW_NAMED]) + (f" and {len(without) - FEW_NAMED} more" if without[FEW_NAMED:] else "")
+    which = f"release {shown}" if len(without) == 1 else f"releases {shown}"
+    return [f"{which}: no lateral spread, for fewer than two logs went farther than the least run-out"]
 
 
 def mean_words(speed: dict[str, Any], n_logs: int) -> str:
@@ -247,7 +259,10 @@ def enough_words(record: dict[str, Any]) -> str:
     if record["reached"]:
         told = f"enough logs: after {record['logs']} of {record['logs_at_most']}, {widest} (wanted: ±{wanted:.2g})"
         rare = ", ".join(str(each) for each in record.get("told_too_low", []))
-        low = f"; of line {rare}, that few reach, a run that stops so tells up to a seventh too little in the mean"
+        low = (
+            f"; of line {rare}, which few logs reach, a run that stops in this way underestimates the reach by up to"
+            f" a seventh on average"
+        )
         return told + (f"{low} (the interval holds)" if rare else "")
     return f"not enough logs: after all {record['logs']}, {widest} (wanted: ±{wanted:.2g}); release more"
 
@@ -258,7 +273,7 @@ def unseen_words(records: Sequence[Mapping[str, Any]]) -> str:
     if worst is None or not loss_matters(worst):
         return ""
     return (
-        f"; this is not promised for the {worst['n_lost']} logs that left the terrain model before line "
+        f"; this does not hold for the {worst['n_lost']} logs that left the terrain model before line "
         f"{worst['line_id']}: if all of them reach it, {100 * worst['p_high_if_lost']:.0f} %"
     )
 

@@ -31,7 +31,7 @@ from deadwood_algorithms.params.tool import Feedback, Outcome
 from deadwood_algorithms.results.asked import Asked
 from deadwood_algorithms.results.capacity import LOGS_ABOVE, TREES_ABOVE, Overloads
 from deadwood_algorithms.results.checked import SUMMARY
-from deadwood_algorithms.results.danger import danger_bands, units_of
+from deadwood_algorithms.results.danger import ANY, bands_of_lines, danger_bands, units_of
 from deadwood_algorithms.results.hits import (
     barrier_hits_frame,
     block_hits_frame,
@@ -62,16 +62,12 @@ from deadwood_engine import STOP_REASONS, Fidelity, Rasters
 VERTEX_SPACING_M = 1.0
 VERTEX_BYTES = 24
 PIECE, PATHS_PIECE = 2**14, 2**11  # rows of a layer that are made at once, and paths, which are longer
-COST = "cost_"  # how the columns begin that have one row a chunk
+COST = "cost_"  # how the columns begin that have one row for each chunk
 FAILED = "failed_"  # and those of logs that failed
 FAILED_STATES = "failed.json"
-# Name, type, unit, description and style of the rasters that every run has.
-MAPS = tuple(
-    (each.name, each.bands[0].number, each.bands[0].unit, each.bands[0].name, each.look) for each in RUN_RASTERS
-)
-# And of those of two bands the second's values and description; its unit is the first's.
-SECOND = {each.name: ("height_max", each.bands[1].name) for each in RUN_RASTERS if each.name == "jump_max"}
-ANY_COUNT = DANGER_COUNT.bands[0].name
+# Name, type, unit and style of the rasters that every run has.
+MAPS = tuple((each.name, each.bands[0].number, each.bands[0].unit, each.look) for each in RUN_RASTERS)
+SECOND = {"jump_max": "height_max"}  # and of those of two bands the second; its unit is the first's
 BY_LOG = (
     "stop_reason",
     "stop_item",
@@ -105,7 +101,8 @@ BY_LOG = (
 def arrays_of(
     result: Any, layers: SceneLayers, log_id: NDArray[np.int64], wall_s: float, overloads: Overloads | None = None
 ) -> dict[str, NDArray]:
-    """What is kept of a chunk: one row a log, the ledgers of hits, and one row a chunk of what it cost."""
+    """What is kept of a chunk: one row for each log, the ledgers of hits, and one row for each chunk of what it "
+    "cost."""
     cost = {f"{COST}{name}": np.array([value], np.float64) for name, value in result.cost.items()}
     kept = {name: np.asarray(getattr(result, name)) for name in BY_LOG}
     failed = result.stop_reason == STOP_REASONS.index("failed")
@@ -193,7 +190,7 @@ def write_results(
     if many(still, len(releases)):
         fix = "raise --time-limit-s"
         if layers.shape is None and not asked.scene.rolling_friction:
-            fix += ", or --rolling-friction, without which nothing stops a log that rolls on smooth ground"
+            fix += ", or --rolling-friction, without which a log that rolls on smooth ground does not stop"
         feedback.warn(
             f"{still} of {len(releases)} logs still moved at --time-limit-s {asked.scene.time_limit_s:g}, so their "
             f"deposits are not final; {fix}"
@@ -203,8 +200,9 @@ def write_results(
     if states := failed_states(layers, releases, by_log):
         write_json(folder / FAILED_STATES, {"logs": states})
         feedback.warn(
-            f"{len(states)} of {len(releases)} logs failed, the others did not suffer; {FAILED_STATES} has their last "
-            "states, from which the engine can go on (deadwood_engine.Start): please report them"
+            f"{len(states)} of {len(releases)} logs failed, the others are not affected; {FAILED_STATES} has their "
+            f"last "
+            "states, from which the engine can continue (deadwood_engine.Start): please report them"
         )
     by_log.close()
     write_json(folder / SUMMARY, summary)
@@ -244,7 +242,7 @@ def in_pieces(
     geometry: str,
     frame_of: Callable[[geopandas.GeoDataFrame, Mapping[str, NDArray]], geopandas.GeoDataFrame],
 ) -> Stream:
-    """A layer of one row a log, made of so many deposits at once."""
+    """A layer of one row for each log, made of so many deposits at once."""
 
     def pieces() -> Iterator[geopandas.GeoDataFrame]:
         for start in range(0, len(releases), PIECE):
@@ -256,7 +254,7 @@ def in_pieces(
 
 
 def deposits_frame(layers: SceneLayers, releases: Releases, by_log: Mapping[str, NDArray]) -> geopandas.GeoDataFrame:
-    """One row a released log: where it ended, and how it went."""
+    """One row for each released log: where it ended, and how it went."""
     start, end, axis = by_log["release_position"], by_log["end_position"], by_log["tip_end"] - by_log["base_end"]
     dx, dy, dz = (end - start).T
     columns: dict[str, Any] = {
@@ -378,7 +376,7 @@ def _stream_poses(path: Path, work: WorkFolder, crs: pyproj.CRS) -> Iterator[Kep
 
 
 def trajectories(paths: KeptPaths, layers: SceneLayers, releases: Releases, by_log: Mapping[str, NDArray]) -> Stream:
-    """One row a log that keeps its path, in the order of the releases."""
+    """One row for each log that keeps its path, in the order of the releases."""
     sorter = np.argsort(releases.logs.log_id)
     row = sorter[np.searchsorted(releases.logs.log_id, paths.log_id, sorter=sorter)]
     order = np.argsort(row, kind="stable")
@@ -414,7 +412,7 @@ def thinned(points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def reach_frame(lines: Items, touched: NDArray[np.bool_], left: NDArray[np.bool_], crs: Any) -> geopandas.GeoDataFrame:
-    """One row a line: how many logs reached it, and the probability with its interval."""
+    """One row for each line: how many logs reached it, and the probability with its interval."""
     records = reach_records(lines, touched, left)
     columns = {name: [record[name] for record in records] for name in records[0]}
     return geopandas.GeoDataFrame(columns, geometry=lines.geometry, crs=crs)
@@ -423,7 +421,7 @@ def reach_frame(lines: Items, touched: NDArray[np.bool_], left: NDArray[np.bool_
 def reached_by(
     layers: SceneLayers, touched: NDArray[np.bool_], by_log: Columns, releases: Releases
 ) -> Iterator[geopandas.GeoDataFrame]:
-    """One row a log and line that it reached, drawn at the log's release point: from where is the road hit?"""
+    """One row for each log and line that it reached, drawn at the log's release point: from where is the road hit?"""
     lines = layers.lines
     for start in range(0, len(releases), PIECE):
         rows = slice(start, start + PIECE)
@@ -463,8 +461,8 @@ def write_maps(folder: Path, total: Mapping[str, NDArray], grid: Grid, n_logs: i
     """The six GeoTIFFs of what so many logs drew on the cells, energies in kJ; what the grid has no height for is NaN
     in the shares."""
     values = {**total, "reach_probability": shares_of(total["hit_count"], n_logs, np.isnan(grid.values))}
-    for name, kind, units, meaning, style in MAPS:
-        bands = {described: values[each] for each, described in bands_of(name, meaning)}
+    for name, kind, units, style in MAPS:
+        bands = {each: values[each] for each in bands_of(name)}
         write_bands(
             folder / f"{name}.tif",
             bands,
@@ -473,13 +471,14 @@ def write_maps(folder: Path, total: Mapping[str, NDArray], grid: Grid, n_logs: i
             dtype=kind,
             units=[units] * len(bands),
             style=style,
+            raster=name,
         )
     return {row[0]: f"{row[0]}.tif" for row in MAPS}
 
 
-def bands_of(name: str, meaning: str) -> list[tuple[str, str]]:
-    """What the bands of a map hold, by its name among the totals, and their descriptions."""
-    return [(name, meaning), *([SECOND[name]] if name in SECOND else [])]
+def bands_of(name: str) -> list[str]:
+    """The bands of a map, by their names among the totals."""
+    return [name, *([SECOND[name]] if name in SECOND else [])]
 
 
 def shares_of(hits: NDArray[np.uint32], n_logs: int, outside: NDArray[np.bool_]) -> NDArray[np.float32]:
@@ -502,15 +501,17 @@ def write_danger(
 ) -> str:
     bands = danger_bands(total["hit_count"], total["danger"], line_ids, danger_least)
     place = folder / "danger.tif"
-    write_bands(place, bands, grid, nodata=np.nan, dtype="float32", units=units_of(list(bands)), style=DANGER.look)
+    units = units_of(list(bands))
+    write_bands(place, bands, grid, nodata=np.nan, dtype="float32", units=units, style=DANGER.look, raster=DANGER.name)
     return place.name
 
 
 def write_danger_counts(folder: Path, danger: NDArray[np.uint32], grid: Grid, line_ids: Sequence[Any]) -> str:
     """Of any line, then of each: the counts from which those of several runs add up."""
-    bands = dict(zip((ANY_COUNT, *map(str, line_ids)), danger, strict=True))
+    bands = dict(zip((ANY, *bands_of_lines(line_ids)), danger, strict=True))
     place = folder / "danger_count.tif"
-    write_bands(place, bands, grid, dtype="uint32", units=["logs"] * len(bands), style=DANGER_COUNT.look)
+    told = {"units": ["logs"] * len(bands), "style": DANGER_COUNT.look, "raster": DANGER_COUNT.name}
+    write_bands(place, bands, grid, dtype="uint32", **told)
     return place.name
 
 

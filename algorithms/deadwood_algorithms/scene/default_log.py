@@ -17,21 +17,28 @@ class DefaultLog:
     """The columns of the releases layer, and what holds where they are missing."""
 
     dbh_cm: float = _number(
-        "DBH of logs whose layer names none", unit="cm", default=75.0, minimum=0.0, maximum=DBH_CM[1], exclusive=True
+        "DBH, where the layer has none", unit="cm", default=75.0, minimum=0.0, maximum=DBH_CM[1], exclusive=True
     )
     length_m: float = _number(
-        "Length, likewise", unit="m", default=30.0, minimum=0.0, maximum=TREE_M[1], exclusive=True
+        "Length, where the layer has none", unit="m", default=30.0, minimum=0.0, maximum=TREE_M[1], exclusive=True
     )
     density_kg_m3: float = _number(
-        "Density, likewise", unit="kg/m³", default=300.0, minimum=0.0, maximum=DENSITY_KG_M3, exclusive=True
+        "Density, where the layer has none",
+        unit="kg/m³",
+        default=300.0,
+        minimum=0.0,
+        maximum=DENSITY_KG_M3,
+        exclusive=True,
     )
     orientation: str = tool.choice(
-        "Orientation, likewise", "upright", "lying", "tilted", default="upright", group=_GROUP
+        "Orientation, where the layer has none", "upright", "lying", "tilted", default="upright", group=_GROUP
     )
     tilt_deg: float = _number("Tilt from the vertical, likewise", unit="°", default=0.0, minimum=0, maximum=180)
-    azimuth_deg: float = _number("Azimuth of tip and speed, likewise", unit="°", default=0.0)
+    azimuth_deg: float = _number("Azimuth of tip and speed, where the layer has none", unit="°", default=0.0)
     speed_ms: float = _number("Initial speed, likewise", unit="m/s", default=0.0, minimum=0.0, maximum=SPEED_MS)
-    drop_m: float = _number("Clearance at the start, likewise", unit="m", default=0.0, minimum=0.0, maximum=DROP_M)
+    drop_m: float = _number(
+        "Clearance at the start, where the layer has none", unit="m", default=0.0, minimum=0.0, maximum=DROP_M
+    )
 
 
 DEFAULTED = tuple(each.name for each in fields(DefaultLog))

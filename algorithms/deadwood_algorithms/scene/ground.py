@@ -19,8 +19,8 @@ def warn_of_ground(grid: Grid, x: NDArray[np.float64], y: NDArray[np.float64], f
     """Warn of coarse cells, of holes, and of slopes that no ground has, where the logs start [m]."""
     if grid.cell > COARSEST_M:
         feedback.warn(
-            f"{grid.path}: cells of {grid.cell:g} m know nothing of the relief that holds logs, so that too many "
-            f"slide, and too far; take a terrain model with cells of 0.5 to {COARSEST_M:g} m"
+            f"{grid.path}: cells of {grid.cell:g} m do not resolve the relief that holds logs, so that too many slide,"
+            f" and too far; take a terrain model with cells of 0.5 to {COARSEST_M:g} m"
         )
     holes = holes_in(grid.values)
     if holes:

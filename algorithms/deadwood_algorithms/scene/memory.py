@@ -43,7 +43,7 @@ def threads_that_fit(
     cores = os.cpu_count() or 1
     most = max(MOST_THREADS, MOST_A_CORE * cores)
     if wanted > most:
-        feedback.note(f"--threads {wanted}: {most} threads are used, for more gain nothing on {cores} cores")
+        feedback.note(f"--threads {wanted}: {most} threads are used, because more gain nothing on {cores} cores")
         wanted = most
     free = free_bytes()
     base = cells * (SCENE_BYTES + WRITING_BYTES + (FRICTION_BYTES if friction_by_cell else 0))
@@ -62,7 +62,7 @@ def threads_that_fit(
             f"(deadwood-tool run-sites --by FIELD), {fewer}or take a coarser DEM "
             f"({remedies.coarser(what, 2.0 * cell)})"
         )
-    feedback.note(f"{fitting} threads are used instead of {wanted}, for which the memory does not suffice")
+    feedback.note(f"{fitting} threads are used instead of {wanted}, because the memory does not suffice for more")
     return fitting
 
 

@@ -66,7 +66,7 @@ class _LayersAndLaws:
         default=0.1,
         minimum=0.0,
         maximum=MOST_ROLLING,
-        help="The moment against rolling is at most this times the push of the ground times the log's radius. A roller "
+        help="The moment against rolling is at most this times the normal force times the log's radius. A roller "
         "of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09, 0.13; 0 is rigid ground. No value measured for logs is "
         "known.",
     )
@@ -101,12 +101,13 @@ class _LayersAndLaws:
         default="cone",
         advanced=True,
         path_like=True,
-        help="A .pts file (x y z a line, metres, no header) lets the convex hull of its points slide instead of logs: "
-        "rocks, or logs as rings of vertices. dbh_cm and length_m of the releases then do not count, the density does; "
-        "its z axis takes the place of a log's axis.",
+        help="A .pts file (x y z a line, metres, no header) slides the convex hull of its points instead of logs: "
+        "rocks, or logs as rings of vertices. dbh_cm and length_m of the releases are then ignored, the density is "
+        "used; "
+        "its z axis replaces the axis of a log.",
     )
     time_limit_s: float = tool.number(
-        "Longest run of a log", unit="s", default=300.0, minimum=0.0, maximum=86_400.0, exclusive=True
+        "Longest simulated time of a log", unit="s", default=300.0, minimum=0.0, maximum=86_400.0, exclusive=True
     )
     rest_speed_ms: float = tool.number(
         "Speed below which a log may be at rest", unit="m/s", default=0.1, minimum=0.0, exclusive=True, advanced=True
@@ -121,7 +122,7 @@ class OpenScene(DefaultLog, _LayersAndLaws, _Terrain):
     """
 
     lying_diameter_cm: float = tool.number(
-        "Base diameter of lying logs whose layer names none",
+        "Base diameter of lying logs, where the layer has none",
         unit="cm",
         default=40.0,
         minimum=0.0,

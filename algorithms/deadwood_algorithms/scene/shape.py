@@ -44,7 +44,7 @@ def read_points(path: str) -> NDArray[np.float64]:
                 shown = line.strip()[:40]
                 raise UserError(
                     f"{path}, line {number}: '{shown}' is not three numbers x y z, separated by spaces; "
-                    "the file must hold one point a line, in metres, with decimal points and without a header"
+                    "the file must hold one point per line, in metres, with decimal points and without a header"
                 )
             rows.append(row)
             if len(rows) > MOST_POINTS:

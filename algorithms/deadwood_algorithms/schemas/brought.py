@@ -155,7 +155,7 @@ BARRIERS = Layer(
 LYING_LOGS = Layer(
     name="lying_logs",
     geometry=("LineString",),
-    meaning="Logs that lie in the way and hold others back: drawn from base to tip, rigid, at rest on the terrain",
+    meaning="Lying logs that hold others back: drawn from base to tip, rigid, at rest on the terrain",
     columns=(
         an_id("lying_id", "The lying log; unique. Missing: tree_id, log_id or name, else the row number"),
         a_number(
@@ -173,7 +173,7 @@ LYING_LOGS = Layer(
 BLOCKS = Layer(
     name="blocks",
     geometry=("Point",),
-    meaning="Boulders that lie in the way and hold logs back: rigid spheres, on the terrain or partly in it",
+    meaning="Boulders that hold logs back: rigid spheres, on the terrain or partly in it",
     columns=(
         an_id("block_id", "The block; unique. Missing: name, else the row number"),
         a_number(
@@ -229,7 +229,7 @@ STRUCTURES = Layer(
 DEADWOOD = Layer(
     name="deadwood",
     geometry=("Point",),
-    meaning="Mapped dead trees, standing or lying, as assess-mobilisation judges them",
+    meaning="Mapped dead trees, standing or lying, as assess-mobilisation rates them",
     columns=(
         a_text("decay_stage", "Stage of Maser and Trappe, I to V or 1 to 5, with early or late before it where known"),
         a_number("years_dead", "Years since death, where the stage is not known", 0),

@@ -15,8 +15,8 @@ from deadwood_algorithms.schemas.words import Band, JsonFile, Key, OtherFile, Ra
 # --- rasters --------------------------------------------------------------------------------------------------------
 
 
-def _one(name: str, description: str, meaning: str, unit: str, number: str = "float32", look: str = "") -> RasterFile:
-    band = Band(name=description, meaning=meaning, unit=unit, number=number)
+def _one(name: str, meaning: str, unit: str, number: str = "float32", look: str = "") -> RasterFile:
+    band = Band(name=name, meaning=meaning, unit=unit, number=number)
     return RasterFile(name=name, meaning=meaning, bands=(band,), look=look)
 
 
@@ -25,9 +25,7 @@ def _quantiles(name: str, what: str, unit: str) -> RasterFile:
     return RasterFile(name=name, meaning=f"Quantiles of {what} in each cell; a band each", bands=(band,), look=name)
 
 
-SUSCEPTIBILITY = _one(
-    "susceptibility", "susceptibility", "How easily a log starts there, 0 to 1", "1", look="susceptibility"
-)
+SUSCEPTIBILITY = _one("susceptibility", "How easily a log starts there, 0 to 1", "1", look="susceptibility")
 FACTORS = RasterFile(
     name="factors",
     meaning="What the susceptibility is made of",
@@ -46,7 +44,6 @@ DEM = RasterFile(
 RUN_RASTERS = (
     _one(
         "hit_count",
-        "Logs whose outline overlapped the cell at any time",
         "How many logs overlapped the cell with any part of their outline in plan at any time, each log once",
         "logs",
         "uint32",
@@ -54,45 +51,31 @@ RUN_RASTERS = (
     ),
     _one(
         "reach_probability",
-        "Share of the logs that overlapped the cell at any time",
-        "The same as a share of all logs",
+        "Share of all logs that overlapped the cell with any part of their outline in plan at any time",
         "1",
         look="shares",
     ),
     _one(
         "deposit_count",
-        "Logs whose outline overlaps the cell at the end",
         "How many logs lie on the cell at the end",
         "logs",
         "uint32",
         "counts",
     ),
-    _one(
-        "speed_max",
-        "Largest speed of a log over the cell",
-        "Largest speed of a log over the cell",
-        "m/s",
-        look="speed",
-    ),
-    _one(
-        "energy_max",
-        "Largest kinetic energy of a log",
-        "Largest kinetic energy of a log over the cell",
-        "kJ",
-        look="energy",
-    ),
+    _one("speed_max", "Largest speed of a log over the cell", "m/s", look="speed"),
+    _one("energy_max", "Largest kinetic energy of a log over the cell", "kJ", look="energy"),
     RasterFile(
         name="jump_max",
         meaning="How high logs jump over the cell",
         look="jump",
         bands=(
             Band(
-                name="Largest clearance between a log and the terrain",
+                name="jump_max",
                 meaning="Largest clearance between a log over the cell and the terrain",
                 unit="m",
             ),
             Band(
-                name="Greatest height of a log's centre of mass above the terrain",
+                name="height_max",
                 meaning="Greatest height above the terrain of the centre of mass of a log that covers the cell",
                 unit="m",
             ),
@@ -105,11 +88,11 @@ DANGER = RasterFile(
     meaning="Where a moving log ends on the road: NaN where fewer logs passed than --danger-least",
     bands=(
         Band(
-            name="Share of the logs that passed which reached any line afterwards",
+            name="any_line",
             meaning="Of the logs that passed the cell, the share that reached any line with the same outline or later",
             unit="1",
         ),
-        Band(name="Logs that passed", meaning="How many logs passed the cell, on which the shares rest", unit="logs"),
+        Band(name="logs_passed", meaning="How many logs passed the cell, on which the shares rest", unit="logs"),
         Band(name="LINE", meaning="Share that reached this line; a band each", unit="1"),
     ),
 )
@@ -119,7 +102,7 @@ DANGER_COUNT = RasterFile(
     meaning="The counts behind danger.tif, with --danger-counts: those of several runs add up",
     bands=(
         Band(
-            name="Logs that passed and reached any line afterwards",
+            name="any_line",
             meaning="Logs that passed the cell and reached any line with the same outline or later",
             unit="logs",
             number="uint32",
@@ -127,9 +110,7 @@ DANGER_COUNT = RasterFile(
         Band(name="LINE", meaning="Logs that reached this line; a band each", unit="logs", number="uint32"),
     ),
 )
-HITS = _one(
-    "hits", "Hits of COUNT logs", "How many of the chosen logs overlap the cell at any time", "logs", "uint32", "counts"
-)
+HITS = _one("hits", "How many of the chosen logs overlap the cell at any time", "logs", "uint32", "counts")
 CELL_QUANTILES = (
     _quantiles("speed", "the largest speed of each log", "m/s"),
     _quantiles("energy", "the largest kinetic energy of each log", "kJ"),
@@ -142,11 +123,11 @@ ORIGIN_REACH = RasterFile(
     bands=(
         Band(name="any line", meaning="Share of the cell's logs that reach any line; NaN if too few", unit="1"),
         Band(name="any line: lower end", meaning="Lower end of its 95 % Wilson interval", unit="1"),
-        Band(name="any line: upper end", meaning="Upper end", unit="1"),
+        Band(name="any line: upper end", meaning="Upper end of its 95 % Wilson interval", unit="1"),
         Band(name="any line: logs that reach", meaning="How many of the cell's logs do", unit="logs"),
         Band(name="line LINE", meaning="Share that reaches this line; four bands each", unit="1"),
         Band(name="line LINE: lower end", meaning="Lower end of its 95 % Wilson interval", unit="1"),
-        Band(name="line LINE: upper end", meaning="Upper end", unit="1"),
+        Band(name="line LINE: upper end", meaning="Upper end of its 95 % Wilson interval", unit="1"),
         Band(name="line LINE: logs that reach", meaning="How many of the cell's logs do", unit="logs"),
         Band(name="logs released", meaning="How many were released in the cell", unit="logs"),
     ),
@@ -157,13 +138,13 @@ DIFFERENCE = RasterFile(
     meaning="How much likelier each cell is passed in this scenario than in the first",
     bands=(
         Band(
-            name="Difference of the share of logs that pass: SCENARIO - REFERENCE",
+            name="difference",
             meaning="Share of the logs that pass, minus that of the first scenario",
             unit="1",
         ),
         Band(
-            name="The same in standard errors of unpaired runs",
-            meaning="That difference over what chance does to it where other logs are let go in each",
+            name="standard_errors",
+            meaning="That difference in units of its standard deviation by chance, if other logs were released in each",
         ),
     ),
 )
@@ -173,7 +154,7 @@ def _classes(name: str, what: str) -> RasterFile:
     return RasterFile(
         name=name,
         meaning=f"{what}, from 1; 0 where no log passed; classes.json says what each is",
-        bands=(Band(name=what, meaning="The class; its colour is in the file", number="uint8"),),
+        bands=(Band(name=name, meaning=f"{what}; the colours of the classes are in the file", number="uint8"),),
     )
 
 
@@ -182,9 +163,9 @@ RETURN = RasterFile(
     look="return period",
     meaning="Mean time between events that reach the cell; NaN where no log passed",
     bands=(
-        Band(name="Return period", meaning="Mean time between events", unit="a"),
-        Band(name="Lower end of its 95 % interval", meaning="Lower end, for the number of logs", unit="a"),
-        Band(name="Upper end", meaning="Upper end", unit="a"),
+        Band(name="return_period", meaning="Mean time between events", unit="a"),
+        Band(name="ci_low", meaning="Lower end of its 95 % interval, for the number of logs", unit="a"),
+        Band(name="ci_high", meaning="Upper end of its 95 % interval", unit="a"),
     ),
 )
 INTENSITY_MAPS = (
@@ -203,7 +184,7 @@ COMPARISON = TableFile(
     columns=(
         a_text("scenario", "Name of the scenario"),
         a_text("quantity", "What was measured"),
-        a_text("item", "Of what: a line, a release, a way to end; empty for all logs"),
+        a_text("item", "Subject: a line, a release, a stop reason; empty for all logs"),
         a_text("unit", "Unit of the value"),
         a_number("n", "Logs, or releases, behind it", 0),
         a_number("value", "The value"),
@@ -231,7 +212,7 @@ OVERVIEW = TableFile(
     meaning="The same for a spreadsheet: shares in percent, rounded as far as the intervals allow",
     columns=(
         a_text("quantity", "What was measured"),
-        a_text("of", "Of what: a line, a release, a way to end; empty for all logs"),
+        a_text("of", "Subject: a line, a release, a stop reason; empty for all logs"),
         a_text("scenario", "Name of the scenario"),
         a_text("unit", "Unit of the values"),
         a_number("logs", "Logs, or releases, behind it", 0),
@@ -250,7 +231,7 @@ OVERVIEW = TableFile(
 )
 SITES_TABLE = TableFile(
     name="overview.csv",
-    meaning="Many sites side by side: one row a site and line, one of a site without lines or that failed",
+    meaning="Many sites side by side: one row for each site and line, one of a site without lines or that failed",
     columns=SITE_COLUMNS,
 )
 DESIGN_VALUES = TableFile(
@@ -281,11 +262,11 @@ DESIGN_VALUES = TableFile(
 )
 SITED_TABLE = TableFile(
     name="pareto.csv",
-    meaning="One row a candidate alone, by what is left; then one a set of barriers that was chosen",
+    meaning="One row for each candidate alone, by what is left; then one a set of barriers that was chosen",
     columns=(
-        a_number("step", "0: a candidate alone; from 1: the set that is chosen after so many steps", 0),
+        a_number("step", "0: a candidate alone; from 1: the set chosen after that number of steps", 0),
         a_text("barriers", "The barriers of the set, with plus signs"),
-        a_text("barrier_id", "The barrier that is put up last; the further columns are of it"),
+        a_text("barrier_id", "The barrier added last, to which the further columns belong"),
         a_number("length_m", "Its length in plan", 0),
         a_number("height_m", "Its height", 0),
         a_number("above_m", "Height of its contour above the nearest place of a line; empty where it was given"),
@@ -327,7 +308,7 @@ INTENSITY_LINES = TableFile(
 )
 CALIBRATION = TableFile(
     name="calibration.csv",
-    meaning="One row a coefficient of friction",
+    meaning="One row for each coefficient of friction",
     columns=(
         a_number("friction", "The coefficient", 0),
         a_text("in_range", "Whether it is among those that reproduce the event (95 %)"),
@@ -354,11 +335,11 @@ CALIBRATION = TableFile(
 )
 VARIED_RUNS = TableFile(
     name="runs.csv",
-    meaning="One row a run of the same logs: the values of the factors, and what came of it",
+    meaning="One row for each run of the same logs: the values of the factors, and the results",
     columns=(
         a_number("run", "Its number", 1),
-        a_text("label", "The scene as it is, an end of a range, or a row of the design"),
-        a_text("value_FACTOR", "The factor's value; empty where it is as it is in the scene"),
+        a_text("label", "The unchanged scene, an end of a range, or a row of the design"),
+        a_text("value_FACTOR", "The factor's value; empty where it is that of the scene"),
         a_number("dem_surface", "Which of the random surfaces was the terrain model's error", 0),
         a_number("logs", "Logs that were slid", 0),
         a_number("reach_LINE", "Share of the logs that reach this line", 0, 1),
@@ -370,7 +351,7 @@ VARIED_RUNS = TableFile(
 )
 TORNADO = TableFile(
     name="tornado.csv",
-    meaning="One row an outcome and factor: what it does alone between the ends of its range",
+    meaning="One row for each outcome and factor: what it does alone between the ends of its range",
     columns=(
         a_text("outcome", "`runout_mean_m`, or `reach_` and a line"),
         a_text("factor", "The factor"),
@@ -388,7 +369,7 @@ TORNADO = TableFile(
 )
 SENSITIVITY = TableFile(
     name="indices.csv",
-    meaning="One row an outcome and factor: its share of the variance over all ranges; with a design only",
+    meaning="One row for each outcome and factor: its share of the variance over all ranges; with a design only",
     columns=(
         a_text("outcome", "`runout_mean_m`, or `reach_` and a line"),
         a_text("factor", "The factor"),
@@ -517,7 +498,7 @@ def _above_keys(name: str, what: str) -> Iterator[Key]:
         if group == "reach[]":
             yield _key(f"{at}.line_id", "The line")
         yield _key(f"{at}.n_logs", "How many these are")
-        yield _key(f"{at}.n_above", "Those of them that had such a hit, anywhere on their way")
+        yield _key(f"{at}.n_above", "Those of them that had such a hit, anywhere on their path")
         yield _key(f"{at}.p", "Their share; null where there is none")
         yield _key(f"{at}.ci_low", "Lower end of its 95 % Wilson interval")
         yield _key(f"{at}.ci_high", "Upper end")
@@ -526,21 +507,21 @@ def _above_keys(name: str, what: str) -> Iterator[Key]:
 _ABOVE_KEYS = (
     _key("above_capacity", "Hits above what trees or logs can take; null without --tree-, --log-capacity-kj"),
     _key("above_capacity.tree_capacity_kj", "What a tree of 40 cm DBH takes [kJ]"),
-    _key("above_capacity.tree_capacity_power", "Power of DBH over 40 cm with which it grows"),
+    _key("above_capacity.tree_capacity_power", "Exponent of DBH / 40 cm with which it grows"),
     _key("above_capacity.log_capacity_kj", "What a log of 40 cm DBH can lose in a hit [kJ]"),
-    _key("above_capacity.log_capacity_power", "Power of DBH over 40 cm with which that grows"),
+    _key("above_capacity.log_capacity_power", "Exponent of DBH / 40 cm with which that grows"),
     *_above_keys("of_trees", "a standing tree"),
     *_above_keys("of_logs", "a log"),
 )
 SUMMARY = JsonFile(
     name="summary.json",
-    meaning="What a run comes to",
+    meaning="Summary of a run",
     keys=(
         _key("logs", "How many logs, and how they ended"),
         _key("logs.released", "Logs that were run"),
         _key("logs.not_run", "Logs of the layer that --until-ci or --error made needless"),
-        _key("logs.by_stop_reason", "Logs by the way in which they ended"),
-        _key("logs.by_stop_reason.REASON", "Each way (deposits, stop_reason), and how many"),
+        _key("logs.by_stop_reason", "Logs by stop reason"),
+        _key("logs.by_stop_reason.REASON", "Number for each stop_reason of the deposits"),
         _key("logs.started_in_contact", "Logs that overlapped a tree, barrier, lying log or boulder at the start"),
         *_SHARE_KEYS,
         _key(
@@ -594,7 +575,7 @@ SUMMARY = JsonFile(
         _key("speed.n_mean", "How many logs that mean is of"),
         _key("speed.p95_ms", "95 % quantile of their largest speeds [m/s]"),
         _key("speed.max_ms", "Largest of all [m/s]"),
-        _key("accuracy", "What the calculation says of itself"),
+        _key("accuracy", "Measures of the error of the calculation"),
         _key("accuracy.fidelity", "Name of the fidelity"),
         _key("accuracy.time_step_s", "Longest time step [s]"),
         _key("accuracy.station_spacing_m", "Distance of the contact rings [m]"),
@@ -610,7 +591,7 @@ SUMMARY = JsonFile(
         _key("accuracy.auto.together", "What both come to at 95 %: more than either, less than their sum"),
         _key("accuracy.auto.line_id", "The line"),
         _key("accuracy.auto.error", "What was asked for by --error; not there with --budget"),
-        _key("accuracy.auto.reached", "Whether that is kept; likewise"),
+        _key("accuracy.auto.reached", "Whether that is kept, for each line"),
         _key("accuracy.auto.logs", "Logs that were run"),
         _key("accuracy.auto.logs_at_most", "Logs that could have been"),
         *_SCENARIO_KEYS,
@@ -637,7 +618,7 @@ SUMMARY = JsonFile(
 )
 SITES_FACTS = JsonFile(
     name="summary.json",
-    meaning="What the runs of all sites come to together",
+    meaning="Summary of the runs of all sites",
     keys=(
         _key("sites", "How many sites"),
         _key("sites.asked", "That were asked for"),
@@ -675,7 +656,7 @@ MANIFEST = JsonFile(
         _whole("libraries", "Versions of the libraries that compute, with GDAL, PROJ and GEOS"),
         _whole("inputs", "Each input as it was read: path, layer, SHA-256, bytes, rows, CRS; of several files each"),
         _whole("files", "SHA-256 and bytes of every file of the folder, which seal the result"),
-        _key("seal", "SHA-256 of what stands in this file"),
+        _key("seal", "SHA-256 of the content of this file"),
         _key("folder", "Where the manifest was to stand; inputs that moved together with it are found from there"),
         _whole("parameters", "Every parameter, as it was given or by default"),
         _whole("presets", "What a preset set, from which source, and which options overrode it; with one only"),
@@ -684,7 +665,7 @@ MANIFEST = JsonFile(
 MANIFEST_OF_SCENE = JsonFile(
     name="manifest.json",
     meaning=MANIFEST.meaning,
-    keys=(*MANIFEST.keys, _whole("digests", "Digests of the scene and of the releases, which tell one from another")),
+    keys=(*MANIFEST.keys, _whole("digests", "Digests of the scene and of the releases, which identify them")),
 )
 MANIFEST_OF_RUN = JsonFile(
     name="manifest.json",
@@ -744,10 +725,10 @@ INTENSITY_FACTS = JsonFile(
         _key("energy", "Which energy of a cell is classed"),
         _key("least_passage", "How many logs must bring the energy of a cell"),
         _key("least_passage.share", "Their least share of the logs; 0: the largest energy of all logs is classed"),
-        _key("least_passage.n_logs", "Logs that tell it: those with a stored trajectory"),
+        _key("least_passage.n_logs", "Logs on which it is based: those with a stored trajectory"),
         _key("least_passage.logs", "How many of them that share is"),
-        _key("least_passage.logs_sure", "With so many the 95 % interval of their share lies above the least"),
-        _key("least_passage.logs_possible", "With so many it is not yet below it"),
+        _key("least_passage.logs_sure", "From this number the 95 % interval of their share lies above the least"),
+        _key("least_passage.logs_possible", "From this number it is not below it"),
         _key("logs", "Logs of the run"),
         _key("n_left_dem", "Of these, those that left the terrain model"),
         _key("logs_per_event", "Logs that start in one event; with a frequency"),
@@ -781,9 +762,9 @@ ORIGIN_FACTS = JsonFile(
     meaning="The same in numbers",
     keys=(
         _key("cell_m", "Side of the raster's cells [m]"),
-        _key("least", "Logs that a cell must have for its share to be told"),
+        _key("least", "Least number of logs for which a cell has a share"),
         _key("logs", "Logs that are counted"),
-        _key("told", "Share of them that were released in cells with so many"),
+        _key("told", "Share of them that were released in cells with at least this number"),
         _key("n_left_dem", "Of these, those that left the terrain model"),
         _whole("reach", "By line, and for any line: how many logs reach it, their share and its 95 % interval"),
         _whole("sources", "The rows of the layer sources"),
@@ -798,7 +779,7 @@ CALIBRATION_FACTS = JsonFile(
         _key("range.low", "Smallest"),
         _key("range.high", "Largest"),
         _key("range.best", "Likeliest"),
-        _key("range.open_low", "Whether the sweep's first belongs to them, so that the range may go on below"),
+        _key("range.open_low", "Whether the sweep's first belongs to them, so that the range may continue below"),
         _key("range.open_high", "The same of its last, above"),
         _key("range.gaps", "Whether some between do not belong to them"),
         _key("best", "Likeliest coefficient of the sweep"),
@@ -808,7 +789,7 @@ CALIBRATION_FACTS = JsonFile(
         _key("event.deposits", "Number of deposits, where deposits were observed"),
         _key("event.search_complete", "Whether all logs of the event were found, not only those that stayed in sight"),
         _key("event.logs", "Logs of the event, where lines or areas were"),
-        _key("event.did", "Of these, the logs that did so"),
+        _key("event.did", "Number of these that reached it"),
         _key("cell_m", "Cells of the terrain model, for which the range holds [m]"),
         _whole("rows", "The rows of calibration.csv"),
     ),
@@ -817,7 +798,7 @@ FIDELITY_FACTS = JsonFile(
     name="comparison.json",
     meaning="All of the comparison, for programs",
     keys=(
-        _key("finest", "The fidelity that judges"),
+        _key("finest", "The fidelity that is the standard of comparison"),
         _key("logs", "How many logs"),
         _key("logs.compared", "That were slid at each fidelity"),
         _key("logs.in_layer", "In the layer"),
@@ -825,7 +806,7 @@ FIDELITY_FACTS = JsonFile(
         _key("recommendation", "The cheapest fidelity that will do"),
         _key("recommendation.fidelity", "Its name; null where none is shown to do"),
         _key("recommendation.sentence", "The same in words"),
-        _key("recommendation.judged_by", "What it was judged by"),
+        _key("recommendation.judged_by", "The criterion"),
         _key("recommendation.logs_needed", "About how many logs could show what these could not"),
         _key("recommendation.silent_lines", "Lines that all logs reach or none, and that say nothing"),
         _whole("recommendation.verdicts", "By fidelity: whether its error is shown to be small enough"),
@@ -887,7 +868,7 @@ DEMO = JsonFile(
 )
 FAILED = JsonFile(
     name="failed.json",
-    meaning="The last states of logs that failed, if any did, from which the engine can go on; please report them",
+    meaning="The last states of logs that failed, if any did, from which the engine can continue; please report them",
     keys=(
         _key("logs", "One a log that failed"),
         _key("logs[].log_id", "The log"),
@@ -918,13 +899,13 @@ TERRAIN_TILES = OtherFile(
 PROJECT = OtherFile(name="project.qgz", meaning="A QGIS project: styled layers, the logs in motion, a 3-D view")
 _FINDING = (
     ("id", "Site and finding; .cloud: of the log as the paper's point cloud"),
-    ("statement", "What is judged, and by what rule"),
+    ("statement", "The statement assessed, and the rule"),
     ("section", "Section of the paper"),
     ("paper", "The paper's figure"),
     ("ours", "The figure of these runs"),
     ("ci_low", "Lower end of its 95 % interval"),
     ("ci_high", "Upper end"),
-    ("holds", "Whether the finding holds; empty where it is not decided or cannot be judged"),
+    ("holds", "Whether the finding holds; empty where it is not decided or cannot be assessed"),
     ("why", "The runs and figures that show it"),
     ("verdict", "holds, does not hold, not decided, or cannot be judged here"),
 )

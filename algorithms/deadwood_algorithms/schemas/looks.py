@@ -2,7 +2,7 @@
 
 A quantity has one ramp and one scale, so that two pictures can be laid side by side; a thing has one colour; a run has
 one by its place among the runs. Rasters name their look where they are declared (`RasterFile.look`). `files/styles.py`
-makes QGIS's styles of it, `files/pictures.py` Matplotlib's. Kinds are told apart in Okabe and Ito's colours, ramps are
+makes QGIS's styles of it, `files/pictures.py` Matplotlib's. Kinds differ in Okabe and Ito's colours, ramps are
 those of magma, viridis and plasma: both survive colour-blind eyes and a grey printer. Standard library only.
 """
 

@@ -102,7 +102,7 @@ TRAJECTORIES = Layer(
 POSES = Layer(
     name="poses",
     geometry=(),
-    meaning="poses.parquet: one row a kept pose, world coordinates; ordered by log, then time",
+    meaning="poses.parquet: one row for each kept pose, world coordinates; ordered by log, then time",
     columns=(
         a_count("log_id", "The log"),
         a_number("t_s", "Time since the start", 0),
@@ -211,7 +211,7 @@ REACH_OF_RUN = Layer(
 REACHED_BY = Layer(
     name="reached_by",
     geometry=("Point Z",),
-    meaning="One row a log and line that it reached, where the log was released: from where is the road hit?",
+    meaning="One row for each log and line that it reached, where the log was released: from where is the road hit?",
     columns=(
         a_count("log_id", "The log"),
         RELEASE,
@@ -223,7 +223,7 @@ REACHED_BY = Layer(
 ARRIVALS = Layer(
     name="arrivals",
     geometry=("Point Z",),
-    meaning="One row a log and line: the log's centre of mass when its outline first touches the line",
+    meaning="One row for each log and line: the log's centre of mass when its outline first touches the line",
     columns=(
         LOG,
         RELEASE,
@@ -232,7 +232,7 @@ ARRIVALS = Layer(
         a_number("path_m", "Length of the path of the centre of mass until then", 0),
         a_number("speed_ms", "Speed of the centre of mass", 0),
         a_number("energy_kj", "Kinetic energy of translation", 0),
-        a_number("rotation_kj", "Kinetic energy of rotation, as poses tell it", 0),
+        a_number("rotation_kj", "Kinetic energy of rotation, from the stored poses", 0),
         a_number("clearance_m", "Lowest gap between log and terrain"),
         a_number("height_m", "Height of the centre of mass above the terrain; empty without the terrain model"),
         a_number("azimuth_deg", "Direction of travel, clockwise from grid north", 0, FULL_CIRCLE),
@@ -249,7 +249,7 @@ ARRIVALS = Layer(
 ATTRIBUTION = Layer(
     name="attribution",
     geometry=("LineString",),
-    meaning="One row a release and line: which release hits what; drawn from the release to where its logs touch",
+    meaning="One row for each release and line: which release hits what; drawn from the release to where logs touch",
     columns=(
         RELEASE,
         _LINE,
@@ -262,7 +262,7 @@ ATTRIBUTION = Layer(
 SOURCES = Layer(
     name="sources",
     geometry=("MultiPolygon",),
-    meaning="One row a line and least share: the cells from which at least so many of the logs reach it",
+    meaning="One row for each line and least share: the cells from which at least this share of the logs reach it",
     columns=(
         a_text("line_id", "The line or polygon, or `any line`"),
         a_number("least_p", "The least share of a cell's logs that reach it", 0, 1),
@@ -278,7 +278,7 @@ SOURCES = Layer(
 AFFECTED = Layer(
     name="affected",
     geometry=("MultiPolygon",),
-    meaning="One row a release area and least share: the cells that at least so many of its logs pass",
+    meaning="One row for each release area and least share: the cells that at least this share of its logs pass",
     columns=(
         RELEASE,
         a_number("least_p", "The least share of the area's logs that pass a cell", 0, 1),
@@ -290,7 +290,7 @@ AFFECTED = Layer(
 PROCESS_AREA = Layer(
     name="process_area",
     geometry=("MultiPolygon",),
-    meaning="The outline of the ground that at least so many of the logs pass; an indication map",
+    meaning="The outline of the ground that at least this share of the logs pass; an indication map",
     columns=(
         a_number("least_p", "The least share of the logs that pass a cell; 0: any log", 0, 1),
         a_number("area_m2", "Ground of the cells", 0),
@@ -361,7 +361,7 @@ FLIGHTS = Layer(
         a_number("landing_speed_ms", "Speed at the landing", 0),
         a_number("landing_deg", "Angle of the path at the landing, upward positive", -90, 90),
         a_number("height_max_m", "Largest vertical distance of the centre of mass from the terrain", 0),
-        a_number("cut_m", "Depth to which the terrain stands into the flight", 0),
+        a_number("cut_m", "Depth to which the terrain protrudes into the flight", 0),
         a_number("clearance_min_m", "Least clearance over a barrier; empty without one"),
         a_number("dbh_cm", "Diameter of the log", 0, exclusive=True),
         a_number("length_m", "Length of the log", 0, exclusive=True),
@@ -514,7 +514,7 @@ _STATE = ("standing", "lying", "removed")
 
 _REACHED = (
     a_count("n_total", "Logs of the run"),
-    a_count("n_reach", "Of these, the logs that reach the line as things are"),
+    a_count("n_reach", "Of these, the logs that reach the line in the unchanged scene"),
 )
 _SHARE_OF_GAIN = (
     a_number("gain_p", "The same as a share of all logs", -1, 1),
@@ -540,7 +540,7 @@ _HOLDS = (
 VALUES = Layer(
     name="values",
     geometry=("Point",),
-    meaning="One row a tree, lying log, barrier or stand, and line: how many logs more would reach it without",
+    meaning="One row for each tree, lying log, barrier or stand, and line: how many more logs would reach it without",
     columns=(
         *_WORTH,
         a_count("n_reach_without", "Logs that would reach the line without it"),
@@ -558,7 +558,7 @@ REACH_BREAKING = Layer(
     columns=(
         _LINE,
         *_REACHED,
-        a_count("n_reach_breaking", "Logs that reach it where each goes on without the trees that it breaks"),
+        a_count("n_reach_breaking", "Logs that reach it if each continues without the trees that it breaks"),
         a_number("gain_logs", "The second less the first"),
         *_SHARE_OF_GAIN,
     ),
@@ -578,7 +578,7 @@ BROKEN = Layer(
 PLANTED = Layer(
     name="planted",
     geometry=("Point",),
-    meaning="One row a candidate and line: how many logs fewer would reach the line with it",
+    meaning="One row for each candidate and line: how many fewer logs would reach the line with it",
     columns=(
         *_WORTH,
         a_count("n_reach_with", "Logs that would reach the line with it"),
@@ -604,11 +604,11 @@ SITED_HITS = (
     a_number("height_p95_m", "95 % percentile of the height of the hits above the terrain"),
     a_number("height_ci_low_m", "Lower end of its exact 95 % interval"),
     a_number("height_ci_high_m", "Upper end"),
-    a_number("n_more", "How many more hits it takes for upper ends; 0 where they are told", 0),
+    a_number("n_more", "Number of further hits needed for upper ends; 0 where these exist", 0),
     *BARRIER_CLASS,
 )
 SITED_GAIN = (
-    a_number("gain_logs", "Logs fewer that reach a line than before it was put up; less than 0: more"),
+    a_number("gain_logs", "Reduction of the number of logs that reach a line by this barrier; below 0: an increase"),
     a_number("gain_p", "The same as a share of all logs", -1, 1),
     a_number("gain_ci_low", "Lower end of its 95 % interval, of paired logs", -1, 1),
     a_number("gain_ci_high", "Upper end", -1, 1),
@@ -620,7 +620,9 @@ SITED = Layer(
     columns=(
         an_id("barrier_id", "The barrier"),
         BARRIERS.column("height_m"),
-        a_count("step", "When it was chosen, from 1; 0: it stands in the run, and the further columns are empty"),
+        a_count(
+            "step", "Step in which it was chosen, from 1; 0: it is part of the run, and the further columns are empty"
+        ),
         a_number("length_m", "Its length in plan", 0),
         a_number("above_m", "Height of its contour above the nearest place of a line; empty where it was given"),
         a_number("angle_deg", "Angle between it and the contours of the ground under it, in plan", 0, 90),

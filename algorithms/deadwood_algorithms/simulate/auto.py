@@ -58,7 +58,7 @@ class Option:
     def why(self) -> str:
         if self.fidelity == "reference":
             return "reference is the reference"
-        return f"{self.fidelity} is taken to be off by ±{100 * max(self.bounds):.2g} points at most"
+        return f"{self.fidelity} is assumed to have an error of ±{100 * max(self.bounds):.2g} points at most"
 
 
 @dataclass(frozen=True)

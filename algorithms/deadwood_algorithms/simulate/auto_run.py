@@ -49,7 +49,7 @@ class Promise:
         """From the options; a budget is ``60s``, ``5min``, ``1h`` or a number of seconds."""
         if (error is None) == (budget is None):
             raise UserError(
-                "--fidelity auto needs one of --error (how far the reach of a line may be off, such as 0.02) and "
+                "--fidelity auto needs one of --error (the permitted error of a line's reach, such as 0.02) and "
                 "--budget (the time for the run, such as 60s)"
             )
         return Promise(error, None if budget is None else _seconds_of(budget), assume)
@@ -106,7 +106,7 @@ class AutoRun:
         return chosen, spent
 
     def _best_in_time(self, began: float, assumed: dict[str, float]) -> Chosen:
-        """Slide what the budget allows; a resumed run goes on with what was decided, however long it takes."""
+        """Slide what the budget allows; a resumed run continues what was decided, however long it takes."""
         line_ids, cap = self.layers.lines.ids, self.order.size
         assert self.promise.budget_s is not None
         place = part_path(f"{self.output}.{AUTO}") / "choice.json"

@@ -1,6 +1,6 @@
 """The hidden working folder ``.NAME.part`` beside a run's folder, in which a run keeps its finished chunks of logs.
 
-An interrupted run goes on from it with ``--resume``. A checkpoint holds the rasters after so many chunks; chunks that
+An interrupted run continues from it with ``--resume``. A checkpoint holds the rasters after so many chunks; chunks that
 came later are slid again, so what is resumed is the run that was interrupted, bit for bit.
 
 Nothing in it is believed without its seal: a digest, at the end of each file, of its content, of its name and of the
@@ -58,7 +58,7 @@ class WorkFolder:
         else:
             if self.path.is_dir():
                 feedback.note(
-                    f"{self.path}: the unfinished work of an earlier run is dropped (--resume goes on with it)"
+                    f"{self.path}: the unfinished work of an earlier run is discarded (--resume continues it)"
                 )
                 shutil.rmtree(self.path)
             elif resume:
@@ -74,14 +74,14 @@ class WorkFolder:
         """
         before = _read_identity(self.path / IDENTITY)
         if before is None:
-            feedback.warn(f"{self.path / IDENTITY} is damaged; only what was surely begun as this run is taken over")
+            feedback.warn(f"{self.path / IDENTITY} is damaged; only what certainly belongs to this run is reused")
             return
         changed = [name for name in identity if before.get(name) != identity[name]]
         if "engine" in changed:
             raise UserError(
                 f"--resume: the unfinished work in {self.path} was begun by another engine ({before.get('engine')}, "
                 f"version {before.get('version')}; this is {identity['engine']}, version {identity['version']}), and "
-                "two must not mix in one result; go on with that one, or leave out --resume to start again"
+                f"two must not be mixed in one result; continue with that one, or leave out --resume to start again"
             )
         if changed:
             raise UserError(
@@ -93,7 +93,7 @@ class WorkFolder:
         if not self.draws:
             while self._is_sound(_logs_name(self.finished)):
                 self.finished += 1
-            feedback.note(f"{self.path}: {self.finished} finished chunks of logs are taken over")
+            feedback.note(f"{self.path}: {self.finished} finished chunks of logs are reused")
             return
         numbers = [each.stem.removeprefix("rasters_") for each in self.path.glob("rasters_*.npz")]
         states = sorted((int(each) for each in numbers if each.isdecimal()), reverse=True)
@@ -104,7 +104,7 @@ class WorkFolder:
             for chunk in range(self.finished)
             if not all(self._is_sound(name) for name in (_logs_name(chunk), _poses_name(chunk)))
         )
-        feedback.note(f"{self.path}: {self.finished - len(self.lost)} finished chunks of logs are taken over")
+        feedback.note(f"{self.path}: {self.finished - len(self.lost)} finished chunks of logs are reused")
         if self.lost:
             feedback.warn(f"{self.path}: {len(self.lost)} finished chunks of logs are damaged and are slid again")
         if len(sound) < len(states):
@@ -159,7 +159,8 @@ class WorkFolder:
         return self._arrays(_logs_name(chunk))
 
     def by_log(self, by_row: Collection[str], order: NDArray[np.intp]) -> Columns:
-        """The results of all finished logs, of which ``by_row`` has one row a log; in the ``order`` that is wanted."""
+        """The results of all finished logs, of which ``by_row`` has one row for each log; in the ``order`` that is "
+        "wanted."""
         return Columns(self.path, (self.chunk(chunk) for chunk in range(self.finished)), by_row, order)
 
     def poses(self) -> Iterator[pa.Table]:

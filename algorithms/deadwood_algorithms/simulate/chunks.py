@@ -1,4 +1,4 @@
-"""A run, chunk by chunk: what is done is kept, so that an interrupted run goes on where it was, bit for bit."""
+"""A run, chunk by chunk: what is done is kept, so that an interrupted run continues where it was, bit for bit."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ class ChunkedRun:
         except (Cancelled, KeyboardInterrupt, UserError) as error:
             kept = self.queue.parts[self.work.finished].start
             self.feedback.note(
-                f"{kept} of {self.queue.rows.size} logs are kept in {self.work.path}; --resume goes on from there"
+                f"{kept} of {self.queue.rows.size} logs are kept in {self.work.path}; --resume continues from there"
             )
             if isinstance(error, UserError):  # the workers are lost
                 raise
@@ -162,7 +162,7 @@ def queue_of(releases: Releases, *, target: float | None, line_ids: list[Any], s
 
 
 def identity_of(simulation: Simulation, layers: SceneLayers, releases: Releases, **more: Any) -> dict[str, Any]:
-    """What decides every result, bit for bit: unfinished work goes on only where it agrees in all of it."""
+    """What decides every result, bit for bit: unfinished work continues only where it agrees in all of it."""
     return {
         "version": tool.VERSION,
         "engine": tool.engine_digest(),

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 class Columns(Mapping[str, NDArray]):
     """Arrays by name: those of logs in nameless files, the others (hits, costs) in memory. To be closed after use.
 
-    chunks : results as they were slid; by_row : the names of those that have one row a log
+    chunks : results as they were slid; by_row : the names of those that have one row for each log
     order : row k of a column is the log that was slid as number ``order[k]``
     """
 

@@ -33,7 +33,7 @@ def refuse_no_scheduler(scheduler: str | None, workers: int | None) -> None:
     """Raise ``UserError`` for an address that cannot be one; what nobody answers at is found out by asking."""
     if scheduler is None:
         if workers is not None:
-            raise UserError("--workers needs --scheduler: local starts so many on this machine")
+            raise UserError("--workers needs --scheduler: local starts that number on this machine")
     elif scheduler != LOCAL and not ADDRESS.fullmatch(scheduler):
         raise UserError(
             f"--scheduler is '{scheduler}', but must be local or the address of a Dask scheduler, such as "
@@ -128,7 +128,7 @@ def _local_cluster(distributed: Any, number: int) -> Iterator[tuple[str, Any]]:
                 dashboard_address=None,
                 worker_dashboard_address=None,
                 scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},  # without pages, and in nobody's way
-                memory_limit=0,  # what fits is reckoned before the run
+                memory_limit=0,  # what fits is computed before the run
                 silence_logs=logging.CRITICAL,
                 preload=["import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"],  # Ctrl-C is ours to answer
             )
@@ -174,6 +174,6 @@ def say_carried(workers: Workers, feedback: Feedback) -> None:
     carried = workers.carried
     if carried.logs:
         feedback.note(
-            f"--scheduler: the network carried {carried.orders / carried.logs:.0f} bytes a log to the workers, "
+            f"--scheduler: the network carried {carried.orders / carried.logs:.0f} bytes per log to the workers, "
             f"{carried.answers / carried.logs:.0f} back, and {carried.scenes / 1e6:.3g} MB of scenes in all"
         )

@@ -49,5 +49,5 @@ class Sinking:
         return (
             f"{self.deep} of {self.slid} logs that were slid sank deeper than {TOO_DEEP:g} of their diameter into the "
             f"ground or an obstacle, the deepest {metres:.2g} m ({part:.2g} diameters), on cells of {cell:g} m: their "
-            "ways are not to be relied on; take a finer fidelity, and look at the terrain model where they went"
+            f"paths are not reliable; take a finer fidelity, and look at the terrain model where they went"
         )

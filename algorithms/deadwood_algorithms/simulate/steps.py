@@ -26,7 +26,7 @@ class Steps:
                 self._work.save(self._number, slide())
             except (Cancelled, KeyboardInterrupt, UserError) as error:
                 self.feedback.note(
-                    f"what {self._logs} logs did is kept in {self._work.path}; --resume goes on from there"
+                    f"what {self._logs} logs did is kept in {self._work.path}; --resume continues from there"
                 )
                 if isinstance(error, UserError):  # the workers are lost
                     raise

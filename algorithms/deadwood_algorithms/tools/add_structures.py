@@ -1,25 +1,25 @@
-"""Build embankments and ditches into a terrain model, and tell how much earth they take.
+"""Build embankments and ditches into a terrain model, and compute their volumes of earth.
 
-Gives the DEM with the structures in it, on its own grid, in its CRS and number type, nodata untouched: ready for
-``slide-logs``. Each line is the axis of one structure, ``kind`` says of which. The crest (of a ditch: the bottom) is
-flat over ``crest_width_m`` and lies ``height_m`` above (below) the ground under the line, or at ``elevation_m`` where
-that is given; from its edges the sides fall (rise) at ``slope_deg`` until they first meet the ground. The columns
-``slope_left_deg`` and ``slope_right_deg``, seen along the line, override it. At the line's ends the sides go round.
-Columns of the lines override the options of the same names; an empty cell takes the option. A height follows the
-ground bump by bump; a crest of an even grade has an elevation, or with ``--elevation-from-z`` the Z of the line's
-vertices.
+The result is the DEM with the structures, on the same grid, with the same CRS and number type, nodata unchanged, ready
+for ``slide-logs``. Each line is the axis of one structure; ``kind`` says of which. The crest (of a ditch: the bottom)
+is flat over ``crest_width_m`` and lies ``height_m`` above (below) the ground under the line, or at ``elevation_m``
+where that is given. From its edges the sides fall (rise) at ``slope_deg`` until they first meet the ground. The columns
+``slope_left_deg`` and ``slope_right_deg``, seen along the line, override it. At the ends of the line the sides are
+rounded. Columns of the lines override the options of the same names; an empty cell takes the option. A height follows
+every bump of the ground; for a crest of even grade give an elevation, or the Z of the line's vertices with
+``--elevation-from-z``.
 
-Structures are built in the order of their rows, their heights taken from the ground as it was: what overlaps is counted
-once, with the first, and a ditch after an embankment cuts into it. The volumes are those between the old and the new
-heights of the cells. Ground that a crest does not rise above stays as it is. A DEM of any size is passed in strips.
+Structures are built in the order of their rows, with heights relative to the original ground: overlapping volume is
+counted once, with the first structure, and a ditch after an embankment cuts into it. Volumes are those between the old
+and the new heights of the cells. Ground higher than a crest is not changed. A DEM of any size is processed in strips.
 
-Walls and nets thinner than the cells are barriers of ``slide-logs``. The paper's Klosters case (section 5.1) has both,
-two embankments and six barriers. The sample with two dams, which then are ground like any other:
+Model walls and nets thinner than the cells as barriers of ``slide-logs``. The paper's Klosters case (section 5.1) has
+both: two embankments and six barriers. The sample with two dams, which then are ground like any other:
 
     deadwood-tool add-structures --dem sample_data/dem.tif --structures 'sample_data/sample.gpkg|layername=dams' \\
         --output dem_with_dams.tif --earthworks earthworks.gpkg
 
-Bodies of earth are taken to stand: no check of stability, of drainage or of a log's thrust.
+The stability of the structures, drainage and the thrust of a log are not checked.
 """
 
 from __future__ import annotations
@@ -48,27 +48,49 @@ LINES_SHOWN = 20
 class Ask:
     dem: str = tool.terrain("Terrain (DEM)")
     structures: str = tool.vector("Crest lines of embankments, bottom lines of ditches", "line")
-    kind: str = tool.choice("Kind of lines whose layer names none", *schemas.STRUCTURE_KINDS, default="embankment")
+    kind: str = tool.choice(
+        "Kind of structure, where the layer has none", *schemas.STRUCTURE_KINDS, default="embankment"
+    )
     height_m: float | None = tool.number(
-        "Height of the crest above the ground, of a ditch its depth, likewise",
+        "Height of the crest above the ground, or depth of a ditch, where the layer has none",
         unit="m",
         default=None,
         minimum=0.0,
         exclusive=True,
     )
     elevation_m: float | None = tool.number(
-        "Elevation of the crest or bottom, likewise", unit="m", default=None, help="Goes before the height."
+        "Elevation of the crest or bottom, where the layer has none",
+        unit="m",
+        default=None,
+        help="Overrides the height.",
     )
     elevation_from_z: bool = tool.flag("Take the elevation from the Z of the lines' vertices")
-    crest_width_m: float = tool.number("Width of the crest or bottom, likewise", unit="m", default=2.0, minimum=0.0)
+    crest_width_m: float = tool.number(
+        "Width of the crest or bottom, where the layer has none", unit="m", default=2.0, minimum=0.0
+    )
     slope_deg: float = tool.number(
-        "Slope of both sides, likewise", unit="°", default=45.0, minimum=0.0, maximum=90.0, exclusive=True
+        "Slope of both sides, where the layer has none",
+        unit="°",
+        default=45.0,
+        minimum=0.0,
+        maximum=90.0,
+        exclusive=True,
     )
     slope_left_deg: float | None = tool.number(
-        "Slope of the left side, likewise", unit="°", default=None, minimum=0.0, maximum=90.0, exclusive=True
+        "Slope of the left side, where the layer has none",
+        unit="°",
+        default=None,
+        minimum=0.0,
+        maximum=90.0,
+        exclusive=True,
     )
     slope_right_deg: float | None = tool.number(
-        "Slope of the right side, likewise", unit="°", default=None, minimum=0.0, maximum=90.0, exclusive=True
+        "Slope of the right side, where the layer has none",
+        unit="°",
+        default=None,
+        minimum=0.0,
+        maximum=90.0,
+        exclusive=True,
     )
     max_reach_m: float = tool.number(
         "Distance from the crest within which a side must meet the ground",

@@ -1,25 +1,27 @@
-"""Assess where a log could start to slide: susceptibility raster, candidate release areas, mapped deadwood judged.
+"""Assess where a log could start to slide: susceptibility raster, candidate release areas, rated deadwood.
 
-The susceptibility of a cell is the product of three numbers from 0 to 1, all at the scale of a log, from a quadratic
-surface fitted to the heights in a window of ``--window-m`` around the cell (`relief.py` has the formulas):
+The susceptibility of a cell is the product of three factors between 0 and 1. All are taken at the scale of a log, from
+a quadratic surface fitted to the heights in a window of ``--window-m`` around the cell (formulas in `relief.py`):
 
-- drive, max(0, 1 - mu / tan(slope)): the share of gravity's pull along the slope that friction does not hold. It is 0
+- drive, max(0, 1 - mu / tan(slope)): the share of the downslope pull of gravity that friction does not balance. It is 0
   where mu >= tan(slope), the paper's condition of sliding (section 6.1);
 - steepness, from 0 at ``--slope-none-deg`` to 1 at ``--slope-full-deg``: the paper's logs all started on about 35° or
-  more, however low the friction that reproduces them, because relief finer than the friction knows holds them;
-- smoothness, from 1 on ground without roughness to 0 at ``--roughness-limit-m``, the standard deviation of the heights
-  about the fitted surface. That roughness holds logs is the paper's; the limit is a judgement: set your own.
+  more, however low the friction that reproduces them, because fine relief that friction does not represent holds logs;
+- smoothness, from 1 on smooth ground to 0 at ``--roughness-limit-m``, the standard deviation of the heights about the
+  fitted surface. That roughness holds logs is a finding of the paper; the limit is a judgement: set your own.
 
-``--release-areas`` takes the connected ground above ``--threshold`` as polygons, for ``sample-releases --areas``; the
-raster serves as its ``--weights``. Gullies, the preferred tracks, are told by how deep the ground lies across the slope
-(``gully_share`` of an area); they change nothing of the susceptibility. ``--factors`` keeps slope, roughness and depth.
+``--release-areas`` writes the connected ground above ``--threshold`` as polygons for ``sample-releases --areas``; the
+raster serves as its ``--weights``. Gullies, the preferred tracks, are detected by the depth of the ground across the
+slope (``gully_share`` of an area); they do not affect the susceptibility. ``--factors`` keeps slope, roughness and
+depth.
 
-Mapped ``--deadwood`` (points) is split by ``--assessed`` into the layers ``candidates`` and ``others``. A candidate
-stands on susceptible ground and is in the decay window in which wood is smooth but still strong, late stage II to early
-III (Maser and Trappe): by a field ``decay_stage``, else by ``years_dead`` and ``species`` (spruce 2 to 5 years). A
-plain II or III, and an unknown decay, count as candidates: the tool errs on the safe side. A species is known by its
-binomial or a common name (German, French, Italian, English); downed beech and Scots pine have years of their own, by
-rates of decay of downed wood, and their snags (a field ``standing``, 1 or 0) none.
+``--assessed`` splits mapped ``--deadwood`` (points) into the layers ``candidates`` and ``others``. A candidate is on
+susceptible ground and in the stage of decay in which wood is smooth but still strong, late stage II to early III (Maser
+and Trappe). The stage is taken from a field ``decay_stage``, otherwise from ``years_dead`` and ``species`` (spruce: 2
+to 5 years). Stages II and III without more detail, and unknown stages, count as candidates: the tool errs on the safe
+side. A species is recognised by its scientific or common name (German, French, Italian, English). Downed beech and
+Scots pine have ranges of years of their own, from rates of decay of downed wood; standing snags of these species (a
+field ``standing``, 1 or 0) have none.
 
     deadwood-tool assess-mobilisation --dem sample_data/dem.tif --output susceptibility.tif \\
         --release-areas zones.gpkg --deadwood 'sample_data/sample.gpkg|layername=deadwood' --assessed deadwood.gpkg
@@ -28,8 +30,8 @@ rates of decay of downed wood, and their snags (a field ``standing``, 1 or 0) no
     deadwood-tool sample-releases --areas 'deadwood.gpkg|layername=candidates' --dem sample_data/dem.tif \\
         --count 50 --output releases_mapped.gpkg
 
-It knows no trigger (storm, snow, felling), no single block or stump that holds a log, and no probability: the numbers
-rank the ground. A DEM of any size is read in windows.
+The tool does not model a trigger (storm, snow, felling), single boulders or stumps that hold a log, or a probability:
+the numbers rank the ground. A DEM of any size is read in windows.
 """
 
 from __future__ import annotations
@@ -66,13 +68,13 @@ class Ask:
         exclusive=True,
     )
     slope_none_deg: float = tool.number(
-        "Slope up to which nothing starts", unit="°", default=30.0, minimum=0.0, maximum=90.0
+        "Slope up to which the steepness factor is 0", unit="°", default=30.0, minimum=0.0, maximum=90.0
     )
     slope_full_deg: float = tool.number(
-        "Slope from which the steepness is full", unit="°", default=35.0, minimum=0.0, maximum=90.0
+        "Slope from which the steepness factor is 1", unit="°", default=35.0, minimum=0.0, maximum=90.0
     )
     roughness_limit_m: float = tool.number(
-        "Roughness that holds every log", unit="m", default=1.0, minimum=0.0, exclusive=True
+        "Roughness at which no log starts", unit="m", default=1.0, minimum=0.0, exclusive=True
     )
     gully_window_m: float = tool.number(
         "Window of gullies", unit="m", default=20.0, minimum=0.0, maximum=1000.0, exclusive=True
@@ -95,7 +97,7 @@ class Ask:
         "deadwood", "Field of the species", default=None, help="Without it: species."
     )
     standing_field: str | None = tool.field_of(
-        "deadwood", "Field of whether it stands, 1, or lies, 0", default=None, help="Without it: standing."
+        "deadwood", "Field that is 1 if it stands, 0 if it lies", default=None, help="Without it: standing."
     )
     years_from: float = tool.number("Years since death from which spruce is smooth", default=2.0, minimum=0.0)
     years_to: float = tool.number("Years since death up to which spruce is strong", default=5.0, minimum=0.0)
@@ -104,7 +106,7 @@ class Ask:
     output: str = tool.output_raster("Susceptibility (.tif)")
     release_areas: str | None = tool.output_vector("Candidate release areas (.gpkg)", default=None)
     assessed: str | None = tool.output_vector(
-        "Mapped deadwood, judged (.gpkg)", default=None, parts=("|layername=candidates", "|layername=others")
+        "Mapped deadwood, rated (.gpkg)", default=None, parts=("|layername=candidates", "|layername=others")
     )
     factors: str | None = tool.output_raster("Slope, roughness and gully depth (.tif)", default=None)
 
@@ -164,9 +166,9 @@ def refuse_contradictions(ask: Ask) -> None:
     if ask.years_from > ask.years_to:
         raise UserError(f"--years-from {ask.years_from:g} is above --years-to {ask.years_to:g}")
     if ask.assessed and not ask.deadwood:
-        raise UserError("--assessed needs --deadwood, the mapped points that it judges")
+        raise UserError("--assessed needs --deadwood, the mapped points that it rates")
     if ask.deadwood and not (ask.assessed or ask.release_areas):
-        raise UserError("--deadwood needs --assessed, a file for its judgement, or --release-areas")
+        raise UserError("--deadwood needs --assessed, a file for its rating, or --release-areas")
 
 
 def refuse_fine_cells(ask: Ask, cell: float) -> None:
@@ -176,7 +178,7 @@ def refuse_fine_cells(ask: Ask, cell: float) -> None:
     window = max(ask.window_m, ask.gully_window_m)
     if window / cell > MOST_WINDOW_CELLS:
         raise UserError(
-            f"{ask.dem}: a window of {window:g} m spans {window / cell:.0f} cells, but must at most span "
+            f"{ask.dem}: a window of {window:g} m spans {window / cell:.0f} cells, but must span at most "
             f"{MOST_WINDOW_CELLS}; fix: {remedies.coarser(ask.dem, window / MOST_WINDOW_CELLS * 2.0)}"
         )
 
@@ -192,7 +194,7 @@ def is_number(text: str | float) -> bool:
 TOOL = Tool(
     "assess-mobilisation",
     "Prepare",
-    "Where a log could start to slide: raster, areas, deadwood",
+    "Rate where a log could start to slide: raster, areas, deadwood",
     Ask,
     run,
     then="deadwood-tool sample-releases --areas AREAS --dem DEM --output releases.gpkg",

@@ -1,10 +1,10 @@
-"""Tell how many logs more would reach the road if trees broke: each slides again without the trees that it would break.
+"""Find how many more logs would reach the road if trees broke: each slides again without the trees it would break.
 
-In a run of slide-logs trees are rigid and take whatever a log brings. With `--tree-capacity-kj`, the energy that a tree
-of 40 cm DBH takes before it breaks (of others as a power of DBH), every log whose hit takes more goes on without that
-tree, and without the next that it would break, until it breaks none or has reached every line. A tree that breaks takes
-nothing here, where a real one takes what it can; so the reach of the run and that of this tool are the two ends between
-which trees that break lie.
+In a run of slide-logs trees are rigid and unbreakable. `--tree-capacity-kj` is the energy that a tree of 40 cm DBH
+takes before it breaks (for others a power of the DBH). Every log whose hit exceeds it continues without that tree, and
+without the next that it would break, until it breaks none or has reached every line. A tree that breaks takes no energy
+here, whereas a real one takes some; so the reach of the run and that of this tool are the bounds between which the
+truth lies.
 
     deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
         --count 200 --output releases.gpkg
@@ -13,10 +13,10 @@ which trees that break lie.
         --lines 'sample_data/sample.gpkg|layername=lines' --output run
     deadwood-tool break-trees --run run --tree-capacity-kj 200 --output breaking.gpkg
 
-The layer `reach_breaking` has both ends for each line, with the interval of their difference (paired: the same logs),
-`broken` each tree that any log breaks, and how many do. No number for the capacity is offered: take one that was
-measured for your species, and its ends. Each log meets all trees again: one that another log broke stands again. Logs
-and lying logs do not break.
+The layer `reach_breaking` has both bounds for each line, with the interval of their difference (paired: the same logs);
+`broken` has each tree that any log breaks, and how many do. There is no default capacity: use one that was measured for
+your species, and both ends of its range. Each log meets all trees: one that another log broke stands again. Logs and
+lying logs do not break.
 """
 
 from __future__ import annotations
@@ -39,11 +39,11 @@ class Ask(SlidingOptions):
         "Energy that a tree of 40 cm DBH takes before it breaks", unit="kJ", minimum=0.0, exclusive=True
     )
     tree_capacity_power: float = tool.number(
-        "Power of DBH over 40 cm with which it grows", default=2.0, minimum=0.0, maximum=6.0, advanced=True
+        "Exponent of DBH / 40 cm with which it grows", default=2.0, minimum=0.0, maximum=6.0, advanced=True
     )
     lines: str | None = tool.other_lines()
     logs: int | None = tool.integer(
-        "Logs to ask with (default: all of the run)", default=None, minimum=1, help="An even draw."
+        "Logs to use (default: all of the run)", default=None, minimum=1, help="A random subset."
     )
     seed: int = tool.seed()
     output: str = tool.output_vector("Reach of each line with trees that break, and the trees")
@@ -110,4 +110,4 @@ def broken_by(ask: Ask, feedback: Feedback) -> Outcome:
     return Outcome({"output": Path(ask.output)}, facts, (*lines_of(frames, broken), *lines_of_run(source)))
 
 
-TOOL = Tool("break-trees", "Evaluate", "A run: how many logs more would reach each line if trees broke", Ask, run)
+TOOL = Tool("break-trees", "Evaluate", "Compute how many more logs would reach each line if trees broke", Ask, run)

@@ -1,19 +1,19 @@
 """Find the friction coefficients that reproduce an observed event: where logs came to rest, or what they reached.
 
-The released logs, the same for all, are slid with one coefficient after the other. Each is scored by the likelihood of
-what was observed, and the range of those that reproduce it holds the true one in 95 % of events, if all else is right
-(the scores are defined in `calibration/score.py`). Observed is one of
+The same released logs slide with one coefficient after the other. Each coefficient is scored by the likelihood of the
+observation. The range of those that reproduce it contains the true one in 95 % of events, if everything else is right
+(the scores are defined in `calibration/score.py`). The observation is one of
 
-- --observed: deposits, as points (with --error-m, the error of the place and of what the model cannot know) or as
+- --observed: deposits, as points (with --error-m, the error of the place and of what the model cannot represent) or as
   areas in which logs came to rest (the width of a road). A field release_id says which release each came from. They
-  count as found here, of however many logs: each is compared with the simulated logs that came to rest on the terrain
-  model, and how many leave it says nothing. If all logs of the event were found, --search-complete says so, and a
-  coefficient with which logs leave must explain why none did;
-- --reached and --not-reached: lines or areas that --event-logs of the event's logs reached, or did not. Both together
-  are a stop line: with too little friction logs go beyond, with too much they do not come so far.
+  count as a sample of an unknown number of logs: each is compared with the simulated logs that came to rest on the
+  terrain model, and the number that leave it has no influence. If all logs of the event were found, --search-complete
+  says so; a coefficient with which logs leave must then explain why none did;
+- --reached and --not-reached: lines or areas that --event-logs of the event's logs reached, or did not reach. Both
+  together define a stop line: with too little friction logs go beyond, with too much they do not get there.
 
-The folder holds `calibration.csv` (a row a coefficient), `calibration.json`, `calibration.png`, and
-`calibration.gpkg` with the simulated deposits of every coefficient (`no_deposit`: the last places of logs that have
+The folder holds `calibration.csv` (one row for each coefficient), `calibration.json`, `calibration.png`, and
+`calibration.gpkg` with the simulated deposits of every coefficient (`no_deposit`: the last positions of logs that have
 none) and the observed ones.
 
     deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
@@ -22,9 +22,9 @@ none) and the observed ones.
         --reached 'sample_data/sample.gpkg|layername=lines' --event-logs 4 --event-reached 1 \\
         --friction 0.15:0.45:0.1 --output calibration
 
-The paper found 0.2 to 0.3 on 0.5 m cells. A coefficient holds for the cells that it was found on: a coarser terrain
-model has lost roughness, which friction must make up for. It also makes up for whatever else is wrong here: the
-releases, the trees, the shape of the logs. Few observed logs leave wide ranges.
+The paper found 0.2 to 0.3 on cells of 0.5 m. A coefficient is valid for the cell size on which it was found: a coarser
+terrain model lacks roughness, for which friction compensates. It also compensates for any other error: the releases,
+the trees, the shape of the logs. Few observed logs give wide ranges.
 """
 
 from __future__ import annotations
@@ -56,10 +56,10 @@ class Ask(SlidingOptions, ReleasedScene):
         "point",
         "polygon",
         default=None,
-        help="The middles of the logs; a field release_id says from which release each came.",
+        help="The centres of the logs; a field release_id says from which release each came.",
     )
     error_m: float = tool.number(
-        "Error of observed points, and of what the model cannot know",
+        "Error of the observed points and of what the model cannot represent",
         unit="m",
         default=10.0,
         minimum=0.0,
@@ -68,20 +68,22 @@ class Ask(SlidingOptions, ReleasedScene):
     )
     search_complete: bool = tool.flag(
         "All logs of the event were found",
-        help="With --observed: none came to rest elsewhere. Else logs that leave the terrain model speak neither for a "
-        "coefficient nor against it.",
+        help="With --observed: none came to rest elsewhere. Otherwise logs that leave the terrain model have no "
+        "influence on the score.",
     )
     reached: str | None = tool.vector("Line or area that the event reached", "line", "polygon", default=None)
     not_reached: str | None = tool.vector("Line or area that it did not reach", "line", "polygon", default=None)
-    event_logs: int = tool.integer("Logs of the event, for the two above", default=1, minimum=1, maximum=1000)
+    event_logs: int = tool.integer(
+        "Logs of the event, for --reached and --not-reached", default=1, minimum=1, maximum=1000
+    )
     event_reached: int | None = tool.integer(
-        "Of these, the logs that did so", default=None, minimum=0, maximum=1000, help="Default: all."
+        "Number of these that reached it", default=None, minimum=0, maximum=1000, help="Default: all."
     )
     logs: int = tool.integer(
         "Logs to slide with each coefficient",
         default=1000,
         minimum=2,
-        help="An even draw by seed and log_id; all if the layer has fewer.",
+        help="A random subset by seed and log_id; all if the layer has fewer.",
     )
     fidelity: str = tool.choice("Speed against accuracy", "draft", "standard", "fine", "reference", default="standard")
     output: str = tool.output_folder("Folder of the calibration")
@@ -197,7 +199,7 @@ def refuse_unclear(ask: Ask) -> int:
     if not reach and not ask.observed:
         raise UserError("--observed is missing: give the event's deposits, or --reached and --not-reached")
     if reach and ask.observed:
-        raise UserError("--observed and --reached tell the same event twice; give one of them")
+        raise UserError("--observed and --reached describe the same event twice; give one of them")
     if reach and ask.search_complete:
         raise UserError("--search-complete is about observed deposits; leave it out, or give --observed")
     did = ask.event_logs if ask.event_reached is None else ask.event_reached
@@ -209,7 +211,7 @@ def refuse_unclear(ask: Ask) -> int:
 TOOL = Tool(
     "calibrate-friction",
     "Evaluate",
-    "An observed event: the friction that reproduces it",
+    "Find the friction that reproduces an observed event",
     Ask,
     run,
     then="deadwood-tool vary --help",

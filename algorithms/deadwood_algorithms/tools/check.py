@@ -1,13 +1,14 @@
-"""Tell what a result is of, and whether what it was made from still stands.
+"""Verify a result: which run it belongs to, and whether its inputs and files are unchanged.
 
     deadwood-tool check my_run
     deadwood-tool check releases.gpkg
 
-Of any result (a folder, a file in it, or a single file) it says which tool made it, when, and as which run; whether
-this toolbox has the same engine, which makes the same bits; which files of a folder are as they were written; and
-which inputs are the same, have changed or are gone. Inputs that were moved together with the result are found.
+For any result (a folder, a file in it, or a single file) the tool reports which tool made it, when, and in which run;
+whether this toolbox has the same engine, which gives the same bits; which files of a folder are unchanged; and which
+inputs are the same, have changed or are missing. Inputs that were moved together with the result are found.
 
-The exit status is 0 where all stands, 3 where something has changed or is gone, and 2 for what is no result of ours.
+The exit status is 0 if nothing has changed, 3 if something has changed or is missing, and 2 for a file that is no
+result.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ CHANGED = 3  # the exit status
 
 @dataclass(frozen=True, kw_only=True)
 class Ask:
-    path: str = tool.text("Result to be checked: a folder or a file", positional=True, path_like=True)
+    path: str = tool.text("Result to check: a folder or a file", positional=True, path_like=True)
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
@@ -98,4 +99,4 @@ def lines_of(place: Path, facts: Mapping[str, Any]) -> tuple[str, ...]:
     return tuple(lines) if facts["inputs"] else (*lines, "no inputs")
 
 
-TOOL = Tool("check", "Evaluate", "What a result is of, and which of its inputs still stand", Ask, run, in_qgis=False)
+TOOL = Tool("check", "Evaluate", "Verify a result: its run, its inputs and its files", Ask, run, in_qgis=False)

@@ -1,17 +1,18 @@
-"""Measure on your own scene what each fidelity costs and how far it errs, and which is the cheapest that will do.
+"""Measure on your own scene the cost and the error of each fidelity, and find the cheapest that is accurate enough.
 
-The same logs slide at every fidelity. What they come to is compared with the finest: the reach of every line, the
-spread and the distance of the deposits, the hit raster, top speeds and jumps, each beside the CPU time a log takes and
-beside what the calculation says of itself (penetration, energy, unconverged steps). Differences come with intervals
-over the logs, so that an error is told from chance.
+The same logs slide at every fidelity. The results are compared with those of the finest: the reach of every line, the
+spread and the distance of the deposits, the hit raster, top speeds and jumps, beside the CPU time of a log and the
+calculation's own measures (penetration, energy, unconverged steps). Differences have intervals over the logs, to
+separate errors from chance.
 
-Recommended is the cheapest fidelity whose error is shown to stay below the sampling noise of a run of your number of
-logs: |difference of reach| + half-width of its paired interval <= half-width of the 95 % interval that such a run would
-have, for every line. Without lines, the deposit distance and the hit raster are judged by the distance of two halves of
-the logs. When too few logs were compared to show it, the tool says so, and about how many could: among trees up to
-twice the number of the run.
+The recommendation is the cheapest fidelity whose error is shown to be below the sampling noise of a run of your number
+of logs: |difference of reach| + half-width of its paired interval <= half-width of the 95 % interval of such a run, for
+every line. Without lines, the deposit distance and the hit raster are compared with the distance between two halves of
+the logs. If too few logs were compared to show it, the tool says so, and about how many would: among trees up to twice
+the number of the run.
 
-It knows no fidelity finer than the finest compared, and no error of the inputs: friction and terrain model weigh more.
+Errors beyond the finest fidelity compared, and errors of the inputs, are not included: friction and terrain model
+matter more.
 """
 
 from __future__ import annotations
@@ -33,13 +34,18 @@ TABLE, FACTS, PICTURE, MANIFEST = "comparison.csv", "comparison.json", "comparis
 @dataclass(frozen=True, kw_only=True)
 class Ask(SlidingOptions, SceneByName):
     fidelities: str = tool.text(
-        "Fidelities to compare", default=",".join(NAMES), help="At least two, with commas; the finest of them judges."
+        "Fidelities to compare",
+        default=",".join(NAMES),
+        help="At least two, with commas; the finest is the standard of comparison.",
     )
     logs: int = tool.integer(
-        "Logs to compare", default=2000, minimum=1, help="An even draw by seed and log_id; all if the layer has fewer."
+        "Logs to compare",
+        default=2000,
+        minimum=1,
+        help="A random subset by seed and log_id; all if the layer has fewer.",
     )
     planned_logs: int | None = tool.integer(
-        "Logs of the run to be decided on", default=None, minimum=1, help="Default: all of the layer."
+        "Logs of the planned run", default=None, minimum=1, help="Default: all of the layer."
     )
     output: str = tool.output_folder("Folder of the comparison")
     overwrite: bool = tool.overwrite()
@@ -145,7 +151,7 @@ def lines_of(rows: list[FidelityRow], names: list[str], advice: Recommendation, 
         table.append(
             [
                 name,
-                f"{of['cpu_per_log', ''].value:.3g} ms a log",
+                f"{of['cpu_per_log', ''].value:.3g} ms per log",
                 "-" if worst is None else "judge" if judge else f"{points(worst)} ({worst.item})",
                 "judge" if judge else f"{apart.difference:.2g} m apart",
                 "judge" if judge else f"{map_apart.difference:.2g} apart",
@@ -156,7 +162,7 @@ def lines_of(rows: list[FidelityRow], names: list[str], advice: Recommendation, 
     widths = [max(len(row[k]) for row in table) for k in range(len(head))]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table]
     if advice.silent_lines:
-        lines.append(f"reached by all logs or by none, so not judged: line {', '.join(advice.silent_lines)}")
+        lines.append(f"reached by all logs or by none, so not assessed: line {', '.join(advice.silent_lines)}")
     return (f"{n_logs} logs, each fidelity against {names[-1]}:", *lines, advice.sentence)
 
 
@@ -164,4 +170,4 @@ def points(row: FidelityRow) -> str:
     return f"{100 * row.difference:+.2g} [{100 * row.ci_low:+.2g}, {100 * row.ci_high:+.2g}]"
 
 
-TOOL = Tool("compare-fidelity", "Evaluate", "Your scene at every fidelity: CPU time against error", Ask, run)
+TOOL = Tool("compare-fidelity", "Evaluate", "Measure CPU time and error of each fidelity on your scene", Ask, run)

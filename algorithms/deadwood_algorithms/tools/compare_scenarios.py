@@ -1,22 +1,22 @@
 """Compare runs of the same logs: with the forest and without, as mapped and random, with barriers or a dam.
 
-Every scenario is compared with the baseline, log by log: each log is its own control, so a few hundred logs show what
-independent runs would need thousands for. The folder holds
+Every scenario is compared with the baseline log by log: each log is its own control, so a few hundred logs show what
+would take thousands in independent runs. The folder holds
 
-- `table.csv`: for a spreadsheet, a row a quantity and scenario: reach, how logs ended, lateral spread, speed, run-out,
-  each with its 95 % interval and its difference to the baseline, rounded as far as these allow;
-- `comparison.csv`: the same in full precision; shares also with the number of logs that changed either way, the p-value
-  of McNemar's exact test, and their bounds where logs left the terrain model before (`..._if_lost`);
-- `difference_NAME.tif`: how much likelier each cell is passed, and that in standard errors;
-- `changes.gpkg`: the logs that reach a line in one of two scenarios only (`changed`, at their releases), and from
-  where to where each deposit moved (`moved`);
+- `table.csv`: for a spreadsheet, one row for each quantity and scenario: reach, stop reasons, lateral spread, speed,
+  run-out, each with its 95 % interval and its difference to the baseline, rounded as these justify;
+- `comparison.csv`: the same in full precision; for shares also the number of logs that changed either way, the p-value
+  of McNemar's exact test, and the bounds where logs left the terrain model before (`..._if_lost`);
+- `difference_NAME.tif`: how much more probable the passage of each cell is, and that difference in standard errors;
+- `changes.gpkg`: the logs that reach a line in one of two scenarios only (`changed`, at their releases), and how each
+  deposit moved (`moved`);
 - `comparison.png`: reach, run-outs and the maps side by side;
-- `comparison.json`: all of it, and in which parameters the runs differ.
+- `comparison.json`: all of it, and the parameters in which the runs differ.
 
-Of each line it has the indices that practice gives a protection forest (after Dupire et al. 2016), against the
-baseline, with a bootstrap interval that draws the same logs in both: `bari` = 1 - N / N0, of the logs that reach it;
-`miri` = 1 - E95 / E95_0, of the 95 % quantile of their energies there; `orpi` = 1 - S / S0, of the sum of these. 1 is
-full protection, 0 none. Energies need stored trajectories (`--trajectories all`); docs/indices.md has the small print.
+For each line it gives the indices of a protection forest used in practice (after Dupire et al. 2016), against the
+baseline, with a bootstrap interval that draws the same logs in both: `bari` = 1 - N / N0, for the logs that reach it;
+`miri` = 1 - E95 / E95_0, for the 95 % quantile of their energies there; `orpi` = 1 - S / S0, for the sum of these. 1 is
+full protection, 0 none. Energies need stored trajectories (`--trajectories all`); docs/indices.md has the details.
 
     deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
         --count 200 --output releases.gpkg
@@ -28,8 +28,8 @@ full protection, 0 none. Energies need stored trajectories (`--trajectories all`
         --output without
     deadwood-tool compare-scenarios --runs without,with_forest --output forest_effect
 
-Runs of other releases are refused. The intervals are over the logs: one random forest is one draw of many, and how
-much another would differ, only other runs can tell.
+Runs of other releases are refused. The intervals are over the logs: one random forest is one draw of many, and only
+further runs show how much another would differ.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class Ask:
         "line",
         "polygon",
         default=None,
-        help="Their reach is found from stored trajectories, of the logs that have one in every run.",
+        help="Their reach is computed from stored trajectories, of the logs that have one in every run.",
     )
     min_runout_m: float | None = tool.min_runout()
     seed: int = tool.seed()
@@ -131,11 +131,9 @@ def warn_of_lost(rows: Sequence[ScenarioRow], compared: Compared, feedback: Feed
         return
     counts = ", ".join(f"{int(each.left_dem.sum())} in {each.name}" for each in compared.scenarios)
     feedback.warn(
-        f"of {compared.log_id.size} logs some left the terrain model ({counts}), and what they did beyond is not "
-        f"known; on them hang: {'; '.join(told)}; run slide-logs on a larger terrain model"
+        f"of {compared.log_id.size} logs some left the terrain model ({counts}), and their further movement is not "
+        f"known; these depend on them: {'; '.join(told)}; run slide-logs on a larger terrain model"
     )
 
 
-TOOL = Tool(
-    "compare-scenarios", "Evaluate", "Runs of the same logs: paired differences of reach, maps, table", Ask, run
-)
+TOOL = Tool("compare-scenarios", "Evaluate", "Compare runs of the same logs: paired differences, maps, table", Ask, run)

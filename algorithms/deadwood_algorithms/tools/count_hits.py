@@ -1,17 +1,17 @@
-"""Count, from stored trajectories, how many logs pass over each cell, and how fast: any subset of logs, any cell size.
+"""Count from stored trajectories how many logs pass each cell, and how fast: any subset of logs, any cell size.
 
-The count is the one that slide-logs makes while it runs: a log counts once in every cell that any part of its plan-view
-outline overlaps at any time (paper, section 4). With all trajectories stored, every log chosen and the run's own cell
-size it equals the run's hit_count.tif. Logs whose trajectory was not stored cannot be counted; the tool says how many.
+The count is that of slide-logs: a log counts once in every cell that any part of its plan-view outline overlaps at any
+time (paper, section 4). With all trajectories stored, every log chosen and the run's own cell size it equals the run's
+hit_count.tif. Logs whose trajectory was not stored cannot be counted; the tool reports their number.
 
---speed, --energy and --jump write quantiles a cell, a band each: of the largest value that each log had in the cell,
-over the logs that pass it. Speed is that of the centre of mass; energy that of translation and rotation, as poses tell
-it (within a few percent of the run's); jump the clearance between log and terrain.
+--speed, --energy and --jump write quantiles for each cell, one band each: of the largest value of each log in the cell,
+over the logs that pass it. Speed is that of the centre of mass; energy is the sum of translation and rotation, from the
+stored poses (within a few percent of the run's); jump is the clearance between log and terrain.
 
---danger writes where a moving log ends on the road: of the logs that pass a cell, the share that reach a line of
---reaching (default: the run's own lines) with the same outline or afterwards; band 1 of any line, band 2 how many
-passed, then a band for each line. Cells that fewer than --danger-least logs pass are transparent. With all
-trajectories stored and the run's own lines and cells it equals the run's danger.tif.
+--danger writes the share of passing logs that later reach a line of --reaching (default: the run's own lines), with the
+same outline or afterwards: band 1 for any line, band 2 the number that passed, then a band for each line. Cells that
+fewer than --danger-least logs pass are transparent. With all trajectories stored and the run's own lines and cells it
+equals the run's danger.tif.
 
     deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
         --count 200 --output releases.gpkg
@@ -54,7 +54,7 @@ class Ask:
     release_id: str | None = tool.text("Only logs of these releases", default=None, help="Comma-separated.")
     log_id: str | None = tool.text("Only these logs", default=None, help="Comma-separated.")
     stop_reason: str | None = tool.text(
-        "Only logs that ended so",
+        "Only logs with these stop reasons",
         default=None,
         help="Comma-separated: rest, tree, barrier, left_dem, time_limit, failed.",
     )
@@ -74,7 +74,7 @@ class Ask:
         "Lines of that raster", "line", "polygon", default=None, help="Default: the lines of the run."
     )
     danger_least: int = tool.integer(
-        "Logs that must have passed a cell for its danger to be told", default=10, minimum=1, advanced=True
+        "Least number of passing logs for which a cell has a value", default=10, minimum=1, advanced=True
     )
     output: str = tool.output_raster("Hit counts")
     overwrite: bool = tool.overwrite()
@@ -116,14 +116,13 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
         counts = count_of(source, stored, grid, feedback)
         write_raster(
-            path, counts, grid, dtype="uint32", units="logs", description=f"Hits of {stored.size} logs", style=HITS.look
+            path, counts, grid, dtype="uint32", units="logs", description="hits", style=HITS.look, raster=HITS.name
         )
         found = cell_quantiles(source, stored, counts, grid, list(more), levels, feedback) if more else {}
         for name, place in more.items():
             bands = {f"{name}, {100 * level:g} %": band for level, band in zip(levels, found[name], strict=True)}
-            write_bands(
-                place, bands, grid, nodata=np.nan, dtype="float32", units=[QUANTITIES[name]] * len(bands), style=name
-            )
+            units = [QUANTITIES[name]] * len(bands)
+            write_bands(place, bands, grid, nodata=np.nan, dtype="float32", units=units, style=name, raster=name)
         if end and reach_of:
             write_danger(end, source, stored, grid, *reach_of, ask.danger_least, feedback)
     facts = {"n_chosen": int(chosen.size), "n_counted": int(stored.size), "hit_count_max": int(counts.max())}
@@ -159,7 +158,8 @@ def write_danger(
 
     passed, danger = danger_of(source, stored, grid, lines, items, feedback)
     bands = danger_bands(passed, danger, items.ids, least)
-    write_bands(path, bands, grid, nodata=np.nan, dtype="float32", units=units_of(list(bands)), style=DANGER.look)
+    units = units_of(list(bands))
+    write_bands(path, bands, grid, nodata=np.nan, dtype="float32", units=units, style=DANGER.look, raster=DANGER.name)
 
 
 def with_cell(grid: Grid, cell: float | None) -> Grid:
@@ -186,6 +186,4 @@ def visited(grid: Grid, source: Run) -> Grid:
     return grid if part == grid.part else grid.window(part)
 
 
-TOOL = Tool(
-    "count-hits", "Evaluate", "Stored trajectories: how many logs pass over each cell, how fast and high", Ask, run
-)
+TOOL = Tool("count-hits", "Evaluate", "Count the logs that pass each cell, how fast and how high", Ask, run)

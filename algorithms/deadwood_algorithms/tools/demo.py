@@ -155,7 +155,7 @@ def made_with(ask: Ask, summaries: Mapping[str, Mapping[str, Any]]) -> str:
     versions = ", ".join(f"{name} {metadata.version(name)}" for name in ("numpy", "numba", "rasterio"))
     seconds = sum(each["cost"]["cpu_s"] for each in summaries.values())
     return (
-        f"{ask.logs} logs a forest, {ask.fidelity}, seed {ask.seed}; deadwood-tool {tool.VERSION}, {versions}; "
+        f"{ask.logs} logs per forest, {ask.fidelity}, seed {ask.seed}; deadwood-tool {tool.VERSION}, {versions}; "
         f"{seconds:.0f} CPU seconds of sliding on {os.cpu_count()} cores ({platform.machine()})"
     )
 
@@ -171,7 +171,7 @@ def _speed(speed: float | None) -> str:
 TOOL = Tool(
     "demo",
     "Simulate",
-    "A complete synthetic case: three forests, the same logs, a table, a picture",
+    "Run a complete synthetic case: three forests, a table, a picture",
     Ask,
     run,
     in_qgis=False,

@@ -1,20 +1,21 @@
-"""Give design values of a run for barriers and lines: percentiles of energy, speed, height and impulse, with intervals.
+"""Compute design values for barriers and lines: percentiles of energy, speed, height and impulse, with intervals.
 
-For each barrier of the run, and each line (a road, or a profile line across the slope where a barrier might stand), the
-50, 90, 95 and 99 % percentiles, or others, over the logs that come to it:
+For each barrier of the run, and each line (a road, or a profile line across the slope where a barrier might stand): the
+50, 90, 95 and 99 % percentiles, or others, over the logs that arrive there:
 
-- `energy`: kinetic energy of translation and rotation together; `translation` and `rotation`: each apart;
+- `energy`: kinetic energy of translation and rotation together; `translation` and `rotation`: each separately;
 - `speed`: of the centre of mass;
-- `height`: at a barrier, of the place that is hit, above the terrain; at a line, of the upper edge of the log where it
-  first touches the line: as high must be what is to hold it;
-- `impulse`: momentum that the barrier takes up in a hit. A line has none, for nothing is hit there.
+- `height`: at a barrier, the height above the terrain of the point that is hit; at a line, that of the upper edge of
+  the log where it first touches the line, which a barrier there would have to exceed;
+- `impulse`: the momentum that the barrier takes up in a hit. A line has none, because nothing is hit there.
 
 At a barrier the values are those just before a hit, the largest of each log; they are stored in every run. At a line
-they are those of the first touch, from stored trajectories: energies of rotation within a few percent of the run's own.
+they are those of the first touch, from stored trajectories: energies of rotation are within a few percent of the run's
+own.
 
-The interval of a percentile is exact, by order statistics: the binomial law says between which two of the sorted values
-it lies with 95 % probability at least, whatever their distribution. Where the hits are too few for an upper bound,
-`ci_high` is empty and `note` says how many more hits it takes: 72 in all for 95 %, 368 for 99 %.
+The interval of a percentile is exact, by order statistics: the binomial distribution gives the two sorted values that
+enclose it with at least 95 % probability, whatever the distribution. Where the hits are too few for an upper bound,
+`ci_high` is empty and `note` states how many more hits are needed: 72 in total for 95 %, 368 for 99 %.
 
     deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
         --count 200 --output releases.gpkg
@@ -23,13 +24,13 @@ it lies with 95 % probability at least, whatever their distribution. Where the h
         --output run
     deadwood-tool design-values --run run --output design_values.csv
 
-`--rule` makes design values of one percentile of energy and height each, by the factors of a national rule, and says
-what of its numbers was read and what is from memory. `--barrier-classes` tells the weakest class of rockfall nets that
-holds each percentile of the energy, and the upper end of its interval: with the rule's factor where it has one.
+`--rule` derives design values from one percentile each of energy and height, with the factors of a national rule, and
+states which of its numbers were read in the source and which are from memory. `--barrier-classes` names the weakest
+class of rockfall nets that holds each percentile of the energy and the upper end of its interval, with the rule's
+factor where it has one.
 
-The percentiles are of the logs that were released and came so far: of heavier logs, or more friction, they are others.
-Barriers are rigid here, so impulses are those of a wall, not of a net that gives way. Percentiles have no safety
-factor.
+The percentiles hold for the logs that were released: heavier logs or another friction give others. Barriers are rigid,
+so impulses are those of a wall, not of a net that deforms. Percentiles include no safety factor.
 """
 
 from __future__ import annotations
@@ -73,13 +74,13 @@ class Ask:
         advanced=True,
     )
     barrier_classes: str | None = tool.choice(
-        "Classes of barriers, to tell which one holds the energies",
+        "Classes of barriers, to find the weakest that holds the energies",
         *presets.BARRIERS,
         default=None,
         help=presets.choices_told(presets.BARRIERS) + " They are made for rocks; a person decides.",
     )
     rule: str | None = tool.choice(
-        "Rule that makes design values of percentiles",
+        "Rule that derives design values from percentiles",
         *presets.RULES,
         default=None,
         help=presets.choices_told(presets.RULES) + " They are made for rocks; a person decides.",
@@ -169,7 +170,7 @@ def rule_lines(rows: Sequence[dict[str, Any]], rule: presets.DesignRule | None) 
     for row in rows:
         if not math.isnan(row["design_value"]):
             high = (
-                f"up to {row['design_high']:.3g}" if not math.isnan(row["design_high"]) else "no upper end can be told"
+                f"up to {row['design_high']:.3g}" if not math.isnan(row["design_high"]) else "no upper end can be given"
             )
             shown.append(
                 f"{row['kind']} {row['place_id']}, design value of the {row['quantity']}: {row['design_value']:.3g} "
@@ -207,7 +208,7 @@ def value_words(row: dict[str, Any]) -> str:
 TOOL = Tool(
     "design-values",
     "Evaluate",
-    "A run: percentiles of energy, speed, height and impulse at barriers and lines",
+    "Compute percentiles of energy, speed, height and impulse at barriers and lines",
     Ask,
     run,
 )

@@ -45,15 +45,15 @@ class Ask(FrictionByName):
         help=f"A number, a raster, or polygons with a field 'friction' or 'mu'. Default: {FRICTION:g}.",
     )
     fidelity: str = tool.choice(
-        "Speed against accuracy, to begin with", "draft", "standard", "fine", "reference", default="draft"
+        "Fidelity at the start: speed against accuracy", "draft", "standard", "fine", "reference", default="draft"
     )
     threads: int | None = tool.integer("Threads (default: every core)", default=None, minimum=1, advanced=True)
-    port: int = tool.integer("Port of the page", default=0, minimum=0, maximum=65535, help="0 takes a free one.")
+    port: int = tool.integer("Port of the page", default=0, minimum=0, maximum=65535, help="0: any free one.")
     no_browser: bool = tool.flag("Only print the address of the page")
     stdio: bool = tool.flag(
         "Answer on standard input and output instead of a page",
         advanced=True,
-        help="For programs, such as the panel in QGIS: a line of JSON a message, binary frames as answers.",
+        help="For programs, such as the panel in QGIS: one line of JSON for each message, binary frames as answers.",
     )
     output: str = tool.output_folder("Folder in which runs are kept", default="explored")
     overwrite: bool = tool.overwrite()
@@ -76,8 +76,6 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
 def serve_page(ask: Ask, feedback: Feedback) -> None:
     """The page, until Ctrl-C; the scene and the engine are in a process of their own."""
-    import asyncio
-
     from deadwood_algorithms.explore.server import serve
 
     def opened(address: str) -> None:
@@ -86,7 +84,7 @@ def serve_page(ask: Ask, feedback: Feedback) -> None:
             feedback.note("no browser could be started; open the address in one")
 
     values = tool.manifest(TOOL, replace(ask, stdio=True))["parameters"]
-    asyncio.run(serve([sys.executable, "-c", CHILD], json.dumps(values), ask.port, feedback, opened))
+    serve([sys.executable, "-c", CHILD], json.dumps(values), ask.port, feedback, opened)
 
 
 def answer_on_pipes() -> None:
@@ -174,5 +172,5 @@ def keeper_of(ask: Ask, feedback: Feedback) -> Keeper:
 
 
 TOOL = Tool(
-    "explore", "Simulate", "Ask by hand on a page: release logs, fell trees, draw barriers", Ask, run, in_qgis=False
+    "explore", "Simulate", "Explore on a page: release logs, fell trees, draw barriers", Ask, run, in_qgis=False
 )

@@ -8,14 +8,14 @@ always compared. Of equal cells beside each other one is the tree: the southernm
 - ``mixed``: D = 2.51503 + 0.00901 H^2, deciduous trees and pines together
 - ``deciduous``: D = 3.09632 + 0.00895 H^2
 
-``--chm`` holds heights above the ground; in place of it ``--dsm`` and ``--dem``, on the same cells, whose difference is
-the canopy. Cells without a value are no trees, nor are those higher than 150 m (cranes, birds, undeclared nodata),
-which are counted and said. The tree stands in the middle of its cell, as high as the cell.
+``--chm`` holds heights above the ground. Alternatively ``--dsm`` and ``--dem``, on the same cells, give the canopy
+height by their difference. Cells without a value are no trees, nor are cells higher than 150 m (cranes, birds,
+undeclared nodata), which are counted in a note. The tree stands at the centre of its cell and is as high as the cell.
 
 The DBH follows from the height as in ``import-trees`` (``--dbh-law``, or ``--dbh-a`` and ``--dbh-b``), which lists the
-laws and takes trees found by other programs. It finds what is highest: small trees below others stay unseen,
-a wide crown may count twice, and a building is as good as a tree. A canopy model with pits is to be smoothed before;
-choose the window by trees that were counted in the field.
+laws and imports trees found by other programs. The method finds local maxima: small trees below others are not seen, a
+wide crown may count twice, and a building counts as a tree. Fill the pits of a canopy model beforehand, and choose the
+window by trees that were counted in the field.
 
 With a canopy model: ``deadwood-tool find-trees --chm chm.tif --output trees.gpkg``; with a surface and a terrain model:
 ``deadwood-tool find-trees --dsm dsm.tif --dem dem.tif --window deciduous --output trees.gpkg``.
@@ -175,7 +175,7 @@ def refuse_other_cells(surface: DemWindows, ground: DemWindows) -> None:
 TOOL = Tool(
     "find-trees",
     "Prepare",
-    "Find the trees of a canopy height model",
+    "Detect the trees in a canopy height model",
     Ask,
     run,
     then="deadwood-tool slide-logs --dem DEM --releases RELEASES --trees {output} --friction 0.25 --output run",

@@ -2,26 +2,26 @@
 
 The two points on the terrain and the take-off angle define one parabola (paper, section 5.2). The angle is that of the
 terrain before the take-off, in the direction of the flight, because a sliding log leaves the ground along it; or it is
-given. Gives the layer ``flights``: the path of the centre of mass with take-off speed, duration, apex, landing speed
-and angle, the largest height above the terrain, and a ``verdict``. With barriers the layer ``clearances`` as well: how
-far the underside of the log, its axis parallel to the velocity, passes above the top of each barrier that the flight
+given. The layer ``flights`` holds the path of the centre of mass with take-off speed, duration, apex, landing speed and
+angle, the largest height above the terrain, and a ``verdict``. With barriers, the layer ``clearances`` says how far the
+underside of the log, with its axis parallel to the velocity, passes above the top of each barrier that the flight
 crosses. ``--plots`` draws a profile of each flight.
 
-Verdicts: ``above_launch_line`` (the landing is not below the line along which the log takes off: no speed brings it
-there), ``cuts_terrain`` (the ground between stands into the flight by more than ``--tolerance-m``), ``hits_barrier``,
-or ``possible``. A flight is a line from take-off to landing, or two points that share a ``flight_id`` and have the
-``role`` takeoff and landing (two points alone need neither). The centre of mass is half a DBH above the ground at both
-ends. Columns ``takeoff_deg``, ``dbh_cm`` and ``length_m`` override the options.
+Verdicts: ``above_launch_line`` (the landing point is not below the line along which the log takes off: no speed reaches
+it), ``cuts_terrain`` (the ground in between protrudes into the flight by more than ``--tolerance-m``),
+``hits_barrier``, or ``possible``. A flight is a line from take-off to landing, or two points that share a ``flight_id``
+and have the ``role`` takeoff and landing (if there are only two points, neither is needed). The centre of mass is half
+a DBH above the ground at both ends. Columns ``takeoff_deg``, ``dbh_cm`` and ``length_m`` override the options.
 
-The speed depends on the angle: try a few degrees up and down. The paper's log flew at 24 m/s over a barrier of 3.5 m;
-this one, from the cliff band of the sample, at about the same:
+The speed depends on the angle: try a few degrees more and less. The paper's log flew at 24 m/s over a barrier of 3.5 m;
+this one, from the cliff band of the sample, at about the same speed:
 
     deadwood-tool fit-flight --dem sample_data/dem.tif --flights 'sample_data/sample.gpkg|layername=flights' \\
         --barriers 'sample_data/sample.gpkg|layername=barriers' --output flights.gpkg --plots profiles
 
-It knows no air and no spin. As in the paper the centre of mass comes down at the landing point, although the front of
-a steeply falling log touches before; and where ``free`` in ``clearances`` is 0, one end is still, or already, on the
-ground while the log passes.
+Air drag and spin are not modelled. As in the paper the centre of mass comes down at the landing point, although the
+front of a steeply falling log touches earlier; where ``free`` in ``clearances`` is 0, one end of the log is on the
+ground while it passes.
 """
 
 from __future__ import annotations
@@ -40,12 +40,12 @@ class Ask:
     dem: str = tool.terrain("Terrain (DEM)")
     flights: str = tool.vector("Lines from take-off to landing, or points of both", "line", "point")
     barriers: str | None = tool.vector("Barriers", "line", default=None)
-    dbh_cm: float = tool.number(
-        "DBH of logs whose layer names none", unit="cm", default=75.0, minimum=0.0, exclusive=True
+    dbh_cm: float = tool.number("DBH, where the layer has none", unit="cm", default=75.0, minimum=0.0, exclusive=True)
+    length_m: float = tool.number(
+        "Length, where the layer has none", unit="m", default=30.0, minimum=0.0, exclusive=True
     )
-    length_m: float = tool.number("Length, likewise", unit="m", default=30.0, minimum=0.0, exclusive=True)
     takeoff_deg: float | None = tool.number(
-        "Take-off angle, likewise, upward positive",
+        "Take-off angle, upward positive, where the layer has none",
         unit="°",
         default=None,
         minimum=-85.0,
@@ -53,14 +53,14 @@ class Ask:
         help="Without it: the slope of the terrain in the direction of the flight.",
     )
     slope_over_m: float = tool.number(
-        "Distance before the take-off over which that slope is taken",
+        "Distance before the take-off over which that slope is measured",
         unit="m",
         default=5.0,
         minimum=0.0,
         exclusive=True,
     )
     tolerance_m: float = tool.number(
-        "Depth to which the terrain may stand into a flight", unit="m", default=0.3, minimum=0.0
+        "Depth to which the terrain may protrude into a flight", unit="m", default=0.3, minimum=0.0
     )
     crs: str | None = tool.crs()
     overwrite: bool = tool.overwrite()
@@ -109,5 +109,5 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
 
 TOOL = Tool(
-    "fit-flight", "Evaluate", "Take-off and landing points: the flight between, its speed and clearances", Ask, run
+    "fit-flight", "Evaluate", "Reconstruct a flight between take-off and landing: speed and clearances", Ask, run
 )

@@ -1,23 +1,22 @@
-"""Plant a random forest: stems per hectare at uniform places, with sizes like those of trees, or normally distributed.
+"""Plant a random forest: stems per hectare at uniform places, with sizes of given trees or normally distributed.
 
-Gives a trees layer for ``slide-logs`` over the DEM, or over the stand polygons on it less the excluded ones. Of a trees
-layer (``--like``) it takes the density over the same area, and each tree's DBH and height together from one of its
-trees, each as often as any other: so mean, standard deviation and basal area stay, however skewed they are. Where a
-number of DBH or height is given, it overrides that of the layer, and both sizes are drawn from normal distributions
-with the means and standard deviations and the correlation, as they are without a layer. What was planted is told beside
-what was asked or what the layer has.
+The result is a trees layer for ``slide-logs`` over the DEM, or over stand polygons without excluded ones. From a trees
+layer (``--like``) it takes the density over the same area, and the DBH and height of each tree together from one of its
+trees, each equally often: mean, standard deviation and basal area are kept, however skewed they are. A DBH or height
+given as an option overrides that of the layer; both sizes are then drawn from normal distributions with the means,
+standard deviations and correlation, as without a layer. The result is printed beside the request or the layer's values.
 
-Stands may differ: where the stand layer has columns of the names of the numbers' options (``stems_per_ha``,
-``dbh_mean_cm``, ...; or PlatRock's ``trees_density``, ``trees_dhp_mean``, ``trees_dhp_std``), each row is planted by
-its own, and where rows overlap the later one counts. A row's number overrides a given, that before the layer's.
+Stands may differ: where the stand layer has columns named as the options (``stems_per_ha``, ``dbh_mean_cm``, ...; or
+PlatRock's ``trees_density``, ``trees_dhp_mean``, ``trees_dhp_std``), each row is planted with its own values; where
+rows overlap, the later one counts. A value of a row overrides an option, which overrides the layer's.
 
-``--preset klosters`` and ``rothenbrunnen`` are the forests of the paper; a number that is given overrides theirs. As
-there, a draw that is no tree (DBH below 1 cm, height below 1.3 m) is drawn again, and the number of these is said: it
-narrows the distribution a little. Of a trees layer such trees are left out.
+``--preset klosters`` and ``rothenbrunnen`` are the forests of the paper; explicit options override them. As there,
+impossible trees (DBH below 1 cm, height below 1.3 m) are drawn again and counted in a note; this narrows the
+distribution a little. Such trees of a trees layer are left out.
 
-Heights without numbers of their own: the mean follows from the mean DBH by the law of ``import-trees``, and they vary
-half as much, relatively, as the DBH. Tree k of a stand stands at the same place whatever the density, unless
-``--min-spacing-m`` moves it away from a tree before it. It knows no clusters, gaps or species.
+Without values for the height, the mean follows from the mean DBH by the law of ``import-trees``, with half the relative
+variation of the DBH. Tree k of a stand has the same place at every density, unless ``--min-spacing-m`` moves it away
+from an earlier tree. Clusters, gaps and species are not modelled.
 
     deadwood-tool generate-forest --dem sample_data/dem.tif --stand "sample_data/sample.gpkg|layername=forest" \\
         --preset klosters --min-spacing-m 2 --output klosters.gpkg
@@ -28,6 +27,7 @@ half as much, relatively, as the DBH. Tree k of a stand stands at the same place
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -167,8 +167,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     taken = presets.Taken.of(presets.FORESTS[ask.preset], "--preset", vars(ask)) if ask.preset else None
     if taken:
         feedback.note(taken.said)
-    with writing(TOOL, ask, feedback) as outputs, open_ground(ask.dem, crs=ask.crs, feedback=feedback) as ground:
+    with writing(TOOL, ask, feedback) as outputs, ExitStack() as opened:
         temporary = outputs.file("output", ".gpkg")
+        ground = opened.enter_context(open_ground(ask.dem, crs=ask.crs, feedback=feedback))
         exclude = union_of(ask.exclude, ground, ask.crs, feedback)
         stands = read_stands(ask.stand, ground, exclude, ask.crs, feedback)
         source = source_of(ask, [each.ground for each in stands], feedback) if ask.like else None
@@ -178,7 +179,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         area, count = sum(each.ground.area for each in stands), sum(counts)
         if not count:
             density = max(kind.stems_per_ha for kind in kinds)
-            raise UserError(f"{density:g} stems/ha on {area / 1e4:.4g} ha is no tree at all; enlarge the stand")
+            raise UserError(f"{density:g} stems/ha on {area / 1e4:.4g} ha gives no tree; enlarge the stand")
 
         fix = "lower --stems-per-ha, or take a smaller --stand"
         refuse_too_many(count, "trees", ask.output, each=TREE_BYTES, fix=fix)

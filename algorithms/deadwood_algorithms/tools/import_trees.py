@@ -1,21 +1,23 @@
-"""Make the trees layer from a table or layer of single trees, and a releases layer of the dead ones among them.
+"""Make the trees layer from a table or layer of single trees, and a releases layer of the dead trees in it.
 
-Reads what tree detection and inventories write (GeoPackage, shapefile, CSV and other text tables in any common
-encoding, with decimal commas, with or without header). ``--source`` names what wrote the table; ``auto`` knows it by
-its columns or its name, else finds columns by their usual names. Any column can be named, with its unit, by the
-``--...-field`` and ``--...-unit`` options, which go first; in a file without header they are ``column_1``, ``column_2``
-and so on. Crown polygons give trees at their centroids (or at the columns named) and, by their area, crown diameters.
+It reads the output of tree detection and inventories: GeoPackage, shapefile, CSV and other text tables in any common
+encoding, with decimal commas, with or without header. ``--source`` names the program that wrote the table; ``auto``
+recognises it by its columns or its name, and otherwise finds columns by their usual names. The ``--...-field`` and
+``--...-unit`` options name any column and its unit, and take precedence. In a file without header the columns are
+``column_1``, ``column_2`` and so on. Crown polygons give trees at their centroids (or at the named columns) and crown
+diameters from their area.
 
-Where the DBH is missing it follows from the height by DBH[cm] = a * H[m]^b, where the height is missing from the DBH by
-the same law; a tree with neither is dropped. The law is that of ``--dbh-a`` and ``--dbh-b``, or a published one
-(``--dbh-law``), or that of the zone polygon in which the tree stands, or fitted to measured trees (``--dbh-sample``; of
-the logarithms, corrected by exp(s^2 / 2)). A single law misjudges stems by up to a factor of two; set your region's.
-``dbh_source`` tells ``measured`` from ``modelled``. What was filled, dropped or merged is counted and said.
+A missing DBH is computed from the height by DBH[cm] = a * H[m]^b, a missing height from the DBH by the same law; a tree
+with neither is dropped. The law is that of ``--dbh-a`` and ``--dbh-b``, a published one (``--dbh-law``), that of the
+zone polygon in which the tree stands, or one fitted to measured trees (``--dbh-sample``; of the logarithms, corrected
+by exp(s^2 / 2)). A single law misjudges stems by up to a factor of two: use a law of your region. ``dbh_source``
+distinguishes ``measured`` from ``modelled``. What was filled in, dropped or merged is counted in notes.
 
-Dead standing trees and snags are kept apart, for they are the logs of tomorrow: ``--snags`` writes them as a
-releases layer (upright, where they stand, with their DBH and height). What lies or was removed is dropped. An id used
-twice (tiles number their trees again) makes the tool renumber all trees and keep the old ids as ``source_id``;
-``--merge-within-m`` makes one of the trees found twice at the seams. It does not judge whether a tree is real.
+Dead standing trees and snags are kept out of the trees, because they are the logs of tomorrow: ``--snags`` writes them
+as a releases layer (upright, where they stand, with their DBH and height). Lying or removed trees are dropped. If an id
+occurs twice (tiles often number their trees independently), all trees are renumbered and the old ids are kept as
+``source_id``. ``--merge-within-m`` merges trees found twice at the seams of tiles. The tool does not judge whether a
+tree is real.
 
     deadwood-tool import-trees --trees sample_data/trees.csv --dem sample_data/dem.tif --output trees.gpkg
     deadwood-tool import-trees --trees sample_data/trees.csv --dem sample_data/dem.tif --dbh-law chablais-spruce \\
@@ -30,13 +32,13 @@ from __future__ import annotations
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely
 
 from deadwood_algorithms import schemas
 from deadwood_algorithms.files.columns import warn_implausible, where_of
-from deadwood_algorithms.files.dem_blocks import DemBlocks
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
@@ -63,6 +65,9 @@ from deadwood_algorithms.prepare.trees.table import (
 )
 from deadwood_algorithms.results.identity import writing
 
+if TYPE_CHECKING:
+    from deadwood_algorithms.files.dem_blocks import DemBlocks
+
 __doc__ = f"""{__doc__}
 Sources:
 
@@ -82,7 +87,7 @@ SLENDERNESS = (25, 150)
 class Ask:
     trees: str = tool.table("Table or layer of single trees", geometry=("point", "polygon"))
     source: str = tool.choice(
-        "What wrote the table", *tree_sources.SOURCES, default="auto", help="table: usual names only."
+        "Program that wrote the table", *tree_sources.SOURCES, default="auto", help="table: usual names only."
     )
     dem: str | None = tool.terrain(
         "Terrain (DEM)", default=None, help="Gives the CRS of the output; trees off the DEM are dropped."
@@ -110,16 +115,18 @@ class Ask:
         help="Without it: as the source or the field's usual name says, else the diameter.",
     )
     missing_value: float | None = tool.number(
-        "Number that stands for a missing value", default=None, help="For example -1 (FINT-CH) or 0."
+        "Number that marks a missing value", default=None, help="For example -1 (FINT-CH) or 0."
     )
-    status_field: str | None = tool.field_of("trees", "Field that tells dead trees from living ones", default=None)
+    status_field: str | None = tool.field_of(
+        "trees", "Field that distinguishes dead trees from living ones", default=None
+    )
     dead_values: str | None = tool.text(
-        "Its values of dead standing trees",
+        "Its values for dead standing trees",
         default=None,
         help="Separated by commas, or by semicolons where a value holds a comma. Without it: the usual words.",
     )
     gone_values: str | None = tool.text(
-        "Its values of trees that stand no more", default=None, help="As the dead values; these trees are dropped."
+        "Its values for removed or fallen trees", default=None, help="As the dead values; these trees are dropped."
     )
     keep_dead: bool = tool.flag("Keep dead standing trees among the trees too")
     min_height_m: float = tool.number(
@@ -138,16 +145,20 @@ class Ask:
         help="The description lists them. Beside a law with the crown, a and b serve trees whose crown is not known.",
     )
     dbh_zones: str | None = tool.vector(
-        "Zones with laws of their own", "polygon", default=None, help="Fields dbh_a and dbh_b, or dbh_law."
+        "Zones with different laws", "polygon", default=None, help="Fields dbh_a and dbh_b, or dbh_law."
     )
     dbh_sample: str | None = tool.table(
         "Measured trees to fit the law to",
         default=None,
-        help="Those with a DBH and a height; the table itself will do.",
+        help="Those with a DBH and a height; the table itself can be used.",
     )
-    replace_dbh: bool = tool.flag("Compute the DBH from the height even where the table has one")
+    replace_dbh: bool = tool.flag("Compute the DBH from the height also where the table has one")
     merge_within_m: float = tool.number(
-        "Trees nearer than this are one", unit="m", default=0.0, minimum=0.0, help="The tallest stays; 0 merges none."
+        "Trees nearer than this are merged",
+        unit="m",
+        default=0.0,
+        minimum=0.0,
+        help="The tallest stays; 0 merges none.",
     )
     tile_field: str | None = tool.field_of(
         "trees",
@@ -252,7 +263,7 @@ def sizes(ask: Ask, source: Source, living: np.ndarray, crown: np.ndarray | None
         source.said.append(f"{filled.from_dbh.sum()} heights missing, computed from the DBH: {named}")
     named_a_law = ask.dbh_law or ask.dbh_zones or ask.dbh_sample or law != DEFAULT
     if named_a_law and not (filled.from_height | filled.from_dbh).any():
-        feedback.warn(f"{where}: every tree has a DBH and a height, the law has nothing to do; --replace-dbh lets it")
+        feedback.warn(f"{where}: every tree has a DBH and a height, so the law is not used; --replace-dbh applies it")
     if filled.from_height.any():
         fix = "check the law (--dbh-law, --dbh-a, --dbh-b)"
         modelled = filled.dbh[filled.from_height]
@@ -307,7 +318,7 @@ def warn_of_doubts(source: Source, filled: Filled, kept: np.ndarray, feedback: F
     double = int(kept.sum()) - len(np.unique(places, axis=0))
     if double:
         feedback.warn(
-            f"{where}: {double} trees stand in the very place of another one (stems of one tree? rows twice?); "
+            f"{where}: {double} trees have exactly the position of another one (stems of one tree? rows twice?); "
             "--merge-within-m 0.1 keeps the tallest of each"
         )
     measured = kept & ~filled.from_height & ~filled.from_dbh

@@ -1,10 +1,10 @@
-"""Measure how wide the deposits of each release fan out: their azimuths, and the smallest angle that holds them all.
+"""Measure how widely the deposits of each release spread: their azimuths, and the smallest angle around them.
 
-The angle is seen from the centre of the release area (paper, equation 11), and counts across north: 350 and 10 degrees
-span 20. Deposits nearer than the least run-out are left out, because the azimuth of a log that hardly moved means
-nothing. The smallest angle grows with the number of logs, since one stray log decides it: `spread_half_deg`, its mean
-over random halves of the logs, shows by how much, and no interval can be given for it. To compare runs of different
-size, take the range from the 5 % to the 95 % quantile beside it, which has a 95 % interval by bootstrap over the logs.
+The angle is seen from the centre of the release area (paper, equation 11), and is counted across north: 350 and 10
+degrees span 20. Deposits nearer than the least run-out are left out, because the azimuth of a log that hardly moved is
+meaningless. The smallest angle grows with the number of logs, because single outliers decide it: `spread_half_deg`, its
+mean over random halves of the logs, shows by how much, and it has no interval. To compare runs of different size, use
+the range from the 5 % to the 95 % quantile, which has a 95 % interval by bootstrap over the logs.
 
     deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
         --count 200 --output releases.gpkg
@@ -12,8 +12,8 @@ size, take the range from the 5 % to the 95 % quantile beside it, which has a 95
         --friction 0.25 --output run
     deadwood-tool lateral-spread --deposits run --output spread.gpkg
 
-Logs that left the terrain model, or ended near its edge, would have gone on otherwise on a larger one: the tool warns
-of them. A layer of deposits that is no run's needs --dem for that.
+Logs that left the terrain model, or ended near its edge, would have moved on differently on a larger one: the tool
+warns of them. For a layer of deposits that belongs to no run it needs --dem.
 """
 
 from __future__ import annotations
@@ -43,17 +43,17 @@ HALVES = 100  # random halves of the logs, for how the smallest angle grows
 class Ask:
     deposits: str = tool.vector("Deposits of slide-logs, or the folder of its run", "point")
     min_runout_m: float | None = tool.min_runout(
-        "Deposits nearer than this do not count", help="Default: one log length, from the field length_m."
+        "Least run-out of deposits that count", help="Default: one log length, from the field length_m."
     )
     dem: str | None = tool.terrain(
-        "Terrain model, for the distance to its edges", default=None, help="Default: the run's, where it still lies."
+        "Terrain model, for the distance to its edges", default=None, help="Default: the run's, if it still exists."
     )
     edge_m: float = tool.number(
-        "Distance from the terrain model's edges within which deposits are warned of",
+        "Distance from the terrain model's edges within which deposits cause a warning",
         unit="m",
         default=20.0,
         minimum=0.0,
-        help="Edges are its border and its nodata; more than half a log's length is wise.",
+        help="Edges are its border and its nodata; more than half a log's length is recommended.",
     )
     seed: int = tool.seed()
     output: str = tool.output_vector(
@@ -103,12 +103,12 @@ class Deposits:
 
 
 def words_of(row: dict[str, Any]) -> str:
-    """A line on one release; without deposits that count there is no angle to tell."""
+    """A line on one release; with fewer than two deposits that count there is no angle to tell."""
     counted = row["n"] - row["n_left_out"]
-    if not counted:
+    if counted < 2:
         return (
-            f"release {row['release_id']}: no spread, none of {row['n']} deposits lies farther than --min-runout-m "
-            "from the release"
+            f"release {row['release_id']}: no spread, {counted or 'none'} of {row['n']} deposits lies beyond "
+            "--min-runout-m from the release"
         )
     low, high = row["p05_p95_ci_low_deg"], row["p05_p95_ci_high_deg"]
     return (
@@ -163,7 +163,8 @@ def spreads(
         counted = member & used
         low = arc_start(angle[counted])
         far = float(distance[counted].max()) if counted.any() else 0.0
-        shape = sector(centre, far, low, record["spread_deg"]) if counted.any() else shapely.Polygon()
+        several = np.count_nonzero(counted) > 1
+        shape = sector(centre, far, low, record["spread_deg"]) if several else shapely.Polygon()
         more = uncertainty(angle[counted], at.log_id[counted], seed)
         edges = {"n_left_dem": int(at.left[member].sum()), "n_near_edge": int(at.near_edge[member].sum())}
         place = {"from_deg": low, "runout_max_m": far, "geometry": shape}
@@ -184,7 +185,9 @@ def spreads(
 
 
 def uncertainty(azimuths: NDArray[np.float64], log_id: NDArray[np.int64], seed: int) -> dict[str, float]:
-    """Interval of the range between quantiles, and the smallest angle with half the logs [deg]; NaN without logs."""
+    """Interval of the range between quantiles, and the smallest angle with half the logs [deg]; NaN below two logs."""
+    if azimuths.size < 2:
+        return dict.fromkeys(("p05_p95_ci_low_deg", "p05_p95_ci_high_deg", "spread_half_deg"), float("nan"))
     low, high = bootstrap_interval(lambda rows: quantile_arc(azimuths[rows]), log_id, seed)
     arcs = [smallest_arc(azimuths[half]) for half in halves(log_id, seed, HALVES) if half.any()]
     return {
@@ -202,4 +205,6 @@ def sector(centre: tuple[float, float], radius: float, low: float, width: float)
     return shapely.Polygon(np.vstack([centre, arc, centre]))
 
 
-TOOL = Tool("lateral-spread", "Evaluate", "Deposits: azimuths and lateral spread of each release", Ask, run)
+TOOL = Tool(
+    "lateral-spread", "Evaluate", "Measure azimuths and lateral spread of the deposits of each release", Ask, run
+)

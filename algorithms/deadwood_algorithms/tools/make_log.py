@@ -1,25 +1,25 @@
-"""Make the solid of one log, with its mass, centre and inertia, as files that other programs read.
+"""Make the solid of one log, with its mass, centre of mass and inertia, as files for other programs.
 
-Gives a folder with ``log.pts`` (the custom shape of RAMMS::Rockfall: x y z a line, no header), ``log.obj`` and
+The folder holds ``log.pts`` (the custom shape of RAMMS::Rockfall: x y z on each line, no header), ``log.obj`` and
 ``log.stl`` (closed, outward oriented), and ``log.json`` with the mass properties. The origin is the centre of mass, z
-runs along the axis from the base to the tip, and all lengths are metres. The log is the paper's truncated cone (section
-3), as rings of vertices that lie on the cone: the solid in the files is a little slimmer than the cone, by
-6.6 / vertices^2 of its volume (2.6 % with 16). ``log.json`` has both, ``cone`` exactly and ``solid`` as in the files.
+runs along the axis from the base to the tip, and all lengths are in metres. The log is the paper's truncated cone
+(section 3), as rings of vertices on the cone: the solid in the files is slightly slimmer than the cone, by 6.6 /
+vertices^2 of its volume (2.6 % with 16). ``log.json`` has both: ``cone`` exactly, and ``solid`` as in the files.
 
-Rings in between change nothing of the solid, but where vertices alone are tested against the ground, as RAMMS does
-with a custom shape, a body feels it only where there is a ring. The paper slides its logs so, as a body-fixed cloud of
-vertices. A ring every half metre (``--ring-spacing-m``) is the convention here: on rough ground (cells of 1 m, heights
-scattered by 0.15 m) logs of 15 m with the rings of their two ends alone rest with the ground 29 cm deep in them (median
-of 144; at most 59 cm), with a ring every half metre 2 cm (at most 10). ``--rings`` asks for so many instead. The logs
-of the paper, Klosters and Rothenbrunnen:
+Rings in between do not change the solid. But where only vertices are tested against the ground, as RAMMS does with a
+custom shape, a body has contact only at its rings. The paper slides its logs in this way, as a body-fixed cloud of
+vertices. The default is a ring every half metre (``--ring-spacing-m``): on rough ground (cells of 1 m, heights
+scattered by 0.15 m) logs of 15 m with rings at their two ends only come to rest with the ground 29 cm deep inside them
+(median of 144; at most 59 cm), with a ring every half metre 2 cm (at most 10). ``--rings`` sets the number of rings
+instead. The logs of the paper, Klosters and Rothenbrunnen:
 
     deadwood-tool make-log --dbh-cm 75 --length-m 30 --output log_klosters
     deadwood-tool make-log --dbh-cm 30 --length-m 15 --output log_rothenbrunnen
 
-``slide-logs --shape log_klosters/log.pts`` slides that cloud instead of the smooth cone: the paper's way, beside this
-toolbox's own. (``reproduce-paper`` has 31 rings on both logs, as when its table was measured.) It makes no bark, no
-branches, no root plate and no bend, and no rocks: those are point clouds of their own (``sample_data`` has a cubic and
-a platy one of 1 m3, as the paper compares with).
+``slide-logs --shape log_klosters/log.pts`` slides that cloud instead of the smooth cone: the paper's method beside this
+toolbox's own. (``reproduce-paper`` has 31 rings on both logs, as when its table was measured.) Bark, branches, root
+plates, bends and rocks are not made; ``sample_data`` has point clouds of a cubic and a platy rock of 1 m3, as in the
+paper's comparison.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class Ask:
     density_kg_m3: float = tool.number("Density", unit="kg/m³", default=300.0, minimum=0.0, exclusive=True)
     vertices: int = tool.integer("Vertices of each ring", default=16, minimum=3, maximum=1000)
     ring_spacing_m: float = tool.number(
-        "Distance of the rings, at most", unit="m", default=0.5, minimum=0.0, exclusive=True
+        "Largest distance of the rings", unit="m", default=0.5, minimum=0.0, exclusive=True
     )
     rings: int | None = tool.integer(
         "Rings, those of the two ends included, instead of a distance", default=None, minimum=2, maximum=MOST_RINGS
@@ -144,4 +144,4 @@ def _write(path: Path, lines: Iterator[str]) -> None:
     path.write_text("".join(f"{line}\n" for line in lines), encoding="ascii", newline="\n")
 
 
-TOOL = Tool("make-log", "Prepare", "The solid of a log and its mass properties: .pts, OBJ, STL", Ask, run)
+TOOL = Tool("make-log", "Prepare", "Write the solid of a log and its mass properties: .pts, OBJ, STL", Ask, run)

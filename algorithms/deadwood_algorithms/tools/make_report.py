@@ -40,10 +40,10 @@ if TYPE_CHECKING:
 @dataclass(frozen=True, kw_only=True)
 class Ask:
     runs: str = tool.text(
-        "Folders of the runs, with commas; the first is what the others are compared with",
+        "Folders of the runs, with commas; the first is the baseline",
         positional=True,
         path_like=True,
-        help="Each a folder of slide-logs. On the command line they may also stand without the flag, one by one.",
+        help="Each a folder of slide-logs. On the command line they may also be given without the option.",
     )
     names: str | None = tool.text(
         "Names of the runs, with commas", default=None, help="Default: the names of the folders."
@@ -56,8 +56,8 @@ class Ask:
     )
     baseline: str | None = tool.baseline()
     title: str | None = tool.text("Title of the page", default=None, help="Default: the names of the runs.")
-    author: str | None = tool.text("Who answers for the page", default=None, help="Stands in its scenario box.")
-    project: str | None = tool.text("Project or order", default=None, help="Stands in its scenario box.")
+    author: str | None = tool.text("Author responsible for the page", default=None, help="Shown in its scenario box.")
+    project: str | None = tool.text("Project or order", default=None, help="Shown in its scenario box.")
     language: str = tool.choice("Language of the page", *LANGUAGES, default="en")
     figures: str | None = tool.output_folder(
         "Folder for every figure as PNG, SVG and PDF", default=None, help="For other documents."
@@ -67,7 +67,7 @@ class Ask:
         default=None,
         help="Terrain, trees, barriers, lying logs and boulders in true size, and the moving logs as an animation.",
     )
-    output: str = tool.output_file("HTML page to be made")
+    output: str = tool.output_file("HTML page to write")
     overwrite: bool = tool.overwrite()
 
 
@@ -100,7 +100,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         feedback.progress(1, 3, "drawing the report")
         spaces = [space_of(each, len(sources)) for each in sources]
         if gltf and spaces[0] is None:
-            raise UserError(f"{folders[0]}: its terrain model is not there any more, without which --gltf has no scene")
+            raise UserError(f"{folders[0]}: its terrain model no longer exists, without which --gltf has no scene")
         report = report_of(sources, spaces, compared, Words(ask.language), ask.title, ask.author, ask.project)
         path.write_text(report.page, encoding="utf-8")
         feedback.progress(2, 3, "drawing the report")
@@ -138,7 +138,7 @@ def names_of(folders: Sequence[str], given: str | None) -> list[str]:
     if given is not None:
         called = [each.strip() for each in given.split(",")]
         if len(called) != len(folders) or len(set(called)) < len(called) or not all(called):
-            raise UserError(f"--names is '{given}', but must hold another name for each of the {len(folders)} runs")
+            raise UserError(f"--names is '{given}', but must hold a different name for each of the {len(folders)} runs")
         return called
     names = [Path(each).resolve().name for each in folders]
     if len(set(names)) < len(names):
@@ -180,4 +180,4 @@ def compared_runs(folders: Sequence[str], sources: Sequence[ReportedRun], feedba
     return found
 
 
-TOOL = Tool("make-report", "Evaluate", "Runs: one page with maps, figures, tables and a 3-D view", Ask, run)
+TOOL = Tool("make-report", "Evaluate", "Write a report: one page with maps, figures, tables and a 3-D view", Ask, run)

@@ -1,24 +1,24 @@
-"""Map classes of intensity and probability of a run, with return periods where it is known how often logs start.
+"""Map classes of intensity and probability of a run, with return periods if the frequency of starts is known.
 
-The folder holds, over the ground that any log passed:
+The folder holds, for the ground that any log passed:
 
 - `intensity.tif`: class of the energy that at least `--least-passage` of the logs (1 %) bring to the cell, from stored
-  trajectories: 1 below 30 kJ, 2 from 30 to 300 kJ, 3 from 300 kJ on; 0 where fewer pass. More logs tell its areas
-  better, and do not make them larger, as they do those of the largest energy of all logs (`--least-passage 0`).
-  `--energy-raster` takes another energy, such as the 95 % quantile of `count-hits`, where so many logs pass;
-- `passage.tif`: class of the share of the logs that passed: 1 below 0.1 %, then to 1 %, to 10 %, and from 10 % on;
-- `process_area.gpkg`: the outline of the ground that at least so many of the logs pass, an indication map;
-- `matrix.tif`: both, where there is a class of intensity: 10 times that class, and the other; with a frequency the
-  other is the return period's;
-- with a frequency `return_period.tif` (years, and the ends of its 95 % interval) and `return_class.tif`: 1 up to 30
-  years, 2 to 100, 3 to 300, 4 beyond;
-- `lines.csv`: for each line, how many logs reach it with at least 0, 30, 300 kJ, their share and the return period of
-  it, each with its interval;
-- `classes.json`: what every class means, and how much ground it has.
+  trajectories: 1 below 30 kJ, 2 from 30 to 300 kJ, 3 from 300 kJ; 0 where fewer pass. More logs make its areas more
+  precise but not larger, in contrast to those of the largest energy of all logs (`--least-passage 0`).
+  `--energy-raster` takes another energy, such as the 95 % quantile of `count-hits`, where enough logs pass;
+- `passage.tif`: class of the share of logs that passed: 1 below 0.1 %, 2 to 1 %, 3 to 10 %, 4 from 10 %;
+- `process_area.gpkg`: the outline of the ground that at least this share of the logs passes, an indication map;
+- `matrix.tif`: both, where there is a class of intensity: 10 times that class, plus the other; with a frequency, the
+  other is that of the return period;
+- with a frequency, `return_period.tif` (years, and the ends of the 95 % interval) and `return_class.tif`: 1 up to 30
+  years, 2 up to 100, 3 up to 300, 4 beyond;
+- `lines.csv`: for each line the number of logs that reach it with at least 0, 30, 300 kJ, their share and its return
+  period, each with its interval;
+- `classes.json`: the meaning and the area of every class.
 
-The frequency is that of events in each release area: `--events-per-year`, or a column of the releases that has the same
-number in all rows of an area (`--events-field`). An event lets `--logs-per-event` of the run's logs go. Where areas
-differ in frequency the hits of each are counted from stored trajectories.
+The frequency is that of events in each release area: `--events-per-year`, or a column of the releases with the same
+number in all rows of an area (`--events-field`). An event releases `--logs-per-event` logs. Where areas differ in
+frequency, their hits are counted separately, from stored trajectories.
 
     deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
         --count 200 --output releases.gpkg
@@ -26,11 +26,11 @@ differ in frequency the hits of each are counted from stored trajectories.
         --lines 'sample_data/sample.gpkg|layername=lines' --output run
     deadwood-tool map-intensity --run run --events-per-year 0.1 --output intensity
 
-The classes of 30 and 300 kJ and of 30, 100 and 300 years are those of the Swiss federal recommendations for falls of
-rock (BRP, BWW and BUWAL 1997; BAFU 2016). They were made for rock: whether they suit wood, and which hazard a field of
-the matrix is, a person decides. A cell is classed by its estimate; `classes.json` has the ground of each class of
-energy and those above it with its 95 % interval. Where no log passed a cell is empty, which is no promise:
-`classes.json` says how probable a passage may be there yet, and how short the return period.
+The classes of 30 and 300 kJ and of 30, 100 and 300 years are those of the Swiss federal recommendations for rockfall
+(BRP, BWW and BUWAL 1997; BAFU 2016). They were made for rock: whether they suit wood, and which hazard a field of the
+matrix stands for, is an expert's decision. A cell is classed by its estimate; `classes.json` has the 95 % interval of
+the area of each class of energy and those above it. A cell that no log passed is empty, which is no guarantee:
+`classes.json` states how probable a passage may still be there, and how short the return period.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class Ask:
     run: str = tool.folder("Folder of a run of slide-logs")
     energy_classes_kj: tuple[float, ...] = tool.class_bounds("Bounds of the classes of energy", 30.0, 300.0, unit="kJ")
     energy_raster: str | None = tool.raster(
-        "Other energies to be classed [kJ]",
+        "Other energies to classify [kJ]",
         default=None,
         help="Band 1; such as count-hits --energy FILE --quantiles 95.",
     )
@@ -107,7 +107,7 @@ class Ask:
         "line",
         "polygon",
         default=None,
-        help="Their reach is found from stored trajectories.",
+        help="Their reach is computed from stored trajectories.",
     )
     output: str = tool.output_folder("Folder of the maps")
     overwrite: bool = tool.overwrite()
@@ -199,7 +199,7 @@ class Maps:
         from deadwood_algorithms.evaluate.hazard.legend import ranges_of
         from deadwood_algorithms.files.rasters import write_classes
 
-        write_classes(self.folder / f"{name}.tif", values, self.grid, rows, description=about)
+        write_classes(self.folder / f"{name}.tif", values, self.grid, rows, meaning=about)
         count = np.bincount(values.ravel(), minlength=256)
         ends = ranges_of(scale[0]) if scale else [None] * len(rows)
         for (value, _, label), end in zip(rows, ends, strict=True):
@@ -234,8 +234,8 @@ def write_years(path: Path, years: Sequence[NDArray[np.float64]], grid: Grid) ->
 
     passed = np.isfinite(years[0])
     bands = {band.name: np.where(passed, each, np.nan) for band, each in zip(RETURN.bands, years, strict=True)}
-    units = [band.unit for band in RETURN.bands]
-    write_bands(path, bands, grid, nodata=np.nan, dtype="float32", units=units, style=RETURN.look)
+    told = {"units": [band.unit for band in RETURN.bands], "style": RETURN.look, "raster": RETURN.name}
+    write_bands(path, bands, grid, nodata=np.nan, dtype="float32", **told)
 
 
 def warn_of_lost(source: Run, rows: Sequence[dict[str, Any]], feedback: Feedback) -> int:
@@ -262,7 +262,7 @@ def warn_of_few(
     events = sum(each.events_per_year for each in areas)
     needed = Z_95**2 * (events * logs * periods[-1] - 1.0)
     feedback.warn(
-        f"where no log passed the return period may yet be {years_words(shortest)} years, shorter than "
+        f"where no log passed the return period may still be {years_words(shortest)} years, shorter than "
         f"{periods[-1]:g}: {facts['logs']} logs cannot tell; about {needed:.2g} logs can"
     )
 
@@ -307,7 +307,7 @@ def line_words(row: dict[str, Any]) -> str:
 TOOL = Tool(
     "map-intensity",
     "Evaluate",
-    "A run: classes of energy and probability, return periods, and the matrix",
+    "Map classes of energy and probability, return periods, and the matrix",
     Ask,
     run,
     then="deadwood-tool make-report RUN --results {output} --output report.html",

@@ -1,17 +1,17 @@
-"""Map from where a road is reached: the share of logs that reach it, by the place where they were released.
+"""Map the places from which a road is reached: the share of logs that reach it, by the place of release.
 
 The folder holds
 
-- `origins.tif`: for any line and for each line four bands, of the logs released in a cell: the share that reaches the
-  line, both ends of its 95 % Wilson interval, how many reach it; the last band is how many were released. Where fewer
-  than --least logs were released the share is not told and the cell is transparent. Cells are as small as leaves nine
-  of ten logs told, or as --cell-m says;
-- `origins.gpkg`, layer `sources`: for each line the ground from which at least so many of the logs reach it
+- `origins.tif`: four bands for any line and for each line, of the logs released in a cell: the share that reaches the
+  line, both ends of its 95 % Wilson interval, the number that reach it; the last band is the number released. Where
+  fewer than --least logs were released the cell is transparent. The cell size is such that nine of ten logs lie in
+  cells with a share, or that of --cell-m;
+- `origins.gpkg`, layer `sources`: for each line the ground from which at least a given share of the logs reach it
   (--source-shares), with their share and its interval; layer `affected`: for each release area the ground that at least
-  so many of its logs pass (--affected-shares), from stored trajectories (one release area needs none);
+  a given share of its logs pass (--affected-shares), from stored trajectories (not needed with one release area);
 - `origins.png`: a map of the shares and of both ends of their intervals; `origins.json`: all in numbers.
 
-A grid of releases over all ground on which logs could start, as dense as it is susceptible:
+Releases over all ground on which logs could start, with a density that follows the susceptibility:
 
     deadwood-tool assess-mobilisation --dem sample_data/dem.tif --friction 0.25 --output susceptibility.tif \\
         --release-areas zones.gpkg
@@ -21,8 +21,8 @@ A grid of releases over all ground on which logs could start, as dense as it is 
         --lines 'sample_data/sample.gpkg|layername=lines' --output run
     deadwood-tool map-origins --run run --output origins
 
-The shares are those of logs that have started. How likely a log starts, assess-mobilisation judges; a share times that
-is not calculated here. A place where no log was released is empty, which says nothing of it.
+The shares are those of logs that have started. assess-mobilisation rates how favourable a place is for a start; the
+product of the two is not computed. A place where no log was released is empty, which says nothing about it.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Ask:
         "line",
         "polygon",
         default=None,
-        help="Their reach is found from stored trajectories.",
+        help="Their reach is computed from stored trajectories.",
     )
     cell_m: float | None = tool.number(
         "Cell size of the raster",
@@ -63,9 +63,9 @@ class Ask:
         default=None,
         minimum=0.0,
         exclusive=True,
-        help="Default: the smallest of 1, 2, 3, 5, 10, ... m that leaves nine of ten logs told.",
+        help="Default: the smallest of 1, 2, 3, 5, 10, ... m with which nine of ten logs lie in cells with a share.",
     )
-    least: int = tool.integer("Logs released in a cell for its share to be told", default=10, minimum=1)
+    least: int = tool.integer("Least number of logs released in a cell for which it has a share", default=10, minimum=1)
     source_shares: tuple[float, ...] = tool.class_bounds(
         "Least shares of the polygons of sources", 1.0, 10.0, 50.0, unit="%", maximum=100.0, help="Of the logs."
     )
@@ -104,13 +104,12 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         if found.share_with_enough < origins.ENOUGH:
             feedback.warn(
                 f"of {rows.size} logs {rows.size - found.released[found.enough].sum()} were released in cells of "
-                f"{cell:g} m with fewer than {ask.least}, whose share is not told; take a larger --cell-m, a smaller "
+                f"{cell:g} m with fewer than {ask.least}, whose share is not shown; take a larger --cell-m, a smaller "
                 "--least, or release more"
             )
         bands, units = found.bands()
-        write_bands(
-            folder / RASTER, bands, found.grid, nodata=np.nan, dtype="float32", units=units, style=ORIGIN_REACH.look
-        )
+        told = {"units": units, "style": ORIGIN_REACH.look, "raster": ORIGIN_REACH.name}
+        write_bands(folder / RASTER, bands, found.grid, nodata=np.nan, dtype="float32", **told)
         layers = {"sources": origins.sources_frame(found, source_shares)}
         affected = origins.affected_frame(source, cells.passed_window(source), affected_shares, feedback)
         if affected is not None:
@@ -191,7 +190,10 @@ def reached_rows(ask: Ask, source: Run, feedback: Feedback) -> tuple[NDArray[np.
 
 def lines_of(facts: dict[str, Any]) -> tuple[str, ...]:
     """How many logs reach each line, and from how much ground."""
-    shown = [f"{facts['logs']} logs in cells of {facts['cell_m']:g} m, {100 * facts['told']:.0f} % of them told"]
+    shown = [
+        f"{facts['logs']} logs in cells of {facts['cell_m']:g} m, {100 * facts['told']:.0f} % of them in cells with a "
+        "share"
+    ]
     for each in facts["reach"][1 if len(facts["reach"]) == 2 else 0 :]:
         shown.append(
             f"{each['line_id']}: {each['n_reach']} of {each['n_total']} logs, {percent_with_interval(each)}"
@@ -214,7 +216,7 @@ def lines_of(facts: dict[str, Any]) -> tuple[str, ...]:
 TOOL = Tool(
     "map-origins",
     "Evaluate",
-    "A run: from where roads are reached, and what ground logs pass",
+    "Map the places from which roads are reached, and the ground passed",
     Ask,
     run,
     then="deadwood-tool make-report RUN --results {output} --output report.html",

@@ -1,14 +1,14 @@
-"""Find which stored trajectories reach lines or polygons (roads, houses), how hard they arrive, and where from.
+"""Find which stored trajectories reach lines or polygons (roads, houses), with what energy, and from where.
 
 A log reaches a line when any part of its plan-view outline touches it at any time, and a polygon also when it starts
 inside (paper, equation 10). Each probability comes with its 95 % Wilson interval, over the logs whose trajectory was
 stored: with fewer than all of them stored it is an estimate from that sample.
 
-The output's layers: `reach`, a row a line; `arrivals`, a row a log and line, with time, speed, energy of translation
-and of rotation, clearance below the log, height of its centre of mass above the terrain, direction of travel, and the
-angles to the line and to the log's own axis; `attribution`, a row a release and line: which release hits which object,
-with what probability; `origins`, the arrivals drawn where their logs were released. The shares of
-each release cell's logs that reach them, map-origins maps.
+The layers of the output: `reach`, one row for each line; `arrivals`, one row for each log and line, with time, speed,
+energy of translation and of rotation, clearance below the log, height of its centre of mass above the terrain,
+direction of travel, and the angles to the line and to the log's own axis; `attribution`, one row for each release and
+line: which release reaches which object, with what probability; `origins`, the arrivals at the places where their logs
+were released. `map-origins` maps the share of logs that reach a line by release cell.
 
     deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
         --count 200 --output releases.gpkg
@@ -16,9 +16,9 @@ each release cell's logs that reach them, map-origins maps.
         --output run
     deadwood-tool reach-lines --run run --lines 'sample_data/sample.gpkg|layername=lines' --output reached.gpkg
 
-Logs that left the terrain model, or passed near its edge, would have gone on otherwise on a larger one: the tool warns
-of them, and `p_low_if_lost` to `p_high_if_lost` are the bounds if none or all of those reach the line that left before
-they did. It counts what the run did; it does not say how likely a log starts at all.
+Logs that left the terrain model, or passed near its edge, would have moved on differently on a larger one. The tool
+warns of them; `p_low_if_lost` and `p_high_if_lost` are the bounds if none or all of those that left before reaching the
+line had reached it. The shares are those of logs that have started: how likely a start is, is not included.
 """
 
 from __future__ import annotations
@@ -39,11 +39,11 @@ class Ask:
     run: str = tool.folder("Folder of a run of slide-logs")
     lines: str = tool.vector("Roads, railways, houses to be reached", "line", "polygon")
     edge_m: float = tool.number(
-        "Distance from the terrain model's edges within which logs are warned of",
+        "Distance from the terrain model's edges within which logs cause a warning",
         unit="m",
         default=20.0,
         minimum=0.0,
-        help="Edges are its border and its nodata; more than half a log's length is wise.",
+        help="Edges are its border and its nodata; more than half a log's length is recommended.",
     )
     output: str = tool.output_vector(
         "Reach, arrivals, attribution and origins", parts=("|layername=reach", "|layername=arrivals")
@@ -109,4 +109,4 @@ def lines_of(facts: dict) -> tuple[str, ...]:
     return tuple(shown)
 
 
-TOOL = Tool("reach-lines", "Evaluate", "Stored trajectories: probability of reaching roads or houses", Ask, run)
+TOOL = Tool("reach-lines", "Evaluate", "Compute the probability of reaching roads or houses, and arrivals", Ask, run)

@@ -1,23 +1,24 @@
-"""Repeat sections 5, 6 and the appendices of the paper on two synthetic twins, and judge its findings one by one.
+"""Repeat sections 5, 6 and the appendices of the paper on two synthetic twins, and assess its findings one by one.
 
-The folder holds `findings.json` (statement, section, the paper's figure, ours with its interval, whether it holds, why,
+The folder holds `findings.json` (statement, section, the paper's value, ours with its interval, whether it holds, why,
 and the verdict: holds, does not hold, not decided, cannot be judged here), the same as `findings.csv` and
-`findings.md`, `report.html` with the figures beside the paper's (3, 4, A1, B1), and every run. Judged is a finding (an
-order, a direction, the size of a ratio), not another slope's number. The twins and the rules were fixed before the
-first run; the numbers of the twins, each with its source, are in `deadwood_algorithms/paper/README.md`;
-`--twin-version 1` takes the twins that were used until November 2026. The log slides as the smooth cone, and a fifth of
-the logs again as the paper's point cloud (`make-log`, ids that end in `.cloud`). What fewer than 20 000 logs leave open
-is slid again with 20 000.
+`findings.md`, `report.html` with the figures beside the paper's (3, 4, A1, B1), and every run. A finding is assessed
+(an order, a direction, the size of a ratio), not the value on another slope. The twins and the rules were fixed before
+the first run; the numbers of the twins, each with its source, are in `deadwood_algorithms/paper/README.md`;
+`--twin-version 1` uses the twins of before November 2026. Findings that fewer than 20 000 logs leave undecided are
+repeated with 20 000.
 
-On the twins of version 2 each finding has a panel of sensitivity (`sensitivity.csv`): the same finding with one chosen
-number of the twin moved (width of treeless strips, roughness, places of release, friction of rolling, another draw of
-relief and forest, and others), a fifth of the logs each. These runs are not kept; `--no-panel` leaves them out.
+Each finding has a sensitivity panel (`sensitivity.csv`): the same finding as it is, with the log as the paper's point
+cloud (`make-log`; also as findings of their own, whose ids end in `.cloud`), and, on the twins of version 2, with one
+assumed number of the twin changed (width of treeless strips, roughness, places of release, rolling friction, another
+draw of relief and forest, and others). The panel slides a tenth of the logs at `draft`, whose cost and error are in
+`benchmarks/README.md`. Its runs are not kept; `--no-panel` leaves it out.
 
-`--quick` takes a few hundred logs and a coarser set: it shows that all works and judges nothing. An interrupted run
-goes on with `--resume`; what is finished is not slid again.
+`--quick` takes a few hundred logs and a coarser set: it shows that everything works and assesses nothing. `--resume`
+continues an interrupted run; what is finished is not slid again.
 
-With `--site-data FOLDER` the data of the real sites take the twins' place. FOLDER has a folder `klosters`,
-`rothenbrunnen` or both, each with
+With `--site-data FOLDER` the data of the real sites replace the twins. FOLDER has a folder `klosters`, `rothenbrunnen`
+or both, each with
 
 - `dem.tif`, or a folder `dem` of tiles (swissALTI3D 0.5 m, as GeoTIFF);
 - `trees.gpkg` (`dbh_cm`, `height_m`), or `trees.csv`, any table that `import-trees` reads;
@@ -87,20 +88,20 @@ class Ask:
     site: str = tool.choice("Which site", *SITES, "both", default="both")
     logs: int = tool.integer(
         "Logs of each scenario, over all releases", default=20_000, minimum=8, maximum=10_000_000,
-        help="The sweeps of friction and cells, and each run of the panel of sensitivity, take a fifth of them.",
+        help="The sweeps of friction and cells use a fifth of them, each run of the sensitivity panel a tenth.",
     )  # fmt: skip
     deciding_logs: int = tool.integer(
-        "Logs of each scenario by which findings are judged that fewer leave open", default=20_000, minimum=0,
+        "Logs of each scenario for findings that fewer leave undecided", default=20_000, minimum=0,
         maximum=10_000_000, advanced=True, help="The paper's number. 0 leaves them open.",
     )  # fmt: skip
     fidelity: str = tool.choice("Speed against accuracy", "draft", "standard", "fine", "reference", default="standard")
-    quick: bool = tool.flag("At most 300 logs and a coarser set, in a minute or two; not judged")
-    site_data: str | None = tool.folder("Data of the real sites, in place of the twins", default=None)
+    quick: bool = tool.flag("At most 300 logs and a coarser set, in a minute or two; not assessed")
+    site_data: str | None = tool.folder("Data of the real sites, instead of the twins", default=None)
     twin_version: str = tool.choice("Which twins", "1", "2", default="2", help="1: those until November 2026.")
-    no_panel: bool = tool.flag("Leave out the panel of sensitivity")
+    no_panel: bool = tool.flag("Leave out the sensitivity panel")
     seed: int = tool.seed()
     threads: int | None = tool.integer("Threads (default: every core)", default=None, minimum=1, advanced=True)
-    resume: bool = tool.flag("Go on with an interrupted run")
+    resume: bool = tool.flag("Continue an interrupted run")
     output: str = tool.output_folder("Folder of the findings", parts=("findings.json", "report.html"))
     overwrite: bool = tool.overwrite()
 
@@ -137,11 +138,11 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
                 place = work / name
                 cloud, panel = clouds(ask, site, place, feedback), varied(ask, name, place, feedback)
                 if cloud:
-                    panel = [("the log as the paper's point cloud", cloud), *panel]
+                    panel.insert(1, ("the log as the paper's point cloud", cloud))
                 found[name] = [with_panel(each, panel) for each in decided(ask, site, place, found[name], feedback)]
                 found[name] += [replace(each, id=f"{each.id}.cloud") for each in cloud]
         except (Cancelled, KeyboardInterrupt) as error:
-            feedback.note(f"what is finished is kept in {work}; --resume goes on from there")
+            feedback.note(f"what is finished is kept in {work}; --resume continues from there")
             raise Cancelled from error
         hidden = shutil.ignore_patterns(".*")
         shutil.copytree(work, folder, dirs_exist_ok=True, ignore=hidden, copy_function=link_or_copy)
@@ -155,13 +156,13 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
 
 def clouds(ask: Ask, site: Site, place: Path, feedback: Feedback) -> list[Finding]:
-    """The findings of a fifth of the logs, each as the paper's point cloud, which takes ten times as long."""
+    """The findings of the panel's logs as the paper's point cloud, which takes ten times as long."""
     from deadwood_algorithms.paper.findings import findings_of
 
-    if ask.quick:
+    if ask.quick or ask.no_panel:
         return []
     needed = {"none", "random", "barriers", "friction"}
-    steps = Steps(ask, site, place / ".cloud", feedback, logs=max(8, logs_of(ask) // 5), needed=needed)
+    steps = Steps(ask, site, place / ".cloud", feedback, logs=panel_logs(ask), needed=needed, fidelity="draft")
     return findings_of(steps.evidence_of_needed("cloud"))
 
 
@@ -180,6 +181,10 @@ def decided(ask: Ask, site: Site, place: Path, found: list[Finding], feedback: F
     return [replace(again[each.id], why=told + again[each.id].why) if each.id in again else each for each in found]
 
 
+def panel_logs(ask: Ask) -> int:
+    return max(8, logs_of(ask) // 10)
+
+
 def varied(ask: Ask, name: str, place: Path, feedback: Feedback) -> list[tuple[str, list[Finding]]]:
     """The findings with each chosen number of the twin moved."""
     from deadwood_algorithms.paper.findings import findings_of
@@ -194,9 +199,13 @@ def varied(ask: Ask, name: str, place: Path, feedback: Feedback) -> list[tuple[s
         shutil.rmtree(folder / "data", ignore_errors=True)
         write_twin(name, folder / "data", each.version, **each.changes)
         site = read_site(name, folder / "data", folder / "prepared")
-        logs = max(8, logs_of(ask) // 5)
-        needed = {"none", "random", "friction"} if name == SITES[0] else {"none", "random", "barriers", "platy"}
-        steps = Steps(ask, site, folder, feedback, logs=logs, needed=needed, options=each.options, draws=1)
+        needed = {"none", "random", "friction" if name == SITES[0] else "barriers"} | (
+            {"rocks"} if each.rocks else set()
+        )
+        steps = Steps(
+            ask, site, folder, feedback, logs=panel_logs(ask), needed=needed, options=each.options, draws=1,
+            fidelity="draft",
+        )  # fmt: skip
         found.append((each.words, findings_of(steps.evidence_of_needed(), quick=ask.quick)))
     return found
 
@@ -207,7 +216,7 @@ def words(ask: Ask) -> str:
     where = f"the data in {ask.site_data}" if ask.site_data else twins
     told = f"{logs_of(ask)} logs a scenario, {fidelity_of(ask)}, seed {ask.seed}, on {where}; "
     told += f"deadwood-tool {tool.VERSION}."
-    return told + (" A --quick run: it judges nothing." if ask.quick else " Intervals are 95 %, over logs.")
+    return told + (" A --quick run: nothing is assessed." if ask.quick else " Intervals are 95 %, over logs.")
 
 
 def rows_of(path: Path, layer: str) -> list[dict[str, Any]]:
@@ -247,7 +256,7 @@ def work_folder(ask: Ask, feedback: Feedback) -> Path:
             )
         return work
     if work.is_dir():
-        feedback.note(f"{work}: the unfinished work of an earlier run is dropped (--resume goes on with it)")
+        feedback.note(f"{work}: the unfinished work of an earlier run is discarded (--resume continues it)")
         shutil.rmtree(work)
     work.mkdir(parents=True)
     note.write_text(json.dumps(identity), encoding="utf-8")
@@ -269,8 +278,10 @@ class Steps:
     def __init__(
         self, ask: Ask, site: Site, place: Path, feedback: Feedback, *, logs: int | None = None,
         needed: set[str] | None = None, options: Mapping[str, Any] | None = None, draws: int | None = None,
+        fidelity: str | None = None,
     ) -> None:  # fmt: skip
         self.ask, self.site, self.place, self.feedback = ask, site, place, feedback
+        self.fidelity = fidelity or fidelity_of(ask)
         self.logs, self.needed, self.options = logs or logs_of(ask), needed or set(), dict(options or {})
         self._known: set[Path] = set()  # what was made, or found to stand, by this process
         self.prepared, self.runs, self.results = (place / name for name in ("prepared", "runs", "results"))
@@ -369,13 +380,13 @@ class Steps:
         return self.step(
             self.runs / name, slide_logs.TOOL, name, dem=self.terrains[scenario], releases=self.releases(logs),
             trees=self.trees[forest], barriers=self.site.layers["barriers"] if protects else None,
-            lines=self.site.layers["lines"], friction=float(mu), fidelity=fidelity_of(self.ask), seed=self.ask.seed,
+            lines=self.site.layers["lines"], friction=float(mu), fidelity=self.fidelity, seed=self.ask.seed,
             threads=self.ask.threads, trajectories=keeps, **self.options,
             shape=self.shape(scenario if scenario in ROCKS else "log") if convention or scenario in ROCKS else "cone",
         )  # fmt: skip
 
     def scenarios(self) -> list[str]:
-        """Those whose logs are compared one by one; the first is what the others are compared with."""
+        """Those whose logs are compared one by one; the first is the baseline."""
         randoms = [name for name in self.trees if name.startswith("random")]
         names = ["als", "protected" if self.klosters else "barriers", *randoms, "none"]
         kinds = {"protected": "barriers"} | dict.fromkeys(randoms, "random")
@@ -428,7 +439,7 @@ class Steps:
         of = self.evidence_of_scenarios(convention)
         if self.klosters and "friction" in self.needed:
             of.sweeps = self.high_friction(convention)
-        if "platy" in self.needed:
+        if "rocks" in self.needed and not self.klosters:
             of.spreads = {name: self.spread(name) for name in ("als", *ROCKS)}
         if "barriers" in of.logs and self.site.facts["takeoff_line"] and not convention:
             self._evidence = of
@@ -481,7 +492,7 @@ class Steps:
             self.results / f"friction_{cell:g}m", calibrate_friction.TOOL, f"friction on {cell:g} m", dem=str(dem),
             releases=self.releases(), trees=self.trees["als"], lines=self.site.layers["lines"],
             reached=self.line("road"), not_reached=self.line("beyond"), seed=self.ask.seed, logs=count,
-            friction=",".join(f"{mu:g}" for mu in self.frictions()), fidelity=fidelity_of(self.ask),
+            friction=",".join(f"{mu:g}" for mu in self.frictions()), fidelity=self.fidelity,
             threads=self.ask.threads,
         )  # fmt: skip
         told = json.loads((place / "calibration.json").read_text(encoding="utf-8"))
@@ -633,7 +644,7 @@ class Steps:
 TOOL = Tool(
     "reproduce-paper",
     "Evaluate",
-    "The paper's findings, one by one, on two twins or the real sites",
+    "Test the paper's findings on two synthetic twins or the real sites",
     Ask,
     run,
 )

@@ -1,28 +1,28 @@
-"""Slide the logs of many sites, one run each, and put what they come to side by side.
+"""Slide the logs of many sites, one run each, and summarise the results side by side.
 
-The sites are one of these:
+The sites come from one of:
 
-- `--sites TABLE`: one row a site. The column `site` names it, the others are parameters of slide-logs by their flags'
-  names (`dem`, `releases`, `friction`, `time-limit-s` or `time_limit_s`, ...). An empty cell, or a column that is
-  missing, takes what run-sites was given, or slide-logs' default. Relative paths are seen from the table;
-- `--configs FOLDER`: a JSON file for each site (`NAME.json`, or `NAME/manifest.json`), as slide-logs --config takes it;
+- `--sites TABLE`: one row for each site. The column `site` names it; the others are options of slide-logs by their
+  names (`dem`, `releases`, `friction`, `time-limit-s` or `time_limit_s`, ...). An empty cell or a missing column takes
+  the option given to run-sites, or the default of slide-logs. Relative paths are relative to the table;
+- `--configs FOLDER`: a JSON file for each site (`NAME.json`, or `NAME/manifest.json`), as slide-logs --config reads it;
 - `--by FIELD`: one layer of releases on one terrain model; each value of the field is a site. Of a large terrain model
-  only the window is read that the logs of a site can reach, so releases may be scattered over a whole region.
+  only the window that the logs of a site can reach is read, so releases may be scattered over a whole region.
 
-The folder holds `sites/SITE`, the whole run of slide-logs for each site; `overview.csv`, one row a site and line;
-`overview.gpkg`, the same where the releases are; `overview.png`; `summary.json`; and `merged/DEM`, the rasters of all
-sites on one terrain model as those of one run over all their logs; sites that slide the same logs are scenarios, which
-do not add up (compare-scenarios). `--report` adds a page of the first 12 sites.
+The folder holds `sites/SITE`, the complete run of slide-logs for each site; `overview.csv`, one row for each site and
+line; `overview.gpkg`, the same at the releases; `overview.png`; `summary.json`; and `merged/DEM`, the rasters of all
+sites on one terrain model, as those of one run over all their logs. Sites that slide the same logs are scenarios and
+are not added up (use compare-scenarios). `--report` adds a page of the first 12 sites.
 
     deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
         --count 60 --output releases.gpkg
     deadwood-tool run-sites --dem sample_data/dem.tif --releases releases.gpkg --by release_id --friction 0.25 \\
         --lines 'sample_data/sample.gpkg|layername=lines' --output region
 
-A site that fails is told in one line, the others are finished; the exit status is then 2. An interrupted run goes on
-with --resume, also in the middle of a site; so does one with failures, once they are fixed: what is finished and
-unchanged is not slid again. Each site is the run that slide-logs would make of it, and the same bits. With --scheduler
-all sites share its workers: they are started, or waited for, once.
+If a site fails, one line says why, and the others are finished; the exit status is then 2. `--resume` continues an
+interrupted run, also in the middle of a site, and a run with failures once their causes are fixed: what is finished and
+unchanged is not slid again. Each site is the run that slide-logs would make of it, bit for bit. With --scheduler all
+sites share its workers, which are started once.
 """
 
 from __future__ import annotations
@@ -60,10 +60,10 @@ APART = (
 
 @dataclass(frozen=True, kw_only=True)
 class Ask(slide_logs.Ask):
-    sites: str | None = tool.table("Table with one row a site", default=None)
+    sites: str | None = tool.table("Table with one row for each site", default=None)
     configs: str | None = tool.folder("Folder with a JSON file of parameters for each site", default=None)
     by: str | None = tool.field_of(
-        "releases", "Field of the releases that tells the sites apart", default=None, parent_elsewhere=True
+        "releases", "Field of the releases that distinguishes the sites", default=None, parent_elsewhere=True
     )
     # Of a site they are needed as ever; here they are what the sites that name none take.
     dem: str | None = tool.terrain(  # type: ignore[assignment]
@@ -116,7 +116,7 @@ def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
             for number, site in enumerate(sites, start=1):
                 found.append(slide_site(ask, site, work, stage_of(feedback, site.name, number, len(sites))))
         except (Cancelled, KeyboardInterrupt, NobodySlides) as error:
-            feedback.note(f"{len(found)} finished sites are kept in {work.path}; --resume goes on from there")
+            feedback.note(f"{len(found)} finished sites are kept in {work.path}; --resume continues from there")
             if isinstance(error, NobodySlides):  # no site could be slid any more
                 raise
             raise Cancelled from error
@@ -132,7 +132,7 @@ def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
         names = ", ".join(each.name for each in failed[:5]) + (" ..." if len(failed) > 5 else "")
         raise UserError(
             f"{len(failed)} of {len(found)} sites failed ({names}); the others are in {ask.output}, whose {OVERVIEW} "
-            "says why; fix them, and run again with --resume: only what is not finished is slid"
+            "says why; fix the causes, and run again with --resume: only what is not finished is slid"
         )
     work.remove()
     outputs = {"overview": OVERVIEW, "layer": LAYER, "picture": PICTURE, "summary": "summary.json"}
@@ -253,4 +253,4 @@ def add_page(ask: Ask, folder: Path, found: Sequence[SiteFound], feedback: Feedb
     make_report.run(page, feedback)
 
 
-TOOL = Tool("run-sites", "Simulate", "Many sites, or scattered releases: a run each, and one overview", Ask, run)
+TOOL = Tool("run-sites", "Simulate", "Run many sites, or scattered releases, with one overview", Ask, run)

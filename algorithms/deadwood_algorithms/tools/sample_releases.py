@@ -1,25 +1,26 @@
-"""Draw the start positions of many logs inside release areas, and what each log is like.
+"""Draw the start positions of logs inside release areas, and the properties of each log.
 
-Gives the releases layer of ``slide-logs``. Places are uniform by area inside the circle around a point (the paper:
-10 m) or inside a polygon or multipolygon, holes left out; or, with a raster of susceptibility (``--weights``), as dense
-as its values say, inside the areas, or without areas wherever it is above 0. Every area gets ``--count`` logs, or
-``--logs-per-ha`` times its area (without areas, times that of the cells above 0).
+The result is the releases layer of ``slide-logs``. Positions are uniform by area, inside a circle around each point (10
+m in the paper) or inside a polygon or multipolygon without its holes. With a susceptibility raster (``--weights``)
+their density follows its values, inside the areas, or without areas wherever it is above 0. Every area gets ``--count``
+logs, or ``--logs-per-ha`` times its area (without areas: times the area of the cells above 0).
 
-What the logs are like `--preset` says by name, with its source (`deadwood-tool list --presets` has all); an option that
-is given overrides it. A preset of a wood has the density of its critical stage of decay, and a relation of DBH and
-length, by which one of them follows from the other.
+`--preset` sets the properties of the logs by name, with the source (`deadwood-tool list --presets` lists all). Explicit
+options override it. A preset of a species has the density of its critical stage of decay, and a relation of DBH and
+length that gives one from the other.
 
-The logs of an area are alike unless sizes are to be drawn: normal distributions with ``--dbh-sd-cm``, ``--length-sd-m``
-and ``--density-sd-kg-m3`` around the means (a draw that is no log is drawn again, and said), or rows of a table of
-mapped deadwood (``--deadwood``, as ``import-trees --snags`` writes it: each log is like one of its rows). Columns of
-the areas override the options of the same names, those of the mapped deadwood before both. The axis is upright, lying,
+The logs of an area are equal unless their sizes are drawn: from normal distributions with ``--dbh-sd-cm``,
+``--length-sd-m`` and ``--density-sd-kg-m3`` around the means (impossible sizes are drawn again, and counted in a note),
+or from the rows of a table of mapped deadwood (``--deadwood``, as ``import-trees --snags`` writes it). Columns of the
+areas override the options of the same names; columns of the mapped deadwood override both. The axis is upright, lying,
 tilted, ``random`` (any direction in space) or ``random-lying`` (on the ground, any azimuth).
 
-Log k has the same id, place and size however many logs are drawn, for its draws come from the seed and its id alone;
-the ids, from 1, go round the areas (area 1, 2, ..., 1, 2, ...), so that a larger ``--count`` only adds logs.
+Log k has the same id, position and size however many logs are drawn, because its draws depend on the seed and its id
+alone. Ids start at 1 and alternate between the areas (area 1, 2, ..., 1, 2, ...), so a larger ``--count`` only adds
+logs.
 
-It does not judge where wood could start to slide. Source: the paper, section 3.3 (small perturbations of the position
-are the statistical variable).
+The tool does not assess where wood could start to slide (``assess-mobilisation`` does). Source: the paper, section 3.3
+(small perturbations of the position are the statistical variable).
 
     deadwood-tool sample-releases --areas "sample_data/sample.gpkg|layername=release_area" --dem sample_data/dem.tif \\
         --count 200 --output releases.gpkg
@@ -31,6 +32,7 @@ are the statistical variable).
 from __future__ import annotations
 
 import re
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -40,7 +42,6 @@ import shapely
 
 from deadwood_algorithms import schemas
 from deadwood_algorithms.files.columns import id_column, schema_column, where_of
-from deadwood_algorithms.files.dem_blocks import DemBlocks
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params import presets, tool
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError
@@ -63,6 +64,8 @@ from deadwood_algorithms.schemas import DBH_CM, DENSITY_KG_M3, DROP_M, SPEED_MS,
 if TYPE_CHECKING:
     import pandas
 
+    from deadwood_algorithms.files.dem_blocks import DemBlocks
+
 MOST_LOGS = 10**9
 BYTES = 650  # a log, measured on a million: drawn and written
 DEFAULT_PRESET = "klosters"
@@ -78,7 +81,7 @@ class Ask:
     )
     dem: str = tool.terrain("Terrain (DEM); its CRS is that of the output")
     weights: str | None = tool.raster(
-        "Susceptibility raster: how likely logs start in a cell", default=None, help="Any numbers from 0 up."
+        "Susceptibility raster: relative density of starts", default=None, help="Any values of at least 0."
     )
     count: int = tool.integer("Logs per area", default=2000, minimum=1, maximum=MOST_LOGS)
     logs_per_ha: float | None = tool.number(
@@ -87,12 +90,12 @@ class Ask:
     radius_m: float = tool.number("Radius of the circle around a point", unit="m", default=10.0, minimum=0.0)
     release_id_field: str | None = tool.field_of(
         "areas",
-        "Field of the areas that names them",
+        "Field with the names of the areas",
         default=None,
         help="Without it: release_id, else the row number from 1.",
     )
     preset: str = tool.choice(
-        "What the logs are like, by name",
+        "Properties of the logs, by name",
         *presets.LOGS,
         default=DEFAULT_PRESET,
         help=presets.choices_told(presets.LOGS),
@@ -137,13 +140,14 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.vectors import write_vector
 
     refuse_contradictions(ask)
-    with writing(TOOL, ask, feedback) as outputs, open_ground(ask.dem, crs=ask.crs, feedback=feedback) as ground:
+    with writing(TOOL, ask, feedback) as outputs, ExitStack() as opened:
         temporary = outputs.file("output", ".gpkg")
         if ask.orientation == "upright" and (lies := lying_wood(ask)):
             feedback.warn(
-                f"logs are released upright, as dead trees that stand (--orientation), but '{lies}' sounds like wood "
-                "that lies; --orientation random-lying releases it so, and how far logs come depends on it"
+                f"logs are released upright, as dead trees that stand (--orientation), but '{lies}' suggests lying "
+                f"wood; --orientation random-lying releases it so, which changes how far logs go"
             )
+        ground = opened.enter_context(open_ground(ask.dem, crs=ask.crs, feedback=feedback))
         areas, shapes = read_areas(ask, ground, feedback)
         weights = read_weights(ask.weights, weighted_ground(ask, ground, shapes), feedback) if ask.weights else None
         names = release_ids(areas, ask.release_id_field)
@@ -264,7 +268,7 @@ def logs_by_area(ask: Ask, shapes: list[Any], weights: Weights | None) -> np.nda
     counts = np.rint(area * ask.logs_per_ha / 1e4).astype(np.int64)
     if not counts.any():
         raise UserError(
-            f"--logs-per-ha {ask.logs_per_ha:g} on {area.sum() / 1e4:.4g} ha is no log at all; raise it, or say --count"
+            f"--logs-per-ha {ask.logs_per_ha:g} on {area.sum() / 1e4:.4g} ha gives no log; raise it, or give --count"
         )
     if counts.max() > MOST_LOGS:
         raise UserError(f"--logs-per-ha {ask.logs_per_ha:g} is {counts.max()} logs in one area; lower it")
@@ -338,7 +342,7 @@ def refuse_off_dem(place: np.ndarray, ground: Grid | DemBlocks, where: str) -> N
 TOOL = Tool(
     "sample-releases",
     "Prepare",
-    "Draw release positions of logs in points, polygons or by a raster",
+    "Draw start positions of logs in points, polygons or by a raster",
     Ask,
     run,
     then="deadwood-tool slide-logs --dem DEM --releases {output} --friction 0.25 --output run",

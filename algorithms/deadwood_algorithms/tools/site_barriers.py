@@ -1,11 +1,11 @@
-"""Find where a barrier serves most, and how long and high it must be, by sliding again only the logs that come near.
+"""Find where a barrier has most effect, and how long and high it must be, sliding only the affected logs again.
 
-Candidates are the lines of a layer (--candidates), or straight pieces along contours above the lines that the run
-watched: of each height above them (--above-m) and each length (--length-m) the few places that most logs pass on their
-way to a line (--places). Such a piece has both ends on the contour, the length that was asked in plan from end to end,
-and runs at most 30 degrees off the contours of the ground under it (`angle_deg`). Each candidate is put up alone, with
-each --height-m, and the logs that come near it slide again. Then the best is chosen, and beside it the next, until
-there are --count, or none gains more than chance.
+Candidates are the lines of a layer (--candidates), or straight pieces along contours above the lines of the run: for
+each height above them (--above-m) and each length (--length-m) the few places that most logs pass on their way to a
+line (--places). Such a piece has both ends on the contour, has the requested length in plan from end to end, and
+deviates by at most 30 degrees from the contours of the ground under it (`angle_deg`). Each candidate is tested alone,
+with each --height-m, and the logs that come near it slide again. Then the best is chosen, then the best one in
+addition, until there are --count, or none has an effect beyond chance.
 
     deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
         --count 200 --output releases.gpkg
@@ -15,17 +15,16 @@ there are --count, or none gains more than chance.
 
 The folder holds
 
-- `pareto.csv`: each candidate alone, and each set that was chosen: how many logs still reach a line with it, the
-  interval of that and of the gain (paired: the same logs), how many it holds and how many jump over or pass beside,
-  and the 95 % percentile of energy and height of its hits with exact intervals; `pareto` marks those candidates that
-  no other one beats that is neither longer nor higher; with `--barrier-classes` the weakest class of rockfall nets
-  that holds that energy;
-- `barriers.gpkg`: the run's own barriers and those chosen, as slide-logs --barriers takes them, with what each does
-  once all stand; `barriers.png`: a map, and remaining reach against length and height; `summary.json`.
+- `pareto.csv`: each candidate alone, and each chosen set: how many logs still reach a line, the interval of that and of
+  the gain (paired: the same logs), how many it holds and how many jump over or pass beside it, and the 95 % percentile
+  of energy and height of its hits with exact intervals; `pareto` marks the candidates that no other one beats that is
+  neither longer nor higher; with `--barrier-classes` the weakest class of rockfall nets that holds that energy;
+- `barriers.gpkg`: the run's own barriers and those chosen, for slide-logs --barriers, with the effect of each once all
+  stand; `barriers.png`: a map, and remaining reach against length and height; `summary.json`.
 
-What is told is exact for the logs of the run: the same, log by log, as a run of its own with those barriers. But the
-best of many was picked by these very logs and serves others a little less; slide others (another seed) to see how much.
-Barriers are rigid and infinitely strong here. A person decides where one can be founded and what it costs.
+The results are exact for the logs of the run: the same, log by log, as a separate run with those barriers. But the best
+of many was selected on these logs and has a slightly smaller effect on others; slide others (another seed) to see how
+much. Barriers are rigid and infinitely strong. Where one can be founded, and at what cost, is for an expert to decide.
 """
 
 from __future__ import annotations
@@ -76,13 +75,13 @@ class Ask(SlidingOptions):
     places: int = tool.integer("Places for each contour and length", default=2, minimum=1)
     count: int = tool.integer("Barriers to choose, at most", default=1, minimum=1)
     barrier_classes: str | None = tool.choice(
-        "Classes of barriers, to tell which one holds the energies",
+        "Classes of barriers, to find the weakest that holds the energies",
         *presets.BARRIERS,
         default=None,
         help=presets.choices_told(presets.BARRIERS) + " They are made for rocks; a person decides.",
     )
     logs: int | None = tool.integer(
-        "Logs to ask with (default: all of the run)", default=None, minimum=1, help="An even draw."
+        "Logs to use (default: all of the run)", default=None, minimum=1, help="A random subset."
     )
     seed: int = tool.seed()
     output: str = tool.output_folder(
@@ -147,7 +146,7 @@ def sited(ask: Ask, feedback: Feedback) -> Outcome:
             if not ask.candidates:
                 found, layers = contours_of(ask, question, layers, kept, feedback)
             if len(found) > MANY:
-                feedback.warn(f"{len(found)} candidates are slid, each alone; fewer are sooner done")
+                feedback.warn(f"{len(found)} candidates are slid, each alone; fewer take less time")
             siting = Siting(question, layers, found, kept, feedback)
             now, ends = siting.slide(np.arange(rows.size), (), "sliding the run again")
             refuse_other_ends(source, rows, ends)
@@ -228,7 +227,7 @@ def contours_of(
 TOOL = Tool(
     "site-barriers",
     "Evaluate",
-    "A run: where a barrier keeps most logs away, by its length and height",
+    "Find where a barrier keeps most logs away, by its length and height",
     Ask,
     run,
     then="deadwood-tool make-report RUN --results {output} --output report.html",

@@ -1,24 +1,24 @@
-"""Slide the released logs down the terrain, through the standing trees, over or into the barriers.
+"""Slide the released logs down the terrain, among standing trees and barriers.
 
 Each log is a rigid truncated cone (or, with --shape, any convex body) in hard frictional contact with terrain, trees,
-barriers, lying logs and boulders (the engine's README has the physics, after the paper's section 3). The run's folder
-holds the deposits, the trajectories, the share of logs that reach each line, every hit of a barrier, what each tree
-that was hit has taken, and rasters of how often, how fast and how high logs pass. With --lines, danger.tif has where a
-moving log ends on the road: of the logs that passed a cell, the share that reached any line, and each line, with the
-same outline or afterwards. Every released log is accounted for.
+barriers, lying logs and boulders (engine/README.md has the physics, after section 3 of the paper). The run's folder
+holds the deposits, the trajectories, the share of logs that reach each line, every hit of a barrier, impulse and energy
+taken by each tree that was hit, and rasters of how often, how fast and how high logs pass. With --lines, danger.tif is
+the share of passing logs that later reach a line: one band for any line, and one for each. Every released log is
+accounted for.
 
     deadwood-tool slide-logs --dem dem.tif --releases releases.gpkg --trees trees.gpkg --blocks boulders.gpkg \\
         --lines road.gpkg --friction 0.25 --output run
 
-Logs do not break, trees, barriers and boulders do not give way, logs do not meet each other. An interrupted run goes
-on with --resume where it stopped, and gives the same results, bit for bit, as one that was never interrupted. With
---until-ci a run takes the logs in an even draw and ends when it has enough of them; those not run are counted apart.
+Logs do not break or meet each other; trees, barriers and boulders do not give way. --resume continues an interrupted
+run and gives the same results, bit for bit, as a run that was never interrupted. With --until-ci a run takes the logs
+in a random order and ends when the intervals are narrow enough; logs that were not run are counted separately.
 
-With --fidelity auto you say how far the reach of a line may be off, and the tool picks the fidelity and the number of
-logs: --error 0.02 for 2 points, at 95 %, against what `reference` would give for all logs of the kind. The first logs
-tell how many it takes on this slope. Of the calculation it is assumed that `standard` is off by no more than it may be
-on the worst of the benchmark's slopes (--assume). summary.json and the report tell both errors, apart and together.
-With --budget 60s instead of --error it is what comes nearest in that time.
+With --fidelity auto you state how large the error of a line's reach may be, and the tool chooses the fidelity and the
+number of logs: --error 0.02 means 2 points, at 95 % confidence, compared with `reference` for all logs of the kind. The
+first logs show how many are needed on this slope. The error of the calculation is taken from the benchmarks: at most
+that of `standard` on their worst slope (--assume). summary.json and the report state both errors, separately and
+together. With --budget 60s instead of --error the result is the most accurate within that time.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ class Ask(SlidingOptions, SceneByName):
         help="auto: the cheapest that keeps --error, or the best within --budget.",
     )
     error: float | None = tool.number(
-        "How far the reach of a line may be off (--fidelity auto)",
+        "Permitted error of the reach of a line (--fidelity auto)",
         default=None,
         minimum=0.0,
         maximum=0.5,
@@ -84,8 +84,8 @@ class Ask(SlidingOptions, SceneByName):
     budget: str | None = tool.text(
         "Time for the run, instead of --error (--fidelity auto)",
         default=None,
-        help="60s, 5min or 1h: the fidelity and the number of logs that come nearest to the truth in that time on this "
-        "machine, give or take a tenth. --report and --qgis-project come on top.",
+        help="60s, 5min or 1h: the most accurate fidelity and number of logs for that time on this machine, within "
+        "about a tenth. --report and --qgis-project take additional time.",
     )
     assume: str = tool.choice(
         "Errors of calculation taken from the benchmark's slopes (--fidelity auto)",
@@ -94,8 +94,8 @@ class Ask(SlidingOptions, SceneByName):
         "draft",
         default="standard",
         advanced=True,
-        help="none: nothing, which takes reference. standard: that standard is off by no more than it may be on the "
-        "worst of them. draft: draft as well.",
+        help="none: nothing, so that reference is used. standard: the error of standard is at most that on the worst "
+        "of them. draft: draft as well.",
     )
     time_step_s: float | None = tool.number(
         "Longest time step, instead of the fidelity's",
@@ -106,7 +106,7 @@ class Ask(SlidingOptions, SceneByName):
         advanced=True,
     )
     station_spacing_m: float | None = tool.number(
-        "Distance of the contact rings, instead of the fidelity's",
+        "Spacing of the contact stations, instead of the fidelity's",
         unit="m",
         default=None,
         minimum=1e-3,
@@ -121,18 +121,18 @@ class Ask(SlidingOptions, SceneByName):
         default=None,
         minimum=1e-4,
         maximum=0.5,
-        help="0.005 means ±0.5 points. Logs are run in an even draw, at most all; looks after 1000, 2000, 4000, ... "
-        "of them take intervals widened for the repetition; the reported 95 % ones are narrower still. Needs --lines.",
+        help="0.005 means ±0.5 points. Logs run in a random order, at most all. Checks after 1000, 2000, 4000, ... "
+        "logs use intervals widened for the repetition; the reported 95 % intervals are narrower. Needs --lines.",
     )
     danger_least: int = tool.integer(
-        "Logs that must have passed a cell for its danger to be told",
+        "Least number of passing logs for which a cell has a value",
         default=10,
         minimum=1,
         advanced=True,
         help="In danger.tif, which --lines brings, cells with fewer are transparent.",
     )
     danger_counts: bool = tool.flag(
-        "Keep the counts behind danger.tif too",
+        "Also keep the counts of danger.tif",
         advanced=True,
         help="danger_count.tif, from which those of several runs add up; run-sites asks for it.",
     )
@@ -146,7 +146,7 @@ class Ask(SlidingOptions, SceneByName):
         help="Nothing breaks: the hits in which a standing tree takes more are counted, and the logs that had one.",
     )
     tree_capacity_power: float = tool.number(
-        "Power of DBH over 40 cm with which it grows", default=2.0, minimum=0.0, maximum=6.0, advanced=True
+        "Exponent of DBH / 40 cm with which it grows", default=2.0, minimum=0.0, maximum=6.0, advanced=True
     )
     log_capacity_kj: float | None = tool.number(
         "Energy that a log of 40 cm DBH can lose in a hit before it breaks, to count the hits above",
@@ -157,7 +157,7 @@ class Ask(SlidingOptions, SceneByName):
         advanced=True,
     )
     log_capacity_power: float = tool.number(
-        "Power of DBH over 40 cm with which that grows", default=2.0, minimum=0.0, maximum=6.0, advanced=True
+        "Exponent of DBH / 40 cm with which that grows", default=2.0, minimum=0.0, maximum=6.0, advanced=True
     )
     qgis_project: bool = tool.flag(
         "Add a QGIS project to the run",
@@ -380,7 +380,7 @@ def refuse_unfit(ask: Ask) -> None:
     for name in ("until_ci", "time_step_s", "station_spacing_m"):
         if getattr(ask, name) is not None:
             flag = "--" + name.replace("_", "-")
-            raise UserError(f"{flag} does not go with --fidelity auto, which picks it; leave one of them out")
+            raise UserError(f"{flag} conflicts with --fidelity auto, which chooses it; leave one of them out")
 
 
 def trajectories_wanted(text: str) -> int | None:

@@ -1,14 +1,13 @@
-"""Tell what each tree of a run is worth: how many logs more would reach the road without it.
+"""Compute the effect of each tree of a run: how many more logs would reach the road without it.
 
-For every standing tree, lying log and barrier of a run of slide-logs, and for the stands that `--stands` names
-(polygons; a stand is all trees within), and every line: the logs that reach the line as things are, and those that
-would without it, with the interval of the difference (paired: the same logs); the logs that it holds at the end, the
-energy that it takes from all that hit it, and its rank.
+For every standing tree, lying log and barrier of a run of slide-logs, for the stands of `--stands` (polygons; a stand
+is all trees within), and for every line: the number of logs that reach the line, and that would without the object,
+with the interval of the difference (paired: the same logs); the logs that it holds at the end, the energy that it takes
+from all that hit it, and its rank.
 
-The answer is exact for the logs of the run: the same, log by log, as a run of its own without the thing. Only logs to
-which it mattered are slid again, for all others go the same way without it. A tree that is hit often may be worth
-nothing, where the next one would hold what it holds; another turns logs aside that would have missed the road, and so
-is worth less than nothing.
+The result is exact for the logs of the run: the same, log by log, as a separate run without the object. Only logs that
+it affected are slid again; all others move in the same way without it. A tree that is hit often may have no effect, if
+the next one would hold the same logs; another has a negative effect: it deflects logs onto the road.
 
     deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
         --count 200 --output releases.gpkg
@@ -17,12 +16,12 @@ is worth less than nothing.
         --lines 'sample_data/sample.gpkg|layername=lines' --output run
     deadwood-tool value-trees --run run --output trees_value.gpkg
 
-`--plant` asks the other way round: points with `dbh_cm` and `height_m` (trees, or high stumps), each put there alone,
-and how many logs fewer would reach each line then; `--plant-lying` does so for lines of logs that would be left lying.
+`--plant` asks the opposite: points with `dbh_cm` and `height_m` (trees, or high stumps), each added alone, and how many
+fewer logs would then reach each line; `--plant-lying` does so for lines of logs that would be left lying.
 
-What several things are worth together is not the sum of what each is worth: two trees side by side may each be worth
-nothing, and both together much. Name them as a stand, or compare two runs (compare-scenarios). The worth of a tree is
-that for these releases. Trees do not break here; what a log does to the tree is not reckoned.
+The effect of several objects together is not the sum of their effects: two trees side by side may each have none, and
+together a large one. Name them as a stand, or compare two runs (compare-scenarios). The effect of a tree holds for
+these releases. Trees do not break, and the damage of the tree is not computed.
 """
 
 from __future__ import annotations
@@ -45,7 +44,7 @@ class Ask(SlidingOptions):
     run: str = tool.folder("Folder of a run of slide-logs")
     lines: str | None = tool.other_lines()
     stands: str | None = tool.vector(
-        "Stands, of which all trees are taken away together",
+        "Stands whose trees are all removed together",
         "polygon",
         default=None,
         help="Their id is stand_id, else name, else the row.",
@@ -57,13 +56,13 @@ class Ask(SlidingOptions):
         "Places where a log could be left lying", "line", default=None, help="From base to tip, with diameter_cm."
     )
     logs: int | None = tool.integer(
-        "Logs to ask with (default: all of the run)",
+        "Logs to use (default: all of the run)",
         default=None,
         minimum=1,
-        help="An even draw, where all would take too long: in a forest some seven times as long as the logs slid.",
+        help="A random subset, if all take too long: in a forest about seven times as long as the run.",
     )
     seed: int = tool.seed()
-    output: str = tool.output_vector("What each tree, lying log, barrier and stand is worth")
+    output: str = tool.output_vector("Effect of each tree, lying log, barrier and stand")
     overwrite: bool = tool.overwrite()
 
 
@@ -156,7 +155,7 @@ def values_of(ask: Ask, feedback: Feedback) -> Outcome:
 TOOL = Tool(
     "value-trees",
     "Evaluate",
-    "A run: what each tree, lying log, barrier and stand is worth at each line",
+    "Compute the effect of each tree, lying log, barrier and stand at each line",
     Ask,
     run,
     then="deadwood-tool make-report RUN --results {output} --output report.html",

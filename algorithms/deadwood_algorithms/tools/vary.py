@@ -1,17 +1,17 @@
-"""Tell which of the inputs the answer depends on: friction, the sizes of logs and trees, the terrain model, and others.
+"""Find the most influential inputs: friction, the sizes of logs and trees, the terrain model, and others.
 
-The same logs slide again and again, each time with other values of the factors that --vary names. Two things are read
-from it, for the reach of every line and for the mean run-out:
+The same logs slide again and again, each time with other values of the factors of --vary. Two results follow, for the
+reach of every line and for the mean run-out:
 
-- the tornado: every factor alone at both ends of its range, the others as they are. The swing
-  between the ends has the interval of a paired difference over the logs (Tango's; of run-outs a bootstrap);
-- the indices, of --design latin or sobol: all factors at once, over all of their ranges. The first-order index is the
-  share of the variance that a factor accounts for alone, the total-effect index the share that it has a part in, alone
-  or with others (Saltelli et al. 2010, Jansen 1999). What so few logs add to them by chance is taken off; the
-  intervals are by bootstrap over the design's rows and the logs. The design has (factors + 2) x --samples runs.
+- the tornado: every factor alone at both ends of its range, with the others unchanged. The swing between the ends has
+  the interval of a paired difference over the logs (Tango's; for run-outs a bootstrap);
+- the indices, with --design latin or sobol: all factors at once, over all of their ranges. The first-order index is the
+  share of the variance that a factor accounts for alone, the total-effect index the share in which it has a part, alone
+  or with others (Saltelli et al. 2010, Jansen 1999). The chance contribution of a small number of logs is subtracted;
+  the intervals are by bootstrap over the design's rows and the logs. The design has (factors + 2) x --samples runs.
 
-In the folder are `tornado.csv`, `tornado.png`, `indices.csv`, `runs.csv` (one row a run) and `summary.json` with the
-sentence "your answer depends on ...", or that so many logs do not decide it.
+The folder holds `tornado.csv`, `tornado.png`, `indices.csv`, `runs.csv` (one row for each run) and `summary.json` with
+a sentence that names the most influential input, or says that this many logs do not decide it.
 
     deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
         --count 100 --output releases.gpkg
@@ -19,10 +19,10 @@ sentence "your answer depends on ...", or that so many logs do not decide it.
         --lines 'sample_data/sample.gpkg|layername=lines' --friction 0.25 \\
         --vary friction=0.2:0.3,rolling_friction,log_density_factor --design ends --output varied
 
-A range is the user's: a wide one makes its factor strong. The ranges that are offered are suggestions (rolling friction
-0.03 to 0.15, for no value is measured for logs). Values in a range count as equally likely and factors as independent.
-Of what is not varied the tool knows nothing. The error of the terrain model is a random surface, which does not change
-from log to log: the tornado shows one of them, the design another in every row.
+You choose the ranges: a wide one makes its factor strong. The default ranges are suggestions (rolling friction 0.03 to
+0.15, because no value has been measured for logs). Values in a range count as equally likely and factors as
+independent. Inputs that are not varied have no part in the result. The error of the terrain model is a random surface,
+the same for all logs: the tornado uses one of them, the design another in every row.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class Ask(SlidingOptions, SceneByName):
         "Factors and their ranges",
         default="friction_factor,rolling_friction,log_dbh_factor,log_length_factor",
         path_like=True,
-        help="NAME=LOW:HIGH with commas, or a JSON or CSV file of them. A name alone takes the range that is offered: "
+        help="NAME=LOW:HIGH with commas, or a JSON or CSV file of them. A name alone takes its default range: "
         "friction 0.2:0.3, friction_factor 0.8:1.2, rolling_friction 0.03:0.15, restitution 0:0.2, tree_friction "
         "0.2:0.6, tree_restitution 0:0.2, log_dbh_factor and log_length_factor 0.9:1.1, log_density_factor 0.7:1.3, "
         "tree_dbh_factor 0.9:1.1, dem_noise_m 0:0.1, fidelity draft:standard, orientation upright:random-lying (the "
@@ -68,20 +68,20 @@ class Ask(SlidingOptions, SceneByName):
         "latin",
         "sobol",
         default="latin",
-        help="latin: a Latin hypercube; sobol: Sobol's sequence, which needs SciPy. Both bring the indices.",
+        help="latin: a Latin hypercube; sobol: Sobol's sequence, which needs SciPy. Both give the indices.",
     )
     samples: int = tool.integer(
         "Rows of the design",
         default=32,
         minimum=8,
         maximum=65536,
-        help="The design has (factors + 2) times as many runs. Of sobol a power of two.",
+        help="The design has (factors + 2) times as many runs. For sobol a power of two.",
     )
     logs: int = tool.integer(
         "Logs to slide in each run",
         default=300,
         minimum=2,
-        help="An even draw by seed and log_id; all if the layer has fewer.",
+        help="A random subset by seed and log_id; all if the layer has fewer.",
     )
     dem_noise_length_m: float = tool.number(
         "Distance over which errors of the terrain model are alike",
@@ -98,7 +98,7 @@ class Ask(SlidingOptions, SceneByName):
         "fine",
         "reference",
         default="draft",
-        help="Differences hang less on it than their ends; the factor 'fidelity' tells how much.",
+        help="Differences depend less on it than single results; the factor 'fidelity' shows how much.",
     )
     output: str = tool.output_folder("Folder of the variation", parts=(TORNADO, INDICES, RUNS, PICTURE, FACTS))
     overwrite: bool = tool.overwrite()
@@ -154,7 +154,7 @@ def variation(ask: Ask, feedback: Feedback) -> Outcome:
                 f"give at least {layers.dem.cell:g}"
             )
         if len(logs) < FEW_LOGS:
-            feedback.warn(f"{len(logs)} logs tell strong factors only; release some hundreds")
+            feedback.warn(f"{len(logs)} logs reveal strong factors only; release a few hundred")
         feedback.note(f"{len(places)} runs of {len(logs)} logs: {len(places) * len(logs)} logs are slid")
         known = {
             "--logs or --seed": [ask.logs, ask.seed],
@@ -278,7 +278,7 @@ def write(
         write_csv(folder / INDICES, pandas.DataFrame(facts["indices"]))
     write_json(folder / FACTS, facts)
     note = (
-        "High less low end with its 95 % interval over the same logs, bold where that leaves out 0. Values of a range "
+        "High minus low end with its 95 % interval over the same logs, bold where that excludes 0. Values of a range "
         f"count as equally likely. As it is: {logs} of {logs_in_layer} logs, fidelity {ask.fidelity}, seed {ask.seed}."
     )
     if any(each.indices is not None and each.indices.crossed.any() for each in measured):
@@ -290,7 +290,7 @@ def write(
 TOOL = Tool(
     "vary",
     "Evaluate",
-    "The most influential inputs: factors varied alone and together",
+    "Find the most influential inputs: factors varied alone and together",
     Ask,
     run,
     then="deadwood-tool make-report RUN --results {output} --output report.html",

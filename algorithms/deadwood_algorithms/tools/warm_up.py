@@ -1,10 +1,10 @@
-"""Compile the engine for this machine, so that the first run need not: once after each installation or update.
+"""Compile the engine for this machine before the first run: once after each installation or update.
 
     deadwood-tool warm-up
 
-What is compiled is kept in the user's cache folder (`NUMBA_CACHE_DIR` names another one) and serves every tool and
-QGIS; the same engine is compiled once. `--shapes` compiles the kernels of point clouds (`slide-logs --shape`) too,
-which otherwise wait for the first that slides.
+The compiled code is kept in the user's cache folder (`NUMBA_CACHE_DIR` names another one) and serves every tool and
+QGIS; an engine is compiled only once. `--shapes` also compiles the kernels of point clouds (`slide-logs --shape`),
+which otherwise happens with the first of them.
 """
 
 from __future__ import annotations

@@ -1,28 +1,28 @@
-"""Throw trees as a storm does, and write what stands and lies before, after, years later, and cleared.
+"""Throw trees as a storm does, and write what stands and lies before, after, years later, and after clearing.
 
-Of a trees layer a share of the stems is thrown: of all (`--share`), of each class of DBH (`--dbh-classes 0:0.1,40:0.7`,
-from 0 cm on a tenth, from 40 cm on seven tenths), within polygons (`--windthrow-areas`, whose column `share` goes
-before), and the trees that `--ids` names. The nearest whole number of each group falls; which ones depends on the seed
-and each tree's id.
+A share of the stems is thrown: of all (`--share`), of each class of DBH (`--dbh-classes 0:0.1,40:0.7`: a tenth from 0
+cm, seven tenths from 40 cm), within polygons (`--windthrow-areas`, whose column `share` overrides these), and the trees
+named by `--ids`. In each group the nearest whole number falls; which trees fall depends on the seed and each tree's id.
 
-A thrown stem lies from its stump towards `--fall-deg`, where the wind blows to, with a normal scatter; it is the part
-of the tree's truncated cone above the stump, as long on the slope as it was high. The stump stays, as a short tree
-(`--stump-m 0`: uprooted, none). What would reach beyond the terrain model ends at its edge; stems that fall off it
-altogether are left out and counted. The folder holds layers ready for `slide-logs`:
+A thrown stem lies from its stump towards `--fall-deg`, the direction to which the wind blows, with a normal scatter. It
+is the part of the tree's truncated cone above the stump, and as long on the slope as it was high. The stump remains as
+a short tree (`--stump-m 0`: uprooted, no stump). A stem that would extend beyond the terrain model ends at its edge;
+stems that fall off it completely are left out and counted. The folder holds layers for `slide-logs`:
 
-- `trees_before.gpkg`: the forest before;
-- `trees_after.gpkg`, `lying_after.gpkg`: what stands, with stumps, and what lies right after;
-- `trees_later.gpkg`, `lying_later.gpkg`: the same ten years on, say: a share of the lying logs is gone (`--lost`), the
-  others are thinner (`--thinner`). The defaults are assumptions, no measurement: take those of your climate and wood.
-  `--wood spruce --years 10` reckons `--thinner` from a published rate of decay;
-- `trees_cleared.gpkg`: everything that lay is removed, the stumps stay;
+- `trees_before.gpkg`: the forest before the storm;
+- `trees_after.gpkg`, `lying_after.gpkg`: what stands, with stumps, and what lies right after the storm;
+- `trees_later.gpkg`, `lying_later.gpkg`: the same years later: a share of the lying logs is gone (`--lost`), the others
+  are thinner (`--thinner`). The defaults are assumptions, not measurements: use values of your climate and wood.
+  `--wood spruce --years 10` computes `--thinner` from a published rate of decay;
+- `trees_cleared.gpkg`: all lying stems are removed, the stumps remain;
 - `stems.gpkg`: every tree, and whether it stands, lies or is removed in each scenario.
 
     deadwood-tool import-trees --trees sample_data/trees.csv --dem sample_data/dem.tif --output trees.gpkg
     deadwood-tool windthrow --trees trees.gpkg --dem sample_data/dem.tif --share 0.4 --fall-deg 180 --output storm
 
-It prints the commands that slide the same logs through all four, and compare them. It does not say which trees a storm
-throws: that is yours to say. Stems lie flat, not on one another or against standing trees; nothing grows in between.
+The tool prints the commands that slide the same logs through all four scenarios and compare them. It does not predict
+which trees a storm throws: that is your input. Stems lie flat, not on one another or against standing trees; regrowth
+is not modelled.
 """
 
 from __future__ import annotations
@@ -59,30 +59,36 @@ class Ask:
         default=None,
         help="Nothing falls outside. A column share overrides --share and --dbh-classes.",
     )
-    ids: str | None = tool.text("Trees that are thrown in any case", default=None, help="tree_id, with commas.")
+    ids: str | None = tool.text(
+        "Trees that fall in any case", default=None, help="Values of tree_id, separated by commas."
+    )
     fall_deg: float = tool.number(
         "Azimuth towards which stems fall, where the wind blows to", unit="°", minimum=0.0, maximum=360.0
     )
-    scatter_deg: float = tool.number("Standard deviation of that", unit="°", default=20.0, minimum=0.0, maximum=180.0)
+    scatter_deg: float = tool.number(
+        "Standard deviation of that azimuth", unit="°", default=20.0, minimum=0.0, maximum=180.0
+    )
     stump_m: float = tool.number(
         "Height of the stumps", unit="m", default=0.5, minimum=0.0, help="0: none, the stems are uprooted."
     )
-    lost: float = tool.number("Share of the lying logs that is gone years later", default=0.3, minimum=0.0, maximum=1.0)
+    lost: float = tool.number(
+        "Share of the lying logs that has disappeared years later", default=0.3, minimum=0.0, maximum=1.0
+    )
     thinner: float | None = tool.number(
-        "Share of the others' diameter that is gone by then",
+        "Share by which the diameter of the others has decreased by then",
         default=None,
         minimum=0.0,
         maximum=0.95,
         help="Default: by --wood, else 0.2, an assumption.",
     )
     wood: str | None = tool.choice(
-        "Wood whose rate of decay says how much thinner",
+        "Wood whose rate of decay gives the decrease",
         *presets.DECAYS,
         default=None,
         help=presets.choices_told(presets.DECAYS),
     )
     years: float | None = tool.number(
-        "Years on, with --wood", default=None, minimum=0.0, maximum=100.0, help="Default: 10."
+        "Years after the storm, with --wood", default=None, minimum=0.0, maximum=100.0, help="Default: 10."
     )
     seed: int = tool.seed()
     crs: str | None = tool.crs()
@@ -107,7 +113,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     if 0.0 < ask.stump_m < TREE_M[0]:
         raise UserError(f"--stump-m is {ask.stump_m:g} m, but must be 0 (none) or at least {TREE_M[0]:g} m")
     if ask.years is not None and ask.wood is None:
-        raise UserError("--years is reckoned with the decay of a wood; name it with --wood, or give --thinner itself")
+        raise UserError(
+            "--years is computed with the decay of a species; name it with --wood, or give --thinner itself"
+        )
     thinner = THINNER if ask.thinner is None else ask.thinner
     for taken in ask.taken_presets():
         feedback.note(taken.said)
@@ -179,4 +187,4 @@ def lines_of(facts: Mapping[str, Any], made: Mapping[str, Path], dem: str) -> tu
     return tuple(shown)
 
 
-TOOL = Tool("windthrow", "Prepare", "Trees and a storm: layers before, after, years on and cleared", Ask, run)
+TOOL = Tool("windthrow", "Prepare", "Make the forests of a storm: before, after, years later, cleared", Ask, run)

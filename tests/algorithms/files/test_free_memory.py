@@ -39,7 +39,7 @@ def test_windows_and_macos_tell_it_too(elsewhere):
 
 
 def test_the_guards_work_there(elsewhere, said):
-    """40 bytes a cell and 24 a thread, of nine tenths of a gigabyte: no thread fits 20 million cells."""
+    """40 bytes per cell and 24 a thread, of nine tenths of a gigabyte: no thread fits 20 million cells."""
     elsewhere(10**9)
     with pytest.raises(UserError, match=r"dem.tif: 20 million cells need .* free"):
         threads_that_fit(4, 20_000_000, friction_by_cell=False, what="dem.tif", feedback=said)

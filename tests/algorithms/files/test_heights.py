@@ -73,7 +73,7 @@ def test_a_dem_of_mixed_cells_is_read_without_them_and_said(tmp_path, said):
     assert np.nanmin(grid.values) > 799.0
     assert kept[weight == 0.0].mean() > 0.97
     told = said.warnings[-1]
-    assert "cells beside nodata hold heights that no ground there has (-" in told
+    assert "cells beside nodata hold impossible heights (-" in told
 
 
 @settings(max_examples=40, deadline=None)

@@ -176,7 +176,7 @@ def test_a_run_with_friction_by_name_is_the_run_with_its_number(case, said):
     assert json.loads((case.folder / "again" / "manifest.json").read_text(encoding="utf-8"))["presets"] == [record]
 
 
-def test_a_given_friction_goes_before_the_named_one(case, said):
+def test_a_given_friction_overrides_the_named_one(case, said):
     values = case.values(output=str(case.folder / "both"), friction="0.4", friction_preset="wet-debarked")
     case.run(feedback=said, **values)
     manifest = json.loads((case.folder / "both" / "manifest.json").read_text(encoding="utf-8"))
@@ -214,7 +214,7 @@ def test_the_decay_of_a_wood_thins_lying_logs_by_its_mass(tmp_path, said):
     windthrow.TOOL(output=str(tmp_path / "s"), wood="beech", thinner=0.5, **given)
     later = gpd.read_file(tmp_path / "s" / "lying_later.gpkg")["diameter_cm"]
     assert (later / after).to_numpy() == pytest.approx(np.full(4, 0.5), rel=1e-3)
-    with pytest.raises(UserError, match="--years is reckoned with the decay of a wood"):
+    with pytest.raises(UserError, match="--years is computed with the decay of a species"):
         windthrow.TOOL(output=str(tmp_path / "s"), years=20.0, **given)
 
 

@@ -218,7 +218,7 @@ def test_lost_inputs_are_told_and_the_rest_goes_on(run, tmp_path):
     assert "Without the terrain model there is no 3-D view" in text
     assert data["space"] == []
     assert "Arrivals" in text  # they need the run alone
-    with pytest.raises(UserError, match="terrain model is not there any more"):
+    with pytest.raises(UserError, match="terrain model no longer exists"):
         make_report.TOOL(runs=str(moved), output=str(tmp_path / "x.html"), gltf=str(tmp_path / "x.glb"))
     assert not (tmp_path / "x.html").exists()
 

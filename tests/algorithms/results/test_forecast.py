@@ -116,7 +116,7 @@ def test_a_plan_writes_nothing(case, said, tmp_path, monkeypatch):
     )
     assert outcome.outputs == {}
     assert outcome.lines[0] == f"logs:          {LOGS}, of which {LOGS} keep their trajectory"
-    assert outcome.lines[-1] == "from a pilot of 20 logs, evenly drawn; nothing was written"
+    assert outcome.lines[-1] == "from a pilot of 20 logs, drawn at random; nothing was written"
     assert any(each.startswith("16 workers:") for each in outcome.lines)
     assert not list(case.folder.glob("*planned*"))
     assert not list(tmp_path.iterdir())

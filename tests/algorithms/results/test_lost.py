@@ -16,7 +16,7 @@ from deadwood_algorithms.stats.statistics import wilson_interval
 from deadwood_algorithms.tools import design_values, map_intensity, map_origins, site_barriers, value_trees, vary
 from deadwood_engine import STOP_REASONS
 
-WORDS = "left the terrain model or came onto its nodata, and what they did beyond is not known: "
+WORDS = "left the terrain model or came onto its nodata, and their further movement is not known: "
 
 
 @pytest.fixture(scope="module")

@@ -33,7 +33,7 @@ def test_the_mass_of_another_shape_is_that_of_its_body(tmp_path):
     assert bodies_of(run)[0, MASS] == pytest.approx(6.0 * 300.0)
     assert bodies_of(run)[0, AXIAL] == pytest.approx((1.0 + 4.0) / 12.0)
     (tmp_path / "block.pts").unlink()
-    with pytest.raises(UserError, match="elsewhere/block.pts, is not there any more"):
+    with pytest.raises(UserError, match="elsewhere/block.pts, no longer exists"):
         bodies_of(run)
 
 

@@ -49,7 +49,7 @@ def test_a_raster_of_larger_cells_gives_each_cell_its_own(grid, tmp_path, said):
     values = np.random.default_rng(1).uniform(0.2, 0.6, (25, 15)).astype(np.float32)
     mu = read_friction(raster_of(tmp_path / "f.tif", values, 4.0), grid, said)
     assert np.array_equal(mu, np.kron(as_written(values), np.ones((4, 4)))[::-1])
-    assert any("brought onto the DEM's cells (nearest value)" in note for note in said.notes)
+    assert any("resampled to the DEM's cells (nearest value)" in note for note in said.notes)
 
 
 def test_a_raster_of_finer_cells_gives_the_one_that_holds_the_centre(grid, tmp_path, said):

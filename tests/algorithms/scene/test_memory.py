@@ -14,7 +14,7 @@ CELLS = 10_000_000
 
 @pytest.mark.parametrize(("free_gb", "threads"), [(100.0, 16), (2.0, 5), (0.8, 1)])
 def test_as_many_threads_as_there_is_memory_for(monkeypatch, said, free_gb, threads):
-    """40 bytes a cell for the scene and the writing, 24 more for each thread, of nine tenths of what is free."""
+    """40 bytes per cell for the scene and the writing, 24 more for each thread, of nine tenths of what is free."""
     monkeypatch.setattr(memory, "free_bytes", lambda: int(free_gb * 1e9))
     expected = min(16, int((0.9 * free_gb * 1e9 / CELLS - 40) // 24))
     assert threads_that_fit(16, CELLS, friction_by_cell=False, what="dem.tif", feedback=said) == expected == threads
@@ -47,7 +47,7 @@ def test_more_threads_than_help_are_not_used(monkeypatch, said):
 
 @pytest.mark.parametrize(("free_gb", "words"), [(100.0, ""), (3.5, "--workers 3 fit"), (1.0, "leave out --scheduler")])
 def test_processes_share_no_memory(monkeypatch, free_gb, words):
-    """64 bytes a cell here, 36 in each of them beside 300 MB of libraries, of nine tenths of what is free."""
+    """64 bytes per cell here, 36 in each of them beside 300 MB of libraries, of nine tenths of what is free."""
     monkeypatch.setattr(memory, "free_bytes", lambda: int(free_gb * 1e9))
     fitting = int((0.9 * free_gb * 1e9 - 64 * CELLS) // (300e6 + 36 * CELLS))
     assert (fitting >= 4, f"--workers {fitting} fit" == words, fitting < 1) == (

@@ -136,7 +136,7 @@ def test_a_chunk_of_another_run_is_found(case, full, begun, said, tmp_path):
 def test_without_damage_nothing_is_warned_of(case, full, begun, said):
     assert_same_run(full, resumed(case, begun, said))
     assert not [each for each in said.warnings if "damaged" in each]
-    assert any("finished chunks of logs are taken over" in each for each in said.notes)
+    assert any("finished chunks of logs are reused" in each for each in said.notes)
 
 
 def test_damage_while_a_run_works_is_said_with_its_fix(tmp_path, said):

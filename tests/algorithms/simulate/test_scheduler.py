@@ -68,7 +68,7 @@ def test_in_chunks_of_few_logs(case, said, tmp_path, monkeypatch):
     monkeypatch.setattr(workers, "MOST_A_PIECE", 2)
     both(case, tmp_path, said, **case.everything())
     assert sum("joins in" in each for each in said.notes) == 2
-    assert sum("bytes a log to the workers" in each for each in said.notes) == 1
+    assert sum("bytes per log to the workers" in each for each in said.notes) == 1
     assert scheduler._open == {}
 
 
@@ -299,7 +299,7 @@ def test_the_sites_of_run_sites_share_their_workers(case, said, tmp_path, monkey
     spread = sites(case, tmp_path / "spread", said, **ON_TWO)
     assert starts == [2]
     assert sum("joins in" in each for each in said.notes) == 2
-    assert sum("bytes a log to the workers" in each for each in said.notes) == 1
+    assert sum("bytes per log to the workers" in each for each in said.notes) == 1
     assert_same_sites(alone, spread)
     planned = case.values(by="release_id", output=str(tmp_path / "x"), plan=True, plan_logs=20, **ON_TWO)
     assert run_sites.TOOL(**planned).facts["logs"] == 24

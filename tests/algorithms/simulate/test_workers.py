@@ -170,7 +170,7 @@ def test_a_lost_scheduler_is_said_and_the_run_goes_on_without(case, alone, tmp_p
             run_on(site, case, tmp_path / "run", watcher)
     finally:
         site.stop()
-    assert watcher.heard("--resume goes on from there") == 1
+    assert watcher.heard("--resume continues from there") == 1
     assert not (tmp_path / "run").exists()
     found = case.run(output=str(tmp_path / "run"), resume=True, **case.everything())
     assert_same_bytes(alone, found)
@@ -190,7 +190,7 @@ def test_local_workers_are_started_and_stopped_and_listen_to_this_machine_alone(
     found = case.run(watcher, output=str(tmp_path / "run"), scheduler="local", workers=2, **case.everything())
     assert watcher.heard("joins in") == 2
     assert watcher.heard("the worker tls://127.0.0.1:") == 2
-    assert watcher.heard("bytes a log to the workers") == 1
+    assert watcher.heard("bytes per log to the workers") == 1
     assert_same_bytes(alone, found)
     assert heard_at == {"127.0.0.1"}
     assert sum("spawn_main" in " ".join(each.cmdline()) for each in psutil.Process().children(recursive=True)) == 0

@@ -211,7 +211,7 @@ def test_friction_of_polygons_and_rasters_cuts_areas_to_the_cell(tmp_path):
     raster = write_raster(tmp_path / "mu.tif", values)
     other = Assessed(tmp_path, dem=dem, friction=raster, min_area_m2=10.0)
     assert other.areas.geometry[0].equals(rows.geometry[0])
-    # Coarser cells in another place and CRS: brought onto the DEM's cells, nearest value.
+    # Coarser cells in another place and CRS: resampled to the DEM's cells, nearest value.
     with rasterio.open(raster) as source, WarpedVRT(source, crs="EPSG:4326") as warped:
         profile = warped.profile | {"driver": "GTiff"}
         with rasterio.open(tmp_path / "degrees.tif", "w", **profile) as made:
@@ -358,7 +358,7 @@ def test_mapped_deadwood_is_split_by_decay_and_ground(tmp_path, said):
     assert good["gully"].tolist() == [0, 0, 0, 0]
     assert good["dbh_cm"].tolist() == [40.0] * 4
     assert found.areas["n_candidates"].tolist() == [4]
-    assert any("larch" in note and "spruce stands for it" in note for note in said.notes)
+    assert any("larch" in note and "that of spruce is used" in note for note in said.notes)
     assert any("of 1 of 10 points the decay is unknown" in note for note in said.notes)
     releases = str(tmp_path / "releases.gpkg")
     areas = f"{tmp_path / 'deadwood.gpkg'}|layername=candidates"
@@ -380,9 +380,9 @@ def test_what_is_not_known_of_a_species_is_said(tmp_path, said):
     assert len(found.logs("others")) == 4
     told = " ".join(said.notes)
     assert "no species known here is Mammutbaum" in told
-    assert "no rate of decay is known of sapin; spruce stands for it" in told
+    assert "no rate of decay is known of sapin; that of spruce is used" in told
     assert "1 snags are not of spruce" in told
-    assert "1 points not of spruce are judged by rates of decay of downed wood" in told
+    assert "1 points not of spruce are rated by rates of decay of downed wood" in told
 
 
 def test_fields_of_other_names_and_numbers_as_stages(tmp_path):

@@ -212,7 +212,7 @@ def test_an_event_that_cannot_be_says_so(plane, tmp_path):
     path = seen(tmp_path / "seen.gpkg", (42.0, 50.0))
     outcome = calibrate_friction.TOOL(**plane.values(tmp_path / "out", observed=path, friction="0.5,0.55,0.6"))
     assert not outcome.facts["fits"]
-    assert "But even the best makes such an event less often than once in 20" in outcome.lines[-1]
+    assert "But even the best gives such an event in less than 1 of 20 cases" in outcome.lines[-1]
 
 
 def test_a_sweep_that_ends_too_early_says_so(plane, tmp_path):
@@ -225,7 +225,7 @@ def test_a_sweep_that_ends_too_early_says_so(plane, tmp_path):
     ("changes", "words"),
     [
         ({"observed": None}, "--observed is missing"),
-        ({"reached": "x.gpkg"}, "tell the same event twice"),
+        ({"reached": "x.gpkg"}, "describe the same event twice"),
         ({"observed": None, "reached": "x.gpkg", "event_logs": 2, "event_reached": 3}, "--event-reached is 3"),
         ({"friction": "0.3"}, "must be 2 to 100 numbers"),
         ({"friction": "0.1:0.5"}, "from:to:step"),
@@ -431,11 +431,11 @@ def test_a_complete_search_is_said_and_what_it_goes_with(plane, tmp_path, said):
     assert table.loc[0.4, "without_deposit"] > 50
     (warned,) = [each for each in said.warnings if "left the terrain model" in each]
     assert f"of {RELEASED} logs, {table.loc[0.4, 'without_deposit']} at friction 0.4" in warned
-    assert "--search-complete says more" in warned
+    assert "use --search-complete" in warned
     said.warnings.clear()
     _, told = calibrate(values | {"search_complete": True, "output": str(tmp_path / "all")}, said)
     assert told["event"]["search_complete"]
-    assert any("speaks against these coefficients" in each for each in said.warnings)
+    assert any("reduces the likelihood of these coefficients" in each for each in said.warnings)
     line = write_layer(tmp_path / "line.gpkg", [shapely.LineString([(1, 50), (59, 50)])], line_id=["a"])
     with pytest.raises(UserError, match="--search-complete is about observed deposits"):
         calibrate_friction.TOOL(**plane.values(tmp_path / "no", reached=line, search_complete=True))

@@ -131,7 +131,7 @@ def test_spread_speed_and_deposits(runs, tmp_path):
 
 
 def test_the_table_is_one_for_a_spreadsheet(tmp_path):
-    """It had a row a scenario and 102 columns for 14 lines and releases, 17 digits, and Straße as StraÃŸe."""
+    """It had a row for each scenario and 102 columns for 14 lines and releases, 17 digits, and Straße as StraÃŸe."""
     runs = [
         write_run(tmp_path / name, tracks(20.0), digest="same", lines={"Straße": (ROAD, hits)})
         for name, hits in (("ohne", list(range(11))), ("mit", [1, 2, 3]))
@@ -370,7 +370,7 @@ def test_lines_that_lie_elsewhere_are_refused(tmp_path):
     [
         ("one", None, "at least two folders"),
         ("one,two", "a", "1 names for 2 runs"),
-        ("one,two", "a,a", "'a' does not tell the runs apart"),
+        ("one,two", "a,a", "'a' does not distinguish the runs"),
         ("one,two", "a,b/c", "cannot be part of a file's name"),
         ("one,nowhere", None, "nowhere: the run's folder does not exist"),
     ],

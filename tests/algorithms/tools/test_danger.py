@@ -163,7 +163,7 @@ def test_many_lines_and_lines_that_share_an_id(case, tmp_path):
 
 
 def test_memory_is_told_with_the_lines(monkeypatch, said):
-    """24 bytes a cell and thread and 4 more for each line, the list, and any; 12 to write each and any, once."""
+    """24 bytes per cell and thread and 4 more for each line, the list, and any; 12 to write each and any, once."""
     cells, lines = 10_000_000, 3
     need = 40 + 12 * (lines + 1) + 2 * (24 + 4 * (lines + 2))
     monkeypatch.setattr(memory, "free_bytes", lambda: int(cells * need / 0.9) + 10)

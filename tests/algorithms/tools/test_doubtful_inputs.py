@@ -83,7 +83,7 @@ IMPOSSIBLE: dict[str, tuple[dict[str, Any], str]] = {
         {"dbh_cm": [1e5]},
         "field 'dbh_cm', row 1: 100000 is not a number greater than 0 and at most 1500",
     ),
-    "a thread": ({"dbh_cm": [1e-30]}, "field 'dbh_cm', row 1: 1e-30 cm is less than anything that slides"),
+    "a thread": ({"dbh_cm": [1e-30]}, "field 'dbh_cm', row 1: 1e-30 cm is smaller than any possible"),
     "a log of 200 m": ({"length_m": [200.0]}, "at most 150"),
     "heavier than matter": ({"density_kg_m3": [1e5]}, "at most 25000"),
     "faster than falling": ({"speed_ms": [1e4]}, "at most 300"),
@@ -151,7 +151,7 @@ def test_what_is_doubtful_of_a_run_is_said(case, tmp_path, said):
     assert (
         "--friction: the friction coefficient is 25; is it in percent or degrees? Then 0.25 or 0.466 is meant" in told
     )
-    assert "cells of 5 m know nothing of the relief that holds logs" in told
+    assert "cells of 5 m do not resolve the relief that holds logs" in told
     assert "take a terrain model with cells of 0.5 to 2 m" in told
     assert "the median slope over its cells is 66 degrees" in told
     assert "where the logs start" not in told
@@ -263,4 +263,4 @@ def test_lateral_spread_says_no_nan(case, tmp_path, capsys):
     assert cli.run(["lateral-spread", "--deposits", near, "--output", str(tmp_path / "s.gpkg")]) == 0
     said = capsys.readouterr().out
     assert "nan" not in said.lower()
-    assert "release 1: no spread, none of 1 deposits lies farther than --min-runout-m from the release" in said
+    assert "release 1: no spread, none of 1 deposits lies beyond --min-runout-m from the release" in said

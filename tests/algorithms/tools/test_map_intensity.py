@@ -164,7 +164,7 @@ def test_without_trajectories_it_is_the_largest_energy_and_said(tmp_path, said):
     run = case.run(trajectories="none")
     map_intensity.TOOL(feedback=said, run=str(run), least_passage=10.0, output=str(tmp_path / "m"))
     assert any("largest of all logs, which grows with the number of logs" in each for each in said.warnings)
-    assert any("24 logs cannot tell whether 10 % of the logs pass" in each for each in said.warnings)
+    assert any("24 logs do not show whether 10 % of the logs pass" in each for each in said.warnings)
     hits = raster(run / "hit_count.tif")
     assert ((raster(tmp_path / "m" / "intensity.tif") > 0) == (hits >= 3)).all()  # 10 % of 24 logs
 
@@ -173,7 +173,7 @@ def test_return_periods_of_one_area_are_those_of_the_shares(made, tmp_path):
     found, hits = maps(made, tmp_path / "m", events_per_year=0.2), fields()["hit_count"]
     with rasterio.open(tmp_path / "m" / "return_period.tif") as source:
         years, low, high = (band[::-1] for band in source.read())
-        assert source.descriptions == ("Return period", "Lower end of its 95 % interval", "Upper end")
+        assert source.descriptions == ("return_period", "ci_low", "ci_high")
     assert np.isnan(years[hits == 0]).all()
     for row, column in np.argwhere(hits > 0)[::37]:
         count = int(hits[row, column])

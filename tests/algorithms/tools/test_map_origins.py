@@ -194,7 +194,7 @@ def test_the_cells_leave_nine_of_ten_logs_told(run, tmp_path):
     assert cell_for(x[:3], y[:3], 10) == ROUND_CELLS[-1]
     said = Said()
     map_origins.TOOL(run=str(run), cell_m=1.0, feedback=said, output=str(tmp_path / "fine"))
-    assert any("fewer than 10, whose share is not told; take a larger --cell-m" in words for words in said.words)
+    assert any("fewer than 10, whose share is not shown; take a larger --cell-m" in words for words in said.words)
 
 
 def test_the_manifest_works_as_a_config(mapped, tmp_path, capsys):

@@ -125,7 +125,7 @@ def test_killed_and_resumed_it_is_the_same(asked, tmp_path, monkeypatch, said, n
         with pytest.raises(UserError, match="was begun with other"):
             tool(**{**asked[name], **changed}, output=str(killed / output), resume=True)
     tool(feedback=said, **asked[name], output=str(killed / output), resume=True)
-    assert name == "run-sites" or any("finished chunks of logs are taken over" in note for note in said.notes)
+    assert name == "run-sites" or any("finished chunks of logs are reused" in note for note in said.notes)
     assert contents(killed / output) == contents(whole / output)
     assert [each.name for each in killed.iterdir()] == [output]
 

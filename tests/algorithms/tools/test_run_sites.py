@@ -191,7 +191,7 @@ def test_scenarios_are_not_added_up(case, said, tmp_path):
     text = f"site,releases,friction\none,{case.releases},0.3\ntwo,{case.releases},0.4\n"
     run = sites(case, "scenarios", said, sites=table(tmp_path, text))
     assert not (run / "merged").exists()
-    assert "dem: not merged, for two slid the very logs of another site" in said.notes
+    assert "dem: not merged, for two slid the same logs as another site" in said.notes
 
 
 def test_sites_on_other_terrain_models_are_not_merged(case, tmp_path):

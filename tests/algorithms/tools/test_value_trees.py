@@ -342,4 +342,4 @@ def test_inputs_that_changed_or_are_gone_are_told(tmp_path):
     refused("end elsewhere than in the run: an input has changed since", run, tmp_path / "v.gpkg")
     trees.to_file(tmp_path / "trees.gpkg", layer="trees", driver="GPKG")
     (tmp_path / "releases.gpkg").unlink()
-    refused("releases.gpkg, the run's releases, is not there any more", run, tmp_path / "v.gpkg")
+    refused("releases.gpkg, the run's releases, no longer exists", run, tmp_path / "v.gpkg")

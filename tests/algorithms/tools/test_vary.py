@@ -304,7 +304,7 @@ def test_noise_on_the_terrain_is_the_dem_with_it(case, tmp_path):
         ({"vary": "friction=a:b"}, "the range a to b is not two numbers"),
         ({"vary": "restitution=0:2"}, "0 to 2 leaves what restitution may be, 0 to 1"),
         ({"vary": "friction,friction"}, "'friction' is named twice"),
-        ({"vary": "friction,friction_factor"}, "the same thing twice"),
+        ({"vary": "friction,friction_factor"}, "the same factor"),
         ({"vary": " , "}, "names no factor"),
         ({"vary": "fidelity=draft:exact"}, "'exact' is none of draft"),
         ({"vary": "fidelity=draft:draft"}, "both ends are draft"),

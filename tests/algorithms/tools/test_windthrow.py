@@ -280,7 +280,7 @@ def test_slide_logs_takes_the_layers_and_the_commands_are_understood(tmp_path):
 
 
 REFUSED: dict[str, dict[str, Any]] = {
-    "nothing says which stems are thrown; give --share, --dbh-classes, --windthrow-areas or --ids": {},
+    "it is not specified which stems are thrown; give --share, --dbh-classes, --windthrow-areas or --ids": {},
     "--share is 1.5, but must be at most 1": {"share": 1.5},
     "--dbh-classes is '20:0.5,10:0.3', but must be": {"dbh_classes": "20:0.5,10:0.3"},
     "--dbh-classes is '20', but must be": {"dbh_classes": "20"},
@@ -304,7 +304,7 @@ def test_wrong_layers_are_refused_in_a_line(place, tmp_path):
         tmp_path / "twins.gpkg", points((20.0, 50.0), (30.0, 50.0)), tree_id=[1, 1], dbh_cm=[30.0] * 2,
         height_m=[20.0] * 2,
     )  # fmt: skip
-    with pytest.raises(UserError, match="rows 1, 2 are called '1', and no storm can tell them apart; .*import-trees"):
+    with pytest.raises(UserError, match="rows 1, 2 are called '1', so a storm cannot distinguish them; .*import-trees"):
         throw(place, tmp_path / "s", trees=twins, share=0.5)
     bare = write_layer(tmp_path / "bare.gpkg", points((20.0, 50.0)), tree_id=[1])
     with pytest.raises(UserError, match="the trees have no field 'dbh_cm'"):

@@ -42,7 +42,7 @@ def warn_of_logs(
     """``lost``, of an event that was seen at lines: logs that left before it was known whether they did the same."""
     fewest = min(each.logs.size for each in outcomes)
     if fewest < FEW_LOGS:
-        feedback.warn(f"an observed deposit is compared with {fewest} logs only; release some hundreds at least")
+        feedback.warn(f"an observed deposit is compared with {fewest} logs only; release at least a few hundred")
     n = slid[0].x.size
     gone = [int(each.sum()) for each in lost] if lost is not None else [int((~each.resting).sum()) for each in slid]
     many = [k for k, each in enumerate(gone) if lost_logs.many(each, n)]
@@ -58,19 +58,19 @@ def warn_of_logs(
         )
     elif search_complete:
         feedback.warn(
-            f"of {n} logs, {told} left the terrain model, failed, or still moved at the time limit: they are no "
-            "deposits, which speaks against these coefficients, because all logs of the event were found "
+            f"of {n} logs, {told} left the terrain model, failed, or still moved at the time limit: they left no "
+            f"deposits, which reduces the likelihood of these coefficients, because all logs of the event were found "
             "(--search-complete)"
         )
     else:
         feedback.warn(
             f"of {n} logs, {told} left the terrain model, failed, or still moved at the time limit: observed deposits "
-            "are compared with those that came to rest in sight, for of the event's, too, only such could be found. If "
-            "all of the event's were found, --search-complete says more; if not, a larger terrain model does"
+            "are compared with those that came to rest on the terrain model, because only such could be found in the "
+            "event. If all logs of the event were found, use --search-complete; if not, a larger terrain model helps"
         )
         few = min(int(each.counts[k]) for each in outcomes for k in many)
         if few < FEW_LOGS <= fewest:
-            feedback.warn(f"of these no more than {few} are compared with an observed deposit; release more logs")
+            feedback.warn(f"of these only {few} are compared with an observed deposit; release more logs")
 
 
 def records_of(
@@ -124,18 +124,21 @@ def records_of(
 def sentence_of(found: Range | None, fits: bool, best: float) -> str:
     if found is None:
         return "No coefficient of the sweep can have made this event: widen the sweep, and check releases and layers."
-    text = f"Friction {found.words()} reproduces the event (95 %); likeliest: {found.best:g}."
+    text = f"Friction {found.words()} reproduces the event (95 %); most likely: {found.best:g}."
     if found.open_low and found.open_high:
-        text = f"The event tells no coefficient of the sweep from another ({found.words()}); likeliest: {found.best:g}."
+        text = (
+            f"The event does not distinguish the coefficients of the sweep ({found.words()}); most likely: "
+            f"{found.best:g}."
+        )
     if found.gaps:
         text += " Some coefficients between do not."
     if not fits:
-        text += " But even the best makes such an event less often than once in 20: sweep finer, or check the layers."
+        text += " But even the best gives such an event in less than 1 of 20 cases: sweep finer, or check the layers."
     return text
 
 
 def lines_of(rows: list[dict[str, Any]], sentence: str, n_logs: int) -> tuple[str, ...]:
-    """A table with a line a coefficient, and what it comes to."""
+    """A table with a line for each coefficient, and what it comes to."""
     with_share, with_score = "share" in rows[0], any(math.isfinite(row["energy_score_m"]) for row in rows)
     with_lost, with_bounds = any(row["without_deposit"] for row in rows), any(row.get("n_lost") for row in rows)
     head = ["friction", "relative likelihood", "p", "run-out (5-95 %)"]

@@ -74,7 +74,7 @@ def likelihoods(axes: Axes, friction: np.ndarray, rows: list[dict[str, Any]]) ->
     style = {"marker": "o", "markersize": 5, "linewidth": 1.2, "capsize": 2.5}
     axes.errorbar(friction, value, bars, color=LIKELY, label="relative likelihood", **style)
     axes.plot(friction, [row["p_range"] for row in rows], color=TESTED, marker="s", markersize=4, linewidth=1.0,
-              linestyle="--", label="share of its own events\nthat are no likelier (p)")  # fmt: skip
+              linestyle="--", label="share of its own events\nthat are not more likely (p)")  # fmt: skip
     axes.axhline(LEVEL, color="#777777", linewidth=0.8, linestyle=":")
     axes.annotate(f"{LEVEL:g}", (1.0, LEVEL), xycoords=("axes fraction", "data"), xytext=(-2, 2),
                   textcoords="offset points", ha="right", va="bottom", fontsize=8, color="#777777")  # fmt: skip

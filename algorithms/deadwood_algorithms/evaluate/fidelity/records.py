@@ -41,7 +41,7 @@ class FidelityRow:
     """One line of the comparison: a quantity at one fidelity, against the finest.
 
     difference : value minus the finest's, or a distance, with its 95 % interval (NaN: none)
-    noise : what chance does to this quantity in a run of the planned number of logs (NaN: not judged)
+    noise : what chance does to this quantity in a run of the planned number of logs (NaN: not assessed)
     """
 
     fidelity: str

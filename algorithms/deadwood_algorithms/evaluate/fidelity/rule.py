@@ -87,7 +87,8 @@ def recommend(
         if verdicts[name] == WITHIN:
             cost = {row.fidelity: row.value for row in rows if row.quantity == "cpu_per_log"}
             sentence = (
-                f"Recommended: {name}, the cheapest fidelity shown to err by less than the sampling noise of {planned} "
+                f"Recommended: {name}, the cheapest fidelity shown to have an error below the sampling noise of "
+                f"{planned} "
                 f"logs ({error_words(max(of[name], key=farthest))}); {cost[name]:.2g} ms of CPU time a log against "
                 f"{cost[finest]:.2g} ms at {finest}."
             )
@@ -97,7 +98,8 @@ def recommend(
         return Recommendation(None, sentence, judged_by, verdicts, silent, logs)
     nearest = max(of[cheaper[-1]], key=farthest)
     sentence = (
-        f"Recommended: {finest}, the finest compared: all others err by more than the sampling noise of {planned} logs "
+        f"Recommended: {finest}, the finest compared: all others have an error larger than the sampling noise of "
+        f"{planned} logs "
         f"({cheaper[-1]}: {error_words(nearest)})."
     )
     return Recommendation(finest, sentence, judged_by, verdicts, silent)
@@ -125,7 +127,7 @@ def too_thin(
     if n_logs >= available or (logs or 0) > available:
         more += f" (the layer has {available}: release more, and keep the yardstick with --planned-logs {planned})"
     sentence = (
-        f"Too few logs to recommend a fidelity: {n_logs} logs leave open whether {easiest} errs by less than the "
+        f"Too few logs to recommend a fidelity: {n_logs} logs do not decide whether {easiest} has an error below the "
         f"sampling noise of {planned} logs ({error_words(row)}). Compare {more}; until then {finest} is the safe one."
     )
     return sentence, logs

@@ -127,7 +127,7 @@ def tops(axes: Axes, rows: Sequence[FidelityRow], cost: Mapping[str, float]) -> 
 
 def own(axes: Axes, rows: Sequence[FidelityRow], cost: Mapping[str, float]) -> None:
     """What the calculation says of itself."""
-    axes.set_title("what the calculation says of itself", fontsize=10, loc="left")
+    axes.set_title("measures of the calculation's error", fontsize=10, loc="left")
     shown = (
         ("penetration_max", "deepest penetration [cm]"),
         ("penetration_max_median", "median log's deepest [cm]"),

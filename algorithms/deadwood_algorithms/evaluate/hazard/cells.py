@@ -62,7 +62,7 @@ def hits_of_areas(
         wanted = ids[stored & (of_area == area.release_id)]
         if not wanted.size:
             raise UserError(
-                f"{source.path}: release area '{area.release_id}' has no stored trajectory, without which its hits "
-                "cannot be told from those of areas of other frequency; run slide-logs with --trajectories all"
+                f"{source.path}: release area '{area.release_id}' has no stored trajectory, so its hits cannot be "
+                f"separated from those of areas of other frequency; run slide-logs with --trajectories all"
             )
         yield count_of(source, wanted, grid, feedback)

@@ -95,7 +95,7 @@ def energies_of_share(
     if share and wilson_bounds(0, n_logs)[1] > share:
         needed = math.ceil(Z_95**2 * (1.0 / share - 1.0))
         feedback.warn(
-            f"{n_logs} logs cannot tell whether {100 * share:g} % of the logs pass a cell that none of them passed; "
+            f"{n_logs} logs do not show whether {100 * share:g} % of the logs pass a cell that none of them passed; "
             f"{needed} can"
         )
     return Energies(found[0], found[1], found[2], what, told)

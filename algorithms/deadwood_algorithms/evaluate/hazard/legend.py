@@ -38,7 +38,7 @@ def class_rows(labels: Sequence[str], ramp: tuple[str, ...]) -> Rows:
 
 
 def matrix_rows(strong: Sequence[str], often: Sequence[str], *, rarest_first: bool) -> Rows:
-    """One row a field: 10 times the class of intensity and the other class."""
+    """One row for each field: 10 times the class of intensity and the other class."""
     rows = []
     for i, intensity in enumerate(strong):
         for j, other in enumerate(often):

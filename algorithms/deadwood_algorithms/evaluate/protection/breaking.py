@@ -129,7 +129,7 @@ def tasks_without(logs: Sequence[tuple[int, Sequence[int]]]) -> list[Task]:
 def frames_of(
     broken: Broken, known: Known, layers: SceneLayers, capacity: Capacity
 ) -> dict[str, geopandas.GeoDataFrame]:
-    """One row a line: reach with rigid trees and with trees that break; and one a tree that any log breaks."""
+    """One row for each line: reach with rigid trees and with trees that break; and one a tree that any log breaks."""
     total = len(broken.trees)
     rows = []
     for line, line_id in enumerate(layers.lines.ids):
@@ -168,7 +168,7 @@ def lines_of(frames: Mapping[str, Any], broken: Broken) -> tuple[str, ...]:
         )
         points = points_with_interval(row["gain_p"], row["ci_low"], row["ci_high"])
         shown.append(
-            f"{row['line_id']}: {rigid} with trees that take everything, {breaking} where those that would break take "
-            f"nothing; {points} points"
+            f"{row['line_id']}: {rigid} with unbreakable trees, {breaking} if those that would break take no energy; "
+            f"{points} points"
         )
     return tuple(shown)

@@ -313,7 +313,7 @@ class Again:
         return np.pad(inside, ((0, 0), (0, len(self.layers.watched))), constant_values=True)
 
     def stages_of(self, scene: SceneLayers, task: Task) -> dict[str, Any]:
-        """From where the logs can go on: where the same rule holds for steps, for stages are of one window and rule."""
+        """From where logs can continue: where the same rule holds for steps, for stages are of one window and rule."""
         if self.others is not None or self.layers is not self.known.layers:
             return {}
         if is_bare(scene) or self.question.rule_of_steps(scene) != self.question.rule_of_steps(self.layers):
@@ -474,7 +474,8 @@ def effects_of(
     *,
     planted: bool = False,
 ) -> list[Effect]:
-    """One row an obstacle and line, in their order; of candidates what they hold and take are those of the changes."""
+    """One row for each obstacle and line, in their order; of candidates what they hold and take are those of the "
+    "changes."""
     lost, gained, unseen, unseen_now = np.zeros((4, len(obstacles), len(layers.lines.ids)), np.int64)
     held = np.array([sum(known.held.get(each, 0) for each in one.owners.tolist()) for one in obstacles], np.int64)
     energy = np.array([sum(known.energy.get(each, 0) for each in one.owners.tolist()) for one in obstacles], np.int64)

@@ -358,9 +358,9 @@ def choose(
 def why_none(best: Trial, among: int) -> str:
     """In words, why the best of the candidates left is not built."""
     if best.gain > 0:
-        return f"the best of {among} candidates left would keep {best.gain} logs more away, which is not beyond chance"
+        return f"the best of {among} candidates left would keep {best.gain} more logs away, which is not beyond chance"
     if best.gain == 0:
-        return f"none of {among} candidates left would keep more logs away than it lets through that now stop before"
+        return f"none of {among} candidates left would keep away more logs than it additionally lets through"
     return f"with each of {among} candidates left more logs would reach a line, with the best {-best.gain} more"
 
 

@@ -29,7 +29,7 @@ def with_classes(frame: Any, name: str | None) -> Any:
 
 
 def rows_of(siting: Siting, now: Ways, alone: Sequence[Trial], steps: Sequence[Step]) -> list[dict[str, Any]]:
-    """One row a candidate alone, by what is left, and one a chosen set."""
+    """One row for each candidate alone, by what is left, and one a chosen set."""
     n = len(now.reach)
     rows = []
     for trial in alone:
@@ -155,7 +155,7 @@ def lines_of(facts: dict[str, Any], classes: str | None) -> tuple[str, ...]:
     for row in facts["chosen"]:
         points = points_with_interval(row["gain_p"], row["gain_ci_low"], row["gain_ci_high"])
         shown.append(
-            f"{row['step']}. {row['barrier_id']}: {row['gain_logs']} logs less, {points} points; {row['n_reach']} "
+            f"{row['step']}. {row['barrier_id']}: {row['gain_logs']} fewer logs, {points} points; {row['n_reach']} "
             f"still reach a line; it holds {row['n_stopped']}, {row['n_overjumped']} jump over"
         )
         if row["n_hit"]:

@@ -52,7 +52,7 @@ def value_planted(
 
 
 def frame_of(found: Sequence[Effect], layers: SceneLayers, changed: str, sign: int) -> geopandas.GeoDataFrame:
-    """One row a thing and line, those of one line together, each by rank.
+    """One row for each thing and line, those of one line together, each by rank.
 
     sign : 1 where the change takes something away, so that what more reach is its worth; -1 where it puts something up
     """

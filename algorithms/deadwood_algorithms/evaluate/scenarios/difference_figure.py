@@ -125,7 +125,7 @@ def _shares_panel(axes: Axes, rows: Sequence[ScenarioRow], names: Sequence[str])
 
 
 def _runouts_panel(axes: Axes, compared: Compared) -> None:
-    """Share of the logs that go farther than each distance."""
+    """Share of the logs with a longer run-out than each distance."""
     for k, each in enumerate(compared.scenarios):
         far = np.sort(each.column("runout_m").astype(float))
         share = 1.0 - np.arange(1, far.size + 1) / far.size
@@ -133,7 +133,7 @@ def _runouts_panel(axes: Axes, compared: Compared) -> None:
     axes.set(xlabel="run-out, horizontal [m]", ylim=(0.0, 1.02))
     axes.set_xlim(left=0.0)
     axes.yaxis.set_major_formatter(FuncFormatter(_percent))
-    axes.set_title("logs that go farther than", fontsize=10, loc="left")
+    axes.set_title("logs with a longer run-out than", fontsize=10, loc="left")
     axes.grid(color="#E5E5E5", linewidth=0.6)
     axes.set_axisbelow(True)
 

@@ -106,7 +106,7 @@ def folders_of(runs: str, names: str | None) -> tuple[list[str], list[str]]:
         called = ["_".join(Path(each).parts[-2:]) for each in folders]
     for name in called:
         if not name or called.count(name) > 1:
-            raise UserError(f"--names: '{name}' does not tell the runs apart; give each another name, with commas")
+            raise UserError(f"--names: '{name}' does not distinguish the runs; give each a different name, with commas")
         if any(sign in name for sign in '/\\:*?"<>|'):
             raise UserError(f"--names: '{name}' cannot be part of a file's name; leave out {name!r}'s special signs")
     return folders, called

@@ -1,4 +1,4 @@
-"""The comparison as a table: long for a spreadsheet, and a line a scenario for the terminal."""
+"""The comparison as a table: long for a spreadsheet, and a line for each scenario for the terminal."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def table_row(row: ScenarioRow) -> dict[str, Any]:
 def table_lines(
     rows: Sequence[ScenarioRow], names: Sequence[str], differences: dict[str, dict[str, Any]], n_logs: int, file: str
 ) -> tuple[str, ...]:
-    """A table with a line a scenario, and what makes the scenarios differ."""
+    """A table with a line for each scenario, and what makes the scenarios differ."""
     of = {(row.scenario, row.quantity, row.item): row for row in rows}
     lines = list(dict.fromkeys(row.item for row in rows if row.quantity == "reach"))
     releases = list(dict.fromkeys(row.item for row in rows if row.quantity == "spread"))
@@ -96,7 +96,7 @@ def table_lines(
 
 
 def index_lines(rows: Sequence[ScenarioRow], reference: str) -> tuple[str, ...]:
-    """The indices of the protection forest, a line a scenario and line; none without lines."""
+    """The indices of the protection forest, a line for each scenario and line; none without lines."""
     of = {(row.scenario, row.quantity, row.item): row for row in rows}
     shown = []
     for scenario, item in dict.fromkeys((row.scenario, row.item) for row in rows if row.quantity == "bari"):

@@ -120,7 +120,7 @@ def factors_of(given: str) -> list[Factor]:
     if twice:
         raise UserError(f"--vary: '{twice}' is named twice; give it one range")
     if "friction" in names and "friction_factor" in names:
-        raise UserError("--vary: friction and friction_factor are the same thing twice; leave out one of them")
+        raise UserError("--vary: friction and friction_factor are the same factor; leave out one of them")
     return factors
 
 

@@ -78,6 +78,6 @@ def lines_of(measured: list[Measured], answers: list[Answer], facts: dict[str, A
     others = [one.sentence for one in answers if one.sentence != facts["sentence"]]
     head = (
         f"{facts['runs']} runs of the same {facts['logs']} of {facts['logs_in_layer']} logs at {facts['fidelity']}; "
-        "with others, or at another fidelity, what is called as it is may differ by chance or by the calculation"
+        "with other logs, or at another fidelity, the unchanged case may differ by chance or by the calculation"
     )
     return (head, *shown, *others, facts["sentence"])

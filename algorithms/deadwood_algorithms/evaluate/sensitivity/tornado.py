@@ -37,7 +37,7 @@ class Bar:
 
 
 def bars_of(factors: list[Factor], values: Array, weights: Array, *, share: bool) -> list[Bar]:
-    """One bar a factor, in the order of the factors.
+    """One bar for each factor, in the order of the factors.
 
     Parameters
     ----------

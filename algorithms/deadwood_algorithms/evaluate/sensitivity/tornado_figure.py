@@ -105,7 +105,7 @@ def indices(axes: Axes, one: Measured, order: Sequence[int]) -> None:
     axes.set_ylim(len(order) - 0.5, -0.5)
     found = one.indices
     if found is None or not np.isfinite(found.total).all():
-        axes.text(0.5, 0.5, "varies no more than chance", transform=axes.transAxes, ha="center", color="#777777")
+        axes.text(0.5, 0.5, "does not vary beyond chance", transform=axes.transAxes, ha="center", color="#777777")
         bare_frame(axes)
         return
     for place, k in enumerate(order):

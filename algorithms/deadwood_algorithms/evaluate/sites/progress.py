@@ -24,7 +24,7 @@ class SitesFolder:
         self.path = working_folder(output)
         self.sites, self.releases = self.path / "sites", self.path / "releases"
         if self.path.is_dir() and not resume:
-            feedback.note(f"{self.path}: the unfinished work of an earlier run is dropped (--resume goes on with it)")
+            feedback.note(f"{self.path}: the unfinished work of an earlier run is discarded (--resume continues it)")
             shutil.rmtree(self.path)
         elif resume and not self.path.is_dir():
             feedback.note(f"{self.path}: there is no unfinished work to resume; all sites are slid")
@@ -66,7 +66,7 @@ class SitesFolder:
             beside.write_text(json.dumps(making), encoding="utf-8")
             os.replace(beside, note)
         elif run.is_dir() and not stands(slides, values, run):
-            feedback.note(f"{name}: what is there of it is damaged, or of another run; it is slid again")
+            feedback.note(f"{name}: its files are damaged or belong to another run; it is slid again")
             shutil.rmtree(run, ignore_errors=True)
         return run.is_dir()
 

@@ -94,7 +94,7 @@ def columns_by_key(
         if hint := closest(column, known):
             raise UserError(f"{where}: no parameter of slide-logs is called '{column}'{hint} (rename the column)")
     if foreign:
-        feedback.note(f"{where}: no parameters of slide-logs, and left aside: {', '.join(foreign)}")
+        feedback.note(f"{where}: no parameters of slide-logs, ignored: {', '.join(foreign)}")
     return columns
 
 

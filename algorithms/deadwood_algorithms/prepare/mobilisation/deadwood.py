@@ -143,20 +143,20 @@ def _say_what_is_known(species: list[str], standing: NDArray[np.float64], where:
     unrated = {each for each in named - strange if decay.rate_of(each) is None}
     if strange:
         feedback.note(
-            f"{where}: of no species known here is {', '.join(sorted(strange))}; the years of spruce stand for it"
+            f"{where}: of no species known here is {', '.join(sorted(strange))}; the years of spruce are used"
         )
     if unrated:
-        feedback.note(f"{where}: no rate of decay is known of {', '.join(sorted(unrated))}; spruce stands for it")
+        feedback.note(f"{where}: no rate of decay is known of {', '.join(sorted(unrated))}; that of spruce is used")
     others = [decay.rate_of(each) not in (None, SPRUCE.rate) for each in species]
     snags = int((np.array(others, bool) & (standing == 1.0)).sum())
     unsaid = int((np.array(others, bool) & ~np.isfinite(standing)).sum())
     if snags:
         feedback.note(
-            f"{where}: {snags} snags are not of spruce; rates of decay are of downed wood, so their years say nothing"
+            f"{where}: {snags} snags are not of spruce; rates of decay are of downed wood, so their years are not used"
         )
     if unsaid:
         feedback.note(
-            f"{where}: {unsaid} points not of spruce are judged by rates of decay of downed wood; a field 'standing' "
+            f"{where}: {unsaid} points not of spruce are rated by rates of decay of downed wood; a field 'standing' "
             "(1 or 0) keeps snags apart, of which none is known"
         )
 

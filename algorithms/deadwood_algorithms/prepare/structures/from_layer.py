@@ -104,7 +104,7 @@ def _say_of_crest(above: Array, kind: str, at: str, feedback: Feedback) -> None:
     within = float((known <= 0.0).mean())
     if within:
         wrong = "crest is not above the ground" if kind == "embankment" else "bottom is not below the ground"
-        feedback.warn(f"{at}: along {100.0 * within:.0f} % of the line the {wrong}, which stays as it is there")
+        feedback.warn(f"{at}: along {100.0 * within:.0f} % of the line the {wrong}, which is not changed there")
 
 
 def _warn_of_narrow(widths: Array, cell: float, where: str, feedback: Feedback) -> None:

@@ -32,8 +32,8 @@ def write_with_structures(path: Path, dem: DemWindows, plans: Sequence[Plan], fe
     dtype, scale = np.dtype(source.dtypes[0]), abs(float(source.scales[0]))
     if dtype.kind in "iu" and scale > COARSE_STEP_M:
         feedback.warn(
-            f"{dem.path}: the heights stand in steps of {scale:g} m, and so will the structures; "
-            f"for finer ones: {remedies.unscaled(dem.path, source.scales[0], source.offsets[0])}"
+            f"{dem.path}: the heights have steps of {scale:g} m, and so will the structures; to refine them: "
+            f"{remedies.unscaled(dem.path, source.scales[0], source.offsets[0])}"
         )
     profile = geotiff_profile(source.shape, dem.crs, source.transform, dtype.name, source.nodata)
     masked = MaskFlags.per_dataset in source.mask_flag_enums[0]

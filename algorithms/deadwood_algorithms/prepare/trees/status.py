@@ -79,7 +79,7 @@ def status_of(
         shown = ", ".join(f"{word}: {count}" for word, count in unknown.most_common(WORDS_SHOWN))
         feedback.warn(
             f"{where}, field '{name}': not known and taken as living are {shown}; --dead-values and --gone-values say "
-            "which of them are dead standing trees and which stand no more"
+            f"which of them are dead standing trees and which were removed"
         )
     if asked or (status != LIVE).any():
         seen = Counter(zip(status.tolist(), words, strict=True))

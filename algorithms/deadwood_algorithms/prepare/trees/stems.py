@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import geopandas
 import numpy as np
@@ -11,7 +11,6 @@ import shapely
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.columns import number_column, schema_column, warn_implausible, where_of
-from deadwood_algorithms.files.dem_blocks import DemBlocks
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.tool import Feedback, UserError
@@ -19,6 +18,9 @@ from deadwood_algorithms.prepare.trees.throwing import LEAST_LOG_M, Lying, chose
 from deadwood_algorithms.scene.items import extent_words, ids_of, plan_of, shared_words
 from deadwood_algorithms.schemas import DBH_CM, TREES
 from deadwood_algorithms.stats import draws
+
+if TYPE_CHECKING:
+    from deadwood_algorithms.files.dem_blocks import DemBlocks
 
 STANDING, LYING, REMOVED = "standing", "lying", "removed"
 
@@ -64,7 +66,7 @@ def read_stems(path: str, grid: Grid | DemBlocks, crs: str | None, feedback: Fee
         warn_implausible(values, TREES.column(name), where_of(frame), feedback)
     ids = ids_of(frame, "tree_id")
     if twins := shared_words(frame, "tree_id", ids.tolist()):
-        raise UserError(f"{twins}, and no storm can tell them apart; deadwood-tool import-trees numbers them again")
+        raise UserError(f"{twins}, so a storm cannot distinguish them; deadwood-tool import-trees numbers them again")
     x, y = plan_of(frame)
     on = grid.contains(x, y)
     if not on.any():
@@ -80,7 +82,9 @@ def thrown_stems(
 ) -> NDArray[np.bool_]:
     """Which stems are thrown: those that are named, and of the others the share of their area and class of DBH."""
     if storm.share is None and not (storm.dbh_classes or storm.windthrow_areas or storm.ids):
-        raise UserError("nothing says which stems are thrown; give --share, --dbh-classes, --windthrow-areas or --ids")
+        raise UserError(
+            "it is not specified which stems are thrown; give --share, --dbh-classes, --windthrow-areas or --ids"
+        )
     share = np.full(stems.ids.size, np.nan if storm.share is None else storm.share)
     group = np.zeros(stems.ids.size, np.int64)
     if storm.dbh_classes:
@@ -184,7 +188,7 @@ def lying_frame(
 def stems_frame(
     stems: Stems, thrown: NDArray[np.bool_], azimuth_deg: NDArray[np.float64], states: dict[str, NDArray[Any]]
 ) -> geopandas.GeoDataFrame:
-    """One row a tree: what becomes of it in each scenario."""
+    """One row for each tree: what becomes of it in each scenario."""
     towards = np.full(thrown.size, np.nan)
     towards[thrown] = azimuth_deg
     columns = {"tree_id": stems.ids, "dbh_cm": stems.dbh_cm, "height_m": stems.height_m, "fall_deg": towards}

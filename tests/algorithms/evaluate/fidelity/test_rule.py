@@ -125,7 +125,7 @@ def test_too_thin_to_recommend():
     thin = advice(*rows)
     assert thin.fidelity is None
     assert thin.logs_needed == 4000
-    assert thin.sentence.startswith("Too few logs to recommend a fidelity: 1000 logs leave open whether standard")
+    assert thin.sentence.startswith("Too few logs to recommend a fidelity: 1000 logs do not decide whether standard")
     assert (
         "Compare about 4000 logs (the layer has 1000: release more, and keep the yardstick with --planned-logs 1000)"
         in (thin.sentence)
@@ -140,10 +140,10 @@ def test_too_thin_to_recommend():
 def test_the_finest_when_all_others_are_shown_to_err():
     rows = [reach("draft", 0.08, 0.01), reach("standard", 0.04, 0.01), reach("fine", 0.0, 0.0)]
     assert advice(*rows).fidelity == "fine"
-    assert "the finest compared: all others err by more" in advice(*rows).sentence
+    assert "the finest compared: all others have an error larger" in advice(*rows).sentence
     open_one = [reach("draft", 0.08, 0.01), reach("standard", 0.01, 0.03), reach("fine", 0.0, 0.0)]
     assert advice(*open_one).fidelity is None
-    assert "whether standard errs" in advice(*open_one).sentence
+    assert "whether standard has an error" in advice(*open_one).sentence
 
 
 def test_a_handful_of_logs_recommends_nothing():

@@ -299,7 +299,7 @@ def test_the_places_where_most_pass_are_apart_and_none_is_passed_over(seed):
 
 def test_a_candidate_that_brings_more_logs_is_said_to():
     """Before: "would keep -28 logs more away"."""
-    assert "the best of 7 candidates left would keep 3 logs more away" in why_none(trial(5, 2), 7)
+    assert "the best of 7 candidates left would keep 3 more logs away" in why_none(trial(5, 2), 7)
     assert "none of 7 candidates left" in why_none(trial(2, 2), 7)
     worse = why_none(trial(2, 30), 7)
     assert "-28" not in worse

@@ -1,4 +1,4 @@
-"""The sentence, for outcomes made by hand: one factor, two that cannot be told apart, none."""
+"""The sentence, for outcomes made by hand: one factor, two that cannot be distinguished, none."""
 
 from __future__ import annotations
 

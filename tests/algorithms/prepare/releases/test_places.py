@@ -113,7 +113,7 @@ def test_weights_of_another_grid_and_crs_and_with_nodata(sample, raster, said, s
     frame = sample(None, weights=raster(weights, cell=10.0, nodata=-9999.0), count=500)
     assert frame.geometry.x.max() < EAST + 100
     assert frame.geometry.y.max() < NORTH + 150
-    assert any("brought onto the DEM's cells" in note for note in said.notes)
+    assert any("resampled to the DEM's cells" in note for note in said.notes)
     holed = sample(None, weights=raster(np.ones((80, 100))), dem=slope("holed.tif", nodata_rows=30), count=500)
     assert holed.geometry.y.max() <= NORTH + 99
 
@@ -163,5 +163,5 @@ def test_logs_per_hectare_of_weighted_cells_and_of_too_little(tmp_path, sample, 
     frame = sample(areas(tmp_path, local(20, 20, 120, 120), local(130, 20, 131, 21)), logs_per_ha=10.0)
     assert len(frame) == 10
     assert "1 areas are too small for a log at 10 a hectare" in outcome["last"].lines
-    with pytest.raises(UserError, match=r"--logs-per-ha 1 on 0.01 ha is no log at all"):
+    with pytest.raises(UserError, match=r"--logs-per-ha 1 on 0.01 ha gives no log"):
         sample(areas(tmp_path, local(20, 20, 30, 30)), logs_per_ha=1.0)

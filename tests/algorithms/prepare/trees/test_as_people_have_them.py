@@ -89,7 +89,7 @@ def test_the_least_height_is_an_option(imported):
 def test_trees_in_one_place_are_said(imported, said):
     rows = [f"{EAST};{NORTH};40;27", f"{EAST};{NORTH};41;27", f"{EAST + 5};{NORTH};41;27"]
     assert len(imported("\n".join(["x;y;dbh;h", *rows]))) == 3
-    assert "1 trees stand in the very place of another one" in " ".join(said.warnings)
+    assert "1 trees have exactly the position of another one" in " ".join(said.warnings)
     assert len(imported("\n".join(["x;y;dbh;h", *rows]), merge_within_m=0.1)) == 2
 
 

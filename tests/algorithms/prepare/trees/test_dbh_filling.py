@@ -184,7 +184,7 @@ def test_a_law_that_has_nothing_to_do_is_said(imported, said):
     assert said.warnings == []
     for values in ({"dbh_law": "fint"}, {"dbh_a": 2.0}):
         imported(known, "t.gpkg", **values)
-        assert "the law has nothing to do; --replace-dbh lets it" in said.warnings.pop()
+        assert "so the law is not used; --replace-dbh applies it" in said.warnings.pop()
         imported(known, "t.gpkg", **values, replace_dbh=True)
         assert said.warnings == []
 
