@@ -10,6 +10,7 @@ from qgis.PyQt.QtWidgets import QMessageBox
 
 from .finding import read_manifest
 from .installation import report
+from .language import _
 from .provider import Provider, icon
 
 # Qt 6 has it among the GUI classes, Qt 5 among the widgets.
@@ -32,7 +33,7 @@ class Plugin:
         from .settings import PageFactory
 
         self.initProcessing()
-        action = QAction(icon("deadwood"), "Check installation of the Deadwood Toolbox", self.iface.mainWindow())
+        action = QAction(icon("deadwood"), _("Check installation of the Deadwood Toolbox"), self.iface.mainWindow())
         action.setObjectName("deadwoodCheckInstallation")
         action.triggered.connect(self.check)
         self.iface.addPluginToMenu("Deadwood Toolbox", action)
