@@ -3,7 +3,7 @@
 python -m benchmarks                                   all that the page needs (``plan``), or what is missing of it
 python -m benchmarks --dry                             what is missing, and how long it would take
 python -m benchmarks --only posture noise              these parts of the plan and small studies alone
-python -m benchmarks --minutes 30                      no new block after half an hour; run it again to go on
+python -m benchmarks --minutes 30                      no new block after half an hour; run it again to continue
 python -m benchmarks slide --scenes forest --settings draft standard reference --logs 40000
 python -m benchmarks extras | peers                    the small studies again | other engines
 python -m benchmarks same-bits --engine PATH           is this engine the other checkout's, bit for bit?

@@ -1,4 +1,4 @@
-"""What more threads, processes and machines gain: measured here, and reckoned for more than there are here.
+"""What more threads, processes and machines gain: measured here, and computed for more than there are here.
 
 python -m benchmarks.efficiency                        measure, and write it into docs/many-machines.md
 python -m benchmarks.efficiency --logs 500 --no-page   a quick look
@@ -37,7 +37,7 @@ from . import scenes, study
 
 PAGE = Path(__file__).parents[1] / "docs" / "many-machines.md"
 MARKS = re.compile(r"(<!-- measured: efficiency\b[^>]*-->\n).*?(<!-- end of measured: efficiency -->)", re.S)
-MANY = (2, 8, 32, 128, 512)  # workers that are reckoned with
+MANY = (2, 8, 32, 128, 512)  # workers that are computed with
 RECKONED_LOGS = 100_000
 BANDS = np.zeros(0, np.int64)
 LONG, LONG_SHARE = 100.0, 1e-3  # logs that take so many times as long, and their share

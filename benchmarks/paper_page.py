@@ -13,7 +13,9 @@ from typing import Any
 
 from PIL import Image
 
-from . import study
+from deadwood_algorithms.params.tool import engine_digest
+
+from . import engines, study
 
 PAGE = Path(__file__).parents[1] / "docs" / "paper.md"
 FIGURES = {
@@ -23,64 +25,55 @@ FIGURES = {
     "fig_b1.png": "as figure B1: a jump from the terrace over the barrier",
 }
 WIDTH = 1100  # pixels
-WORDS = {True: "yes", False: "**no**", None: "not decided"}
 HEAD = """# The paper, statement by statement
 
 What the paper found on two Swiss slopes, looked for on two synthetic twins of them. Judged is a finding (an order, a
-direction, the size of a ratio), not another slope's number. The twins and the rules were fixed, in commits of their
-own, before the first log slid ([their numbers, each with its
-source](../algorithms/deadwood_algorithms/paper/README.md)), and nothing is tuned to please: where a finding does not
-hold, the table says so, with the run that shows it. With the data of the real sites the same command judges those
-(`--site-data`).
+direction, the size of a ratio), not another slope's number. The twins (version 2) and the rules of judgement were
+fixed, in commits of their own, before the first log slid ([their numbers, each with its source, and what was fixed
+when](../algorithms/deadwood_algorithms/paper/README.md)), and nothing is tuned to please. With the data of the real
+sites the same command judges those (`--site-data`).
 
-Each log slides twice: as the smooth cone, the toolbox's own geometry, and as the paper's body-fixed point cloud (rings
-of `make-log`; column *cloud*). Intervals are 95 % and tell sampling alone.
+Four verdicts: a finding **holds** where its whole 95 % interval does, it **does not hold** where none of it does, and
+is **not decided** between. It **cannot be judged here** where a twin was built so that it holds, or where most of the
+bodies of which it tells hardly move. Intervals tell sampling alone: how far a finding depends on a chosen number of the
+twin, the panels below show. *Cone* is the log as the toolbox has it, *cloud* as the paper's body-fixed points (rings
+of `make-log`), with a tenth of the logs at `draft`.
+"""
+PANEL = """## With one choice moved
+
+Each finding that the panel's runs can tell, with one chosen number of the twin moved at a time: {logs} logs a run at
+`draft`, so compare with the panel's own first row. **Bold** is a verdict that differs from that row's. Relief and
+forest are one draw of chance; two more draws are among the rows.
+"""
+MOVES = """## What moves a verdict
+
+By the panels alone; where nothing is named, none of the choices moved turns it. Nothing else is supposed of causes.
 """
 
 
-AFTERWARDS = """## What does not hold, and what is known of why
-
-- **Slower on average than the paper's logs, and the road is reached at a friction at which the paper's is not.** The
-  share that reaches falls slowly with friction: the twin's 35 degrees are a tangent of 0.70, far above any friction of
-  the sweep, so what stops a log there is trees and roughness. The roughness of the twins was chosen (their table of
-  numbers), the real one is not known to us. Whether a rougher ground gives both findings at once is not tested, for
-  nothing is tuned here; nor was the sweep of friction slid with the cloud.
-- **Rocks spread wider than logs, cubic ones as wide as platy ones.** The paper's rocks meet the ground parameters of
-  RAMMS::Rockfall; ours have the same contact as the logs with a friction of 0.5. The finding is about that other model
-  of the ground as much as about shape, and this toolbox does not have it.
-- **Take-off at the terrace.** The largest friction at which a log is as fast as the parabola asks is the paper's bound
-  itself, by one log in a thousand. Logs that pass the terrace and reach the road mostly do so slower than the event's
-  did; the table has the slowest and the fastest.
-- **What depends on the convention of the log:** of the findings that were run with both, none turns from yes to no. The
-  cloud lets fewer logs jump the barrier, which decides that finding; reach with forest is a few points lower.
-"""
+def number(each: dict[str, Any]) -> str:
+    """The figure with its interval."""
+    shown = "-" if each["ours"] is None else f"{each['ours']:.3g}"
+    if each["ci_low"] is not None or each["ci_high"] is not None:
+        ends = ("-" if each[end] is None else f"{each[end]:.3g}" for end in ("ci_low", "ci_high"))
+        shown += f" ({' to '.join(ends)})"
+    return shown
 
 
 def shown(finding: dict[str, Any] | None) -> str:
-    """The figure with its interval, and whether it holds."""
-    if finding is None:
-        return ""
-    number = "-" if finding["ours"] is None else f"{finding['ours']:.3g}"
-    if finding["ci_low"] is not None or finding["ci_high"] is not None:
-        ends = ("-" if finding[end] is None else f"{finding[end]:.3g}" for end in ("ci_low", "ci_high"))
-        number += f" ({' to '.join(ends)})"
-    return f"{number}: {WORDS[finding['holds']]}"
+    """The figure with its interval, and the verdict."""
+    return f"{number(finding)}: **{finding['verdict']}**" if finding else ""
 
 
 def table(findings: list[dict[str, Any]]) -> str:
     """Both conventions of the log side by side."""
     cloud = {each["id"].removesuffix(".cloud"): each for each in findings if each["id"].endswith(".cloud")}
-    lines = [
-        "| finding | section | the paper | cone: holds | cloud: holds | why |",
-        "| --- | --- | --- | --- | --- | --- |",
-    ]
-    for each in findings:
-        if each["id"].endswith(".cloud"):
-            continue
+    lines = ["| finding | section | the paper | cone | cloud | why |", "| --- | --- | --- | --- | --- | --- |"]
+    for each in cones(findings):
         other = cloud.get(each["id"])
         why = each["why"] + (f" *Cloud:* {other['why']}" if other else "")
         site, name = each["id"].split(".", 1)
-        cells = (
+        told = (
             f"**{site}** `{name}`: {each['statement']}",
             each["section"],
             each["paper"],
@@ -88,13 +81,59 @@ def table(findings: list[dict[str, Any]]) -> str:
             shown(other),
             why,
         )
-        lines.append("| " + " | ".join(cell.replace("|", "/") for cell in cells) + " |")
+        lines.append("| " + " | ".join(cell.replace("|", "/") for cell in told) + " |")
     return "\n".join(lines)
 
 
-def counted(findings: list[dict[str, Any]], cloud: bool) -> str:
-    of = [each["holds"] for each in findings if each["id"].endswith(".cloud") == cloud]
-    return f"{of.count(True)} of {len(of)} hold, {of.count(False)} do not, {of.count(None)} are not decided"
+def cones(findings: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    return [each for each in findings if not each["id"].endswith(".cloud")]
+
+
+def panel(findings: list[dict[str, Any]], site: str) -> str:
+    """A row for each choice moved, a column for each finding."""
+    mine = [each for each in cones(findings) if each["id"].startswith(f"{site}.") and each["panel"]]
+    names = [each["id"].split(".", 1)[1] for each in mine]
+    rows = list(dict.fromkeys(part["what"] for each in mine for part in each["panel"]))
+    lines = [
+        f"| {site}: what is moved | {' | '.join(f'`{name}`' for name in names)} |",
+        "| --- |" + " --- |" * len(names),
+    ]
+    for what in rows:
+        cells = []
+        for each in mine:
+            part = next((part for part in each["panel"] if part["what"] == what), None)
+            turned = part is not None and part["verdict"] != each["panel"][0]["verdict"]
+            mark = "**" if turned else ""
+            cells.append(f"{number(part)}: {mark}{part['verdict']}{mark}" if part else "")
+        lines.append(f"| {what} | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def moves(findings: list[dict[str, Any]]) -> str:
+    """Which choices turn a finding's verdict in the panel."""
+    lines = []
+    for each in cones(findings):
+        if not each["panel"]:
+            continue
+        base, *others = each["panel"]
+        turned: dict[str, list[str]] = {}
+        for part in others:
+            if part["verdict"] != base["verdict"]:
+                turned.setdefault(part["verdict"], []).append(part["what"])
+        told = (
+            "; ".join(f"{verdict} with {', '.join(parts)}" for verdict, parts in turned.items()) or "with none of them"
+        )
+        lines.append(f"- `{each['id']}` ({base['verdict']}): {told}")
+    return "\n".join(lines)
+
+
+def counted(findings: list[dict[str, Any]]) -> str:
+    of = [each["verdict"] for each in cones(findings)]
+    told = ", ".join(f"{of.count(verdict)} {words}" for verdict, words in (
+        ("holds", "hold"), ("does not hold", "do not hold"), ("not decided", "are not decided"),
+        ("cannot be judged here", "cannot be judged here"),
+    ))  # fmt: skip
+    return f"Of {len(of)} findings {told}."
 
 
 def main() -> None:
@@ -104,6 +143,8 @@ def main() -> None:
     asked = made["parameters"]
     if asked["quick"]:
         raise SystemExit("a --quick run judges nothing")
+    if made["engine"] != engine_digest():
+        raise SystemExit(f"the findings are of another engine ({made['engine']}): write the page with that one")
     (PAGE.parent / "figures").mkdir(exist_ok=True)
     pictures = []
     for name, title in FIGURES.items():
@@ -116,14 +157,19 @@ def main() -> None:
             pictures.append(f"![{title}](figures/{target.name})\n\n*{title[0].upper()}{title[1:]}*\n")
     where = study.provenance()
     told = (
-        f"Made by `deadwood-tool reproduce-paper --logs {asked['logs']} --seed {asked['seed']} "
-        f"--fidelity {asked['fidelity']}` and `python -m benchmarks.paper_page`; toolbox {made['version']}, engine "
-        f"{made['engine']}; {where['machine']}; {where['versions']}; {where['date']}."
+        f"Made by `deadwood-tool reproduce-paper --logs {asked['logs']} --seed {asked['seed']} --fidelity "
+        f"{asked['fidelity']} --deciding-logs {asked['deciding_logs']}` and `python -m benchmarks.paper_page`; toolbox "
+        f"{made['version']}, engine {where['engine']}; {where['machine']}; {where['versions']}; {where['date']}."
     )
-    counts = f"As the cone, {counted(findings, False)}; as the cloud, {counted(findings, True)}."
-    parts = [HEAD, counts, table(findings), AFTERWARDS, "\n".join(pictures), told]
-    PAGE.write_text("\n\n".join(part.strip() for part in parts) + "\n", encoding="utf-8")
-    print(f"wrote {PAGE.name}: {counts}")
+    sites = list(dict.fromkeys(each["id"].split(".")[0] for each in findings if each["panel"]))
+    parts = [HEAD, counted(findings), table(findings)]
+    if sites:
+        parts += [MOVES, moves(findings), PANEL.format(logs=asked["logs"] // 10)]
+        parts += [panel(findings, site) for site in sites]
+    parts += ["\n".join(pictures), told]
+    page = "\n\n".join(part.strip() for part in parts) + "\n"
+    PAGE.write_text(engines.noted(page), encoding="utf-8")
+    print(f"wrote {PAGE.name}: {counted(findings)}")
 
 
 if __name__ == "__main__":

@@ -166,7 +166,7 @@ def forest() -> Scene:
 
 
 def measure(known: dict[str, Any], *, until: float) -> None:
-    """Plain logs and repetitions of each kind in turn, until the time is up; each goes on where it ended."""
+    """Plain logs and repetitions of each kind in turn, until the time is up; each continues where it ended."""
     scene = forest()
     plain = known.setdefault("plain", {"logs": 0, "reach": [0] * len(LEVELS), "steps": 0, "cpu_s": 0.0})
     known["from"] = study.provenance()

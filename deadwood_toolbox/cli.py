@@ -13,6 +13,7 @@ import itertools
 import json
 import logging
 import os
+import shlex
 import signal
 import sys
 import tempfile
@@ -43,7 +44,7 @@ USERS_OSERRORS = {
     errno.EPERM: "permission denied",
     errno.EMFILE: "too many files are open at once; raise the limit, for example with ulimit -n 1024",
     errno.ENFILE: "too many files are open at once on this machine; close other programs",
-    errno.EPIPE: "the program that reads our output has closed it",
+    errno.EPIPE: "a program that was written to has closed its end",
 }
 
 
@@ -105,7 +106,7 @@ def _carry_out(job: Job, speaker: Speaker) -> int:
             speaker.detail(f"{job.tool.name} {VERSION}: {json.dumps(manifest(job.tool, ask)['parameters'])}")
             outcome = job.tool.run(ask, speaker)
         speaker.close()
-        _report(outcome, speaker, time.perf_counter() - began)
+        _report(outcome, job.tool.then, speaker, time.perf_counter() - began)
         return outcome.status
     except KeyboardInterrupt:
         raise Cancelled(LATE if _standing(job.tool, ask) != before else MESSAGE) from None
@@ -139,7 +140,8 @@ def _understand(arguments: Sequence[str], tools: Sequence[Tool] | None) -> Job |
     return wanted if isinstance(wanted, Job | Answer) else None
 
 
-def _report(outcome: Outcome, speaker: Speaker, seconds: float) -> None:
+def _report(outcome: Outcome, then: str, speaker: Speaker, seconds: float) -> None:
+    """The last lines, alike for every tool: the answer, the scenario, where it is, what mostly follows."""
     if not speaker.quiet:
         facts = [f"{name.replace('_', ' ')}: {value}" for name, value in outcome.facts.items()]
         lines = list(outcome.lines) or facts
@@ -149,13 +151,20 @@ def _report(outcome: Outcome, speaker: Speaker, seconds: float) -> None:
     for name, path in outcome.outputs.items():
         if not speaker.as_json and not folders & set(Path(path).parents):  # what lies in a named folder goes unsaid
             speaker.note(f"{name.replace('_', ' ')}: {path}")
+    if then and not speaker.as_json:
+        quoted = {name: shlex.quote(str(path)) for name, path in outcome.outputs.items()}
+        speaker.note(f"next: {then.format(**quoted)}")
     speaker.detail(f"took {clock(seconds)} ({seconds:.2f} s)")
     outputs = {name: str(path) for name, path in outcome.outputs.items()}
     speaker.done(outputs=outputs, facts=dict(outcome.facts), seconds=round(seconds, 3))
 
 
 def _say(text: str) -> None:
-    print(printable(text), flush=True)
+    """Print; where the reader has closed the pipe (`| head`) it has read what it wanted, and nothing is wrong."""
+    try:
+        print(printable(text), flush=True)
+    except BrokenPipeError:
+        _let_go(sys.stdout)
 
 
 def _wants_json(arguments: Sequence[str]) -> bool:
@@ -198,10 +207,14 @@ def _fail(speaker: Speaker, message: str, status: int) -> int:
         speaker.error(message, status)
         sys.stdout.flush()
     except OSError:
-        # Nobody reads any more: what is still buffered goes nowhere, and Python's own exit must not complain.
-        with contextlib.suppress(OSError, ValueError, AttributeError):
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _let_go(sys.stdout)
     return status
+
+
+def _let_go(stream: Any) -> None:
+    """Nobody reads any more: what is still buffered goes nowhere, and Python's own exit must not complain."""
+    with contextlib.suppress(OSError, ValueError, AttributeError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _fault_of_ours(error: BaseException, verbose: bool) -> str:

@@ -7,10 +7,11 @@ that click's own handling of interrupts and errors never stands between a tool a
 from __future__ import annotations
 
 import json
+import os
 import re
-from collections.abc import Callable, Iterator, Sequence
+import textwrap
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
-from textwrap import wrap
 from typing import Any
 
 import click
@@ -21,7 +22,7 @@ from deadwood_toolbox.feedback import PROGRESS, plain
 from deadwood_toolbox.plugin_zip import TOOL as QGIS_PLUGIN
 from deadwood_toolbox.shelf import Declared
 
-HELP_WIDTH = 76  # of lists and examples, which click indents by two and leaves as they are
+GOES_ON = " `" if os.name == "nt" else " \\"  # behind a line of a command that the next one ends, by the shell
 WIDE = {"max_content_width": 110}  # as wide as the terminal, but no wider than one reads
 
 
@@ -102,7 +103,7 @@ class _ToolCommand(click.Command):
     def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         formatter.write_paragraph()
         with formatter.indentation():
-            formatter.write_text(_lists_kept(self.tool.description))
+            formatter.write_text(laid_out(self.tool.description, formatter.width - formatter.current_indent))
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         groups = dict.fromkeys(p.group for p in self.tool.parameters() if p.group)
@@ -120,40 +121,33 @@ class _ToolCommand(click.Command):
             formatter.write_dl(rows, col_max=28)
 
 
-def _lists_kept(description: str) -> str:
-    """The description for click, which runs the lines of a paragraph together unless it is told not to (``\\b``)."""
-    paragraphs = (_narrow(each) for each in description.split("\n\n"))
-    return "\n\n".join("\b\n" + each if each.startswith(("    ", "- ")) else each for each in paragraphs)
+def laid_out(description: str, width: int) -> str:
+    """The description for click, which runs the lines of a paragraph together unless it is told not to (``\\b``): lists
+    with their items hanging, commands broken where the shell goes on, none wider than the terminal."""
+    return "\n\n".join(_paragraph(each, width) for each in description.split("\n\n"))
 
 
-def _narrow(paragraph: str) -> str:
-    """A list, or examples of commands, in lines that a help of 80 columns holds."""
-    if paragraph.startswith("- "):
-        items = ("- " + " ".join(item.split()) for item in f"\n{paragraph}".split("\n- ")[1:])
-        return "\n".join(line for item in items for line in wrap(item, HELP_WIDTH, subsequent_indent="  "))
-    if paragraph.startswith("    "):
-        commands = paragraph.replace("\\\n", " ").splitlines()
-        return "\n".join(line for each in commands for line in _command_lines(each.strip()))
-    return paragraph
+def _paragraph(text: str, width: int) -> str:
+    if text.startswith("    "):
+        commands = re.sub(r"\s*\\\n\s*", " ", text).split("\n")
+        return "\n".join(["\b", *(line for each in commands for line in _command(each.strip(), width))])
+    if text.startswith("- "):
+        items = [" ".join(each.split()) for each in re.split(r"^- ", text, flags=re.MULTILINE)[1:]]
+        lines = [textwrap.fill(each, width, initial_indent="- ", subsequent_indent="  ") for each in items]
+        return "\n".join(["\b", *lines])
+    return text
 
 
-def _command_lines(command: str) -> Iterator[str]:
-    """A command over as many lines as it needs, none broken between an option and its value."""
-    words = re.findall(r"(?:[^\s'\"]|'[^']*'|\"[^\"]*\")+", command)
-    parts: list[str] = []
-    for word in words:
-        if parts and parts[-1].startswith("-") and " " not in parts[-1] and not word.startswith("--"):
-            parts[-1] += f" {word}"
-        else:
-            parts.append(word)
-    line = "    " + parts[0]
-    for part in parts[1:]:
-        if len(line) + 1 + len(part) > HELP_WIDTH - 2:
-            yield line + " \\"
-            line = " " * 8 + part
-        else:
-            line += f" {part}"
-    yield line
+def _command(command: str, width: int) -> list[str]:
+    """A command over as many lines as it takes, each option with its value on one."""
+    lines, line = [], ""
+    for part in re.split(r" (?=--)", command):
+        longer = f"{line} {part}" if line else f"    {part}"
+        if line and len(longer) + len(GOES_ON) > width:
+            lines.append(line + GOES_ON)
+            longer = f"        {part}"
+        line = longer
+    return [*lines, line]
 
 
 class _Value(click.ParamType):
@@ -176,8 +170,8 @@ class _Value(click.ParamType):
 
 
 def _option(parameter: Parameter) -> click.Option:
-    """An option without default: what is not given is distinguished from what is, so that flags override "
-    "``--config``."""
+    """An option without default: what is not given is distinguished from what is, so that flags override
+    ``--config``."""
     if parameter.is_switch:
         words = [f"{each}/--no-{each[2:]}" for each in (parameter.flag, *parameter.old_flags)]
         return click.Option([*words, parameter.name], default=None)

@@ -1,6 +1,6 @@
 """What of its surroundings the command fixes or refuses before it starts: foreign paths, and too little address space.
 
-With the PROJ_LIB of a QGIS or conda shell rasterio loses every CRS without a word (it logs one line and goes on with
+With the PROJ_LIB of a QGIS or conda shell rasterio loses every CRS without a word (it logs one line and continues
 ``crs = None``), so this runs before any GIS library is imported.
 """
 

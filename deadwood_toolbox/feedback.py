@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
+import os
 import sys
 import threading
 import time
@@ -14,6 +16,8 @@ from deadwood_toolbox import collector
 
 PROGRESS = ("auto", "bar", "plain", "json", "none")
 SECONDS_BETWEEN = {"json": 0.25, "plain": 10.0}
+FIRST_AFTER_S = 2.0  # of a stage the first plain line: in short runs, too, one sees that something goes on
+YELLOW, RED = "33", "31"
 
 
 class Speaker:
@@ -22,7 +26,7 @@ class Speaker:
     Parameters
     ----------
     progress
-        One of ``PROGRESS``; ``auto`` is a bar on a terminal and a plain line every ten seconds elsewhere.
+        One of ``PROGRESS``; ``auto`` is a bar on a terminal, elsewhere a plain line after two seconds, then every ten.
     """
 
     def __init__(
@@ -34,6 +38,8 @@ class Speaker:
         self.as_json = progress == "json"
         self.mode = "none" if quiet and not self.as_json else progress
         self.quiet, self.verbose = quiet, verbose
+        plain_asked = bool(os.environ.get("NO_COLOR")) or os.environ.get("TERM") == "dumb" or os.name == "nt"
+        self._in_colours = self.stream.isatty() and not plain_asked
         self.stop = threading.Event()
         self._stage = _Stage("", 0.0)
         self._bar: Any = None
@@ -70,7 +76,7 @@ class Speaker:
             self.note(message)
 
     def warn(self, message: str) -> None:
-        self._event("warning", message=message) if self.as_json else self._line(f"warning: {message}")
+        self._event("warning", message=message) if self.as_json else self._line(message, ("warning", YELLOW))
 
     def error(self, message: str, status: int) -> None:
         """The last word of a run that failed: exactly one line."""
@@ -79,7 +85,7 @@ class Speaker:
         if self.as_json:
             self._event("error", message=line, exit_status=status)
         else:
-            self._line(f"deadwood-tool: {line}")
+            self._line(line, ("deadwood-tool", RED))
 
     def done(self, **known: Any) -> None:
         """The last word of a run that worked, for programs; a reader gets notes."""
@@ -108,13 +114,25 @@ class Speaker:
         self._bar.total = total
         self._bar.update(done - self._bar.n)
 
-    def _line(self, text: str) -> None:
+    def _line(self, text: str, mark: tuple[str, str] | None = None) -> None:
+        """A line, behind a word with a colon where it is marked, which on a terminal has a colour."""
         if self._bar is not None:
             self._bar.clear()
-        print(printable(text), file=self.stream, flush=True)
+        word, colour = mark or ("", "")
+        before = f"{word}: " if word else ""
+        if word and self._in_colours:
+            before = f"\x1b[{colour}m{word}:\x1b[0m "
+        self._print(before + printable(text))
 
     def _event(self, event: str, **known: Any) -> None:
-        print(json.dumps(plain({"event": event, **known})), file=self.stream, flush=True)
+        self._print(json.dumps(plain({"event": event, **known})))
+
+    def _print(self, text: str) -> None:
+        """To whoever reads; the work goes on where nobody does any more (``2>&1 | head``)."""
+        try:
+            print(text, file=self.stream, flush=True)
+        except BrokenPipeError:
+            self.stream, self.mode = io.StringIO(), "none"
 
 
 class _Stage:
@@ -128,7 +146,7 @@ class _Stage:
     def is_due(self, now: float, ended: bool, every: float, mode: str) -> bool:
         """Whether to show now; of a stage that is over before its first plain line is due nothing is said."""
         if self.shown is None:
-            due = mode == "json" or now - self.began >= every
+            due = mode == "json" or now - self.began >= FIRST_AFTER_S
         else:
             due = ended or now - self.shown >= every
         if not due:

@@ -3536,14 +3536,14 @@ def reproduce_paper(
     every run. A finding is assessed (an order, a direction, the size of a ratio), not the value on another
     slope. The twins and the rules were fixed before the first run; the numbers of the twins, each with its
     source, are in `deadwood_algorithms/paper/README.md`; `twin_version 1` uses the twins of before November
-    2026. The log slides as the smooth cone, and a fifth of the logs again as the paper's point cloud
-    (`make-log`, ids that end in `.cloud`). Findings that fewer than 20 000 logs leave undecided are repeated
-    with 20 000.
+    2026. Findings that fewer than 20 000 logs leave undecided are repeated with 20 000.
 
-    On the twins of version 2 each finding has a sensitivity panel (`sensitivity.csv`): the same finding with
-    one assumed number of the twin changed (width of treeless strips, roughness, places of release, rolling
-    friction, another draw of relief and forest, and others), with a fifth of the logs each. These runs are not
-    kept; `no_panel` leaves them out.
+    Each finding has a sensitivity panel (`sensitivity.csv`): the same finding as it is, with the log as the
+    paper's point cloud (`make-log`; also as findings of their own, whose ids end in `.cloud`), and, on the
+    twins of version 2, with one assumed number of the twin changed (width of treeless strips, roughness, places
+    of release, rolling friction, another draw of relief and forest, and others). The panel slides a tenth of
+    the logs at `draft`, whose cost and error are in `benchmarks/README.md`. Its runs are not kept; `no_panel`
+    leaves it out.
 
     `quick` takes a few hundred logs and a coarser set: it shows that everything works and assesses nothing.
     `resume` continues an interrupted run; what is finished is not slid again.
@@ -3567,8 +3567,8 @@ def reproduce_paper(
     site : one of klosters, rothenbrunnen, both, default both
         Which site.
     logs : 8 <= x <= 10000000, default 20000
-        Logs of each scenario, over all releases. The sweeps of friction and cells, and each run of the
-        sensitivity panel, use a fifth of them.
+        Logs of each scenario, over all releases. The sweeps of friction and cells use a fifth of them, each run
+        of the sensitivity panel a tenth.
     deciding_logs : 0 <= x <= 10000000, default 20000
         Logs of each scenario for findings that fewer leave undecided. The paper's number. 0 leaves them open.
     fidelity : one of draft, standard, fine, reference, default standard

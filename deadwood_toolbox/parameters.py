@@ -82,12 +82,20 @@ def facts(parameter: Parameter) -> str:
 def help_line(parameter: Parameter) -> tuple[str, str]:
     """The two columns of the help: how the flag is written, and what it means."""
     off = f" / --no-{parameter.flag[2:]}"
-    left = parameter.flag + (off if parameter.is_switch else f" {parameter.metavar}")
+    metavar = parameter.metavar if len(parameter.metavar) <= LONG_CHOICES else "NAME"
+    left = parameter.flag + (off if parameter.is_switch else f" {metavar}")
     known = facts(parameter)
     if len(left) > LONGEST_LEFT:
         left, known = f"{parameter.flag} NAME", ", ".join(part for part in (*parameter.choices, known) if part)
     right = parameter.label + (f" [{known}]" if known else "")
-    return left, f"{right}. {parameter.help}" if parameter.help else right
+    right += f". {parameter.help}" if parameter.help else ""
+    return (
+        left,
+        right if metavar == parameter.metavar else f"{right.rstrip('.')}. One of: {', '.join(parameter.choices)}.",
+    )
+
+
+LONG_CHOICES = 40  # letters: with more, they would push what they mean off the screen
 
 
 def describe(tool: Tool) -> dict[str, Any]:

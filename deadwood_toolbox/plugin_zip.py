@@ -61,10 +61,16 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
 
 def declarations() -> dict[str, Any]:
-    """What ``describe --json`` says of all tools: the plugin's dialogs, so that they show where the tool is missing."""
+    """What ``describe --json`` says of all tools: the plugin's dialogs, so that they show where the tool is missing.
+
+    And the words and colours of the page of `explore`, which the panel in QGIS has, too.
+    """
+    from deadwood_algorithms.explore import web_page
+    from deadwood_algorithms.tools.explore import FRICTION
     from deadwood_toolbox.shelf import TOOLS
 
-    return plain({"version": VERSION, "tools": [parameters.describe(each) for each in TOOLS]})
+    explore = {**web_page.facts(), "friction": FRICTION}
+    return plain({"version": VERSION, "tools": [parameters.describe(each) for each in TOOLS], "explore": explore})
 
 
 def contacts() -> dict[str, str]:

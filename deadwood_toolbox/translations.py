@@ -9,6 +9,7 @@ English until somebody has looked at it and taken the mark away. Translators tak
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,8 +18,10 @@ from babel.messages.catalog import Catalog
 from babel.messages.extract import extract_from_dir
 from babel.messages.pofile import read_po, write_po
 
+from deadwood_algorithms.explore.phrases import PHRASES
 from deadwood_algorithms.report.languages import LANGUAGES
 from deadwood_algorithms.report.phrases import MESSAGES
+from deadwood_algorithms.schemas.looks import ENDS
 from deadwood_toolbox import parameters
 from deadwood_toolbox.qgis_plugin.help_text import pieces, title
 from deadwood_toolbox.shelf import TOOLS
@@ -40,10 +43,24 @@ def plugin_messages() -> Catalog:
     made = Catalog(charset="utf-8")
     for file, _, english, _, _ in sorted(extract_from_dir(PLUGIN), key=lambda each: each[:2]):
         made.add(english, auto_comments=[file])
+    for english in panel_phrases():
+        made.add(english, auto_comments=["panel Explore"])
     for english, where in declared_texts():
         if english and english not in made:
             made.add(english, auto_comments=[where], flags=["no-python-format", "no-python-brace-format"])
     return made
+
+
+def panel_phrases() -> Iterator[str]:
+    """The phrases of the page of `explore` that the panel says, by the names that stand in its sources."""
+    source = "".join(each.read_text(encoding="utf-8") for each in sorted(PLUGIN.glob("explore_*.py")))
+    names = set(re.findall(r'"(\w+)"', source))
+    beginnings = tuple(re.findall(r'f"(\w+_)\{', source)) + tuple(f"{name}_" for name in names)
+    for name, english in PHRASES.items():
+        if name in names or name.startswith(beginnings):
+            yield english
+    for label, *_ in ENDS.values():
+        yield label
 
 
 def declared_texts() -> Iterator[tuple[str, str]]:
@@ -80,7 +97,9 @@ class Domain:
         """The catalogue of a language with the messages of today."""
         with self.file_of(language).open("rb") as file:
             found = read_po(file, locale=language)
-        found.update(self.template(), no_fuzzy_matching=not self.fuzzy, update_header_comment=False)
+        found.update(
+            self.template(), no_fuzzy_matching=not self.fuzzy, update_header_comment=False, update_creation_date=False
+        )
         found.obsolete.clear()
         return found
 

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
+import deadwood_toolbox
 from deadwood_algorithms.params.tool import Tool
 from deadwood_algorithms.schemas.brought import BROUGHT
 from deadwood_algorithms.schemas.written import WRITTEN
@@ -62,14 +63,17 @@ def _tool(tool: Tool) -> str:
     if written:
         rows = [f"| `{each.place}` | {_linked(each.what)} |".replace("|layername", "\\|layername") for each in written]
         parts += ["## Files written", "\n".join(["| file | content |", "|---|---|", *rows])]
-    if tool in TOOLS:
-        parts += [
-            "## In QGIS and Python",
-            f"QGIS: `{tool.qgis_id}` in the Processing toolbox. Python: "
-            f"`deadwood_algorithms.tools.{tool.name.replace('-', '_')}.TOOL(...)`, with the options as keywords; see "
-            "[Python](../python.md).",
-        ]
+    parts += _elsewhere(tool)
     return "\n\n".join(part for part in parts if part) + "\n"
+
+
+def _elsewhere(tool: Tool) -> list[str]:
+    """How the tool is called from QGIS and from Python."""
+    function = tool.name.replace("-", "_")
+    ways = [f"QGIS: `{tool.qgis_id}` in the Processing toolbox."] if tool.qgis_id else []
+    if hasattr(deadwood_toolbox, function):
+        ways.append(f"[Python](../python.md): `deadwood_toolbox.{function}(...)`, with the options as keywords.")
+    return ["## In QGIS and Python", " ".join(ways)] if ways else []
 
 
 def _common() -> str:

@@ -21,7 +21,7 @@ HERE = Path(__file__).parent
 ROOT = HERE.parent
 FOLDER = HERE / "pictures"
 WIDEST = 1400  # pixels
-sys.path.append(str(ROOT / "tests" / "algorithms" / "report"))
+sys.path.append(str(ROOT / "tests" / "algorithms"))
 
 
 def walk(page: str, folder: Path) -> None:

@@ -47,7 +47,7 @@ def run(arguments: Sequence[str], feedback: QgsProcessingFeedback) -> Said:
     if not child.waitForStarted(30_000):
         message = _("{program} could not be started: {why}")
         raise QgsProcessingException(message.format(program=words[0], why=child.errorString()))
-    ears = _Ears(feedback)
+    ears = Ears(feedback)
     while child.state() != QProcess.ProcessState.NotRunning:
         child.waitForFinished(LOOK_MS)
         ears.hear(bytes(child.readAllStandardError()), bytes(child.readAllStandardOutput()))
@@ -73,7 +73,7 @@ def end(child: QProcess) -> None:
         child.waitForFinished(GRACE_MS)
 
 
-class _Ears:
+class Ears:
     """Takes the child's output apart: whole lines, JSON or not."""
 
     def __init__(self, feedback: QgsProcessingFeedback) -> None:

@@ -1,4 +1,4 @@
-"""The plugin object: registers the provider and, where there is a window, the menu entry and the settings page."""
+"""The plugin object: registers the provider and, where there is a window, the menu, the panel and the settings page."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from typing import Any
 
 from qgis.core import QgsApplication
 from qgis.PyQt import QtGui, QtWidgets
+from qgis.PyQt.QtCore import Qt
 from qgis.PyQt.QtWidgets import QMessageBox
 
 from .finding import read_manifest
@@ -21,8 +22,9 @@ class Plugin:
     def __init__(self, iface: Any) -> None:
         self.iface = iface
         self.provider: Provider | None = None
-        self.action: Any = None
+        self.actions: list[Any] = []
         self.page: Any = None
+        self.panel: Any = None
 
     def initProcessing(self) -> None:
         """Called by QGIS with a window, and all that ``qgis_process`` calls."""
@@ -33,13 +35,31 @@ class Plugin:
         from .settings import PageFactory
 
         self.initProcessing()
-        action = QAction(icon("deadwood"), _("Check installation of the Deadwood Toolbox"), self.iface.mainWindow())
-        action.setObjectName("deadwoodCheckInstallation")
-        action.triggered.connect(self.check)
-        self.iface.addPluginToMenu("Deadwood Toolbox", action)
-        self.action = action
+        explore = self._action("deadwood", _("Explore: sliding logs"), "deadwoodExploreOpen", self.explore)
+        self.iface.addToolBarIcon(explore)
+        check = _("Check installation of the Deadwood Toolbox")
+        self._action("deadwood", check, "deadwoodCheckInstallation", self.check)
         self.page = PageFactory(icon("deadwood"))
         self.iface.registerOptionsWidgetFactory(self.page)
+
+    def _action(self, picture: str, text: str, name: str, do: Any) -> Any:
+        """An entry in the plugin's menu."""
+        action = QAction(icon(picture), text, self.iface.mainWindow())
+        action.setObjectName(name)
+        action.triggered.connect(lambda: do())
+        self.iface.addPluginToMenu("Deadwood Toolbox", action)
+        self.actions.append(action)
+        return action
+
+    def explore(self) -> None:
+        """Open the panel on the right, or bring it to the front."""
+        if self.panel is None:
+            from .explore_panel import Panel
+
+            self.panel = Panel(self.iface, read_manifest())
+            self.iface.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, self.panel)
+        self.panel.show()
+        self.panel.raise_()
 
     def check(self) -> None:
         """Tell in a message box what was found, or how to install what was not."""
@@ -53,7 +73,14 @@ class Plugin:
         if self.provider is not None:
             QgsApplication.processingRegistry().removeProvider(self.provider)
             self.provider = None
-        if self.action is not None:
-            self.iface.removePluginMenu("Deadwood Toolbox", self.action)
+        if self.panel is not None:
+            self.panel.remove()
+            self.iface.removeDockWidget(self.panel)
+            self.panel.deleteLater()
+            self.panel = None
+        if self.actions:
+            self.iface.removeToolBarIcon(self.actions[0])
+            for each in self.actions:
+                self.iface.removePluginMenu("Deadwood Toolbox", each)
             self.iface.unregisterOptionsWidgetFactory(self.page)
-            self.action = None
+            self.actions = []

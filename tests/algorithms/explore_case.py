@@ -92,12 +92,12 @@ class Asked:
         message = {"op": "edit", "id": 2} | changes
         return self._told(lambda: self.session.edit(message, self.frames.append, stale))
 
-    def keep(self, name: Any, slide: Any = None) -> Frame:
+    def keep(self, name: Any, slide: Any = None, *, run_too: bool = True) -> Frame:
         answer = self.session.answer
         assert answer is not None
         keeper = explore.keeper_of(self.ask, Quiet())
         keeper = replace(keeper, slide=slide) if slide else keeper
-        return keeper.keep(self.session.layers, answer.question, answer.changes, name)
+        return keeper.keep(self.session.layers, answer.question, answer.changes, name, run_too)
 
     def _told(self, work: Callable[[], None]) -> Frame:
         self.frames.clear()

@@ -20,7 +20,7 @@ HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 PICTURES = ROOT / "deadwood_toolbox" / "qgis_plugin" / "pictures"
 QGIS = shutil.which("qgis.bin") or shutil.which("qgis")
-LIMIT_S = 300
+LIMIT_S = 900
 LARGEST_BYTES = 150_000
 
 
@@ -48,12 +48,29 @@ def screen() -> Iterator[str]:
 
 def first_run(environment: dict[str, str], sample: Path, work: Path, shots: Path, *, full: bool) -> dict[str, Any]:
     """Drive QGIS through a first run; what was seen, the pictures in ``shots``."""
+    own = {"SAMPLE": str(sample), "WORK": str(work), "SHOTS": str(shots)} | ({"FULL": "1"} if full else {})
+    return driven("first_run.py", environment | own, work)
+
+
+def explored(environment: dict[str, str], sample: Path, work: Path, shots: Path | None = None) -> dict[str, Any]:
+    """Drive QGIS through the panel Explore, on the sample with its trees as a layer."""
+    import geopandas
+    import pandas
+
+    trees = pandas.read_csv(sample / "trees.csv")
+    places = geopandas.points_from_xy(trees["x"], trees["y"])
+    geopandas.GeoDataFrame(trees, geometry=places, crs=2056).to_file(work / "trees.gpkg", layer="trees")
+    own = {"SAMPLE": str(sample), "WORK": str(work), "SHOTS": str(shots or "")}
+    return driven("explore_drive.py", environment | own, work)
+
+
+def driven(script: str, environment: dict[str, str], work: Path) -> dict[str, Any]:
+    """What a script that QGIS runs with its window has seen."""
     assert QGIS is not None
-    own = {"SAMPLE": str(sample), "WORK": str(work), "SHOTS": str(shots), "GDAL_PAM_ENABLED": "NO"}
     with screen() as display:
         environment = {name: value for name, value in environment.items() if name != "QT_QPA_PLATFORM"}
-        environment |= own | {"DISPLAY": display} | ({"FULL": "1"} if full else {})
-        words = [QGIS, "--nologo", "--noversioncheck", "--code", str(HERE / "first_run.py")]
+        environment |= {"GDAL_PAM_ENABLED": "NO", "DISPLAY": display}
+        words = [QGIS, "--nologo", "--noversioncheck", "--code", str(HERE / script)]
         ran = subprocess.run(words, env=environment, capture_output=True, text=True, timeout=LIMIT_S)
     told = work / "seen.json"
     assert told.exists(), ran.stderr[-3000:]
@@ -87,14 +104,16 @@ def main() -> None:
     # Not in /tmp, whose layers QGIS marks as temporary.
     with tempfile.TemporaryDirectory(dir="/var/tmp", prefix="deadwood-") as place:
         folder = Path(place)
-        for name in ("work", "shots"):
+        for name in ("work", "shots", "explored"):
             (folder / name).mkdir()
         qgis = Qgis(folder, command_of_checkout(folder))
         qgis.install()
         seen = first_run(qgis.environment, SAMPLE, folder / "work", folder / "shots", full=True)
         assert "error" not in seen, seen["error"]
+        seen = explored(qgis.environment, SAMPLE, folder / "explored", folder / "explored")
+        assert "error" not in seen, seen["error"]
         PICTURES.mkdir(exist_ok=True)
-        for shot in sorted((folder / "shots").glob("*.png")):
+        for shot in [*sorted((folder / "shots").glob("*.png")), folder / "explored" / "explore.png"]:
             small(shot, PICTURES / shot.name)
             print(f"wrote {PICTURES / shot.name}")
 

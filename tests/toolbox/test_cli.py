@@ -9,9 +9,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import click
 import pytest
 
 from deadwood_algorithms.params.tool import VERSION, engine_digest, manifest
+from deadwood_toolbox import shelf
+from deadwood_toolbox.commands import build, laid_out
 
 
 @pytest.fixture
@@ -155,7 +158,7 @@ def test_values_that_look_like_flags_or_paths_reach_the_tool(toy, out):
         ("denied", 2, "somewhere: permission denied"),
         ("many", 2, "somewhere: too many files are open at once; raise the limit, for example with ulimit -n 1024"),
         ("memory", 2, "out of memory (Unable to allocate 9 GiB)"),
-        ("pipe", 2, "the program that reads our output has closed it"),
+        ("pipe", 2, "a program that was written to has closed its end"),
         ("cancelled", 130, "interrupted"),
         ("fault", 1, "a fault of ours"),
     ],
@@ -178,6 +181,29 @@ def test_a_fault_of_ours_saves_its_traceback(toy, out):
     assert loud.status == 1
     assert "Traceback" in loud.err
     Path(re.search(r"traceback is in (\S+)\)", loud.err)[1]).unlink()  # type: ignore[index]
+
+
+@pytest.mark.parametrize("width", [80, 100])
+def test_the_help_of_every_tool_fits_the_terminal(width):
+    """Commands in it go on behind a backslash, so that they can still be copied."""
+    top = build(shelf.TOOLS, shelf.TOOLS)
+    for name, command in top.commands.items():
+        context = click.Context(command, info_name=f"deadwood-tool {name}", terminal_width=width)
+        wide = [line for line in command.get_help(context).splitlines() if len(line) > width]
+        assert wide == [], name
+
+
+def test_a_command_is_broken_between_its_options():
+    told = (
+        "Words.\n\n    deadwood-tool a --one 1 \\\n        --two 'x y' --three 3\n\n"
+        "- an item that\n  goes on\n- another"
+    )
+    shown = laid_out(told, 34)
+    lines = [line for line in shown.splitlines() if line.startswith("    ")]
+    assert all(len(line) <= 34 for line in lines)
+    joined = re.sub(r" [\\`]\n\s+", " ", "\n".join(lines)).strip()
+    assert joined == "deadwood-tool a --one 1 --two 'x y' --three 3"
+    assert "- an item that goes on\n- another" in shown
 
 
 # --- parameters from a file -----------------------------------------------------------------------------------------
@@ -371,14 +397,13 @@ def test_an_address_space_that_is_too_small_is_refused_at_the_start(start_toy, t
     assert said.count("\n") == 1
 
 
-def test_a_reader_that_stops_early_gets_no_traceback(start_toy):
+def test_a_reader_that_stops_early_gets_no_complaint(start_toy):
     reading, writing = os.pipe()
     os.close(reading)
     with os.fdopen(writing, "w") as closed:
         program = start_toy("list", "--json", stdout=closed)
     _, said = program.communicate(timeout=30)
-    assert program.returncode == 2
-    assert said == "deadwood-tool: the program that reads our output has closed it\n"
+    assert (program.returncode, said) == (0, "")
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="a device that is always full is needed")

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import json
 import math
+import os
 
 import numpy as np
 import pytest
@@ -31,9 +33,10 @@ def test_plain_lines_are_sparse_and_say_rate_and_time_left(at):
         at(1000.0 + second)
         speaker.progress(50 * second, 2000, "sliding logs")
     assert stream.getvalue().splitlines() == [
-        "sliding logs: 500 of 2,000 (25 %), 50/s, 30 s left",
-        "sliding logs: 1,000 of 2,000 (50 %), 50/s, 20 s left",
-        "sliding logs: 1,500 of 2,000 (75 %), 50/s, 10 s left",
+        "sliding logs: 100 of 2,000 (5 %), 50/s, 38 s left",  # soon, so that a short run is not silent
+        "sliding logs: 600 of 2,000 (30 %), 50/s, 28 s left",
+        "sliding logs: 1,100 of 2,000 (55 %), 50/s, 18 s left",
+        "sliding logs: 1,600 of 2,000 (80 %), 50/s, 8 s left",
         "sliding logs: 2,000 of 2,000 (100 %), 50/s, 0 s left",
     ]
 
@@ -42,12 +45,12 @@ def test_of_a_quick_stage_no_plain_line_is_said_and_each_stage_has_its_own_rate(
     stream = io.StringIO()
     speaker = Speaker("plain", stream=stream)
     for done in range(5):
-        at(1000.0 + done)
+        at(1000.0 + 0.4 * done)
         speaker.progress(done, 4, "reading")
     for second in range(11):
         at(2000.0 + second)
         speaker.progress(100 + second, 120, "resumed")
-    assert stream.getvalue() == "resumed: 110 of 120 (92 %), 1/s, 10 s left\n"
+    assert stream.getvalue() == "resumed: 102 of 120 (85 %), 1/s, 18 s left\n"
 
 
 def test_json_is_never_more_than_a_few_lines_a_second(at):
@@ -83,6 +86,36 @@ def test_a_terminal_gets_a_bar_and_a_file_gets_lines():
     assert Speaker(stream=Terminal()).mode == "bar"
     assert Speaker(stream=io.StringIO()).mode == "plain"
     assert Speaker(quiet=True, stream=Terminal()).mode == "none"
+
+
+def test_only_a_terminal_that_wants_them_gets_colours(monkeypatch):
+    class Terminal(io.StringIO):
+        def isatty(self) -> bool:
+            return True
+
+    for stream, variable, said in (
+        (Terminal(), None, "\x1b[33mwarning:\x1b[0m steep\n"),
+        (Terminal(), "NO_COLOR", "warning: steep\n"),
+        (io.StringIO(), None, "warning: steep\n"),
+    ):
+        monkeypatch.delenv("NO_COLOR", raising=False)
+        monkeypatch.setenv("TERM", "xterm")
+        if variable:
+            monkeypatch.setenv(variable, "1")
+        Speaker(stream=stream).warn("steep")
+        assert stream.getvalue() == said
+
+
+def test_the_work_goes_on_where_nobody_reads_how_far_it_is():
+    """As with ``2>&1 | head``: a message that reaches nobody ends no run."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    with os.fdopen(writing, "w") as closed:
+        speaker = Speaker("json", stream=closed)
+        speaker.progress(1, 2, "sliding logs")
+        speaker.warn("steep")
+        with contextlib.suppress(BrokenPipeError):  # of what the closed file itself still holds
+            closed.close()
 
 
 def test_warnings_are_said_even_when_quiet():

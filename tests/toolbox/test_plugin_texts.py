@@ -16,7 +16,7 @@ from deadwood_toolbox.shelf import TOOLS
 OTHERS = LANGUAGES[1:]
 # What one types or reads in a file is the same in every language: placeholders, options, code, columns, files, numbers.
 KEPT = re.compile(
-    r"\{\w*\}|--[a-z][a-z-]*[a-z]|``[^`]+``|\b\w+_\w+\b|\b\w+\.(?:tif|gpkg|json|html|qgz)\b|\d+(?:\.\d+)?"
+    r"\{\w*\}|--[a-z][a-z-]*[a-z]|``.+?``|`[^`]+`|\b\w+_\w+\b|\b\w+\.(?:tif|gpkg|csv|json|html|qgz)\b|\d+(?:\.\d+)?"
 )
 
 

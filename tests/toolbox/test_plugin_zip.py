@@ -52,6 +52,7 @@ def test_the_zip_declares_every_tool_and_no_place_when_portable(zipped):
         name.rpartition("/")[2] for name in zipped.namelist()
     }
     assert "packed_in" not in manifest
+    assert {"words", "ramp", "stops", "colours", "friction"} <= set(manifest["explore"])
 
 
 @pytest.mark.parametrize(("language", "group"), [("de", "Vorbereiten"), ("fr", "Préparer"), ("it", "Preparare")])

@@ -203,7 +203,7 @@ def test_an_xarray_brings_its_place_with_it(dem, releases, run):
     again = dw.slide_logs(dem=DataArray(), releases=releases, friction=0.3, fidelity="draft")
     assert (again.hits.array == run.hits.array).all()
     DataArray.rio = None
-    with pytest.raises(dw.UserError, match=r"^dem: a DataArray tells its transform and CRS by rioxarray"):
+    with pytest.raises(dw.UserError, match=r"^dem: a DataArray gives its transform and CRS through rioxarray"):
         dw.slide_logs(dem=DataArray(), releases=releases, friction=0.3)
 
 
@@ -283,7 +283,7 @@ def test_optional_outputs_stand_where_they_are_named_or_beside(run, tmp_path: Pa
     [
         ({"releases": "no_crs"}, r"^releases: the GeoDataFrame has no CRS; name it, for example releases\.set_crs\("),
         ({"dem": dw.Raster(slope(), from_origin(0, 0, 1, 1), None)}, r"^dem: the array has no CRS; give one"),
-        ({"dem": dw.Raster(slope(), from_origin(0, 0, 1, 1), "EPSG:0")}, r"^dem: 'EPSG:0' is no CRS that is known"),
+        ({"dem": dw.Raster(slope(), from_origin(0, 0, 1, 1), "EPSG:0")}, r"^dem: 'EPSG:0' is no known CRS"),
         ({"dem": dw.Raster(slope(), (1, 2), CRS)}, r"^dem: the transform '\(1, 2\)' is not six numbers"),
         ({"dem": dw.Raster(slope()[0], from_origin(0, 0, 1, 1), CRS)}, r"^dem: an array of shape \(40,\)"),
         ({"dem": 3}, "^--dem is of the type int, but must be a path or a Raster$"),

@@ -212,6 +212,27 @@ def test_the_flaws_above_are_found():
         assert flaws(Parameter(**{**vars(good), **change})) != []
 
 
+def test_the_command_that_follows_has_flags_that_exist_and_paths_that_the_tool_leaves():
+    """What a tool says last can be copied: flags of that tool, all that it requires, outputs by their names."""
+    said = 0
+    for tool in TOOLS:
+        if not tool.then:
+            continue
+        said += 1
+        outputs = {each.name: "made" for each in tool.parameters() if each.is_output}
+        program, name, *words = tool.then.format(**outputs).split()
+        following = find(name)
+        assert (program, following is not None) == ("deadwood-tool", True), tool.name
+        assert following is not None
+        known = {each.flag: each for each in following.parameters()}
+        given = {word for word in words if word.startswith("--")}
+        assert given <= {*known, "--help"}, tool.name
+        required = {flag for flag, each in known.items() if each.default is None and not each.optional}
+        bare = {flag for flag, each in known.items() if each.positional and not words[0].startswith("--")}
+        assert given == {"--help"} or required - given - bare == set(), tool.name
+    assert said >= 10
+
+
 def test_the_catalogue_is_fresh():
     assert PLACE.read_text(encoding="utf-8") == page(TOOLS), "run: python -m deadwood_toolbox.catalogue"
 

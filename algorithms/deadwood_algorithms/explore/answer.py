@@ -189,6 +189,10 @@ class Answer:
         self.changed.append(Changed(part, reach, reason, end, held, boxed(grid), rows.size))
         return []
 
+    def poses_after(self, logs: int) -> Poses:
+        """The poses of the first logs in the changed scene: these few are simply slid again, all of them."""
+        return self._slide(self.edited, slice(0, logs), lambda: False, everything=True)[0].poses
+
     def concerned(self, base: Base) -> NDArray[np.int64]:
         """The logs of a batch that the changes can matter to: all, where they change the rule of the steps."""
         rule = Slid(self.simulation, self.releases).rule_of_steps

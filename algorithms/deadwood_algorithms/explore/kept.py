@@ -49,8 +49,8 @@ class Keeper:
     slide: Callable[[Mapping[str, Any]], None]
     write: Callable[[Path, Mapping[str, Layer], Mapping[str, Any]], None]
 
-    def keep(self, layers: SceneLayers, question: Question, changes: Changes, name: Any) -> Told:
-        """Write the layers of an answer, and slide a run on them."""
+    def keep(self, layers: SceneLayers, question: Question, changes: Changes, name: Any, run_too: bool = True) -> Told:
+        """Write the layers of an answer, and slide a run on them; or leave the run to whoever asks (``run_too``)."""
         if not isinstance(name, str) or not NAME.fullmatch(name) or name.endswith((".", " ")):
             raise UserError("give the run a name of letters, digits, blanks, points, - and _, at most 80 of them")
         run, beside = self.folder / name, self.folder / f"{name}_layers.gpkg"
@@ -60,6 +60,8 @@ class Keeper:
         kept = kept_layers(self.inputs, layers, question, changes)
         self.folder.mkdir(parents=True, exist_ok=True)
         self.write(beside, kept, chosen(question, changes))
+        if not run_too:
+            return Told({"op": "kept", "name": name, "command": "", "files": [beside.name], "layers": list(kept)})
         friction = {} if question.friction is None else {"friction": question.friction}
         laws = {"rolling_friction": question.rolling_friction, "restitution": question.restitution}
         try:
@@ -79,7 +81,8 @@ class Keeper:
             raise
         manifest, again = shlex.quote(f"{name}/manifest.json"), shlex.quote(f"{name} again")
         command = f"deadwood-tool slide-logs --config {manifest} --output {again}"
-        return Told({"op": "kept", "name": name, "command": command, "files": [name, beside.name]})
+        files = [name, beside.name]
+        return Told({"op": "kept", "name": name, "command": command, "files": files, "layers": list(kept)})
 
 
 def chosen(question: Question, changes: Changes) -> dict[str, Any]:

@@ -19,6 +19,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
 from typing import IO, Any
 
@@ -324,13 +325,35 @@ class Socket(Guarded, tornado.websocket.WebSocketHandler):
         future.add_done_callback(lambda done: (sent(done), done.exception()))
 
 
-async def serve(
-    command: Sequence[str], first: str, port: int, feedback: Feedback, opened: Callable[[str], None]
-) -> None:
+def serve(command: Sequence[str], first: str, port: int, feedback: Feedback, opened: Callable[[str], None]) -> None:
     """Serve the page until the feedback says to end; ``opened`` is told its address when it is there.
+
+    On a thread of its own, for a notebook's cell runs within a loop already.
 
     command : starts the engine process, whose first line of input is ``first``
     """
+    ended = threading.Event()
+    with ThreadPoolExecutor(1) as thread:
+        served = thread.submit(asyncio.run, _serve(command, first, port, feedback, opened, ended))
+        try:
+            while not served.done():
+                wait([served], timeout=0.1)
+        except KeyboardInterrupt:
+            if not feedback.cancelled():  # else it is the same Ctrl-C again, while all is being ended
+                raise
+        finally:
+            ended.set()
+    served.result()
+
+
+async def _serve(
+    command: Sequence[str],
+    first: str,
+    port: int,
+    feedback: Feedback,
+    opened: Callable[[str], None],
+    ended: threading.Event,
+) -> None:
     desk = Desk(command, first, feedback, asyncio.get_running_loop())
     routes: list[Any] = [
         (r"/", PageFile),
@@ -355,7 +378,7 @@ async def serve(
         desk.start()
         while not desk.ready.is_set():
             await asyncio.sleep(0.05)
-            if feedback.cancelled():
+            if feedback.cancelled() or ended.is_set():
                 raise Cancelled
         if desk.unfit is not None:
             raise UserError(desk.unfit)
@@ -363,7 +386,7 @@ async def serve(
             raise RuntimeError("the engine process ended before it was ready")
         server.add_sockets(sockets)
         opened(desk.address)
-        while not feedback.cancelled():
+        while not (feedback.cancelled() or ended.is_set()):
             await asyncio.sleep(0.1)
     finally:
         desk.closing = True

@@ -22,11 +22,12 @@ from deadwood_algorithms.explore.questions import (
     Defaults,
     Question,
     changes_of,
+    one_of,
     question_of,
     whole_in,
 )
 from deadwood_algorithms.explore.released import releases_layer
-from deadwood_algorithms.explore.told import difference_frame, hits_frame, poses_frame
+from deadwood_algorithms.explore.told import BEFORE, VARIANTS, difference_frame, hits_frame, poses_frame
 from deadwood_algorithms.files.grid import Part
 from deadwood_algorithms.params.tool import Cancelled, Quiet, UserError
 from deadwood_algorithms.scene.layers import SceneLayers
@@ -81,7 +82,8 @@ class Session:
         most = whole_in(message, "max", 1, MOST_POSED, 100)
         if self.answer is None or not self.answer.base:
             raise UserError("no logs have been released yet; click on the map first")
-        send(poses_frame(self.answer, most, message.get("id"), self.layers.dem.bounds[:2]))
+        variant = one_of(message, "variant", VARIANTS, BEFORE)
+        send(poses_frame(self.answer, most, variant, message.get("id"), self.layers.dem.bounds[:2]))
 
     def _window(self, part: Part) -> SceneLayers:
         """The scene on a window that holds this part of the terrain model: the one there is, if it does."""

@@ -135,7 +135,8 @@ class Front:
             if session.answer is None:
                 raise UserError("no logs have been released yet; click on the map first")
             answer = session.answer
-            send(self.keeper.keep(session.layers, answer.question, answer.changes, message.get("name")))
+            run_too = message.get("run") is not False
+            send(self.keeper.keep(session.layers, answer.question, answer.changes, message.get("name"), run_too))
         else:
             raise UserError("'op' must be open, release, edit, poses or keep")
 

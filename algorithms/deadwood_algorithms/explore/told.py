@@ -33,6 +33,7 @@ from deadwood_engine import FIDELITIES, STOP_REASONS, Barriers, LyingLogs
 
 MOST_HOLDERS = 30  # trees told that hold logs, those first that hold most
 COARSE = 400  # cells of the heights for the 3-D view, at most, along the longer side
+VARIANTS = BEFORE, AFTER = "before", "after"  # which scene the poses are of
 Corner = Sequence[float]  # world coordinates of the south-west corner [m]
 
 
@@ -247,14 +248,16 @@ def holders_told(answer: Answer, batches: Sequence[Batch]) -> list[dict[str, int
     return [{"tree": tree, "n": n} for n, tree in most[:MOST_HOLDERS]]
 
 
-def poses_frame(answer: Answer, most: int, number: Any, corner: Corner) -> Frame:
-    """The poses of the first logs: of log k the rows offsets[k] to offsets[k + 1], its id from the releases."""
-    poses, rows = [], []
-    for each in answer.base:
-        poses.append(each.poses)
-        rows.append(each.poses.log_row + each.rows.start)
-    row = np.concatenate(rows)
+def poses_frame(answer: Answer, most: int, variant: str, number: Any, corner: Corner) -> Frame:
+    """The poses of the first logs in the scene as it was read or as changed: of log k the rows offsets[k] to
+    offsets[k + 1], its id from the releases."""
     logs = min(most, answer.base[-1].rows.stop)
+    if variant == AFTER:
+        poses = [answer.poses_after(logs)]
+        row = poses[0].log_row
+    else:
+        poses = [each.poses for each in answer.base]
+        row = np.concatenate([each.poses.log_row + each.rows.start for each in answer.base])
     count = int(np.searchsorted(row, logs))
     shift = np.array([*corner, 0.0])
     base, tip = (np.concatenate([getattr(each, name) for each in poses])[:count] - shift for name in ("base", "tip"))
@@ -266,4 +269,4 @@ def poses_frame(answer: Answer, most: int, number: Any, corner: Corner) -> Frame
         "offsets": np.searchsorted(row[:count], np.arange(logs + 1)).astype(np.uint32),
         "diameter": np.asarray(logs_told.diameter, np.float32),
     }
-    return Frame({"op": "poses", "id": number, "logs": logs}, arrays)
+    return Frame({"op": "poses", "id": number, "logs": logs, "variant": variant}, arrays)

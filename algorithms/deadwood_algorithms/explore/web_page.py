@@ -20,6 +20,7 @@ from deadwood_algorithms.schemas.looks import (
     MOVING,
     RELEASE,
     ROAD,
+    RUNS,
     SOLIDS,
     STONE,
     TREE,
@@ -32,7 +33,7 @@ SHARED = {"view3d.js": resources.files("deadwood_algorithms.report") / "view3d.j
 RAMP_STEPS = 29  # whole steps between two of the ramp's eight colours
 # Classes of slope, from [deg], in colours from light to dark that colour-blind readers tell apart (YlOrBr).
 SLOPE = ((20.0, "#ffffd4"), (30.0, "#fed98e"), (35.0, "#fe9929"), (40.0, "#d95f0e"), (45.0, "#993404"))
-CHANGED, CHANCE = "#d55e00", "#dddddd"  # what the user changed; cells whose difference chance explains
+CHANGED, CHANCE = RUNS[1], "#dddddd"  # what the user changed; cells whose difference chance explains
 
 
 def facts() -> dict[str, Any]:

@@ -45,7 +45,7 @@ def refuse_pointers(path: str | Path, what: str) -> None:
 
 
 def is_special(path: Path) -> bool:
-    """Whether reading it may wait or go on for ever: a pipe, a socket or a device."""
+    """Whether reading it may wait or continue for ever: a pipe, a socket or a device."""
     try:
         mode = path.stat().st_mode
     except (OSError, ValueError):

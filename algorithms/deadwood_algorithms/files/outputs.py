@@ -24,7 +24,7 @@ from deadwood_algorithms.params.tool import UserError
 if TYPE_CHECKING:
     from filelock import BaseFileLock
 
-STAGED, LOCK = ".partial-", ".lock"  # how the hidden names beside an output go on
+STAGED, LOCK = ".partial-", ".lock"  # how the hidden names beside an output continue
 REPLACED, WHOLE = "-old", "-whole"  # and those of a result that is about to be replaced, and of one about to appear
 ASIDE = "-aside"  # and that of a folder that holds a file about to be replaced, with what SQLite keeps beside it
 

@@ -99,7 +99,10 @@ def show_scale(figure: Any, image: Any, name: str, label: str, **more: Any) -> A
     look = LOOKS[name]
     where = {"fraction": 0.035, "pad": 0.015, "aspect": 32} if "ax" in more and "shrink" not in more else {}
     bar = figure.colorbar(image, **where, **more)
-    bar.set_ticks(look.stops, labels=[look.label(each).removesuffix(f" {look.shown}") for each in look.stops])
+    bar.set_ticks(
+        look.stops,
+        labels=[look.label(each).removesuffix(f" {look.shown}").replace("-", "\u2212") for each in look.stops],
+    )
     bar.ax.minorticks_off()
     bar.set_label(label)
     bar.outline.set_visible(False)

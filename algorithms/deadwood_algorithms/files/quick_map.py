@@ -6,17 +6,19 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from matplotlib import pyplot
-from matplotlib.colors import LogNorm, Normalize
+from matplotlib.colors import LinearSegmentedColormap, LogNorm, Normalize
 
-from deadwood_algorithms.files.pictures import scale_and_north
+from deadwood_algorithms.files.pictures import scale_and_north, show_quantity, show_scale
+from deadwood_algorithms.schemas.files import RUN_RASTERS
+from deadwood_algorithms.schemas.looks import ENDS, HITS, LOOKS, ROAD, RUNS
 
 if TYPE_CHECKING:
     import geopandas
     from matplotlib.axes import Axes
 
-# Okabe and Ito's, which colour-blind readers can distinguish; black for what is rarest.
-COLOURS = ("#D55E00", "#009E73", "#E69F00", "#CC79A7", "#0072B2", "#56B4E9", "#000000")
-LINE = "#222222"  # lines, and outlines of areas
+# The look of a run's rasters, by the name of the first band
+LOOKED_AT = {each.bands[0].name: each.look for each in RUN_RASTERS if each.look in LOOKS}
+RAMP = LinearSegmentedColormap.from_list("hits", list(HITS))
 LONGEST_IN = 8.0  # of a map, in inches
 MARGIN = 0.05  # around what is drawn, as a share of its longer side
 
@@ -50,11 +52,17 @@ def draw_raster(axes: Axes, raster: Raster) -> None:
         values = np.ma.masked_equal(values, raster.nodata)
     counts = raster.band.dtype.kind in "ui"
     values = np.ma.masked_equal(values, 0) if counts else values
-    most = max(2.0, float(values.max())) if values.count() else 2.0
-    norm = LogNorm(1, most) if counts else Normalize()
-    shown = axes.imshow(values, norm=norm, extent=raster.extent, cmap="YlGnBu", interpolation="nearest")
     name = next((each for each in raster.names if each), "")
     assert axes.figure is not None
+    if name in LOOKED_AT:
+        look, above = LOOKED_AT[name], np.ma.masked_equal(values, 0).filled(np.nan)
+        shown = show_quantity(axes, above[::-1], look, raster.extent)
+        show_scale(axes.figure, shown, look, f"{name} [{LOOKS[look].shown}]", ax=axes, shrink=0.6)
+        _finish(axes)
+        return
+    most = max(2.0, float(values.max())) if values.count() else 2.0
+    norm = LogNorm(1, most) if counts else Normalize()
+    shown = axes.imshow(values, norm=norm, extent=raster.extent, cmap=RAMP, interpolation="nearest")
     bar = axes.figure.colorbar(shown, ax=axes, shrink=0.6, label=name)
     if counts:
         round_ones = [each * 10**power for power in range(10) for each in (1, 2, 5)]
@@ -70,10 +78,11 @@ def draw_layer(axes: Axes, layer: geopandas.GeoDataFrame, by: str | None = None)
         return
     if by is None or set(layer.geom_type) != {"Point"}:
         lines = layer.boundary if set(layer.geom_type) <= {"Polygon", "MultiPolygon"} else layer.geometry
-        lines.plot(ax=axes, color=LINE, linewidth=2.0, markersize=6.0)
+        lines.plot(ax=axes, color=ROAD, linewidth=2.0, markersize=6.0)
     else:
         words = layer[by].value_counts()
-        for colour, (word, n) in zip(COLOURS, words.items(), strict=False):
+        for k, (word, n) in enumerate(words.items()):
+            colour = ENDS[str(word)][1] if word in ENDS else RUNS[k % len(RUNS)]
             chosen = layer[layer[by] == word]
             looks = {"color": colour, "edgecolors": "white", "linewidths": 0.7, "zorder": 5}
             axes.scatter(chosen.geometry.x, chosen.geometry.y, s=34.0, label=f"{word} ({n})", **looks)

@@ -1,4 +1,4 @@
-"""README.md of this room: the twins' numbers, one row each, made from the tables that the twins are computed from.
+"""README.md of this package: the twins' numbers, one row each, made from the tables that the twins are computed from.
 
 ``python -m deadwood_algorithms.paper.page`` writes it; a test fails when it is stale.
 """

@@ -18,6 +18,7 @@ class Changed:
 
     changes : numbers of the twin, by name
     options : of `slide-logs`, by name
+    rocks : whether the rocks slide, too, where the site has them: a fifth of the panel's time
     """
 
     name: str
@@ -25,6 +26,7 @@ class Changed:
     version: int = 2
     changes: Mapping[str, Any] = field(default_factory=dict)
     options: Mapping[str, Any] = field(default_factory=dict)
+    rocks: bool = False
 
 
 def _rougher(times: float) -> dict[str, Any]:
@@ -35,17 +37,19 @@ def _rougher(times: float) -> dict[str, Any]:
 
 
 _EVERYWHERE = (
-    Changed("smoother", "roughness times 0.65 (0.18 m at 1 m, not 0.24)", changes=_rougher(0.65)),
+    Changed("smoother", "roughness times 0.65 (0.18 m at 1 m, not 0.24)", changes=_rougher(0.65), rocks=True),
     Changed("rougher", "roughness times 1.4 (0.31 m at 1 m; version 1 has 0.34)", changes=_rougher(1.4)),
-    Changed("rolling_low", "friction of rolling 0.05, not 0.1", options={"rolling_friction": 0.05}),
+    Changed("rolling_low", "friction of rolling 0.05, not 0.1", options={"rolling_friction": 0.05}, rocks=True),
     Changed("rolling_high", "friction of rolling 0.2, not 0.1", options={"rolling_friction": 0.2}),
     Changed("drawn_2", "relief and mapped forest drawn again", changes={"seed": 3001}),
     Changed("drawn_3", "relief and mapped forest drawn again again", changes={"seed": 3002}),
     Changed("version_1", "the twin of version 1", version=1),
 )
+AS_IT_IS = "nothing, slid as the panel is"
 _HALF_SPACING = 0.5 * (klosters.K["gully_u_m"][1] - klosters.K["gully_u_m"][0])
 VARIATIONS: Mapping[str, tuple[Changed, ...]] = {
     klosters.NAME: (
+        Changed("as_it_is", AS_IT_IS, rocks=True),
         Changed("strip_1.5", "no tree nearer than 1.5 m to a bed, not 2 m", changes={"gully_free_m": 1.5}),
         Changed("strip_3", "no tree nearer than 3 m to a bed", changes={"gully_free_m": 3.0}),
         Changed(
@@ -66,9 +70,10 @@ VARIATIONS: Mapping[str, tuple[Changed, ...]] = {
         *_EVERYWHERE,
     ),
     rothenbrunnen.NAME: (
+        Changed("as_it_is", AS_IT_IS, rocks=True),
         Changed("west", "release 30 m to the west", changes={"release_u_m": 110.0}),
         Changed("east", "release 30 m to the east", changes={"release_u_m": 170.0}),
-        Changed("rocks_slide", "friction of the rocks 0.35, not 0.5", changes={"rock_friction": 0.35}),
+        Changed("rocks_slide", "friction of the rocks 0.35, not 0.5", changes={"rock_friction": 0.35}, rocks=True),
         *_EVERYWHERE,
     ),
 }  # fmt: skip

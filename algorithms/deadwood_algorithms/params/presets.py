@@ -1,7 +1,7 @@
 """Numbers that a user picks by name: what each says, where it is from, and what to mind.
 
 The one table of them. A tool offers a part of it as a choice, says what the choice set and what the user's own options
-set in its place (`Taken`), and writes it into its manifest. No number stands here without its source; what was reckoned
+set in its place (`Taken`), and writes it into its manifest. No number stands here without its source; what was computed
 from sources is called so. Standard library only.
 """
 

@@ -273,6 +273,7 @@ class Tool:
     Ask: type
     run: Callable[[Any, Feedback], Outcome]
     in_qgis: bool = True
+    then: str = ""  # the command that mostly follows, said last: {output} stands for that output
 
     @property
     def qgis_id(self) -> str:

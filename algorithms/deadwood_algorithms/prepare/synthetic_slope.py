@@ -1,6 +1,6 @@
 """What synthetic slopes are made of: random relief, and trees that keep their distance. Arrays only.
 
-The slopes themselves, with their numbers, are in the rooms that need them (the sample's, and the paper's twins).
+The slopes themselves, with their numbers, are in the packages that need them (the sample's, and the paper's twins).
 """
 
 from __future__ import annotations

@@ -12,13 +12,15 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.scene.items import NO_TERRAIN, OFF_DEM, Items
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import Releases
 from deadwood_algorithms.schemas import ORIENTATIONS
 
 if TYPE_CHECKING:
-    from deadwood_algorithms.results.asked import Asked
+    from deadwood_algorithms.results.run_folder import Run
+    from deadwood_algorithms.scene.released_scene import ReleasedScene
 
 # Why a row of a layer had no part in a run, beside those of `items`
 BEYOND_WINDOW = "beyond_window"  # beyond the part of the terrain model that logs can come to
@@ -26,13 +28,13 @@ NOT_RUN = "not_run"  # a log that --until-ci or --error made needless
 WHYS = (OFF_DEM, NO_TERRAIN, BEYOND_WINDOW, NOT_RUN)
 
 
-def scenario_of(asked: Asked, layers: SceneLayers, releases: Releases) -> dict[str, Any]:
+def scenario_of(scene: ReleasedScene, fidelity: str, layers: SceneLayers, releases: Releases) -> dict[str, Any]:
     """What was slid through what; sizes over the logs that were slid, the trees and barriers that stood in the way."""
-    logs, scene = releases.logs, layers.scene
+    logs, prepared = releases.logs, layers.scene
     posture = np.bincount(logs.orientation, minlength=len(ORIENTATIONS)) / max(len(releases), 1)
-    trees = _used(len(layers.tree_ids), scene.trees_outside)
-    barriers = _used(len(layers.barriers.item), scene.barriers_outside)
-    lying = _used(len(layers.lying.item), scene.lying_outside)
+    trees = _used(len(layers.tree_ids), prepared.trees_outside)
+    barriers = _used(len(layers.barriers.item), prepared.barriers_outside)
+    lying = _used(len(layers.lying.item), prepared.lying_outside)
     rows, columns = layers.dem.frame.shape
     mu = layers.friction
     return {
@@ -44,8 +46,8 @@ def scenario_of(asked: Asked, layers: SceneLayers, releases: Releases) -> dict[s
             "posture": dict(zip(ORIENTATIONS, posture.tolist(), strict=True)),
         },
         "friction": range_of(mu[np.isfinite(layers.dem.values)]) if isinstance(mu, np.ndarray) else float(mu),
-        "rolling_friction": None if layers.shape else asked.scene.rolling_friction,
-        "restitution": asked.scene.restitution,
+        "rolling_friction": None if layers.shape else scene.rolling_friction,
+        "restitution": scene.restitution,
         "trees": _things(
             int(trees.sum()), dbh_cm=layers.tree_dbh_cm[trees], height_m=np.asarray(layers.trees.height)[trees]
         ),
@@ -53,11 +55,11 @@ def scenario_of(asked: Asked, layers: SceneLayers, releases: Releases) -> dict[s
             len(set(layers.barriers.item[barriers].tolist())), height_m=np.asarray(layers.plates.height)[barriers]
         ),
         "lying_logs": _things(len(set(layers.lying.item[lying].tolist()))),
-        "blocks": _things(int(_used(len(layers.blocks.ids), scene.blocks_outside).sum())),
+        "blocks": _things(int(_used(len(layers.blocks.ids), prepared.blocks_outside).sum())),
         "lines": _things(len(layers.lines.ids)),
         "dem": {"nx": columns, "ny": rows, "cell_m": layers.dem.cell},
-        "fidelity": asked.fidelity,
-        "seed": asked.scene.seed,
+        "fidelity": fidelity,
+        "seed": scene.seed,
     }
 
 
@@ -91,6 +93,15 @@ def scenario_line(scenario: dict[str, Any]) -> str:
         f"scenario: {logs['n']} logs, {posture}, {sizes}; {', '.join(laws)}; {', '.join(met) or 'no obstacle'}; "
         f"{dem['nx']} x {dem['ny']} cells of {dem['cell_m']:g} m; {scenario['fidelity']}, seed {scenario['seed']}"
     )
+
+
+def lines_of_run(source: Run) -> tuple[str, ...]:
+    """The scenario of a run that a tool has read, as its last line; nothing where its summary does not tell it."""
+    try:
+        told = source.summary().get("scenario")
+    except UserError:  # no summary, or a damaged one, of which the tool needed nothing
+        return ()
+    return (scenario_line(told),) if told else ()
 
 
 def _span(told: dict[str, float | None], unit: str = "") -> str:

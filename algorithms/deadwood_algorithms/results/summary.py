@@ -29,6 +29,7 @@ from deadwood_algorithms.stats.statistics import (
 from deadwood_engine import STOP_REASONS, Fidelity, station_spacing, where_things_rebound
 
 NEAR_EDGE_DEG = 5.0  # from the edge of a friction cone: as from mu 0.30 to 0.21, or 0.39
+FEW_NAMED = 10  # releases that a line names
 SPREAD_MOVED_DEG = 1.0  # by the logs that left the terrain model: worth a warning
 
 
@@ -79,7 +80,7 @@ def summary_of(
             "unconverged_steps": int(by_log["unconverged"].sum()),
             "auto": asked.auto,
         },
-        "scenario": scenario_of(asked, layers, releases),
+        "scenario": scenario_of(asked.scene, asked.fidelity, layers, releases),
         "counted": counted,
         "modelled": {name: told(each) for name, each in clauses.items()},
         "modelled_facts": clauses,
@@ -193,6 +194,7 @@ def lines_of(summary: dict[str, Any]) -> tuple[str, ...]:
                 f"(5 to 95 %: {record['p05_p95_deg']:.0f}°), {record['n_left_out']} of {record['n']} logs left out"
                 f"{spread_words(record)}"
             )
+    lines += spreadless_lines(summary["spread"])
     for record in summary["barriers"]:
         lines.append(
             f"barrier {record['barrier_id']}: {record['n_reached']} logs reach it, {record['n_stopped']} stopped, "
@@ -206,6 +208,16 @@ def lines_of(summary: dict[str, Any]) -> tuple[str, ...]:
     )
     lines.append(scenario_line(summary["scenario"]))
     return tuple(lines)
+
+
+def spreadless_lines(records: list[dict[str, Any]]) -> list[str]:
+    """The releases of which no lateral spread can be told, in one line."""
+    without = [str(record["release_id"]) for record in records if not np.isfinite(record["spread_deg"])]
+    if not without:
+        return []
+    shown = ", ".join(without[:FEW_NAMED]) + (f" and {len(without) - FEW_NAMED} more" if without[FEW_NAMED:] else "")
+    which = f"release {shown}" if len(without) == 1 else f"releases {shown}"
+    return [f"{which}: no lateral spread, for fewer than two logs went farther than the least run-out"]
 
 
 def mean_words(speed: dict[str, Any], n_logs: int) -> str:

@@ -106,7 +106,7 @@ class AutoRun:
         return chosen, spent
 
     def _best_in_time(self, began: float, assumed: dict[str, float]) -> Chosen:
-        """Slide what the budget allows; a resumed run goes on with what was decided, however long it takes."""
+        """Slide what the budget allows; a resumed run continues what was decided, however long it takes."""
         line_ids, cap = self.layers.lines.ids, self.order.size
         assert self.promise.budget_s is not None
         place = part_path(f"{self.output}.{AUTO}") / "choice.json"

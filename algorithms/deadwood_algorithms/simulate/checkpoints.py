@@ -1,6 +1,6 @@
 """The hidden working folder ``.NAME.part`` beside a run's folder, in which a run keeps its finished chunks of logs.
 
-An interrupted run goes on from it with ``--resume``. A checkpoint holds the rasters after so many chunks; chunks that
+An interrupted run continues from it with ``--resume``. A checkpoint holds the rasters after so many chunks; chunks that
 came later are slid again, so what is resumed is the run that was interrupted, bit for bit.
 
 Nothing in it is believed without its seal: a digest, at the end of each file, of its content, of its name and of the

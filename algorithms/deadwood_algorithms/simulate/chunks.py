@@ -1,4 +1,4 @@
-"""A run, chunk by chunk: what is done is kept, so that an interrupted run goes on where it was, bit for bit."""
+"""A run, chunk by chunk: what is done is kept, so that an interrupted run continues where it was, bit for bit."""
 
 from __future__ import annotations
 
@@ -162,7 +162,7 @@ def queue_of(releases: Releases, *, target: float | None, line_ids: list[Any], s
 
 
 def identity_of(simulation: Simulation, layers: SceneLayers, releases: Releases, **more: Any) -> dict[str, Any]:
-    """What decides every result, bit for bit: unfinished work goes on only where it agrees in all of it."""
+    """What decides every result, bit for bit: unfinished work continues only where it agrees in all of it."""
     return {
         "version": tool.VERSION,
         "engine": tool.engine_digest(),

@@ -45,7 +45,7 @@ def look(simulation: Simulation, layers: SceneLayers, releases: Releases, seed: 
         threads=layers.threads,
         shape=layers.shape,
     )
-    # on a window of a large terrain model the logs near its sides go on when the run has widened it
+    # on a window of a large terrain model the logs near its sides continue when the run has widened it
     seen = ~result.reach[:, result.reach.shape[1] - len(layers.watched) :].any(axis=1)
     left = seen & (result.stop_reason == STOP_REASONS.index("left_dem"))
     if left.sum() <= WORTH_TELLING * seen.sum():
@@ -63,7 +63,7 @@ def sides_of(result: Result, left: NDArray[np.bool_]) -> list[str]:
 
 
 def further(layers: SceneLayers, result: Result, rows: NDArray[np.intp], falls: float) -> Array:
-    """How far [m] in plan logs would go on, were the ground as steep as before the edge; infinite if too steep.
+    """How far [m] in plan logs would continue, were the ground as steep as before the edge; infinite if too steep.
 
     falls : slope of the energy line, as it is taken for the first window of a large terrain model
     """

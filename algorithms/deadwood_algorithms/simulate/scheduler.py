@@ -128,7 +128,7 @@ def _local_cluster(distributed: Any, number: int) -> Iterator[tuple[str, Any]]:
                 dashboard_address=None,
                 worker_dashboard_address=None,
                 scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},  # without pages, and in nobody's way
-                memory_limit=0,  # what fits is reckoned before the run
+                memory_limit=0,  # what fits is computed before the run
                 silence_logs=logging.CRITICAL,
                 preload=["import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"],  # Ctrl-C is ours to answer
             )

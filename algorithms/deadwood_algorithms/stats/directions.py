@@ -71,7 +71,8 @@ def spread_of_release(
     Returns
     -------
     record : dict
-        ``n``, ``n_left_out``, ``spread_deg`` and ``p05_p95_deg``.
+        ``n``, ``n_left_out``, ``spread_deg`` and ``p05_p95_deg``, the angles NaN where fewer than two deposits count:
+        one log has a direction and no spread.
     azimuths : array, shape (n,)
         Of every deposit from the centre [deg].
     counted : array of bool, shape (n,)
@@ -79,10 +80,11 @@ def spread_of_release(
     dx, dy = np.asarray(x, float) - centre[0], np.asarray(y, float) - centre[1]
     azimuths = azimuth(dx, dy)
     counted = np.hypot(dx, dy) > np.asarray(min_runout, float)
+    several = np.count_nonzero(counted) > 1
     record = {
         "n": int(counted.size),
         "n_left_out": int(np.count_nonzero(~counted)),
-        "spread_deg": smallest_arc(azimuths[counted]),
-        "p05_p95_deg": quantile_arc(azimuths[counted]),
+        "spread_deg": smallest_arc(azimuths[counted]) if several else math.nan,
+        "p05_p95_deg": quantile_arc(azimuths[counted]) if several else math.nan,
     }
     return record, azimuths, counted

@@ -159,4 +159,11 @@ def report_of(plans: list[Plan], frame: geopandas.GeoDataFrame) -> geopandas.Geo
     return geopandas.GeoDataFrame(columns, geometry=np.asarray(frame.geometry), crs=frame.crs)
 
 
-TOOL = Tool("add-structures", "Prepare", "Build embankments and ditches into a DEM, with their volumes", Ask, run)
+TOOL = Tool(
+    "add-structures",
+    "Prepare",
+    "Build embankments and ditches into a DEM, with their volumes",
+    Ask,
+    run,
+    then="deadwood-tool slide-logs --dem {output} --releases RELEASES --friction 0.25 --output run",
+)

@@ -191,4 +191,11 @@ def is_number(text: str | float) -> bool:
     return True
 
 
-TOOL = Tool("assess-mobilisation", "Prepare", "Where a log could start to slide: raster, areas, deadwood", Ask, run)
+TOOL = Tool(
+    "assess-mobilisation",
+    "Prepare",
+    "Where a log could start to slide: raster, areas, deadwood",
+    Ask,
+    run,
+    then="deadwood-tool sample-releases --areas AREAS --dem DEM --output releases.gpkg",
+)

@@ -75,6 +75,7 @@ def broken_by(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.results.identity import writing
     from deadwood_algorithms.results.replay import refuse_other_ends
     from deadwood_algorithms.results.run_folder import read_run
+    from deadwood_algorithms.results.scenario import lines_of_run
     from deadwood_algorithms.simulate.chunks import identity_of
     from deadwood_algorithms.simulate.sliding import workers_for
     from deadwood_algorithms.simulate.steps import Steps
@@ -106,7 +107,7 @@ def broken_by(ask: Ask, feedback: Feedback) -> Outcome:
         write_vector(path, frames)
     steps.remove()
     facts = {name: frame.drop(columns="geometry").to_dict("records") for name, frame in frames.items()}
-    return Outcome({"output": Path(ask.output)}, facts, lines_of(frames, broken))
+    return Outcome({"output": Path(ask.output)}, facts, (*lines_of(frames, broken), *lines_of_run(source)))
 
 
 TOOL = Tool("break-trees", "Evaluate", "A run: how many more logs would reach each line if trees broke", Ask, run)

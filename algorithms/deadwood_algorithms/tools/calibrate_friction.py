@@ -119,6 +119,7 @@ def calibrate(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.results.identity import result_folder
     from deadwood_algorithms.results.run_folder import write_json
+    from deadwood_algorithms.results.scenario import scenario_line, scenario_of
     from deadwood_algorithms.simulate.chunks import identity_of
     from deadwood_algorithms.simulate.steps import Steps
     from deadwood_engine import FIDELITIES
@@ -181,13 +182,15 @@ def calibrate(ask: Ask, feedback: Feedback) -> Outcome:
         }
         write_json(folder / FACTS, {**facts, "rows": rows})
         sentence = answer.sentence_of(span, fits, sweep[best])
+        tried = {"median": sweep[best], "low": min(sweep), "high": max(sweep)}
+        scenario = scenario_of(ask, ask.fidelity, ensemble.layers, logs) | {"friction": tried}
         share_seen = None if observed else did / ask.event_logs
         draw(folder / PICTURE, rows, span, sentence, slid[best], ensemble.layers, logs, observed, watched, share_seen)
     steps.remove()
     final = Path(ask.output)
     parts = {"table": TABLE, "facts": FACTS, "picture": PICTURE, "layers": LAYERS, "manifest": MANIFEST}
     outputs = {"output": final} | {key: final / name for key, name in parts.items()}
-    return Outcome(outputs, facts, answer.lines_of(rows, sentence, len(logs)))
+    return Outcome(outputs, facts, (*answer.lines_of(rows, sentence, len(logs)), scenario_line(scenario)))
 
 
 def refuse_unclear(ask: Ask) -> int:
@@ -205,4 +208,11 @@ def refuse_unclear(ask: Ask) -> int:
     return did
 
 
-TOOL = Tool("calibrate-friction", "Evaluate", "An observed event: the friction that reproduces it", Ask, run)
+TOOL = Tool(
+    "calibrate-friction",
+    "Evaluate",
+    "An observed event: the friction that reproduces it",
+    Ask,
+    run,
+    then="deadwood-tool vary --help",
+)

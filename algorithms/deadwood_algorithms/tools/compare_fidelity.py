@@ -79,6 +79,7 @@ def compare(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.tables import write_csv
     from deadwood_algorithms.results.identity import writing
     from deadwood_algorithms.results.run_folder import write_json
+    from deadwood_algorithms.results.scenario import scenario_line, scenario_of
     from deadwood_algorithms.simulate.chunks import identity_of
     from deadwood_algorithms.simulate.steps import Steps
     from deadwood_engine import FIDELITIES
@@ -111,11 +112,12 @@ def compare(ask: Ask, feedback: Feedback) -> Outcome:
         write_json(folder / FACTS, {**facts, "rows": [asdict(row) for row in rows]})
         draw(rows, names, advice, counts, folder / PICTURE)
         outputs.facts["digests"] = {"scene": layers.digest, "releases": releases.digest}
+        scenario = scenario_line(scenario_of(ask, " / ".join(names), layers, logs))
     steps.remove()
     final = Path(ask.output)
     parts = {"table": TABLE, "facts": FACTS, "picture": PICTURE, "manifest": MANIFEST}
     made = {"output": final} | {key: final / name for key, name in parts.items()}
-    return Outcome(made, facts, lines_of(rows, names, advice, len(logs)))
+    return Outcome(made, facts, (*lines_of(rows, names, advice, len(logs)), scenario))
 
 
 def fidelities_wanted(text: str) -> list[str]:

@@ -86,6 +86,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.results.hit_counts import count_of
     from deadwood_algorithms.results.identity import writing
     from deadwood_algorithms.results.run_folder import chosen_logs, read_run
+    from deadwood_algorithms.results.scenario import lines_of_run
     from deadwood_algorithms.schemas.files import HITS
 
     if ask.reaching and not ask.danger:
@@ -129,7 +130,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     line = f"{stored.size} logs counted; the most that passed over one cell of {grid.cell:g} m: {counts.max()}"
     outputs = {"output": Path(ask.output)} | {name: Path(place) for name, place in given.items()}
     outputs |= {"danger": Path(ask.danger)} if ask.danger else {}
-    return Outcome(outputs, facts, (line,))
+    return Outcome(outputs, facts, (line, *lines_of_run(source)))
 
 
 def lines_to_reach(ask: Ask, source: Run, feedback: Feedback) -> tuple[Lines, Items]:

@@ -175,4 +175,5 @@ TOOL = Tool(
     Ask,
     run,
     in_qgis=False,
+    then="deadwood-tool view {output}/run_mapped",
 )

@@ -96,6 +96,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.results.identity import writing
     from deadwood_algorithms.results.passages import barrier_passages, design_rows, passages_of_lines
     from deadwood_algorithms.results.run_folder import read_run
+    from deadwood_algorithms.results.scenario import lines_of_run
 
     rule = presets.RULES[ask.rule] if ask.rule else None
     wanted = {*ask.percentiles, *(rule.percentiles.values() if rule else ())}
@@ -113,7 +114,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         classes = presets.BARRIERS[ask.barrier_classes] if ask.barrier_classes else None
         rows = [row | (class_record(classes, row) if classes else {}) for row in rows]
         write_csv(path, pandas.DataFrame(rows))
-    shown = (*lines_of(found, rows), *rule_lines(rows, rule), *class_lines(rows, classes))
+    shown = (*lines_of(found, rows), *rule_lines(rows, rule), *class_lines(rows, classes), *lines_of_run(source))
     return Outcome({"output": Path(ask.output)}, {"rows": rows}, shown)
 
 

@@ -76,8 +76,6 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
 def serve_page(ask: Ask, feedback: Feedback) -> None:
     """The page, until Ctrl-C; the scene and the engine are in a process of their own."""
-    import asyncio
-
     from deadwood_algorithms.explore.server import serve
 
     def opened(address: str) -> None:
@@ -86,7 +84,7 @@ def serve_page(ask: Ask, feedback: Feedback) -> None:
             feedback.note("no browser could be started; open the address in one")
 
     values = tool.manifest(TOOL, replace(ask, stdio=True))["parameters"]
-    asyncio.run(serve([sys.executable, "-c", CHILD], json.dumps(values), ask.port, feedback, opened))
+    serve([sys.executable, "-c", CHILD], json.dumps(values), ask.port, feedback, opened)
 
 
 def answer_on_pipes() -> None:

@@ -172,4 +172,11 @@ def refuse_other_cells(surface: DemWindows, ground: DemWindows) -> None:
         raise UserError(f"{one} and {two} differ; surface and terrain must be on the same cells")
 
 
-TOOL = Tool("find-trees", "Prepare", "Find the trees of a canopy height model", Ask, run)
+TOOL = Tool(
+    "find-trees",
+    "Prepare",
+    "Find the trees of a canopy height model",
+    Ask,
+    run,
+    then="deadwood-tool slide-logs --dem DEM --releases RELEASES --trees {output} --friction 0.25 --output run",
+)

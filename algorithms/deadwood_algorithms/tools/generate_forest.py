@@ -321,4 +321,11 @@ def draw_sizes(sizes: Sizes, items: np.ndarray, seed: int) -> tuple[np.ndarray, 
     )
 
 
-TOOL = Tool("generate-forest", "Prepare", "Plant a random forest of given density and sizes", Ask, run)
+TOOL = Tool(
+    "generate-forest",
+    "Prepare",
+    "Plant a random forest of given density and sizes",
+    Ask,
+    run,
+    then="deadwood-tool slide-logs --dem DEM --releases RELEASES --trees {output} --friction 0.25 --output run",
+)

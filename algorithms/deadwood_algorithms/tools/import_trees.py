@@ -357,4 +357,11 @@ def refuse_contradictions(ask: Ask) -> None:
         raise UserError(f"{ask.output}: --snags and --output are one file; name two")
 
 
-TOOL = Tool("import-trees", "Prepare", "Make the trees layer from any table of single trees", Ask, run)
+TOOL = Tool(
+    "import-trees",
+    "Prepare",
+    "Make the trees layer from any table of single trees",
+    Ask,
+    run,
+    then="deadwood-tool slide-logs --dem DEM --releases RELEASES --trees {output} --friction 0.25 --output run",
+)

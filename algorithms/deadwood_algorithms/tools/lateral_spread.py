@@ -103,12 +103,12 @@ class Deposits:
 
 
 def words_of(row: dict[str, Any]) -> str:
-    """A line on one release; without deposits that count there is no angle to tell."""
+    """A line on one release; with fewer than two deposits that count there is no angle to tell."""
     counted = row["n"] - row["n_left_out"]
-    if not counted:
+    if counted < 2:
         return (
-            f"release {row['release_id']}: no spread, none of {row['n']} deposits lies beyond --min-runout-m from the "
-            f"release"
+            f"release {row['release_id']}: no spread, {counted or 'none'} of {row['n']} deposits lies beyond "
+            "--min-runout-m from the release"
         )
     low, high = row["p05_p95_ci_low_deg"], row["p05_p95_ci_high_deg"]
     return (
@@ -163,7 +163,8 @@ def spreads(
         counted = member & used
         low = arc_start(angle[counted])
         far = float(distance[counted].max()) if counted.any() else 0.0
-        shape = sector(centre, far, low, record["spread_deg"]) if counted.any() else shapely.Polygon()
+        several = np.count_nonzero(counted) > 1
+        shape = sector(centre, far, low, record["spread_deg"]) if several else shapely.Polygon()
         more = uncertainty(angle[counted], at.log_id[counted], seed)
         edges = {"n_left_dem": int(at.left[member].sum()), "n_near_edge": int(at.near_edge[member].sum())}
         place = {"from_deg": low, "runout_max_m": far, "geometry": shape}
@@ -184,7 +185,9 @@ def spreads(
 
 
 def uncertainty(azimuths: NDArray[np.float64], log_id: NDArray[np.int64], seed: int) -> dict[str, float]:
-    """Interval of the range between quantiles, and the smallest angle with half the logs [deg]; NaN without logs."""
+    """Interval of the range between quantiles, and the smallest angle with half the logs [deg]; NaN below two logs."""
+    if azimuths.size < 2:
+        return dict.fromkeys(("p05_p95_ci_low_deg", "p05_p95_ci_high_deg", "spread_half_deg"), float("nan"))
     low, high = bootstrap_interval(lambda rows: quantile_arc(azimuths[rows]), log_id, seed)
     arcs = [smallest_arc(azimuths[half]) for half in halves(log_id, seed, HALVES) if half.any()]
     return {

@@ -126,6 +126,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.results.identity import result_folder
     from deadwood_algorithms.results.passages import passages_of_lines
     from deadwood_algorithms.results.run_folder import read_run, write_json
+    from deadwood_algorithms.results.scenario import lines_of_run
     from deadwood_algorithms.stats.statistics import wilson_interval
 
     strong, shares, periods = ask.energy_classes_kj, ask.probability_classes, ask.return_periods_years
@@ -176,7 +177,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         facts["n_left_dem"] = warn_of_lost(source, rows, feedback)
         write_json(folder / FACTS, facts)
         outputs = {each.stem: final / each.name for each in sorted(folder.iterdir()) if each.suffix != ".qml"}
-    return Outcome({"output": final} | outputs, facts, words_of(facts, rows))
+    return Outcome({"output": final} | outputs, facts, (*words_of(facts, rows), *lines_of_run(source)))
 
 
 class Maps:
@@ -304,5 +305,10 @@ def line_words(row: dict[str, Any]) -> str:
 
 
 TOOL = Tool(
-    "map-intensity", "Evaluate", "A run: classes of energy and probability, return periods, and the matrix", Ask, run
+    "map-intensity",
+    "Evaluate",
+    "A run: classes of energy and probability, return periods, and the matrix",
+    Ask,
+    run,
+    then="deadwood-tool make-report RUN --results {output} --output report.html",
 )

@@ -88,6 +88,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.results.identity import result_folder
     from deadwood_algorithms.results.lost import left_dem, lost_warning, many, reach_told, share_if_lost
     from deadwood_algorithms.results.run_folder import read_run, write_json
+    from deadwood_algorithms.results.scenario import lines_of_run
     from deadwood_algorithms.schemas.files import ORIGIN_REACH
 
     source_shares, affected_shares = (
@@ -138,7 +139,11 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         write_json(folder / FACTS, facts)
     final = Path(ask.output)
     parts = {"raster": RASTER, "layers": LAYERS, "picture": PICTURE, "facts": FACTS, "manifest": MANIFEST}
-    return Outcome({"output": final} | {key: final / name for key, name in parts.items()}, facts, lines_of(facts))
+    return Outcome(
+        {"output": final} | {key: final / name for key, name in parts.items()},
+        facts,
+        (*lines_of(facts), *lines_of_run(source)),
+    )
 
 
 def line_shapes(ask: Ask, source: Run) -> list[Any]:
@@ -209,4 +214,11 @@ def lines_of(facts: dict[str, Any]) -> tuple[str, ...]:
     return tuple(shown)
 
 
-TOOL = Tool("map-origins", "Evaluate", "A run: from where roads are reached, and what ground logs pass", Ask, run)
+TOOL = Tool(
+    "map-origins",
+    "Evaluate",
+    "A run: from where roads are reached, and what ground logs pass",
+    Ask,
+    run,
+    then="deadwood-tool make-report RUN --results {output} --output report.html",
+)

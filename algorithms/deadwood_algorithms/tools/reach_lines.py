@@ -57,6 +57,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.results.edges import Edges, edge_words
     from deadwood_algorithms.results.identity import writing
     from deadwood_algorithms.results.run_folder import input_paths, read_run
+    from deadwood_algorithms.results.scenario import lines_of_run
     from deadwood_algorithms.scene.layers import read_lines
 
     with ExitStack() as stack:
@@ -88,7 +89,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         "attribution": attribution.drop(columns="geometry").to_dict("records"),
         "edges": {"n_left_dem": int(left.sum()), "n_near_edge": int(near.sum()), "edge_m": ask.edge_m},
     }
-    return Outcome({"output": Path(ask.output)}, facts, lines_of(facts))
+    return Outcome({"output": Path(ask.output)}, facts, (*lines_of(facts), *lines_of_run(source)))
 
 
 def lines_of(facts: dict) -> tuple[str, ...]:

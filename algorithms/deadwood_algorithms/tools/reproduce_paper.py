@@ -5,13 +5,14 @@ and the verdict: holds, does not hold, not decided, cannot be judged here), the 
 `findings.md`, `report.html` with the figures beside the paper's (3, 4, A1, B1), and every run. A finding is assessed
 (an order, a direction, the size of a ratio), not the value on another slope. The twins and the rules were fixed before
 the first run; the numbers of the twins, each with its source, are in `deadwood_algorithms/paper/README.md`;
-`--twin-version 1` uses the twins of before November 2026. The log slides as the smooth cone, and a fifth of the logs
-again as the paper's point cloud (`make-log`, ids that end in `.cloud`). Findings that fewer than 20 000 logs leave
-undecided are repeated with 20 000.
+`--twin-version 1` uses the twins of before November 2026. Findings that fewer than 20 000 logs leave undecided are
+repeated with 20 000.
 
-On the twins of version 2 each finding has a sensitivity panel (`sensitivity.csv`): the same finding with one assumed
-number of the twin changed (width of treeless strips, roughness, places of release, rolling friction, another draw of
-relief and forest, and others), with a fifth of the logs each. These runs are not kept; `--no-panel` leaves them out.
+Each finding has a sensitivity panel (`sensitivity.csv`): the same finding as it is, with the log as the paper's point
+cloud (`make-log`; also as findings of their own, whose ids end in `.cloud`), and, on the twins of version 2, with one
+assumed number of the twin changed (width of treeless strips, roughness, places of release, rolling friction, another
+draw of relief and forest, and others). The panel slides a tenth of the logs at `draft`, whose cost and error are in
+`benchmarks/README.md`. Its runs are not kept; `--no-panel` leaves it out.
 
 `--quick` takes a few hundred logs and a coarser set: it shows that everything works and assesses nothing. `--resume`
 continues an interrupted run; what is finished is not slid again.
@@ -87,7 +88,7 @@ class Ask:
     site: str = tool.choice("Which site", *SITES, "both", default="both")
     logs: int = tool.integer(
         "Logs of each scenario, over all releases", default=20_000, minimum=8, maximum=10_000_000,
-        help="The sweeps of friction and cells, and each run of the sensitivity panel, use a fifth of them.",
+        help="The sweeps of friction and cells use a fifth of them, each run of the sensitivity panel a tenth.",
     )  # fmt: skip
     deciding_logs: int = tool.integer(
         "Logs of each scenario for findings that fewer leave undecided", default=20_000, minimum=0,
@@ -137,7 +138,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
                 place = work / name
                 cloud, panel = clouds(ask, site, place, feedback), varied(ask, name, place, feedback)
                 if cloud:
-                    panel = [("the log as the paper's point cloud", cloud), *panel]
+                    panel.insert(1, ("the log as the paper's point cloud", cloud))
                 found[name] = [with_panel(each, panel) for each in decided(ask, site, place, found[name], feedback)]
                 found[name] += [replace(each, id=f"{each.id}.cloud") for each in cloud]
         except (Cancelled, KeyboardInterrupt) as error:
@@ -155,13 +156,13 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
 
 def clouds(ask: Ask, site: Site, place: Path, feedback: Feedback) -> list[Finding]:
-    """The findings of a fifth of the logs, each as the paper's point cloud, which takes ten times as long."""
+    """The findings of the panel's logs as the paper's point cloud, which takes ten times as long."""
     from deadwood_algorithms.paper.findings import findings_of
 
-    if ask.quick:
+    if ask.quick or ask.no_panel:
         return []
     needed = {"none", "random", "barriers", "friction"}
-    steps = Steps(ask, site, place / ".cloud", feedback, logs=max(8, logs_of(ask) // 5), needed=needed)
+    steps = Steps(ask, site, place / ".cloud", feedback, logs=panel_logs(ask), needed=needed, fidelity="draft")
     return findings_of(steps.evidence_of_needed("cloud"))
 
 
@@ -180,6 +181,10 @@ def decided(ask: Ask, site: Site, place: Path, found: list[Finding], feedback: F
     return [replace(again[each.id], why=told + again[each.id].why) if each.id in again else each for each in found]
 
 
+def panel_logs(ask: Ask) -> int:
+    return max(8, logs_of(ask) // 10)
+
+
 def varied(ask: Ask, name: str, place: Path, feedback: Feedback) -> list[tuple[str, list[Finding]]]:
     """The findings with each chosen number of the twin moved."""
     from deadwood_algorithms.paper.findings import findings_of
@@ -194,9 +199,13 @@ def varied(ask: Ask, name: str, place: Path, feedback: Feedback) -> list[tuple[s
         shutil.rmtree(folder / "data", ignore_errors=True)
         write_twin(name, folder / "data", each.version, **each.changes)
         site = read_site(name, folder / "data", folder / "prepared")
-        logs = max(8, logs_of(ask) // 5)
-        needed = {"none", "random", "friction"} if name == SITES[0] else {"none", "random", "barriers", "platy"}
-        steps = Steps(ask, site, folder, feedback, logs=logs, needed=needed, options=each.options, draws=1)
+        needed = {"none", "random", "friction" if name == SITES[0] else "barriers"} | (
+            {"rocks"} if each.rocks else set()
+        )
+        steps = Steps(
+            ask, site, folder, feedback, logs=panel_logs(ask), needed=needed, options=each.options, draws=1,
+            fidelity="draft",
+        )  # fmt: skip
         found.append((each.words, findings_of(steps.evidence_of_needed(), quick=ask.quick)))
     return found
 
@@ -269,8 +278,10 @@ class Steps:
     def __init__(
         self, ask: Ask, site: Site, place: Path, feedback: Feedback, *, logs: int | None = None,
         needed: set[str] | None = None, options: Mapping[str, Any] | None = None, draws: int | None = None,
+        fidelity: str | None = None,
     ) -> None:  # fmt: skip
         self.ask, self.site, self.place, self.feedback = ask, site, place, feedback
+        self.fidelity = fidelity or fidelity_of(ask)
         self.logs, self.needed, self.options = logs or logs_of(ask), needed or set(), dict(options or {})
         self._known: set[Path] = set()  # what was made, or found to stand, by this process
         self.prepared, self.runs, self.results = (place / name for name in ("prepared", "runs", "results"))
@@ -369,7 +380,7 @@ class Steps:
         return self.step(
             self.runs / name, slide_logs.TOOL, name, dem=self.terrains[scenario], releases=self.releases(logs),
             trees=self.trees[forest], barriers=self.site.layers["barriers"] if protects else None,
-            lines=self.site.layers["lines"], friction=float(mu), fidelity=fidelity_of(self.ask), seed=self.ask.seed,
+            lines=self.site.layers["lines"], friction=float(mu), fidelity=self.fidelity, seed=self.ask.seed,
             threads=self.ask.threads, trajectories=keeps, **self.options,
             shape=self.shape(scenario if scenario in ROCKS else "log") if convention or scenario in ROCKS else "cone",
         )  # fmt: skip
@@ -428,7 +439,7 @@ class Steps:
         of = self.evidence_of_scenarios(convention)
         if self.klosters and "friction" in self.needed:
             of.sweeps = self.high_friction(convention)
-        if "platy" in self.needed:
+        if "rocks" in self.needed and not self.klosters:
             of.spreads = {name: self.spread(name) for name in ("als", *ROCKS)}
         if "barriers" in of.logs and self.site.facts["takeoff_line"] and not convention:
             self._evidence = of
@@ -481,7 +492,7 @@ class Steps:
             self.results / f"friction_{cell:g}m", calibrate_friction.TOOL, f"friction on {cell:g} m", dem=str(dem),
             releases=self.releases(), trees=self.trees["als"], lines=self.site.layers["lines"],
             reached=self.line("road"), not_reached=self.line("beyond"), seed=self.ask.seed, logs=count,
-            friction=",".join(f"{mu:g}" for mu in self.frictions()), fidelity=fidelity_of(self.ask),
+            friction=",".join(f"{mu:g}" for mu in self.frictions()), fidelity=self.fidelity,
             threads=self.ask.threads,
         )  # fmt: skip
         told = json.loads((place / "calibration.json").read_text(encoding="utf-8"))

@@ -336,4 +336,11 @@ def refuse_off_dem(place: np.ndarray, ground: Grid | DemBlocks, where: str) -> N
     )
 
 
-TOOL = Tool("sample-releases", "Prepare", "Draw release positions of logs in points, polygons or by a raster", Ask, run)
+TOOL = Tool(
+    "sample-releases",
+    "Prepare",
+    "Draw release positions of logs in points, polygons or by a raster",
+    Ask,
+    run,
+    then="deadwood-tool slide-logs --dem DEM --releases {output} --friction 0.25 --output run",
+)

@@ -128,6 +128,7 @@ def sited(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.results.lost import share_if_lost
     from deadwood_algorithms.results.replay import refuse_other_ends
     from deadwood_algorithms.results.run_folder import read_run, write_json
+    from deadwood_algorithms.results.scenario import lines_of_run
     from deadwood_algorithms.simulate.sliding import workers_for
     from deadwood_algorithms.simulate.steps import Steps
     from deadwood_algorithms.simulate.warm_up import load_kernels
@@ -176,7 +177,7 @@ def sited(ask: Ask, feedback: Feedback) -> Outcome:
     kept.remove()
     final = Path(ask.output)
     parts = {"table": TABLE, "layer": LAYER, "picture": PICTURE, "facts": FACTS, "manifest": MANIFEST}
-    shown = lines_of(facts, ask.barrier_classes)
+    shown = (*lines_of(facts, ask.barrier_classes), *lines_of_run(source))
     return Outcome({"output": final} | {key: final / name for key, name in parts.items()}, facts, shown)
 
 
@@ -224,5 +225,10 @@ def contours_of(
 
 
 TOOL = Tool(
-    "site-barriers", "Evaluate", "A run: where a barrier keeps most logs away, by its length and height", Ask, run
+    "site-barriers",
+    "Evaluate",
+    "A run: where a barrier keeps most logs away, by its length and height",
+    Ask,
+    run,
+    then="deadwood-tool make-report RUN --results {output} --output report.html",
 )

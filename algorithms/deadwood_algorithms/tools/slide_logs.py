@@ -402,4 +402,11 @@ def fidelity_of(ask: Ask) -> Fidelity:
     return fidelity_with("reference" if ask.fidelity == AUTO else ask.fidelity, ask.time_step_s, ask.station_spacing_m)
 
 
-TOOL = Tool("slide-logs", "Simulate", "Slide the released logs: deposits, trajectories, hit counts, reach", Ask, run)
+TOOL = Tool(
+    "slide-logs",
+    "Simulate",
+    "Slide the released logs: deposits, trajectories, hit counts, reach",
+    Ask,
+    run,
+    then="deadwood-tool make-report {output} --output report.html",
+)

@@ -97,6 +97,7 @@ def values_of(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.results.lost import left_dem, lost_warning, reach_told, share_if_lost
     from deadwood_algorithms.results.replay import refuse_other_ends
     from deadwood_algorithms.results.run_folder import read_run
+    from deadwood_algorithms.results.scenario import lines_of_run
     from deadwood_algorithms.scene.items import digest_of
     from deadwood_algorithms.simulate.chunks import identity_of
     from deadwood_algorithms.simulate.sliding import workers_for
@@ -148,7 +149,7 @@ def values_of(ask: Ask, feedback: Feedback) -> Outcome:
         write_vector(path, frames)
     steps.remove()
     facts = {name: frame.drop(columns="geometry").to_dict("records") for name, frame in frames.items()}
-    return Outcome({"output": Path(ask.output)}, facts, lines_of(frames))
+    return Outcome({"output": Path(ask.output)}, facts, (*lines_of(frames), *lines_of_run(source)))
 
 
 TOOL = Tool(
@@ -157,4 +158,5 @@ TOOL = Tool(
     "A run: effect of each tree, lying log, barrier and stand at each line",
     Ask,
     run,
+    then="deadwood-tool make-report RUN --results {output} --output report.html",
 )

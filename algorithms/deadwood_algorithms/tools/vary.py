@@ -134,6 +134,7 @@ def variation(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.evaluate.sensitivity.factors import factors_of
     from deadwood_algorithms.evaluate.sensitivity.tables import lines_of
     from deadwood_algorithms.results.identity import result_folder
+    from deadwood_algorithms.results.scenario import scenario_line, scenario_of
     from deadwood_algorithms.simulate.chunks import identity_of
     from deadwood_algorithms.simulate.steps import Steps
     from deadwood_engine import FIDELITIES
@@ -167,12 +168,13 @@ def variation(ask: Ask, feedback: Feedback) -> Outcome:
         measured, answers = evaluate(ask, factors, slid, layers, logs, feedback)
         facts = write(folder, ask, factors, places, slid, measured, answers, layers, len(ensemble.released))
         warn_of_lost(places, slid, layers.lines.ids, feedback)
+        scenario = scenario_line(scenario_of(ask, ask.fidelity, layers, logs))  # of which the factors depart
     steps.remove()
     final = Path(ask.output)
     parts = {"runs": RUNS, "tornado": TORNADO, "picture": PICTURE, "summary": FACTS, "manifest": MANIFEST}
     parts |= {"indices": INDICES} if ask.design != "ends" else {}
     outputs = {"output": final} | {key: final / name for key, name in parts.items()}
-    return Outcome(outputs, facts, lines_of(measured, answers, facts))
+    return Outcome(outputs, facts, (*lines_of(measured, answers, facts), scenario))
 
 
 def places_of(ask: Ask, factors: list[Factor]) -> list[Place]:
@@ -285,4 +287,11 @@ def write(
     return facts
 
 
-TOOL = Tool("vary", "Evaluate", "The most influential inputs: factors varied alone and together", Ask, run)
+TOOL = Tool(
+    "vary",
+    "Evaluate",
+    "The most influential inputs: factors varied alone and together",
+    Ask,
+    run,
+    then="deadwood-tool make-report RUN --results {output} --output report.html",
+)

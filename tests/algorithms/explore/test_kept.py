@@ -121,6 +121,22 @@ def test_what_is_there_is_not_replaced_and_what_fails_leaves_nothing(tmp_path: P
     assert sorted(each.name for each in (tmp_path / "kept").iterdir()) == ["a", "a_layers.gpkg"]
 
 
+def test_the_run_can_be_left_to_whoever_asks(tmp_path: Path):
+    """As the panel in QGIS does, which opens the dialog of slide-logs on the layers."""
+
+    def slides(_: Any) -> None:
+        raise AssertionError("a run was slid")
+
+    with opened(write_case(tmp_path), output=str(tmp_path / "kept")) as asked:
+        asked.release(n=6)
+        asked.edit(fell=[3])
+        told = asked.keep("a", slides, run_too=False)
+    assert told.facts["files"] == ["a_layers.gpkg"]
+    assert told.facts["layers"] == ["releases", "trees"]
+    assert [each.name for each in (tmp_path / "kept").iterdir()] == ["a_layers.gpkg"]
+    assert len(gpd.read_file(tmp_path / "kept" / "a_layers.gpkg", layer="releases")) == 6
+
+
 def test_without_any_layer_it_works_as_well(tmp_path: Path):
     layers = {"dem": write_case(tmp_path)["dem"]}
     with opened(layers, output=str(tmp_path / "kept")) as asked:

@@ -379,3 +379,35 @@ def test_while_the_mouse_moves_each_question_is_answered_and_none_waits(layers: 
     pipes.process.stdin.close()
     pipes.process.stdin = None
     pipes.process.communicate(timeout=20)
+
+
+def test_from_a_notebook_whose_cells_run_within_a_loop(layers: dict[str, str], tmp_path: Path):
+    """Its interrupt ends the cell and the engine."""
+    cell = (
+        "import asyncio, sys\n"
+        "from deadwood_algorithms.tools import explore\n"
+        "async def cell():\n"
+        f"    explore.TOOL(dem={layers['dem']!r}, output={str(tmp_path)!r}, no_browser=True)\n"
+        "try:\n"
+        "    asyncio.new_event_loop().run_until_complete(cell())\n"  # as a notebook: an interrupt is an exception
+        "except KeyboardInterrupt:\n"
+        "    sys.exit(7)\n"
+    )
+    paths = os.pathsep.join(str(ROOT / each) for each in ("", "engine", "algorithms"))
+    ran = subprocess.Popen(
+        [sys.executable, "-c", cell],
+        env={**os.environ, "PYTHONPATH": paths},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    assert ran.stdout is not None
+    base, token = ran.stdout.readline().decode().strip().split("/?token=")
+    page = Page(ran, base, token)
+    engine = page.engine()
+    with page.socket() as asker:
+        assert asker.is_answered()
+    ran.send_signal(signal.SIGINT)
+    _, err = ran.communicate(timeout=20)
+    assert (ran.returncode, err) == (7, b"")
+    psutil.wait_procs([engine], timeout=5)
+    assert not engine.is_running()

@@ -257,6 +257,34 @@ def test_poses_are_those_of_the_logs(asked: Asked):
         assert np.hypot(*(middle[:2] - end[0])) < 0.5 * 14.0  # the centre of mass lies between the ends
 
 
+def test_poses_in_the_changed_scene_differ_where_the_change_matters_alone(asked: Asked):
+    def poses(variant: str) -> tuple[list[bytes], Any]:
+        told: list = []
+        asked.session.poses({"op": "poses", "max": 30, "variant": variant}, told.append)
+        assert told[0].facts["variant"] == variant
+        arrays = told[0].arrays
+        ends = np.column_stack([arrays["t"], arrays["base"], arrays["tip"]])
+        return [each.tobytes() for each in np.split(ends, arrays["offsets"][1:-1])], told[0]
+
+    asked.release()
+    plain = poses("before")[0]
+    assert poses("after")[0] == plain
+    told = asked.edit(barriers=[{"points": [[70.0, 165.0], [110.0, 165.0]], "height_m": 3.0}])
+    answer = asked.session.answer
+    assert answer is not None
+    concerned = set(answer.concerned(answer.base[0]).tolist())
+    changed, frame = poses("after")
+    assert poses("before")[0] == plain
+    differ = {k for k, (one, other) in enumerate(zip(plain, changed, strict=True)) if one != other}
+    assert differ
+    assert differ <= concerned
+    for k in differ:
+        last = frame.arrays["offsets"][k + 1] - 1
+        middle = (frame.arrays["base"][last] + frame.arrays["tip"][last]) / 2
+        end = told.arrays["deposits_x"][k], told.arrays["deposits_y"][k]
+        assert np.hypot(*(middle[:2] - end)) < 0.5 * 14.0
+
+
 def test_a_polygon_and_other_laws(asked: Asked):
     area = {"polygon": [[80.0, 180.0], [100.0, 180.0], [90.0, 200.0]]}
     plain = asked.release(shape=area)

@@ -8,12 +8,11 @@ import subprocess
 import sys
 from importlib import resources
 
-import matplotlib
 import numpy as np
 
 from deadwood_algorithms.explore import web_page
 from deadwood_algorithms.explore.phrases import PHRASES
-from deadwood_algorithms.files.styles import ENDS
+from deadwood_algorithms.schemas.looks import ENDS, HITS, ROAD
 from deadwood_engine import FIDELITIES, STOP_REASONS
 
 PAGE = resources.files("deadwood_algorithms.explore") / "page"
@@ -46,7 +45,8 @@ def test_the_page_is_told_words_and_the_reports_colours():
     assert told["words"] == PHRASES
     assert [each["reason"] for each in told["stops"]] == list(STOP_REASONS)
     assert [each["colour"] for each in told["stops"]] == [ENDS[each][1] for each in STOP_REASONS]
-    assert (told["ramp"][0], told["ramp"][-1]) == ("#440154", "#fde725")  # viridis, as the report's map of hits
+    assert (told["ramp"][0], told["ramp"][-1]) == (HITS[0], HITS[-1])  # as the report's map of hits
+    assert told["colours"]["line"] == ROAD
 
 
 def test_words_cannot_end_the_block_that_holds_them(monkeypatch):
@@ -59,12 +59,10 @@ def test_words_cannot_end_the_block_that_holds_them(monkeypatch):
 
 
 def test_hits_have_the_colours_of_the_reports_map():
-    """Viridis at eight even places, and straight lines between them, which end where the next one starts."""
+    """The ramp at eight even places, and straight lines between them, which end where the next one starts."""
     ramp = web_page.facts()["ramp"]
     step = (len(ramp) - 1) // 7
-    for k, colour in enumerate(ramp[::step]):
-        theirs = matplotlib.colormaps["viridis"](k / 7, bytes=True)[:3]
-        assert np.abs(np.subtract(rgb(colour), theirs, dtype=float)).max() <= 2.0  # the table has 256 colours
+    assert ramp[::step] == list(HITS)
     for k in range(0, len(ramp) - 1, step):
         ends, middle = (rgb(ramp[k]), rgb(ramp[k + step])), rgb(ramp[k + step // 2])
         assert np.abs(np.mean(ends, axis=0) - middle).max() <= 0.5

@@ -172,7 +172,7 @@ def test_a_polygon_that_crosses_itself_is_fixed_to_the_same_area(tmp_path, said)
     frame = read_vector(tmp_path / "stand.gpkg", geometry=("polygon",), target_crs=LV95, feedback=said)
     assert isinstance(frame.geometry[0], MultiPolygon)
     assert frame.geometry[0].area == pytest.approx(2.0)
-    assert "1 polygons cross themselves" in said.notes[0]
+    assert "1 self-intersecting polygons" in said.notes[0]
 
 
 def test_wrong_geometries_and_gaps_name_their_row(tmp_path):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import io
 import re
+import shutil
+import subprocess
 from itertools import pairwise
 from pathlib import Path
 
@@ -213,6 +215,21 @@ def test_it_prints(browser):
     for box in boxes:
         assert box[2:] == pytest.approx((595.0, 842.0), abs=1.5)
     assert 4 <= len(re.findall(rb"/Type /Page\b", printed)) <= 40
+
+
+def test_on_paper_every_page_has_its_number_and_none_ends_in_a_heading(browser, tmp_path):
+    """Two or three pages are signed, the annex begins a new one; what lies low on a page is no heading."""
+    if not shutil.which("pdftotext"):
+        pytest.skip("there is no pdftotext")
+    (tmp_path / "page.pdf").write_bytes(browser.printed())
+    told = subprocess.run(
+        ["pdftotext", "-layout", "page.pdf", "-"], cwd=tmp_path, capture_output=True, text=True, check=True, timeout=60
+    )
+    pages = [[line.strip() for line in page.splitlines() if line.strip()] for page in told.stdout.split("\f")[:-1]]
+    assert [page[-1] for page in pages] == [f"{k} / {len(pages)}" for k in range(1, len(pages) + 1)]
+    assert next(k for k, page in enumerate(pages) if page[0] == "Annex") in (2, 3)
+    headings = set(browser.ask("[...document.querySelectorAll('h2, h3, h4')].map((each) => each.textContent)"))
+    assert [page[-2] for page in pages if page[-2] in headings] == []
 
 
 def test_without_webgl_all_else_is_there(shared, page, tmp_path):

@@ -133,6 +133,31 @@ def test_every_part_that_was_promised_is_there(page):
     assert len(re.findall(r"\b[0-9a-f]{64}\b", text)) >= 7  # DEM, releases, trees, barriers, lying logs, blocks, lines
 
 
+def test_no_id_stands_twice_and_every_address_within_the_page_leads_somewhere(page):
+    ids = re.findall(r'[ "]id="([^"]+)"', page[0])
+    assert sorted(ids) == sorted(set(ids))
+    assert {each for each in re.findall(r'href="#([^"]+)"', page[0]) if not each.startswith("r0_")} <= set(ids)
+
+
+def test_the_pages_that_are_signed_come_first_and_paths_and_flags_last(page):
+    """Question, scenario, conclusion with what its interval lacks, map, numbers, judgement, signature; the annex."""
+    order = ["question", "scenario", "conclusion", "map", "numbers", "judgement"]
+    order += ["annex", "three_d", "r0-provenance"]
+    places = [page[0].index(f'id="{each}"') for each in order]
+    assert places == sorted(places)
+    text = Reader(page[0][: places[-1]]).text
+    assert "Place Date Name Signature" in text
+    assert "Not in them: the friction coefficient (" in text
+    assert "/tmp/" not in text
+    assert re.findall(r" --[a-z]", text) == []
+
+
+def test_what_scrolls_can_be_scrolled_by_the_keyboard_and_has_a_name(page):
+    for part in re.findall(r'<div [^>]*class="(?:scroll|frame|card)[^"]*"[^>]*>', page[0]):
+        assert 'tabindex="0"' in part
+        assert re.search(r'role="region" aria-label="[^"]+"', part), part
+
+
 def test_the_page_asks_nothing_of_any_other_file(page):
     content = Reader(page[0])
     assert {each[:1] if each.startswith("#") else each.split(":")[0] for each in content.addresses} <= {"#", "data"}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,8 @@ import pytest
 import rasterio
 from slope_case import Case, layer, summary
 
-from deadwood_algorithms.results.summary import lines_of, speed_record
+from deadwood_algorithms.results.summary import lines_of, speed_record, spreadless_lines
+from deadwood_algorithms.stats.directions import spread_of_release
 from deadwood_algorithms.stats.statistics import wilson_interval
 from deadwood_algorithms.tools import slide_logs
 from deadwood_engine import STOP_REASONS
@@ -99,3 +101,19 @@ def test_the_printed_speed_says_which_logs_it_leaves_out(tmp_path: Path):
     assert line in outcome.lines
     words = "every log still moved" if still == 24 else f"without {still} logs that still moved at the time limit"
     assert words in line
+
+
+def test_releases_without_a_spread_are_named_and_one_log_has_none():
+    """They were left out without a word, and one log had a spread of 0 degrees."""
+    told = [{"release_id": k, "spread_deg": 40.0 if k == 1 else math.nan} for k in range(1, 4)]
+    assert spreadless_lines(told) == [
+        "releases 2, 3: no lateral spread, for fewer than two logs went farther than the least run-out"
+    ]
+    assert spreadless_lines(told[:1]) == []
+    many = [{"release_id": k, "spread_deg": math.nan} for k in range(1, 48)]
+    assert "releases 1, 2, 3, 4, 5, 6, 7, 8, 9, 10 and 37 more: no" in spreadless_lines(many)[0]
+    record, azimuths, counted = spread_of_release((0.0, 0.0), [0.0, 1.0], [50.0, 1.0], 10.0)
+    assert (record["n"], record["n_left_out"], counted.tolist()) == (2, 1, [True, False])
+    assert math.isnan(record["spread_deg"])
+    assert math.isnan(record["p05_p95_deg"])
+    assert azimuths[0] == 0.0

@@ -110,7 +110,7 @@ MATRIX = {
     "too long": (lambda f: releases(f, length_m=[1e9, 10.0]), ["'length_m'", "row 1", "at most 150"]),
     "tonnes": (
         lambda f: releases(f, density_kg_m3=[300.0, 0.3]),
-        ["'density_kg_m3'", "row 2", "0.3 kg/m³ is less than anything", "check the unit"],
+        ["'density_kg_m3'", "row 2", "0.3 kg/m³ is smaller than any possible", "check the unit"],
     ),
     "too thick by option": (
         lambda f: {"dbh_cm": 1e5, "releases": write_layer(f / "bare.gpkg", points((30, 80)))},

@@ -83,7 +83,7 @@ IMPOSSIBLE: dict[str, tuple[dict[str, Any], str]] = {
         {"dbh_cm": [1e5]},
         "field 'dbh_cm', row 1: 100000 is not a number greater than 0 and at most 1500",
     ),
-    "a thread": ({"dbh_cm": [1e-30]}, "field 'dbh_cm', row 1: 1e-30 cm is less than anything that slides"),
+    "a thread": ({"dbh_cm": [1e-30]}, "field 'dbh_cm', row 1: 1e-30 cm is smaller than any possible"),
     "a log of 200 m": ({"length_m": [200.0]}, "at most 150"),
     "heavier than matter": ({"density_kg_m3": [1e5]}, "at most 25000"),
     "faster than falling": ({"speed_ms": [1e4]}, "at most 300"),

@@ -81,6 +81,15 @@ def test_the_sector_on_the_map_holds_the_counted_deposits(tmp_path):
     assert fan["p05_p95_deg"].iloc[0] < fan["spread_deg"].iloc[0]
 
 
+def test_one_log_has_a_direction_and_no_spread(tmp_path):
+    """It was 0 degrees, as if all logs of the release went one way."""
+    fan, each = spread(deposits(tmp_path / "d.gpkg", [10.0, 20.0], [50.0, 5.0]), tmp_path / "s.gpkg", min_runout_m=20.0)
+    assert fan["n_left_out"].tolist() == [1]
+    angles = ["spread_deg", "p05_p95_deg", "p05_p95_ci_low_deg", "p05_p95_ci_high_deg", "spread_half_deg"]
+    assert fan[angles].isna().to_numpy().all()
+    assert each["azimuth_deg"].tolist() == pytest.approx([10.0, 20.0])
+
+
 def test_when_no_log_went_far_there_is_no_angle(tmp_path):
     fan, _ = spread(deposits(tmp_path / "d.gpkg", [10.0, 20.0], [5.0, 5.0]), tmp_path / "s.gpkg")
     assert fan["n_left_out"].tolist() == [2]

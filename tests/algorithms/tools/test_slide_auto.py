@@ -81,7 +81,7 @@ def test_the_run_is_the_plain_one_and_tells_both_errors(case, early, tmp_path):
     assert found["reached"] is True
     assert any(f"{found['logs']} logs at standard: reach of lines within ±" in line for line in outcome.lines)
     page = (run / "report.html").read_text(encoding="utf-8")
-    assert "--fidelity auto chose standard" in page
+    assert "The fidelity auto chose standard" in page
     assert [each.name for each in tmp_path.iterdir()] == ["run"]  # no pilot is left behind
     assert_plain(case, run, tmp_path)
 
@@ -137,10 +137,10 @@ def test_an_error_that_cannot_be_promised_is_refused_with_what_can(case, tmp_pat
         (["--error", "0.02"], "--error needs --fidelity auto"),
         (["--fidelity", "auto", "--error", "0.02"], "--fidelity auto needs --lines"),
         (["--fidelity", "auto", "--error", "0.6"], "--error"),
-        (["--fidelity", "auto", "--error", "0.02", "--lines", "L", "--until-ci", "0.1"], "--until-ci does not go with"),
+        (["--fidelity", "auto", "--error", "0.02", "--lines", "L", "--until-ci", "0.1"], "--until-ci conflicts with"),
         (
             ["--fidelity", "auto", "--error", "0.02", "--lines", "L", "--time-step-s", "0.1"],
-            "--time-step-s does not go",
+            "--time-step-s conflicts",
         ),
     ],
 )

@@ -12,7 +12,7 @@ any log came to rest with any coefficient, keeps a coefficient from being ruled 
 Logs that came to no rest in sight (they left the terrain model, failed, or still moved at the time limit) are no
 deposits, and two things may be known of the event's:
 
-- deposits were found here, and nobody knows how many logs went on beyond. Then each is one of those that came to rest
+- deposits were found here, and nobody knows how many logs continued beyond. Then each is one of those that came to rest
   in sight, and n counts only these: its density, given that, is (sum_j N(y; x_j, s^2) + 1/2 / A) / (n + 1/2) over the n
   logs at rest in sight. What share of the logs leaves speaks neither for a coefficient nor against it; one with which
   none of the simulated logs stays cannot have made a deposit here, and has no likelihood;

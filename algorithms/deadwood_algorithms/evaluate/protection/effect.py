@@ -313,7 +313,7 @@ class Again:
         return np.pad(inside, ((0, 0), (0, len(self.layers.watched))), constant_values=True)
 
     def stages_of(self, scene: SceneLayers, task: Task) -> dict[str, Any]:
-        """From where the logs can go on: where the same rule holds for steps, for stages are of one window and rule."""
+        """From where logs can continue: where the same rule holds for steps, for stages are of one window and rule."""
         if self.others is not None or self.layers is not self.known.layers:
             return {}
         if is_bare(scene) or self.question.rule_of_steps(scene) != self.question.rule_of_steps(self.layers):

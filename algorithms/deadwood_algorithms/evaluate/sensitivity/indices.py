@@ -127,7 +127,7 @@ def indices_of(
 def _variance(a: Array, b: Array, by_log: Array, by_row: NDArray[np.int64], correct: bool) -> Array:
     """Variance of the outcome over the rows, shape (resamples,).
 
-    All pairs of runs are compared; what the logs add to them is reckoned on the pairs of a row of A and one of B.
+    All pairs of runs are compared; what the logs add to them is computed on the pairs of a row of A and one of B.
     """
     logs, count = by_log.sum(axis=0), 2.0 * by_row.sum(axis=0)
     of_a, of_b = a @ by_log / logs, b @ by_log / logs

@@ -23,7 +23,7 @@ const map = new SlopeMap($("map"), told, say);
 const state = {
   scene: null, terrain: null, shape: null, settings: null, edits: NOTHING, past: [], future: [],
   base: null, after: null, mode: "before", flick: 0, asked: 0, full: 0, preview: null, editing: 0, wanted: false, busy: false,
-  motion: null, time: 0, playing: false, posesFor: "", posesId: 0, gapCanvas: null,
+  startWhenThere: false, motion: null, time: 0, playing: false, posesFor: "", posesId: 0, gapCanvas: null,
 };
 
 let connected = false;
@@ -59,6 +59,7 @@ function warn(text, stays = false) {
   $("alert").querySelector("p").textContent = text;
 }
 function calm() { if (!staying) warn(""); }
+function forgive() { staying = false; } // the user goes on: the next answer may take the words away
 $("alert-close").addEventListener("click", () => warn(""));
 $("again").addEventListener("click", () => link.again());
 
@@ -168,12 +169,12 @@ function hits(answer) {
   if (!isPreview && state.full !== answer.id) return;
   const box = boxOf(answer.data.hits, answer.at || [0, 0]), top = topOf(box);
   const old = state.base?.picture;
+  if (state.base?.id !== answer.id) stopMoving();
   state.base = {
     ...answer, box, top, preview: isPreview, shape: state.shape, deposits: depositsOf(answer), edited: false, kind: "hits",
     picture: { picture: hitsPicture(box, top, told.ramp, old?.picture), column: box.column, row: box.row },
   };
   if (!edited()) map.content.holders = holdersOf(answer);
-  if (state.after && state.after.of !== answer.id && isPreview) forget();
   if (isPreview) answered();
   else if (answer.final && !edited()) settled();
   calm();
@@ -191,7 +192,7 @@ function answered() {
 function settled() {
   busy(false);
   speak();
-  if (state.playing || !$("space").hidden) askPoses();
+  if (state.startWhenThere || !$("space").hidden) askPoses();
 }
 
 const holdersOf = (answer) => (answer.holders || []).filter((each) => each.n > 0).slice(0, 12);
@@ -210,7 +211,7 @@ function differed(answer) {
   answer.fidelity ||= state.base.fidelity;
   const deposits = depositsOf(answer);
   state.after = {
-    ...answer, box, top, deposits, edited: true, kind: "hits", of: state.base.id,
+    ...answer, box, top, deposits, edited: true, kind: "hits", base: state.base, preview: state.base.preview,
     picture: { picture: hitsPicture(box, top, told.ramp, old?.picture.picture), column: box.column, row: box.row },
   };
   if (old?.gap) state.gapCanvas = old.gap.picture.picture;
@@ -223,7 +224,7 @@ function differed(answer) {
 
 /* The difference as a variant of the map; made when it is looked at. */
 function gapOf(after) {
-  const { base } = state, picture = differencePicture(base.box, after.box, after.concerned ?? after.done, told.colours, state.gapCanvas);
+  const { base } = after, picture = differencePicture(base.box, after.box, after.concerned ?? after.done, told.colours, state.gapCanvas);
   return { picture, edited: true, kind: "difference", deposits: after.deposits, moves: movesOf(base.deposits, after.deposits) };
 }
 
@@ -241,10 +242,13 @@ function movesOf(before, after) {
 function refused(answer) {
   if (answer.id === state.preview?.id) { state.preview = null; clearTimeout(resting); }
   if (answer.id === state.full) state.full = 0;
-  if (answer.id === state.editing) state.editing = 0;
   busy(false);
-  $("keep").querySelector("button").disabled = false;
-  warn(answer.text);
+  const changed = Boolean(answer.id) && answer.id === state.editing;
+  if (changed) state.editing = 0;
+  if (changed && state.past.length) take(state.past.pop()); // what cannot be is not kept
+  $("keep").querySelector("button").disabled = !complete();
+  if ($("kept").textContent === say("saving")) $("kept").replaceChildren();
+  warn(answer.text, changed);
 }
 
 function restarted(answer) {
@@ -257,6 +261,7 @@ function restarted(answer) {
 // --- changes of the forest ----------------------------------------------------------------------------------------------
 
 function change(next) {
+  forgive();
   const limits = state.scene.limits || {}, most = limits.felled_max || MOST_FELLED;
   if (next.fell.length > most) { warn(say("too_many_felled", { n: next.fell.length, most })); return; }
   state.past.push(state.edits);
@@ -268,6 +273,7 @@ function change(next) {
 function take(edits) {
   state.edits = edits;
   if (!edited()) { forget(); state.mode = "before"; }
+  stopMoving();
   refresh();
   remember();
   askChanges();
@@ -342,7 +348,8 @@ function setMode(mode) {
   state.mode = mode;
   shown();
   remember();
-  if (!$("space").hidden || state.playing) askPoses();
+  if (state.motion && state.posesFor !== posesKey()) stopMoving();
+  if (!$("space").hidden || state.startWhenThere) askPoses();
 }
 
 /* The variant that the map shows now; with `beside` both. */
@@ -431,6 +438,7 @@ const act = {
   drawing(points, enough) { $("finish").hidden = !enough; $("give-up").hidden = !points; },
   release([x, y], moving) {
     const r = Number($("radius").value);
+    forgive();
     state.shape = { circle: [x, y, r] };
     map.content.release = { shape: state.shape };
     map.draw();
@@ -586,12 +594,28 @@ function layerBoxes() {
 
 // --- moving logs ---------------------------------------------------------------------------------------------------------------
 
+/* Of which question, variant and changes the poses are. */
+function posesKey() {
+  const after = Boolean(state.after) && state.mode !== "before";
+  return `${state.full} ${after ? `after ${JSON.stringify(state.edits)}` : "before"}`;
+}
+
 function askPoses() {
   if (!complete()) return;
-  const variant = state.after && state.mode !== "before" ? "after" : "before", wanted = `${state.full} ${variant} ${state.after ? JSON.stringify(state.edits) : ""}`;
+  const wanted = posesKey();
   if (state.posesFor === wanted && state.motion) { moved(); return; }
   state.posesFor = wanted;
-  state.posesId = ask({ op: "poses", max: 100, variant });
+  state.posesId = ask({ op: "poses", max: 100, variant: wanted.split(" ")[1] });
+}
+
+/* Logs that moved for an older question are taken away; those that play go on when the new ones are there. */
+function stopMoving() {
+  if (!state.motion) return;
+  state.startWhenThere ||= state.playing;
+  if (state.playing) play(false);
+  Object.assign(state, { motion: null, posesFor: "", posesId: 0 });
+  map.content.moving = null;
+  $("player").hidden = $("motion-said").hidden = true;
 }
 
 function posed(answer) {
@@ -619,8 +643,7 @@ function setTime(time) {
 
 function play(on) {
   if (on && !complete()) { speakText(say("ask_first")); return; }
-  const current = state.motion && state.posesFor.startsWith(`${state.full} `);
-  if (on && !current) { state.startWhenThere = true; state.time = 0; askPoses(); return; }
+  if (on && !(state.motion && state.posesFor === posesKey())) { state.startWhenThere = true; state.time = 0; askPoses(); return; }
   state.playing = on;
   $("play").textContent = say(on ? "pause" : "play_logs");
   if (!on) return;

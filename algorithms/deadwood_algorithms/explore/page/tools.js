@@ -150,7 +150,8 @@ export class Hand {
     map.canvas.classList.remove("held");
     if (cancelled) { this.letGo(); map.draw(); return; }
     if (drag.kind === "release" && drag.far > STILL / 2) this.act.rest();
-    if (drag.kind === "rim") this.act.rest();
+    if (drag.kind === "rim" && drag.far > STILL / 2) this.act.rest();
+    else if (drag.kind === "rim") this.click(at); // a click beside the rim is one on the slope
     if (drag.kind !== "press") return;
     if (drag.far > STILL && this.tool === "fell") {
       map.content.draft = null;
@@ -189,6 +190,7 @@ export class Hand {
   finish() {
     const { tool, points, map } = this, rule = DRAWN[tool];
     if (!rule || !points.length) return;
+    if (!points.every((each) => map.within(...each))) { this.cancel(); this.act.say("outside"); return; }
     if (points.length < rule.least) { this.act.say(rule.closed ? "too_few_corners" : "too_few_points"); return; }
     this.cancel();
     if (tool === "area") this.act.area(points);
