@@ -176,7 +176,7 @@ class Inputs:
         more = selected or limit > 0 or bool(condition)
         layer = value if isinstance(value, QgsMapLayer) else self._loaded(str(value), load=more)
         if layer is None:
-            path, _, rest = str(value).partition("|")
+            path, _bar, rest = str(value).partition("|")
             path = os.path.abspath(path) + (f"|{rest}" if rest else "")
             self.layers.append((declared, path))
             return path
