@@ -26,6 +26,7 @@ from qgis.PyQt.QtWidgets import (
 )
 
 from .explore_words import Words
+from .language import _
 
 LAYERS = ("dem", "trees", "barriers", "lying_logs", "blocks", "lines")
 NUMBERS = ("dbh_cm", "length_m", "friction")
@@ -54,15 +55,15 @@ class Form(QScrollArea):
         self.fidelity = self._choice("fidelity", declared["fidelity"]["default"] or "draft")
         for each in (self.n, self.radius, *self.numbers.values()):
             each.setKeyboardTracking(False)
-            each.valueChanged.connect(lambda _: self.question_changed.emit())
-        self.release = QPushButton("Release logs by clicking on the map")
+            each.valueChanged.connect(lambda value: self.question_changed.emit())
+        self.release = QPushButton(_("Release logs by clicking on the map"))
         self.release.setCheckable(True)
-        self.state, self.answer, self.difference, self.legend = (QLabel() for _ in range(4))
+        self.state, self.answer, self.difference, self.legend = (QLabel() for each in range(4))
         self.felled = QCheckBox()
-        self.felled.setToolTip("Select trees in their layer: the same logs slide with and without them.")
-        self.after = QCheckBox("Show them felled on the map")
+        self.felled.setToolTip(_("Select trees in their layer: the same logs slide with and without them."))
+        self.after = QCheckBox(_("Show them felled on the map"))
         self.after.setChecked(True)
-        self.keep_hits, self.keep_run, self.clear = map(QPushButton, ("Keep hits…", "Save as run…", "Clear"))
+        self.keep_hits, self.keep_run, self.clear = map(QPushButton, (_("Keep hits…"), _("Save as run…"), _("Clear")))
         self._lay_out()
 
     def layer(self, name: str) -> Any:
@@ -101,8 +102,12 @@ class Form(QScrollArea):
         """What can be pressed, and how many trees are selected."""
         trees = self.layer("trees")
         selected = trees.selectedFeatureCount() if trees is not None else 0
-        these = f"these {selected} trees are" if selected > 1 else "the selected tree is"
-        self.felled.setText(f"What if {these if selected else 'the selected trees are'} felled?")
+        if selected == 1:
+            self.felled.setText(_("What if the selected tree is felled?"))
+        elif selected:
+            self.felled.setText(_("What if these {n} trees are felled?").format(n=selected))
+        else:
+            self.felled.setText(_("What if the selected trees are felled?"))
         self.felled.setEnabled(bool(selected) or self.felled.isChecked())
         self.after.setVisible(compared)
         for each in (self.keep_hits, self.keep_run):
@@ -119,7 +124,7 @@ class Form(QScrollArea):
         box.setFilters(kinds)
         box.setAllowEmptyLayer(True)
         box.setLayer(None)
-        box.layerChanged.connect(lambda _: self.layers_changed.emit())
+        box.layerChanged.connect(lambda value: self.layers_changed.emit())
         _narrow(box)
         return box
 
@@ -134,7 +139,7 @@ class Form(QScrollArea):
         for value, text in self.words.choices(group).items():
             box.addItem(text, value)
         box.setCurrentIndex(box.findData(start))
-        box.currentIndexChanged.connect(lambda _: self.question_changed.emit())
+        box.currentIndexChanged.connect(lambda value: self.question_changed.emit())
         _narrow(box)
         return box
 

@@ -29,19 +29,19 @@ from .explore_overlay import Hits, Overlay, saved_layer
 from .explore_scene import Scene
 from .explore_words import Words
 from .inputs import Inputs
+from .language import _, translated
 from .overlap import check_places
 
-TITLE = "Explore: sliding logs"
 RESTART_MS = 400  # after a change of layers, so that several changes are one restart
 MOST_DEATHS = 3  # of a process without an answer in between; then it is not started again
 
 
 class Panel(QDockWidget):
     def __init__(self, iface: Any, manifest: dict[str, Any]) -> None:
-        super().__init__(TITLE)
+        super().__init__(_("Explore: sliding logs"))
         self.setObjectName("DeadwoodExplore")
         self.iface, self.canvas = iface, iface.mapCanvas()
-        self.told = next(each for each in manifest["tools"] if each["name"] == "explore")
+        self.told = translated(next(each for each in manifest["tools"] if each["name"] == "explore"))
         self.words = Words(manifest["explore"])
         self.overlay = Overlay(self.canvas, manifest["explore"])
         self.engine: Engine | None = None
@@ -85,7 +85,7 @@ class Panel(QDockWidget):
         """Start the engine on the layers that are chosen; a wrong one is said."""
         self._end()
         if self.form.layer("dem") is None:
-            self.tell("Choose a terrain model.")
+            self.tell(_("Choose a terrain model."))
             return
         try:
             arguments = self._arguments()
@@ -93,7 +93,7 @@ class Panel(QDockWidget):
             self.engine.answered.connect(self._take)
             self.engine.loading.connect(self._loads)
             self.engine.died.connect(self._died)
-            self.tell("Loading the scene …")
+            self.tell(_("Loading the scene …"))
             self.engine.start(arguments)
         except QgsProcessingException as error:
             self.engine = None
@@ -116,7 +116,7 @@ class Panel(QDockWidget):
 
     def _loads(self, what: str) -> None:
         if self.scene is None:
-            self.tell(f"Loading the scene: {what} …")
+            self.tell(_("Loading the scene: {what} …").format(what=what))
 
     def _watch(self) -> None:
         """What is saved in a chosen layer later on, or filtered, makes the scene a new one."""
@@ -149,7 +149,7 @@ class Panel(QDockWidget):
         self._end()
         self.deaths += 1
         if not loaded or self.deaths > MOST_DEATHS:
-            self.tell(why or "The calculation stopped unexpectedly. Click on the map to start it again.")
+            self.tell(why or _("The calculation stopped unexpectedly. Click on the map to start it again."))
             return
         self.warn(self.words.say("restarted"))
         self._start()
@@ -187,7 +187,7 @@ class Panel(QDockWidget):
         elif self.canvas.mapTool() is self.tool:
             self.canvas.unsetMapTool(self.tool)
 
-    def _layers_change(self, *_: Any) -> None:
+    def _layers_change(self, *_signal: Any) -> None:
         """Another scene: what is shown is not of it."""
         self._refresh()
         if self.engine is not None:
@@ -206,21 +206,22 @@ class Panel(QDockWidget):
         dem = self.form.layer("dem")
         if dem is None or dem.id() in ids:
             self.stop()
-            self.tell("The terrain model was removed.")
+            self.tell(_("The terrain model was removed."))
         else:
-            self.warn(f"No longer in the scene, because it was removed: {', '.join(gone)}.")
+            message = _("No longer in the scene, because it was removed: {layers}.")
+            self.warn(message.format(layers=", ".join(gone)))
             self._layers_change()
 
     def _project_closes(self) -> None:
         self.stop()
         self.tell("")
 
-    def _selection_changes(self, *_: Any) -> None:
+    def _selection_changes(self, *_signal: Any) -> None:
         self._refresh()
         if self.form.felled.isChecked():
             self._fell_changes()
 
-    def _fell_changes(self, *_: Any) -> None:
+    def _fell_changes(self, *_signal: Any) -> None:
         """The selected trees are felled, or stand again."""
         self._refresh()
         trees = self.form.layer("trees")
@@ -231,7 +232,8 @@ class Panel(QDockWidget):
         if self.form.felled.isChecked():
             self.fell, unknown = self.scene.trees_of(trees)
         if unknown:
-            self.warn(f"{unknown} of the selected trees are not in the scene: they stand off the terrain model.")
+            message = _("{n} of the selected trees are not in the scene: they stand off the terrain model.")
+            self.warn(message.format(n=unknown))
         if self.fell == before:
             return
         self.changed = None
@@ -245,7 +247,7 @@ class Panel(QDockWidget):
         self.place = point, self.canvas.mapSettings().destinationCrs()
         self.ask(moving=moving)
 
-    def ask(self, *_: Any, moving: bool = False) -> None:
+    def ask(self, *_signal: Any, moving: bool = False) -> None:
         """Ask with the values as they stand; few logs while the mouse moves."""
         if self.place is None:
             return
@@ -318,7 +320,7 @@ class Panel(QDockWidget):
             self.tell(self.words.say("counting", **more))
         self._draw()
 
-    def _draw(self, *_: Any) -> None:
+    def _draw(self, *_signal: Any) -> None:
         """Put on the map and into the panel what is known."""
         self._refresh()
         if self.base is None or self.scene is None:
@@ -354,7 +356,7 @@ class Panel(QDockWidget):
         self.form.clear_answers()
         self._refresh()
 
-    def forget(self, *_: Any) -> None:
+    def forget(self, *_signal: Any) -> None:
         """Forget the place, the answer and the felled trees."""
         self.place = None
         self.form.felled.setChecked(False)
@@ -370,7 +372,7 @@ class Panel(QDockWidget):
 
     def warn(self, text: str) -> None:
         """Say what shall not be overwritten by the next answer."""
-        self.iface.messageBar().pushWarning(TITLE, text)
+        self.iface.messageBar().pushWarning(_("Explore: sliding logs"), text)
 
     # --- keep --------------------------------------------------------------------------------------------------------
 
@@ -379,12 +381,12 @@ class Panel(QDockWidget):
             return
         (hits, top), facts = self.shown_hits(), self.base.facts
         start = os.path.join(QgsProject.instance().homePath(), "explored_hits.tif")
-        path, _ = QFileDialog.getSaveFileName(self, "Keep hits as a layer", start, "GeoTIFF (*.tif)")
+        path = QFileDialog.getSaveFileName(self, _("Keep hits as a layer"), start, "GeoTIFF (*.tif)")[0]
         if not path:
             return
         path += "" if path.lower().endswith((".tif", ".tiff")) else ".tif"
         felled = f", {self.words.say('felled', n=len(self.fell))}" if self.shows_felled() else ""
-        name = f"Hits of {facts['done']} logs, {facts['fidelity']}{felled}"
+        name = _("Hits of {n} logs, {fidelity}").format(n=facts["done"], fidelity=facts["fidelity"]) + felled
         try:
             layer = saved_layer(hits, path, name, self.words.ramp, top)
         except OSError as error:
@@ -397,12 +399,13 @@ class Panel(QDockWidget):
         if self.engine is None or self.base is None:
             return
         start = os.path.join(QgsProject.instance().homePath(), "explored")
-        path, _ = QFileDialog.getSaveFileName(self, "Folder of the run", start, "Folder of the run (*)")
+        title = _("Folder of the run")
+        path = QFileDialog.getSaveFileName(self, title, start, f"{title} (*)")[0]
         if not path:
             return
         taken = [each for each in (path, f"{path}_layers.gpkg") if os.path.exists(each)]
         if taken:
-            self.tell(f"There is {taken[0]} already; take another name.")
+            self.tell(_("There is {path} already; take another name.").format(path=taken[0]))
             return
         self.run_folder = os.path.abspath(path)
         self.number += 1
@@ -416,7 +419,7 @@ class Panel(QDockWidget):
         try:
             shutil.move(os.path.join(self.folder, facts["files"][0]), beside)
         except OSError as error:
-            self.tell(f"The layers of the run could not be written: {error}")
+            self.tell(_("The layers of the run could not be written: {why}").format(why=error))
             return
         layers: dict[str, Any] = {name.upper(): layer.id() for name, layer in self.form.chosen().items()}
         layers.update({name.upper(): f"{beside}|layername={name}" for name in facts["layers"]})
@@ -425,7 +428,8 @@ class Panel(QDockWidget):
         dialog.setObjectName("deadwoodExploreRun")
         self.dialogs.append(dialog)  # QGIS keeps its window only, and Run would do nothing
         dialog.show()
-        self.tell(f"The releases and changed layers are in {beside}; run the dialog to slide them.")
+        message = _("The releases and changed layers are in {file}; run the dialog to slide them.")
+        self.tell(message.format(file=beside))
 
 
 class ReleaseTool(QgsMapTool):

@@ -20,10 +20,12 @@ import qgis.utils
 from qgis.core import (
     QgsCoordinateReferenceSystem,
     QgsCoordinateTransform,
+    QgsMarkerSymbol,
     QgsPointXY,
     QgsProject,
     QgsRasterLayer,
     QgsRectangle,
+    QgsSingleSymbolRenderer,
     QgsVectorLayer,
 )
 from qgis.PyQt.QtCore import QPoint, Qt, QTimer
@@ -159,7 +161,8 @@ def fill_project() -> Any:
     project.addMapLayer(QgsRasterLayer(f"{SAMPLE}/dem.tif", "Terrain"))
     project.addMapLayer(QgsVectorLayer(f"{SAMPLE}/sample.gpkg|layername=lines", "Road"))
     trees = QgsVectorLayer(f"{WORK}/trees.gpkg|layername=trees", "Trees")
-    trees.loadDefaultStyle()
+    looks = {"color": "#5b7f4f", "size": "1.4", "outline_style": "no"}
+    trees.setRenderer(QgsSingleSymbolRenderer(QgsMarkerSymbol.createSimple(looks)))
     project.addMapLayer(trees)
     project.setCrs(QgsCoordinateReferenceSystem("EPSG:2056"))
     return trees
