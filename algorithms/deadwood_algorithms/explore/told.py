@@ -29,7 +29,7 @@ from deadwood_algorithms.prepare.releases.logs import ORIENTATIONS
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.simulate.fidelity_trade import REACH_ERRORS
-from deadwood_algorithms.stats.statistics import paired_interval, reach_record
+from deadwood_algorithms.stats.statistics import bounds_if_lost, paired_interval, reach_record
 from deadwood_engine import FIDELITIES, STOP_REASONS, Barriers, LyingLogs
 
 MOST_HOLDERS = 30  # trees told that hold logs, those first that hold most
@@ -190,11 +190,15 @@ def difference_frame(answer: Answer, number: int, asked: Any, began: float, corn
 
 
 def reach_told(answer: Answer, batches: Sequence[Batch]) -> list[dict[str, Any]]:
+    """As a run's summary tells it: also what the shares may be for the logs that left the terrain model."""
     reach = np.concatenate([each.reach for each in batches])
-    return [
-        {"line_id": str(name), **reach_record(int(reach[:, k].sum()), len(reach))}
-        for k, name in enumerate(answer.layers.lines.ids)
-    ]
+    left = np.concatenate([each.reason for each in batches]) == STOP_REASONS.index("left_dem")
+    found = []
+    for k, name in enumerate(answer.layers.lines.ids):
+        counts = int(reach[:, k].sum()), len(reach)
+        lost = int((left & ~reach[:, k]).sum())
+        found.append({"line_id": str(name), **reach_record(*counts), **bounds_if_lost(*counts, lost)})
+    return found
 
 
 def pictured(
