@@ -290,7 +290,7 @@ def steps() -> Iterator[int]:
     yield from until(lambda: panel().scene is None, "its end was not noticed")
     yield from until(lambda: panel().scene is not None, "it was not started again")
     panel().form.n.setValue(LOGS)
-    yield from until(lambda: final() and panel().changed and panel().changed.facts["final"], "not asked anew")
+    yield from until(lambda: final() and panel().changed and panel().changed.facts["final"], "not asked again")
     seen["restarted"] = {
         "said": iface.messageBar().currentItem().text(),
         "others": not set(old) & set(children()),

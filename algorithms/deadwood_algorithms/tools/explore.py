@@ -172,5 +172,5 @@ def keeper_of(ask: Ask, feedback: Feedback) -> Keeper:
 
 
 TOOL = Tool(
-    "explore", "Simulate", "Ask by hand on a page: release logs, fell trees, draw barriers", Ask, run, in_qgis=False
+    "explore", "Simulate", "Explore on a page: release logs, fell trees, draw barriers", Ask, run, in_qgis=False
 )
