@@ -1,7 +1,7 @@
 """How soon `explore` answers: from a click to the first picture, to 300 logs, and what a felled tree changes.
 
 python -m benchmarks.explore             both scenes, then the table of docs/reference/explore.md
-python -m benchmarks.explore page        the table anew from explore.json
+python -m benchmarks.explore page        the table again from explore.json
 
 A program asks as the page does: over the socket of a server that runs as a user starts it. The clock runs from the
 question to the frame that is there and read; drawing it is the browser's affair. Beside it stands the processor time of
@@ -148,7 +148,7 @@ def measure(layers: dict[str, str]) -> dict[str, Any]:
             holder = told["holders"][0]["tree"]
             found["fell"].append(asker.ask(op="edit", fell=[holder])[1])
             asker.ask(op="edit")
-        for k in range(CLICKS):  # a large terrain model's window is prepared anew
+        for k in range(CLICKS):  # a large terrain model's window is prepared again
             away = 0.25 * width * (1.0 if k % 2 else -1.0)
             found["elsewhere"].append(click(x + away + rng.uniform(-10.0, 10.0), y)[1])
         memory = {who: getattr(asker, who).memory_info().rss for who in ("engine", "server")}

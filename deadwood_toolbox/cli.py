@@ -151,7 +151,7 @@ def _report(outcome: Outcome, then: str, speaker: Speaker, seconds: float) -> No
     for name, path in outcome.outputs.items():
         if not speaker.as_json and not folders & set(Path(path).parents):  # what lies in a named folder goes unsaid
             speaker.note(f"{name.replace('_', ' ')}: {path}")
-    if then and not speaker.as_json:
+    if then and outcome.outputs and not speaker.as_json:  # of a plan nothing follows
         quoted = {name: shlex.quote(str(path)) for name, path in outcome.outputs.items()}
         speaker.note(f"next: {then.format(**quoted)}")
     speaker.detail(f"took {clock(seconds)} ({seconds:.2f} s)")

@@ -864,7 +864,7 @@ def windthrow(
     fall_deg : °, 0 <= x <= 360, required
         Azimuth towards which stems fall, where the wind blows to.
     scatter_deg : °, 0 <= x <= 180, default 20
-        Standard deviation of that azimuth azimuth.
+        Standard deviation of that azimuth.
     stump_m : m, >= 0, default 0.5
         Height of the stumps. 0: none, the stems are uprooted.
     lost : 0 <= x <= 1, default 0.3
@@ -1084,7 +1084,7 @@ class SlideLogsResult(Run):
     hit_count = RasterPart("hit_count.tif")
     """How many logs overlapped the cell with any part of their outline in plan at any time, each log once"""
     reach_probability = RasterPart("reach_probability.tif")
-    """The same as a share of all logs"""
+    """Share of all logs that overlapped the cell with any part of their outline in plan at any time"""
     deposit_count = RasterPart("deposit_count.tif")
     """How many logs lie on the cell at the end"""
     speed_max = RasterPart("speed_max.tif")

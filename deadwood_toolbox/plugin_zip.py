@@ -8,6 +8,7 @@ nowhere: what is not there is left out of ``metadata.txt``, and the command says
 from __future__ import annotations
 
 import json
+import struct
 import sys
 import zipfile
 from collections.abc import Mapping
@@ -30,6 +31,7 @@ DISTRIBUTION = "deadwood-toolbox"
 # Line of metadata.txt -> name of the URL in pyproject.toml. The first two, and an address, plugins.qgis.org asks for.
 URLS = {"repository": "repository", "tracker": "issues", "homepage": "homepage"}
 ASKED_FOR = ("email", "repository", "tracker")
+MO_HEADER = "Content-Type: text/plain; charset=UTF-8\n"
 DAY = (2000, 1, 1, 0, 0, 0)  # of every file in the zip: same version, same bytes
 
 
@@ -95,18 +97,38 @@ def licence() -> str:
 
 
 def pack(path: Path, manifest: dict[str, Any], known: Mapping[str, str]) -> None:
-    """Write the zip: the plugin's sources and icons, its metadata with our version and contacts, the manifest."""
-    files = {each.relative_to(SOURCE).as_posix(): each.read_text(encoding="utf-8") for each in _sources()}
+    """Write the zip: the plugin's sources, icons and catalogues, metadata with version and contacts, the manifest."""
+    from deadwood_algorithms.report.words import read_catalogue  # with what reads results, which no other start needs
+
+    files: dict[str, str | bytes] = {}
+    files |= {each.relative_to(SOURCE).as_posix(): each.read_text(encoding="utf-8") for each in _sources()}
+    for each in SOURCE.rglob("*.po"):
+        messages = {english: text for (_, english), text in read_catalogue(each.read_text(encoding="utf-8")).items()}
+        files[each.relative_to(SOURCE).with_suffix(".mo").as_posix()] = compiled(messages)
     about = (SOURCE / "metadata.txt").read_text(encoding="utf-8").rstrip() + "\n"
     about += "".join(f"{line}={value}\n" for line, value in known.items())
     files["metadata.txt"] = about.replace("version=VERSION", f"version={VERSION}")
     files["LICENSE"] = licence()
     files["manifest.json"] = json.dumps(manifest, indent=1, ensure_ascii=False) + "\n"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as target:
-        for name, text in sorted(files.items()):
+        for name, content in sorted(files.items()):
             entry = zipfile.ZipInfo(f"{FOLDER}/{name}", DAY)
             entry.compress_type, entry.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
-            target.writestr(entry, text)
+            target.writestr(entry, content)
+
+
+def compiled(messages: Mapping[str, str]) -> bytes:
+    """A catalogue in gettext's binary form (.mo), which the standard library reads but does not write."""
+    texts = sorted((key.encode(), value.encode()) for key, value in {"": MO_HEADER, **messages}.items())
+    columns = [key for key, _ in texts], [value for _, value in texts]
+    place = 28 + 16 * len(texts)  # of the first text, after the head and two tables of lengths and places
+    tables, body = b"", b""
+    for column in columns:
+        for text in column:
+            tables += struct.pack("<2I", len(text), place + len(body))
+            body += text + b"\0"
+    head = struct.pack("<7I", 0x950412DE, 0, len(texts), 28, 28 + 8 * len(texts), 0, place)
+    return head + tables + body
 
 
 def _sources() -> list[Path]:

@@ -1,42 +1,112 @@
-"""The report's catalogues brought up to date: ``python -m deadwood_toolbox.translations`` in a checkout.
+"""The catalogues brought up to date: ``python -m deadwood_toolbox.translations`` in a checkout.
 
-Brings the messages of `phrases` into each language's ``report.po``: what is new, or has changed in English, comes
-untranslated and is said in English until somebody has translated it; what is gone goes. Translators take the file into
-any editor for gettext (Poedit). Needs Babel (the extra ``test``).
+``report.po`` has the messages of `phrases`, ``plugin.po`` the texts that QGIS shows: of the plugin, and of the tools'
+declarations. What is new comes untranslated and is shown in English until somebody has translated it; what is gone
+goes. A text of the plugin whose English has changed a little keeps its translation, marked as fuzzy: it is shown in
+English until somebody has looked at it and taken the mark away. Translators take the files into any editor for gettext
+(Poedit). Needs Babel (the extra ``test``).
 """
 
 from __future__ import annotations
 
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 from babel.messages.catalog import Catalog
+from babel.messages.extract import extract_from_dir
 from babel.messages.pofile import read_po, write_po
 
+from deadwood_algorithms.explore.phrases import PHRASES
 from deadwood_algorithms.report.languages import LANGUAGES
 from deadwood_algorithms.report.phrases import MESSAGES
+from deadwood_algorithms.schemas.looks import ENDS
+from deadwood_toolbox import parameters
+from deadwood_toolbox.qgis_plugin.help_text import pieces, title
+from deadwood_toolbox.shelf import TOOLS
 
-PLACE = Path(__file__).parents[1] / "algorithms/deadwood_algorithms/report/locale"
+ROOT = Path(__file__).parents[1]
+PLUGIN = ROOT / "deadwood_toolbox" / "qgis_plugin"
 
 
-def file_of(language: str) -> Path:
-    return PLACE / language / "LC_MESSAGES" / "report.po"
-
-
-def template() -> Catalog:
-    """Every message, with its name as the context."""
+def report_messages() -> Catalog:
+    """Every message of the report, with its name as the context."""
     made = Catalog(charset="utf-8")
     for name, english in MESSAGES.items():
         made.add(english, context=name)
     return made
 
 
-def updated(language: str) -> Catalog:
-    """The catalogue of a language with the messages of today."""
-    with file_of(language).open("rb") as file:
-        found = read_po(file, locale=language)
-    found.update(template(), no_fuzzy_matching=True, update_header_comment=False)
-    found.obsolete.clear()
-    return found
+def plugin_messages() -> Catalog:
+    """Every text that QGIS shows; the comment says where it stands first."""
+    made = Catalog(charset="utf-8")
+    for file, _, english, _, _ in sorted(extract_from_dir(PLUGIN), key=lambda each: each[:2]):
+        made.add(english, auto_comments=[file])
+    for english in panel_phrases():
+        made.add(english, auto_comments=["panel Explore"])
+    for english, where in declared_texts():
+        if english and english not in made:
+            made.add(english, auto_comments=[where], flags=["no-python-format", "no-python-brace-format"])
+    return made
+
+
+def panel_phrases() -> Iterator[str]:
+    """The phrases of the page of `explore` that the panel says, by the names that stand in its sources."""
+    source = "".join(each.read_text(encoding="utf-8") for each in sorted(PLUGIN.glob("explore_*.py")))
+    names = set(re.findall(r'"(\w+)"', source))
+    beginnings = tuple(re.findall(r'f"(\w+_)\{', source)) + tuple(f"{name}_" for name in names)
+    for name, english in PHRASES.items():
+        if name in names or name.startswith(beginnings):
+            yield english
+    for label, *_ in ENDS.values():
+        yield label
+
+
+def declared_texts() -> Iterator[tuple[str, str]]:
+    """Of each tool that QGIS lists: names and summary, the paragraphs of its help, its parameters; and where it is."""
+    for tool in TOOLS:
+        if not tool.in_qgis:
+            continue
+        told = parameters.describe(tool)
+        for name in ("group", "label", "summary"):
+            yield told[name], f"{tool.name}: {name}"
+        for parameter in told["parameters"]:
+            for name in ("label", "help", "unit"):
+                yield parameter[name], f"{tool.name} {parameter['flag']}: {name}"
+            for part in parameter["parts"]:
+                yield title(part), "title of a layer or file"
+        for piece in pieces(told["description"]):
+            if not piece.startswith("    "):
+                yield piece, f"{tool.name}: description"
+
+
+@dataclass(frozen=True)
+class Domain:
+    """Messages that are translated together: ``FOLDER/LANGUAGE/LC_MESSAGES/NAME.po``."""
+
+    name: str
+    folder: Path
+    template: Callable[[], Catalog]
+    fuzzy: bool  # whether what has changed a little keeps its translation, to be looked at
+
+    def file_of(self, language: str) -> Path:
+        return self.folder / language / "LC_MESSAGES" / f"{self.name}.po"
+
+    def updated(self, language: str) -> Catalog:
+        """The catalogue of a language with the messages of today."""
+        with self.file_of(language).open("rb") as file:
+            found = read_po(file, locale=language)
+        found.update(
+            self.template(), no_fuzzy_matching=not self.fuzzy, update_header_comment=False, update_creation_date=False
+        )
+        found.obsolete.clear()
+        return found
+
+
+REPORT = Domain("report", ROOT / "algorithms/deadwood_algorithms/report/locale", report_messages, fuzzy=False)
+PLUGIN_TEXTS = Domain("plugin", PLUGIN / "locale", plugin_messages, fuzzy=True)
+DOMAINS = (REPORT, PLUGIN_TEXTS)
 
 
 def write(catalogue: Catalog, file: Path) -> None:
@@ -46,9 +116,10 @@ def write(catalogue: Catalog, file: Path) -> None:
 
 
 def main() -> None:
-    for language in LANGUAGES[1:]:
-        write(updated(language), file_of(language))
-        print(file_of(language))
+    for domain in DOMAINS:
+        for language in LANGUAGES[1:]:
+            write(domain.updated(language), domain.file_of(language))
+            print(domain.file_of(language))
 
 
 if __name__ == "__main__":

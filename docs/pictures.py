@@ -6,8 +6,10 @@ Needs Chromium, for what a reader sees of a report. Their files are kept: the si
 from __future__ import annotations
 
 import io
+import os
 import re
 import shlex
+import subprocess
 import sys
 import tempfile
 import time
@@ -120,8 +122,50 @@ def of_barrier(folder: Path) -> None:
     keep(next((folder / "varied").glob("*.png")), "tornado")
 
 
+def of_explore(folder: Path) -> None:
+    """The page of `explore`: a release on the slope, and what a barrier below it changes."""
+    from browser import Browser  # pyright: ignore[reportMissingImports]
+
+    (folder / "sample_data").symlink_to(ROOT / "sample_data")
+    tool(
+        "deadwood-tool import-trees --trees sample_data/trees.csv --dem sample_data/dem.tif --output trees.gpkg", folder
+    )
+    line = (
+        "explore --dem sample_data/dem.tif --trees trees.gpkg --lines sample_data/sample.gpkg|layername=lines "
+        "--dbh-cm 50 --length-m 20 --no-browser"
+    )
+    command = [sys.executable, "-m", "deadwood_toolbox", *line.split()]
+    here = {**os.environ, "PYTHONPATH": os.pathsep.join(each for each in sys.path if each)}
+    with subprocess.Popen(command, cwd=folder, env=here, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        browser = Browser()
+        browser.size(1400, 900)
+        browser.open(process.stdout.readline().strip())
+        browser.wait("window.deadwoodExplore?.state.scene")
+
+        def at(x: float, y: float) -> tuple[float, float]:
+            return tuple(browser.ask(f"deadwoodExplore.map.seen({x}, {y})"))
+
+        def settled(what: str) -> Image.Image:
+            browser.wait(f"deadwoodExplore.state.{what}?.final && !document.body.classList.contains('busy')")
+            time.sleep(1.0)
+            return Image.open(io.BytesIO(browser.picture()))
+
+        browser.click(*at(150.0, 400.0))
+        keep(settled("base"), "explore")
+        browser.key("b")
+        for place in ((110.0, 200.0), (150.0, 196.0), (190.0, 200.0)):
+            browser.click(*at(*place))
+        browser.click(*at(190.0, 200.0), count=2)
+        settled("after")
+        browser.key("5")
+        keep(settled("after"), "explore_what_if")
+        browser.close()
+        process.terminate()
+
+
 def main() -> None:
-    for make in (of_demo, of_sample_slope, of_calibration, of_barrier):
+    for make in (of_demo, of_sample_slope, of_calibration, of_barrier, of_explore):
         if sys.argv[1:] and make.__name__ not in sys.argv[1:]:
             continue
         with tempfile.TemporaryDirectory() as folder:

@@ -14,9 +14,10 @@ from qgis.core import (
 from qgis.PyQt.QtGui import QIcon
 
 from . import child, help_text, results
-from .definitions import LAYER, OPEN, definitions, help_of, is_hidden, part_name, part_outputs
+from .definitions import LAYER, OPEN, definitions, help_of, is_hidden, part_outputs
 from .finding import HERE
 from .inputs import Inputs
+from .language import _
 from .overlap import check_places
 
 
@@ -39,7 +40,7 @@ class ToolAlgorithm(QgsProcessingAlgorithm):
         return self.told["group"]
 
     def groupId(self) -> str:
-        return self.told["group"].lower()
+        return self.told["group_id"]
 
     def icon(self) -> QIcon:
         return QIcon(self.svgIconPath())
@@ -61,7 +62,7 @@ class ToolAlgorithm(QgsProcessingAlgorithm):
             for each in self.told["parameters"]
             if help_of(each) and not is_hidden(each, self.told)
         ]
-        command = f"On the command line: deadwood-tool {self.told['name']} --help"
+        command = _("On the command line: {command}").format(command=f"deadwood-tool {self.told['name']} --help")
         return "".join(f"<p>{each}</p>" for each in [*paragraphs, *rows, command])
 
     def initAlgorithm(self, configuration: dict[str, Any] | None = None) -> None:
@@ -78,7 +79,8 @@ class ToolAlgorithm(QgsProcessingAlgorithm):
             name = declared["name"].upper()
             given = [parameters.get(name), parameters.get(name + LAYER)]
             if declared["required"] and all(value is None or value == "" for value in given):
-                return False, f"{declared['flag']} is missing ({declared['label']})"
+                message = _("{flag} is missing ({label})")
+                return False, message.format(flag=declared["flag"], label=declared["label"])
         return True, ""
 
     def prepareAlgorithm(
@@ -99,7 +101,7 @@ class ToolAlgorithm(QgsProcessingAlgorithm):
             said = child.run([self.told["name"], *inputs.arguments], feedback)
         except QgsProcessingException as error:
             if feedback.isCanceled():
-                raise QgsProcessingException(f"Canceled; {inputs.after_cancel()}") from None
+                raise QgsProcessingException(inputs.after_cancel()) from None
             raise QgsProcessingException(inputs.in_the_users_words(str(error))) from None
         # in a thread of its own the algorithm has a context of its own, whose layers take the place of those of prepare
         for path, details in inputs.to_load.items():
@@ -108,5 +110,5 @@ class ToolAlgorithm(QgsProcessingAlgorithm):
         found = results.Results(self.told, inputs.outputs, said.outputs)
         opens = self.parameterAsBoolean(parameters, OPEN, context) if self.parameterDefinition(OPEN) else False
         found.load(context, opens)
-        parts = {part_name(part).upper(): place for part, place in found.parts()}
+        parts = {help_text.part_name(part).upper(): place for part, place in found.parts()}
         return {**parts, **{name.upper(): path for name, path in inputs.outputs.items()}}

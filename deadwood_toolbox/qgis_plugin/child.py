@@ -11,7 +11,8 @@ from typing import Any
 from qgis.core import QgsProcessingException, QgsProcessingFeedback
 from qgis.PyQt.QtCore import QProcess
 
-from .finding import INSTALL, Missing, environment, find
+from .finding import Missing, environment, find, how_to_install
+from .language import _
 
 LOOK_MS = 100  # between two looks at the Cancel button
 GRACE_MS = 5000  # for the child to tidy up, before it is ended by force
@@ -32,7 +33,7 @@ def command() -> tuple[str, ...]:
     """The command's words, or the words on how to install it."""
     found = find()
     if isinstance(found, Missing):
-        raise QgsProcessingException(f"{found.why}.\n{INSTALL}")
+        raise QgsProcessingException(f"{found.why}.\n{how_to_install()}")
     return found.command
 
 
@@ -44,19 +45,20 @@ def run(arguments: Sequence[str], feedback: QgsProcessingFeedback) -> Said:
     child.setProcessEnvironment(environment())
     child.start(words[0], words[1:])
     if not child.waitForStarted(30_000):
-        raise QgsProcessingException(f"{words[0]} could not be started: {child.errorString()}")
+        message = _("{program} could not be started: {why}")
+        raise QgsProcessingException(message.format(program=words[0], why=child.errorString()))
     ears = Ears(feedback)
     while child.state() != QProcess.ProcessState.NotRunning:
         child.waitForFinished(LOOK_MS)
         ears.hear(bytes(child.readAllStandardError()), bytes(child.readAllStandardOutput()))
         if feedback.isCanceled():
             end(child)
-            raise QgsProcessingException("Canceled")
+            raise QgsProcessingException(_("Canceled"))
     ears.hear(bytes(child.readAllStandardError()) + b"\n", bytes(child.readAllStandardOutput()) + b"\n")
     said = ears.said
     if child.exitStatus() != QProcess.ExitStatus.NormalExit or child.exitCode() != 0:
-        why = said.error or f"the tool ended unexpectedly (status {child.exitCode()}, {child.errorString()})"
-        raise QgsProcessingException(why)
+        message = _("the tool ended unexpectedly (status {status}, {why})")
+        raise QgsProcessingException(said.error or message.format(status=child.exitCode(), why=child.errorString()))
     for line in said.lines:
         feedback.pushInfo(line)
     return said
@@ -116,7 +118,9 @@ class Ears:
             return
         text = what
         if what == self.stage and known.get("left_s") is not None:
-            text += f": {done:,.0f} of {total:,.0f}, {known['rate_per_s']:.3g}/s, {_clock(known['left_s'])} left"
+            state = _("{done} of {total}, {rate}/s, {left} left")
+            rate, left = f"{known['rate_per_s']:.3g}", _clock(known["left_s"])
+            text += ": " + state.format(done=f"{done:,.0f}", total=f"{total:,.0f}", rate=rate, left=left)
         self.stage, self.spoke = what, now
         self.feedback.setProgressText(text)
 

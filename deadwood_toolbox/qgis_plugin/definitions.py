@@ -35,6 +35,9 @@ from qgis.core import (
     QgsProcessingParameterVectorDestination,
 )
 
+from .help_text import part_name
+from .language import _, title_of
+
 Source = QgsProcessing.SourceType
 GEOMETRIES = {
     "point": Source.TypeVectorPoint,
@@ -60,8 +63,8 @@ def definitions(told: dict[str, Any]) -> Iterator[QgsProcessingParameterDefiniti
                 each.setFlags(each.flags() | QgsProcessingParameterDefinition.Flag.FlagAdvanced)
             yield each
         if declared["widget"] == "output_folder" and declared["required"]:
-            opened = QgsProcessingParameterBoolean(OPEN, "Open the results in the map", defaultValue=True)
-            opened.setHelp("Adds the layers of the folder to the map, styled and in a group of their own.")
+            opened = QgsProcessingParameterBoolean(OPEN, _("Open the results in the map"), defaultValue=True)
+            opened.setHelp(_("Adds the layers of the folder to the map, styled and in a group of their own."))
             yield opened
 
 
@@ -75,7 +78,7 @@ def part_outputs(told: dict[str, Any]) -> Iterator[QgsProcessingOutputDefinition
     """What models chain on beside the output itself: the layers and rasters in a folder, the layers of a file."""
     for declared in told["parameters"]:
         for part in declared["parts"]:
-            name, label = part_name(part).upper(), part_name(part).replace("_", " ").capitalize()
+            name, label = part_name(part).upper(), title_of(part)
             if "|layername=" in part:
                 yield QgsProcessingOutputVectorLayer(name, label)
             elif part.endswith(".tif"):
@@ -84,18 +87,15 @@ def part_outputs(told: dict[str, Any]) -> Iterator[QgsProcessingOutputDefinition
                 yield QgsProcessingOutputFile(name, label)
 
 
-def part_name(part: str) -> str:
-    return part.partition("|layername=")[2] or part.rpartition("/")[2].partition(".")[0]
-
-
 def help_of(declared: dict[str, Any]) -> str:
     """The tooltip: the declaration's help, and the bounds."""
     low, high, unit = declared["minimum"], declared["maximum"], declared["unit"]
     limits = []
     if low is not None:
-        limits.append(f"{'more than' if declared['exclusive'] else 'at least'} {low:g}")
+        phrase = _("more than {low}") if declared["exclusive"] else _("at least {low}")
+        limits.append(phrase.format(low=f"{low:g}"))
     if high is not None and high < LARGEST_SPIN:
-        limits.append(f"at most {high:g}")
+        limits.append(_("at most {high}").format(high=f"{high:g}"))
     bounds = f"{', '.join(limits).capitalize()}{' ' + unit if unit else ''}." if limits else ""
     return " ".join(part for part in (declared["help"], bounds) if part)
 
@@ -111,7 +111,7 @@ def _number_or_layer(
 ) -> list[QgsProcessingParameterDefinition]:
     layer = QgsProcessingParameterMapLayer(
         name + LAYER,
-        f"{declared['label']}, from a raster or polygons instead",
+        _("{label}, from a raster or polygons instead").format(label=declared["label"]),
         optional=True,
         types=[Source.TypeRaster, Source.TypeVectorPolygon],
     )
@@ -204,7 +204,7 @@ WIDGETS: dict[str, Widget] = {
     "crs": lambda told, name, label, optional: QgsProcessingParameterCrs(name, label, optional=optional),
     "output_raster": _destination(QgsProcessingParameterRasterDestination),
     "output_vector": _destination(QgsProcessingParameterVectorDestination),
-    "output_table": _destination(QgsProcessingParameterFileDestination, fileFilter="CSV files (*.csv)"),
+    "output_table": _destination(QgsProcessingParameterFileDestination, fileFilter=_("CSV files (*.csv)")),
     "output_folder": _destination(QgsProcessingParameterFolderDestination),
-    "output_file": _destination(QgsProcessingParameterFileDestination, fileFilter="All files (*.*)"),
+    "output_file": _destination(QgsProcessingParameterFileDestination, fileFilter=_("All files (*.*)")),
 }

@@ -17,6 +17,7 @@ from qgis.PyQt.QtCore import QObject, QProcess, QTimer, pyqtSignal
 
 from .child import GRACE_MS, Ears, command
 from .finding import environment
+from .language import _
 
 LENGTH_BYTES = 4  # of the length before a frame, and of the one before its header
 ALIGNED = 8  # bytes: where each array starts
@@ -152,9 +153,10 @@ class Engine(QObject):
         if error == QProcess.ProcessError.FailedToStart and self.process is not None:
             why = self.process.errorString()
             self.end()
-            self.died.emit(f"deadwood-tool could not be started: {why}")
+            message = _("{program} could not be started: {why}")
+            self.died.emit(message.format(program="deadwood-tool", why=why))
 
-    def _finished(self, *_: Any) -> None:
+    def _finished(self, *_signal: Any) -> None:
         self._read()
         self._hear()
         self.end()

@@ -31,6 +31,8 @@ from qgis.gui import QgsMapCanvas, QgsMapCanvasItem
 from qgis.PyQt.QtCore import QPointF, QRectF, QSizeF, Qt
 from qgis.PyQt.QtGui import QColor, QImage, QPainter, QPen, QPolygonF, QTransform
 
+from .language import _
+
 QUANTILE = 0.995  # of the cells that were hit: the top of the colours, as on the page and in the report
 OPAQUE = 0.72
 EXACT_CELLS = 0.25  # how far a cell may lie from its place
@@ -234,7 +236,7 @@ def saved_layer(hits: Hits, path: str, name: str, colours: Sequence[str], top: i
     kind = Qgis.DataType.UInt16
     made = QgsRasterFileWriter(path).createOneBandRaster(kind, hits.columns, hits.rows, box, hits.crs)
     if made is None:
-        raise OSError(f"{path} could not be written")
+        raise OSError(_("{path} could not be written").format(path=path))
     made.setNoDataValue(1, 0.0)
     block = QgsRasterBlock(kind, hits.columns, hits.rows)
     block.setData(bytes(array("H", hits.counts)))
@@ -243,7 +245,7 @@ def saved_layer(hits: Hits, path: str, name: str, colours: Sequence[str], top: i
     del made  # closes the file
     layer = QgsRasterLayer(path, name)
     if not written or not layer.isValid():
-        raise OSError(f"{path} could not be written")
+        raise OSError(_("{path} could not be written").format(path=path))
     ramp = QgsColorRampShader(1.0, float(max(top, 2)))
     steps = len(colours) - 1
     ramp.setColorRampItemList(

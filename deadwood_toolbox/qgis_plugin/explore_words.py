@@ -7,6 +7,8 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
+from .language import _
+
 GREY = "#767676"
 
 
@@ -14,9 +16,11 @@ class Words:
     """The phrases of the page by name, with their gaps filled."""
 
     def __init__(self, looks: Mapping[str, Any]) -> None:
-        self.phrases: Mapping[str, str] = looks["words"]
+        self.phrases: Mapping[str, str] = {name: _(text) for name, text in looks["words"].items()}
         self.ramp: list[str] = looks["ramp"]
-        self.stops: list[dict[str, str]] = looks["stops"]
+        self.stops: list[dict[str, str]] = [
+            {**each, **{name: _(each[name]) for name in ("label",)}} for each in looks["stops"]
+        ]
 
     def say(self, name: str, **gaps: Any) -> str:
         one = f"{name}_one"
@@ -31,7 +35,7 @@ class Words:
     def reach(self, answer: Mapping[str, Any], names: Mapping[str, str]) -> str:
         """Each line's share with its interval."""
         if not answer["reach"]:
-            return _quiet("Choose a layer of lines to see how many logs reach a road or a house.")
+            return _quiet(_("Choose a layer of lines to see how many logs reach a road or a house."))
         rows = []
         for each in answer["reach"]:
             digits = digits_of(100.0 * (each["ci_high"] - each["ci_low"]))

@@ -13,23 +13,31 @@ from typing import Any
 from qgis.core import QgsSettings
 from qgis.PyQt.QtCore import QProcessEnvironment
 
+from .language import _
+
 HERE = Path(__file__).parent
 SETTING = "deadwood/executable"
 VARIABLE = "DEADWOOD_TOOL"
 WINDOWS = sys.platform == "win32"
 SCRIPT = "deadwood-tool.exe" if WINDOWS else "deadwood-tool"
 BIN = "Scripts" if WINDOWS else "bin"
-INSTALL = (
-    "The tools live in a Python environment of their own (Python 3.11 or newer), outside QGIS. In a terminal, in the "
-    "folder of the toolbox:\n"
-    + (
-        "    py -m venv .venv\n    .venv\\Scripts\\pip install .\n"
-        if WINDOWS
-        else "    python3 -m venv .venv && .venv/bin/pip install .\n"
-    )
-    + f"Then name {BIN}{os.sep}{SCRIPT} of that environment in Settings > Options > Deadwood Toolbox, or put it on "
-    f"the PATH, or set the variable {VARIABLE}."
+COMMANDS = (
+    "    py -m venv .venv\n    .venv\\Scripts\\pip install .\n"
+    if WINDOWS
+    else "    python3 -m venv .venv && .venv/bin/pip install .\n"
 )
+
+
+def how_to_install() -> str:
+    first = _(
+        "The tools live in a Python environment of their own (Python 3.11 or newer), outside QGIS. In a terminal, in "
+        "the folder of the toolbox:"
+    )
+    then = _(
+        "Then name {script} of that environment in Settings > Options > Deadwood Toolbox, or put it on the PATH, or "
+        "set the variable {variable}."
+    )
+    return f"{first}\n{COMMANDS}{then.format(script=f'{BIN}{os.sep}{SCRIPT}', variable=VARIABLE)}"
 
 
 @dataclass(frozen=True)
@@ -52,18 +60,21 @@ def read_manifest() -> dict[str, Any]:
 
 def find() -> Found | Missing:
     """The command to start, in the order of the search; a place that somebody named is never passed over silently."""
-    for place, how in ((QgsSettings().value(SETTING, ""), "the setting"), (os.environ.get(VARIABLE, ""), VARIABLE)):
+    for place, how in ((QgsSettings().value(SETTING, ""), _("the setting")), (os.environ.get(VARIABLE, ""), VARIABLE)):
         if place:
             command = _command(Path(str(place)).expanduser())
-            return Found(command, how) if command else Missing(f"{how} names {place}, where there is no {SCRIPT}")
+            if command:
+                return Found(command, how)
+            wrong = _("{source} names {place}, where there is no {script}")
+            return Missing(wrong.format(source=how, place=place, script=SCRIPT))
     on_path = shutil.which("deadwood-tool")
     if on_path:
-        return Found((on_path,), "the PATH")
+        return Found((on_path,), _("the PATH"))
     for folder in _usual_folders():
         command = _command(folder)
         if command:
-            return Found(command, "the usual folders")
-    return Missing(f"{SCRIPT} was not found on the PATH, nor in the usual folders")
+            return Found(command, _("the usual folders"))
+    return Missing(_("{script} was not found on the PATH, nor in the usual folders").format(script=SCRIPT))
 
 
 def _command(place: Path) -> tuple[str, ...] | None:

@@ -7,9 +7,27 @@ import re
 from typing import Any
 
 
+def pieces(description: str) -> list[str]:
+    """The paragraphs of a docstring, each as one text to be translated: one line, or one for each item of a list."""
+    return [_flowing(part) for part in description.split("\n\n") if part.strip()]
+
+
+def _flowing(text: str) -> str:
+    return text if text.startswith("    ") else re.sub(r"\s*\n(?!- )\s*", " ", text)
+
+
+def part_name(part: str) -> str:
+    """The name of a part of a result: its layer's, or its file's."""
+    return part.partition("|layername=")[2] or part.rpartition("/")[2].partition(".")[0]
+
+
+def title(part: str) -> str:
+    return part_name(part).replace("_", " ").capitalize()
+
+
 def paragraphs(told: dict[str, Any]) -> list[str]:
     """One piece of HTML for each paragraph; a flag of the command line gets the name that the dialog has for it."""
-    return [_paragraph(part, _names(told)) for part in told["description"].split("\n\n") if part.strip()]
+    return [_paragraph(part, _names(told)) for part in pieces(told["description"])]
 
 
 def _paragraph(text: str, names: dict[str, str]) -> str:
@@ -17,7 +35,7 @@ def _paragraph(text: str, names: dict[str, str]) -> str:
         return f"<pre>{html.escape(text)}</pre>"
     text = html.escape(re.sub(r"``?([^`]+)``?", r"\1", text), quote=False)
     text = re.sub(r"--[a-z][a-z-]*[a-z]", lambda found: names.get(found[0], found[0]), text)
-    return re.sub(r"\n- ", "<br>- ", text).replace("\n", " ")
+    return re.sub(r"\n- ", "<br>- ", text)
 
 
 def _names(told: dict[str, Any]) -> dict[str, str]:

@@ -31,6 +31,7 @@ from qgis.core import (
 )
 
 from .definitions import LAYER, is_hidden
+from .language import _
 
 LAYERNAME = "|layername="
 
@@ -83,17 +84,17 @@ class Inputs:
     def in_the_users_words(self, message: str) -> str:
         """The tool's line with layers in place of the files that were made of them."""
         for path, name in self.saved.items():
-            message = message.replace(path, f"layer '{name}'")
+            message = message.replace(path, _("layer '{name}'").format(name=name))
         return message
 
     def after_cancel(self) -> str:
-        """Remove what slide-logs keeps for --resume, unless the user has asked to resume; what is left, in words."""
+        """Remove what slide-logs keeps for --resume, unless the user has asked to resume; the message that says so."""
         if "--resume" in self.arguments:
-            return "what was finished is kept, and the same run goes on from there"
+            return _("Canceled; what was finished is kept, and the same run goes on from there")
         for folder in self.folders:
             place = Path(folder)
             shutil.rmtree(place.absolute().parent / f".{place.name}.part", ignore_errors=True)
-        return "nothing was left behind"
+        return _("Canceled; nothing was left behind")
 
     def _add(self, declared: dict[str, Any]) -> None:
         flag, name = declared["flag"], declared["name"].upper()
@@ -113,7 +114,8 @@ class Inputs:
         if not path:
             return ""
         if re.match(r"^[a-zA-Z]{2,}:", path):
-            raise QgsProcessingException(f"{declared['label']}: {path} is no file; name a file of its own")
+            message = _("{label}: {path} is no file; name a file of its own")
+            raise QgsProcessingException(message.format(label=declared["label"], path=path))
         self.outputs[declared["name"]] = path = os.path.abspath(path)
         if declared["widget"] == "output_folder":
             self.folders.append(path)
@@ -154,9 +156,8 @@ class Inputs:
         if layer in (None, ""):
             return self._plain(declared, name)
         if number not in (None, "", declared["default"]) and str(number) != str(declared["default"]):
-            raise QgsProcessingException(
-                f"{declared['label']}: a number ({number}) and a layer are given; clear one of them"
-            )
+            message = _("{label}: a number ({number}) and a layer are given; clear one of them")
+            raise QgsProcessingException(message.format(label=declared["label"], number=number))
         return self._layer(declared, layer)
 
     # --- layers ----------------------------------------------------------------------------------------------------
@@ -175,7 +176,7 @@ class Inputs:
         more = selected or limit > 0 or bool(condition)
         layer = value if isinstance(value, QgsMapLayer) else self._loaded(str(value), load=more)
         if layer is None:
-            path, _, rest = str(value).partition("|")
+            path, _bar, rest = str(value).partition("|")
             path = os.path.abspath(path) + (f"|{rest}" if rest else "")
             self.layers.append((declared, path))
             return path
@@ -183,7 +184,8 @@ class Inputs:
         if isinstance(layer, QgsRasterLayer):
             return self._raster(declared, layer)
         if not isinstance(layer, QgsVectorLayer):
-            raise QgsProcessingException(f"{declared['label']}: '{layer.name()}' is no raster or vector layer")
+            message = _("{label}: '{layer}' is no raster or vector layer")
+            raise QgsProcessingException(message.format(label=declared["label"], layer=layer.name()))
         path = _file_of(layer)
         why = _held_by_the_map(layer, path)
         if not more and not why:
@@ -191,18 +193,18 @@ class Inputs:
         request = QgsFeatureRequest()
         if selected:
             request.setFilterFids(layer.selectedFeatureIds())
-            why.append(f"{layer.selectedFeatureCount()} selected features")
+            why.append(_("{n} selected features").format(n=layer.selectedFeatureCount()))
             if not layer.selectedFeatureCount():
-                raise QgsProcessingException(
-                    f"{declared['label']}: 'Selected features only' is ticked, but in the layer '{layer.name()}' "
-                    "nothing is selected"
+                message = _(
+                    "{label}: 'Selected features only' is ticked, but in the layer '{layer}' nothing is selected"
                 )
+                raise QgsProcessingException(message.format(label=declared["label"], layer=layer.name()))
         if condition:
             request.setFilterExpression(condition)
-            why.append("a filter")
+            why.append(_("a filter"))
         if limit > 0:
             request.setLimit(limit)
-            why.append(f"the first {limit} features")
+            why.append(_("the first {n} features").format(n=limit))
         return self._save(layer, request, why)
 
     def _loaded(self, value: str, *, load: bool) -> QgsMapLayer | None:
@@ -219,10 +221,12 @@ class Inputs:
         if layer.crs().isValid() and not own.isValid():
             self.crs_of_map = layer.crs().authid() or layer.crs().toWkt()
         elif own != layer.crs():
-            raise QgsProcessingException(
-                f"{declared['label']}: the map has the layer '{layer.name()}' in {layer.crs().authid()}, its file says "
-                f"{own.authid()}; write the right one to the file (Raster > Projections > Assign Projection)"
+            message = _(
+                "{label}: the map has the layer '{layer}' in {crs}, its file says {own}; write the right one to the "
+                "file (Raster > Projections > Assign Projection)"
             )
+            names = {"label": declared["label"], "layer": layer.name(), "crs": layer.crs().authid()}
+            raise QgsProcessingException(message.format(own=own.authid(), **names))
         return os.path.abspath(path)
 
     def _save_raster(self, declared: dict[str, Any], layer: QgsRasterLayer) -> str:
@@ -231,16 +235,15 @@ class Inputs:
         pipe = QgsRasterPipe()
         size = (provider.xSize(), provider.ySize()) if provider is not None and pipe.set(provider.clone()) else (0, 0)
         if not all(size):
-            raise QgsProcessingException(
-                f"{declared['label']}: the layer '{layer.name()}' is not in a file; save it as GeoTIFF first "
-                "(Export > Save As)"
-            )
+            message = _("{label}: the layer '{layer}' is not in a file; save it as GeoTIFF first (Export > Save As)")
+            raise QgsProcessingException(message.format(label=declared["label"], layer=layer.name()))
         writer = QgsRasterFileWriter(path)
         error = writer.writeRaster(pipe, *size, layer.extent(), layer.crs(), self.context.transformContext())
         if getattr(error, "value", error) != 0:  # Qt 6 has enums that are no numbers
-            raise QgsProcessingException(f"{declared['label']}: the layer '{layer.name()}' could not be saved")
+            message = _("{label}: the layer '{layer}' could not be saved")
+            raise QgsProcessingException(message.format(label=declared["label"], layer=layer.name()))
         self.saved[path] = layer.name()
-        self.feedback.pushInfo(f"{layer.name()}: saved for the tool, because it is not in a file")
+        self.feedback.pushInfo(_("{layer}: saved for the tool, because it is not in a file").format(layer=layer.name()))
         return path
 
     def _save(self, layer: QgsVectorLayer, request: QgsFeatureRequest, why: list[str]) -> str:
@@ -254,9 +257,11 @@ class Inputs:
         options.skipAttributeCreation = not options.attributes
         outcome = QgsVectorFileWriter.writeAsVectorFormatV3(copy, path, self.context.transformContext(), options)
         if outcome[0] != QgsVectorFileWriter.WriterError.NoError:
-            raise QgsProcessingException(f"The layer '{layer.name()}' could not be saved for the tool: {outcome[1]}")
+            message = _("The layer '{layer}' could not be saved for the tool: {why}")
+            raise QgsProcessingException(message.format(layer=layer.name(), why=outcome[1]))
         self.saved[path] = layer.name()
-        self.feedback.pushInfo(f"{layer.name()}: saved for the tool, because of {', '.join(why)}")
+        message = _("{layer}: saved for the tool, because of {reasons}")
+        self.feedback.pushInfo(message.format(layer=layer.name(), reasons=", ".join(why)))
         return path
 
 
@@ -274,18 +279,18 @@ def _file_of(layer: QgsVectorLayer) -> str:
 def _held_by_the_map(layer: QgsVectorLayer, path: str) -> list[str]:
     """What of a layer is not in its file."""
     if not path:
-        return [f"its source ({layer.providerType()})"]
+        return [_("its source ({provider})").format(provider=layer.providerType())]
     why = []
     if layer.subsetString():
-        why.append("its filter")
+        why.append(_("its filter"))
     if layer.isEditable() and layer.isModified():
-        why.append("unsaved edits")
+        why.append(_("unsaved edits"))
     fields = layer.fields()
     origins = {fields.fieldOrigin(k) for k in range(fields.count())}
     if len(origins) > 1:
-        why.append("virtual or joined fields")
+        why.append(_("virtual or joined fields"))
     if QgsVectorLayer(path, "own", "ogr").crs() != layer.crs():
-        why.append("its CRS, which the map has set")
+        why.append(_("its CRS, which the map has set"))
     return why
 
 

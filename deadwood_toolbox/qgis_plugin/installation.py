@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 from typing import Any
 
 from qgis.core import (
@@ -14,7 +15,8 @@ from qgis.core import (
 from qgis.PyQt.QtCore import QProcess
 from qgis.PyQt.QtGui import QIcon
 
-from .finding import HERE, INSTALL, SETTING, Missing, environment, find, read_manifest
+from .finding import HERE, SETTING, VARIABLE, Missing, environment, find, how_to_install, read_manifest
+from .language import _
 
 START_MS = 60_000  # the first start after an installation compiles what Python reads
 
@@ -23,8 +25,9 @@ def report() -> tuple[bool, str]:
     """Whether the toolbox can be used, and the lines that say so or how to fix it."""
     found = find()
     if isinstance(found, Missing):
-        return False, f"The Deadwood Toolbox cannot be used yet: {found.why}.\n\n{INSTALL}"
-    where = f"Found by {found.how}: {' '.join(found.command)}"
+        not_yet = _("The Deadwood Toolbox cannot be used yet: {why}.").format(why=found.why)
+        return False, f"{not_yet}\n\n{how_to_install()}"
+    where = _("Found by {source}: {command}").format(source=found.how, command=" ".join(found.command))
     child = QProcess()
     child.setProcessEnvironment(environment())
     child.start(found.command[0], [*found.command[1:], "--versions"])
@@ -33,16 +36,19 @@ def report() -> tuple[bool, str]:
         why = child.errorString()
         child.kill()
         child.waitForFinished(START_MS)
-        return False, f"{where}\nIt does not answer: {why}\n\n{INSTALL}"
+        silent = _("It does not answer: {why}").format(why=why)
+        return False, f"{where}\n{silent}\n\n{how_to_install()}"
     said = bytes(child.readAllStandardOutput()).decode("utf-8", "replace").strip()
     if child.exitCode() != 0 or not said.startswith("deadwood-tool "):
         errors = bytes(child.readAllStandardError()).decode("utf-8", "replace").strip()
-        return False, f"{where}\nThis is not the toolbox, or it is damaged: {errors or said}\n\n{INSTALL}"
+        damaged = _("This is not the toolbox, or it is damaged: {said}").format(said=errors or said)
+        return False, f"{where}\n{damaged}\n\n{how_to_install()}"
     version, own = said.splitlines()[0].split()[1], read_manifest()["version"]
     if version != own:
         fix = "deadwood-tool qgis-plugin --output deadwood.zip"
-        return False, f"{where}\n{said}\nThe plugin is of version {own}; pack and install it again: {fix}"
-    return True, f"{where}\n{said}\nThe plugin is of the same version. All is well."
+        other = _("The plugin is of version {version}; pack and install it again: {command}")
+        return False, f"{where}\n{said}\n{other.format(version=own, command=fix)}"
+    return True, f"{where}\n{said}\n{_('The plugin is of the same version. All is well.')}"
 
 
 class CheckInstallation(QgsProcessingAlgorithm):
@@ -55,24 +61,27 @@ class CheckInstallation(QgsProcessingAlgorithm):
         return "checkinstallation"
 
     def displayName(self) -> str:
-        return "Check installation"
+        return _("Check installation")
 
     def shortDescription(self) -> str:
-        return "Is the toolbox found, does it start, and is it of the plugin's version?"
+        return _("Is the toolbox found, does it start, and is it of the plugin's version?")
 
     def shortHelpString(self) -> str:
-        return (
+        says = _(
             "Says where deadwood-tool was found, which Python and which GDAL, PROJ and Numba it works with, and what "
-            "to do where it is missing or of another version.<p>It is looked for in the setting "
-            f"(Settings &gt; Options &gt; Deadwood Toolbox, {SETTING}), in the variable DEADWOOD_TOOL, on the PATH, "
-            "and in the usual folders of pip, pipx and uv.</p>"
+            "to do where it is missing or of another version."
         )
+        looks = _(
+            "It is looked for in the setting (Settings > Options > Deadwood Toolbox, {setting}), in the variable "
+            "{variable}, on the PATH, and in the usual folders of pip, pipx and uv."
+        )
+        return f"{says}<p>{html.escape(looks.format(setting=SETTING, variable=VARIABLE))}</p>"
 
     def icon(self) -> QIcon:
         return QIcon(str(HERE / "icons" / "deadwood.svg"))
 
     def initAlgorithm(self, configuration: dict[str, Any] | None = None) -> None:
-        self.addOutput(QgsProcessingOutputString("REPORT", "Report"))
+        self.addOutput(QgsProcessingOutputString("REPORT", _("Report")))
 
     def processAlgorithm(
         self, parameters: dict[str, Any], context: QgsProcessingContext, feedback: QgsProcessingFeedback

@@ -15,6 +15,7 @@ from qgis.core import (
 )
 
 from .inputs import Inputs
+from .language import _
 
 METRES = QgsUnitTypes.DistanceUnit.DistanceMeters
 
@@ -29,11 +30,12 @@ def check_places(inputs: Inputs, context: QgsProcessingContext, feedback: QgsPro
     if dem is None or not dem.isValid() or not dem.crs().isValid():
         return
     if dem.crs().isGeographic() or dem.crs().mapUnits() != METRES:
-        unit = "degrees" if dem.crs().isGeographic() else QgsUnitTypes.toString(dem.crs().mapUnits())
-        raise QgsProcessingException(
-            f"The terrain model '{dem.name()}' is in {_name(dem)}, whose unit is {unit}, but must be in a projected "
-            "CRS in metres; reproject it (Raster > Projections > Warp)"
+        unit = _("degrees") if dem.crs().isGeographic() else QgsUnitTypes.toString(dem.crs().mapUnits())
+        message = _(
+            "The terrain model '{dem}' is in {crs}, whose unit is {unit}, but must be in a projected CRS in metres; "
+            "reproject it (Raster > Projections > Warp)"
         )
+        raise QgsProcessingException(message.format(dem=dem.name(), crs=_name(dem), unit=unit))
     for declared, layer in layers:
         if layer is None or layer is dem or not layer.isValid() or not layer.crs().isValid():
             continue
@@ -46,12 +48,15 @@ def check_places(inputs: Inputs, context: QgsProcessingContext, feedback: QgsPro
         except QgsCsException:
             place = None
         if place is None or not place.intersects(dem.extent()):
-            raise QgsProcessingException(
-                f"{declared['label']}: the layer '{layer.name()}' ({_name(layer)}) lies wholly outside the terrain "
-                f"model '{dem.name()}' ({_name(dem)}); choose another layer, or check its CRS"
+            message = _(
+                "{label}: the layer '{layer}' ({crs}) lies wholly outside the terrain model '{dem}' ({crs_of_dem}); "
+                "choose another layer, or check its CRS"
             )
+            names = {"label": declared["label"], "layer": layer.name(), "dem": dem.name()}
+            raise QgsProcessingException(message.format(crs=_name(layer), crs_of_dem=_name(dem), **names))
         if layer.crs() != dem.crs():
-            feedback.pushInfo(f"{layer.name()}: in {_name(layer)}, the tool reprojects it to {_name(dem)}")
+            message = _("{layer}: in {crs}, the tool reprojects it to {crs_of_dem}")
+            feedback.pushInfo(message.format(layer=layer.name(), crs=_name(layer), crs_of_dem=_name(dem)))
 
 
 def _layer(source: QgsMapLayer | str, widget: str) -> QgsMapLayer | None:
@@ -66,4 +71,4 @@ def _layer(source: QgsMapLayer | str, widget: str) -> QgsMapLayer | None:
 
 
 def _name(layer: QgsMapLayer) -> str:
-    return layer.crs().authid() or layer.crs().description() or "an unnamed CRS"
+    return layer.crs().authid() or layer.crs().description() or _("an unnamed CRS")

@@ -11,6 +11,7 @@ from qgis.PyQt.QtWidgets import QMessageBox
 
 from .finding import read_manifest
 from .installation import report
+from .language import _
 from .provider import Provider, icon
 
 # Qt 6 has it among the GUI classes, Qt 5 among the widgets.
@@ -34,9 +35,10 @@ class Plugin:
         from .settings import PageFactory
 
         self.initProcessing()
-        explore = self._action("deadwood", "Explore: sliding logs", "deadwoodExploreOpen", self.explore)
+        explore = self._action("deadwood", _("Explore: sliding logs"), "deadwoodExploreOpen", self.explore)
         self.iface.addToolBarIcon(explore)
-        self._action("deadwood", "Check installation of the Deadwood Toolbox", "deadwoodCheckInstallation", self.check)
+        check = _("Check installation of the Deadwood Toolbox")
+        self._action("deadwood", check, "deadwoodCheckInstallation", self.check)
         self.page = PageFactory(icon("deadwood"))
         self.iface.registerOptionsWidgetFactory(self.page)
 

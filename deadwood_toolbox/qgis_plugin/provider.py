@@ -10,6 +10,7 @@ from qgis.PyQt.QtGui import QIcon
 from .algorithm import ToolAlgorithm
 from .finding import HERE, Missing, find
 from .installation import CheckInstallation
+from .language import _, translated
 
 
 def icon(name: str) -> QIcon:
@@ -43,7 +44,7 @@ class Provider(QgsProcessingProvider):
         """Shown above the tools in the toolbox; empty where all is well."""
         found = find()
         if isinstance(found, Missing):
-            return f"{found.why}. 'Check installation' says how to install it."
+            return f"{found.why}. " + _("'Check installation' says how to install it.")
         return ""
 
     def supportsNonFileBasedOutput(self) -> bool:
@@ -64,5 +65,5 @@ class Provider(QgsProcessingProvider):
     def loadAlgorithms(self) -> None:
         for told in self.manifest["tools"]:
             if told["qgis_id"]:
-                self.addAlgorithm(ToolAlgorithm(told))
+                self.addAlgorithm(ToolAlgorithm(translated(told)))
         self.addAlgorithm(CheckInstallation())

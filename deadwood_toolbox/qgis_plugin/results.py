@@ -19,6 +19,8 @@ from qgis.core import (
 )
 from qgis.utils import iface
 
+from .language import title_of
+
 # From the top of the group down; what is not named here comes between the layers and the rasters.
 ORDER = (
     "reach",
@@ -114,7 +116,7 @@ def rank(name: str) -> int:
 
 def _announce(sources: list[tuple[str, str]], group: str, context: QgsProcessingContext, project: QgsProject) -> None:
     for name, source in sources:
-        title = name.replace("_", " ").capitalize()
+        title = title_of(name)
         details = QgsProcessingContext.LayerDetails(title, project, title)
         shown = name in SHOWN or not any(each in SHOWN for each, _ in sources)
         details.setPostProcessor(Arrival.kept(title, group, rank(name), shown))

@@ -9,6 +9,7 @@ from qgis.PyQt.QtWidgets import QLabel, QPushButton, QVBoxLayout, QWidget
 
 from .finding import SETTING, Missing, find
 from .installation import report
+from .language import _
 
 
 class PageFactory(QgsOptionsWidgetFactory):
@@ -29,15 +30,17 @@ class Page(QgsOptionsPageWidget):
         super().__init__(parent)
         self.setObjectName("deadwoodOptions")
         self.path = QgsFileWidget()
-        self.path.setDialogTitle("deadwood-tool, or the folder of its environment")
+        self.path.setDialogTitle(_("deadwood-tool, or the folder of its environment"))
         self.path.setFilePath(str(QgsSettings().value(SETTING, "")))
         self.state = QLabel()
         self.state.setWordWrap(True)
-        check = QPushButton("Check installation")
+        check = QPushButton(_("Check installation"))
         check.clicked.connect(self.check)
         explained = QLabel(
-            "Where deadwood-tool is (bin/deadwood-tool of its environment, Scripts\\deadwood-tool.exe on Windows). "
-            "Leave it empty to have it looked for on the PATH and in the usual folders."
+            _(
+                "Where deadwood-tool is (bin/deadwood-tool of its environment, Scripts\\deadwood-tool.exe on Windows). "
+                "Leave it empty to have it looked for on the PATH and in the usual folders."
+            )
         )
         explained.setWordWrap(True)
         layout = QVBoxLayout(self)
@@ -45,7 +48,8 @@ class Page(QgsOptionsPageWidget):
             layout.addWidget(each)
         layout.addStretch(1)
         found = find()
-        self.state.setText(found.why if isinstance(found, Missing) else f"In use: {' '.join(found.command)}")
+        in_use = _("In use: {command}")
+        self.state.setText(found.why if isinstance(found, Missing) else in_use.format(command=" ".join(found.command)))
 
     def check(self) -> None:
         """Check with the path as it stands on the page, which is thereby kept."""

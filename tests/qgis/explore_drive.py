@@ -20,10 +20,12 @@ import qgis.utils
 from qgis.core import (
     QgsCoordinateReferenceSystem,
     QgsCoordinateTransform,
+    QgsMarkerSymbol,
     QgsPointXY,
     QgsProject,
     QgsRasterLayer,
     QgsRectangle,
+    QgsSingleSymbolRenderer,
     QgsVectorLayer,
 )
 from qgis.PyQt.QtCore import QPoint, Qt, QTimer
@@ -58,7 +60,7 @@ def until(holds: Callable[[], Any], what: str) -> Iterator[int]:
     end = time.monotonic() + WAIT_MS / 1000.0
     while not holds():
         if time.monotonic() > end:
-            raise TimeoutError(f"{what}; the panel says: {panel().state.text() if panels() else 'no panel'}")
+            raise TimeoutError(f"{what}; the panel says: {panel().form.state.text() if panels() else 'no panel'}")
         yield 10
 
 
@@ -72,7 +74,7 @@ def panel() -> Any:
 
 def press(widget: Any) -> None:
     """A real click; a check box reacts on its box."""
-    panel().widget().ensureWidgetVisible(widget)
+    panel().form.ensureWidgetVisible(widget)
     QApplication.processEvents()
     QTest.mouseClick(widget, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, QPoint(8, widget.height() // 2))
 
@@ -148,18 +150,19 @@ def open_panel(trees: Any) -> None:
     ).trigger()
     by_name = {each.name(): each for each in project.mapLayers().values()}
     shown = panel()
-    shown.layers["dem"].setLayer(by_name["Terrain"])
-    shown.layers["lines"].setLayer(by_name["Road"])
+    shown.form.layers["dem"].setLayer(by_name["Terrain"])
+    shown.form.layers["lines"].setLayer(by_name["Road"])
     if trees is not None:
-        shown.layers["trees"].setLayer(trees)
-    shown.n.setValue(LOGS)
+        shown.form.layers["trees"].setLayer(trees)
+    shown.form.n.setValue(LOGS)
 
 
 def fill_project() -> Any:
     project.addMapLayer(QgsRasterLayer(f"{SAMPLE}/dem.tif", "Terrain"))
     project.addMapLayer(QgsVectorLayer(f"{SAMPLE}/sample.gpkg|layername=lines", "Road"))
     trees = QgsVectorLayer(f"{WORK}/trees.gpkg|layername=trees", "Trees")
-    trees.loadDefaultStyle()
+    looks = {"color": "#5b7f4f", "size": "1.4", "outline_style": "no"}
+    trees.setRenderer(QgsSingleSymbolRenderer(QgsMarkerSymbol.createSimple(looks)))
     project.addMapLayer(trees)
     project.setCrs(QgsCoordinateReferenceSystem("EPSG:2056"))
     return trees
@@ -181,7 +184,7 @@ def steps() -> Iterator[int]:
     open_panel(trees)
     zoom()
     yield 1500
-    press(panel().release)
+    press(panel().form.release)
     yield from until(lambda: panel().scene is not None, "the scene was not loaded")
     seen["children_at_work"] = len(children())
 
@@ -203,9 +206,9 @@ def steps() -> Iterator[int]:
     yield 300
     hits, _ = panel().shown_hits()
     seen["click"] = {
-        "answer": panel().answer.text(),
-        "legend": panel().legend.text(),
-        "state": panel().state.text(),
+        "answer": panel().form.answer.text(),
+        "legend": panel().form.legend.text(),
+        "state": panel().form.state.text(),
         "reach": panel().base.facts["reach"],
         "sum": sum(hits.counts),
     }
@@ -224,8 +227,8 @@ def steps() -> Iterator[int]:
     x, y = PLACE.x(), PLACE.y()
     trees.selectByRect(QgsRectangle(x - 25.0, y - 120.0, x + 25.0, y - 15.0))
     yield 100
-    seen["felled_text"] = panel().felled.text()
-    press(panel().felled)
+    seen["felled_text"] = panel().form.felled.text()
+    press(panel().form.felled)
     yield from until(lambda: panel().changed and panel().changed.facts["final"], "felling was not answered")
     east, north = panel().scene.trees
     chosen = sorted((each.geometry().asPoint().x(), each.geometry().asPoint().y()) for each in trees.selectedFeatures())
@@ -233,9 +236,9 @@ def steps() -> Iterator[int]:
     seen["felled"] = {
         "selected": chosen,
         "found": found,
-        "text": panel().difference.text(),
+        "text": panel().form.difference.text(),
         "lines": panel().changed.facts["lines"],
-        "after": [panel().after.isVisible(), panel().after.isChecked()],
+        "after": [panel().form.after.isVisible(), panel().form.after.isChecked()],
         "done": panel().changed.facts["done"],
     }
     yield 300
@@ -243,17 +246,17 @@ def steps() -> Iterator[int]:
 
     # Keep the hits, and save as run.
     dialogs.append(f"{WORK}/kept")
-    press(panel().keep_hits)
+    press(panel().form.keep_hits)
     yield 200
     kept = next(each for each in project.mapLayers().values() if each.name().startswith("Hits of"))
     seen["kept"] = {"name": kept.name(), "valid": kept.isValid(), "look": kept.renderer().type()}
-    press(panel().after)
+    press(panel().form.after)
     yield 200
     dialogs.append(f"{WORK}/kept_before.tif")
-    press(panel().keep_hits)
-    press(panel().after)
+    press(panel().form.keep_hits)
+    press(panel().form.after)
     dialogs.append(f"{WORK}/run")
-    press(panel().keep_run)
+    press(panel().form.keep_run)
 
     def run_dialogs() -> list[Any]:
         return [each for each in QApplication.topLevelWidgets() if each.objectName() == "deadwoodExploreRun"]
@@ -274,11 +277,11 @@ def steps() -> Iterator[int]:
             project.removeMapLayer(each.id())
 
     # The engine dies while it answers.
-    press(panel().felled)
+    press(panel().form.felled)
     yield from until(lambda: not panel().fell, "the trees do not stand again")
-    press(panel().felled)
+    press(panel().form.felled)
     yield from until(lambda: panel().changed and panel().changed.facts["final"], "felling was not answered")
-    panel().n.setValue(3000)
+    panel().form.n.setValue(3000)
     old = children()
     yield from until(lambda: panel().base.facts["id"] == panel().asked, "no first picture")
     seen["killed_at"] = panel().base.facts["done"]
@@ -286,15 +289,15 @@ def steps() -> Iterator[int]:
         os.kill(pid, signal.SIGKILL)
     yield from until(lambda: panel().scene is None, "its end was not noticed")
     yield from until(lambda: panel().scene is not None, "it was not started again")
-    panel().n.setValue(LOGS)
-    yield from until(lambda: final() and panel().changed and panel().changed.facts["final"], "not asked anew")
+    panel().form.n.setValue(LOGS)
+    yield from until(lambda: final() and panel().changed and panel().changed.facts["final"], "not asked again")
     seen["restarted"] = {
         "said": iface.messageBar().currentItem().text(),
         "others": not set(old) & set(children()),
         "felled": len(panel().fell),
         "lines": panel().changed.facts["lines"],
     }
-    press(panel().felled)
+    press(panel().form.felled)
     yield 300
 
     # The project in other CRSs.
@@ -327,17 +330,17 @@ def steps() -> Iterator[int]:
     yield from until(final, "no answer without the layer")
     seen["layer_gone"] = {
         "said": iface.messageBar().currentItem().text(),
-        "chosen": panel().layer("trees") is not None,
+        "chosen": panel().form.layer("trees") is not None,
         "reach": panel().base.facts["reach"],
     }
     road = next(each for each in project.mapLayers().values() if each.name() == "Road")
     project.removeMapLayer(next(each.id() for each in project.mapLayers().values() if each.name() == "Terrain"))
     yield from until(lambda: not children(), "the engine went on without a terrain model")
-    seen["terrain_gone"] = {"said": panel().state.text(), "shown": panel().overlay.hits is not None}
+    seen["terrain_gone"] = {"said": panel().form.state.text(), "shown": panel().overlay.hits is not None}
     project.addMapLayer(QgsRasterLayer(f"{SAMPLE}/dem.tif", "Terrain"))
-    panel().layers["lines"].setLayer(road)
-    panel().layers["dem"].setLayer(next(each for each in project.mapLayers().values() if each.name() == "Terrain"))
-    press(panel().release)
+    panel().form.layers["lines"].setLayer(road)
+    panel().form.layers["dem"].setLayer(next(each for each in project.mapLayers().values() if each.name() == "Terrain"))
+    press(panel().form.release)
     yield from until(lambda: panel().scene is not None, "not loaded again")
     click()
     yield from until(final, "no answer with another terrain model")
@@ -349,11 +352,11 @@ def steps() -> Iterator[int]:
 
     # A question that no terrain holds, and a terrain that the tool does not take.
     open_panel(None)
-    press(panel().release)
+    press(panel().form.release)
     yield from until(lambda: panel().scene is not None, "not loaded again")
     click(QgsPointXY(2_786_000.0 - 200.0, 1_196_200.0))
-    yield from until(lambda: "terrain model" in panel().state.text(), "the place was not refused")
-    seen["off_the_terrain"] = panel().state.text()
+    yield from until(lambda: "terrain model" in panel().form.state.text(), "the place was not refused")
+    seen["off_the_terrain"] = panel().form.state.text()
 
     # Another project.
     click()
@@ -367,7 +370,7 @@ def steps() -> Iterator[int]:
     open_panel(trees)
     zoom()
     yield 1000
-    press(panel().release)
+    press(panel().form.release)
     yield from until(lambda: panel().scene is not None, "not loaded again")
     qgis.utils.unloadPlugin("deadwood")
     yield from until(lambda: not children(), "the engine lives on without the plugin")
@@ -376,7 +379,7 @@ def steps() -> Iterator[int]:
     qgis.utils.loadPlugin("deadwood")
     qgis.utils.startPlugin("deadwood")
     open_panel(trees)
-    press(panel().release)
+    press(panel().form.release)
     yield from until(lambda: panel().scene is not None, "not loaded again")
     seen["left_behind"] = children()  # QGIS dies now, and they have to
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import html
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -93,12 +95,33 @@ def test_without_the_tool_the_algorithms_are_still_there_and_say_why_they_do_not
 
 
 def test_the_setting_goes_before_the_variable(qgis, tool, tmp_path: Path):
-    settings = qgis.folder / "profile" / "profiles" / "default" / "QGIS" / "QGIS3.ini"
-    before = settings.read_text(encoding="utf-8")
-    settings.write_text(before + f"\n[deadwood]\nexecutable={tool.parent}\n", encoding="utf-8")
-    try:
+    with settings(qgis, f"[deadwood]\nexecutable={tool.parent}\n"):
         ran = qgis("run", "deadwood:makelog", "--", f"OUTPUT={tmp_path / 'log'}", DEADWOOD_TOOL="nowhere")
-    finally:
-        settings.write_text(before, encoding="utf-8")
     assert ran.status == 0, ran.err[-3000:]
     assert (tmp_path / "log" / "log.pts").exists()
+
+
+@contextmanager
+def settings(qgis, more: str) -> Iterator[None]:
+    """The profile with more in its settings."""
+    file = qgis.folder / "profile" / "profiles" / "default" / "QGIS" / "QGIS3.ini"
+    before = file.read_text(encoding="utf-8")
+    file.write_text(f"{before}\n{more}", encoding="utf-8")
+    try:
+        yield
+    finally:
+        file.write_text(before, encoding="utf-8")
+
+
+def test_qgis_in_german_shows_the_tools_in_german(qgis):
+    """By the name of Switzerland's German; what is typed stays, and what is wrong is said in German too."""
+    with settings(qgis, "[locale]\noverrideFlag=true\nuserLocale=de_CH\n"):
+        shown = qgis("--json", "help", "deadwood:slidelogs")
+        panel = qgis("help", "deadwood:slidelogs")
+        wrong = qgis("run", "deadwood:makelog", "--", "OUTPUT=log", DEADWOOD_TOOL="nowhere")
+    assert shown.status == 0, shown.err[-3000:]
+    told = shown.document["algorithm_details"]
+    assert (told["id"], told["name"], told["group"]) == ("deadwood:slidelogs", "Stämme rutschen lassen", "Simulieren")
+    assert shown.document["parameters"]["FRICTION"]["description"] == "Reibungskoeffizient"
+    assert "Eine Zahl, ein Raster oder Polygone mit einem Feld" in " ".join(html.unescape(panel.out).split())
+    assert "DEADWOOD_TOOL nennt nowhere, doch dort ist kein deadwood-tool" in wrong.err

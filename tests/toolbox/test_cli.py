@@ -12,9 +12,10 @@ from pathlib import Path
 import click
 import pytest
 
-from deadwood_algorithms.params.tool import VERSION, engine_digest, manifest
-from deadwood_toolbox import shelf
+from deadwood_algorithms.params.tool import VERSION, Outcome, engine_digest, manifest
+from deadwood_toolbox import cli, shelf
 from deadwood_toolbox.commands import build, laid_out
+from deadwood_toolbox.feedback import Speaker
 
 
 @pytest.fixture
@@ -331,6 +332,13 @@ def test_a_python_caller_gets_the_same_manifest(tmp_path):
 
 
 # --- what is said while it runs ---------------------------------------------------------------------------------------
+
+
+def test_nothing_is_said_to_follow_where_nothing_was_written(capsys):
+    cli._report(Outcome({}), "deadwood-tool make-report --runs {output}", Speaker("none"), 0.1)
+    assert "next" not in capsys.readouterr().err
+    cli._report(Outcome({"output": Path("run")}), "deadwood-tool make-report --runs {output}", Speaker("none"), 0.1)
+    assert "next: deadwood-tool make-report --runs run" in capsys.readouterr().err
 
 
 def test_results_go_to_stdout_and_messages_to_stderr(toy, out):

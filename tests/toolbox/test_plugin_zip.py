@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import configparser
+import gettext
 import io
 import json
 import sys
@@ -52,6 +53,15 @@ def test_the_zip_declares_every_tool_and_no_place_when_portable(zipped):
     }
     assert "packed_in" not in manifest
     assert {"words", "ramp", "stops", "colours", "friction"} <= set(manifest["explore"])
+
+
+@pytest.mark.parametrize(("language", "group"), [("de", "Vorbereiten"), ("fr", "Préparer"), ("it", "Preparare")])
+def test_the_zip_has_a_catalogue_of_each_language(zipped, language, group):
+    """Read by the standard library, as the plugin does; what is not translated stays English."""
+    packed = zipped.open(f"deadwood/locale/{language}/LC_MESSAGES/plugin.mo")
+    texts = gettext.GNUTranslations(packed)
+    assert texts.gettext("Prepare") == group
+    assert texts.gettext("not in any catalogue") == "not in any catalogue"
 
 
 def test_the_zip_is_the_same_every_time_and_knows_its_environment(tmp_path):

@@ -6,9 +6,10 @@ whom it mattered (``deadwood_engine.influence``), of what is added the logs' pos
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms.evaluate.protection.effect import Question as Slid
 from deadwood_algorithms.evaluate.protection.effect import farthest_listed, held_by
 from deadwood_algorithms.explore.questions import MOST_POSED, Changes, Question
+from deadwood_algorithms.files.grid import Part
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import Releases, reached
@@ -25,7 +27,8 @@ from deadwood_algorithms.simulate.piece import scene_without
 from deadwood_algorithms.simulate.simulation import Simulation
 from deadwood_algorithms.simulate.sliding import slide_once
 from deadwood_engine import Barriers, LyingLogs, Poses, Rasters, Result, Start, Trees
-from deadwood_engine.log_body import BASE_RADIUS
+from deadwood_engine.fidelity import longest_travel, trace_step
+from deadwood_engine.log_body import BASE_RADIUS, LENGTH
 from deadwood_engine.trace import HITS
 
 Stale = Callable[[], bool]
@@ -35,30 +38,49 @@ FIRST = (30, 70, 200, 300)  # logs of the first batches, of later ones the last 
 
 @dataclass(frozen=True)
 class Hits:
-    """How often logs hit the cells of a box; row 0 is the southernmost, ``first`` its column and row in the window."""
+    """How often logs hit the cells of a box; row 0 is the southernmost, ``first`` its column and row in the whole."""
 
     first: tuple[int, int]
     count: NDArray[np.int64]
 
     @staticmethod
-    def of(rasters: Rasters) -> Hits:
-        """The smallest box of what was drawn."""
-        grid = np.zeros(rasters.workers[0].deposits.shape, np.int64)
+    def of(rasters: Rasters, part: Part) -> Hits:
+        """What was drawn, all of it in this part of the rasters: they are as large as the terrain model, and pages of
+        their memory that nothing is drawn on, or looked at, are never given out."""
+        grid = np.zeros((part.rows, part.columns), np.int64)
         for each in rasters.workers:
-            grid += each.hits[:, :, HITS]
-        return boxed(grid)
+            grid += each.hits[(*part.slices, HITS)]
+        return Hits((part.column, part.row), grid).trimmed()
 
-    def add_to(self, grid: NDArray[np.int64], sign: int = 1) -> None:
-        (column, row), (rows, columns) = self.first, self.count.shape
-        grid[row : row + rows, column : column + columns] += sign * self.count
+    @staticmethod
+    def summed(parts: Sequence[Hits], signs: Sequence[int] = ()) -> Hits:
+        """Together, or with some of them taken away."""
+        boxes = [each.part for each in parts if each.count.size]
+        if not boxes:
+            return NOWHERE
+        box = reduce(Part.joined, boxes)
+        grid = np.zeros((box.rows, box.columns), np.int64)
+        for each, sign in zip(parts, signs or [1] * len(parts), strict=True):
+            own = each.part
+            at = Part(own.column - box.column, own.row - box.row, own.columns, own.rows)
+            if own.cells:
+                grid[at.slices] += sign * each.count
+        return Hits((box.column, box.row), grid).trimmed()
+
+    @property
+    def part(self) -> Part:
+        return Part(*self.first, self.count.shape[1], self.count.shape[0])
+
+    def trimmed(self) -> Hits:
+        """Without empty rows and columns around it."""
+        rows, columns = np.flatnonzero(self.count.any(axis=1)), np.flatnonzero(self.count.any(axis=0))
+        if not rows.size:
+            return NOWHERE
+        inner = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
+        return Hits((self.first[0] + int(columns[0]), self.first[1] + int(rows[0])), self.count[inner].copy())
 
 
-def boxed(grid: NDArray[np.int64]) -> Hits:
-    rows, columns = np.flatnonzero(grid.any(axis=1)), np.flatnonzero(grid.any(axis=0))
-    if not rows.size:
-        return Hits((0, 0), grid[:0, :0])
-    part = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
-    return Hits((int(columns[0]), int(rows[0])), grid[part].copy())
+NOWHERE = Hits((0, 0), np.zeros((0, 0), np.int64))
 
 
 @dataclass(frozen=True)
@@ -88,7 +110,7 @@ class Batch:
     reach: NDArray[np.bool_]
     reason: NDArray[np.int8]
     end: NDArray[np.float64]
-    held: dict[int, int]
+    held: Counter[int]  # trees that hold logs at the end, by row
     hits: Hits
 
     @property
@@ -116,7 +138,7 @@ class Changed(Batch):
 
 @dataclass
 class Answer:
-    """A question and what of it is answered, on one window of the terrain model.
+    """A question and what of it is answered.
 
     layers : the scene as it was read; edited : as changed
     """
@@ -139,11 +161,9 @@ class Answer:
         self.changes, self.changed = changes, []
         self.edited = changed_scene(self.layers, changes)
 
-    def slide_base(self, part: slice, stop: Stale) -> list[str]:
-        """Slide a batch in the scene as it was read; or the sides of the window that logs came too near to."""
-        result, hits, sides = self._slide(self.layers, part, stop, everything=True)
-        if sides or hits is None:
-            return sides
+    def slide_base(self, part: slice, stop: Stale) -> None:
+        """Slide a batch in the scene as it was read."""
+        result, hits = self._slide(self.layers, part, stop, influences=True)
         told, poses = result.influences, result.poses
         self.base.append(
             Base(
@@ -157,41 +177,32 @@ class Answer:
                 some_poses(poses, MOST_POSED - part.start),
             )
         )
-        return []
 
-    def slide_changed(self, part: slice, stop: Stale) -> list[str]:
+    def slide_changed(self, part: slice, stop: Stale) -> None:
         """Slide the concerned logs of a batch in the changed scene, and put what they did in the place of what they
         did before; where they are many, simply all of the batch."""
         base = self.base[len(self.changed)]
         rows = self.concerned(base)
         if 2 * rows.size > base.number:
-            result, hits, sides = self._slide(self.edited, part, stop)
-            if sides or hits is None:
-                return sides
+            result, hits = self._slide(self.edited, part, stop)
             self.changed.append(Changed(part, *self._what_became(self.edited, result, part), hits, rows.size))
-            return []
+            return
         if not rows.size:
             self.changed.append(Changed(part, base.reach, base.reason, base.end, base.held, base.hits, 0))
-            return []
+            return
         some = rows + part.start
-        now, hits, sides = self._slide(self.edited, some, stop)
-        before, gone, more = self._slide(self.layers, some, stop)
-        if sides or more or hits is None or gone is None:
-            return sorted({*sides, *more})
-        grid = np.zeros(self.layers.dem.shape, np.int64)
-        for each, sign in ((base.hits, 1), (gone, -1), (hits, 1)):
-            each.add_to(grid, sign)
+        (now, more), (before, gone) = (self._slide(layers, some, stop) for layers in (self.edited, self.layers))
         reach, reason, end = base.reach.copy(), base.reason.copy(), base.end.copy()
         reach[rows], reason[rows], end[rows], held_now = self._what_became(self.edited, now, some)
-        held = dict(base.held)
-        for tree, number in [*held_now.items(), *((tree, -n) for tree, n in held_by(self.layers, before).items())]:
-            held[tree] = held.get(tree, 0) + number
-        self.changed.append(Changed(part, reach, reason, end, held, boxed(grid), rows.size))
-        return []
+        held = Counter(base.held)
+        held.update(held_now)
+        held.subtract(trees_that_hold(self.layers, before))
+        hits = Hits.summed([base.hits, more, gone], [1, 1, -1])
+        self.changed.append(Changed(part, reach, reason, end, held, hits, rows.size))
 
     def poses_after(self, logs: int) -> Poses:
         """The poses of the first logs in the changed scene: these few are simply slid again, all of them."""
-        return self._slide(self.edited, slice(0, logs), lambda: False, everything=True)[0].poses
+        return self._slide(self.edited, slice(0, logs), lambda: False)[0].poses
 
     def concerned(self, base: Base) -> NDArray[np.int64]:
         """The logs of a batch that the changes can matter to: all, where they change the rule of the steps."""
@@ -209,28 +220,44 @@ class Answer:
         return np.unique(np.concatenate(found))
 
     def _slide(
-        self, layers: SceneLayers, which: slice | NDArray[np.int64], stop: Stale, *, everything: bool = False
-    ) -> tuple[Result, Hits | None, list[str]]:
+        self, layers: SceneLayers, which: slice | NDArray[np.int64], stop: Stale, *, influences: bool = False
+    ) -> tuple[Result, Hits]:
         start = Start(self.start.frame[which], self.start.state[which], self.start.body[which])
         rasters = Rasters.allocate(layers.scene, layers.threads)
-        number = len(start.state)
-        result, sides = slide_once(
+        result, _ = slide_once(
             layers,
             start,
             self.simulation,
             lambda _: stop(),
             rasters=rasters,
-            influences=everything,
-            keep_poses=np.full(number, everything),
+            influences=influences,
+            keep_poses=np.ones(len(start.state), bool),
         )
-        return result, None if sides else Hits.of(rasters), sides
+        return result, Hits.of(rasters, self._where(result.poses, start))
+
+    def _where(self, poses: Poses, start: Start) -> Part:
+        """A part of the terrain model that holds all that was drawn: each outline is that of two poses that were kept,
+        and of what lies between them. It is wider than need be, by what moves in a few steps."""
+        dem, fidelity = self.layers.dem, self.simulation.fidelity
+        ends = np.concatenate([poses.base[:, :2], poses.tip[:, :2]])
+        wide = float(start.body[:, LENGTH if self.layers.shape else BASE_RADIUS].max())
+        margin = wide + trace_step(fidelity, dem.cell) + 3.0 * longest_travel(fidelity, dem.cell) + 2.0 * dem.cell
+        first = np.floor((ends.min(axis=0) - margin - (dem.x0, dem.y0)) / dem.cell).astype(int)
+        last = np.ceil((ends.max(axis=0) + margin - (dem.x0, dem.y0)) / dem.cell).astype(int)
+        return Part(int(first[0]), int(first[1]), *(last - first + 1).tolist()).cut_to(dem.shape)
 
     def _what_became(
         self, layers: SceneLayers, result: Result, which: slice | NDArray[np.int64]
-    ) -> tuple[NDArray[np.bool_], NDArray[np.int8], NDArray[np.float64], dict[int, int]]:
-        some = self.releases.take(which)
-        reach = reached(layers.lines, {"reach": result.reach}, some)
-        return reach, result.stop_reason, result.end_position[:, :2], held_by(layers, result)
+    ) -> tuple[NDArray[np.bool_], NDArray[np.int8], NDArray[np.float64], Counter[int]]:
+        reach = reached(layers.lines, {"reach": result.reach}, self.releases.take(which))
+        return reach, result.stop_reason, result.end_position[:, :2], trees_that_hold(layers, result)
+
+
+def trees_that_hold(layers: SceneLayers, result: Result) -> Counter[int]:
+    """How many logs each tree holds at the end. What else does is numbered behind the trees, of which one scene may
+    have more than another."""
+    held = held_by(layers, result)
+    return Counter({tree: n for tree, n in held.items() if 0 <= tree < layers.scene.tree_count})
 
 
 def parts_of(number: int) -> list[slice]:

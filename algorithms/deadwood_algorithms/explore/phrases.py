@@ -152,7 +152,7 @@ PHRASES = {
     "layer_slope": "Slope",
     "legend_hits": "Logs that touched the cell",
     "legend_logs": "{done} logs, {fidelity}",
-    "legend_difference": "B less A, logs that touch the cell",
+    "legend_difference": "B minus A: logs that touch the cell",
     "legend_fewer_2": "far fewer",
     "legend_fewer": "fewer",
     "legend_chance": "chance",

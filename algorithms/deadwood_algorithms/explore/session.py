@@ -7,6 +7,8 @@ the same releases.
 
 from __future__ import annotations
 
+import contextlib
+import itertools
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -14,9 +16,7 @@ from typing import Any
 
 from deadwood_algorithms.explore.answer import Answer, Stale, changed_scene
 from deadwood_algorithms.explore.frames import Frame
-from deadwood_algorithms.explore.place import first_part, holds
 from deadwood_algorithms.explore.questions import (
-    LONGEST_LYING_M,
     MOST_POSED,
     Changes,
     Defaults,
@@ -28,10 +28,8 @@ from deadwood_algorithms.explore.questions import (
 )
 from deadwood_algorithms.explore.released import releases_layer
 from deadwood_algorithms.explore.told import BEFORE, VARIANTS, difference_frame, hits_frame, poses_frame
-from deadwood_algorithms.files.grid import Part
 from deadwood_algorithms.params.tool import Cancelled, Quiet, UserError
 from deadwood_algorithms.scene.layers import SceneLayers
-from deadwood_algorithms.scene.reach import wider
 from deadwood_algorithms.scene.releases import releases_of
 from deadwood_algorithms.scene.shape import as_shape
 from deadwood_algorithms.simulate.simulation import Simulation
@@ -39,6 +37,7 @@ from deadwood_algorithms.simulate.sinking import Sinking
 from deadwood_engine import FIDELITIES, place_logs
 
 Send = Callable[[Frame], None]
+TRIED = 0.5, 0.25, 0.75, 0.1, 0.9  # shares of the terrain model's sides, where logs may be released to warm up
 
 
 class Session:
@@ -51,14 +50,22 @@ class Session:
         self.simulation, self.layers, self.defaults = simulation, layers, defaults
         self.changes = Changes()
         self.answer: Answer | None = None
-        self.window = layers
+
+    def warm_up(self) -> None:
+        """Answer a question that nobody asked, so that the first click finds loaded what later ones do."""
+        west, south, east, north = self.layers.dem.bounds
+        for x, y in itertools.product(TRIED, TRIED):
+            place = [x * (east - west), y * (north - south), 0.0]
+            with contextlib.suppress(UserError):  # no height there
+                self.release({"shape": {"circle": place}, "n": 4, "fidelity": "draft"}, lambda _: None, _never)
+                break
+        self.answer = None
 
     def release(self, message: Mapping[str, Any], send: Send, stale: Stale) -> None:
         """Slide the logs of a question: first in the scene as it was read, then as changed."""
         began = time.perf_counter()
         question = question_of(message, self.defaults, self.layers.dem)
-        part = first_part(self.layers.dem, question.area, question.radius_m)
-        self.answer = self._answer(question, part, self.changes)
+        self.answer = self._answer(question)
         self._go_on(Told(send, question.number, began, bool(self.changes)), stale)
 
     def edit(self, message: Mapping[str, Any], send: Send, stale: Stale) -> None:
@@ -74,7 +81,7 @@ class Session:
         if self.answer:
             self.answer.with_changes(changes)
         else:
-            changed_scene(self.window, changes)  # what the engine refuses is refused now
+            changed_scene(self.layers, changes)  # what the engine refuses is refused now
         self.changes = changes
 
     def poses(self, message: Mapping[str, Any], send: Send) -> None:
@@ -85,17 +92,9 @@ class Session:
         variant = one_of(message, "variant", VARIANTS, BEFORE)
         send(poses_frame(self.answer, most, variant, message.get("id"), self.layers.dem.bounds[:2]))
 
-    def _window(self, part: Part) -> SceneLayers:
-        """The scene on a window that holds this part of the terrain model: the one there is, if it does."""
-        if part == self.layers.dem.part:
-            return self.layers
-        if self.window is self.layers or not holds(self.window.dem.part, part):
-            self.window = self.layers.on_part(part, beyond_m=LONGEST_LYING_M)
-        return self.window
-
-    def _answer(self, question: Question, part: Part, changes: Changes) -> Answer:
+    def _answer(self, question: Question) -> Answer:
         """An answer that is still empty."""
-        layers, whole, defaults = self._window(part), self.layers.dem, self.simulation.inputs.defaults
+        layers, defaults = self.layers, self.simulation.inputs.defaults
         laws = {"rolling_friction": question.rolling_friction, "restitution": question.restitution}
         simulation = replace(
             self.simulation,
@@ -103,68 +102,47 @@ class Session:
             fidelity=FIDELITIES[question.fidelity],
             sinking=Sinking(),
         )
-        if question.friction is not None and question.friction != layers.friction:
+        if question.friction is not None and question.friction != self.defaults.friction:
             layers = replace(layers, friction=question.friction, scene=layers.scene.with_friction(question.friction))
-        releases = releases_of(releases_layer(question, defaults, whole), whole, defaults, feedback=Quiet())
+        releases = releases_of(releases_layer(question, defaults, layers.dem), layers.dem, defaults, feedback=Quiet())
         if layers.shape:
             releases = as_shape(releases, layers.shape)
         start = place_logs(layers.scene, releases.logs, layers.shape, layers.threads)
-        return Answer(question, changes, simulation, layers, changed_scene(layers, changes), releases, start)
+        edited = changed_scene(layers, self.changes)
+        return Answer(question, self.changes, simulation, layers, edited, releases, start)
 
     def _go_on(self, told: Told, stale: Stale) -> None:
-        """Slide what is missing, batch by batch; where a log comes near the window's side, all again on a wider one.
+        """Slide what is missing, batch by batch, and tell it.
 
         The first batch is always finished: if every new question ended the one before it, none would be answered while
         the mouse moves.
         """
-        answer = self.answer
-        number = 0
+        answer, corner = self.answer, self.layers.dem.bounds[:2]
+        assert answer is not None
         try:
-            while answer and number < len(answer.parts):
+            for number, part in enumerate(answer.parts):
                 stop = stale if number else _never
                 if stop():
                     return
-                if sides := self._batch(answer, number, stop, told):
-                    grown = wider(answer.layers.dem.part, sides, self.layers.dem.shape)
-                    answer = self.answer = self._answer(answer.question, grown, answer.changes)
-                    number = 0
-                else:
-                    number += 1
+                if number >= len(answer.base):
+                    answer.slide_base(part, stop)
+                    told.send(hits_frame(answer, number, told.began, corner))
+                if told.changes:
+                    if number >= len(answer.changed):
+                        answer.slide_changed(part, stop)
+                    told.send(difference_frame(answer, number, told.number, told.began, corner))
         except Cancelled:
             return
-
-    def _batch(self, answer: Answer, number: int, stop: Stale, told: Told) -> list[str]:
-        """Slide a batch where that has not been done, and tell it; or the sides that logs came too near to."""
-        part, corner = answer.parts[number], self.layers.dem.bounds[:2]
-        if number >= len(answer.base):
-            if sides := answer.slide_base(part, stop):
-                return sides
-            if number >= told.hits:
-                told.send(hits_frame(answer, number, told.began, corner))
-                told.hits = number + 1
-        if not told.changes:
-            return []
-        if number >= len(answer.changed) and (sides := answer.slide_changed(part, stop)):
-            return sides
-        if number >= told.differences:
-            told.send(difference_frame(answer, number, told.number, told.began, corner))
-            told.differences = number + 1
-        return []
 
 
 @dataclass
 class Told:
-    """Whom an answer is told, as what, since when; and how many batches have been, which none hears twice.
-
-    changes : whether what they change is asked, too
-    """
+    """Whom an answer is told, as what, since when; changes : whether what these do is told, too."""
 
     send: Send
     number: Any
     began: float
     changes: bool
-    hits: int = 0
-    differences: int = 0
 
 
 def _never() -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from deadwood_algorithms.explore.answer import Answer, Batch, Hits, boxed
+from deadwood_algorithms.explore.answer import Answer, Batch, Hits
 from deadwood_algorithms.explore.frames import Frame
 from deadwood_algorithms.explore.questions import (
     LONGEST_LYING_M,
@@ -28,7 +29,7 @@ from deadwood_algorithms.prepare.releases.logs import ORIENTATIONS
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.simulate.fidelity_trade import REACH_ERRORS
-from deadwood_algorithms.stats.statistics import paired_interval, reach_record
+from deadwood_algorithms.stats.statistics import bounds_if_lost, paired_interval, reach_record
 from deadwood_engine import FIDELITIES, STOP_REASONS, Barriers, LyingLogs
 
 MOST_HOLDERS = 30  # trees told that hold logs, those first that hold most
@@ -189,11 +190,15 @@ def difference_frame(answer: Answer, number: int, asked: Any, began: float, corn
 
 
 def reach_told(answer: Answer, batches: Sequence[Batch]) -> list[dict[str, Any]]:
+    """As a run's summary tells it: also what the shares may be for the logs that left the terrain model."""
     reach = np.concatenate([each.reach for each in batches])
-    return [
-        {"line_id": str(name), **reach_record(int(reach[:, k].sum()), len(reach))}
-        for k, name in enumerate(answer.layers.lines.ids)
-    ]
+    left = np.concatenate([each.reason for each in batches]) == STOP_REASONS.index("left_dem")
+    found = []
+    for k, name in enumerate(answer.layers.lines.ids):
+        counts = int(reach[:, k].sum()), len(reach)
+        lost = int((left & ~reach[:, k]).sum())
+        found.append({"line_id": str(name), **reach_record(*counts), **bounds_if_lost(*counts, lost)})
+    return found
 
 
 def pictured(
@@ -206,12 +211,8 @@ def pictured(
     corner: Corner,
 ) -> Frame:
     """With the cells that were hit, row 0 in the north, and where the logs ended."""
-    grid = np.zeros(answer.layers.dem.shape, np.int64)
-    for each in batches:
-        each.hits.add_to(grid)
-    box: Hits = boxed(grid)
-    rows = answer.layers.dem.frame.shape[0]
-    column, south = box.first[0] + answer.layers.dem.first[0], box.first[1] + answer.layers.dem.first[1]
+    box = Hits.summed([each.hits for each in batches])
+    column, south = box.first
     reason = np.concatenate([each.reason for each in batches])
     ends = np.concatenate([each.end for each in batches]) - corner
     total = len(answer.releases)
@@ -223,7 +224,7 @@ def pictured(
         "fidelity": answer.question.fidelity,
         "stopped": dict(zip(STOP_REASONS, counted, strict=True)),
         "holders": holders_told(answer, batches),
-        "at": [column, rows - south - box.count.shape[0]],
+        "at": [column, answer.layers.dem.shape[0] - south - box.count.shape[0]],
         "ms": round(1e3 * (time.perf_counter() - began), 1),
         "final": done == total,
     }
@@ -238,12 +239,9 @@ def pictured(
 
 def holders_told(answer: Answer, batches: Sequence[Batch]) -> list[dict[str, int]]:
     """The trees that hold most logs; planted ones are numbered after those of the layer."""
-    trees = len(answer.layers.trees.x) + len(answer.changes.plant)
-    sums: dict[int, int] = {}
+    sums: Counter[int] = Counter()
     for each in batches:
-        for tree, n in each.held.items():
-            if 0 <= tree < trees:
-                sums[tree] = sums.get(tree, 0) + n
+        sums.update(each.held)
     most = sorted(((n, tree) for tree, n in sums.items() if n > 0), key=lambda pair: (-pair[0], pair[1]))
     return [{"tree": tree, "n": n} for n, tree in most[:MOST_HOLDERS]]
 

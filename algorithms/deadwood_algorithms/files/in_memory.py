@@ -38,8 +38,8 @@ class Raster:
         Such as ``"EPSG:2056"``, a number, a pyproj or rasterio CRS.
     nodata : float, optional
         The value of cells that are outside; NaN is outside always.
-    names : tuple of str
-        What each band is, where it is known.
+    names, meanings : tuple of str
+        What each band is called, and what it means, where that is known.
     """
 
     array: numpy.ndarray
@@ -47,6 +47,7 @@ class Raster:
     crs: Any
     nodata: float | None = None
     names: tuple[str, ...] = ()
+    meanings: tuple[str, ...] = ()
 
     @property
     def band(self) -> numpy.ndarray:
@@ -76,7 +77,8 @@ def read_raster(path: Path) -> Raster:
     with rasterio.open(path) as source:
         array = source.read(1) if source.count == 1 else source.read()
         names = tuple(each or "" for each in source.descriptions)
-        return Raster(array, source.transform, source.crs, source.nodata, names)
+        meanings = tuple(source.tags(k).get("long_name", "") for k in source.indexes)
+        return Raster(array, source.transform, source.crs, source.nodata, names, meanings)
 
 
 def has_layer(path: Path, layer: str) -> bool:

@@ -6,7 +6,7 @@ How a quantity or a thing looks is declared in `schemas/looks.py`; here it becom
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -94,15 +94,16 @@ def show_quantity(
     )  # fmt: skip
 
 
-def show_scale(figure: Any, image: Any, name: str, label: str, **more: Any) -> Any:
-    """The scale of a quantity beside its map: every stop named, in the unit that it is shown in."""
+def show_scale(
+    figure: Any, image: Any, name: str, label: str, *, signs: Callable[[str], str] = str, **more: Any
+) -> Any:
+    """The scale of a quantity beside its map: every stop named, in the unit that it is shown in; ``signs`` are those of
+    the reader's language."""
     look = LOOKS[name]
     where = {"fraction": 0.035, "pad": 0.015, "aspect": 32} if "ax" in more and "shrink" not in more else {}
     bar = figure.colorbar(image, **where, **more)
-    bar.set_ticks(
-        look.stops,
-        labels=[look.label(each).removesuffix(f" {look.shown}").replace("-", "\u2212") for each in look.stops],
-    )
+    numbers = [look.label(each).removesuffix(f" {look.shown}").replace("-", "\u2212") for each in look.stops]
+    bar.set_ticks(look.stops, labels=[signs(each) for each in numbers])
     bar.ax.minorticks_off()
     bar.set_label(label)
     bar.outline.set_visible(False)
@@ -120,16 +121,28 @@ def show_lines(
     return drawn
 
 
-def show_dots(axes: Axes, x: NDArray, y: NDArray, size: float, colour: str, *, rim: bool = False, **more: Any) -> None:
+def show_dots(
+    axes: Axes,
+    x: NDArray,
+    y: NDArray,
+    size: float,
+    colour: str,
+    *,
+    rim: bool = False,
+    gid: str | None = None,
+    **more: Any,
+) -> None:
     """Dots of a map as one path: lines of next to no length with round ends; size in points.
 
     A marker each would be ten times as large a file. They are not snapped to pixels: Agg would draw none of those whose
-    two ends fall on one. With ``rim`` they stand on darker ones, so that a pale colour is seen on pale ground.
+    two ends fall on one. With ``rim`` they stand on darker ones, so that a pale colour is seen on pale ground; these
+    have the ``gid`` with ``_rim`` behind it.
     """
     ends = np.column_stack([x, y, np.asarray(x) + 0.01, y]).reshape(-1, 2)
     path = Path(ends, np.tile([Path.MOVETO, Path.LINETO], len(x)))
-    for width, edge in ((size + RIM_WIDTH, RIM), (size, colour))[0 if rim else 1 :]:
-        drawn = PathPatch(path, facecolor="none", edgecolor=edge, linewidth=width, capstyle="round", **more)
+    rims = f"{gid}_rim" if gid else None
+    for width, edge, name in ((size + RIM_WIDTH, RIM, rims), (size, colour, gid))[0 if rim else 1 :]:
+        drawn = PathPatch(path, facecolor="none", edgecolor=edge, linewidth=width, capstyle="round", gid=name, **more)
         drawn.set_snap(False)
         axes.add_patch(drawn)
 

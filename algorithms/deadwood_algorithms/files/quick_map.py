@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 LOOKED_AT = {each.bands[0].name: each.look for each in RUN_RASTERS if each.look in LOOKS}
 RAMP = LinearSegmentedColormap.from_list("hits", list(HITS))
 LONGEST_IN = 8.0  # of a map, in inches
+LINE_OF_BAR = 50  # letters beside a bar of colours
 MARGIN = 0.05  # around what is drawn, as a share of its longer side
 
 
@@ -31,6 +33,9 @@ class Raster(Protocol):
 
     @property
     def names(self) -> tuple[str, ...]: ...
+
+    @property
+    def meanings(self) -> tuple[str, ...]: ...
 
     @property
     def band(self) -> np.ndarray: ...
@@ -53,17 +58,19 @@ def draw_raster(axes: Axes, raster: Raster) -> None:
     counts = raster.band.dtype.kind in "ui"
     values = np.ma.masked_equal(values, 0) if counts else values
     name = next((each for each in raster.names if each), "")
+    meaning = next((each for each in raster.meanings if each), name)
     assert axes.figure is not None
     if name in LOOKED_AT:
         look, above = LOOKED_AT[name], np.ma.masked_equal(values, 0).filled(np.nan)
         shown = show_quantity(axes, above[::-1], look, raster.extent)
-        show_scale(axes.figure, shown, look, f"{name} [{LOOKS[look].shown}]", ax=axes, shrink=0.6)
+        label = textwrap.fill(f"{meaning} [{LOOKS[look].shown}]", LINE_OF_BAR)
+        show_scale(axes.figure, shown, look, label, ax=axes, shrink=0.6)
         _finish(axes)
         return
     most = max(2.0, float(values.max())) if values.count() else 2.0
     norm = LogNorm(1, most) if counts else Normalize()
     shown = axes.imshow(values, norm=norm, extent=raster.extent, cmap=RAMP, interpolation="nearest")
-    bar = axes.figure.colorbar(shown, ax=axes, shrink=0.6, label=name)
+    bar = axes.figure.colorbar(shown, ax=axes, shrink=0.6, label=textwrap.fill(meaning, LINE_OF_BAR))
     if counts:
         round_ones = [each * 10**power for power in range(10) for each in (1, 2, 5)]
         ticks = [each for each in round_ones if each <= most]

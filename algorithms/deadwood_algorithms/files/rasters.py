@@ -32,6 +32,7 @@ from deadwood_algorithms.files.geotiff import (
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.inputs import refuse_missing
 from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
+from deadwood_algorithms.schemas.written import band_named
 
 STRIP_BYTES = 32 * 2**20
 PACKED = (".zip", ".gz", ".7z", ".rar", ".tar", ".tgz", ".bz2", ".xz")
@@ -131,23 +132,26 @@ def write_raster(
     units: str = "",
     description: str = "",
     style: str = "",
+    raster: str = "",
 ) -> None:
     """Write a GeoTIFF (tiled, deflate) from an array whose row 0 is the southernmost, and read it back.
 
     Its style for QGIS stands beside it, in ``NAME.qml``; ``style`` says what it is (a name of `styles.RASTERS`).
     """
-    write_bands(path, {description: values}, grid, nodata=nodata, dtype=dtype, units=[units], style=style)
+    bands = {description: values}
+    write_bands(path, bands, grid, nodata=nodata, dtype=dtype, units=[units], style=style, raster=raster)
 
 
 def write_classes(
-    path: str | Path, values: np.ndarray, grid: Grid, rows: Sequence[tuple[int, str, str]], *, description: str
+    path: str | Path, values: np.ndarray, grid: Grid, rows: Sequence[tuple[int, str, str]], *, meaning: str
 ) -> None:
     """Write a GeoTIFF of classes, bytes of which 0 is nodata, with its colour table, and its style for QGIS beside it.
 
     ``rows`` are value, colour (``#rrggbb``) and what the class is.
     """
     colours = {value: colour for value, colour, _ in rows}
-    write_bands(path, {description: values}, grid, nodata=0, dtype="uint8", units=[""], colours=colours)
+    bands = {Path(path).stem: values}
+    write_bands(path, bands, grid, nodata=0, dtype="uint8", units=[""], colours=colours, meaning=meaning)
     styles.store_beside(Path(path), styles.of_classes(rows))
 
 
@@ -161,8 +165,13 @@ def write_bands(
     units: Sequence[str],
     style: str = "",
     colours: Mapping[int, str] | None = None,
+    raster: str = "",
+    meaning: str = "",
 ) -> None:
-    """Write a GeoTIFF of several bands by their descriptions, as `write_raster` does one; ``units`` by band.
+    """Write a GeoTIFF of several bands by their names, as `write_raster` does one; ``units`` by band.
+
+    ``raster`` is what it is called in `schemas.files`, where the meaning of each band stands; ``meaning`` says more of
+    the one that it has.
 
     Of a window the whole grid is written, and only the window stored; the statistics are those of the window.
 
@@ -199,7 +208,7 @@ def write_bands(
             if units[number - 1]:
                 target.set_band_unit(number, units[number - 1])
             if description:
-                target.set_band_description(number, description)
+                describe_band(target, number, description, raster=raster, meaning=meaning)
         if colours:
             table = {value: (*bytes.fromhex(colour[1:]), 255) for value, colour in colours.items()}
             target.write_colormap(1, {0: (0, 0, 0, 0)} | table)
@@ -212,6 +221,15 @@ def write_bands(
                     raise OSError(f"{path}: what was written does not read back")
     if style:
         styles.store_beside(Path(path), styles.of_raster(style, next(iter(bands.values()))))
+
+
+def describe_band(target: Any, number: int, name: str, *, raster: str = "", meaning: str = "") -> None:
+    """Name a band of a file that is being written, and say in its metadata what it means (``long_name``): the given
+    words, else those of the schema."""
+    target.set_band_description(number, name)
+    band = band_named(raster, name)
+    if meaning := meaning or (band.meaning if band is not None else ""):
+        target.update_tags(number, long_name=meaning)
 
 
 def _north_up(values: np.ndarray, dtype: str, rows: slice) -> np.ndarray:

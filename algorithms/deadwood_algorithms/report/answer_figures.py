@@ -21,6 +21,7 @@ from deadwood_algorithms.report.figures import INK, WIDTH, Drawing, plain
 from deadwood_algorithms.report.plan import (
     MOST_DOTS,
     draw_relief,
+    legend_below,
     lines_of_shapes,
     map_frame,
     roads,
@@ -74,7 +75,7 @@ def _slope(source: ReportedRun, words: Words) -> tuple[Figure, Any, list[Any]]:
 
 def _finished(figure: Figure, axes: Any, handles: list[Any]) -> Figure:
     scale_and_north(axes)
-    figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8, handlelength=1.4)
+    legend_below(figure, handles)
     return figure
 
 
@@ -153,7 +154,7 @@ def origins_figure(source: ReportedRun, folder: Path, words: Words) -> Figure:
         values, (west, south, east, north) = thinned_raster(raster, source.extent, np.nanmean)
     image = show_quantity(axes, values, "danger", (west, east, south, north))
     axes.set(xlim=(source.extent[0], source.extent[2]), ylim=(source.extent[1], source.extent[3]))
-    show_scale(figure, image, "danger", words.say("from_where_map"), ax=axes)
+    show_scale(figure, image, "danger", words.say("from_where_map"), signs=words.signs, ax=axes)
     return _finished(figure, axes, handles)
 
 

@@ -94,11 +94,16 @@ def inline_svg(figure: Figure, name: str, title: str) -> Markup:
     text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.S)
     text = re.sub(r"<!--.*?-->", "", text, flags=re.S)
     used = set(re.findall(r'(?:url\(#|href="#)([^")]+)', text))
-    text = re.sub(
-        r' id="([^"]+)"',
-        lambda found: f' id="{name}-{found[1]}"' if found[1] in used or found[1].startswith("layer_") else "",
-        text,
-    )
+    there: set[str] = set()
+
+    def named(found: re.Match[str]) -> str:
+        """Ids that are asked for, each once: Matplotlib defines what is alike in two places twice."""
+        if found[1] in there or not (found[1] in used or found[1].startswith("layer_")):
+            return ""
+        there.add(found[1])
+        return f' id="{name}-{found[1]}"'
+
+    text = re.sub(r' id="([^"]+)"', named, text)
     text = re.sub(r'(url\(#|href="#)([^")]+)', lambda found: f"{found[1]}{name}-{found[2]}", text)
     text = re.sub(r'data:image/png;base64,([^"]+)', lambda found: _packed_picture(found[1]), text)
     # Half a hundredth of a point is seen by nobody; images keep theirs, or they would not join.

@@ -10,8 +10,8 @@
     let box = whole.slice();
     const set = () => svg.setAttribute("viewBox", box.map((each) => each.toFixed(2)).join(" "));
     for (const check of map.querySelectorAll("input[data-layer]")) {
-      const layer = svg.querySelector(`[id="${check.dataset.layer}"]`);
-      const show = () => { if (layer) layer.style.display = check.checked ? "" : "none"; };
+      const parts = svg.querySelectorAll(`[id="${check.dataset.layer}"], [id="${check.dataset.layer}_rim"]`);
+      const show = () => { for (const each of parts) each.style.display = check.checked ? "" : "none"; };
       check.addEventListener("change", show);
       show();
     }

@@ -36,6 +36,7 @@ MOST_DOTS = 8000  # of a kind
 MOST_WAYS = 150
 WAY_STEP_M = 3.0
 LONGEST, SHORTEST = 6.6, 3.0  # inches, of the map's height
+SHORT_WORDS = 36  # letters of an entry of a legend, of which three stand side by side
 SMALL = 0.55  # of the size of dots, on a map beside others
 ABREAST, HIGHEST = 3, 4.6  # maps side by side, and inches of their height
 # The quantities over the map, and the look of each
@@ -53,12 +54,19 @@ def draw_map(source: ReportedRun, words: Words, *, every_layer: bool = False) ->
         if name in source.rasters and (every_layer or name == "hits"):
             image = show_layer(axes, source, name, gid=f"layer_{name}")
             if name == "hits":
-                show_scale(figure, image, look, words.say("hits_bar"), ax=axes)
+                show_scale(figure, image, look, words.say("hits_bar"), signs=words.signs, ax=axes)
     handles += _scene(axes, source, words)
     handles += _logs(axes, source, words, every_layer)
     scale_and_north(axes)
-    figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8, handlelength=1.4)
+    legend_below(figure, handles)
     return figure
+
+
+def legend_below(figure: Figure, handles: list[Any]) -> None:
+    """The legend of a map, in as many columns as its words leave room for."""
+    longest = max((len(str(each.get_label())) for each in handles), default=0)
+    columns = 3 if longest <= SHORT_WORDS else 2
+    figure.legend(handles=handles, loc="outside lower center", ncols=columns, fontsize=8, handlelength=1.4)
 
 
 def map_frame(extent: Extent, words: Words, width: float = WIDTH) -> tuple[Figure, Any]:
@@ -227,7 +235,16 @@ def draw_differences(
         axes.set_title(words.say("minus", name=plain(name), reference=plain(reference.name)), fontsize=9, loc="left")
         handles = roads(axes, reference, words)
     scale_and_north(panels[0])
-    show_scale(figure, image, "difference of shares", words.say("difference_bar"), ax=room, shrink=0.9, aspect=32)
+    show_scale(
+        figure,
+        image,
+        "difference of shares",
+        words.say("difference_bar"),
+        signs=words.signs,
+        ax=room,
+        shrink=0.9,
+        aspect=32,
+    )
     if handles:
         figure.legend(handles=handles, loc="outside lower left", ncols=3, fontsize=8, handlelength=1.4)
     return figure
@@ -249,8 +266,8 @@ def draw_runs(sources: Sequence[ReportedRun], shown: Extent, words: Words) -> Fi
         axes.set_title(plain(source.name), fontsize=9, loc="left")
     scale_and_north(panels[0])
     if image is not None:
-        show_scale(figure, image, "shares", words.say("hits_bar"), ax=room, shrink=0.9, aspect=32)
-    figure.legend(handles=list(handles.values()), loc="outside lower center", ncols=3, fontsize=8, handlelength=1.4)
+        show_scale(figure, image, "shares", words.say("hits_bar"), signs=words.signs, ax=room, shrink=0.9, aspect=32)
+    legend_below(figure, list(handles.values()))
     return figure
 
 

@@ -29,7 +29,7 @@ BAND_BYTES = 20  # a cell and line, of what is counted in a piece, in all, and w
 def danger_bands(
     passed: NDArray[np.uint32], danger: NDArray[np.uint32], line_ids: Sequence[Any], least: int
 ) -> dict[str, NDArray[np.float32]]:
-    """The bands of a danger raster by their descriptions; NaN where fewer than ``least`` logs passed.
+    """The bands of a danger raster by their names; NaN where fewer than ``least`` logs passed.
 
     Parameters
     ----------
@@ -45,7 +45,12 @@ def danger_bands(
         return band
 
     count, shares = where_enough(of), [where_enough(reached[enough] / of) for reached in danger]
-    return {ANY: shares[0], COUNT: count} | dict(zip(map(str, line_ids), shares[1:], strict=True))
+    return {ANY: shares[0], COUNT: count} | dict(zip(bands_of_lines(line_ids), shares[1:], strict=True))
+
+
+def bands_of_lines(line_ids: Sequence[Any]) -> list[str]:
+    """The name of the band of each line: its own, where no other band has it."""
+    return [f"line {each}" if str(each) in (ANY, COUNT) else str(each) for each in line_ids]
 
 
 def units_of(bands: Sequence[str]) -> list[str]:

@@ -31,7 +31,7 @@ from deadwood_algorithms.params.tool import Feedback, Outcome
 from deadwood_algorithms.results.asked import Asked
 from deadwood_algorithms.results.capacity import LOGS_ABOVE, TREES_ABOVE, Overloads
 from deadwood_algorithms.results.checked import SUMMARY
-from deadwood_algorithms.results.danger import danger_bands, units_of
+from deadwood_algorithms.results.danger import ANY, bands_of_lines, danger_bands, units_of
 from deadwood_algorithms.results.hits import (
     barrier_hits_frame,
     block_hits_frame,
@@ -65,13 +65,9 @@ PIECE, PATHS_PIECE = 2**14, 2**11  # rows of a layer that are made at once, and 
 COST = "cost_"  # how the columns begin that have one row for each chunk
 FAILED = "failed_"  # and those of logs that failed
 FAILED_STATES = "failed.json"
-# Name, type, unit, description and style of the rasters that every run has.
-MAPS = tuple(
-    (each.name, each.bands[0].number, each.bands[0].unit, each.bands[0].name, each.look) for each in RUN_RASTERS
-)
-# And of those of two bands the second's values and description; its unit is the first's.
-SECOND = {each.name: ("height_max", each.bands[1].name) for each in RUN_RASTERS if each.name == "jump_max"}
-ANY_COUNT = DANGER_COUNT.bands[0].name
+# Name, type, unit and style of the rasters that every run has.
+MAPS = tuple((each.name, each.bands[0].number, each.bands[0].unit, each.look) for each in RUN_RASTERS)
+SECOND = {"jump_max": "height_max"}  # and of those of two bands the second; its unit is the first's
 BY_LOG = (
     "stop_reason",
     "stop_item",
@@ -465,8 +461,8 @@ def write_maps(folder: Path, total: Mapping[str, NDArray], grid: Grid, n_logs: i
     """The six GeoTIFFs of what so many logs drew on the cells, energies in kJ; what the grid has no height for is NaN
     in the shares."""
     values = {**total, "reach_probability": shares_of(total["hit_count"], n_logs, np.isnan(grid.values))}
-    for name, kind, units, meaning, style in MAPS:
-        bands = {described: values[each] for each, described in bands_of(name, meaning)}
+    for name, kind, units, style in MAPS:
+        bands = {each: values[each] for each in bands_of(name)}
         write_bands(
             folder / f"{name}.tif",
             bands,
@@ -475,13 +471,14 @@ def write_maps(folder: Path, total: Mapping[str, NDArray], grid: Grid, n_logs: i
             dtype=kind,
             units=[units] * len(bands),
             style=style,
+            raster=name,
         )
     return {row[0]: f"{row[0]}.tif" for row in MAPS}
 
 
-def bands_of(name: str, meaning: str) -> list[tuple[str, str]]:
-    """What the bands of a map hold, by its name among the totals, and their descriptions."""
-    return [(name, meaning), *([SECOND[name]] if name in SECOND else [])]
+def bands_of(name: str) -> list[str]:
+    """The bands of a map, by their names among the totals."""
+    return [name, *([SECOND[name]] if name in SECOND else [])]
 
 
 def shares_of(hits: NDArray[np.uint32], n_logs: int, outside: NDArray[np.bool_]) -> NDArray[np.float32]:
@@ -504,15 +501,17 @@ def write_danger(
 ) -> str:
     bands = danger_bands(total["hit_count"], total["danger"], line_ids, danger_least)
     place = folder / "danger.tif"
-    write_bands(place, bands, grid, nodata=np.nan, dtype="float32", units=units_of(list(bands)), style=DANGER.look)
+    units = units_of(list(bands))
+    write_bands(place, bands, grid, nodata=np.nan, dtype="float32", units=units, style=DANGER.look, raster=DANGER.name)
     return place.name
 
 
 def write_danger_counts(folder: Path, danger: NDArray[np.uint32], grid: Grid, line_ids: Sequence[Any]) -> str:
     """Of any line, then of each: the counts from which those of several runs add up."""
-    bands = dict(zip((ANY_COUNT, *map(str, line_ids)), danger, strict=True))
+    bands = dict(zip((ANY, *bands_of_lines(line_ids)), danger, strict=True))
     place = folder / "danger_count.tif"
-    write_bands(place, bands, grid, dtype="uint32", units=["logs"] * len(bands), style=DANGER_COUNT.look)
+    told = {"units": ["logs"] * len(bands), "style": DANGER_COUNT.look, "raster": DANGER_COUNT.name}
+    write_bands(place, bands, grid, dtype="uint32", **told)
     return place.name
 
 

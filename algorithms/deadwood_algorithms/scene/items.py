@@ -12,12 +12,13 @@ import shapely
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.columns import id_column, where_of
-from deadwood_algorithms.files.dem_blocks import DemBlocks
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params.tool import Feedback, UserError
 
 if TYPE_CHECKING:
     import geopandas
+
+    from deadwood_algorithms.files.dem_blocks import DemBlocks
 
 # Why a row of a layer has no part in a run
 OFF_DEM = "off_dem"  # it lies beyond the terrain model

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms.files.columns import schema_column, warn_implausible, where_of
 from deadwood_algorithms.files.dem_blocks import WHOLE_CELLS
 from deadwood_algorithms.files.dem_windows import read_dem
-from deadwood_algorithms.files.grid import Grid, Part
+from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.scene.blocks import Boulders, read_blocks
@@ -111,26 +111,11 @@ class SceneLayers:
             trees=self.trees if trees is None else trees,
         ).prepared_again()
 
-    def on_part(self, part: Part, *, beyond_m: float = 0.0) -> SceneLayers:
-        """The scene on a window of its grid, where logs go the same way to the bit: heights count from the same level.
-
-        beyond_m : [m] length of what else may come to lie in it and be cut by the window's side
-        """
-        if part == self.dem.part:
-            return self
-        friction = self.friction
-        if isinstance(friction, np.ndarray):
-            friction = np.ascontiguousarray(friction[part.slices])
-        dem = self.dem.window(part, np.ascontiguousarray(self.dem.values[part.slices]))
-        reference = self.scene.arrays.terrain.reference
-        return replace(self, dem=dem, friction=friction).prepared_again(reference=reference, beyond_m=beyond_m)
-
-    def prepared_again(self, *, reference: float | None = None, beyond_m: float = 0.0) -> SceneLayers:
+    def prepared_again(self) -> SceneLayers:
         """The scene prepared of these arrays: after some of them have been changed."""
-        watched = _watched(self.dem, self.lying_logs, self.blocks.solid, beyond_m)
+        watched = _watched(self.dem, self.lying_logs, self.blocks.solid)
         marks = _watched_too(self.marks, watched)
-        things = self.trees, self.plates, marks, self.lying_logs, self.blocks.solid
-        scene = _prepared(self.dem, self.friction, *things, reference=reference)
+        scene = _prepared(self.dem, self.friction, self.trees, self.plates, marks, self.lying_logs, self.blocks.solid)
         return replace(self, scene=scene, watched=watched)
 
 
@@ -188,14 +173,13 @@ def read_scene(
     )
 
 
-def _watched(grid: Grid, lying: LyingLogs, blocks: Blocks, beyond_m: float = 0.0) -> Mapping[str, NDArray[np.float64]]:
+def _watched(grid: Grid, lying: LyingLogs, blocks: Blocks) -> Mapping[str, NDArray[np.float64]]:
     """Lines along the sides of a window.
 
     A lying log rests on all the terrain below it, so none that is cut by the window's side may be met; nor may a block
     whose middle is beyond it.
     """
-    farthest = max(beyond_m, _longest(lying), 0.5 * float(blocks.diameter.max(initial=0.0)))
-    return watched_sides(grid, beyond_m=farthest)
+    return watched_sides(grid, beyond_m=max(_longest(lying), 0.5 * float(blocks.diameter.max(initial=0.0))))
 
 
 def _prepared(
@@ -206,13 +190,9 @@ def _prepared(
     lines: Lines,
     lying: LyingLogs,
     blocks: Blocks,
-    *,
-    reference: float | None = None,
 ) -> Scene:
-    """The engine's scene on a grid; reference : [m] of the kernels' heights, where the whole's is known."""
+    """The engine's scene on a grid."""
     frame = grid.frame
-    if reference is None and frame.part.cells > WHOLE_CELLS:
-        reference = 0.0  # a large DEM's lowest height is never looked for
     return Scene.prepare(
         grid.values,
         grid.cell,
@@ -225,7 +205,7 @@ def _prepared(
         lying_logs=lying,
         blocks=blocks,
         first=grid.first,
-        reference=reference,
+        reference=0.0 if frame.part.cells > WHOLE_CELLS else None,  # a large DEM's lowest height is never looked for
     )
 
 

@@ -15,8 +15,8 @@ from deadwood_algorithms.schemas.words import Band, JsonFile, Key, OtherFile, Ra
 # --- rasters --------------------------------------------------------------------------------------------------------
 
 
-def _one(name: str, description: str, meaning: str, unit: str, number: str = "float32", look: str = "") -> RasterFile:
-    band = Band(name=description, meaning=meaning, unit=unit, number=number)
+def _one(name: str, meaning: str, unit: str, number: str = "float32", look: str = "") -> RasterFile:
+    band = Band(name=name, meaning=meaning, unit=unit, number=number)
     return RasterFile(name=name, meaning=meaning, bands=(band,), look=look)
 
 
@@ -25,9 +25,7 @@ def _quantiles(name: str, what: str, unit: str) -> RasterFile:
     return RasterFile(name=name, meaning=f"Quantiles of {what} in each cell; a band each", bands=(band,), look=name)
 
 
-SUSCEPTIBILITY = _one(
-    "susceptibility", "susceptibility", "How easily a log starts there, 0 to 1", "1", look="susceptibility"
-)
+SUSCEPTIBILITY = _one("susceptibility", "How easily a log starts there, 0 to 1", "1", look="susceptibility")
 FACTORS = RasterFile(
     name="factors",
     meaning="What the susceptibility is made of",
@@ -46,7 +44,6 @@ DEM = RasterFile(
 RUN_RASTERS = (
     _one(
         "hit_count",
-        "Logs whose outline overlapped the cell at any time",
         "How many logs overlapped the cell with any part of their outline in plan at any time, each log once",
         "logs",
         "uint32",
@@ -54,45 +51,31 @@ RUN_RASTERS = (
     ),
     _one(
         "reach_probability",
-        "Share of the logs that overlapped the cell at any time",
-        "The same as a share of all logs",
+        "Share of all logs that overlapped the cell with any part of their outline in plan at any time",
         "1",
         look="shares",
     ),
     _one(
         "deposit_count",
-        "Logs whose outline overlaps the cell at the end",
         "How many logs lie on the cell at the end",
         "logs",
         "uint32",
         "counts",
     ),
-    _one(
-        "speed_max",
-        "Largest speed of a log over the cell",
-        "Largest speed of a log over the cell",
-        "m/s",
-        look="speed",
-    ),
-    _one(
-        "energy_max",
-        "Largest kinetic energy of a log",
-        "Largest kinetic energy of a log over the cell",
-        "kJ",
-        look="energy",
-    ),
+    _one("speed_max", "Largest speed of a log over the cell", "m/s", look="speed"),
+    _one("energy_max", "Largest kinetic energy of a log over the cell", "kJ", look="energy"),
     RasterFile(
         name="jump_max",
         meaning="How high logs jump over the cell",
         look="jump",
         bands=(
             Band(
-                name="Largest clearance between a log and the terrain",
+                name="jump_max",
                 meaning="Largest clearance between a log over the cell and the terrain",
                 unit="m",
             ),
             Band(
-                name="Greatest height of a log's centre of mass above the terrain",
+                name="height_max",
                 meaning="Greatest height above the terrain of the centre of mass of a log that covers the cell",
                 unit="m",
             ),
@@ -105,11 +88,11 @@ DANGER = RasterFile(
     meaning="Where a moving log ends on the road: NaN where fewer logs passed than --danger-least",
     bands=(
         Band(
-            name="Share of the logs that passed which reached any line afterwards",
+            name="any_line",
             meaning="Of the logs that passed the cell, the share that reached any line with the same outline or later",
             unit="1",
         ),
-        Band(name="Logs that passed", meaning="How many logs passed the cell, on which the shares rest", unit="logs"),
+        Band(name="logs_passed", meaning="How many logs passed the cell, on which the shares rest", unit="logs"),
         Band(name="LINE", meaning="Share that reached this line; a band each", unit="1"),
     ),
 )
@@ -119,7 +102,7 @@ DANGER_COUNT = RasterFile(
     meaning="The counts behind danger.tif, with --danger-counts: those of several runs add up",
     bands=(
         Band(
-            name="Logs that passed and reached any line afterwards",
+            name="any_line",
             meaning="Logs that passed the cell and reached any line with the same outline or later",
             unit="logs",
             number="uint32",
@@ -127,9 +110,7 @@ DANGER_COUNT = RasterFile(
         Band(name="LINE", meaning="Logs that reached this line; a band each", unit="logs", number="uint32"),
     ),
 )
-HITS = _one(
-    "hits", "Hits of COUNT logs", "How many of the chosen logs overlap the cell at any time", "logs", "uint32", "counts"
-)
+HITS = _one("hits", "How many of the chosen logs overlap the cell at any time", "logs", "uint32", "counts")
 CELL_QUANTILES = (
     _quantiles("speed", "the largest speed of each log", "m/s"),
     _quantiles("energy", "the largest kinetic energy of each log", "kJ"),
@@ -142,11 +123,11 @@ ORIGIN_REACH = RasterFile(
     bands=(
         Band(name="any line", meaning="Share of the cell's logs that reach any line; NaN if too few", unit="1"),
         Band(name="any line: lower end", meaning="Lower end of its 95 % Wilson interval", unit="1"),
-        Band(name="any line: upper end", meaning="Upper end", unit="1"),
+        Band(name="any line: upper end", meaning="Upper end of its 95 % Wilson interval", unit="1"),
         Band(name="any line: logs that reach", meaning="How many of the cell's logs do", unit="logs"),
         Band(name="line LINE", meaning="Share that reaches this line; four bands each", unit="1"),
         Band(name="line LINE: lower end", meaning="Lower end of its 95 % Wilson interval", unit="1"),
-        Band(name="line LINE: upper end", meaning="Upper end", unit="1"),
+        Band(name="line LINE: upper end", meaning="Upper end of its 95 % Wilson interval", unit="1"),
         Band(name="line LINE: logs that reach", meaning="How many of the cell's logs do", unit="logs"),
         Band(name="logs released", meaning="How many were released in the cell", unit="logs"),
     ),
@@ -157,12 +138,12 @@ DIFFERENCE = RasterFile(
     meaning="How much likelier each cell is passed in this scenario than in the first",
     bands=(
         Band(
-            name="Difference of the share of logs that pass: SCENARIO - REFERENCE",
+            name="difference",
             meaning="Share of the logs that pass, minus that of the first scenario",
             unit="1",
         ),
         Band(
-            name="The same in standard errors of unpaired runs",
+            name="standard_errors",
             meaning="That difference in units of its standard deviation by chance, if other logs were released in each",
         ),
     ),
@@ -173,7 +154,7 @@ def _classes(name: str, what: str) -> RasterFile:
     return RasterFile(
         name=name,
         meaning=f"{what}, from 1; 0 where no log passed; classes.json says what each is",
-        bands=(Band(name=what, meaning="The class; its colour is in the file", number="uint8"),),
+        bands=(Band(name=name, meaning=f"{what}; the colours of the classes are in the file", number="uint8"),),
     )
 
 
@@ -182,9 +163,9 @@ RETURN = RasterFile(
     look="return period",
     meaning="Mean time between events that reach the cell; NaN where no log passed",
     bands=(
-        Band(name="Return period", meaning="Mean time between events", unit="a"),
-        Band(name="Lower end of its 95 % interval", meaning="Lower end, for the number of logs", unit="a"),
-        Band(name="Upper end", meaning="Upper end", unit="a"),
+        Band(name="return_period", meaning="Mean time between events", unit="a"),
+        Band(name="ci_low", meaning="Lower end of its 95 % interval, for the number of logs", unit="a"),
+        Band(name="ci_high", meaning="Upper end of its 95 % interval", unit="a"),
     ),
 )
 INTENSITY_MAPS = (

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable, Iterator
 from typing import Any
 
 from deadwood_algorithms.schemas import brought, files, results
-from deadwood_algorithms.schemas.words import Column, JsonFile, Layer, OtherFile, Output, RasterFile, TableFile
+from deadwood_algorithms.schemas.words import Band, Column, JsonFile, Layer, OtherFile, Output, RasterFile, TableFile
 
 Named = RasterFile | TableFile | JsonFile | OtherFile
 
@@ -44,6 +44,14 @@ def layer_with(name: str, columns: Collection[str]) -> Layer | None:
 def column_named(layer: Layer, name: str) -> Column | None:
     """The column of a layer under a name that it has in a file, in which a word in capitals stands for any text."""
     return next((each for each in layer.columns if fits(each.name, name)), None)
+
+
+def band_named(raster: str, name: str) -> Band | None:
+    """The band of that name of a raster, by the name of its file without the ending."""
+    found = {id(each.what): each.what for each in WRITTEN if isinstance(each.what, RasterFile)}
+    bands = (band for each in found.values() if fits(each.name, raster) for band in each.bands)
+    # ``line LINE: lower end`` before ``line LINE``, which it fits as well
+    return max((band for band in bands if fits(band.name, name)), key=lambda band: len(band.name), default=None)
 
 
 def fits(declared: str, name: str) -> bool:

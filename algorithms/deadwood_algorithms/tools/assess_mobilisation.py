@@ -194,7 +194,7 @@ def is_number(text: str | float) -> bool:
 TOOL = Tool(
     "assess-mobilisation",
     "Prepare",
-    "Where a log could start to slide: raster, areas, deadwood",
+    "Rate where a log could start to slide: raster, areas, deadwood",
     Ask,
     run,
     then="deadwood-tool sample-releases --areas AREAS --dem DEM --output releases.gpkg",

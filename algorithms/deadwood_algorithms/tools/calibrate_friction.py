@@ -211,7 +211,7 @@ def refuse_unclear(ask: Ask) -> int:
 TOOL = Tool(
     "calibrate-friction",
     "Evaluate",
-    "An observed event: the friction that reproduces it",
+    "Find the friction that reproduces an observed event",
     Ask,
     run,
     then="deadwood-tool vary --help",

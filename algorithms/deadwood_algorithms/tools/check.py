@@ -99,4 +99,4 @@ def lines_of(place: Path, facts: Mapping[str, Any]) -> tuple[str, ...]:
     return tuple(lines) if facts["inputs"] else (*lines, "no inputs")
 
 
-TOOL = Tool("check", "Evaluate", "What a result is of, and which of its inputs still stand", Ask, run, in_qgis=False)
+TOOL = Tool("check", "Evaluate", "Verify a result: its run, its inputs and its files", Ask, run, in_qgis=False)

@@ -170,4 +170,4 @@ def points(row: FidelityRow) -> str:
     return f"{100 * row.difference:+.2g} [{100 * row.ci_low:+.2g}, {100 * row.ci_high:+.2g}]"
 
 
-TOOL = Tool("compare-fidelity", "Evaluate", "Your scene at every fidelity: CPU time against error", Ask, run)
+TOOL = Tool("compare-fidelity", "Evaluate", "Measure CPU time and error of each fidelity on your scene", Ask, run)

@@ -136,6 +136,4 @@ def warn_of_lost(rows: Sequence[ScenarioRow], compared: Compared, feedback: Feed
     )
 
 
-TOOL = Tool(
-    "compare-scenarios", "Evaluate", "Runs of the same logs: paired differences of reach, maps, table", Ask, run
-)
+TOOL = Tool("compare-scenarios", "Evaluate", "Compare runs of the same logs: paired differences, maps, table", Ask, run)

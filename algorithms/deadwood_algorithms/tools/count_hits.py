@@ -116,14 +116,13 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
         counts = count_of(source, stored, grid, feedback)
         write_raster(
-            path, counts, grid, dtype="uint32", units="logs", description=f"Hits of {stored.size} logs", style=HITS.look
+            path, counts, grid, dtype="uint32", units="logs", description="hits", style=HITS.look, raster=HITS.name
         )
         found = cell_quantiles(source, stored, counts, grid, list(more), levels, feedback) if more else {}
         for name, place in more.items():
             bands = {f"{name}, {100 * level:g} %": band for level, band in zip(levels, found[name], strict=True)}
-            write_bands(
-                place, bands, grid, nodata=np.nan, dtype="float32", units=[QUANTITIES[name]] * len(bands), style=name
-            )
+            units = [QUANTITIES[name]] * len(bands)
+            write_bands(place, bands, grid, nodata=np.nan, dtype="float32", units=units, style=name, raster=name)
         if end and reach_of:
             write_danger(end, source, stored, grid, *reach_of, ask.danger_least, feedback)
     facts = {"n_chosen": int(chosen.size), "n_counted": int(stored.size), "hit_count_max": int(counts.max())}
@@ -159,7 +158,8 @@ def write_danger(
 
     passed, danger = danger_of(source, stored, grid, lines, items, feedback)
     bands = danger_bands(passed, danger, items.ids, least)
-    write_bands(path, bands, grid, nodata=np.nan, dtype="float32", units=units_of(list(bands)), style=DANGER.look)
+    units = units_of(list(bands))
+    write_bands(path, bands, grid, nodata=np.nan, dtype="float32", units=units, style=DANGER.look, raster=DANGER.name)
 
 
 def with_cell(grid: Grid, cell: float | None) -> Grid:
@@ -186,6 +186,4 @@ def visited(grid: Grid, source: Run) -> Grid:
     return grid if part == grid.part else grid.window(part)
 
 
-TOOL = Tool(
-    "count-hits", "Evaluate", "Stored trajectories: how many logs pass over each cell, how fast and high", Ask, run
-)
+TOOL = Tool("count-hits", "Evaluate", "Count the logs that pass each cell, how fast and how high", Ask, run)

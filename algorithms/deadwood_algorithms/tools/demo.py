@@ -171,7 +171,7 @@ def _speed(speed: float | None) -> str:
 TOOL = Tool(
     "demo",
     "Simulate",
-    "A complete synthetic case: three forests, the same logs, a table, a picture",
+    "Run a complete synthetic case: three forests, a table, a picture",
     Ask,
     run,
     in_qgis=False,

@@ -208,7 +208,7 @@ def value_words(row: dict[str, Any]) -> str:
 TOOL = Tool(
     "design-values",
     "Evaluate",
-    "A run: percentiles of energy, speed, height and impulse at barriers and lines",
+    "Compute percentiles of energy, speed, height and impulse at barriers and lines",
     Ask,
     run,
 )

@@ -80,6 +80,7 @@ def serve_page(ask: Ask, feedback: Feedback) -> None:
 
     def opened(address: str) -> None:
         print(address, flush=True)
+        feedback.note("the page is at this address as long as the command runs; Ctrl-C ends it")
         if not ask.no_browser and not webbrowser.open(address):
             feedback.note("no browser could be started; open the address in one")
 
@@ -136,6 +137,7 @@ def answer(ask: Ask, out: Out, feedback: Feedback) -> None:
         layers = scene_on(simulation, None, feedback)
         load_kernels(layers.shape, feedback)
         session = Session(simulation, layers, defaults_of(ask, layers.friction))
+        session.warm_up()
         Front(session, Relief(layers.dem), out, keeper_of(ask, feedback)).serve(sys.stdin.buffer)
 
 
@@ -172,5 +174,5 @@ def keeper_of(ask: Ask, feedback: Feedback) -> Keeper:
 
 
 TOOL = Tool(
-    "explore", "Simulate", "Ask by hand on a page: release logs, fell trees, draw barriers", Ask, run, in_qgis=False
+    "explore", "Simulate", "Explore on a page: release logs, fell trees, draw barriers", Ask, run, in_qgis=False
 )

@@ -175,7 +175,7 @@ def refuse_other_cells(surface: DemWindows, ground: DemWindows) -> None:
 TOOL = Tool(
     "find-trees",
     "Prepare",
-    "Find the trees of a canopy height model",
+    "Detect the trees in a canopy height model",
     Ask,
     run,
     then="deadwood-tool slide-logs --dem DEM --releases RELEASES --trees {output} --friction 0.25 --output run",

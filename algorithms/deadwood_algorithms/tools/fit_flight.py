@@ -109,5 +109,5 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
 
 TOOL = Tool(
-    "fit-flight", "Evaluate", "Take-off and landing points: the flight between, its speed and clearances", Ask, run
+    "fit-flight", "Evaluate", "Reconstruct a flight between take-off and landing: speed and clearances", Ask, run
 )

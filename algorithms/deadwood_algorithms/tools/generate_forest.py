@@ -27,6 +27,7 @@ from an earlier tree. Clusters, gaps and species are not modelled.
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -166,8 +167,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     taken = presets.Taken.of(presets.FORESTS[ask.preset], "--preset", vars(ask)) if ask.preset else None
     if taken:
         feedback.note(taken.said)
-    with writing(TOOL, ask, feedback) as outputs, open_ground(ask.dem, crs=ask.crs, feedback=feedback) as ground:
+    with writing(TOOL, ask, feedback) as outputs, ExitStack() as opened:
         temporary = outputs.file("output", ".gpkg")
+        ground = opened.enter_context(open_ground(ask.dem, crs=ask.crs, feedback=feedback))
         exclude = union_of(ask.exclude, ground, ask.crs, feedback)
         stands = read_stands(ask.stand, ground, exclude, ask.crs, feedback)
         source = source_of(ask, [each.ground for each in stands], feedback) if ask.like else None

@@ -32,13 +32,13 @@ from __future__ import annotations
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely
 
 from deadwood_algorithms import schemas
 from deadwood_algorithms.files.columns import warn_implausible, where_of
-from deadwood_algorithms.files.dem_blocks import DemBlocks
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
@@ -64,6 +64,9 @@ from deadwood_algorithms.prepare.trees.table import (
     warn_of_idle_fields,
 )
 from deadwood_algorithms.results.identity import writing
+
+if TYPE_CHECKING:
+    from deadwood_algorithms.files.dem_blocks import DemBlocks
 
 __doc__ = f"""{__doc__}
 Sources:

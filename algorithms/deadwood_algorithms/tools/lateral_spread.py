@@ -205,4 +205,6 @@ def sector(centre: tuple[float, float], radius: float, low: float, width: float)
     return shapely.Polygon(np.vstack([centre, arc, centre]))
 
 
-TOOL = Tool("lateral-spread", "Evaluate", "Deposits: azimuths and lateral spread of each release", Ask, run)
+TOOL = Tool(
+    "lateral-spread", "Evaluate", "Measure azimuths and lateral spread of the deposits of each release", Ask, run
+)

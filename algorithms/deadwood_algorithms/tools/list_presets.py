@@ -57,4 +57,4 @@ def preset_lines(rows: Sequence[Listed]) -> list[str]:
     return shown
 
 
-TOOL = Tool("list-presets", "Prepare", "List what can be picked by name, with its values and source", Ask, run, False)
+TOOL = Tool("list-presets", "Prepare", "List the presets, with their values and sources", Ask, run, False)

@@ -199,7 +199,7 @@ class Maps:
         from deadwood_algorithms.evaluate.hazard.legend import ranges_of
         from deadwood_algorithms.files.rasters import write_classes
 
-        write_classes(self.folder / f"{name}.tif", values, self.grid, rows, description=about)
+        write_classes(self.folder / f"{name}.tif", values, self.grid, rows, meaning=about)
         count = np.bincount(values.ravel(), minlength=256)
         ends = ranges_of(scale[0]) if scale else [None] * len(rows)
         for (value, _, label), end in zip(rows, ends, strict=True):
@@ -234,8 +234,8 @@ def write_years(path: Path, years: Sequence[NDArray[np.float64]], grid: Grid) ->
 
     passed = np.isfinite(years[0])
     bands = {band.name: np.where(passed, each, np.nan) for band, each in zip(RETURN.bands, years, strict=True)}
-    units = [band.unit for band in RETURN.bands]
-    write_bands(path, bands, grid, nodata=np.nan, dtype="float32", units=units, style=RETURN.look)
+    told = {"units": [band.unit for band in RETURN.bands], "style": RETURN.look, "raster": RETURN.name}
+    write_bands(path, bands, grid, nodata=np.nan, dtype="float32", **told)
 
 
 def warn_of_lost(source: Run, rows: Sequence[dict[str, Any]], feedback: Feedback) -> int:
@@ -307,7 +307,7 @@ def line_words(row: dict[str, Any]) -> str:
 TOOL = Tool(
     "map-intensity",
     "Evaluate",
-    "A run: classes of energy and probability, return periods, and the matrix",
+    "Map classes of energy and probability, return periods, and the matrix",
     Ask,
     run,
     then="deadwood-tool make-report RUN --results {output} --output report.html",

@@ -108,9 +108,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
                 "--least, or release more"
             )
         bands, units = found.bands()
-        write_bands(
-            folder / RASTER, bands, found.grid, nodata=np.nan, dtype="float32", units=units, style=ORIGIN_REACH.look
-        )
+        told = {"units": units, "style": ORIGIN_REACH.look, "raster": ORIGIN_REACH.name}
+        write_bands(folder / RASTER, bands, found.grid, nodata=np.nan, dtype="float32", **told)
         layers = {"sources": origins.sources_frame(found, source_shares)}
         affected = origins.affected_frame(source, cells.passed_window(source), affected_shares, feedback)
         if affected is not None:
@@ -217,7 +216,7 @@ def lines_of(facts: dict[str, Any]) -> tuple[str, ...]:
 TOOL = Tool(
     "map-origins",
     "Evaluate",
-    "A run: from where roads are reached, and what ground logs pass",
+    "Map the places from which roads are reached, and the ground passed",
     Ask,
     run,
     then="deadwood-tool make-report RUN --results {output} --output report.html",

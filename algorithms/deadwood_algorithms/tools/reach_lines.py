@@ -109,4 +109,4 @@ def lines_of(facts: dict) -> tuple[str, ...]:
     return tuple(shown)
 
 
-TOOL = Tool("reach-lines", "Evaluate", "Stored trajectories: probability of reaching roads or houses", Ask, run)
+TOOL = Tool("reach-lines", "Evaluate", "Compute the probability of reaching roads or houses, and arrivals", Ask, run)

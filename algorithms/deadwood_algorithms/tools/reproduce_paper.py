@@ -644,7 +644,7 @@ class Steps:
 TOOL = Tool(
     "reproduce-paper",
     "Evaluate",
-    "The paper's findings, one by one, on two twins or the real sites",
+    "Test the paper's findings on two synthetic twins or the real sites",
     Ask,
     run,
 )

@@ -32,6 +32,7 @@ The tool does not assess where wood could start to slide (``assess-mobilisation`
 from __future__ import annotations
 
 import re
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -41,7 +42,6 @@ import shapely
 
 from deadwood_algorithms import schemas
 from deadwood_algorithms.files.columns import id_column, schema_column, where_of
-from deadwood_algorithms.files.dem_blocks import DemBlocks
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params import presets, tool
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError
@@ -63,6 +63,8 @@ from deadwood_algorithms.schemas import DBH_CM, DENSITY_KG_M3, DROP_M, SPEED_MS,
 
 if TYPE_CHECKING:
     import pandas
+
+    from deadwood_algorithms.files.dem_blocks import DemBlocks
 
 MOST_LOGS = 10**9
 BYTES = 650  # a log, measured on a million: drawn and written
@@ -138,13 +140,14 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.vectors import write_vector
 
     refuse_contradictions(ask)
-    with writing(TOOL, ask, feedback) as outputs, open_ground(ask.dem, crs=ask.crs, feedback=feedback) as ground:
+    with writing(TOOL, ask, feedback) as outputs, ExitStack() as opened:
         temporary = outputs.file("output", ".gpkg")
         if ask.orientation == "upright" and (lies := lying_wood(ask)):
             feedback.warn(
                 f"logs are released upright, as dead trees that stand (--orientation), but '{lies}' suggests lying "
                 f"wood; --orientation random-lying releases it so, which changes how far logs go"
             )
+        ground = opened.enter_context(open_ground(ask.dem, crs=ask.crs, feedback=feedback))
         areas, shapes = read_areas(ask, ground, feedback)
         weights = read_weights(ask.weights, weighted_ground(ask, ground, shapes), feedback) if ask.weights else None
         names = release_ids(areas, ask.release_id_field)
@@ -339,7 +342,7 @@ def refuse_off_dem(place: np.ndarray, ground: Grid | DemBlocks, where: str) -> N
 TOOL = Tool(
     "sample-releases",
     "Prepare",
-    "Draw release positions of logs in points, polygons or by a raster",
+    "Draw start positions of logs in points, polygons or by a raster",
     Ask,
     run,
     then="deadwood-tool slide-logs --dem DEM --releases {output} --friction 0.25 --output run",

@@ -227,7 +227,7 @@ def contours_of(
 TOOL = Tool(
     "site-barriers",
     "Evaluate",
-    "A run: where a barrier keeps most logs away, by its length and height",
+    "Find where a barrier keeps most logs away, by its length and height",
     Ask,
     run,
     then="deadwood-tool make-report RUN --results {output} --output report.html",

@@ -155,7 +155,7 @@ def values_of(ask: Ask, feedback: Feedback) -> Outcome:
 TOOL = Tool(
     "value-trees",
     "Evaluate",
-    "A run: effect of each tree, lying log, barrier and stand at each line",
+    "Compute the effect of each tree, lying log, barrier and stand at each line",
     Ask,
     run,
     then="deadwood-tool make-report RUN --results {output} --output report.html",

@@ -290,7 +290,7 @@ def write(
 TOOL = Tool(
     "vary",
     "Evaluate",
-    "The most influential inputs: factors varied alone and together",
+    "Find the most influential inputs: factors varied alone and together",
     Ask,
     run,
     then="deadwood-tool make-report RUN --results {output} --output report.html",

@@ -66,7 +66,7 @@ class Ask:
         "Azimuth towards which stems fall, where the wind blows to", unit="°", minimum=0.0, maximum=360.0
     )
     scatter_deg: float = tool.number(
-        "Standard deviation of that azimuth azimuth", unit="°", default=20.0, minimum=0.0, maximum=180.0
+        "Standard deviation of that azimuth", unit="°", default=20.0, minimum=0.0, maximum=180.0
     )
     stump_m: float = tool.number(
         "Height of the stumps", unit="m", default=0.5, minimum=0.0, help="0: none, the stems are uprooted."
@@ -187,4 +187,4 @@ def lines_of(facts: Mapping[str, Any], made: Mapping[str, Path], dem: str) -> tu
     return tuple(shown)
 
 
-TOOL = Tool("windthrow", "Prepare", "Trees and a storm: layers before, after, years on and cleared", Ask, run)
+TOOL = Tool("windthrow", "Prepare", "Make the forests of a storm: before, after, years later, cleared", Ask, run)

@@ -163,6 +163,9 @@ def test_a_click_slides_logs_and_tells_who_reaches_what(page, shared):
     changed = np.abs(page.picture() - before).max(axis=2) > 24.0
     assert changed[:, :880].mean() > 0.005
     assert complaints(shared) == []
+    tiles = {each for each in shared.requests if "/tiles/" in each}
+    assert tiles
+    assert all(re.search(r"\?scene=.*_\d+$", each) for each in tiles)  # none that was kept of another scene
     origin = page.address.split("?")[0]
     assert {each.split("?")[0] for each in shared.requests if not each.startswith("data:")} >= {origin}
     assert all(each.startswith((origin, "data:")) for each in shared.requests)
@@ -287,8 +290,8 @@ def test_what_cannot_be_is_said_in_words(page):
     assert not page.ask("document.body.classList.contains('busy')")
     page.release()
     page.key("l")
-    page.drag((80.0, 150.0), (170.0, 150.0))  # longer than a log may be
-    page.wait("document.getElementById('alert').innerText.includes('a lying log is 90 m long')")
+    page.drag((14.0, 150.0), (172.0, 150.0))  # longer than a log may be
+    page.wait("document.getElementById('alert').innerText.includes('a lying log is 158 m long')")
     assert page.state("edits.lying_logs") == []
     page.release()
     assert page.ask("document.getElementById('alert').hidden")

@@ -10,7 +10,7 @@ from typing import Any
 import geopandas as gpd
 import numpy as np
 import pytest
-from explore_case import Asked, opened, whole_picture, write_case
+from explore_case import COLUMNS, ROWS, Asked, opened, whole_picture, write_case
 from slope_case import assert_same_bytes, layer, raster, summary
 
 from deadwood_algorithms.params.tool import UserError
@@ -145,3 +145,25 @@ def test_without_any_layer_it_works_as_well(tmp_path: Path):
         asked.edit(plant=EVERYTHING["plant"], barriers=EVERYTHING["barriers"], lying_logs=EVERYTHING["lying_logs"])
         asked.keep("a")
         assert np.array_equal(raster(tmp_path / "kept" / "a" / "hit_count.tif"), whole_picture(asked.frames[-1]))
+
+
+def test_what_is_kept_of_a_large_terrain_is_slid_on_windows_and_is_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    """`slide-logs` reads of a large terrain model only what logs reach, and a window that was too small grows."""
+    from deadwood_algorithms.scene import layers as read
+    from deadwood_algorithms.scene import reach
+    from deadwood_algorithms.simulate import windows
+
+    for module in (read, windows):
+        monkeypatch.setattr(module, "WHOLE_CELLS", 1000)
+    monkeypatch.setattr(reach, "BLOCK_CELLS", 16)
+    parts: list[Any] = []
+    part_of = windows.part_of
+    monkeypatch.setattr(windows, "part_of", lambda *given: parts.append(part_of(*given)) or parts[-1])
+    with opened(write_case(tmp_path), output=str(tmp_path / "kept")) as asked:
+        asked.release(n=60, shape={"circle": [90.0, 120.0, 5.0]})
+        asked.edit(**EVERYTHING)
+        asked.keep("large")
+        assert_is_what_was_shown(asked, tmp_path / "kept" / "large")
+    assert parts[0].cells < ROWS * COLUMNS

@@ -1,4 +1,4 @@
-"""A question slid in batches is one run; what a change does is what sliding all anew tells; windows change nothing."""
+"""A question slid in batches is one run; what a change does is what sliding all anew tells."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
-from explore_case import CIRCLE, LOGS, Asked, assert_same_answer, opened, whole_picture, write_case
+from explore_case import CIRCLE, COLUMNS, LOGS, ROWS, Asked, assert_same_answer, opened, whole_picture, write_case
 
-from deadwood_algorithms.explore import place
-from deadwood_algorithms.explore.answer import Answer, parts_of
+from deadwood_algorithms.explore.answer import NOWHERE, Answer, Hits, parts_of
 from deadwood_algorithms.explore.questions import MOST_LOGS
+from deadwood_algorithms.files.grid import Part
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.stats.statistics import paired_interval, wilson_interval
 from deadwood_engine import Rasters, slide
@@ -164,42 +164,75 @@ def test_changes_stay_for_what_is_released_next(asked: Asked):
     assert_same_answer(asked.release(), again)
 
 
-@pytest.mark.parametrize("beside", [5.0, 40.0])
-def test_a_window_of_the_terrain_is_the_whole_to_the_bit(
-    layers: dict[str, str], warm: Asked, monkeypatch: pytest.MonkeyPatch, beside: float
+@pytest.mark.parametrize("fidelity", ["draft", "standard", "reference"])
+@pytest.mark.parametrize("shape", ["cone", "points"])
+def test_all_that_is_drawn_lies_where_it_is_looked_for(
+    layers: dict[str, str], tmp_path, monkeypatch: pytest.MonkeyPatch, fidelity: str, shape: str
 ):
-    """A narrow one must grow on the way: what was told before it did is not told again."""
-    changes = CHANGES[3]
-    warm.edit()
-    whole = [warm.release(), warm.edit(**changes)]
-    dones = [frame.facts["done"] for frame in warm.frames]
-    for name, value in (("WHOLE_CELLS", 0), ("BESIDE_M", beside), ("MOST_DOWN_M", 40.0)):
-        monkeypatch.setattr(place, name, value)
-    monkeypatch.setattr("deadwood_algorithms.explore.session.LONGEST_LYING_M", 8.0)
-    with opened(layers) as asked:
-        assert_same_answer(asked.release(), whole[0])
-        assert [frame.facts["done"] for frame in asked.frames] == dones
-        part = asked.session.window.dem.part
-        assert part.cells < asked.session.layers.dem.part.cells
-        assert_same_answer(asked.edit(**changes), whole[1])
-        assert [frame.facts["done"] for frame in asked.frames] == dones
+    """Of the rasters, as large as the terrain model, only a part is looked at."""
+    if shape == "points":
+        place = tmp_path / "rock.pts"
+        place.write_text("\n".join(f"{x} {y} {z}" for x in (-1, 1) for y in (-0.5, 0.5) for z in (-2, 2)) + "\n")
+        shape = str(place)
+    seen = []
+    of = Hits.of
+
+    def looked(rasters: Rasters, part: Part) -> Hits:
+        seen.append((rasters.totals()["hit_count"].sum(), part.cells))
+        return of(rasters, part)
+
+    monkeypatch.setattr(Hits, "of", staticmethod(looked))
+    with opened(layers, shape=shape) as asked:
+        told = asked.release(fidelity=fidelity, n=60)
+        asked.edit(**CHANGES[3])
+    cells = ROWS * COLUMNS
+    assert sum(total for total, _ in seen[:2]) == whole_picture(told).sum() > 0
+    assert all(number < cells for _, number in seen[:2])
+    assert whole_picture(asked.frames[-1]).sum() > 0
 
 
-def test_a_friction_by_cell_holds_on_a_window(layers: dict[str, str], tmp_path, monkeypatch: pytest.MonkeyPatch):
+def test_hits_add_up_and_are_taken_away_wherever_their_boxes_lie():
+    rng = np.random.default_rng(5)
+    parts, grid = [], np.zeros((40, 50), np.int64)
+    for sign in (1, 1, -1, 1):
+        row, column = rng.integers(0, 20, 2)
+        count = rng.integers(0, 9, rng.integers(1, 20, 2))
+        parts.append(Hits((int(column), int(row)), count))
+        grid[row : row + count.shape[0], column : column + count.shape[1]] += sign * count
+    together = Hits.summed([*parts, NOWHERE], [1, 1, -1, 1, 1])
+    rows, columns = np.flatnonzero(grid.any(axis=1)), np.flatnonzero(grid.any(axis=0))
+    assert together.first == (columns[0], rows[0])
+    assert np.array_equal(together.count, grid[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1])
+    assert Hits.summed([parts[0], parts[0]], [1, -1]) is NOWHERE
+    assert Hits.summed([]) is NOWHERE
+
+
+def test_a_friction_by_cell_holds_and_gives_way_to_a_number(layers: dict[str, str], tmp_path):
     import rasterio
 
     with rasterio.open(layers["dem"]) as source:
         facts = source.profile
-        values = np.random.default_rng(1).uniform(0.2, 0.5, source.shape).astype("float32")
+        values = np.full(source.shape, 0.4, np.float32)
     with rasterio.open(tmp_path / "friction.tif", "w", **facts) as made:
         made.write(values, 1)
-    by_cell = {"friction": str(tmp_path / "friction.tif")}
-    with opened(layers, **by_cell) as asked:
+    with opened(layers, friction=0.4) as asked:
+        everywhere, other = asked.release(), asked.release(friction=0.2)
+    with opened(layers, friction=str(tmp_path / "friction.tif")) as asked:
         assert asked.session.defaults.friction is None
-        whole = asked.release()
-    monkeypatch.setattr(place, "WHOLE_CELLS", 0)
-    with opened(layers, **by_cell) as asked:
-        assert_same_answer(asked.release(), whole)
+        assert_same_answer(asked.release(), everywhere)
+        assert_same_answer(asked.release(friction=0.2), other)
+
+
+def test_what_holds_logs_behind_the_trees_is_no_tree(layers: dict[str, str]):
+    """Lying logs are numbered after the trees, and so are planted ones."""
+    only = {name: layers[name] for name in ("dem", "lying_logs", "lines")}
+    with opened(only) as asked:
+        told = asked.release(shape={"circle": [106.0, 135.0, 4.0]}, n=60)
+        assert told.facts["stopped"]["lying_log"] > 0
+        assert told.facts["holders"] == []
+        told = asked.edit(plant=[{"x": 20.0, "y": 100.0, "dbh_cm": 30.0, "height_m": 9.0}])
+        assert told.facts["stopped"]["lying_log"] > 0
+        assert told.facts["holders"] == []
 
 
 def test_the_first_batch_is_always_finished_and_no_other_begun_in_vain(asked: Asked):
@@ -340,7 +373,7 @@ REFUSED_EDITS: list[tuple[dict[str, Any], str]] = [
     ({"barriers": [{"points": [[5.0, 5.0], [5.0, 5.0]], "height_m": 2.0}]}, "has no length"),
     ({"barriers": [{"points": [[5.0, 5.0], [5.0, 500.0]], "height_m": 2.0}]}, "lies off the terrain model"),
     ({"barriers": [{"points": [[5.0, 5.0], [9.0, 5.0]], "height_m": -2.0}]}, "'height_m' is -2"),
-    ({"lying_logs": [{"points": [[5.0, 5.0], [95.0, 5.0]], "diameter_cm": 40.0}]}, "at most 60 m"),
+    ({"lying_logs": [{"points": [[5.0, 5.0], [165.0, 5.0]], "diameter_cm": 40.0}]}, "at most 150 m"),
     ({"barriers": ["x"]}, "'barriers' must be an object"),
 ]
 
@@ -388,6 +421,20 @@ def test_a_thousand_random_actions_leave_the_memory_flat(asked: Asked):
         tracemalloc.stop()
     # an answer of six logs holds half a megabyte at most, and one more or less may be alive
     assert after - before < 2_000_000
+
+
+def test_warming_up_leaves_no_question_and_needs_no_ground_in_the_middle(layers: dict[str, str], tmp_path):
+    import rasterio
+
+    with rasterio.open(layers["dem"]) as source:
+        facts, values = source.profile, source.read(1)
+    values[:200, 40:] = -9999.0
+    with rasterio.open(tmp_path / "dem.tif", "w", **facts) as made:
+        made.write(values, 1)
+    with opened({"dem": str(tmp_path / "dem.tif")}) as asked:
+        asked.session.warm_up()
+        assert asked.session.answer is None
+        assert asked.release(shape={"circle": [20.0, 190.0, 5.0]}, n=5).facts["done"] == 5
 
 
 def test_the_batches_of_many_logs():

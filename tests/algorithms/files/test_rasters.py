@@ -181,6 +181,19 @@ def test_what_is_written_reads_back_in_the_same_place(tmp_path, dtype):
         assert made.block_shapes == [(256, 256)]
 
 
+@pytest.mark.parametrize("side", [20, 600])
+def test_a_band_says_what_it_means(tmp_path, side):
+    """Also in the layout of a cloud-optimised file, which is a copy of the file."""
+    grid = read_dem(write_map(tmp_path / "dem.tif", np.ones((side, side), np.float32)))
+    write_raster(
+        tmp_path / "a.tif", grid.values, grid, dtype="float32", units="m", description="speed_max", raster="speed_max"
+    )
+    with rasterio.open(tmp_path / "a.tif") as made:
+        assert made.descriptions == ("speed_max",)
+        assert made.tags(1)["long_name"] == "Largest speed of a log over the cell"
+        assert bool(made.overviews(1)) == (side == 600)
+
+
 def test_a_raster_on_the_same_cells_is_taken_as_it_is(tmp_path):
     grid = read_dem(write_map(tmp_path / "dem.tif"))
     friction = write_map(tmp_path / "mu.tif", MAP / 100, nodata=0.22)

@@ -18,6 +18,7 @@ from slope_case import Case, edit_manifest, points, summary, write_layer
 
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.report import rounded
+from deadwood_algorithms.report.figures import Drawing
 from deadwood_algorithms.report.markup import element, embedded_json, table
 from deadwood_algorithms.report.sections import points_words
 from deadwood_algorithms.report.words import Words
@@ -26,6 +27,7 @@ from deadwood_algorithms.tools import make_report
 from deadwood_engine import STOP_REASONS
 
 ROOT = Path(__file__).parents[3]
+EDGE_IN = 0.02  # of a figure, over which a hair of a letter may reach
 EVIL = "<script>alert('&amp;')</script>\"$x^2$"
 
 
@@ -348,6 +350,26 @@ def test_in_german(run):
     assert re.search(r"\d,\d", text)
     for english in ("What was modelled", "95th percentile", "held by a tree", "rigid"):
         assert english not in text
+
+
+@pytest.mark.parametrize("language", ["en", "de"])
+def test_all_that_a_figure_says_lies_within_it(run, tmp_path, monkeypatch, language):
+    """Titles, legends, names of ticks: nothing that is drawn reaches over the edge of the paper."""
+    over = []
+
+    def look(drawing, folder):
+        figure = drawing.made()
+        figure.draw_without_rendering()
+        box = figure.get_tightbbox()
+        if min(box.x0, box.y0) < -EDGE_IN or (box.max > figure.get_size_inches() + EDGE_IN).any():
+            over.append((drawing.name, box.extents, figure.get_size_inches()))
+        return []
+
+    monkeypatch.setattr(Drawing, "write", look)
+    make_report.TOOL(
+        runs=str(run), output=str(tmp_path / "p.html"), figures=str(tmp_path / "figures"), language=language
+    )
+    assert over == []
 
 
 def test_figures_and_scene_as_files(run, tmp_path):

@@ -35,11 +35,11 @@ def test_every_message_is_translated_with_the_same_gaps_and_none_is_left_over(la
 @pytest.mark.parametrize("language", OTHERS)
 def test_the_catalogue_is_one_of_gettext_and_is_up_to_date(language):
     """Babel reads in it what the toolbox does, and has nothing to add."""
-    with translations.file_of(language).open("rb") as file:
+    with translations.REPORT.file_of(language).open("rb") as file:
         found = read_po(file, locale=language, abort_invalid=True)
     theirs = {(each.context, each.id): each.string for each in found if each.id}
     assert theirs == catalogue(language)
-    assert {(each.context, each.id) for each in translations.updated(language) if each.id} == theirs.keys()
+    assert {(each.context, each.id) for each in translations.REPORT.updated(language) if each.id} == theirs.keys()
 
 
 def test_what_of_the_format_is_read():

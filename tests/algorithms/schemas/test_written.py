@@ -7,12 +7,13 @@ from collections.abc import Iterable, Iterator
 
 import every_output
 import pytest
+import rasterio
 from every_output import Found
 
 from deadwood_algorithms.schemas import BARRIERS, BLOCKS, LINES, LYING_LOGS, RELEASES, STRUCTURES, TREES
-from deadwood_algorithms.schemas.files import FAILED, TERRAIN_TILES
+from deadwood_algorithms.schemas.files import DANGER, FAILED, TERRAIN_TILES
 from deadwood_algorithms.schemas.words import JsonFile, Layer, Output, RasterFile, TableFile
-from deadwood_algorithms.schemas.written import WRITTEN, fits
+from deadwood_algorithms.schemas.written import WRITTEN, band_named, fits
 from deadwood_toolbox.shelf import NAMES
 
 # Users' layers as they were given, without columns that are not; what only a defect of the engine writes, and what
@@ -123,9 +124,31 @@ def test_geometries_are_those_declared(found):
 def test_the_names_above_match_as_they_should():
     assert fits("reach_LINE_percent", "reach_road_percent")
     assert fits("difference_SCENARIO.tif", "difference_with-forest.tif")
-    assert fits("Hits of COUNT logs | logs | uint32", "Hits of 40 logs | logs | uint32")
+    assert fits("speed, PERCENT % | m/s | float32", "speed, 90 % | m/s | float32")
     assert fits(" | m | NUMBER", " | m | uint16")
     assert fits("logs.by_stop_reason.REASON", "logs.by_stop_reason.tree")
     assert fits("run.gpkg|layername=deposits", "run.gpkg|layername=deposits")
     assert not fits("reach_LINE", "runout_m")
     assert not fits("reach[].p", "reach[].ci_low")
+
+
+def test_bands_have_short_names_and_say_what_they_mean(found):
+    """Names that fit a list of layers; the meaning as ``long_name``, also where GDAL has laid the file out anew."""
+    for each in found:
+        if each.path.suffix != ".tif" or fits("dem_CHANGE.tif", each.path.name) or each.path.name == "dem.tif":
+            continue
+        with rasterio.open(each.path) as source:
+            for number, name in enumerate(source.descriptions, start=1):
+                assert name is None or len(name) <= 32, (each.place, name)
+                if name is not None:
+                    assert len(source.tags(number)["long_name"]) > 10, (each.place, name)
+
+
+def test_a_band_has_the_meaning_of_the_name_that_fits_it_best():
+    for name, words in (("line road", "Share that reaches"), ("line road: upper end", "Upper end")):
+        band = band_named("origins", name)
+        assert band is not None
+        assert band.meaning.startswith(words)
+    assert band_named("danger", "road") == DANGER.bands[-1]
+    assert band_named("danger", "any_line") == DANGER.bands[0]
+    assert band_named("unknown", "any_line") is None

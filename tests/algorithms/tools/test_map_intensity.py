@@ -173,7 +173,7 @@ def test_return_periods_of_one_area_are_those_of_the_shares(made, tmp_path):
     found, hits = maps(made, tmp_path / "m", events_per_year=0.2), fields()["hit_count"]
     with rasterio.open(tmp_path / "m" / "return_period.tif") as source:
         years, low, high = (band[::-1] for band in source.read())
-        assert source.descriptions == ("Return period", "Lower end of its 95 % interval", "Upper end")
+        assert source.descriptions == ("return_period", "ci_low", "ci_high")
     assert np.isnan(years[hits == 0]).all()
     for row, column in np.argwhere(hits > 0)[::37]:
         count = int(hits[row, column])

@@ -131,7 +131,8 @@ def test_the_rasters(full):
     assert np.nanmax(maps["energy_max"]) == pytest.approx(deposits["energy_max_kj"].max(), rel=1e-3)
     assert np.nanmax(maps["jump_max"]) == pytest.approx(deposits["jump_max_m"].max(), rel=1e-6)
     with rasterio.open(full / "jump_max.tif") as source:
-        assert source.descriptions[1] == "Greatest height of a log's centre of mass above the terrain"
+        assert source.descriptions == ("jump_max", "height_max")
+        assert source.tags(2)["long_name"].startswith("Greatest height above the terrain of the centre of mass")
         assert source.units == ("m", "m")
         height = source.read(2)
         assert np.array_equal(np.isnan(height), untouched)

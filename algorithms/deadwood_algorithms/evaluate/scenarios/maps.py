@@ -22,7 +22,7 @@ from deadwood_algorithms.evaluate.scenarios.paired_runs import Compared, Scenari
 from deadwood_algorithms.files import styles
 from deadwood_algorithms.files.dem_windows import WindowWriter
 from deadwood_algorithms.files.geotiff import TILE_CELLS, geotiff_profile
-from deadwood_algorithms.files.rasters import open_raster
+from deadwood_algorithms.files.rasters import describe_band, open_raster
 from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
 from deadwood_algorithms.schemas.files import DIFFERENCE
 
@@ -52,9 +52,9 @@ def difference_map(one: Scenario, other: Scenario, path: Path, feedback: Feedbac
                 if np.isfinite(bands[0]).any():
                     writer.write(bands, window)
                 feedback.progress(start + window.height, shape[0], f"mapping {other.name} against {one.name}")
-            about = f"Difference of the share of logs that pass: {other.name} - {one.name}"
-            writer.target.set_band_description(1, about)
-            writer.target.set_band_description(2, "The same in standard errors of unpaired runs")
+            about = f"Share of the logs that pass, {other.name} minus {one.name}"
+            describe_band(writer.target, 1, "difference", meaning=about)
+            describe_band(writer.target, 2, "standard_errors", meaning=f"{about}, in standard errors of unpaired runs")
             writer.target.set_band_unit(1, "1")
     styles.store_beside(path, styles.of_raster(DIFFERENCE.look))
 

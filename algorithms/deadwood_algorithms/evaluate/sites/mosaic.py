@@ -22,11 +22,11 @@ from deadwood_algorithms.files.dem_blocks import WHOLE_CELLS
 from deadwood_algorithms.files.dem_windows import WindowWriter
 from deadwood_algorithms.files.geotiff import TILE_CELLS, geotiff_profile
 from deadwood_algorithms.files.grid import Grid, Part
+from deadwood_algorithms.files.rasters import describe_band
 from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
 from deadwood_algorithms.results.danger import ANY, COUNT, danger_bands, units_of
 from deadwood_algorithms.results.run_folder import read_manifest
 from deadwood_algorithms.results.writing import (
-    ANY_COUNT,
     MAPS,
     bands_of,
     nodata_of,
@@ -40,9 +40,9 @@ COUNTS = ("hit_count", "deposit_count")
 # Of which file, and which band of it, each is
 MAXIMA = {
     each: (name, number)
-    for name, _, _, meaning, _ in MAPS
+    for name, *_ in MAPS
     if name.endswith("_max")
-    for number, (each, _) in enumerate(bands_of(name, meaning), start=1)
+    for number, each in enumerate(bands_of(name), start=1)
 }
 DANGER_COUNT = "danger_count.tif"
 
@@ -146,11 +146,8 @@ def _merge_by_windows(
 ) -> dict[str, str]:
     """The same where the runs are too far apart to be held at once: tile by tile of those that any run has stored."""
     frame, logs = pieces[0].grid, sum(each.logs for each in pieces)
-    named = {name: bands_of(name, meaning) for name, _, _, meaning, _ in MAPS}
-    rows = {
-        name: (kind, [units] * len(named[name]), [each for _, each in named[name]], style)
-        for name, kind, units, _, style in MAPS
-    }
+    named = {name: bands_of(name) for name, *_ in MAPS}
+    rows = {name: (kind, [units] * len(named[name]), named[name], style) for name, kind, units, style in MAPS}
     if lines:
         names = [ANY, COUNT, *lines]
         rows["danger"] = ("float32", units_of(names), names, DANGER.look)
@@ -158,21 +155,21 @@ def _merge_by_windows(
     windows = touched_tiles(parts, frame.shape)
     with ExitStack() as stack:
         writers = {}
-        for name, (kind, units, meanings, _) in rows.items():
+        for name, (kind, units, names, _) in rows.items():
             nodata = nodata_of(name, kind, windowed=True)
             profile = geotiff_profile(frame.shape, frame.crs, frame.transform, kind, nodata, len(units))
             profile |= {"SPARSE_OK": True, "interleave": "band"}
             writer = stack.enter_context(WindowWriter(folder / f"{name}.tif", **profile))
-            for number, (unit, meaning) in enumerate(zip(units, meanings, strict=True), start=1):
+            for number, (unit, each) in enumerate(zip(units, names, strict=True), start=1):
                 writer.target.set_band_unit(number, unit)
-                writer.target.set_band_description(number, meaning)
+                describe_band(writer.target, number, each, raster=name)
             writers[name] = writer
         for done, window in enumerate(windows):
             if feedback.cancelled():
                 raise Cancelled
             total, outside = merged_values(pieces, parts, window, lines)
             values = {**total, "reach_probability": shares_of(total["hit_count"], logs, outside)}
-            bands = {name: np.stack([values[each] for each, _ in named[name]]) for name in named}
+            bands = {name: np.stack([values[each] for each in named[name]]) for name in named}
             if lines:
                 found = danger_bands(total["hit_count"], total["danger"], lines, danger_least)
                 bands["danger"] = np.stack(list(found.values()))
@@ -217,7 +214,7 @@ def danger_lines_of(folder: Path) -> list[str]:
         return []
     with rasterio.open(place) as source:
         names = [str(each) for each in source.descriptions]
-    if names[0] != ANY_COUNT:
+    if names[0] != ANY:
         raise UserError(f"{place}: not written by this version")
     return names[1:]
 

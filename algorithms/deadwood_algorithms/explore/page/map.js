@@ -28,6 +28,7 @@ export class SlopeMap {
     this.scene = scene;
     this.terrain = terrain;
     this.tiles.clear();
+    this.stamp = stampOf(scene); // or the browser would show the relief that it kept of another scene at this address
     this.squares = new Squares(scene.data.trees_x, scene.data.trees_y, scene.extent, 16);
     this.overview = null;
     if (fresh) this.whole();
@@ -109,7 +110,7 @@ export class SlopeMap {
       tile.decoding = "async";
       tile.onload = () => { tile.ready = true; this.draw(); };
       tile.onerror = () => { tile.lacking = true; };
-      tile.src = `tiles/${name}.png`;
+      tile.src = `tiles/${name}.png?scene=${this.stamp}`;
     }
     this.tiles.set(name, tile);
     if (this.tiles.size > MOST_TILES) this.tiles.delete(this.tiles.keys().next().value);
@@ -356,7 +357,8 @@ export class SlopeMap {
     if (variant.moves) {
       brush.beginPath();
       for (const [ax, ay, bx, by] of variant.moves) { brush.moveTo(...this.seen(ax, ay, pane)); brush.lineTo(...this.seen(bx, by, pane)); }
-      brush.strokeStyle = this.dark ? "rgba(255, 255, 255, 0.4)" : "rgba(20, 20, 20, 0.3)";
+      const dense = Math.min(0.35, Math.max(0.08, 25 / variant.moves.length)); // many are not to hide the cells
+      brush.strokeStyle = `rgba(${this.dark ? "255, 255, 255" : "20, 20, 20"}, ${dense})`;
       brush.lineWidth = 1;
       brush.stroke();
     }
@@ -490,6 +492,13 @@ export class SlopeMap {
   treeAt(x, y, pixels = 14) { return this.squares.nearest(x, y, Math.max(pixels / this.view.scale, 0.3)); }
 
   within(x, y) { return x >= 0 && y >= 0 && x <= this.scene.extent[2] && y <= this.scene.extent[3]; }
+}
+
+/* A name for the terrain of a scene, by its place and heights. */
+function stampOf({ origin, extent, cell, data }) {
+  let sum = 0;
+  for (const [k, each] of (data.heights || []).entries()) if (Number.isFinite(each)) sum = (sum * 31 + Math.round(1000 * each) + k) % 1e12;
+  return encodeURIComponent([...origin, ...extent, cell, sum].join("_"));
 }
 
 const snap = (value, ratio) => Math.round(value * ratio) / ratio;

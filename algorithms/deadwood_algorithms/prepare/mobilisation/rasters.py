@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +14,7 @@ from deadwood_algorithms.files import styles
 from deadwood_algorithms.files.dem_windows import DemWindows, WindowWriter
 from deadwood_algorithms.files.geotiff import geotiff_profile
 from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.files.rasters import describe_band
 from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
 from deadwood_algorithms.prepare.mobilisation.deadwood import Deadwood
 from deadwood_algorithms.prepare.mobilisation.relief import radius_of, relief
@@ -51,9 +51,9 @@ def write_susceptibility(
     total, known = 0.0, 0
     windows = _windows(dem.shape)
     with (
-        _writer(susceptible, dem, "float32", np.nan, ("susceptibility",), ("1",)) as output,
-        _writer(factors, dem, "float32", np.nan, *zip(*FACTORS, strict=True), final=keeps_factors) as beside,
-        _writer(mask, dem, "uint8", None, ("susceptible",), ("1",), final=False) as above,
+        _writer(susceptible, dem, "float32", np.nan, {"susceptibility": "1"}, "susceptibility") as output,
+        _writer(factors, dem, "float32", np.nan, dict(FACTORS), "factors", final=keeps_factors) as beside,
+        _writer(mask, dem, "uint8", None, {"susceptible": "1"}, final=False) as above,
     ):
         for done, (rows, columns) in enumerate(windows):
             if feedback.cancelled():
@@ -125,11 +125,19 @@ def _inner(values: NDArray[np.float64], rim: int) -> NDArray[np.float64]:
 
 
 def _writer(
-    path: Path, dem: DemWindows, dtype: str, nodata: float | None, names: Any, units: Any, *, final: bool = True
+    path: Path,
+    dem: DemWindows,
+    dtype: str,
+    nodata: float | None,
+    bands: Mapping[str, str],
+    raster: str = "",
+    *,
+    final: bool = True,
 ) -> WindowWriter:
-    profile = geotiff_profile(dem.shape, dem.crs, dem.transform, dtype, nodata, len(names))
+    """``bands``: unit by name."""
+    profile = geotiff_profile(dem.shape, dem.crs, dem.transform, dtype, nodata, len(bands))
     writer = WindowWriter(path, final=final, **profile)
-    for band, (name, unit) in enumerate(zip(names, units, strict=True), start=1):
-        writer.target.set_band_description(band, name)
+    for band, (name, unit) in enumerate(bands.items(), start=1):
+        describe_band(writer.target, band, name, raster=raster)
         writer.target.set_band_unit(band, unit)
     return writer

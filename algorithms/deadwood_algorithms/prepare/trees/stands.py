@@ -12,7 +12,6 @@ import numpy as np
 import shapely
 
 from deadwood_algorithms.files.columns import number_column, where_of
-from deadwood_algorithms.files.dem_blocks import DemBlocks
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.units import factor, named, scaled
 from deadwood_algorithms.params.tool import Feedback, UserError
@@ -21,6 +20,8 @@ from deadwood_algorithms.schemas import DBH_CM, TREE_M
 
 if TYPE_CHECKING:
     import geopandas
+
+    from deadwood_algorithms.files.dem_blocks import DemBlocks
 
 DENSEST_PER_HA = 1e6  # 100 seedlings on each m2; no forest, and a slip of the unit
 # Column -> its least and largest value, and whether the least itself is allowed; and the names of PlatRock's zones.

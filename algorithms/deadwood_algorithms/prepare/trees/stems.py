@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import geopandas
 import numpy as np
@@ -11,7 +11,6 @@ import shapely
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.columns import number_column, schema_column, warn_implausible, where_of
-from deadwood_algorithms.files.dem_blocks import DemBlocks
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.tool import Feedback, UserError
@@ -19,6 +18,9 @@ from deadwood_algorithms.prepare.trees.throwing import LEAST_LOG_M, Lying, chose
 from deadwood_algorithms.scene.items import extent_words, ids_of, plan_of, shared_words
 from deadwood_algorithms.schemas import DBH_CM, TREES
 from deadwood_algorithms.stats import draws
+
+if TYPE_CHECKING:
+    from deadwood_algorithms.files.dem_blocks import DemBlocks
 
 STANDING, LYING, REMOVED = "standing", "lying", "removed"
 

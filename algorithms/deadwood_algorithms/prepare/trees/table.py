@@ -13,8 +13,6 @@ import numpy as np
 import shapely
 
 from deadwood_algorithms.files.columns import field_names, where_of
-from deadwood_algorithms.files.crs import is_local
-from deadwood_algorithms.files.dem_blocks import DemBlocks
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.prepare.trees import columns as tree_columns
@@ -25,6 +23,8 @@ from deadwood_algorithms.prepare.trees.sources import Layout
 if TYPE_CHECKING:
     import geopandas
     import pandas
+
+    from deadwood_algorithms.files.dem_blocks import DemBlocks
 
 SHRUBS = ("shrub", "liana")
 
@@ -166,6 +166,8 @@ def warn_of_idle_fields(
 
 def refuse_not_metric(source: geopandas.GeoDataFrame) -> None:
     """Without a DEM the layer keeps its own CRS, which a run could then not use unless it is in metres."""
+    from deadwood_algorithms.files.crs import is_local
+
     own = source.crs
     if own is not None and is_local(own):
         return

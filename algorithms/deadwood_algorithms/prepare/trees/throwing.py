@@ -9,14 +9,17 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from deadwood_algorithms.files.dem_blocks import DemBlocks
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.stats import draws
+
+if TYPE_CHECKING:
+    from deadwood_algorithms.files.dem_blocks import DemBlocks
 
 Array = NDArray[np.float64]
 TAPER = 0.5  # the top of a stem has half its DBH, as everywhere here

@@ -1,0 +1,48 @@
+"""QGIS's language: texts by the catalogues in ``locale``; what they lack stays English.
+
+The catalogues hold the plugin's own texts and those of the tools' declarations. Names that are typed (tools, flags,
+choices, files, columns) are never translated.
+"""
+
+from __future__ import annotations
+
+import gettext
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from qgis.core import QgsApplication
+
+from .help_text import pieces, title
+
+LOCALE = Path(__file__).parent / "locale"
+
+
+@lru_cache(maxsize=1)
+def catalogue() -> gettext.NullTranslations:
+    """Of the language that QGIS has been started in, such as ``de`` or ``de_CH``."""
+    return gettext.translation("plugin", LOCALE, [QgsApplication.locale()], fallback=True)
+
+
+def _(english: str) -> str:
+    """A text in QGIS's language; what it is about, as ``{name}``, is filled in afterwards."""
+    return catalogue().gettext(english) if english else ""
+
+
+def title_of(part: str) -> str:
+    """What a layer or file of a result is called in the map and in models."""
+    return _(title(part))
+
+
+def translated(told: dict[str, Any]) -> dict[str, Any]:
+    """A tool's declaration with all that a reader sees in QGIS's language."""
+    parameters = [
+        {**each, **{name: _(each[name]) for name in ("label", "help", "unit")}} for each in told["parameters"]
+    ]
+    return {
+        **told,
+        **{name: _(told[name]) for name in ("label", "group", "summary")},
+        "group_id": told["group"].lower(),
+        "description": "\n\n".join(_(each) for each in pieces(told["description"])),
+        "parameters": parameters,
+    }

@@ -1,0 +1,62 @@
+"""The catalogues of what QGIS shows: up to date, with the placeholders, options, code and numbers of the English."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+
+import pytest
+from babel.messages.pofile import read_po
+
+from deadwood_algorithms.report.languages import LANGUAGES
+from deadwood_algorithms.report.words import read_catalogue
+from deadwood_toolbox import translations
+from deadwood_toolbox.shelf import TOOLS
+
+OTHERS = LANGUAGES[1:]
+# What one types or reads in a file is the same in every language: placeholders, options, code, columns, files, numbers.
+KEPT = re.compile(
+    r"\{\w*\}|--[a-z][a-z-]*[a-z]|``.+?``|`[^`]+`|\b\w+_\w+\b|\b\w+\.(?:tif|gpkg|csv|json|html|qgz)\b|\d+(?:\.\d+)?"
+)
+
+
+def told(language: str) -> dict[str, str]:
+    text = translations.PLUGIN_TEXTS.file_of(language).read_text(encoding="utf-8")
+    return {english: translation for (_, english), translation in read_catalogue(text).items()}
+
+
+def kept(text: str) -> Counter[str]:
+    return Counter(KEPT.findall(text))
+
+
+@pytest.fixture(scope="module")
+def today() -> set[str]:
+    return {str(each.id) for each in translations.plugin_messages() if each.id}
+
+
+@pytest.mark.parametrize("language", OTHERS)
+def test_the_catalogue_is_up_to_date(language, today):
+    """With every text of today and no other, as Babel reads it; if not: python -m deadwood_toolbox.translations."""
+    with translations.PLUGIN_TEXTS.file_of(language).open("rb") as file:
+        found = read_po(file, locale=language, abort_invalid=True)
+    assert {str(each.id) for each in found if each.id} == today
+    assert {str(each.id): each.string for each in found if each.id and each.string and not each.fuzzy} == told(language)
+
+
+@pytest.mark.parametrize("language", OTHERS)
+def test_what_is_typed_is_not_translated(language):
+    assert [english for english, text in told(language).items() if kept(text) != kept(english)] == []
+
+
+@pytest.mark.parametrize("language", OTHERS)
+def test_every_name_is_translated(language):
+    """Groups, tools, summaries and labels of parameters; a help text that nobody has translated yet is English."""
+    known = told(language)
+    names = {name for tool in TOOLS if tool.in_qgis for name in (tool.group, tool.label, tool.summary)}
+    labels = {parameter.label for tool in TOOLS if tool.in_qgis for parameter in tool.parameters()}
+    assert sorted((names | labels) - known.keys()) == []
+
+
+def test_texts_of_the_plugin_and_of_the_declarations_are_found(today):
+    assert {"Canceled; nothing was left behind", "Open the results in the map", "Prepare", "Hit count"} <= today
+    assert any(each.startswith("A .pts file (x y z a line") for each in today)
