@@ -398,7 +398,7 @@ class Steps:
         runs = [str(self.slide(name, convention)) for name in names]
         place = self.step(
             self.results / ("comparison" + (f"_{convention}" if convention else "")), compare_scenarios.TOOL,
-            "comparing", runs=",".join(runs), names=",".join(names), seed=self.ask.seed,
+            "comparing", runs=",".join(runs), names=",".join(names), baseline="als", seed=self.ask.seed,
         )  # fmt: skip
         rows = json.loads((place / "comparison.json").read_text(encoding="utf-8"))["rows"]
         plain = [{key: float("nan") if value is None else value for key, value in row.items()} for row in rows]
