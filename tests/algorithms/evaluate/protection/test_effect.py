@@ -134,9 +134,9 @@ def test_changes_add_up_by_obstacle_and_line(planted):
     tasks = tasks_of([things[0], things[1], things[0]], [np.array([0]), np.array([1]), np.array([2])])
     tasks[2] = type(tasks[2])(0, things[0], np.array([2]))
     changes = [
-        Change(np.array([1, 0]), np.array([0, 1]), 1, 1_500_000),
-        Change(np.array([0, 1]), np.array([0, 0]), 4, 250_000),
-        Change(np.array([0, 0]), np.array([1, 0]), 2, 500_000),
+        Change(np.array([1, 0]), np.array([0, 1]), np.array([1, 0]), np.array([0, 1]), 1, 1_500_000),
+        Change(np.array([0, 1]), np.array([0, 0]), np.array([0, 0]), np.array([2, 0]), 4, 250_000),
+        Change(np.array([0, 0]), np.array([1, 0]), np.array([2, 1]), np.array([0, 0]), 2, 500_000),
     ]
     question: Any = SimpleNamespace(releases=range(4))
     layers: Any = SimpleNamespace(lines=SimpleNamespace(ids=["road", "rail"]))
@@ -145,6 +145,7 @@ def test_changes_add_up_by_obstacle_and_line(planted):
         ("a", "road"), ("a", "rail"), ("n", "road"), ("n", "rail")
     ]  # fmt: skip
     assert [(each.lost, each.gained) for each in found] == [(1, 1), (0, 1), (0, 0), (1, 0)]
+    assert [(each.unseen, each.unseen_now) for each in found] == [(3, 0), (1, 1), (0, 2), (0, 0)]
     assert [(each.n_total, each.n_reach, each.n_changed) for each in found] == [
         (4, 3, 3),
         (4, 1, 2),
@@ -157,17 +158,19 @@ def test_changes_add_up_by_obstacle_and_line(planted):
 
 
 def test_the_gain_is_of_the_logs_that_reach_without_it():
-    one = Effect(obstacle(TREE, "a", 0), "road", 200, 30, 2, 9, 4, 1.0)
+    one = Effect(obstacle(TREE, "a", 0), "road", 200, 30, 2, 9, 5, 3, 4, 1.0)
     value, low, high = one.gain()
     assert value == 7 / 200
     assert (low, high) == paired_interval(2, 9, 200)
     assert one.n_changed == 37
+    # whatever the logs did that left the terrain model: the 5 of the run all reach it, or the 3 without the tree do
+    assert one.gain_if_lost() == (2 / 200, 10 / 200)
 
 
 def test_ranks_are_among_the_same_kind_and_line():
     rng = np.random.default_rng(2)
     found = [
-        Effect(obstacle(kind, str(k), k), line, 100, 50, 0, 0, int(rng.integers(3)), float(rng.integers(2)))
+        Effect(obstacle(kind, str(k), k), line, 100, 50, 0, 0, 0, 0, int(rng.integers(3)), float(rng.integers(2)))
         for k in range(12)
         for kind in (TREE, BARRIER)
         for line in ("road", "rail")
