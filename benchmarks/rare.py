@@ -169,7 +169,8 @@ def measure(known: dict[str, Any], *, until: float) -> None:
     """Plain logs and repetitions of each kind in turn, until the time is up; each continues where it ended."""
     scene = forest()
     plain = known.setdefault("plain", {"logs": 0, "reach": [0] * len(LEVELS), "steps": 0, "cpu_s": 0.0})
-    known["from"] = study.provenance()
+    if time.time() < until:
+        known["from"] = study.provenance()
     while time.time() < until:
         for _ in range(PLAIN_EACH):
             logs = scenes.logs_of_block(PLAIN_FIRST + plain["logs"] // PLAIN_BLOCK, PLAIN_BLOCK)
@@ -312,6 +313,8 @@ def main() -> None:
     parser.add_argument("--minutes", type=float, default=20.0, help="begin no new repetitions after so long")
     ask = parser.parse_args()
     known = json.loads(MEASURED.read_text()) if MEASURED.is_file() else {}
+    if ask.minutes > 0.0 and known.get("from", {}).get("engine") != study.provenance()["engine"]:
+        known = {}  # the logs of two engines do not add up
     measure(known, until=time.time() + 60.0 * ask.minutes)
     write(known)
 

@@ -39,7 +39,7 @@ from deadwood_algorithms.stats.statistics import paired_interval
 def ways_of(reach: np.ndarray, near: np.ndarray) -> Ways:
     n, number = near.shape
     no, nan = np.zeros((n, number), bool), np.full((n, number), np.nan)
-    return Ways(reach, near, no, no, no, no, nan, nan)
+    return Ways(np.zeros(n, bool), reach, near, no, no, no, no, nan, nan)
 
 
 class Paper(Siting):
@@ -184,7 +184,7 @@ def test_without_lines_nothing_is_passed_on_the_way_to_one():
 def test_ways_of_some_logs_replace_theirs_alone():
     rng = np.random.default_rng(0)
     one, other = (
-        Ways(*(rng.random((k, 2)) for _ in range(8)))
+        Ways(*(rng.random((k, 2)) for _ in fields(Ways)))
         for k in (6, 2)  # numbers serve as well
     )
     rows = np.array([4, 1])
