@@ -149,7 +149,7 @@ def test_what_chance_alone_does_is_not_built(kept, among, built):
     start = ways_of(np.ones((30, 1), bool), near)
     steps, why = choose(siting, start, [siting.trial(start, (), k) for k in range(among)], 1, Quiet())
     assert (len(steps) == 1, why == "") == (built, built)
-    assert built or not kept or f"the best of {among} candidates left would keep {kept} logs" in why
+    assert built or not kept or f"the best of {among} candidates left would keep {kept} more logs" in why
 
 
 def test_a_candidate_along_a_chosen_one_is_not_free():
