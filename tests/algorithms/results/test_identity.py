@@ -327,6 +327,14 @@ def read(name: str, case: Case, run: Path, tmp_path: Path) -> int:
     return command([*words, "--output", str(tmp_path / f"out.{ENDINGS[words[0]]}"), "--overwrite", "--quiet"])
 
 
+def same_numbers(name: str, one: bytes, other: bytes) -> bool:
+    """Whether JSON says the same: 1e-05 is 1E-05, which is one bit apart."""
+    try:
+        return name.endswith(".json") and json.loads(one) == json.loads(other)
+    except ValueError:
+        return False
+
+
 @pytest.mark.parametrize("name", READERS)
 def test_no_flipped_bit_no_half_file_and_no_file_of_another_run_is_read(case, run, tmp_path, name, capsys):
     mine = Path(shutil.copytree(run, tmp_path / "run"))
@@ -343,7 +351,7 @@ def test_no_flipped_bit_no_half_file_and_no_file_of_another_run_is_read(case, ru
         status = read(name, case, mine, tmp_path)
         # a page of SQLite that holds no row (free space, an index) may change without any row being another
         same_rows = name.endswith(".gpkg") and content_of(mine / name) == content_of(run / name) is not None
-        assert status == (0 if same_rows else 2)
+        assert status == (0 if same_rows or same_numbers(name, content, whole) else 2)
         assert "fault of ours" not in capsys.readouterr().err
 
 

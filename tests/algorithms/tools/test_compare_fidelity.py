@@ -37,7 +37,7 @@ def compare(case: Case, output: Path, feedback=None, **changes) -> dict:
         del values[name]
     outcome = compare_fidelity.TOOL(feedback=feedback, **values)
     told = json.loads((output / "comparison.json").read_text(encoding="utf-8"))
-    assert told["recommendation"]["sentence"] == outcome.lines[-1]
+    assert told["recommendation"]["sentence"] == outcome.lines[-2]
     return told
 
 

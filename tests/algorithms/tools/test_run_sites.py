@@ -137,7 +137,7 @@ def test_scattered_groups_have_windows_of_their_own(case, monkeypatch, tmp_path)
     from deadwood_algorithms.simulate import windows
 
     dem = write_dem(tmp_path / "fine.tif", cell=0.05, flat=True)  # 1200 x 2000 cells
-    for module in (reach, windows, mosaic):
+    for module in (windows, mosaic):
         monkeypatch.setattr(module, "WHOLE_CELLS", 100_000)
     monkeypatch.setattr(reach, "BLOCK_CELLS", 64)
     places = [(6.0, 12.0), (6.0, 14.0), (54.0, 95.0)]

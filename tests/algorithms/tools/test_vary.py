@@ -42,7 +42,8 @@ def varied(case: Case, output: Path, feedback: Any = None, **changes: Any) -> di
     del values["trajectories"]
     outcome = vary.TOOL(feedback=feedback, **values)
     told = json.loads((output / "summary.json").read_text(encoding="utf-8"))
-    assert outcome.lines[-1] == told["sentence"]
+    assert outcome.lines[-2] == told["sentence"]
+    assert outcome.lines[-1].startswith("scenario: ")
     return told
 
 
