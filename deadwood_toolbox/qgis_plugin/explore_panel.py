@@ -339,8 +339,8 @@ class Panel(QDockWidget):
 
     def shown_hits(self) -> tuple[Hits, int]:
         """The hits on the map, and the top of their colours: before and after have the same scale."""
-        assert self.base is not None
-        assert self.scene is not None
+        if self.base is None or self.scene is None:
+            raise RuntimeError("nothing has been answered yet")
         base = self.scene.hits(self.base, "hits")
         top = base.top()
         if self.changed is not None and self.shows_felled():
