@@ -101,7 +101,12 @@ def lines_of_run(source: Run) -> tuple[str, ...]:
         told = source.summary().get("scenario")
     except UserError:  # no summary, or a damaged one, of which the tool needed nothing
         return ()
-    return (scenario_line(told),) if told else ()
+    try:
+        return (scenario_line(told),) if told else ()
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise UserError(
+            f"{source.path}: what summary.json tells of the scenario is not as slide-logs writes it; slide it again"
+        ) from error
 
 
 def _span(told: dict[str, float | None], unit: str = "") -> str:

@@ -297,7 +297,7 @@ def test_without_resume_unfinished_work_is_dropped(case, tmp_path, monkeypatch, 
     with pytest.raises(Cancelled):
         case.run(StopAfter(5), output=str(tmp_path / "run"))
     case.run(said, output=str(tmp_path / "run"))
-    assert any("dropped" in note for note in said.notes)
+    assert any("discarded" in note for note in said.notes)
     assert not (tmp_path / ".run.part").exists()
 
 
