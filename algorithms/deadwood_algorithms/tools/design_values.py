@@ -128,7 +128,7 @@ def lost_before(source: Run, found: Sequence[Passages], feedback: Feedback) -> d
     told = [
         f"the percentiles of {each.kind} {each.place_id} are of the {each.log_id.size} logs that were seen there"
         for each in found
-        if many(counts[each.kind, each.place_id], each.log_id.size)
+        if each.values and many(counts[each.kind, each.place_id], each.log_id.size)  # else it is not known who came
     ]
     if warning := lost_warning(left.size, ids.size, told):
         feedback.warn(f"{source.path}: {warning}")
