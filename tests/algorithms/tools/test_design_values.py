@@ -138,7 +138,10 @@ def test_without_trajectories_lines_say_why_and_barriers_stay(case, tmp_path, sa
     assert found.loc[("barrier", "west", "energy", 50.0), "n"] > 0
     assert "--trajectories all" in found.loc[("line", "road", "energy", 50.0), "note"]
     assert found.loc[("line", "road", "energy", 50.0), "n_more"] == 0
-    assert len(said.warnings) == 1
+    untold, lost = said.warnings
+    assert "there are no energies at lines" in untold
+    assert "percentiles of barrier" in lost  # logs left the terrain model before they came to it
+    assert "percentiles of line" not in lost  # who came to the lines is not known
 
 
 def test_an_unhit_barrier_has_its_rows(case, tmp_path):
