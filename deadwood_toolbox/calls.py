@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar
 
 from deadwood_algorithms.files.in_memory import Raster, as_file, crs_text, is_in_memory
+from deadwood_algorithms.params.kinds import KINDS
 from deadwood_algorithms.params.tool import Feedback, Parameter, Quiet, Tool, UserError
 from deadwood_toolbox.environment import as_the_command, refuse_small_address_space
 from deadwood_toolbox.result import Result, TemporaryFolder
@@ -131,23 +132,27 @@ def _as_path(parameter: Parameter, value: Any) -> Any:
         return os.fspath(value)
     if parameter.path_like and isinstance(value, list | tuple):
         return ",".join(os.fspath(each) for each in value)
-    if value is None or isinstance(value, str) or parameter.kind == "number_or_layer":
+    if value is None or isinstance(value, str) or KINDS[parameter.kind].number_or_text:
         return _plain(value)
     raise UserError(f"{parameter.flag} is of the type {type(value).__name__}, but must be {_welcome(parameter)}")
 
 
 def _as_setting(parameter: Parameter, value: Any) -> Any:
     """A text that is a list with commas may be a list, and a CRS an object that stands for one."""
-    if parameter.kind == "crs" and value is not None:
-        return crs_text(value)
-    if parameter.kind == "text" and isinstance(value, list | tuple):
-        return ",".join(str(each) for each in value)
-    return _plain(value)
+    return _plain(value) if value is None else SETTINGS.get(parameter.kind, _plain)(value)
+
+
+def _joined(value: Any) -> Any:
+    return ",".join(str(each) for each in value) if isinstance(value, list | tuple) else _plain(value)
 
 
 def _plain(value: Any) -> Any:
     """A number of numpy, or an array of them, as Python's own."""
     return value.tolist() if hasattr(value, "tolist") else value
+
+
+SETTINGS = {"crs": crs_text, "text": _joined}  # kinds whose values Python has in other ways than text
+FOLDERS = {"output_folder": True}
 
 
 def _welcome(parameter: Parameter) -> str:
@@ -167,7 +172,7 @@ def _folder_of_result(parameters: Mapping[str, Parameter], places: Mapping[str, 
     """The output folder, or the one that holds the output file."""
     output = places.get("output", Path.cwd() / "x")
     declared = parameters.get("output")
-    return output if declared is not None and declared.kind == "output_folder" else output.parent
+    return output if declared is not None and FOLDERS.get(declared.kind) else output.parent
 
 
 @contextmanager

@@ -149,8 +149,11 @@ def _argument(parameter: Parameter) -> str:
         return f"{parameter.name}: Literal[\n{listed}    ]{default}"
     annotation = TYPES[parameter.kind]
     if parameter.path_like:
-        annotation = "TerrainInput" if parameter.kind == "raster" else "PathsInput"
+        annotation = SEVERAL.get(parameter.kind, "PathsInput")
     return f"{parameter.name}: {annotation}{' | None' if may_be_none else ''}{default}"
+
+
+SEVERAL = {"raster": "TerrainInput"}  # of the kinds that take several paths, those with a type of their own
 
 
 def _literal(value: object) -> str:

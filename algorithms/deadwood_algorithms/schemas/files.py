@@ -921,6 +921,7 @@ FINDINGS = JsonFile(
     meaning="The findings of the paper, one by one",
     keys=(
         *(_key(f"[].{name}", meaning) for name, meaning in _FINDING),
+        _key("[].panel", "The same finding with one choice of the twin changed; one a choice"),
         *(_key(f"[].panel[].{name}", meaning) for name, meaning in _VARIATION),
     ),
 )

@@ -102,5 +102,5 @@ def test_the_distance_is_that_of_the_energy_line_on_a_plane():
     Scene.steep = 0.4
     steep = look.further(Layers(), Found(), np.array([0]), 0.3)  # pyright: ignore[reportArgumentType]
     assert np.isinf(steep).all()
-    assert "cannot be told" in look.warning(3, 12, ["south"], steep)
+    assert "cannot be estimated" in look.warning(3, 12, ["south"], steep)
     assert look.sides_of(Found(), np.array([True])) == ["south"]  # pyright: ignore[reportArgumentType]
