@@ -327,14 +327,6 @@ def read(name: str, case: Case, run: Path, tmp_path: Path) -> int:
     return command([*words, "--output", str(tmp_path / f"out.{ENDINGS[words[0]]}"), "--overwrite", "--quiet"])
 
 
-def same_numbers(name: str, one: bytes, other: bytes) -> bool:
-    """Whether JSON says the same: 1e-05 is 1E-05, which is one bit apart."""
-    try:
-        return name.endswith(".json") and json.loads(one) == json.loads(other)
-    except ValueError:
-        return False
-
-
 @pytest.mark.parametrize("name", READERS)
 def test_no_flipped_bit_no_half_file_and_no_file_of_another_run_is_read(case, run, tmp_path, name, capsys):
     mine = Path(shutil.copytree(run, tmp_path / "run"))
@@ -351,7 +343,7 @@ def test_no_flipped_bit_no_half_file_and_no_file_of_another_run_is_read(case, ru
         status = read(name, case, mine, tmp_path)
         # a page of SQLite that holds no row (free space, an index) may change without any row being another
         same_rows = name.endswith(".gpkg") and content_of(mine / name) == content_of(run / name) is not None
-        assert status == (0 if same_rows or same_numbers(name, content, whole) else 2)
+        assert status == (0 if same_rows else 2)
         assert "fault of ours" not in capsys.readouterr().err
 
 
@@ -368,6 +360,15 @@ def places_in(value, at=()):
     yield at
     for key, inner in value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ():
         yield from places_in(inner, (*at, key))
+
+
+@pytest.mark.parametrize("key", ["files", "seal"])
+def test_a_flipped_bit_in_what_seals_a_manifest_is_no_manifest_of_before_the_seal(case, run, tmp_path, key):
+    """Before: with "filer" for "files" it was taken for one of an old version, which seals nothing."""
+    mine = Path(shutil.copytree(run, tmp_path / "run"))
+    text = (mine / "manifest.json").read_text(encoding="utf-8")
+    (mine / "manifest.json").write_text(text.replace(f'"{key}": ', f'"{key[:-1]}r": ', 1), encoding="utf-8")
+    assert read("manifest.json", case, mine, tmp_path) == 2
 
 
 @pytest.mark.parametrize("name", ["summary.json", "manifest.json"])
