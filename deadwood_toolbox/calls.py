@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar
 
 from deadwood_algorithms.files.in_memory import Raster, as_file, crs_text, is_in_memory
-from deadwood_algorithms.params.kinds import KINDS
 from deadwood_algorithms.params.tool import Feedback, Parameter, Quiet, Tool, UserError
 from deadwood_toolbox.environment import as_the_command, refuse_small_address_space
 from deadwood_toolbox.result import Result, TemporaryFolder
@@ -46,9 +45,7 @@ TerrainInput: TypeAlias = "RasterInput | Sequence[PathInput]"
 PathsInput: TypeAlias = "PathInput | Sequence[PathInput]"
 NumbersInput: TypeAlias = "float | str | Sequence[float]"
 
-# The ending of an output without a name, by the kind of its parameter, and of files by the parameter itself.
-ENDINGS = {"output_raster": ".tif", "output_vector": ".gpkg", "output_table": ".csv", "output_folder": ""}
-ENDINGS_OF_FILES = {"gltf": ".glb"}
+ENDINGS_OF_FILES = {"gltf": ".glb"}  # of outputs whose kind does not say it, by the parameter; else .html
 
 
 def call(name: str, kind: type[Made], given: Mapping[str, Any]) -> Made:
@@ -97,7 +94,9 @@ def _place(
         return None
     if value not in (True, None):
         raise UserError(f"{parameter.flag} is '{value}', but must be a path, or True")
-    ending = ENDINGS.get(parameter.kind, ENDINGS_OF_FILES.get(parameter.name, ".html"))
+    ending = parameter.of_kind.ending
+    if ending is None:
+        ending = ENDINGS_OF_FILES.get(parameter.name, ".html")
     if parameter.name == "output":
         if temporary is None:
             raise UserError(f"{parameter.flag} is '{value}', but must be a path")
@@ -132,27 +131,23 @@ def _as_path(parameter: Parameter, value: Any) -> Any:
         return os.fspath(value)
     if parameter.path_like and isinstance(value, list | tuple):
         return ",".join(os.fspath(each) for each in value)
-    if value is None or isinstance(value, str) or KINDS[parameter.kind].number_or_text:
+    if value is None or isinstance(value, str) or parameter.of_kind.number_or_text:
         return _plain(value)
     raise UserError(f"{parameter.flag} is of the type {type(value).__name__}, but must be {_welcome(parameter)}")
 
 
 def _as_setting(parameter: Parameter, value: Any) -> Any:
     """A text that is a list with commas may be a list, and a CRS an object that stands for one."""
-    return _plain(value) if value is None else SETTINGS.get(parameter.kind, _plain)(value)
-
-
-def _joined(value: Any) -> Any:
-    return ",".join(str(each) for each in value) if isinstance(value, list | tuple) else _plain(value)
+    if parameter.of_kind.crs and value is not None:
+        return crs_text(value)
+    if parameter.of_kind.lists and isinstance(value, list | tuple):
+        return ",".join(str(each) for each in value)
+    return _plain(value)
 
 
 def _plain(value: Any) -> Any:
     """A number of numpy, or an array of them, as Python's own."""
     return value.tolist() if hasattr(value, "tolist") else value
-
-
-SETTINGS = {"crs": crs_text, "text": _joined}  # kinds whose values Python has in other ways than text
-FOLDERS = {"output_folder": True}
 
 
 def _welcome(parameter: Parameter) -> str:
@@ -172,7 +167,7 @@ def _folder_of_result(parameters: Mapping[str, Parameter], places: Mapping[str, 
     """The output folder, or the one that holds the output file."""
     output = places.get("output", Path.cwd() / "x")
     declared = parameters.get("output")
-    return output if declared is not None and FOLDERS.get(declared.kind) else output.parent
+    return output if declared is not None and declared.of_kind.ending == "" else output.parent
 
 
 @contextmanager

@@ -61,6 +61,7 @@ TYPES = {
     "field": "str",
     "crs": "str | int",
 }
+OF_PATHS = {"raster": "TerrainInput"}  # of parameters that take several paths; of the other kinds PathsInput
 OF_EVERY_TOOL = (
     ("progress", "bool", "Show on standard error what is done, and what the tool notes and warns of."),
     ("feedback", "Feedback, optional", "An object of your own that hears all that; see docs/python.md."),
@@ -149,11 +150,8 @@ def _argument(parameter: Parameter) -> str:
         return f"{parameter.name}: Literal[\n{listed}    ]{default}"
     annotation = TYPES[parameter.kind]
     if parameter.path_like:
-        annotation = SEVERAL.get(parameter.kind, "PathsInput")
+        annotation = OF_PATHS.get(parameter.kind, "PathsInput")
     return f"{parameter.name}: {annotation}{' | None' if may_be_none else ''}{default}"
-
-
-SEVERAL = {"raster": "TerrainInput"}  # of the kinds that take several paths, those with a type of their own
 
 
 def _literal(value: object) -> str:

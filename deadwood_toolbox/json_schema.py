@@ -60,9 +60,6 @@ def _property(parameter: Parameter) -> dict[str, Any]:
     return facts | (forms[0] if len(forms) == 1 else {"anyOf": forms})
 
 
-ARRAYS, WHOLE = {"numbers": True}, {"integer": True}  # kinds that JSON Schema has a type for
-
-
 def _forms(parameter: Parameter) -> list[dict[str, Any]]:
     """What stands for a value in JSON."""
     kind = parameter.of_kind
@@ -71,7 +68,7 @@ def _forms(parameter: Parameter) -> list[dict[str, Any]]:
         return [{"enum": list(parameter.choices)}]
     if parameter.is_switch:
         return [{"type": "boolean"}]
-    if ARRAYS.get(parameter.kind):
+    if kind.several:
         limits = {"minItems": parameter.least_count, "maxItems": parameter.most_count, "uniqueItems": True}
         one = [number] if parameter.least_count == 1 else []
         return [{"type": "array", "items": number, **limits}, *one, A_TEXT]
@@ -83,7 +80,7 @@ def _forms(parameter: Parameter) -> list[dict[str, Any]]:
 
 
 def _number(parameter: Parameter) -> dict[str, Any]:
-    whole = WHOLE.get(parameter.kind, False)
+    whole = parameter.of_kind.whole
     most = LARGEST_INTEGER if whole else LARGEST
     low, high = parameter.minimum, parameter.maximum
     found: dict[str, Any] = {"type": "integer" if whole else "number"}

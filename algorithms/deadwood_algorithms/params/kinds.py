@@ -273,6 +273,12 @@ class Kind:
         A number is taken for the text of it, as one types it.
     number_or_text : bool
         It stands as a number where it is one, else as a text; a text that reads as a number is that number.
+    whole, several : bool
+        It stands for a whole number; for several numbers.
+    lists, crs : bool
+        From Python also a list of words will do; also an object that stands for a CRS.
+    ending : str or None
+        Of an output without a name; empty: it is a folder, None: the parameter decides.
     switch : bool
         The flag takes no value: ``--overwrite``, ``--no-overwrite``.
     widget : str
@@ -288,6 +294,11 @@ class Kind:
     json_as_it_is: bool = False
     number_as_text: bool = False
     number_or_text: bool = False
+    whole: bool = False
+    several: bool = False
+    lists: bool = False
+    crs: bool = False
+    ending: str | None = None
     switch: bool = False
     widget: str = ""
 
@@ -307,19 +318,24 @@ KINDS = {
         number_or_text=True,
     ),
     "number": Kind(metavar="NUMBER", from_text=_number, check=_check_number, json_as_it_is=True),
-    "integer": Kind(metavar="WHOLE", from_text=_whole, check=_check_whole, json_as_it_is=True),
+    "integer": Kind(metavar="WHOLE", from_text=_whole, check=_check_whole, json_as_it_is=True, whole=True),
     "numbers": Kind(
-        metavar="NUMBER,...", from_text=_numbers, from_value=_as_numbers, check=_check_numbers, json_as_it_is=True
+        metavar="NUMBER,...",
+        from_text=_numbers,
+        from_value=_as_numbers,
+        check=_check_numbers,
+        json_as_it_is=True,
+        several=True,
     ),
     "choice": Kind(metavar="", check=_check_choice),
     "flag": Kind(metavar="", check=_check_flag, json_as_it_is=True, switch=True),
-    "text": Kind(metavar="TEXT", number_as_text=True),
+    "text": Kind(metavar="TEXT", number_as_text=True, lists=True),
     "field": Kind(metavar="FIELD"),
-    "crs": Kind(metavar="CRS"),
-    "output_raster": Kind(metavar="FILE.tif", direction="output", check=_check_output),
-    "output_vector": Kind(metavar="FILE.gpkg", direction="output", check=_check_output),
-    "output_table": Kind(metavar="FILE.csv", direction="output", check=_check_output),
-    "output_folder": Kind(metavar="FOLDER", direction="output", check=_check_output),
+    "crs": Kind(metavar="CRS", crs=True),
+    "output_raster": Kind(metavar="FILE.tif", direction="output", check=_check_output, ending=".tif"),
+    "output_vector": Kind(metavar="FILE.gpkg", direction="output", check=_check_output, ending=".gpkg"),
+    "output_table": Kind(metavar="FILE.csv", direction="output", check=_check_output, ending=".csv"),
+    "output_folder": Kind(metavar="FOLDER", direction="output", check=_check_output, ending=""),
     "output_file": Kind(metavar="FILE", direction="output", check=_check_output),
 }
 
