@@ -39,6 +39,7 @@ import json
 import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -61,6 +62,7 @@ from deadwood_algorithms.tools import (
 )
 
 if TYPE_CHECKING:
+    from deadwood_algorithms.files.grid import Grid
     from deadwood_algorithms.paper.findings import Evidence, Finding
     from deadwood_algorithms.paper.site import Site
 
@@ -168,7 +170,6 @@ def clouds(ask: Ask, site: Site, place: Path, feedback: Feedback) -> list[Findin
 
 def decided(ask: Ask, site: Site, place: Path, found: list[Finding], feedback: Feedback) -> list[Finding]:
     """The findings; those that so many logs leave open are judged again by more, in the scenarios that they need."""
-
     from deadwood_algorithms.paper.findings import findings_of
 
     open_ = {each.id for each in found if each.verdict == "not decided"}
@@ -294,6 +295,13 @@ class Steps:
             self.trees["random" + (f"_{draw + 1}" if draw else "")] = self.random_trees(draw)
         self.terrains: dict[str, str] = {}
         self._evidence: Evidence | None = None
+
+    @cached_property
+    def ground(self) -> Grid:
+        """The site's terrain model."""
+        from deadwood_algorithms.files.dem_windows import read_dem
+
+        return read_dem(self.site.dem)
 
     def step(self, path: Path, called: Tool, what: str, **values: Any) -> Path:
         """One call of a tool; what is there, whole and of the same inputs, parameters and engine is not made again."""
@@ -448,39 +456,33 @@ class Steps:
 
     def cell_speed(self, run_folder: Path) -> float:
         """Mean over the cells that logs passed of the largest speed there [m/s]."""
-        from deadwood_algorithms.files.dem_windows import read_dem
         from deadwood_algorithms.files.rasters import read_raster_on
 
-        speeds = read_raster_on(run_folder / "speed_max.tif", read_dem(self.site.dem), what="speed")
+        speeds = read_raster_on(run_folder / "speed_max.tif", self.ground, what="speed")
         return float(np.nanmean(speeds[speeds > 0.0]))
 
     def high_friction(self, convention: str) -> dict[float, list[dict[str, Any]]]:
         """Reach of the lines with a friction beyond the paper's range, as a row of a sweep."""
-        from deadwood_algorithms.files.dem_windows import read_dem
-
         told = json.loads(
             (self.slide("als", convention, friction=HIGH_FRICTION) / "summary.json").read_text(encoding="utf-8")
         )
         row = {"friction": HIGH_FRICTION, "n": told["logs"]["released"]}
         row |= {f"reach_{each['line_id']}": each["p"] for each in told["reach"]}
-        return {read_dem(self.site.dem).cell: [row]}
+        return {self.ground.cell: [row]}
 
     def frictions(self) -> Sequence[float]:
         return (0.15, 0.25, 0.4) if self.ask.quick else FRICTIONS
 
     def cells(self) -> Sequence[float]:
         """Cell sizes of the sweeps [m]: the terrain model's, and coarser ones."""
-        from deadwood_algorithms.files.dem_windows import read_dem
-
-        finest = read_dem(self.site.dem).cell
+        finest = self.ground.cell
         return [finest * times for times in ((1, 4) if self.ask.quick else (1, 2, 4))]
 
     def sweep(self, cell: float) -> list[dict[str, Any]]:
         """Rows of `calibrate-friction` on cells of this size, the event being a log that stops on the road."""
-        from deadwood_algorithms.files.dem_windows import read_dem
         from deadwood_algorithms.paper.site import write_coarser
 
-        times = round(cell / read_dem(self.site.dem).cell)
+        times = round(cell / self.ground.cell)
         dem = Path(self.site.dem)
         if times > 1:
             dem = self.prepared / f"dem_{cell:g}m.tif"
@@ -581,12 +583,11 @@ class Steps:
 
     def heights(self, since_s: Mapping[int, float]) -> dict[int, float]:
         """Greatest height of the centre of mass above the terrain after a moment of each log's slide [m]."""
-        from deadwood_algorithms.files.dem_windows import read_dem
         from deadwood_algorithms.results.run_folder import read_run
 
         if not since_s:
             return {}
-        ground, found = read_dem(self.site.dem), dict.fromkeys(since_s, 0.0)
+        ground, found = self.ground, dict.fromkeys(since_s, 0.0)
         for piece in read_run(str(self.slide("barriers")), feedback=tool.Quiet()).poses(np.array(sorted(since_s))):
             above = piece["z"] - ground.height(piece["x"], piece["y"])
             for each in np.unique(piece["log_id"]).tolist():
