@@ -94,6 +94,15 @@ class Case:
         return Path(values["output"])
 
 
+def cut_above_the_road(case: Case) -> Case:
+    """With a terrain model that ends 40 m from the south, the road being at 25 m: logs that no tree holds leave it."""
+    with rasterio.open(case.dem, "r+") as dem:
+        heights = dem.read(1)
+        heights[60:] = -9999.0
+        dem.write(heights, 1)
+    return case
+
+
 def edit_manifest(folder: Path, **parameters: Any) -> None:
     """A manifest as one of a version before 0.3, without a seal, with other parameters."""
     place = folder / "manifest.json"

@@ -6,6 +6,7 @@ DEADWOOD_QGIS=required to have its absence fail instead, as CI does.
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import os
 import shlex
@@ -17,6 +18,7 @@ import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import pytest
@@ -36,6 +38,19 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if Path(__file__).parent in item.path.parents and "qgis" in getattr(item, "fixturenames", ()):
             item.add_marker(pytest.mark.skip(reason="QGIS is not installed"))
+
+
+@pytest.fixture(scope="session")
+def window() -> ModuleType:
+    """``window.py``, which drives QGIS's window on a screen of its own."""
+    if shutil.which("Xvfb") is None and os.environ.get("DEADWOOD_QGIS") != "required":
+        pytest.skip("Xvfb is not installed")
+    spec = importlib.util.spec_from_file_location("window", Path(__file__).with_name("window.py"))
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
 @dataclass(frozen=True)

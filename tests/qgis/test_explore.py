@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import importlib.util
-import os
-import shutil
 import time
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import geopandas as gpd
@@ -17,7 +15,6 @@ import rasterio
 HERE = Path(__file__).parent
 SAMPLE = HERE.parents[1] / "sample_data"
 LOGS = 150
-no_screen = shutil.which("Xvfb") is None and os.environ.get("DEADWOOD_QGIS") != "required"
 
 
 @pytest.fixture(scope="module")
@@ -26,14 +23,7 @@ def work(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def seen(qgis, work: Path) -> dict[str, Any]:
-    if no_screen:
-        pytest.skip("Xvfb is not installed")
-    spec = importlib.util.spec_from_file_location("window", HERE / "window.py")
-    assert spec is not None
-    assert spec.loader is not None
-    window = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(window)
+def seen(qgis, window: ModuleType, work: Path) -> dict[str, Any]:
     told = window.explored(qgis.environment, SAMPLE, work)
     assert "error" not in told, told["error"]
     return told

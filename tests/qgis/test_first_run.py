@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import importlib.util
-import os
-import shutil
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import pytest
@@ -15,18 +13,10 @@ from deadwood_toolbox.shelf import TOOLS
 
 HERE = Path(__file__).parent
 PAGE = HERE.parents[1] / "deadwood_toolbox" / "qgis_plugin"
-no_screen = shutil.which("Xvfb") is None and os.environ.get("DEADWOOD_QGIS") != "required"
 
 
 @pytest.fixture(scope="module")
-def seen(qgis, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    if no_screen:
-        pytest.skip("Xvfb is not installed")
-    spec = importlib.util.spec_from_file_location("window", HERE / "window.py")
-    assert spec is not None
-    assert spec.loader is not None
-    window = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(window)
+def seen(qgis, window: ModuleType, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     work, shots = tmp_path_factory.mktemp("work"), tmp_path_factory.mktemp("shots")
     told = window.first_run(qgis.environment, HERE.parents[1] / "sample_data", work, shots, full=False)
     assert "error" not in told, told["error"]

@@ -8,8 +8,7 @@ import geopandas
 import numpy as np
 import pandas
 import pytest
-import rasterio
-from slope_case import Case, summary, write_layer
+from slope_case import Case, cut_above_the_road, summary, write_layer
 
 from deadwood_algorithms.results.lost import left_dem, lost_warning, many, reach_told, share_if_lost
 from deadwood_algorithms.stats.statistics import wilson_interval
@@ -22,12 +21,7 @@ WORDS = "left the terrain model or came onto its nodata, and their further movem
 @pytest.fixture(scope="module")
 def cut(tmp_path_factory) -> Case:
     """The case with a terrain model that ends above the road: logs that no tree holds leave it before they arrive."""
-    made = Case(tmp_path_factory.mktemp("cut"))
-    with rasterio.open(made.dem, "r+") as dem:
-        heights = dem.read(1)
-        heights[60:] = -9999.0  # up to 40 m from the south; the road is at 25 m
-        dem.write(heights, 1)
-    return made
+    return cut_above_the_road(Case(tmp_path_factory.mktemp("cut")))
 
 
 @pytest.fixture(scope="module")

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import rasterio
-from slope_case import Case, layer, summary
+from slope_case import Case, cut_above_the_road, layer, summary
 
 from deadwood_algorithms.results.summary import lines_of, speed_record, spreadless_lines
 from deadwood_algorithms.stats.directions import spread_of_release
@@ -20,12 +19,7 @@ from deadwood_engine import STOP_REASONS
 @pytest.fixture(scope="module")
 def cut(tmp_path_factory) -> Case:
     """The case with a terrain model that ends above the road: logs that no tree holds leave it before they arrive."""
-    made = Case(tmp_path_factory.mktemp("cut"))
-    with rasterio.open(made.dem, "r+") as dem:
-        heights = dem.read(1)
-        heights[60:] = -9999.0  # up to 40 m from the south; the road is at 25 m
-        dem.write(heights, 1)
-    return made
+    return cut_above_the_road(Case(tmp_path_factory.mktemp("cut")))
 
 
 def test_logs_that_left_before_a_line_are_lost_for_it_and_warned_of(cut, tmp_path, said):

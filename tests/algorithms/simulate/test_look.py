@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import rasterio
-from slope_case import Case
+from slope_case import Case, cut_above_the_road
 
 from deadwood_algorithms.simulate import look
 from deadwood_algorithms.tools import vary
@@ -18,12 +18,7 @@ from deadwood_algorithms.tools import vary
 def small(tmp_path, monkeypatch) -> Case:
     """A case whose terrain model ends above the road; its 24 logs are enough for a look of 12."""
     monkeypatch.setattr(look, "LOGS", 12)
-    made = Case(tmp_path / "case")
-    with rasterio.open(made.dem, "r+") as dem:
-        heights = dem.read(1)
-        heights[60:] = -9999.0
-        dem.write(heights, 1)
-    return made
+    return cut_above_the_road(Case(tmp_path / "case"))
 
 
 def told(said: Any) -> list[str]:
