@@ -36,8 +36,7 @@ class Frame:
     @staticmethod
     def unpacked(block: bytes) -> Frame:
         """What ``packed`` made; for tests, benchmarks and fronts in Python."""
-        first = 4 + int.from_bytes(block[:4], "little")
-        facts = json.loads(block[4:first])
+        facts, first = header_of(block)
         arrays = {}
         for each in facts.pop("arrays"):
             dtype, shape = np.dtype(each["dtype"]), tuple(each["shape"])
@@ -46,6 +45,12 @@ class Frame:
             first += count * dtype.itemsize
             first += -first % ALIGNED
         return Frame(facts, arrays)
+
+
+def header_of(block: bytes) -> tuple[dict[str, Any], int]:
+    """The facts of a packed frame, what its arrays are among them, and where the arrays begin."""
+    first = 4 + int.from_bytes(block[:4], "little")
+    return json.loads(block[4:first]), first
 
 
 def _little(array: NDArray[Any]) -> NDArray[Any]:

@@ -29,7 +29,7 @@ import tornado.web
 import tornado.websocket
 
 from deadwood_algorithms.explore import web_page
-from deadwood_algorithms.explore.frames import MOST_MESSAGE, Frame, message_of, refusal
+from deadwood_algorithms.explore.frames import MOST_MESSAGE, Frame, header_of, message_of, refusal
 from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
 
 HOST = "127.0.0.1"
@@ -83,8 +83,7 @@ class EngineProcess:
         assert self.process.stdout is not None
         with contextlib.suppress(OSError, ValueError):
             while block := read_frame(self.process.stdout):
-                first = 4 + int.from_bytes(block[:4], "little")
-                self.heard(json.loads(block[4:first]), block)
+                self.heard(header_of(block)[0], block)
         self.end()
         self.ended()
 

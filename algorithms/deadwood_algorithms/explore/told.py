@@ -25,11 +25,13 @@ from deadwood_algorithms.explore.questions import (
     Defaults,
 )
 from deadwood_algorithms.explore.relief import TILE, Relief
+from deadwood_algorithms.files.crs import crs_name
 from deadwood_algorithms.prepare.releases.logs import ORIENTATIONS
+from deadwood_algorithms.results.lost import left_dem, reach_records
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.simulate.fidelity_trade import REACH_ERRORS
-from deadwood_algorithms.stats.statistics import bounds_if_lost, paired_interval, reach_record
+from deadwood_algorithms.stats.statistics import paired_interval
 from deadwood_engine import FIDELITIES, STOP_REASONS, Barriers, LyingLogs
 
 MOST_HOLDERS = 30  # trees told that hold logs, those first that hold most
@@ -50,7 +52,7 @@ def scene_frame(layers: SceneLayers, relief: Relief, defaults: Defaults) -> Fram
         "cell": dem.cell,
         "rows": dem.shape[0],
         "columns": dem.shape[1],
-        "crs": crs_words(dem.crs),
+        "crs": crs_name(dem.crs),
         "levels": relief.levels,
         "tile": TILE,
         "lines": lines_told(layers.lines, corner),
@@ -92,11 +94,6 @@ def scene_frame(layers: SceneLayers, relief: Relief, defaults: Defaults) -> Fram
         "heights": heights,
     }
     return Frame(facts, arrays)
-
-
-def crs_words(crs: Any) -> str:
-    code = crs.to_authority()
-    return ":".join(code) if code else crs.name
 
 
 def fidelity_told(name: str) -> dict[str, Any]:
@@ -192,13 +189,8 @@ def difference_frame(answer: Answer, number: int, asked: Any, began: float, corn
 def reach_told(answer: Answer, batches: Sequence[Batch]) -> list[dict[str, Any]]:
     """As a run's summary tells it: also what the shares may be for the logs that left the terrain model."""
     reach = np.concatenate([each.reach for each in batches])
-    left = np.concatenate([each.reason for each in batches]) == STOP_REASONS.index("left_dem")
-    found = []
-    for k, name in enumerate(answer.layers.lines.ids):
-        counts = int(reach[:, k].sum()), len(reach)
-        lost = int((left & ~reach[:, k]).sum())
-        found.append({"line_id": str(name), **reach_record(*counts), **bounds_if_lost(*counts, lost)})
-    return found
+    left = left_dem(np.concatenate([each.reason for each in batches]))
+    return reach_records(map(str, answer.layers.lines.ids), reach, left)
 
 
 def pictured(

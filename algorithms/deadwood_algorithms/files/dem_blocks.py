@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pyproj
+from numpy.typing import NDArray
 
 from deadwood_algorithms.files.dem_windows import DemWindows, open_windows, read_part, read_whole
 from deadwood_algorithms.files.grid import Grid, Part
@@ -21,6 +22,21 @@ from deadwood_algorithms.params.tool import Cancelled, Feedback, Quiet, UserErro
 WHOLE_CELLS = 25_000_000  # a DEM of so many cells at most is read whole: 100 MB of heights, read in a second
 SIDE = 2048  # cells of a block, 16 MB
 KEPT = 16  # blocks, those used last
+
+
+def by_block(
+    row: NDArray[np.float64], column: NDArray[np.float64], side: int
+) -> Iterator[tuple[tuple[int, int], NDArray[np.intp]]]:
+    """Each square of cells that holds some of these, by its own row and column among the squares, and which it holds.
+
+    row, column : of cells, shape (n,); cells beyond the raster fall into squares beyond it
+    """
+    key = np.stack([row // side, column // side], axis=1).astype(np.int64)
+    blocks, owner = np.unique(key, axis=0, return_inverse=True)
+    order = np.argsort(owner.ravel(), kind="stable")
+    ends = np.cumsum(np.bincount(owner.ravel(), minlength=len(blocks)))
+    for k, end in enumerate(ends):
+        yield (int(blocks[k, 0]), int(blocks[k, 1])), order[(ends[k - 1] if k else 0) : end]
 
 
 @dataclass
@@ -54,15 +70,13 @@ class DemBlocks:
         column, row = (np.floor((at.ravel() - low) / self.dem.cell) for at, low in ((x, self.dem.x0), (y, self.dem.y0)))
         ny, nx = self.dem.shape
         inside = np.flatnonzero((column >= 0) & (row >= 0) & (column < nx) & (row < ny))
-        block = np.stack([row[inside] // SIDE, column[inside] // SIDE], axis=1).astype(np.int64)
-        keys, owner = np.unique(block, axis=0, return_inverse=True)
-        order = np.argsort(owner.ravel(), kind="stable")
-        places = np.split(inside[order], np.cumsum(np.bincount(owner.ravel(), minlength=len(keys)))[:-1])
-        for done, (key, at) in enumerate(zip(keys.tolist(), places, strict=True)):
+        blocks = list(by_block(row[inside], column[inside], SIDE))
+        for done, (key, rows) in enumerate(blocks):
             if self.feedback.cancelled():
                 raise Cancelled
-            found[at] = self._block(key[0], key[1]).height(x.ravel()[at], y.ravel()[at])
-            self.feedback.progress(done + 1, len(keys), "reading the DEM")
+            at = inside[rows]
+            found[at] = self._block(*key).height(x.ravel()[at], y.ravel()[at])
+            self.feedback.progress(done + 1, len(blocks), "reading the DEM")
         return found.reshape(x.shape)
 
     def contains(self, x: Any, y: Any) -> np.ndarray:

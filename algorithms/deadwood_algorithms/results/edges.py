@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from rasterio.errors import RasterioError
 
 from deadwood_algorithms.files.crs import crs_name, same_crs
+from deadwood_algorithms.files.dem_blocks import by_block
 from deadwood_algorithms.files.dem_header import open_dem
 from deadwood_algorithms.files.dem_windows import DemWindows
 from deadwood_algorithms.files.grid import Grid
@@ -72,7 +73,7 @@ class Edges:
         u, v = (x - self.grid.x0) / self.grid.cell, (y - self.grid.y0) / self.grid.cell
         out = np.full(x.shape, np.nan)
         if self._dem:
-            for block, rows in self._by_block(np.floor(v), np.floor(u)):
+            for block, rows in by_block(np.floor(v), np.floor(u), BLOCK):
                 out[rows] = self._heights(self._dem, block).height(x[rows], y[rows])
         return out
 
@@ -82,22 +83,11 @@ class Edges:
         ny, nx = self.grid.shape
         out = (i < 0) | (j < 0) | (i >= nx) | (j >= ny)
         inside = np.flatnonzero(~out)
-        for block, rows in self._by_block(j[inside], i[inside]):
+        for block, rows in by_block(j[inside], i[inside], BLOCK):
             mask = self._near_mask(block, distance / self.grid.cell)
             place = inside[rows]
             out[place] = mask[(j[place] % BLOCK).astype(int), (i[place] % BLOCK).astype(int)]
         return out
-
-    def _by_block(
-        self, j: NDArray[np.float64], i: NDArray[np.float64]
-    ) -> Iterator[tuple[tuple[int, int], NDArray[np.intp]]]:
-        """Rows of the positions in each block; cells that are off every block fall into one beyond the grid."""
-        key = np.stack([j // BLOCK, i // BLOCK], axis=1).astype(np.int64)
-        blocks, owner = np.unique(key, axis=0, return_inverse=True)
-        order = np.argsort(owner.ravel(), kind="stable")
-        ends = np.cumsum(np.bincount(owner.ravel(), minlength=len(blocks)))
-        for k, end in enumerate(ends):
-            yield (int(blocks[k, 0]), int(blocks[k, 1])), order[(ends[k - 1] if k else 0) : end]
 
     def _near_mask(self, block: tuple[int, int], reach: float) -> NDArray[np.bool_]:
         """Of the block's cells, those within ``reach`` cells of one without height."""

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.stats.statistics import bounds_if_lost, loss_matters, percent, percent_of, reach_record
 from deadwood_engine import STOP_REASONS
 
@@ -33,6 +34,11 @@ def share_if_lost(reached: NDArray[np.bool_], left: NDArray[np.bool_]) -> dict[s
     return reach_record(hit, n) | bounds_if_lost(hit, n, gone)
 
 
+def reach_records(line_ids: Iterable[Any], touched: NDArray[np.bool_], left: NDArray[np.bool_]) -> list[dict[str, Any]]:
+    """`share_if_lost` of each line; touched : (logs, lines), left : (logs,)."""
+    return [{"line_id": line, **share_if_lost(hit, left)} for line, hit in zip(line_ids, touched.T, strict=True)]
+
+
 def reach_told(records: Iterable[Mapping[str, Any]]) -> list[str]:
     """Of the lines whose bounds leave the interval, what their reach may be."""
     told = []
@@ -47,6 +53,12 @@ def reach_told(records: Iterable[Mapping[str, Any]]) -> list[str]:
 def many(n_lost: int, n: int) -> bool:
     """Whether so many logs were lost that what has no bounds is worth a warning."""
     return n_lost > WORTH_A_WARNING * n
+
+
+def warn_of_lost(n_lost: int, n: int, told: Sequence[str], feedback: Feedback, *, where: str = "") -> None:
+    """`lost_warning` as a warning, if there is one; ``where`` names the run."""
+    if warning := lost_warning(n_lost, n, told):
+        feedback.warn(f"{where}: {warning}" if where else warning)
 
 
 def lost_warning(n_lost: int, n: int, told: Sequence[str]) -> str | None:

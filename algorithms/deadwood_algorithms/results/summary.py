@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms.results.asked import Asked
 from deadwood_algorithms.results.capacity import overload_lines, overload_record
 from deadwood_algorithms.results.hits import ledger_records, obstacle_record
-from deadwood_algorithms.results.lost import LEFT, left_dem, lost_warning, many, reach_told, share_if_lost
+from deadwood_algorithms.results.lost import LEFT, left_dem, lost_warning, many, reach_records, reach_told
 from deadwood_algorithms.results.modelled import modelled, told
 from deadwood_algorithms.results.scenario import counted_of, scenario_line, scenario_of
 from deadwood_algorithms.scene.items import Items
@@ -60,7 +60,7 @@ def summary_of(
             "by_stop_reason": {name: int(count) for name, count in zip(STOP_REASONS, reasons, strict=True)},
             "started_in_contact": int(by_log["started_in_contact"].sum()),
         },
-        "reach": reach_records(layers.lines, touched, left),
+        "reach": reach_records(layers.lines.ids, touched, left),
         "until_ci": queue.rule.record() if queue.rule else None,
         "spread": spread_records(releases, by_log["end_position"], left, asked.scene.min_runout_m),
         "barriers": ledger_records(barrier_records(layers.barriers, by_log), hits["barrier_hits"]),
@@ -92,11 +92,6 @@ def summary_of(
             "logs_per_s": len(releases) / max(wall, 1e-9),
         },
     }
-
-
-def reach_records(lines: Items, touched: NDArray[np.bool_], left: NDArray[np.bool_]) -> list[dict[str, Any]]:
-    """One record a line, with the bounds for the logs that left the terrain model before they reached it."""
-    return [{"line_id": line_id, **share_if_lost(hit, left)} for line_id, hit in zip(lines.ids, touched.T, strict=True)]
 
 
 def held_record(grip: NDArray[np.float64]) -> dict[str, Any]:

@@ -40,12 +40,11 @@ from deadwood_algorithms.results.hits import (
     tree_hits_frame,
 )
 from deadwood_algorithms.results.identity import Making, write_manifest
-from deadwood_algorithms.results.lost import left_dem, many
+from deadwood_algorithms.results.lost import left_dem, many, reach_records
 from deadwood_algorithms.results.run_folder import GEOPACKAGE, MANIFEST, POSES, pose_schema, write_json
 from deadwood_algorithms.results.summary import (
     lines_of,
     loss_of_run,
-    reach_records,
     summary_of,
 )
 from deadwood_algorithms.scene.items import Items
@@ -413,7 +412,7 @@ def thinned(points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def reach_frame(lines: Items, touched: NDArray[np.bool_], left: NDArray[np.bool_], crs: Any) -> geopandas.GeoDataFrame:
     """One row for each line: how many logs reached it, and the probability with its interval."""
-    records = reach_records(lines, touched, left)
+    records = reach_records(lines.ids, touched, left)
     columns = {name: [record[name] for record in records] for name in records[0]}
     return geopandas.GeoDataFrame(columns, geometry=lines.geometry, crs=crs)
 

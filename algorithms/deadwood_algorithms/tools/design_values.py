@@ -120,7 +120,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
 def lost_before(source: Run, found: Sequence[Passages], feedback: Feedback) -> dict[tuple[str, str], int]:
     """Of each place the logs that left the terrain model and had not come to it; a warning where they are many."""
-    from deadwood_algorithms.results.lost import left_dem, lost_warning, many
+    from deadwood_algorithms.results.lost import left_dem, many, warn_of_lost
 
     ids = source.deposits["log_id"].to_numpy()
     left = ids[left_dem(source.deposits["stop_reason"].to_numpy())]
@@ -130,8 +130,7 @@ def lost_before(source: Run, found: Sequence[Passages], feedback: Feedback) -> d
         for each in found
         if each.values and many(counts[each.kind, each.place_id], each.log_id.size)  # else it is not known who came
     ]
-    if warning := lost_warning(left.size, ids.size, told):
-        feedback.warn(f"{source.path}: {warning}")
+    warn_of_lost(left.size, ids.size, told, feedback, where=str(source.path))
     return counts
 
 

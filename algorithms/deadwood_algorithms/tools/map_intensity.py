@@ -174,7 +174,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         if rows:
             write_csv(folder / LINES, pandas.DataFrame(rows))
         facts["lines"] = rows
-        facts["n_left_dem"] = warn_of_lost(source, rows, feedback)
+        facts["n_left_dem"] = lost_of_run(source, rows, feedback)
         write_json(folder / FACTS, facts)
         outputs = {each.stem: final / each.name for each in sorted(folder.iterdir()) if each.suffix != ".qml"}
     return Outcome({"output": final} | outputs, facts, (*words_of(facts, rows), *lines_of_run(source)))
@@ -238,15 +238,14 @@ def write_years(path: Path, years: Sequence[NDArray[np.float64]], grid: Grid) ->
     write_bands(path, bands, grid, nodata=np.nan, dtype="float32", **told)
 
 
-def warn_of_lost(source: Run, rows: Sequence[dict[str, Any]], feedback: Feedback) -> int:
+def lost_of_run(source: Run, rows: Sequence[dict[str, Any]], feedback: Feedback) -> int:
     """How many logs left the terrain model; a warning where the maps or the lines depend on them."""
-    from deadwood_algorithms.results.lost import left_dem, lost_warning, many, reach_told
+    from deadwood_algorithms.results.lost import left_dem, many, reach_told, warn_of_lost
 
     n_lost = int(left_dem(source.deposits["stop_reason"].to_numpy()).sum())
     told = reach_told(row for row in rows if row["n_reach"] is not None and not row["at_least_kj"])
     told += ["classes, areas and the outline end where they left"] if many(n_lost, len(source.deposits)) else []
-    if warning := lost_warning(n_lost, len(source.deposits), told):
-        feedback.warn(f"{source.path}: {warning}")
+    warn_of_lost(n_lost, len(source.deposits), told, feedback, where=str(source.path))
     return n_lost
 
 

@@ -86,7 +86,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.rasters import write_bands
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.results.identity import result_folder
-    from deadwood_algorithms.results.lost import left_dem, lost_warning, many, reach_told, share_if_lost
+    from deadwood_algorithms.results.lost import left_dem, many, reach_records, reach_told, warn_of_lost
     from deadwood_algorithms.results.run_folder import read_run, write_json
     from deadwood_algorithms.results.scenario import lines_of_run
     from deadwood_algorithms.schemas.files import ORIGIN_REACH
@@ -117,13 +117,11 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         write_vector(folder / LAYERS, layers)
         draw(folder / PICTURE, source, found, line_shapes(ask, source))
         left = left_dem(source.deposits["stop_reason"].to_numpy()[rows])
-        reach = [{"line_id": line, **share_if_lost(hit, left)} for line, hit in reached.items()]
+        reach = reach_records(reached, np.column_stack(list(reached.values())), left)
         told = reach_told(reach[1:])
-        told += (
-            ["the shares of the map are those of logs that were seen to arrive"] if many(left.sum(), rows.size) else []
-        )
-        if warning := lost_warning(int(left.sum()), rows.size, told):
-            feedback.warn(f"{ask.run}: {warning}")
+        if many(int(left.sum()), rows.size):
+            told.append("the shares of the map are those of logs that were seen to arrive")
+        warn_of_lost(int(left.sum()), rows.size, told, feedback, where=ask.run)
         records = {name: frame.drop(columns="geometry").to_dict("records") for name, frame in layers.items()}
         facts: dict[str, Any] = {
             "cell_m": cell,

@@ -56,6 +56,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.results import arrivals
     from deadwood_algorithms.results.edges import Edges, edge_words
     from deadwood_algorithms.results.identity import writing
+    from deadwood_algorithms.results.lost import left_dem
     from deadwood_algorithms.results.run_folder import input_paths, read_run
     from deadwood_algorithms.results.scenario import lines_of_run
     from deadwood_algorithms.scene.layers import read_lines
@@ -77,7 +78,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         attribution = arrivals.attribution_frame(source, frame, items)
 
         stored = np.isin(source.deposits["log_id"], source.stored_log_ids)
-        left = stored & (source.deposits["stop_reason"] == "left_dem").to_numpy()
+        left = stored & left_dem(source.deposits["stop_reason"].to_numpy())
         near = arrived.near_edge & ~left
         if left.any() or near.any():
             counts = int(left.sum()), int(near.sum()), source.stored_log_ids.size

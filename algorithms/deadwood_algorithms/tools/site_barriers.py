@@ -119,7 +119,7 @@ def sited(ask: Ask, feedback: Feedback) -> Outcome:
         layer_of,
         lines_of,
         rows_of,
-        warn_of_lost,
+        warn_of_reach,
         with_classes,
     )
     from deadwood_algorithms.files.tables import write_csv
@@ -172,7 +172,7 @@ def sited(ask: Ask, feedback: Feedback) -> Outcome:
             "stopped_because": why,
             "rows": table.to_dict("records"),
         }
-        warn_of_lost(facts, now, feedback)
+        warn_of_reach(facts, now, feedback)
         write_json(folder / FACTS, facts)
     kept.remove()
     final = Path(ask.output)

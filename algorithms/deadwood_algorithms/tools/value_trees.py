@@ -94,7 +94,7 @@ def values_of(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.evaluate.protection.values import frame_of, lines_of, value, value_planted
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.results.identity import writing
-    from deadwood_algorithms.results.lost import left_dem, lost_warning, reach_told, share_if_lost
+    from deadwood_algorithms.results.lost import left_dem, lost_warning, reach_records, reach_told
     from deadwood_algorithms.results.replay import refuse_other_ends
     from deadwood_algorithms.results.run_folder import read_run
     from deadwood_algorithms.results.scenario import lines_of_run
@@ -134,10 +134,7 @@ def values_of(ask: Ask, feedback: Feedback) -> Outcome:
             known, layers = slide_known(question, layers, feedback)
             refuse_other_ends(source, rows, known.result.end_position)
             left = left_dem(known.result.stop_reason)
-            told = reach_told(
-                {"line_id": line, **share_if_lost(hit, left)}
-                for line, hit in zip(layers.lines.ids, known.reach.T, strict=True)
-            )
+            told = reach_told(reach_records(layers.lines.ids, known.reach, left))
             if warning := lost_warning(int(left.sum()), left.size, told):
                 feedback.warn(f"{ask.run}: {warning}; gain_p_low_if_lost and gain_p_high_if_lost bound each gain")
             if things := [*obstacles_of(layers), *stands_of(stands, layers)]:

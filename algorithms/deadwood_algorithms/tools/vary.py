@@ -167,7 +167,7 @@ def variation(ask: Ask, feedback: Feedback) -> Outcome:
         slid = runs_of(ensemble.slide(variants, WANTED, steps))
         measured, answers = evaluate(ask, factors, slid, layers, logs, feedback)
         facts = write(folder, ask, factors, places, slid, measured, answers, layers, len(ensemble.released))
-        warn_of_lost(places, slid, layers.lines.ids, feedback)
+        warn_of_runs(places, slid, layers.lines.ids, feedback)
         scenario = scenario_line(scenario_of(ask, ask.fidelity, layers, logs))  # of which the factors depart
     steps.remove()
     final = Path(ask.output)
@@ -187,20 +187,17 @@ def places_of(ask: Ask, factors: list[Factor]) -> list[Place]:
     return places
 
 
-def warn_of_lost(places: list[Place], slid: SlidRuns, line_ids: list[Any], feedback: Feedback) -> None:
+def warn_of_runs(places: list[Place], slid: SlidRuns, line_ids: list[Any], feedback: Feedback) -> None:
     """Say where reach depends on logs that left the terrain model: as things are, and in the run that lost most."""
-    from deadwood_algorithms.results.lost import left_dem, lost_warning, reach_told, share_if_lost
+    from deadwood_algorithms.results.lost import left_dem, reach_records, reach_told, warn_of_lost
 
     left = left_dem(slid.stop_reason)
     most = int(left.sum(axis=1).argmax())
     told = []
     for run in dict.fromkeys((0, most)):
-        records = [
-            {"line_id": line, **share_if_lost(slid.reach[run, :, k], left[run])} for k, line in enumerate(line_ids)
-        ]
+        records = reach_records(line_ids, slid.reach[run], left[run])
         told += [f"in the run '{places[run].label}' {each}" for each in reach_told(records)]
-    if warning := lost_warning(int(left[most].sum()), left.shape[1], told):
-        feedback.warn(warning)
+    warn_of_lost(int(left[most].sum()), left.shape[1], told, feedback)
 
 
 def evaluate(

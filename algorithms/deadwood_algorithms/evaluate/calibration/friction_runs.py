@@ -16,6 +16,7 @@ from deadwood_algorithms.evaluate.calibration.score import Observation
 from deadwood_algorithms.files.columns import id_column, where_of
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.tool import Feedback, UserError
+from deadwood_algorithms.results.lost import left_dem
 from deadwood_algorithms.scene.items import Items, digest_of
 from deadwood_algorithms.scene.layers import SceneLayers, read_lines
 from deadwood_algorithms.scene.releases import Releases
@@ -175,7 +176,7 @@ def did_it(watched: Watched, slid: FrictionRun) -> NDArray[np.bool_]:
 
 def lost_for(watched: Watched, slid: FrictionRun) -> NDArray[np.bool_]:
     """Which logs left the terrain model before it was known whether they would do what the event did."""
-    left = slid.stop_reason == STOP_REASONS.index("left_dem")
+    left = left_dem(slid.stop_reason)
     beyond = slid.reach[:, watched.not_reached].any(axis=1)  # it did what the event did not, whatever came then
     arrived = slid.reach[:, watched.reached].any(axis=1)
     settled = beyond | (arrived & (watched.not_reached.size == 0))

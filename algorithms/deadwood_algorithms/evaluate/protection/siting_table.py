@@ -13,7 +13,7 @@ from deadwood_algorithms.evaluate.protection.candidate_barriers import contour_a
 from deadwood_algorithms.evaluate.protection.siting import Siting, Step, Trial, Ways
 from deadwood_algorithms.params import presets
 from deadwood_algorithms.params.tool import Feedback
-from deadwood_algorithms.results.lost import lost_warning, reach_told, share_if_lost
+from deadwood_algorithms.results.lost import reach_records, reach_told, share_if_lost, warn_of_lost
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.stats.order_statistics import percentile_record
 from deadwood_algorithms.stats.statistics import lost_words, percent_with_interval, points_with_interval
@@ -131,18 +131,14 @@ NO_CLASS = {"barrier_class": "", "barrier_class_high": ""}
 
 
 def by_line(siting: Siting, ways: Ways) -> list[dict[str, Any]]:
-    names = siting.plain.lines.ids
-    return [
-        {"line_id": str(name), **share_if_lost(hit, ways.left)} for name, hit in zip(names, ways.reach.T, strict=True)
-    ]
+    return reach_records(map(str, siting.plain.lines.ids), ways.reach, ways.left)
 
 
-def warn_of_lost(facts: dict[str, Any], now: Ways, feedback: Feedback) -> None:
+def warn_of_reach(facts: dict[str, Any], now: Ways, feedback: Feedback) -> None:
     """Say of which lines the reach, as things are or with the barriers chosen, depends on logs that left."""
     told = reach_told(facts["reach_by_line"])
     told += [f"with the barriers chosen, {each}" for each in reach_told(facts["reach_by_line_after"])]
-    if warning := lost_warning(int(now.left.sum()), now.left.size, told):
-        feedback.warn(warning)
+    warn_of_lost(int(now.left.sum()), now.left.size, told, feedback)
 
 
 def lines_of(facts: dict[str, Any], classes: str | None) -> tuple[str, ...]:
