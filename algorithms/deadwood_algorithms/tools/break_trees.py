@@ -22,14 +22,15 @@ lying logs do not break.
 from __future__ import annotations
 
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from deadwood_algorithms.params import tool
-from deadwood_algorithms.params.tool import Feedback, Outcome, Quiet, Tool, UserError
+from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
 
 TIMES = 3  # so many times, about, each log slides
+LEAST_PILOT = 10  # logs of the pilot of --plan
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,20 +52,11 @@ class Ask(SlidingOptions):
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
-    return told_plan(ask, feedback) if ask.plan else broken_by(ask, feedback)
+    from deadwood_algorithms.results.plan import logs_of_run, result_or_plan
 
-
-def told_plan(ask: Ask, feedback: Feedback) -> Outcome:
-    """What the run would take."""
-    from deadwood_algorithms.results.forecast import planned_from_few
-    from deadwood_algorithms.results.run_folder import read_run
-
-    def few(output: str, logs: int, feedback: Feedback) -> Outcome:
-        return broken_by(replace(ask, output=output, logs=logs, plan=False, resume=False), feedback)
-
-    logs = min(ask.logs or 2**40, len(read_run(ask.run, feedback=Quiet()).deposits))
-    of_one = max(10, ask.plan_logs // TIMES)
-    return planned_from_few(few, of_one, logs, ask.output, ask.where(""), ask.plan_workers, feedback)
+    return result_or_plan(
+        broken_by, ask, feedback, times=TIMES, logs_there=lambda: logs_of_run(ask.run), least=LEAST_PILOT
+    )
 
 
 def broken_by(ask: Ask, feedback: Feedback) -> Outcome:

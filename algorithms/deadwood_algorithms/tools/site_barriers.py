@@ -31,14 +31,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from deadwood_algorithms.params import presets, tool
-from deadwood_algorithms.params.tool import Feedback, Outcome, Quiet, Tool, UserError
+from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
 from deadwood_algorithms.schemas import BARRIER_M
 
@@ -51,6 +51,7 @@ if TYPE_CHECKING:
 TABLE, LAYER, PICTURE = "pareto.csv", "barriers.gpkg", "barriers.png"
 FACTS, MANIFEST = "summary.json", "manifest.json"
 TIMES = 8  # so many times, about, each log slides
+LEAST_PILOT = 10  # logs of the pilot of --plan
 MANY = 200  # candidates that are slid, each alone, without a word
 
 
@@ -91,20 +92,9 @@ class Ask(SlidingOptions):
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
-    return told_plan(ask, feedback) if ask.plan else sited(ask, feedback)
+    from deadwood_algorithms.results.plan import logs_of_run, result_or_plan
 
-
-def told_plan(ask: Ask, feedback: Feedback) -> Outcome:
-    """What the run would take."""
-    from deadwood_algorithms.results.forecast import planned_from_few
-    from deadwood_algorithms.results.run_folder import read_run
-
-    def few(output: str, logs: int, feedback: Feedback) -> Outcome:
-        return sited(replace(ask, output=output, logs=logs, plan=False, resume=False), feedback)
-
-    logs = min(ask.logs or 2**40, len(read_run(ask.run, feedback=Quiet()).deposits))
-    of_one = max(10, ask.plan_logs // TIMES)
-    return planned_from_few(few, of_one, logs, ask.output, ask.where(""), ask.plan_workers, feedback)
+    return result_or_plan(sited, ask, feedback, times=TIMES, logs_there=lambda: logs_of_run(ask.run), least=LEAST_PILOT)
 
 
 def sited(ask: Ask, feedback: Feedback) -> Outcome:

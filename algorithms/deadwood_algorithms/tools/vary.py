@@ -27,7 +27,7 @@ the same for all logs: the tornado uses one of them, the design another in every
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -106,26 +106,15 @@ class Ask(SlidingOptions, SceneByName):
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.evaluate.sensitivity.factors import factors_of
+    from deadwood_algorithms.results.plan import logs_of_layer, result_or_plan
 
     factors = factors_of(ask.vary)
     for each in factors:
         if each.offered:
             feedback.note(each.offer_words)
-    places = places_of(ask, factors)
-    return told_plan(ask, len(places), feedback) if ask.plan else variation(ask, feedback)
-
-
-def told_plan(ask: Ask, variants: int, feedback: Feedback) -> Outcome:
-    """What the run would take."""
-    from deadwood_algorithms.files.vectors import read_table
-    from deadwood_algorithms.results.forecast import planned_from_few
-
-    def few(output: str, logs: int, feedback: Feedback) -> Outcome:
-        return variation(replace(ask, output=output, logs=logs, plan=False, resume=False), feedback)
-
-    logs = min(ask.logs, len(read_table(ask.releases, what="releases")))
-    of_one = max(2, ask.plan_logs // variants)
-    return planned_from_few(few, of_one, logs, ask.output, ask.where(""), ask.plan_workers, feedback)
+    return result_or_plan(
+        variation, ask, feedback, times=len(places_of(ask, factors)), logs_there=lambda: logs_of_layer(ask.releases)
+    )
 
 
 def variation(ask: Ask, feedback: Feedback) -> Outcome:
