@@ -60,8 +60,10 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
 
 def broken_by(ask: Ask, feedback: Feedback) -> Outcome:
+    from deadwood_algorithms.evaluate.protection.baseline import slide_baseline
     from deadwood_algorithms.evaluate.protection.breaking import break_trees, frames_of, lines_of
-    from deadwood_algorithms.evaluate.protection.effect import AT_ONCE, CHUNK, asked_again, slide_known
+    from deadwood_algorithms.evaluate.protection.changed_scenes import AT_ONCE, CHUNK
+    from deadwood_algorithms.evaluate.protection.rerun import open_rerun
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.results.capacity import Capacity
     from deadwood_algorithms.results.identity import writing
@@ -78,23 +80,21 @@ def broken_by(ask: Ask, feedback: Feedback) -> Outcome:
     with writing(TOOL, ask, feedback) as outputs, ExitStack() as opened:
         path = outputs.file("output", ".gpkg")
         source = read_run(ask.run, feedback=feedback)
-        question, layers, rows = opened.enter_context(
-            asked_again(source, ask.lines, ask.logs, ask.seed, where, feedback)
-        )
+        rerun, layers, rows = opened.enter_context(open_rerun(source, ask.lines, ask.logs, ask.seed, where, feedback))
         if not layers.tree_ids:
             raise UserError(f"{ask.run}: no tree stands in the run, so none breaks")
-        known = {
+        decided_by = {
             "groups": [CHUNK, AT_ONCE],
             "--logs or --seed": [ask.logs, ask.seed],
             "--tree-capacity-kj or --tree-capacity-power": [ask.tree_capacity_kj, ask.tree_capacity_power],
         }
-        identity = identity_of(question.simulation, layers, question.releases, **known)
+        identity = identity_of(rerun.simulation, layers, rerun.releases, **decided_by)
         steps = Steps(ask.output, identity, resume=ask.resume, feedback=feedback)
         load_kernels(layers.shape, feedback)
         with workers_for(where, feedback):
-            slid, layers = slide_known(question, layers, feedback)
+            slid, layers = slide_baseline(rerun, layers, feedback)
             refuse_other_ends(source, rows, slid.result.end_position)
-            broken = break_trees(question, layers, slid, capacity, steps, feedback)
+            broken = break_trees(rerun, layers, slid, capacity, steps, feedback)
         frames = frames_of(broken, slid, layers, capacity)
         write_vector(path, frames)
     steps.remove()

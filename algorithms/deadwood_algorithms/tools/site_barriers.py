@@ -44,7 +44,7 @@ from deadwood_algorithms.schemas import BARRIER_M
 
 if TYPE_CHECKING:
     from deadwood_algorithms.evaluate.protection.candidate_barriers import Candidate
-    from deadwood_algorithms.evaluate.protection.effect import Question
+    from deadwood_algorithms.evaluate.protection.rerun import Rerun
     from deadwood_algorithms.scene.layers import SceneLayers
     from deadwood_algorithms.simulate.steps import Steps
 
@@ -101,7 +101,7 @@ def sited(ask: Ask, feedback: Feedback) -> Outcome:
     import pandas
 
     from deadwood_algorithms.evaluate.protection.candidate_barriers import read_given
-    from deadwood_algorithms.evaluate.protection.effect import asked_again
+    from deadwood_algorithms.evaluate.protection.rerun import open_rerun
     from deadwood_algorithms.evaluate.protection.siting import Siting, choose, trials_alone
     from deadwood_algorithms.evaluate.protection.siting_figure import draw
     from deadwood_algorithms.evaluate.protection.siting_table import (
@@ -126,18 +126,16 @@ def sited(ask: Ask, feedback: Feedback) -> Outcome:
     where = ask.where(f"{TOOL.name}-{Path(ask.output).name}")
     with result_folder(TOOL, ask, feedback) as folder, ExitStack() as opened:
         source = read_run(ask.run, feedback=feedback)
-        question, layers, rows = opened.enter_context(
-            asked_again(source, ask.lines, ask.logs, ask.seed, where, feedback)
-        )
+        rerun, layers, rows = opened.enter_context(open_rerun(source, ask.lines, ask.logs, ask.seed, where, feedback))
         found = read_given(ask.candidates, ask.height_m, layers, feedback) if ask.candidates else []
-        kept = Steps(ask.output, identity(ask, question, layers, found), resume=ask.resume, feedback=feedback)
+        kept = Steps(ask.output, identity(ask, rerun, layers, found), resume=ask.resume, feedback=feedback)
         load_kernels(layers.shape, feedback)
         with workers_for(where, feedback):
             if not ask.candidates:
-                found, layers = contours_of(ask, question, layers, kept, feedback)
+                found, layers = contours_of(ask, rerun, layers, kept, feedback)
             if len(found) > MANY:
                 feedback.warn(f"{len(found)} candidates are slid, each alone; fewer take less time")
-            siting = Siting(question, layers, found, kept, feedback)
+            siting = Siting(rerun, layers, found, kept, feedback)
             now, ends = siting.slide(np.arange(rows.size), (), "sliding the run again")
             refuse_other_ends(source, rows, ends)
             if not now.any_line.any():
@@ -171,12 +169,12 @@ def sited(ask: Ask, feedback: Feedback) -> Outcome:
     return Outcome({"output": final} | {key: final / name for key, name in parts.items()}, facts, shown)
 
 
-def identity(ask: Ask, question: Question, layers: SceneLayers, given: Sequence[Candidate]) -> dict[str, Any]:
+def identity(ask: Ask, rerun: Rerun, layers: SceneLayers, given: Sequence[Candidate]) -> dict[str, Any]:
     """What decides every step: only what agrees in all of it is gone on with."""
-    from deadwood_algorithms.evaluate.protection.effect import CHUNK
+    from deadwood_algorithms.evaluate.protection.changed_scenes import CHUNK
     from deadwood_algorithms.simulate.chunks import identity_of
 
-    known = {
+    decided_by = {
         "groups": CHUNK,
         "--logs or --seed": [ask.logs, ask.seed],
         "--candidates": [[each.id, each.shape.wkb_hex, each.height] for each in given],
@@ -184,12 +182,12 @@ def identity(ask: Ask, question: Question, layers: SceneLayers, given: Sequence[
             list(ask.above_m), list(ask.length_m), list(ask.height_m), ask.places, ask.count,
         ],
     }  # fmt: skip
-    return identity_of(question.simulation, layers, question.releases, **known)
+    return identity_of(rerun.simulation, layers, rerun.releases, **decided_by)
 
 
 def contours_of(
     ask: Ask,
-    question: Question,
+    rerun: Rerun,
     layers: SceneLayers,
     steps: Steps,
     feedback: Feedback,
@@ -199,10 +197,10 @@ def contours_of(
     from deadwood_algorithms.evaluate.protection.siting import passed_to_lines
 
     if layers.dem.whole is not None:  # contours are drawn on all the ground that logs come to
-        _, layers = passed_to_lines(question, layers, list(layers.lines.geometry), steps, feedback)
+        _, layers = passed_to_lines(rerun, layers, list(layers.lines.geometry), steps, feedback)
 
     def passed(shapes: Sequence[Any]) -> Any:
-        return passed_to_lines(question, layers, shapes, steps, feedback)[0]
+        return passed_to_lines(rerun, layers, shapes, steps, feedback)[0]
 
     found = contour_candidates(layers, ask.above_m, ask.length_m, ask.height_m, ask.places, passed)
     if not found:

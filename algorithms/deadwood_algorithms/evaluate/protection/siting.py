@@ -2,10 +2,10 @@
 
 All candidates' lines, and a zone around each, are watched while the logs slide. A log whose outline never touches the
 zone keeps every bit of its way when the barrier is put there, for the engine lists an obstacle, and lets it shorten a
-step, only within ``NEAR_MARGIN`` of the log's surface in plan (``cores.near``; ``logs_near`` of `effect` argues the
-same from poses), unless it is the first whose presence alone makes steps shorter (``Question.rule_of_steps``). The
+step, only within ``NEAR_MARGIN`` of the log's surface in plan (``cores.near``; ``near_candidates`` argues the
+same from poses), unless it is the first whose presence alone makes steps shorter (``Rerun.rule_of_steps``). The
 others slide again in the scene with the barrier; while they do, the zones tell near which other candidates their new
-ways come. So at any time it is known of each log what it does with the barriers chosen so far, and where else it comes.
+ways come. So it is known at any time what each log does with the barriers chosen so far, and where else it comes.
 """
 
 from __future__ import annotations
@@ -18,8 +18,9 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from deadwood_algorithms.evaluate.protection import changed_scenes
 from deadwood_algorithms.evaluate.protection.candidate_barriers import Candidate, with_barriers
-from deadwood_algorithms.evaluate.protection.effect import CHUNK, Question, without
+from deadwood_algorithms.evaluate.protection.rerun import Rerun, without
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.results.lost import left_dem
 from deadwood_algorithms.scene.items import Items
@@ -96,30 +97,29 @@ def times_of(items: Items, result: Result, releases: Any) -> Array:
 
 
 def passed_to_lines(
-    question: Question, layers: SceneLayers, shapes: Sequence[Any], steps: Steps, feedback: Feedback
+    rerun: Rerun, layers: SceneLayers, shapes: Sequence[Any], steps: Steps, feedback: Feedback
 ) -> tuple[NDArray[np.bool_], SceneLayers]:
     """Which log touches which of the shapes and a line to be protected then or later, shape (n, shapes)."""
     marks, items = as_lines(shapes)
-    n = len(question.releases)
+    n, chunk = len(rerun.releases), changed_scenes.CHUNK
 
     def slide_some(first: int) -> dict[str, NDArray[np.bool_]]:
         nonlocal layers
-        some = question.releases.take(np.arange(first, min(first + CHUNK, n)))
+        some = rerun.releases.take(np.arange(first, min(first + chunk, n)))
 
         def slide_on(on: SceneLayers) -> tuple[NDArray[np.bool_], list[str]]:
             on = on.with_lines_before(marks, items)
             report = reporter(feedback, n, "finding where logs pass", before=first)
-            result, sides = slide_once(on, some.logs, question.simulation, report)
+            result, sides = slide_once(on, some.logs, rerun.simulation, report)
             times = times_of(on.lines, result, some)
             return flux_of(times[:, : len(shapes)], times[:, len(shapes) :]), sides
 
-        passes, layers = until_none_escapes(layers, question.simulation, slide_on, feedback)
+        passes, layers = until_none_escapes(layers, rerun.simulation, slide_on, feedback)
         return {"passes": passes}
 
-    firsts = range(0, n, CHUNK)
-    found = [steps.take(min(CHUNK, n - first), lambda first=first: slide_some(first))["passes"] for first in firsts]
+    parts = [steps.take(min(chunk, n - first), lambda first=first: slide_some(first)) for first in range(0, n, chunk)]
     feedback.progress(n, n, "finding where logs pass")
-    return np.concatenate(found), layers
+    return np.concatenate([each["passes"] for each in parts]), layers
 
 
 def flux_of(touched: Array, lines: Array) -> NDArray[np.bool_]:
@@ -157,13 +157,13 @@ class Siting:
 
     def __init__(
         self,
-        question: Question,
+        rerun: Rerun,
         layers: SceneLayers,
         candidates: Sequence[Candidate],
         steps: Steps,
         feedback: Feedback,
     ) -> None:
-        self.question, self.candidates = question, list(candidates)
+        self.rerun, self.candidates = rerun, list(candidates)
         self.steps, self.feedback = steps, feedback
         self.own = len(layers.barriers.ids)
         keys = [shapely.to_wkb(each.shape) for each in candidates]
@@ -174,21 +174,21 @@ class Siting:
         self.on(layers)
 
     def on(self, layers: SceneLayers) -> None:
-        question, cell = self.question, layers.dem.cell
+        rerun, cell = self.rerun, layers.dem.cell
         self.plain = layers
         both = with_barriers(layers, self.candidates)
-        self.start = place_logs(both.scene, question.releases.logs, both.shape, both.threads)
-        step = question.longest_step(cell)
+        self.start = place_logs(both.scene, rerun.releases.logs, both.shape, both.threads)
+        step = rerun.longest_step(cell)
         thick = float(self.start.body[:, BASE_RADIUS].max(initial=0.0))
         # as in ``logs_near``: outlines are drawn a ``trace_step`` apart, and the engine looks a step ahead
-        width = NEAR_MARGIN + thick + trace_step(question.simulation.fidelity, cell) + 3.0 * step + 0.01
+        width = NEAR_MARGIN + thick + trace_step(rerun.simulation.fidelity, cell) + 3.0 * step + 0.01
         width /= np.cos(np.pi / (4.0 * ARCS))
         zones = [shapely.buffer(each, width, quad_segs=ARCS) for each in self.shapes]
         marks, items = as_lines([*self.shapes, *(shapely.Polygon(each.exterior) for each in zones)])
         self.watched = both.with_lines_before(marks, items)
         self.rows = [np.flatnonzero(both.barriers.item == self.own + k) for k in range(len(self.candidates))]
         # two barriers rule no more than one: whatever is chosen, the next is not the first
-        self.first_rules = question.rule_of_steps(self.watched) != question.rule_of_steps(self.with_only(()))
+        self.first_rules = rerun.rule_of_steps(self.watched) != rerun.rule_of_steps(self.with_only(()))
 
     def missing(self, chosen: Sequence[int]) -> NDArray[np.int64]:
         """The numbers of all candidates' barriers but these."""
@@ -227,7 +227,7 @@ class Siting:
         later: Sequence[tuple[NDArray[np.int64], Sequence[int]]],
     ) -> dict[str, NDArray]:
         """On a wider window where they come near its sides."""
-        simulation = self.question.simulation
+        simulation = self.rerun.simulation
         report = reporter(self.feedback, rows.size, what)
         while True:
             batch = self.batch(rows, chosen)
@@ -244,7 +244,7 @@ class Siting:
 
     def ways_of(self, result: Result, rows: NDArray[np.int64]) -> Ways:
         layers, count, n = self.watched, len(self.shapes), rows.size
-        times = times_of(layers.lines, result, self.question.releases.take(rows))
+        times = times_of(layers.lines, result, self.rerun.releases.take(rows))
         touched, near, lines = times[:, :count], times[:, count : 2 * count], times[:, 2 * count :]
         barriers, number = layers.barriers, len(self.candidates)
         crossed = barriers.any_row(result.barrier_crossed)
