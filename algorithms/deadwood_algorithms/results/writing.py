@@ -28,7 +28,6 @@ from deadwood_algorithms.files.rasters import write_bands
 from deadwood_algorithms.files.streams import Stream, write_geoparquet
 from deadwood_algorithms.files.vectors import write_vector
 from deadwood_algorithms.params.tool import Feedback, Outcome
-from deadwood_algorithms.results.asked import Asked
 from deadwood_algorithms.results.capacity import LOGS_ABOVE, TREES_ABOVE, Capacity, Overloads
 from deadwood_algorithms.results.checked import SUMMARY
 from deadwood_algorithms.results.danger import ANY, bands_of_lines, danger_bands, units_of
@@ -42,6 +41,7 @@ from deadwood_algorithms.results.hits import (
 from deadwood_algorithms.results.identity import Making, write_manifest
 from deadwood_algorithms.results.lost import left_dem, many, reach_records
 from deadwood_algorithms.results.run_folder import GEOPACKAGE, MANIFEST, POSES, pose_schema, write_json
+from deadwood_algorithms.results.run_settings import RunSettings
 from deadwood_algorithms.results.summary import (
     lines_of,
     loss_of_run,
@@ -140,7 +140,7 @@ def write_results(
     folder: Path,
     final: Path,
     making: Making,
-    asked: Asked,
+    settings: RunSettings,
     done: ChunkedRun,
     feedback: Feedback,
     *,
@@ -154,7 +154,7 @@ def write_results(
     layers, releases, queue, work = done.slope.layers, done.releases, done.queue, done.work
     rows, order = queue.slid_rows()
     releases = releases if rows.size == len(releases) else releases.take(rows)
-    by_log = work.by_log((*BY_LOG, TREES_ABOVE, LOGS_ABOVE) if asked.capacity else BY_LOG, order)
+    by_log = work.by_log((*BY_LOG, TREES_ABOVE, LOGS_ABOVE) if settings.capacity else BY_LOG, order)
     touched = reached(layers.lines, by_log, releases)
     crs = layers.dem.plan_crs
     tables: dict[str, geopandas.GeoDataFrame | Stream] = {
@@ -181,18 +181,18 @@ def write_results(
     feedback.progress(1, 3, "writing the results")
 
     outputs = write_run_rasters(
-        folder, done.slope.rasters, layers, len(releases), asked.danger_least, danger_counts=asked.danger_counts
+        folder, done.slope.rasters, layers, len(releases), settings.danger_least, danger_counts=settings.danger_counts
     )
     feedback.progress(2, 3, "writing the results")
 
-    summary = summary_of(asked, done.simulation.fidelity, layers, releases, by_log, touched, hits, queue)
+    summary = summary_of(settings, done.simulation.fidelity, layers, releases, by_log, touched, hits, queue)
     still = summary["logs"]["by_stop_reason"]["time_limit"]
     if many(still, len(releases)):
         fix = "raise --time-limit-s"
-        if layers.shape is None and not asked.scene.rolling_friction:
+        if layers.shape is None and not settings.scene.rolling_friction:
             fix += ", or --rolling-friction, without which a log that rolls on smooth ground does not stop"
         feedback.warn(
-            f"{still} of {len(releases)} logs still moved at --time-limit-s {asked.scene.time_limit_s:g}, so their "
+            f"{still} of {len(releases)} logs still moved at --time-limit-s {settings.scene.time_limit_s:g}, so their "
             f"deposits are not final; {fix}"
         )
     if told := loss_of_run(summary):
@@ -207,8 +207,8 @@ def write_results(
     by_log.close()
     write_json(folder / SUMMARY, summary)
     making.facts |= {**_facts(layers, releases), "effective": effective_values(releases)}
-    if asked.auto is not None:  # by --fidelity auto, which goes by the clock of the machine
-        making.facts["chosen"] = {"fidelity": asked.fidelity, "logs": len(releases)}
+    if settings.auto is not None:  # by --fidelity auto, which goes by the clock of the machine
+        making.facts["chosen"] = {"fidelity": settings.fidelity, "logs": len(releases)}
     write_manifest(folder, making.manifest())  # for what reads the run before it is whole and sealed
     feedback.progress(3, 3, "writing the results")
     names = {"run": GEOPACKAGE, "poses": POSES, "summary": SUMMARY, "manifest": MANIFEST} | outputs

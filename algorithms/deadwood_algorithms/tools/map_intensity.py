@@ -165,7 +165,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             other, rarest_first, often = period_class(years[0], periods), False, legend.period_labels(periods)
             about, rows = "Class of the return period", legend.class_rows(often, legend.COLD[::-1])
             maps.write("return_class", other, rows, about, (periods, "years"))
-            warn_of_few(facts, areas, ask.logs_per_event, periods, feedback)
+            warn_of_small_sample(facts, areas, ask.logs_per_event, periods, feedback)
         both = np.where((weights > 0) & (other > 0), 10 * weights + other, 0).astype(np.uint8)
         maps.write("matrix", both, legend.matrix_rows(names, often, rarest_first=rarest_first), "Class of both")
         facts["classes"] = maps.classes
@@ -249,7 +249,7 @@ def lost_of_run(source: Run, rows: Sequence[dict[str, Any]], feedback: Feedback)
     return n_lost
 
 
-def warn_of_few(
+def warn_of_small_sample(
     facts: dict[str, Any], areas: Sequence[ReleaseArea], logs: int, periods: Sequence[float], feedback: Feedback
 ) -> None:
     """Say where the logs are too few to tell the longest return period from none."""

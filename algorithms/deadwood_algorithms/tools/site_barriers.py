@@ -156,7 +156,7 @@ def sited(ask: Ask, feedback: Feedback) -> Outcome:
             "reach": share_if_lost(now.any_line, now.left),
             "reach_by_line": by_line(siting, now),
             "chosen": [row for row in table.to_dict("records") if row["step"]],
-            "reach_by_line_after": by_line(siting, steps[-1].ways if steps else now),
+            "reach_by_line_after": by_line(siting, steps[-1].outcomes if steps else now),
             "stopped_because": why,
             "rows": table.to_dict("records"),
         }

@@ -113,10 +113,10 @@ def pilot_run(ask: Ask, feedback: Feedback, place: Path) -> tuple[Pilot, int]:
 
 def slid_run(ask: Ask, promise: Promise | None, feedback: Feedback, at_most: int | None = None) -> tuple[Outcome, int]:
     """The run itself, of an even draw of so many logs if not of all; and how many logs the layer has."""
-    from deadwood_algorithms.results.asked import Asked
     from deadwood_algorithms.results.capacity import Capacity
     from deadwood_algorithms.results.forecast import refuse_full_disk
     from deadwood_algorithms.results.identity import writing
+    from deadwood_algorithms.results.run_settings import RunSettings
     from deadwood_algorithms.results.writing import keeper_of, write_results
     from deadwood_algorithms.simulate.auto_run import slide_promised
     from deadwood_algorithms.simulate.log_order import hash_order, keep_by_hash
@@ -157,7 +157,7 @@ def slid_run(ask: Ask, promise: Promise | None, feedback: Feedback, at_most: int
                 done, chosen, pilot_cpu_s = slide_promised(prepared, promise, began)
             else:
                 done, chosen, pilot_cpu_s = slide_logs(prepared, ask.until_ci), None, 0.0
-        asked = Asked(
+        settings = RunSettings(
             scene=tool.taken(ask, ReleasedScene),
             fidelity=chosen.option.fidelity if chosen else ask.fidelity,
             keeps_poses=kept_count != 0,
@@ -167,7 +167,7 @@ def slid_run(ask: Ask, promise: Promise | None, feedback: Feedback, at_most: int
             auto=chosen.record if chosen else None,
             pilot_cpu_s=pilot_cpu_s,
         )
-        outcome = write_results(folder, Path(ask.output), outputs, asked, done, feedback, geoparquet=ask.geoparquet)
+        outcome = write_results(folder, Path(ask.output), outputs, settings, done, feedback, geoparquet=ask.geoparquet)
         outcome = replace(outcome, outputs={**outcome.outputs, **added(ask, folder, done, feedback)})
     done.remove()
     return outcome, logs

@@ -77,6 +77,12 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 def values_of(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.evaluate.protection.baseline import slide_baseline
     from deadwood_algorithms.evaluate.protection.changed_scenes import AT_ONCE, CHANGED, CHUNK
+    from deadwood_algorithms.evaluate.protection.effect_layer import (
+        candidate_effects,
+        frame_of,
+        lines_of,
+        obstacle_effects,
+    )
     from deadwood_algorithms.evaluate.protection.obstacles import (
         obstacles_of,
         read_candidates,
@@ -84,7 +90,6 @@ def values_of(ask: Ask, feedback: Feedback) -> Outcome:
         stands_of,
     )
     from deadwood_algorithms.evaluate.protection.rerun import open_rerun
-    from deadwood_algorithms.evaluate.protection.values import frame_of, lines_of, value, value_planted
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.results.identity import writing
     from deadwood_algorithms.results.lost import left_dem, lost_warning, reach_records, reach_told
@@ -129,10 +134,10 @@ def values_of(ask: Ask, feedback: Feedback) -> Outcome:
             if warning := lost_warning(int(left.sum()), left.size, told):
                 feedback.warn(f"{ask.run}: {warning}; gain_p_low_if_lost and gain_p_high_if_lost bound each gain")
             if things := [*obstacles_of(layers), *stands_of(stands, layers)]:
-                found = value(rerun, layers, baseline, things, steps, feedback)
+                found = obstacle_effects(rerun, layers, baseline, things, steps, feedback)
                 frames["values"] = frame_of(found, layers, "n_reach_without", +1)
             if len(could):
-                found = value_planted(rerun, layers, baseline, could, steps, feedback)
+                found = candidate_effects(rerun, layers, baseline, could, steps, feedback)
                 frames["planted"] = frame_of(found, layers, "n_reach_with", -1)
         write_vector(path, frames)
     steps.remove()

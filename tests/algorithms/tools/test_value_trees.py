@@ -14,8 +14,7 @@ import pytest
 import shapely
 from slope_case import EAST, NORTH, Case, assert_same_file, layer, points, write_layer
 
-from deadwood_algorithms.evaluate.protection import near_candidates
-from deadwood_algorithms.evaluate.protection import values as protection_values
+from deadwood_algorithms.evaluate.protection import effect_layer, near_candidates
 from deadwood_algorithms.evaluate.protection.changed_scenes import ChangedScenes
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.scene import layers, reach
@@ -263,7 +262,7 @@ def test_no_log_that_would_list_a_candidate_is_left_out(case, monkeypatch, tmp_p
         raise UserError("enough")
 
     logs_near = near_candidates.logs_near
-    monkeypatch.setattr(protection_values, "logs_near", caught)
+    monkeypatch.setattr(effect_layer, "logs_near", caught)
     with pytest.raises(UserError, match="enough"):
         value_trees.TOOL(run=str(run), output=str(tmp_path / "v.gpkg"), plant=plant)
     question, short, layers, found, widest, near = told[0]
