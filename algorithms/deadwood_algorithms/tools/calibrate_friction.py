@@ -127,12 +127,12 @@ def calibrate(ask: Ask, feedback: Feedback) -> Outcome:
         answer.warn_of_cells(layers.dem.cell, feedback)
         observed = friction_runs.read_observed(ask.observed, layers, logs, feedback) if ask.observed else None
 
-        known = {
+        decided_by = {
             "--friction": sweep,
             "--logs or --seed": [ask.logs, ask.seed],
             "--reached or --not-reached": watched.digest,
         }
-        identity = identity_of(ensemble.simulation, layers, ensemble.released, **known)
+        identity = identity_of(ensemble.simulation, layers, ensemble.released, **decided_by)
         steps = Steps(ask.output, identity, resume=ask.resume, feedback=feedback)
         variants = friction_runs.variants_of(sweep, ensemble.simulation, watched)
         found = ensemble.slide(variants, friction_runs.WANTED, steps)

@@ -90,8 +90,8 @@ def compare(ask: Ask, feedback: Feedback) -> Outcome:
         layers, releases, logs = ensemble.layers, ensemble.released, ensemble.logs
         planned = ask.planned_logs or len(releases)
 
-        known = {"--fidelities": names, "--logs or --seed": [ask.logs, ask.seed]}
-        identity = identity_of(ensemble.simulation, layers, releases, **known)
+        decided_by = {"--fidelities": names, "--logs or --seed": [ask.logs, ask.seed]}
+        identity = identity_of(ensemble.simulation, layers, releases, **decided_by)
         steps = Steps(ask.output, identity, resume=ask.resume, feedback=feedback)
         postures = [] if layers.shape is not None else other_postures(logs.logs)
         variants = variants_of(names, ensemble.simulation)
