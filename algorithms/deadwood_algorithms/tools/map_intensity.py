@@ -48,7 +48,7 @@ RULE = (
     "30 and 300 kJ, and 30, 100 and 300 years, are the classes of the Swiss federal recommendations for falls of rock "
     "(BRP, BWW, BUWAL 1997; BAFU 2016); other bounds are the user's"
 )
-DECIDES = "which hazard a field of the matrix is, and whether these classes suit wood, a person decides"
+DECIDES = "an expert decides which hazard a field of the matrix stands for, and whether these classes suit wood"
 LINES, FACTS, OUTLINE = "lines.csv", "classes.json", "process_area.gpkg"
 
 

@@ -79,7 +79,8 @@ class Ask(SlidingOptions):
         "Classes of barriers, to find the weakest that holds the energies",
         *presets.BARRIERS,
         default=None,
-        help=presets.choices_told(presets.BARRIERS) + " They are made for rocks; a person decides.",
+        help=presets.choices_told(presets.BARRIERS)
+        + " They were made for rocks; whether they suit wood is for an expert to decide.",
     )
     logs: int | None = tool.integer(
         "Logs to use (default: all of the run)", default=None, minimum=1, help="A random subset."
