@@ -21,12 +21,16 @@ Array = NDArray[np.float64]
 
 
 class Trees(NamedTuple):
-    """Standing trees as the user gives them; arrays of shape (n,) in metres."""
+    """Standing trees as the user gives them; arrays of shape (n,) in metres.
+
+    capacity : [J] that each takes in a hit before it breaks (``breaking``), infinite: it does not; None: none breaks
+    """
 
     x: Array
     y: Array
     diameter: Array
     height: Array
+    capacity: Array | None = None
 
     @staticmethod
     def none() -> Trees:
@@ -34,7 +38,9 @@ class Trees(NamedTuple):
         return Trees(empty, empty, empty, empty)
 
 
-def prepare(plan: Array, foot: Array, radius: Array, height: Array, item: NDArray[np.int64]) -> Any:
+def prepare(
+    plan: Array, foot: Array, radius: Array, height: Array, item: NDArray[np.int64], capacity: Array | float = np.inf
+) -> Any:
     """The cores of trees; plan [m] shape (n, 2) from the centre of the DEM's cell (0, 0), foot [m] above reference.
 
     A stem goes on below the ground, for on a steep slope that is lower beside it.
@@ -48,4 +54,4 @@ def prepare(plan: Array, foot: Array, radius: Array, height: Array, item: NDArra
     start = np.column_stack([plan, foot - below])
     slope = np.where(stump, 0.0, (tip - wide) / long)
     end = start + long[:, None] * (0.0, 0.0, 1.0)
-    return lay_out(TREE, item, start, end, wide, slope, disc=np.where(stump, radius - rim, 0.0))
+    return lay_out(TREE, item, start, end, wide, slope, disc=np.where(stump, radius - rim, 0.0), capacity=capacity)
