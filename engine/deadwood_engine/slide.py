@@ -118,7 +118,7 @@ def slide(
         -1.0 if tree_friction is None else float(tree_friction), stems,
         -1.0 if barrier_friction is None else float(barrier_friction), fences,
         0 if stages is None or going_on is not None or breaks else STAGE_STEPS, bool(until_reached), breaks,
-        *_slip_law(scene, shape, friction_max, friction_kappa, friction_beta),
+        *_slip_law(shape, friction_max, friction_kappa, friction_beta),
     )  # fmt: skip
     stations = stations_for(start.body[:, LENGTH], station_spacing(fidelity, cell))
     keep = np.zeros(number, np.bool_) if keep_poses is None else np.asarray(keep_poses, np.bool_)
@@ -253,18 +253,17 @@ def fidelity_in(
     return where_things_rebound(fidelity, restitution, stems * wood, fences * plates)
 
 
-def _slip_law(
-    scene: Scene, shape: Shape | None, most: float | None, kappa: float, beta: float
-) -> tuple[float, float, float]:
+def _slip_law(shape: Shape | None, most: float | None, kappa: float, beta: float) -> tuple[float, float, float]:
     """What friction has to do with slip, as ``Settings`` says it; of logs it has nothing."""
     if most is None:
         return 0.0, 0.0, 0.0
     if shape is None:
         raise ValueError("friction that grows with slip is of bodies of points; give a shape")
-    if not (np.isfinite(most) and most >= np.nanmax(scene.arrays.terrain.friction)):
-        raise ValueError(f"friction_max is {most}, and must be at least the scene's friction, everywhere")
-    if not (np.isfinite(kappa) and kappa > 0.0 and np.isfinite(beta) and beta >= 0.0):
-        raise ValueError(f"friction_kappa must be positive and friction_beta not negative, not {kappa} and {beta}")
+    if not (np.isfinite([most, kappa, beta]).all() and most >= 0.0 and kappa > 0.0 and beta >= 0.0):
+        raise ValueError(
+            "friction_kappa must be more than nothing, friction_max and friction_beta at least nothing, "
+            f"not {kappa}, {most} and {beta}"
+        )
     return float(most), float(kappa), float(beta)
 
 

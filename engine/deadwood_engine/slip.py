@@ -5,8 +5,9 @@ The law of Leine et al. (2014; Multibody System Dynamics 32:241-271) for rocks, 
     mu(s) = mu_min + (2 / pi) (mu_max - mu_min) atan(kappa s)                                        [p]
     ds/dt = |v_s| in contact with the ground,   ds/dt = -beta s in the air
 
-mu_min is the ground's coefficient; at s = 1/kappa friction is halfway to mu_max. A body has the mean slip speed of its
-ground contacts, each with its share of their normal impulse: whatever the number of points on which it slides.
+mu_min is the ground's coefficient, and where that is more than mu_max it does not grow; at s = 1/kappa friction is
+halfway to mu_max. A body has the mean slip speed of its ground contacts, each with its share of their normal impulse:
+whatever the number of points on which it slides.
 
 mu of a step is that of s at its node, and s goes on by the velocity of its middle, as positions do: a leapfrog of
 second order. In the air s decays exactly. Only bodies of points (clouds) know slip, and only the terrain's contacts.
@@ -31,7 +32,7 @@ def scarred(mu, most, kappa, slip):
     """Eq. [p]: Coulomb's coefficient [-] after a slip [m]; mu, most : mu_min and mu_max."""
     if kappa == 0.0:
         return mu
-    return mu + 2.0 / math.pi * (most - mu) * math.atan(kappa * slip)
+    return mu + 2.0 / math.pi * max(0.0, most - mu) * math.atan(kappa * slip)
 
 
 @kernel

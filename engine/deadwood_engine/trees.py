@@ -37,6 +37,14 @@ class Trees(NamedTuple):
         empty = np.zeros(0)
         return Trees(empty, empty, empty, empty)
 
+    def then(self, more: Trees) -> Trees:
+        """These trees, and further ones behind them; of either whose capacities are not given none breaks."""
+        x, y, diameter, height = (np.concatenate(pair) for pair in zip(self[:4], more[:4], strict=True))
+        if self.capacity is None and more.capacity is None:
+            return Trees(x, y, diameter, height)
+        known = [np.full(len(each.x), np.inf) if each.capacity is None else each.capacity for each in (self, more)]
+        return Trees(x, y, diameter, height, np.concatenate(known))
+
 
 def prepare(
     plan: Array, foot: Array, radius: Array, height: Array, item: NDArray[np.int64], capacity: Array | float = np.inf

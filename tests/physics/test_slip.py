@@ -136,14 +136,15 @@ def test_the_coefficient_goes_from_its_least_to_its_most():
     assert scarred(0.3, 2.0, 0.0, 5.0) == scarred(0.3, 2.0, 1.5, 0.0) == 0.3
     assert scarred(0.3, 2.0, 4.0, 0.25) == pytest.approx(1.15)  # halfway at 1/kappa
     assert scarred(0.3, 2.0, 4.0, 1e9) == pytest.approx(2.0)
+    assert scarred(0.3, 0.2, 4.0, 1e9) == 0.3  # ground that holds more than that already
 
 
 @pytest.mark.parametrize(
     ("laws", "words"),
     [
-        ({"friction_max": 0.1}, "at least the scene's friction"),
-        ({"friction_kappa": 0.0}, "friction_kappa must be positive"),
-        ({"friction_beta": -1.0}, "friction_beta not negative"),
+        ({"friction_max": -0.1}, "friction_max and friction_beta"),
+        ({"friction_kappa": 0.0}, "friction_kappa must be more"),
+        ({"friction_beta": float("nan")}, "at least nothing"),
     ],
 )
 def test_what_is_no_law_is_refused(laws, words):

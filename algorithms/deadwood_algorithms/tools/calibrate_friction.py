@@ -38,6 +38,7 @@ import numpy as np
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
+from deadwood_algorithms.scene.laws import refuse_idle_capacity
 from deadwood_algorithms.scene.released_scene import ReleasedScene
 
 TABLE, FACTS, PICTURE, LAYERS, MANIFEST = (
@@ -91,6 +92,7 @@ class Ask(SlidingOptions, ReleasedScene):
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
+    refuse_idle_capacity(ask.break_trees, ask.tree_capacity_kj)
     refuse_unclear(ask)
     return told_plan(ask, len(ask.friction), feedback) if ask.plan else calibrate(ask, feedback)
 

@@ -26,6 +26,7 @@ from deadwood_algorithms.evaluate.fidelity.rule import Recommendation, recommend
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
+from deadwood_algorithms.scene.laws import refuse_idle_capacity
 from deadwood_algorithms.scene.released_scene import SceneByName
 
 NAMES = ("draft", "standard", "fine", "reference")  # from the cheapest to the finest
@@ -53,6 +54,7 @@ class Ask(SlidingOptions, SceneByName):
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
+    refuse_idle_capacity(ask.break_trees, ask.tree_capacity_kj)
     names = fidelities_wanted(ask.fidelities)
     return told_plan(ask, len(names), feedback) if ask.plan else compare(ask, feedback)
 

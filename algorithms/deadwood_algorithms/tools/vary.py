@@ -34,6 +34,7 @@ from typing import TYPE_CHECKING, Any
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
+from deadwood_algorithms.scene.laws import refuse_idle_capacity
 from deadwood_algorithms.scene.released_scene import SceneByName
 
 if TYPE_CHECKING:
@@ -107,6 +108,7 @@ class Ask(SlidingOptions, SceneByName):
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.evaluate.sensitivity.factors import factors_of
 
+    refuse_idle_capacity(ask.break_trees, ask.tree_capacity_kj)
     factors = factors_of(ask.vary)
     for each in factors:
         if each.offered:
