@@ -10,9 +10,10 @@ accounted for.
     deadwood-tool slide-logs --dem dem.tif --releases releases.gpkg --trees trees.gpkg --blocks boulders.gpkg \\
         --lines road.gpkg --friction 0.25 --output run
 
-Logs do not break or meet each other; trees, barriers and boulders do not give way. --resume continues an interrupted
-run and gives the same results, bit for bit, as a run that was never interrupted. With --until-ci a run takes the logs
-in a random order and ends when the intervals are narrow enough; logs that were not run are counted separately.
+Logs do not break or meet each other; barriers and boulders do not give way, trees only with --break-trees. --resume
+continues an interrupted run and gives the same results, bit for bit, as a run that was never interrupted. With
+--until-ci a run takes the logs in a random order and ends when the intervals are narrow enough; logs that were not run
+are counted separately.
 
 With --fidelity auto you state how large the error of a line's reach may be, and the tool chooses the fidelity and the
 number of logs: --error 0.02 means 2 points, at 95 % confidence, compared with `reference` for all logs of the kind. The
