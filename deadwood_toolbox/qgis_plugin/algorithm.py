@@ -13,7 +13,7 @@ from qgis.core import (
 )
 from qgis.PyQt.QtGui import QIcon
 
-from . import child, help_text, results
+from . import child, help_pages, help_text, results
 from .definitions import LAYER, OPEN, definitions, help_of, is_hidden, part_outputs
 from .finding import HERE
 from .inputs import Inputs
@@ -55,8 +55,11 @@ class ToolAlgorithm(QgsProcessingAlgorithm):
         return self.told["summary"]
 
     def shortHelpString(self) -> str:
-        """The panel beside the dialog: the tool's description, and the help of each parameter."""
-        paragraphs = help_text.paragraphs(self.told)
+        """The panel beside the dialog: the tool's description, and the help of each parameter.
+
+        Without the commands, which are wider than the panel; they are on the page behind the Help button.
+        """
+        paragraphs = [each for each in help_text.paragraphs(self.told) if not each.startswith("<pre>")]
         rows = [
             f"<b>{html.escape(each['label'])}</b>: {html.escape(help_of(each))}"
             for each in self.told["parameters"]
@@ -64,6 +67,9 @@ class ToolAlgorithm(QgsProcessingAlgorithm):
         ]
         command = _("On the command line: {command}").format(command=f"deadwood-tool {self.told['name']} --help")
         return "".join(f"<p>{each}</p>" for each in [*paragraphs, *rows, command])
+
+    def helpUrl(self) -> str:
+        return help_pages.page_of(self.told)
 
     def initAlgorithm(self, configuration: dict[str, Any] | None = None) -> None:
         for definition in definitions(self.told):
@@ -79,8 +85,9 @@ class ToolAlgorithm(QgsProcessingAlgorithm):
             name = declared["name"].upper()
             given = [parameters.get(name), parameters.get(name + LAYER)]
             if declared["required"] and all(value is None or value == "" for value in given):
-                message = _("{flag} is missing ({label})")
-                return False, message.format(flag=declared["flag"], label=declared["label"])
+                layer = declared["widget"] == "number_or_layer"
+                message = _("'{label}' is missing: a number or a layer") if layer else _("'{label}' is missing")
+                return False, message.format(label=declared["label"])
         return True, ""
 
     def prepareAlgorithm(
@@ -98,7 +105,8 @@ class ToolAlgorithm(QgsProcessingAlgorithm):
     ) -> dict[str, Any]:
         inputs: Inputs = self.inputs  # type: ignore[assignment]  # made by prepareAlgorithm, without which none runs
         try:
-            said = child.run([self.told["name"], *inputs.arguments], feedback)
+            arguments = [self.told["name"], *inputs.arguments]
+            said = child.run(arguments, feedback, lambda line: help_text.labelled(line, self.told))
         except QgsProcessingException as error:
             if feedback.isCanceled():
                 raise QgsProcessingException(inputs.after_cancel()) from None

@@ -115,7 +115,11 @@ def _number_or_layer(
         optional=True,
         types=[Source.TypeRaster, Source.TypeVectorPolygon],
     )
-    return [_number(declared, name, label, True), layer]
+    number = _number(declared, name, label, True)
+    if declared["required"]:
+        facts = {"class": f"{__package__}.widgets.NumberOrLayer", "decimals": DECIMALS}
+        number.setMetadata({"widget_wrapper": facts})
+    return [number, layer]
 
 
 def _vector(declared: dict[str, Any], name: str, label: str, optional: bool) -> QgsProcessingParameterDefinition:
@@ -137,6 +141,14 @@ def _choice(declared: dict[str, Any], name: str, label: str, optional: bool) -> 
 def _folder(declared: dict[str, Any], name: str, label: str, optional: bool) -> QgsProcessingParameterDefinition:
     behaviour = QgsProcessingParameterFile.Behavior.Folder
     return QgsProcessingParameterFile(name, label, behavior=behaviour, optional=optional)
+
+
+def _results(declared: dict[str, Any], name: str, label: str, optional: bool) -> QgsProcessingParameterString:
+    """A text, so that models and scripts give it one; the dialog shows a list of folders, or of folders and files."""
+    made = QgsProcessingParameterString(name, label, optional=optional)
+    facts = {"class": f"{__package__}.widgets.FolderList", "files": declared["widget"] == "results"}
+    made.setMetadata({"widget_wrapper": facts})
+    return made
 
 
 def _text(declared: dict[str, Any], name: str, label: str, optional: bool) -> QgsProcessingParameterDefinition:
@@ -198,6 +210,8 @@ WIDGETS: dict[str, Widget] = {
         name, label, defaultValue=bool(told["default"])
     ),
     "text": _text,
+    "folders": _results,
+    "results": _results,
     "field": lambda told, name, label, optional: QgsProcessingParameterField(
         name, label, None, told["parent"].upper(), optional=optional
     ),

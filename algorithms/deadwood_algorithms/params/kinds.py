@@ -330,6 +330,8 @@ KINDS = {
     "choice": Kind(metavar="", check=_check_choice),
     "flag": Kind(metavar="", check=_check_flag, json_as_it_is=True, switch=True),
     "text": Kind(metavar="TEXT", number_as_text=True, lists=True),
+    "folders": Kind(metavar="FOLDER,...", number_as_text=True, lists=True),
+    "results": Kind(metavar="RESULT,...", number_as_text=True, lists=True),
     "field": Kind(metavar="FIELD"),
     "crs": Kind(metavar="CRS", crs=True),
     "output_raster": Kind(metavar="FILE.tif", direction="output", check=_check_output, ending=".tif"),
