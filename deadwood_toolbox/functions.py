@@ -2857,7 +2857,9 @@ def compare_fidelity(
     The same logs slide at every fidelity. The results are compared with those of the finest: the reach of every
     line, the spread and the distance of the deposits, the hit raster, top speeds and jumps, beside the CPU time
     of a log and the calculation's own measures (penetration, energy, unconverged steps). Differences have
-    intervals over the logs, to separate errors from chance.
+    intervals over the logs, to separate errors from chance. The posture of the logs at the start is compared,
+    too, at the cheapest fidelity: all of them upright, and all of them lying in random directions, for it can
+    decide as much as friction does.
 
     The recommendation is the cheapest fidelity whose error is shown to be below the sampling noise of a run of
     your number of logs: |difference of reach| + half-width of its paired interval <= half-width of the 95 %

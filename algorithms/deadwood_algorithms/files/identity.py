@@ -225,6 +225,6 @@ def described(named: str) -> dict[str, Any]:
             import pyogrio
 
             with settled(place) as one:
-                told = pyogrio.read_info(one, layer=layer or None)
+                told = pyogrio.read_info(one, layer=layer or pyogrio.list_layers(one)[0, 0])
             facts |= {"rows": int(told["features"]), "crs": told["crs"]}
     return facts

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from deadwood_algorithms.report.words import Words
-from deadwood_algorithms.stats.statistics import decimals_of, percent_with_interval
+from deadwood_algorithms.stats.statistics import decimals_of, percent_with_interval, to_decimals
 from deadwood_algorithms.stats.statistics import percent as share_in_percent
 
 DIGITS = 3  # of a number without an interval
@@ -62,13 +62,13 @@ def share_of(record: dict[str, Any]) -> float:
 
 
 def with_interval(value: float, low: float, high: float, words: Words, *, signed: bool = False) -> str:
-    """``13.4 (13.1 to 13.7)``; the value alone where there is no interval."""
+    """``13.4 (13.1 to 13.7)``, an exact zero as ``0``; the value alone where there is no interval."""
     if not math.isfinite(value):
         return "–"
     if not (math.isfinite(low) and math.isfinite(high)):
         return in_signs(f"{value:+.3g}" if signed and value else f"{value:.3g}", words)
     places = decimals_of(low, high)
-    a, b, c = (in_signs(f"{each:{'+' if signed else ''}.{places}f}", words) for each in (value, low, high))
+    a, b, c = (in_signs(to_decimals(each, places if each else 0, sign=signed), words) for each in (value, low, high))
     return f"{a} ({b} {words.say('to')} {c})"
 
 

@@ -31,7 +31,7 @@ from deadwood_algorithms.results.capacity import as_share
 from deadwood_algorithms.results.passages import UNITS, design_rows
 from deadwood_algorithms.schemas.looks import LOOKS
 from deadwood_algorithms.simulate.fidelity_trade import REACH_ERRORS, Points
-from deadwood_algorithms.stats.statistics import percent_of
+from deadwood_algorithms.stats.statistics import percent_of, to_decimals
 
 TOP_TREES = 10
 LEVELS = (5, 25, 50, 75, 95)
@@ -187,7 +187,7 @@ def promise_words(promise: Mapping[str, Any], words: Words) -> str:
 
 def points_words(points: Points, words: Words) -> str:
     """``−0.4 (−0.8 to +0.1)``, to a tenth of a point as the README has it."""
-    value, low, high = (in_signs(f"{each:+.1f}", words) for each in points)
+    value, low, high = (in_signs(to_decimals(each, 1, sign=True), words) for each in points)
     return f"{value} ({low} {words.say('to')} {high})"
 
 

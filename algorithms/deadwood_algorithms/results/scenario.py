@@ -5,7 +5,8 @@ row of the layers that it was given.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +14,7 @@ import shapely
 from numpy.typing import NDArray
 
 from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.results.checked import read_summary
 from deadwood_algorithms.scene.items import NO_TERRAIN, OFF_DEM, Items
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import Releases
@@ -63,8 +65,8 @@ def scenario_of(scene: ReleasedScene, fidelity: str, layers: SceneLayers, releas
     }
 
 
-def scenario_line(scenario: dict[str, Any]) -> str:
-    """What was slid through what, in one line of a terminal."""
+def scenario_line(scenario: dict[str, Any], name: str = "") -> str:
+    """What was slid through what, in one line of a terminal; ``name`` where there are several runs."""
     logs = scenario["logs"]
     postures = [name for name in ORIENTATIONS if logs["posture"][name]]
     posture = (
@@ -89,23 +91,29 @@ def scenario_line(scenario: dict[str, Any]) -> str:
         if scenario[name]["n"]
     ]
     dem = scenario["dem"]
+    whose = f"scenario of {name}" if name else "scenario"
     return (
-        f"scenario: {logs['n']} logs, {posture}, {sizes}; {', '.join(laws)}; {', '.join(met) or 'no obstacle'}; "
+        f"{whose}: {logs['n']} logs, {posture}, {sizes}; {', '.join(laws)}; {', '.join(met) or 'no obstacle'}; "
         f"{dem['nx']} x {dem['ny']} cells of {dem['cell_m']:g} m; {scenario['fidelity']}, seed {scenario['seed']}"
     )
 
 
-def lines_of_run(source: Run) -> tuple[str, ...]:
+def lines_of_run(source: Run, name: str = "") -> tuple[str, ...]:
     """The scenario of a run that a tool has read, as its last line; nothing where its summary does not tell it."""
+    return lines_of_folder(source.path, source.manifest, name)
+
+
+def lines_of_folder(folder: Path, manifest: Mapping[str, Any], name: str = "") -> tuple[str, ...]:
+    """The same of a run's folder; ``name`` tells it from others."""
     try:
-        told = source.summary().get("scenario")
+        told = read_summary(folder, manifest).get("scenario")
     except UserError:  # no summary, or a damaged one, of which the tool needed nothing
         return ()
     try:
-        return (scenario_line(told),) if told else ()
+        return (scenario_line(told, name),) if told else ()
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise UserError(
-            f"{source.path}: what summary.json tells of the scenario is not as slide-logs writes it; slide it again"
+            f"{folder}: what summary.json tells of the scenario is not as slide-logs writes it; slide it again"
         ) from error
 
 

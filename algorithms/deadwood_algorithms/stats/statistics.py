@@ -139,8 +139,12 @@ def percent(share: float, low: float, high: float, *, sign: bool = False) -> str
     """A share in percent without its unit, rounded as far as its interval (a share as well) allows; ``-`` for NaN."""
     if not math.isfinite(share):
         return "-"
-    decimals = decimals_of(100 * low, 100 * high)
-    text = f"{100 * share:{'+' if sign else ''}.{decimals}f}"
+    return to_decimals(100 * share, decimals_of(100 * low, 100 * high), sign=sign)
+
+
+def to_decimals(value: float, decimals: int, *, sign: bool = False) -> str:
+    """``+1.20``, ``0.00``: with so many decimals; what rounds to zero has no sign."""
+    text = f"{value:{'+' if sign else ''}.{decimals}f}"
     return text.lstrip("-+") if float(text) == 0.0 else text
 
 

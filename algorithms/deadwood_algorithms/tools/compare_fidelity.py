@@ -3,7 +3,8 @@
 The same logs slide at every fidelity. The results are compared with those of the finest: the reach of every line, the
 spread and the distance of the deposits, the hit raster, top speeds and jumps, beside the CPU time of a log and the
 calculation's own measures (penetration, energy, unconverged steps). Differences have intervals over the logs, to
-separate errors from chance.
+separate errors from chance. The posture of the logs at the start is compared, too, at the cheapest fidelity: all of
+them upright, and all of them lying in random directions, for it can decide as much as friction does.
 
 The recommendation is the cheapest fidelity whose error is shown to be below the sampling noise of a run of your number
 of logs: |difference of reach| + half-width of its paired interval <= half-width of the 95 % interval of such a run, for
@@ -75,6 +76,12 @@ def compare(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.ensemble.variants import open_ensemble
     from deadwood_algorithms.evaluate.fidelity.fidelity_runs import WANTED, groups_of, run_of, variants_of
     from deadwood_algorithms.evaluate.fidelity.measures import rows_of
+    from deadwood_algorithms.evaluate.fidelity.postures import (
+        other_postures,
+        posture_lines,
+        posture_rows,
+        posture_variants,
+    )
     from deadwood_algorithms.evaluate.fidelity.trade_figure import draw
     from deadwood_algorithms.files.tables import write_csv
     from deadwood_algorithms.results.identity import writing
@@ -97,18 +104,23 @@ def compare(ask: Ask, feedback: Feedback) -> Outcome:
         known = {"--fidelities": names, "--logs or --seed": [ask.logs, ask.seed]}
         identity = identity_of(ensemble.simulation, layers, releases, **known)
         steps = Steps(ask.output, identity, resume=ask.resume, feedback=feedback)
+        postures = [] if layers.shape is not None else other_postures(logs.logs)
         variants = variants_of(names, ensemble.simulation)
+        variants += posture_variants(postures, names[0], ensemble.simulation, ask.seed)
         found = ensemble.slide(variants, WANTED, steps, borders=(len(logs) // 2,), hits=True)
-        slid = [run_of(name, parts) for name, parts in zip(names, found, strict=True)]
+        slid = [run_of(name, parts) for name, parts in zip(names, found[: len(names)], strict=True)]
+        others = [run_of(name, parts) for name, parts in zip(postures, found[len(names) :], strict=True)]
         feedback.progress(0, 1, "comparing")
         groups = groups_of(logs, ask.min_runout_m)
         rows = [row for one in slid for row in rows_of(one, slid[-1], layers.lines.ids, groups, planned, ask.seed)]
+        of_posture = [row for one in others for row in posture_rows(one.name, one, slid[0], layers.lines.ids)]
         advice = recommend(rows, names, len(logs), len(releases), planned)
         feedback.progress(1, 1, "comparing")
 
         write_csv(folder / TABLE, pandas.DataFrame([asdict(row) for row in rows]))
         counts = {"compared": len(logs), "in_layer": len(releases), "planned": planned}
         facts = {"finest": names[-1], "logs": counts, "recommendation": asdict(advice), "settings": settings_of(names)}
+        facts["postures"] = [asdict(row) for row in of_posture]
         write_json(folder / FACTS, {**facts, "rows": [asdict(row) for row in rows]})
         draw(rows, names, advice, counts, folder / PICTURE)
         outputs.facts["digests"] = {"scene": layers.digest, "releases": releases.digest}
@@ -117,7 +129,8 @@ def compare(ask: Ask, feedback: Feedback) -> Outcome:
     final = Path(ask.output)
     parts = {"table": TABLE, "facts": FACTS, "picture": PICTURE, "manifest": MANIFEST}
     made = {"output": final} | {key: final / name for key, name in parts.items()}
-    return Outcome(made, facts, (*lines_of(rows, names, advice, len(logs)), scenario))
+    *compared, advised = lines_of(rows, names, advice, len(logs))
+    return Outcome(made, facts, (*compared, *posture_lines(of_posture), advised, scenario))
 
 
 def fidelities_wanted(text: str) -> list[str]:

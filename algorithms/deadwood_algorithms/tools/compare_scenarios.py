@@ -86,6 +86,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.results.identity import result_folder
     from deadwood_algorithms.results.run_folder import MANIFEST, write_json
+    from deadwood_algorithms.results.scenario import lines_of_run
 
     final = Path(ask.output)
     with result_folder(TOOL, ask, feedback) as folder:
@@ -117,7 +118,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         write_vector(folder / CHANGES, layers | ({"changed": changed} if len(changed) else {}))
         facts = {"reference": names[0], "logs": compared.log_id.size, "parameters_that_differ": differences}
         write_json(folder / FACTS, {**facts, "rows": [asdict(row) for row in rows]})
-    return Outcome(outputs, facts, table_lines(rows, names, differences, compared.log_id.size, TABLE))
+    shown = table_lines(rows, names, differences, compared.log_id.size, TABLE)
+    scenarios = [line for each in compared.scenarios for line in lines_of_run(each.run, each.name)]
+    return Outcome(outputs, facts, (*shown, *scenarios))
 
 
 def warn_of_lost(rows: Sequence[ScenarioRow], compared: Compared, feedback: Feedback) -> None:

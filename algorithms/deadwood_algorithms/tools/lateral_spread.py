@@ -86,7 +86,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         records, azimuths = spreads(deposits, at, ask.seed)
         write_vector(path, {"spread": records, "azimuths": azimuths})
     facts = [{name: row[name] for name in row if name != "geometry"} for row in records.to_dict("records")]
-    return Outcome({"output": Path(ask.output)}, {"spread": facts}, tuple(words_of(row) for row in facts))
+    shown = (*(words_of(row) for row in facts), *scenario_of_deposits(ask.deposits))
+    return Outcome({"output": Path(ask.output)}, {"spread": facts}, shown)
 
 
 @dataclass(frozen=True)
@@ -137,6 +138,17 @@ def at_edges(
         told = edge_words(int(left.sum()), int(near.sum()), len(deposits), ask.edge_m, words, "ended")
         feedback.warn(f"{ask.deposits}: {told}")
     return left, near
+
+
+def scenario_of_deposits(deposits: str) -> tuple[str, ...]:
+    """The scenario of the run that the deposits are of; nothing of a layer that is in no run's folder."""
+    from deadwood_algorithms.results.run_folder import GEOPACKAGE, MANIFEST, read_manifest
+    from deadwood_algorithms.results.scenario import lines_of_folder
+
+    package = Path(layer_of(deposits).partition("|")[0])
+    if package.name != GEOPACKAGE or not (package.parent / MANIFEST).is_file():
+        return ()
+    return lines_of_folder(package.parent, read_manifest(package.parent)[0])
 
 
 def layer_of(deposits: str) -> str:

@@ -14,6 +14,7 @@ import shapely
 from slope_case import Case, layer, points, summary, write_layer
 
 from deadwood_algorithms.params.tool import Cancelled, Quiet, UserError
+from deadwood_algorithms.prepare.releases.logs import directed
 from deadwood_algorithms.simulate.log_order import hash_order
 from deadwood_algorithms.tools import compare_fidelity
 from deadwood_engine import FIDELITIES
@@ -180,3 +181,35 @@ def test_an_existing_comparison_is_kept_unless_overwrite(case, forest):
     with pytest.raises(UserError, match="--overwrite"):
         compare(case, forest)
     assert (forest / "comparison.csv").read_bytes() == before
+
+
+def test_posture_is_compared_with_runs_of_its_own(case, forest, tmp_path):
+    """What is told of a posture is what slide-logs finds for the layer that sample-releases would have written."""
+    told = json.loads((forest / "comparison.json").read_text(encoding="utf-8"))
+    rows = {(row["orientation"], row["quantity"], row["item"]): row for row in told["postures"]}
+    assert {key[0] for key in rows} == {"random-lying"}  # they are released upright
+    drawn = {
+        "orientation": np.full(LOGS, "random-lying", object),
+        "tilt_deg": np.zeros(LOGS),
+        "azimuth_deg": np.zeros(LOGS),
+    }
+    directed(drawn, np.arange(1, LOGS + 1), 0)
+    frame = gpd.read_file(case.releases).assign(orientation="lying", azimuth_deg=drawn["azimuth_deg"])
+    frame.to_file(tmp_path / "lying.gpkg")
+    for name, releases in (("value", str(tmp_path / "lying.gpkg")), ("as_released", case.releases)):
+        run = case.run(
+            output=str(tmp_path / name), fidelity="draft", trajectories="none", releases=releases, **case.everything()
+        )
+        for record in summary(run)["reach"]:
+            assert rows["random-lying", "reach", record["line_id"]][name] == record["p"]
+        runout = layer(run, "deposits")["runout_m"].mean()
+        assert rows["random-lying", "runout_mean", ""][name] == pytest.approx(runout)
+    for row in rows.values():
+        assert row["difference"] == row["value"] - row["as_released"]
+        assert row["ci_low"] <= row["difference"] <= row["ci_high"]
+
+
+def test_logs_that_lie_already_are_compared_with_upright_ones(case, tmp_path):
+    gpd.read_file(case.releases).assign(orientation="lying").to_file(tmp_path / "lying.gpkg")
+    told = compare(case, tmp_path / "compared", releases=str(tmp_path / "lying.gpkg"))
+    assert {row["orientation"] for row in told["postures"]} == {"upright"}

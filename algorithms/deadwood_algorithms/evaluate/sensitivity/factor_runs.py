@@ -15,12 +15,11 @@ from deadwood_algorithms.evaluate.sensitivity.design import Place
 from deadwood_algorithms.evaluate.sensitivity.factors import OF_LOGS, OF_TREES, Factor
 from deadwood_algorithms.evaluate.sensitivity.noise import error_surface
 from deadwood_algorithms.params.tool import UserError
-from deadwood_algorithms.prepare.releases.logs import directed
+from deadwood_algorithms.prepare.releases.logs import in_posture
 from deadwood_algorithms.scene.friction import number_of
 from deadwood_algorithms.scene.inputs import CONTACT_LAWS
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import Releases
-from deadwood_algorithms.schemas import ORIENTATIONS
 from deadwood_algorithms.simulate.simulation import Simulation
 from deadwood_engine import FIDELITIES, STOP_REASONS, Logs
 from deadwood_engine.limits import DENSITY, DIAMETER, LENGTH
@@ -107,20 +106,8 @@ def logs_at(place: Place, logs: Logs, *, seed: int) -> Logs:
     """The logs of a run: the same places and ids, other sizes, and another posture where that is varied."""
     sizes = {field: getattr(logs, field) * place.values[name] for name, (field, _, _) in SIZES.items()
              if name in place.values}  # fmt: skip
-    if "orientation" not in place.values:
-        return replace(logs, **sizes)
-    columns = {
-        "orientation": np.full(logs.x.size, place.values["orientation"], object),
-        "tilt_deg": np.degrees(logs.tilt),
-        "azimuth_deg": np.degrees(logs.azimuth),
-    }
-    directed(columns, logs.log_id, seed)
-    posture = {
-        "orientation": np.array([ORIENTATIONS.index(each) for each in columns["orientation"]], np.int8),
-        "tilt": np.radians(columns["tilt_deg"]),
-        "azimuth": np.radians(columns["azimuth_deg"]),
-    }
-    return replace(logs, **sizes, **posture)
+    sized = replace(logs, **sizes)
+    return in_posture(str(place.values["orientation"]), sized, seed) if "orientation" in place.values else sized
 
 
 def table_of(places: list[Place], slid: SlidRuns, factors: list[Factor], line_ids: list[str]) -> list[dict[str, Any]]:

@@ -52,6 +52,7 @@ class SiteFound:
     crs: pyproj.CRS | None = None
     folder: Path | None = None
     logs: int = 0
+    scenario: dict[str, Any] | None = None
 
     @property
     def failed(self) -> bool:
@@ -79,7 +80,9 @@ def found_of_run(name: str, folder: Path) -> SiteFound:
     ]
     rows = [SiteRow(name, DONE, **common, **line) for line in lines or [{}]]
     places = deposits[["release_x", "release_y"]].to_numpy(np.float64)
-    return SiteFound(name, rows, area_around(places), grid.plan_crs, folder, common["released"])
+    return SiteFound(
+        name, rows, area_around(places), grid.plan_crs, folder, common["released"], summary.get("scenario")
+    )
 
 
 def found_of_failure(name: str, message: str, values: dict[str, Any]) -> SiteFound:

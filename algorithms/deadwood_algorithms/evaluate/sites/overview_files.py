@@ -12,9 +12,11 @@ from deadwood_algorithms.evaluate.sites import sites_figure
 from deadwood_algorithms.evaluate.sites.overview import SiteFound, reach_of_all, sites_layer, words_of_sites
 from deadwood_algorithms.files.tables import write_csv
 from deadwood_algorithms.files.vectors import write_vector
+from deadwood_algorithms.results.scenario import scenario_line
 from deadwood_algorithms.stats.statistics import percent_with_interval
 
 TABLE, LAYER, PICTURE = "overview.csv", "overview.gpkg", "overview.png"
+SCENARIOS = 3  # that the last lines tell
 
 
 def summary_of_sites(found: Sequence[SiteFound]) -> dict[str, Any]:
@@ -39,4 +41,7 @@ def lines_of_outcome(found: Sequence[SiteFound], facts: dict[str, Any]) -> tuple
     told = [
         f"all sites, {each['line_id']}: {percent_with_interval(each)}" for each in facts["reach"] if each["sites"] > 1
     ]
-    return (*words_of_sites(found), *told)
+    scenarios = [scenario_line(each.scenario, each.name) for each in found if each.scenario]
+    more = len(scenarios) - SCENARIOS
+    others = [f"the scenarios of {more} more sites are in the summary.json of each"] if more > 0 else []
+    return (*words_of_sites(found), *told, *scenarios[:SCENARIOS], *others)

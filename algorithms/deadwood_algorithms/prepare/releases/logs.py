@@ -6,7 +6,7 @@ For `sample_releases`. What a log draws comes from the seed and its own id.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,6 +20,8 @@ from deadwood_algorithms.stats import draws
 
 if TYPE_CHECKING:
     import pandas
+
+    from deadwood_engine import Logs
 
 NUMBERS = ("dbh_cm", "length_m", "density_kg_m3", "tilt_deg", "azimuth_deg", "speed_ms", "drop_m")
 SPREADS = ("dbh_sd_cm", "length_sd_m", "density_sd_kg_m3")
@@ -167,3 +169,19 @@ def directed(columns: dict[str, np.ndarray], log_id: np.ndarray, seed: int) -> N
     columns["tilt_deg"] = np.where(in_space, np.round(np.degrees(np.arccos(1 - 2 * u)), 2), columns["tilt_deg"])
     columns["azimuth_deg"] = np.where(in_space | lying, np.floor(v * 36000) / 100, columns["azimuth_deg"])
     columns["orientation"] = np.where(in_space, "tilted", np.where(lying, "lying", words))
+
+
+def in_posture(orientation: str, logs: Logs, seed: int) -> Logs:
+    """The same logs at the same places, in another posture: a word of ``--orientation`` of sample-releases."""
+    columns = {
+        "orientation": np.full(logs.x.size, orientation, object),
+        "tilt_deg": np.degrees(logs.tilt),
+        "azimuth_deg": np.degrees(logs.azimuth),
+    }
+    directed(columns, logs.log_id, seed)
+    return replace(
+        logs,
+        orientation=np.array([schemas.ORIENTATIONS.index(each) for each in columns["orientation"]], np.int8),
+        tilt=np.radians(columns["tilt_deg"]),
+        azimuth=np.radians(columns["azimuth_deg"]),
+    )
