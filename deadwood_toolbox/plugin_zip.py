@@ -29,7 +29,7 @@ SOURCE = Path(__file__).parent / "qgis_plugin"
 FOLDER = "deadwood"  # in the zip, and thereby the plugin's name for QGIS
 KINDS = {".py", ".svg", ".model3"}
 # Of the site: in a checkout beside the package, in an installed one within it.
-SITE_PICTURES = (SOURCE.parents[1] / "docs" / "pictures", SOURCE.parent / "pictures")
+SITE_PICTURES = tuple(each / "docs" / "pictures" for each in (SOURCE.parents[1], SOURCE.parent))
 DISTRIBUTION = "deadwood-toolbox"
 # Line of metadata.txt -> name of the URL in pyproject.toml. The first two, and an address, plugins.qgis.org asks for.
 URLS = {"repository": "repository", "tracker": "issues", "homepage": "homepage"}
