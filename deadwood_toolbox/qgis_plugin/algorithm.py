@@ -61,7 +61,7 @@ class ToolAlgorithm(QgsProcessingAlgorithm):
         """
         paragraphs = [each for each in help_text.paragraphs(self.told) if not each.startswith("<pre>")]
         rows = [
-            f"<b>{html.escape(each['label'])}</b>: {html.escape(help_of(each))}"
+            f"<b>{html.escape(each['label'])}</b>: {html.escape(help_text.labelled(help_of(each), self.told))}"
             for each in self.told["parameters"]
             if help_of(each) and not is_hidden(each, self.told)
         ]
@@ -81,13 +81,18 @@ class ToolAlgorithm(QgsProcessingAlgorithm):
 
     def checkParameterValues(self, parameters: dict[str, Any], context: QgsProcessingContext) -> tuple[bool, str]:
         """Only what is missing: a wrong value is refused by the tool, in the words of the command line."""
+        labels = {each["name"]: each["label"] for each in self.told["parameters"]}
         for declared in self.told["parameters"]:
-            name = declared["name"].upper()
-            given = [parameters.get(name), parameters.get(name + LAYER)]
-            if declared["required"] and all(value is None or value == "" for value in given):
-                layer = declared["widget"] == "number_or_layer"
-                message = _("'{label}' is missing: a number or a layer") if layer else _("'{label}' is missing")
-                return False, message.format(label=declared["label"])
+            name, other = declared["name"].upper(), declared["unless"]
+            given = [parameters.get(each) for each in (name, name + LAYER, other.upper())]
+            if not (declared["required"] or other) or any(value not in (None, "") for value in given):
+                continue
+            message = _("'{label}' is missing")
+            if declared["widget"] == "number_or_layer":
+                message = _("'{label}' is missing: a number or a layer")
+            if other:
+                message = _("'{label}' is missing: a number, a layer, or '{other}'")
+            return False, message.format(label=declared["label"], other=labels.get(other, ""))
         return True, ""
 
     def prepareAlgorithm(

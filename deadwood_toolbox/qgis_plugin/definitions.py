@@ -35,7 +35,7 @@ from qgis.core import (
     QgsProcessingParameterVectorDestination,
 )
 
-from .help_text import part_name
+from .help_text import labelled, part_name
 from .language import _, title_of
 
 Source = QgsProcessing.SourceType
@@ -58,7 +58,7 @@ def definitions(told: dict[str, Any]) -> Iterator[QgsProcessingParameterDefiniti
     for declared in sorted(wanted, key=lambda each: each["direction"] == "output"):
         made = _definition(declared)
         for each in made:
-            each.setHelp(help_of(declared))
+            each.setHelp(labelled(help_of(declared), told))
             if declared["advanced"]:
                 each.setFlags(each.flags() | QgsProcessingParameterDefinition.Flag.FlagAdvanced)
             yield each
@@ -116,7 +116,7 @@ def _number_or_layer(
         types=[Source.TypeRaster, Source.TypeVectorPolygon],
     )
     number = _number(declared, name, label, True)
-    if declared["required"]:
+    if declared["required"] or declared["unless"]:
         facts = {"class": f"{__package__}.widgets.NumberOrLayer", "decimals": DECIMALS}
         number.setMetadata({"widget_wrapper": facts})
     return [number, layer]

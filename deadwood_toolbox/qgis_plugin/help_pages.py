@@ -14,7 +14,7 @@ from qgis.PyQt.QtCore import QUrl
 
 from .definitions import help_of, is_hidden
 from .finding import HERE
-from .help_text import paragraphs
+from .help_text import labelled, paragraphs
 from .language import _
 
 # What a tool leaves, as the toolbox's site shows it; packed into the zip (`plugin_zip`).
@@ -75,7 +75,7 @@ def _table(told: dict[str, Any]) -> str:
         cells = (
             html.escape(label),
             f"<code>{each['name'].upper()}</code>",
-            html.escape(help_of(each)),
+            html.escape(labelled(help_of(each), told)),
             html.escape(said),
         )
         rows.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")

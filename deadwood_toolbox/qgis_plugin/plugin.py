@@ -6,7 +6,7 @@ from typing import Any
 
 from qgis.core import QgsApplication
 from qgis.PyQt import QtGui, QtWidgets
-from qgis.PyQt.QtCore import Qt
+from qgis.PyQt.QtCore import Qt, QTimer
 from qgis.PyQt.QtWidgets import QMessageBox
 
 from .finding import read_manifest
@@ -102,6 +102,9 @@ class Plugin:
         self.designers.append(designer)  # QGIS keeps no reference
         designer.show()
         designer.activate()
+        whole = designer.findChild(QAction, "mActionZoomFull")
+        if whole is not None:
+            QTimer.singleShot(0, whole.trigger)
 
     def unload(self) -> None:
         if self.provider is not None:

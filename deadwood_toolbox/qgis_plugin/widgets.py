@@ -72,6 +72,7 @@ class FolderList:
 class _FolderList(WidgetWrapper):
     def createWidget(self, files: bool) -> QWidget:
         self.folders = QListWidget()
+        self.folders.setObjectName("deadwoodFolders")
         self.folders.setMaximumHeight(ROWS_PX)
         self.folders.setTextElideMode(Qt.TextElideMode.ElideLeft)
         self.folders.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)

@@ -59,7 +59,7 @@ PARAMETERS = (
 model = QgsProcessingModelAlgorithm("Slope to report", "Deadwood")
 for row, each in enumerate(PARAMETERS):
     component = QgsProcessingModelParameter(each.name())
-    component.setPosition(QPointF(140.0 + 230.0 * (row % 4), 60.0 + 90.0 * (row // 4)))
+    component.setPosition(QPointF(140.0 + 240.0 * (row % 4), 60.0 + 90.0 * (row // 4)))
     model.addModelParameter(each, component)
 
 
@@ -70,7 +70,9 @@ def child(
     made.setChildId(name)
     made.setDescription(made.algorithm().displayName())
     made.setPosition(place)
-    for key, source in sources.items():
+    settings = (each for each in made.algorithm().parameterDefinitions() if not each.isDestination())
+    proposed = {each.name(): each.defaultValue() for each in settings if each.defaultValue() is not None}
+    for key, source in (proposed | sources).items():
         made.addParameterSources(key, [source if isinstance(source, Source) else Source.fromStaticValue(source)])
     if output:
         final = QgsProcessingModelOutput(output[0], output[1])
@@ -87,9 +89,9 @@ def given(*names: str) -> dict[str, object]:
 
 child("sample", "samplereleases", given("dem", "areas", "count"), QPointF(180.0, 260.0), None)
 slide = given("dem", "trees", "barriers", "lines", "friction", "fidelity")
-slide |= {"RELEASES": Source.fromChildOutput("sample", "OUTPUT"), "OPEN_RESULTS": True}
-child("slide", "slidelogs", slide, QPointF(430.0, 340.0), ("run", "Folder of the run"))
+slide |= {"RELEASES": Source.fromChildOutput("sample", "OUTPUT"), "OPEN_RESULTS": True, "QGIS_PROJECT": True}
+child("slide", "slidelogs", slide, QPointF(430.0, 360.0), ("run", "Folder of the run"))
 report = {"RUNS": Source.fromChildOutput("slide", "OUTPUT")}
-child("report", "makereport", report, QPointF(680.0, 460.0), ("report", "Report"))
+child("report", "makereport", report, QPointF(680.0, 470.0), ("report", "Report"))
 assert model.toFile(PLACE)
 os._exit(0)

@@ -57,6 +57,8 @@ def test_parameters_are_those_of_the_declaration(qgis, name):
         assert (parameter.unit in one["description"]) or not parameter.unit
         assert bool(int(raw["flags"]) & 2) == parameter.advanced
         assert bool(int(raw["flags"]) & 8) == (parameter.optional or parameter.kind == "number_or_layer")
+        if parameter.unless:  # one of the two, so that neither is marked as optional
+            assert raw["metadata"]["widget_wrapper"]["class"].endswith(".NumberOrLayer")
         if parameter.kind in ("number", "integer") and parameter.minimum is not None:
             assert float(raw["min"]) == parameter.minimum
         if parameter.kind == "choice":

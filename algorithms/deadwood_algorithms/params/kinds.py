@@ -44,6 +44,7 @@ class Parameter:
     # Of an output: the layers and files in it that other programs chain on, such as 'run.gpkg|layername=deposits'.
     parts: tuple[str, ...] = ()
     optional: bool = False
+    unless: str = ""  # optional only because that parameter may stand for it
     advanced: bool = False
     group: str = ""  # a heading of its own in the help, for parameters that belong together
     positional: bool = False  # on the command line it may stand without its flag; several with commas, or one by one

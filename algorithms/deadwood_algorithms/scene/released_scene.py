@@ -174,6 +174,7 @@ class FrictionByName(OpenScene):
         "Friction coefficient",
         minimum=0.0,
         default=None,
+        unless="friction_preset",
         help="A number, a raster, or polygons with a field 'friction' or 'mu'. Needed, unless --friction-preset names "
         "one.",
     )
