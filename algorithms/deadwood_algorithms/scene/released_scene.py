@@ -167,7 +167,7 @@ class ReleasedScene(OpenScene, _Released):
 
 
 @dataclass(frozen=True, kw_only=True)
-class FrictionByName(OpenScene):
+class FrictionByName(OpenScene, tool.TakesPresets):
     """A scene with a friction that may be picked by name."""
 
     friction: str | float = tool.number_or_layer(

@@ -16,7 +16,7 @@ import pytest
 import shapely
 from slope_case import Case, assert_same_bytes, assert_same_file, points, summary, write_layer
 
-from deadwood_algorithms.evaluate.protection import effect
+from deadwood_algorithms.evaluate.protection import changed_scenes
 from deadwood_algorithms.params.tool import Cancelled, Quiet, UserError
 from deadwood_algorithms.scene import layers, reach
 from deadwood_algorithms.simulate import chunks, scheduler, windows, workers
@@ -194,7 +194,7 @@ def test_vary(case, tmp_path):
 @pytest.mark.parametrize("chunk", [4096, 7])
 def test_value_trees(case, tmp_path, monkeypatch, names, chunk):
     """All kinds of obstacles and candidates, however pieces, chunks and obstacles end."""
-    monkeypatch.setattr(effect, "CHUNK", chunk)
+    monkeypatch.setattr(changed_scenes, "CHUNK", chunk)
     monkeypatch.setattr(workers, "MOST_A_PIECE", 5)
     lying = write_layer(tmp_path / "lying.gpkg", [shapely.LineString([(18, 50), (30, 51)])], diameter_cm=[60.0])
     run = case.run(output=str(tmp_path / "run"), lying_logs=lying, **case.everything())
@@ -210,7 +210,7 @@ def test_value_trees(case, tmp_path, monkeypatch, names, chunk):
 @pytest.mark.parametrize("chunk", [4096, 7])
 def test_break_trees(case, tmp_path, monkeypatch, names, chunk):
     """Logs that lack one tree beside others that lack several."""
-    monkeypatch.setattr(effect, "CHUNK", chunk)
+    monkeypatch.setattr(changed_scenes, "CHUNK", chunk)
     monkeypatch.setattr(workers, "MOST_A_PIECE", 5)
     run = case.run(output=str(tmp_path / "run"), **case.everything())
     found = []

@@ -16,7 +16,7 @@ import shapely
 from killed_run import met_run
 from slope_case import Case, points, write_layer
 
-from deadwood_algorithms.evaluate.protection import effect
+from deadwood_algorithms.evaluate.protection import changed_scenes
 from deadwood_algorithms.params.tool import Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
 from deadwood_algorithms.simulate import chunks, sinking
@@ -118,7 +118,7 @@ def test_killed_and_resumed_it_is_the_same(asked, tmp_path, monkeypatch, said, n
 
     monkeypatch.setattr(chunks, "CHUNK", 4)
     monkeypatch.setattr(chunks, "CHECKPOINT_S", 0.0)
-    monkeypatch.setattr(effect, "CHUNK", 20)
+    monkeypatch.setattr(changed_scenes, "CHUNK", 20)
     tool: Tool = SLIDING[name]
     changed = {"time_limit_s": 21.0} if "dem" in asked[name] else {"seed": 1, "logs": 20}
     if name != "run-sites":  # whose sites are slid again where their inputs changed

@@ -1,4 +1,4 @@
-"""Barriers chosen one after the other, on made-up ways of logs: trials, bounds and order by brute force."""
+"""Barriers chosen one after the other, on made-up outcomes of logs: trials, bounds and order by brute force."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from deadwood_algorithms.evaluate.protection.candidate_barriers import (
     straight_pieces,
 )
 from deadwood_algorithms.evaluate.protection.siting import (
+    LogOutcomes,
     Siting,
     Trial,
-    Ways,
     as_lines,
     chance_of,
     choose,
@@ -36,10 +36,10 @@ from deadwood_algorithms.params.tool import Quiet
 from deadwood_algorithms.stats.statistics import paired_interval
 
 
-def ways_of(reach: np.ndarray, near: np.ndarray) -> Ways:
+def outcomes_of(reach: np.ndarray, near: np.ndarray) -> LogOutcomes:
     n, number = near.shape
     no, nan = np.zeros((n, number), bool), np.full((n, number), np.nan)
-    return Ways(np.zeros(n, bool), reach, near, no, no, no, no, nan, nan)
+    return LogOutcomes(np.zeros(n, bool), reach, near, no, no, no, no, nan, nan)
 
 
 class Paper(Siting):
@@ -50,13 +50,13 @@ class Paper(Siting):
         self.place = np.arange(len(candidates))
         self.tried: list[int] = []
 
-    def rows_near(self, ways: Ways, chosen: Any, number: int) -> np.ndarray:
+    def rows_near(self, outcomes: LogOutcomes, chosen: Any, number: int) -> np.ndarray:
         return np.flatnonzero(self.near[:, number])
 
     def slide(self, rows: np.ndarray, chosen: Any, what: str, later: Any = ()) -> Any:
         self.tried.append(chosen[-1])
         reach = np.atleast_1d(~self.stops[rows][:, list(chosen)].any(axis=1))
-        return ways_of(reach[:, None], self.near[rows]), None
+        return outcomes_of(reach[:, None], self.near[rows]), None
 
 
 def candidates(*sizes: tuple[float, float]) -> list[Candidate]:
@@ -88,7 +88,7 @@ def test_the_best_beside_those_chosen_is_that_of_trying_all(seed):
     near = rng.random((n, 5)) < rng.uniform(0.2, 0.7, 5)
     stops = near & (rng.random((n, 5)) < 0.5)
     siting = Paper(near, stops, candidates(*sizes))
-    start = ways_of(np.ones((n, 1), bool), near)
+    start = outcomes_of(np.ones((n, 1), bool), near)
     first = [siting.trial(start, (), k) for k in range(5)]
     for k, trial in enumerate(first):
         assert (trial.kept, trial.brought) == (int(stops[:, k].sum()), 0)
@@ -96,7 +96,7 @@ def test_the_best_beside_those_chosen_is_that_of_trying_all(seed):
     assert why == ""
     assert list(steps[-1].chosen) == greedy(near, stops, sizes, 3)
     gone = stops[:, list(steps[-1].chosen)].any(axis=1)
-    assert np.array_equal(~steps[-1].ways.any_line, gone)
+    assert np.array_equal(~steps[-1].outcomes.any_line, gone)
     assert [step.trial.gain for step in steps] == np.diff(
         [0, *(int(stops[:, list(step.chosen)].any(axis=1).sum()) for step in steps)]
     ).tolist()
@@ -105,7 +105,7 @@ def test_the_best_beside_those_chosen_is_that_of_trying_all(seed):
 def test_of_equal_gains_the_smaller_face_is_built_then_the_first():
     near = stops = np.tile(np.arange(40)[:, None] < 20, (1, 4))
     siting = Paper(near, stops, candidates((20.0, 4.0), (25.0, 3.0), (30.0, 2.5), (15.0, 5.0)))
-    start = ways_of(np.ones((40, 1), bool), near)
+    start = outcomes_of(np.ones((40, 1), bool), near)
     best, among = siting.best(start, (), range(4))
     assert (best.number if best else None, among) == (1, 4)  # 75 m2, as the last two; 80 m2 the first
 
@@ -116,7 +116,7 @@ def test_what_cannot_be_best_is_not_slid():
     stops = near.copy()
     stops[11:, 0] = False  # keeps 11 away: the second might keep 12, the third at most 8
     siting = Paper(near, stops, candidates((20.0, 3.0), (20.0, 3.0), (20.0, 3.0)))
-    best, _ = siting.best(ways_of(np.ones((50, 1), bool), near), (), range(3))
+    best, _ = siting.best(outcomes_of(np.ones((50, 1), bool), near), (), range(3))
     assert siting.tried == [0, 1]
     assert best is not None
     assert (best.number, best.gain) == (1, 12)
@@ -146,7 +146,7 @@ def test_what_chance_alone_does_is_not_built(kept, among, built):
     near = np.zeros((30, among), bool)
     near[:kept, 0] = True
     siting = Paper(near, near, candidates(*sizes))
-    start = ways_of(np.ones((30, 1), bool), near)
+    start = outcomes_of(np.ones((30, 1), bool), near)
     steps, why = choose(siting, start, [siting.trial(start, (), k) for k in range(among)], 1, Quiet())
     assert (len(steps) == 1, why == "") == (built, built)
     assert built or not kept or f"the best of {among} candidates left would keep {kept} more logs" in why
@@ -184,12 +184,12 @@ def test_without_lines_nothing_is_passed_on_the_way_to_one():
 def test_ways_of_some_logs_replace_theirs_alone():
     rng = np.random.default_rng(0)
     one, other = (
-        Ways(*(rng.random((k, 2)) for _ in fields(Ways)))
+        LogOutcomes(*(rng.random((k, 2)) for _ in fields(LogOutcomes)))
         for k in (6, 2)  # numbers serve as well
     )
     rows = np.array([4, 1])
     both = one.with_rows(rows, other)
-    for each in fields(Ways):
+    for each in fields(LogOutcomes):
         values = getattr(both, each.name)
         assert np.array_equal(values[rows], getattr(other, each.name))
         assert np.array_equal(np.delete(values, rows, 0), np.delete(getattr(one, each.name), rows, 0))
