@@ -2585,7 +2585,7 @@ def compare_scenarios(
     Parameters
     ----------
     runs : required
-        Folders of the runs, with commas. Each a folder of slide-logs, of the same releases:
+        Folders of the runs. Each a folder of slide-logs, of the same releases, with commas between:
         run_none,run_forest,run_barriers.
     names : optional
         Names of the scenarios, with commas. Default: the names of the folders.
@@ -3529,13 +3529,13 @@ def make_report(
     Parameters
     ----------
     runs : required
-        Folders of the runs, with commas; the first is the baseline. Each a folder of slide-logs. On the command
-        line they may also be given without the option.
+        Folders of the runs; the first is the baseline. Each a folder of slide-logs, with commas between. On the
+        command line they may also be given without the option.
     names : optional
         Names of the runs, with commas. Default: the names of the folders.
     results : optional
-        Results of other tools to be shown, with commas. A layer of value-trees, folders of site-barriers,
-        map-intensity, map-origins or vary; each with its run.
+        Results of other tools to be shown. With commas between: a layer of value-trees, folders of
+        site-barriers, map-intensity, map-origins or vary; each with its run.
     baseline : optional
         Name of the run that the others are compared with. Default: the run with the fewest obstacles (trees,
         barriers, lying logs, boulders), of equals the first.

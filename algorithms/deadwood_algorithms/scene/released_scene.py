@@ -221,6 +221,7 @@ class FrictionByName(OpenScene, tool.TakesPresets):
         "Friction coefficient",
         minimum=0.0,
         default=None,
+        unless="friction_preset",
         help="A number, a raster, or polygons with a field 'friction' or 'mu'. Needed, unless --friction-preset names "
         "one.",
     )
