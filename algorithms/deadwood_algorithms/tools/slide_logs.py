@@ -30,8 +30,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.run_options import CapacityOptions, FidelityOptions, KeptOptions
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
@@ -114,6 +112,8 @@ def pilot_run(ask: Ask, feedback: Feedback, place: Path) -> tuple[Pilot, int]:
 
 def slid_run(ask: Ask, promise: Promise | None, feedback: Feedback, at_most: int | None = None) -> tuple[Outcome, int]:
     """The run itself, of an even draw of so many logs if not of all; and how many logs the layer has."""
+    import numpy as np
+
     from deadwood_algorithms.results.capacity import Capacity
     from deadwood_algorithms.results.forecast import refuse_full_disk
     from deadwood_algorithms.results.identity import writing
