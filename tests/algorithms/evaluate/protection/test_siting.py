@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields
+from types import SimpleNamespace
 from typing import Any, cast
 
 import matplotlib.pyplot as plt
@@ -29,6 +30,7 @@ from deadwood_algorithms.evaluate.protection.siting import (
     chance_of,
     choose,
     flux_of,
+    times_of,
     why_none,
 )
 from deadwood_algorithms.evaluate.protection.siting_figure import ASIDE_IN, _chart
@@ -204,6 +206,22 @@ def test_polygons_are_watched_by_their_rings_and_parts_by_their_thing():
     drawn = [shapely.LineString(lines.vertices[a:b]) for a, b in zip(lines.starts, lines.starts[1:], strict=False)]
     assert shapely.union_all(drawn[:2]).equals(two)
     assert drawn[2].equals(ring.exterior)
+
+
+class Started(SimpleNamespace):
+    """Where logs start: what of the releases is asked."""
+
+    def __len__(self) -> int:
+        return len(self.x)
+
+
+def test_a_log_that_starts_inside_touches_before_all_others_and_one_that_never_does_after_all():
+    _, items = as_lines([shapely.box(0, 0, 2, 2), shapely.LineString([(5, 0), (5, 9)])])
+    starts: Any = Started(x=np.array([1.0, 1.0, 9.0, 9.0]), y=np.ones(4))
+    times = np.array([[np.nan, 3.0], [2.0, np.nan], [4.0, 1.0], [np.nan, np.nan]])
+    result: Any = SimpleNamespace(reach=np.isfinite(times), reach_time=times)
+    inf = np.inf
+    assert times_of(items, result, starts).tolist() == [[-inf, 3.0], [-inf, inf], [4.0, 1.0], [inf, inf]]
 
 
 GULLY_M = 8.0  # amplitude of the contours of a slope with gullies, every 25 m
