@@ -70,14 +70,14 @@ class Results:
             if declared["widget"] == "output_folder":
                 if opens and declared["required"] and context.project() is not None:
                     title = f"{self.told['label']}: {Path(path).name}"
-                    _announce(sources_of_folder(path, self.left), title, context, context.project())
+                    announce(sources_of_folder(path, self.left), title, context, context.project())
             elif details is not None:
                 sources = sources_of_file(path)
                 if len(sources) > 1:
                     waiting = {uri: each for uri, each in waiting.items() if os.path.abspath(uri) != path}
                     context.setLayersToLoadOnCompletion(waiting)
                     title = f"{self.told['label']}: {Path(path).stem}"
-                    _announce(sources, title, context, details.project)
+                    announce(sources, title, context, details.project)
                 else:
                     details.setPostProcessor(Arrival.kept("", "", 0, True))
 
@@ -114,7 +114,7 @@ def rank(name: str) -> int:
     return 100 + LAST.index(name) if name in LAST else 50
 
 
-def _announce(sources: list[tuple[str, str]], group: str, context: QgsProcessingContext, project: QgsProject) -> None:
+def announce(sources: list[tuple[str, str]], group: str, context: QgsProcessingContext, project: QgsProject) -> None:
     for name, source in sources:
         title = title_of(name)
         details = QgsProcessingContext.LayerDetails(title, project, title)

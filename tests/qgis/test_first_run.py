@@ -28,11 +28,12 @@ def named(rows: list[dict[str, Any]], name: str) -> dict[str, Any]:
 
 
 def test_the_toolbox_shows_every_tool_in_its_group(seen):
-    expected: dict[str, list[str]] = {"Check installation": []}
-    for tool in TOOLS:
-        if tool.in_qgis:
-            expected.setdefault(tool.group, []).append(tool.label)
+    expected = {"1 · Start here": ["Start here: the demo slope", "Slope to report", "Check installation"]}
+    order = list(dict.fromkeys(tool.group for tool in TOOLS))
+    for number, group in enumerate(order, 2):
+        expected[f"{number} · {group}"] = [tool.label for tool in TOOLS if tool.in_qgis and tool.group == group]
     assert seen["toolbox"] == {group: sorted(labels) for group, labels in expected.items()}
+    assert list(seen["toolbox"]) == sorted(expected)
 
 
 def test_the_results_of_a_run_arrive_styled_and_in_a_group_of_their_own(seen):

@@ -154,6 +154,16 @@ def text(label: str, **facts: Any) -> Any:
     return ask("text", label, **facts)
 
 
+def folders(label: str, **facts: Any) -> Any:
+    """Folders of runs, as one text with commas."""
+    return ask("folders", label, path_like=True, **facts)
+
+
+def results(label: str, **facts: Any) -> Any:
+    """Folders and layers of results, as one text with commas."""
+    return ask("results", label, path_like=True, **facts)
+
+
 def field_of(parent: str, label: str, **facts: Any) -> Any:
     """The name of a field of the layer that the parameter ``parent`` takes."""
     return ask("field", label, parent=parent, **facts)
