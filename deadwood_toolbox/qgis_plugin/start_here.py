@@ -43,7 +43,7 @@ class StartHere(QgsProcessingAlgorithm):
         return "starthere"
 
     def displayName(self) -> str:
-        return _("Start here: the demo slope")
+        return _("Begin: the demo slope")
 
     def group(self) -> str:
         return group_label(START)

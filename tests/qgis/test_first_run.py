@@ -28,7 +28,7 @@ def named(rows: list[dict[str, Any]], name: str) -> dict[str, Any]:
 
 
 def test_the_toolbox_shows_every_tool_in_its_group(seen):
-    expected = {"1 · Start here": ["Start here: the demo slope", "Slope to report", "Check installation"]}
+    expected = {"1 · Start here": ["Begin: the demo slope", "Slope to report", "Check installation"]}
     order = list(dict.fromkeys(tool.group for tool in TOOLS))
     for number, group in enumerate(order, 2):
         expected[f"{number} · {group}"] = [tool.label for tool in TOOLS if tool.in_qgis and tool.group == group]
