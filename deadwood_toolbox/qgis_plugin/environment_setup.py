@@ -22,7 +22,9 @@ GRACE_MS = 3000
 LIBRARIES = 45  # that pip names on the way, about
 PIP = ("-I", "-m", "pip", "--disable-pip-version-check", "--no-input")
 # Where each step of the way begins, in percent.
-MAKING, INSTALLING, VERIFYING, COMPILING = 3, 10, 80, 82
+MAKING, INSTALLING, UNPACKING, VERIFYING, COMPILING = 3, 10, 45, 80, 82
+TICK_MS = 2000  # while pip unpacks, of which it says nothing until the end
+TICK_SHARE = 0.04  # of what is left of that stage
 
 Steps = Generator[list[str], tuple[int, str], None]
 
@@ -44,9 +46,12 @@ class Setup(QObject):
         self.before = self.place.with_name(f"{self.place.name}.before")
         self.child: QProcess | None = None
         self.steps: Steps | None = None
-        self.output, self.rest, self.percent, self.libraries = "", "", 0, 0
+        self.output, self.rest, self.percent, self.libraries = "", "", 0.0, 0
         self.stopped = False
         self.tasks: list[QgsTask] = []
+        self.clock = QTimer(self)
+        self.clock.setInterval(TICK_MS)
+        self.clock.timeout.connect(self._tick)
 
     def busy(self) -> bool:
         return self.steps is not None or bool(self.tasks)
@@ -152,6 +157,7 @@ class Setup(QObject):
 
     def _finished(self, status: int) -> None:
         self._hear()
+        self.clock.stop()
         if self.child is not None:
             self.child.deleteLater()
             self.child = None
@@ -168,15 +174,22 @@ class Setup(QObject):
 
     def _line(self, line: str) -> None:
         library = own_python.library_of(line)
-        if library and self.percent < VERIFYING:
+        if line.startswith("Installing collected packages"):
+            self._move(UNPACKING, _("Unpacking the libraries, one to two minutes …"))
+            self.clock.start()
+        elif library and self.percent < UNPACKING:
             self.libraries += 1
             share = min(0.95, self.libraries / LIBRARIES)
-            at = INSTALLING + round(share * (VERIFYING - INSTALLING))
+            at = INSTALLING + round(share * (UNPACKING - INSTALLING))
             self._move(at, _("Installing libraries: {name} …").format(name=library))
         if line.startswith('{"'):
             self._event(json.loads(line))
         else:
             self.said.emit(line)
+
+    def _tick(self) -> None:
+        at = self.percent + TICK_SHARE * (VERIFYING - self.percent)
+        self._move(at, _("Unpacking the libraries, one to two minutes …"))
 
     def _event(self, told: dict[str, Any]) -> None:
         """What the tool itself says, of the compilation."""
@@ -185,9 +198,9 @@ class Setup(QObject):
         elif "message" in told:
             self.said.emit(told["message"])
 
-    def _move(self, percent: int, what: str) -> None:
+    def _move(self, percent: float, what: str) -> None:
         self.percent = percent
-        self.moved.emit(percent, what)
+        self.moved.emit(round(percent), what)
 
     def _end(self, worked: bool, message: str) -> None:
         self.steps = None

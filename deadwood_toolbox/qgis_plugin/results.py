@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import closing
 from pathlib import Path
 from typing import Any, ClassVar
@@ -35,7 +35,7 @@ ORDER = (
     "barriers",
     "trees",
 )
-LAST = ("hit_count", "reach_probability", "danger", "deposit_count", "speed_max", "energy_max", "jump_max")
+LAST = ("hit_count", "reach_probability", "danger", "deposit_count", "speed_max", "energy_max", "jump_max", "dem")
 # What a run shows at first; the rest waits unticked in the group.
 SHOWN = ("reach", "deposits", "hit_count")
 RANK = "deadwood/rank"
@@ -114,12 +114,20 @@ def rank(name: str) -> int:
     return 100 + LAST.index(name) if name in LAST else 50
 
 
-def announce(sources: list[tuple[str, str]], group: str, context: QgsProcessingContext, project: QgsProject) -> None:
+def announce(
+    sources: list[tuple[str, str]],
+    group: str,
+    context: QgsProcessingContext,
+    project: QgsProject,
+    shown: Collection[str] = SHOWN,
+    titles: Mapping[str, str] | None = None,
+) -> None:
+    """Have QGIS load layers into a group, ticked where they are among those to be shown, or none of them is."""
     for name, source in sources:
-        title = title_of(name)
+        title = (titles or {}).get(name) or title_of(name)
         details = QgsProcessingContext.LayerDetails(title, project, title)
-        shown = name in SHOWN or not any(each in SHOWN for each, _ in sources)
-        details.setPostProcessor(Arrival.kept(title, group, rank(name), shown))
+        ticked = name in shown or not any(each in shown for each, _ in sources)
+        details.setPostProcessor(Arrival.kept(title, group, rank(name), ticked))
         context.addLayerToLoadOnCompletion(source, details)
 
 

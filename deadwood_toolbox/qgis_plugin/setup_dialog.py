@@ -24,7 +24,7 @@ from .installation import report
 from .language import _
 from .own_python import megabytes, what_to_install
 
-WIDTH, HEIGHT = 620, 420
+WIDTH, HEIGHT = 620, 300
 
 
 class SetupDialog(QDialog):

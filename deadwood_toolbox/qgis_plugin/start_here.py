@@ -28,7 +28,7 @@ LOGS, OUTPUT, REPORT = "LOGS", "OUTPUT", "REPORT"
 LAYERS = (
     ("run_mapped/run.gpkg", ("reach", "deposits")),
     ("release_area.gpkg", ("release_area",)),
-    ("road.gpkg", ("road",)),
+    ("road.gpkg", ("lines",)),
     ("trees_mapped.gpkg", ("trees_mapped", "trees")),
     ("run_mapped/hit_count.tif", ()),
     ("dem.tif", ()),
@@ -43,7 +43,7 @@ class StartHere(QgsProcessingAlgorithm):
         return "starthere"
 
     def displayName(self) -> str:
-        return _("Start here: the demo slope")
+        return _("Begin: the demo slope")
 
     def group(self) -> str:
         return group_label(START)
@@ -104,7 +104,10 @@ class StartHere(QgsProcessingAlgorithm):
                 raise QgsProcessingException(_("Canceled; nothing was left behind")) from None
             raise
         if self.parameterAsBoolean(parameters, OPEN, context) and context.project() is not None:
-            announce(sources(folder), _("Demo slope"), context, context.project())
+            found = sources(folder)
+            titles = {"dem": _("Terrain model"), "lines": _("Road"), "trees": _("Trees")}
+            names = [name for name, _source in found]
+            announce(found, _("Demo slope"), context, context.project(), names, titles)
         report = os.path.join(folder, "report.html")
         feedback.pushInfo(_("The report of the three forests: {report}").format(report=report))
         return {OUTPUT: folder, REPORT: report}

@@ -16,9 +16,9 @@ With the impulses of all other contacts as they are, gamma+ is affine in s, and 
 
 - Where the tree is the only contact of the step, that is all: the log's kinetic energy falls by C - (what the hit took
   before) to rounding, whatever the direction, friction and lever of the push.
-- Where others push too (ground, other trees), they are solved again under the push s P_k, and s again for them, until
-  no velocity changes by more than the solver's tolerance. The last word is with s: [o] is met to rounding, and the
-  others are left as far from their laws as a solve leaves them.
+- Where others push too (ground, other trees), they are solved again under the push s P_k, and s again for them, between
+  an s that is too little and one that is too much, until no velocity changes by more than the solver's tolerance. The
+  last word is with s: [o] is met to rounding, and the others are left as far from their laws as a solve leaves them.
 - If two trees break in one step, the one that would be the most above its capacity goes first. What the second then
   changes of gamma+ the first one's share changes by; the sum of all works, [f], stays exact.
 
@@ -97,11 +97,11 @@ def push_with(contacts, first, last, share, velocities):
 
 
 @kernel
-def share_taking(contacts, first, last, state, kick, share, fall, rest):
-    """Eq. [o]: the least s with which the tree takes r [J/kg], the other impulses as they are.
+def share_taking(contacts, first, last, state, kick, share, low, high, fall, rest):
+    """Eq. [o]: the s with which the tree takes r [J/kg], the other impulses as they are, if one lies in (low, high];
+    of two the one nearer to the share that acts now. Else the middle between low and high.
 
-    state : with the share s of the tree's impulses, which as a whole would change the velocities by ``kick``
-    Where no s takes as much: the one that takes most.
+    state : with that share of the tree's impulses, which as a whole would change the velocities by ``kick``
     """
     h = q = 0.0
     v = (state[VX] - share * kick[VX], state[VY] - share * kick[VY], state[VZ] + fall - share * kick[VZ])
@@ -115,12 +115,15 @@ def share_taking(contacts, first, last, state, kick, share, fall, rest):
             + c.tried_u * (c.before_u + along_u(c, v, w))
         )
         q += c.tried_n * along_normal(c, dv, dw) + c.tried_t * along_t(c, dv, dw) + c.tried_u * along_u(c, dv, dw)
-    if h >= 0.0 or q <= 0.0:
-        return 0.0
-    square = h * h - 8.0 * q * rest
-    if square < 0.0:
-        return min(1.0, -0.5 * h / q)
-    return min(1.0, 4.0 * rest / (math.sqrt(square) - h))
+    square, found = h * h - 8.0 * q * rest, 0.5 * (low + high)
+    if h < 0.0 and square >= 0.0:
+        root = math.sqrt(square) - h
+        less, more = 4.0 * rest / root, 0.5 * root / q
+        if low < more <= high:
+            found = more
+        if low < less <= high and (found != more or abs(less - share) <= abs(more - share)):
+            found = less
+    return found
 
 
 @kernel
@@ -139,9 +142,7 @@ def give_way(contacts, first, last, state, kick, rolling, tolerance, sweeps, fal
         contacts[k].line = 0
     share, low, high, residual = 1.0, 0.0, 1.0, 0.0
     for _ in range(BREAKING_LOOKS):
-        now = share_taking(contacts, first, last, state, kick, share, fall, rest)
-        if not low < now <= high:  # not between what is too little and what is too much
-            now = 0.5 * (low + high)
+        now = share_taking(contacts, first, last, state, kick, share, low, high, fall, rest)
         moved = fastest * abs(now - share)
         push_with(contacts, first, last, now - share, state)
         share = now
@@ -159,7 +160,7 @@ def give_way(contacts, first, last, state, kick, rolling, tolerance, sweeps, fal
             low = share
         if abs(taken - rest) <= BROKEN_WITHIN * rest:
             break
-    now = min(high, max(low, share_taking(contacts, first, last, state, kick, share, fall, rest)))
+    now = share_taking(contacts, first, last, state, kick, share, low, high, fall, rest)
     push_with(contacts, first, last, now - share, state)
     for k in range(first, last):
         c = contacts[k]

@@ -148,7 +148,7 @@ ROCKING_GROWTH = 1.02  # [-] its peak energy may not grow (a log that starts to 
 LEAST_SPENT = GRAVITY  # [J/kg] that an error is measured by at least: a metre's fall
 
 # Trees that break (``breaking``)
-BREAKING_LOOKS = 40  # shares of a tree's push tried at most, beside others that push; it needs 2 to 5
+BREAKING_LOOKS = 60  # shares of a tree's push tried at most, beside others that push; a log in a jam needs twenty
 BROKEN_WITHIN = 1e-9  # [-] of its capacity: a share that takes it so nearly is the one, the rest is made up exactly
 
 # Ledger of hits

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import processing
-from qgis.core import QgsApplication, QgsProject, QgsRasterLayer, QgsVectorLayer
+from qgis.core import QgsApplication, QgsLayoutExporter, QgsProject, QgsRasterLayer, QgsVectorLayer
 from qgis.PyQt.QtCore import QTimer
 from qgis.PyQt.QtWidgets import (
     QApplication,
@@ -183,6 +183,11 @@ def steps() -> Iterator[int]:
     iface.addProject(f"{WORK}/first_run/project.qgz")
     yield 4000
     seen["project"] = tree_of(QgsProject.instance().layerTreeRoot())
+    if SHOTS:
+        settings = QgsLayoutExporter.ImageExportSettings()
+        settings.dpi = 100
+        sheet = QgsProject.instance().layoutManager().layouts()[0]
+        QgsLayoutExporter(sheet).exportToImage(f"{SHOTS}/layout.png", settings)
     controller = iface.mapCanvas().temporalController()
     seen["frames"] = controller.totalFrameCount()
     views = [each for each in iface.mainWindow().findChildren(QDockWidget) if each.windowTitle() == "Logs in 3D"]

@@ -31,7 +31,7 @@ def listed(qgis) -> dict:
 def test_every_tool_of_the_shelf_is_listed_in_its_group(listed):
     algorithms = listed["algorithms"]
     start = {"checkinstallation": "Check installation", "slopetoreport": "Slope to report"}
-    start["starthere"] = "Start here: the demo slope"
+    start["starthere"] = "Begin: the demo slope"
     expected = {tool.qgis_id: (tool.label, numbered(tool.group)) for tool in IN_QGIS}
     expected |= {f"deadwood:{name}": (label, "1 · Start here") for name, label in start.items()}
     assert {name: (each["name"], each["group"]) for name, each in algorithms.items()} == expected
