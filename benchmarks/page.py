@@ -10,6 +10,8 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
+from deadwood_algorithms.stats.statistics import to_decimals
+
 from . import figures, study, tables, verdicts
 from .scenes import CASES
 from .settings import FACTORS, ROLLING, SETTINGS, Setting
@@ -144,7 +146,8 @@ def scene_table(results: Row) -> str:
 
 
 def _difference(record: Row, digits: int = 2) -> str:
-    return f"{record['difference']:+.{digits}f} ({record['low']:+.{digits}f} to {record['high']:+.{digits}f})"
+    value, low, high = (to_decimals(record[name], digits, sign=True) for name in ("difference", "low", "high"))
+    return f"{value} ({low} to {high})"
 
 
 def field_table(results: Row) -> str:

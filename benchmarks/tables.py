@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from deadwood_algorithms.stats.statistics import Z_95
+from deadwood_algorithms.stats.statistics import Z_95, to_decimals
 
 from . import measures
 from .scenes import CASES
@@ -177,7 +177,7 @@ def cell_rows(results: Row) -> list[Row]:
 
 def points(value: float) -> str:
     """A difference of probabilities in percentage points."""
-    return f"{100 * value:+.1f}"
+    return to_decimals(100 * value, 1, sign=True)
 
 
 def with_interval(record: Row | None) -> str:

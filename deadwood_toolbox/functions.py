@@ -1864,15 +1864,16 @@ def design_values(
         protection kits by maximum energy level (MEL) (0: 100 kJ, 1: 250 kJ, 2: 500 kJ, 3: 1000 kJ, 4: 1500 kJ,
         5: 2000 kJ, 6: 3000 kJ, 7: 4500 kJ, 8: more); swiss-2001: the nine classes of the Swiss type test of
         rockfall nets (1: 100 kJ, 2: 250 kJ, 3: 500 kJ, 4: 750 kJ, 5: 1000 kJ, 6: 1500 kJ, 7: 2000 kJ, 8: 3000
-        kJ, 9: 5000 kJ, none: more). They are made for rocks; a person decides.
+        kJ, 9: 5000 kJ, none: more). They were made for rocks; whether they suit wood is for an expert to
+        decide.
     rule : one of uni-11211-fine, uni-11211-coarse, onr-24810-cc1, onr-24810-cc2, onr-24810-cc3
         Rule that derives design values from percentiles. uni-11211-fine: Italy, good survey and a calibrated
         model (energy: 95 % times 1.104, height: 95 % times 1.04); uni-11211-coarse: Italy, coarse survey and a
         model with values from the literature (energy: 95 % times 1.611, height: 95 % times 1.21);
         onr-24810-cc1: Austria, consequence class 1 (energy: 99 % times 1, height: 95 % times 1.05);
         onr-24810-cc2: Austria, consequence class 2 (energy: 99 % times 1.05, height: 95 % times 1.1);
-        onr-24810-cc3: Austria, consequence class 3 (energy: 99 % times 1.15, height: 95 % times 1.3). They are
-        made for rocks; a person decides.
+        onr-24810-cc3: Austria, consequence class 3 (energy: 99 % times 1.15, height: 95 % times 1.3). They were
+        made for rocks; whether they suit wood is for an expert to decide.
     output : output, optional
         Design values by barrier or line, quantity and percentile. Without it, in a temporary folder that lasts
         as long as the result.
@@ -2176,7 +2177,8 @@ def site_barriers(
         protection kits by maximum energy level (MEL) (0: 100 kJ, 1: 250 kJ, 2: 500 kJ, 3: 1000 kJ, 4: 1500 kJ,
         5: 2000 kJ, 6: 3000 kJ, 7: 4500 kJ, 8: more); swiss-2001: the nine classes of the Swiss type test of
         rockfall nets (1: 100 kJ, 2: 250 kJ, 3: 500 kJ, 4: 750 kJ, 5: 1000 kJ, 6: 1500 kJ, 7: 2000 kJ, 8: 3000
-        kJ, 9: 5000 kJ, none: more). They are made for rocks; a person decides.
+        kJ, 9: 5000 kJ, none: more). They were made for rocks; whether they suit wood is for an expert to
+        decide.
     logs : >= 1
         Logs to use (default: all of the run). A random subset.
     seed : >= 0, default 0
@@ -2583,7 +2585,7 @@ def compare_scenarios(
     Parameters
     ----------
     runs : required
-        Folders of the runs, with commas. Each a folder of slide-logs, of the same releases:
+        Folders of the runs. Each a folder of slide-logs, of the same releases, with commas between:
         run_none,run_forest,run_barriers.
     names : optional
         Names of the scenarios, with commas. Default: the names of the folders.
@@ -3527,13 +3529,13 @@ def make_report(
     Parameters
     ----------
     runs : required
-        Folders of the runs, with commas; the first is the baseline. Each a folder of slide-logs. On the command
-        line they may also be given without the option.
+        Folders of the runs; the first is the baseline. Each a folder of slide-logs, with commas between. On the
+        command line they may also be given without the option.
     names : optional
         Names of the runs, with commas. Default: the names of the folders.
     results : optional
-        Results of other tools to be shown, with commas. A layer of value-trees, folders of site-barriers,
-        map-intensity, map-origins or vary; each with its run.
+        Results of other tools to be shown. With commas between: a layer of value-trees, folders of
+        site-barriers, map-intensity, map-origins or vary; each with its run.
     baseline : optional
         Name of the run that the others are compared with. Default: the run with the fewest obstacles (trees,
         barriers, lying logs, boulders), of equals the first.

@@ -58,6 +58,8 @@ TYPES = {
     "numbers": "NumbersInput",
     "flag": "bool",
     "text": "str | list[str]",
+    "folders": "str | list[str]",
+    "results": "str | list[str]",
     "field": "str",
     "crs": "str | int",
 }

@@ -8,6 +8,7 @@ nowhere: what is not there is left out of ``metadata.txt``, and the command says
 from __future__ import annotations
 
 import json
+import re
 import struct
 import sys
 import zipfile
@@ -20,13 +21,15 @@ from typing import Any
 
 from deadwood_algorithms.files.outputs import output_path
 from deadwood_algorithms.params import tool
-from deadwood_algorithms.params.tool import VERSION, Feedback, Outcome, Tool
+from deadwood_algorithms.params.tool import VERSION, Feedback, Outcome, Tool, UserError
 from deadwood_toolbox import parameters
 from deadwood_toolbox.feedback import plain
 
 SOURCE = Path(__file__).parent / "qgis_plugin"
 FOLDER = "deadwood"  # in the zip, and thereby the plugin's name for QGIS
-KINDS = {".py", ".svg"}
+KINDS = {".py", ".svg", ".model3"}
+# Of the site: in a checkout beside the package, in an installed one within it.
+SITE_PICTURES = tuple(each / "docs" / "pictures" for each in (SOURCE.parents[1], SOURCE.parent))
 DISTRIBUTION = "deadwood-toolbox"
 # Line of metadata.txt -> name of the URL in pyproject.toml. The first two, and an address, plugins.qgis.org asks for.
 URLS = {"repository": "repository", "tracker": "issues", "homepage": "homepage"}
@@ -42,6 +45,12 @@ class Ask:
         "Leave out where this toolbox is installed",
         help="For a zip that is passed on; the plugin then looks on the PATH and in the usual folders.",
     )
+    wheel: Path | None = tool.file(
+        "The toolbox's own wheel, to be packed with the plugin",
+        default=None,
+        help="The plugin then installs the toolbox from it (pip wheel --no-deps . makes one), where no package index "
+        "has it.",
+    )
     overwrite: bool = tool.overwrite()
 
 
@@ -49,7 +58,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     with output_path(ask.output, ask.overwrite, suffix=".zip") as temporary:
         manifest = declarations() if ask.portable else {**declarations(), "packed_in": sys.prefix}
         known = contacts()
-        pack(temporary, manifest, known)
+        pack(temporary, manifest, known, wheel=checked_wheel(ask.wheel))
     lines = (
         f"{ask.output}: the plugin for QGIS 3.22 to 4.x, with the tools of version {VERSION}",
         "in QGIS: Plugins > Manage and Install Plugins > Install from ZIP; then open the Processing toolbox",
@@ -96,18 +105,32 @@ def licence() -> str:
     return metadata.distribution(DISTRIBUTION).read_text("licenses/LICENSE") or ""
 
 
-def pack(path: Path, manifest: dict[str, Any], known: Mapping[str, str]) -> None:
-    """Write the zip: the plugin's sources, icons and catalogues, metadata with version and contacts, the manifest."""
+def checked_wheel(path: Path | None) -> Path | None:
+    """The wheel, if it is the toolbox's of this version: another one would be installed beside dialogs of this one."""
+    wanted = f"{DISTRIBUTION.replace('-', '_')}-{VERSION}-"
+    if path is not None and not (path.name.startswith(wanted) and path.suffix == ".whl" and path.is_file()):
+        raise UserError(f"--wheel is {path}, but must be a file {wanted}*.whl (pip wheel --no-deps . makes it)")
+    return path
+
+
+def pack(path: Path, manifest: dict[str, Any], known: Mapping[str, str], *, wheel: Path | None = None) -> None:
+    """Write the zip: the plugin's sources, icons and catalogues, metadata with version and contacts, the manifest.
+
+    And, if one is given, the toolbox's wheel.
+    """
     from deadwood_algorithms.report.words import read_catalogue  # with what reads results, which no other start needs
 
     files: dict[str, str | bytes] = {}
     files |= {each.relative_to(SOURCE).as_posix(): each.read_text(encoding="utf-8") for each in _sources()}
+    files |= {f"pictures/{each.name}": each.read_bytes() for each in pictures()}
     for each in SOURCE.rglob("*.po"):
         messages = {english: text for (_, english), text in read_catalogue(each.read_text(encoding="utf-8")).items()}
         files[each.relative_to(SOURCE).with_suffix(".mo").as_posix()] = compiled(messages)
     about = (SOURCE / "metadata.txt").read_text(encoding="utf-8").rstrip() + "\n"
     about += "".join(f"{line}={value}\n" for line, value in known.items())
     files["metadata.txt"] = about.replace("version=VERSION", f"version={VERSION}")
+    if wheel is not None:
+        files[f"wheels/{wheel.name}"] = wheel.read_bytes()
     files["LICENSE"] = licence()
     files["manifest.json"] = json.dumps(manifest, indent=1, ensure_ascii=False) + "\n"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as target:
@@ -129,6 +152,13 @@ def compiled(messages: Mapping[str, str]) -> bytes:
             body += text + b"\0"
     head = struct.pack("<7I", 0x950412DE, 0, len(texts), 28, 28 + 8 * len(texts), 0, place)
     return head + tables + body
+
+
+def pictures() -> list[Path]:
+    """What the help pages show (`help_pages.PICTURES`, which only QGIS can import)."""
+    wanted = set(re.findall(r'"(\w+\.webp)"', (SOURCE / "help_pages.py").read_text(encoding="utf-8")))
+    folder = next((each for each in SITE_PICTURES if each.is_dir()), None)
+    return [folder / name for name in sorted(wanted)] if folder else []
 
 
 def _sources() -> list[Path]:

@@ -13,7 +13,7 @@ from qgis.core import (
 )
 from qgis.PyQt.QtGui import QIcon
 
-from . import child, help_text, results
+from . import child, help_pages, help_text, results
 from .definitions import LAYER, OPEN, definitions, help_of, is_hidden, part_outputs
 from .finding import HERE
 from .inputs import Inputs
@@ -55,15 +55,21 @@ class ToolAlgorithm(QgsProcessingAlgorithm):
         return self.told["summary"]
 
     def shortHelpString(self) -> str:
-        """The panel beside the dialog: the tool's description, and the help of each parameter."""
-        paragraphs = help_text.paragraphs(self.told)
+        """The panel beside the dialog: the tool's description, and the help of each parameter.
+
+        Without the commands, which are wider than the panel; they are on the page behind the Help button.
+        """
+        paragraphs = [each for each in help_text.paragraphs(self.told) if not each.startswith("<pre>")]
         rows = [
-            f"<b>{html.escape(each['label'])}</b>: {html.escape(help_of(each))}"
+            f"<b>{html.escape(each['label'])}</b>: {html.escape(help_text.labelled(help_of(each), self.told))}"
             for each in self.told["parameters"]
             if help_of(each) and not is_hidden(each, self.told)
         ]
         command = _("On the command line: {command}").format(command=f"deadwood-tool {self.told['name']} --help")
         return "".join(f"<p>{each}</p>" for each in [*paragraphs, *rows, command])
+
+    def helpUrl(self) -> str:
+        return help_pages.page_of(self.told)
 
     def initAlgorithm(self, configuration: dict[str, Any] | None = None) -> None:
         for definition in definitions(self.told):
@@ -75,12 +81,18 @@ class ToolAlgorithm(QgsProcessingAlgorithm):
 
     def checkParameterValues(self, parameters: dict[str, Any], context: QgsProcessingContext) -> tuple[bool, str]:
         """Only what is missing: a wrong value is refused by the tool, in the words of the command line."""
+        labels = {each["name"]: each["label"] for each in self.told["parameters"]}
         for declared in self.told["parameters"]:
-            name = declared["name"].upper()
-            given = [parameters.get(name), parameters.get(name + LAYER)]
-            if declared["required"] and all(value is None or value == "" for value in given):
-                message = _("{flag} is missing ({label})")
-                return False, message.format(flag=declared["flag"], label=declared["label"])
+            name, other = declared["name"].upper(), declared["unless"]
+            given = [parameters.get(each) for each in (name, name + LAYER, other.upper())]
+            if not (declared["required"] or other) or any(value not in (None, "") for value in given):
+                continue
+            message = _("'{label}' is missing")
+            if declared["widget"] == "number_or_layer":
+                message = _("'{label}' is missing: a number or a layer")
+            if other:
+                message = _("'{label}' is missing: a number, a layer, or '{other}'")
+            return False, message.format(label=declared["label"], other=labels.get(other, ""))
         return True, ""
 
     def prepareAlgorithm(
@@ -98,7 +110,8 @@ class ToolAlgorithm(QgsProcessingAlgorithm):
     ) -> dict[str, Any]:
         inputs: Inputs = self.inputs  # type: ignore[assignment]  # made by prepareAlgorithm, without which none runs
         try:
-            said = child.run([self.told["name"], *inputs.arguments], feedback)
+            arguments = [self.told["name"], *inputs.arguments]
+            said = child.run(arguments, feedback, lambda line: help_text.labelled(line, self.told))
         except QgsProcessingException as error:
             if feedback.isCanceled():
                 raise QgsProcessingException(inputs.after_cancel()) from None

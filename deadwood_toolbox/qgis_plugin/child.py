@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -37,8 +37,13 @@ def command() -> tuple[str, ...]:
     return found.command
 
 
-def run(arguments: Sequence[str], feedback: QgsProcessingFeedback) -> Said:
-    """Run one tool to its end; an exit status other than 0 is an exception with the tool's own line."""
+def run(
+    arguments: Sequence[str], feedback: QgsProcessingFeedback, worded: Callable[[str], str] = lambda line: line
+) -> Said:
+    """Run one tool to its end; an exit status other than 0 is an exception with the tool's own line.
+
+    What the tool says of its input is put into the user's words by ``worded``.
+    """
     words = [*command(), *arguments, "--progress=json"]
     feedback.pushCommandInfo(" ".join(_quoted(word) for word in words))
     child = QProcess()
@@ -47,7 +52,7 @@ def run(arguments: Sequence[str], feedback: QgsProcessingFeedback) -> Said:
     if not child.waitForStarted(30_000):
         message = _("{program} could not be started: {why}")
         raise QgsProcessingException(message.format(program=words[0], why=child.errorString()))
-    ears = Ears(feedback)
+    ears = Ears(feedback, worded)
     while child.state() != QProcess.ProcessState.NotRunning:
         child.waitForFinished(LOOK_MS)
         ears.hear(bytes(child.readAllStandardError()), bytes(child.readAllStandardOutput()))
@@ -76,8 +81,8 @@ def end(child: QProcess) -> None:
 class Ears:
     """Takes the child's output apart: whole lines, JSON or not."""
 
-    def __init__(self, feedback: QgsProcessingFeedback) -> None:
-        self.feedback = feedback
+    def __init__(self, feedback: QgsProcessingFeedback, worded: Callable[[str], str] = lambda line: line) -> None:
+        self.feedback, self.worded = feedback, worded
         self.said = Said()
         self.rest = [b"", b""]
         self.stage, self.spoke = "", 0.0
@@ -101,11 +106,11 @@ class Ears:
         if event == "progress":
             self._progress(known)
         elif event == "note":
-            self.feedback.pushInfo(known["message"])
+            self.feedback.pushInfo(self.worded(known["message"]))
         elif event == "warning":
-            self.feedback.pushWarning(known["message"])
+            self.feedback.pushWarning(self.worded(known["message"]))
         elif event == "error":
-            self.said.error = known["message"]
+            self.said.error = self.worded(known["message"])
         elif event == "done":
             self.said.outputs, self.said.facts = known["outputs"], known["facts"]
 

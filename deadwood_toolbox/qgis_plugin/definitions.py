@@ -35,7 +35,7 @@ from qgis.core import (
     QgsProcessingParameterVectorDestination,
 )
 
-from .help_text import part_name
+from .help_text import labelled, part_name
 from .language import _, title_of
 
 Source = QgsProcessing.SourceType
@@ -58,7 +58,7 @@ def definitions(told: dict[str, Any]) -> Iterator[QgsProcessingParameterDefiniti
     for declared in sorted(wanted, key=lambda each: each["direction"] == "output"):
         made = _definition(declared)
         for each in made:
-            each.setHelp(help_of(declared))
+            each.setHelp(labelled(help_of(declared), told))
             if declared["advanced"]:
                 each.setFlags(each.flags() | QgsProcessingParameterDefinition.Flag.FlagAdvanced)
             yield each
@@ -115,7 +115,11 @@ def _number_or_layer(
         optional=True,
         types=[Source.TypeRaster, Source.TypeVectorPolygon],
     )
-    return [_number(declared, name, label, True), layer]
+    number = _number(declared, name, label, True)
+    if declared["required"] or declared["unless"]:
+        facts = {"class": f"{__package__}.widgets.NumberOrLayer", "decimals": DECIMALS}
+        number.setMetadata({"widget_wrapper": facts})
+    return [number, layer]
 
 
 def _vector(declared: dict[str, Any], name: str, label: str, optional: bool) -> QgsProcessingParameterDefinition:
@@ -137,6 +141,14 @@ def _choice(declared: dict[str, Any], name: str, label: str, optional: bool) -> 
 def _folder(declared: dict[str, Any], name: str, label: str, optional: bool) -> QgsProcessingParameterDefinition:
     behaviour = QgsProcessingParameterFile.Behavior.Folder
     return QgsProcessingParameterFile(name, label, behavior=behaviour, optional=optional)
+
+
+def _results(declared: dict[str, Any], name: str, label: str, optional: bool) -> QgsProcessingParameterString:
+    """A text, so that models and scripts give it one; the dialog shows a list of folders, or of folders and files."""
+    made = QgsProcessingParameterString(name, label, optional=optional)
+    facts = {"class": f"{__package__}.widgets.FolderList", "files": declared["widget"] == "results"}
+    made.setMetadata({"widget_wrapper": facts})
+    return made
 
 
 def _text(declared: dict[str, Any], name: str, label: str, optional: bool) -> QgsProcessingParameterDefinition:
@@ -198,6 +210,8 @@ WIDGETS: dict[str, Widget] = {
         name, label, defaultValue=bool(told["default"])
     ),
     "text": _text,
+    "folders": _results,
+    "results": _results,
     "field": lambda told, name, label, optional: QgsProcessingParameterField(
         name, label, None, told["parent"].upper(), optional=optional
     ),

@@ -10,12 +10,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from qgis.core import QgsSettings
+from qgis.core import QgsApplication, QgsSettings
 from qgis.PyQt.QtCore import QProcessEnvironment
 
 from .language import _
 
 HERE = Path(__file__).parent
+DISTRIBUTION = "deadwood-toolbox"
 SETTING = "deadwood/executable"
 VARIABLE = "DEADWOOD_TOOL"
 WINDOWS = sys.platform == "win32"
@@ -30,8 +31,8 @@ COMMANDS = (
 
 def how_to_install() -> str:
     first = _(
-        "The tools live in a Python environment of their own (Python 3.11 or newer), outside QGIS. In a terminal, in "
-        "the folder of the toolbox:"
+        "The tools live in a Python environment of their own (Python 3.11 or newer), outside QGIS. The plugin makes "
+        "it: menu Plugins > Deadwood Toolbox > Set up. Or by hand, in a terminal, in the folder of the toolbox:"
     )
     then = _(
         "Then name {script} of that environment in Settings > Options > Deadwood Toolbox, or put it on the PATH, or "
@@ -58,6 +59,15 @@ def read_manifest() -> dict[str, Any]:
     return json.loads((HERE / "manifest.json").read_text(encoding="utf-8"))
 
 
+def own_folder() -> Path:
+    """Of the environment that the plugin makes (`environment_setup`): in QGIS's profile, with which it goes."""
+    return Path(QgsApplication.qgisSettingsDirPath()) / DISTRIBUTION
+
+
+def script_in(environment: Path) -> Path:
+    return environment / BIN / SCRIPT
+
+
 def find() -> Found | Missing:
     """The command to start, in the order of the search; a place that somebody named is never passed over silently."""
     for place, how in ((QgsSettings().value(SETTING, ""), _("the setting")), (os.environ.get(VARIABLE, ""), VARIABLE)):
@@ -67,6 +77,9 @@ def find() -> Found | Missing:
                 return Found(command, how)
             wrong = _("{source} names {place}, where there is no {script}")
             return Missing(wrong.format(source=how, place=place, script=SCRIPT))
+    own = _command(own_folder())
+    if own:
+        return Found(own, _("the plugin's own environment"))
     on_path = shutil.which("deadwood-tool")
     if on_path:
         return Found((on_path,), _("the PATH"))
@@ -94,7 +107,7 @@ def _usual_folders() -> list[Path]:
     home = Path.home()
     local = Path(os.environ.get("LOCALAPPDATA", home / "AppData" / "Local"))
     roaming = Path(os.environ.get("APPDATA", home / "AppData" / "Roaming"))
-    tool = "deadwood-toolbox"
+    tool = DISTRIBUTION
     folders = [Path(noted)] if (noted := read_manifest().get("packed_in")) else []
     folders += [home / ".local" / "bin", home / tool, home / tool / ".venv", home / ".venv", home]
     folders += [home / ".local" / "pipx" / "venvs" / tool, home / ".local" / "share" / "pipx" / "venvs" / tool]

@@ -6,6 +6,8 @@ import html
 import re
 from typing import Any
 
+FLAG = re.compile(r"--[a-z][a-z-]*[a-z]")
+
 
 def pieces(description: str) -> list[str]:
     """The paragraphs of a docstring, each as one text to be translated: one line, or one for each item of a list."""
@@ -25,6 +27,13 @@ def title(part: str) -> str:
     return part_name(part).replace("_", " ").capitalize()
 
 
+def labelled(message: str, told: dict[str, Any]) -> str:
+    """A line of the tool in the dialog's words: labels in place of flags, but not in a command that it proposes."""
+    said, command, rest = message.partition("deadwood-tool ")
+    names = {each["flag"]: f"'{each['label']}'" for each in told["parameters"]}
+    return FLAG.sub(lambda found: names.get(found[0], found[0]), said) + command + rest
+
+
 def paragraphs(told: dict[str, Any]) -> list[str]:
     """One piece of HTML for each paragraph; a flag of the command line gets the name that the dialog has for it."""
     return [_paragraph(part, _names(told)) for part in pieces(told["description"])]
@@ -34,7 +43,7 @@ def _paragraph(text: str, names: dict[str, str]) -> str:
     if text.startswith("    "):
         return f"<pre>{html.escape(text)}</pre>"
     text = html.escape(re.sub(r"``?([^`]+)``?", r"\1", text), quote=False)
-    text = re.sub(r"--[a-z][a-z-]*[a-z]", lambda found: names.get(found[0], found[0]), text)
+    text = FLAG.sub(lambda found: names.get(found[0], found[0]), text)
     return re.sub(r"\n- ", "<br>- ", text)
 
 

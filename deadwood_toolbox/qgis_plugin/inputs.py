@@ -1,7 +1,8 @@
 """QGIS's values as the command's words: layers of the map become files, and files what the command line takes.
 
 A layer is handed over as the file that it is read from, unless the map holds what the file does not: a selection, a
-filter, unsaved edits, virtual or joined fields, another CRS, or no file at all. Then it is saved for the tool.
+filter, unsaved edits, virtual or joined fields, cells without data, another CRS, or no file at all. Then it is saved
+for the tool.
 """
 
 from __future__ import annotations
@@ -23,13 +24,12 @@ from qgis.core import (
     QgsProcessingUtils,
     QgsProperty,
     QgsProviderRegistry,
-    QgsRasterFileWriter,
     QgsRasterLayer,
-    QgsRasterPipe,
     QgsVectorFileWriter,
     QgsVectorLayer,
 )
 
+from . import raster_copy
 from .definitions import LAYER, is_hidden
 from .language import _
 
@@ -216,35 +216,30 @@ class Inputs:
         decoded = QgsProviderRegistry.instance().decodeUri(layer.providerType(), layer.source())
         path = decoded.get("path", "")
         if layer.providerType() != "gdal" or not os.path.isfile(path):
-            return self._save_raster(declared, layer)
-        own = QgsRasterLayer(path, "own").crs()
-        if layer.crs().isValid() and not own.isValid():
+            return self._save_raster(declared, layer, [_its_source(layer)])
+        why = raster_copy.held_by_the_map(layer, path)
+        if why:
+            return self._save_raster(declared, layer, why)
+        if layer.crs().isValid() and not QgsRasterLayer(path, "own").crs().isValid():
             self.crs_of_map = layer.crs().authid() or layer.crs().toWkt()
-        elif own != layer.crs():
-            message = _(
-                "{label}: the map has the layer '{layer}' in {crs}, its file says {own}; write the right one to the "
-                "file (Raster > Projections > Assign Projection)"
-            )
-            names = {"label": declared["label"], "layer": layer.name(), "crs": layer.crs().authid()}
-            raise QgsProcessingException(message.format(own=own.authid(), **names))
         return os.path.abspath(path)
 
-    def _save_raster(self, declared: dict[str, Any], layer: QgsRasterLayer) -> str:
+    def _save_raster(self, declared: dict[str, Any], layer: QgsRasterLayer, why: list[str]) -> str:
         path = QgsProcessingUtils.generateTempFilename(f"{_plain_name(layer)}.tif")
         provider = layer.dataProvider()
-        pipe = QgsRasterPipe()
-        size = (provider.xSize(), provider.ySize()) if provider is not None and pipe.set(provider.clone()) else (0, 0)
-        if not all(size):
+        if provider is None or not provider.xSize() or not provider.ySize():
             message = _("{label}: the layer '{layer}' is not in a file; save it as GeoTIFF first (Export > Save As)")
             raise QgsProcessingException(message.format(label=declared["label"], layer=layer.name()))
-        writer = QgsRasterFileWriter(path)
-        error = writer.writeRaster(pipe, *size, layer.extent(), layer.crs(), self.context.transformContext())
-        if getattr(error, "value", error) != 0:  # Qt 6 has enums that are no numbers
+        if not raster_copy.write(layer, path):
             message = _("{label}: the layer '{layer}' could not be saved")
             raise QgsProcessingException(message.format(label=declared["label"], layer=layer.name()))
-        self.saved[path] = layer.name()
-        self.feedback.pushInfo(_("{layer}: saved for the tool, because it is not in a file").format(layer=layer.name()))
+        self._tell_saved(layer, path, why)
         return path
+
+    def _tell_saved(self, layer: QgsMapLayer, path: str, why: list[str]) -> None:
+        self.saved[path] = layer.name()
+        message = _("{layer}: saved for the tool, because of {reasons}")
+        self.feedback.pushInfo(message.format(layer=layer.name(), reasons=", ".join(why)))
 
     def _save(self, layer: QgsVectorLayer, request: QgsFeatureRequest, why: list[str]) -> str:
         name = _plain_name(layer)
@@ -259,9 +254,7 @@ class Inputs:
         if outcome[0] != QgsVectorFileWriter.WriterError.NoError:
             message = _("The layer '{layer}' could not be saved for the tool: {why}")
             raise QgsProcessingException(message.format(layer=layer.name(), why=outcome[1]))
-        self.saved[path] = layer.name()
-        message = _("{layer}: saved for the tool, because of {reasons}")
-        self.feedback.pushInfo(message.format(layer=layer.name(), reasons=", ".join(why)))
+        self._tell_saved(layer, path, why)
         return path
 
 
@@ -279,7 +272,7 @@ def _file_of(layer: QgsVectorLayer) -> str:
 def _held_by_the_map(layer: QgsVectorLayer, path: str) -> list[str]:
     """What of a layer is not in its file."""
     if not path:
-        return [_("its source ({provider})").format(provider=layer.providerType())]
+        return [_its_source(layer)]
     why = []
     if layer.subsetString():
         why.append(_("its filter"))
@@ -292,6 +285,10 @@ def _held_by_the_map(layer: QgsVectorLayer, path: str) -> list[str]:
     if QgsVectorLayer(path, "own", "ogr").crs() != layer.crs():
         why.append(_("its CRS, which the map has set"))
     return why
+
+
+def _its_source(layer: QgsMapLayer) -> str:
+    return _("its source ({provider})").format(provider=layer.providerType())
 
 
 def _plain_name(layer: QgsMapLayer) -> str:

@@ -16,7 +16,7 @@ from qgis.PyQt.QtCore import QProcess
 from qgis.PyQt.QtGui import QIcon
 
 from .finding import HERE, SETTING, VARIABLE, Missing, environment, find, how_to_install, read_manifest
-from .language import _
+from .language import START, _, group_label
 
 START_MS = 60_000  # the first start after an installation compiles what Python reads
 
@@ -62,6 +62,12 @@ class CheckInstallation(QgsProcessingAlgorithm):
 
     def displayName(self) -> str:
         return _("Check installation")
+
+    def group(self) -> str:
+        return group_label(START)
+
+    def groupId(self) -> str:
+        return "start"
 
     def shortDescription(self) -> str:
         return _("Is the toolbox found, does it start, and is it of the plugin's version?")

@@ -15,6 +15,7 @@ from qgis.core import QgsApplication
 
 from .help_text import pieces, title
 
+START = "Start"  # the group of what one begins with
 LOCALE = Path(__file__).parent / "locale"
 
 
@@ -34,6 +35,12 @@ def title_of(part: str) -> str:
     return _(title(part))
 
 
+def group_label(name: str) -> str:
+    """A group of the toolbox; QGIS sorts them by name, so that the number keeps them in the order of the work."""
+    shown = {START: _("Start here"), "Prepare": _("Prepare"), "Simulate": _("Simulate"), "Evaluate": _("Evaluate")}
+    return f"{list(shown).index(name) + 1} · {shown[name]}"
+
+
 def translated(told: dict[str, Any]) -> dict[str, Any]:
     """A tool's declaration with all that a reader sees in QGIS's language."""
     parameters = [
@@ -41,7 +48,8 @@ def translated(told: dict[str, Any]) -> dict[str, Any]:
     ]
     return {
         **told,
-        **{name: _(told[name]) for name in ("label", "group", "summary")},
+        **{name: _(told[name]) for name in ("label", "summary")},
+        "group": group_label(told["group"]),
         "group_id": told["group"].lower(),
         "description": "\n\n".join(_(each) for each in pieces(told["description"])),
         "parameters": parameters,

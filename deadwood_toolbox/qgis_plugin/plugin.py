@@ -6,7 +6,7 @@ from typing import Any
 
 from qgis.core import QgsApplication
 from qgis.PyQt import QtGui, QtWidgets
-from qgis.PyQt.QtCore import Qt
+from qgis.PyQt.QtCore import Qt, QTimer
 from qgis.PyQt.QtWidgets import QMessageBox
 
 from .finding import read_manifest
@@ -25,11 +25,14 @@ class Plugin:
         self.actions: list[Any] = []
         self.page: Any = None
         self.panel: Any = None
+        self.dialog: Any = None
+        self.designers: list[Any] = []
 
     def initProcessing(self) -> None:
         """Called by QGIS with a window, and all that ``qgis_process`` calls."""
         self.provider = Provider(read_manifest())
         QgsApplication.processingRegistry().addProvider(self.provider)
+        self.provider.refreshAlgorithms()  # now with the model of its own tools
 
     def initGui(self) -> None:
         from .settings import PageFactory
@@ -37,8 +40,11 @@ class Plugin:
         self.initProcessing()
         explore = self._action("deadwood", _("Explore: sliding logs"), "deadwoodExploreOpen", self.explore)
         self.iface.addToolBarIcon(explore)
+        self._action("deadwood", _("Set up…"), "deadwoodSetupOpen", self.set_up)
         check = _("Check installation of the Deadwood Toolbox")
         self._action("deadwood", check, "deadwoodCheckInstallation", self.check)
+        design = _("Open 'Slope to report' in the Model Designer")
+        self._action("deadwood", design, "deadwoodOpenModel", self.design)
         self.page = PageFactory(icon("deadwood"))
         self.iface.registerOptionsWidgetFactory(self.page)
 
@@ -64,10 +70,41 @@ class Plugin:
     def check(self) -> None:
         """Tell in a message box what was found, or how to install what was not."""
         works, text = report()
-        show = QMessageBox.information if works else QMessageBox.warning
-        show(self.iface.mainWindow(), "Deadwood Toolbox", text)
+        icon = QMessageBox.Icon.Information if works else QMessageBox.Icon.Warning
+        box = QMessageBox(icon, "Deadwood Toolbox", text, QMessageBox.StandardButton.Ok, self.iface.mainWindow())
+        help_it = None if works else box.addButton(_("Set up…"), QMessageBox.ButtonRole.AcceptRole)
+        box.exec()
+        if help_it is not None and box.clickedButton() is help_it:
+            self.set_up()
+        self.refresh()
+
+    def refresh(self) -> None:
+        """The algorithms, and with them the toolbox's warning."""
         if self.provider is not None:
-            self.provider.refreshAlgorithms()  # and with them the toolbox's warning
+            self.provider.refreshAlgorithms()
+
+    def set_up(self) -> None:
+        """The window that installs, repairs and removes the toolbox's own environment."""
+        if self.dialog is None:
+            from .setup_dialog import SetupDialog
+
+            self.dialog = SetupDialog(self.iface, self.refresh, self.iface.mainWindow())
+        self.dialog.refresh()
+        self.dialog.show()
+        self.dialog.raise_()
+
+    def design(self) -> None:
+        from processing.modeler.ModelerDialog import ModelerDialog
+
+        from .slope_model import read
+
+        designer = ModelerDialog.create(read())
+        self.designers.append(designer)  # QGIS keeps no reference
+        designer.show()
+        designer.activate()
+        whole = designer.findChild(QAction, "mActionZoomFull")
+        if whole is not None:
+            QTimer.singleShot(0, whole.trigger)
 
     def unload(self) -> None:
         if self.provider is not None:
@@ -78,6 +115,10 @@ class Plugin:
             self.iface.removeDockWidget(self.panel)
             self.panel.deleteLater()
             self.panel = None
+        if self.dialog is not None:
+            self.dialog.setup.cancel()
+            self.dialog.deleteLater()
+            self.dialog = None
         if self.actions:
             self.iface.removeToolBarIcon(self.actions[0])
             for each in self.actions:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
-from qgis.core import QgsProcessingProvider
+from qgis.core import QgsApplication, QgsProcessingProvider
 from qgis.PyQt.QtGui import QIcon
 
 from .algorithm import ToolAlgorithm
 from .finding import HERE, Missing, find
 from .installation import CheckInstallation
 from .language import _, translated
+from .slope_model import SlopeToReport
+from .start_here import StartHere
 
 
 def icon(name: str) -> QIcon:
@@ -66,4 +68,7 @@ class Provider(QgsProcessingProvider):
         for told in self.manifest["tools"]:
             if told["qgis_id"]:
                 self.addAlgorithm(ToolAlgorithm(translated(told)))
+        self.addAlgorithm(StartHere())
         self.addAlgorithm(CheckInstallation())
+        if QgsApplication.processingRegistry().providerById(self.id()) is not None:
+            self.addAlgorithm(SlopeToReport())  # whose steps are found once the provider is known

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import closing
 from pathlib import Path
 from typing import Any, ClassVar
@@ -35,7 +35,7 @@ ORDER = (
     "barriers",
     "trees",
 )
-LAST = ("hit_count", "reach_probability", "danger", "deposit_count", "speed_max", "energy_max", "jump_max")
+LAST = ("hit_count", "reach_probability", "danger", "deposit_count", "speed_max", "energy_max", "jump_max", "dem")
 # What a run shows at first; the rest waits unticked in the group.
 SHOWN = ("reach", "deposits", "hit_count")
 RANK = "deadwood/rank"
@@ -70,14 +70,14 @@ class Results:
             if declared["widget"] == "output_folder":
                 if opens and declared["required"] and context.project() is not None:
                     title = f"{self.told['label']}: {Path(path).name}"
-                    _announce(sources_of_folder(path, self.left), title, context, context.project())
+                    announce(sources_of_folder(path, self.left), title, context, context.project())
             elif details is not None:
                 sources = sources_of_file(path)
                 if len(sources) > 1:
                     waiting = {uri: each for uri, each in waiting.items() if os.path.abspath(uri) != path}
                     context.setLayersToLoadOnCompletion(waiting)
                     title = f"{self.told['label']}: {Path(path).stem}"
-                    _announce(sources, title, context, details.project)
+                    announce(sources, title, context, details.project)
                 else:
                     details.setPostProcessor(Arrival.kept("", "", 0, True))
 
@@ -114,12 +114,20 @@ def rank(name: str) -> int:
     return 100 + LAST.index(name) if name in LAST else 50
 
 
-def _announce(sources: list[tuple[str, str]], group: str, context: QgsProcessingContext, project: QgsProject) -> None:
+def announce(
+    sources: list[tuple[str, str]],
+    group: str,
+    context: QgsProcessingContext,
+    project: QgsProject,
+    shown: Collection[str] = SHOWN,
+    titles: Mapping[str, str] | None = None,
+) -> None:
+    """Have QGIS load layers into a group, ticked where they are among those to be shown, or none of them is."""
     for name, source in sources:
-        title = title_of(name)
+        title = (titles or {}).get(name) or title_of(name)
         details = QgsProcessingContext.LayerDetails(title, project, title)
-        shown = name in SHOWN or not any(each in SHOWN for each, _ in sources)
-        details.setPostProcessor(Arrival.kept(title, group, rank(name), shown))
+        ticked = name in shown or not any(each in shown for each, _ in sources)
+        details.setPostProcessor(Arrival.kept(title, group, rank(name), ticked))
         context.addLayerToLoadOnCompletion(source, details)
 
 

@@ -56,14 +56,14 @@ def watch(event: str, values: tuple) -> None:
 
 
 if __name__ == "__main__":
-    from deadwood_algorithms.evaluate.protection import effect
+    from deadwood_algorithms.evaluate.protection import changed_scenes
     from deadwood_algorithms.simulate import chunks
     from deadwood_toolbox import cli
 
     number, moment, delay_s, folder = int(sys.argv[1]), int(sys.argv[2]), float(sys.argv[3]), sys.argv[5]
     victim = int(sys.argv[4]) or os.getpid()
     chunks.CHUNK, chunks.CHECKPOINT_S = 4, 0.0
-    effect.CHUNK = 20
+    changed_scenes.CHUNK = 20
     sys.argv = ["deadwood-tool", *sys.argv[6:]]
     sys.addaudithook(watch)
     try:

@@ -13,10 +13,18 @@ from collections.abc import Iterator
 from typing import Any
 
 import processing
-from qgis.core import QgsApplication, QgsProject, QgsRasterLayer, QgsVectorLayer
+from qgis.core import QgsApplication, QgsLayoutExporter, QgsProject, QgsRasterLayer, QgsVectorLayer
 from qgis.PyQt.QtCore import QTimer
-from qgis.PyQt.QtWidgets import QApplication, QDockWidget, QLineEdit, QTreeView
-from qgis.utils import iface
+from qgis.PyQt.QtWidgets import (
+    QApplication,
+    QDockWidget,
+    QLabel,
+    QLineEdit,
+    QListWidget,
+    QPushButton,
+    QTreeView,
+)
+from qgis.utils import iface, plugins
 
 SAMPLE, WORK, SHOTS = os.environ["SAMPLE"], os.environ["WORK"], os.environ.get("SHOTS", "")
 WAIT_MS = 300_000
@@ -128,7 +136,30 @@ def steps() -> Iterator[int]:
     dialog.show()
     yield 1500
     seen["dialog"] = dialog.windowTitle()
+    seen["labels"] = [each.text() for each in dialog.findChildren(QLabel)]
     picture("dialog", dialog)
+    report = processing.createAlgorithmDialog("deadwood:makereport", {"RUNS": f"{WORK}/one,{WORK}/other"})
+    report.resize(980, 560)
+    report.show()
+    yield 1000
+    listed = report.findChild(QListWidget, "deadwoodFolders")
+    seen["runs"] = [listed.item(k).text() for k in range(listed.count())]
+    seen["runs_value"] = report.createProcessingParameters()["RUNS"]
+    picture("runs", report)
+    report.close()
+    plugins["deadwood"].set_up()
+    yield 800
+    setup = plugins["deadwood"].dialog
+    seen["setup"] = [each.text() for each in setup.findChildren(QPushButton) if each.isVisible()]
+    picture("setup", setup)
+    setup.hide()
+    plugins["deadwood"].design()
+    yield 1500
+    designer = plugins["deadwood"].designers[0]
+    seen["steps"] = sorted(each for each in designer.model().childAlgorithms())
+    picture("model", designer)
+    designer.hide()
+    yield 300
     finished: list[bool] = []
     dialog.algorithmFinished.connect(lambda worked, results: finished.append(worked))
     dialog.runAlgorithm()
@@ -148,13 +179,25 @@ def steps() -> Iterator[int]:
     iface.mapCanvas().zoomByFactor(0.75)
     yield 3000
     picture("results", iface.mainWindow())
+    yield 500
     iface.addProject(f"{WORK}/first_run/project.qgz")
     yield 4000
     seen["project"] = tree_of(QgsProject.instance().layerTreeRoot())
+    if SHOTS:
+        settings = QgsLayoutExporter.ImageExportSettings()
+        settings.dpi = 100
+        sheet = QgsProject.instance().layoutManager().layouts()[0]
+        QgsLayoutExporter(sheet).exportToImage(f"{SHOTS}/layout.png", settings)
     controller = iface.mapCanvas().temporalController()
     seen["frames"] = controller.totalFrameCount()
     views = [each for each in iface.mainWindow().findChildren(QDockWidget) if each.windowTitle() == "Logs in 3D"]
     seen["views"] = len(views)
+    layers = dock("Layers")
+    seen["covered"] = [each.isFloating() or not layers.isVisible() for each in views]
+    if SHOTS:
+        yield 6000
+        whole = QApplication.primaryScreen().grabWindow(0)
+        whole.copy(iface.mainWindow().frameGeometry()).save(f"{SHOTS}/opened.png")
     for each in views:
         each.hide()
     if SHOTS:

@@ -24,6 +24,7 @@ from qgis.core import (
     QgsProcessingOutputLayerDefinition,
     QgsProject,
     QgsRasterLayer,
+    QgsRasterRange,
     QgsVectorFileWriter,
     QgsVectorLayer,
 )
@@ -140,6 +141,27 @@ sample("dem_in_degrees", layer, DEM=QgsRasterLayer(f"{WORK}/degrees.tif", "terra
 unnamed = QgsRasterLayer(f"{WORK}/unnamed.tif", "terrain without CRS")
 unnamed.setCrs(QgsCoordinateReferenceSystem("EPSG:2056"))
 sample("dem_named_in_the_map", layer, DEM=unnamed)
+
+
+def assess(case: str, terrain: Any) -> None:
+    given = {"DEM": terrain, "FRICTION": 0.25, "THRESHOLD": 0.35, "OUTPUT": f"{WORK}/{case}.tif"}
+    outcomes[case] = run("assessmobilisation", **given)
+
+
+for case in ("heights", "heights_with_holes", "heights_with_pits"):
+    assess(f"{case}_in_the_file", f"{WORK}/{case}.tif")
+holed = QgsRasterLayer(f"{WORK}/heights.tif", "Heights with holes of the map")
+holed.dataProvider().setUserNoDataValue(1, [QgsRasterRange(1150.0, 1180.0), QgsRasterRange(1300.0, 1301.0)])
+assess("heights_with_holes_in_the_map", holed)
+whole = QgsRasterLayer(f"{WORK}/heights_with_holes.tif", "Heights without holes")
+whole.dataProvider().setUseSourceNoDataValue(1, False)
+assess("nodata_switched_off", whole)
+feet = QgsRasterLayer(f"{WORK}/heights_in_feet.tif", "Heights in feet")
+feet.dataProvider().setUserNoDataValue(1, [QgsRasterRange(1150.0, 1180.0)])
+assess("feet_of_a_copy", feet)
+moved = QgsRasterLayer(f"{WORK}/heights.tif", "Heights in another CRS")
+moved.setCrs(QgsCoordinateReferenceSystem("EPSG:3034"))
+assess("crs_of_the_map_for_a_raster", moved)
 
 outcomes["temporary"] = run("makelog", OUTPUT="TEMPORARY_OUTPUT", OPEN_RESULTS=False)
 outcomes["folder"] = run(

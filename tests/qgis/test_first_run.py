@@ -28,11 +28,28 @@ def named(rows: list[dict[str, Any]], name: str) -> dict[str, Any]:
 
 
 def test_the_toolbox_shows_every_tool_in_its_group(seen):
-    expected: dict[str, list[str]] = {"Check installation": []}
-    for tool in TOOLS:
-        if tool.in_qgis:
-            expected.setdefault(tool.group, []).append(tool.label)
+    expected = {"1 · Start here": ["Begin: the demo slope", "Slope to report", "Check installation"]}
+    order = list(dict.fromkeys(tool.group for tool in TOOLS))
+    for number, group in enumerate(order, 2):
+        expected[f"{number} · {group}"] = [tool.label for tool in TOOLS if tool.in_qgis and tool.group == group]
     assert seen["toolbox"] == {group: sorted(labels) for group, labels in expected.items()}
+    assert list(seen["toolbox"]) == sorted(expected)
+
+
+def test_the_dialog_asks_for_what_is_needed_and_no_more(seen):
+    """One of friction, layer and name is needed, so that the first is not marked as optional."""
+    assert "Friction coefficient" in seen["labels"]
+    assert "Barriers [optional]" in seen["labels"]
+
+
+def test_runs_are_a_list_of_folders(seen):
+    assert [Path(each).name for each in seen["runs"]] == ["one", "other"]
+    assert seen["runs_value"] == ",".join(seen["runs"])
+
+
+def test_the_plugin_offers_to_set_itself_up_and_its_model(seen):
+    assert seen["setup"] == ["Install", "Remove", "Close"]
+    assert seen["steps"] == ["report", "sample", "slide"]
 
 
 def test_the_results_of_a_run_arrive_styled_and_in_a_group_of_their_own(seen):
@@ -67,6 +84,7 @@ def test_the_project_of_the_run_opens_with_everything_in_place(seen):
     }
     assert seen["frames"] > 20
     assert seen["views"] <= 1  # from 3.24 on the 3-D view waits in the menu
+    assert not any(seen["covered"])  # it stands beside the map
 
 
 @pytest.mark.parametrize("name", ["toolbox", "dialog", "log", "results", "animation"])

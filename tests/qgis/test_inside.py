@@ -28,17 +28,37 @@ def write_dem(path: Path, crs: str | None, west: float, north: float, cell: floa
         made.write(np.repeat(np.linspace(1200, 1000, 300, dtype="float32")[:, None], 300, axis=1), 1)
 
 
+def write_heights(folder: Path) -> None:
+    """The sample's heights: whole, with two layers of cells that are nodata, with pits in their place, and in feet."""
+    with rasterio.open(SAMPLE / "dem.tif") as sample:
+        heights = (sample.read(1, masked=True) * sample.scales[0] + sample.offsets[0]).filled(1000.0)
+        facts = {"driver": "GTiff", "dtype": "float32", "count": 1, "crs": sample.crs, "transform": sample.transform}
+    holes = ((heights >= 1150.0) & (heights <= 1180.0)) | ((heights >= 1300.0) & (heights <= 1301.0))
+    pits = np.where(holes, -500.0, heights)
+    for name, values, nodata, unit in (
+        ("heights", heights, None, "metre"),
+        ("heights_with_holes", pits, -500.0, "metre"),
+        ("heights_with_pits", pits, None, "metre"),
+        ("heights_in_feet", heights, None, "ft"),
+    ):
+        size = {"height": heights.shape[0], "width": heights.shape[1]}
+        with rasterio.open(folder / f"{name}.tif", "w", nodata=nodata, **facts, **size) as made:
+            made.write(values.astype("float32"), 1)
+            made.units = (unit,)
+
+
 @pytest.fixture(scope="module")
 def told(qgis, tmp_path_factory: pytest.TempPathFactory) -> dict:
     """What came of the cases of ``inside.py``."""
     work = tmp_path_factory.mktemp("inside")
     write_dem(work / "degrees.tif", "EPSG:4326", 9.43, 46.91, 1e-5)
     write_dem(work / "unnamed.tif", None, 2_786_000.0, 1_196_400.0, 1.0)
+    write_heights(work)
     words = [SYSTEM_PYTHON, HERE / "inside.py", SAMPLE, work, qgis.folder / "plugins"]
     ran = subprocess.run(words, env=qgis.environment, capture_output=True, text=True, timeout=200)
     line = next((each for each in ran.stdout.splitlines() if each.startswith("JSON")), None)
     assert line is not None, ran.stdout[-2000:] + ran.stderr[-3000:]
-    return json.loads(line.removeprefix("JSON"))
+    return json.loads(line.removeprefix("JSON")) | {"work": work}
 
 
 @pytest.mark.parametrize(
@@ -88,6 +108,46 @@ def test_what_cannot_work_is_refused_before_the_tool_starts(told, case, words):
 def test_a_crs_that_only_the_map_knows_is_passed_on(told):
     assert told["dem_named_in_the_map"]["worked"], told["dem_named_in_the_map"]["said"]
     assert told["dem_named_in_the_map"]["crs"] == "EPSG:2056"
+
+
+@pytest.mark.parametrize(
+    ("case", "like", "why"),
+    [
+        ("heights_with_holes_in_the_map", "heights_with_holes", "the cells without data that its properties name"),
+        ("nodata_switched_off", "heights_with_pits", "the nodata of the file, which its properties switch off"),
+    ],
+)
+def test_nodata_of_the_layers_properties_is_what_the_tool_gets(told, case, like, why):
+    """The same raster, to the bit, as from a file that says so itself, and another one than without."""
+    assert told[case]["worked"], told[case]["said"]
+    assert any(why in line for line in told[case]["said"])
+    made, of_file, other = (read(told["work"] / f"{name}.tif") for name in (case, f"{like}_in_the_file", OTHER[like]))
+    for each in (of_file, made):
+        assert (np.ma.getmaskarray(each) != np.ma.getmaskarray(other)).sum() > 1000
+    assert (np.ma.getmaskarray(made) == np.ma.getmaskarray(of_file)).all()
+    assert (made.filled(0.0) == of_file.filled(0.0)).all()
+
+
+OTHER = {"heights_with_holes": "heights_in_the_file", "heights_with_pits": "heights_with_holes_in_the_file"}
+
+
+def test_the_unit_of_the_heights_comes_along_in_a_copy(told):
+    outcome = told["feet_of_a_copy"]
+    assert not outcome["worked"]
+    assert any("Heights in feet" in line and "ft" in line for line in outcome["said"]), outcome["said"]
+
+
+def test_a_raster_has_the_crs_that_the_map_has_set(told):
+    outcome = told["crs_of_the_map_for_a_raster"]
+    assert outcome["worked"], outcome["said"]
+    assert any("its CRS, which the map has set" in line for line in outcome["said"])
+    with rasterio.open(told["work"] / "crs_of_the_map_for_a_raster.tif") as made:
+        assert made.crs.to_epsg() == 3034
+
+
+def read(path: Path) -> np.ma.MaskedArray:
+    with rasterio.open(path) as made:
+        return made.read(1, masked=True)
 
 
 def test_a_temporary_folder_and_the_layers_of_a_run(told):

@@ -15,6 +15,12 @@ from deadwood_toolbox.shelf import TOOLS, find
 IN_QGIS = [tool for tool in TOOLS if tool.in_qgis]
 
 
+def numbered(group: str) -> str:
+    """As QGIS sorts the groups by name: by the order in which the command lists them, after what one begins with."""
+    order = list(dict.fromkeys(tool.group for tool in TOOLS))
+    return f"{order.index(group) + 2} · {group}"
+
+
 @pytest.fixture(scope="module")
 def listed(qgis) -> dict:
     ran = qgis("--json", "list")
@@ -24,10 +30,11 @@ def listed(qgis) -> dict:
 
 def test_every_tool_of_the_shelf_is_listed_in_its_group(listed):
     algorithms = listed["algorithms"]
-    expected = {tool.qgis_id: (tool.label, tool.group) for tool in IN_QGIS}
-    found = {name: (each["name"], each["group"]) for name, each in algorithms.items()}
-    assert found.pop("deadwood:checkinstallation")[0] == "Check installation"
-    assert found == expected
+    start = {"checkinstallation": "Check installation", "slopetoreport": "Slope to report"}
+    start["starthere"] = "Begin: the demo slope"
+    expected = {tool.qgis_id: (tool.label, numbered(tool.group)) for tool in IN_QGIS}
+    expected |= {f"deadwood:{name}": (label, "1 · Start here") for name, label in start.items()}
+    assert {name: (each["name"], each["group"]) for name, each in algorithms.items()} == expected
     assert listed["version"] == VERSION
 
 
@@ -50,6 +57,8 @@ def test_parameters_are_those_of_the_declaration(qgis, name):
         assert (parameter.unit in one["description"]) or not parameter.unit
         assert bool(int(raw["flags"]) & 2) == parameter.advanced
         assert bool(int(raw["flags"]) & 8) == (parameter.optional or parameter.kind == "number_or_layer")
+        if parameter.unless:  # one of the two, so that neither is marked as optional
+            assert raw["metadata"]["widget_wrapper"]["class"].endswith(".NumberOrLayer")
         if parameter.kind in ("number", "integer") and parameter.minimum is not None:
             assert float(raw["min"]) == parameter.minimum
         if parameter.kind == "choice":
@@ -121,7 +130,7 @@ def test_qgis_in_german_shows_the_tools_in_german(qgis):
         wrong = qgis("run", "deadwood:makelog", "--", "OUTPUT=log", DEADWOOD_TOOL="nowhere")
     assert shown.status == 0, shown.err[-3000:]
     told = shown.document["algorithm_details"]
-    assert (told["id"], told["name"], told["group"]) == ("deadwood:slidelogs", "Stämme rutschen lassen", "Simulieren")
+    assert (told["name"], told["group"]) == ("Stämme rutschen lassen", "3 · Simulieren")
     assert shown.document["parameters"]["FRICTION"]["description"] == "Reibungskoeffizient"
     assert "Eine Zahl, ein Raster oder Polygone mit einem Feld" in " ".join(html.unescape(panel.out).split())
     assert "DEADWOOD_TOOL nennt nowhere, doch dort ist kein deadwood-tool" in wrong.err

@@ -237,7 +237,7 @@ def test_a_friction_that_is_missing_is_named(qgis, work, tmp_path):
     words = (f"{key.upper()}={value}" for key, value in case.items() if key != "friction")
     ran = qgis("run", "deadwood:slidelogs", "--", *words)
     assert ran.status == 1
-    assert "--friction is missing (Friction coefficient)" in ran.err
+    assert "'Friction coefficient' is missing: a number, a layer, or 'Friction coefficient by name'" in ran.err
 
 
 def test_friction_may_be_a_layer_but_not_both(qgis, work, tmp_path):

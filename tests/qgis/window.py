@@ -113,7 +113,9 @@ def main() -> None:
         seen = explored(qgis.environment, SAMPLE, folder / "explored", folder / "explored")
         assert "error" not in seen, seen["error"]
         PICTURES.mkdir(exist_ok=True)
-        for shot in [*sorted((folder / "shots").glob("*.png")), folder / "explored" / "explore.png"]:
+        page = (PICTURES.parent / "README.md").read_text(encoding="utf-8")
+        shots = [*sorted((folder / "shots").glob("*.png")), folder / "explored" / "explore.png"]
+        for shot in (each for each in shots if f"(pictures/{each.name})" in page):
             small(shot, PICTURES / shot.name)
             print(f"wrote {PICTURES / shot.name}")
 

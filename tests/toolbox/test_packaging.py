@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from deadwood_algorithms.params.tool import VERSION
+from deadwood_toolbox import plugin_zip
 
 yaml = pytest.importorskip("yaml")
 ROOT = Path(__file__).parents[2]
@@ -95,7 +96,9 @@ def test_the_wheel_takes_sample_data_that_exist():
     taken = PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]["force-include"]
     there = {f"sample_data/{each.name}" for each in (ROOT / "sample_data").iterdir() if each.suffix != ".py"}
     there = {each for each in there if not each.endswith((".aux.xml", "__pycache__"))}
-    assert set(taken) == there
+    pictures = {each.relative_to(ROOT).as_posix() for each in plugin_zip.pictures()}  # of the plugin's help pages
+    assert len(pictures) > 3
+    assert set(taken) == there | pictures
     assert all(inside == f"deadwood_toolbox/{outside}" for outside, inside in taken.items())
 
 

@@ -69,7 +69,7 @@ class Ensemble:
     ) -> list[list[Arrays]]:
         """Of each variant, what is kept of each chunk of the logs.
 
-        wanted : names of `what_logs_did`; hits : whether the cells that were hit are kept, too
+        wanted : names of `outcomes_of_logs`; hits : whether the cells that were hit are kept, too
         borders : numbers of logs after which a chunk ends
         """
         load_kernels(self.layers.shape, self.feedback)
@@ -108,7 +108,7 @@ class Ensemble:
             result, sides = slide_batch(
                 layers, batch(parts[0]), variant.simulation, report, rasters=rasters, later=later
             )
-            did = what_logs_did(result, layers.lines, some)
+            did = outcomes_of_logs(result, layers.lines, some)
             return did | (cells_hit(rasters, layers) if rasters and not sides else {}), sides
 
         did, self.layers = until_none_escapes(self.layers, variant.simulation, slide_part, self.feedback)
@@ -127,7 +127,7 @@ def open_ensemble(
         yield Ensemble(simulation, layers, released, logs, feedback)
 
 
-def what_logs_did(result: Result, lines: Items, releases: Releases) -> Arrays:
+def outcomes_of_logs(result: Result, lines: Items, releases: Releases) -> Arrays:
     """By log; ``cpu_s`` of all together."""
     end, start = result.end_position, result.release_position
     by_name = ("speed_max", "jump_max", "penetration_max", "energy_error", "steps", "unconverged")

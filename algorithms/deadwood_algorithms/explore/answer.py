@@ -16,8 +16,9 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from deadwood_algorithms.evaluate.protection.effect import Question as Slid
-from deadwood_algorithms.evaluate.protection.effect import farthest_listed, held_by
+from deadwood_algorithms.evaluate.protection.baseline import held_by
+from deadwood_algorithms.evaluate.protection.near_candidates import farthest_listed
+from deadwood_algorithms.evaluate.protection.rerun import Rerun
 from deadwood_algorithms.explore.questions import MOST_POSED, Changes, Question
 from deadwood_algorithms.files.grid import Part
 from deadwood_algorithms.params.tool import UserError
@@ -206,7 +207,7 @@ class Answer:
 
     def concerned(self, base: Base) -> NDArray[np.int64]:
         """The logs of a batch that the changes can matter to: all, where they change the rule of the steps."""
-        rule = Slid(self.simulation, self.releases).rule_of_steps
+        rule = Rerun(self.simulation, self.releases).rule_of_steps
         if rule(self.edited) != rule(self.layers):
             return np.arange(base.number)
         trees = ~base.by_barrier & np.isin(base.item, self.changes.fell)

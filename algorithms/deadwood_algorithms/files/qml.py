@@ -108,6 +108,26 @@ def intervals(start_field: str, end_field: str) -> str:
     )
 
 
+def appears(day: tuple[int, int, int], seconds_field: str) -> str:
+    """Each feature is shown from some seconds after the start of a day on, and stays.
+
+    A time that is added to a date loses the parts of its seconds in QGIS, and one made of an epoch has a time zone.
+    """
+    seconds = f'"{seconds_field}"'
+    parts = (
+        *map(str, day),
+        f"floor({seconds} / 3600)",
+        f"floor({seconds} / 60) % 60",
+        f"{seconds} - 60 * floor({seconds} / 60)",
+    )
+    moment = f"make_datetime({', '.join(parts)})"
+    return (
+        '<temporal enabled="1" mode="4" startField="" endField="" durationField="" '
+        f'startExpression={quoteattr(moment)} endExpression="" durationUnit="s" fixedDuration="0" accumulate="0" '
+        'limitMode="0"><fixedRange><start></start><end></end></fixedRange></temporal>'
+    )
+
+
 # --- the 3-D view ---------------------------------------------------------------------------------------------------
 
 

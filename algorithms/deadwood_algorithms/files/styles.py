@@ -152,8 +152,16 @@ def _reach(frame: geopandas.GeoDataFrame, kind: str) -> Style:
     for k, low in enumerate(_SHARES[:-1]):
         label = f"{100 * low:g} to {100 * _SHARES[k + 1]:g} %"
         rows.append((low, _SHARES[k + 1], label, _plain(kind, HITS[k + 1], float(widths[k]))))
-    text = "\"line_id\" || ': ' || format_number(100 * \"p\", 1) || ' %'"
+    text = f"\"line_id\" || ': ' || {_SHARE} || ' %'"
     return Style(qml.graduated("p", rows) + qml.labels(text), labelled=True)
+
+
+# As `percent_with_interval` says it: no log, and every log, is a bound and no number.
+_SHARE = (
+    'CASE WHEN "n_reach" = 0 THEN \'< \' || format_number(100 * "ci_high", 1) '
+    'WHEN "n_reach" = "n_total" THEN \'> \' || format_number(100 * "ci_low", 1) '
+    'ELSE format_number(100 * "p", 1) END'
+)
 
 
 def _blocks(frame: geopandas.GeoDataFrame, kind: str) -> Style:

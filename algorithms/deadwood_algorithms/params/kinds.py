@@ -44,6 +44,7 @@ class Parameter:
     # Of an output: the layers and files in it that other programs chain on, such as 'run.gpkg|layername=deposits'.
     parts: tuple[str, ...] = ()
     optional: bool = False
+    unless: str = ""  # optional only because that parameter may stand for it
     advanced: bool = False
     group: str = ""  # a heading of its own in the help, for parameters that belong together
     positional: bool = False  # on the command line it may stand without its flag; several with commas, or one by one
@@ -330,6 +331,8 @@ KINDS = {
     "choice": Kind(metavar="", check=_check_choice),
     "flag": Kind(metavar="", check=_check_flag, json_as_it_is=True, switch=True),
     "text": Kind(metavar="TEXT", number_as_text=True, lists=True),
+    "folders": Kind(metavar="FOLDER,...", number_as_text=True, lists=True),
+    "results": Kind(metavar="RESULT,...", number_as_text=True, lists=True),
     "field": Kind(metavar="FIELD"),
     "crs": Kind(metavar="CRS", crs=True),
     "output_raster": Kind(metavar="FILE.tif", direction="output", check=_check_output, ending=".tif"),

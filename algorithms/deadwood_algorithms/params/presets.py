@@ -295,7 +295,7 @@ class BarrierClasses:
 UNCHECKED = "from memory, not checked"
 TESTED = (
     "they are tested with compact blocks in the middle of a net: a slender log may pass through rings or load a net "
-    "otherwise (the paper, 6.3), so a person decides"
+    "otherwise (the paper, 6.3): an expert must judge that"
 )
 BARRIERS = {
     each.name: each

@@ -11,7 +11,7 @@ from __future__ import annotations
 import dataclasses
 import os
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
@@ -152,6 +152,16 @@ def flag(label: str, **facts: Any) -> Any:
 
 def text(label: str, **facts: Any) -> Any:
     return ask("text", label, **facts)
+
+
+def folders(label: str, **facts: Any) -> Any:
+    """Folders of runs, as one text with commas."""
+    return ask("folders", label, path_like=True, **facts)
+
+
+def results(label: str, **facts: Any) -> Any:
+    """Folders and layers of results, as one text with commas."""
+    return ask("results", label, path_like=True, **facts)
 
 
 def field_of(parent: str, label: str, **facts: Any) -> Any:
@@ -367,6 +377,14 @@ def final_place(path: str | Path) -> str:
     return named
 
 
+class TakesPresets:
+    """Base of an ``Ask`` whose options a preset may set by name."""
+
+    def taken_presets(self) -> Sequence[Any]:
+        """What was taken by name (``presets.Taken``)."""
+        raise NotImplementedError
+
+
 def manifest(tool: Tool, ask: Any, **facts: Any) -> dict[str, Any]:
     """What a run was made of, and by which version and engine; the file works as ``--config`` of the same tool.
 
@@ -377,7 +395,7 @@ def manifest(tool: Tool, ask: Any, **facts: Any) -> dict[str, Any]:
     places = [values[each.name] for each in tool.parameters() if each.kind == "output_folder" and values[each.name]]
     where = {"folder": places[0]} if places else {}
     said = {"tool": tool.name, "version": VERSION, "engine": engine_digest(), **where}
-    presets = [each.record for each in ask.taken_presets()] if hasattr(ask, "taken_presets") else []
+    presets = [each.record for each in ask.taken_presets()] if isinstance(ask, TakesPresets) else []
     by_name = {"presets": presets} if presets else {}
     return {**said, "parameters": values, **by_name, **facts}
 

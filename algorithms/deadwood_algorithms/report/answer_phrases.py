@@ -27,7 +27,7 @@ ANSWER_PHRASES = {
     "siting_note": (
         "First those chosen, one after the other, each with all before it; then the candidates alone that no other"
         " one beats that is neither longer nor higher. The best of many was picked by these logs and serves others"
-        " a little less. Barriers are rigid here; where one can be founded, and what it costs, a person decides."
+        " a little less. Barriers are rigid here; where one can be founded, and at what cost, an expert must judge."
     ),
     "siting_none": "None was chosen: no candidate keeps more logs away than chance could.",
     "alone": "alone",
@@ -39,15 +39,15 @@ ANSWER_PHRASES = {
     "barrier_class": "class",
     "class_note": (
         "Class: the weakest of {name} that holds that energy, and the upper end of its interval ({source}). The "
-        "classes are tested with compact blocks; a slender log may pass through rings or load a net otherwise, so "
-        "a person decides."
+        "classes are tested with compact blocks; a slender log may pass through rings or load a net otherwise: "
+        "an expert must judge that."
     ),
     "chosen_barrier": "barrier that is chosen",
     "intensity": "Classes of intensity and probability",
     "intensity_rule": (
         "The classes of 30 and 300 kJ and of 30, 100 and 300 years are those of the Swiss federal recommendations "
-        "for falls of rock (BRP, BWW, BUWAL 1997; BAFU 2016); other bounds are the user's. Which hazard follows, "
-        "and whether they suit wood, a person decides."
+        "for falls of rock (BRP, BWW, BUWAL 1997; BAFU 2016); other bounds are the user's. Which hazard "
+        "follows, and whether they suit wood, is for an expert to decide."
     ),
     "intensity_map": "Energy of the logs",
     "class_and_above": "this class and above [ha]",

@@ -1,6 +1,6 @@
 """The sections on what other tools found out about a run: worth, barriers, classes, origins, what the answer hangs on.
 
-What the tool said of itself, and that a person decides, stands beside its numbers.
+What the tool said of itself, and what is left to an expert, stands beside its numbers.
 """
 
 from __future__ import annotations

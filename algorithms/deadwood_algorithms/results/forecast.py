@@ -1,4 +1,4 @@
-"""What a run will take, told from a pilot: so many of its logs, evenly drawn, slid and written in a folder that goes.
+"""What a run will take, told from what a pilot took: time, memory and disk (``plan`` slides the pilot).
 
 Time: what the pilot's logs took each, times all of them, and what a run takes beside the sliding. Memory: the most that
 this process has held at the pilot's end, and what each further log adds. Disk: the pilot's files, of which those with a
@@ -12,21 +12,13 @@ import math
 import os
 import shutil
 import sys
-import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
-import numpy as np
-
 from deadwood_algorithms.files.free_memory import GIB, SHARE, free_bytes
-from deadwood_algorithms.params.tool import Feedback, Outcome, ProgressOnly, UserError
-from deadwood_algorithms.params.where import Where
-from deadwood_algorithms.simulate.sliding import metered
-from deadwood_algorithms.simulate.warm_up import load_kernels
-from deadwood_algorithms.simulate.workers import NobodySlides
+from deadwood_algorithms.params.tool import UserError
 
 # Of results that have a row per log [bytes]: what is held in memory while they are written, and what the working folder
 # has of a log and of a cell that any log passed (two states of the rasters are kept).
@@ -86,101 +78,6 @@ class Forecast:
     threads: int
     workers: int
     workers_s: float
-
-
-def planned(
-    slide_few: Callable[[Path], tuple[Pilot, int]], output: str, where: Where, workers: int, kept: int | None = 0
-) -> Outcome:
-    """What ``--plan`` tells: the forecast from a pilot in a folder that goes.
-
-    Parameters
-    ----------
-    slide_few : slides the pilot into a folder; gives what it took, and how many logs the run itself would slide
-    workers : for which the time is told as well; kept : logs that keep their trajectory, None for all
-    """
-    with TemporaryDirectory(prefix="deadwood-plan-") as folder:
-        took, logs = slide_few(Path(folder) / "pilot")
-    found = forecast(took, logs, logs if kept is None else min(kept, logs), threads=where.cores, workers=workers)
-    refuse_too_large(found, output)
-    return Outcome({}, {**facts_of_forecast(found, output), "pilot": vars(took)}, words_of_forecast(found, output))
-
-
-def planned_from_few(
-    run_few: Callable[[str, int, Feedback], object],
-    of_one: int,
-    logs: int,
-    output: str,
-    where: Where,
-    workers: int,
-    feedback: Feedback,
-) -> Outcome:
-    """What ``--plan`` tells of a tool that slides the same logs several times, from its own run with a few of them.
-
-    Parameters
-    ----------
-    run_few : runs the tool with so many logs, to an output in a folder that goes
-    of_one : logs of that run; logs : of the run that is asked for
-    """
-
-    def slide_few(place: Path) -> tuple[Pilot, int]:
-        load_kernels(None, feedback)  # a compilation is no part of what is forecast
-        place.mkdir()
-        few, began = min(of_one, logs), time.perf_counter()
-        with metered() as meter:
-            try:
-                run_few(str(place / Path(output).name), few, ProgressOnly(feedback))
-            except NobodySlides:
-                raise
-            except UserError as error:
-                raise UserError(f"--plan, with a pilot of {few} logs: {error}") from error
-        whole_s = time.perf_counter() - began
-        files = [each for each in place.rglob("*") if each.is_file()]
-        # the same logs again and again: they tell no more of all than themselves
-        spread = meter.spread * math.sqrt(meter.logs / few)
-        took = Pilot(
-            logs=meter.logs, kept=0, cpu_s=meter.cpu_s, slide_s=meter.wall_s, other_s=max(0.0, whole_s - meter.wall_s),
-            memory=most_held(), files={each.name: each.stat().st_size for each in files}, passed_cells=0, vertices=0,
-            spread=spread,
-        )  # fmt: skip
-        return took, round(meter.logs * logs / few)
-
-    return planned(slide_few, output, where, workers)
-
-
-def pilot_from(folder: Path, whole_s: float) -> Pilot:
-    """Read what a pilot left, that took so long from its beginning to its end."""
-    import json
-
-    import pyogrio
-    import rasterio
-    import shapely
-
-    from deadwood_algorithms.results.checked import SUMMARY
-    from deadwood_algorithms.results.run_folder import GEOPACKAGE, layers_in
-
-    summary = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
-    cost, logs = summary["cost"], summary["logs"]["released"]
-    package = folder / GEOPACKAGE
-    deposits = pyogrio.read_dataframe(package, layer="deposits", columns=["duration_s"], read_geometry=False)
-    run = deposits["duration_s"].to_numpy(np.float64)
-    kept, vertices = 0, 0
-    if "trajectories" in layers_in(folder):
-        shapes = pyogrio.read_dataframe(package, layer="trajectories", columns=[]).geometry.to_numpy()
-        kept, vertices = len(shapes), int(shapely.get_num_coordinates(shapes).sum())
-    with rasterio.open(folder / "hit_count.tif") as source:
-        passed = int(np.count_nonzero(source.read(1))) if source.width * source.height <= 2**28 else 0
-    return Pilot(
-        logs=logs,
-        kept=kept,
-        cpu_s=cost["cpu_s"],
-        slide_s=cost["wall_s"],
-        other_s=max(0.0, whole_s - cost["wall_s"]),
-        memory=most_held(),
-        files={each.name: each.stat().st_size for each in folder.iterdir()},
-        passed_cells=passed,
-        vertices=vertices,
-        spread=float(run.std() / run.mean()) if run.mean() > 0.0 else 0.0,
-    )
 
 
 def forecast(pilot: Pilot, logs: int, kept: int, *, threads: int, workers: int) -> Forecast:

@@ -15,7 +15,7 @@ from deadwood_algorithms.results.scenario import WHYS, slip_record
 from deadwood_algorithms.scene.layers import SceneLayers
 
 if TYPE_CHECKING:
-    from deadwood_algorithms.results.asked import Asked
+    from deadwood_algorithms.results.run_settings import RunSettings
 
 BETWEEN = "; "  # two clauses
 AMONG = ", "  # the clauses of a list, which fill the gap {parts} of another
@@ -89,10 +89,10 @@ def told(
     return BETWEEN.join(filled(each) for each in clauses)
 
 
-def modelled(asked: Asked, layers: SceneLayers, counted: Mapping[str, Any]) -> dict[str, list[Clause]]:
+def modelled(settings: RunSettings, layers: SceneLayers, counted: Mapping[str, Any]) -> dict[str, list[Clause]]:
     """What of the scene was modelled, and what was not and why; ``counted`` as of `counted_of`."""
     (ny, nx), scene = layers.dem.shape, layers.scene
-    apart = _apart(asked.scene.tree_restitution, asked.scene.barrier_restitution)
+    apart = _apart(settings.scene.tree_restitution, settings.scene.barrier_restitution)
     lying, pieces = len(layers.lying.ids), len(scene.arrays.lying.owner)
 
     def standing(name: str) -> list[Clause]:
@@ -103,16 +103,16 @@ def modelled(asked: Asked, layers: SceneLayers, counted: Mapping[str, Any]) -> d
     found = {
         "terrain": [_clause("terrain", nx=nx, ny=ny, cell_m=layers.dem.cell)],
         "window": _window(layers),
-        "friction": _friction(asked, layers),
-        "restitution": [_clause("restitution", e=asked.scene.restitution), *apart],
-        "rolling_friction": [_rolling(asked, layers)],
+        "friction": _friction(settings, layers),
+        "restitution": [_clause("restitution", e=settings.scene.restitution), *apart],
+        "rolling_friction": [_rolling(settings, layers)],
         "logs": [_logs(layers), _clause("whole_logs")],
         "trees": [*standing("trees"), *_breaking(layers)] if layers.tree_ids else [],
         "barriers": [_clause("barriers", n=len(layers.barriers.ids))] if scene.barrier_count else [],
         "lying_logs": [_clause("lying", n=lying, pieces=pieces)] if lying else [],
         "blocks": standing("blocks") if layers.blocks.ids else [],
         "lines": [_clause("lines", n=len(layers.lines.ids))] if layers.lines.ids else [],
-        "outputs": _outputs(asked, layers),
+        "outputs": _outputs(settings, layers),
     }
     return {name: clauses or [_clause("absent")] for name, clauses in found.items()}
 
@@ -127,16 +127,16 @@ def _apart(trees: float | None, barriers: float | None) -> list[Clause]:
     return [_clause(name, value=value) for name, value in own if value is not None]
 
 
-def _friction(asked: Asked, layers: SceneLayers) -> list[Clause]:
+def _friction(settings: RunSettings, layers: SceneLayers) -> list[Clause]:
     mu = layers.friction
     if isinstance(mu, np.ndarray):
         on_dem = mu[np.isfinite(layers.dem.values)]
         ground = _clause("friction_map", low=float(on_dem.min()), high=float(on_dem.max()))
     else:
         ground = _clause("friction", mu=float(mu))
-    law = slip_record(asked.scene)
+    law = slip_record(settings.scene)
     slip = [_clause("slip", most=law["friction_max"], kappa=law["kappa_per_m"], beta=law["beta_per_s"])] if law else []
-    return [ground, *slip, *_apart(asked.scene.tree_friction, asked.scene.barrier_friction)]
+    return [ground, *slip, *_apart(settings.scene.tree_friction, settings.scene.barrier_friction)]
 
 
 def _breaking(layers: SceneLayers) -> list[Clause]:
@@ -144,10 +144,10 @@ def _breaking(layers: SceneLayers) -> list[Clause]:
     return [_clause("breaking", kj=law.capacity_kj, power=law.power)] if law else []
 
 
-def _rolling(asked: Asked, layers: SceneLayers) -> Clause:
+def _rolling(settings: RunSettings, layers: SceneLayers) -> Clause:
     if layers.shape:
         return _clause("rolling_cloud")
-    coefficient = asked.scene.rolling_friction
+    coefficient = settings.scene.rolling_friction
     return _clause("rolling", c=coefficient) if coefficient else _clause("rolling_none")
 
 
@@ -169,11 +169,11 @@ def _window(layers: SceneLayers) -> list[Clause]:
     return [window, _clause("window_is_enough")]
 
 
-def _outputs(asked: Asked, layers: SceneLayers) -> list[Clause]:
+def _outputs(settings: RunSettings, layers: SceneLayers) -> list[Clause]:
     """What was computed of each log and what was not. The rasters always are: they take 6 to 10 % of the time of
     sliding on cells of 0.5 m (poses 1 %), less than an option to leave them out would be worth."""
     nothing_asked = {
-        "no_poses": not asked.keeps_poses,
+        "no_poses": not settings.keeps_poses,
         "no_lines": not layers.lines.ids,
         "no_trees": not layers.tree_ids,
         "no_barriers": not layers.barriers.ids,

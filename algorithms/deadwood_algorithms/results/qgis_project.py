@@ -26,9 +26,12 @@ from deadwood_algorithms.files import qml, styles
 from deadwood_algorithms.files.input_files import tiles_of
 from deadwood_algorithms.files.tiles import mosaic_of
 from deadwood_algorithms.files.vectors import read_vector, write_vector
-from deadwood_algorithms.params.tool import Feedback, Quiet
+from deadwood_algorithms.params.tool import VERSION, Feedback, Quiet
 from deadwood_algorithms.results import outlines as log_outlines
+from deadwood_algorithms.results import qgis_layout
 from deadwood_algorithms.results.run_folder import GEOPACKAGE, Run, read_run
+from deadwood_algorithms.results.scenario import scenario_line
+from deadwood_algorithms.stats.statistics import percent_with_interval
 
 if TYPE_CHECKING:
     import pyproj
@@ -65,8 +68,18 @@ SHOWN = ("reach", "deposits", "lines", "barriers", "lying_logs", "blocks", "tree
 # neither: QGIS 3.22's 3-D view does not mind the time, and would show all of it at once.
 SOLID = ("trees", "barriers", "blocks", "log_solids")
 DRAPED = ("reach", "lines", "hit_count", "terrain")
+# Logs at rest: where the controller animates, each from the moment on at which it came to rest.
+AT_REST = ("deposits", "deposited_logs", "log_solids")
+PRINTED = ("reach", "deposits", "lines", "barriers", "lying_logs", "blocks", "trees", "hit_count", "terrain")
 THEME = "Draped over the terrain in 3D"
 TITLES = {"log_outlines": "Logs in motion", "log_solids": "Logs at rest"}
+LEGEND_TITLES = {
+    "reach": "Share of the logs that reach it",
+    "deposits": "Logs at rest",
+    "lines": "Roads, railways, houses",
+    "hit_count": "Logs that pass a cell",
+}
+MOST_ANSWERS = 3  # of several lines, on the print layout
 MARGIN = 0.1  # of the results' extent, around them
 
 
@@ -108,7 +121,8 @@ def add_project(
     entries = [*_package(folder, GEOPACKAGE), *_package(folder, SCENE), *_rasters(folder)]
     terrain = Entry("terrain", _terrain(inputs.dem, folder, final), qml.relief_shading())
     last_s = float(run.deposits["duration_s"].to_numpy().max()) + log_outlines.STAYS_S
-    text = project_xml(entries, terrain, layers.dem.plan_crs, _extent(run), _height(run), last_s, step)
+    words = _words(final.name, run, layers.dem.plan_crs)
+    text = project_xml(entries, terrain, layers.dem.plan_crs, _extent(run), _height(run), last_s, step, words)
     with zipfile.ZipFile(folder / PROJECT, "w", zipfile.ZIP_DEFLATED) as target:
         entry = zipfile.ZipInfo(Path(PROJECT).with_suffix(".qgs").name, DAY)
         entry.compress_type = zipfile.ZIP_DEFLATED
@@ -148,6 +162,7 @@ def _solids(run: Run) -> geopandas.GeoDataFrame:
     nothing = np.zeros(len(axes))
     where = log_outlines.Ends(axes["log_id"].to_numpy(), nothing, nothing, ends[:, 0], ends[:, 1], *run.radii())
     columns = {name: axes[name] for name in ("log_id", "release_id", "stop_reason")}
+    columns["duration_s"] = run.deposits.set_index("log_id")["duration_s"].reindex(axes["log_id"]).to_numpy()
     return geopandas.GeoDataFrame(columns, geometry=log_outlines.solids(where), crs=run.deposits.crs)
 
 
@@ -206,6 +221,24 @@ def _extent(run: Run) -> tuple[float, float, float, float]:
     return float(west - room), float(south - room), float(east + room), float(north + room)
 
 
+def _words(name: str, run: Run, crs: pyproj.CRS) -> qgis_layout.Words:
+    """What the print layout says of the run: the answers, the scenario, and where the map is from."""
+    summary = run.summary("reach", "scenario")
+    reached = [f"{each['line_id']}: reached by {percent_with_interval(each)}" for each in summary["reach"]]
+    known = crs.to_authority()
+    where = f"{crs.name} ({':'.join(known)})" if known else crs.name
+    more = len(reached) - MOST_ANSWERS
+    answers = reached[:MOST_ANSWERS] + ([f"and {more} more lines"] if more > 0 else [])
+    scale = "Scale 1:[% format_number(map_get(item_variables('map'), 'map_scale'), 0) %]"
+    printed = "printed [% format_date(now(), 'yyyy-MM-dd') %]"
+    return qgis_layout.Words(
+        f"Sliding logs: {name}",
+        "   ".join(answers),
+        scenario_line(summary["scenario"]),
+        f"{scale}   CRS: {where}   Deadwood Toolbox {VERSION}, {printed}",
+    )
+
+
 def _height(run: Run) -> float:
     """Halfway between where the logs start and where they end [m]."""
     ends = shapely.get_z(np.asarray(run.deposits.geometry))
@@ -223,6 +256,7 @@ def project_xml(
     height: float,
     last_s: float,
     step_s: float,
+    words: qgis_layout.Words,
 ) -> str:
     """The whole project; ``height`` [m] is what the 3-D view looks at, ``last_s`` where the animation ends."""
     grouped = [(title, [each for name in names for each in entries if each.name == name]) for title, names in GROUPS]
@@ -234,6 +268,7 @@ def project_xml(
     system = _system(crs)
     tree = "".join(_group(title, members) for title, members in grouped if members) + _node(terrain, shown=True)
     layers = "".join(_maplayer(each, system) for each in every)
+    printed = [_printed(each) for each in every if each.name in PRINTED and each is not terrain]
     return (
         "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n"
         f'<qgis projectname="Deadwood run" version="{qml.VERSION}"><title>Deadwood run</title>'
@@ -244,7 +279,8 @@ def project_xml(
         f"<layerorder>{''.join(f'<layer id={quoteattr(each.id)}/>' for each in every)}</layerorder>"
         '<properties><Paths><Absolute type="bool">false</Absolute></Paths>'
         '<SpatialRefSys><ProjectionsEnabled type="int">1</ProjectionsEnabled></SpatialRefSys>'
-        f"{_controller(last_s)}</properties>{_theme(every)}"
+        f"{_controller(last_s)}</properties>{_themes(every)}"
+        f"{qgis_layout.layout_xml(words, extent, qgis_layout.NAME, printed)}"
         f'<ElevationProperties><terrainProvider type="raster"><TerrainProvider layer="{terrain.id}" '
         'offset="0" scale="1"/></terrainProvider></ElevationProperties>'
         f'<ProjectViewSettings UseProjectScales="0"><Scales/><DefaultViewExtent {_corners(extent)}>{system}'
@@ -273,10 +309,26 @@ def _node(entry: Entry, *, shown: bool) -> str:
     )
 
 
+def _printed(entry: Entry) -> str:
+    """A layer in the legend of the print layout, named for a reader who has only the sheet.
+
+    Of a raster QGIS lists the name of its band and the class of no log, which is drawn transparent; both are left out.
+    """
+    told = {"legend/title-label": LEGEND_TITLES.get(entry.name, entry.title)}
+    if not entry.geometry:
+        told["legend/node-order"] = ",".join(map(str, range(2, entry.style.count("<item ") + 1)))
+    options = "".join(
+        f'<Option type="QString" name="{name}" value={quoteattr(value)}/>' for name, value in told.items()
+    )
+    properties = f'<customproperties><Option type="Map">{options}</Option></customproperties>'
+    return _node(entry, shown=True).removesuffix("/>") + f">{properties}</layer-tree-layer>"
+
+
 def _maplayer(entry: Entry, system: str) -> str:
     kind = f'type="vector" geometry="{entry.geometry}"' if entry.geometry else 'type="raster"'
     provider = '<provider encoding="UTF-8">ogr</provider>' if entry.geometry else "<provider>gdal</provider>"
     style = entry.style.replace("<renderer-3d ", f"<renderer-3d layer={quoteattr(entry.id)} ")
+    style += qml.appears(log_outlines.START.item().timetuple()[:3], "duration_s") if entry.name in AT_REST else ""
     return (
         f'<maplayer {kind} hasScaleBasedVisibilityFlag="0" labelsEnabled="{int(entry.labelled)}" '
         f'styleCategories="AllStyleCategories"><id>{escape(entry.id)}</id>'
@@ -307,16 +359,17 @@ def _times(last_s: float, step_s: float) -> str:
     )
 
 
-def _theme(every: Sequence[Entry]) -> str:
-    layers = "".join(
-        f'<layer id={quoteattr(each.id)} visible="1" style="default" expanded="0"/>'
-        for each in every
-        if each.name in DRAPED
-    )
-    return (
-        f'<visibility-presets><visibility-preset name="{THEME}" has-expanded-info="0">{layers}</visibility-preset>'
-        "</visibility-presets>"
-    )
+def _themes(every: Sequence[Entry]) -> str:
+    """The layers that the 3-D view drapes over the terrain, and those of the print layout."""
+    presets = ""
+    for name, members in ((THEME, DRAPED), (qgis_layout.NAME, PRINTED)):
+        layers = "".join(
+            f'<layer id={quoteattr(each.id)} visible="1" style="default" expanded="0"/>'
+            for each in every
+            if each.name in members
+        )
+        presets += f'<visibility-preset name="{name}" has-expanded-info="0">{layers}</visibility-preset>'
+    return f"<visibility-presets>{presets}</visibility-presets>"
 
 
 def _controller(last_s: float) -> str:
@@ -337,7 +390,7 @@ def _view_3d(
     listed = (each for each in every if each.name in SOLID or each.name in DRAPED)
     layers = "".join(f"<layer id={quoteattr(each.id)}/>" for each in listed)
     return (
-        '<mapViewDocks3D><view name="Logs in 3D" isOpen="0" floating="1" area="2" x="120" y="120" width="900" '
+        '<mapViewDocks3D><view name="Logs in 3D" isOpen="0" floating="0" area="2" x="0" y="0" width="480" '
         f'height="640"><qgis3d><origin x="{(west + east) / 2:.3f}" y="{(south + north) / 2:.3f}" z="0"/>'
         f"<crs>{system}</crs>"
         '<camera field-of-view="45" projection-type="1" camera-navigation-mode="terrain-based-navigation" '

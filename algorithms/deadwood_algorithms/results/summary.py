@@ -9,11 +9,11 @@ import geopandas
 import numpy as np
 from numpy.typing import NDArray
 
-from deadwood_algorithms.results.asked import Asked
 from deadwood_algorithms.results.capacity import overload_lines, overload_record
 from deadwood_algorithms.results.hits import ledger_records, obstacle_record
 from deadwood_algorithms.results.lost import LEFT, left_dem, lost_warning, many, reach_records, reach_told
 from deadwood_algorithms.results.modelled import modelled, told
+from deadwood_algorithms.results.run_settings import RunSettings
 from deadwood_algorithms.results.scenario import counted_of, scenario_line, scenario_of
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.layers import SceneLayers
@@ -34,7 +34,7 @@ SPREAD_MOVED_DEG = 1.0  # by the logs that left the terrain model: worth a warni
 
 
 def summary_of(
-    asked: Asked,
+    settings: RunSettings,
     fidelity: Fidelity,
     layers: SceneLayers,
     releases: Releases,
@@ -46,12 +46,12 @@ def summary_of(
     """The content of ``summary.json``; ``releases`` are the logs that were slid."""
     left = left_dem(by_log["stop_reason"])
     reasons = np.bincount(by_log["stop_reason"], minlength=len(STOP_REASONS))
-    scene = asked.scene
+    scene = settings.scene
     stems = scene.tree_restitution if layers.tree_ids or layers.lying.ids else None
     fences = scene.barrier_restitution if len(layers.barriers.ids) else None
     restitutions = (scene.restitution, stems or 0.0, fences or 0.0)
     counted = counted_of(layers, releases, queue.rows.size)
-    clauses = modelled(asked, layers, counted)
+    clauses = modelled(settings, layers, counted)
     cpu, wall, steps = (float(by_log[f"cost_{name}"].sum()) for name in ("cpu_s", "wall_s", "steps"))
     return {
         "logs": {
@@ -62,32 +62,32 @@ def summary_of(
         },
         "reach": reach_records(layers.lines.ids, touched, left),
         "until_ci": queue.rule.record() if queue.rule else None,
-        "spread": spread_records(releases, by_log["end_position"], left, asked.scene.min_runout_m),
+        "spread": spread_records(releases, by_log["end_position"], left, settings.scene.min_runout_m),
         "barriers": ledger_records(barrier_records(layers.barriers, by_log), hits["barrier_hits"]),
         "trees": obstacle_record(hits["tree_hits"], len(layers.tree_ids)) if layers.tree_ids else None,
         "held": held_record(by_log["grip"]) if layers.tree_ids else None,
-        "above_capacity": overload_record(asked.capacity, layers.lines, by_log, touched),
+        "above_capacity": overload_record(settings.capacity, layers.lines, by_log, touched),
         "lying_logs": obstacle_record(hits["lying_hits"], len(layers.lying.ids)) if layers.lying.ids else None,
         "blocks": obstacle_record(hits["block_hits"], len(layers.blocks.ids)) if layers.blocks.ids else None,
         "speed": speed_record(by_log),
         "accuracy": {
-            "fidelity": asked.fidelity,
+            "fidelity": settings.fidelity,
             "time_step_s": float(where_things_rebound(fidelity, *restitutions).time_step),
             "station_spacing_m": float(station_spacing(fidelity, layers.dem.cell)),
             "penetration_max_m": float(by_log["penetration_max"].max()),
             "energy_error_rel_max": float(by_log["energy_error"].max()),
             "contact_residual_max": float(by_log["residual_max"].max()),
             "unconverged_steps": int(by_log["unconverged"].sum()),
-            "auto": asked.auto,
+            "auto": settings.auto,
         },
-        "scenario": scenario_of(asked.scene, asked.fidelity, layers, releases),
+        "scenario": scenario_of(settings.scene, settings.fidelity, layers, releases),
         "counted": counted,
         "modelled": {name: told(each) for name, each in clauses.items()},
         "modelled_facts": clauses,
         "cost": {
             "cpu_s": cpu,
             "wall_s": wall,
-            **({"pilot_cpu_s": asked.pilot_cpu_s} if asked.auto else {}),
+            **({"pilot_cpu_s": settings.pilot_cpu_s} if settings.auto else {}),
             "steps": int(steps),
             "logs_per_s": len(releases) / max(wall, 1e-9),
         },

@@ -28,8 +28,7 @@ from deadwood_algorithms.files.rasters import write_bands
 from deadwood_algorithms.files.streams import Stream, write_geoparquet
 from deadwood_algorithms.files.vectors import write_vector
 from deadwood_algorithms.params.tool import Feedback, Outcome
-from deadwood_algorithms.results.asked import Asked
-from deadwood_algorithms.results.capacity import LOGS_ABOVE, TREES_ABOVE, Overloads
+from deadwood_algorithms.results.capacity import LOGS_ABOVE, TREES_ABOVE, Capacity, Overloads
 from deadwood_algorithms.results.checked import SUMMARY
 from deadwood_algorithms.results.danger import ANY, bands_of_lines, danger_bands, units_of
 from deadwood_algorithms.results.hits import (
@@ -42,6 +41,7 @@ from deadwood_algorithms.results.hits import (
 from deadwood_algorithms.results.identity import Making, write_manifest
 from deadwood_algorithms.results.lost import left_dem, many, reach_records
 from deadwood_algorithms.results.run_folder import GEOPACKAGE, MANIFEST, POSES, pose_schema, write_json
+from deadwood_algorithms.results.run_settings import RunSettings
 from deadwood_algorithms.results.summary import (
     lines_of,
     loss_of_run,
@@ -52,10 +52,10 @@ from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import Releases, reached
 from deadwood_algorithms.schemas.files import DANGER, DANGER_COUNT, RUN_RASTERS
 from deadwood_algorithms.simulate.checkpoints import WorkFolder
+from deadwood_algorithms.simulate.chunks import ChunkedRun, Keeper
 from deadwood_algorithms.simulate.columns import Columns
-from deadwood_algorithms.simulate.queue import Queue
 from deadwood_algorithms.stats.directions import azimuth
-from deadwood_engine import STOP_REASONS, Fidelity, Rasters
+from deadwood_engine import STOP_REASONS, Rasters
 
 # A vertex of a trajectory line per so much path: at 30 m/s a flight sags 1.4 mm between two of them.
 VERTEX_SPACING_M = 1.0
@@ -116,6 +116,11 @@ def kept_of(
     return arrays_of(result, layers, log_id, wall_s, overloads), pose_table(result.poses, log_id, layers.dem.crs)
 
 
+def keeper_of(capacity: Capacity, releases: Releases) -> Keeper:
+    """What is kept of a chunk: with a capacity also the hits above it."""
+    return partial(kept_of, overloads=Overloads.of(capacity, releases)) if capacity else kept_of
+
+
 def pose_table(poses: Any, log_id: NDArray[np.int64], crs: pyproj.CRS) -> pa.Table:
     """The engine's poses under the names of ``poses.parquet``."""
     columns = {"log_id": log_id[poses.log_row], "t_s": poses.time}
@@ -135,13 +140,8 @@ def write_results(
     folder: Path,
     final: Path,
     making: Making,
-    asked: Asked,
-    fidelity: Fidelity,
-    layers: SceneLayers,
-    releases: Releases,
-    queue: Queue,
-    rasters: Rasters,
-    work: WorkFolder,
+    settings: RunSettings,
+    done: ChunkedRun,
     feedback: Feedback,
     *,
     geoparquet: bool = False,
@@ -151,9 +151,10 @@ def write_results(
     Rows are in the order of the releases, in whatever order logs were slid.
     """
     feedback.progress(0, 3, "writing the results")
+    layers, releases, queue, work = done.slope.layers, done.releases, done.queue, done.work
     rows, order = queue.slid_rows()
     releases = releases if rows.size == len(releases) else releases.take(rows)
-    by_log = work.by_log((*BY_LOG, TREES_ABOVE, LOGS_ABOVE) if asked.capacity else BY_LOG, order)
+    by_log = work.by_log((*BY_LOG, TREES_ABOVE, LOGS_ABOVE) if settings.capacity else BY_LOG, order)
     touched = reached(layers.lines, by_log, releases)
     crs = layers.dem.plan_crs
     tables: dict[str, geopandas.GeoDataFrame | Stream] = {
@@ -180,18 +181,18 @@ def write_results(
     feedback.progress(1, 3, "writing the results")
 
     outputs = write_run_rasters(
-        folder, rasters, layers, len(releases), asked.danger_least, danger_counts=asked.danger_counts
+        folder, done.slope.rasters, layers, len(releases), settings.danger_least, danger_counts=settings.danger_counts
     )
     feedback.progress(2, 3, "writing the results")
 
-    summary = summary_of(asked, fidelity, layers, releases, by_log, touched, hits, queue)
+    summary = summary_of(settings, done.simulation.fidelity, layers, releases, by_log, touched, hits, queue)
     still = summary["logs"]["by_stop_reason"]["time_limit"]
     if many(still, len(releases)):
         fix = "raise --time-limit-s"
-        if layers.shape is None and not asked.scene.rolling_friction:
+        if layers.shape is None and not settings.scene.rolling_friction:
             fix += ", or --rolling-friction, without which a log that rolls on smooth ground does not stop"
         feedback.warn(
-            f"{still} of {len(releases)} logs still moved at --time-limit-s {asked.scene.time_limit_s:g}, so their "
+            f"{still} of {len(releases)} logs still moved at --time-limit-s {settings.scene.time_limit_s:g}, so their "
             f"deposits are not final; {fix}"
         )
     if told := loss_of_run(summary):
@@ -206,8 +207,8 @@ def write_results(
     by_log.close()
     write_json(folder / SUMMARY, summary)
     making.facts |= {**_facts(layers, releases), "effective": effective_values(releases)}
-    if making.ask.fidelity != asked.fidelity:  # by --fidelity auto, which goes by the clock of the machine
-        making.facts["chosen"] = {"fidelity": asked.fidelity, "logs": len(releases)}
+    if settings.auto is not None:  # by --fidelity auto, which goes by the clock of the machine
+        making.facts["chosen"] = {"fidelity": settings.fidelity, "logs": len(releases)}
     write_manifest(folder, making.manifest())  # for what reads the run before it is whole and sealed
     feedback.progress(3, 3, "writing the results")
     names = {"run": GEOPACKAGE, "poses": POSES, "summary": SUMMARY, "manifest": MANIFEST} | outputs

@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING
 
 from deadwood_algorithms.params.tool import UserError
-from deadwood_engine import Trees
 
-Array = NDArray[np.float64]
+if TYPE_CHECKING:  # the tools' declarations bring this file along, and help is to answer at once
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from deadwood_engine import Trees
+
+    Array = NDArray[np.float64]
 
 DBH_CM = 40.0  # of the stem whose capacity is given
 
 
 def capacity_of(at_40_cm: float | None, power: float, dbh_cm: Array) -> Array:
     """Energy [J] that stems take before they break, of that [kJ] of one of 40 cm DBH; infinite where that is None."""
+    import numpy as np
+
     if at_40_cm is None:
         return np.full(dbh_cm.shape, np.inf)
     return 1000.0 * at_40_cm * (dbh_cm / DBH_CM) ** power
@@ -64,6 +69,8 @@ def refuse_idle_capacity(breaks: bool, capacity_kj: float | None) -> None:
 
 def refuse_idle_slip(most: float | None, friction: float | Array) -> None:
     """A greatest friction that is nowhere above the least would do nothing."""
+    import numpy as np
+
     least = float(np.nanmin(friction))
     if most is not None and most <= least:
         raise UserError(

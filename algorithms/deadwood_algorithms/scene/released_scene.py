@@ -214,13 +214,14 @@ class ReleasedScene(OpenScene, _Released):
 
 
 @dataclass(frozen=True, kw_only=True)
-class FrictionByName(OpenScene):
+class FrictionByName(OpenScene, tool.TakesPresets):
     """A scene with a friction that may be picked by name."""
 
     friction: str | float = tool.number_or_layer(
         "Friction coefficient",
         minimum=0.0,
         default=None,
+        unless="friction_preset",
         help="A number, a raster, or polygons with a field 'friction' or 'mu'. Needed, unless --friction-preset names "
         "one.",
     )

@@ -729,7 +729,7 @@ INTENSITY_FACTS = JsonFile(
     meaning="What the classes are, what ground each has, and whose rule they are",
     keys=(
         _key("rule", "Whose rule the classes are"),
-        _key("decides", "What a person decides"),
+        _key("decides", "What is left to an expert"),
         _key("energy", "Which energy of a cell is classed"),
         _key("least_passage", "How many logs must bring the energy of a cell"),
         _key("least_passage.share", "Their least share of the logs; 0: the largest energy of all logs is classed"),

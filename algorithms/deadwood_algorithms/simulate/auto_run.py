@@ -10,25 +10,22 @@ import re
 import shutil
 import time
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from deadwood_algorithms.params.tool import Feedback, UserError
-from deadwood_algorithms.scene.layers import SceneLayers
-from deadwood_algorithms.scene.releases import Releases, reached
+from deadwood_algorithms.params.run_options import AUTO, FidelityOptions
+from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.scene.releases import reached
 from deadwood_algorithms.simulate import chunks
 from deadwood_algorithms.simulate.auto import Chosen, Option, Slid, keep_error, record_of, spend_budget
 from deadwood_algorithms.simulate.checkpoints import WorkFolder, part_path
 from deadwood_algorithms.simulate.fidelity_trade import COSTS, assumed_bounds
 from deadwood_algorithms.simulate.log_order import hash_order
+from deadwood_algorithms.simulate.log_run import LogRun
 from deadwood_algorithms.simulate.queue import Queue, parts_of
-from deadwood_algorithms.simulate.simulation import Simulation
 from deadwood_algorithms.simulate.warm_up import load_kernels
 from deadwood_engine import FIDELITIES
 
-AUTO = "auto"  # the fidelity that is chosen by an error or a budget
 # Of a budget, what the run plans with, and what writing the results takes of that at least; else as much as reading.
 WITHIN_BUDGET, WRITING_S = 0.95, 1.0
 
@@ -44,15 +41,31 @@ class Promise:
     budget_s: float | None
     assume: str
 
-    @staticmethod
-    def of(error: float | None, budget: str | None, assume: str) -> Promise:
-        """From the options; a budget is ``60s``, ``5min``, ``1h`` or a number of seconds."""
-        if (error is None) == (budget is None):
-            raise UserError(
-                "--fidelity auto needs one of --error (the permitted error of a line's reach, such as 0.02) and "
-                "--budget (the time for the run, such as 60s)"
-            )
-        return Promise(error, None if budget is None else _seconds_of(budget), assume)
+
+def promise_of(options: FidelityOptions, *, lines: str | None, until_ci: float | None, plan: bool) -> Promise | None:
+    """What is promised of a run with ``--fidelity auto``, None for one of another fidelity; refuses what does not go
+    together. A budget is ``60s``, ``5min``, ``1h`` or a number of seconds."""
+    if options.fidelity != AUTO:
+        for name in ("error", "budget"):
+            if getattr(options, name) is not None:
+                raise UserError(f"--{name} needs --fidelity auto, which picks fidelity and number of logs by it")
+        return None
+    if (options.error is None) == (options.budget is None):
+        raise UserError(
+            "--fidelity auto needs one of --error (the permitted error of a line's reach, such as 0.02) and "
+            "--budget (the time for the run, such as 60s)"
+        )
+    budget_s = None if options.budget is None else _seconds_of(options.budget)
+    if plan:
+        raise UserError("--plan needs a fidelity: with --fidelity auto the run itself decides what it takes; name one")
+    if lines is None:
+        raise UserError("--fidelity auto needs --lines: it is the reach of lines whose error is promised")
+    chosen = {"until_ci": until_ci, "time_step_s": options.time_step_s, "station_spacing_m": options.station_spacing_m}
+    for name, value in chosen.items():
+        if value is not None:
+            flag = "--" + name.replace("_", "-")
+            raise UserError(f"{flag} conflicts with --fidelity auto, which chooses it; leave one of them out")
+    return Promise(options.error, budget_s, options.assume)
 
 
 def _seconds_of(budget: str) -> float:
@@ -65,33 +78,24 @@ def _seconds_of(budget: str) -> float:
 
 @dataclass
 class AutoRun:
-    """The logs in the order of the hash of seed and id."""
+    """The logs of a run in the order of the hash of seed and id; a window that grows for one fidelity does for all."""
 
     promise: Promise
-    simulation: Simulation
-    layers: SceneLayers
-    releases: Releases
-    keep: NDArray[np.bool_]
-    keeper: chunks.Keeper
-    output: str
-    seed: int
-    resume: bool
-    identity: dict[str, Any]
-    feedback: Feedback
+    run: LogRun
     works: dict[str, WorkFolder] = field(default_factory=dict)
     parts: dict[str, list[slice]] = field(default_factory=dict)
     seconds: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self.order = hash_order(self.releases.logs.log_id, self.seed)
-        if not self.resume:
+        self.order = hash_order(self.run.releases.logs.log_id, self.run.seed)
+        if not self.run.resume:
             self.remove()
 
     def promised(self, began: float) -> tuple[Chosen, float]:
         """Slide what keeps the promise, or the budget, which runs since ``began``; the choice, and the seconds of all
         cores for logs that are not in the run."""
         assumed = assumed_bounds(self.promise.assume)
-        line_ids, cap, many = self.layers.lines.ids, self.order.size, self.simulation.inputs.releases
+        line_ids, cap, many = self.run.layers.lines.ids, self.order.size, self.run.simulation.inputs.releases
         try:
             if self.promise.error is None:
                 chosen = self._best_in_time(began, assumed)
@@ -100,18 +104,18 @@ class AutoRun:
         except UserError:  # what slid for it is of no use to another error
             self.remove()
             raise
-        self.feedback.note(f"{chosen.logs} logs at {chosen.option.fidelity}: {chosen.option.why}")
+        self.run.feedback.note(f"{chosen.logs} logs at {chosen.option.fidelity}: {chosen.option.why}")
         others = [work for name, work in self.works.items() if name != chosen.option.fidelity]
         spent = sum(float(work.chunk(k)["cost_cpu_s"].sum()) for work in others for k in range(work.finished))
         return chosen, spent
 
     def _best_in_time(self, began: float, assumed: dict[str, float]) -> Chosen:
         """Slide what the budget allows; a resumed run continues what was decided, however long it takes."""
-        line_ids, cap = self.layers.lines.ids, self.order.size
+        line_ids, cap = self.run.layers.lines.ids, self.order.size
         assert self.promise.budget_s is not None
-        place = part_path(f"{self.output}.{AUTO}") / "choice.json"
+        place = part_path(f"{self.run.output}.{AUTO}") / "choice.json"
         asked = [self.promise.budget_s, self.promise.assume]
-        known = {"digests": [self.layers.digest, self.releases.digest], "asked": asked}
+        known = {"digests": [self.run.layers.digest, self.run.releases.digest], "asked": asked}
 
         def decided(option: Option, logs: int) -> None:
             ends = [part.stop for part in self.parts[option.fidelity]]
@@ -122,8 +126,8 @@ class AutoRun:
         before = json.loads(place.read_text(encoding="utf-8")) if place.is_file() else {}
         if {name: before.get(name) for name in known} != known:
             self.remove()  # its clock has run out, and another would look at other logs
-            self.resume = False
-            load_kernels(self.layers.shape, self.feedback)
+            self.run = replace(self.run, resume=False)
+            load_kernels(self.run.layers.shape, self.run.feedback)
             reading = time.perf_counter() - began  # a machine that reads slowly writes slowly
             end = began + WITHIN_BUDGET * self.promise.budget_s - max(WRITING_S, reading)
             return spend_budget(
@@ -145,37 +149,41 @@ class AutoRun:
         if n > done:
             early = () if done else tuple(border for border in chunks.FIRST_CHUNKS if border < n)
             parts += [slice(p.start + done, p.stop + done) for p in parts_of(n - done, chunks.CHUNK, early)]
-            run = self._run(name, Queue(self.order[:n], parts))
-            run.slide()
-            self.layers = run.slope.layers
+            some = self._run(name, Queue(self.order[:n], parts))
+            some.slide()
+            self.run = replace(self.run, layers=some.slope.layers)
             self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - since
         reach = np.concatenate([self.works[name].chunk(chunk)["reach"] for chunk in range(len(parts))])
-        touched = reached(self.layers.lines, {"reach": reach}, self.releases.take(self.order[: len(reach)]))
+        touched = reached(self.run.layers.lines, {"reach": reach}, self.run.releases.take(self.order[: len(reach)]))
         return Slid(touched[:n] if n else touched, self.seconds.get(name, 0.0) / len(touched))
 
     def taken(self, name: str) -> chunks.ChunkedRun:
         """What slid at the fidelity that makes the run."""
         parts = self.parts[name]
-        run = self._run(name, Queue(self.order, parts, slid=parts[-1].stop))
-        run.remove = self.remove
-        return run
+        taken = self._run(name, Queue(self.order, parts, slid=parts[-1].stop))
+        taken.remove = self.remove
+        return taken
 
     def _run(self, name: str, queue: Queue) -> chunks.ChunkedRun:
-        simulation, work = replace(self.simulation, fidelity=FIDELITIES[name]), self.works[name]
-        slope = chunks.DrawnScene.on(self.layers, simulation, work, self.feedback)
-        return chunks.ChunkedRun(simulation, self.releases, self.keep, self.keeper, slope, queue, work, self.feedback)
+        return self.run.at(FIDELITIES[name]).chunked(queue, self.works[name])
 
     def _begin(self, name: str) -> None:
-        simulation = replace(self.simulation, fidelity=FIDELITIES[name])
-        known = chunks.identity_of(simulation, self.layers, self.releases, **self.identity)
-        known["--error, --budget, --assume"] = [self.promise.error, self.promise.budget_s, self.promise.assume]
-        self.works[name] = WorkFolder(self._place(name), known, resume=self.resume, feedback=self.feedback)
+        asked = {"--error, --budget, --assume": [self.promise.error, self.promise.budget_s, self.promise.assume]}
+        self.works[name] = self.run.at(FIDELITIES[name]).work_folder(self._place(name), **asked)
         self.parts[name] = []
 
     def _place(self, name: str) -> str:
-        return f"{self.output}.{AUTO}-{name}"
+        return f"{self.run.output}.{AUTO}-{name}"
 
     def remove(self) -> None:
         for name in COSTS:
             shutil.rmtree(part_path(self._place(name)), ignore_errors=True)
-        shutil.rmtree(part_path(f"{self.output}.{AUTO}"), ignore_errors=True)
+        shutil.rmtree(part_path(f"{self.run.output}.{AUTO}"), ignore_errors=True)
+
+
+def slide_promised(run: LogRun, promise: Promise, began: float) -> tuple[chunks.ChunkedRun, Chosen, float]:
+    """Slide as many logs, at such a fidelity, as keep the promise (a budget runs since ``began``); what slid, what was
+    chosen, and the seconds of all cores for logs that are not in the run."""
+    auto = AutoRun(promise, run)
+    chosen, others_cpu_s = auto.promised(began)
+    return auto.taken(chosen.option.fidelity), chosen, others_cpu_s

@@ -38,7 +38,7 @@ COSTS: dict[str, float] = {
 }
 REACH_ERRORS: dict[str, ReachError] = {
     "draft": ReachError(mean=Points(-0.1, -0.5, 0.4), worst=Points(-2.8, -3.9, -1.7)),
-    "standard": ReachError(mean=Points(-0.0, -0.5, 0.4), worst=Points(-0.7, -1.8, 0.4)),
+    "standard": ReachError(mean=Points(0.0, -0.5, 0.4), worst=Points(-0.7, -1.8, 0.4)),
     "fine": ReachError(mean=Points(-0.6, -1.6, 0.4), worst=Points(-1.6, -4.2, 1.1)),
 }
 

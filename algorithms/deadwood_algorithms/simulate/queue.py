@@ -120,12 +120,12 @@ class UntilNarrow:
             "line_id": last["line_id"],
             "logs": self.slid,
             "logs_at_most": self.cap,
-            "told_too_low": self._told_too_low(),
+            "told_too_low": self._underestimated(),
             "z": self.z,
             "looks": self.records,
         }
 
-    def _told_too_low(self) -> list[Any]:
+    def _underestimated(self) -> list[Any]:
         """Lines of a rare reach, where the run stopped before its last log."""
         if self.slid >= self.cap:
             return []

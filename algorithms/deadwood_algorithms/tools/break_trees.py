@@ -22,14 +22,15 @@ lying logs do not break.
 from __future__ import annotations
 
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from deadwood_algorithms.params import tool
-from deadwood_algorithms.params.tool import Feedback, Outcome, Quiet, Tool, UserError
+from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
 
 TIMES = 3  # so many times, about, each log slides
+LEAST_PILOT = 10  # logs of the pilot of --plan
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,25 +52,18 @@ class Ask(SlidingOptions):
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
-    return told_plan(ask, feedback) if ask.plan else broken_by(ask, feedback)
+    from deadwood_algorithms.results.plan import logs_of_run, result_or_plan
 
-
-def told_plan(ask: Ask, feedback: Feedback) -> Outcome:
-    """What the run would take."""
-    from deadwood_algorithms.results.forecast import planned_from_few
-    from deadwood_algorithms.results.run_folder import read_run
-
-    def few(output: str, logs: int, feedback: Feedback) -> Outcome:
-        return broken_by(replace(ask, output=output, logs=logs, plan=False, resume=False), feedback)
-
-    logs = min(ask.logs or 2**40, len(read_run(ask.run, feedback=Quiet()).deposits))
-    of_one = max(10, ask.plan_logs // TIMES)
-    return planned_from_few(few, of_one, logs, ask.output, ask.where(""), ask.plan_workers, feedback)
+    return result_or_plan(
+        broken_by, ask, feedback, times=TIMES, logs_there=lambda: logs_of_run(ask.run), least=LEAST_PILOT
+    )
 
 
 def broken_by(ask: Ask, feedback: Feedback) -> Outcome:
+    from deadwood_algorithms.evaluate.protection.baseline import slide_baseline
     from deadwood_algorithms.evaluate.protection.breaking import break_trees, frames_of, lines_of
-    from deadwood_algorithms.evaluate.protection.effect import AT_ONCE, CHUNK, asked_again, slide_known
+    from deadwood_algorithms.evaluate.protection.changed_scenes import AT_ONCE, CHUNK
+    from deadwood_algorithms.evaluate.protection.rerun import open_rerun
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.results.capacity import Capacity
     from deadwood_algorithms.results.identity import writing
@@ -86,9 +80,7 @@ def broken_by(ask: Ask, feedback: Feedback) -> Outcome:
     with writing(TOOL, ask, feedback) as outputs, ExitStack() as opened:
         path = outputs.file("output", ".gpkg")
         source = read_run(ask.run, feedback=feedback)
-        question, layers, rows = opened.enter_context(
-            asked_again(source, ask.lines, ask.logs, ask.seed, where, feedback)
-        )
+        rerun, layers, rows = opened.enter_context(open_rerun(source, ask.lines, ask.logs, ask.seed, where, feedback))
         if layers.breaking:
             raise UserError(
                 f"{ask.run}: trees broke in the run itself (--break-trees), so its reach already lies between the "
@@ -96,18 +88,18 @@ def broken_by(ask: Ask, feedback: Feedback) -> Outcome:
             )
         if not layers.tree_ids:
             raise UserError(f"{ask.run}: no tree stands in the run, so none breaks")
-        known = {
+        decided_by = {
             "groups": [CHUNK, AT_ONCE],
             "--logs or --seed": [ask.logs, ask.seed],
             "--tree-capacity-kj or --tree-capacity-power": [ask.tree_capacity_kj, ask.tree_capacity_power],
         }
-        identity = identity_of(question.simulation, layers, question.releases, **known)
+        identity = identity_of(rerun.simulation, layers, rerun.releases, **decided_by)
         steps = Steps(ask.output, identity, resume=ask.resume, feedback=feedback)
         load_kernels(layers.shape, feedback)
         with workers_for(where, feedback):
-            slid, layers = slide_known(question, layers, feedback)
+            slid, layers = slide_baseline(rerun, layers, feedback)
             refuse_other_ends(source, rows, slid.result.end_position)
-            broken = break_trees(question, layers, slid, capacity, steps, feedback)
+            broken = break_trees(rerun, layers, slid, capacity, steps, feedback)
         frames = frames_of(broken, slid, layers, capacity)
         write_vector(path, frames)
     steps.remove()

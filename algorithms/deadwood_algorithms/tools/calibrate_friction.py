@@ -92,22 +92,13 @@ class Ask(SlidingOptions, ReleasedScene):
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
+    from deadwood_algorithms.results.plan import logs_of_layer, result_or_plan
+
     refuse_idle_capacity(ask.break_trees, ask.tree_capacity_kj)
     refuse_unclear(ask)
-    return told_plan(ask, len(ask.friction), feedback) if ask.plan else calibrate(ask, feedback)
-
-
-def told_plan(ask: Ask, variants: int, feedback: Feedback) -> Outcome:
-    """What the run would take."""
-    from deadwood_algorithms.files.vectors import read_table
-    from deadwood_algorithms.results.forecast import planned_from_few
-
-    def few(output: str, logs: int, feedback: Feedback) -> Outcome:
-        return calibrate(replace(ask, output=output, logs=logs, plan=False, resume=False), feedback)
-
-    logs = min(ask.logs, len(read_table(ask.releases, what="releases")))
-    of_one = max(2, ask.plan_logs // variants)
-    return planned_from_few(few, of_one, logs, ask.output, ask.where(""), ask.plan_workers, feedback)
+    return result_or_plan(
+        calibrate, ask, feedback, times=len(ask.friction), logs_there=lambda: logs_of_layer(ask.releases)
+    )
 
 
 def calibrate(ask: Ask, feedback: Feedback) -> Outcome:
@@ -138,12 +129,12 @@ def calibrate(ask: Ask, feedback: Feedback) -> Outcome:
         answer.warn_of_cells(layers.dem.cell, feedback)
         observed = friction_runs.read_observed(ask.observed, layers, logs, feedback) if ask.observed else None
 
-        known = {
+        decided_by = {
             "--friction": sweep,
             "--logs or --seed": [ask.logs, ask.seed],
             "--reached or --not-reached": watched.digest,
         }
-        identity = identity_of(ensemble.simulation, layers, ensemble.released, **known)
+        identity = identity_of(ensemble.simulation, layers, ensemble.released, **decided_by)
         steps = Steps(ask.output, identity, resume=ask.resume, feedback=feedback)
         variants = friction_runs.variants_of(sweep, ensemble.simulation, watched)
         found = ensemble.slide(variants, friction_runs.WANTED, steps)

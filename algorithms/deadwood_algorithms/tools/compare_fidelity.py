@@ -18,7 +18,7 @@ matter more.
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from deadwood_algorithms.evaluate.fidelity.records import FidelityRow
@@ -54,22 +54,11 @@ class Ask(SlidingOptions, SceneByName):
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
+    from deadwood_algorithms.results.plan import logs_of_layer, result_or_plan
+
     refuse_idle_capacity(ask.break_trees, ask.tree_capacity_kj)
     names = fidelities_wanted(ask.fidelities)
-    return told_plan(ask, len(names), feedback) if ask.plan else compare(ask, feedback)
-
-
-def told_plan(ask: Ask, variants: int, feedback: Feedback) -> Outcome:
-    """What the run would take."""
-    from deadwood_algorithms.files.vectors import read_table
-    from deadwood_algorithms.results.forecast import planned_from_few
-
-    def few(output: str, logs: int, feedback: Feedback) -> Outcome:
-        return compare(replace(ask, output=output, logs=logs, plan=False, resume=False), feedback)
-
-    logs = min(ask.logs, len(read_table(ask.releases, what="releases")))
-    of_one = max(2, ask.plan_logs // variants)
-    return planned_from_few(few, of_one, logs, ask.output, ask.where(""), ask.plan_workers, feedback)
+    return result_or_plan(compare, ask, feedback, times=len(names), logs_there=lambda: logs_of_layer(ask.releases))
 
 
 def compare(ask: Ask, feedback: Feedback) -> Outcome:
@@ -103,8 +92,8 @@ def compare(ask: Ask, feedback: Feedback) -> Outcome:
         layers, releases, logs = ensemble.layers, ensemble.released, ensemble.logs
         planned = ask.planned_logs or len(releases)
 
-        known = {"--fidelities": names, "--logs or --seed": [ask.logs, ask.seed]}
-        identity = identity_of(ensemble.simulation, layers, releases, **known)
+        decided_by = {"--fidelities": names, "--logs or --seed": [ask.logs, ask.seed]}
+        identity = identity_of(ensemble.simulation, layers, releases, **decided_by)
         steps = Steps(ask.output, identity, resume=ask.resume, feedback=feedback)
         postures = [] if layers.shape is not None else other_postures(logs.logs)
         variants = variants_of(names, ensemble.simulation)

@@ -52,10 +52,10 @@ PICTURE = "comparison.png"
 
 @dataclass(frozen=True, kw_only=True)
 class Ask:
-    runs: str = tool.text(
-        "Folders of the runs, with commas",
-        path_like=True,
-        help="Each a folder of slide-logs, of the same releases: run_none,run_forest,run_barriers.",
+    runs: str = tool.folders(
+        "Folders of the runs",
+        help="Each a folder of slide-logs, of the same releases, with commas between: "
+        "run_none,run_forest,run_barriers.",
     )
     names: str | None = tool.text(
         "Names of the scenarios, with commas", default=None, help="Default: the names of the folders."

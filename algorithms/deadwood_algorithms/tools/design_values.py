@@ -77,13 +77,15 @@ class Ask:
         "Classes of barriers, to find the weakest that holds the energies",
         *presets.BARRIERS,
         default=None,
-        help=presets.choices_told(presets.BARRIERS) + " They are made for rocks; a person decides.",
+        help=presets.choices_told(presets.BARRIERS)
+        + " They were made for rocks; whether they suit wood is for an expert to decide.",
     )
     rule: str | None = tool.choice(
         "Rule that derives design values from percentiles",
         *presets.RULES,
         default=None,
-        help=presets.choices_told(presets.RULES) + " They are made for rocks; a person decides.",
+        help=presets.choices_told(presets.RULES)
+        + " They were made for rocks; whether they suit wood is for an expert to decide.",
     )
     output: str = tool.output_table("Design values by barrier or line, quantity and percentile")
     overwrite: bool = tool.overwrite()

@@ -73,7 +73,7 @@ class Ask:
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     import geopandas
 
-    from deadwood_algorithms.evaluate.flights.from_layers import FlightDefaults, read_flight_barriers, read_marks
+    from deadwood_algorithms.evaluate.flights.from_layers import FlightDefaults, read_flight_barriers, read_flights
     from deadwood_algorithms.evaluate.flights.on_terrain import follow
     from deadwood_algorithms.files.dem_windows import open_windows
     from deadwood_algorithms.files.vectors import write_vector
@@ -82,11 +82,12 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         made = stack.enter_context(writing(TOOL, ask, feedback))
         path, folder = made.file("output", ".gpkg"), made.optional_folder("plots")
         dem = stack.enter_context(open_windows(ask.dem, crs=ask.crs, feedback=feedback, look_through=False))
-        marks = read_marks(ask.flights, ask.crs, tool.taken(ask, FlightDefaults), dem, feedback)
+        flights = read_flights(ask.flights, ask.crs, tool.taken(ask, FlightDefaults), dem, feedback)
         barriers = read_flight_barriers(ask.barriers, ask.crs, dem, feedback)
 
         followed = [
-            follow(mark, barriers, dem, slope_over_m=ask.slope_over_m, tolerance_m=ask.tolerance_m) for mark in marks
+            follow(mapped, barriers, dem, slope_over_m=ask.slope_over_m, tolerance_m=ask.tolerance_m)
+            for mapped in flights
         ]
 
         crossings = [crossing for each in followed for crossing in each.crossings]
@@ -102,7 +103,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             from deadwood_algorithms.evaluate.flights.parabola_figure import draw, file_name
 
             for each in followed:
-                draw(each, folder / file_name(each.mark.flight_id))
+                draw(each, folder / file_name(each.mapped.flight_id))
     outputs = {"output": Path(ask.output)} | ({"plots": Path(ask.plots)} if ask.plots else {})
     lines = tuple(line for each in followed for line in each.lines())
     return Outcome(outputs, {"flights": [each.record() for each in followed]}, lines)

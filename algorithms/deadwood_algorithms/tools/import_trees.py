@@ -32,14 +32,12 @@ from __future__ import annotations
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely
 
 from deadwood_algorithms import schemas
 from deadwood_algorithms.files.columns import warn_implausible, where_of
-from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.prepare.trees import allometry
@@ -55,7 +53,7 @@ from deadwood_algorithms.prepare.trees.dbh_filling import (
     warn_of_another_region,
     zoned,
 )
-from deadwood_algorithms.prepare.trees.merging import duplicates
+from deadwood_algorithms.prepare.trees.kept import releases_columns, trees_kept, warn_of_doubts, write_trees
 from deadwood_algorithms.prepare.trees.table import (
     Source,
     measured_trees,
@@ -64,9 +62,6 @@ from deadwood_algorithms.prepare.trees.table import (
     warn_of_idle_fields,
 )
 from deadwood_algorithms.results.identity import writing
-
-if TYPE_CHECKING:
-    from deadwood_algorithms.files.dem_blocks import DemBlocks
 
 __doc__ = f"""{__doc__}
 Sources:
@@ -77,10 +72,6 @@ Laws of DBH[cm] from the height H[m] (the module ``allometry`` names their sourc
 
 {allometry.laws_described()}
 """
-
-
-# Height / DBH [-] of the median tree of a stand: solitary oaks to dense spruce. A girth taken as DBH is a third of it.
-SLENDERNESS = (25, 150)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -193,7 +184,11 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         filled = sizes(ask, source, status == tree_status.LIVE, crown, feedback)
         said += filled.said
 
-        kept = what_stays(ask, source, filled, status, ground, said)
+        kept, why = trees_kept(
+            source, filled, status, ground, min_height_m=ask.min_height_m, merge_within_m=ask.merge_within_m,
+            tile_field=ask.tile_field,
+        )  # fmt: skip
+        said += why
         warn_of_doubts(source, filled, kept, feedback)
         dead = kept & (status == tree_status.DEAD)
         trees = kept if ask.keep_dead else kept & ~dead
@@ -210,9 +205,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         modelled = filled.from_height | (source.layout.dbh_modelled & (ask.dbh_field is None))
         columns["dbh_source"] = np.where(modelled, "modelled", "measured")[kept]
         points = shapely.force_2d(source.places[kept])
-        write(temporary, "trees", columns, points, trees[kept], source)
+        write_trees(temporary, "trees", columns, points, trees[kept], source)
         if snags:
-            write(snags, "releases", releases_columns(columns, dead[kept]), points, dead[kept], source)
+            write_trees(snags, "releases", releases_columns(columns, dead[kept]), points, dead[kept], source)
     if dead.any():
         said.append(
             f"{dead.sum()} dead standing trees "
@@ -269,86 +264,6 @@ def sizes(ask: Ask, source: Source, living: np.ndarray, crown: np.ndarray | None
         modelled = filled.dbh[filled.from_height]
         warn_implausible(modelled, schemas.TREES.column("dbh_cm"), f"{where}, computed DBH", feedback, fix=fix)
     return filled
-
-
-def what_stays(
-    ask: Ask, source: Source, filled: Filled, status: np.ndarray, ground: Grid | DemBlocks | None, said: list[str]
-) -> np.ndarray:
-    """Which trees are written to one of the layers; why the others are not is said."""
-    from deadwood_algorithms.scene.items import extent_words
-
-    kept = status != tree_status.GONE
-    if not kept.all():
-        said.append(f"{(~kept).sum()} trees dropped, they stand no more")
-    sized = np.isfinite(filled.dbh) & np.isfinite(filled.height)
-    if (kept & ~sized).any():
-        said.append(f"{(kept & ~sized).sum()} trees dropped, they have neither DBH nor height")
-    kept &= sized
-    for column, values, least in (
-        ("height_m", filled.height, ask.min_height_m),
-        ("dbh_cm", filled.dbh, schemas.TREES.column("dbh_cm").least or 0.0),
-    ):
-        schema = schemas.TREES.column(column)
-        low, high = max(least, schema.least or 0.0), schema.maximum or np.inf
-        for wrong, words in ((values < low, f"below {low:g}"), (values > high, f"above {high:g}")):
-            if (kept & wrong).any():
-                said.append(f"{(kept & wrong).sum()} trees dropped, their {column} is {words} {schema.unit}")
-                kept &= ~wrong
-    if ground:
-        x, y = shapely.get_x(source.places), shapely.get_y(source.places)
-        on = ground.contains(x, y)
-        if (kept & ~on).any():
-            nowhere = extent_words(x, y, ground) if not on.any() else ""
-            said.append(f"{(kept & ~on).sum()} trees dropped, they stand off the DEM{nowhere}")
-        kept &= on
-    if ask.merge_within_m and kept.any():
-        name = tree_columns.find(source.frame, ask.tile_field, "--tile-field", ())
-        tile = source.frame[name].astype(str).to_numpy()[kept] if name else None
-        goes = duplicates(source.places[kept], filled.height[kept], filled.dbh[kept], ask.merge_within_m, tile)
-        if goes.any():
-            said.append(f"{goes.sum()} trees dropped, a taller one stands within {ask.merge_within_m:g} m")
-        kept[np.flatnonzero(kept)[goes]] = False
-    return kept
-
-
-def warn_of_doubts(source: Source, filled: Filled, kept: np.ndarray, feedback: Feedback) -> None:
-    """Warn of trees in one place, and of sizes measured that no stand has together: a girth or inches taken as DBH."""
-    where = where_of(source.frame)
-    places = np.round(shapely.get_coordinates(source.places[kept]), 2)
-    double = int(kept.sum()) - len(np.unique(places, axis=0))
-    if double:
-        feedback.warn(
-            f"{where}: {double} trees have exactly the position of another one (stems of one tree? rows twice?); "
-            "--merge-within-m 0.1 keeps the tallest of each"
-        )
-    measured = kept & ~filled.from_height & ~filled.from_dbh
-    if measured.any():
-        slender = float(np.median(100.0 * filled.height[measured] / filled.dbh[measured]))
-        low, high = SLENDERNESS
-        if not low <= slender <= high:
-            fix = "a girth is divided by pi with --dbh-unit girth-cm" if slender < low else "inches: --dbh-unit in"
-            feedback.warn(
-                f"{where}: the median of height / DBH is {slender:.0f}, stands have {low} to {high}; check the units "
-                f"of both ({fix})"
-            )
-
-
-def releases_columns(columns: dict[str, np.ndarray], dead: np.ndarray) -> dict[str, np.ndarray]:
-    """The columns of the releases layer, of all kept trees: each dead one is a log that stands upright in its place."""
-    made = {"log_id": np.cumsum(dead), "release_id": columns["tree_id"], "dbh_cm": columns["dbh_cm"]}
-    made |= {"length_m": columns["height_m"], "orientation": np.full(dead.size, "upright", object)}
-    return made | {name: columns[name] for name in ("species", "dbh_source") if name in columns}
-
-
-def write(
-    path: Path, layer: str, columns: dict[str, np.ndarray], points: np.ndarray, chosen: np.ndarray, source: Source
-) -> None:
-    import geopandas
-
-    from deadwood_algorithms.files.vectors import write_vector
-
-    of_chosen = {name: values[chosen] for name, values in columns.items()}
-    write_vector(path, {layer: geopandas.GeoDataFrame(of_chosen, geometry=points[chosen], crs=source.frame.crs)})
 
 
 def refuse_contradictions(ask: Ask) -> None:

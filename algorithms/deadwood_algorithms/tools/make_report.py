@@ -39,20 +39,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Ask:
-    runs: str = tool.text(
-        "Folders of the runs, with commas; the first is the baseline",
+    runs: str = tool.folders(
+        "Folders of the runs; the first is the baseline",
         positional=True,
-        path_like=True,
-        help="Each a folder of slide-logs. On the command line they may also be given without the option.",
+        help="Each a folder of slide-logs, with commas between. On the command line they may also be given "
+        "without the option.",
     )
     names: str | None = tool.text(
         "Names of the runs, with commas", default=None, help="Default: the names of the folders."
     )
-    results: str | None = tool.text(
-        "Results of other tools to be shown, with commas",
+    results: str | None = tool.results(
+        "Results of other tools to be shown",
         default=None,
-        path_like=True,
-        help="A layer of value-trees, folders of site-barriers, map-intensity, map-origins or vary; each with its run.",
+        help="With commas between: a layer of value-trees, folders of site-barriers, map-intensity, map-origins or "
+        "vary; each with its run.",
     )
     baseline: str | None = tool.baseline()
     title: str | None = tool.text("Title of the page", default=None, help="Default: the names of the runs.")

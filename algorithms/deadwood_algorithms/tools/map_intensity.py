@@ -35,28 +35,20 @@ the area of each class of energy and those above it. A cell that no log passed i
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from deadwood_algorithms.evaluate.hazard.rates import ReleaseArea
-    from deadwood_algorithms.files.grid import Grid
-    from deadwood_algorithms.results.run_folder import Run
-
 RULE = (
     "30 and 300 kJ, and 30, 100 and 300 years, are the classes of the Swiss federal recommendations for falls of rock "
     "(BRP, BWW, BUWAL 1997; BAFU 2016); other bounds are the user's"
 )
-DECIDES = "which hazard a field of the matrix is, and whether these classes suit wood, a person decides"
+DECIDES = "an expert decides which hazard a field of the matrix stands for, and whether these classes suit wood"
 LINES, FACTS, OUTLINE = "lines.csv", "classes.json", "process_area.gpkg"
 
 
@@ -117,7 +109,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     import pandas
 
     from deadwood_algorithms.evaluate.hazard import cells, legend
+    from deadwood_algorithms.evaluate.hazard.class_maps import ClassMaps, write_years, years_of
     from deadwood_algorithms.evaluate.hazard.frequencies import release_areas
+    from deadwood_algorithms.evaluate.hazard.hazard_lines import lines_of, lost_of_run, warn_of_small_sample
     from deadwood_algorithms.evaluate.hazard.least_passage import areas_of, energies_of_share, process_area
     from deadwood_algorithms.evaluate.hazard.line_passages import line_rows
     from deadwood_algorithms.evaluate.hazard.rates import period_class, rising_class
@@ -138,7 +132,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         hits = cells.values_on(cells.run_raster(source, cells.HITS), grid, "hits")
         passed, n_logs = hits > 0.0, len(source.deposits)
         energies = energies_of_share(source, ask.least_passage / 100.0, ask.energy_raster, grid, hits, feedback)
-        maps = Maps(folder, grid)
+        maps = ClassMaps(folder, grid)
         names = legend.rising_labels(strong, "kJ")
         weights = rising_class(np.where(passed, energies.estimate, np.nan), strong)
         warm = legend.class_rows(names, legend.WARM)
@@ -165,7 +159,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             other, rarest_first, often = period_class(years[0], periods), False, legend.period_labels(periods)
             about, rows = "Class of the return period", legend.class_rows(often, legend.COLD[::-1])
             maps.write("return_class", other, rows, about, (periods, "years"))
-            warn_of_few(facts, areas, ask.logs_per_event, periods, feedback)
+            warn_of_small_sample(facts, areas, ask.logs_per_event, periods, feedback)
         both = np.where((weights > 0) & (other > 0), 10 * weights + other, 0).astype(np.uint8)
         maps.write("matrix", both, legend.matrix_rows(names, often, rarest_first=rarest_first), "Class of both")
         facts["classes"] = maps.classes
@@ -177,130 +171,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         facts["n_left_dem"] = lost_of_run(source, rows, feedback)
         write_json(folder / FACTS, facts)
         outputs = {each.stem: final / each.name for each in sorted(folder.iterdir()) if each.suffix != ".qml"}
-    return Outcome({"output": final} | outputs, facts, (*words_of(facts, rows), *lines_of_run(source)))
-
-
-class Maps:
-    """Rasters of classes in a folder, and what ground each class has."""
-
-    def __init__(self, folder: Path, grid: Grid) -> None:
-        self.folder, self.grid = folder, grid
-        self.classes: list[dict[str, Any]] = []
-
-    def write(
-        self,
-        name: str,
-        values: NDArray[np.uint8],
-        rows: Sequence[tuple[int, str, str]],
-        about: str,
-        scale: tuple[Sequence[float], str] | None = None,
-    ) -> None:
-        """``scale``: the bounds of the classes and their unit; none of the matrix, whose classes are pairs."""
-        from deadwood_algorithms.evaluate.hazard.legend import ranges_of
-        from deadwood_algorithms.files.rasters import write_classes
-
-        write_classes(self.folder / f"{name}.tif", values, self.grid, rows, meaning=about)
-        count = np.bincount(values.ravel(), minlength=256)
-        ends = ranges_of(scale[0]) if scale else [None] * len(rows)
-        for (value, _, label), end in zip(rows, ends, strict=True):
-            between = {"low": end[0], "high": end[1], "unit": scale[1]} if scale and end else {}
-            ground = {"cells": int(count[value]), "area_m2": float(count[value] * self.grid.cell**2)}
-            self.classes.append({"map": name, "class": value, "meaning": label} | between | ground)
-
-
-def years_of(
-    source: Run, areas: Sequence[ReleaseArea], logs: int, grid: Grid, hits: NDArray[np.float32], feedback: Feedback
-) -> tuple[list[NDArray[np.float64]], float]:
-    """Return period of each cell with the ends of its interval [years]; and how short it may be where no log passed."""
-    from deadwood_algorithms.evaluate.hazard.cells import hits_of_areas
-    from deadwood_algorithms.evaluate.hazard.frequencies import stored_areas
-    from deadwood_algorithms.evaluate.hazard.rates import pooled, rate_with_interval, return_period
-
-    told = pooled(areas, logs)
-    if told:
-        counts: Any = [hits]
-    else:
-        told = stored_areas(source, list(areas))
-        counts = hits_of_areas(source, told, grid, feedback)
-        feedback.note("release areas of unlike frequency: the hits of each are counted from its stored trajectories")
-    rate, low, high = rate_with_interval(counts, told, logs)
-    most = float(rate_with_interval([np.array(0)] * len(told), told, logs)[2])
-    return [return_period(each) for each in (rate, high, low)], 1.0 / most
-
-
-def write_years(path: Path, years: Sequence[NDArray[np.float64]], grid: Grid) -> None:
-    from deadwood_algorithms.files.rasters import write_bands
-    from deadwood_algorithms.schemas.files import RETURN
-
-    passed = np.isfinite(years[0])
-    bands = {band.name: np.where(passed, each, np.nan) for band, each in zip(RETURN.bands, years, strict=True)}
-    told = {"units": [band.unit for band in RETURN.bands], "style": RETURN.look, "raster": RETURN.name}
-    write_bands(path, bands, grid, nodata=np.nan, dtype="float32", **told)
-
-
-def lost_of_run(source: Run, rows: Sequence[dict[str, Any]], feedback: Feedback) -> int:
-    """How many logs left the terrain model; a warning where the maps or the lines depend on them."""
-    from deadwood_algorithms.results.lost import left_dem, many, reach_told, warn_of_lost
-
-    n_lost = int(left_dem(source.deposits["stop_reason"].to_numpy()).sum())
-    told = reach_told(row for row in rows if row["n_reach"] is not None and not row["at_least_kj"])
-    told += ["classes, areas and the outline end where they left"] if many(n_lost, len(source.deposits)) else []
-    warn_of_lost(n_lost, len(source.deposits), told, feedback, where=str(source.path))
-    return n_lost
-
-
-def warn_of_few(
-    facts: dict[str, Any], areas: Sequence[ReleaseArea], logs: int, periods: Sequence[float], feedback: Feedback
-) -> None:
-    """Say where the logs are too few to tell the longest return period from none."""
-    from deadwood_algorithms.stats.statistics import Z_95
-
-    shortest = facts["no_hit"]["return_ci_low_years"]
-    if shortest >= periods[-1]:
-        return
-    events = sum(each.events_per_year for each in areas)
-    needed = Z_95**2 * (events * logs * periods[-1] - 1.0)
-    feedback.warn(
-        f"where no log passed the return period may still be {years_words(shortest)} years, shorter than "
-        f"{periods[-1]:g}: {facts['logs']} logs cannot tell; about {needed:.2g} logs can"
-    )
-
-
-def words_of(facts: dict[str, Any], rows: Sequence[dict[str, Any]]) -> tuple[str, ...]:
-    """The ground of each class, the lines, what an empty cell means, and whose rule it is."""
-    shown = []
-    for name in dict.fromkeys(each["map"] for each in facts["classes"]):
-        told = [f"{each['meaning']}: {each['area_m2'] / 1e4:.3g} ha" for each in facts["classes"]
-                if each["map"] == name and each["cells"]]  # fmt: skip
-        if name != "matrix":
-            what = f"intensity, {facts['energy']}" if name == "intensity" else name
-            shown.append(f"{what}: {'; '.join(told)}")
-    for row in rows:
-        if row["n_reach"] is not None:
-            shown.append(line_words(row))
-    empty = f"a cell that no log passed: passed by less than {100 * facts['no_hit']['p_high']:.2g} % of the logs"
-    if "return_ci_low_years" in facts["no_hit"]:
-        empty += f", return period over {years_words(facts['no_hit']['return_ci_low_years'])} years"
-    return (*shown, f"{empty} (95 %)", facts["rule"], facts["decides"])
-
-
-def years_words(years: float) -> str:
-    """Three digits, and never as 1e+03."""
-    return f"{float(f'{years:.3g}'):.10g}"
-
-
-def line_words(row: dict[str, Any]) -> str:
-    """``road, 30 kJ and more: 12 % (9 to 16 %), every 83 years (62 to 111)``."""
-    from deadwood_algorithms.stats.statistics import percent_with_interval
-
-    least = f", {row['at_least_kj']:g} kJ and more" if row["at_least_kj"] else ""
-    told = f"{row['line_id']}{least}: {percent_with_interval(row)}"
-    if "return_ci_low_years" not in row:
-        return told
-    if not row["n_reach"]:
-        return f"{told}, return period over {years_words(row['return_ci_low_years'])} years"
-    ends = f"{years_words(row['return_ci_low_years'])} to {years_words(row['return_ci_high_years'])}"
-    return f"{told}, every {years_words(row['return_period_years'])} years ({ends})"
+    return Outcome({"output": final} | outputs, facts, (*lines_of(facts, rows), *lines_of_run(source)))
 
 
 TOOL = Tool(

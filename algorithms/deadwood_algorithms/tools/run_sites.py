@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
     from deadwood_algorithms.evaluate.sites.overview import SiteFound
     from deadwood_algorithms.evaluate.sites.progress import SitesFolder
-    from deadwood_algorithms.evaluate.sites.sites_table import AskedSite
+    from deadwood_algorithms.evaluate.sites.sites_table import SiteOptions
 
 OVERVIEW, LAYER, PICTURE, REPORT = "overview.csv", "overview.gpkg", "overview.png", "report.html"
 ON_PAGE = 12  # sites that the report shows
@@ -157,7 +157,7 @@ def refuse_unclear(ask: Ask) -> None:
                 raise UserError(f"--by {ask.by} needs {flag}: one layer of releases on one terrain model")
 
 
-def read_sites(ask: Ask, releases: Path, feedback: Feedback) -> list[AskedSite]:
+def read_sites(ask: Ask, releases: Path, feedback: Feedback) -> list[SiteOptions]:
     """The sites; layers of grouped releases are written into the folder ``releases``."""
     from deadwood_algorithms.evaluate.sites.groups import sites_of_groups
     from deadwood_algorithms.evaluate.sites.sites_table import sites_of_folder, sites_of_table
@@ -172,7 +172,7 @@ def read_sites(ask: Ask, releases: Path, feedback: Feedback) -> list[AskedSite]:
     return sites_of_groups(ask.dem, ask.releases, ask.by, ask.crs, releases, feedback)
 
 
-def values_of(ask: Ask, site: AskedSite) -> dict[str, Any]:
+def values_of(ask: Ask, site: SiteOptions) -> dict[str, Any]:
     """What slide-logs is given for a site: its own values, then those given to all, then its defaults."""
     names = {each.name for each in fields(slide_logs.Ask)} - set(APART)
     common = {name: value for name in names if (value := getattr(ask, name)) is not None}
@@ -184,7 +184,7 @@ def stage_of(feedback: Feedback, name: str, number: int, count: int) -> Stage:
     return Stage(feedback, name, place=f"{name} ({number} of {count})")
 
 
-def slide_site(ask: Ask, site: AskedSite, work: SitesFolder, feedback: Stage) -> SiteFound:
+def slide_site(ask: Ask, site: SiteOptions, work: SitesFolder, feedback: Stage) -> SiteFound:
     """The site's run, or its failure in one line; what is there and unchanged is not slid again."""
     from deadwood_algorithms.evaluate.sites.overview import found_of_failure, found_of_run
     from deadwood_algorithms.simulate.workers import NobodySlides

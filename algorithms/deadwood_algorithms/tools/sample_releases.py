@@ -35,16 +35,16 @@ import re
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely
 
 from deadwood_algorithms import schemas
-from deadwood_algorithms.files.columns import id_column, schema_column, where_of
-from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.files.columns import schema_column
 from deadwood_algorithms.params import presets, tool
-from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.prepare.releases.areas import MOST_LOGS, read_release_areas
 from deadwood_algorithms.prepare.releases.logs import (
     NUMBERS,
     ORIENTATIONS,
@@ -54,7 +54,6 @@ from deadwood_algorithms.prepare.releases.logs import (
     draw_logs,
     mapped_deadwood,
 )
-from deadwood_algorithms.prepare.releases.places import Weights, area_m2, positions, read_weights, weighted_positions
 from deadwood_algorithms.prepare.trees.allometry import PUBLISHED
 from deadwood_algorithms.prepare.trees.status import GONE_PATTERN
 from deadwood_algorithms.results.identity import writing
@@ -64,13 +63,9 @@ from deadwood_algorithms.schemas import DBH_CM, DENSITY_KG_M3, DROP_M, SPEED_MS,
 if TYPE_CHECKING:
     import pandas
 
-    from deadwood_algorithms.files.dem_blocks import DemBlocks
-
-MOST_LOGS = 10**9
 BYTES = 650  # a log, measured on a million: drawn and written
 DEFAULT_PRESET = "klosters"
 OF_PRESET = "Default: that of the preset."
-SLIVER_M2 = 0.1  # less ground than a single stem stands on
 OPTIONS = (*NUMBERS, *SPREADS, "orientation")  # that columns of the areas override
 
 
@@ -148,26 +143,25 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
                 f"wood; --orientation random-lying releases it so, which changes how far logs go"
             )
         ground = opened.enter_context(open_ground(ask.dem, crs=ask.crs, feedback=feedback))
-        areas, shapes = read_areas(ask, ground, feedback)
-        weights = read_weights(ask.weights, weighted_ground(ask, ground, shapes), feedback) if ask.weights else None
-        names = release_ids(areas, ask.release_id_field)
+        areas = read_release_areas(ask.areas, ask.weights, ask.radius_m, ask.crs, ground, feedback)
+        names = areas.release_ids(ask.release_id_field)
         taken = presets.Taken.of(presets.LOGS[ask.preset], "--preset", vars(ask))
         if taken.sets or ask.preset != DEFAULT_PRESET:  # of the default, only what it set
             feedback.note(taken.said)
-        sizes = sizes_of(ask, taken, areas, feedback)
-        of_area = columns_of_rows(areas, {name: getattr(ask, name) for name in OPTIONS} | sizes, feedback)
+        sizes = sizes_of(ask, taken, areas.frame, feedback)
+        of_area = columns_of_rows(areas.frame, {name: getattr(ask, name) for name in OPTIONS} | sizes, feedback)
         deadwood = mapped_deadwood(ask.deadwood, feedback) if ask.deadwood else None
-        counts = logs_by_area(ask, shapes, weights)
+        counts = areas.logs_by_area(ask.count, ask.logs_per_ha)
         fix = "lower --count or --logs-per-ha, or sample the areas in parts"
         refuse_too_many(int(counts.sum()), "logs", ask.output, each=BYTES, fix=fix)
 
-        log_id, places = place_logs(ask, ground, areas, shapes, weights, counts, feedback)
-        area = log_id % len(areas)
+        log_id, places = areas.place_logs(counts, ask.seed, ground, feedback)
+        area = log_id % areas.size
         drawn = draw_logs(of_area, area, log_id, ask.seed, ask.correlation, deadwood)
         columns = {"log_id": log_id + 1, "release_id": names[area]} | drawn.columns
         frame = geopandas.GeoDataFrame(columns, geometry=shapely.points(places), crs=ground.plan_crs)
         write_vector(temporary, {"releases": frame})
-    facts = {"logs": log_id.size, "areas": len(areas), "redrawn": drawn.redrawn, "preset": taken.record}
+    facts = {"logs": log_id.size, "areas": areas.size, "redrawn": drawn.redrawn, "preset": taken.record}
     return Outcome({"output": Path(ask.output)}, facts, lines(ask, counts, drawn))
 
 
@@ -190,45 +184,6 @@ def refuse_contradictions(ask: Ask) -> None:
     given = next((name for name in SPREADS[:2] if getattr(ask, name)), None)
     if ask.deadwood and given:
         raise UserError(f"--deadwood and --{given.replace('_', '-')} both draw the sizes; give one of them")
-
-
-def read_areas(ask: Ask, ground: Grid | DemBlocks, feedback: Feedback) -> tuple[pandas.DataFrame, list[Any]]:
-    """The areas' columns and shapes; without a layer one area, the cells that have a weight (None)."""
-    import pandas
-
-    from deadwood_algorithms.files.vectors import read_vector
-    from deadwood_algorithms.scene.items import rows_named
-
-    if ask.areas is None:
-        anywhere = pandas.DataFrame(index=[0])
-        anywhere.attrs["where"] = str(ask.weights)
-        return anywhere, [None]
-    areas = read_vector(
-        ask.areas,
-        geometry=("point", "polygon"),
-        target_crs=ground.crs,
-        crs=ask.crs,
-        what="releases",
-        feedback=feedback,
-    )
-    shapes = np.asarray(areas.geometry)
-    slivers = np.flatnonzero((shapely.get_dimensions(shapes) == 2) & (shapely.area(shapes) < SLIVER_M2))
-    if slivers.size:
-        feedback.warn(
-            f"{where_of(areas)}, {rows_named(slivers)}: an area of {shapely.area(shapes[slivers[0]]):.2g} m2 is no "
-            "place for a tree (a sliver left by cutting polygons?), but gets as many logs as the others; delete it"
-        )
-    return areas, list(shapes)
-
-
-def weighted_ground(ask: Ask, ground: Grid | DemBlocks, shapes: list[Any]) -> Grid:
-    """The part of the DEM in which logs may be placed by weights: that of the areas, or of the raster of weights."""
-    from deadwood_algorithms.files.rasters import extent_in
-
-    if ask.areas is None:
-        return ground.over(extent_in(str(ask.weights), ground.crs))
-    west, south, east, north = shapely.total_bounds(shapes)
-    return ground.over((west - ask.radius_m, south - ask.radius_m, east + ask.radius_m, north + ask.radius_m))
 
 
 def sizes_of(ask: Ask, taken: presets.Taken, areas: pandas.DataFrame, feedback: Feedback) -> dict[str, float]:
@@ -260,49 +215,6 @@ def sizes_of(ask: Ask, taken: presets.Taken, areas: pandas.DataFrame, feedback: 
     return dict.fromkeys(missing, 1.0) | sizes  # of missing ones each row of the mapped deadwood has its own
 
 
-def logs_by_area(ask: Ask, shapes: list[Any], weights: Weights | None) -> np.ndarray:
-    """How many logs each area gets."""
-    if ask.logs_per_ha is None:
-        return np.full(len(shapes), ask.count)
-    area = np.array([area_m2(shape, ask.radius_m, weights) for shape in shapes])
-    counts = np.rint(area * ask.logs_per_ha / 1e4).astype(np.int64)
-    if not counts.any():
-        raise UserError(
-            f"--logs-per-ha {ask.logs_per_ha:g} on {area.sum() / 1e4:.4g} ha gives no log; raise it, or give --count"
-        )
-    if counts.max() > MOST_LOGS:
-        raise UserError(f"--logs-per-ha {ask.logs_per_ha:g} is {counts.max()} logs in one area; lower it")
-    return counts
-
-
-def place_logs(
-    ask: Ask,
-    ground: Grid | DemBlocks,
-    areas: pandas.DataFrame,
-    shapes: list[Any],
-    weights: Weights | None,
-    counts: np.ndarray,
-    feedback: Feedback,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Numbers from 0 and places [m] of all logs, in order; area ``row`` has the numbers row, row + n, row + 2 n, ..."""
-    ids, places = [], []
-    for row, shape in enumerate(shapes):
-        if feedback.cancelled():
-            raise Cancelled
-        where = f"{where_of(areas)}, row {row + 1}" if ask.areas else where_of(areas)
-        log_id = row + len(shapes) * np.arange(counts[row])
-        if weights is None:
-            place = positions(shape, ask.radius_m, ask.seed, log_id, where)
-            refuse_off_dem(place, ground, where)
-        else:
-            place = weighted_positions(shape, ask.radius_m, weights, ask.seed, log_id, where)
-        ids.append(log_id)
-        places.append(place)
-        feedback.progress(int(counts[: row + 1].sum()), int(counts.sum()), "drawing release positions")
-    order = np.argsort(np.concatenate(ids), kind="stable")
-    return np.concatenate(ids)[order], np.concatenate(places)[order]
-
-
 def lines(ask: Ask, counts: np.ndarray, drawn: Drawn) -> tuple[str, ...]:
     each = f"{counts.min()}" if counts.min() == counts.max() else f"{counts.min()} to {counts.max()}"
     where = f"{counts.size} release areas" if ask.areas else f"the cells of {ask.weights} with a weight"
@@ -315,28 +227,6 @@ def lines(ask: Ask, counts: np.ndarray, drawn: Drawn) -> tuple[str, ...]:
         f"{count} {word}" if words.size > 1 else f"all {word}" for word, count in zip(words, number, strict=True)
     )
     return (first, *said, *drawn.said, f"posture at the start: {posture}")
-
-
-def release_ids(areas: pandas.DataFrame, field: str | None) -> np.ndarray:
-    """The name of each area: the field asked for, else ``release_id``, else the row number from 1."""
-    if field and field not in areas:
-        known = ", ".join(str(name) for name in areas.columns if name != "geometry") or "none"
-        raise UserError(f"{where_of(areas)}: there is no field '{field}' (--release-id-field); the fields are {known}")
-    field = field or ("release_id" if "release_id" in areas else None)
-    return id_column(areas, field) if field else np.arange(1, len(areas) + 1)
-
-
-def refuse_off_dem(place: np.ndarray, ground: Grid | DemBlocks, where: str) -> None:
-    on = ground.contains(place[:, 0], place[:, 1])
-    if on.all():
-        return
-    x, y = place[np.argmin(on)]
-    share = "every release position lies" if not on.any() else f"{(~on).sum()} of {on.size} release positions lie"
-    raise UserError(
-        f"{where}: {share} off the DEM or on its nodata (one at {x:.1f}, {y:.1f}; the DEM spans "
-        "{:.1f} to {:.1f} east, {:.1f} to {:.1f} north)".format(*(ground.bounds[i] for i in (0, 2, 1, 3)))
-        + "; check the area's CRS, clip it, or take a larger DEM"
-    )
 
 
 TOOL = Tool(

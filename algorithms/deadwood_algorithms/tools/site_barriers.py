@@ -31,26 +31,27 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from deadwood_algorithms.params import presets, tool
-from deadwood_algorithms.params.tool import Feedback, Outcome, Quiet, Tool, UserError
+from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
 from deadwood_algorithms.schemas import BARRIER_M
 
 if TYPE_CHECKING:
     from deadwood_algorithms.evaluate.protection.candidate_barriers import Candidate
-    from deadwood_algorithms.evaluate.protection.effect import Question
+    from deadwood_algorithms.evaluate.protection.rerun import Rerun
     from deadwood_algorithms.scene.layers import SceneLayers
     from deadwood_algorithms.simulate.steps import Steps
 
 TABLE, LAYER, PICTURE = "pareto.csv", "barriers.gpkg", "barriers.png"
 FACTS, MANIFEST = "summary.json", "manifest.json"
 TIMES = 8  # so many times, about, each log slides
+LEAST_PILOT = 10  # logs of the pilot of --plan
 MANY = 200  # candidates that are slid, each alone, without a word
 
 
@@ -78,7 +79,8 @@ class Ask(SlidingOptions):
         "Classes of barriers, to find the weakest that holds the energies",
         *presets.BARRIERS,
         default=None,
-        help=presets.choices_told(presets.BARRIERS) + " They are made for rocks; a person decides.",
+        help=presets.choices_told(presets.BARRIERS)
+        + " They were made for rocks; whether they suit wood is for an expert to decide.",
     )
     logs: int | None = tool.integer(
         "Logs to use (default: all of the run)", default=None, minimum=1, help="A random subset."
@@ -91,27 +93,16 @@ class Ask(SlidingOptions):
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
-    return told_plan(ask, feedback) if ask.plan else sited(ask, feedback)
+    from deadwood_algorithms.results.plan import logs_of_run, result_or_plan
 
-
-def told_plan(ask: Ask, feedback: Feedback) -> Outcome:
-    """What the run would take."""
-    from deadwood_algorithms.results.forecast import planned_from_few
-    from deadwood_algorithms.results.run_folder import read_run
-
-    def few(output: str, logs: int, feedback: Feedback) -> Outcome:
-        return sited(replace(ask, output=output, logs=logs, plan=False, resume=False), feedback)
-
-    logs = min(ask.logs or 2**40, len(read_run(ask.run, feedback=Quiet()).deposits))
-    of_one = max(10, ask.plan_logs // TIMES)
-    return planned_from_few(few, of_one, logs, ask.output, ask.where(""), ask.plan_workers, feedback)
+    return result_or_plan(sited, ask, feedback, times=TIMES, logs_there=lambda: logs_of_run(ask.run), least=LEAST_PILOT)
 
 
 def sited(ask: Ask, feedback: Feedback) -> Outcome:
     import pandas
 
     from deadwood_algorithms.evaluate.protection.candidate_barriers import read_given
-    from deadwood_algorithms.evaluate.protection.effect import asked_again
+    from deadwood_algorithms.evaluate.protection.rerun import open_rerun
     from deadwood_algorithms.evaluate.protection.siting import Siting, choose, trials_alone
     from deadwood_algorithms.evaluate.protection.siting_figure import draw
     from deadwood_algorithms.evaluate.protection.siting_table import (
@@ -136,18 +127,16 @@ def sited(ask: Ask, feedback: Feedback) -> Outcome:
     where = ask.where(f"{TOOL.name}-{Path(ask.output).name}")
     with result_folder(TOOL, ask, feedback) as folder, ExitStack() as opened:
         source = read_run(ask.run, feedback=feedback)
-        question, layers, rows = opened.enter_context(
-            asked_again(source, ask.lines, ask.logs, ask.seed, where, feedback)
-        )
+        rerun, layers, rows = opened.enter_context(open_rerun(source, ask.lines, ask.logs, ask.seed, where, feedback))
         found = read_given(ask.candidates, ask.height_m, layers, feedback) if ask.candidates else []
-        kept = Steps(ask.output, identity(ask, question, layers, found), resume=ask.resume, feedback=feedback)
+        kept = Steps(ask.output, identity(ask, rerun, layers, found), resume=ask.resume, feedback=feedback)
         load_kernels(layers.shape, feedback)
         with workers_for(where, feedback):
             if not ask.candidates:
-                found, layers = contours_of(ask, question, layers, kept, feedback)
+                found, layers = contours_of(ask, rerun, layers, kept, feedback)
             if len(found) > MANY:
                 feedback.warn(f"{len(found)} candidates are slid, each alone; fewer take less time")
-            siting = Siting(question, layers, found, kept, feedback)
+            siting = Siting(rerun, layers, found, kept, feedback)
             now, ends = siting.slide(np.arange(rows.size), (), "sliding the run again")
             refuse_other_ends(source, rows, ends)
             if not now.any_line.any():
@@ -168,7 +157,7 @@ def sited(ask: Ask, feedback: Feedback) -> Outcome:
             "reach": share_if_lost(now.any_line, now.left),
             "reach_by_line": by_line(siting, now),
             "chosen": [row for row in table.to_dict("records") if row["step"]],
-            "reach_by_line_after": by_line(siting, steps[-1].ways if steps else now),
+            "reach_by_line_after": by_line(siting, steps[-1].outcomes if steps else now),
             "stopped_because": why,
             "rows": table.to_dict("records"),
         }
@@ -181,12 +170,12 @@ def sited(ask: Ask, feedback: Feedback) -> Outcome:
     return Outcome({"output": final} | {key: final / name for key, name in parts.items()}, facts, shown)
 
 
-def identity(ask: Ask, question: Question, layers: SceneLayers, given: Sequence[Candidate]) -> dict[str, Any]:
+def identity(ask: Ask, rerun: Rerun, layers: SceneLayers, given: Sequence[Candidate]) -> dict[str, Any]:
     """What decides every step: only what agrees in all of it is gone on with."""
-    from deadwood_algorithms.evaluate.protection.effect import CHUNK
+    from deadwood_algorithms.evaluate.protection.changed_scenes import CHUNK
     from deadwood_algorithms.simulate.chunks import identity_of
 
-    known = {
+    decided_by = {
         "groups": CHUNK,
         "--logs or --seed": [ask.logs, ask.seed],
         "--candidates": [[each.id, each.shape.wkb_hex, each.height] for each in given],
@@ -194,12 +183,12 @@ def identity(ask: Ask, question: Question, layers: SceneLayers, given: Sequence[
             list(ask.above_m), list(ask.length_m), list(ask.height_m), ask.places, ask.count,
         ],
     }  # fmt: skip
-    return identity_of(question.simulation, layers, question.releases, **known)
+    return identity_of(rerun.simulation, layers, rerun.releases, **decided_by)
 
 
 def contours_of(
     ask: Ask,
-    question: Question,
+    rerun: Rerun,
     layers: SceneLayers,
     steps: Steps,
     feedback: Feedback,
@@ -209,10 +198,10 @@ def contours_of(
     from deadwood_algorithms.evaluate.protection.siting import passed_to_lines
 
     if layers.dem.whole is not None:  # contours are drawn on all the ground that logs come to
-        _, layers = passed_to_lines(question, layers, list(layers.lines.geometry), steps, feedback)
+        _, layers = passed_to_lines(rerun, layers, list(layers.lines.geometry), steps, feedback)
 
     def passed(shapes: Sequence[Any]) -> Any:
-        return passed_to_lines(question, layers, shapes, steps, feedback)[0]
+        return passed_to_lines(rerun, layers, shapes, steps, feedback)[0]
 
     found = contour_candidates(layers, ask.above_m, ask.length_m, ask.height_m, ask.places, passed)
     if not found:

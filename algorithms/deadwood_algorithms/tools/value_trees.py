@@ -27,16 +27,16 @@ these releases. Trees break as in the run: not, unless it had --break-trees. The
 from __future__ import annotations
 
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from deadwood_algorithms.params import tool
-from deadwood_algorithms.params.tool import Feedback, Outcome, Quiet, Tool, UserError
+from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
 
-MANY = 2**40
 TIMES = 8  # so many times, about, each log slides in a forest
+LEAST_PILOT = 10  # logs of the pilot of --plan
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,31 +67,29 @@ class Ask(SlidingOptions):
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
-    return told_plan(ask, feedback) if ask.plan else values_of(ask, feedback)
+    from deadwood_algorithms.results.plan import logs_of_run, result_or_plan
 
-
-def told_plan(ask: Ask, feedback: Feedback) -> Outcome:
-    """What the run would take."""
-    from deadwood_algorithms.results.forecast import planned_from_few
-    from deadwood_algorithms.results.run_folder import read_run
-
-    def few(output: str, logs: int, feedback: Feedback) -> Outcome:
-        return values_of(replace(ask, output=output, logs=logs, plan=False, resume=False), feedback)
-
-    logs = min(ask.logs or MANY, len(read_run(ask.run, feedback=Quiet()).deposits))
-    of_one = max(10, ask.plan_logs // TIMES)
-    return planned_from_few(few, of_one, logs, ask.output, ask.where(""), ask.plan_workers, feedback)
+    return result_or_plan(
+        values_of, ask, feedback, times=TIMES, logs_there=lambda: logs_of_run(ask.run), least=LEAST_PILOT
+    )
 
 
 def values_of(ask: Ask, feedback: Feedback) -> Outcome:
-    from deadwood_algorithms.evaluate.protection.effect import AT_ONCE, CHANGED, CHUNK, asked_again, slide_known
+    from deadwood_algorithms.evaluate.protection.baseline import slide_baseline
+    from deadwood_algorithms.evaluate.protection.changed_scenes import AT_ONCE, CHANGED, CHUNK
+    from deadwood_algorithms.evaluate.protection.effect_layer import (
+        candidate_effects,
+        frame_of,
+        lines_of,
+        obstacle_effects,
+    )
     from deadwood_algorithms.evaluate.protection.obstacles import (
         obstacles_of,
         read_candidates,
         read_stand_areas,
         stands_of,
     )
-    from deadwood_algorithms.evaluate.protection.values import frame_of, lines_of, value, value_planted
+    from deadwood_algorithms.evaluate.protection.rerun import open_rerun
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.results.identity import writing
     from deadwood_algorithms.results.lost import left_dem, lost_warning, reach_records, reach_told
@@ -108,40 +106,38 @@ def values_of(ask: Ask, feedback: Feedback) -> Outcome:
     with writing(TOOL, ask, feedback) as outputs, ExitStack() as opened:
         path = outputs.file("output", ".gpkg")
         source = read_run(ask.run, feedback=feedback)
-        question, layers, rows = opened.enter_context(
-            asked_again(source, ask.lines, ask.logs, ask.seed, where, feedback)
-        )
+        rerun, layers, rows = opened.enter_context(open_rerun(source, ask.lines, ask.logs, ask.seed, where, feedback))
         # what is wrong with the layers is said before the logs slide
         stands = read_stand_areas(ask.stands, layers, feedback) if ask.stands else []
-        lying_cm = question.simulation.inputs.lying_diameter_cm
+        lying_cm = rerun.simulation.inputs.lying_diameter_cm
         could = read_candidates(ask.plant, ask.plant_lying, layers, lying_cm, feedback)
         if not (layers.tree_ids or layers.lying.ids or layers.barriers.ids or len(could)):
             raise UserError(
                 f"{ask.run}: no tree, lying log or barrier stands in the run; --plant names places for some"
             )
 
-        known = {
+        decided_by = {
             "groups": [CHUNK, AT_ONCE, *CHANGED],
             "--logs or --seed": [ask.logs, ask.seed],
             "--stands": [[name, shape.wkb_hex] for name, shape in stands],
             "--plant or --plant-lying": digest_of(could.trees, could.lying),
         }
-        identity = identity_of(question.simulation, layers, question.releases, **known)
+        identity = identity_of(rerun.simulation, layers, rerun.releases, **decided_by)
         steps = Steps(ask.output, identity, resume=ask.resume, feedback=feedback)
         load_kernels(layers.shape, feedback)
         frames: dict[str, Any] = {}
         with workers_for(where, feedback):
-            known, layers = slide_known(question, layers, feedback)
-            refuse_other_ends(source, rows, known.result.end_position)
-            left = left_dem(known.result.stop_reason)
-            told = reach_told(reach_records(layers.lines.ids, known.reach, left))
+            baseline, layers = slide_baseline(rerun, layers, feedback)
+            refuse_other_ends(source, rows, baseline.result.end_position)
+            left = left_dem(baseline.result.stop_reason)
+            told = reach_told(reach_records(layers.lines.ids, baseline.reach, left))
             if warning := lost_warning(int(left.sum()), left.size, told):
                 feedback.warn(f"{ask.run}: {warning}; gain_p_low_if_lost and gain_p_high_if_lost bound each gain")
             if things := [*obstacles_of(layers), *stands_of(stands, layers)]:
-                found = value(question, layers, known, things, steps, feedback)
+                found = obstacle_effects(rerun, layers, baseline, things, steps, feedback)
                 frames["values"] = frame_of(found, layers, "n_reach_without", +1)
             if len(could):
-                found = value_planted(question, layers, known, could, steps, feedback)
+                found = candidate_effects(rerun, layers, baseline, could, steps, feedback)
                 frames["planted"] = frame_of(found, layers, "n_reach_with", -1)
         write_vector(path, frames)
     steps.remove()

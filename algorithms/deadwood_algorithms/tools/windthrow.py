@@ -46,7 +46,7 @@ YEARS, THINNER = 10.0, 0.2
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ask:
+class Ask(tool.TakesPresets):
     trees: str = tool.vector("Trees before the storm", "point")
     dem: str = tool.terrain("Terrain (DEM)")
     share: float | None = tool.number("Share of the stems that is thrown", default=None, minimum=0.0, maximum=1.0)

@@ -245,7 +245,7 @@ def test_design_values_class_energies_alone(case, tmp_path):
         assert row["barrier_class_high"] == etag.class_of(high)[0]
     assert set(rows.loc[rows["quantity"] != "energy", "barrier_class"]) == {""}
     assert found.lines[-2].startswith("--barrier-classes etag-027: ETAG 027 (EOTA 2008)")
-    assert found.lines[-2].endswith("so a person decides")
+    assert found.lines[-2].endswith("an expert must judge that")
 
 
 def test_frictions_by_weather_and_bark_are_those_of_their_sources():

@@ -126,7 +126,7 @@ def test_the_pilot_is_an_even_draw_of_the_very_logs(case, tmp_path):
     frame = gpd.read_file(case.releases)
     ask = slide_logs.Ask(**case.values(output=str(tmp_path / "few"), seed=3, time_limit_s=0.1, overwrite=True))
     wanted = frame["log_id"].to_numpy()[hash_order(frame["log_id"].to_numpy(), 3)[:40]]
-    _, logs = slide_logs.slid_run(ask, Quiet(), at_most=40)
+    _, logs = slide_logs.slid_run(ask, None, Quiet(), at_most=40)
     assert logs == len(frame)
     assert layer(tmp_path / "few", "deposits")["log_id"].tolist() == sorted(wanted)
 

@@ -11,6 +11,8 @@ import pytest
 import shapely
 from slope_case import Case, points, write_layer
 
+from deadwood_algorithms.results import qgis_layout
+
 
 @pytest.fixture(scope="module")
 def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -30,7 +32,7 @@ def project(case: Path) -> ElementTree.Element:
 def test_every_layer_of_the_run_is_in_the_project_and_is_found_from_it(case):
     root = project(case)
     sources = {each.findtext("id"): each.findtext("datasource") or "" for each in root.iter("maplayer")}
-    nodes = [each.get("id") for each in root.iter("layer-tree-layer")]
+    nodes = [each.get("id") for each in root.findall("layer-tree-group//layer-tree-layer")]
     assert sorted(nodes) == sorted(sources)
     assert len(set(nodes)) == len(nodes)
     expected = {f"./{path.name}" for path in case.glob("*.tif")}
@@ -52,6 +54,29 @@ def test_the_project_is_in_the_runs_crs_and_knows_the_time(case):
     assert root.find("ProjectTimeSettings").get("timeStep") == "0.25"  # type: ignore[union-attr]
     outlines = next(each for each in root.iter("maplayer") if each.findtext("id") == "deadwood_log_outlines")
     assert outlines.find("temporal").get("startField") == "t"  # type: ignore[union-attr]
+
+
+def test_the_print_layout_shows_layers_that_there_are_at_a_round_scale(case):
+    root = project(case)
+    layout = root.find("Layouts/Layout")
+    assert layout is not None
+    known = {each.findtext("id") for each in root.iter("maplayer")}
+    listed = {each.get("id") for each in layout.iter("layer-tree-layer")}
+    theme = next(each for each in root.iter("visibility-preset") if each.get("name") == layout.get("name"))
+    themed = {each.get("id") for each in theme.iter("layer")}
+    assert listed < known
+    assert themed == listed | {"deadwood_terrain"}
+
+
+@pytest.mark.parametrize("width", [3.0, 41.0, 205.0, 206.0, 999.0, 30_000.0])
+@pytest.mark.parametrize("height", [3.0, 160.0, 5_000.0])
+def test_the_scale_is_the_largest_round_one_that_shows_the_extent(width, height):
+    scale = qgis_layout.nice_scale((0.0, 0.0, width, height))
+    needed = max(width / qgis_layout.MAP_MM[2], height / qgis_layout.MAP_MM[3]) * 1000.0
+    round_ones = sorted(part * 10.0**power for part in (1.0, 2.0, 2.5, 5.0) for power in range(8))
+    assert scale == min(each for each in round_ones if each >= needed * (1.0 - 1e-9))
+    bar = qgis_layout.bar_length(scale) / scale * 1000.0
+    assert 0.08 * qgis_layout.MAP_MM[2] < bar <= 0.22 * qgis_layout.MAP_MM[2] * (1.0 + 1e-9)
 
 
 def test_the_scene_is_as_it_was_modelled(case):

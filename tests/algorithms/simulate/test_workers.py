@@ -16,7 +16,7 @@ import pytest
 from dask_processes import PATHS, ROOT, Site
 from slope_case import Case, assert_same_bytes, assert_same_file, points, write_layer
 
-from deadwood_algorithms.evaluate.protection import effect
+from deadwood_algorithms.evaluate.protection import changed_scenes
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.simulate import chunks
 from deadwood_algorithms.simulate import workers as spread_workers
@@ -107,7 +107,7 @@ def test_a_worker_killed_in_mid_run_costs_no_result(case, alone, site, tmp_path)
 
 def test_value_trees_loses_nothing_with_a_worker(case, alone, site, tmp_path, monkeypatch):
     """Killed while logs slide without trees."""
-    monkeypatch.setattr(effect, "CHUNK", 200)
+    monkeypatch.setattr(changed_scenes, "CHUNK", 200)
     value_trees.TOOL(run=str(alone), output=str(tmp_path / "alone.gpkg"))
     victim, other = site.worker(), site.worker()
     watcher = Watcher(lambda: site.kill(victim), what="sliding without each of")

@@ -253,11 +253,11 @@ def test_the_height_over_the_terrain_is_that_of_the_centre_of_mass(tmp_path):
 def test_points_with_roles_are_flights_too(tmp_path, said):
     dem = write_dem(tmp_path / "dem.tif", terrace(24.0, -30.0, 40.0))
     shapes = [Point(at(40.0)), Point(at(0.0)), Point(at(0.0, aside=3.0)), Point(at(40.0, aside=3.0))]
-    marks = write_layer(
-        tmp_path / "marks.gpkg", shapes, flight_id=["a", "a", "b", "b"],
+    flights = write_layer(
+        tmp_path / "flights.gpkg", shapes, flight_id=["a", "a", "b", "b"],
         role=["Landing", "take-off", "takeoff", "landing"], dbh_cm=[1.0, 20.0, 40.0, 1.0],
     )  # fmt: skip
-    flights, _ = fitted(tmp_path, said, dem=dem, flights=marks)
+    flights, _ = fitted(tmp_path, said, dem=dem, flights=flights)
     assert flights["flight_id"].tolist() == ["a", "b"]
     assert flights["takeoff_speed_ms"].to_numpy() == pytest.approx([24.0, 24.0], rel=1e-6)
     assert flights["dbh_cm"].tolist() == [20.0, 40.0]  # of the take-off's row
@@ -293,13 +293,13 @@ def test_bad_input_is_told_in_one_line_and_leaves_nothing(tmp_path, name):
     dem = write_dem(
         tmp_path / "dem.tif", lambda s: np.where(s < -15.0, np.nan, -0.3 * s - 0.01 * np.maximum(s, 0) ** 2)
     )
-    marks = write_layer(tmp_path / "marks.gpkg", [shape], **columns)
+    flights = write_layer(tmp_path / "flights.gpkg", [shape], **columns)
     if "barriers" in values:
         across = LineString([at(5.0, aside=-1.0), at(5.0, aside=1.0)])
         values["barriers"] = write_layer(tmp_path / "bars.gpkg", [across], **values["barriers"])
     before = sorted(tmp_path.iterdir())
     with pytest.raises(UserError) as raised:
-        fitted(tmp_path, dem=dem, flights=marks, plots=str(tmp_path / "plots"), **values)
+        fitted(tmp_path, dem=dem, flights=flights, plots=str(tmp_path / "plots"), **values)
     assert said_of_it in str(raised.value)
     assert "\n" not in str(raised.value)
     assert sorted(tmp_path.iterdir()) == before

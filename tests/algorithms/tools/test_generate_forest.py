@@ -12,7 +12,8 @@ from scipy import stats
 from shapely import Polygon, box
 
 from deadwood_algorithms.params.tool import Cancelled, UserError
-from deadwood_algorithms.tools.generate_forest import TOOL, Sizes, draw_sizes
+from deadwood_algorithms.prepare.trees.forest_sizes import Sizes, draw_sizes
+from deadwood_algorithms.tools.generate_forest import TOOL
 
 EAST, NORTH = 2_783_000.0, 1_190_000.0
 # Of 100 x 80 heights, 2 m apart: the surface spans 198 m x 158 m.

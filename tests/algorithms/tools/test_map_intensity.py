@@ -198,7 +198,7 @@ def test_the_ground_of_each_class_and_what_an_empty_cell_means(made, tmp_path):
     top = wilson_interval(0, N)[1]
     assert facts["no_hit"] == {"p_high": top, "return_ci_low_years": pytest.approx(1.0 / (0.2 * top))}
     assert "Swiss federal" in facts["rule"]
-    assert "a person decides" in facts["decides"]
+    assert "an expert decides" in facts["decides"]
 
 
 def test_colours_stand_in_the_file_and_beside_it(made, tmp_path):

@@ -14,8 +14,8 @@ import pytest
 import shapely
 from slope_case import EAST, NORTH, Case, assert_same_file, layer, points, write_layer
 
-from deadwood_algorithms.evaluate.protection import effect
-from deadwood_algorithms.evaluate.protection import values as protection_values
+from deadwood_algorithms.evaluate.protection import effect_layer, near_candidates
+from deadwood_algorithms.evaluate.protection.changed_scenes import ChangedScenes
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.scene import layers, reach
 from deadwood_algorithms.simulate import sliding, windows
@@ -177,7 +177,7 @@ def test_threads_change_no_byte(full, tmp_path):
 
 def both_ways(run: Path, folder: Path, monkeypatch, feedback: Any = None, **more: Any) -> float:
     """The same bytes, whether logs go on from stages or from their release; returns the share that had a stage."""
-    stages_of, used = effect.Again.stages_of, []
+    stages_of, used = ChangedScenes.stages_of, []
 
     def from_release(self, scene, task):
         used.append(stages_of(self, scene, task)["going_on"] >= 0)
@@ -186,9 +186,9 @@ def both_ways(run: Path, folder: Path, monkeypatch, feedback: Any = None, **more
 
     value_trees.TOOL(feedback=feedback, run=str(run), output=str(folder / "short.gpkg"), **more)
     with monkeypatch.context() as changed:
-        changed.setattr(effect.Again, "shorter_before", effect.Again.shorter, raising=False)
-        changed.setattr(effect.Again, "shorter", lambda self: {})
-        changed.setattr(effect.Again, "stages_of", from_release)
+        changed.setattr(ChangedScenes, "shorter_before", ChangedScenes.shorter, raising=False)
+        changed.setattr(ChangedScenes, "shorter", lambda self: {})
+        changed.setattr(ChangedScenes, "stages_of", from_release)
         value_trees.TOOL(run=str(run), output=str(folder / "long.gpkg"), **more)
     assert_same_file(folder / "short.gpkg", folder / "long.gpkg")
     return float(np.concatenate(used).mean())
@@ -261,8 +261,8 @@ def test_no_log_that_would_list_a_candidate_is_left_out(case, monkeypatch, tmp_p
         told.append((question, short, layers, found, widest, near))
         raise UserError("enough")
 
-    logs_near = effect.logs_near
-    monkeypatch.setattr(protection_values, "logs_near", caught)
+    logs_near = near_candidates.logs_near
+    monkeypatch.setattr(effect_layer, "logs_near", caught)
     with pytest.raises(UserError, match="enough"):
         value_trees.TOOL(run=str(run), output=str(tmp_path / "v.gpkg"), plant=plant)
     question, short, layers, found, widest, near = told[0]

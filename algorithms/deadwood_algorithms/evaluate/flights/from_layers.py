@@ -23,7 +23,7 @@ ROLES = ("takeoff", "landing")
 
 
 @dataclass(frozen=True)
-class Mark:
+class MappedFlight:
     """One flight as it was mapped: its two places in the plan [m], and the log."""
 
     flight_id: Any
@@ -56,7 +56,9 @@ class FlightDefaults:
     takeoff_deg: float | None
 
 
-def read_marks(path: str, crs: str | None, defaults: FlightDefaults, dem: DemWindows, feedback: Feedback) -> list[Mark]:
+def read_flights(
+    path: str, crs: str | None, defaults: FlightDefaults, dem: DemWindows, feedback: Feedback
+) -> list[MappedFlight]:
     """The flights of a layer of lines, or of one of points; ``crs`` is that of a layer that names none."""
     frame = read_vector(
         path, geometry=("line", "point"), target_crs=dem.crs, crs=crs, what="flights", feedback=feedback
@@ -75,14 +77,14 @@ def read_marks(path: str, crs: str | None, defaults: FlightDefaults, dem: DemWin
     if len(kinds) > 1:
         raise UserError(f"{where_of(frame)}: lines and points are mixed; give the one or the other")
     pairs = _of_lines(frame, feedback) if kinds == {1} else _of_points(frame)
-    marks = []
+    flights = []
     for flight_id, row, takeoff, landing in pairs:
         at = f"{where_of(frame)}, row {row + 1}"
         if takeoff == landing:
             raise UserError(f"{at}: take-off and landing are the same place")
         of = {name: float(values[row]) for name, values in numbers.items()}
-        marks.append(Mark(flight_id, at, takeoff, landing, of["dbh_cm"], of["length_m"], of["takeoff_deg"]))
-    return marks
+        flights.append(MappedFlight(flight_id, at, takeoff, landing, of["dbh_cm"], of["length_m"], of["takeoff_deg"]))
+    return flights
 
 
 def read_flight_barriers(path: str | None, crs: str | None, dem: DemWindows, feedback: Feedback) -> list[Barrier]:

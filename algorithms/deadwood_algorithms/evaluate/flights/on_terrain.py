@@ -12,7 +12,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from deadwood_algorithms.evaluate.flights.from_layers import Barrier, Mark
+from deadwood_algorithms.evaluate.flights.from_layers import Barrier, MappedFlight
 from deadwood_algorithms.evaluate.flights.parabola import Flight, slope_of
 from deadwood_algorithms.files.dem_windows import DemWindows
 from deadwood_algorithms.params.tool import UserError
@@ -56,7 +56,7 @@ class Followed:
     height of the centre of mass at the take-off.
     """
 
-    mark: Mark
+    mapped: MappedFlight
     flight: Flight
     terrain_angle: bool
     start: float
@@ -73,7 +73,7 @@ class Followed:
     def place(self, s: Any) -> tuple[Array, Array]:
         """Position in the plan of places along the flight [m]."""
         share = np.asarray(s, float) / self.flight.distance
-        (x0, y0), (x1, y1) = self.mark.takeoff, self.mark.landing
+        (x0, y0), (x1, y1) = self.mapped.takeoff, self.mapped.landing
         return x0 + share * (x1 - x0), y0 + share * (y1 - y0)
 
     def path(self) -> Any:
@@ -93,7 +93,7 @@ class Followed:
             return float(value) if flies else np.nan
 
         return {
-            "flight_id": self.mark.flight_id,
+            "flight_id": self.mapped.flight_id,
             "verdict": self.verdict,
             "distance_m": flight.distance,
             "fall_m": -flight.rise,
@@ -108,8 +108,8 @@ class Followed:
             "height_max_m": known(np.max(above[self.between], initial=0.0)),
             "cut_m": self.cut,
             "clearance_min_m": least,
-            "dbh_cm": self.mark.dbh_cm,
-            "length_m": self.mark.length,
+            "dbh_cm": self.mapped.dbh_cm,
+            "length_m": self.mapped.length,
         }
 
     def lines(self) -> list[str]:
@@ -134,14 +134,14 @@ class Followed:
 
 
 def follow(
-    mark: Mark, barriers: list[Barrier], dem: DemWindows, *, slope_over_m: float, tolerance_m: float
+    mapped: MappedFlight, barriers: list[Barrier], dem: DemWindows, *, slope_over_m: float, tolerance_m: float
 ) -> Followed:
     """The parabola of a mapped flight, and what of terrain and barriers stands in its way.
 
     ``slope_over_m`` [m] before the take-off tell its angle where none is mapped; the terrain may stand ``tolerance_m``
     [m] into a flight.
     """
-    start, end = np.array(mark.takeoff), np.array(mark.landing)
+    start, end = np.array(mapped.takeoff), np.array(mapped.landing)
     distance = float(np.hypot(*(end - start)))
     along = (end - start) / distance
 
@@ -151,14 +151,14 @@ def follow(
     ends = ground_at(np.array([0.0, distance]))
     for name, height in zip(("take-off", "landing"), ends, strict=True):
         if np.isnan(height):
-            raise UserError(f"{mark.at}: the {name} lies off the DEM or on its nodata; check the CRS of both")
-    angle = np.tan(np.radians(mark.angle_deg))
+            raise UserError(f"{mapped.at}: the {name} lies off the DEM or on its nodata; check the CRS of both")
+    angle = np.tan(np.radians(mapped.angle_deg))
     if np.isnan(angle):
         before = np.linspace(-slope_over_m, 0.0, 1 + max(2, int(np.ceil(4.0 * slope_over_m / dem.cell))))
         heights = ground_at(before)
         if np.isnan(heights).any():
             raise UserError(
-                f"{mark.at}: the terrain is unknown on part of the {slope_over_m:g} m before the take-off "
+                f"{mapped.at}: the terrain is unknown on part of the {slope_over_m:g} m before the take-off "
                 "(--slope-over-m); shorten them, or give --takeoff-deg"
             )
         angle = slope_of(before, heights)
@@ -170,42 +170,44 @@ def follow(
         distance + np.arange(step, BESIDE_M + step, step),
     ])  # fmt: skip
     ground = ground_at(s)
-    lift = 0.5 * mark.diameter * float(np.hypot(1.0, angle))  # so that the underside leaves from the ground
+    lift = 0.5 * mapped.diameter * float(np.hypot(1.0, angle))  # so that the underside leaves from the ground
     start_height = float(ends[0]) + lift
     if flight.bend <= 0.0:
         return Followed(
-            mark, flight, np.isnan(mark.angle_deg), start_height, s, ground, np.nan, [], "above_launch_line"
+            mapped, flight, np.isnan(mapped.angle_deg), start_height, s, ground, np.nan, [], "above_launch_line"
         )
     inside = (s >= 0.0) & (s <= distance)
     # Against the parabola on the ground, which meets it at both ends whatever the log's thickness and angle there.
     cut = float(np.nanmax(ground[inside] - ends[0] - flight.height(s[inside]), initial=0.0))
-    crossings = _crossings(mark, flight, start_height, barriers, ground_at)
+    crossings = _crossings(mapped, flight, start_height, barriers, ground_at)
     if cut > tolerance_m:
         verdict = "cuts_terrain"
     else:
         verdict = "hits_barrier" if any(each.clearance <= 0.0 for each in crossings) else "possible"
-    return Followed(mark, flight, np.isnan(mark.angle_deg), start_height, s, ground, cut, crossings, verdict)
+    return Followed(mapped, flight, np.isnan(mapped.angle_deg), start_height, s, ground, cut, crossings, verdict)
 
 
-def _crossings(mark: Mark, flight: Flight, start: float, barriers: list[Barrier], ground_at: Any) -> list[Crossing]:
+def _crossings(
+    mapped: MappedFlight, flight: Flight, start: float, barriers: list[Barrier], ground_at: Any
+) -> list[Crossing]:
     """Every place where the flight passes a barrier's line in the plan, in the order of the flight."""
-    track = shapely.LineString([mark.takeoff, mark.landing])
+    track = shapely.LineString([mapped.takeoff, mapped.landing])
     found = []
     for barrier in barriers:
         for x, y in shapely.get_coordinates(shapely.intersection(track, barrier.line)):
-            s = float(np.hypot(x - mark.takeoff[0], y - mark.takeoff[1]))
+            s = float(np.hypot(x - mapped.takeoff[0], y - mapped.takeoff[1]))
             ground = float(ground_at(np.array([s]))[0])
             if np.isnan(ground):
                 raise UserError(
-                    f"{mark.at}: barrier {barrier.barrier_id} stands on nodata of the DEM where it is crossed"
+                    f"{mapped.at}: barrier {barrier.barrier_id} stands on nodata of the DEM where it is crossed"
                 )
             top = ground + barrier.height
-            clearance = start + float(flight.underside(s, mark.diameter / 2.0)) - top
-            half = 0.5 * mark.length / float(np.hypot(1.0, flight.slope(s)))
+            clearance = start + float(flight.underside(s, mapped.diameter / 2.0)) - top
+            half = 0.5 * mapped.length / float(np.hypot(1.0, flight.slope(s)))
             free = half <= s <= flight.distance - half
             found.append(
                 Crossing(
-                    mark.flight_id, barrier.barrier_id, shapely.Point(x, y, top), s, ground, barrier.height,
+                    mapped.flight_id, barrier.barrier_id, shapely.Point(x, y, top), s, ground, barrier.height,
                     clearance, float(flight.speed(s)), free,
                 )
             )  # fmt: skip

@@ -38,9 +38,9 @@ def draw(followed: Followed, path: Path) -> None:
     axes.fill_between(followed.s, low, followed.ground, color=GROUND, alpha=0.18, linewidth=0)
     s = np.linspace(0.0, flight.distance, 400)
     if flies:
-        radius = followed.mark.diameter / 2.0
+        radius = followed.mapped.diameter / 2.0
         for place in _places(followed):
-            corners = outline(flight, place, followed.mark.length, radius)
+            corners = outline(flight, place, followed.mapped.length, radius)
             axes.fill(corners[:, 0], base + corners[:, 1], color=WOOD, alpha=0.45, linewidth=0.6, edgecolor="#4a3320")
         axes.plot([], [], color=WOOD, linewidth=6, alpha=0.45, label="the log on its way")
         axes.plot(s, base + flight.height(s), color=PATH, linewidth=1.8, label="path of the centre of mass")
@@ -70,10 +70,10 @@ def draw(followed: Followed, path: Path) -> None:
 def _places(followed: Followed) -> np.ndarray:
     """Where the log is drawn: apart from each other, from the take-off until its front comes to the landing."""
     flight = followed.flight
-    front = 0.5 * followed.mark.length / float(np.hypot(1.0, flight.slope(flight.distance)))
+    front = 0.5 * followed.mapped.length / float(np.hypot(1.0, flight.slope(flight.distance)))
     last = max(0.0, flight.distance - front)
     along = last * float(np.hypot(1.0, flight.rise / flight.distance))
-    count = int(np.clip(1 + along / (1.15 * followed.mark.length), 1, LOGS_SHOWN))
+    count = int(np.clip(1 + along / (1.15 * followed.mapped.length), 1, LOGS_SHOWN))
     return np.linspace(0.0, last, count)
 
 

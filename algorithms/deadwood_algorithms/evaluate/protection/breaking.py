@@ -1,9 +1,9 @@
 """Trees that break: each log slid again without the trees that it would have broken, one after the other.
 
 A log whose hit takes more energy than the tree can is slid again without that tree, from a stage kept shortly before it
-mattered (`effect`), and so on with the next tree that it would break, until it breaks none or has reached every line.
-The tree then takes nothing at all, where a real one takes what it can: with the rigid tree, which takes everything, the
-two are the ends between which trees that break lie.
+mattered (`changed_scenes`), and so on with the next tree that it would break, until it breaks none or has reached every
+line. The tree then takes nothing at all, where a real one takes what it can: with the rigid tree, which takes
+everything, the two are the ends between which trees that break lie.
 """
 
 from __future__ import annotations
@@ -17,8 +17,11 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from deadwood_algorithms.evaluate.protection.effect import AT_ONCE, Again, Known, Question, Task
+from deadwood_algorithms.evaluate.protection.baseline import Baseline
+from deadwood_algorithms.evaluate.protection.changed_scenes import AT_ONCE, ChangedScenes, Task
 from deadwood_algorithms.evaluate.protection.obstacles import TREE, Obstacle
+from deadwood_algorithms.evaluate.protection.rerun import Rerun
+from deadwood_algorithms.evaluate.protection.scenes_at_once import changes_in_order
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.results.capacity import Capacity
 from deadwood_algorithms.scene.layers import SceneLayers
@@ -66,15 +69,15 @@ def first_broken(
     return found
 
 
-class AgainBroken(Again):
+class AgainBroken(ChangedScenes):
     """Slides logs again without the trees that they broke so far."""
 
-    def __init__(self, question: Question, layers: SceneLayers, known: Known, capacity: Capacity) -> None:
-        super().__init__(question, layers, known, None)
+    def __init__(self, rerun: Rerun, layers: SceneLayers, baseline: Baseline, capacity: Capacity) -> None:
+        super().__init__(rerun, layers, baseline, None)
         self.capacity = capacity
 
     def change_of(self, task: Task, result: Result) -> Any:
-        releases = self.question.releases.take(task.rows)
+        releases = self.rerun.releases.take(task.rows)
         now = reached(self.layers.lines, {"reach": result.reach}, releases)
         times = self.layers.lines.first_time(result.reach_time)
         times[starts_inside(self.layers.lines, releases)] = -np.inf
@@ -90,13 +93,13 @@ class AgainBroken(Again):
 
 
 def break_trees(
-    question: Question, layers: SceneLayers, known: Known, capacity: Capacity, steps: Steps, feedback: Feedback
+    rerun: Rerun, layers: SceneLayers, baseline: Baseline, capacity: Capacity, steps: Steps, feedback: Feedback
 ) -> Broken:
     """Slide every log again without the trees that it breaks, until it breaks no more."""
-    reach = known.reach.copy()
-    trees: list[list[int]] = [[] for _ in range(len(question.releases))]
-    again = AgainBroken(question, known.layers, known, capacity)
-    following = first_broken(known.result, known.layers, capacity, known.done)
+    reach = baseline.reach.copy()
+    trees: list[list[int]] = [[] for _ in range(len(rerun.releases))]
+    again = AgainBroken(rerun, baseline.layers, baseline, capacity)
+    following = first_broken(baseline.result, baseline.layers, capacity, baseline.done)
     number = 0
     while (following != UNBROKEN).any():
         number += 1
@@ -106,7 +109,7 @@ def break_trees(
         tasks = tasks_without([(row, trees[row]) for row in rows.tolist()])
         following = np.full(following.size, UNBROKEN)
         what = f"sliding {rows.size} logs without the {number}. tree that each breaks"
-        for task, way in again.all(tasks, steps, feedback, what):
+        for task, way in changes_in_order(again, tasks, steps, feedback, what):
             reach[task.rows], following[task.rows] = way.reach, way.tree
     return Broken(reach, trees)
 
@@ -127,13 +130,13 @@ def tasks_without(logs: Sequence[tuple[int, Sequence[int]]]) -> list[Task]:
 
 
 def frames_of(
-    broken: Broken, known: Known, layers: SceneLayers, capacity: Capacity
+    broken: Broken, baseline: Baseline, layers: SceneLayers, capacity: Capacity
 ) -> dict[str, geopandas.GeoDataFrame]:
     """One row for each line: reach with rigid trees and with trees that break; and one a tree that any log breaks."""
     total = len(broken.trees)
     rows = []
     for line, line_id in enumerate(layers.lines.ids):
-        before, now = known.reach[:, line], broken.reach[:, line]
+        before, now = baseline.reach[:, line], broken.reach[:, line]
         lost, gained = int((before & ~now).sum()), int((now & ~before).sum())
         low, high = paired_interval(lost, gained, total)
         gain = {"gain_logs": gained - lost, "gain_p": (gained - lost) / total, "ci_low": low, "ci_high": high}

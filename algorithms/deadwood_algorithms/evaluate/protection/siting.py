@@ -2,10 +2,10 @@
 
 All candidates' lines, and a zone around each, are watched while the logs slide. A log whose outline never touches the
 zone keeps every bit of its way when the barrier is put there, for the engine lists an obstacle, and lets it shorten a
-step, only within ``NEAR_MARGIN`` of the log's surface in plan (``cores.near``; ``logs_near`` of `effect` argues the
-same from poses), unless it is the first whose presence alone makes steps shorter (``Question.rule_of_steps``). The
+step, only within ``NEAR_MARGIN`` of the log's surface in plan (``cores.near``; ``near_candidates`` argues the
+same from poses), unless it is the first whose presence alone makes steps shorter (``Rerun.rule_of_steps``). The
 others slide again in the scene with the barrier; while they do, the zones tell near which other candidates their new
-ways come. So at any time it is known of each log what it does with the barriers chosen so far, and where else it comes.
+paths come. So it is known at any time what each log does with the barriers chosen so far, and where else it comes.
 """
 
 from __future__ import annotations
@@ -18,8 +18,9 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from deadwood_algorithms.evaluate.protection import changed_scenes
 from deadwood_algorithms.evaluate.protection.candidate_barriers import Candidate, with_barriers
-from deadwood_algorithms.evaluate.protection.effect import CHUNK, Question, without
+from deadwood_algorithms.evaluate.protection.rerun import Rerun, without
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.results.lost import left_dem
 from deadwood_algorithms.scene.items import Items
@@ -44,7 +45,7 @@ OVERLAP_WITHIN = 1.0  # [m]
 
 
 @dataclass(frozen=True)
-class Ways:
+class LogOutcomes:
     """What each log does in a scene, shape (n, ...).
 
     left : (n,), left the terrain model
@@ -62,14 +63,14 @@ class Ways:
     energy: Array
     height: Array
 
-    def with_rows(self, rows: NDArray[np.int64], other: Ways) -> Ways:
-        """These ways, of some logs those of another scene."""
+    def with_rows(self, rows: NDArray[np.int64], other: LogOutcomes) -> LogOutcomes:
+        """These outcomes, of some logs those of another scene."""
         out = {}
         for each in fields(self):
             values = getattr(self, each.name).copy()
             values[rows] = getattr(other, each.name)
             out[each.name] = values
-        return Ways(**out)
+        return LogOutcomes(**out)
 
     @property
     def any_line(self) -> NDArray[np.bool_]:
@@ -96,30 +97,29 @@ def times_of(items: Items, result: Result, releases: Any) -> Array:
 
 
 def passed_to_lines(
-    question: Question, layers: SceneLayers, shapes: Sequence[Any], steps: Steps, feedback: Feedback
+    rerun: Rerun, layers: SceneLayers, shapes: Sequence[Any], steps: Steps, feedback: Feedback
 ) -> tuple[NDArray[np.bool_], SceneLayers]:
     """Which log touches which of the shapes and a line to be protected then or later, shape (n, shapes)."""
-    marks, items = as_lines(shapes)
-    n = len(question.releases)
+    polylines, items = as_lines(shapes)
+    n, chunk = len(rerun.releases), changed_scenes.CHUNK
 
     def slide_some(first: int) -> dict[str, NDArray[np.bool_]]:
         nonlocal layers
-        some = question.releases.take(np.arange(first, min(first + CHUNK, n)))
+        some = rerun.releases.take(np.arange(first, min(first + chunk, n)))
 
         def slide_on(on: SceneLayers) -> tuple[NDArray[np.bool_], list[str]]:
-            on = on.with_lines_before(marks, items)
+            on = on.with_lines_before(polylines, items)
             report = reporter(feedback, n, "finding where logs pass", before=first)
-            result, sides = slide_once(on, some.logs, question.simulation, report)
+            result, sides = slide_once(on, some.logs, rerun.simulation, report)
             times = times_of(on.lines, result, some)
             return flux_of(times[:, : len(shapes)], times[:, len(shapes) :]), sides
 
-        passes, layers = until_none_escapes(layers, question.simulation, slide_on, feedback)
+        passes, layers = until_none_escapes(layers, rerun.simulation, slide_on, feedback)
         return {"passes": passes}
 
-    firsts = range(0, n, CHUNK)
-    found = [steps.take(min(CHUNK, n - first), lambda first=first: slide_some(first))["passes"] for first in firsts]
+    parts = [steps.take(min(chunk, n - first), lambda first=first: slide_some(first)) for first in range(0, n, chunk)]
     feedback.progress(n, n, "finding where logs pass")
-    return np.concatenate(found), layers
+    return np.concatenate([each["passes"] for each in parts]), layers
 
 
 def flux_of(touched: Array, lines: Array) -> NDArray[np.bool_]:
@@ -131,14 +131,14 @@ def flux_of(touched: Array, lines: Array) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True)
 class Trial:
-    """A candidate put up beside those chosen: the logs that were slid again, their ways, and by how much reach falls.
+    """A candidate put up beside those chosen: the logs that were slid again, what they do, and by how much reach falls.
 
     kept : logs that reach a line no more; brought : logs that reach one only now
     """
 
     number: int
     rows: NDArray[np.int64]
-    ways: Ways
+    outcomes: LogOutcomes
     kept: int
     brought: int
 
@@ -157,13 +157,13 @@ class Siting:
 
     def __init__(
         self,
-        question: Question,
+        rerun: Rerun,
         layers: SceneLayers,
         candidates: Sequence[Candidate],
         steps: Steps,
         feedback: Feedback,
     ) -> None:
-        self.question, self.candidates = question, list(candidates)
+        self.rerun, self.candidates = rerun, list(candidates)
         self.steps, self.feedback = steps, feedback
         self.own = len(layers.barriers.ids)
         keys = [shapely.to_wkb(each.shape) for each in candidates]
@@ -174,21 +174,21 @@ class Siting:
         self.on(layers)
 
     def on(self, layers: SceneLayers) -> None:
-        question, cell = self.question, layers.dem.cell
+        rerun, cell = self.rerun, layers.dem.cell
         self.plain = layers
         both = with_barriers(layers, self.candidates)
-        self.start = place_logs(both.scene, question.releases.logs, both.shape, both.threads)
-        step = question.longest_step(cell)
+        self.start = place_logs(both.scene, rerun.releases.logs, both.shape, both.threads)
+        step = rerun.longest_step(cell)
         thick = float(self.start.body[:, BASE_RADIUS].max(initial=0.0))
         # as in ``logs_near``: outlines are drawn a ``trace_step`` apart, and the engine looks a step ahead
-        width = NEAR_MARGIN + thick + trace_step(question.simulation.fidelity, cell) + 3.0 * step + 0.01
+        width = NEAR_MARGIN + thick + trace_step(rerun.simulation.fidelity, cell) + 3.0 * step + 0.01
         width /= np.cos(np.pi / (4.0 * ARCS))
         zones = [shapely.buffer(each, width, quad_segs=ARCS) for each in self.shapes]
-        marks, items = as_lines([*self.shapes, *(shapely.Polygon(each.exterior) for each in zones)])
-        self.watched = both.with_lines_before(marks, items)
+        polylines, items = as_lines([*self.shapes, *(shapely.Polygon(each.exterior) for each in zones)])
+        self.watched = both.with_lines_before(polylines, items)
         self.rows = [np.flatnonzero(both.barriers.item == self.own + k) for k in range(len(self.candidates))]
         # two barriers rule no more than one: whatever is chosen, the next is not the first
-        self.first_rules = question.rule_of_steps(self.watched) != question.rule_of_steps(self.with_only(()))
+        self.first_rules = rerun.rule_of_steps(self.watched) != rerun.rule_of_steps(self.with_only(()))
 
     def missing(self, chosen: Sequence[int]) -> NDArray[np.int64]:
         """The numbers of all candidates' barriers but these."""
@@ -210,14 +210,14 @@ class Siting:
         chosen: Sequence[int],
         what: str,
         later: Sequence[tuple[NDArray[np.int64], Sequence[int]]] = (),
-    ) -> tuple[Ways, Array]:
-        """Slide logs with these candidates standing: their ways, and where they end; what is done is kept.
+    ) -> tuple[LogOutcomes, Array]:
+        """Slide logs with these candidates standing: their outcomes, and where they end; what is done is kept.
 
         later : logs and candidates that will be asked for next, with which a scheduler's workers may begin
         """
         found = self.steps.take(rows.size, lambda: self._slide(rows, chosen, what, later))
         self.slid += rows.size
-        return Ways(**{each.name: found[each.name] for each in fields(Ways)}), found["end"]
+        return LogOutcomes(**{each.name: found[each.name] for each in fields(LogOutcomes)}), found["end"]
 
     def _slide(
         self,
@@ -227,7 +227,7 @@ class Siting:
         later: Sequence[tuple[NDArray[np.int64], Sequence[int]]],
     ) -> dict[str, NDArray]:
         """On a wider window where they come near its sides."""
-        simulation = self.question.simulation
+        simulation = self.rerun.simulation
         report = reporter(self.feedback, rows.size, what)
         while True:
             batch = self.batch(rows, chosen)
@@ -240,11 +240,11 @@ class Siting:
                 break
             self.on(wider_scene(simulation, self.plain, sides, self.feedback))
         self.feedback.progress(rows.size, rows.size, what)
-        return {**vars(self.ways_of(result, rows)), "end": result.end_position}
+        return {**vars(self.outcomes_of(result, rows)), "end": result.end_position}
 
-    def ways_of(self, result: Result, rows: NDArray[np.int64]) -> Ways:
+    def outcomes_of(self, result: Result, rows: NDArray[np.int64]) -> LogOutcomes:
         layers, count, n = self.watched, len(self.shapes), rows.size
-        times = times_of(layers.lines, result, self.question.releases.take(rows))
+        times = times_of(layers.lines, result, self.rerun.releases.take(rows))
         touched, near, lines = times[:, :count], times[:, count : 2 * count], times[:, 2 * count :]
         barriers, number = layers.barriers, len(self.candidates)
         crossed = barriers.any_row(result.barrier_crossed)
@@ -261,27 +261,27 @@ class Siting:
         np.maximum.at(height, (hits.log_row[mine], item), hits.height[mine])
         energy[energy == -np.inf], height[height == -np.inf] = np.nan, np.nan
         own = self.own
-        return Ways(
+        return LogOutcomes(
             left_dem(result.stop_reason), lines < np.inf, near < np.inf, flux_of(touched, lines), held[:, own:],
             met[:, own:], crossed[:, own:], energy, height,
         )  # fmt: skip
 
-    def rows_near(self, ways: Ways, chosen: Sequence[int], number: int) -> NDArray[np.int64]:
+    def rows_near(self, outcomes: LogOutcomes, chosen: Sequence[int], number: int) -> NDArray[np.int64]:
         """The logs that a candidate could matter to: all, where the first barrier changes every step."""
         if not chosen and self.first_rules:
-            return np.arange(len(ways.reach))
-        return np.flatnonzero(ways.near[:, self.place[number]])
+            return np.arange(len(outcomes.reach))
+        return np.flatnonzero(outcomes.near[:, self.place[number]])
 
-    def trial(self, ways: Ways, chosen: Sequence[int], number: int, following: Iterable[int] = ()) -> Trial:
+    def trial(self, outcomes: LogOutcomes, chosen: Sequence[int], number: int, following: Iterable[int] = ()) -> Trial:
         """Put a candidate up and slide again the logs that come near it; ``following`` are tried next in its place."""
-        rows = self.rows_near(ways, chosen, number)
+        rows = self.rows_near(outcomes, chosen, number)
         if rows.size:
             what = f"sliding {rows.size} logs with a barrier at {self.candidates[number].id}"
-            later = [(self.rows_near(ways, chosen, k), [*chosen, k]) for k in following]
+            later = [(self.rows_near(outcomes, chosen, k), [*chosen, k]) for k in following]
             found, _ = self.slide(rows, [*chosen, number], what, [each for each in later if each[0].size])
         else:
-            found = Ways(**{each.name: getattr(ways, each.name)[rows] for each in fields(ways)})
-        before, after = ways.any_line[rows], found.any_line
+            found = LogOutcomes(**{each.name: getattr(outcomes, each.name)[rows] for each in fields(outcomes)})
+        before, after = outcomes.any_line[rows], found.any_line
         return Trial(number, rows, found, int((before & ~after).sum()), int((after & ~before).sum()))
 
     def free(self, chosen: Sequence[int]) -> list[int]:
@@ -293,18 +293,18 @@ class Siting:
             if k not in chosen and each.shape.intersection(built).length <= OVERLAP_M
         ]
 
-    def best(self, ways: Ways, chosen: Sequence[int], tried: Sequence[int]) -> tuple[Trial | None, int]:
+    def best(self, outcomes: LogOutcomes, chosen: Sequence[int], tried: Sequence[int]) -> tuple[Trial | None, int]:
         """The candidate with which fewest logs reach a line, and among how many it was the best.
 
         No candidate keeps away more logs than come near it and reach a line, so those are not slid that cannot be best.
         Of equal ones that with the smaller face is taken, then the first.
         """
-        most = {k: int(ways.any_line[self.rows_near(ways, chosen, k)].sum()) for k in tried}
+        most = {k: int(outcomes.any_line[self.rows_near(outcomes, chosen, k)].sum()) for k in tried}
         found: Trial | None = None
         for k in sorted(tried, key=lambda k: (-most[k], k)):
             if found is not None and most[k] < found.gain:
                 break
-            found = self.better(found, self.trial(ways, chosen, k))
+            found = self.better(found, self.trial(outcomes, chosen, k))
         return found, len(tried)
 
     def better(self, one: Trial | None, other: Trial) -> Trial:
@@ -321,7 +321,7 @@ class Step:
 
     chosen: tuple[int, ...]
     trial: Trial
-    ways: Ways
+    outcomes: LogOutcomes
 
 
 def chance_of(trial: Trial, among: int) -> float:
@@ -330,7 +330,7 @@ def chance_of(trial: Trial, among: int) -> float:
 
 
 def choose(
-    siting: Siting, ways: Ways, first: Sequence[Trial], count: int, feedback: Feedback
+    siting: Siting, outcomes: LogOutcomes, first: Sequence[Trial], count: int, feedback: Feedback
 ) -> tuple[list[Step], str]:
     """Barriers one after the other, each the best beside those before; and in words why no more.
 
@@ -341,7 +341,7 @@ def choose(
         chosen = steps[-1].chosen if steps else ()
         if steps:
             free = siting.free(chosen)
-            best, among = siting.best(ways, chosen, free)
+            best, among = siting.best(outcomes, chosen, free)
         else:
             best, among = None, len(first)
             for trial in first:
@@ -350,8 +350,8 @@ def choose(
             return steps, "no candidate is left"
         if best.gain <= 0 or chance_of(best, among) >= CHANCE:
             return steps, why_none(best, among)
-        ways = ways.with_rows(best.rows, best.ways)
-        steps.append(Step((*chosen, best.number), best, ways))
+        outcomes = outcomes.with_rows(best.rows, best.outcomes)
+        steps.append(Step((*chosen, best.number), best, outcomes))
     return steps, ""
 
 
@@ -364,7 +364,7 @@ def why_none(best: Trial, among: int) -> str:
     return f"with each of {among} candidates left more logs would reach a line, with the best {-best.gain} more"
 
 
-def trials_alone(siting: Siting, ways: Ways) -> Iterator[Trial]:
+def trials_alone(siting: Siting, outcomes: LogOutcomes) -> Iterator[Trial]:
     number = len(siting.candidates)
     for k in range(number):
-        yield siting.trial(ways, (), k, range(k + 1, min(k + 1 + AHEAD, number)))
+        yield siting.trial(outcomes, (), k, range(k + 1, min(k + 1 + AHEAD, number)))

@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 
 from deadwood_algorithms.evaluate.protection.candidate_barriers import contour_angle
-from deadwood_algorithms.evaluate.protection.siting import Siting, Step, Trial, Ways
+from deadwood_algorithms.evaluate.protection.siting import LogOutcomes, Siting, Step, Trial
 from deadwood_algorithms.params import presets
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.results.lost import reach_records, reach_told, share_if_lost, warn_of_lost
@@ -28,23 +28,23 @@ def with_classes(frame: Any, name: str | None) -> Any:
     return frame.assign(**{column: [each[column] for each in records] for column in NO_CLASS})
 
 
-def rows_of(siting: Siting, now: Ways, alone: Sequence[Trial], steps: Sequence[Step]) -> list[dict[str, Any]]:
+def rows_of(siting: Siting, now: LogOutcomes, alone: Sequence[Trial], steps: Sequence[Step]) -> list[dict[str, Any]]:
     """One row for each candidate alone, by what is left, and one a chosen set."""
     n = len(now.reach)
     rows = []
     for trial in alone:
-        ways = now.with_rows(trial.rows, trial.ways)
+        outcomes = now.with_rows(trial.rows, trial.outcomes)
         flux = int(now.flux[:, siting.place[trial.number]].sum())
-        rows.append({"step": 0, **row_of(siting, (trial.number,), trial, ways, flux, n)})
+        rows.append({"step": 0, **row_of(siting, (trial.number,), trial, outcomes, flux, n)})
     for row in rows:
         row["pareto"] = "yes" if not any(beats(other, row) for other in rows) else "no"
     rows.sort(key=lambda row: row["n_reach"])
     before = now
     for number, step in enumerate(steps, 1):
         flux = int(before.flux[:, siting.place[step.trial.number]].sum())
-        row = row_of(siting, step.chosen, step.trial, step.ways, flux, n)
+        row = row_of(siting, step.chosen, step.trial, step.outcomes, flux, n)
         rows.append({"step": number, **row, "pareto": ""})
-        before = step.ways
+        before = step.outcomes
     return rows
 
 
@@ -54,7 +54,9 @@ def beats(one: dict[str, Any], other: dict[str, Any]) -> bool:
     return all(a <= b for a, b in pairs) and any(a < b for a, b in pairs)
 
 
-def row_of(siting: Siting, chosen: Sequence[int], trial: Trial, ways: Ways, flux: int, n: int) -> dict[str, Any]:
+def row_of(
+    siting: Siting, chosen: Sequence[int], trial: Trial, outcomes: LogOutcomes, flux: int, n: int
+) -> dict[str, Any]:
     each = siting.candidates[trial.number]
     return {
         "barriers": " + ".join(siting.candidates[k].id for k in chosen),
@@ -65,26 +67,26 @@ def row_of(siting: Siting, chosen: Sequence[int], trial: Trial, ways: Ways, flux
         "angle_deg": contour_angle(each.shape, siting.plain.scene.terrain_height),
         "n_flux": flux,
         "n_near": int(trial.rows.size),
-        **share_if_lost(ways.any_line, ways.left),
+        **share_if_lost(outcomes.any_line, outcomes.left),
         **trial.gain_record(n),
-        **what_it_does(ways, trial.number),
+        **what_it_does(outcomes, trial.number),
     }
 
 
-def what_it_does(ways: Ways, number: int) -> dict[str, Any]:
+def what_it_does(outcomes: LogOutcomes, number: int) -> dict[str, Any]:
     """Logs that a barrier holds, that jump over it and that pass beside; energy and height of 95 % of its hits."""
-    held = ways.held[:, number]
-    over = ways.crossed[:, number] & ~held
-    beside = ways.met[:, number] & ~held & ~over
+    held = outcomes.held[:, number]
+    over = outcomes.crossed[:, number] & ~held
+    beside = outcomes.met[:, number] & ~held & ~over
     record: dict[str, Any] = {
         "n_stopped": int(held.sum()),
         "n_overjumped": int(over.sum()),
         "n_passed_beside": int(beside.sum()),
     }
-    hit = np.isfinite(ways.energy[:, number])
+    hit = np.isfinite(outcomes.energy[:, number])
     record["n_hit"] = int(hit.sum())
     more = 0
-    for name, unit, values in (("energy", "kj", ways.energy), ("height", "m", ways.height)):
+    for name, unit, values in (("energy", "kj", outcomes.energy), ("height", "m", outcomes.height)):
         told = percentile_record(values[hit, number], 0.95)
         record |= {
             f"{name}_p95_{unit}": told["value"],
@@ -95,7 +97,7 @@ def what_it_does(ways: Ways, number: int) -> dict[str, Any]:
     return record | {"n_more": more}
 
 
-def layer_of(siting: Siting, layers: SceneLayers, now: Ways, steps: Sequence[Step]) -> geopandas.GeoDataFrame:
+def layer_of(siting: Siting, layers: SceneLayers, now: LogOutcomes, steps: Sequence[Step]) -> geopandas.GeoDataFrame:
     """The run's own barriers, then those chosen in the order of the candidates, with what each does when all stand."""
     rows: list[dict[str, Any]] = []
     shapes: list[Any] = []
@@ -103,7 +105,7 @@ def layer_of(siting: Siting, layers: SceneLayers, now: Ways, steps: Sequence[Ste
     for k, item in enumerate(layers.barriers.item.tolist()):
         rows.append({"barrier_id": str(layers.barriers.ids[item]), "height_m": float(own.height[k]), "step": 0})
         shapes.append(shapely.LineString(own.vertices[starts[k] : starts[k + 1]]))
-    final = steps[-1].ways if steps else now
+    final = steps[-1].outcomes if steps else now
     number = {step.trial.number: k for k, step in enumerate(steps, 1)}
     for k in sorted(number):
         each, step = siting.candidates[k], steps[number[k] - 1]
@@ -130,11 +132,11 @@ COUNTS = (
 NO_CLASS = {"barrier_class": "", "barrier_class_high": ""}
 
 
-def by_line(siting: Siting, ways: Ways) -> list[dict[str, Any]]:
-    return reach_records(map(str, siting.plain.lines.ids), ways.reach, ways.left)
+def by_line(siting: Siting, outcomes: LogOutcomes) -> list[dict[str, Any]]:
+    return reach_records(map(str, siting.plain.lines.ids), outcomes.reach, outcomes.left)
 
 
-def warn_of_reach(facts: dict[str, Any], now: Ways, feedback: Feedback) -> None:
+def warn_of_reach(facts: dict[str, Any], now: LogOutcomes, feedback: Feedback) -> None:
     """Say of which lines the reach, as things are or with the barriers chosen, depends on logs that left."""
     told = reach_told(facts["reach_by_line"])
     told += [f"with the barriers chosen, {each}" for each in reach_told(facts["reach_by_line_after"])]

@@ -90,3 +90,11 @@ def rows_of_design(factors: list[Factor], a: Array, b: Array) -> list[Place]:
         mixed[:, k] = b[:, k]
         places += placed(f"A, {each.name} of B", mixed, of_b if each.name == "dem_noise_m" else of_a)
     return places
+
+
+def places_of_design(factors: list[Factor], design: str, samples: int, seed: int) -> list[Place]:
+    """The runs of a design: the ends of each range, and unless these are all (``ends``) the rows of the cube."""
+    places = places_at_ends(factors)
+    if design != "ends":
+        places += rows_of_design(factors, *cube(design, samples, len(factors), seed))
+    return places

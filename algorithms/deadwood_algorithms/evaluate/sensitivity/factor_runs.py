@@ -14,8 +14,9 @@ from deadwood_algorithms.ensemble.variants import Arrays, Variant, joined
 from deadwood_algorithms.evaluate.sensitivity.design import Place
 from deadwood_algorithms.evaluate.sensitivity.factors import OF_LOGS, OF_TREES, Factor
 from deadwood_algorithms.evaluate.sensitivity.noise import error_surface
-from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.prepare.releases.logs import in_posture
+from deadwood_algorithms.results.lost import left_dem, reach_records, reach_told, warn_of_lost
 from deadwood_algorithms.scene.friction import number_of
 from deadwood_algorithms.scene.inputs import CONTACT_LAWS
 from deadwood_algorithms.scene.layers import SceneLayers
@@ -125,3 +126,14 @@ def table_of(places: list[Place], slid: SlidRuns, factors: list[Factor], line_id
             row[name] = int((slid.stop_reason[k] == STOP_REASONS.index(name)).sum())
         rows.append(row)
     return rows
+
+
+def warn_of_runs(places: list[Place], slid: SlidRuns, line_ids: list[Any], feedback: Feedback) -> None:
+    """Say where reach depends on logs that left the terrain model: as things are, and in the run that lost most."""
+    left = left_dem(slid.stop_reason)
+    most = int(left.sum(axis=1).argmax())
+    told = []
+    for run in dict.fromkeys((0, most)):
+        records = reach_records(line_ids, slid.reach[run], left[run])
+        told += [f"in the run '{places[run].label}' {each}" for each in reach_told(records)]
+    warn_of_lost(int(left[most].sum()), left.shape[1], told, feedback)

@@ -10,7 +10,7 @@ from pathlib import Path
 import geopandas
 import pandas as pd
 
-from deadwood_algorithms.evaluate.sites.sites_table import AskedSite, folder_name
+from deadwood_algorithms.evaluate.sites.sites_table import SiteOptions, folder_name
 from deadwood_algorithms.files.columns import field_names, id_column, where_of
 from deadwood_algorithms.files.vectors import write_vector
 from deadwood_algorithms.params.tool import Feedback, UserError
@@ -19,7 +19,7 @@ from deadwood_algorithms.scene.releases import read_numbered
 
 def sites_of_groups(
     dem: str, releases: str, field: str, crs: str | None, folder: Path, feedback: Feedback
-) -> list[AskedSite]:
+) -> list[SiteOptions]:
     """One site for each value of a field of the releases; their layers are written into ``folder``."""
     frame = read_numbered(dem, releases, crs, feedback)
     column = next((str(each) for each in frame.columns if str(each).lower() == field.lower()), None)
@@ -27,12 +27,12 @@ def sites_of_groups(
         raise UserError(f"{where_of(frame)}: --by {field}: there is no such field; it has {field_names(frame)}")
     keys = pd.Series([str(each) for each in id_column(frame, column)], index=frame.index)
     folder.mkdir(parents=True, exist_ok=True)
-    sites: dict[str, AskedSite] = {}
+    sites: dict[str, SiteOptions] = {}
     for key, rows in frame.groupby(keys, sort=False):
         name = _unlike(folder_name(str(key)), set(sites))
         place = folder / f"{name}.gpkg"
         _write_once(place, geopandas.GeoDataFrame(rows.reset_index(drop=True)))
-        sites[name.lower()] = AskedSite(name, {"releases": str(place.absolute())})
+        sites[name.lower()] = SiteOptions(name, {"releases": str(place.absolute())})
     return list(sites.values())
 
 

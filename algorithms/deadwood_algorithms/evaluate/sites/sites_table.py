@@ -35,7 +35,7 @@ LONGEST_NAME = 80
 
 
 @dataclass(frozen=True)
-class AskedSite:
+class SiteOptions:
     """One site: the parameters of slide-logs that are its own, or what is wrong with them."""
 
     name: str
@@ -43,7 +43,7 @@ class AskedSite:
     fault: str = ""
 
 
-def sites_of_table(path: str, slides: Tool, feedback: Feedback) -> list[AskedSite]:
+def sites_of_table(path: str, slides: Tool, feedback: Feedback) -> list[SiteOptions]:
     """One site a row; columns are parameters of ``slides`` by their flags' names, empty cells are not given.
 
     Relative paths are seen from the table's folder.
@@ -68,7 +68,7 @@ def sites_of_table(path: str, slides: Tool, feedback: Feedback) -> list[AskedSit
                 values[key] = path_seen_from(known[key], value_of_cell(known[key], cell), base)
             except UserError as error:
                 fault = fault or f"{where}, row {row + 1}: {error}"
-        sites.append(AskedSite(name, values, fault))
+        sites.append(SiteOptions(name, values, fault))
     return sites
 
 
@@ -129,7 +129,7 @@ def path_seen_from(parameter: Parameter, value: Any, base: Path) -> Any:
     return os.path.abspath(base / file) + bar + layer
 
 
-def sites_of_folder(path: str, slides: Tool, feedback: Feedback) -> list[AskedSite]:
+def sites_of_folder(path: str, slides: Tool, feedback: Feedback) -> list[SiteOptions]:
     """One site a JSON file, or a folder with a manifest, in a folder; it is what ``slide-logs --config`` takes.
 
     Relative paths are seen from where the command runs, as there, or, where nothing is there, from the file's folder.
@@ -148,13 +148,13 @@ def sites_of_folder(path: str, slides: Tool, feedback: Feedback) -> list[AskedSi
         try:
             values = read_config(str(file), slides, feedback.note, changed=feedback.warn)
         except UserError as error:
-            sites.append(AskedSite(name, {}, str(error).removeprefix("--config ")))
+            sites.append(SiteOptions(name, {}, str(error).removeprefix("--config ")))
             continue
         for key, value in values.items():
             if is_path(known[key], value) and not os.path.exists(str(value).partition("|")[0]):
                 beside = path_seen_from(known[key], value, file.parent)
                 values[key] = beside if os.path.exists(beside.partition("|")[0]) else value
-        sites.append(AskedSite(name, {key: value for key, value in values.items() if key not in OURS}))
+        sites.append(SiteOptions(name, {key: value for key, value in values.items() if key not in OURS}))
     return sites
 
 

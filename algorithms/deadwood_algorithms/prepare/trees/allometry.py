@@ -59,10 +59,10 @@ class CrownLaw:
         return self.a * float(np.exp(self.g**2 / 2))
 
     def dbh(self, height: np.ndarray, crown: np.ndarray) -> np.ndarray:
-        return self.factor * (height * _known(crown)) ** self.b
+        return self.factor * (height * _positive(crown)) ** self.b
 
     def height(self, dbh: np.ndarray, crown: np.ndarray) -> np.ndarray:
-        return (dbh / self.factor) ** (1 / self.b) / _known(crown)
+        return (dbh / self.factor) ** (1 / self.b) / _positive(crown)
 
     def __str__(self) -> str:
         return f"DBH[cm] = {self.factor:.4g} * (H[m] * crown diameter[m])^{self.b:.4g}"
@@ -216,7 +216,7 @@ def _line(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float]:
     return slope, offset, float(np.sqrt(((y - offset - slope * x) ** 2).sum() / (x.size - 2)))
 
 
-def _known(crown: np.ndarray) -> np.ndarray:
+def _positive(crown: np.ndarray) -> np.ndarray:
     return np.where(crown > 0, crown, np.nan)
 
 

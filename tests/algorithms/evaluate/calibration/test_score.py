@@ -218,6 +218,7 @@ def test_the_ends_of_a_range():
     assert (ends.low, ends.high, ends.open_low, ends.open_high, ends.gaps) == (0.1, 0.4, True, True, True)
     assert "below and above: the sweep ends there" in ends.words()
     assert range_of(friction, scores_of([0.01, 0.02, 0.01, 0.0])) is None
+    assert scores_of([0.049, 0.05, 1.0]).within.tolist() == [False, True, True], "the level itself is within"
 
 
 def with_losses(rng: np.random.Generator, lost_share: float) -> tuple[np.ndarray, np.ndarray]:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import shapely
 
-from deadwood_algorithms.evaluate.flights.from_layers import Barrier, Mark
+from deadwood_algorithms.evaluate.flights.from_layers import Barrier, MappedFlight
 from deadwood_algorithms.evaluate.flights.on_terrain import follow
 from deadwood_algorithms.evaluate.flights.parabola import GRAVITY_MS2, Flight, outline, slope_of
 
@@ -64,15 +64,15 @@ def cliff(x: np.ndarray) -> np.ndarray:
     return np.where(x <= 0.0, 100.0 - 0.5 * x, 80.0 - 0.1 * x)
 
 
-def mark(angle: float = math.nan, distance: float = 30.0) -> Mark:
-    return Mark(1, "layer, row 1", (0.0, 0.0), (distance, 0.0), 50.0, 6.0, angle)
+def mapped(angle: float = math.nan, distance: float = 30.0) -> MappedFlight:
+    return MappedFlight(1, "layer, row 1", (0.0, 0.0), (distance, 0.0), 50.0, 6.0, angle)
 
 
 def test_the_angle_is_the_slopes_before_the_take_off_or_the_mapped_one():
-    found = follow(mark(), [], terrain(cliff), slope_over_m=4.0, tolerance_m=0.5)
+    found = follow(mapped(), [], terrain(cliff), slope_over_m=4.0, tolerance_m=0.5)
     assert found.flight.fall == pytest.approx(-0.5)
     assert found.terrain_angle
-    given = follow(mark(10.0), [], terrain(cliff), slope_over_m=4.0, tolerance_m=0.5)
+    given = follow(mapped(10.0), [], terrain(cliff), slope_over_m=4.0, tolerance_m=0.5)
     assert given.flight.fall == pytest.approx(math.tan(math.radians(10.0)))
     assert found.start == pytest.approx(100.0 + 0.25 * math.hypot(1.0, 0.5))  # its underside leaves from the ground
     assert found.flight.rise == pytest.approx(-23.0)
@@ -87,7 +87,7 @@ def test_the_terrain_may_stand_into_a_flight_by_the_tolerance(tolerance, verdict
         inside = (x > 14.0) & (x < 16.0)
         return np.where(inside, 102.0 + flight.height(x), cliff(x))
 
-    found = follow(mark(), [], terrain(hump), slope_over_m=4.0, tolerance_m=tolerance)
+    found = follow(mapped(), [], terrain(hump), slope_over_m=4.0, tolerance_m=tolerance)
     assert found.cut == pytest.approx(2.0)
     assert found.verdict == verdict
 
@@ -105,7 +105,7 @@ def test_barriers_are_passed_in_the_order_of_the_flight_with_the_clearance_of_it
         Barrier("bent", shapely.LineString([(10.0, -5.0), (10.0, 5.0), (12.0, 5.0), (12.0, -5.0)]), 3.0),
         Barrier("beside", shapely.LineString([(10.0, 1.0), (10.0, 5.0)]), 30.0),
     ]
-    found = follow(mark(), barriers, terrain(cliff), slope_over_m=4.0, tolerance_m=1.0)
+    found = follow(mapped(), barriers, terrain(cliff), slope_over_m=4.0, tolerance_m=1.0)
     assert [(each.barrier_id, each.distance) for each in found.crossings] == [
         ("bent", 10.0),
         ("bent", 12.0),
@@ -116,14 +116,14 @@ def test_barriers_are_passed_in_the_order_of_the_flight_with_the_clearance_of_it
         assert each.ground == cliff(np.array(each.distance))
         assert each.speed == pytest.approx(float(flight.speed(each.distance)))
     assert found.verdict == "hits_barrier"
-    assert follow(mark(), barriers[1:], terrain(cliff), slope_over_m=4.0, tolerance_m=1.0).verdict == "possible"
+    assert follow(mapped(), barriers[1:], terrain(cliff), slope_over_m=4.0, tolerance_m=1.0).verdict == "possible"
 
 
 @pytest.mark.parametrize(("s", "free"), [(1.0, False), (15.0, True), (29.5, False)])
 def test_a_log_is_free_where_both_its_ends_have_left_the_ground_and_not_come_back(s, free):
     """6 m long: half of it in plan before the take-off or behind the landing is no flight."""
     barrier = Barrier("b", shapely.LineString([(s, -1.0), (s, 1.0)]), 0.1)
-    found = follow(mark(), [barrier], terrain(cliff), slope_over_m=4.0, tolerance_m=30.0)
+    found = follow(mapped(), [barrier], terrain(cliff), slope_over_m=4.0, tolerance_m=30.0)
     slope = float(found.flight.slope(s))
     half = 3.0 * math.cos(math.atan(slope))
     assert (half <= s <= 30.0 - half) is free

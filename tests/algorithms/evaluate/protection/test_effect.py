@@ -9,21 +9,12 @@ import numpy as np
 import pytest
 import shapely
 
-from deadwood_algorithms.evaluate.protection import effect
-from deadwood_algorithms.evaluate.protection.effect import (
-    Change,
-    Effect,
-    Known,
-    Question,
-    effects_of,
-    groups_of,
-    held_by,
-    logs_to_slide,
-    ranks,
-    taken_by,
-    tasks_of,
-)
+from deadwood_algorithms.evaluate.protection import baseline, changed_scenes
+from deadwood_algorithms.evaluate.protection.baseline import Baseline, held_by, logs_to_slide, taken_by
+from deadwood_algorithms.evaluate.protection.changed_scenes import Change, Task, groups_of, tasks_of
+from deadwood_algorithms.evaluate.protection.effect import Effect, effects_of, ranks
 from deadwood_algorithms.evaluate.protection.obstacles import BARRIER, STAND, TREE, Obstacle
+from deadwood_algorithms.evaluate.protection.rerun import Rerun
 from deadwood_algorithms.stats.statistics import paired_interval
 from deadwood_engine import FIDELITIES, STOP_REASONS
 from deadwood_engine.cores import TREE as CORE_TREE
@@ -34,12 +25,12 @@ def obstacle(kind: str, name: str, *owners: int) -> Obstacle:
     return Obstacle(kind, name, 0.0, 0.0, np.array(owners, np.int64), shapely.Point(0, 0))
 
 
-def known(reach: np.ndarray, done: np.ndarray, notes: list[tuple[int, int, float]], **more: Any) -> Known:
+def known(reach: np.ndarray, done: np.ndarray, notes: list[tuple[int, int, float]], **more: Any) -> Baseline:
     """notes : (owner, log, since)"""
     owner, log, since = (np.array(each) for each in zip(*sorted(notes), strict=True))
     facts = {"energy": {}, "held": {}} | more
     nothing = cast("Any", None)
-    return Known(
+    return Baseline(
         reach, done, owner, log, since, facts["energy"], facts["held"], nothing, nothing, nothing
     )  # fmt: skip
 
@@ -79,8 +70,8 @@ def test_all_slide_again_without_the_last_obstacle_that_rules_steps(monkeypatch,
     nothing that rebounds is left, steps are longer."""
     fidelity = FIDELITIES["standard"]._replace(travel_cells=step * NEAR_MARGIN / 0.5)
     laws = {"restitution": 0.0, "tree_restitution": rebound, "barrier_restitution": None}
-    question = Question(cast("Any", SimpleNamespace(fidelity=fidelity, laws=laws)), cast("Any", range(7)))
-    monkeypatch.setattr(effect, "without", lambda layers, missing: wood(left))
+    question = Rerun(cast("Any", SimpleNamespace(fidelity=fidelity, laws=laws)), cast("Any", range(7)))
+    monkeypatch.setattr(baseline, "without", lambda layers, missing: wood(left))
     it = known(np.zeros((7, 1), bool), np.full(7, np.inf), [(0, 3, 1.0)])
     found = logs_to_slide(question, wood(left + 1), it, obstacle(TREE, "t", 0))
     assert found.tolist() == (list(range(7)) if every else [3])
@@ -105,7 +96,7 @@ def test_what_was_taken_and_held_by_number():
 
 
 def test_tasks_hold_each_log_once_and_no_more_than_go_at_once(monkeypatch):
-    monkeypatch.setattr(effect, "AT_ONCE", 4)
+    monkeypatch.setattr(changed_scenes, "AT_ONCE", 4)
     things = [obstacle(TREE, "a", 0), obstacle(TREE, "b", 1), obstacle(TREE, "c", 2)]
     rows = [np.arange(9), np.zeros(0, np.int64), np.array([3, 5, 7, 8])]
     tasks = tasks_of(things, rows)
@@ -117,8 +108,8 @@ def test_tasks_hold_each_log_once_and_no_more_than_go_at_once(monkeypatch):
 
 
 def test_groups_are_cut_after_they_are_full(monkeypatch):
-    monkeypatch.setattr(effect, "CHUNK", 10)
-    tasks = [effect.Task(0, obstacle(TREE, "a", 0), np.arange(size)) for size in (4, 4, 4, 4, 12, 1)]
+    monkeypatch.setattr(changed_scenes, "CHUNK", 10)
+    tasks = [Task(0, obstacle(TREE, "a", 0), np.arange(size)) for size in (4, 4, 4, 4, 12, 1)]
     assert [list(group) for group in groups_of(tasks)] == [[0, 1], [2, 3], [4, 5]]
     assert groups_of([]) == []
 

@@ -1,8 +1,10 @@
-"""Barriers chosen one after the other, on made-up ways of logs: trials, bounds and order by brute force."""
+"""Barriers chosen one after the other, on made-up outcomes of logs: trials, bounds and order by brute force."""
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import dataclass, fields
+from itertools import pairwise
+from types import SimpleNamespace
 from typing import Any, cast
 
 import matplotlib.pyplot as plt
@@ -20,26 +22,30 @@ from deadwood_algorithms.evaluate.protection.candidate_barriers import (
     places_where_most_pass,
     straight_piece,
     straight_pieces,
+    with_barriers,
 )
 from deadwood_algorithms.evaluate.protection.siting import (
+    LogOutcomes,
     Siting,
     Trial,
-    Ways,
     as_lines,
     chance_of,
     choose,
     flux_of,
+    times_of,
     why_none,
 )
 from deadwood_algorithms.evaluate.protection.siting_figure import ASIDE_IN, _chart
 from deadwood_algorithms.params.tool import Quiet
+from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.stats.statistics import paired_interval
+from deadwood_engine import Barriers
 
 
-def ways_of(reach: np.ndarray, near: np.ndarray) -> Ways:
+def outcomes_of(reach: np.ndarray, near: np.ndarray) -> LogOutcomes:
     n, number = near.shape
     no, nan = np.zeros((n, number), bool), np.full((n, number), np.nan)
-    return Ways(np.zeros(n, bool), reach, near, no, no, no, no, nan, nan)
+    return LogOutcomes(np.zeros(n, bool), reach, near, no, no, no, no, nan, nan)
 
 
 class Paper(Siting):
@@ -50,13 +56,13 @@ class Paper(Siting):
         self.place = np.arange(len(candidates))
         self.tried: list[int] = []
 
-    def rows_near(self, ways: Ways, chosen: Any, number: int) -> np.ndarray:
+    def rows_near(self, outcomes: LogOutcomes, chosen: Any, number: int) -> np.ndarray:
         return np.flatnonzero(self.near[:, number])
 
     def slide(self, rows: np.ndarray, chosen: Any, what: str, later: Any = ()) -> Any:
         self.tried.append(chosen[-1])
         reach = np.atleast_1d(~self.stops[rows][:, list(chosen)].any(axis=1))
-        return ways_of(reach[:, None], self.near[rows]), None
+        return outcomes_of(reach[:, None], self.near[rows]), None
 
 
 def candidates(*sizes: tuple[float, float]) -> list[Candidate]:
@@ -88,7 +94,7 @@ def test_the_best_beside_those_chosen_is_that_of_trying_all(seed):
     near = rng.random((n, 5)) < rng.uniform(0.2, 0.7, 5)
     stops = near & (rng.random((n, 5)) < 0.5)
     siting = Paper(near, stops, candidates(*sizes))
-    start = ways_of(np.ones((n, 1), bool), near)
+    start = outcomes_of(np.ones((n, 1), bool), near)
     first = [siting.trial(start, (), k) for k in range(5)]
     for k, trial in enumerate(first):
         assert (trial.kept, trial.brought) == (int(stops[:, k].sum()), 0)
@@ -96,7 +102,7 @@ def test_the_best_beside_those_chosen_is_that_of_trying_all(seed):
     assert why == ""
     assert list(steps[-1].chosen) == greedy(near, stops, sizes, 3)
     gone = stops[:, list(steps[-1].chosen)].any(axis=1)
-    assert np.array_equal(~steps[-1].ways.any_line, gone)
+    assert np.array_equal(~steps[-1].outcomes.any_line, gone)
     assert [step.trial.gain for step in steps] == np.diff(
         [0, *(int(stops[:, list(step.chosen)].any(axis=1).sum()) for step in steps)]
     ).tolist()
@@ -105,7 +111,7 @@ def test_the_best_beside_those_chosen_is_that_of_trying_all(seed):
 def test_of_equal_gains_the_smaller_face_is_built_then_the_first():
     near = stops = np.tile(np.arange(40)[:, None] < 20, (1, 4))
     siting = Paper(near, stops, candidates((20.0, 4.0), (25.0, 3.0), (30.0, 2.5), (15.0, 5.0)))
-    start = ways_of(np.ones((40, 1), bool), near)
+    start = outcomes_of(np.ones((40, 1), bool), near)
     best, among = siting.best(start, (), range(4))
     assert (best.number if best else None, among) == (1, 4)  # 75 m2, as the last two; 80 m2 the first
 
@@ -116,7 +122,7 @@ def test_what_cannot_be_best_is_not_slid():
     stops = near.copy()
     stops[11:, 0] = False  # keeps 11 away: the second might keep 12, the third at most 8
     siting = Paper(near, stops, candidates((20.0, 3.0), (20.0, 3.0), (20.0, 3.0)))
-    best, _ = siting.best(ways_of(np.ones((50, 1), bool), near), (), range(3))
+    best, _ = siting.best(outcomes_of(np.ones((50, 1), bool), near), (), range(3))
     assert siting.tried == [0, 1]
     assert best is not None
     assert (best.number, best.gain) == (1, 12)
@@ -146,7 +152,7 @@ def test_what_chance_alone_does_is_not_built(kept, among, built):
     near = np.zeros((30, among), bool)
     near[:kept, 0] = True
     siting = Paper(near, near, candidates(*sizes))
-    start = ways_of(np.ones((30, 1), bool), near)
+    start = outcomes_of(np.ones((30, 1), bool), near)
     steps, why = choose(siting, start, [siting.trial(start, (), k) for k in range(among)], 1, Quiet())
     assert (len(steps) == 1, why == "") == (built, built)
     assert built or not kept or f"the best of {among} candidates left would keep {kept} more logs" in why
@@ -184,12 +190,12 @@ def test_without_lines_nothing_is_passed_on_the_way_to_one():
 def test_ways_of_some_logs_replace_theirs_alone():
     rng = np.random.default_rng(0)
     one, other = (
-        Ways(*(rng.random((k, 2)) for _ in fields(Ways)))
+        LogOutcomes(*(rng.random((k, 2)) for _ in fields(LogOutcomes)))
         for k in (6, 2)  # numbers serve as well
     )
     rows = np.array([4, 1])
     both = one.with_rows(rows, other)
-    for each in fields(Ways):
+    for each in fields(LogOutcomes):
         values = getattr(both, each.name)
         assert np.array_equal(values[rows], getattr(other, each.name))
         assert np.array_equal(np.delete(values, rows, 0), np.delete(getattr(one, each.name), rows, 0))
@@ -204,6 +210,53 @@ def test_polygons_are_watched_by_their_rings_and_parts_by_their_thing():
     drawn = [shapely.LineString(lines.vertices[a:b]) for a, b in zip(lines.starts, lines.starts[1:], strict=False)]
     assert shapely.union_all(drawn[:2]).equals(two)
     assert drawn[2].equals(ring.exterior)
+
+
+@dataclass
+class BarrierLayers:
+    """What of a scene `with_barriers` changes."""
+
+    plates: Barriers
+    barriers: Items
+
+    def prepared_again(self) -> BarrierLayers:
+        return self
+
+
+def test_candidates_stand_behind_the_runs_own_barriers_each_with_its_line_and_height():
+    own = [shapely.LineString([(0, 0), (1, 0), (2, 1)]), shapely.LineString([(9, 9), (8, 9)])]
+    could = [
+        Candidate("two parts", shapely.MultiLineString([[(0, 5), (1, 5)], [(3, 5), (4, 6), (5, 6)]]), 2.5, np.nan),
+        Candidate("one", shapely.LineString([(7, 7), (7, 8)]), 4.0, np.nan),
+    ]
+    watched, items = as_lines(own)
+    layers: Any = BarrierLayers(Barriers(watched.vertices, watched.starts, np.array([1.0, 3.0])), items)
+    both = with_barriers(layers, could)
+    assert [str(each) for each in both.barriers.ids] == ["0", "1", "two parts", "one"]
+    starts = both.plates.starts
+    assert (starts[0], starts[-1]) == (0, len(both.plates.vertices))
+    parts = [both.plates.vertices[a:b] for a, b in pairwise(starts.tolist())]
+    stand = [*zip(own, (1.0, 3.0), strict=True), *((each.shape, each.height) for each in could)]
+    for number, (shape, height) in enumerate(stand):
+        rows = np.flatnonzero(both.barriers.item == number)
+        assert shapely.union_all([shapely.LineString(parts[row]) for row in rows]).equals(shape)
+        assert set(both.plates.height[rows].tolist()) == {height}
+
+
+class Started(SimpleNamespace):
+    """Where logs start: what of the releases is asked."""
+
+    def __len__(self) -> int:
+        return len(self.x)
+
+
+def test_a_log_that_starts_inside_touches_before_all_others_and_one_that_never_does_after_all():
+    _, items = as_lines([shapely.box(0, 0, 2, 2), shapely.LineString([(5, 0), (5, 9)])])
+    starts: Any = Started(x=np.array([1.0, 1.0, 9.0, 9.0]), y=np.ones(4))
+    times = np.array([[np.nan, 3.0], [2.0, np.nan], [4.0, 1.0], [np.nan, np.nan]])
+    result: Any = SimpleNamespace(reach=np.isfinite(times), reach_time=times)
+    inf = np.inf
+    assert times_of(items, result, starts).tolist() == [[-inf, 3.0], [-inf, inf], [4.0, 1.0], [inf, inf]]
 
 
 GULLY_M = 8.0  # amplitude of the contours of a slope with gullies, every 25 m

@@ -1,4 +1,4 @@
-"""What a run was asked, as its results repeat it."""
+"""The settings of a run, as its results repeat them."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from deadwood_algorithms.scene.released_scene import ReleasedScene
 
 
 @dataclass(frozen=True, kw_only=True)
-class Asked:
-    """What a run was asked: the scene, the fidelity by name, whether any trajectory is kept, on how few logs danger is
+class RunSettings:
+    """Settings of a run: the scene, the fidelity by name, whether any trajectory is kept, on how few logs danger is
     told, whether its counts are kept, and what stems can take. With --fidelity auto also what was promised, and what
     the pilot cost beside the run."""
 

@@ -1,4 +1,4 @@
-"""What each thing of a run is worth, as a layer, and what a reader wants to see first."""
+"""The effect of each obstacle of a run as a layer, and what a reader wants to see first."""
 
 from __future__ import annotations
 
@@ -9,19 +9,13 @@ import geopandas
 import numpy as np
 import shapely
 
-from deadwood_algorithms.evaluate.protection.effect import (
-    Again,
-    AgainWith,
-    Effect,
-    Known,
-    Question,
-    effects_of,
-    logs_near,
-    logs_to_slide,
-    ranks,
-    tasks_of,
-)
+from deadwood_algorithms.evaluate.protection.baseline import Baseline, logs_to_slide
+from deadwood_algorithms.evaluate.protection.changed_scenes import ChangedScenes, WithCandidates, tasks_of
+from deadwood_algorithms.evaluate.protection.effect import Effect, effects_of, ranks
+from deadwood_algorithms.evaluate.protection.near_candidates import logs_near
 from deadwood_algorithms.evaluate.protection.obstacles import Candidates, Obstacle, with_candidates
+from deadwood_algorithms.evaluate.protection.rerun import Rerun
+from deadwood_algorithms.evaluate.protection.scenes_at_once import changes_in_order
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.simulate.steps import Steps
@@ -30,33 +24,34 @@ from deadwood_algorithms.stats.statistics import points_with_interval
 SHOWN = 5  # of each kind and line
 
 
-def value(
-    question: Question, layers: SceneLayers, known: Known, things: list[Obstacle], steps: Steps, feedback: Feedback
+def obstacle_effects(
+    rerun: Rerun, layers: SceneLayers, baseline: Baseline, things: list[Obstacle], steps: Steps, feedback: Feedback
 ) -> list[Effect]:
     """Slide again without each thing the logs to which it mattered."""
-    tasks = tasks_of(things, [logs_to_slide(question, layers, known, each) for each in things])
-    again = Again(question, layers, known, None)
-    changes = again.all(tasks, steps, feedback, f"sliding without each of {len(things)}")
-    return effects_of(question, layers, known, things, changes)
+    tasks = tasks_of(things, [logs_to_slide(rerun, layers, baseline, each) for each in things])
+    scenes = ChangedScenes(rerun, layers, baseline, None)
+    changes = changes_in_order(scenes, tasks, steps, feedback, f"sliding without each of {len(things)}")
+    return effects_of(rerun, layers, baseline, things, changes)
 
 
-def value_planted(
-    question: Question, layers: SceneLayers, known: Known, could: Candidates, steps: Steps, feedback: Feedback
+def candidate_effects(
+    rerun: Rerun, layers: SceneLayers, baseline: Baseline, could: Candidates, steps: Steps, feedback: Feedback
 ) -> list[Effect]:
     """Slide again with each candidate the logs that come near it."""
     both, found = with_candidates(layers, could)
-    near, layers = logs_near(question, layers, both, found, could.widest_radius, steps, feedback)
-    again = AgainWith(question, layers, known, lambda on: with_candidates(on, could))
-    changes = again.all(tasks_of(again.found, near), steps, feedback, f"sliding with each of {len(again.found)}")
-    return effects_of(question, layers, known, again.found, changes, planted=True)
+    near, layers = logs_near(rerun, layers, both, found, could.widest_radius, steps, feedback)
+    scenes = WithCandidates(rerun, layers, baseline, lambda on: with_candidates(on, could))
+    tasks, what = tasks_of(scenes.found, near), f"sliding with each of {len(scenes.found)}"
+    changes = changes_in_order(scenes, tasks, steps, feedback, what)
+    return effects_of(rerun, layers, baseline, scenes.found, changes, planted=True)
 
 
 def frame_of(found: Sequence[Effect], layers: SceneLayers, changed: str, sign: int) -> geopandas.GeoDataFrame:
     """One row for each thing and line, those of one line together, each by rank.
 
-    sign : 1 where the change takes something away, so that what more reach is its worth; -1 where it puts something up
+    sign : 1 where the change takes something away, so that what more reach is its effect; -1 where it puts something up
     """
-    gains = [tuple(sign * each for each in worth.gain()) for worth in found]
+    gains = [tuple(sign * each for each in effect.gain()) for effect in found]
     columns = {
         "kind": [each.obstacle.kind for each in found],
         "id": [each.obstacle.id for each in found],
@@ -84,7 +79,7 @@ def frame_of(found: Sequence[Effect], layers: SceneLayers, changed: str, sign: i
 
 
 def lines_of(frames: dict[str, Any]) -> tuple[str, ...]:
-    """For each line and kind how many are worth something, and the first few."""
+    """For each line and kind how many have an effect, and the first few."""
     shown = []
     for name, frame in frames.items():
         for (line_id, kind), rows in frame.groupby(["line_id", "kind"], sort=False):

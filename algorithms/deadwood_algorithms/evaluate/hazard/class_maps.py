@@ -1,0 +1,68 @@
+"""The rasters of classes of a hazard map, what ground each class has, and return periods cell by cell."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_algorithms.evaluate.hazard.cells import hits_of_areas
+from deadwood_algorithms.evaluate.hazard.frequencies import stored_areas
+from deadwood_algorithms.evaluate.hazard.legend import ranges_of
+from deadwood_algorithms.evaluate.hazard.rates import ReleaseArea, pooled, rate_with_interval, return_period
+from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.files.rasters import write_bands, write_classes
+from deadwood_algorithms.params.tool import Feedback
+from deadwood_algorithms.results.run_folder import Run
+from deadwood_algorithms.schemas.files import RETURN
+
+
+class ClassMaps:
+    """Rasters of classes in a folder, and what ground each class has."""
+
+    def __init__(self, folder: Path, grid: Grid) -> None:
+        self.folder, self.grid = folder, grid
+        self.classes: list[dict[str, Any]] = []
+
+    def write(
+        self,
+        name: str,
+        values: NDArray[np.uint8],
+        rows: Sequence[tuple[int, str, str]],
+        about: str,
+        scale: tuple[Sequence[float], str] | None = None,
+    ) -> None:
+        """``scale``: the bounds of the classes and their unit; none of the matrix, whose classes are pairs."""
+        write_classes(self.folder / f"{name}.tif", values, self.grid, rows, meaning=about)
+        count = np.bincount(values.ravel(), minlength=256)
+        ends = ranges_of(scale[0]) if scale else [None] * len(rows)
+        for (value, _, label), end in zip(rows, ends, strict=True):
+            between = {"low": end[0], "high": end[1], "unit": scale[1]} if scale and end else {}
+            ground = {"cells": int(count[value]), "area_m2": float(count[value] * self.grid.cell**2)}
+            self.classes.append({"map": name, "class": value, "meaning": label} | between | ground)
+
+
+def years_of(
+    source: Run, areas: Sequence[ReleaseArea], logs: int, grid: Grid, hits: NDArray[np.float32], feedback: Feedback
+) -> tuple[list[NDArray[np.float64]], float]:
+    """Return period of each cell with the ends of its interval [years]; and how short it may be where no log passed."""
+    told = pooled(areas, logs)
+    if told:
+        counts: Any = [hits]
+    else:
+        told = stored_areas(source, list(areas))
+        counts = hits_of_areas(source, told, grid, feedback)
+        feedback.note("release areas of unlike frequency: the hits of each are counted from its stored trajectories")
+    rate, low, high = rate_with_interval(counts, told, logs)
+    most = float(rate_with_interval([np.array(0)] * len(told), told, logs)[2])
+    return [return_period(each) for each in (rate, high, low)], 1.0 / most
+
+
+def write_years(path: Path, years: Sequence[NDArray[np.float64]], grid: Grid) -> None:
+    passed = np.isfinite(years[0])
+    bands = {band.name: np.where(passed, each, np.nan) for band, each in zip(RETURN.bands, years, strict=True)}
+    told = {"units": [band.unit for band in RETURN.bands], "style": RETURN.look, "raster": RETURN.name}
+    write_bands(path, bands, grid, nodata=np.nan, dtype="float32", **told)

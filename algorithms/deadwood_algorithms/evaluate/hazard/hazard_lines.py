@@ -1,0 +1,71 @@
+"""A hazard map in words: the ground of each class, the lines, and where logs are too few or left the terrain model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from deadwood_algorithms.evaluate.hazard.rates import ReleaseArea
+from deadwood_algorithms.params.tool import Feedback
+from deadwood_algorithms.results.lost import left_dem, many, reach_told, warn_of_lost
+from deadwood_algorithms.results.run_folder import Run
+from deadwood_algorithms.stats.statistics import Z_95, percent_with_interval
+
+
+def lost_of_run(source: Run, rows: Sequence[dict[str, Any]], feedback: Feedback) -> int:
+    """How many logs left the terrain model; a warning where the maps or the lines depend on them."""
+    n_lost = int(left_dem(source.deposits["stop_reason"].to_numpy()).sum())
+    told = reach_told(row for row in rows if row["n_reach"] is not None and not row["at_least_kj"])
+    told += ["classes, areas and the outline end where they left"] if many(n_lost, len(source.deposits)) else []
+    warn_of_lost(n_lost, len(source.deposits), told, feedback, where=str(source.path))
+    return n_lost
+
+
+def warn_of_small_sample(
+    facts: dict[str, Any], areas: Sequence[ReleaseArea], logs: int, periods: Sequence[float], feedback: Feedback
+) -> None:
+    """Say where the logs are too few to tell the longest return period from none."""
+    shortest = facts["no_hit"]["return_ci_low_years"]
+    if shortest >= periods[-1]:
+        return
+    events = sum(each.events_per_year for each in areas)
+    needed = Z_95**2 * (events * logs * periods[-1] - 1.0)
+    feedback.warn(
+        f"where no log passed the return period may still be {years_words(shortest)} years, shorter than "
+        f"{periods[-1]:g}: {facts['logs']} logs cannot tell; about {needed:.2g} logs can"
+    )
+
+
+def lines_of(facts: dict[str, Any], rows: Sequence[dict[str, Any]]) -> tuple[str, ...]:
+    """The ground of each class, the lines, what an empty cell means, and whose rule it is."""
+    shown = []
+    for name in dict.fromkeys(each["map"] for each in facts["classes"]):
+        told = [f"{each['meaning']}: {each['area_m2'] / 1e4:.3g} ha" for each in facts["classes"]
+                if each["map"] == name and each["cells"]]  # fmt: skip
+        if name != "matrix":
+            what = f"intensity, {facts['energy']}" if name == "intensity" else name
+            shown.append(f"{what}: {'; '.join(told)}")
+    for row in rows:
+        if row["n_reach"] is not None:
+            shown.append(line_words(row))
+    empty = f"a cell that no log passed: passed by less than {100 * facts['no_hit']['p_high']:.2g} % of the logs"
+    if "return_ci_low_years" in facts["no_hit"]:
+        empty += f", return period over {years_words(facts['no_hit']['return_ci_low_years'])} years"
+    return (*shown, f"{empty} (95 %)", facts["rule"], facts["decides"])
+
+
+def years_words(years: float) -> str:
+    """Three digits, and never as 1e+03."""
+    return f"{float(f'{years:.3g}'):.10g}"
+
+
+def line_words(row: dict[str, Any]) -> str:
+    """``road, 30 kJ and more: 12 % (9 to 16 %), every 83 years (62 to 111)``."""
+    least = f", {row['at_least_kj']:g} kJ and more" if row["at_least_kj"] else ""
+    told = f"{row['line_id']}{least}: {percent_with_interval(row)}"
+    if "return_ci_low_years" not in row:
+        return told
+    if not row["n_reach"]:
+        return f"{told}, return period over {years_words(row['return_ci_low_years'])} years"
+    ends = f"{years_words(row['return_ci_low_years'])} to {years_words(row['return_ci_high_years'])}"
+    return f"{told}, every {years_words(row['return_period_years'])} years ({ends})"

@@ -1,0 +1,74 @@
+"""A run of slide-logs, slid again: its scene and logs, and what two scenes must share for a log to go the same way."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_algorithms.params.tool import Feedback, UserError
+from deadwood_algorithms.params.where import Where
+from deadwood_algorithms.results.replay import fidelity_of, logs_of, question_of
+from deadwood_algorithms.results.run_folder import Run
+from deadwood_algorithms.scene.layers import SceneLayers
+from deadwood_algorithms.scene.releases import Releases
+from deadwood_algorithms.simulate.log_order import hash_order
+from deadwood_algorithms.simulate.piece import scene_without
+from deadwood_algorithms.simulate.simulation import Simulation, open_simulation
+from deadwood_algorithms.simulate.windows import read_released_scene
+from deadwood_engine import Fidelity, fidelity_in
+from deadwood_engine.fidelity import longest_travel
+from deadwood_engine.limits import NEAR_MARGIN
+
+
+@dataclass(frozen=True)
+class Rerun:
+    """What is slid, and how."""
+
+    simulation: Simulation
+    releases: Releases
+
+    def longest_step(self, cell: float) -> float:
+        """The most way [m] of a log in a step."""
+        return longest_travel(self.simulation.fidelity, cell)
+
+    def rule_of_steps(self, layers: SceneLayers) -> tuple[Fidelity, bool]:
+        """What decides in a scene how long every step is, wherever the log is: whether anything rebounds there, and,
+        where a step may be longer than what is left of the list's margin, whether there is any obstacle at all.
+
+        In two scenes of one rule a log that comes near nothing that only one of them holds goes the same way, bit for
+        bit; in two of different rules no log need do so.
+        """
+        laws = self.simulation.laws
+        trees, barriers = laws["tree_restitution"], laws["barrier_restitution"]
+        row = fidelity_in(layers.scene, self.simulation.fidelity, laws["restitution"], trees, barriers)
+        return row, self.longest_step(layers.dem.cell) > 0.5 * NEAR_MARGIN and is_bare(layers)
+
+
+@contextmanager
+def open_rerun(
+    source: Run, lines: str | None, logs: int | None, seed: int, where: Where, feedback: Feedback
+) -> Iterator[tuple[Rerun, SceneLayers, NDArray[np.int64]]]:
+    """What a run asked, of other lines if they are given, with an even draw of so many of its logs if not with all.
+
+    Also gives the scene as it was read, and the logs' rows in the run's deposits.
+    """
+    scene = question_of(source, **({"lines": lines} if lines else {}))
+    if not scene.lines:
+        raise UserError(f"{source.path}: the run watched no lines; --lines names some")
+    with open_simulation(scene.inputs(), fidelity_of(source), where, feedback) as simulation:
+        layers, releases = read_released_scene(simulation, feedback)
+        rows = np.sort(hash_order(source.deposits["log_id"].to_numpy(np.int64), seed)[:logs])
+        yield Rerun(simulation, logs_of(source, releases, rows)), layers, rows
+
+
+def is_bare(layers: SceneLayers) -> bool:
+    return not len(layers.scene.arrays.cores.solid)
+
+
+def without(layers: SceneLayers, missing: NDArray[np.int64]) -> SceneLayers:
+    """The scene without these obstacles, slid by one thread."""
+    return replace(layers, scene=scene_without(layers.scene, missing), threads=1)

@@ -1,0 +1,42 @@
+"""The hidden folder of what a run of `reproduce-paper` has finished, so that an interrupted one goes on from there."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.tool import Feedback, UserError
+
+
+def open_work(work: Path, decided_by: Mapping[str, Any], *, resume: bool, feedback: Feedback) -> Path:
+    """The folder of finished scenarios; dropped unless it is resumed, refused if it was begun otherwise."""
+    identity = {"version": tool.VERSION, "engine": tool.engine_digest(), **decided_by}
+    note = work / ".identity.json"
+    if work.is_dir() and resume:
+        before = read_note(note)
+        changed = [name for name in identity if before.get(name) != identity[name]]
+        if changed:
+            raise UserError(
+                f"--resume: the unfinished work in {work} was begun with other {', '.join(changed)}; give the same, "
+                "or leave out --resume to start again"
+            )
+        return work
+    if work.is_dir():
+        feedback.note(f"{work}: the unfinished work of an earlier run is discarded (--resume continues it)")
+        shutil.rmtree(work)
+    work.mkdir(parents=True)
+    note.write_text(json.dumps(identity), encoding="utf-8")
+    return work
+
+
+def read_note(note: Path) -> dict[str, Any]:
+    """What a hidden note says; empty where there is none, or it is damaged."""
+    try:
+        told = json.loads(note.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return told if isinstance(told, dict) else {}

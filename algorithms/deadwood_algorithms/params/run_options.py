@@ -1,0 +1,125 @@
+"""The options of a run of released logs beside its scene and where it slides, by group."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.tool import UserError
+
+AUTO = "auto"  # the fidelity that is chosen by --error or --budget
+
+
+@dataclass(frozen=True, kw_only=True)
+class FidelityOptions:
+    """How exactly logs slide, or which error of the reach is permitted."""
+
+    fidelity: str = tool.choice(
+        "Speed against accuracy",
+        "draft",
+        "standard",
+        "fine",
+        "reference",
+        AUTO,
+        default="standard",
+        help="auto: the cheapest that keeps --error, or the best within --budget.",
+    )
+    error: float | None = tool.number(
+        "Permitted error of the reach of a line (--fidelity auto)",
+        default=None,
+        minimum=0.0,
+        maximum=0.5,
+        exclusive=True,
+        help="0.02 means ±2 points from what reference would give, at 95 %, by sampling and by calculation together. "
+        "Needs --lines.",
+    )
+    budget: str | None = tool.text(
+        "Time for the run, instead of --error (--fidelity auto)",
+        default=None,
+        help="60s, 5min or 1h: the most accurate fidelity and number of logs for that time on this machine, within "
+        "about a tenth. --report and --qgis-project take additional time.",
+    )
+    assume: str = tool.choice(
+        "Errors of calculation taken from the benchmark's slopes (--fidelity auto)",
+        "none",
+        "standard",
+        "draft",
+        default="standard",
+        advanced=True,
+        help="none: nothing, so that reference is used. standard: the error of standard is at most that on the worst "
+        "of them. draft: draft as well.",
+    )
+    time_step_s: float | None = tool.number(
+        "Longest time step, instead of the fidelity's",
+        unit="s",
+        default=None,
+        minimum=1e-5,
+        maximum=1.0,
+        advanced=True,
+    )
+    station_spacing_m: float | None = tool.number(
+        "Spacing of the contact stations, instead of the fidelity's",
+        unit="m",
+        default=None,
+        minimum=1e-3,
+        maximum=100.0,
+        advanced=True,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class KeptOptions:
+    """How many logs slide, and what is kept of them."""
+
+    trajectories: str = tool.text(
+        "Logs whose trajectory is kept: all, none, or how many", default="1000", help="Chosen by seed and log_id alone."
+    )
+    until_ci: float | None = tool.number(
+        "End when every line's reach interval is this narrow (half-width)",
+        default=None,
+        minimum=1e-4,
+        maximum=0.5,
+        help="0.005 means ±0.5 points. Logs run in a random order, at most all. Checks after 1000, 2000, 4000, ... "
+        "logs use intervals widened for the repetition; the reported 95 % intervals are narrower. Needs --lines.",
+    )
+    danger_least: int = tool.integer(
+        "Least number of passing logs for which a cell has a value",
+        default=10,
+        minimum=1,
+        advanced=True,
+        help="In danger.tif, which --lines brings, cells with fewer are transparent.",
+    )
+    danger_counts: bool = tool.flag(
+        "Also keep the counts of danger.tif",
+        advanced=True,
+        help="danger_count.tif, from which those of several runs add up; run-sites asks for it.",
+    )
+
+    @property
+    def trajectories_kept(self) -> int | None:
+        """How many logs keep their trajectory; None for all."""
+        name = str(self.trajectories).strip().lower()
+        if name == "all":
+            return None
+        if name == "none":
+            return 0
+        if name.isdigit():
+            return int(name)
+        raise UserError(f"--trajectories is '{self.trajectories}', but must be all, none or a whole number")
+
+
+@dataclass(frozen=True, kw_only=True)
+class CapacityOptions:
+    """What logs can take, to count the hits above it."""
+
+    log_capacity_kj: float | None = tool.number(
+        "Energy that a log of 40 cm DBH can lose in a hit before it breaks, to count the hits above",
+        unit="kJ",
+        default=None,
+        minimum=0.0,
+        exclusive=True,
+        advanced=True,
+    )
+    log_capacity_power: float = tool.number(
+        "Exponent of DBH / 40 cm with which that grows", default=2.0, minimum=0.0, maximum=6.0, advanced=True
+    )

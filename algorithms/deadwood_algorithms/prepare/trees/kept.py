@@ -1,0 +1,113 @@
+"""Which of the trees that were read are written: those that stand, have a size, lie on the DEM and are found once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import shapely
+
+from deadwood_algorithms import schemas
+from deadwood_algorithms.files.columns import where_of
+from deadwood_algorithms.params.tool import Feedback
+from deadwood_algorithms.prepare.trees import columns as tree_columns
+from deadwood_algorithms.prepare.trees import status as tree_status
+from deadwood_algorithms.prepare.trees.dbh_filling import Filled
+from deadwood_algorithms.prepare.trees.merging import duplicates
+from deadwood_algorithms.prepare.trees.table import Source
+
+if TYPE_CHECKING:
+    from deadwood_algorithms.files.dem_blocks import DemBlocks
+    from deadwood_algorithms.files.grid import Grid
+
+# Height / DBH [-] of the median tree of a stand: solitary oaks to dense spruce. A girth taken as DBH is a third of it.
+SLENDERNESS = (25, 150)
+
+
+def trees_kept(
+    source: Source,
+    filled: Filled,
+    status: np.ndarray,
+    ground: Grid | DemBlocks | None,
+    *,
+    min_height_m: float,
+    merge_within_m: float,
+    tile_field: str | None,
+) -> tuple[np.ndarray, list[str]]:
+    """Which trees are written to one of the layers, and in words why the others are not."""
+    from deadwood_algorithms.scene.items import extent_words
+
+    said: list[str] = []
+    kept = status != tree_status.GONE
+    if not kept.all():
+        said.append(f"{(~kept).sum()} trees dropped, they stand no more")
+    sized = np.isfinite(filled.dbh) & np.isfinite(filled.height)
+    if (kept & ~sized).any():
+        said.append(f"{(kept & ~sized).sum()} trees dropped, they have neither DBH nor height")
+    kept &= sized
+    for column, values, least in (
+        ("height_m", filled.height, min_height_m),
+        ("dbh_cm", filled.dbh, schemas.TREES.column("dbh_cm").least or 0.0),
+    ):
+        schema = schemas.TREES.column(column)
+        low, high = max(least, schema.least or 0.0), schema.maximum or np.inf
+        for wrong, words in ((values < low, f"below {low:g}"), (values > high, f"above {high:g}")):
+            if (kept & wrong).any():
+                said.append(f"{(kept & wrong).sum()} trees dropped, their {column} is {words} {schema.unit}")
+                kept &= ~wrong
+    if ground:
+        x, y = shapely.get_x(source.places), shapely.get_y(source.places)
+        on = ground.contains(x, y)
+        if (kept & ~on).any():
+            nowhere = extent_words(x, y, ground) if not on.any() else ""
+            said.append(f"{(kept & ~on).sum()} trees dropped, they stand off the DEM{nowhere}")
+        kept &= on
+    if merge_within_m and kept.any():
+        name = tree_columns.find(source.frame, tile_field, "--tile-field", ())
+        tile = source.frame[name].astype(str).to_numpy()[kept] if name else None
+        goes = duplicates(source.places[kept], filled.height[kept], filled.dbh[kept], merge_within_m, tile)
+        if goes.any():
+            said.append(f"{goes.sum()} trees dropped, a taller one stands within {merge_within_m:g} m")
+        kept[np.flatnonzero(kept)[goes]] = False
+    return kept, said
+
+
+def warn_of_doubts(source: Source, filled: Filled, kept: np.ndarray, feedback: Feedback) -> None:
+    """Warn of trees in one place, and of sizes measured that no stand has together: a girth or inches taken as DBH."""
+    where = where_of(source.frame)
+    places = np.round(shapely.get_coordinates(source.places[kept]), 2)
+    double = int(kept.sum()) - len(np.unique(places, axis=0))
+    if double:
+        feedback.warn(
+            f"{where}: {double} trees have exactly the position of another one (stems of one tree? rows twice?); "
+            "--merge-within-m 0.1 keeps the tallest of each"
+        )
+    measured = kept & ~filled.from_height & ~filled.from_dbh
+    if measured.any():
+        slender = float(np.median(100.0 * filled.height[measured] / filled.dbh[measured]))
+        low, high = SLENDERNESS
+        if not low <= slender <= high:
+            fix = "a girth is divided by pi with --dbh-unit girth-cm" if slender < low else "inches: --dbh-unit in"
+            feedback.warn(
+                f"{where}: the median of height / DBH is {slender:.0f}, stands have {low} to {high}; check the units "
+                f"of both ({fix})"
+            )
+
+
+def releases_columns(columns: dict[str, np.ndarray], dead: np.ndarray) -> dict[str, np.ndarray]:
+    """The columns of the releases layer, of all kept trees: each dead one is a log that stands upright in its place."""
+    made = {"log_id": np.cumsum(dead), "release_id": columns["tree_id"], "dbh_cm": columns["dbh_cm"]}
+    made |= {"length_m": columns["height_m"], "orientation": np.full(dead.size, "upright", object)}
+    return made | {name: columns[name] for name in ("species", "dbh_source") if name in columns}
+
+
+def write_trees(
+    path: Path, layer: str, columns: dict[str, np.ndarray], points: np.ndarray, chosen: np.ndarray, source: Source
+) -> None:
+    import geopandas
+
+    from deadwood_algorithms.files.vectors import write_vector
+
+    of_chosen = {name: values[chosen] for name, values in columns.items()}
+    write_vector(path, {layer: geopandas.GeoDataFrame(of_chosen, geometry=points[chosen], crs=source.frame.crs)})

@@ -1,0 +1,153 @@
+"""A print layout of a run for its QGIS project: map, legend, scale bar, north arrow, title, scenario, scale and CRS.
+
+A4 in landscape. The map shows the layers of a map theme, so that it prints the same whatever is ticked and whichever
+moment the animation is at; its scale is a round number. Written without QGIS, as `qgis_project`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from xml.sax.saxutils import quoteattr
+
+NAME = "Map of the run"
+MAP_ID = "{5d1f0b52-0c5e-4a53-9d5e-6c6f6c6f6701}"
+WIDTH_MM, HEIGHT_MM, EDGE_MM = 297.0, 210.0, 10.0
+MAP_MM = (EDGE_MM, 32.0, 205.0, 160.0)  # left, top, width, height
+LEGEND_MM = (219.0, 32.0, 68.0, 130.0)
+FOOT_MM = 195.0  # from the top
+MM_PER_M = 1000.0
+ROUND = (1.0, 2.0, 2.5, 5.0)  # of a scale, times a power of ten
+BAR_SHARE = 0.22  # of the map's width, at most
+# QGIS's numbers of the kinds of items.
+PAGE, MAP, PICTURE, LABEL, LEGEND, BAR = 65638, 65639, 65640, 65641, 65642, 65646
+ARROW = ":/images/north_arrows/layout_default_north_arrow.svg"
+FONT = "Arial"
+BOLD, PLAIN = 75, 50
+
+
+@dataclass(frozen=True)
+class Words:
+    """What stands on the page; ``[% %]`` holds an expression of QGIS."""
+
+    title: str
+    answers: str
+    scenario: str
+    foot: str
+
+
+def layout_xml(words: Words, extent: tuple[float, float, float, float], theme: str, legend: Sequence[str]) -> str:
+    """The layout; ``extent`` is what it shall show at least, ``legend`` the nodes of the layers in its legend."""
+    scale = nice_scale(extent)
+    left, top, width, height = MAP_MM
+    right, bottom = left + width, top + height
+    full = WIDTH_MM - 2.0 * EDGE_MM
+    items = (
+        _map(_shown(extent, scale), theme),
+        _label(words.title, (EDGE_MM, 5.0, full, 11.0), 16.0, BOLD),
+        _label(words.answers, (EDGE_MM, 16.0, full, 8.0), 11.0, PLAIN),
+        _label(words.scenario, (EDGE_MM, 24.0, full, 7.0), 8.0, PLAIN),
+        _label(words.foot, (EDGE_MM, FOOT_MM, full, 8.0), 7.5, PLAIN),
+        _legend(legend),
+        _bar(scale, (left + 3.0, bottom - 15.0, 60.0, 12.0)),
+        _arrow((right - 15.0, top + 3.0, 12.0, 14.0)),
+    )
+    layout = f'<Layout name={quoteattr(NAME)} units="mm" printResolution="300">{_page()}{"".join(items)}</Layout>'
+    return f"<Layouts>{layout}</Layouts>"
+
+
+def nice_scale(extent: tuple[float, float, float, float]) -> float:
+    """The largest round scale at which the extent is on the map, as its denominator."""
+    west, south, east, north = extent
+    least = max((east - west) / MAP_MM[2], (north - south) / MAP_MM[3]) * MM_PER_M
+    power = 10.0 ** math.floor(math.log10(least))
+    return next(each * power for each in (*ROUND, 10.0) if each * power >= least * (1.0 - 1e-9))
+
+
+def _shown(extent: tuple[float, float, float, float], scale: float) -> tuple[float, float, float, float]:
+    """What of the ground is on the map, around the middle of the extent."""
+    west, south, east, north = extent
+    half_width, half_height = (scale * side / MM_PER_M / 2.0 for side in MAP_MM[2:])
+    x, y = (west + east) / 2.0, (south + north) / 2.0
+    return x - half_width, y - half_height, x + half_width, y + half_height
+
+
+def bar_length(scale: float) -> float:
+    """Of the scale bar [m]: two parts of a round number each, on a fifth of the map."""
+    most = BAR_SHARE * MAP_MM[2] * scale / MM_PER_M / 2.0
+    power = 10.0 ** math.floor(math.log10(most))
+    return 2.0 * max(each * power for each in ROUND if each * power <= most)
+
+
+def _item(kind: int, place: tuple[float, float, float, float], inner: str = "", **facts: object) -> str:
+    left, top, width, height = place
+    told = "".join(f" {name}={quoteattr(str(value))}" for name, value in facts.items())
+    return (
+        f'<LayoutItem type="{kind}" position="{left:g},{top:g},mm" positionOnPage="{left:g},{top:g},mm" '
+        f'size="{width:g},{height:g},mm" referencePoint="0" visibility="1" opacity="1"{told}>{inner}</LayoutItem>'
+    )
+
+
+def _page() -> str:
+    return f"<PageCollection>{_item(PAGE, (0.0, 0.0, WIDTH_MM, HEIGHT_MM))}</PageCollection>"
+
+
+def _map(shown: tuple[float, float, float, float], theme: str) -> str:
+    west, south, east, north = shown
+    inner = f'<Extent xmin="{west:.3f}" ymin="{south:.3f}" xmax="{east:.3f}" ymax="{north:.3f}"/>'
+    facts = {"uuid": MAP_ID, "followPreset": "true", "followPresetName": theme, "frame": "true", "background": "true"}
+    return _item(MAP, MAP_MM, inner, id="map", isTemporal=0, outlineWidthM="0.3,mm", **facts)
+
+
+def _label(text: str, place: tuple[float, float, float, float], size: float, weight: int) -> str:
+    return _item(LABEL, place, _font("LabelFont", size, weight), labelText=text, marginX=0, valign=32)
+
+
+def _font(tag: str, size: float, weight: int) -> str:
+    return f'<{tag} description="{FONT},{size:g},-1,5,{weight},0,0,0,0,0" style=""/>'
+
+
+def _legend(nodes: Sequence[str]) -> str:
+    sizes = {"title": (10.0, BOLD), "group": (9.0, BOLD), "subgroup": (8.5, BOLD), "symbol": (8.0, PLAIN)}
+    sizes["symbolLabel"] = (8.0, PLAIN)
+    gaps = {"title": 'marginBottom="2"', "subgroup": 'marginTop="2.5"', "symbol": 'marginTop="1"'}
+    gaps["symbolLabel"] = 'marginTop="1" marginLeft="2"'
+    styles = "".join(
+        f'<style name="{name}" alignment="1" indent="0" {gaps.get(name, "")}>{_font("styleFont", *size)}</style>'
+        for name, size in sizes.items()
+    )
+    tree = f"<layer-tree-group><customproperties/>{''.join(nodes)}</layer-tree-group>"
+    facts = {"legendFilterByMap": 1, "resizeToContents": 1, "symbolWidth": 6, "symbolHeight": 3, "columnCount": 1}
+    inner = f"<styles>{styles}</styles>{tree}"
+    return _item(LEGEND, LEGEND_MM, inner, map_uuid=MAP_ID, title="", wrapChar="", boxSpace=0, **facts)
+
+
+def _bar(scale: float, place: tuple[float, float, float, float]) -> str:
+    segment = bar_length(scale) / 2.0
+    facts = {"numSegments": 2, "numSegmentsLeft": 0, "numUnitsPerSegment": f"{segment:g}", "unitLabel": "m"}
+    text = f'<text-style fontFamily="{FONT}" fontSize="8" fontSizeUnit="Point" textColor="0,0,0,255"/>'
+    colours = (
+        '<fillColor red="0" green="0" blue="0" alpha="255"/><fillColor2 red="255" green="255" blue="255" alpha="255"/>'
+    )
+    return _item(
+        BAR,
+        place,
+        text + colours,
+        mapUuid=MAP_ID,
+        style="Single Box",
+        unitType="meters",
+        numMapUnitsPerScaleBarUnit=1,
+        segmentSizeMode=0,
+        segmentMillimeters=f"{segment / scale * MM_PER_M:.6g}",
+        height=2.5,
+        labelBarSpace=1.5,
+        boxContentSpace=1.5,
+        outlineWidth=0.2,
+        background="true",
+        **facts,
+    )
+
+
+def _arrow(place: tuple[float, float, float, float]) -> str:
+    return _item(PICTURE, place, file=ARROW, mode=0, resizeMode=0, mapUuid=MAP_ID, northMode=0, pictureRotation=0)

@@ -1,0 +1,84 @@
+"""The page behind a dialog's Help button: the tool's description with its picture, commands and every parameter.
+
+Written as HTML when it is asked for, in QGIS's language, so that it needs no address on the web and no network.
+"""
+
+from __future__ import annotations
+
+import html
+from pathlib import Path
+from typing import Any
+
+from qgis.core import QgsProcessingUtils
+from qgis.PyQt.QtCore import QUrl
+
+from .definitions import help_of, is_hidden
+from .finding import HERE
+from .help_text import labelled, paragraphs
+from .language import _
+
+# What a tool leaves, as the toolbox's site shows it; packed into the zip (`plugin_zip`).
+PICTURES = {
+    "slide-logs": "view_3d.webp",
+    "make-report": "report_map.webp",
+    "compare-scenarios": "comparison.webp",
+    "calibrate-friction": "calibration.webp",
+    "site-barriers": "siting.webp",
+    "vary": "tornado.webp",
+}
+STYLE = """
+body { font: 16px/1.5 system-ui, sans-serif; max-width: 52rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
+h1 { margin-bottom: 0; } .summary { color: #555; margin-top: 0.2rem; } img { max-width: 100%; height: auto; }
+pre { overflow-x: auto; background: #f3f3f0; padding: 0.6rem; } table { border-collapse: collapse; width: 100%; }
+th, td { text-align: left; vertical-align: top; padding: 0.35rem 0.6rem; border-bottom: 1px solid #ddd; }
+code { font-size: 0.9em; }
+@media (prefers-color-scheme: dark) {
+  body { background: #1c1c1a; color: #e6e6e0; } .summary { color: #aaa; } pre { background: #2a2a27; }
+  th, td { border-color: #444; } a { color: #9cc4ff; }
+}
+"""
+
+
+def page_of(told: dict[str, Any]) -> str:
+    """The address of a tool's page, which is written where it is not yet."""
+    path = Path(QgsProcessingUtils.tempFolder()) / "deadwood_help" / f"{told['name']}.html"
+    if not path.exists():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(page(told), encoding="utf-8")
+    return QUrl.fromLocalFile(str(path)).toString()
+
+
+def page(told: dict[str, Any]) -> str:
+    name = html.escape(told["label"])
+    text = "".join(f"<p>{each}</p>" if not each.startswith("<pre>") else each for each in paragraphs(told))
+    command = _("On the command line: {command}").format(command=f"<code>deadwood-tool {told['name']} --help</code>")
+    return (
+        f'<!DOCTYPE html><html><head><meta charset="utf-8"><title>{name}</title><style>{STYLE}</style></head><body>'
+        f'<h1>{name}</h1><p class="summary">{html.escape(told["summary"])}</p>{_picture(told["name"])}{text}'
+        f"{_table(told)}<p>{command}</p></body></html>\n"
+    )
+
+
+def _picture(tool: str) -> str:
+    path = HERE / "pictures" / PICTURES.get(tool, "")
+    return f'<p><img src="{QUrl.fromLocalFile(str(path)).toString()}" alt=""></p>' if path.is_file() else ""
+
+
+def _table(told: dict[str, Any]) -> str:
+    rows = []
+    for each in told["parameters"]:
+        if is_hidden(each, told):
+            continue
+        label = each["label"] + (f" [{each['unit']}]" if each["unit"] else "")
+        default = each["default"] if each["default"] not in (None, False, ()) else ""
+        said = ", ".join(map(str, default)) if isinstance(default, (list, tuple)) else str(default)
+        cells = (
+            html.escape(label),
+            f"<code>{each['name'].upper()}</code>",
+            html.escape(labelled(help_of(each), told)),
+            html.escape(said),
+        )
+        rows.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
+    heads = (_("Parameter"), _("In scripts"), _("Meaning"), _("Default"))
+    head = "".join(f"<th>{html.escape(each)}</th>" for each in heads)
+    return f"<table><tr>{head}</tr>{''.join(rows)}</table>"

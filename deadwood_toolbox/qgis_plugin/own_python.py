@@ -1,0 +1,119 @@
+"""The toolbox's own environment, which the plugin can make: which Python makes it, and what goes into it."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import sys
+from pathlib import Path
+
+from .finding import BIN, DISTRIBUTION, HERE, WINDOWS, read_manifest
+from .language import _
+
+OLDEST = (3, 11)
+NEWEST = 14  # minor version that is looked for first on the PATH
+VERSION_LINE = "import sys; print(*sys.version_info[:3], sys.executable, sep='\\n')"
+NETWORK = ("NewConnectionError", "name resolution", "Max retries exceeded", "ProxyError", "getaddrinfo", "timed out")
+
+
+def python_of(place: Path) -> Path:
+    return place / BIN / ("python.exe" if WINDOWS else "python")
+
+
+def what_to_install(named: str = "") -> list[str]:
+    """Words for pip: what the user names, the wheel that came with the plugin, or its version from the user's index."""
+    if named:
+        return [named]
+    wheels = sorted((HERE / "wheels").glob("*.whl"))
+    return [str(wheels[-1])] if wheels else [f"{DISTRIBUTION}=={read_manifest()['version']}"]
+
+
+def candidates(named: str = "") -> list[str]:
+    """Programs that may be a Python: the one that the user names, QGIS's own, and those of the PATH."""
+    if named:
+        return [named]
+    prefixes = dict.fromkeys(Path(each) for each in (sys.prefix, sys.base_prefix, sys.exec_prefix))
+    names = ("python3.exe", "python.exe") if WINDOWS else ("bin/python3",)
+    own = [str(each / name) for each in prefixes for name in names if (each / name).is_file()]
+    listed = [f"python3.{minor}" for minor in range(NEWEST, OLDEST[1] - 1, -1)] + ["python3", "python", "py"]
+    return list(dict.fromkeys([*own, *(path for name in listed if (path := shutil.which(name)))]))
+
+
+def suitable(said: str) -> str:
+    """The interpreter, from what a program answers to `VERSION_LINE`; empty where it is too old, or none."""
+    lines = said.splitlines()
+    if len(lines) < 4 or not all(each.isdigit() for each in lines[:3]):
+        return ""
+    return lines[3] if tuple(map(int, lines[:2])) >= OLDEST else ""
+
+
+def remove(place: Path) -> None:
+    """An environment that the plugin has made, and nothing else."""
+    if place.name.startswith(DISTRIBUTION) and place.is_dir():
+        shutil.rmtree(place)
+
+
+def megabytes(place: Path) -> int:
+    sizes = (os.lstat(os.path.join(base, name)).st_size for base, _folders, names in os.walk(place) for name in names)
+    return round(sum(sizes) / 1e6)
+
+
+def library_of(line: str) -> str:
+    """The library that a line of pip's is about; empty for the lines in between."""
+    found = re.match(r"\s*(?:Collecting|Downloading|Using cached|Processing|Building wheel for)\s+([^\s;(]+)", line)
+    return re.split(r"[=<>!~-]", re.split(r"[/\\]", found[1])[-1])[0] if found else ""
+
+
+# --- what went wrong, in plain words --------------------------------------------------------------------------------
+
+
+def no_python(named: str) -> str:
+    if named:
+        return _("{python} is no Python of version 3.11 or newer.").format(python=named)
+    return _(
+        "No Python of version 3.11 or newer was found. Install one (Windows and macOS: from python.org; Linux: the "
+        "packages python3 and python3-venv), or name it above, and try again."
+    )
+
+
+def no_environment(python: str, said: str) -> str:
+    if "ensurepip" in said or "No module named" in said:
+        message = _(
+            "{python} has no complete module venv and cannot make an environment. On Debian and Ubuntu install the "
+            "package python3-venv; or name another Python above."
+        )
+        return message.format(python=python)
+    return _("The environment could not be made: {why}").format(why=_last_line(said))
+
+
+def no_packages(said: str) -> str:
+    missing = re.findall(r"No matching distribution found for (\S+)", said)
+    if any(each in said for each in NETWORK):
+        return _(
+            "The package index could not be reached. Check the network and, in an office, the proxy (pip config set "
+            "global.proxy ADDRESS), and try again."
+        )
+    if missing and missing[-1].startswith(DISTRIBUTION):
+        message = _(
+            "Your package index has no {package}. Take a zip of the plugin that brings it along, or name the wheel or "
+            "the folder of the toolbox above."
+        )
+        return message.format(package=missing[-1])
+    if missing:
+        return _("The package index has no {package} for this Python; name another Python above.").format(
+            package=missing[-1]
+        )
+    if "No space left" in said or "Errno 28" in said:
+        return _("The disk is full: the toolbox needs about 1 GB.")
+    return _("The libraries could not be installed: {why}").format(why=_last_line(said))
+
+
+def not_working(said: str) -> str:
+    return _("It was installed, but does not work: {why}").format(why=_last_line(said))
+
+
+def _last_line(said: str) -> str:
+    lines = [each.strip() for each in said.splitlines() if each.strip()]
+    errors = [each for each in lines if each.lower().startswith("error")]
+    return (errors or lines or ["-"])[-1][:300]

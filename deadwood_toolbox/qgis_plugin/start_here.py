@@ -1,0 +1,125 @@
+"""The first entry of the toolbox: a slope that has everything, run and laid on the map, and the way to one's own."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from qgis.core import (
+    QgsProcessingAlgorithm,
+    QgsProcessingContext,
+    QgsProcessingException,
+    QgsProcessingFeedback,
+    QgsProcessingOutputHtml,
+    QgsProcessingParameterBoolean,
+    QgsProcessingParameterFolderDestination,
+    QgsProcessingParameterNumber,
+)
+from qgis.PyQt.QtGui import QIcon
+
+from . import child
+from .definitions import OPEN
+from .finding import HERE
+from .language import START, _, group_label
+from .results import announce, layers_of
+
+LOGS, OUTPUT, REPORT = "LOGS", "OUTPUT", "REPORT"
+# What of the demo is laid on the map, from the top down: file, and the layers in it that matter first.
+LAYERS = (
+    ("run_mapped/run.gpkg", ("reach", "deposits")),
+    ("release_area.gpkg", ("release_area",)),
+    ("road.gpkg", ("lines",)),
+    ("trees_mapped.gpkg", ("trees_mapped", "trees")),
+    ("run_mapped/hit_count.tif", ()),
+    ("dem.tif", ()),
+)
+
+
+class StartHere(QgsProcessingAlgorithm):
+    def createInstance(self) -> QgsProcessingAlgorithm:
+        return StartHere()
+
+    def name(self) -> str:
+        return "starthere"
+
+    def displayName(self) -> str:
+        return _("Begin: the demo slope")
+
+    def group(self) -> str:
+        return group_label(START)
+
+    def groupId(self) -> str:
+        return "start"
+
+    def shortDescription(self) -> str:
+        return _("Makes a complete case from nothing, and lays it on the map")
+
+    def shortHelpString(self) -> str:
+        what = _(
+            "Makes a small synthetic slope with a road at its foot, releases logs, slides them through a mapped "
+            "forest, a random one and none, and writes a report. The terrain, the road, the trees and the results are "
+            "laid on the map. Nothing is needed beforehand; with the logs proposed it takes about a minute, the first "
+            "time longer."
+        )
+        steps = (
+            _("Terrain: a raster of heights in metres, in a projected CRS; a cell of 0.5 to 2 m."),
+            _("Start positions: 'Sample releases' draws them in polygons or at points."),
+            _("Trees: 'Import trees' makes the layer from a table, 'Find trees' from a canopy model."),
+            _("'Slide logs' slides them; 'Make report' writes the report. 'Slope to report' does all of it at once."),
+        )
+        afterwards = _("Your own slope afterwards:")
+        listed = "".join(f"<li>{each}</li>" for each in steps)
+        return f"<p>{what}</p><p>{afterwards}</p><ol>{listed}</ol>"
+
+    def icon(self) -> QIcon:
+        return QIcon(self.svgIconPath())
+
+    def svgIconPath(self) -> str:
+        return str(HERE / "icons" / "deadwood.svg")
+
+    def tags(self) -> list[str]:
+        return ["demo", "example", "tutorial", "deadwood", "first"]
+
+    def initAlgorithm(self, configuration: dict[str, Any] | None = None) -> None:
+        kind = QgsProcessingParameterNumber.Type.Integer
+        logs = _("Logs released in each forest")
+        self.addParameter(
+            QgsProcessingParameterNumber(LOGS, logs, type=kind, defaultValue=200, minValue=20, maxValue=100_000)
+        )
+        self.addParameter(QgsProcessingParameterBoolean(OPEN, _("Open the results in the map"), defaultValue=True))
+        self.addParameter(QgsProcessingParameterFolderDestination(OUTPUT, _("Folder of the demo")))
+        self.addOutput(QgsProcessingOutputHtml(REPORT, _("Report")))
+
+    def processAlgorithm(
+        self, parameters: dict[str, Any], context: QgsProcessingContext, feedback: QgsProcessingFeedback
+    ) -> dict[str, Any]:
+        folder = os.path.abspath(self.parameterAsFileOutput(parameters, OUTPUT, context))
+        if os.path.isdir(folder) and not os.listdir(folder):
+            os.rmdir(folder)  # QGIS may have made a temporary one
+        logs = self.parameterAsInt(parameters, LOGS, context)
+        try:
+            child.run(["demo", f"--logs={logs}", "--fidelity=draft", f"--output={folder}"], feedback)
+        except QgsProcessingException:
+            if feedback.isCanceled():
+                raise QgsProcessingException(_("Canceled; nothing was left behind")) from None
+            raise
+        if self.parameterAsBoolean(parameters, OPEN, context) and context.project() is not None:
+            found = sources(folder)
+            titles = {"dem": _("Terrain model"), "lines": _("Road"), "trees": _("Trees")}
+            names = [name for name, _source in found]
+            announce(found, _("Demo slope"), context, context.project(), names, titles)
+        report = os.path.join(folder, "report.html")
+        feedback.pushInfo(_("The report of the three forests: {report}").format(report=report))
+        return {OUTPUT: folder, REPORT: report}
+
+
+def sources(folder: str) -> list[tuple[str, str]]:
+    """Name and source of what is laid on the map."""
+    found = []
+    for file, layers in LAYERS:
+        path = os.path.join(folder, *file.split("/"))
+        if not layers:
+            found.append((os.path.splitext(os.path.basename(path))[0], path))
+        known = layers_of(path) if layers else []
+        found += [(name, f"{path}|layername={name}") for name in layers if name in known]
+    return found
