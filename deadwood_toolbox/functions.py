@@ -1117,7 +1117,13 @@ def slide_logs(
     tree_restitution: float | None = None,
     barrier_friction: float | None = None,
     barrier_restitution: float | None = None,
+    tree_capacity_kj: float | None = None,
+    tree_capacity_power: float = 2.0,
+    break_trees: bool = False,
     shape: PathsInput = "cone",
+    friction_max: float | None = None,
+    friction_kappa: float | None = None,
+    friction_beta: float | None = None,
     time_limit_s: float = 300.0,
     rest_speed_ms: float = 0.1,
     dbh_cm: float = 75.0,
@@ -1150,8 +1156,6 @@ def slide_logs(
     until_ci: float | None = None,
     danger_least: int = 10,
     danger_counts: bool = False,
-    tree_capacity_kj: float | None = None,
-    tree_capacity_power: float = 2.0,
     log_capacity_kj: float | None = None,
     log_capacity_power: float = 2.0,
     qgis_project: bool = False,
@@ -1172,10 +1176,10 @@ def slide_logs(
     how high logs pass. With lines, danger.tif is the share of passing logs that later reach a line: one band
     for any line, and one for each. Every released log is accounted for.
 
-    Logs do not break or meet each other; trees, barriers and boulders do not give way. resume continues an
-    interrupted run and gives the same results, bit for bit, as a run that was never interrupted. With until_ci
-    a run takes the logs in a random order and ends when the intervals are narrow enough; logs that were not run
-    are counted separately.
+    Logs do not break or meet each other; barriers and boulders do not give way, trees only with break_trees.
+    resume continues an interrupted run and gives the same results, bit for bit, as a run that was never
+    interrupted. With until_ci a run takes the logs in a random order and ends when the intervals are narrow
+    enough; logs that were not run are counted separately.
 
     With fidelity auto you state how large the error of a line's reach may be, and the tool chooses the fidelity
     and the number of logs: error 0.02 means 2 points, at 95 % confidence, compared with `reference` for all
@@ -1225,10 +1229,27 @@ def slide_logs(
         Friction of barriers. Default: the ground's there.
     barrier_restitution : 0 <= x <= 1
         Restitution of barriers. Default: that of the ground.
+    tree_capacity_kj : kJ, > 0
+        Energy that a tree of 40 cm DBH takes in a hit before it breaks. slide-logs counts the hits in which a
+        tree takes more, and the logs that had one; with break_trees the trees break.
+    tree_capacity_power : 0 <= x <= 6, default 2
+        Exponent of DBH / 40 cm with which it grows.
+    break_trees : optional
+        Trees break that would take more than tree_capacity_kj. Such a tree takes just that much and is gone,
+        for this log alone; for other logs it stands. Without it trees are rigid, as in the paper.
     shape : default cone
         Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
         the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
         of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
+    friction_max : >= 0
+        With shape: friction coefficient after much slip. Friction grows from friction to this while the
+        body slides on the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the slip (Leine et
+        al. 2014). Needs friction_kappa and friction_beta.
+    friction_kappa : 1/m, > 0
+        With friction_max: how fast friction grows with slip. After a slip of 1/kappa it is halfway.
+    friction_beta : 1/s, >= 0
+        With friction_max: how fast slip is forgotten in the air. Off the ground the slip decays as exp(-beta
+        t).
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
@@ -1310,11 +1331,6 @@ def slide_logs(
     danger_counts : optional
         Also keep the counts of danger.tif. danger_count.tif, from which those of several runs add up; run-sites
         asks for it.
-    tree_capacity_kj : kJ, > 0
-        Energy that a tree of 40 cm DBH takes before it breaks, to count the hits above. Nothing breaks: the
-        hits in which a standing tree takes more are counted, and the logs that had one.
-    tree_capacity_power : 0 <= x <= 6, default 2
-        Exponent of DBH / 40 cm with which it grows.
     log_capacity_kj : kJ, > 0
         Energy that a log of 40 cm DBH can lose in a hit before it breaks, to count the hits above.
     log_capacity_power : 0 <= x <= 6, default 2
@@ -1371,7 +1387,13 @@ def run_sites(
     tree_restitution: float | None = None,
     barrier_friction: float | None = None,
     barrier_restitution: float | None = None,
+    tree_capacity_kj: float | None = None,
+    tree_capacity_power: float = 2.0,
+    break_trees: bool = False,
     shape: PathsInput = "cone",
+    friction_max: float | None = None,
+    friction_kappa: float | None = None,
+    friction_beta: float | None = None,
     time_limit_s: float = 300.0,
     rest_speed_ms: float = 0.1,
     dbh_cm: float = 75.0,
@@ -1404,8 +1426,6 @@ def run_sites(
     until_ci: float | None = None,
     danger_least: int = 10,
     danger_counts: bool = False,
-    tree_capacity_kj: float | None = None,
-    tree_capacity_power: float = 2.0,
     log_capacity_kj: float | None = None,
     log_capacity_power: float = 2.0,
     qgis_project: bool = False,
@@ -1487,10 +1507,27 @@ def run_sites(
         Friction of barriers. Default: the ground's there.
     barrier_restitution : 0 <= x <= 1
         Restitution of barriers. Default: that of the ground.
+    tree_capacity_kj : kJ, > 0
+        Energy that a tree of 40 cm DBH takes in a hit before it breaks. slide-logs counts the hits in which a
+        tree takes more, and the logs that had one; with break_trees the trees break.
+    tree_capacity_power : 0 <= x <= 6, default 2
+        Exponent of DBH / 40 cm with which it grows.
+    break_trees : optional
+        Trees break that would take more than tree_capacity_kj. Such a tree takes just that much and is gone,
+        for this log alone; for other logs it stands. Without it trees are rigid, as in the paper.
     shape : default cone
         Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
         the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
         of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
+    friction_max : >= 0
+        With shape: friction coefficient after much slip. Friction grows from friction to this while the
+        body slides on the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the slip (Leine et
+        al. 2014). Needs friction_kappa and friction_beta.
+    friction_kappa : 1/m, > 0
+        With friction_max: how fast friction grows with slip. After a slip of 1/kappa it is halfway.
+    friction_beta : 1/s, >= 0
+        With friction_max: how fast slip is forgotten in the air. Off the ground the slip decays as exp(-beta
+        t).
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
@@ -1572,11 +1609,6 @@ def run_sites(
     danger_counts : optional
         Also keep the counts of danger.tif. danger_count.tif, from which those of several runs add up; run-sites
         asks for it.
-    tree_capacity_kj : kJ, > 0
-        Energy that a tree of 40 cm DBH takes before it breaks, to count the hits above. Nothing breaks: the
-        hits in which a standing tree takes more are counted, and the logs that had one.
-    tree_capacity_power : 0 <= x <= 6, default 2
-        Exponent of DBH / 40 cm with which it grows.
     log_capacity_kj : kJ, > 0
         Energy that a log of 40 cm DBH can lose in a hit before it breaks, to count the hits above.
     log_capacity_power : 0 <= x <= 6, default 2
@@ -1904,7 +1936,8 @@ def value_trees(
 
     The effect of several objects together is not the sum of their effects: two trees side by side may each have
     none, and together a large one. Name them as a stand, or compare two runs (compare-scenarios). The effect of
-    a tree holds for these releases. Trees do not break, and the damage of the tree is not computed.
+    a tree holds for these releases. Trees break as in the run: not, unless it had --break-trees. The damage of
+    a tree is not computed.
 
     Parameters
     ----------
@@ -2611,7 +2644,13 @@ def calibrate_friction(
     tree_restitution: float | None = None,
     barrier_friction: float | None = None,
     barrier_restitution: float | None = None,
+    tree_capacity_kj: float | None = None,
+    tree_capacity_power: float = 2.0,
+    break_trees: bool = False,
     shape: PathsInput = "cone",
+    friction_max: float | None = None,
+    friction_kappa: float | None = None,
+    friction_beta: float | None = None,
     time_limit_s: float = 300.0,
     rest_speed_ms: float = 0.1,
     dbh_cm: float = 75.0,
@@ -2712,10 +2751,27 @@ def calibrate_friction(
         Friction of barriers. Default: the ground's there.
     barrier_restitution : 0 <= x <= 1
         Restitution of barriers. Default: that of the ground.
+    tree_capacity_kj : kJ, > 0
+        Energy that a tree of 40 cm DBH takes in a hit before it breaks. slide-logs counts the hits in which a
+        tree takes more, and the logs that had one; with break_trees the trees break.
+    tree_capacity_power : 0 <= x <= 6, default 2
+        Exponent of DBH / 40 cm with which it grows.
+    break_trees : optional
+        Trees break that would take more than tree_capacity_kj. Such a tree takes just that much and is gone,
+        for this log alone; for other logs it stands. Without it trees are rigid, as in the paper.
     shape : default cone
         Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
         the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
         of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
+    friction_max : >= 0
+        With shape: friction coefficient after much slip. Friction grows from friction to this while the
+        body slides on the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the slip (Leine et
+        al. 2014). Needs friction_kappa and friction_beta.
+    friction_kappa : 1/m, > 0
+        With friction_max: how fast friction grows with slip. After a slip of 1/kappa it is halfway.
+    friction_beta : 1/s, >= 0
+        With friction_max: how fast slip is forgotten in the air. Off the ground the slip decays as exp(-beta
+        t).
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
@@ -2822,7 +2878,13 @@ def compare_fidelity(
     tree_restitution: float | None = None,
     barrier_friction: float | None = None,
     barrier_restitution: float | None = None,
+    tree_capacity_kj: float | None = None,
+    tree_capacity_power: float = 2.0,
+    break_trees: bool = False,
     shape: PathsInput = "cone",
+    friction_max: float | None = None,
+    friction_kappa: float | None = None,
+    friction_beta: float | None = None,
     time_limit_s: float = 300.0,
     rest_speed_ms: float = 0.1,
     dbh_cm: float = 75.0,
@@ -2913,10 +2975,27 @@ def compare_fidelity(
         Friction of barriers. Default: the ground's there.
     barrier_restitution : 0 <= x <= 1
         Restitution of barriers. Default: that of the ground.
+    tree_capacity_kj : kJ, > 0
+        Energy that a tree of 40 cm DBH takes in a hit before it breaks. slide-logs counts the hits in which a
+        tree takes more, and the logs that had one; with break_trees the trees break.
+    tree_capacity_power : 0 <= x <= 6, default 2
+        Exponent of DBH / 40 cm with which it grows.
+    break_trees : optional
+        Trees break that would take more than tree_capacity_kj. Such a tree takes just that much and is gone,
+        for this log alone; for other logs it stands. Without it trees are rigid, as in the paper.
     shape : default cone
         Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
         the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
         of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
+    friction_max : >= 0
+        With shape: friction coefficient after much slip. Friction grows from friction to this while the
+        body slides on the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the slip (Leine et
+        al. 2014). Needs friction_kappa and friction_beta.
+    friction_kappa : 1/m, > 0
+        With friction_max: how fast friction grows with slip. After a slip of 1/kappa it is halfway.
+    friction_beta : 1/s, >= 0
+        With friction_max: how fast slip is forgotten in the air. Off the ground the slip decays as exp(-beta
+        t).
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
@@ -3018,7 +3097,13 @@ def vary(
     tree_restitution: float | None = None,
     barrier_friction: float | None = None,
     barrier_restitution: float | None = None,
+    tree_capacity_kj: float | None = None,
+    tree_capacity_power: float = 2.0,
+    break_trees: bool = False,
     shape: PathsInput = "cone",
+    friction_max: float | None = None,
+    friction_kappa: float | None = None,
+    friction_beta: float | None = None,
     time_limit_s: float = 300.0,
     rest_speed_ms: float = 0.1,
     dbh_cm: float = 75.0,
@@ -3116,10 +3201,27 @@ def vary(
         Friction of barriers. Default: the ground's there.
     barrier_restitution : 0 <= x <= 1
         Restitution of barriers. Default: that of the ground.
+    tree_capacity_kj : kJ, > 0
+        Energy that a tree of 40 cm DBH takes in a hit before it breaks. slide-logs counts the hits in which a
+        tree takes more, and the logs that had one; with break_trees the trees break.
+    tree_capacity_power : 0 <= x <= 6, default 2
+        Exponent of DBH / 40 cm with which it grows.
+    break_trees : optional
+        Trees break that would take more than tree_capacity_kj. Such a tree takes just that much and is gone,
+        for this log alone; for other logs it stands. Without it trees are rigid, as in the paper.
     shape : default cone
         Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
         the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
         of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
+    friction_max : >= 0
+        With shape: friction coefficient after much slip. Friction grows from friction to this while the
+        body slides on the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the slip (Leine et
+        al. 2014). Needs friction_kappa and friction_beta.
+    friction_kappa : 1/m, > 0
+        With friction_max: how fast friction grows with slip. After a slip of 1/kappa it is halfway.
+    friction_beta : 1/s, >= 0
+        With friction_max: how fast slip is forgotten in the air. Off the ground the slip decays as exp(-beta
+        t).
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
@@ -3225,7 +3327,13 @@ def explore(
     tree_restitution: float | None = None,
     barrier_friction: float | None = None,
     barrier_restitution: float | None = None,
+    tree_capacity_kj: float | None = None,
+    tree_capacity_power: float = 2.0,
+    break_trees: bool = False,
     shape: PathsInput = "cone",
+    friction_max: float | None = None,
+    friction_kappa: float | None = None,
+    friction_beta: float | None = None,
     time_limit_s: float = 300.0,
     rest_speed_ms: float = 0.1,
     dbh_cm: float = 75.0,
@@ -3301,10 +3409,27 @@ def explore(
         Friction of barriers. Default: the ground's there.
     barrier_restitution : 0 <= x <= 1
         Restitution of barriers. Default: that of the ground.
+    tree_capacity_kj : kJ, > 0
+        Energy that a tree of 40 cm DBH takes in a hit before it breaks. slide-logs counts the hits in which a
+        tree takes more, and the logs that had one; with break_trees the trees break.
+    tree_capacity_power : 0 <= x <= 6, default 2
+        Exponent of DBH / 40 cm with which it grows.
+    break_trees : optional
+        Trees break that would take more than tree_capacity_kj. Such a tree takes just that much and is gone,
+        for this log alone; for other logs it stands. Without it trees are rigid, as in the paper.
     shape : default cone
         Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
         the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
         of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
+    friction_max : >= 0
+        With shape: friction coefficient after much slip. Friction grows from friction to this while the
+        body slides on the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the slip (Leine et
+        al. 2014). Needs friction_kappa and friction_beta.
+    friction_kappa : 1/m, > 0
+        With friction_max: how fast friction grows with slip. After a slip of 1/kappa it is halfway.
+    friction_beta : 1/s, >= 0
+        With friction_max: how fast slip is forgotten in the air. Off the ground the slip decays as exp(-beta
+        t).
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1

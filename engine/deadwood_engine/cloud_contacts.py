@@ -16,6 +16,7 @@ from .cloud import matrix_of, to_world
 from .compiled import kernel
 from .contacts import add_contact, ground_contact
 from .rotation import DX, DY, DZ, VZ, X, Y, Z
+from .slip import scarred
 from .terrain import friction_at, surface
 from .vectors import blend
 
@@ -23,7 +24,7 @@ NOW, AHEAD = 0, 9  # where the rotation matrices of the present and the predicte
 
 
 @kernel
-def cloud_terrain_contacts(cloud, scene, frame, state, body, step, scratch):
+def cloud_terrain_contacts(cloud, scene, frame, state, body, settings, step, scratch):
     """As ``contacts.terrain_contacts``, for the cloud's points; scratch.turns receives both rotations."""
     terrain, turned, trial = scene.terrain, scratch.turned, scratch.trial[0]
     for k in range(16):
@@ -34,6 +35,7 @@ def cloud_terrain_contacts(cloud, scene, frame, state, body, step, scratch):
     trial.x, trial.y, trial.z = turned[X], turned[Y], turned[Z]
     matrix_of(state, scratch.turns, NOW)
     matrix_of(turned, scratch.turns, AHEAD)
+    most, kappa, slip = settings.friction_max, settings.friction_kappa, scratch.way[0].slip
     count, whole = 0, True
     for k in range(cloud.points.shape[0]):
         p = to_world(scratch.turns, AHEAD, cloud.points[k])
@@ -47,7 +49,7 @@ def cloud_terrain_contacts(cloud, scene, frame, state, body, step, scratch):
             count = ground_contact(
                 terrain, frame, scratch.contacts, scratch.keys, count, state,
                 blend(0.5, p, 0.5, to_world(scratch.turns, NOW, cloud.points[k])), gap, (gx, gy),
-                friction_at(terrain, frame[0], frame[1], px, py), k,
+                scarred(friction_at(terrain, frame[0], frame[1], px, py), most, kappa, slip), k,
                 step, False,
             )  # fmt: skip
     return count, whole

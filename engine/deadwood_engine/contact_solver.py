@@ -216,15 +216,20 @@ def solve(contacts, count, state, rolling, tolerance, sweeps, lines, used=0):
 
 
 @kernel
+def exchange(contacts, keys, k, m, spare):
+    """Exchange two contacts; spare: room for one."""
+    spare[0] = contacts[k]
+    contacts[k] = contacts[m]
+    contacts[m] = spare[0]
+    for column in range(keys.shape[1]):
+        keys[k, column], keys[m, column] = keys[m, column], keys[k, column]
+
+
+@kernel
 def turn_around(contacts, keys, count, spare):
     """Put the contacts into the opposite order, to see what the order of the sweeps does; spare: room for one."""
     for k in range(count // 2):
-        m = count - 1 - k
-        spare[0] = contacts[k]
-        contacts[k] = contacts[m]
-        contacts[m] = spare[0]
-        for column in range(keys.shape[1]):
-            keys[k, column], keys[m, column] = keys[m, column], keys[k, column]
+        exchange(contacts, keys, k, count - 1 - k, spare)
 
 
 @inlined

@@ -40,6 +40,7 @@ CORE = np.dtype(
         ("before_x", "f8"), ("before_y", "f8"), ("before_z", "f8"), ("after", "f8"),
         ("first_post", "f8"), ("last_post", "f8"),  # of a barrier's edge: whether a post stands at its start, its end
         ("kind", "i8"), ("owner", "i8"),  # row in the user's table; what is no barrier is numbered after the trees
+        ("capacity", "f8"),  # J that it takes in a hit before it breaks (``breaking``), infinite: it does not
         # near table only: ``obstacles.time_beside``; how far the log is clear of it at least [m]
         ("along", "f8"), ("room", "f8"), ("clear", "f8"),
     ]
@@ -68,6 +69,7 @@ def lay_out(
     for k, name in enumerate("xyz"):
         solid[name], solid["u" + name] = start[:, k], unit[:, k]
     solid["long"], solid["wide"], solid["slope"], solid["kind"], solid["owner"] = long, wide, slope, kind, item
+    solid["capacity"] = np.inf
     solid["room"] = np.inf  # until ``obstacles`` says otherwise; a cloud's steps do not ask for it
     for name, values in ends.items():
         solid[name] = values
@@ -160,6 +162,22 @@ def near(cores, frame, cell, listed, table, bx, by, tx, ty, reach):
         table[count].x, table[count].y = x, y
         count += 1
     return count
+
+
+@kernel
+def still_there(listed, table, count, gone, number):
+    """Leave out of a list those that the log has broken, the first ``number`` rows in ``gone``; returns the count."""
+    left = 0
+    for m in range(count):
+        stands = True
+        for k in range(number):
+            stands = stands and listed[m] != gone[k]
+        if stands:
+            if left < m:
+                listed[left] = listed[m]
+                table[left] = table[m]
+            left += 1
+    return left
 
 
 @kernel

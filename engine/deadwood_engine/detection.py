@@ -32,7 +32,7 @@ def _ground(cloud, scene, frame, state, body, stations, settings, step, path, ad
                 trial, path, scratch.rings, scratch.look,
             )  # fmt: skip
         return count, whole
-    return cloud_terrain_contacts(cloud, scene, frame, state, body, step, scratch)
+    return cloud_terrain_contacts(cloud, scene, frame, state, body, settings, step, scratch)
 
 
 @inlined
@@ -92,6 +92,8 @@ def find_contacts(scene, frame, state, body, stations, settings, dt, path, advan
             near.cores = cores.near(
                 scene.cores, frame, terrain.cell, scratch.listed, scratch.near_cores, bx, by, tx, ty, reach
             )
+            if near.gone > 0:
+                near.cores = cores.still_there(scratch.listed, scratch.near_cores, near.cores, scratch.gone, near.gone)
             moved = 0.0
         near.beside = near.cores
         # what is not listed is farther away than the margin that is left

@@ -203,5 +203,6 @@ def make_admissible(contacts, count, state, body, free, tried, rolling, toleranc
         tried[k] += state[k]
     blend(contacts, count, state, tried, rolling, moment, share)
     for k in range(count):
-        contacts[k].target += share * contacts[k].rebound  # what the impulses now fulfil, for the books
+        contacts[k].rebound *= share
+        contacts[k].target += contacts[k].rebound  # what the impulses now fulfil, for the books
     return impulse_work(contacts, count, state, VX, fall, rolling, spin_of(state)), residual, used

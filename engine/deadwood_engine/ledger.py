@@ -45,8 +45,8 @@ Array = NDArray[np.float64]
 
 # Columns of the hit table, in the log's frame and per unit of mass
 BY_BARRIER, ITEM, FIRST, LAST, PLACE, HEIGHT, SPEED, ENERGY, ANGLE = 0, 1, 2, 3, 4, 7, 8, 9, 10
-TAKEN, BLOW_X, BLOW_Y, BLOW_Z, STEP, STRONGEST = range(11, 17)
-HIT_WIDTH = 17
+TAKEN, BLOW_X, BLOW_Y, BLOW_Z, STEP, STRONGEST, BROKE = range(11, 18)
+HIT_WIDTH = 18
 
 
 @dataclass(frozen=True)
@@ -58,6 +58,7 @@ class Hits:
     place : [m] (m, 3), world; height : [m] of the place above the terrain
     speed [m/s], energy [J] : of the log just before; angle : [rad] between its velocity and the square on the obstacle
     impulse : [N s] of the blows, the length of their sum; energy_taken : [J] work taken by the contact
+    broke : bool, whether the tree broke, at the hit's end, when it had taken what it can (``breaking``)
     """
 
     log_row: NDArray[np.int64]
@@ -72,6 +73,7 @@ class Hits:
     angle: Array
     impulse: Array
     energy_taken: Array
+    broke: NDArray[np.bool_]
 
 
 def hits_of(tables: dict[int, Array], origin: Array, mass: Array) -> Hits:
@@ -93,11 +95,12 @@ def hits_of(tables: dict[int, Array], origin: Array, mass: Array) -> Hits:
         table[:, ANGLE].copy(),
         np.linalg.norm(table[:, BLOW_X : BLOW_Z + 1], axis=1) * heavy,
         table[:, TAKEN] * heavy,
+        table[:, BROKE] > 0.0,
     )
 
 
 @kernel
-def _hit_row(hits, number, by_barrier, item, time):
+def hit_row(hits, number, by_barrier, item, time):
     """Row of the hit that goes on at this time, or ``number`` where a new one begins."""
     for back in range(number):
         row = number - 1 - back
@@ -126,7 +129,7 @@ def note_pushes(scene, frame, state, free, contacts, keys, count, clock, energy,
             continue
         is_barrier, item = owner_of(scene, keys[k])
         by_barrier = 1.0 if is_barrier else 0.0
-        row = _hit_row(hits, number, by_barrier, item, time)
+        row = hit_row(hits, number, by_barrier, item, time)
         if row == number and c.pn < LEAST_PUSH:
             continue
         if row >= hits.shape[0]:

@@ -147,6 +147,10 @@ ROCKING_GROWTH = 1.02  # [-] its peak energy may not grow (a log that starts to 
 # Energy books
 LEAST_SPENT = GRAVITY  # [J/kg] that an error is measured by at least: a metre's fall
 
+# Trees that break (``breaking``)
+BREAKING_LOOKS = 60  # shares of a tree's push tried at most, beside others that push; a log in a jam needs twenty
+BROKEN_WITHIN = 1e-9  # [-] of its capacity: a share that takes it so nearly is the one, the rest is made up exactly
+
 # Ledger of hits
 HIT_PAUSE = 0.1  # [s] without a push after which the next push is another hit: contacts flicker for a step or two
 BLOW = 2.0  # [-] of g dt: what a log approaches faster is struck; slower, it is leant upon

@@ -92,7 +92,7 @@ class Scene:
         """
         trees, barriers, lines = trees or Trees.none(), barriers or Barriers.none(), lines or Lines.none()
         terrain = terrain_file.prepare(heights, cell, x0, y0, friction, first, reference)
-        _check_sizes(diameter=trees.diameter, height=trees.height)
+        _check_trees(trees)
         _check_sizes(height=barriers.height)
         lying_logs, blocks = lying_logs or LyingLogs.none(), blocks or Blocks.none()
         for name, each in (("barrier", barriers), ("line", lines), ("lying log", lying_logs)):
@@ -130,7 +130,7 @@ class Scene:
 
         Lying logs and blocks are numbered after the trees; what was left out (``without``) stays so.
         """
-        _check_sizes(diameter=trees.diameter, height=trees.height)
+        _check_trees(trees)
         standing, outside = _standing(self.arrays.terrain, trees)
         arrays = self._arrays_with(TREE, standing, len(trees.x) - self.tree_count)
         return replace(self, arrays=arrays, tree_count=len(trees.x), trees_outside=outside)
@@ -192,6 +192,12 @@ def _check_sizes(**sizes: Array) -> None:
             raise ValueError(f"a tree's or barrier's {name} must be positive and finite")
 
 
+def _check_trees(trees: Trees) -> None:
+    _check_sizes(diameter=trees.diameter, height=trees.height)
+    if trees.capacity is not None and not np.all(np.asarray(trees.capacity, float) > 0.0):
+        raise ValueError("what a tree takes before it breaks must be more than nothing; infinite: it does not break")
+
+
 def _check_places(name: str, vertices: Array) -> None:
     if not np.isfinite(vertices).all():
         raise ValueError(f"a vertex of a {name} is no finite place")
@@ -210,5 +216,6 @@ def _standing(terrain: Terrain, trees: Trees) -> tuple[Any, NDArray[np.int64]]:
     foot = surfaces_at(terrain, plan)[:, 0]
     there = np.flatnonzero(np.isfinite(foot))
     radius, height = 0.5 * np.asarray(trees.diameter, float), np.asarray(trees.height, float)
-    solid = tree_file.prepare(plan[there], foot[there], radius[there], height[there], there)
+    capacity = np.full(len(radius), np.inf) if trees.capacity is None else np.asarray(trees.capacity, float)
+    solid = tree_file.prepare(plan[there], foot[there], radius[there], height[there], there, capacity[there])
     return solid, np.flatnonzero(~np.isfinite(foot))

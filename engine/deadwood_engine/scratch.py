@@ -42,6 +42,10 @@ class Settings(NamedTuple):
     barrier_restitution: float
     stage_steps: int = 0  # from one kept stage to the next; 0: none is kept
     until_reached: bool = False  # a log ends when it has touched every line
+    breaks: bool = False  # whether any tree can break
+    friction_max: float = 0.0  # of the ground, after much slip (``slip``)
+    friction_kappa: float = 0.0  # [1/m]; 0: friction does not depend on slip
+    friction_beta: float = 0.0  # [1/s]
 
 
 class Scratch(NamedTuple):
@@ -67,6 +71,8 @@ class Scratch(NamedTuple):
     rocking: np.ndarray  # where a slow log has been of late (``rocking``)
     trial_state: np.ndarray
     free: np.ndarray  # velocities before the solve
+    kicked: np.ndarray  # the same with what trees that break in the step push (``breaking``)
+    gone: np.ndarray  # rows of the cores that the log has broken
     rolling: np.ndarray  # the moment against rolling
     points: np.ndarray
     hull: np.ndarray
@@ -117,6 +123,8 @@ class Scratch(NamedTuple):
             np.zeros((WINDOWS, ROCKING_WIDTH)),
             np.zeros(16),
             np.zeros(6),
+            np.zeros(6),
+            np.zeros(core_count, np.int64),
             np.zeros(1, ROLLING).view(np.recarray),
             np.zeros((2 * outline, 2)),
             np.zeros((2 * outline + 3, 4)),

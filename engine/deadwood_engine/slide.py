@@ -66,6 +66,9 @@ def slide(
     stages: Stages | None = None,
     going_on: NDArray[np.int64] | None = None,
     until_reached: bool = False,
+    friction_max: float | None = None,
+    friction_kappa: float = 0.0,
+    friction_beta: float = 0.0,
 ) -> Result:
     """Slide logs until each rests, is held, leaves the terrain, or runs out of time.
 
@@ -81,11 +84,14 @@ def slide(
     shape : what slides in the logs' place; logs that are a Start must have been placed with it
     inside : bool (n, lines), for danger: lines that a log starts within, so reaches with its first outline
     influences : note which obstacles mattered to each log (``influence``); it changes nothing else
-    stages : with influences, filled with stages of the logs' ways (``stages``); it changes nothing else
+    stages : with influences, filled with stages of the logs' ways (``stages``); it changes nothing else. Where trees
+        can break none are kept: logs go on from their release
     going_on : int64 (n,), rows of the stages from which the logs go on instead, -1: from their start, in this scene or
         in one ``Scene.without`` what was entered later; hits, their numbers, poses and rasters are of what follows
     until_reached : a log that has reached every line, those aside that it is ``inside``, is left there, with -1 for the
         reason to stop
+    friction_max, friction_kappa, friction_beta : [-, 1/m, 1/s] of a shape: the ground's friction grows with slip, from
+        the scene's to friction_max (``slip``); None: it does not
     report : called about five times a second with the number of logs done; True stops the run
 
     Raises
@@ -103,6 +109,7 @@ def slide(
     stems = float(restitution if tree_restitution is None else tree_restitution)
     fences = float(restitution if barrier_restitution is None else barrier_restitution)
     fidelity = fidelity_in(scene, fidelity, restitution, stems, fences)
+    breaks = bool(np.isfinite(arrays.cores.solid["capacity"]).any())
     settings = Settings(
         float(fidelity.time_step), float(longest_travel(fidelity, cell)), float(fidelity.tolerance),
         int(fidelity.sweeps),
@@ -110,7 +117,8 @@ def slide(
         float(fidelity.obstacle_travel), int(fidelity.ring_points), bool(fidelity.backward), float(rolling_friction),
         -1.0 if tree_friction is None else float(tree_friction), stems,
         -1.0 if barrier_friction is None else float(barrier_friction), fences,
-        0 if stages is None or going_on is not None else STAGE_STEPS, bool(until_reached),
+        0 if stages is None or going_on is not None or breaks else STAGE_STEPS, bool(until_reached), breaks,
+        *_slip_law(shape, friction_max, friction_kappa, friction_beta),
     )  # fmt: skip
     stations = stations_for(start.body[:, LENGTH], station_spacing(fidelity, cell))
     keep = np.zeros(number, np.bool_) if keep_poses is None else np.asarray(keep_poses, np.bool_)
@@ -243,6 +251,20 @@ def fidelity_in(
     kinds = scene.arrays.cores.solid["kind"][scene.arrays.cores.index.items]  # of what is there (``Scene.without``)
     wood, plates = bool(np.isin(kinds, (TREE, LYING)).any()), bool((kinds == BARRIER).any())
     return where_things_rebound(fidelity, restitution, stems * wood, fences * plates)
+
+
+def _slip_law(shape: Shape | None, most: float | None, kappa: float, beta: float) -> tuple[float, float, float]:
+    """What friction has to do with slip, as ``Settings`` says it; of logs it has nothing."""
+    if most is None:
+        return 0.0, 0.0, 0.0
+    if shape is None:
+        raise ValueError("friction that grows with slip is of bodies of points; give a shape")
+    if not (np.isfinite([most, kappa, beta]).all() and most >= 0.0 and kappa > 0.0 and beta >= 0.0):
+        raise ValueError(
+            "friction_kappa must be more than nothing, friction_max and friction_beta at least nothing, "
+            f"not {kappa}, {most} and {beta}"
+        )
+    return float(most), float(kappa), float(beta)
 
 
 def _check_tables(scene: Scene, start: Start, rasters: Rasters | None, keep_poses: NDArray[np.bool_] | None) -> None:

@@ -17,6 +17,7 @@ import math
 
 from .asymmetric_top import energy_of, move_freely
 from .barriers import pierced
+from .breaking import break_trees, note_broken
 from .compiled import inlined, kernel
 from .contact_solver import find_old, remember, solve, turn_around, warm_start
 from .contacts import TERRAIN, first_rebound, set_frames
@@ -54,6 +55,7 @@ from .rest import FAILED, INTERRUPTED, LEFT_DEM, ON_ITS_WAY, TIME_LIMIT, holder,
 from .rocking import forget_windows, rocks_in_place, watch
 from .rolling import start_rolling
 from .rotation import VX, VY, VZ, WX, WY, WZ, X, Y, Z, set_axis, spin_of
+from .slip import slip_after
 from .stages import all_reached, go_on, keep_stage
 from .surroundings import know_nothing
 from .terrain import surface
@@ -95,7 +97,7 @@ def begin(scene, frame, state, body, stations, settings, scratch, way, summary):
     rolling.moment = rolling.moment_before = rolling.spin_before = 0.0
     rolling.inertia, rolling.skin = body[AXIAL], body[BASE_RADIUS]
     know_nothing(scratch.near[0])
-    way.time = way.before = way.last_kick = way.path = way.work = 0.0
+    way.time = way.before = way.last_kick = way.path = way.work = way.slip = 0.0
     way.next_look, way.next_rocking = REST_WINDOW, ROCKING_WINDOW
     way.old_count, way.kept, way.pressed, way.undermined, way.sunk, way.lost = 0, 0, False, False, math.inf, False
     count, way.travel, way.whole = contacts_at(
@@ -238,6 +240,14 @@ def keep_books(scene, frame, state, body, settings, scratch, way, marks, hits, s
                 settings.sweeps, way.residual, 0.5 * gravity * dt, gained,
             )  # fmt: skip
             summary.sweeps += used
+        standing = count
+        if settings.breaks:
+            fall = 0.5 * gravity * dt
+            standing = break_trees(
+                scene, state, body, settings, scratch, way, hits, int(summary.hits), count, fall, bounces
+            )
+            if standing < count:
+                gained = impulse_work(contacts, count, state, VX, fall, rolling, spin_of(state))
         if way.residual > way.tolerance:
             summary.unconverged += 1.0
         summary.residual = max(summary.residual, way.residual)
@@ -277,10 +287,15 @@ def keep_books(scene, frame, state, body, settings, scratch, way, marks, hits, s
                 scene, frame, state, scratch.free, contacts, keys, count,
                 (way.time, dt, int(summary.steps), gravity), struck, hits, int(summary.hits),
             )  # fmt: skip
+        if standing < count:
+            note_broken(scene, keys, standing, count, hits, int(summary.hits), way.time)
+            count = way.count = standing  # what is broken holds nothing any more
         rolling.moment_before = rolling.moment
     else:
         rolling.moment_before = 0.0
         summary.airborne += 1.0
+    if scene.cloud is not None and settings.friction_kappa > 0.0:
+        way.slip = slip_after(contacts, keys, count, state, way.slip, settings.friction_beta, dt)
     way.pressed = pressed
     way.sunk = min(way.sunk, way.time) if deepest > body[BASE_RADIUS] else math.inf
     way.old_count = remember(contacts, keys, count, state, scratch.old_keys, scratch.old_contacts, scene.cloud is None)

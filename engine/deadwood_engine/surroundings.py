@@ -23,6 +23,7 @@ NEAR = np.dtype(
         ("clear", "f8"),  # m, that the log is clear at least of what was not looked at
         ("thin", "i8"),  # row of the core that bounds the next step, or -1
         ("listed", "b1"),  # whether there is such a list of the cores that are near
+        ("gone", "i8"),  # trees that the log has broken: so many of ``scratch.gone``
     ]
 )  # fmt: skip
 
@@ -31,4 +32,4 @@ NEAR = np.dtype(
 def know_nothing(near):
     """As of a log that has not been looked at."""
     near.listed, near.cores, near.beside, near.rings_wake, near.obstacles_wake = False, 0, 0, 0.0, 0.0
-    near.clear, near.thin = 0.0, -1
+    near.clear, near.thin, near.gone = 0.0, -1, 0

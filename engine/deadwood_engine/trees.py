@@ -21,20 +21,34 @@ Array = NDArray[np.float64]
 
 
 class Trees(NamedTuple):
-    """Standing trees as the user gives them; arrays of shape (n,) in metres."""
+    """Standing trees as the user gives them; arrays of shape (n,) in metres.
+
+    capacity : [J] that each takes in a hit before it breaks (``breaking``), infinite: it does not; None: none breaks
+    """
 
     x: Array
     y: Array
     diameter: Array
     height: Array
+    capacity: Array | None = None
 
     @staticmethod
     def none() -> Trees:
         empty = np.zeros(0)
         return Trees(empty, empty, empty, empty)
 
+    def then(self, more: Trees) -> Trees:
+        """These trees, and further ones behind them; of either whose capacities are not given none breaks."""
+        x, y, diameter, height = (np.concatenate(pair) for pair in zip(self[:4], more[:4], strict=True))
+        if self.capacity is None and more.capacity is None:
+            return Trees(x, y, diameter, height)
+        known = [np.full(len(each.x), np.inf) if each.capacity is None else each.capacity for each in (self, more)]
+        return Trees(x, y, diameter, height, np.concatenate(known))
 
-def prepare(plan: Array, foot: Array, radius: Array, height: Array, item: NDArray[np.int64]) -> Any:
+
+def prepare(
+    plan: Array, foot: Array, radius: Array, height: Array, item: NDArray[np.int64], capacity: Array | float = np.inf
+) -> Any:
     """The cores of trees; plan [m] shape (n, 2) from the centre of the DEM's cell (0, 0), foot [m] above reference.
 
     A stem goes on below the ground, for on a steep slope that is lower beside it.
@@ -48,4 +62,4 @@ def prepare(plan: Array, foot: Array, radius: Array, height: Array, item: NDArra
     start = np.column_stack([plan, foot - below])
     slope = np.where(stump, 0.0, (tip - wide) / long)
     end = start + long[:, None] * (0.0, 0.0, 1.0)
-    return lay_out(TREE, item, start, end, wide, slope, disc=np.where(stump, radius - rim, 0.0))
+    return lay_out(TREE, item, start, end, wide, slope, disc=np.where(stump, radius - rim, 0.0), capacity=capacity)

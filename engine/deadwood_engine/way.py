@@ -31,6 +31,7 @@ WAY = np.dtype(
         ("fastest", "f8"), ("bend", "f8"),  # m/s, m/s2, as ``travel_bound``, gravity included
         ("travel", "f8"),  # m, that the obstacles allow
         ("path", "f8"),  # m, that the log can have moved since its release
+        ("slip", "f8"),  # m, that friction depends on (``slip``)
         ("work", "f8"),  # J/kg, of all contacts so far
         ("speed", "f8"), ("energy", "f8"), ("gap", "f8"),  # m/s, J/kg, m, of the log now
         ("height", "f8"),  # m, of its centre of mass above the terrain

@@ -1,5 +1,7 @@
 """Contacts of a cloud's points with the ground, one by one against NumPy."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -40,13 +42,15 @@ def matrix(state):
     return Rotation.from_quat(np.roll(state[3:7], -1)).as_matrix()
 
 
-def found(plain, scene, cloud, state):
+def found(plain, scene, cloud, state, slip=0.0):
     """The contacts with the ground of a step: (records, keys, whether there is terrain below all of it)."""
     scratch = Scratch.allocate(8, 1, 1, cloud.cloud)
     step = plain("contacts").Ahead(DT, G, DT, 0.0, -1.0, 0.1)
+    law = SimpleNamespace(friction_max=2.0, friction_kappa=1.0 if slip else 0.0)
+    scratch.way[0].slip = slip
     body = cloud.bodies(np.array([2000.0]))[0]
     count, whole = plain("cloud_contacts").cloud_terrain_contacts(
-        cloud.cloud, scene.arrays, np.zeros(2, np.int64), state, body, step, scratch
+        cloud.cloud, scene.arrays, np.zeros(2, np.int64), state, body, law, step, scratch
     )
     return scratch.contacts[:count], scratch.keys[:count], whole, scratch
 
@@ -101,6 +105,14 @@ def test_clearance_is_that_of_the_lowest_point_along_the_normal(plain, scene, cl
     assert (told == 0.0) == (height == 0.2)
     state[0] = -50.0
     assert clear(cloud.cloud, scene.arrays.terrain, np.zeros(2, np.int64), state, np.zeros(18)) == 0.0
+
+
+def test_after_slip_the_ground_holds_more(plain, scene, cloud):
+    """Friction of every contact from the ground's towards the most, by the same share; all else is the same."""
+    before, after = (found(plain, scene, cloud, body_at(0.9), slip)[0].copy() for slip in (0.0, 1.0))
+    assert after["mu"] == pytest.approx(0.5 * (before["mu"] + 2.0))  # kappa is 1/m
+    assert (after["gap"] == before["gap"]).all()
+    assert len(before) > 3
 
 
 @pytest.mark.parametrize("friction", [0.45, -1.0])

@@ -290,9 +290,8 @@ def changed_scene(layers: SceneLayers, changes: Changes) -> SceneLayers:
     scene = layers.scene
     try:
         if len(changes.plant):
-            own, (x, y, dbh_cm, height) = layers.trees, changes.plant.T
-            more = (x, y, dbh_cm / 100.0, height)
-            scene = scene.with_trees(Trees(*(np.concatenate(each) for each in zip(own, more, strict=True))))
+            x, y, dbh_cm, height = changes.plant.T
+            scene = scene.with_trees(layers.with_capacity(layers.trees.then(Trees(x, y, dbh_cm / 100.0, height))))
         if changes.barriers:
             vertices, starts, sizes = joined_lines(layers.plates.vertices, layers.plates.starts, changes.barriers)
             scene = scene.with_barriers(Barriers(vertices, starts, np.concatenate([layers.plates.height, sizes])))

@@ -110,20 +110,8 @@ class KeptOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class CapacityOptions:
-    """What stems can take, to count the hits above it."""
+    """What logs can take, to count the hits above it."""
 
-    tree_capacity_kj: float | None = tool.number(
-        "Energy that a tree of 40 cm DBH takes before it breaks, to count the hits above",
-        unit="kJ",
-        default=None,
-        minimum=0.0,
-        exclusive=True,
-        advanced=True,
-        help="Nothing breaks: the hits in which a standing tree takes more are counted, and the logs that had one.",
-    )
-    tree_capacity_power: float = tool.number(
-        "Exponent of DBH / 40 cm with which it grows", default=2.0, minimum=0.0, maximum=6.0, advanced=True
-    )
     log_capacity_kj: float | None = tool.number(
         "Energy that a log of 40 cm DBH can lose in a hit before it breaks, to count the hits above",
         unit="kJ",

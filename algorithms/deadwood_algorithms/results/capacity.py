@@ -1,7 +1,8 @@
 """What trees and logs can take: hits above it are counted, as a measure of how far results depend on rigid stems.
 
-In the model nothing breaks. With a capacity given, each hit in which a standing tree takes more energy than it could,
-or a log loses more than it could in any hit, is counted by tree and by log; no motion changes. The capacity of a stem
+With a capacity given, each hit in which a standing tree takes more energy than it could, or a log loses more than it
+could in any hit, is counted by tree and by log; no motion changes. Where trees break (--break-trees), the hits are
+counted in which one broke: it has taken just what it could. The capacity of a stem
 is that of one of 40 cm DBH times a power of DBH over 40 cm. The power is 2 unless given: bent to fracture over a lever
 that does not depend on its diameter, a stem stores energy as its section. Numbers are the user's: none is published
 here.
@@ -16,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.scene.laws import capacity_of
 from deadwood_algorithms.stats.statistics import percent_with_interval, reach_record
 from deadwood_engine import STOP_REASONS
 
@@ -26,7 +28,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-DBH_CM = 40.0  # of the stem whose capacity is given
 TREES_ABOVE, LOGS_ABOVE = "tree_hits_above", "log_hits_above"  # columns, one row for each log
 
 
@@ -36,6 +37,7 @@ class Capacity:
 
     tree_capacity_kj: float | None = None
     tree_capacity_power: float = 2.0
+    break_trees: bool = False
     log_capacity_kj: float | None = None
     log_capacity_power: float = 2.0
 
@@ -44,16 +46,10 @@ class Capacity:
 
     def of_trees(self, dbh_cm: Array) -> Array:
         """[J]; infinite where it is not asked."""
-        return _capacity(self.tree_capacity_kj, self.tree_capacity_power, dbh_cm)
+        return capacity_of(self.tree_capacity_kj, self.tree_capacity_power, dbh_cm)
 
     def of_logs(self, dbh_cm: Array) -> Array:
-        return _capacity(self.log_capacity_kj, self.log_capacity_power, dbh_cm)
-
-
-def _capacity(at_40_cm: float | None, power: float, dbh_cm: Array) -> Array:
-    if at_40_cm is None:
-        return np.full(dbh_cm.shape, np.inf)
-    return 1000.0 * at_40_cm * (dbh_cm / DBH_CM) ** power
+        return capacity_of(self.log_capacity_kj, self.log_capacity_power, dbh_cm)
 
 
 @dataclass(frozen=True)
@@ -73,12 +69,13 @@ class Overloads:
         return cls(capacity, releases.logs.log_id[order], capacity.of_logs(releases.dbh_cm[order]))
 
     def hits_above(self, hits: Any, log_id: NDArray[np.int64], layers: SceneLayers) -> tuple[NDArray, NDArray]:
-        """bool (m,) each: hits above the capacity of the standing tree that is hit, and above that of the log."""
+        """bool (m,) each: hits above the capacity of the standing tree that is hit (or that broke), and of the log."""
         standing = ~hits.by_barrier & (hits.item < len(layers.tree_ids))
         tree = np.full(hits.item.shape, np.inf)
         tree[standing] = self.capacity.of_trees(100.0 * layers.trees.diameter)[hits.item[standing]]
         log = self.log_capacity[np.searchsorted(self.log_id, log_id)][hits.log_row]
-        return hits.energy_taken > tree, hits.energy_taken > log
+        # one that breaks takes its capacity to rounding, so what is above it cannot be told by energy
+        return hits.broke if self.capacity.break_trees else hits.energy_taken > tree, hits.energy_taken > log
 
 
 def overload_record(
@@ -130,5 +127,10 @@ def overload_lines(record: dict[str, Any] | None) -> list[str]:
             for group, each in groups.items()
             if each["n_logs"]
         )
-        shown.append(f"a hit above what {whose} can take had {words or 'none'}")
+        if record and name == "of_trees" and record.get("break_trees"):
+            shown.append(
+                f"{told['n_hits']} trees broke (each log meets all of them); one was broken by {words or 'none'}"
+            )
+        else:
+            shown.append(f"a hit above what {whose} can take had {words or 'none'}")
     return shown

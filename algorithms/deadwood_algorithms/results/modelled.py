@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from deadwood_algorithms.results.scenario import WHYS
+from deadwood_algorithms.results.scenario import WHYS, slip_record
 from deadwood_algorithms.scene.layers import SceneLayers
 
 if TYPE_CHECKING:
@@ -34,6 +34,10 @@ CLAUSES = {
     ),
     "friction": "Coulomb, {mu} everywhere",
     "friction_map": "Coulomb, {low} to {high} by cell",
+    "slip": (
+        "growing to {most} with the slip s on the ground, as (2/pi) atan({kappa} s); in the air s decays with {beta} a "
+        "second"
+    ),
     "restitution": "{e} at every contact",
     "at_stems": "{value} at stems and lying logs",
     "at_barriers": "{value} at barriers",
@@ -44,6 +48,10 @@ CLAUSES = {
     "shape": "rigid convex bodies of {points} points, {volume_m3} m³, all of one shape",
     "whole_logs": "they do not break or meet each other",
     "trees": "{n} rigid truncated cones",
+    "breaking": (
+        "one breaks that would take more in a hit than {kj} kJ times (DBH / 40 cm) to the power of {power}: it takes "
+        "that much and is gone for that log"
+    ),
     "lying": "{n} rigid truncated cones at rest on the terrain, in {pieces} straight pieces",
     "blocks": "{n} rigid spheres, with the ground's friction and restitution",
     "off_dem": "{n} off the DEM left out",
@@ -99,7 +107,7 @@ def modelled(settings: RunSettings, layers: SceneLayers, counted: Mapping[str, A
         "restitution": [_clause("restitution", e=settings.scene.restitution), *apart],
         "rolling_friction": [_rolling(settings, layers)],
         "logs": [_logs(layers), _clause("whole_logs")],
-        "trees": standing("trees") if layers.tree_ids else [],
+        "trees": [*standing("trees"), *_breaking(layers)] if layers.tree_ids else [],
         "barriers": [_clause("barriers", n=len(layers.barriers.ids))] if scene.barrier_count else [],
         "lying_logs": [_clause("lying", n=lying, pieces=pieces)] if lying else [],
         "blocks": standing("blocks") if layers.blocks.ids else [],
@@ -126,7 +134,14 @@ def _friction(settings: RunSettings, layers: SceneLayers) -> list[Clause]:
         ground = _clause("friction_map", low=float(on_dem.min()), high=float(on_dem.max()))
     else:
         ground = _clause("friction", mu=float(mu))
-    return [ground, *_apart(settings.scene.tree_friction, settings.scene.barrier_friction)]
+    law = slip_record(settings.scene)
+    slip = [_clause("slip", most=law["friction_max"], kappa=law["kappa_per_m"], beta=law["beta_per_s"])] if law else []
+    return [ground, *slip, *_apart(settings.scene.tree_friction, settings.scene.barrier_friction)]
+
+
+def _breaking(layers: SceneLayers) -> list[Clause]:
+    law = layers.breaking
+    return [_clause("breaking", kj=law.capacity_kj, power=law.power)] if law else []
 
 
 def _rolling(settings: RunSettings, layers: SceneLayers) -> Clause:

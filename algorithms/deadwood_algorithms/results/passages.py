@@ -86,7 +86,7 @@ def passages_of_lines(source: Run, lines: str | None, feedback: Feedback) -> lis
     if lines is None and "reach" not in layers_in(source.path):
         return []
     place = lines or f"{source.path / GEOPACKAGE}|layername=reach"
-    marks, items = read_lines(place, source.grid, feedback if lines else Quiet())
+    polylines, items = read_lines(place, source.grid, feedback if lines else Quiet())
     if not source.stored_log_ids.size:
         if lines:
             raise UserError(f"{source.path}: {NOT_STORED}")
@@ -96,7 +96,7 @@ def passages_of_lines(source: Run, lines: str | None, feedback: Feedback) -> lis
         told = f"{source.stored_log_ids.size} of {len(source.deposits)}"
         feedback.note(f"{told} logs have a stored trajectory; the values at lines are theirs")
     with Edges(source.grid, input_paths(source.path, source.manifest, "dem"), feedback) as edges:
-        arrived = find_arrivals(source, marks, items, None, 0.0, feedback)
+        arrived = find_arrivals(source, polylines, items, None, 0.0, feedback)
         return list(line_passages(source, arrived, items, edges))
 
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -50,9 +51,11 @@ def scenario_of(scene: ReleasedScene, fidelity: str, layers: SceneLayers, releas
         "friction": range_of(mu[np.isfinite(layers.dem.values)]) if isinstance(mu, np.ndarray) else float(mu),
         "rolling_friction": None if layers.shape else scene.rolling_friction,
         "restitution": scene.restitution,
+        "slip_friction": slip_record(scene),
         "trees": _things(
             int(trees.sum()), dbh_cm=layers.tree_dbh_cm[trees], height_m=np.asarray(layers.trees.height)[trees]
         ),
+        "breaking": asdict(layers.breaking) if layers.breaking else None,
         "barriers": _things(
             len(set(layers.barriers.item[barriers].tolist())), height_m=np.asarray(layers.plates.height)[barriers]
         ),
@@ -63,6 +66,13 @@ def scenario_of(scene: ReleasedScene, fidelity: str, layers: SceneLayers, releas
         "fidelity": fidelity,
         "seed": scene.seed,
     }
+
+
+def slip_record(scene: ReleasedScene) -> dict[str, float | None] | None:
+    """The law by which friction grows with slip; None where it does not."""
+    if scene.friction_max is None:
+        return None
+    return {"friction_max": scene.friction_max, "kappa_per_m": scene.friction_kappa, "beta_per_s": scene.friction_beta}
 
 
 def scenario_line(scenario: dict[str, Any], name: str = "") -> str:
@@ -80,6 +90,10 @@ def scenario_line(scenario: dict[str, Any], name: str = "") -> str:
     if scenario["rolling_friction"] is not None:
         laws.append(f"rolling friction {scenario['rolling_friction']:g}")
     laws.append(f"restitution {scenario['restitution']:g}")
+    if slip := scenario.get("slip_friction"):
+        laws.append(f"friction up to {slip['friction_max']:g} with slip")
+    if breaking := scenario.get("breaking"):
+        laws.append(f"trees break ({breaking['capacity_kj']:g} kJ at 40 cm DBH)")
     met = [
         f"{scenario[name]['n']} {what[:-1] if scenario[name]['n'] == 1 else what}"
         for name, what in (

@@ -8,6 +8,7 @@ from typing import Any
 
 from deadwood_algorithms.params.presets import Taken
 from deadwood_algorithms.params.tool import Feedback, UserError
+from deadwood_algorithms.scene.laws import Breaking
 
 # The laws of contact but the ground's sliding friction, by the names that the engine's ``slide`` takes.
 CONTACT_LAWS = (
@@ -20,7 +21,7 @@ class SceneInputs:
     """Layers are paths, None where there is none; ``friction`` is a coefficient or the path of a layer.
 
     defaults : of the columns that `DefaultLog` names; laws : keyword arguments of the engine's ``slide``
-    presets : what was taken by name
+    presets : what was taken by name; breaking : at what energy trees break, None: they do not
     """
 
     dem: str
@@ -39,6 +40,7 @@ class SceneInputs:
     defaults: Mapping[str, Any]
     laws: Mapping[str, Any]
     presets: tuple[Taken, ...] = ()
+    breaking: Breaking | None = None
 
     def __post_init__(self) -> None:
         if self.friction is None:

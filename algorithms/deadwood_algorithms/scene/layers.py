@@ -34,6 +34,7 @@ from deadwood_algorithms.scene.items import (
     shared_words,
     why_left_out,
 )
+from deadwood_algorithms.scene.laws import Breaking
 from deadwood_algorithms.scene.reach import watched_sides
 from deadwood_algorithms.schemas import BARRIERS, TREES
 from deadwood_engine import Barriers, Blocks, Lines, LyingLogs, Scene, Shape, Trees
@@ -68,6 +69,7 @@ class SceneLayers:
     watched: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
     threads: int = 1  # as many as were asked for, or as there is memory for
     shape: Shape | None = None  # what slides in the logs' place
+    breaking: Breaking | None = None  # at what energy trees break; None: they do not
 
     def escaped(self, result: Result) -> list[str]:
         """The sides of the window that some log came too near to; they must be slid again in a wider one."""
@@ -115,8 +117,13 @@ class SceneLayers:
         """The scene prepared of these arrays: after some of them have been changed."""
         watched = _watched(self.dem, self.lying_logs, self.blocks.solid)
         marks = _watched_too(self.marks, watched)
-        scene = _prepared(self.dem, self.friction, self.trees, self.plates, marks, self.lying_logs, self.blocks.solid)
+        trees = self.with_capacity(self.trees)
+        scene = _prepared(self.dem, self.friction, trees, self.plates, marks, self.lying_logs, self.blocks.solid)
         return replace(self, scene=scene, watched=watched)
+
+    def with_capacity(self, trees: Trees) -> Trees:
+        """Trees as the engine takes them in this scene: with what each takes before it breaks, if they break."""
+        return self.breaking.of(trees) if self.breaking else trees
 
 
 def read_scene(
@@ -134,6 +141,7 @@ def read_scene(
     friction_column: str | None = None,
     friction_elsewhere: float | None = None,
     grid: Grid | None = None,
+    breaking: Breaking | None = None,
 ) -> SceneLayers:
     """Read and check every layer but the releases, and prepare the engine's scene.
 
@@ -150,9 +158,11 @@ def read_scene(
     lying, lying_items = read_lying_logs(lying_logs, grid, lying_diameter_cm, feedback)
     boulders = read_blocks(blocks, grid, feedback)
     watched = _watched(grid, lying, boulders.solid)
-    scene = _prepared(grid, mu, standing.trees, plates, _watched_too(marks, watched), lying, boulders.solid)
-    there = (boulders.solid,) if boulders.ids else ()  # none leave the digest of a scene without such a layer
-    digest = digest_of(grid.values, [grid.cell, grid.x0, grid.y0], mu, standing.trees, plates, marks, lying, *there)
+    stems = breaking.of(standing.trees) if breaking else standing.trees
+    scene = _prepared(grid, mu, stems, plates, _watched_too(marks, watched), lying, boulders.solid)
+    # what is not there leaves the digest of a scene without it
+    there = (*((boulders.solid,) if boulders.ids else ()), *((stems.capacity,) if breaking else ()))
+    digest = digest_of(grid.values, [grid.cell, grid.x0, grid.y0], mu, stems[:4], plates, marks, lying, *there)
     return SceneLayers(
         grid,
         scene,
@@ -170,6 +180,7 @@ def read_scene(
         boulders,
         digest,
         watched,
+        breaking=breaking,
     )
 
 

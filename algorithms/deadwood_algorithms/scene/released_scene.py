@@ -12,6 +12,7 @@ from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.presets import FRICTIONS, Taken, choices_told
 from deadwood_algorithms.scene.default_log import DEFAULTED, DefaultLog
 from deadwood_algorithms.scene.inputs import CONTACT_LAWS, SceneInputs
+from deadwood_algorithms.scene.laws import Breaking, slip_laws
 from deadwood_algorithms.schemas import DBH_CM
 
 # Ground that a log sinks into so far that it resists more does not carry a rigid log
@@ -96,6 +97,25 @@ class _LayersAndLaws:
         advanced=True,
         help="Default: that of the ground.",
     )
+    tree_capacity_kj: float | None = tool.number(
+        "Energy that a tree of 40 cm DBH takes in a hit before it breaks",
+        unit="kJ",
+        default=None,
+        minimum=0.0,
+        exclusive=True,
+        advanced=True,
+        help="slide-logs counts the hits in which a tree takes more, and the logs that had one; with --break-trees the "
+        "trees break.",
+    )
+    tree_capacity_power: float = tool.number(
+        "Exponent of DBH / 40 cm with which it grows", default=2.0, minimum=0.0, maximum=6.0, advanced=True
+    )
+    break_trees: bool = tool.flag(
+        "Trees break that would take more than --tree-capacity-kj",
+        advanced=True,
+        help="Such a tree takes just that much and is gone, for this log alone; for other logs it stands. Without it "
+        "trees are rigid, as in the paper.",
+    )
     shape: str = tool.text(
         "Shape of what slides: cone, or a file of points",
         default="cone",
@@ -105,6 +125,31 @@ class _LayersAndLaws:
         "rocks, or logs as rings of vertices. dbh_cm and length_m of the releases are then ignored, the density is "
         "used; "
         "its z axis replaces the axis of a log.",
+    )
+    friction_max: float | None = tool.number(
+        "With --shape: friction coefficient after much slip",
+        default=None,
+        minimum=0.0,
+        advanced=True,
+        help="Friction grows from --friction to this while the body slides on the ground: mu(s) = mu_min + (2/pi) "
+        "(mu_max - mu_min) atan(kappa s), s the slip (Leine et al. 2014). Needs --friction-kappa and --friction-beta.",
+    )
+    friction_kappa: float | None = tool.number(
+        "With --friction-max: how fast friction grows with slip",
+        unit="1/m",
+        default=None,
+        minimum=0.0,
+        exclusive=True,
+        advanced=True,
+        help="After a slip of 1/kappa it is halfway.",
+    )
+    friction_beta: float | None = tool.number(
+        "With --friction-max: how fast slip is forgotten in the air",
+        unit="1/s",
+        default=None,
+        minimum=0.0,
+        advanced=True,
+        help="Off the ground the slip decays as exp(-beta t).",
     )
     time_limit_s: float = tool.number(
         "Longest simulated time of a log", unit="s", default=300.0, minimum=0.0, maximum=86_400.0, exclusive=True
@@ -154,7 +199,9 @@ class OpenScene(DefaultLog, _LayersAndLaws, _Terrain):
                 **{name: getattr(self, name) for name in CONTACT_LAWS},
                 "time_limit": self.time_limit_s,
                 "rest_speed": self.rest_speed_ms,
+                **slip_laws(self.shape, self.friction_max, self.friction_kappa, self.friction_beta),
             },
+            breaking=Breaking.asked(self.break_trees, self.tree_capacity_kj, self.tree_capacity_power),
         )
 
 

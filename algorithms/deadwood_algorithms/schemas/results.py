@@ -70,7 +70,7 @@ DEPOSITS = Layer(
         a_number("height_max_m", "Greatest height of the log's centre of mass above the terrain"),
         a_count("tree_hits", "How many trees, standing or lying, and boulders it hit"),
         a_count("barrier_hits", "How many barriers it hit"),
-        a_count("tree_hits_above", "Hits in which a standing tree took more than it can; with --tree-capacity-kj"),
+        a_count("tree_hits_above", "Hits in which a standing tree took more than it can, or broke (--break-trees)"),
         a_count("log_hits_above", "Hits in which it lost more than a log can; with --log-capacity-kj"),
         a_number("energy_error_rel", "Energy gained by the numbers, relative to the energy turned over"),
         a_number("penetration_max_m", "Deepest penetration of terrain, tree or barrier", 0),
@@ -152,7 +152,7 @@ TREE_HITS = Layer(
         a_number("impulse_sum_kns", "Momentum that it took up in blows, the sum of all hits", 0),
         a_number("impulse_max_kns", "The same of its hardest hit", 0),
         a_number("energy_taken_kj", "Energy that logs lost to it, by impact and friction, the sum of all hits"),
-        a_count("n_above", "Hits in which it took more than it can; with --tree-capacity-kj"),
+        a_count("n_above", "Hits in which it took more than it can, or broke: for every log it stands anew"),
     ),
 )
 

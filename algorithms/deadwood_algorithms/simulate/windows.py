@@ -17,6 +17,7 @@ from deadwood_algorithms.params.tool import Feedback, ProgressOnly
 from deadwood_algorithms.scene.friction import number_of
 from deadwood_algorithms.scene.ground import warn_of_ground
 from deadwood_algorithms.scene.items import digest_of, plan_of
+from deadwood_algorithms.scene.laws import refuse_idle_slip
 from deadwood_algorithms.scene.layers import SceneLayers, read_scene
 from deadwood_algorithms.scene.memory import LOG_BYTES, refuse_too_many, refuse_too_many_workers, threads_that_fit
 from deadwood_algorithms.scene.reach import first_part, wider
@@ -109,8 +110,10 @@ def scene_on(simulation: Simulation, part: Part | None, feedback: Feedback) -> S
         friction_column=inputs.friction_column,
         friction_elsewhere=inputs.friction_elsewhere,
         grid=grid,
+        breaking=inputs.breaking,
     )
     shape = read_shape(inputs.shape, grid.cell, feedback)
+    refuse_idle_slip(inputs.laws.get("friction_max"), layers.friction)
     digest = digest_of([layers.digest], shape.cloud.points, shape.axes) if shape else layers.digest
     return replace(layers, threads=threads, shape=shape, digest=digest)
 

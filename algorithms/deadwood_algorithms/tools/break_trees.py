@@ -81,6 +81,11 @@ def broken_by(ask: Ask, feedback: Feedback) -> Outcome:
         path = outputs.file("output", ".gpkg")
         source = read_run(ask.run, feedback=feedback)
         rerun, layers, rows = opened.enter_context(open_rerun(source, ask.lines, ask.logs, ask.seed, where, feedback))
+        if layers.breaking:
+            raise UserError(
+                f"{ask.run}: trees broke in the run itself (--break-trees), so its reach already lies between the "
+                "bounds that are computed here; slide it again without that flag, and read the bounds of that run"
+            )
         if not layers.tree_ids:
             raise UserError(f"{ask.run}: no tree stands in the run, so none breaks")
         decided_by = {

@@ -38,6 +38,7 @@ import numpy as np
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
+from deadwood_algorithms.scene.laws import refuse_idle_capacity
 from deadwood_algorithms.scene.released_scene import ReleasedScene
 
 TABLE, FACTS, PICTURE, LAYERS, MANIFEST = (
@@ -93,6 +94,7 @@ class Ask(SlidingOptions, ReleasedScene):
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.results.plan import logs_of_layer, result_or_plan
 
+    refuse_idle_capacity(ask.break_trees, ask.tree_capacity_kj)
     refuse_unclear(ask)
     return result_or_plan(
         calibrate, ask, feedback, times=len(ask.friction), logs_there=lambda: logs_of_layer(ask.releases)

@@ -26,6 +26,7 @@ from deadwood_algorithms.evaluate.fidelity.rule import Recommendation, recommend
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
+from deadwood_algorithms.scene.laws import refuse_idle_capacity
 from deadwood_algorithms.scene.released_scene import SceneByName
 
 NAMES = ("draft", "standard", "fine", "reference")  # from the cheapest to the finest
@@ -55,6 +56,7 @@ class Ask(SlidingOptions, SceneByName):
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.results.plan import logs_of_layer, result_or_plan
 
+    refuse_idle_capacity(ask.break_trees, ask.tree_capacity_kj)
     names = fidelities_wanted(ask.fidelities)
     return result_or_plan(compare, ask, feedback, times=len(names), logs_there=lambda: logs_of_layer(ask.releases))
 

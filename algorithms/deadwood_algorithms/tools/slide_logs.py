@@ -10,9 +10,10 @@ accounted for.
     deadwood-tool slide-logs --dem dem.tif --releases releases.gpkg --trees trees.gpkg --blocks boulders.gpkg \\
         --lines road.gpkg --friction 0.25 --output run
 
-Logs do not break or meet each other; trees, barriers and boulders do not give way. --resume continues an interrupted
-run and gives the same results, bit for bit, as a run that was never interrupted. With --until-ci a run takes the logs
-in a random order and ends when the intervals are narrow enough; logs that were not run are counted separately.
+Logs do not break or meet each other; barriers and boulders do not give way, trees only with --break-trees. --resume
+continues an interrupted run and gives the same results, bit for bit, as a run that was never interrupted. With
+--until-ci a run takes the logs in a random order and ends when the intervals are narrow enough; logs that were not run
+are counted separately.
 
 With --fidelity auto you state how large the error of a line's reach may be, and the tool chooses the fidelity and the
 number of logs: --error 0.02 means 2 points, at 95 % confidence, compared with `reference` for all logs of the kind. The
@@ -28,8 +29,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
-
-import numpy as np
 
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.run_options import CapacityOptions, FidelityOptions, KeptOptions
@@ -113,6 +112,8 @@ def pilot_run(ask: Ask, feedback: Feedback, place: Path) -> tuple[Pilot, int]:
 
 def slid_run(ask: Ask, promise: Promise | None, feedback: Feedback, at_most: int | None = None) -> tuple[Outcome, int]:
     """The run itself, of an even draw of so many logs if not of all; and how many logs the layer has."""
+    import numpy as np
+
     from deadwood_algorithms.results.capacity import Capacity
     from deadwood_algorithms.results.forecast import refuse_full_disk
     from deadwood_algorithms.results.identity import writing

@@ -34,6 +34,7 @@ from deadwood_algorithms.evaluate.sensitivity.file_names import FACTS, INDICES, 
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
+from deadwood_algorithms.scene.laws import refuse_idle_capacity
 from deadwood_algorithms.scene.released_scene import SceneByName
 
 MANIFEST = "manifest.json"
@@ -99,6 +100,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.evaluate.sensitivity.factors import factors_of
     from deadwood_algorithms.results.plan import logs_of_layer, result_or_plan
 
+    refuse_idle_capacity(ask.break_trees, ask.tree_capacity_kj)
     factors = factors_of(ask.vary)
     for each in factors:
         if each.offered:

@@ -1,5 +1,6 @@
-"""Every tool that slides logs, from one declaration: killed in the middle and resumed the same bytes as in one go; a
-plan writes nothing; logs that sink deep are warned about."""
+"""Every tool that slides logs, from one declaration: killed in the middle and resumed, or slid by the workers of a
+scheduler, the same bytes as in one go; stopped, it leaves nothing but what is gone on with; a plan writes nothing; logs
+that sink deep are warned about."""
 
 from __future__ import annotations
 
@@ -15,11 +16,12 @@ import pytest
 import shapely
 from killed_run import met_run
 from slope_case import Case, points, write_layer
+from thread_workers import threads_for_workers
 
 from deadwood_algorithms.evaluate.protection import changed_scenes
-from deadwood_algorithms.params.tool import Tool, UserError
+from deadwood_algorithms.params.tool import Cancelled, Quiet, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
-from deadwood_algorithms.simulate import chunks, sinking
+from deadwood_algorithms.simulate import chunks, scheduler, sinking
 from deadwood_toolbox.shelf import TOOLS
 
 pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="signals of POSIX")
@@ -68,6 +70,10 @@ def test_these_are_all_the_tools_that_slide(asked):
             assert tool.name not in SLIDING or names <= {each.name for each in fields(tool.Ask)}
 
 
+def output_of(name: str) -> str:
+    return "run.gpkg" if name in ("value-trees", "break-trees") else "run"
+
+
 def contents(output: Path) -> dict[str, Any]:
     """All that a tool wrote, but for what it took, the words of its call and pictures of its speed."""
     files = [output] if output.is_file() else sorted(each for each in output.rglob("*") if each.is_file())
@@ -97,7 +103,7 @@ def contents(output: Path) -> dict[str, Any]:
 
 @pytest.mark.parametrize("name", sorted(SLIDING))
 def test_killed_and_resumed_it_is_the_same(asked, tmp_path, monkeypatch, said, name):
-    output = "run.gpkg" if name in ("value-trees", "break-trees") else "run"
+    output = output_of(name)
     config, whole, killed = tmp_path / "ask.json", tmp_path / "whole", tmp_path / "killed"
     config.write_text(json.dumps(asked[name]))
     whole.mkdir()
@@ -131,8 +137,57 @@ def test_killed_and_resumed_it_is_the_same(asked, tmp_path, monkeypatch, said, n
 
 
 @pytest.mark.parametrize("name", sorted(SLIDING))
+def test_on_the_workers_of_a_scheduler_it_is_the_same(asked, tmp_path, monkeypatch, name):
+    monkeypatch.setattr(scheduler, "_local_cluster", threads_for_workers)
+    monkeypatch.setattr(chunks, "CHUNK", 8)
+    monkeypatch.setattr(changed_scenes, "CHUNK", 20)
+    for folder, where in (("alone", {}), ("spread", {"scheduler": "local", "workers": 2})):
+        (tmp_path / folder).mkdir()
+        SLIDING[name](**asked[name], output=str(tmp_path / folder / output_of(name)), **where)
+        assert [each.name for each in (tmp_path / folder).iterdir()] == [output_of(name)]
+    found = contents(tmp_path / "spread" / output_of(name))
+    assert found == contents(tmp_path / "alone" / output_of(name))
+    assert len(found) > 0
+
+
+class Stops(Quiet):
+    """A user who looks at the progress, and stops when logs are slid."""
+
+    def __init__(self) -> None:
+        self.shares: dict[str, list[float]] = {}
+        self.notes: list[str] = []
+        self.stopped = False
+
+    def progress(self, done: float, total: float, what: str) -> None:
+        self.shares.setdefault(what, []).append(done / max(total, 1e-9))
+        self.stopped = self.stopped or ("slid" in what and done > 4)
+
+    def note(self, message: str) -> None:
+        self.notes.append(message)
+
+    def cancelled(self) -> bool:
+        return self.stopped
+
+
+@pytest.mark.parametrize("name", sorted(SLIDING))
+def test_stopped_it_says_how_far_it_was_and_leaves_nothing_that_looks_like_a_result(asked, tmp_path, monkeypatch, name):
+    monkeypatch.setattr(chunks, "CHUNK", 4)
+    monkeypatch.setattr(chunks, "CHECKPOINT_S", 0.0)
+    monkeypatch.setattr(changed_scenes, "CHUNK", 20)
+    user, output = Stops(), tmp_path / output_of(name)
+    with pytest.raises(Cancelled):
+        SLIDING[name](feedback=user, **asked[name], output=str(output))
+    assert not output.exists()
+    assert all(each.name.startswith(".") for each in tmp_path.iterdir())
+    assert any("--resume continues from there" in each for each in user.notes)
+    seen = [shares for what, shares in user.shares.items() if "slid" in what]
+    assert seen
+    assert all(0.0 <= each <= 1.0 for shares in seen for each in shares)
+
+
+@pytest.mark.parametrize("name", sorted(SLIDING))
 def test_a_plan_writes_nothing(asked, tmp_path, name):
-    output = tmp_path / ("run.gpkg" if name in ("value-trees", "break-trees") else "run")
+    output = tmp_path / (output_of(name))
     outcome = SLIDING[name](**asked[name], output=str(output), plan=True, plan_logs=20)
     assert outcome.facts["logs"] >= outcome.facts["pilot_logs"] > 0
     assert outcome.facts["core_hours"] > 0.0
@@ -143,7 +198,7 @@ def test_a_plan_writes_nothing(asked, tmp_path, name):
 @pytest.mark.parametrize("name", sorted(SLIDING))
 def test_logs_that_sink_deep_are_warned_about(asked, tmp_path, monkeypatch, said, name):
     """Here none sinks deeper than half its diameter, but many by a thousandth. Before, no tool said a word."""
-    output = tmp_path / ("run.gpkg" if name in ("value-trees", "break-trees") else "run")
+    output = tmp_path / (output_of(name))
     SLIDING[name](feedback=said, **asked[name], output=str(output))
     assert not any("sank deeper" in each for each in said.warnings)
     monkeypatch.setattr(sinking, "TOO_DEEP", 1e-3)

@@ -49,10 +49,10 @@ class FrictionRun:
 class Watched:
     """Lines and areas whose reach is counted: of the event first, then the user's own; columns of `reach`.
 
-    marks : the event's lines as the engine takes them; event : what they are called
+    polylines : the event's lines as the engine takes them; event : what they are called
     """
 
-    marks: Lines
+    polylines: Lines
     event: Items
     items: Items
     reached: NDArray[np.int64]
@@ -62,19 +62,19 @@ class Watched:
     @property
     def digest(self) -> str:
         """Of the event's lines."""
-        return digest_of(self.marks, self.event.item)
+        return digest_of(self.polylines, self.event.item)
 
     @staticmethod
     def of(reached: str | None, not_reached: str | None, layers: SceneLayers, feedback: Feedback) -> Watched:
         """Read what the event reached, or did not; paths of layers, or None."""
-        marks, event = Lines.none(), Items([], np.array([], object), np.array([], np.int64))
+        polylines, event = Lines.none(), Items([], np.array([], object), np.array([], np.int64))
         columns = []
         for path in (reached, not_reached):
             more, things = read_lines(path, layers.dem, feedback)
             columns.append(len(event.ids) + np.arange(len(things.ids)))
-            marks, event = marks.then(more), event.then(things)
+            polylines, event = polylines.then(more), event.then(things)
         columns.append(len(event.ids) + np.arange(len(layers.lines.ids)))
-        return Watched(marks, event, event.then(layers.lines), *columns)
+        return Watched(polylines, event, event.then(layers.lines), *columns)
 
 
 WANTED = ("reach", "x", "y", "runout", "speed_max", "stop_reason")
@@ -85,7 +85,7 @@ def variants_of(sweep: Sequence[float], simulation: Simulation, watched: Watched
 
     def with_friction(friction: float) -> Callable[[SceneLayers], SceneLayers]:
         def changed(on: SceneLayers) -> SceneLayers:
-            on = on.with_lines_before(watched.marks, watched.event)
+            on = on.with_lines_before(watched.polylines, watched.event)
             return replace(on, scene=on.scene.with_friction(friction))
 
         return changed

@@ -125,7 +125,6 @@ def read_candidates(
 
 def with_candidates(layers: SceneLayers, candidates: Candidates) -> tuple[SceneLayers, list[Obstacle]]:
     """The scene with all candidates in it, behind its own things, and these; those off the terrain are left out."""
-    trees = Trees(*(np.concatenate(pair) for pair in zip(layers.trees, candidates.trees, strict=True)))
     own, more = layers.lying_logs, candidates.lying
     lying = LyingLogs(
         np.concatenate([own.vertices, more.vertices]),
@@ -135,7 +134,7 @@ def with_candidates(layers: SceneLayers, candidates: Candidates) -> tuple[SceneL
     )
     both = replace(
         layers,
-        trees=trees,
+        trees=layers.trees.then(candidates.trees),
         tree_ids=[*layers.tree_ids, *candidates.tree_ids],
         tree_dbh_cm=np.concatenate([layers.tree_dbh_cm, candidates.tree_dbh_cm]),
         lying_logs=lying,

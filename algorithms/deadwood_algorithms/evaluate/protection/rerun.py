@@ -43,8 +43,8 @@ class Rerun:
         bit; in two of different rules no log need do so.
         """
         laws = self.simulation.laws
-        stems, fences = laws["tree_restitution"], laws["barrier_restitution"]
-        row = fidelity_in(layers.scene, self.simulation.fidelity, laws["restitution"], stems, fences)
+        trees, barriers = laws["tree_restitution"], laws["barrier_restitution"]
+        row = fidelity_in(layers.scene, self.simulation.fidelity, laws["restitution"], trees, barriers)
         return row, self.longest_step(layers.dem.cell) > 0.5 * NEAR_MARGIN and is_bare(layers)
 
 

@@ -280,8 +280,8 @@ def energies_of_lines(
     """With what energy stored trajectories reach lines: ids, shapes, and by row of deposits kJ, NaN for none."""
     energies, ids, shapes = [], [], []
     for run in runs:
-        marks, items = read_lines(lines, run.grid, feedback)
-        arrived = find_arrivals(run, marks, items, None, 0.0, feedback)
+        polylines, items = read_lines(lines, run.grid, feedback)
+        arrived = find_arrivals(run, polylines, items, None, 0.0, feedback)
         energies.append(_energies(arrived, len(run.deposits), len(items.ids)))
         ids, shapes = items.ids, list(items.geometry)
     return ids, shapes, energies
@@ -302,8 +302,8 @@ def energies_of_runs(runs: Sequence[Run], line_ids: Sequence[Any], feedback: Fee
             )
             continue
         try:
-            marks, items = read_lines(f"{run.path / GEOPACKAGE}|layername=reach", run.grid, Quiet())
-            arrived = find_arrivals(run, marks, items, None, 0.0, feedback)
+            polylines, items = read_lines(f"{run.path / GEOPACKAGE}|layername=reach", run.grid, Quiet())
+            arrived = find_arrivals(run, polylines, items, None, 0.0, feedback)
         except UserError as error:  # the shape that slid is gone
             feedback.warn(f"no energy at lines (MIRI, ORPI) is compared: {error}")
             continue

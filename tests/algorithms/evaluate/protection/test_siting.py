@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import dataclass, fields
+from itertools import pairwise
+from types import SimpleNamespace
 from typing import Any, cast
 
 import matplotlib.pyplot as plt
@@ -20,6 +22,7 @@ from deadwood_algorithms.evaluate.protection.candidate_barriers import (
     places_where_most_pass,
     straight_piece,
     straight_pieces,
+    with_barriers,
 )
 from deadwood_algorithms.evaluate.protection.siting import (
     LogOutcomes,
@@ -29,11 +32,14 @@ from deadwood_algorithms.evaluate.protection.siting import (
     chance_of,
     choose,
     flux_of,
+    times_of,
     why_none,
 )
 from deadwood_algorithms.evaluate.protection.siting_figure import ASIDE_IN, _chart
 from deadwood_algorithms.params.tool import Quiet
+from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.stats.statistics import paired_interval
+from deadwood_engine import Barriers
 
 
 def outcomes_of(reach: np.ndarray, near: np.ndarray) -> LogOutcomes:
@@ -204,6 +210,53 @@ def test_polygons_are_watched_by_their_rings_and_parts_by_their_thing():
     drawn = [shapely.LineString(lines.vertices[a:b]) for a, b in zip(lines.starts, lines.starts[1:], strict=False)]
     assert shapely.union_all(drawn[:2]).equals(two)
     assert drawn[2].equals(ring.exterior)
+
+
+@dataclass
+class BarrierLayers:
+    """What of a scene `with_barriers` changes."""
+
+    plates: Barriers
+    barriers: Items
+
+    def prepared_again(self) -> BarrierLayers:
+        return self
+
+
+def test_candidates_stand_behind_the_runs_own_barriers_each_with_its_line_and_height():
+    own = [shapely.LineString([(0, 0), (1, 0), (2, 1)]), shapely.LineString([(9, 9), (8, 9)])]
+    could = [
+        Candidate("two parts", shapely.MultiLineString([[(0, 5), (1, 5)], [(3, 5), (4, 6), (5, 6)]]), 2.5, np.nan),
+        Candidate("one", shapely.LineString([(7, 7), (7, 8)]), 4.0, np.nan),
+    ]
+    watched, items = as_lines(own)
+    layers: Any = BarrierLayers(Barriers(watched.vertices, watched.starts, np.array([1.0, 3.0])), items)
+    both = with_barriers(layers, could)
+    assert [str(each) for each in both.barriers.ids] == ["0", "1", "two parts", "one"]
+    starts = both.plates.starts
+    assert (starts[0], starts[-1]) == (0, len(both.plates.vertices))
+    parts = [both.plates.vertices[a:b] for a, b in pairwise(starts.tolist())]
+    stand = [*zip(own, (1.0, 3.0), strict=True), *((each.shape, each.height) for each in could)]
+    for number, (shape, height) in enumerate(stand):
+        rows = np.flatnonzero(both.barriers.item == number)
+        assert shapely.union_all([shapely.LineString(parts[row]) for row in rows]).equals(shape)
+        assert set(both.plates.height[rows].tolist()) == {height}
+
+
+class Started(SimpleNamespace):
+    """Where logs start: what of the releases is asked."""
+
+    def __len__(self) -> int:
+        return len(self.x)
+
+
+def test_a_log_that_starts_inside_touches_before_all_others_and_one_that_never_does_after_all():
+    _, items = as_lines([shapely.box(0, 0, 2, 2), shapely.LineString([(5, 0), (5, 9)])])
+    starts: Any = Started(x=np.array([1.0, 1.0, 9.0, 9.0]), y=np.ones(4))
+    times = np.array([[np.nan, 3.0], [2.0, np.nan], [4.0, 1.0], [np.nan, np.nan]])
+    result: Any = SimpleNamespace(reach=np.isfinite(times), reach_time=times)
+    inf = np.inf
+    assert times_of(items, result, starts).tolist() == [[-inf, 3.0], [-inf, inf], [4.0, 1.0], [inf, inf]]
 
 
 GULLY_M = 8.0  # amplitude of the contours of a slope with gullies, every 25 m

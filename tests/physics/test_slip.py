@@ -1,0 +1,158 @@
+"""Friction that grows with slip: the block on 45 degrees, by its first integral; and what forgets and what may not.
+
+A flat block slides down a plane of angle a from rest: x'' = g (sin a - mu(x) cos a), mu(x) = m0 + (2/pi)(m1 - m0)
+atan(k x). Its first integral is v^2 / 2 = g (x sin a - cos a M(x)), M(x) = m0 x + (2/pi)(m1 - m0) (x atan(k x) -
+ln(1 + k^2 x^2) / (2 k)); where it comes to rest v is zero again.
+"""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from deadwood_engine import FIDELITIES, Logs, Scene, Shape, slide
+from deadwood_engine.contacts import CONTACT, KEY_WIDTH, TERRAIN
+from deadwood_engine.cores import TREE
+from deadwood_engine.slip import scarred, slip_after
+
+G, ANGLE = 9.81, np.radians(45.0)
+KAPPA, LEAST, MOST = 0.5, 0.2, 1.6
+
+
+def block():
+    """Flat, so that no friction tips it."""
+    return Shape.of(np.array([[x, y, z] for x in (-0.6, 0.6) for y in (-0.6, 0.6) for z in (-0.1, 0.1)]))
+
+
+def plane(friction=LEAST, *, down=400.0):
+    rows = np.arange(down / 5.0 + 1.0)
+    return Scene.prepare(np.tan(ANGLE) * 5.0 * rows[:, None] * np.ones(9), 5.0, 0.0, 0.0, friction=friction)
+
+
+def slid(fidelity, *, time_limit, scene=None, step=None, **laws):
+    scene = scene or plane()
+    logs = Logs.alike(20.0, 300.0, orientation=2, tilt=ANGLE, azimuth=np.pi)  # flat on the plane
+    row = FIDELITIES[fidelity] if step is None else FIDELITIES[fidelity]._replace(time_step=step)
+    found = slide(
+        scene, logs, row, shape=block(), time_limit=time_limit, rest_speed=1e-6, keep_poses=np.ones(1, bool), **laws
+    )
+    down = np.array([0.0, -np.cos(ANGLE), -np.sin(ANGLE)])
+    return (found.end_position - found.release_position)[0] @ down, found
+
+
+def grown(x):
+    """Integral of mu over the way [m]."""
+    return LEAST * x + 2.0 / np.pi * (MOST - LEAST) * (
+        x * np.arctan(KAPPA * x) - np.log1p((KAPPA * x) ** 2) / 2 / KAPPA
+    )
+
+
+def integrated(time, number=4000):
+    """(x, v) after a time, by Runge and Kutta's fourth order, independent of the engine."""
+
+    def rate(y):
+        mu = LEAST + 2.0 / np.pi * (MOST - LEAST) * np.arctan(KAPPA * y[0])
+        return np.array([y[1], G * (np.sin(ANGLE) - mu * np.cos(ANGLE))])
+
+    y, h = np.zeros(2), time / number
+    for _ in range(number):
+        a = rate(y)
+        b = rate(y + 0.5 * h * a)
+        c = rate(y + 0.5 * h * b)
+        y = y + h / 6.0 * (a + 2.0 * b + 2.0 * c + rate(y + h * c))
+    return y
+
+
+LAW = {"friction_max": MOST, "friction_kappa": KAPPA, "friction_beta": 10.0}
+
+
+@pytest.mark.parametrize("fidelity", list(FIDELITIES))
+def test_a_block_on_45_degrees_slides_as_the_equation_says(fidelity):
+    """The way after a second to half the square of the step, for s and mu are those of the step's begin and the way
+    that of its middle (0.31 dt^2 at each of them); the speed by the first integral, taken half a step behind."""
+    x, found = slid(fidelity, time_limit=1.0, **LAW)
+    step = FIDELITIES[fidelity].time_step
+    assert x == pytest.approx(integrated(found.duration[0])[0], abs=0.5 * step**2 + 1e-6)
+    assert found.path[0] == pytest.approx(x, rel=1e-6)
+    speed = np.linalg.norm(found.last_state[0, 7:10])
+    before = x - 0.5 * step * speed
+    assert speed == pytest.approx(
+        np.sqrt(2.0 * G * (before * np.sin(ANGLE) - np.cos(ANGLE) * grown(before))), abs=5.0 * step**2 + 1e-5
+    )
+
+
+def test_half_the_step_is_a_quarter_of_the_error():
+    errors = []
+    for step in (0.02, 0.01, 0.005):
+        x, found = slid("fine", time_limit=1.0, step=step, **LAW)
+        errors.append(abs(x - integrated(found.duration[0])[0]))
+    assert errors[0] < 2e-4
+    assert [one / next_ for one, next_ in pairwise(errors)] == pytest.approx([4.0, 4.0], rel=0.15)
+
+
+def test_the_block_stops_where_its_energy_is_spent():
+    """v = 0 again at the root of x tan a = M(x); there mu is more than tan a, so it stays."""
+    low, high = 1.0, 100.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if middle * np.tan(ANGLE) > grown(middle) else (low, middle)
+    x, found = slid("standard", time_limit=60.0, **LAW)
+    assert x == pytest.approx(low, abs=2e-3)
+    assert found.stop_reason[0] == 0
+    x, found = slid("standard", time_limit=3.0)  # with mu_min alone it goes on
+    assert x > 2.0 * low
+
+
+def test_a_law_that_changes_no_coefficient_changes_no_bit():
+    """mu_max = mu_min; and a body without contact has no slip to begin with."""
+    one, other = (slid("standard", time_limit=1.0, **laws)[1] for laws in ({}, LAW | {"friction_max": LEAST}))
+    assert one.last_state.tobytes() == other.last_state.tobytes()
+
+
+def table(*contacts):
+    """Contacts (kind, push, slip speed), slipping along x and y alike."""
+    found, keys = np.zeros(len(contacts), CONTACT).view(np.recarray), np.zeros((len(contacts), KEY_WIDTH), np.int64)
+    for k, (kind, push, speed) in enumerate(contacts):
+        c = found[k]
+        keys[k, 0], c.pn, c.nz = kind, push, 1.0
+        c.tx = c.uy = speed / np.sqrt(2.0)  # times the velocity of 1 m/s along both
+    return found, keys
+
+
+def test_slip_grows_by_the_mean_of_the_ground_contacts_and_decays_in_the_air():
+    state = np.zeros(16)
+    state[7] = state[8] = 1.0
+    on_both = table((TERRAIN, 1.0, 2.0), (TERRAIN, 3.0, 6.0), (TREE, 9.0, 100.0), (TERRAIN, 0.0, 50.0))
+    assert slip_after(*on_both, 4, state, 0.5, 10.0, 0.01) == pytest.approx(0.5 + 0.01 * 5.0)
+    in_the_air = table((TREE, 9.0, 100.0), (TERRAIN, 0.0, 50.0))
+    assert slip_after(*in_the_air, 2, state, 0.5, 10.0, 0.01) == pytest.approx(0.5 * np.exp(-0.1))
+    slip = 0.5
+    for _ in range(100):  # any steps: the same decay
+        slip = slip_after(*in_the_air, 2, state, slip, 10.0, 0.003)
+    assert slip == pytest.approx(0.5 * np.exp(-3.0))
+
+
+def test_the_coefficient_goes_from_its_least_to_its_most():
+    assert scarred(0.3, 2.0, 0.0, 5.0) == scarred(0.3, 2.0, 1.5, 0.0) == 0.3
+    assert scarred(0.3, 2.0, 4.0, 0.25) == pytest.approx(1.15)  # halfway at 1/kappa
+    assert scarred(0.3, 2.0, 4.0, 1e9) == pytest.approx(2.0)
+    assert scarred(0.3, 0.2, 4.0, 1e9) == 0.3  # ground that holds more than that already
+
+
+@pytest.mark.parametrize(
+    ("laws", "words"),
+    [
+        ({"friction_max": -0.1}, "friction_max and friction_beta"),
+        ({"friction_kappa": 0.0}, "friction_kappa must be more"),
+        ({"friction_beta": float("nan")}, "at least nothing"),
+    ],
+)
+def test_what_is_no_law_is_refused(laws, words):
+    with pytest.raises(ValueError, match=words):
+        slid("draft", time_limit=0.1, **(LAW | laws))
+
+
+def test_logs_know_no_slip():
+    logs = Logs.alike(20.0, 300.0, orientation=1)
+    with pytest.raises(ValueError, match="give a shape"):
+        slide(plane(), logs, FIDELITIES["draft"], **LAW)
