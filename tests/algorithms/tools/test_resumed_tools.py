@@ -1,6 +1,6 @@
-"""Every tool that slides logs, from one declaration: killed in the middle and resumed, or slid by the workers of a
-scheduler, the same bytes as in one go; stopped, it leaves nothing but what is gone on with; a plan writes nothing; logs
-that sink deep are warned about."""
+"""Every tool that slides logs, from one declaration: killed in the middle and resumed the same bytes as in one go;
+stopped, it leaves nothing but what is gone on with; a plan writes nothing; logs that sink deep are warned about. What
+--scheduler gives is tested tool by tool in ``simulate/test_scheduler.py``."""
 
 from __future__ import annotations
 
@@ -16,12 +16,11 @@ import pytest
 import shapely
 from killed_run import met_run
 from slope_case import Case, points, write_layer
-from thread_workers import threads_for_workers
 
 from deadwood_algorithms.evaluate.protection import changed_scenes
 from deadwood_algorithms.params.tool import Cancelled, Quiet, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
-from deadwood_algorithms.simulate import chunks, scheduler, sinking
+from deadwood_algorithms.simulate import chunks, sinking
 from deadwood_toolbox.shelf import TOOLS
 
 pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="signals of POSIX")
@@ -136,20 +135,6 @@ def test_killed_and_resumed_it_is_the_same(asked, tmp_path, monkeypatch, said, n
     assert [each.name for each in killed.iterdir()] == [output]
 
 
-@pytest.mark.parametrize("name", sorted(SLIDING))
-def test_on_the_workers_of_a_scheduler_it_is_the_same(asked, tmp_path, monkeypatch, name):
-    monkeypatch.setattr(scheduler, "_local_cluster", threads_for_workers)
-    monkeypatch.setattr(chunks, "CHUNK", 8)
-    monkeypatch.setattr(changed_scenes, "CHUNK", 20)
-    for folder, where in (("alone", {}), ("spread", {"scheduler": "local", "workers": 2})):
-        (tmp_path / folder).mkdir()
-        SLIDING[name](**asked[name], output=str(tmp_path / folder / output_of(name)), **where)
-        assert [each.name for each in (tmp_path / folder).iterdir()] == [output_of(name)]
-    found = contents(tmp_path / "spread" / output_of(name))
-    assert found == contents(tmp_path / "alone" / output_of(name))
-    assert len(found) > 0
-
-
 class Stops(Quiet):
     """A user who looks at the progress, and stops when logs are slid."""
 
@@ -179,7 +164,9 @@ def test_stopped_it_says_how_far_it_was_and_leaves_nothing_that_looks_like_a_res
         SLIDING[name](feedback=user, **asked[name], output=str(output))
     assert not output.exists()
     assert all(each.name.startswith(".") for each in tmp_path.iterdir())
-    assert any("--resume continues from there" in each for each in user.notes)
+    # before the first chunk there is nothing to go on with, and behind the last one the tool may be at its evaluation
+    if list(tmp_path.rglob("logs_*.npz")) and "slid" in list(user.shares)[-1]:
+        assert any("--resume continues from there" in each for each in user.notes)
     seen = [shares for what, shares in user.shares.items() if "slid" in what]
     assert seen
     assert all(0.0 <= each <= 1.0 for shares in seen for each in shares)
