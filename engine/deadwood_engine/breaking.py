@@ -97,9 +97,9 @@ def push_with(contacts, first, last, share, velocities):
 
 
 @kernel
-def share_taking(contacts, first, last, state, kick, share, low, high, fall, rest):
-    """Eq. [o]: the s with which the tree takes r [J/kg], the other impulses as they are, if one lies in (low, high];
-    of two the one nearer to the share that acts now. Else the middle between low and high.
+def share_taking(contacts, first, last, state, kick, share, fall, rest):
+    """Eq. [o]: the s in (0, 1] with which the tree takes r [J/kg], the other impulses as they are: of two the one
+    nearer to the share that acts now; -1 where there is none.
 
     state : with that share of the tree's impulses, which as a whole would change the velocities by ``kick``
     """
@@ -115,13 +115,13 @@ def share_taking(contacts, first, last, state, kick, share, low, high, fall, res
             + c.tried_u * (c.before_u + along_u(c, v, w))
         )
         q += c.tried_n * along_normal(c, dv, dw) + c.tried_t * along_t(c, dv, dw) + c.tried_u * along_u(c, dv, dw)
-    square, found = h * h - 8.0 * q * rest, 0.5 * (low + high)
+    square, found = h * h - 8.0 * q * rest, -1.0
     if h < 0.0 and square >= 0.0:
         root = math.sqrt(square) - h
         less, more = 4.0 * rest / root, 0.5 * root / q
-        if low < more <= high:
+        if more <= 1.0:
             found = more
-        if low < less <= high and (found != more or abs(less - share) <= abs(more - share)):
+        if less <= 1.0 and (found < 0.0 or abs(less - share) <= abs(more - share)):
             found = less
     return found
 
@@ -142,8 +142,11 @@ def give_way(contacts, first, last, state, kick, rolling, tolerance, sweeps, fal
         contacts[k].line = 0
     share, low, high, residual = 1.0, 0.0, 1.0, 0.0
     for _ in range(BREAKING_LOOKS):
-        now = share_taking(contacts, first, last, state, kick, share, low, high, fall, rest)
+        now = share_taking(contacts, first, last, state, kick, share, fall, rest)
         moved = fastest * abs(now - share)
+        if now < 0.0 or (moved > tolerance and not low < now <= high):
+            now = 0.5 * (low + high)  # with the others as they are, none is between too little and too much
+            moved = fastest * (high - low)
         push_with(contacts, first, last, now - share, state)
         share = now
         if first == 0 or moved <= tolerance:
@@ -160,7 +163,8 @@ def give_way(contacts, first, last, state, kick, rolling, tolerance, sweeps, fal
             low = share
         if abs(taken - rest) <= BROKEN_WITHIN * rest:
             break
-    now = share_taking(contacts, first, last, state, kick, share, low, high, fall, rest)
+    now = share_taking(contacts, first, last, state, kick, share, fall, rest)
+    now = share if now < 0.0 else now
     push_with(contacts, first, last, now - share, state)
     for k in range(first, last):
         c = contacts[k]
