@@ -59,8 +59,6 @@ def test_the_run_tells_what_broke(broken):
     assert above["of_trees"]["n_hits"] == logs["tree_hits_above"].sum() == trees["n_above"].sum() > 5
     assert above["of_trees"]["all"]["n_above"] == (logs["tree_hits_above"] > 0).sum()
     assert (trees["n_above"] <= trees["n_logs"]).all()  # a log breaks a tree once
-    # what broke took its capacity, so no tree took more than that a hit; sums are of whole millijoules
-    assert (trees["energy_taken_kj"] <= trees["n_hits"] * (WEAK * (trees["dbh_cm"] / 40.0) ** 2 + 1e-6)).all()
     assert told["scenario"]["breaking"] == {"capacity_kj": WEAK, "power": 2.0}
     assert "one breaks that would take more in a hit than 2 kJ" in told["modelled"]["trees"]
 
