@@ -29,7 +29,8 @@ PICTURES = {
 STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 52rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
 h1 { margin-bottom: 0; } .summary { color: #555; margin-top: 0.2rem; } img { max-width: 100%; height: auto; }
-pre { overflow-x: auto; background: #f3f3f0; padding: 0.6rem; } table { border-collapse: collapse; width: 100%; }
+pre { overflow-x: auto; font-size: 0.85em; background: #f3f3f0; padding: 0.6rem; }
+table { border-collapse: collapse; width: 100%; }
 th, td { text-align: left; vertical-align: top; padding: 0.35rem 0.6rem; border-bottom: 1px solid #ddd; }
 code { font-size: 0.9em; }
 @media (prefers-color-scheme: dark) {

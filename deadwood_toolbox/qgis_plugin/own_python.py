@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import shutil
 import sys
@@ -52,11 +51,6 @@ def remove(place: Path) -> None:
     """An environment that the plugin has made, and nothing else."""
     if place.name.startswith(DISTRIBUTION) and place.is_dir():
         shutil.rmtree(place)
-
-
-def megabytes(place: Path) -> int:
-    sizes = (os.lstat(os.path.join(base, name)).st_size for base, _folders, names in os.walk(place) for name in names)
-    return round(sum(sizes) / 1e6)
 
 
 def library_of(line: str) -> str:

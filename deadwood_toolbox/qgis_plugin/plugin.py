@@ -102,9 +102,9 @@ class Plugin:
         self.designers.append(designer)  # QGIS keeps no reference
         designer.show()
         designer.activate()
-        whole = designer.findChild(QAction, "mActionZoomFull")
-        if whole is not None:
-            QTimer.singleShot(0, whole.trigger)
+        view = designer.findChild(QtWidgets.QGraphicsView)
+        whole = view.scene().itemsBoundingRect
+        QTimer.singleShot(0, lambda: view.fitInView(whole(), Qt.AspectRatioMode.KeepAspectRatio))
 
     def unload(self) -> None:
         if self.provider is not None:

@@ -46,7 +46,7 @@ class Provider(QgsProcessingProvider):
         """Shown above the tools in the toolbox; empty where all is well."""
         found = find()
         if isinstance(found, Missing):
-            return f"{found.why}. " + _("'Check installation' says how to install it.")
+            return f"{found.why}. " + _("Plugins > Deadwood Toolbox > Set up… installs it.")
         return ""
 
     def supportsNonFileBasedOutput(self) -> bool:

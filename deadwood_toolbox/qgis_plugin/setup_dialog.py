@@ -22,7 +22,7 @@ from qgis.PyQt.QtWidgets import (
 from .environment_setup import Setup
 from .installation import report
 from .language import _
-from .own_python import megabytes, what_to_install
+from .own_python import what_to_install
 
 WIDTH, HEIGHT = 620, 300
 
@@ -100,8 +100,7 @@ class SetupDialog(QDialog):
         if busy:
             return
         if there:
-            told = _("Installed in {folder}, {megabytes} MB.")
-            self.state.setText(told.format(folder=self.setup.place, megabytes=megabytes(self.setup.place)))
+            self.state.setText(_("Installed in {folder}.").format(folder=self.setup.place))
         else:
             self.state.setText(_("The plugin has no environment of its own yet."))
 

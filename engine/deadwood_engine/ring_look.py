@@ -22,6 +22,9 @@ ABOVE, SLOPE_X, SLOPE_Y = range(3)
 RING_ROWS = 3
 
 TOGETHER = 64  # places along the axis
+# Of these, how many the compiled loops take in one turn. What is left over they do one by one, all of a log of a dozen
+# rings: so they go on to a whole turn, over places that are none of the log's and that nobody reads
+AT_A_TIME = 16
 # Where, in the room for these, each quantity has its TOGETHER places
 _U, _V, _H00, _H10, _H01, _H11, _KINKS, _OUTSIDE, _ALONG = (TOGETHER * k for k in range(9))
 LOOK_ROOM = 9 * TOGETHER
@@ -32,10 +35,11 @@ _STEEP = math.sqrt(1.7) - 0.7 * _STEEPER
 
 
 @inlined
-def _ground_below(terrain, i0, j0, centre, axis, number, room):
+def _ground_below(terrain, i0, j0, centre, axis, number, full, room):
     """Heights and kinks of the cells below places along an axis; where in its cell each is, and whether there is one.
 
     centre : [m] centre of mass, and its place along the axis; axis : direction, base to tip
+    number : of places on the log; full : of whole turns, of which the rest holds numbers that mean nothing
     room : with the places along the axis [m] from the base, in _ALONG
     """
     inverse_cell, heights, kinks = terrain.inverse_cell, terrain.heights, terrain.kinks
@@ -44,7 +48,7 @@ def _ground_below(terrain, i0, j0, centre, axis, number, room):
     ox, oy, _, middle = centre
     qx, qy, _ = axis
     one = np.uint64(1)
-    for k in range(number):
+    for k in range(full):
         s = room[_ALONG + k] - middle
         u, v = (ox + s * qx) * inverse_cell, (oy + s * qy) * inverse_cell
         iu, jv = np.floor(u), np.floor(v)
@@ -111,10 +115,11 @@ def look(terrain, i0, j0, body, stations, trial, rings, room):
     thick = math.inf if radius > terrain.kink_reach else 0.0
     for first in range(0, stations, TOGETHER):
         number = min(TOGETHER, stations - first)
-        for k in range(number):
+        full = (number + AT_A_TIME - 1) // AT_A_TIME * AT_A_TIME
+        for k in range(full):
             room[_ALONG + k] = (first + k) * between
-        _ground_below(terrain, i0, j0, centre, axis, number, room)
-        for k in range(number):
+        _ground_below(terrain, i0, j0, centre, axis, number, full, room)
+        for k in range(full):
             along = room[_ALONG + k]
             height, gx, gy = _height(inverse_cell, k, room)
             steep, lean = _rise(axis, narrowing, gx, gy, room[_KINKS + k])
@@ -141,10 +146,11 @@ def lowest_ring(terrain, i0, j0, body, stations, state, room):
     lowest, least = math.inf, 0.0
     for first in range(0, stations, TOGETHER):
         number = min(TOGETHER, stations - first)
-        for k in range(number):
+        full = (number + AT_A_TIME - 1) // AT_A_TIME * AT_A_TIME
+        for k in range(full):
             room[_ALONG + k] = (first + k) * between
-        _ground_below(terrain, i0, j0, centre, axis, number, room)
-        for k in range(number):
+        _ground_below(terrain, i0, j0, centre, axis, number, full, room)
+        for k in range(full):
             height, gx, gy = _height(inverse_cell, k, room)
             above = centre[2] + (room[_ALONG + k] - centre[3]) * axis[2] - height
             gap = above - (radius + taper * room[_ALONG + k]) * (1.0 + 0.5 * (gx * gx + gy * gy))

@@ -13,6 +13,7 @@ from .limits import WITHIN
 from .lines import touch_segments
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, MASS, TIP_RADIUS
 from .outline import LISTED, convex_hull, hull_rows, outline
+from .prefetch import prefetch
 from .rotation import DX, DY, DZ, WX, WY, WZ, X, Y, Z
 
 
@@ -43,6 +44,7 @@ class RasterArrays(NamedTuple):
 
 HITS, STAMP = range(2)
 SPEED, ENERGY, JUMP, HEIGHT = range(4)
+HIT_BYTES, MAXIMA_BYTES, CACHE_LINE = 8, 16, 64  # of a cell, and of what memory hands over at once
 
 
 class Marks(NamedTuple):
@@ -219,25 +221,32 @@ def draw(scene, frame, state, body, memory, work, rasters, row, marks, time):
     now, fast, heavy, high = np.uint32(row + 1), np.float32(speed), np.float32(energy), np.float32(jump)
     tall = np.float32(memory[PEAK_HEIGHT])
     listed = rasters.order[LISTED]
+    # the rows lie far apart in memory: asked for all at once, they come together
     for j in range(first, last + 1):
-        cells, most = rasters.hits[j], rasters.maxima[j]
-        start = np.uint64(j * columns)
+        place = j * columns + min(left[j], columns - 1)
+        prefetch(rasters.hits, place * HIT_BYTES)
+        prefetch(rasters.maxima, place * MAXIMA_BYTES)
+        prefetch(rasters.maxima, place * MAXIMA_BYTES + CACHE_LINE)
+    for j in range(first, last + 1):
         # unsigned: Numba then asks of no index whether it counts from the end
-        for i in range(np.uint64(left[j]), np.uint64(right[j] + 1)):
-            if cells[i, STAMP] != now:
-                cells[i, STAMP] = now
-                cells[i, HITS] += np.uint32(1)
-                if listed < rasters.passed.shape[0]:
+        west, east = np.uint64(left[j]), np.uint64(right[j] + 1)
+        cells, most = rasters.hits[j], rasters.maxima[j]
+        if listed < rasters.passed.shape[0]:
+            start = np.uint64(j * columns)
+            for i in range(west, east):
+                if cells[i, STAMP] != now and listed < rasters.passed.shape[0]:
                     rasters.passed[listed] = np.uint32(start + i)
                     listed += 1
-            if most[i, SPEED] < fast:
-                most[i, SPEED] = fast
-            if most[i, ENERGY] < heavy:
-                most[i, ENERGY] = heavy
-            if most[i, JUMP] < high:
-                most[i, JUMP] = high
-            if most[i, HEIGHT] < tall:
-                most[i, HEIGHT] = tall
+        # without a branch: whether a log is new to a cell, or faster there, is anybody's guess, the processor's too
+        for i in range(west, east):
+            cells[i, HITS] += np.uint32(cells[i, STAMP] != now)
+            cells[i, STAMP] = now
+        for i in range(west, east):
+            a, b, c, d = most[i, SPEED], most[i, ENERGY], most[i, JUMP], most[i, HEIGHT]
+            most[i, SPEED] = fast if a < fast else a
+            most[i, ENERGY] = heavy if b < heavy else b
+            most[i, JUMP] = high if c < high else c
+            most[i, HEIGHT] = tall if d < tall else d
     rasters.order[LISTED] = listed
     for line in range(rasters.band.shape[0]):
         band = rasters.band[line]

@@ -206,6 +206,7 @@ def steps() -> Iterator[int]:
         yield 4000
         picture("animation", iface.mainWindow())
         for each in views if os.environ.get("FULL") else []:
+            each.setFloating(True)  # or it is no wider than beside the map
             each.show()
             each.resize(1160, 780)
             each.move(20, 40)

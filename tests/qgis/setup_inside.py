@@ -19,7 +19,7 @@ WORK, PLUGINS, WHEELS = (Path(each) for each in sys.argv[1:4])
 application = QgsApplication([], False)
 application.initQgis()
 sys.path.insert(0, str(PLUGINS))
-from deadwood import finding, own_python  # noqa: E402
+from deadwood import finding  # noqa: E402
 from deadwood.environment_setup import Setup  # noqa: E402
 
 LIMIT_S = 120.0
@@ -89,6 +89,5 @@ case("broken_repair", lambda setup: setup.make("", BAD))
 (finding.script_in(finding.own_folder())).unlink()
 case("repaired", lambda setup: setup.make("", GOOD))
 case("removed", lambda setup: setup.remove())
-outcomes["megabytes"] = own_python.megabytes(WORK)
 print("JSON" + json.dumps(outcomes), flush=True)
 os._exit(0)

@@ -213,7 +213,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("what", WRONG)
-def test_wrong_input_gives_the_line_of_the_command_line(qgis, work, tmp_path, capsys, what):
+def test_wrong_input_gives_the_line_of_the_command_line_with_labels_for_flags(qgis, work, tmp_path, capsys, what):
     name, changes = WRONG[what]
     tool = find(name)
     assert tool is not None
@@ -226,7 +226,10 @@ def test_wrong_input_gives_the_line_of_the_command_line(qgis, work, tmp_path, ca
     assert "\n" not in line
     ran = qgis("run", tool.qgis_id, "--", *(f"{key.upper()}={value}" for key, value in case.items()))
     assert ran.status == 1
+    for each in sorted(tool.parameters(), key=lambda each: -len(each.flag)):
+        line = line.replace(each.flag, f"'{each.label}'")
     assert line in ran.err.splitlines()
+    assert what != "out of bounds" or line == "'Friction coefficient' is -1, but must be at least 0"
     assert "Traceback" not in ran.err
     assert list(tmp_path.iterdir()) == []
 

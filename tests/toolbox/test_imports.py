@@ -186,7 +186,7 @@ def test_the_front_door_never_reaches_past_the_tools():
 
 
 def test_the_plugin_needs_qgis_and_the_standard_library_only():
-    """QGIS 3.22 comes with Python 3.9 and GDAL's osgeo; plugins.qgis.org refuses subprocess, QGIS 4 has another PyQt."""
+    """QGIS 3.22 has Python 3.9 and brings osgeo; plugins.qgis.org refuses subprocess, and QGIS 4 has another PyQt."""
 
     def breach(_: Path, source: str) -> set[str]:
         ast.parse(source, feature_version=(3, 9))

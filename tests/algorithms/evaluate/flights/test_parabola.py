@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
+import geopandas as gpd
 import numpy as np
 import pytest
 import shapely
 
-from deadwood_algorithms.evaluate.flights.from_layers import Barrier, MappedFlight
+from deadwood_algorithms.evaluate.flights import on_terrain
+from deadwood_algorithms.evaluate.flights.from_layers import Barrier, MappedFlight, _of_points
 from deadwood_algorithms.evaluate.flights.on_terrain import follow
 from deadwood_algorithms.evaluate.flights.parabola import GRAVITY_MS2, Flight, outline, slope_of
 
@@ -90,6 +93,40 @@ def test_the_terrain_may_stand_into_a_flight_by_the_tolerance(tolerance, verdict
     found = follow(mapped(), [], terrain(hump), slope_over_m=4.0, tolerance_m=tolerance)
     assert found.cut == pytest.approx(2.0)
     assert found.verdict == verdict
+
+
+def test_a_flight_that_touches_nothing_needs_no_tolerance():
+    found = follow(mapped(), [], terrain(cliff), slope_over_m=4.0, tolerance_m=0.0)
+    assert (found.cut, found.verdict) == (0.0, "possible")
+
+
+def test_a_barrier_that_is_just_touched_is_hit(monkeypatch):
+    """No number of a barrier makes a clearance of nothing to the last digit, so it is put in."""
+    passed = on_terrain._crossings
+
+    def touched(*given: Any) -> Any:
+        return [replace(each, clearance=0.0) for each in passed(*given)]
+
+    barrier = Barrier("low", shapely.LineString([(10.0, -5.0), (10.0, 5.0)]), 1.0)
+    ask = {"slope_over_m": 4.0, "tolerance_m": 1.0}
+    assert follow(mapped(), [barrier], terrain(cliff), **ask).verdict == "possible"
+    monkeypatch.setattr(on_terrain, "_crossings", touched)
+    assert follow(mapped(), [barrier], terrain(cliff), **ask).verdict == "hits_barrier"
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_points_are_paired_by_their_id_and_role_in_whatever_order_they_stand(seed):
+    rng = np.random.default_rng(seed)
+    places = {name: [tuple(each) for each in rng.random((2, 2)).tolist()] for name in ("a", "b", "c")}
+    rows = [(name, role, places[name][k]) for name in places for k, role in enumerate(("take-off", "Landing"))]
+    rows = [rows[k] for k in rng.permutation(len(rows))]
+    ids, roles, points = zip(*rows, strict=True)
+    frame = gpd.GeoDataFrame({"flight_id": ids, "role": roles}, geometry=[shapely.Point(each) for each in points])
+    frame.attrs["where"] = "flights.gpkg"
+    found = _of_points(frame)
+    assert {each[0]: [each[2], each[3]] for each in found} == places
+    for name, row, takeoff, _ in found:  # sizes are those of the take-off's row
+        assert (ids[row], points[row]) == (name, takeoff)
 
 
 def test_barriers_are_passed_in_the_order_of_the_flight_with_the_clearance_of_its_underside():

@@ -13,6 +13,7 @@ from rasterio.transform import from_origin
 from shapely import MultiPolygon, Point, box
 
 from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.prepare.releases.places import cells_between
 
 EAST, NORTH = 2_783_000.0, 1_190_000.0
 MIDDLE = Point(EAST + 100, NORTH + 80)
@@ -165,3 +166,15 @@ def test_logs_per_hectare_of_weighted_cells_and_of_too_little(tmp_path, sample, 
     assert "1 areas are too small for a log at 10 a hectare" in outcome["last"].lines
     with pytest.raises(UserError, match=r"--logs-per-ha 1 on 0.01 ha gives no log"):
         sample(areas(tmp_path, local(20, 20, 30, 30)), logs_per_ha=1.0)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_cells_of_a_span_are_all_that_reach_into_it(seed):
+    """Each cell looked at by itself; also of spans that lie partly, or wholly, beside the raster."""
+    rng = np.random.default_rng(seed)
+    origin, cell, count = 100.0, 2.5, 12
+    low, high = np.sort(rng.uniform(80.0, 150.0, 2)).tolist()
+    first, last = cells_between(low, high, origin, cell, count)
+    centre = origin + cell * np.arange(count)
+    reaches = (centre - 0.5 * cell < high) & (centre + 0.5 * cell > low)
+    assert np.flatnonzero(reaches).tolist() == list(range(first, last))

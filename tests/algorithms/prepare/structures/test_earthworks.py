@@ -77,6 +77,24 @@ def test_a_bend_is_the_higher_of_its_two_segments_and_round_on_the_outside():
             assert surface.height[j, i] == pytest.approx(103.0 - max(distance - 1.0, 0.0), abs=1e-9)
 
 
+@pytest.mark.parametrize("turns", ["left", "right"])
+def test_outside_of_a_bend_the_side_falls_as_on_the_side_that_is_outside(turns):
+    """Turning left the outside is the right side, and the other way round."""
+    ground = grid_of(lambda x, y: 100.0 + 0.0 * x + 0.0 * y)
+    places = [(15.0, 20.0), (30.0, 20.0), (30.0, 40.0)]
+    line = shapely.LineString(places if turns == "left" else places[::-1])
+    left, right = 1.0, 0.4
+    surface = surface_over(made(line, ground, sign=1.0, rise=3.0, half=1.0, left=left, right=right), ground)
+    outside, looked_at = right if turns == "left" else left, 0
+    for j, i in np.ndindex(NY, NX):
+        east, south = i * CELL - 30.0, 20.0 - j * CELL
+        above = 3.0 - max(math.hypot(east, south) - 1.0, 0.0) * outside
+        if east > 0.0 and south > 0.0 and above > 0.0:
+            assert surface.height[j, i] == pytest.approx(100.0 + above, abs=1e-9)
+            looked_at += 1
+    assert looked_at > 20
+
+
 @pytest.mark.parametrize("slope", [0.3, -0.5])
 def test_on_a_slope_a_side_ends_where_it_meets_the_ground(slope):
     """A dam along the contour: below it the side of 45° runs rise / (1 - slope), above it rise / (1 + slope)."""

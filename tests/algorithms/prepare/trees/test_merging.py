@@ -19,6 +19,8 @@ def on_a_line(*x: float) -> np.ndarray:
 def test_the_taller_of_two_stays_and_then_the_thicker_and_then_the_first():
     places = on_a_line(0, 0.5, 10)
     assert duplicates(places, np.array([20.0, 21, 5]), NONE, 1.0, None).tolist() == [True, False, False]
+    thick_and_low = np.array([40.0, 30, 1])
+    assert duplicates(places, np.array([20.0, 21, 5]), thick_and_low, 1.0, None).tolist() == [True, False, False]
     assert duplicates(places, np.array([20.0, 20, 5]), np.array([30.0, 31, 1]), 1.0, None).tolist() == [
         True,
         False,
