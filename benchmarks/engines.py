@@ -22,6 +22,7 @@ LIST = Path(__file__).with_name("engines.txt")
 STUDY = "benchmarks/README.md"  # says it in its own first line (page.stale)
 PAGES = ("docs/paper.md", "docs/memory.md", "docs/rare.md", "docs/region.md", "benchmarks/promise.md", STUDY)
 NAMED = re.compile(r"\b(?:engine|sources) ([0-9a-f]{16})\b")
+ALIKE = re.compile(r"^- \*\*the engine of sources .*$", re.MULTILINE)  # as ``page`` says it, of ``same_bits``
 NOTICE = re.compile(r"\A(# [^\n]*\n)(?:\n> \*\*Measured with another engine\*\*[^\n]*\n)?")
 
 
@@ -31,8 +32,9 @@ def listed(text: str) -> list[str]:
 
 
 def named_by(page: str) -> set[str]:
-    """Engines that a page was measured with; the notice names today's, which it was not."""
-    return set(NAMED.findall(NOTICE.sub(r"\1", page)))
+    """Engines that a page was measured with; not those that the notice names, or that give the same bits as one of
+    these."""
+    return set(NAMED.findall(ALIKE.sub("", NOTICE.sub(r"\1", page))))
 
 
 def behind(page: str, engines: list[str]) -> int:

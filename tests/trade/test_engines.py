@@ -31,6 +31,15 @@ def test_a_page_of_another_engine_says_so_in_its_first_line_and_one_of_todays_do
     assert engines.noted(renewed, KNOWN) == page_of(TODAY)
 
 
+def test_an_engine_of_the_same_bits_is_none_that_a_page_was_measured_with() -> None:
+    """benchmarks/README.md names it beside the measured one; an edit that keeps every bit makes no page late."""
+    alike = (
+        page_of(TODAY) + f"- **the engine of sources {'d' * 16} gives the same bits** as the measured one ({TODAY})\n"
+    )
+    assert engines.named_by(alike) == {TODAY}
+    assert engines.noted(alike, KNOWN) == alike
+
+
 def test_engines_that_no_page_was_measured_with_are_not_counted() -> None:
     """Ten edits of a day are one engine; to measure in between makes it two."""
     text = "# the list\n" + "".join(f"{each} 2026-11-25\n" for each in KNOWN)

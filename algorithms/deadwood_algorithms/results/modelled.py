@@ -35,8 +35,8 @@ CLAUSES = {
     "friction": "Coulomb, {mu} everywhere",
     "friction_map": "Coulomb, {low} to {high} by cell",
     "slip": (
-        "growing to {most} with the slip s on the ground, as (2/pi) atan({kappa} s); in the air s decays with {beta} a "
-        "second"
+        "growing to {most} with the slip s on the ground, as (2/pi) atan({kappa} s), and in the air s decays with "
+        "{beta} a second"
     ),
     "restitution": "{e} at every contact",
     "at_stems": "{value} at stems and lying logs",
