@@ -46,7 +46,7 @@ def test_the_share_takes_what_is_asked(plain, seed, share):
     """Of one or two contacts of a tree, whatever the share that acts now: the energy of the body falls by just that."""
     rng = np.random.default_rng(seed)
     table = pushed(rng, 1 + seed % 2)
-    kick = sum(impulse(c) for c in table)
+    kick = np.sum([impulse(c) for c in table], axis=0)
     before = rng.normal(0.0, 0.1, 6) - 1.2 * kick  # an approach that the push about stops
     for c in table:
         c.before_n, c.before_t, c.before_u = speeds(c, before)

@@ -108,7 +108,7 @@ def test_the_value_of_a_tree_is_that_of_a_run_without_it(case, broken, tmp_path)
     values = gpd.read_file(tmp_path / "v.gpkg", layer="values")
     values = values[values["line_id"] == "road"].set_index("id")
     trees, before = gpd.read_file(case.trees), road(broken)
-    worth = values["gain_logs"].abs().sort_values(ascending=False)
+    worth = values.assign(size=values["gain_logs"].abs()).sort_values("size", ascending=False)
     for tree in [*worth.index[:3], worth.index[-1]]:
         left = tmp_path / "left.gpkg"
         trees[trees["tree_id"].astype(str) != tree].to_file(left, driver="GPKG")
