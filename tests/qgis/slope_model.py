@@ -37,7 +37,9 @@ Kind = QgsProcessing.SourceType
 Number = QgsProcessingParameterNumber
 
 
-def layer(name: str, label: str, kinds: list[QgsProcessing.SourceType], *, optional: bool = False) -> QgsProcessingParameterDefinition:
+def layer(
+    name: str, label: str, kinds: list[QgsProcessing.SourceType], *, optional: bool = False
+) -> QgsProcessingParameterDefinition:
     return QgsProcessingParameterFeatureSource(name, label, types=kinds, optional=optional)
 
 

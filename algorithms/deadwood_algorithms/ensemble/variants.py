@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -57,6 +57,7 @@ class Ensemble:
     released: Releases
     logs: Releases
     feedback: Feedback
+    _made: tuple[Variant, SceneLayers, SceneLayers] | None = field(default=None, init=False, repr=False)
 
     def slide(
         self,
@@ -101,7 +102,7 @@ class Ensemble:
             return Batch(logs.take(part), first=before + part.start, goal=before + parts[-1].stop)
 
         def slide_part(on: SceneLayers) -> tuple[Arrays, list[str]]:
-            layers = variant.scene(on) if variant.scene else on
+            layers = self._scene_of(variant, on)
             rasters = Rasters.allocate(layers.scene, layers.threads) if hits else None
             report = reporter(self.feedback, total, variant.what, before=before + parts[0].start)
             later: Iterable[Batch] = (batch(part) for part in parts[1:])
@@ -113,6 +114,14 @@ class Ensemble:
 
         did, self.layers = until_none_escapes(self.layers, variant.simulation, slide_part, self.feedback)
         return did
+
+    def _scene_of(self, variant: Variant, on: SceneLayers) -> SceneLayers:
+        """The variant's own scene, made once for all its chunks: the workers of a scheduler know it as the same."""
+        if variant.scene is None:
+            return on
+        if self._made is None or self._made[0] is not variant or self._made[1] is not on:
+            self._made = variant, on, variant.scene(on)
+        return self._made[2]
 
 
 @contextmanager

@@ -8,6 +8,7 @@ added late is soon used and a slow log at the end holds nobody up, and that a pi
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
 import math
 import queue
@@ -128,6 +129,7 @@ class Workers:
         self._out: dict[Any, _Piece] = {}  # by the future's key
         self._again: list[_Piece] = []
         self._news: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self._numbers = itertools.count()  # of what was sent
         self._looked = self._heard = -math.inf
         self._pace: tuple[float, int] = (0.0, 0)  # CPU seconds, logs
         self._bits = from_block(on_worker.look(VERSION, engine_digest()))[0]["bits"]
@@ -150,8 +152,8 @@ class Workers:
             where the scheduler is lost, or no worker can be used
         """
         try:
+            self._drop_all_but(sliding)  # first: of a job that was begun ahead and is dropped here, pieces were out
             job = self._job(sliding, batch)
-            self._drop_all_but(sliding)
             self._jobs[job.digest] = job
             ahead = iter(later)
             while True:
@@ -395,7 +397,8 @@ class Workers:
             order,
             scene,
             large,
-            key=f"{sliding.name}-{piece.words} ({job.digest[:16]}{attempt})",
+            # Never a key twice: what was cancelled under it may still be on its way out
+            key=f"{sliding.name}-{piece.words} ({job.digest[:16]}{attempt}, {self.client.id}-{next(self._numbers)})",
             workers=sorted(ready),
             allow_other_workers=False,
             pure=False,

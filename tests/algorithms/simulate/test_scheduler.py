@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import re
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import geopandas as gpd
@@ -15,6 +13,7 @@ import pandas as pd
 import pytest
 import shapely
 from slope_case import Case, assert_same_bytes, assert_same_file, points, summary, write_layer
+from thread_workers import STARTED, threads_for_workers
 
 from deadwood_algorithms.evaluate.protection import changed_scenes
 from deadwood_algorithms.params.tool import Cancelled, Quiet, UserError
@@ -22,27 +21,11 @@ from deadwood_algorithms.scene import layers, reach
 from deadwood_algorithms.simulate import chunks, scheduler, windows, workers
 from deadwood_algorithms.tools import (
     break_trees,
-    calibrate_friction,
     compare_fidelity,
     run_sites,
     site_barriers,
     value_trees,
-    vary,
 )
-
-STARTED = 2  # workers
-
-
-@contextmanager
-def threads_for_workers(distributed, number: int) -> Iterator[tuple[str, None]]:
-    with distributed.LocalCluster(
-        n_workers=min(number, STARTED),
-        threads_per_worker=2,
-        processes=False,
-        dashboard_address=None,
-        worker_dashboard_address=None,
-    ) as cluster:
-        yield cluster.scheduler_address, None
 
 
 @pytest.fixture(autouse=True)
@@ -161,34 +144,12 @@ def on_workers(tool, name: str, values: dict, folder: Path) -> None:
     assert len(alone) > 2
 
 
-def test_compare_fidelity(case, tmp_path):
-    values = case.values(fidelities="draft,standard", time_limit_s=5.0, output=None, **case.everything())
-    values = {name: value for name, value in values.items() if name not in ("fidelity", "trajectories")}
-    on_workers(compare_fidelity, "comparison.csv", values, tmp_path)
-
-
 def test_compare_fidelity_of_one_log(case, tmp_path, monkeypatch):
     """Of which one half is empty; the picture of so little is not what is looked at."""
     monkeypatch.setattr("deadwood_algorithms.evaluate.fidelity.trade_figure.draw", lambda *given: None)
     values = case.values(fidelities="draft,standard", time_limit_s=5.0, output=None, logs=1)
     values = {name: value for name, value in values.items() if name not in ("fidelity", "trajectories")}
     on_workers(compare_fidelity, "comparison.csv", values, tmp_path)
-
-
-def test_calibrate_friction(case, tmp_path):
-    observed = write_layer(tmp_path / "observed.gpkg", points((30.0, 40.0), (28.0, 50.0)))
-    values = case.values(friction="0.2,0.3,0.4", observed=observed, time_limit_s=10.0, error_m=5.0, output=None)
-    on_workers(
-        calibrate_friction, "calibration.csv", {k: v for k, v in values.items() if k != "trajectories"}, tmp_path
-    )
-
-
-def test_vary(case, tmp_path):
-    values = case.values(vary="friction=0.15:0.3,rolling_friction", design="ends", time_limit_s=5.0, output=None)
-    values |= case.everything()
-    del values["trajectories"]
-    on_workers(vary, "runs.csv", values, tmp_path)
-    on_workers(vary, "tornado.csv", {**values, "overwrite": True}, tmp_path)
 
 
 @pytest.mark.parametrize("chunk", [4096, 7])

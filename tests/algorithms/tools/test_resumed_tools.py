@@ -1,11 +1,12 @@
-"""Every tool that slides logs, from one declaration: killed in the middle and resumed the same bytes as in one go;
-stopped, it leaves nothing but what is gone on with; a plan writes nothing; logs that sink deep are warned about. What
---scheduler gives is tested tool by tool in ``simulate/test_scheduler.py``."""
+"""Every tool that slides logs, from one declaration: killed in the middle and resumed, or slid by the workers of a
+scheduler, the same bytes as in one go; stopped, it leaves nothing but what is gone on with; a plan writes nothing; logs
+that sink deep are warned about."""
 
 from __future__ import annotations
 
 import json
 import signal
+import time
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -16,11 +17,13 @@ import pytest
 import shapely
 from killed_run import met_run
 from slope_case import Case, points, write_layer
+from thread_workers import threads_for_workers
 
+from deadwood_algorithms.ensemble.variants import Ensemble
 from deadwood_algorithms.evaluate.protection import changed_scenes
 from deadwood_algorithms.params.tool import Cancelled, Quiet, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
-from deadwood_algorithms.simulate import chunks, sinking
+from deadwood_algorithms.simulate import chunks, scheduler, sinking
 from deadwood_toolbox.shelf import TOOLS
 
 pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="signals of POSIX")
@@ -133,6 +136,42 @@ def test_killed_and_resumed_it_is_the_same(asked, tmp_path, monkeypatch, said, n
     assert name == "run-sites" or any("finished chunks of logs are reused" in note for note in said.notes)
     assert contents(killed / output) == contents(whole / output)
     assert [each.name for each in killed.iterdir()] == [output]
+
+
+@pytest.mark.parametrize("name", sorted(SLIDING))
+def test_on_the_workers_of_a_scheduler_it_is_the_same(asked, tmp_path, monkeypatch, name):
+    monkeypatch.setattr(scheduler, "_local_cluster", threads_for_workers)
+    monkeypatch.setattr(chunks, "CHUNK", 8)
+    monkeypatch.setattr(changed_scenes, "CHUNK", 20)
+    for folder, where in (("alone", {}), ("spread", {"scheduler": "local", "workers": 2})):
+        (tmp_path / folder).mkdir()
+        SLIDING[name](**asked[name], output=str(tmp_path / folder / output_of(name)), **where)
+        assert [each.name for each in (tmp_path / folder).iterdir()] == [output_of(name)]
+    found = contents(tmp_path / "spread" / output_of(name))
+    assert found == contents(tmp_path / "alone" / output_of(name))
+    assert len(found) > 0
+
+
+class Patient(Quiet):
+    """Gives up after a while, so that a run that waits for nothing is a failure and not a wait."""
+
+    def __init__(self, seconds: float) -> None:
+        self.until = time.monotonic() + seconds
+
+    def cancelled(self) -> bool:
+        return time.monotonic() > self.until
+
+
+def test_work_begun_ahead_on_a_scene_that_is_made_anew_is_done_again(asked, tmp_path, monkeypatch):
+    """Each chunk of a coefficient has a scene of its own here: what workers began ahead is dropped, and none waits."""
+    monkeypatch.setattr(scheduler, "_local_cluster", threads_for_workers)
+    monkeypatch.setattr(chunks, "CHUNK", 8)
+    monkeypatch.setattr(Ensemble, "_scene_of", lambda self, variant, on: variant.scene(on) if variant.scene else on)
+    tool, values = SLIDING["calibrate-friction"], asked["calibrate-friction"]
+    for folder, where in (("alone", {}), ("spread", {"scheduler": "local", "workers": 2})):
+        (tmp_path / folder).mkdir()
+        tool(feedback=Patient(200.0), **values, output=str(tmp_path / folder / "found"), **where)
+    assert contents(tmp_path / "spread" / "found") == contents(tmp_path / "alone" / "found")
 
 
 class Stops(Quiet):
