@@ -1,6 +1,7 @@
 """Friction that grows with slip: ground that a rock scars resists it the more, the farther it has slid in it.
 
-The law of Leine et al. (2014; Multibody System Dynamics 32:241-271) for rocks, with one state a body, the slip s:
+The law of Leine et al. (2014; Multibody System Dynamics 32:241-271) for rocks, with one state a body, the slip s. That
+it is theirs was read in the paper's abstract; its form is from memory, not checked against the paper:
 
     mu(s) = mu_min + (2 / pi) (mu_max - mu_min) atan(kappa s)                                        [p]
     ds/dt = |v_s| in contact with the ground,   ds/dt = -beta s in the air

@@ -11,9 +11,6 @@ import numpy as np
 import pytest
 
 from deadwood_engine import FIDELITIES, Logs, Scene, Shape, slide
-from deadwood_engine.contacts import CONTACT, KEY_WIDTH, TERRAIN
-from deadwood_engine.cores import TREE
-from deadwood_engine.slip import scarred, slip_after
 
 G, ANGLE = 9.81, np.radians(45.0)
 KAPPA, LEAST, MOST = 0.5, 0.2, 1.6
@@ -107,36 +104,6 @@ def test_a_law_that_changes_no_coefficient_changes_no_bit():
     """mu_max = mu_min; and a body without contact has no slip to begin with."""
     one, other = (slid("standard", time_limit=1.0, **laws)[1] for laws in ({}, LAW | {"friction_max": LEAST}))
     assert one.last_state.tobytes() == other.last_state.tobytes()
-
-
-def table(*contacts):
-    """Contacts (kind, push, slip speed), slipping along x and y alike."""
-    found, keys = np.zeros(len(contacts), CONTACT).view(np.recarray), np.zeros((len(contacts), KEY_WIDTH), np.int64)
-    for k, (kind, push, speed) in enumerate(contacts):
-        c = found[k]
-        keys[k, 0], c.pn, c.nz = kind, push, 1.0
-        c.tx = c.uy = speed / np.sqrt(2.0)  # times the velocity of 1 m/s along both
-    return found, keys
-
-
-def test_slip_grows_by_the_mean_of_the_ground_contacts_and_decays_in_the_air():
-    state = np.zeros(16)
-    state[7] = state[8] = 1.0
-    on_both = table((TERRAIN, 1.0, 2.0), (TERRAIN, 3.0, 6.0), (TREE, 9.0, 100.0), (TERRAIN, 0.0, 50.0))
-    assert slip_after(*on_both, 4, state, 0.5, 10.0, 0.01) == pytest.approx(0.5 + 0.01 * 5.0)
-    in_the_air = table((TREE, 9.0, 100.0), (TERRAIN, 0.0, 50.0))
-    assert slip_after(*in_the_air, 2, state, 0.5, 10.0, 0.01) == pytest.approx(0.5 * np.exp(-0.1))
-    slip = 0.5
-    for _ in range(100):  # any steps: the same decay
-        slip = slip_after(*in_the_air, 2, state, slip, 10.0, 0.003)
-    assert slip == pytest.approx(0.5 * np.exp(-3.0))
-
-
-def test_the_coefficient_goes_from_its_least_to_its_most():
-    assert scarred(0.3, 2.0, 0.0, 5.0) == scarred(0.3, 2.0, 1.5, 0.0) == 0.3
-    assert scarred(0.3, 2.0, 4.0, 0.25) == pytest.approx(1.15)  # halfway at 1/kappa
-    assert scarred(0.3, 2.0, 4.0, 1e9) == pytest.approx(2.0)
-    assert scarred(0.3, 0.2, 4.0, 1e9) == 0.3  # ground that holds more than that already
 
 
 @pytest.mark.parametrize(
