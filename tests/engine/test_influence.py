@@ -102,7 +102,7 @@ def test_a_scene_without_is_the_scene_prepared_without():
     trees, lying = parts["trees"], parts["lying_logs"]
     after = len(trees.x) + len(lying.diameter)
     fewer = {
-        "trees": (Trees(*(values[5:] for values in trees)), {"others": np.arange(5)}),
+        "trees": (Trees(*(values[5:] for values in trees[:4])), {"others": np.arange(5)}),
         "barriers": (Barriers(parts["barriers"].vertices[2:], np.array([0, 2]), np.array([3.0])), {"barriers": [0]}),
         "lying_logs": (
             LyingLogs(lying.vertices[:-2], lying.starts[:-1], lying.diameter[:-1], lying.tip_diameter[:-1]),
