@@ -398,7 +398,7 @@ class Workers:
             scene,
             large,
             # Never a key twice: what was cancelled under it may still be on its way out
-            key=f"{sliding.name}-{piece.words} ({job.digest[:16]}{attempt}, {self.client.id}-{next(self._numbers)})",
+            key=f"{sliding.name}-{piece.words} ({job.digest[:16]}{attempt}, {next(self._numbers)})",
             workers=sorted(ready),
             allow_other_workers=False,
             pure=False,

@@ -74,7 +74,7 @@ def test_pieces_have_names_for_readers_of_the_dashboard(case, tmp_path, names):
     from dask.utils import key_split
 
     case.run(output=str(tmp_path / "valley"), scheduler="local", workers=2, time_limit_s=1.0)
-    found = [re.fullmatch(r"slide-logs-valley-logs (\d+) to (\d+) \([0-9a-f]{16}\)", each) for each in names]
+    found = [re.fullmatch(r"slide-logs-valley-logs (\d+) to (\d+) \([0-9a-f]{16}, \d+\)", each) for each in names]
     spans = sorted((int(each[1]), int(each[2])) for each in found if each)
     assert len(spans) == len(names) > 1
     assert [first for first, _ in spans] == [0, *(last + 1 for _, last in spans[:-1])]
