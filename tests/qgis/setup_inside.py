@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import socket
 import sys
 import time
 from pathlib import Path
@@ -80,7 +81,9 @@ for each in (old, bare):
 
 refused("no_python", GOOD, python=str(old))
 refused("no_venv", GOOD, python=str(bare))
-refused("no_network", "", PIP_INDEX_URL="http://127.0.0.1:9/simple", PIP_RETRIES="1", PIP_NO_INDEX="0")
+with socket.create_server(("localhost", 0)) as taken:
+    closed = f"http://localhost:{taken.getsockname()[1]}"  # nobody listens there any more
+refused("no_network", "", PIP_INDEX_URL=closed, PIP_RETRIES="1", PIP_NO_INDEX="0")
 refused("not_in_the_index", "", PIP_NO_INDEX="1")
 case("cancelled_while_installing", lambda setup: setup.make("", GOOD), cancel_at="Installing")
 case("made", lambda setup: setup.make("", GOOD))

@@ -25,7 +25,7 @@ from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.tiles import open_as_one
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.results.identity import refuse_damaged
-from deadwood_algorithms.results.run_folder import GEOPACKAGE, MANIFEST, input_paths, read_manifest
+from deadwood_algorithms.results.run_folder import GEOPACKAGE, input_paths, read_manifest, run_folder_of
 
 BLOCK = 512  # cells
 BLOCKS_KEPT = 64
@@ -142,8 +142,6 @@ def _same_grid(source: Any, grid: Grid) -> bool:
 @contextmanager
 def edges_of_deposits(deposits: str, dem: str | None, crs: pyproj.CRS, feedback: Feedback) -> Iterator[Edges | None]:
     """The edges that logs of these deposits may have met: of ``dem``, or of the run whose layer it is; else None."""
-    package = Path(deposits.partition("|")[0])
-    folder = package if package.is_dir() else package.parent
     if dem:
         with open_dem(dem, None, feedback) as (source, dem_crs, transform):
             if not same_crs(dem_crs, crs):
@@ -152,7 +150,7 @@ def edges_of_deposits(deposits: str, dem: str | None, crs: pyproj.CRS, feedback:
             y0 = edge + cell / 2 if transform.e > 0 else edge - (ny - 0.5) * cell
             nothing = np.broadcast_to(np.float32(np.nan), source.shape)
             grid, paths = Grid(nothing, cell, transform.c + cell / 2, y0, dem_crs), [Path(dem)]
-    elif (folder / MANIFEST).is_file() and (package.is_dir() or package.name == GEOPACKAGE):
+    elif folder := run_folder_of(deposits):
         manifest, grid = read_manifest(folder)
         refuse_damaged(folder, manifest, GEOPACKAGE)
         paths = input_paths(folder, manifest, "dem")

@@ -53,7 +53,16 @@ class SlidesSome(Protocol):
     def where(self, name: str) -> Where: ...
 
 
+class SlidesRunAgain(SlidesSome, Protocol):
+    """The same of a tool that slides the logs of a run again."""
+
+    @property
+    def run(self) -> str: ...
+
+
 Options = TypeVar("Options", bound=SlidesSome)
+Again = TypeVar("Again", bound=SlidesRunAgain)
+LEAST, LEAST_AGAIN = 2, 10  # logs of a pilot; of one whose scenes each slide a part of them
 
 
 def result_or_plan(
@@ -63,7 +72,7 @@ def result_or_plan(
     *,
     times: int,
     logs_there: Callable[[], int],
-    least: int = 2,
+    least: int = LEAST,
 ) -> Outcome:
     """What a tool that slides the same logs several times is asked for: its result, or with ``--plan`` what that takes.
 
@@ -102,6 +111,15 @@ def result_or_plan(
         return took, round(meter.logs * logs / few)
 
     return planned(slide_few, options.output, options.where(""), options.plan_workers)
+
+
+def result_or_plan_of_run(
+    slide: Callable[[Again, Feedback], Outcome], options: Again, feedback: Feedback, *, times: int
+) -> Outcome:
+    """The same of a tool that slides the logs of a run again."""
+    return result_or_plan(
+        slide, options, feedback, times=times, logs_there=lambda: logs_of_run(options.run), least=LEAST_AGAIN
+    )
 
 
 def logs_of_layer(releases: str) -> int:

@@ -156,6 +156,14 @@ def ends_of(piece: Mapping[str, NDArray]) -> tuple[NDArray[np.float64], NDArray[
     return base, tip
 
 
+def run_folder_of(layer: str) -> Path | None:
+    """The run's folder that is named, or in whose GeoPackage a layer lies; None of any other layer."""
+    package = Path(layer.partition("|")[0])
+    folder = package if package.is_dir() else package.parent
+    is_of_run = (folder / MANIFEST).is_file() and (package.is_dir() or package.name == GEOPACKAGE)
+    return folder if is_of_run else None
+
+
 def read_run(path: str, *, feedback: Feedback) -> Run:
     """Open a run's folder, or say what of it is missing, damaged or of another run; tells which inputs changed."""
     folder = Path(path)

@@ -30,7 +30,6 @@ from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
 
 TIMES = 3  # so many times, about, each log slides
-LEAST_PILOT = 10  # logs of the pilot of --plan
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,11 +51,9 @@ class Ask(SlidingOptions):
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
-    from deadwood_algorithms.results.plan import logs_of_run, result_or_plan
+    from deadwood_algorithms.results.plan import result_or_plan_of_run
 
-    return result_or_plan(
-        broken_by, ask, feedback, times=TIMES, logs_there=lambda: logs_of_run(ask.run), least=LEAST_PILOT
-    )
+    return result_or_plan_of_run(broken_by, ask, feedback, times=TIMES)
 
 
 def broken_by(ask: Ask, feedback: Feedback) -> Outcome:

@@ -142,13 +142,11 @@ def at_edges(
 
 def scenario_of_deposits(deposits: str) -> tuple[str, ...]:
     """The scenario of the run that the deposits are of; nothing of a layer that is in no run's folder."""
-    from deadwood_algorithms.results.run_folder import GEOPACKAGE, MANIFEST, read_manifest
+    from deadwood_algorithms.results.run_folder import read_manifest, run_folder_of
     from deadwood_algorithms.results.scenario import lines_of_folder
 
-    package = Path(layer_of(deposits).partition("|")[0])
-    if package.name != GEOPACKAGE or not (package.parent / MANIFEST).is_file():
-        return ()
-    return lines_of_folder(package.parent, read_manifest(package.parent)[0])
+    folder = run_folder_of(deposits)
+    return lines_of_folder(folder, read_manifest(folder)[0]) if folder else ()
 
 
 def layer_of(deposits: str) -> str:

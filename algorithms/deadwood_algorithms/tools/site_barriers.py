@@ -51,7 +51,6 @@ if TYPE_CHECKING:
 TABLE, LAYER, PICTURE = "pareto.csv", "barriers.gpkg", "barriers.png"
 FACTS, MANIFEST = "summary.json", "manifest.json"
 TIMES = 8  # so many times, about, each log slides
-LEAST_PILOT = 10  # logs of the pilot of --plan
 MANY = 200  # candidates that are slid, each alone, without a word
 
 
@@ -93,9 +92,9 @@ class Ask(SlidingOptions):
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
-    from deadwood_algorithms.results.plan import logs_of_run, result_or_plan
+    from deadwood_algorithms.results.plan import result_or_plan_of_run
 
-    return result_or_plan(sited, ask, feedback, times=TIMES, logs_there=lambda: logs_of_run(ask.run), least=LEAST_PILOT)
+    return result_or_plan_of_run(sited, ask, feedback, times=TIMES)
 
 
 def sited(ask: Ask, feedback: Feedback) -> Outcome:

@@ -36,7 +36,6 @@ from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
 
 TIMES = 8  # so many times, about, each log slides in a forest
-LEAST_PILOT = 10  # logs of the pilot of --plan
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,11 +66,9 @@ class Ask(SlidingOptions):
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
-    from deadwood_algorithms.results.plan import logs_of_run, result_or_plan
+    from deadwood_algorithms.results.plan import result_or_plan_of_run
 
-    return result_or_plan(
-        values_of, ask, feedback, times=TIMES, logs_there=lambda: logs_of_run(ask.run), least=LEAST_PILOT
-    )
+    return result_or_plan_of_run(values_of, ask, feedback, times=TIMES)
 
 
 def values_of(ask: Ask, feedback: Feedback) -> Outcome:

@@ -47,15 +47,23 @@ def rows_of(
 
 
 def reach_rows(one: FidelityRun, finest: FidelityRun, line_ids: list[Any], planned: int) -> Iterator[FidelityRow]:
-    n = len(one.x)
     for column, line_id in enumerate(line_ids):
-        ours, theirs = one.reach[:, column], finest.reach[:, column]
-        low, high = paired_interval(int((theirs & ~ours).sum()), int((ours & ~theirs).sum()), n)
-        p, p_finest = float(ours.mean()), float(theirs.mean())
+        p, p_finest, low, high = paired_reach(one.reach[:, column], finest.reach[:, column])
         bottom, top = wilson_interval(round(p_finest * planned), planned)
         noise = (top - bottom) / 2.0
         verdict = verdict_of_interval(low, high, noise)
         yield FidelityRow(one.name, "reach", str(line_id), "1", p, p_finest, p - p_finest, low, high, noise, verdict)
+
+
+def paired_reach(ours: NDArray[np.bool_], theirs: NDArray[np.bool_]) -> tuple[float, float, float, float]:
+    """Shares of the same logs that reach a line in two runs, and the interval of the first minus the second."""
+    ends = paired_interval(int((theirs & ~ours).sum()), int((ours & ~theirs).sum()), ours.size)
+    return float(ours.mean()), float(theirs.mean()), *ends
+
+
+def half_width(values: Array) -> float:
+    """Of the 95 % interval of their mean; infinite of a single one."""
+    return Z_95 * float(values.std(ddof=1)) / math.sqrt(values.size) if values.size > 1 else math.inf
 
 
 def spread_rows(one: FidelityRun, finest: FidelityRun, groups: list[Group], seed: int) -> Iterator[FidelityRow]:
@@ -100,8 +108,7 @@ def top_rows(one: FidelityRun, finest: FidelityRun, name: str, unit: str, seed: 
     """Mean and 95 % quantile over the logs of the largest that each had."""
     ours, theirs = getattr(one, name), getattr(finest, name)
     change = ours - theirs
-    half = Z_95 * float(change.std(ddof=1)) / math.sqrt(change.size) if change.size > 1 else math.inf
-    mean = float(change.mean())
+    mean, half = float(change.mean()), half_width(change)
     means = float(ours.mean()), float(theirs.mean())
     yield FidelityRow(one.name, f"{name}_mean", "", unit, *means, mean, mean - half, mean + half)
 

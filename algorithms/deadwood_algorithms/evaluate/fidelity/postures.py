@@ -6,7 +6,6 @@ effect stands beside the error of each fidelity, which is the smaller of the two
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -15,11 +14,12 @@ from typing import Any
 import numpy as np
 
 from deadwood_algorithms.ensemble.variants import Variant
+from deadwood_algorithms.evaluate.fidelity.measures import half_width, paired_reach
 from deadwood_algorithms.evaluate.fidelity.records import FidelityRun
 from deadwood_algorithms.prepare.releases.logs import RANDOM_LYING, in_posture
 from deadwood_algorithms.schemas import ORIENTATIONS
 from deadwood_algorithms.simulate.simulation import Simulation
-from deadwood_algorithms.stats.statistics import Z_95, paired_interval, points_with_interval
+from deadwood_algorithms.stats.statistics import points_with_interval
 from deadwood_engine import FIDELITIES, Logs
 
 # The word of --orientation, and the posture of the engine's logs that it gives
@@ -57,14 +57,10 @@ def posture_variants(names: Sequence[str], fidelity: str, simulation: Simulation
 
 def posture_rows(name: str, one: FidelityRun, released: FidelityRun, line_ids: Sequence[Any]) -> Iterator[PostureRow]:
     """The reach of every line, and the mean run-out."""
-    n = len(one.x)
     for column, line_id in enumerate(line_ids):
-        ours, theirs = one.reach[:, column], released.reach[:, column]
-        low, high = paired_interval(int((theirs & ~ours).sum()), int((ours & ~theirs).sum()), n)
-        p, as_released = float(ours.mean()), float(theirs.mean())
+        p, as_released, low, high = paired_reach(one.reach[:, column], released.reach[:, column])
         yield PostureRow(name, released.name, "reach", str(line_id), "1", p, as_released, p - as_released, low, high)
-    change = one.runout - released.runout
-    half = Z_95 * float(change.std(ddof=1)) / math.sqrt(n) if n > 1 else math.inf
+    half = half_width(one.runout - released.runout)
     ours, theirs = float(np.mean(one.runout)), float(np.mean(released.runout))
     ends = ours - theirs - half, ours - theirs + half
     yield PostureRow(name, released.name, "runout_mean", "", "m", ours, theirs, ours - theirs, *ends)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from itertools import pairwise
 from typing import Any
 
@@ -52,7 +52,7 @@ class Change:
     energy: int
 
 
-CHANGED = ("lost", "gained", "unseen", "unseen_now", "held", "energy")
+CHANGED = tuple(each.name for each in fields(Change))
 
 
 def tasks_of(obstacles: Sequence[Obstacle], rows: Iterable[NDArray[np.int64]]) -> list[Task]:
