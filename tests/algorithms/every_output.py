@@ -157,8 +157,13 @@ def run_every_tool(folder: Path) -> list[Found]:
         "friction_preset": None,
         "friction": str(folder / "ground.gpkg"),
         "trees": str(folder / "stems.gpkg"),
+        "tree_capacity_kj": 1.0,
+        "break_trees": True,
     }
     run("slide-logs", **(common | two), error=0.4, output=folder / "chosen")
+    slip = {"friction_max": 1.2, "friction_kappa": 0.5, "friction_beta": 1.0}
+    rock = str(SAMPLE / "rock_cubic_1m3.pts")
+    run("slide-logs", **common, shape=rock, **slip, output=folder / "rocks")
     run(
         "count-hits",
         run=slid,

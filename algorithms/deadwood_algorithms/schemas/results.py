@@ -479,7 +479,12 @@ LOG_SOLIDS = Layer(
     name="log_solids",
     geometry=("MultiPolygon Z",),
     meaning="The logs at rest as solids, for a 3-D view",
-    columns=(a_count("log_id", "The log"), RELEASE, ENDED),
+    columns=(
+        a_count("log_id", "The log"),
+        RELEASE,
+        ENDED,
+        a_number("duration_s", "Time from start to end; from then the solid is shown", 0),
+    ),
 )
 
 LOG_OUTLINES = Layer(
