@@ -3689,7 +3689,8 @@ def reproduce_paper(
       outline);
     - if there are any, `dams.gpkg` (as for `add-structures`) and `flight.gpkg` (as for `fit-flight`);
     - `site.json`, if a number differs from the paper's: `friction`, `dbh_cm`, `length_m`, `density_kg_m3`,
-      `release_radius_m`, and, of Rothenbrunnen, `rock_friction`, `rock_density_kg_m3`.
+      `release_radius_m`, and, of Rothenbrunnen, `rock_friction`, `rock_slip` (friction after much slip, kappa
+      in   1/m, beta in 1/s, as `slide-logs` has them), `rock_density_kg_m3`.
 
     Parameters
     ----------

@@ -271,13 +271,21 @@ def spread_findings(of: Evidence) -> list[Finding]:
                     "6.3", paper, a["p05_p95_deg"] - b["p05_p95_deg"], low, high, above(low, high, 0.0),
                     f"5-95 %: {a['p05_p95_deg']:.1f} against {b['p05_p95_deg']:.1f}°, widest angle: "
                     f"{a['spread_deg']:.0f} against {b['spread_deg']:.0f}°; beyond the least run-out of "
-                    f"{of.facts['length_m']:g} m {told.replace('the als', 'the logs')}; rocks with mu "
-                    f"{of.facts.get('rock_friction')}, the paper's with RAMMS's ground parameters",
+                    f"{of.facts['length_m']:g} m {told.replace('the als', 'the logs')}; rocks with "
+                    f"{_friction_of_rocks(of.facts)}, the paper's with ground parameters of RAMMS (not printed there)",
                 )
             )  # fmt: skip
             few = min(shares.values()) < FEWEST_MOVING
             found.append(finding.unjudged("most of the bodies hardly move: ") if few else finding)
     return found
+
+
+def _friction_of_rocks(facts: Mapping[str, Any]) -> str:
+    least = f"mu {facts.get('rock_friction', 0.5):g}"
+    if not facts.get("rock_slip"):
+        return least
+    most, kappa, _ = facts["rock_slip"]
+    return f"{least} that grows to {most:g} with slip (kappa {kappa:g}/m)"
 
 
 def _share_counted(spread: Row) -> float:

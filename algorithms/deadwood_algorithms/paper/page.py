@@ -32,6 +32,9 @@ computed from. The tool's own docstring has the layout in which a user's data of
   there are none.
 - **How findings are judged** was fixed before that first log, too: no number of a twin is moved to please, and what
   depends on a chosen number is slid again with that number moved through its range, beside the finding.
+- **The rocks' friction** of version 2 was fixed once more on 26 November 2026, before they slid with it. With one
+  coefficient (0.5, as in version 1) three of four stayed where they were released, and nothing could be judged. Now it
+  grows with slip, as in the paper's software. The numbers are remembered from that software's classes of ground.
 
 ## Real ground
 

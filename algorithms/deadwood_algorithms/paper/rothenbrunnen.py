@@ -62,11 +62,16 @@ NUMBERS = (
     Number("forest_v_m", (80.0, 395.0), "m", CHOSEN, "from above the road to the top"),
     Number("dbh_least_cm", 1.0, "cm", CHOSEN, "a draw below is drawn again, as generate-forest does"),
     Number("tree_distance_m", 2.0, "m", CHOSEN, "no two mapped stems nearer; living trees compete"),
-    Number("rock_friction", 0.5, "", CHOSEN, "of the rocks of 6.3, on forest soil; the paper's parameters are RAMMS's"),
+    Number("rock_friction", 0.35, "", CHOSEN,
+           "of the rocks of 6.3, before they slip. The paper has ground parameters of RAMMS and does not print them; "
+           "this and the next are its class Medium as remembered, not read in a source"),
+    Number("rock_slip", (2.0, 2.0, 150.0), "-, 1/m, 1/s", CHOSEN,
+           "friction after much slip, how fast it grows with slip, how fast slip is forgotten in the air; version 1 "
+           "has one friction, with which most rocks stay where they are released"),
     Number("rock_density_kg_m3", 2700.0, "kg/m³", CHOSEN, "of the rocks of 6.3"),
     *RELIEF,
 )  # fmt: skip
-VERSION_1 = twin.VERSION_1
+VERSION_1: dict[str, Any] = twin.VERSION_1 | {"rock_friction": 0.5, "rock_slip": None}
 K = twin.numbers_by_name(NUMBERS)
 FRAME = Frame(2_752_000.0, 1_181_000.0, K["width_m"], K["extent_m"])
 LIP_V = K["road_v_m"][1] + K["terrace_to_wall_m"]  # lower edge of the terrace
@@ -151,5 +156,6 @@ def rothenbrunnen(version: int = 2, **changes: Any) -> Twin:
 
 
 FACTS = (
-    "friction", "dbh_cm", "length_m", "density_kg_m3", "release_radius_m", "rock_friction", "rock_density_kg_m3",
+    "friction", "dbh_cm", "length_m", "density_kg_m3", "release_radius_m", "rock_friction", "rock_slip",
+    "rock_density_kg_m3",
 )  # fmt: skip

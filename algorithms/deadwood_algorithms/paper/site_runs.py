@@ -146,14 +146,17 @@ class SiteRuns:
         mu = facts["friction"] if friction is None else friction
         self.terrains[scenario] = self.protected_dem() if scenario == "protected" else self.site.dem
         name = scenario + (f"_{convention}" if convention else "") + (f"_{friction:g}" if friction is not None else "")
+        law: dict[str, float] = {}
         if scenario in ROCKS:
             mu, logs = facts.get("rock_friction", 0.5), "rocks"
+            if facts.get("rock_slip"):
+                law = dict(zip(("friction_max", "friction_kappa", "friction_beta"), facts["rock_slip"], strict=True))
         keeps = "all" if scenario == "barriers" or logs == "fewer" else "none"
         return self.step(
             self.runs / name, "slide-logs", name, dem=self.terrains[scenario], releases=self.releases(logs),
             trees=self.trees[forest], barriers=self.site.layers["barriers"] if protects else None,
             lines=self.site.layers["lines"], friction=float(mu), fidelity=self.wanted.fidelity, seed=self.wanted.seed,
-            threads=self.wanted.threads, trajectories=keeps, **self.wanted.options,
+            threads=self.wanted.threads, trajectories=keeps, **self.wanted.options, **law,
             shape=self.shape(scenario if scenario in ROCKS else "log") if convention or scenario in ROCKS else "cone",
         )  # fmt: skip
 

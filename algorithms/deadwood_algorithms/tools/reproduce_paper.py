@@ -28,7 +28,8 @@ or both, each with
 - `barriers.gpkg` (`barrier_id`, `height_m`; the one that was jumped is `south`), `forest.gpkg` (the stand's outline);
 - if there are any, `dams.gpkg` (as for `add-structures`) and `flight.gpkg` (as for `fit-flight`);
 - `site.json`, if a number differs from the paper's: `friction`, `dbh_cm`, `length_m`, `density_kg_m3`,
-  `release_radius_m`, and, of Rothenbrunnen, `rock_friction`, `rock_density_kg_m3`.
+  `release_radius_m`, and, of Rothenbrunnen, `rock_friction`, `rock_slip` (friction after much slip, kappa in
+  1/m, beta in 1/s, as `slide-logs` has them), `rock_density_kg_m3`.
 
     deadwood-tool reproduce-paper --quick --output paper
 """
