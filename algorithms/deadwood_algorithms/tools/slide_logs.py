@@ -143,7 +143,6 @@ def slid_run(ask: Ask, promise: Promise | None, feedback: Feedback, at_most: int
         keep = keep_by_hash(releases.logs.log_id, kept_count, ask.seed)
         if ask.until_ci is None and not ask.resume:  # what is resumed has a part of it already
             refuse_full_disk(ask.output, len(releases), int(keep.sum()))
-
         if at_most is None and not ask.resume:
             look(simulation, layers, releases, ask.seed, feedback)
         identity = {"--trajectories or --seed": [ask.trajectories, ask.seed]}
