@@ -68,14 +68,14 @@ class Ask:
         "Classes of barriers, to find the weakest that holds the energies",
         *presets.BARRIERS,
         default=None,
-        help=presets.choices_told(presets.BARRIERS)
+        help=presets.choices_help(presets.BARRIERS)
         + " They were made for rocks; whether they suit wood is for an expert to decide.",
     )
     rule: str | None = tool.choice(
         "Rule that derives design values from percentiles",
         *presets.RULES,
         default=None,
-        help=presets.choices_told(presets.RULES)
+        help=presets.choices_help(presets.RULES)
         + " They were made for rocks; whether they suit wood is for an expert to decide.",
     )
     output: str = tool.output_table("Design values by barrier or line, quantity and percentile")

@@ -79,7 +79,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.rasters import write_bands
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.results.identity import result_folder
-    from deadwood_algorithms.results.lost import left_dem, many, reach_records, reach_told, warn_of_lost
+    from deadwood_algorithms.results.lost import left_dem, many, reach_phrases, reach_records, warn_of_lost
     from deadwood_algorithms.results.run_folder import read_run, write_json
     from deadwood_algorithms.results.scenario import lines_of_run
     from deadwood_algorithms.schemas.files import ORIGIN_REACH
@@ -111,7 +111,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         draw(folder / PICTURE, source, found, line_shapes(ask.lines, source))
         left = left_dem(source.deposits["stop_reason"].to_numpy()[rows])
         reach = reach_records(reached, np.column_stack(list(reached.values())), left)
-        told = reach_told(reach[1:])
+        told = reach_phrases(reach[1:])
         if many(int(left.sum()), rows.size):
             told.append("the shares of the map are those of logs that were seen to arrive")
         warn_of_lost(int(left.sum()), rows.size, told, feedback, where=ask.run)

@@ -93,7 +93,7 @@ class Ask:
         "Properties of the logs, by name",
         *presets.LOGS,
         default=DEFAULT_PRESET,
-        help=presets.choices_told(presets.LOGS),
+        help=presets.choices_help(presets.LOGS),
     )
     dbh_cm: float | None = tool.number(
         "DBH", unit="cm", default=None, minimum=0.0, maximum=DBH_CM[1], exclusive=True, help=OF_PRESET

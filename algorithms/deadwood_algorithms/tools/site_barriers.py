@@ -77,7 +77,7 @@ class Ask(SlidingOptions):
         "Classes of barriers, to find the weakest that holds the energies",
         *presets.BARRIERS,
         default=None,
-        help=presets.choices_told(presets.BARRIERS)
+        help=presets.choices_help(presets.BARRIERS)
         + " They were made for rocks; whether they suit wood is for an expert to decide.",
     )
     logs: int | None = tool.integer(
