@@ -93,7 +93,7 @@ def scene_frame(layers: SceneLayers, relief: Relief, defaults: Defaults) -> Fram
         "trees_height_m": np.asarray(trees.height, np.float32),
         "heights": heights,
     }
-    return Frame(content, arrays)
+    return Frame(facts, arrays)
 
 
 def fidelity_facts(name: str) -> dict[str, Any]:
