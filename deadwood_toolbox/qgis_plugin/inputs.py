@@ -30,7 +30,7 @@ from qgis.core import (
 )
 
 from . import raster_copy
-from .definitions import LAYER, is_hidden
+from .definitions import LAYER, is_hidden, proposed
 from .language import _
 
 LAYERNAME = "|layername="
@@ -139,7 +139,7 @@ class Inputs:
     def _plain(self, declared: dict[str, Any], name: str) -> str:
         """Numbers and words, as given where that can be: the tool's own line is the clearest on a wrong one."""
         default = declared["default"]
-        value = self.parameters.get(name, default)
+        value = self.parameters.get(name, proposed(declared))
         if isinstance(value, QgsProperty):
             value = value.valueAsString(self.context.expressionContext())[0]
         if declared["widget"] == "choice" and isinstance(value, int):
@@ -239,7 +239,7 @@ class Inputs:
         return path
 
     def write_copies(self, feedback: QgsProcessingFeedback) -> None:
-        """Write what no virtual raster can be, in the thread that the tool is waited for in, not in that of the window."""
+        """Write what no virtual raster can be, in the thread that waits for the tool, not in that of the window."""
         for name, copy in self.copies:
             feedback.pushInfo(_("{layer}: being saved").format(layer=name))
             if not copy.write(feedback):

@@ -69,7 +69,7 @@ def view(layer: QgsRasterLayer, path: str) -> bool:
 
 
 def _is_scaled(band: object) -> bool:
-    """Whether QGIS shows other numbers than are in the file, or a mask, of which a virtual raster would know nothing."""
+    """Whether QGIS shows other numbers than the file has, or a mask, of which a virtual raster would know nothing."""
     from osgeo import gdal
 
     scaled = band.GetScale() not in (None, 1.0) or band.GetOffset() not in (None, 0.0)  # type: ignore[attr-defined]
@@ -84,7 +84,9 @@ def _nothing(provider: QgsRasterDataProvider, band: int) -> list[float]:
     return list(dict.fromkeys(values))
 
 
-def _link(source: object, file: str, target: str, nothing: list[list[float]], crs: QgsCoordinateReferenceSystem) -> None:
+def _link(
+    source: object, file: str, target: str, nothing: list[list[float]], crs: QgsCoordinateReferenceSystem
+) -> None:
     """A virtual raster in which the first of two values of a band is the second, and the last is its nodata."""
     from osgeo import gdal
 

@@ -37,7 +37,7 @@ ENDS = {
     "rest": ("at rest", "#56b4e9", "circle"),
     "barrier": ("held by a barrier", "#cc79a7", "circle"),
     "lying_log": ("held by a lying log", "#e69f00", "circle"),
-    "block": ("held by a block", "#999999", "circle"),
+    "block": ("held by a boulder", "#999999", "circle"),
     "left_dem": ("left the terrain model", "#f0e442", "triangle"),
     "time_limit": ("still moving", "#d55e00", "square"),
     "failed": ("failed", "#000000", "cross2"),
@@ -79,7 +79,9 @@ class Look:
 
     def label(self, value: float) -> str:
         sign = "+" if self.shown == "points" and value > 0.0 else ""
-        return f"{sign}{self.factor * value:.4g} {self.shown}".strip()
+        shown = self.factor * value
+        number = f"{shown:.4g}" if abs(shown) < 10_000.0 else f"{shown:,.0f}".replace(",", " ")
+        return f"{sign}{number} {self.shown}".strip()
 
 
 LOOKS = {
