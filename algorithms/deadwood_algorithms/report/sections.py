@@ -256,7 +256,9 @@ def spread(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -
         )
         for each in records
     ]
-    shown = figure_of(drawings["spread"]) if "spread" in drawings else element("p", words.say("spread_none"))
+    shown = element("p", words.say("spread_none"))
+    if "spread" in drawings:
+        shown = element("div", figure_of(drawings["spread"]), class_="rose")
     return [shown, table(head, rows), element("p", words.say("spread_note"), class_="quiet")]
 
 
