@@ -31,7 +31,6 @@ The tool does not assess where wood could start to slide (``assess-mobilisation`
 
 from __future__ import annotations
 
-import re
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -54,6 +53,7 @@ from deadwood_algorithms.prepare.releases.logs import (
     draw_logs,
     mapped_deadwood,
 )
+from deadwood_algorithms.prepare.releases.lying import lying_wood
 from deadwood_algorithms.prepare.trees.allometry import PUBLISHED
 from deadwood_algorithms.prepare.trees.status import GONE_PATTERN
 from deadwood_algorithms.results.identity import writing
@@ -132,16 +132,11 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     import geopandas
 
     from deadwood_algorithms.files.dem_blocks import open_ground
-    from deadwood_algorithms.files.vectors import write_vector
+    from deadwood_algorithms.files.vectors import read_table, write_vector
 
     refuse_contradictions(ask)
     with writing(TOOL, ask, feedback) as outputs, ExitStack() as opened:
         temporary = outputs.file("output", ".gpkg")
-        if ask.orientation == "upright" and (lies := lying_wood(ask)):
-            feedback.warn(
-                f"logs are released upright, as dead trees that stand (--orientation), but '{lies}' suggests lying "
-                f"wood; --orientation random-lying releases it so, which changes how far logs go"
-            )
         ground = opened.enter_context(open_ground(ask.dem, crs=ask.crs, feedback=feedback))
         areas = read_release_areas(ask.areas, ask.weights, ask.radius_m, ask.crs, ground, feedback)
         names = areas.release_ids(ask.release_id_field)
@@ -150,7 +145,11 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             feedback.note(taken.said)
         sizes = sizes_of(ask, taken, areas.frame, feedback)
         of_area = columns_of_rows(areas.frame, {name: getattr(ask, name) for name in OPTIONS} | sizes, feedback)
-        deadwood = mapped_deadwood(ask.deadwood, feedback) if ask.deadwood else None
+        mapped = read_table(ask.deadwood, what="mapped deadwood") if ask.deadwood else None
+        deadwood = None if mapped is None else mapped_deadwood(mapped, feedback)
+        for path, rows in ((ask.areas, areas.frame), (ask.deadwood, mapped)):
+            if path and rows is not None and ask.orientation == "upright":
+                warn_of_posture(lying_wood(path, rows, GONE_PATTERN), feedback)
         counts = areas.logs_by_area(ask.count, ask.logs_per_ha)
         fix = "lower --count or --logs-per-ha, or sample the areas in parts"
         refuse_too_many(int(counts.sum()), "logs", ask.output, each=BYTES, fix=fix)
@@ -165,15 +164,12 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     return Outcome({"output": Path(ask.output)}, facts, lines(ask, counts, drawn))
 
 
-def lying_wood(ask: Ask) -> str | None:
-    """The name of a layer, of areas or of mapped deadwood, that tells of wood that lies on the ground."""
-    named = [str(each) for each in (ask.areas, ask.deadwood) if each]
-    for each in named:
-        path, _, layer = each.partition("|layername=")
-        name = layer.partition("|")[0] or Path(path).stem
-        if GONE_PATTERN.search(re.sub(r"[_\W\d]+", " ", name.lower())):
-            return name
-    return None
+def warn_of_posture(lies: str | None, feedback: Feedback) -> None:
+    if lies:
+        feedback.warn(
+            f"logs are released upright, as dead trees that stand (--orientation), but {lies} suggests lying wood; "
+            "--orientation random-lying releases it so, which changes how far logs go"
+        )
 
 
 def refuse_contradictions(ask: Ask) -> None:
