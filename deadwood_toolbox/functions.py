@@ -956,7 +956,7 @@ def add_structures(
         Kind of structure, where the layer has none.
     height_m : m, > 0
         Height of the crest above the ground, or depth of a ditch, where the layer has none.
-    elevation_m : m
+    elevation_m : m, -500 <= x <= 9000
         Elevation of the crest or bottom, where the layer has none. Overrides the height.
     elevation_from_z : optional
         Take the elevation from the Z of the lines' vertices.

@@ -48,7 +48,9 @@ from deadwood_algorithms.prepare.releases.logs import (
     draw_logs,
     mapped_deadwood,
 )
-from deadwood_algorithms.prepare.releases.sizes import lines_of_sample, lying_wood, sizes_of
+from deadwood_algorithms.prepare.releases.lying import lying_wood, warn_of_posture
+from deadwood_algorithms.prepare.releases.sizes import lines_of_sample, sizes_of
+from deadwood_algorithms.prepare.trees.status import GONE_PATTERN
 from deadwood_algorithms.results.identity import writing
 from deadwood_algorithms.scene.memory import refuse_too_many
 from deadwood_algorithms.schemas import DBH_CM, DENSITY_KG_M3, DROP_M, SPEED_MS, TREE_M
@@ -122,16 +124,11 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     import geopandas
 
     from deadwood_algorithms.files.dem_blocks import open_ground
-    from deadwood_algorithms.files.vectors import write_vector
+    from deadwood_algorithms.files.vectors import read_table, write_vector
 
     refuse_contradictions(ask)
     with writing(TOOL, ask, feedback) as outputs, ExitStack() as opened:
         temporary = outputs.file("output", ".gpkg")
-        if ask.orientation == "upright" and (lies := lying_wood(ask.areas, ask.deadwood)):
-            feedback.warn(
-                f"logs are released upright, as dead trees that stand (--orientation), but '{lies}' suggests lying "
-                f"wood; --orientation random-lying releases it so, which changes how far logs go"
-            )
         ground = opened.enter_context(open_ground(ask.dem, crs=ask.crs, feedback=feedback))
         areas = read_release_areas(ask.areas, ask.weights, ask.radius_m, ask.crs, ground, feedback)
         names = areas.release_ids(ask.release_id_field)
@@ -141,7 +138,11 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         given = {"dbh_cm": ask.dbh_cm, "length_m": ask.length_m}
         sizes = sizes_of(given, taken, areas.frame, feedback, mapped=ask.deadwood is not None)
         of_area = columns_of_rows(areas.frame, {name: getattr(ask, name) for name in OPTIONS} | sizes, feedback)
-        deadwood = mapped_deadwood(ask.deadwood, feedback) if ask.deadwood else None
+        mapped = read_table(ask.deadwood, what="mapped deadwood") if ask.deadwood else None
+        deadwood = None if mapped is None else mapped_deadwood(mapped, feedback)
+        for path, rows in ((ask.areas, areas.frame), (ask.deadwood, mapped)):
+            if path and rows is not None and ask.orientation == "upright":
+                warn_of_posture(lying_wood(path, rows, GONE_PATTERN), feedback)
         counts = areas.logs_by_area(ask.count, ask.logs_per_ha)
         fix = "lower --count or --logs-per-ha, or sample the areas in parts"
         refuse_too_many(int(counts.sum()), "logs", ask.output, each=BYTES, fix=fix)

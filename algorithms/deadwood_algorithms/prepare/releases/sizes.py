@@ -1,10 +1,8 @@
-"""Logs of release areas: their sizes by option, preset or law, areas of lying wood, and the lines of the outcome."""
+"""Logs of release areas: their sizes by option, preset or law, and the lines of the outcome."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,20 +14,9 @@ from deadwood_algorithms.params import presets
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.prepare.releases.logs import Drawn
 from deadwood_algorithms.prepare.trees.allometry import PUBLISHED
-from deadwood_algorithms.prepare.trees.status import GONE_PATTERN
 
 if TYPE_CHECKING:
     import pandas
-
-
-def lying_wood(*layers: str | None) -> str | None:
-    """The name of a layer, of areas or of mapped deadwood, that tells of wood that lies on the ground."""
-    for each in filter(None, layers):
-        path, _, layer = each.partition("|layername=")
-        name = layer.partition("|")[0] or Path(path).stem
-        if GONE_PATTERN.search(re.sub(r"[_\W\d]+", " ", name.lower())):
-            return name
-    return None
 
 
 def sizes_of(
