@@ -1244,8 +1244,8 @@ def slide_logs(
         of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
         With shape: friction coefficient after much slip. Friction grows from friction to this while the
-        body slides on the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the slip (Leine et
-        al. 2014). Needs friction_kappa and friction_beta.
+        body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the way of its
+        centre on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
         With friction_max: how fast friction grows with slip. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
@@ -1525,8 +1525,8 @@ def run_sites(
         of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
         With shape: friction coefficient after much slip. Friction grows from friction to this while the
-        body slides on the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the slip (Leine et
-        al. 2014). Needs friction_kappa and friction_beta.
+        body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the way of its
+        centre on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
         With friction_max: how fast friction grows with slip. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
@@ -2771,8 +2771,8 @@ def calibrate_friction(
         of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
         With shape: friction coefficient after much slip. Friction grows from friction to this while the
-        body slides on the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the slip (Leine et
-        al. 2014). Needs friction_kappa and friction_beta.
+        body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the way of its
+        centre on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
         With friction_max: how fast friction grows with slip. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
@@ -2995,8 +2995,8 @@ def compare_fidelity(
         of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
         With shape: friction coefficient after much slip. Friction grows from friction to this while the
-        body slides on the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the slip (Leine et
-        al. 2014). Needs friction_kappa and friction_beta.
+        body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the way of its
+        centre on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
         With friction_max: how fast friction grows with slip. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
@@ -3221,8 +3221,8 @@ def vary(
         of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
         With shape: friction coefficient after much slip. Friction grows from friction to this while the
-        body slides on the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the slip (Leine et
-        al. 2014). Needs friction_kappa and friction_beta.
+        body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the way of its
+        centre on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
         With friction_max: how fast friction grows with slip. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
@@ -3429,8 +3429,8 @@ def explore(
         of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
         With shape: friction coefficient after much slip. Friction grows from friction to this while the
-        body slides on the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the slip (Leine et
-        al. 2014). Needs friction_kappa and friction_beta.
+        body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the way of its
+        centre on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
         With friction_max: how fast friction grows with slip. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
