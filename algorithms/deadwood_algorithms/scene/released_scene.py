@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from deadwood_algorithms.params import tool
-from deadwood_algorithms.params.presets import FRICTIONS, Taken, choices_told
+from deadwood_algorithms.params.presets import FRICTIONS, Taken, choices_help
 from deadwood_algorithms.scene.default_log import DEFAULTED, DefaultLog
 from deadwood_algorithms.scene.inputs import CONTACT_LAWS, SceneInputs
 from deadwood_algorithms.scene.laws import Breaking, slip_laws
@@ -131,8 +131,9 @@ class _LayersAndLaws:
         default=None,
         minimum=0.0,
         advanced=True,
-        help="Friction grows from --friction to this while the body slides on the ground: mu(s) = mu_min + (2/pi) "
-        "(mu_max - mu_min) atan(kappa s), s the slip (Leine et al. 2014). Needs --friction-kappa and --friction-beta.",
+        help="Friction grows from --friction to this while the body touches the ground: mu(s) = mu_min + (2/pi) "
+        "(mu_max - mu_min) atan(kappa s), s the way of its centre on the ground (Leine et al. 2014). Needs "
+        "--friction-kappa and --friction-beta.",
     )
     friction_kappa: float | None = tool.number(
         "With --friction-max: how fast friction grows with slip",
@@ -226,7 +227,7 @@ class FrictionByName(OpenScene, tool.TakesPresets):
         "one.",
     )
     friction_preset: str | None = tool.choice(
-        "Friction coefficient by name", *FRICTIONS, default=None, help=choices_told(FRICTIONS)
+        "Friction coefficient by name", *FRICTIONS, default=None, help=choices_help(FRICTIONS)
     )
 
     def __post_init__(self) -> None:

@@ -9,6 +9,8 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from deadwood_algorithms.params.tool import Feedback
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -37,3 +39,12 @@ def _told(named: str, rows: pandas.DataFrame) -> Iterator[tuple[str, str]]:
         if rows[column].dtype == object or str(rows[column].dtype).startswith(("str", "category")):
             for value in rows[column].dropna().astype(str).unique():
                 yield f"'{value}' in the field '{column}'", value
+
+
+def warn_of_posture(lies: str | None, feedback: Feedback) -> None:
+    """Of wood that lies, but is released upright; ``lies`` as of `lying_wood`."""
+    if lies:
+        feedback.warn(
+            f"logs are released upright, as dead trees that stand (--orientation), but {lies} suggests lying wood; "
+            "--orientation random-lying releases it so, which changes how far logs go"
+        )
