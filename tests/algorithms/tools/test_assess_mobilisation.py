@@ -268,6 +268,36 @@ def test_a_large_dem_is_never_held_whole(tmp_path, monkeypatch):
     assert gpd.read_file(tmp_path / "a.gpkg", layer="release_areas")["area_m2"].tolist() == [996.0**2]
 
 
+def test_ground_without_heights_is_neither_fitted_nor_stored(tmp_path, monkeypatch):
+    """Of 81 windows 4 hold the ground: these are fitted, at the scale of a log and at that of a gully."""
+    heights = np.full((576, 576), -9999.0)
+    heights[70:170, 200:300] = plane(38.0)[:, :100]
+    dem = write_raster(tmp_path / "dem.tif", heights)
+    whole = Assessed(tmp_path, dem=dem)
+    fitted = []
+    real = mobilisation_rasters.relief
+    monkeypatch.setattr(mobilisation_rasters, "relief", lambda *given: fitted.append(1) or real(*given))
+    monkeypatch.setattr(mobilisation_rasters, "BLOCK", 64)
+    parts = Assessed(tmp_path, dem=dem)
+    assert len(fitted) == 2 * 4
+    assert parts.value == pytest.approx(whole.value, abs=1e-5, nan_ok=True)
+    with rasterio.open(tmp_path / "s.tif") as made:
+        share = float(made.tags(1)["STATISTICS_VALID_PERCENT"])
+    assert share == pytest.approx(100.0 * np.isfinite(whole.value).mean(), rel=1e-6)
+
+
+def test_areas_are_the_same_whether_the_factors_are_kept_or_not(tmp_path):
+    x, y = grid()
+    dem = write_raster(tmp_path / "dem.tif", plane(38.0) + 1.5 * np.sin(y / 5.0) + 0.0 * x)
+    kept = Assessed(tmp_path, dem=dem).areas
+    areas = str(tmp_path / "alone.gpkg")
+    assess_mobilisation.TOOL(dem=dem, output=str(tmp_path / "alone.tif"), release_areas=areas)
+    alone = gpd.read_file(areas, layer="release_areas")
+    assert len(alone) > 1
+    assert alone.drop(columns="geometry").equals(kept.drop(columns="geometry"))
+    assert alone.geometry.geom_equals_exact(kept.geometry, 0.0).all()
+
+
 def test_areas_and_weights_feed_sample_releases(tmp_path):
     x, y = grid()
     dem = write_raster(tmp_path / "dem.tif", plane(38.0) + 1.5 * np.sin(y / 5.0) + 0.0 * x)

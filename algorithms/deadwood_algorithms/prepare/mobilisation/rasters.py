@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
@@ -106,7 +106,7 @@ def write_susceptibility(
 
 def _judged(
     windows: list[tuple[slice, slice]], dem: DemWindows, friction: Friction, limits: Limits, feedback: Feedback
-) -> Iterator[Judged | None]:
+) -> Generator[Judged | None]:
     """Each window in turn, None where the DEM has no height; read here, fitted in threads, a few of them ahead."""
     radius, wide = (_radius(name, getattr(limits, name), dem, feedback) for name in ("window_m", "gully_window_m"))
     halo = max(radius, wide)

@@ -58,7 +58,8 @@ def _fitted(heights: Array, cell: float, radius: int) -> tuple[Array, Array, Arr
     (m1, my, myy), (mx, mxy), (mxx,) = (
         _moments(each, radius, axis=0, most=2 - k) for k, each in enumerate(columns)
     )  # sums of z times 1, y, y^2; x, x y; x^2, in cells
-    (squares,) = _moments(*_moments(z**2, radius, axis=1, most=0), radius, axis=0, most=0)
+    (along,) = _moments(z**2, radius, axis=1, most=0)
+    (squares,) = _moments(along, radius, axis=0, most=0)
 
     b, c = mx / (n * s2), my / (n * s2)
     e = mxy / s2**2

@@ -78,7 +78,7 @@ def read_source(
     if not ground:
         refuse_not_metric(frame)
         places = shapely.centroid(shapes)
-        if wrong := misnamed(frame.crs, shapely.get_x(places), shapely.get_y(places)):
+        if frame.crs and (wrong := misnamed(frame.crs, shapely.get_x(places), shapely.get_y(places))):
             feedback.warn(f"{where_of(frame)}: the middle of the trees, {wrong}")
     crowns = shapely.get_type_id(shapes) != 0
     if crowns.any():

@@ -65,3 +65,28 @@ def test_each_area_has_what_its_cells_have(tmp_path, monkeypatch, least, block):
         assert row["slope_mean_deg"] == pytest.approx(40.0 * slope[mine].mean())
         assert row["gully_share"] == pytest.approx((hollow[mine] >= GULLY_M).mean())
     assert seen == kept
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_blocks_change_no_area(tmp_path, monkeypatch, seed):
+    """Snakes, rings and corners across the borders of blocks: the same ground, of as many corners."""
+    rng = np.random.default_rng(seed)
+    mask = rng.random((NY, NX)) < 0.62
+    paths = (
+        write(tmp_path / "mask.tif", mask, dtype="uint8"),
+        write(tmp_path / "s.tif", rng.random((NY, NX))),
+        write(tmp_path / "f.tif", *rng.random((3, NY, NX))),
+    )
+    found = {}
+    for block in (1024, 7):
+        monkeypatch.setattr(module, "BLOCK", block)
+        found[block] = zones(*paths, pyproj.CRS("EPSG:2056"), 8.0, GULLY_M, Quiet())
+    whole, parts = found[1024], found[7]
+    assert len(whole) == len(parts) > 3
+    assert parts.geometry.is_valid.all()
+    assert whole.geometry.geom_equals(parts.geometry, align=False).all()
+    assert parts.geometry.count_coordinates().sum() <= whole.geometry.count_coordinates().sum() + 2 * len(parts)
+    for name in ("area_m2", "susceptibility_max"):
+        assert whole[name].tolist() == parts[name].tolist()
+    for name in ("susceptibility_mean", "slope_mean_deg", "gully_share"):
+        assert whole[name].tolist() == pytest.approx(parts[name].tolist())
