@@ -216,5 +216,10 @@ def sector(centre: tuple[float, float], radius: float, low: float, width: float)
 
 
 TOOL = Tool(
-    "lateral-spread", "Evaluate", "Measure azimuths and lateral spread of the deposits of each release", Ask, run
+    "lateral-spread",
+    "Evaluate",
+    "Measure azimuths and lateral spread of the deposits of each release",
+    Ask,
+    run,
+    then="deadwood-tool make-report RUN --output report.html",
 )

@@ -180,4 +180,11 @@ def compared_runs(folders: Sequence[str], sources: Sequence[ReportedRun], feedba
     return found
 
 
-TOOL = Tool("make-report", "Evaluate", "Write a report: one page with maps, figures, tables and a 3-D view", Ask, run)
+TOOL = Tool(
+    "make-report",
+    "Evaluate",
+    "Write a report: one page with maps, figures, tables and a 3-D view",
+    Ask,
+    run,
+    then="deadwood-tool check {output}",
+)
