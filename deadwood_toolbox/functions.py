@@ -956,7 +956,7 @@ def add_structures(
         Kind of structure, where the layer has none.
     height_m : m, > 0
         Height of the crest above the ground, or depth of a ditch, where the layer has none.
-    elevation_m : m
+    elevation_m : m, -500 <= x <= 9000
         Elevation of the crest or bottom, where the layer has none. Overrides the height.
     elevation_from_z : optional
         Take the elevation from the Z of the lines' vertices.
@@ -1348,7 +1348,7 @@ def slide_logs(
     report : optional
         Add a report to the run. One page with maps, figures, tables and a 3-D view: report.html (make-report).
     language : one of en, de, fr, it, default en
-        Language of the report and of the QGIS project.
+        Language of report and QGIS project.
     output : output, optional
         Folder of the run. Without it, in a temporary folder that lasts as long as the result.
     overwrite : optional
@@ -1629,7 +1629,7 @@ def run_sites(
     report : optional
         Add one page of the first 12 sites. report.html (make-report).
     language : one of en, de, fr, it, default en
-        Language of the report and of the QGIS project.
+        Language of report and QGIS project.
     output : output, optional
         Folder of all runs. Without it, in a temporary folder that lasts as long as the result.
     overwrite : optional
@@ -2298,7 +2298,7 @@ def map_intensity(
     return_periods_years : years, > 0, default 30,100,300
         Bounds of the classes of return period.
     lines : line or polygon
-        Other lines or houses than those of the run. Their reach is computed from stored trajectories.
+        Other roads, railways or houses than those of the run. Their reach is computed from stored trajectories.
     output : output, optional
         Folder of the maps. Without it, in a temporary folder that lasts as long as the result.
     overwrite : optional
@@ -2362,7 +2362,7 @@ def map_origins(
     run : required
         Folder of a run of slide-logs.
     lines : line or polygon
-        Other lines or houses than those of the run. Their reach is computed from stored trajectories.
+        Other roads, railways or houses than those of the run. Their reach is computed from stored trajectories.
     cell_m : m, > 0
         Cell size of the raster. Default: the smallest of 1, 2, 3, 5, 10, ... m with which nine of ten logs lie
         in cells with a share.

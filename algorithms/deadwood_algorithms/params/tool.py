@@ -213,15 +213,10 @@ def crs() -> Any:
     )
 
 
-def other_lines() -> Any:
+def other_lines(help: str = "Without it, the lines of the run.") -> Any:
     """Lines in place of those of the run that a tool reads."""
-    return vector(
-        "Other roads, railways or houses than those of the run",
-        "line",
-        "polygon",
-        default=None,
-        help="Without it, the lines of the run.",
-    )
+    label = "Other roads, railways or houses than those of the run"
+    return vector(label, "line", "polygon", default=None, help=help)
 
 
 def baseline() -> Any:
@@ -271,6 +266,14 @@ class Outcome:
     facts: Mapping[str, Any] = field(default_factory=dict)
     lines: tuple[str, ...] = ()  # printed after the run, for a reader
     status: int = 0  # with which the command ends
+
+    @classmethod
+    def of_folder(
+        cls, output: str, parts: Mapping[str, str], facts: Mapping[str, Any], lines: tuple[str, ...]
+    ) -> Outcome:
+        """Of a tool that makes a folder: itself, and the names of the files in it by what each is."""
+        folder = Path(output)
+        return cls({"output": folder} | {key: folder / name for key, name in parts.items()}, facts, lines)
 
 
 @dataclass(frozen=True)

@@ -450,13 +450,13 @@ def provenance(source: ReportedRun, words: Words) -> Parts:
         element("h4", words.say("hashes")),
         scrolled(table_of, words.say("hashes"), short=False),
         element("h4", words.say("versions")),
-        element("p", words.say("versions_run", version=manifest.get("version", VERSION), versions=told_versions())),
+        element("p", words.say("versions_run", version=manifest.get("version", VERSION), versions=versions_text())),
         element("h4", words.say("cost")),
         element("p", told),
     ]
 
 
-def told_versions() -> str:
+def versions_text() -> str:
     return "; ".join(each.split(" (/")[0] for each in versions())
 
 

@@ -132,8 +132,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         limits = tool.taken(ask, Limits)
         beside, mask = factors or output.with_name("factors.tif"), output.with_name("mask.tif")
         mean = write_susceptibility(
-            output, beside, mask, dem, friction, deadwood, limits, feedback, keeps_factors=bool(factors)
-        )
+            output, beside, mask, dem, friction, deadwood, limits, feedback,
+            keeps_factors=bool(factors), draws_areas=bool(areas),
+        )  # fmt: skip
         lines = [f"susceptibility {mean:.3f} on average; {ask.threshold:g} and more counts as susceptible"]
         facts: dict[str, object] = {"susceptibility_mean": mean}
         judged = deadwood.split(ask.threshold) if deadwood else {}
@@ -155,7 +156,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             lines.append(f"{counts['candidates']} of {sum(counts.values())} mapped logs could start to slide")
         for each in (mask, beside):
             if each != factors:
-                each.unlink()
+                each.unlink(missing_ok=True)
     places = {name: getattr(ask, name) for name in ("output", "release_areas", "assessed", "factors")}
     return Outcome({name: Path(path) for name, path in places.items() if path}, facts, tuple(lines))
 
@@ -181,14 +182,6 @@ def refuse_fine_cells(ask: Ask, cell: float) -> None:
             f"{ask.dem}: a window of {window:g} m spans {window / cell:.0f} cells, but must span at most "
             f"{MOST_WINDOW_CELLS}; fix: {remedies.coarser(ask.dem, window / MOST_WINDOW_CELLS * 2.0)}"
         )
-
-
-def is_number(text: str | float) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 TOOL = Tool(
