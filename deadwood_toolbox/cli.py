@@ -113,7 +113,7 @@ def _carry_out(job: Job, speaker: Speaker) -> int:
             speaker.detail(f"{job.tool.name} {VERSION}: {json.dumps(manifest(job.tool, ask)['parameters'])}")
             outcome = job.tool.run(ask, speaker)
         speaker.close()
-        _report(outcome, job.tool.then, speaker, time.perf_counter() - began)
+        _report(outcome, _following(job.tool, ask, outcome), speaker, time.perf_counter() - began)
         return outcome.status
     except KeyboardInterrupt:
         raise Cancelled(LATE if _standing(job.tool, ask) != before else MESSAGE) from None
@@ -147,6 +147,15 @@ def _understand(arguments: Sequence[str], tools: Sequence[Tool] | None) -> Job |
     return wanted if isinstance(wanted, Job | Answer) else None
 
 
+def _following(tool: Tool, ask: Any, outcome: Outcome) -> str:
+    """The command that mostly follows, with what was given and made in its place; of a plan nothing follows."""
+    if not tool.then or not outcome.outputs:
+        return ""
+    given = {each.name: getattr(ask, each.name) for each in tool.parameters()}
+    known = {name: shlex.quote(str(value)) if value else name.upper() for name, value in given.items()}
+    return tool.then.format(**known | {name: shlex.quote(str(path)) for name, path in outcome.outputs.items()})
+
+
 def _report(outcome: Outcome, then: str, speaker: Speaker, seconds: float) -> None:
     """The last lines, alike for every tool: the answer, the scenario, where it is, what mostly follows."""
     if not speaker.quiet:
@@ -158,9 +167,8 @@ def _report(outcome: Outcome, then: str, speaker: Speaker, seconds: float) -> No
     for name, path in outcome.outputs.items():
         if not speaker.as_json and not folders & set(Path(path).parents):  # what lies in a named folder goes unsaid
             speaker.note(f"{name.replace('_', ' ')}: {path}")
-    if then and outcome.outputs and not speaker.as_json:  # of a plan nothing follows
-        quoted = {name: shlex.quote(str(path)) for name, path in outcome.outputs.items()}
-        speaker.note(f"next: {then.format(**quoted)}")
+    if then and not speaker.as_json:
+        speaker.note(f"next: {then}")
     speaker.detail(f"took {clock(seconds)} ({seconds:.2f} s)")
     outputs = {name: str(path) for name, path in outcome.outputs.items()}
     speaker.done(outputs=outputs, facts=dict(outcome.facts), seconds=round(seconds, 3))

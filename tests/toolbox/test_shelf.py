@@ -214,13 +214,12 @@ def test_the_flaws_above_are_found():
 
 def test_the_command_that_follows_has_flags_that_exist_and_paths_that_the_tool_leaves():
     """What a tool says last can be copied: flags of that tool, all that it requires, outputs by their names."""
-    said = 0
     for tool in TOOLS:
-        if not tool.then:
+        makes = any(each.is_output for each in tool.parameters()) and tool.name != "explore"  # which is told on its page
+        assert bool(tool.then) == makes, f"{tool.name}: each tool that leaves something says what mostly follows"
+        if not makes:
             continue
-        said += 1
-        outputs = {each.name: "made" for each in tool.parameters() if each.is_output}
-        program, name, *words = tool.then.format(**outputs).split()
+        program, name, *words = tool.then.format(**{each.name: "there" for each in tool.parameters()}).split()
         following = find(name)
         assert (program, following is not None) == ("deadwood-tool", True), tool.name
         assert following is not None
@@ -230,7 +229,6 @@ def test_the_command_that_follows_has_flags_that_exist_and_paths_that_the_tool_l
         required = {flag for flag, each in known.items() if each.default is None and not each.optional}
         bare = {flag for flag, each in known.items() if each.positional and not words[0].startswith("--")}
         assert given == {"--help"} or required - given - bare == set(), tool.name
-    assert said >= 10
 
 
 def test_the_catalogue_is_fresh():

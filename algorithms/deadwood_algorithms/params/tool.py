@@ -286,7 +286,7 @@ class Tool:
     Ask: type
     run: Callable[[Any, Feedback], Outcome]
     in_qgis: bool = True
-    then: str = ""  # the command that mostly follows, said last: {output} stands for that output
+    then: str = ""  # the command that mostly follows, said last: {dem}, {output} stand for what was given and made
 
     @property
     def qgis_id(self) -> str:

@@ -115,6 +115,8 @@ PHRASES = {
     "lacks_some_poses": "{stored} of {n} logs kept their trajectory; arrivals, profile and moving logs are theirs.",
     "lacks_shape": "No energies of arrival: {reason}",
     "gone": "not there",
+    "model_tree_capacity_kj": "capacity of trees [kJ]",
+    "model_log_capacity_kj": "capacity of logs [kJ]",
     "input_dem": "terrain model",
     "input_trees": "trees",
     "input_barriers": "barriers",

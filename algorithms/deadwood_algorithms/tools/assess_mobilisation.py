@@ -190,5 +190,5 @@ TOOL = Tool(
     "Rate where a log could start to slide: raster, areas, deadwood",
     Ask,
     run,
-    then="deadwood-tool sample-releases --areas AREAS --dem DEM --output releases.gpkg",
+    then="deadwood-tool sample-releases --areas AREAS --dem {dem} --output releases.gpkg",
 )

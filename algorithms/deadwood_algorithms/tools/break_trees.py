@@ -104,4 +104,11 @@ def broken_by(ask: Ask, feedback: Feedback) -> Outcome:
     return Outcome({"output": Path(ask.output)}, facts, (*lines_of(frames, broken), *lines_of_run(source)))
 
 
-TOOL = Tool("break-trees", "Evaluate", "Compute how many more logs would reach each line if trees broke", Ask, run)
+TOOL = Tool(
+    "break-trees",
+    "Evaluate",
+    "Compute how many more logs would reach each line if trees broke",
+    Ask,
+    run,
+    then="deadwood-tool value-trees --run {run} --output values.gpkg",
+)

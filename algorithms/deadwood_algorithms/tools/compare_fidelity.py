@@ -172,4 +172,11 @@ def points(row: FidelityRow) -> str:
     return f"{100 * row.difference:+.2g} [{100 * row.ci_low:+.2g}, {100 * row.ci_high:+.2g}]"
 
 
-TOOL = Tool("compare-fidelity", "Evaluate", "Measure CPU time and error of each fidelity on your scene", Ask, run)
+TOOL = Tool(
+    "compare-fidelity",
+    "Evaluate",
+    "Measure CPU time and error of each fidelity on your scene",
+    Ask,
+    run,
+    then="deadwood-tool slide-logs --dem {dem} --releases {releases} --friction 0.25 --fidelity standard --output run",
+)

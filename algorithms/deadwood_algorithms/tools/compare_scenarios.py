@@ -139,4 +139,11 @@ def warn_of_lost(rows: Sequence[ScenarioRow], compared: Compared, feedback: Feed
     )
 
 
-TOOL = Tool("compare-scenarios", "Evaluate", "Compare runs of the same logs: paired differences, maps, table", Ask, run)
+TOOL = Tool(
+    "compare-scenarios",
+    "Evaluate",
+    "Compare runs of the same logs: paired differences, maps, table",
+    Ask,
+    run,
+    then="deadwood-tool make-report --runs {runs} --output report.html",
+)

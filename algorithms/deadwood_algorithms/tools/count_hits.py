@@ -186,4 +186,11 @@ def visited(grid: Grid, source: Run) -> Grid:
     return grid if part == grid.part else grid.window(part)
 
 
-TOOL = Tool("count-hits", "Evaluate", "Count the logs that pass each cell, how fast and how high", Ask, run)
+TOOL = Tool(
+    "count-hits",
+    "Evaluate",
+    "Count the logs that pass each cell, how fast and how high",
+    Ask,
+    run,
+    then="deadwood-tool map-intensity --run {run} --output intensity",
+)

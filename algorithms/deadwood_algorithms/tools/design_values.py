@@ -124,4 +124,5 @@ TOOL = Tool(
     "Compute percentiles of energy, speed, height and impulse at barriers and lines",
     Ask,
     run,
+    then="deadwood-tool make-report {run} --output report.html",
 )

@@ -110,5 +110,10 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
 
 TOOL = Tool(
-    "fit-flight", "Evaluate", "Reconstruct a flight between take-off and landing: speed and clearances", Ask, run
+    "fit-flight",
+    "Evaluate",
+    "Reconstruct a flight between take-off and landing: speed and clearances",
+    Ask,
+    run,
+    then="deadwood-tool calibrate-friction --help",
 )

@@ -154,5 +154,5 @@ TOOL = Tool(
     "Make the trees layer from any table of single trees",
     Ask,
     run,
-    then="deadwood-tool slide-logs --dem DEM --releases RELEASES --trees {output} --friction 0.25 --output run",
+    then="deadwood-tool slide-logs --dem {dem} --releases RELEASES --trees {output} --friction 0.25 --output run",
 )

@@ -89,5 +89,10 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
 
 TOOL = Tool(
-    "lateral-spread", "Evaluate", "Measure azimuths and lateral spread of the deposits of each release", Ask, run
+    "lateral-spread",
+    "Evaluate",
+    "Measure azimuths and lateral spread of the deposits of each release",
+    Ask,
+    run,
+    then="deadwood-tool make-report RUN --output report.html",
 )

@@ -144,4 +144,11 @@ def _write(path: Path, lines: Iterator[str]) -> None:
     path.write_text("".join(f"{line}\n" for line in lines), encoding="ascii", newline="\n")
 
 
-TOOL = Tool("make-log", "Prepare", "Write the solid of a log and its mass properties: .pts, OBJ, STL", Ask, run)
+TOOL = Tool(
+    "make-log",
+    "Prepare",
+    "Write the solid of a log and its mass properties: .pts, OBJ, STL",
+    Ask,
+    run,
+    then="deadwood-tool slide-logs --dem DEM --releases RELEASES --shape {output}/log.pts --friction 0.25 --output run",
+)

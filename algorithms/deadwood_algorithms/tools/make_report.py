@@ -80,6 +80,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.report.space import drapes, space_of
     from deadwood_algorithms.report.words import Words
     from deadwood_algorithms.results.identity import writing
+    from deadwood_algorithms.results.scenario import lines_of_run
     from deadwood_algorithms.schemas.looks import RUNS
 
     with ExitStack() as stack:
@@ -115,8 +116,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             feedback.note(f"{source.name}: {Words('en').say(phrase, **filled)}")
     outputs = {"output": ask.output, "figures": ask.figures, "gltf": ask.gltf}
     facts = {"runs": [each.name for each in sources], "bytes": Path(ask.output).stat().st_size}
-    lines = (f"{ask.output}: {facts['bytes'] / 1e6:.1f} MB, of {', '.join(facts['runs'])}",)
-    return Outcome({name: Path(place) for name, place in outputs.items() if place}, facts, lines)
+    made = f"a page of {facts['bytes'] / 1e6:.1f} MB, of {', '.join(facts['runs'])}"
+    scenarios = [line for each in sources for line in lines_of_run(each.run, each.name if len(sources) > 1 else "")]
+    return Outcome({name: Path(place) for name, place in outputs.items() if place}, facts, (made, *scenarios))
 
 
 def folders_of(runs: str) -> list[str]:
@@ -180,4 +182,11 @@ def compared_runs(folders: Sequence[str], sources: Sequence[ReportedRun], feedba
     return found
 
 
-TOOL = Tool("make-report", "Evaluate", "Write a report: one page with maps, figures, tables and a 3-D view", Ask, run)
+TOOL = Tool(
+    "make-report",
+    "Evaluate",
+    "Write a report: one page with maps, figures, tables and a 3-D view",
+    Ask,
+    run,
+    then="deadwood-tool check {output}",
+)

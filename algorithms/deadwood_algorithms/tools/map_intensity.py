@@ -174,5 +174,5 @@ TOOL = Tool(
     "Map classes of energy and probability, return periods, and the matrix",
     Ask,
     run,
-    then="deadwood-tool make-report RUN --results {output} --output report.html",
+    then="deadwood-tool make-report {run} --results {output} --output report.html",
 )

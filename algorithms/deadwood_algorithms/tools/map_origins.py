@@ -131,5 +131,5 @@ TOOL = Tool(
     "Map the places from which roads are reached, and the ground passed",
     Ask,
     run,
-    then="deadwood-tool make-report RUN --results {output} --output report.html",
+    then="deadwood-tool make-report {run} --results {output} --output report.html",
 )

@@ -110,4 +110,11 @@ def lines_of(facts: dict) -> tuple[str, ...]:
     return tuple(shown)
 
 
-TOOL = Tool("reach-lines", "Evaluate", "Compute the probability of reaching roads or houses, and arrivals", Ask, run)
+TOOL = Tool(
+    "reach-lines",
+    "Evaluate",
+    "Compute the probability of reaching roads or houses, and arrivals",
+    Ask,
+    run,
+    then="deadwood-tool design-values --run {run} --output design_values.csv",
+)

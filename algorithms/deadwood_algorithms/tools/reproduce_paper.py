@@ -186,4 +186,5 @@ TOOL = Tool(
     "Test the paper's findings on two synthetic twins or the real sites",
     Ask,
     run,
+    then="deadwood-tool check {output}",
 )

@@ -194,4 +194,11 @@ def add_page(ask: Ask, folder: Path, found: Sequence[SiteFound], feedback: Feedb
         make_report.run(page, feedback)
 
 
-TOOL = Tool("run-sites", "Simulate", "Run many sites, or scattered releases, with one overview", Ask, run)
+TOOL = Tool(
+    "run-sites",
+    "Simulate",
+    "Run many sites, or scattered releases, with one overview",
+    Ask,
+    run,
+    then="deadwood-tool make-report {output}/sites/SITE --output report.html",
+)

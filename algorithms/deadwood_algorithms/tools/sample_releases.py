@@ -177,5 +177,5 @@ TOOL = Tool(
     "Draw start positions of logs in points, polygons or by a raster",
     Ask,
     run,
-    then="deadwood-tool slide-logs --dem DEM --releases {output} --friction 0.25 --output run",
+    then="deadwood-tool slide-logs --dem {dem} --releases {output} --friction 0.25 --output run",
 )

@@ -193,5 +193,5 @@ TOOL = Tool(
     "Find where a barrier keeps most logs away, by its length and height",
     Ask,
     run,
-    then="deadwood-tool make-report RUN --results {output} --output report.html",
+    then="deadwood-tool make-report {run} --results {output} --output report.html",
 )

@@ -148,5 +148,5 @@ TOOL = Tool(
     "Compute the effect of each tree, lying log, barrier and stand at each line",
     Ask,
     run,
-    then="deadwood-tool make-report RUN --results {output} --output report.html",
+    then="deadwood-tool make-report {run} --results {output} --output report.html",
 )

@@ -187,4 +187,12 @@ def lines_of(facts: Mapping[str, Any], made: Mapping[str, Path], dem: str) -> tu
     return tuple(shown)
 
 
-TOOL = Tool("windthrow", "Prepare", "Make the forests of a storm: before, after, years later, cleared", Ask, run)
+TOOL = Tool(
+    "windthrow",
+    "Prepare",
+    "Make the forests of a storm: before, after, years later, cleared",
+    Ask,
+    run,
+    then="deadwood-tool slide-logs --dem {dem} --releases RELEASES --trees {output}/trees_before.gpkg"
+    " --friction 0.25 --output run_before",
+)

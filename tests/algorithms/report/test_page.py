@@ -142,8 +142,8 @@ def test_no_id_stands_twice_and_every_address_within_the_page_leads_somewhere(pa
 
 
 def test_the_pages_that_are_signed_come_first_and_paths_and_flags_last(page):
-    """Question, scenario, conclusion with what its interval lacks, map, numbers, judgement, signature; the annex."""
-    order = ["question", "scenario", "conclusion", "map", "numbers", "judgement"]
+    """Question, scenario, conclusion with what its interval lacks, numbers, map, judgement, signature; the annex."""
+    order = ["question", "scenario", "conclusion", "numbers", "map", "judgement"]
     order += ["annex", "three_d", "r0-provenance"]
     places = [page[0].index(f'id="{each}"') for each in order]
     assert places == sorted(places)

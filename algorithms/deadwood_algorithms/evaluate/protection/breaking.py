@@ -108,7 +108,7 @@ def break_trees(
             trees[row].append(int(following[row]))
         tasks = tasks_without([(row, trees[row]) for row in rows.tolist()])
         following = np.full(following.size, UNBROKEN)
-        what = f"sliding {rows.size} logs without the {number}. tree that each breaks"
+        what = f"sliding {rows.size} logs without tree number {number} that each breaks"
         for task, way in changes_in_order(again, tasks, steps, feedback, what):
             reach[task.rows], following[task.rows] = way.reach, way.tree
     return Broken(reach, trees)
