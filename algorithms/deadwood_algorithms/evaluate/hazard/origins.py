@@ -1,4 +1,4 @@
-"""From where lines are reached, and what ground the logs of a release area pass: counts by cells, and polygons."""
+"""Places from which lines are reached, and what ground the logs of a release area pass: counts by cells, and polygons."""
 
 from __future__ import annotations
 
