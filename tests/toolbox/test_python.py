@@ -97,7 +97,7 @@ def test_the_names_are_those_that_there_are():
 
 
 def test_type_checkers_know_parameters_and_results(tmp_path: Path):
-    """The face that editors see: pyright, on a file of a user."""
+    """What editors see: pyright, on a file of a user."""
     pytest.importorskip("pyright")
     right = """\
         import deadwood_toolbox as dw

@@ -1,4 +1,4 @@
-"""What is told of a scene and of an answer: facts and arrays, in metres from the terrain model's south-west corner."""
+"""What is sent about a scene and an answer: facts and arrays, in metres from the terrain model's south-west corner."""
 
 from __future__ import annotations
 

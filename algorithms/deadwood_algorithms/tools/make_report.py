@@ -149,7 +149,7 @@ def names_of(folders: Sequence[str], given: str | None) -> list[str]:
 
 
 def compared_runs(folders: Sequence[str], sources: Sequence[ReportedRun], feedback: Feedback) -> Comparison:
-    """The comparison of the runs; what cannot be compared is told in the page."""
+    """The comparison of the runs; what cannot be compared is reported in the page."""
     from deadwood_algorithms.evaluate.scenarios.maps import difference_map
     from deadwood_algorithms.evaluate.scenarios.measures import compared_rows
     from deadwood_algorithms.evaluate.scenarios.paired_runs import differing, read_compared

@@ -17,7 +17,7 @@ from deadwood_algorithms.stats.statistics import percent, percent_of, reach_reco
 
 FEW_LOGS = 100
 
-SHOWN = 6  # coefficients of which that is told
+SHOWN = 6  # coefficients for which that is reported
 
 
 def warn_of_cells(cell: float, feedback: Feedback) -> None:

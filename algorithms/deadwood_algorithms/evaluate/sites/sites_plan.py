@@ -1,4 +1,4 @@
-"""What the sites of a region will take, told from those that were looked at."""
+"""What the sites of a region will take, estimated from those that were looked at."""
 
 from __future__ import annotations
 
