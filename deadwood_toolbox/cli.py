@@ -29,7 +29,13 @@ import click
 from deadwood_algorithms.params.tool import VERSION, Cancelled, Outcome, Tool, UserError, manifest
 from deadwood_toolbox import collector, parameters, shelf
 from deadwood_toolbox.commands import Answer, Job, build
-from deadwood_toolbox.environment import drop_foreign_paths, refuse_no_threads, refuse_small_address_space, stay_offline
+from deadwood_toolbox.environment import (
+    drop_foreign_paths,
+    keep_cache_small,
+    refuse_no_threads,
+    refuse_small_address_space,
+    stay_offline,
+)
 from deadwood_toolbox.feedback import Speaker, clock, printable
 from deadwood_toolbox.interrupt import INTERRUPTED, LATE, MESSAGE, deaf, interruptible
 
@@ -71,6 +77,7 @@ def run(arguments: Sequence[str], tools: Sequence[Tool] | None = None) -> int:
     """Carry out one command line and return its exit status; for tests, ``tools`` takes the shelf's place."""
     dropped = drop_foreign_paths(os.environ)
     stay_offline(os.environ)
+    keep_cache_small(os.environ)
     speaker = Speaker("json" if _wants_json(arguments) else "auto")
     verbose = "--verbose" in arguments
     try:

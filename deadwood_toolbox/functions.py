@@ -956,7 +956,7 @@ def add_structures(
         Kind of structure, where the layer has none.
     height_m : m, > 0
         Height of the crest above the ground, or depth of a ditch, where the layer has none.
-    elevation_m : m
+    elevation_m : m, -500 <= x <= 9000
         Elevation of the crest or bottom, where the layer has none. Overrides the height.
     elevation_from_z : optional
         Take the elevation from the Z of the lines' vertices.
@@ -1162,6 +1162,7 @@ def slide_logs(
     outline_every_s: float = 0.25,
     geoparquet: bool = False,
     report: bool = False,
+    language: Literal["en", "de", "fr", "it"] = "en",
     output: str | os.PathLike[str] | None = None,
     overwrite: bool = False,
     progress: bool = False,
@@ -1346,6 +1347,8 @@ def slide_logs(
         that work on very many rows.
     report : optional
         Add a report to the run. One page with maps, figures, tables and a 3-D view: report.html (make-report).
+    language : one of en, de, fr, it, default en
+        Language of the report and of the QGIS project.
     output : output, optional
         Folder of the run. Without it, in a temporary folder that lasts as long as the result.
     overwrite : optional
@@ -1432,6 +1435,7 @@ def run_sites(
     outline_every_s: float = 0.25,
     geoparquet: bool = False,
     report: bool = False,
+    language: Literal["en", "de", "fr", "it"] = "en",
     output: str | os.PathLike[str] | None = None,
     overwrite: bool = False,
     sites: TableInput | None = None,
@@ -1624,6 +1628,8 @@ def run_sites(
         that work on very many rows.
     report : optional
         Add one page of the first 12 sites. report.html (make-report).
+    language : one of en, de, fr, it, default en
+        Language of the report and of the QGIS project.
     output : output, optional
         Folder of all runs. Without it, in a temporary folder that lasts as long as the result.
     overwrite : optional

@@ -110,6 +110,7 @@ class ToolAlgorithm(QgsProcessingAlgorithm):
     ) -> dict[str, Any]:
         inputs: Inputs = self.inputs  # type: ignore[assignment]  # made by prepareAlgorithm, without which none runs
         try:
+            inputs.write_copies(feedback)
             arguments = [self.told["name"], *inputs.arguments]
             said = child.run(arguments, feedback, lambda line: help_text.labelled(line, self.told))
         except QgsProcessingException as error:

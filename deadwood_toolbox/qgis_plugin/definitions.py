@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from qgis.core import (
+    QgsApplication,
     QgsProcessing,
     QgsProcessingOutputDefinition,
     QgsProcessingOutputFile,
@@ -132,10 +133,16 @@ def _choice(declared: dict[str, Any], name: str, label: str, optional: bool) -> 
         name,
         label,
         options=list(declared["choices"]),
-        defaultValue=declared["default"],
+        defaultValue=proposed(declared),
         optional=optional,
         usesStaticStrings=True,
     )
+
+
+def proposed(declared: dict[str, Any]) -> Any:
+    """The default of a choice: what the tool has, but pages come in QGIS's language, where there are such."""
+    language = QgsApplication.locale()[:2]
+    return language if declared["name"] == "language" and language in declared["choices"] else declared["default"]
 
 
 def _folder(declared: dict[str, Any], name: str, label: str, optional: bool) -> QgsProcessingParameterDefinition:

@@ -30,7 +30,7 @@ from qgis.core import (
 )
 
 from . import raster_copy
-from .definitions import LAYER, is_hidden
+from .definitions import LAYER, is_hidden, proposed
 from .language import _
 
 LAYERNAME = "|layername="
@@ -63,6 +63,7 @@ class Inputs:
         self.layers: list[tuple[dict[str, Any], QgsMapLayer | str]] = []
         self.folders: list[str] = []
         self.saved: dict[str, str] = {}  # file made for the tool -> name of its layer
+        self.copies: list[tuple[str, raster_copy.Copy]] = []  # layers' names, and what is to be written of them
         self.crs_of_map = ""
         self.to_load: dict[str, QgsProcessingContext.LayerDetails] = {}  # by path, the files that the user wants opened
 
@@ -138,7 +139,7 @@ class Inputs:
     def _plain(self, declared: dict[str, Any], name: str) -> str:
         """Numbers and words, as given where that can be: the tool's own line is the clearest on a wrong one."""
         default = declared["default"]
-        value = self.parameters.get(name, default)
+        value = self.parameters.get(name, proposed(declared))
         if isinstance(value, QgsProperty):
             value = value.valueAsString(self.context.expressionContext())[0]
         if declared["widget"] == "choice" and isinstance(value, int):
@@ -146,7 +147,7 @@ class Inputs:
         if value is None or value == "" or value == default:
             return ""
         if isinstance(value, (list, tuple)):
-            value = ",".join(map(str, value))
+            value = ",".join(each_place(value))
         if declared["widget"] == "integer" and isinstance(value, float) and value.is_integer():
             return str(int(value))
         return repr(value) if isinstance(value, float) else str(value)
@@ -225,16 +226,24 @@ class Inputs:
         return os.path.abspath(path)
 
     def _save_raster(self, declared: dict[str, Any], layer: QgsRasterLayer, why: list[str]) -> str:
-        path = QgsProcessingUtils.generateTempFilename(f"{_plain_name(layer)}.tif")
-        provider = layer.dataProvider()
+        """A file of the raster for the tool: at once where it can be a virtual one, else written by `write_copies`."""
+        provider, name = layer.dataProvider(), _plain_name(layer)
         if provider is None or not provider.xSize() or not provider.ySize():
             message = _("{label}: the layer '{layer}' is not in a file; save it as GeoTIFF first (Export > Save As)")
             raise QgsProcessingException(message.format(label=declared["label"], layer=layer.name()))
-        if not raster_copy.write(layer, path):
-            message = _("{label}: the layer '{layer}' could not be saved")
-            raise QgsProcessingException(message.format(label=declared["label"], layer=layer.name()))
+        path = QgsProcessingUtils.generateTempFilename(f"{name}.vrt")
+        if layer.providerType() != "gdal" or not raster_copy.view(layer, path):
+            path = QgsProcessingUtils.generateTempFilename(f"{name}.tif")
+            self.copies.append((layer.name(), raster_copy.copy_of(layer, path)))
         self._tell_saved(layer, path, why)
         return path
+
+    def write_copies(self, feedback: QgsProcessingFeedback) -> None:
+        """Write what no virtual raster can be, in the thread that waits for the tool, not in that of the window."""
+        for name, copy in self.copies:
+            feedback.pushInfo(_("{layer}: being saved").format(layer=name))
+            if not copy.write(feedback):
+                raise QgsProcessingException(_("{layer}: could not be saved").format(layer=name))
 
     def _tell_saved(self, layer: QgsMapLayer, path: str, why: list[str]) -> None:
         self.saved[path] = layer.name()
@@ -256,6 +265,13 @@ class Inputs:
             raise QgsProcessingException(message.format(layer=layer.name(), why=outcome[1]))
         self._tell_saved(layer, path, why)
         return path
+
+
+def each_place(told: Any) -> list[str]:
+    """The parts of a text with commas, or of a list, also of lists, as models make them."""
+    if isinstance(told, (list, tuple)):
+        return [place for each in told for place in each_place(each)]
+    return [each.strip() for each in ("" if told is None else str(told)).split(",") if each.strip()]
 
 
 def _file_of(layer: QgsVectorLayer) -> str:

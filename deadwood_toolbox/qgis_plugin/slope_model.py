@@ -8,7 +8,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from qgis.core import QgsProcessingAlgorithm, QgsProcessingContext, QgsProcessingModelAlgorithm
+from qgis.core import (
+    QgsProcessingAlgorithm,
+    QgsProcessingContext,
+    QgsProcessingModelAlgorithm,
+    QgsProcessingModelChildParameterSource,
+)
 from qgis.PyQt.QtGui import QIcon
 
 from .finding import HERE
@@ -45,6 +50,11 @@ class SlopeToReport(QgsProcessingModelAlgorithm):
     def __init__(self) -> None:
         super().__init__()
         self.fromFile(str(FILE))
+        for step in ("slide", "report"):  # whose pages come in QGIS's language, as from their own dialogs
+            child = self.childAlgorithm(step)
+            language = child.algorithm().parameterDefinition("LANGUAGE").defaultValue()
+            child.addParameterSources("LANGUAGE", [QgsProcessingModelChildParameterSource.fromStaticValue(language)])
+            self.setChildAlgorithm(child)
 
     def createInstance(self) -> QgsProcessingAlgorithm:
         return SlopeToReport()

@@ -5,9 +5,10 @@ Few logs and the draft fidelity: what is written matters here, not how well it i
 
 from __future__ import annotations
 
+import contextlib
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +16,11 @@ import geopandas as gpd
 import numpy as np
 import pyarrow.parquet as parquet
 import pyogrio
+import pytest
 import rasterio
 import shapely
 from explore_case import opened
+from matplotlib.figure import Figure
 
 from deadwood_algorithms.files import styles
 from deadwood_algorithms.params.tool import Tool
@@ -26,6 +29,7 @@ from deadwood_toolbox.shelf import find
 
 SAMPLE = Path(__file__).parents[2] / "sample_data"
 DEM = str(SAMPLE / "dem.tif")
+EDGE_IN = 0.02  # of a figure, over which a hair of a letter may reach
 
 
 def sample(layer: str) -> str:
@@ -40,6 +44,34 @@ class Found:
     place: str
     path: Path
     layer: str = ""
+
+
+@dataclass
+class Pictures:
+    """The figures that tools save: their names, and of those whose words reach over the edge what and how far."""
+
+    seen: list[str] = field(default_factory=list)
+    over: list[tuple[str, Any, Any]] = field(default_factory=list)
+
+    @contextlib.contextmanager
+    def watched(self) -> Iterator[None]:
+        """While tools run: look at each figure before it is saved."""
+        save = Figure.savefig
+
+        def look(figure: Figure, place: Any, **more: Any) -> None:
+            if isinstance(place, (str, Path)):
+                name = "/".join(Path(place).parts[-2:])
+                self.seen.append(name)
+                figure.draw_without_rendering()
+                box, size = figure.get_tightbbox(), figure.get_size_inches()
+                cut = min(box.x0, box.y0) < -EDGE_IN or (box.max > size + EDGE_IN).any()
+                if cut and more.get("bbox_inches") != "tight":
+                    self.over.append((name, box.extents.round(2).tolist(), size.tolist()))
+            save(figure, place, **more)
+
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(Figure, "savefig", look)
+            yield
 
 
 def run_every_tool(folder: Path) -> list[Found]:

@@ -186,7 +186,8 @@ def steps() -> Iterator[int]:
     if SHOTS:
         settings = QgsLayoutExporter.ImageExportSettings()
         settings.dpi = 100
-        sheet = QgsProject.instance().layoutManager().layouts()[0]
+        sheets = QgsProject.instance().layoutManager().layouts()
+        sheet = next(each for each in sheets if each.name().endswith("landscape"))
         QgsLayoutExporter(sheet).exportToImage(f"{SHOTS}/layout.png", settings)
     controller = iface.mapCanvas().temporalController()
     seen["frames"] = controller.totalFrameCount()

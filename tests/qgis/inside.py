@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import os
 import sys
+import threading
 import time
 from typing import Any
 
@@ -34,6 +35,7 @@ application = QgsApplication([], False)
 application.initQgis()
 sys.path.insert(0, PLUGINS)
 import deadwood  # noqa: E402
+from deadwood import raster_copy  # noqa: E402
 
 plugin = deadwood.classFactory(None)
 plugin.initProcessing()
@@ -150,6 +152,12 @@ def assess(case: str, terrain: Any) -> None:
 
 for case in ("heights", "heights_with_holes", "heights_with_pits"):
     assess(f"{case}_in_the_file", f"{WORK}/{case}.tif")
+pitted = QgsRasterLayer(f"{WORK}/heights_with_pits.tif", "Heights with pits that are none")
+pitted.dataProvider().setUserNoDataValue(1, [QgsRasterRange(-500.0, -500.0)])
+assess("pits_named_in_the_map", pitted)
+several = QgsRasterLayer(f"{WORK}/heights_with_kinds_of_pits.tif", "Heights with three kinds of pits")
+several.dataProvider().setUserNoDataValue(1, [QgsRasterRange(each, each) for each in (-500.0, -600.0)])
+assess("kinds_of_pits_named_in_the_map", several)
 holed = QgsRasterLayer(f"{WORK}/heights.tif", "Heights with holes of the map")
 holed.dataProvider().setUserNoDataValue(1, [QgsRasterRange(1150.0, 1180.0), QgsRasterRange(1300.0, 1301.0)])
 assess("heights_with_holes_in_the_map", holed)
@@ -192,6 +200,19 @@ def run_as_a_dialog_does(name: str, **parameters: Any) -> dict[str, Any]:
     }}  # fmt: skip
 
 
+in_window: list[bool] = []
+write = raster_copy.Copy.write
+
+
+def watched(self: raster_copy.Copy, feedback: QgsProcessingFeedback) -> bool:
+    in_window.append(threading.current_thread() is threading.main_thread())
+    return write(self, feedback)
+
+
+raster_copy.Copy.write = watched
+given = {"FRICTION": 0.25, "THRESHOLD": 0.35, "OUTPUT": f"{WORK}/copied_in_a_thread.tif"}
+outcomes["copied_in_a_thread"] = run_as_a_dialog_does("assessmobilisation", DEM=holed, **given)
+outcomes["copied_in_a_thread"]["in_window"] = in_window
 opened = QgsProcessingOutputLayerDefinition(f"{WORK}/in_a_thread.gpkg", project)
 opened.destinationName = "Releases"
 outcomes["in_a_thread"] = run_as_a_dialog_does(

@@ -35,10 +35,12 @@ def write_heights(folder: Path) -> None:
         facts = {"driver": "GTiff", "dtype": "float32", "count": 1, "crs": sample.crs, "transform": sample.transform}
     holes = ((heights >= 1150.0) & (heights <= 1180.0)) | ((heights >= 1300.0) & (heights <= 1301.0))
     pits = np.where(holes, -500.0, heights)
+    kinds = np.where(holes & (heights < 1160.0), -600.0, np.where(holes & (heights > 1300.0), -700.0, pits))
     for name, values, nodata, unit in (
         ("heights", heights, None, "metre"),
         ("heights_with_holes", pits, -500.0, "metre"),
         ("heights_with_pits", pits, None, "metre"),
+        ("heights_with_kinds_of_pits", kinds, -700.0, "metre"),
         ("heights_in_feet", heights, None, "ft"),
     ):
         size = {"height": heights.shape[0], "width": heights.shape[1]}
@@ -55,7 +57,7 @@ def told(qgis, tmp_path_factory: pytest.TempPathFactory) -> dict:
     write_dem(work / "unnamed.tif", None, 2_786_000.0, 1_196_400.0, 1.0)
     write_heights(work)
     words = [SYSTEM_PYTHON, HERE / "inside.py", SAMPLE, work, qgis.folder / "plugins"]
-    ran = subprocess.run(words, env=qgis.environment, capture_output=True, text=True, timeout=200)
+    ran = subprocess.run(words, env=qgis.environment, capture_output=True, text=True, timeout=400)
     line = next((each for each in ran.stdout.splitlines() if each.startswith("JSON")), None)
     assert line is not None, ran.stdout[-2000:] + ran.stderr[-3000:]
     return json.loads(line.removeprefix("JSON")) | {"work": work}
@@ -114,6 +116,9 @@ def test_a_crs_that_only_the_map_knows_is_passed_on(told):
     ("case", "like", "why"),
     [
         ("heights_with_holes_in_the_map", "heights_with_holes", "the cells without data that its properties name"),
+        ("copied_in_a_thread", "heights_with_holes", "the cells without data that its properties name"),
+        ("pits_named_in_the_map", "heights_with_holes", "the cells without data that its properties name"),
+        ("kinds_of_pits_named_in_the_map", "heights_with_holes", "the cells without data that its properties name"),
         ("nodata_switched_off", "heights_with_pits", "the nodata of the file, which its properties switch off"),
     ],
 )
@@ -126,6 +131,19 @@ def test_nodata_of_the_layers_properties_is_what_the_tool_gets(told, case, like,
         assert (np.ma.getmaskarray(each) != np.ma.getmaskarray(other)).sum() > 1000
     assert (np.ma.getmaskarray(made) == np.ma.getmaskarray(of_file)).all()
     assert (made.filled(0.0) == of_file.filled(0.0)).all()
+
+
+def test_a_raster_is_copied_only_where_it_must_be_and_not_in_the_windows_thread(told):
+    """Single values without data are a virtual raster over the file, however large it is; ranges are a copy."""
+    assert told["copied_in_a_thread"]["in_window"] == [False]
+    for case, copied in (
+        ("heights_with_holes_in_the_map", True),
+        ("pits_named_in_the_map", False),
+        ("kinds_of_pits_named_in_the_map", False),
+        ("nodata_switched_off", False),
+        ("crs_of_the_map_for_a_raster", False),
+    ):
+        assert any("being saved" in line for line in told[case]["said"]) == copied, case
 
 
 OTHER = {"heights_with_holes": "heights_in_the_file", "heights_with_pits": "heights_with_holes_in_the_file"}

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+
 import pytest
 
 from deadwood_algorithms.params.tool import UserError
-from deadwood_toolbox.environment import refuse_no_threads
+from deadwood_toolbox.environment import CACHE_MB, keep_cache_small, refuse_no_threads
 
 
 @pytest.mark.parametrize("given", ["0", "-2", " 0 "])
@@ -19,3 +23,26 @@ def test_no_thread_at_all_is_refused(given):
 def test_other_numbers_and_what_the_compiler_ignores_are_not(given):
     refuse_no_threads({"NUMBA_NUM_THREADS": given})
     refuse_no_threads({})
+
+
+@pytest.mark.parametrize(("given", "megabytes"), [({}, CACHE_MB), ({"GDAL_CACHEMAX": "64"}, 64)])
+def test_gdal_keeps_no_more_of_rasters_than_it_is_told(given, megabytes, tmp_path):
+    """Asked of GDAL itself: 400 MB are read, and what the process has grown by is the cache and 150 MB at most."""
+    environ = {name: value for name, value in os.environ.items() if name != "GDAL_CACHEMAX"} | given
+    keep_cache_small(environ)
+    code = """
+import resource, sys
+import numpy as np, rasterio
+from rasterio.windows import Window
+profile = dict(driver="GTiff", width=10240, height=10240, count=1, dtype="float32", tiled=True, sparse_ok=True)
+rasterio.open(sys.argv[1], "w", **profile).close()
+with rasterio.open(sys.argv[1]) as source:
+    source.read(1, window=Window(0, 0, 256, 256))
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    for top in range(0, 10240, 256):
+        source.read(1, window=Window(0, top, 10240, 256))
+    print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) // 1024)
+"""
+    command = [sys.executable, "-W", "ignore", "-c", code, str(tmp_path / "a.tif")]
+    done = subprocess.run(command, env=environ, capture_output=True, text=True, timeout=120, check=True)
+    assert megabytes - 64 < int(done.stdout) < megabytes + 150

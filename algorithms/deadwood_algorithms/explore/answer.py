@@ -293,8 +293,12 @@ def changed_scene(layers: SceneLayers, changes: Changes) -> SceneLayers:
             x, y, dbh_cm, height = changes.plant.T
             scene = scene.with_trees(layers.with_capacity(layers.trees.then(Trees(x, y, dbh_cm / 100.0, height))))
         if changes.barriers:
-            vertices, starts, sizes = joined_lines(layers.plates.vertices, layers.plates.starts, changes.barriers)
-            scene = scene.with_barriers(Barriers(vertices, starts, np.concatenate([layers.plates.height, sizes])))
+            vertices, starts, sizes = joined_lines(
+                layers.engine_barriers.vertices, layers.engine_barriers.starts, changes.barriers
+            )
+            scene = scene.with_barriers(
+                Barriers(vertices, starts, np.concatenate([layers.engine_barriers.height, sizes]))
+            )
         if changes.lying_logs:
             own = layers.lying_logs
             vertices, starts, cm = joined_lines(own.vertices, own.starts, changes.lying_logs)

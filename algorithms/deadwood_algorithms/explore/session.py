@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from deadwood_algorithms.explore.answer import Answer, Stale, changed_scene
+from deadwood_algorithms.explore.facts import BEFORE, VARIANTS, difference_frame, hits_frame, poses_frame
 from deadwood_algorithms.explore.frames import Frame
 from deadwood_algorithms.explore.questions import (
     MOST_POSED,
@@ -27,7 +28,6 @@ from deadwood_algorithms.explore.questions import (
     whole_in,
 )
 from deadwood_algorithms.explore.released import releases_layer
-from deadwood_algorithms.explore.told import BEFORE, VARIANTS, difference_frame, hits_frame, poses_frame
 from deadwood_algorithms.params.tool import Cancelled, Quiet, UserError
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import releases_of

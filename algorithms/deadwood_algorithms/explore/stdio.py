@@ -18,11 +18,11 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
+from deadwood_algorithms.explore.facts import scene_frame
 from deadwood_algorithms.explore.frames import Frame, message_of, refusal
 from deadwood_algorithms.explore.kept import Keeper
 from deadwood_algorithms.explore.relief import Relief
 from deadwood_algorithms.explore.session import Session
-from deadwood_algorithms.explore.told import scene_frame
 from deadwood_algorithms.params.tool import UserError
 
 LENGTH_BYTES = 4  # of the length before a frame

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -10,6 +11,12 @@ from pyproj.exceptions import CRSError, ProjError
 
 from deadwood_algorithms.params.tool import UserError
 
+# A CRS is used beyond its area: UTM zone 32 for all of Germany, which reaches 3 degrees farther.
+AREA_MARGIN_DEG = 5.0
+EXCHANGED = (
+    "x and y are exchanged (in Swiss and Austrian surveys Y is the easting): name the fields, --x-field for the "
+    "easting and --y-field for the northing, or exchange them in the layer"
+)
 LV03_TO_LV95 = (2_000_000.0, 1_000_000.0)  # what LV95 adds to LV03 [m]; true within 2 m
 
 
@@ -98,6 +105,27 @@ def accuracy_words(source: pyproj.CRS, target: pyproj.CRS, bounds: Sequence[floa
     return "accurate to the millimetre" if accuracy == 0 else f"accurate to about {accuracy:g} m"
 
 
+def near_its_area(crs: pyproj.CRS, x: float, y: float) -> bool:
+    """Whether a place [m] is in the area in which its CRS is used, or not far beyond; true where no area is known."""
+    code = crs.to_epsg()
+    area = crs.area_of_use or (pyproj.CRS.from_epsg(code).area_of_use if code else None)
+    if area is None:
+        return True
+    longitude, latitude = pyproj.Transformer.from_crs(crs, crs.geodetic_crs, always_xy=True).transform(x, y)
+    width, beyond = (area.east - area.west) % 360.0, AREA_MARGIN_DEG  # some areas hold the date line
+    east_of_west = (longitude - area.west + beyond) % 360.0 if math.isfinite(longitude) else math.inf
+    within = math.isfinite(latitude) and area.south - beyond <= latitude <= area.north + beyond
+    return within and (width == 0.0 or east_of_west <= width + 2.0 * beyond)
+
+
+def swiss_code(x: float, y: float) -> str:
+    """The CRS of Switzerland, new or old, whose numbers these look like; else nothing."""
+    for code, (east, north) in (("EPSG:2056", LV03_TO_LV95), ("EPSG:21781", (0.0, 0.0))):
+        if 480_000 < x - east < 840_000 and 70_000 < y - north < 300_000:
+            return code
+    return ""
+
+
 def misplacement(x: np.ndarray, y: np.ndarray, bounds: tuple[float, float, float, float]) -> str:
     """The usual mistake, and its fix, by which places [m] are off ``bounds`` (west, south, east, north); or nothing.
 
@@ -109,13 +137,25 @@ def misplacement(x: np.ndarray, y: np.ndarray, bounds: tuple[float, float, float
         return float(np.mean((e >= west) & (e <= east) & (n >= south) & (n <= north))) > 0.5
 
     easting, northing = LV03_TO_LV95
-    swap = "x and y are exchanged (in Swiss and Austrian surveys Y is the easting): "
-    swap += "name the fields, --x-field for the easting and --y-field for the northing, or exchange them in the layer"
     for e, n, exchanged in ((x, y, False), (y, x, True)):
         for shift, code in ((0.0, ""), (1.0, "EPSG:21781"), (-1.0, "EPSG:2056")):
             if (exchanged or shift) and lie(e + shift * easting, n + shift * northing):
-                system = (
-                    f"these are coordinates of {code}: --crs {code}, if the layer holds no CRS; else define it again"
-                )
-                return "; ".join(each for each in (swap if exchanged else "", system if code else "") if each)
+                return "; ".join((*[EXCHANGED][:exchanged], *[_of_another(code)][: bool(code)]))
     return ""
+
+
+def misnamed(crs: pyproj.CRS, x: np.ndarray, y: np.ndarray) -> str:
+    """The same without a DEM: by which mistake places [m] are nowhere near the area of their CRS; or nothing."""
+    east, north = float(np.nanmedian(x)), float(np.nanmedian(y))
+    if near_its_area(crs, east, north):
+        return ""
+    likely = swiss_code(east, north)
+    if near_its_area(crs, north, east):
+        fix = EXCHANGED
+    else:
+        fix = _of_another(likely) if likely and likely != crs_name(crs) else "name the CRS that its supplier states"
+    return f"{east:.0f}, {north:.0f} is nowhere near the area of {crs_name(crs)}; {fix}"
+
+
+def _of_another(code: str) -> str:
+    return f"these are coordinates of {code}: --crs {code}, if the layer holds no CRS; else define it again"

@@ -18,7 +18,16 @@ from rasterio.enums import ColorInterp
 from rasterio.transform import Affine
 
 from deadwood_algorithms.files import remedies
-from deadwood_algorithms.files.crs import LOCAL_CRS, LV03_TO_LV95, crs_name, horizontal, is_local, parse_crs, same_crs
+from deadwood_algorithms.files.crs import (
+    LOCAL_CRS,
+    crs_name,
+    horizontal,
+    is_local,
+    near_its_area,
+    parse_crs,
+    same_crs,
+    swiss_code,
+)
 from deadwood_algorithms.files.input_files import tiles_of
 from deadwood_algorithms.files.rasters import is_raster, open_raster, refuse_cut_off
 from deadwood_algorithms.files.tiles import Mosaic, Tile
@@ -31,8 +40,6 @@ FEET = ("ft", "ftus", "us-ft", "us_ft", "ftintl")  # how a band calls them
 # Projections of the whole world, true to scale at the equator alone, and how much of that is let pass.
 WORLD_METHODS = ("Popular Visualisation", "Mercator (", "Equidistant Cylindrical", "Pseudo Plate")
 STRETCH_ALLOWED = 0.01
-# A CRS is used beyond its area: UTM zone 32 for all of Germany, which reaches 3 degrees farther.
-AREA_MARGIN_DEG = 5.0
 
 
 LEAST_CELL_M, MOST_CELL_M = 0.000999, 10_000.0  # what is finer or coarser than any terrain model is a slip
@@ -136,24 +143,11 @@ def _refuse_crs(crs: pyproj.CRS, source: Any, path: str | Path, given: str | Non
 def _warn_of_place(crs: pyproj.CRS, source: Any, path: str | Path, feedback: Feedback) -> None:
     """Warn of a CRS that is not used anywhere near where it puts the DEM: it was named by mistake, or for want of
     another, as of a local survey. Its cells are right in any case, layers in other CRS are not."""
-    code = crs.to_epsg()
-    area = crs.area_of_use or (pyproj.CRS.from_epsg(code).area_of_use if code else None)
-    if area is None:
+    x, y = _middle(source)
+    if near_its_area(crs, x, y):
         return
-    to_degrees = pyproj.Transformer.from_crs(crs, crs.geodetic_crs, always_xy=True)
-    x, y = (source.bounds.left + source.bounds.right) / 2, (source.bounds.bottom + source.bounds.top) / 2
-
-    def lies_in(x: float, y: float, to_degrees: pyproj.Transformer, area: Any) -> bool:
-        longitude, latitude = to_degrees.transform(x, y)
-        width, beyond = (area.east - area.west) % 360.0, AREA_MARGIN_DEG  # some areas hold the date line
-        east_of_west = (longitude - area.west + beyond) % 360.0 if math.isfinite(longitude) else math.inf
-        within = math.isfinite(latitude) and area.south - beyond <= latitude <= area.north + beyond
-        return within and (width == 0.0 or east_of_west <= width + 2.0 * beyond)
-
-    if lies_in(x, y, to_degrees, area):
-        return
-    likely = _code_by_numbers(source, "")
-    if lies_in(y, x, to_degrees, area):
+    likely = swiss_code(x, y)
+    if near_its_area(crs, y, x):
         fix = "its x and y are exchanged (in Swiss and Austrian surveys Y is the easting): exchange them in its header"
     elif likely and likely != crs_name(crs):
         fix = f"its coordinates look like those of {likely}"
@@ -165,13 +159,13 @@ def _warn_of_place(crs: pyproj.CRS, source: Any, path: str | Path, feedback: Fee
     )
 
 
-def _code_by_numbers(source: Any, other: str = "EPSG:25832, with the code that its supplier states") -> str:
-    """The CRS whose numbers these look like: of Switzerland, new or old; else ``other``."""
-    x, y = (source.bounds.left + source.bounds.right) / 2, (source.bounds.bottom + source.bounds.top) / 2
-    for code, (east, north) in (("EPSG:2056", LV03_TO_LV95), ("EPSG:21781", (0.0, 0.0))):
-        if 480_000 < x - east < 840_000 and 70_000 < y - north < 300_000:
-            return code
-    return other
+def _middle(source: Any) -> tuple[float, float]:
+    return (source.bounds.left + source.bounds.right) / 2, (source.bounds.bottom + source.bounds.top) / 2
+
+
+def _code_by_numbers(source: Any) -> str:
+    """The CRS whose numbers these look like: of Switzerland, new or old; else one as an example."""
+    return swiss_code(*_middle(source)) or "EPSG:25832, with the code that its supplier states"
 
 
 def _refuse_stretched(crs: pyproj.CRS, source: Any, path: str | Path, given: str | None) -> None:

@@ -303,6 +303,11 @@ class WindowWriter:
         for of_band, band in zip(self.statistics, values, strict=False):
             of_band.take(band)
 
+    def leave_out(self, cells: int) -> None:
+        """Count cells that hold nothing and are not written: of a sparse file their tiles read as nodata, or as 0."""
+        for of_band in self.statistics:
+            of_band.cells += cells
+
     def __enter__(self) -> WindowWriter:
         return self
 

@@ -51,7 +51,7 @@ def without_ground(heights: NDArray[np.floating], cell: float) -> NDArray[np.boo
     with np.errstate(invalid="ignore"):
         bad = (heights < LOWEST_M) | (heights > HIGHEST_M)
     outside = ~np.isfinite(heights)
-    if not (bad.any() or outside.any()):
+    if outside.all() or not (bad.any() or outside.any()):
         return bad
     mixed = bad & (np.abs(heights) <= FARTHEST_M)
     drop = max(MIXED_DROP_M, MIXED_SLOPE * cell)

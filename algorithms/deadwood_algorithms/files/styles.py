@@ -156,11 +156,16 @@ def _reach(frame: geopandas.GeoDataFrame, kind: str) -> Style:
     return Style(qml.graduated("p", rows) + qml.labels(text), labelled=True)
 
 
+def _percent(column: str) -> str:
+    """An expression for a share in percent with two digits, as the report has it."""
+    return f'format_number(100 * "{column}", if("{column}" < 0.0995, 1, 0))'
+
+
 # As `percent_with_interval` says it: no log, and every log, is a bound and no number.
 _SHARE = (
-    'CASE WHEN "n_reach" = 0 THEN \'< \' || format_number(100 * "ci_high", 1) '
-    'WHEN "n_reach" = "n_total" THEN \'> \' || format_number(100 * "ci_low", 1) '
-    'ELSE format_number(100 * "p", 1) END'
+    f"CASE WHEN \"n_reach\" = 0 THEN '< ' || {_percent('ci_high')} "
+    f'WHEN "n_reach" = "n_total" THEN \'> \' || {_percent("ci_low")} '
+    f"ELSE {_percent('p')} END"
 )
 
 

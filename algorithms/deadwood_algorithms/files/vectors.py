@@ -127,7 +127,9 @@ def read_vector(
     for words in rows.attrs.get("notes", ()):
         feedback.note(f"{where}: {words}")
     if rows.empty:
-        raise UserError(f"{where}: the {what} layer is empty (no feature)")
+        full = rows.attrs.get("full_layers")
+        fix = f"; the file has features in another: {', '.join(full)}" if full else ""
+        raise UserError(f"{where}: the {what} layer is empty (no feature){fix}")
     frame = rows if isinstance(rows, gpd.GeoDataFrame) and not xy_fields else _shapes_of_table(rows, what, xy_fields)
     frame.geometry = _welcome(frame.geometry, geometry, what, where, feedback)
     frame = _in_crs(frame, target_crs, crs, what, where, feedback)
@@ -159,6 +161,7 @@ def read_table(path: str | Path, *, what: str, geometry: Sequence[str] = ()) -> 
             layer = _layer_of(name, layer, what, geometry, place)
             _refuse_too_many_rows(name, layer, what, place)
             frame = _read_features(name, layer, place)
+            others = _layers_that_hold_rows(place) if frame.empty else []
     except (DataSourceError, DataLayerError, FeatureError, CRSError, UnicodeDecodeError) as error:
         raise UserError(
             f"{name}: the {what} file is no vector layer that can be read ({_reason(name, error)})"
@@ -175,6 +178,7 @@ def read_table(path: str | Path, *, what: str, geometry: Sequence[str] = ()) -> 
     single = Path(name).suffix.lower() not in (".gpkg", ".gdb", ".sqlite", ".kml", ".gpx")
     frame = frame.reset_index(drop=True)
     frame.attrs["where"] = name if single else f"{name}, layer '{layer}'"
+    frame.attrs["full_layers"] = [f"'{name}|layername={each}'" for each in others]
     return frame
 
 
@@ -344,6 +348,11 @@ def _layer_of(name: str, layer: str, what: str, geometry: Sequence[str], place: 
             f"name one: '{name}|layername={candidates[0]}'"
         )
     return candidates[0]
+
+
+def _layers_that_hold_rows(place: Path) -> list[str]:
+    names = [str(each) for each, _ in pyogrio.list_layers(place) if each != styles.TABLE]
+    return [each for each in names if _holds_rows(place, each)]
 
 
 def _holds_rows(place: Path, layer: str) -> bool:

@@ -49,7 +49,7 @@ def draw_hits(path: Path, title: str, panels: Sequence[tuple[str, Path, str, Map
                     size = (frame["dbh_cm"].to_numpy() / 60.0) ** 2
                     axis.scatter(frame.geometry.x, frame.geometry.y, s=size, color=TREE, linewidths=0, alpha=0.7)
                 else:
-                    frame.plot(ax=axis, color=LINES[kind], linewidth=1.6, markersize=26, zorder=4)
+                    frame.plot(ax=axis, color=LINES[kind], linewidth=1.6, markersize=9, zorder=4)
         axis.set(xlim=(west, east), ylim=(south, north), xticks=[], yticks=[], xlabel="", ylabel="", aspect="equal")
         axis.set_title(name, fontsize=10, loc="left")
         scale_and_north(axis)
@@ -94,9 +94,9 @@ def draw_sweeps(path: Path, sweeps: Mapping[float, Sequence[Mapping[str, Any]]],
     """Reach against friction, one line for each cell size."""
     figure, axes = plt.subplots(figsize=(7, 4.2))
     axes.axvspan(0.2, 0.3, color=RUNS[0], alpha=0.12, label="the paper's range, 0.5 m cells")
-    for (cell, rows), mark in zip(sorted(sweeps.items()), "os^Dv", strict=False):
+    for (cell, rows), mark, colour in zip(sorted(sweeps.items()), "os^Dv", RUNS, strict=False):
         axes.plot([row["friction"] for row in rows], [100 * row[f"reach_{road}"] for row in rows], f"{mark}-",
-                  label=f"{cell:g} m cells")  # fmt: skip
+                  color=colour, label=f"{cell:g} m cells")  # fmt: skip
     axes.set(xlabel="friction coefficient", ylabel="logs that reach the road [%]", ylim=(0, None))
     axes.legend(frameon=False)
     figure.savefig(path, dpi=110, bbox_inches="tight")

@@ -14,6 +14,7 @@ from deadwood_algorithms.paper.pictures import draw_hits, draw_jump, draw_sweeps
 from deadwood_algorithms.paper.site_runs import SiteRuns
 from deadwood_algorithms.params.tool import Quiet
 from deadwood_algorithms.results.run_folder import read_run
+from deadwood_algorithms.stats.statistics import percent_with_interval
 
 
 def figures_of(runs: SiteRuns, of: Evidence) -> list[tuple[str, Path]]:
@@ -28,9 +29,9 @@ def figures_of(runs: SiteRuns, of: Evidence) -> list[tuple[str, Path]]:
             over |= {"barriers": layers["barriers"]} if name in ("protected", "barriers") else {}
             over |= {"dams": layers["dams"]} if name == "protected" else {}
             p = of.reach(name)
-            low, high = 100 * p["ci_low"], 100 * p["ci_high"]
-            title = f"{name}: {100 * p['value']:.1f} % ({low:.1f} to {high:.1f}) reach the road"
-            out.append((title, runs.slide(name), runs.terrains[name], over))
+            record = {"p": p["value"], "ci_low": p["ci_low"], "ci_high": p["ci_high"]}
+            share = percent_with_interval({**record, "n_reach": p["value"], "n_total": 1.0})  # none, all, or between
+            out.append((f"{name}: {share} reach the road", runs.slide(name), runs.terrains[name], over))
         return out
 
     sets = {"Fig. 3": ("als", "protected", "random", "none")} if runs.klosters else {

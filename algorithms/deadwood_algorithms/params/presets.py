@@ -425,6 +425,6 @@ def listed() -> Iterator[Listed]:
         yield Listed("design-values", flag_of("rule"), each.name, each.values_shown, each.about, each.source, each.mind)
 
 
-def choices_told(table: Mapping[str, Preset | BarrierClasses | DesignRule]) -> str:
+def choices_help(table: Mapping[str, Preset | BarrierClasses | DesignRule]) -> str:
     """What the names of a table mean, for the help of the option that takes them."""
     return "; ".join(f"{name}: {each.about} ({each.values_shown})" for name, each in table.items()) + "."

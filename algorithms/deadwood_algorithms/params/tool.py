@@ -272,6 +272,14 @@ class Outcome:
     lines: tuple[str, ...] = ()  # printed after the run, for a reader
     status: int = 0  # with which the command ends
 
+    @classmethod
+    def of_folder(
+        cls, output: str, parts: Mapping[str, str], facts: Mapping[str, Any], lines: tuple[str, ...]
+    ) -> Outcome:
+        """Of a tool that makes a folder: itself, and the names of the files in it by what each is."""
+        folder = Path(output)
+        return cls({"output": folder} | {key: folder / name for key, name in parts.items()}, facts, lines)
+
 
 @dataclass(frozen=True)
 class Tool:

@@ -56,7 +56,7 @@ def comparison(sources: Sequence[ReportedRun], compared: Comparison, words: Word
         differ = [
             (
                 words.known(f"model_{name}", name.replace("_", " ")),
-                "; ".join(f"{run}: {told_value(value, words)}" for run, value in values.items()),
+                "; ".join(f"{run}: {shown_value(value, words)}" for run, value in values.items()),
             )
             for name, values in compared.differing.items()
         ]
@@ -73,7 +73,7 @@ def comparison(sources: Sequence[ReportedRun], compared: Comparison, words: Word
     return joined(parts), drawings
 
 
-def told_value(value: Any, words: Words) -> str:
+def shown_value(value: Any, words: Words) -> str:
     """What a parameter was, of a file its name alone: the annex's last section has its path."""
     return words.say("none") if value in (None, "") else Path(str(value)).name
 

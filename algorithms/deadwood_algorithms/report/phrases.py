@@ -7,13 +7,14 @@ What is in braces is filled in by `Words.say`, and escaped with the rest where i
 from __future__ import annotations
 
 from deadwood_algorithms.report.answer_phrases import ANSWER_PHRASES
+from deadwood_algorithms.report.sheet_phrases import QGIS_PHRASES, SHEET_PHRASES
 from deadwood_algorithms.results.modelled import CLAUSES
 
 STOPS = {
     "rest": "at rest on the terrain",
     "tree": "held by a tree",
     "lying_log": "held by a lying log",
-    "block": "held by a block",
+    "block": "held by a boulder",
     "barrier": "held by a barrier",
     "left_dem": "left the terrain model",
     "time_limit": "still moving at the time limit",
@@ -120,10 +121,8 @@ PHRASES = {
     "input_lying_logs": "lying logs",
     "input_blocks": "boulders",
     "map": "Map",
-    "map_caption": (
-        "Share of the logs that pass each cell, over the relief. Coordinates: {crs}, metres. Drag to move, wheel "
-        "or buttons to zoom."
-    ),
+    "map_caption": ("Share of the logs that pass each cell, over the relief. Coordinates: {crs}, metres."),
+    "map_moves": "Drag to move, wheel or buttons to zoom.",
     "danger_note": (
         "Danger of the lines: of the logs that passed a place, the share that reached a line afterwards; empty "
         "where too few passed."
@@ -380,6 +379,8 @@ PHRASES = {
 MESSAGES = (
     PHRASES
     | ANSWER_PHRASES
+    | SHEET_PHRASES
+    | QGIS_PHRASES
     | {f"stop_{name}": stop for name, stop in STOPS.items()}
     | {f"clause_{name}": clause for name, clause in CLAUSES.items()}
 )

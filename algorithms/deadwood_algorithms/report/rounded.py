@@ -10,6 +10,7 @@ from deadwood_algorithms.stats.statistics import decimals_of, percent_with_inter
 from deadwood_algorithms.stats.statistics import percent as share_in_percent
 
 DIGITS = 3  # of a number without an interval
+LEAST = 1e-6  # in any unit of the report: what is below is rounding of the arithmetic, and shown as 0
 NBSP = "\u00a0"
 
 
@@ -17,6 +18,7 @@ def shown_number(value: Any, words: Words, digits: int = DIGITS) -> str:
     """So many significant digits, whole numbers as they are; a dash where there is nothing."""
     if value is None or not math.isfinite(value):
         return "–"
+    value = _zero_if_tiny(value)
     if float(value).is_integer():
         return _grouped(int(value))
     if abs(value) >= 10.0**digits:
@@ -26,6 +28,10 @@ def shown_number(value: Any, words: Words, digits: int = DIGITS) -> str:
     if abs(value) < 1e-3:
         return in_signs(f"{value:.{digits - 1}g}", words)
     return in_signs(f"{value:.{places}f}", words)
+
+
+def _zero_if_tiny(value: float) -> float:
+    return 0.0 if abs(value) < LEAST else value
 
 
 def _grouped(value: int) -> str:
@@ -65,6 +71,7 @@ def with_interval(value: float, low: float, high: float, words: Words, *, signed
     """``13.4 (13.1 to 13.7)``, an exact zero as ``0``; the value alone where there is no interval."""
     if not math.isfinite(value):
         return "–"
+    value, low, high = (_zero_if_tiny(each) for each in (value, low, high))
     if not (math.isfinite(low) and math.isfinite(high)):
         return in_signs(f"{value:+.3g}" if signed and value else f"{value:.3g}", words)
     places = decimals_of(low, high)

@@ -55,68 +55,66 @@ def terrain_words(source: ReportedRun, words: Words) -> str:
     return f"{cells}, {words.say('scenario_file_of', day=day)}" if day else cells
 
 
-def scenario_box(sources: list[ReportedRun], words: Words, author: str | None, project: str | None) -> Parts:
-    """What was asked, beside each other for several runs, as it took effect: columns before options."""
-    told = [(source, source.summary["scenario"]) for source in sources if "scenario" in source.summary]
-    if not told:
-        return []
+def scenario_rows(scenario: Mapping[str, Any], words: Words) -> list[tuple[str, str]]:
+    """Names and values of what one run slid through what."""
 
-    def span(values: Any, unit: str = "") -> str:
-        return span_words(values, words, unit)
-
-    def things(each: Mapping[str, Any], *sizes: tuple[str, str, str]) -> str:
+    def things(name: str, *sizes: tuple[str, str, str]) -> str:
+        each = scenario[name]
         shown = [shown_number(each["n"], words)]
-        shown += [f"{words.say(phrase)} {span(each[name], unit)}" for name, phrase, unit in sizes if name in each]
+        shown += [
+            f"{words.say(phrase)} {span_words(each[size], words, unit)}" for size, phrase, unit in sizes if size in each
+        ]
         return ", ".join(shown)
 
     dbh, length, height = (("dbh_cm", "scenario_dbh", "cm"), ("length_m", "scenario_length", "m"),
                            ("height_m", "scenario_height", "m"))  # fmt: skip
-    density = ("density_kg_m3", "scenario_density", "kg/m³")
-    rows = [
-        (words.say("model_logs"), [things(each["logs"], length, dbh, density) for _, each in told]),
-        (
-            words.say("scenario_posture"),
-            [posture_words(each["logs"]["posture"], words) for _, each in told],
-        ),
-        (words.say("model_friction"), [span(each["friction"]) for _, each in told]),
-        (
-            words.say("model_rolling_friction"),
-            ["–" if each["rolling_friction"] is None else span(each["rolling_friction"]) for _, each in told],
-        ),
-        (words.say("model_restitution"), [span(each["restitution"]) for _, each in told]),
-        (words.say("model_trees"), [things(each["trees"], dbh, height) for _, each in told]),
-        (words.say("model_barriers"), [things(each["barriers"], height) for _, each in told]),
-        *(
-            (words.say(f"model_{name}"), [things(each[name]) for _, each in told])
-            for name in ("lying_logs", "blocks", "lines")
-            if any(each[name]["n"] for _, each in told)
-        ),
-        (
-            words.say("model_terrain"),
-            [terrain_words(source, words) for source, _ in told],
-        ),
-        (words.say("scenario_fidelity"), [str(each["fidelity"]) for _, each in told]),
-        (words.say("scenario_seed"), [str(each["seed"]) for _, each in told]),
-        (words.say("scenario_made"), [made_at(source.run.manifest) for source, _ in told]),
-        (words.say("engine_digest"), [str(source.run.manifest.get("engine", "–"))[:12] for source, _ in told]),
+    rolling = scenario["rolling_friction"]
+    values = {
+        "model_logs": things("logs", length, dbh, ("density_kg_m3", "scenario_density", "kg/m³")),
+        "scenario_posture": posture_words(scenario["logs"]["posture"], words),
+        "model_friction": span_words(scenario["friction"], words),
+        "model_rolling_friction": "–" if rolling is None else span_words(rolling, words),
+        "model_restitution": span_words(scenario["restitution"], words),
+        "model_trees": things("trees", dbh, height),
+        "model_barriers": things("barriers", height),
+        **{f"model_{name}": things(name) for name in ("lying_logs", "blocks", "lines")},
+        "scenario_fidelity": str(scenario["fidelity"]),
+        "scenario_seed": str(scenario["seed"]),
+    }
+    return [(words.say(name), value) for name, value in values.items()]
+
+
+def scenario_box(sources: list[ReportedRun], words: Words, author: str | None, project: str | None) -> Parts:
+    """What was asked, beside each other for several runs, as it took effect: columns before options."""
+    told = [source for source in sources if "scenario" in source.summary]
+    if not told:
+        return []
+    of_runs = [
+        [
+            *scenario_rows(source.summary["scenario"], words),
+            (words.say("model_terrain"), terrain_words(source, words)),
+            (words.say("scenario_made"), made_at(source.run.manifest)),
+            (words.say("engine_digest"), str(source.run.manifest.get("engine", "–"))[:12]),
+        ]
+        for source in told
     ]
+    may_lack = {words.say(f"model_{name}") for name in ("lying_logs", "blocks", "lines")}
     whose = [(words.say(name), value) for name, value in (("project", project), ("author", author)) if value]
     body = [
         element("tr", element("th", name, scope="row"), element("td", value, colspan=str(len(told))))
         for name, value in whose
     ]
-    body += [element("tr", element("th", name, scope="row"), *cells_of(cells)) for name, cells in rows]
+    for rows in zip(*of_runs, strict=True):
+        name, cells = rows[0][0], [value for _, value in rows]
+        if name not in may_lack or any(value != "0" for value in cells):
+            body.append(element("tr", element("th", name, scope="row"), *cells_of(cells)))
     head = (
-        [
-            element(
-                "thead",
-                element("tr", element("th", ""), *(element("th", source.name, scope="col") for source, _ in told)),
-            )
-        ]
+        [element("thead", element("tr", element("th", ""), *(element("th", each.name, scope="col") for each in told)))]
         if len(told) > 1
         else []
     )
+    kind = "words" if len(told) > 1 else "words pairs"
     return [
         element("h2", words.say("scenario"), id="scenario"),
-        scrolled(element("table", *head, element("tbody", *body), class_="words"), words.say("scenario")),
+        scrolled(element("table", *head, element("tbody", *body), class_=kind), words.say("scenario")),
     ]

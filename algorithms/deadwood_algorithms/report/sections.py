@@ -113,17 +113,17 @@ def map_section(source: ReportedRun, drawing: Drawing, frame: tuple[float, ...],
     ]
     crs = f"{source.run.grid.plan_crs.name} ({source.run.manifest['grid']['crs']})"
     notes = [words.say("map_caption", crs=crs if len(crs) < 120 else source.run.grid.plan_crs.name)]
-    if "danger" in source.rasters:
-        notes.append(words.say("danger_note"))
     for many, what in ((len(source.deposits), "deposits"), (len(source.scene.get("trees", ())), "layer_trees")):
         if many > MOST_DOTS:
             notes.append(words.say("map_some", drawn=MOST_DOTS, n=many, what=words.say(what)))
+    on_screen = [words.say("map_moves"), *([words.say("danger_note")] if "danger" in source.rasters else [])]
+    caption = joined([" ".join(notes), element("span", " " + " ".join(on_screen), class_="screen")])
     return [
         element(
             "div",
             element("fieldset", *boxes, class_="controls"),
             element("div", *buttons, element("span", class_="where"), class_="controls"),
-            figure_of(drawing, " ".join(notes), card=True),
+            figure_of(drawing, caption, card=True),
             class_="map",
             data_frame=" ".join(f"{each:.3f}" for each in frame),
             data_extent=" ".join(f"{each:.3f}" for each in source.extent),
@@ -256,7 +256,9 @@ def spread(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -
         )
         for each in records
     ]
-    shown = figure_of(drawings["spread"]) if "spread" in drawings else element("p", words.say("spread_none"))
+    shown = element("p", words.say("spread_none"))
+    if "spread" in drawings:
+        shown = element("div", figure_of(drawings["spread"]), class_="rose")
     return [shown, table(head, rows), element("p", words.say("spread_note"), class_="quiet")]
 
 
@@ -448,13 +450,13 @@ def provenance(source: ReportedRun, words: Words) -> Parts:
         element("h4", words.say("hashes")),
         scrolled(table_of, words.say("hashes"), short=False),
         element("h4", words.say("versions")),
-        element("p", words.say("versions_run", version=manifest.get("version", VERSION), versions=told_versions())),
+        element("p", words.say("versions_run", version=manifest.get("version", VERSION), versions=versions_text())),
         element("h4", words.say("cost")),
         element("p", told),
     ]
 
 
-def told_versions() -> str:
+def versions_text() -> str:
     return "; ".join(each.split(" (/")[0] for each in versions())
 
 

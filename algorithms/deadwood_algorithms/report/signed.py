@@ -1,4 +1,4 @@
-"""The first pages of the report, those that are signed: question, scenario, conclusion, map, numbers, judgement.
+"""The first pages of the report, those that are signed: question, scenario, conclusion, numbers, map, judgement.
 
 What proves them, and where it comes from, is the annex (`page`).
 """
@@ -37,12 +37,12 @@ def signed_pages(
     parts: Parts = [element("h2", words.say("question"), id="question"), element("p", question(sources, words))]
     parts += scenario_box(list(sources), words, author, project)
     parts += [element("h2", words.say("conclusion"), id="conclusion"), *conclusion(sources, words)]
-    parts += [element("h2", words.say("map"), id="map"), *plan]
     parts += [element("h2", words.say("numbers"), id="numbers"), numbers_table(sources, words)]
     if compared is not None and any(row.quantity == "reach" for row in compared.rows):
         parts.append(element("h3", words.say("comparison")))
         parts.append(element("p", words.say("comparison_note", reference=sources[0].name), class_="quiet"))
         parts.append(differences_table(compared, [each.name for each in sources], words))
+    parts += [element("h2", words.say("map"), id="map"), *plan]
     judged = [element("h2", words.say("judgement"), id="judgement"), *judgement(sources, words)]
     parts.append(element("div", *judged, signature(words, author), class_="keep"))
     return element("section", *parts, class_="signed")

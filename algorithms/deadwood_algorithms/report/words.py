@@ -11,7 +11,7 @@ from importlib import resources
 from typing import Any
 
 from deadwood_algorithms.report.phrases import MESSAGES
-from deadwood_algorithms.results.modelled import told
+from deadwood_algorithms.results.modelled import in_words
 
 POINTS = {"en": "."}  # the decimal sign; the others have a comma
 PERIODS = {True: ("class_up_to", "class_between", "class_over"), False: ("class_below", "class_between", "class_from")}
@@ -74,7 +74,7 @@ class Words:
 
     def clauses(self, records: Sequence[Mapping[str, Any]]) -> str:
         """What a summary says of its model, from its records."""
-        return told(records, lambda name: self.say(f"clause_{name}"), self.signs)
+        return in_words(records, lambda name: self.say(f"clause_{name}"), self.signs)
 
     def of_class(self, record: Mapping[str, Any]) -> str:
         """The name of a class, from its bounds; of an older version as the tool wrote it."""

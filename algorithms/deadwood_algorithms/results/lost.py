@@ -39,7 +39,7 @@ def reach_records(line_ids: Iterable[Any], touched: NDArray[np.bool_], left: NDA
     return [{"line_id": line, **share_if_lost(hit, left)} for line, hit in zip(line_ids, touched.T, strict=True)]
 
 
-def reach_told(records: Iterable[Mapping[str, Any]]) -> list[str]:
+def reach_phrases(records: Iterable[Mapping[str, Any]]) -> list[str]:
     """Of the lines whose bounds leave the interval, what their reach may be."""
     told = []
     for record in records:

@@ -69,7 +69,7 @@ CLAUSES = {
 DIGITS = {"volume_m3": ".4g"}  # of a number in a clause, where not six
 
 
-def told(
+def in_words(
     clauses: Sequence[Clause],
     phrase: Callable[[str], str] = CLAUSES.__getitem__,
     signs: Callable[[str], str] = str,

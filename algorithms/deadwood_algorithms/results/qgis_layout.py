@@ -1,22 +1,62 @@
-"""A print layout of a run for its QGIS project: map, legend, scale bar, north arrow, title, scenario, scale and CRS.
+"""Print layouts of a run for its QGIS project: map, legend, scale bar, north arrow, title, scenario, scale and CRS.
 
-A4 in landscape. The map shows the layers of a map theme, so that it prints the same whatever is ticked and whichever
-moment the animation is at; its scale is a round number. Written without QGIS, as `qgis_project`.
+A4 in landscape and in portrait. The map shows the layers of a map theme, so that it prints the same whatever is ticked
+and whichever moment the animation is at; its scale is a round number. Written without QGIS, as `qgis_project`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from xml.sax.saxutils import quoteattr
 
-NAME = "Map of the run"
-MAP_ID = "{5d1f0b52-0c5e-4a53-9d5e-6c6f6c6f6701}"
-WIDTH_MM, HEIGHT_MM, EDGE_MM = 297.0, 210.0, 10.0
-MAP_MM = (EDGE_MM, 32.0, 205.0, 160.0)  # left, top, width, height
-LEGEND_MM = (219.0, 32.0, 68.0, 130.0)
-FOOT_MM = 195.0  # from the top
+THEME = "Map of the run"
+EDGE_MM = 10.0
+Box = tuple[float, float, float, float]  # left, top, width, height
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """Where things are on a page [mm]; ``columns`` is those of the legend."""
+
+    name: str
+    map_id: str
+    width: float
+    height: float
+    answers: Box
+    scenario: Box
+    map: Box
+    legend: Box
+    columns: int
+    foot: Box
+
+
+LANDSCAPE = Sheet(
+    name="Map of the run, A4 landscape",
+    map_id="{5d1f0b52-0c5e-4a53-9d5e-6c6f6c6f6701}",
+    width=297.0,
+    height=210.0,
+    answers=(EDGE_MM, 16.0, 277.0, 8.0),
+    scenario=(EDGE_MM, 24.0, 277.0, 12.0),
+    map=(EDGE_MM, 37.0, 205.0, 156.0),
+    legend=(219.0, 37.0, 68.0, 126.0),
+    columns=1,
+    foot=(EDGE_MM, 195.0, 277.0, 8.0),
+)
+PORTRAIT = Sheet(
+    name="Map of the run, A4 portrait",
+    map_id="{5d1f0b52-0c5e-4a53-9d5e-6c6f6c6f6702}",
+    width=210.0,
+    height=297.0,
+    answers=(EDGE_MM, 16.0, 190.0, 11.0),
+    scenario=(EDGE_MM, 27.0, 190.0, 16.0),
+    map=(EDGE_MM, 44.0, 190.0, 182.0),
+    legend=(EDGE_MM, 228.0, 190.0, 54.0),
+    columns=4,
+    foot=(EDGE_MM, 283.0, 190.0, 6.0),
+)
+SHEETS = (LANDSCAPE, PORTRAIT)
 MM_PER_M = 1000.0
 ROUND = (1.0, 2.0, 2.5, 5.0)  # of a scale, times a power of ten
 BAR_SHARE = 0.22  # of the map's width, at most
@@ -28,59 +68,66 @@ BOLD, PLAIN = 75, 50
 
 
 @dataclass(frozen=True)
-class Words:
-    """What stands on the page; ``[% %]`` holds an expression of QGIS."""
+class SheetWords:
+    """What stands on the page; ``[% %]`` holds an expression of QGIS.
+
+    ``of`` puts a name of the project, or the label of a class, into the language of the page.
+    """
 
     title: str
     answers: str
     scenario: str
     foot: str
+    of: Callable[[str], str]
 
 
-def layout_xml(words: Words, extent: tuple[float, float, float, float], theme: str, legend: Sequence[str]) -> str:
-    """The layout; ``extent`` is what it shall show at least, ``legend`` the nodes of the layers in its legend."""
-    scale = nice_scale(extent)
-    left, top, width, height = MAP_MM
+def layouts_xml(words: SheetWords, extent: Box, theme: str, legend: Sequence[str]) -> str:
+    """The layouts; ``extent`` is what they shall show at least, ``legend`` the nodes of the layers in the legend."""
+    return f"<Layouts>{''.join(_layout(each, words, extent, theme, legend) for each in SHEETS)}</Layouts>"
+
+
+def _layout(sheet: Sheet, words: SheetWords, extent: Box, theme: str, legend: Sequence[str]) -> str:
+    scale = nice_scale(extent, sheet)
+    left, top, width, height = sheet.map
     right, bottom = left + width, top + height
-    full = WIDTH_MM - 2.0 * EDGE_MM
     items = (
-        _map(_shown(extent, scale), theme),
-        _label(words.title, (EDGE_MM, 5.0, full, 11.0), 16.0, BOLD),
-        _label(words.answers, (EDGE_MM, 16.0, full, 8.0), 11.0, PLAIN),
-        _label(words.scenario, (EDGE_MM, 24.0, full, 7.0), 8.0, PLAIN),
-        _label(words.foot, (EDGE_MM, FOOT_MM, full, 8.0), 7.5, PLAIN),
-        _legend(legend),
-        _bar(scale, (left + 3.0, bottom - 15.0, 60.0, 12.0)),
-        _arrow((right - 15.0, top + 3.0, 12.0, 14.0)),
+        _map(_shown(extent, scale, sheet), theme, sheet),
+        _label(words.title, (EDGE_MM, 5.0, sheet.width - 2.0 * EDGE_MM, 11.0), 16.0, BOLD),
+        _label(words.answers, sheet.answers, 11.0, PLAIN),
+        _label(words.scenario, sheet.scenario, 8.0, PLAIN),
+        _label(words.foot, sheet.foot, 7.5, PLAIN),
+        _legend(legend, sheet),
+        _bar(scale, (left + 3.0, bottom - 15.0, 60.0, 12.0), sheet),
+        _arrow((right - 15.0, top + 3.0, 12.0, 14.0), sheet),
     )
-    layout = f'<Layout name={quoteattr(NAME)} units="mm" printResolution="300">{_page()}{"".join(items)}</Layout>'
-    return f"<Layouts>{layout}</Layouts>"
+    name = quoteattr(words.of(sheet.name))
+    return f'<Layout name={name} units="mm" printResolution="300">{_page(sheet)}{"".join(items)}</Layout>'
 
 
-def nice_scale(extent: tuple[float, float, float, float]) -> float:
+def nice_scale(extent: Box, sheet: Sheet) -> float:
     """The largest round scale at which the extent is on the map, as its denominator."""
     west, south, east, north = extent
-    least = max((east - west) / MAP_MM[2], (north - south) / MAP_MM[3]) * MM_PER_M
+    least = max((east - west) / sheet.map[2], (north - south) / sheet.map[3]) * MM_PER_M
     power = 10.0 ** math.floor(math.log10(least))
     return next(each * power for each in (*ROUND, 10.0) if each * power >= least * (1.0 - 1e-9))
 
 
-def _shown(extent: tuple[float, float, float, float], scale: float) -> tuple[float, float, float, float]:
+def _shown(extent: Box, scale: float, sheet: Sheet) -> Box:
     """What of the ground is on the map, around the middle of the extent."""
     west, south, east, north = extent
-    half_width, half_height = (scale * side / MM_PER_M / 2.0 for side in MAP_MM[2:])
+    half_width, half_height = (scale * side / MM_PER_M / 2.0 for side in sheet.map[2:])
     x, y = (west + east) / 2.0, (south + north) / 2.0
     return x - half_width, y - half_height, x + half_width, y + half_height
 
 
-def bar_length(scale: float) -> float:
+def bar_length(scale: float, sheet: Sheet) -> float:
     """Of the scale bar [m]: two parts of a round number each, on a fifth of the map."""
-    most = BAR_SHARE * MAP_MM[2] * scale / MM_PER_M / 2.0
+    most = BAR_SHARE * sheet.map[2] * scale / MM_PER_M / 2.0
     power = 10.0 ** math.floor(math.log10(most))
     return 2.0 * max(each * power for each in ROUND if each * power <= most)
 
 
-def _item(kind: int, place: tuple[float, float, float, float], inner: str = "", **facts: object) -> str:
+def _item(kind: int, place: Box, inner: str = "", **facts: object) -> str:
     left, top, width, height = place
     told = "".join(f" {name}={quoteattr(str(value))}" for name, value in facts.items())
     return (
@@ -89,18 +136,24 @@ def _item(kind: int, place: tuple[float, float, float, float], inner: str = "", 
     )
 
 
-def _page() -> str:
-    return f"<PageCollection>{_item(PAGE, (0.0, 0.0, WIDTH_MM, HEIGHT_MM))}</PageCollection>"
+def _page(sheet: Sheet) -> str:
+    return f"<PageCollection>{_item(PAGE, (0.0, 0.0, sheet.width, sheet.height))}</PageCollection>"
 
 
-def _map(shown: tuple[float, float, float, float], theme: str) -> str:
+def _map(shown: Box, theme: str, sheet: Sheet) -> str:
     west, south, east, north = shown
     inner = f'<Extent xmin="{west:.3f}" ymin="{south:.3f}" xmax="{east:.3f}" ymax="{north:.3f}"/>'
-    facts = {"uuid": MAP_ID, "followPreset": "true", "followPresetName": theme, "frame": "true", "background": "true"}
-    return _item(MAP, MAP_MM, inner, id="map", isTemporal=0, outlineWidthM="0.3,mm", **facts)
+    facts = {
+        "uuid": sheet.map_id,
+        "followPreset": "true",
+        "followPresetName": theme,
+        "frame": "true",
+        "background": "true",
+    }
+    return _item(MAP, sheet.map, inner, id="map", isTemporal=0, outlineWidthM="0.3,mm", **facts)
 
 
-def _label(text: str, place: tuple[float, float, float, float], size: float, weight: int) -> str:
+def _label(text: str, place: Box, size: float, weight: int) -> str:
     return _item(LABEL, place, _font("LabelFont", size, weight), labelText=text, marginX=0, valign=32)
 
 
@@ -108,7 +161,7 @@ def _font(tag: str, size: float, weight: int) -> str:
     return f'<{tag} description="{FONT},{size:g},-1,5,{weight},0,0,0,0,0" style=""/>'
 
 
-def _legend(nodes: Sequence[str]) -> str:
+def _legend(nodes: Sequence[str], sheet: Sheet) -> str:
     sizes = {"title": (10.0, BOLD), "group": (9.0, BOLD), "subgroup": (8.5, BOLD), "symbol": (8.0, PLAIN)}
     sizes["symbolLabel"] = (8.0, PLAIN)
     gaps = {"title": 'marginBottom="2"', "subgroup": 'marginTop="2.5"', "symbol": 'marginTop="1"'}
@@ -118,13 +171,19 @@ def _legend(nodes: Sequence[str]) -> str:
         for name, size in sizes.items()
     )
     tree = f"<layer-tree-group><customproperties/>{''.join(nodes)}</layer-tree-group>"
-    facts = {"legendFilterByMap": 1, "resizeToContents": 1, "symbolWidth": 6, "symbolHeight": 3, "columnCount": 1}
+    facts = {
+        "legendFilterByMap": 1,
+        "resizeToContents": 1,
+        "symbolWidth": 6,
+        "symbolHeight": 3,
+        "columnCount": sheet.columns,
+    }
     inner = f"<styles>{styles}</styles>{tree}"
-    return _item(LEGEND, LEGEND_MM, inner, map_uuid=MAP_ID, title="", wrapChar="", boxSpace=0, **facts)
+    return _item(LEGEND, sheet.legend, inner, map_uuid=sheet.map_id, title="", wrapChar="", boxSpace=0, **facts)
 
 
-def _bar(scale: float, place: tuple[float, float, float, float]) -> str:
-    segment = bar_length(scale) / 2.0
+def _bar(scale: float, place: Box, sheet: Sheet) -> str:
+    segment = bar_length(scale, sheet) / 2.0
     facts = {"numSegments": 2, "numSegmentsLeft": 0, "numUnitsPerSegment": f"{segment:g}", "unitLabel": "m"}
     text = f'<text-style fontFamily="{FONT}" fontSize="8" fontSizeUnit="Point" textColor="0,0,0,255"/>'
     colours = (
@@ -134,7 +193,7 @@ def _bar(scale: float, place: tuple[float, float, float, float]) -> str:
         BAR,
         place,
         text + colours,
-        mapUuid=MAP_ID,
+        mapUuid=sheet.map_id,
         style="Single Box",
         unitType="meters",
         numMapUnitsPerScaleBarUnit=1,
@@ -149,5 +208,5 @@ def _bar(scale: float, place: tuple[float, float, float, float]) -> str:
     )
 
 
-def _arrow(place: tuple[float, float, float, float]) -> str:
-    return _item(PICTURE, place, file=ARROW, mode=0, resizeMode=0, mapUuid=MAP_ID, northMode=0, pictureRotation=0)
+def _arrow(place: Box, sheet: Sheet) -> str:
+    return _item(PICTURE, place, file=ARROW, mode=0, resizeMode=0, mapUuid=sheet.map_id, northMode=0, pictureRotation=0)

@@ -11,12 +11,12 @@ import os
 import re
 import sqlite3
 import zipfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
-from xml.sax.saxutils import escape, quoteattr
+from xml.sax.saxutils import escape, quoteattr, unescape
 
 import geopandas
 import numpy as np
@@ -26,12 +26,10 @@ from deadwood_algorithms.files import qml, styles
 from deadwood_algorithms.files.input_files import tiles_of
 from deadwood_algorithms.files.tiles import mosaic_of
 from deadwood_algorithms.files.vectors import read_vector, write_vector
-from deadwood_algorithms.params.tool import VERSION, Feedback, Quiet
+from deadwood_algorithms.params.tool import Feedback, Quiet
 from deadwood_algorithms.results import outlines as log_outlines
 from deadwood_algorithms.results import qgis_layout
 from deadwood_algorithms.results.run_folder import GEOPACKAGE, Run, read_run
-from deadwood_algorithms.results.scenario import scenario_line
-from deadwood_algorithms.stats.statistics import percent_with_interval
 
 if TYPE_CHECKING:
     import pyproj
@@ -79,7 +77,7 @@ LEGEND_TITLES = {
     "lines": "Roads, railways, houses",
     "hit_count": "Logs that pass a cell",
 }
-MOST_ANSWERS = 3  # of several lines, on the print layout
+Named = Callable[[str], str]  # a name of the project, put into its language
 MARGIN = 0.1  # of the results' extent, around them
 
 
@@ -109,6 +107,7 @@ def add_project(
     layers: SceneLayers,
     releases: Releases,
     outline_every_s: float,
+    words_of: Callable[[Run, str, pyproj.CRS], qgis_layout.SheetWords],
     feedback: Feedback,
 ) -> None:
     """Write the project and its scene into the folder of a run, otherwise complete, that will stand at ``final``."""
@@ -121,7 +120,7 @@ def add_project(
     entries = [*_package(folder, GEOPACKAGE), *_package(folder, SCENE), *_rasters(folder)]
     terrain = Entry("terrain", _terrain(inputs.dem, folder, final), qml.relief_shading())
     last_s = float(run.deposits["duration_s"].to_numpy().max()) + log_outlines.STAYS_S
-    words = _words(final.name, run, layers.dem.plan_crs)
+    words = words_of(run, final.name, layers.dem.plan_crs)
     text = project_xml(entries, terrain, layers.dem.plan_crs, _extent(run), _height(run), last_s, step, words)
     with zipfile.ZipFile(folder / PROJECT, "w", zipfile.ZIP_DEFLATED) as target:
         entry = zipfile.ZipInfo(Path(PROJECT).with_suffix(".qgs").name, DAY)
@@ -221,24 +220,6 @@ def _extent(run: Run) -> tuple[float, float, float, float]:
     return float(west - room), float(south - room), float(east + room), float(north + room)
 
 
-def _words(name: str, run: Run, crs: pyproj.CRS) -> qgis_layout.Words:
-    """What the print layout says of the run: the answers, the scenario, and where the map is from."""
-    summary = run.summary("reach", "scenario")
-    reached = [f"{each['line_id']}: reached by {percent_with_interval(each)}" for each in summary["reach"]]
-    known = crs.to_authority()
-    where = f"{crs.name} ({':'.join(known)})" if known else crs.name
-    more = len(reached) - MOST_ANSWERS
-    answers = reached[:MOST_ANSWERS] + ([f"and {more} more lines"] if more > 0 else [])
-    scale = "Scale 1:[% format_number(map_get(item_variables('map'), 'map_scale'), 0) %]"
-    printed = "printed [% format_date(now(), 'yyyy-MM-dd') %]"
-    return qgis_layout.Words(
-        f"Sliding logs: {name}",
-        "   ".join(answers),
-        scenario_line(summary["scenario"]),
-        f"{scale}   CRS: {where}   Deadwood Toolbox {VERSION}, {printed}",
-    )
-
-
 def _height(run: Run) -> float:
     """Halfway between where the logs start and where they end [m]."""
     ends = shapely.get_z(np.asarray(run.deposits.geometry))
@@ -256,7 +237,7 @@ def project_xml(
     height: float,
     last_s: float,
     step_s: float,
-    words: qgis_layout.Words,
+    words: qgis_layout.SheetWords,
 ) -> str:
     """The whole project; ``height`` [m] is what the 3-D view looks at, ``last_s`` where the animation ends."""
     grouped = [(title, [each for name in names for each in entries if each.name == name]) for title, names in GROUPS]
@@ -266,21 +247,24 @@ def project_xml(
     grouped[-1][1].extend(each for each in rest if not each.geometry)
     every = [*(each for _, members in grouped for each in members), terrain]
     system = _system(crs)
-    tree = "".join(_group(title, members) for title, members in grouped if members) + _node(terrain, shown=True)
-    layers = "".join(_maplayer(each, system) for each in every)
-    printed = [_printed(each) for each in every if each.name in PRINTED and each is not terrain]
+    of = words.of
+    groups = "".join(_group(of(title), members, of) for title, members in grouped if members)
+    tree = groups + _node(terrain, of, shown=True)
+    layers = "".join(_maplayer(each, system, of) for each in every)
+    printed = [_printed(each, of) for each in every if each.name in PRINTED and each is not terrain]
+    name = escape(of("Deadwood run"))
     return (
         "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n"
-        f'<qgis projectname="Deadwood run" version="{qml.VERSION}"><title>Deadwood run</title>'
+        f'<qgis projectname="{name}" version="{qml.VERSION}"><title>{name}</title>'
         f"<projectCrs>{system}</projectCrs>"
         f"<layer-tree-group><customproperties/>{tree}</layer-tree-group>"
-        f"{_canvas(extent, system)}{_view_3d(extent, height, system, every, terrain)}"
+        f"{_canvas(extent, system)}{_view_3d(extent, height, system, every, terrain, of)}"
         f"<projectlayers>{layers}</projectlayers>"
         f"<layerorder>{''.join(f'<layer id={quoteattr(each.id)}/>' for each in every)}</layerorder>"
         '<properties><Paths><Absolute type="bool">false</Absolute></Paths>'
         '<SpatialRefSys><ProjectionsEnabled type="int">1</ProjectionsEnabled></SpatialRefSys>'
-        f"{_controller(last_s)}</properties>{_themes(every)}"
-        f"{qgis_layout.layout_xml(words, extent, qgis_layout.NAME, printed)}"
+        f"{_controller(last_s)}</properties>{_themes(every, of)}"
+        f"{qgis_layout.layouts_xml(words, extent, of(qgis_layout.THEME), printed)}"
         f'<ElevationProperties><terrainProvider type="raster"><TerrainProvider layer="{terrain.id}" '
         'offset="0" scale="1"/></terrainProvider></ElevationProperties>'
         f'<ProjectViewSettings UseProjectScales="0"><Scales/><DefaultViewExtent {_corners(extent)}>{system}'
@@ -294,45 +278,46 @@ def _system(crs: pyproj.CRS) -> str:
     return f'<spatialrefsys nativeFormat="Wkt"><wkt>{escape(crs.to_wkt())}</wkt>{name}</spatialrefsys>'
 
 
-def _group(title: str, members: Sequence[Entry]) -> str:
-    nodes = "".join(_node(each, shown=each.name in SHOWN) for each in members)
+def _group(title: str, members: Sequence[Entry], of: Named) -> str:
+    nodes = "".join(_node(each, of, shown=each.name in SHOWN) for each in members)
     return f'<layer-tree-group name={quoteattr(title)} checked="Qt::Checked" expanded="1">{nodes}</layer-tree-group>'
 
 
-def _node(entry: Entry, *, shown: bool) -> str:
+def _node(entry: Entry, of: Named, *, shown: bool) -> str:
     provider = "ogr" if entry.geometry else "gdal"
     unfolded = shown and entry.name in ("deposits", "hit_count")
     return (
-        f'<layer-tree-layer id={quoteattr(entry.id)} name={quoteattr(entry.title)} providerKey="{provider}" '
+        f'<layer-tree-layer id={quoteattr(entry.id)} name={quoteattr(of(entry.title))} providerKey="{provider}" '
         f'source={quoteattr(entry.source)} checked="Qt::{"Checked" if shown else "Unchecked"}" '
         f'expanded="{int(unfolded)}"/>'
     )
 
 
-def _printed(entry: Entry) -> str:
+def _printed(entry: Entry, of: Named) -> str:
     """A layer in the legend of the print layout, named for a reader who has only the sheet.
 
     Of a raster QGIS lists the name of its band and the class of no log, which is drawn transparent; both are left out.
     """
-    told = {"legend/title-label": LEGEND_TITLES.get(entry.name, entry.title)}
+    told = {"legend/title-label": of(LEGEND_TITLES.get(entry.name, entry.title))}
     if not entry.geometry:
         told["legend/node-order"] = ",".join(map(str, range(2, entry.style.count("<item ") + 1)))
     options = "".join(
         f'<Option type="QString" name="{name}" value={quoteattr(value)}/>' for name, value in told.items()
     )
     properties = f'<customproperties><Option type="Map">{options}</Option></customproperties>'
-    return _node(entry, shown=True).removesuffix("/>") + f">{properties}</layer-tree-layer>"
+    return _node(entry, of, shown=True).removesuffix("/>") + f">{properties}</layer-tree-layer>"
 
 
-def _maplayer(entry: Entry, system: str) -> str:
+def _maplayer(entry: Entry, system: str, of: Named) -> str:
     kind = f'type="vector" geometry="{entry.geometry}"' if entry.geometry else 'type="raster"'
     provider = '<provider encoding="UTF-8">ogr</provider>' if entry.geometry else "<provider>gdal</provider>"
     style = entry.style.replace("<renderer-3d ", f"<renderer-3d layer={quoteattr(entry.id)} ")
+    style = re.sub(' label="([^"]*)"', lambda found: f" label={quoteattr(of(unescape(found[1])))}", style)
     style += qml.appears(log_outlines.START.item().timetuple()[:3], "duration_s") if entry.name in AT_REST else ""
     return (
         f'<maplayer {kind} hasScaleBasedVisibilityFlag="0" labelsEnabled="{int(entry.labelled)}" '
         f'styleCategories="AllStyleCategories"><id>{escape(entry.id)}</id>'
-        f"<datasource>{escape(entry.source)}</datasource><layername>{escape(entry.title)}</layername>"
+        f"<datasource>{escape(entry.source)}</datasource><layername>{escape(of(entry.title))}</layername>"
         f"<srs>{system}</srs>{provider}{style}</maplayer>"
     )
 
@@ -359,16 +344,16 @@ def _times(last_s: float, step_s: float) -> str:
     )
 
 
-def _themes(every: Sequence[Entry]) -> str:
+def _themes(every: Sequence[Entry], of: Named) -> str:
     """The layers that the 3-D view drapes over the terrain, and those of the print layout."""
     presets = ""
-    for name, members in ((THEME, DRAPED), (qgis_layout.NAME, PRINTED)):
+    for name, members in ((THEME, DRAPED), (qgis_layout.THEME, PRINTED)):
         layers = "".join(
             f'<layer id={quoteattr(each.id)} visible="1" style="default" expanded="0"/>'
             for each in every
             if each.name in members
         )
-        presets += f'<visibility-preset name="{name}" has-expanded-info="0">{layers}</visibility-preset>'
+        presets += f'<visibility-preset name={quoteattr(of(name))} has-expanded-info="0">{layers}</visibility-preset>'
     return f"<visibility-presets>{presets}</visibility-presets>"
 
 
@@ -382,7 +367,12 @@ def _controller(last_s: float) -> str:
 
 
 def _view_3d(
-    extent: tuple[float, float, float, float], height: float, system: str, every: Sequence[Entry], terrain: Entry
+    extent: tuple[float, float, float, float],
+    height: float,
+    system: str,
+    every: Sequence[Entry],
+    terrain: Entry,
+    of: Named,
 ) -> str:
     """A 3-D view over the terrain, seen from the south; from QGIS 3.24 on it waits closed in View > 3D Map Views."""
     west, south, east, north = extent
@@ -390,15 +380,15 @@ def _view_3d(
     listed = (each for each in every if each.name in SOLID or each.name in DRAPED)
     layers = "".join(f"<layer id={quoteattr(each.id)}/>" for each in listed)
     return (
-        '<mapViewDocks3D><view name="Logs in 3D" isOpen="0" floating="0" area="2" x="0" y="0" width="480" '
-        f'height="640"><qgis3d><origin x="{(west + east) / 2:.3f}" y="{(south + north) / 2:.3f}" z="0"/>'
+        f'<mapViewDocks3D><view name={quoteattr(of("Logs in 3D"))} isOpen="0" floating="0" area="2" x="0" y="0" '
+        f'width="480" height="640"><qgis3d><origin x="{(west + east) / 2:.3f}" y="{(south + north) / 2:.3f}" z="0"/>'
         f"<crs>{system}</crs>"
         '<camera field-of-view="45" projection-type="1" camera-navigation-mode="terrain-based-navigation" '
         'camera-movement-speed="5"/><color background="235,240,245,255" selection="255,255,0,255"/>'
         '<directional-lights><directional-light x="-0.4" y="-0.8" z="-0.45" intensity="1" color="255,255,255,255"/>'
         '</directional-lights><terrain terrain-rendering-enabled="1" exaggeration="1" texture-size="1024" '
         'max-terrain-error="2" max-ground-error="1" shading-enabled="0" show-labels="0" '
-        f'map-theme="{THEME}" '
+        f"map-theme={quoteattr(of(THEME))} "
         f'elevation-offset="0"><layers>{layers}</layers><generator type="dem" layer="{terrain.id}" resolution="64" '
         'skirt-height="10"/></terrain><skybox skybox-enabled="0"/><shadow-rendering shadow-rendering-enabled="0"/>'
         f'</qgis3d><camera x="0" y="0" elev="{height:.1f}" dist="{far:.1f}" pitch="68" yaw="0"/>'

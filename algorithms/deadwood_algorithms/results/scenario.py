@@ -57,7 +57,8 @@ def scenario_of(scene: ReleasedScene, fidelity: str, layers: SceneLayers, releas
         ),
         "breaking": asdict(layers.breaking) if layers.breaking else None,
         "barriers": _things(
-            len(set(layers.barriers.item[barriers].tolist())), height_m=np.asarray(layers.plates.height)[barriers]
+            len(set(layers.barriers.item[barriers].tolist())),
+            height_m=np.asarray(layers.engine_barriers.height)[barriers],
         ),
         "lying_logs": _things(len(set(layers.lying.item[lying].tolist()))),
         "blocks": _things(int(_used(len(layers.blocks.ids), prepared.blocks_outside).sum())),
@@ -149,7 +150,7 @@ def counted_of(layers: SceneLayers, releases: Releases, n_read: int) -> dict[str
     counts = {
         "releases": _count(n_read, Counter({NOT_RUN: n_read - len(releases)})),
         "trees": _points(layers.tree_ids, layers.trees_left_out, trees),
-        "barriers": _count_rows(layers, layers.barriers, layers.plates, scene.barriers_outside),
+        "barriers": _count_rows(layers, layers.barriers, layers.engine_barriers, scene.barriers_outside),
         "lying_logs": _count_rows(layers, layers.lying, layers.lying_logs, scene.lying_outside),
         "blocks": _points(layers.blocks.ids, layers.blocks.left_out, blocks),
         "lines": _count(layers.lines.row_count, Counter()),

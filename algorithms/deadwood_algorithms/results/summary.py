@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.results.capacity import overload_lines, overload_record
 from deadwood_algorithms.results.hits import ledger_records, obstacle_record
-from deadwood_algorithms.results.lost import LEFT, left_dem, lost_warning, many, reach_records, reach_told
-from deadwood_algorithms.results.modelled import modelled, told
+from deadwood_algorithms.results.lost import LEFT, left_dem, lost_warning, many, reach_phrases, reach_records
+from deadwood_algorithms.results.modelled import in_words, modelled
 from deadwood_algorithms.results.run_settings import RunSettings
 from deadwood_algorithms.results.scenario import counted_of, scenario_line, scenario_of
 from deadwood_algorithms.scene.items import Items
@@ -82,7 +82,7 @@ def summary_of(
         },
         "scenario": scenario_of(settings.scene, settings.fidelity, layers, releases),
         "counted": counted,
-        "modelled": {name: told(each) for name, each in clauses.items()},
+        "modelled": {name: in_words(each) for name, each in clauses.items()},
         "modelled_facts": clauses,
         "cost": {
             "cpu_s": cpu,
@@ -237,7 +237,7 @@ def loss_of_run(summary: dict[str, Any]) -> str | None:
     """What of a summary depends on logs that left the terrain model; None where nothing of weight does."""
     logs = summary["logs"]
     lost, released = logs["by_stop_reason"][LEFT], logs["released"]
-    told = reach_told(summary["reach"])
+    told = reach_phrases(summary["reach"])
     for record in summary["spread"]:
         moved = abs(record["spread_deg"] - record["spread_without_lost_deg"]) >= SPREAD_MOVED_DEG
         if moved or many(record["n_left_dem"], record["n"]):
@@ -253,7 +253,7 @@ def enough_words(record: dict[str, Any]) -> str:
     widest = f"the widest interval, of line {record['line_id']}, is ±{wide:.2g} points"
     if record["reached"]:
         told = f"enough logs: after {record['logs']} of {record['logs_at_most']}, {widest} (wanted: ±{wanted:.2g})"
-        rare = ", ".join(str(each) for each in record.get("told_too_low", []))
+        rare = ", ".join(str(each) for each in record.get("estimated_too_low", []))
         low = (
             f"; of line {rare}, which few logs reach, a run that stops in this way underestimates the reach by up to"
             f" a seventh on average"

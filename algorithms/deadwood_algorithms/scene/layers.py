@@ -57,10 +57,10 @@ class SceneLayers:
     tree_ids: list[str]
     tree_dbh_cm: NDArray[np.float64]  # as the layer has it: 29 cm over 100, times 100, is not 29
     trees_left_out: Counter[str]  # by why: they stand off the DEM
-    plates: Barriers  # the barriers as the engine takes them
+    engine_barriers: Barriers  # the barriers as the engine takes them
     barriers: Items
     lines: Items
-    marks: Lines  # the lines as the engine takes them, before those that watch the window's sides
+    engine_lines: Lines  # the lines as the engine takes them, before those that watch the window's sides
     lying_logs: LyingLogs
     lying: Items
     blocks: Boulders
@@ -89,11 +89,11 @@ class SceneLayers:
         """From (n, items) of the lines to (n, lines that the engine watches)."""
         return np.pad(by_item[:, self.lines.item], ((0, 0), (0, len(self.watched))))
 
-    def with_lines_before(self, marks: Lines, items: Items) -> SceneLayers:
+    def with_lines_first(self, engine_lines: Lines, items: Items) -> SceneLayers:
         """The scene with further lines, which come before its own."""
-        marks, items = marks.then(self.marks), items.then(self.lines)
-        scene = self.scene.with_lines(_watched_too(marks, self.watched))
-        return replace(self, scene=scene, marks=marks, lines=items)
+        engine_lines, items = engine_lines.then(self.engine_lines), items.then(self.lines)
+        scene = self.scene.with_lines(_watched_too(engine_lines, self.watched))
+        return replace(self, scene=scene, engine_lines=engine_lines, lines=items)
 
     def varied(
         self,
@@ -116,9 +116,11 @@ class SceneLayers:
     def prepared_again(self) -> SceneLayers:
         """The scene prepared of these arrays: after some of them have been changed."""
         watched = _watched(self.dem, self.lying_logs, self.blocks.solid)
-        marks = _watched_too(self.marks, watched)
+        engine_lines = _watched_too(self.engine_lines, watched)
         trees = self.with_capacity(self.trees)
-        scene = _prepared(self.dem, self.friction, trees, self.plates, marks, self.lying_logs, self.blocks.solid)
+        scene = _prepared(
+            self.dem, self.friction, trees, self.engine_barriers, engine_lines, self.lying_logs, self.blocks.solid
+        )
         return replace(self, scene=scene, watched=watched)
 
     def with_capacity(self, trees: Trees) -> Trees:
@@ -152,17 +154,19 @@ def read_scene(
     grid = grid or read_dem(dem, crs=crs, feedback=feedback)
     mu = read_friction(friction, grid, feedback, column=friction_column, elsewhere=friction_elsewhere)
     standing = read_trees(trees, grid, feedback)
-    plates, barrier_items = read_barriers(barriers, grid, feedback)
+    engine_barriers, barrier_items = read_barriers(barriers, grid, feedback)
     drawn = lines_layer(lines, grid.crs, feedback) if isinstance(lines, str) else lines
-    marks, line_items = lines_of(drawn, grid, feedback)
+    engine_lines, line_items = lines_of(drawn, grid, feedback)
     lying, lying_items = read_lying_logs(lying_logs, grid, lying_diameter_cm, feedback)
     boulders = read_blocks(blocks, grid, feedback)
     watched = _watched(grid, lying, boulders.solid)
     stems = breaking.of(standing.trees) if breaking else standing.trees
-    scene = _prepared(grid, mu, stems, plates, _watched_too(marks, watched), lying, boulders.solid)
+    scene = _prepared(grid, mu, stems, engine_barriers, _watched_too(engine_lines, watched), lying, boulders.solid)
     # what is not there leaves the digest of a scene without it
     there = (*((boulders.solid,) if boulders.ids else ()), *((stems.capacity,) if breaking else ()))
-    digest = digest_of(grid.values, [grid.cell, grid.x0, grid.y0], mu, stems[:4], plates, marks, lying, *there)
+    digest = digest_of(
+        grid.values, [grid.cell, grid.x0, grid.y0], mu, stems[:4], engine_barriers, engine_lines, lying, *there
+    )
     return SceneLayers(
         grid,
         scene,
@@ -171,10 +175,10 @@ def read_scene(
         standing.ids,
         standing.dbh_cm,
         standing.left_out,
-        plates,
+        engine_barriers,
         barrier_items,
         line_items,
-        marks,
+        engine_lines,
         lying,
         lying_items,
         boulders,
@@ -197,7 +201,7 @@ def _prepared(
     grid: Grid,
     mu: float | NDArray[np.float64],
     trees: Trees,
-    plates: Barriers,
+    engine_barriers: Barriers,
     lines: Lines,
     lying: LyingLogs,
     blocks: Blocks,
@@ -211,7 +215,7 @@ def _prepared(
         frame.y0,
         friction=mu,
         trees=trees,
-        barriers=plates,
+        barriers=engine_barriers,
         lines=lines,
         lying_logs=lying,
         blocks=blocks,
@@ -220,9 +224,9 @@ def _prepared(
     )
 
 
-def _watched_too(marks: Lines, watched: Mapping[str, NDArray[np.float64]]) -> Lines:
+def _watched_too(engine_lines: Lines, watched: Mapping[str, NDArray[np.float64]]) -> Lines:
     """The lines of the layer, then those that watch the sides of the window."""
-    return marks.then(*(Lines(side, np.array([0, len(side)])) for side in watched.values()))
+    return engine_lines.then(*(Lines(side, np.array([0, len(side)])) for side in watched.values()))
 
 
 def _longest(lying: LyingLogs) -> float:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from deadwood_algorithms.params import tool
-from deadwood_algorithms.params.presets import FRICTIONS, Taken, choices_told
+from deadwood_algorithms.params.presets import FRICTIONS, Taken, choices_help
 from deadwood_algorithms.scene.default_log import DEFAULTED, DefaultLog
 from deadwood_algorithms.scene.inputs import CONTACT_LAWS, SceneInputs
 from deadwood_algorithms.scene.laws import Breaking, slip_laws
@@ -226,7 +226,7 @@ class FrictionByName(OpenScene, tool.TakesPresets):
         "one.",
     )
     friction_preset: str | None = tool.choice(
-        "Friction coefficient by name", *FRICTIONS, default=None, help=choices_told(FRICTIONS)
+        "Friction coefficient by name", *FRICTIONS, default=None, help=choices_help(FRICTIONS)
     )
 
     def __post_init__(self) -> None:

@@ -218,7 +218,7 @@ STRUCTURES = Layer(
             0,
             exclusive=True,
         ),
-        a_number("elevation_m", "Elevation of the crest or bottom; overrides the height"),
+        a_number("elevation_m", "Elevation of the crest or bottom; overrides the height", -500, 9000),
         a_number("crest_width_m", "Width of the flat crest or bottom", 0, default=2.0),
         a_number("slope_deg", "Slope of both sides", 0, 90, exclusive=True, default=45.0),
         a_number("slope_left_deg", "Slope of the side on the left of the line", 0, 90, exclusive=True),

@@ -37,7 +37,7 @@ ENDS = {
     "rest": ("at rest", "#56b4e9", "circle"),
     "barrier": ("held by a barrier", "#cc79a7", "circle"),
     "lying_log": ("held by a lying log", "#e69f00", "circle"),
-    "block": ("held by a block", "#999999", "circle"),
+    "block": ("held by a boulder", "#999999", "circle"),
     "left_dem": ("left the terrain model", "#f0e442", "triangle"),
     "time_limit": ("still moving", "#d55e00", "square"),
     "failed": ("failed", "#000000", "cross2"),
@@ -79,14 +79,16 @@ class Look:
 
     def label(self, value: float) -> str:
         sign = "+" if self.shown == "points" and value > 0.0 else ""
-        return f"{sign}{self.factor * value:.4g} {self.shown}".strip()
+        shown = self.factor * value
+        number = f"{shown:.4g}" if abs(shown) < 10_000.0 else f"{shown:,.0f}".replace(",", " ")
+        return f"{sign}{number} {self.shown}".strip()
 
 
 LOOKS = {
     "shares": Look(
         stops=(0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0), colours=HITS[:7], shown="%", clear=0.0
     ),
-    "danger": Look(stops=tuple(k / 7 for k in range(8)), colours=HITS, shown="%"),
+    "danger": Look(stops=(0.0, 0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0), colours=HITS, shown="%"),
     "susceptibility": Look(stops=tuple(0.1 * k for k in range(1, 9)), colours=HITS, shown="", clear=0.0),
     "speed": Look(stops=(0.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 40.0), colours=SPEED, shown="m/s"),
     "energy": Look(

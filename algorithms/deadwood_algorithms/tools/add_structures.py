@@ -62,6 +62,8 @@ class Ask:
         "Elevation of the crest or bottom, where the layer has none",
         unit="m",
         default=None,
+        minimum=-500.0,
+        maximum=9000.0,
         help="Overrides the height.",
     )
     elevation_from_z: bool = tool.flag("Take the elevation from the Z of the lines' vertices")

@@ -132,8 +132,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         limits = tool.taken(ask, Limits)
         beside, mask = factors or output.with_name("factors.tif"), output.with_name("mask.tif")
         mean = write_susceptibility(
-            output, beside, mask, dem, friction, deadwood, limits, feedback, keeps_factors=bool(factors)
-        )
+            output, beside, mask, dem, friction, deadwood, limits, feedback,
+            keeps_factors=bool(factors), draws_areas=bool(areas),
+        )  # fmt: skip
         lines = [f"susceptibility {mean:.3f} on average; {ask.threshold:g} and more counts as susceptible"]
         facts: dict[str, object] = {"susceptibility_mean": mean}
         judged = deadwood.split(ask.threshold) if deadwood else {}
@@ -155,7 +156,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             lines.append(f"{counts['candidates']} of {sum(counts.values())} mapped logs could start to slide")
         for each in (mask, beside):
             if each != factors:
-                each.unlink()
+                each.unlink(missing_ok=True)
     places = {name: getattr(ask, name) for name in ("output", "release_areas", "assessed", "factors")}
     return Outcome({name: Path(path) for name, path in places.items() if path}, facts, tuple(lines))
 

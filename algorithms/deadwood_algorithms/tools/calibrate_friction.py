@@ -29,9 +29,8 @@ the trees, the shape of the logs. Few observed logs give wide ranges.
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -128,7 +127,6 @@ def calibrate(ask: Ask, feedback: Feedback) -> Outcome:
         watched = friction_runs.Watched.of(ask.reached, ask.not_reached, layers, feedback)
         answer.warn_of_cells(layers.dem.cell, feedback)
         observed = friction_runs.read_observed(ask.observed, layers, logs, feedback) if ask.observed else None
-
         decided_by = {
             "--friction": sweep,
             "--logs or --seed": [ask.logs, ask.seed],
@@ -139,14 +137,13 @@ def calibrate(ask: Ask, feedback: Feedback) -> Outcome:
         variants = friction_runs.variants_of(sweep, ensemble.simulation, watched)
         found = ensemble.slide(variants, friction_runs.WANTED, steps)
         slid = [friction_runs.run_of(mu, parts) for mu, parts in zip(sweep, found, strict=True)]
+        complete = ask.search_complete
         if observed:
-            outcomes = friction_runs.outcomes_of_deposits(
-                observed, slid, ask.error_m, search_complete=ask.search_complete
-            )
+            outcomes = friction_runs.outcomes_of_deposits(observed, slid, ask.error_m, search_complete=complete)
         else:
             outcomes = friction_runs.outcomes_of_reach(watched, slid, ask.event_logs, did)
         lost = None if observed else [friction_runs.lost_for(watched, each) for each in slid]
-        answer.warn_of_logs(slid, outcomes, lost, search_complete=ask.search_complete, feedback=feedback)
+        answer.warn_of_logs(slid, outcomes, lost, search_complete=complete, feedback=feedback)
 
         def report(share: float) -> None:
             feedback.progress(share, 1.0, "scoring")
@@ -164,15 +161,8 @@ def calibrate(ask: Ask, feedback: Feedback) -> Outcome:
         write_vector(folder / LAYERS, friction_runs.layers_of(slid, logs, observed, layers.dem.plan_crs))
         event = {"logs": ask.event_logs, "did": did}
         if observed:
-            event = {"deposits": len(outcomes), "search_complete": ask.search_complete}
-        facts: dict[str, Any] = {
-            "range": asdict(span) if span else None,
-            "best": sweep[best],
-            "fits": fits,
-            "logs": len(logs),
-            "event": event,
-            "cell_m": layers.dem.cell,
-        }
+            event = {"deposits": len(outcomes), "search_complete": complete}
+        facts = answer.facts_of(span, sweep[best], fits, len(logs), event) | {"cell_m": layers.dem.cell}
         write_json(folder / FACTS, {**facts, "rows": rows})
         sentence = answer.sentence_of(span, fits, sweep[best])
         tried = {"median": sweep[best], "low": min(sweep), "high": max(sweep)}
@@ -180,10 +170,9 @@ def calibrate(ask: Ask, feedback: Feedback) -> Outcome:
         share_seen = None if observed else did / ask.event_logs
         draw(folder / PICTURE, rows, span, sentence, slid[best], ensemble.layers, logs, observed, watched, share_seen)
     steps.remove()
-    final = Path(ask.output)
     parts = {"table": TABLE, "facts": FACTS, "picture": PICTURE, "layers": LAYERS, "manifest": MANIFEST}
-    outputs = {"output": final} | {key: final / name for key, name in parts.items()}
-    return Outcome(outputs, facts, (*answer.lines_of(rows, sentence, len(logs)), scenario_line(scenario)))
+    shown = (*answer.lines_of(rows, sentence, len(logs)), scenario_line(scenario))
+    return Outcome.of_folder(ask.output, parts, facts, shown)
 
 
 def refuse_unclear(ask: Ask) -> int:

@@ -117,11 +117,9 @@ def compare(ask: Ask, feedback: Feedback) -> Outcome:
         outputs.facts["digests"] = {"scene": layers.digest, "releases": releases.digest}
         scenario = scenario_line(scenario_of(ask, " / ".join(names), layers, logs))
     steps.remove()
-    final = Path(ask.output)
     parts = {"table": TABLE, "facts": FACTS, "picture": PICTURE, "manifest": MANIFEST}
-    made = {"output": final} | {key: final / name for key, name in parts.items()}
     *compared, advised = lines_of(rows, names, advice, len(logs))
-    return Outcome(made, facts, (*compared, *posture_lines(of_posture), advised, scenario))
+    return Outcome.of_folder(ask.output, parts, facts, (*compared, *posture_lines(of_posture), advised, scenario))
 
 
 def fidelities_wanted(text: str) -> list[str]:

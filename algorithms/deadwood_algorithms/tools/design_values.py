@@ -35,20 +35,11 @@ so impulses are those of a wall, not of a net that deforms. Percentiles include 
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from deadwood_algorithms.params import presets, tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
-
-if TYPE_CHECKING:
-    from deadwood_algorithms.results.passages import Passages
-    from deadwood_algorithms.results.run_folder import Run
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,14 +68,14 @@ class Ask:
         "Classes of barriers, to find the weakest that holds the energies",
         *presets.BARRIERS,
         default=None,
-        help=presets.choices_told(presets.BARRIERS)
+        help=presets.choices_help(presets.BARRIERS)
         + " They were made for rocks; whether they suit wood is for an expert to decide.",
     )
     rule: str | None = tool.choice(
         "Rule that derives design values from percentiles",
         *presets.RULES,
         default=None,
-        help=presets.choices_told(presets.RULES)
+        help=presets.choices_help(presets.RULES)
         + " They were made for rocks; whether they suit wood is for an expert to decide.",
     )
     output: str = tool.output_table("Design values by barrier or line, quantity and percentile")
@@ -94,6 +85,13 @@ class Ask:
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     import pandas
 
+    from deadwood_algorithms.evaluate.hazard.design_values import (
+        class_lines,
+        class_record,
+        lines_of,
+        lost_before,
+        rule_lines,
+    )
     from deadwood_algorithms.files.tables import write_csv
     from deadwood_algorithms.results.identity import writing
     from deadwood_algorithms.results.passages import barrier_passages, design_rows, passages_of_lines
@@ -118,92 +116,6 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         write_csv(path, pandas.DataFrame(rows))
     shown = (*lines_of(found, rows), *rule_lines(rows, rule), *class_lines(rows, classes), *lines_of_run(source))
     return Outcome({"output": Path(ask.output)}, {"rows": rows}, shown)
-
-
-def lost_before(source: Run, found: Sequence[Passages], feedback: Feedback) -> dict[tuple[str, str], int]:
-    """Of each place the logs that left the terrain model and had not come to it; a warning where they are many."""
-    from deadwood_algorithms.results.lost import left_dem, many, warn_of_lost
-
-    ids = source.deposits["log_id"].to_numpy()
-    left = ids[left_dem(source.deposits["stop_reason"].to_numpy())]
-    counts = {(each.kind, each.place_id): int((~np.isin(left, each.log_id)).sum()) for each in found}
-    told = [
-        f"the percentiles of {each.kind} {each.place_id} are of the {each.log_id.size} logs that were seen there"
-        for each in found
-        if each.values and many(counts[each.kind, each.place_id], each.log_id.size)  # else it is not known who came
-    ]
-    warn_of_lost(left.size, ids.size, told, feedback, where=str(source.path))
-    return counts
-
-
-def class_record(classes: presets.BarrierClasses, row: dict[str, Any]) -> dict[str, str]:
-    """The classes that hold an energy: its design value where a rule makes one, else the percentile as it is."""
-    if row["quantity"] != "energy":
-        return {"barrier_class": "", "barrier_class_high": ""}
-    designed = row.get("factor", math.nan) == row.get("factor", math.nan)
-    names = ("design_value", "design_high") if designed else ("value", "ci_high")
-    return classes.record(*(row[name] for name in names))
-
-
-def lines_of(found: Sequence[Passages], rows: Sequence[dict[str, Any]]) -> tuple[str, ...]:
-    """For each place its hits, of each quantity the highest percentile that can be given, and what cannot."""
-    shown = []
-    for each in found:
-        mine = [row for row in rows if (row["kind"], row["place_id"]) == (each.kind, each.place_id)]
-        shown.append(f"{each.kind} {each.place_id}: {each.log_id.size} logs come to it")
-        told = {
-            row["quantity"]: row for row in mine if row["n"] and not row["n_more"]
-        }  # the highest that has both ends
-        shown += [f"  {value_words(row)}" for row in told.values()]
-        short = {row["percentile"]: row["note"] for row in mine if row["n_more"]}
-        shown += [f"  {percentile:g} % {note}" for percentile, note in short.items()]
-        for why in dict.fromkeys(each.lacks.values()):
-            named = ", ".join(quantity for quantity, reason in each.lacks.items() if reason == why)
-            shown.append(f"  no {named}: {why}")
-    return tuple(shown)
-
-
-def rule_lines(rows: Sequence[dict[str, Any]], rule: presets.DesignRule | None) -> list[str]:
-    """Of each place the design values; whose rule it is, and what to mind."""
-    if rule is None:
-        return []
-    shown = []
-    for row in rows:
-        if not math.isnan(row["design_value"]):
-            high = (
-                f"up to {row['design_high']:.3g}" if not math.isnan(row["design_high"]) else "no upper end can be given"
-            )
-            shown.append(
-                f"{row['kind']} {row['place_id']}, design value of the {row['quantity']}: {row['design_value']:.3g} "
-                f"{row['unit']} ({high}), {row['percentile']:g} % times {row['factor']:.4g}"
-            )
-    return [*shown, rule.said]
-
-
-def class_lines(rows: Sequence[dict[str, Any]], classes: presets.BarrierClasses | None) -> list[str]:
-    """Of each place the class that holds each percentile of the energy; whose classes they are, and who decides."""
-    if classes is None:
-        return []
-    shown = [
-        f"{row['kind']} {row['place_id']}, {row['percentile']:g} % of the energy{factor_words(row)}: "
-        f"{classes.words(row)}"
-        for row in rows
-        if row["barrier_class"]
-    ]
-    return [*shown, classes.said]
-
-
-def factor_words(row: dict[str, Any]) -> str:
-    """With which factor a percentile is classed."""
-    factor = row.get("factor", math.nan)
-    return " without a factor" if math.isnan(factor) else f" times {factor:.4g}"
-
-
-def value_words(row: dict[str, Any]) -> str:
-    """``energy, 95 %: 310 kJ (250 to 420)``."""
-    value, low, high = (f"{float(f'{row[name]:.3g}'):g}" for name in ("value", "ci_low", "ci_high"))
-    ends = f"{low} to {high}" if row["ci_low"] == row["ci_low"] else f"up to {high}"
-    return f"{row['quantity']}, {row['percentile']:g} %: {value} {row['unit']} ({ends})"
 
 
 TOOL = Tool(

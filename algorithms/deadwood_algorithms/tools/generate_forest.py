@@ -66,7 +66,7 @@ class Ask:
         "Density and DBH by name",
         *presets.FORESTS,
         default=None,
-        help=presets.choices_told(presets.FORESTS) + " Instead of --like.",
+        help=presets.choices_help(presets.FORESTS) + " Instead of --like.",
     )
     stems_per_ha: float | None = tool.number(
         "Density", unit="1/ha", default=None, minimum=0.0, maximum=DENSEST_PER_HA, exclusive=True

@@ -36,31 +36,16 @@ from pathlib import Path
 import numpy as np
 import shapely
 
-from deadwood_algorithms import schemas
-from deadwood_algorithms.files.columns import warn_implausible, where_of
+from deadwood_algorithms.files.columns import where_of
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.prepare.trees import allometry
 from deadwood_algorithms.prepare.trees import columns as tree_columns
 from deadwood_algorithms.prepare.trees import sources as tree_sources
 from deadwood_algorithms.prepare.trees import status as tree_status
-from deadwood_algorithms.prepare.trees.dbh_filling import (
-    DEFAULT,
-    Filled,
-    chosen_law,
-    fill_sizes,
-    fitted_law,
-    warn_of_another_region,
-    zoned,
-)
 from deadwood_algorithms.prepare.trees.kept import releases_columns, trees_kept, warn_of_doubts, write_trees
-from deadwood_algorithms.prepare.trees.table import (
-    Source,
-    measured_trees,
-    read_source,
-    refuse_nothing_known,
-    warn_of_idle_fields,
-)
+from deadwood_algorithms.prepare.trees.sizes_of_table import LawOptions, TableOptions, sizes
+from deadwood_algorithms.prepare.trees.table import read_source
 from deadwood_algorithms.results.identity import writing
 
 __doc__ = f"""{__doc__}
@@ -75,75 +60,7 @@ Laws of DBH[cm] from the height H[m] (the module ``allometry`` names their sourc
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ask:
-    trees: str = tool.table("Table or layer of single trees", geometry=("point", "polygon"))
-    source: str = tool.choice(
-        "Program that wrote the table", *tree_sources.SOURCES, default="auto", help="table: usual names only."
-    )
-    dem: str | None = tool.terrain(
-        "Terrain (DEM)", default=None, help="Gives the CRS of the output; trees off the DEM are dropped."
-    )
-    x_field: str | None = tool.field_of("trees", "Field of the easting", default=None)
-    y_field: str | None = tool.field_of("trees", "Field of the northing", default=None)
-    id_field: str | None = tool.field_of("trees", "Field of the tree's id", default=None)
-    dbh_field: str | None = tool.field_of("trees", "Field of the DBH", default=None)
-    dbh_unit: str | None = tool.choice(
-        "Unit of the DBH", *tree_columns.DBH_UNITS, default=None, help="Without it: as the field's name says, else cm."
-    )
-    height_field: str | None = tool.field_of("trees", "Field of the height", default=None)
-    height_unit: str | None = tool.choice(
-        "Unit of the height",
-        *tree_columns.HEIGHT_UNITS,
-        default=None,
-        help="Without it: as the field's name says, else m.",
-    )
-    species_field: str | None = tool.field_of("trees", "Field of the species", default=None)
-    crown_field: str | None = tool.field_of("trees", "Field of the crown diameter in m", default=None)
-    crown_measure: str | None = tool.choice(
-        "What the crown field holds, in m or m²",
-        *tree_columns.CROWN_MEASURES,
-        default=None,
-        help="Without it: as the source or the field's usual name says, else the diameter.",
-    )
-    missing_value: float | None = tool.number(
-        "Number that marks a missing value", default=None, help="For example -1 (FINT-CH) or 0."
-    )
-    status_field: str | None = tool.field_of(
-        "trees", "Field that distinguishes dead trees from living ones", default=None
-    )
-    dead_values: str | None = tool.text(
-        "Its values for dead standing trees",
-        default=None,
-        help="Separated by commas, or by semicolons where a value holds a comma. Without it: the usual words.",
-    )
-    gone_values: str | None = tool.text(
-        "Its values for removed or fallen trees", default=None, help="As the dead values; these trees are dropped."
-    )
-    keep_dead: bool = tool.flag("Keep dead standing trees among the trees too")
-    min_height_m: float = tool.number(
-        "Least height of a tree",
-        unit="m",
-        default=1.3,
-        minimum=0.0,
-        help="Lower ones are dropped and counted; below breast height there is no DBH.",
-    )
-    dbh_a: float = tool.number("a of DBH[cm] = a * H[m]^b", default=2.52, minimum=0.0, exclusive=True)
-    dbh_b: float = tool.number("b of DBH[cm] = a * H[m]^b", default=0.84, minimum=0.0, exclusive=True)
-    dbh_law: str | None = tool.choice(
-        "Published law in place of a and b",
-        *allometry.PUBLISHED,
-        default=None,
-        help="The description lists them. Beside a law with the crown, a and b serve trees whose crown is not known.",
-    )
-    dbh_zones: str | None = tool.vector(
-        "Zones with different laws", "polygon", default=None, help="Fields dbh_a and dbh_b, or dbh_law."
-    )
-    dbh_sample: str | None = tool.table(
-        "Measured trees to fit the law to",
-        default=None,
-        help="Those with a DBH and a height; the table itself can be used.",
-    )
-    replace_dbh: bool = tool.flag("Compute the DBH from the height also where the table has one")
+class Ask(LawOptions, TableOptions):
     merge_within_m: float = tool.number(
         "Trees nearer than this are merged",
         unit="m",
@@ -181,7 +98,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         crown = tree_columns.crown_column(
             source.frame, source.layout, ask.crown_field, ask.crown_measure, source.outlines
         )
-        filled = sizes(ask, source, status == tree_status.LIVE, crown, feedback)
+        options = tool.taken(ask, TableOptions), tool.taken(ask, LawOptions)
+        filled = sizes(source, *options, ask.tile_field, status == tree_status.LIVE, crown, ask.crs, feedback)
         said += filled.said
 
         kept, why = trees_kept(
@@ -219,51 +137,6 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     facts |= {"dbh_from_height": int(filled.from_height.sum()), "height_from_dbh": int(filled.from_dbh.sum())}
     made = {"output": Path(ask.output)} | ({"snags": Path(ask.snags)} if ask.snags else {})
     return Outcome(made, facts, tuple(said))
-
-
-def sizes(ask: Ask, source: Source, living: np.ndarray, crown: np.ndarray | None, feedback: Feedback) -> Filled:
-    """DBH and height of each tree, read, checked, and filled by the law that was chosen."""
-    frame, layout = source.frame, source.layout
-    where = where_of(frame)
-    missing = layout.missing_value if ask.missing_value is None else ask.missing_value
-    dbh = tree_columns.dbh_column(frame, layout, ask.dbh_field, ask.dbh_unit, missing, feedback)
-    height = tree_columns.height_column(frame, layout, ask.height_field, ask.height_unit, missing, feedback)
-    refuse_nothing_known(frame, dbh, height)
-    asked = (ask.id_field, ask.dbh_field, ask.height_field, ask.crown_field, ask.status_field, ask.tile_field)
-    for what, values, other in (("DBH", dbh, "height"), ("height", height, "DBH")):
-        if np.isnan(values).all():
-            warn_of_idle_fields(frame, layout, what, other, asked, feedback)
-    warn_implausible(dbh, schemas.TREES.column("dbh_cm"), where, feedback, fix="--dbh-unit names the unit")
-    warn_implausible(height, schemas.TREES.column("height_m"), where, feedback, fix="--height-unit names the unit")
-
-    sample = None
-    if ask.dbh_sample == ask.trees:
-        sample = fitted_law(ask.trees, dbh[living], height[living], feedback)
-    elif ask.dbh_sample:
-        sample = fitted_law(ask.dbh_sample, *measured_trees(ask.dbh_sample, feedback), feedback)
-    law = chosen_law(ask.dbh_law, ask.dbh_a, ask.dbh_b, sample)
-    named = str(law)
-    if ask.dbh_zones:
-        law, named = zoned(law, ask.dbh_zones, source.places, frame.crs, ask.crs, feedback)
-    if ask.replace_dbh:
-        replaced = np.isfinite(dbh) & np.isfinite(height)
-        source.said.append(f"{replaced.sum()} DBH of the table set aside (--replace-dbh)")
-        dbh = np.where(replaced, np.nan, dbh)
-    filled = fill_sizes(dbh, height, law, crown, otherwise=allometry.PowerLaw(ask.dbh_a, ask.dbh_b))
-    if (filled.from_height | filled.from_dbh).any():
-        warn_of_another_region(law, source.places, frame.crs, feedback)
-    if filled.from_height.any():
-        source.said.append(f"{filled.from_height.sum()} DBH missing, computed from the height: {named}")
-    if filled.from_dbh.any():
-        source.said.append(f"{filled.from_dbh.sum()} heights missing, computed from the DBH: {named}")
-    named_a_law = ask.dbh_law or ask.dbh_zones or ask.dbh_sample or law != DEFAULT
-    if named_a_law and not (filled.from_height | filled.from_dbh).any():
-        feedback.warn(f"{where}: every tree has a DBH and a height, so the law is not used; --replace-dbh applies it")
-    if filled.from_height.any():
-        fix = "check the law (--dbh-law, --dbh-a, --dbh-b)"
-        modelled = filled.dbh[filled.from_height]
-        warn_implausible(modelled, schemas.TREES.column("dbh_cm"), f"{where}, computed DBH", feedback, fix=fix)
-    return filled
 
 
 def refuse_contradictions(ask: Ask) -> None:

@@ -137,8 +137,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         weights = rising_class(np.where(passed, energies.estimate, np.nan), strong)
         warm = legend.class_rows(names, legend.WARM)
         maps.write("intensity", weights, warm, f"Class of the {energies.what}", (strong, "kJ"))
-        for row, areas_told in zip(maps.classes, areas_of(energies, strong, grid.cell), strict=True):
-            row.update(areas_told)
+        for row, area_facts in zip(maps.classes, areas_of(energies, strong, grid.cell), strict=True):
+            row.update(area_facts)
         passages = rising_class(np.where(passed, 100.0 * hits / n_logs, np.nan), shares)
         often = legend.rising_labels(shares, "% of the logs")
         about = "Class of the share of the logs that pass"

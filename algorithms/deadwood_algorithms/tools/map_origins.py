@@ -28,23 +28,15 @@ product of the two is not computed. A place where no log was released is empty, 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from deadwood_algorithms.params import tool
-from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
-from deadwood_algorithms.stats.statistics import lost_words, percent_with_interval
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from deadwood_algorithms.results.run_folder import Run
+from deadwood_algorithms.params.tool import Feedback, Outcome, Tool
 
 RASTER, LAYERS, PICTURE = "origins.tif", "origins.gpkg", "origins.png"
 FACTS, MANIFEST = "origins.json", "manifest.json"
-EDGE_M = 20.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,11 +74,12 @@ class Ask:
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.evaluate.hazard import cells, origins
+    from deadwood_algorithms.evaluate.hazard.origins_by_line import line_shapes, lines_of, reached_rows
     from deadwood_algorithms.evaluate.hazard.origins_figure import draw
     from deadwood_algorithms.files.rasters import write_bands
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.results.identity import result_folder
-    from deadwood_algorithms.results.lost import left_dem, many, reach_records, reach_told, warn_of_lost
+    from deadwood_algorithms.results.lost import left_dem, many, reach_phrases, reach_records, warn_of_lost
     from deadwood_algorithms.results.run_folder import read_run, write_json
     from deadwood_algorithms.results.scenario import lines_of_run
     from deadwood_algorithms.schemas.files import ORIGIN_REACH
@@ -96,7 +89,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     )
     with result_folder(TOOL, ask, feedback) as folder:
         source = read_run(ask.run, feedback=feedback)
-        rows, reached = reached_rows(ask, source, feedback)
+        rows, reached = reached_rows(ask.lines, source, feedback)
         reached = {origins.ANY: np.any(list(reached.values()), axis=0)} | reached
         x, y = (source.deposits[f"release_{axis}"].to_numpy()[rows] for axis in "xy")
         cell = ask.cell_m or origins.cell_for(x, y, ask.least)
@@ -115,10 +108,10 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         if affected is not None:
             layers["affected"] = affected
         write_vector(folder / LAYERS, layers)
-        draw(folder / PICTURE, source, found, line_shapes(ask, source))
+        draw(folder / PICTURE, source, found, line_shapes(ask.lines, source))
         left = left_dem(source.deposits["stop_reason"].to_numpy()[rows])
         reach = reach_records(reached, np.column_stack(list(reached.values())), left)
-        told = reach_told(reach[1:])
+        told = reach_phrases(reach[1:])
         if many(int(left.sum()), rows.size):
             told.append("the shares of the map are those of logs that were seen to arrive")
         warn_of_lost(int(left.sum()), rows.size, told, feedback, where=ask.run)
@@ -134,81 +127,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             "affected": records.get("affected"),
         }
         write_json(folder / FACTS, facts)
-    final = Path(ask.output)
     parts = {"raster": RASTER, "layers": LAYERS, "picture": PICTURE, "facts": FACTS, "manifest": MANIFEST}
-    return Outcome(
-        {"output": final} | {key: final / name for key, name in parts.items()},
-        facts,
-        (*lines_of(facts), *lines_of_run(source)),
-    )
-
-
-def line_shapes(ask: Ask, source: Run) -> list[Any]:
-    """The lines that are drawn."""
-    from deadwood_algorithms.files.vectors import read_vector
-    from deadwood_algorithms.params.tool import Quiet
-    from deadwood_algorithms.results.run_folder import GEOPACKAGE
-
-    path = ask.lines or f"{source.path / GEOPACKAGE}|layername=reach"
-    kinds = ("line", "polygon")
-    return list(read_vector(path, geometry=kinds, target_crs=source.grid.crs, what="lines", feedback=Quiet()).geometry)
-
-
-def reached_rows(ask: Ask, source: Run, feedback: Feedback) -> tuple[NDArray[np.int64], dict[str, NDArray[np.bool_]]]:
-    """The rows of the logs that count, and by line which of them reach it.
-
-    Of the run's own lines all logs say whether they do, of others those whose trajectory was stored.
-    """
-    from deadwood_algorithms.evaluate.hazard.line_passages import reached_logs
-    from deadwood_algorithms.files.vectors import read_table
-    from deadwood_algorithms.results import arrivals
-    from deadwood_algorithms.results.edges import Edges
-    from deadwood_algorithms.results.run_folder import GEOPACKAGE, input_paths, layers_in
-    from deadwood_algorithms.scene.layers import read_lines
-
-    ids = source.deposits["log_id"].to_numpy(np.int64)
-    if ask.lines is None:
-        if "reach" not in layers_in(source.path):
-            raise UserError(f"{ask.run}: the run watched no lines; name those to be reached with --lines LAYER")
-        names = read_table(f"{source.path / GEOPACKAGE}|layername=reach", what="reach")["line_id"].astype(str)
-        by_line = reached_logs(source)
-        nobody = np.zeros(0, np.int64)
-        return np.arange(ids.size), {name: np.isin(ids, by_line.get(name, nobody)) for name in names}
-    lines, items = read_lines(ask.lines, source.grid, feedback)
-    if not source.stored_log_ids.size:
-        raise UserError(f"{ask.run}: no trajectory was stored; run slide-logs with --trajectories all")
-    rows = np.flatnonzero(np.isin(ids, source.stored_log_ids))
-    if rows.size < ids.size:
-        feedback.note(f"{rows.size} of {ids.size} logs have a stored trajectory; the shares are theirs")
-    with Edges(source.grid, input_paths(source.path, source.manifest, "dem"), feedback) as edges:
-        arrived = arrivals.find_arrivals(source, lines, items, edges, EDGE_M, feedback)
-    reached = arrived.reached(ids.size, len(items.ids))[rows]
-    return rows, {str(name): reached[:, k] for k, name in enumerate(items.ids)}
-
-
-def lines_of(facts: dict[str, Any]) -> tuple[str, ...]:
-    """How many logs reach each line, and from how much ground."""
-    shown = [
-        f"{facts['logs']} logs in cells of {facts['cell_m']:g} m, {100 * facts['told']:.0f} % of them in cells with a "
-        "share"
-    ]
-    for each in facts["reach"][1 if len(facts["reach"]) == 2 else 0 :]:
-        shown.append(
-            f"{each['line_id']}: {each['n_reach']} of {each['n_total']} logs, {percent_with_interval(each)}"
-            f"{lost_words(each)}"
-        )
-        for row in facts["sources"]:
-            if row["line_id"] == each["line_id"]:
-                shown.append(
-                    f"  at least {100 * row['least_p']:g} %: from {row['area_m2'] / 1e4:.2g} ha, "
-                    f"of whose logs {percent_with_interval(row)} reach it"
-                )
-    for row in facts["affected"] or []:
-        shown.append(
-            f"release {row['release_id']}: {row['area_m2'] / 1e4:.2g} ha passed by at least {100 * row['least_p']:g} % "
-            f"of its {row['n_logs']} logs"
-        )
-    return tuple(shown)
+    return Outcome.of_folder(ask.output, parts, facts, (*lines_of(facts), *lines_of_run(source)))
 
 
 TOOL = Tool(

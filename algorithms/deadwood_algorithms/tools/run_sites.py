@@ -33,7 +33,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from deadwood_algorithms.params import tool
-from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Stage, Tool, UserError
+from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Stage, Tool
 from deadwood_algorithms.tools import make_report, slide_logs
 
 if TYPE_CHECKING:
@@ -45,17 +45,8 @@ if TYPE_CHECKING:
 
 OVERVIEW, LAYER, PICTURE, REPORT = "overview.csv", "overview.gpkg", "overview.png", "report.html"
 ON_PAGE = 12  # sites that the report shows
-PILOTS = 8  # sites that --plan slides a part of; the others are taken to be like the nearest of these
-LEAST_PILOT = 10  # logs of a site
-APART = (
-    "output",
-    "overwrite",
-    "resume",
-    "report",
-    "plan",
-    "plan_logs",
-    "plan_workers",
-)  # of slide-logs, that mean another thing here
+# Options of slide-logs that mean another thing here:
+APART = ("output", "overwrite", "resume", "report", "plan", "plan_logs", "plan_workers")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,9 +75,10 @@ class Ask(slide_logs.Ask):
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
+    from deadwood_algorithms.evaluate.sites.sites_table import refuse_unclear
     from deadwood_algorithms.simulate.sliding import workers_for
 
-    refuse_unclear(ask)
+    refuse_unclear(ask.sites, ask.configs, ask.by, ask.dem, ask.releases)
     with workers_for(ask.where(TOOL.name), feedback):
         return plan_of_sites(ask, feedback) if ask.plan else all_sites(ask, feedback)
 
@@ -94,8 +86,14 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
     """The runs themselves."""
     from deadwood_algorithms.evaluate.sites.merging import write_merged
-    from deadwood_algorithms.evaluate.sites.overview_files import lines_of_outcome, summary_of_sites, write_overview
+    from deadwood_algorithms.evaluate.sites.overview_files import (
+        lines_of_outcome,
+        refuse_failed,
+        summary_of_sites,
+        write_overview,
+    )
     from deadwood_algorithms.evaluate.sites.progress import SitesFolder
+    from deadwood_algorithms.evaluate.sites.site_runs import site_stage
     from deadwood_algorithms.results.identity import result_folder
     from deadwood_algorithms.results.run_folder import write_json
     from deadwood_algorithms.simulate.checkpoints import part_path
@@ -114,7 +112,7 @@ def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
             sites = read_sites(ask, work.releases, feedback)
             load_kernels(None, feedback)
             for number, site in enumerate(sites, start=1):
-                found.append(slide_site(ask, site, work, stage_of(feedback, site.name, number, len(sites))))
+                found.append(slide_site(ask, site, work, site_stage(feedback, site.name, number, len(sites))))
         except (Cancelled, KeyboardInterrupt, NobodySlides) as error:
             feedback.note(f"{len(found)} finished sites are kept in {work.path}; --resume continues from there")
             if isinstance(error, NobodySlides):  # no site could be slid any more
@@ -127,34 +125,11 @@ def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
         if ask.report:
             add_page(ask, folder, found, feedback)
         write_json(folder / "summary.json", facts)
-    failed = [each for each in found if each.failed]
-    if failed:
-        names = ", ".join(each.name for each in failed[:5]) + (" ..." if len(failed) > 5 else "")
-        raise UserError(
-            f"{len(failed)} of {len(found)} sites failed ({names}); the others are in {ask.output}, whose {OVERVIEW} "
-            "says why; fix the causes, and run again with --resume: only what is not finished is slid"
-        )
+    refuse_failed(found, ask.output)
     work.remove()
-    outputs = {"overview": OVERVIEW, "layer": LAYER, "picture": PICTURE, "summary": "summary.json"}
-    return Outcome(
-        {"output": final} | {key: final / name for key, name in outputs.items() if (final / name).is_file()},
-        facts,
-        lines_of_outcome(found, facts),
-    )
-
-
-def refuse_unclear(ask: Ask) -> None:
-    """Exactly one kind of sites, and of scattered releases what they need."""
-    given = [flag for flag, value in (("--sites", ask.sites), ("--configs", ask.configs), ("--by", ask.by)) if value]
-    if len(given) != 1:
-        told = f"{' and '.join(given)} are given" if given else "none is given"
-        raise UserError(
-            f"run-sites takes one of --sites TABLE, --configs FOLDER, and --by FIELD with --releases; {told}"
-        )
-    if ask.by is not None:
-        for flag, value in (("--dem", ask.dem), ("--releases", ask.releases)):
-            if value is None:
-                raise UserError(f"--by {ask.by} needs {flag}: one layer of releases on one terrain model")
+    parts = {"overview": OVERVIEW, "layer": LAYER, "picture": PICTURE, "summary": "summary.json"}
+    there = {key: name for key, name in parts.items() if (final / name).is_file()}
+    return Outcome.of_folder(ask.output, there, facts, lines_of_outcome(found, facts))
 
 
 def read_sites(ask: Ask, releases: Path, feedback: Feedback) -> list[SiteOptions]:
@@ -180,77 +155,43 @@ def values_of(ask: Ask, site: SiteOptions) -> dict[str, Any]:
     return common | {"danger_counts": ask.merge} | asked
 
 
-def stage_of(feedback: Feedback, name: str, number: int, count: int) -> Stage:
-    return Stage(feedback, name, place=f"{name} ({number} of {count})")
-
-
 def slide_site(ask: Ask, site: SiteOptions, work: SitesFolder, feedback: Stage) -> SiteFound:
-    """The site's run, or its failure in one line; what is there and unchanged is not slid again."""
-    from deadwood_algorithms.evaluate.sites.overview import found_of_failure, found_of_run
-    from deadwood_algorithms.simulate.workers import NobodySlides
+    """The site's run, or its failure; what is there and unchanged is not slid again."""
+    from deadwood_algorithms.evaluate.sites.site_runs import found_of_site
 
     values, place = values_of(ask, site), work.sites / site.name
-    try:
-        if site.fault:
-            raise UserError(site.fault)
+
+    def slide() -> None:
         if not work.begin(site.name, slide_logs.TOOL, values, feedback.feedback):
             slide_logs.TOOL(feedback=feedback, **values, output=str(place), resume=True)
-        return found_of_run(site.name, place)
-    except (Cancelled, KeyboardInterrupt, NobodySlides):
-        raise
-    except UserError as error:
-        message = str(error)
-    except Exception as error:  # of one site; the others are not to suffer
-        told = str(error).splitlines()[0] if str(error) else "no message"
-        message = f"a fault of ours, please report it: {type(error).__name__}: {told}"
-    feedback.warn(message)
-    return found_of_failure(site.name, message, values)
+
+    return found_of_site(site, values, place, slide, feedback)
 
 
 def plan_of_sites(ask: Ask, feedback: Feedback) -> Outcome:
-    """What all sites would take, from pilots of some of them, evenly spread."""
-    from deadwood_algorithms.evaluate.sites.sites_plan import forecast_like
-    from deadwood_algorithms.results.forecast import facts_of_forecast, refuse_too_large, together, words_of_forecast
-    from deadwood_algorithms.simulate.workers import NobodySlides
+    """What all sites would take, from pilots of some of them."""
+    from deadwood_algorithms.evaluate.sites.sites_plan import plan_sites
+    from deadwood_algorithms.results.forecast import facts_of_forecast, words_of_forecast
+
+    def pilot(site: SiteOptions, logs: int, said: Stage) -> dict[str, Any]:
+        given = values_of(ask, site) | {"plan": True, "plan_logs": logs, "plan_workers": ask.plan_workers}
+        return dict(slide_logs.TOOL(feedback=said, **given, output=ask.output).facts)
 
     with tempfile.TemporaryDirectory(prefix="deadwood-plan-") as folder:
         sites = read_sites(ask, Path(folder) / "releases", feedback)
-        spaced = min(PILOTS, len(sites))
-        chosen = sorted({k * len(sites) // spaced for k in range(spaced)})
-        logs = max(LEAST_PILOT, ask.plan_logs // len(chosen))
-        plans: dict[int, dict[str, Any]] = {}
-        for k in chosen:
-            said = stage_of(feedback, sites[k].name, k + 1, len(sites))
-            try:
-                if sites[k].fault:
-                    raise UserError(sites[k].fault)
-                given = values_of(ask, sites[k]) | {"plan": True, "plan_logs": logs, "plan_workers": ask.plan_workers}
-                plans[k] = dict(slide_logs.TOOL(feedback=said, **given, output=ask.output).facts)
-            except NobodySlides:
-                raise
-            except UserError as error:
-                said.warn(str(error))
-        if not plans:
-            raise UserError("--plan: none of the sites can be slid; the lines above say why")
-        parts = [forecast_like(plans, k, values_of(ask, site).get("releases")) for k, site in enumerate(sites)]
-    found = together([each for each in parts if each is not None])
-    refuse_too_large(found, ask.output)
-    head = f"{'sites:':<14} {len(sites)}, of which {len(plans)} were looked at"
-    return Outcome(
-        {},
-        {"sites": len(sites), **facts_of_forecast(found, ask.output)},
-        (head, *words_of_forecast(found, ask.output)),
-    )
+        releases = [values_of(ask, site).get("releases") for site in sites]
+        found, looked_at = plan_sites(sites, releases, pilot, ask.plan_logs, ask.output, feedback)
+    head = f"{'sites:':<14} {len(sites)}, of which {looked_at} were looked at"
+    facts = {"sites": len(sites), **facts_of_forecast(found, ask.output)}
+    return Outcome({}, facts, (head, *words_of_forecast(found, ask.output)))
 
 
 def add_page(ask: Ask, folder: Path, found: Sequence[SiteFound], feedback: Feedback) -> None:
     """One page of the first sites; where it cannot be made, the runs do not suffer."""
-    done = [each.name for each in found if not each.failed][:ON_PAGE]
-    if not done:
-        return
-    runs = ",".join(str(folder / "sites" / each) for each in done)
-    page = make_report.Ask(runs=runs, title=Path(ask.output).name, output=str(folder / REPORT))
-    make_report.run(page, feedback)
+    runs = [str(folder / "sites" / each.name) for each in found if not each.failed][:ON_PAGE]
+    if runs:
+        page = make_report.Ask(runs=",".join(runs), title=Path(ask.output).name, output=str(folder / REPORT))
+        make_report.run(page, feedback)
 
 
 TOOL = Tool("run-sites", "Simulate", "Run many sites, or scattered releases, with one overview", Ask, run)

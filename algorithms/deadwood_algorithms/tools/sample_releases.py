@@ -31,17 +31,12 @@ The tool does not assess where wood could start to slide (``assess-mobilisation`
 
 from __future__ import annotations
 
-import re
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-import numpy as np
 import shapely
 
-from deadwood_algorithms import schemas
-from deadwood_algorithms.files.columns import schema_column
 from deadwood_algorithms.params import presets, tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.prepare.releases.areas import MOST_LOGS, read_release_areas
@@ -49,19 +44,16 @@ from deadwood_algorithms.prepare.releases.logs import (
     NUMBERS,
     ORIENTATIONS,
     SPREADS,
-    Drawn,
     columns_of_rows,
     draw_logs,
     mapped_deadwood,
 )
-from deadwood_algorithms.prepare.trees.allometry import PUBLISHED
+from deadwood_algorithms.prepare.releases.lying import lying_wood, warn_of_posture
+from deadwood_algorithms.prepare.releases.sizes import lines_of_sample, sizes_of
 from deadwood_algorithms.prepare.trees.status import GONE_PATTERN
 from deadwood_algorithms.results.identity import writing
 from deadwood_algorithms.scene.memory import refuse_too_many
 from deadwood_algorithms.schemas import DBH_CM, DENSITY_KG_M3, DROP_M, SPEED_MS, TREE_M
-
-if TYPE_CHECKING:
-    import pandas
 
 BYTES = 650  # a log, measured on a million: drawn and written
 DEFAULT_PRESET = "klosters"
@@ -93,7 +85,7 @@ class Ask:
         "Properties of the logs, by name",
         *presets.LOGS,
         default=DEFAULT_PRESET,
-        help=presets.choices_told(presets.LOGS),
+        help=presets.choices_help(presets.LOGS),
     )
     dbh_cm: float | None = tool.number(
         "DBH", unit="cm", default=None, minimum=0.0, maximum=DBH_CM[1], exclusive=True, help=OF_PRESET
@@ -132,25 +124,25 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     import geopandas
 
     from deadwood_algorithms.files.dem_blocks import open_ground
-    from deadwood_algorithms.files.vectors import write_vector
+    from deadwood_algorithms.files.vectors import read_table, write_vector
 
     refuse_contradictions(ask)
     with writing(TOOL, ask, feedback) as outputs, ExitStack() as opened:
         temporary = outputs.file("output", ".gpkg")
-        if ask.orientation == "upright" and (lies := lying_wood(ask)):
-            feedback.warn(
-                f"logs are released upright, as dead trees that stand (--orientation), but '{lies}' suggests lying "
-                f"wood; --orientation random-lying releases it so, which changes how far logs go"
-            )
         ground = opened.enter_context(open_ground(ask.dem, crs=ask.crs, feedback=feedback))
         areas = read_release_areas(ask.areas, ask.weights, ask.radius_m, ask.crs, ground, feedback)
         names = areas.release_ids(ask.release_id_field)
         taken = presets.Taken.of(presets.LOGS[ask.preset], "--preset", vars(ask))
         if taken.sets or ask.preset != DEFAULT_PRESET:  # of the default, only what it set
             feedback.note(taken.said)
-        sizes = sizes_of(ask, taken, areas.frame, feedback)
+        given = {"dbh_cm": ask.dbh_cm, "length_m": ask.length_m}
+        sizes = sizes_of(given, taken, areas.frame, feedback, mapped=ask.deadwood is not None)
         of_area = columns_of_rows(areas.frame, {name: getattr(ask, name) for name in OPTIONS} | sizes, feedback)
-        deadwood = mapped_deadwood(ask.deadwood, feedback) if ask.deadwood else None
+        mapped = read_table(ask.deadwood, what="mapped deadwood") if ask.deadwood else None
+        deadwood = None if mapped is None else mapped_deadwood(mapped, feedback)
+        for path, rows in ((ask.areas, areas.frame), (ask.deadwood, mapped)):
+            if path and rows is not None and ask.orientation == "upright":
+                warn_of_posture(lying_wood(path, rows, GONE_PATTERN), feedback)
         counts = areas.logs_by_area(ask.count, ask.logs_per_ha)
         fix = "lower --count or --logs-per-ha, or sample the areas in parts"
         refuse_too_many(int(counts.sum()), "logs", ask.output, each=BYTES, fix=fix)
@@ -162,18 +154,11 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         frame = geopandas.GeoDataFrame(columns, geometry=shapely.points(places), crs=ground.plan_crs)
         write_vector(temporary, {"releases": frame})
     facts = {"logs": log_id.size, "areas": areas.size, "redrawn": drawn.redrawn, "preset": taken.record}
-    return Outcome({"output": Path(ask.output)}, facts, lines(ask, counts, drawn))
-
-
-def lying_wood(ask: Ask) -> str | None:
-    """The name of a layer, of areas or of mapped deadwood, that tells of wood that lies on the ground."""
-    named = [str(each) for each in (ask.areas, ask.deadwood) if each]
-    for each in named:
-        path, _, layer = each.partition("|layername=")
-        name = layer.partition("|")[0] or Path(path).stem
-        if GONE_PATTERN.search(re.sub(r"[_\W\d]+", " ", name.lower())):
-            return name
-    return None
+    return Outcome(
+        {"output": Path(ask.output)},
+        facts,
+        lines_of_sample(counts, drawn, None if ask.areas else ask.weights, ask.logs_per_ha),
+    )
 
 
 def refuse_contradictions(ask: Ask) -> None:
@@ -184,49 +169,6 @@ def refuse_contradictions(ask: Ask) -> None:
     given = next((name for name in SPREADS[:2] if getattr(ask, name)), None)
     if ask.deadwood and given:
         raise UserError(f"--deadwood and --{given.replace('_', '-')} both draw the sizes; give one of them")
-
-
-def sizes_of(ask: Ask, taken: presets.Taken, areas: pandas.DataFrame, feedback: Feedback) -> dict[str, float]:
-    """DBH, length and density where the areas name none: given, of the preset, or one size from the other by its law.
-
-    Where an area names the one size alone, its other size follows from that: ``areas`` gets a column of it.
-    """
-    sizes: dict[str, float] = taken.values
-    law = PUBLISHED[taken.preset.law] if taken.preset.law else None
-    nowhere = np.array(np.nan)
-    for name, other in (("length_m", "dbh_cm"), ("dbh_cm", "length_m")):
-        own = getattr(ask, name)
-        if own is not None:
-            sizes[name] = own
-        elif law and name not in areas and (other in areas or getattr(ask, other) is not None):
-            derive = law.height if name == "length_m" else law.dbh
-            known = schema_column(areas, schemas.RELEASES.column(other), getattr(ask, other))
-            derived = np.round(derive(known, nowhere), 2)
-            areas[name] = derived
-            low, high = derived.min(), derived.max()
-            shown = f"{low:g}" + (f" to {high:g}" if high > low else "")
-            feedback.note(f"{name} {shown} follows from {other} by {taken.preset.law}, {law}")
-    missing = [name for name in ("dbh_cm", "length_m") if name not in sizes and name not in areas]
-    if missing and not ask.deadwood:
-        raise UserError(
-            f"--preset {ask.preset} does not say {' and '.join(missing)}; give {presets.flag_of(missing[0])}"
-            + (" or --length-m, from which the other follows" if law else "")
-        )
-    return dict.fromkeys(missing, 1.0) | sizes  # of missing ones each row of the mapped deadwood has its own
-
-
-def lines(ask: Ask, counts: np.ndarray, drawn: Drawn) -> tuple[str, ...]:
-    each = f"{counts.min()}" if counts.min() == counts.max() else f"{counts.min()} to {counts.max()}"
-    where = f"{counts.size} release areas" if ask.areas else f"the cells of {ask.weights} with a weight"
-    first = f"{counts.sum()} logs in {where}" + (f", {each} each" if ask.areas else "")
-    first += f" ({ask.logs_per_ha:g} a hectare)" if ask.logs_per_ha else ""
-    empty = int((counts == 0).sum())
-    said = [f"{empty} areas are too small for a log at {ask.logs_per_ha:g} a hectare"] if empty else []
-    words, number = np.unique(drawn.columns["orientation"].astype(str), return_counts=True)
-    posture = ", ".join(
-        f"{count} {word}" if words.size > 1 else f"all {word}" for word, count in zip(words, number, strict=True)
-    )
-    return (first, *said, *drawn.said, f"posture at the start: {posture}")
 
 
 TOOL = Tool(

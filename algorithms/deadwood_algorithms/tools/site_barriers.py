@@ -46,7 +46,6 @@ if TYPE_CHECKING:
     from deadwood_algorithms.evaluate.protection.candidate_barriers import Candidate
     from deadwood_algorithms.evaluate.protection.rerun import Rerun
     from deadwood_algorithms.scene.layers import SceneLayers
-    from deadwood_algorithms.simulate.steps import Steps
 
 TABLE, LAYER, PICTURE = "pareto.csv", "barriers.gpkg", "barriers.png"
 FACTS, MANIFEST = "summary.json", "manifest.json"
@@ -78,7 +77,7 @@ class Ask(SlidingOptions):
         "Classes of barriers, to find the weakest that holds the energies",
         *presets.BARRIERS,
         default=None,
-        help=presets.choices_told(presets.BARRIERS)
+        help=presets.choices_help(presets.BARRIERS)
         + " They were made for rocks; whether they suit wood is for an expert to decide.",
     )
     logs: int | None = tool.integer(
@@ -101,6 +100,7 @@ def sited(ask: Ask, feedback: Feedback) -> Outcome:
     import pandas
 
     from deadwood_algorithms.evaluate.protection.candidate_barriers import read_given
+    from deadwood_algorithms.evaluate.protection.contour_search import contours_of
     from deadwood_algorithms.evaluate.protection.rerun import open_rerun
     from deadwood_algorithms.evaluate.protection.siting import Siting, choose, trials_alone
     from deadwood_algorithms.evaluate.protection.siting_figure import draw
@@ -132,7 +132,10 @@ def sited(ask: Ask, feedback: Feedback) -> Outcome:
         load_kernels(layers.shape, feedback)
         with workers_for(where, feedback):
             if not ask.candidates:
-                found, layers = contours_of(ask, rerun, layers, kept, feedback)
+                found, layers = contours_of(
+                    ask.run, rerun, layers, kept, feedback,
+                    above_m=ask.above_m, length_m=ask.length_m, height_m=ask.height_m, places=ask.places,
+                )  # fmt: skip
             if len(found) > MANY:
                 feedback.warn(f"{len(found)} candidates are slid, each alone; fewer take less time")
             siting = Siting(rerun, layers, found, kept, feedback)
@@ -163,10 +166,9 @@ def sited(ask: Ask, feedback: Feedback) -> Outcome:
         warn_of_reach(facts, now, feedback)
         write_json(folder / FACTS, facts)
     kept.remove()
-    final = Path(ask.output)
     parts = {"table": TABLE, "layer": LAYER, "picture": PICTURE, "facts": FACTS, "manifest": MANIFEST}
     shown = (*lines_of(facts, ask.barrier_classes), *lines_of_run(source))
-    return Outcome({"output": final} | {key: final / name for key, name in parts.items()}, facts, shown)
+    return Outcome.of_folder(ask.output, parts, facts, shown)
 
 
 def identity(ask: Ask, rerun: Rerun, layers: SceneLayers, given: Sequence[Candidate]) -> dict[str, Any]:
@@ -183,33 +185,6 @@ def identity(ask: Ask, rerun: Rerun, layers: SceneLayers, given: Sequence[Candid
         ],
     }  # fmt: skip
     return identity_of(rerun.simulation, layers, rerun.releases, **decided_by)
-
-
-def contours_of(
-    ask: Ask,
-    rerun: Rerun,
-    layers: SceneLayers,
-    steps: Steps,
-    feedback: Feedback,
-) -> tuple[list[Candidate], SceneLayers]:
-    """Pieces along contours where most logs pass; and the scene on a window wide enough."""
-    from deadwood_algorithms.evaluate.protection.candidate_barriers import contour_candidates
-    from deadwood_algorithms.evaluate.protection.siting import passed_to_lines
-
-    if layers.dem.whole is not None:  # contours are drawn on all the ground that logs come to
-        _, layers = passed_to_lines(rerun, layers, list(layers.lines.geometry), steps, feedback)
-
-    def passed(shapes: Sequence[Any]) -> Any:
-        return passed_to_lines(rerun, layers, shapes, steps, feedback)[0]
-
-    found = contour_candidates(layers, ask.above_m, ask.length_m, ask.height_m, ask.places, passed)
-    if not found:
-        above, long = (",".join(f"{each:g}" for each in many) for many in (ask.above_m, ask.length_m))
-        raise UserError(
-            f"{ask.run}: no log that reaches a line passes a straight piece of {long} m along a contour {above} m "
-            "above it; take others, or name --candidates"
-        )
-    return found, layers
 
 
 TOOL = Tool(

@@ -34,6 +34,7 @@ from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.run_options import CapacityOptions, FidelityOptions, KeptOptions
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
+from deadwood_algorithms.report.languages import LANGUAGES
 from deadwood_algorithms.scene.released_scene import ReleasedScene, SceneByName
 
 if TYPE_CHECKING:
@@ -73,6 +74,9 @@ class Ask(CapacityOptions, KeptOptions, FidelityOptions, SlidingOptions, SceneBy
     )
     report: bool = tool.flag(
         "Add a report to the run", help="One page with maps, figures, tables and a 3-D view: report.html (make-report)."
+    )
+    language: str = tool.choice(
+        "Language of the report and of the QGIS project", *LANGUAGES, default="en", advanced=True
     )
     output: str = tool.output_folder("Folder of the run", parts=PARTS)
     overwrite: bool = tool.overwrite()
@@ -143,7 +147,6 @@ def slid_run(ask: Ask, promise: Promise | None, feedback: Feedback, at_most: int
         keep = keep_by_hash(releases.logs.log_id, kept_count, ask.seed)
         if ask.until_ci is None and not ask.resume:  # what is resumed has a part of it already
             refuse_full_disk(ask.output, len(releases), int(keep.sum()))
-
         if at_most is None and not ask.resume:
             look(simulation, layers, releases, ask.seed, feedback)
         identity = {"--trajectories or --seed": [ask.trajectories, ask.seed]}
@@ -176,17 +179,20 @@ def slid_run(ask: Ask, promise: Promise | None, feedback: Feedback, at_most: int
 
 def added(ask: Ask, folder: Path, done: ChunkedRun, feedback: Feedback) -> dict[str, Path]:
     """The project and the page, where they are wanted, in the folder that does not stand at its place yet."""
+    from deadwood_algorithms.report.sheet import sheet_words
+    from deadwood_algorithms.report.words import Words
     from deadwood_algorithms.results.qgis_project import PROJECT, add_project
     from deadwood_algorithms.tools import make_report
 
     final, outputs = Path(ask.output), {}
     if ask.qgis_project:
         layers, releases = done.slope.layers, done.releases
-        add_project(folder, final, ask.inputs(), layers, releases, ask.outline_every_s, feedback)
+        words_of = partial(sheet_words, words=Words(ask.language))
+        add_project(folder, final, ask.inputs(), layers, releases, ask.outline_every_s, words_of, feedback)
         outputs["qgis_project"] = final / PROJECT
     if ask.report:
-        page = make_report.Ask(runs=str(folder), names=final.name, output=str(folder / "report.html"))
-        make_report.run(page, feedback)
+        page = {"runs": str(folder), "names": final.name, "language": ask.language}
+        make_report.run(make_report.Ask(**page, output=str(folder / "report.html")), feedback)
         outputs["report"] = final / "report.html"
     return outputs
 

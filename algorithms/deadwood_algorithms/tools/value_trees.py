@@ -89,7 +89,7 @@ def values_of(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.evaluate.protection.rerun import open_rerun
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.results.identity import writing
-    from deadwood_algorithms.results.lost import left_dem, lost_warning, reach_records, reach_told
+    from deadwood_algorithms.results.lost import left_dem, lost_warning, reach_phrases, reach_records
     from deadwood_algorithms.results.replay import refuse_other_ends
     from deadwood_algorithms.results.run_folder import read_run
     from deadwood_algorithms.results.scenario import lines_of_run
@@ -127,7 +127,7 @@ def values_of(ask: Ask, feedback: Feedback) -> Outcome:
             baseline, layers = slide_baseline(rerun, layers, feedback)
             refuse_other_ends(source, rows, baseline.result.end_position)
             left = left_dem(baseline.result.stop_reason)
-            told = reach_told(reach_records(layers.lines.ids, baseline.reach, left))
+            told = reach_phrases(reach_records(layers.lines.ids, baseline.reach, left))
             if warning := lost_warning(int(left.sum()), left.size, told):
                 feedback.warn(f"{ask.run}: {warning}; gain_p_low_if_lost and gain_p_high_if_lost bound each gain")
             if things := [*obstacles_of(layers), *stands_of(stands, layers)]:

@@ -163,11 +163,9 @@ def variation(ask: Ask, feedback: Feedback) -> Outcome:
         warn_of_runs(places, slid, layers.lines.ids, feedback)
         scenario = scenario_line(scenario_of(ask, ask.fidelity, layers, logs))  # of which the factors depart
     steps.remove()
-    final = Path(ask.output)
     parts = {"runs": RUNS, "tornado": TORNADO, "picture": PICTURE, "summary": FACTS, "manifest": MANIFEST}
     parts |= {"indices": INDICES} if ask.design != "ends" else {}
-    outputs = {"output": final} | {key: final / name for key, name in parts.items()}
-    return Outcome(outputs, facts, (*lines_of(measured, answers, facts), scenario))
+    return Outcome.of_folder(ask.output, parts, facts, (*lines_of(measured, answers, facts), scenario))
 
 
 TOOL = Tool(

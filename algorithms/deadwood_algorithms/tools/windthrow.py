@@ -85,7 +85,7 @@ class Ask(tool.TakesPresets):
         "Wood whose rate of decay gives the decrease",
         *presets.DECAYS,
         default=None,
-        help=presets.choices_told(presets.DECAYS),
+        help=presets.choices_help(presets.DECAYS),
     )
     years: float | None = tool.number(
         "Years after the storm, with --wood", default=None, minimum=0.0, maximum=100.0, help="Default: 10."

@@ -40,6 +40,11 @@ def saved(path: Path, frame: gpd.GeoDataFrame | None = None, **options: Any) -> 
     return path
 
 
+def empty_beside_full(folder: Path) -> Path:
+    saved(folder / "both.gpkg", trees().iloc[:0], layer="none")
+    return saved(folder / "both.gpkg", layer="full", mode="a")
+
+
 def shapefile(folder: Path, *without: str, name: str = "trees", prj: str | None = None) -> Path:
     path = saved(folder / "shp" / f"{name}.shp")
     for ending in without:
@@ -242,6 +247,10 @@ REFUSED: dict[str, tuple[Any, tuple[str, ...]]] = {
     "mixed types": (lambda f: emptied(f, shapely.LineString([(E, N), (E, N + 1)])), ("row 2: a LineString",)),
     "multipoints": (lambda f: emptied(f, shapely.MultiPoint(PLACES)), ("row 2: a MultiPoint", "Multipart to singlep")),
     "no row": (lambda f: saved(f / "trees.gpkg", trees().iloc[:0]), ("is empty (no feature)",)),
+    "no row, of several layers": (
+        lambda f: f"{empty_beside_full(f)}|layername=none",
+        ("layer 'none': the single trees layer is empty", "features in another: '", "|layername=full'"),
+    ),
     "two layers": (two_layers, ("several layers (Bäume Süd, others)", "|layername=Bäume Süd")),
     "a layer that is not there": (lambda f: f"{two_layers(f)}|layername=Föhren", ("there is no layer 'Föhren'",)),
     "a filter": (

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import base64
 import io
 import re
 import shutil
 import subprocess
-from itertools import pairwise
+from itertools import combinations, pairwise
 from pathlib import Path
 
 import numpy as np
@@ -25,7 +26,8 @@ def page(tmp_path_factory) -> Path:
     case = Case(tmp_path_factory.mktemp("seen"))
     none = case.run(output=str(case.folder / "none"), lines=case.lines)
     full = case.run(output=str(case.folder / "full"), **case.everything())
-    make_report.TOOL(runs=f"{none},{full}", output=str(case.folder / "page.html"))
+    figures = str(case.folder / "figures")
+    make_report.TOOL(runs=f"{none},{full}", output=str(case.folder / "page.html"), figures=figures)
     return case.folder / "page.html"
 
 
@@ -230,6 +232,71 @@ def test_on_paper_every_page_has_its_number_and_none_ends_in_a_heading(browser, 
     assert next(k for k, page in enumerate(pages) if page[0] == "Annex") in (2, 3)
     headings = set(browser.ask("[...document.querySelectorAll('h2, h3, h4')].map((each) => each.textContent)"))
     assert [page[-2] for page in pages if page[-2] in headings] == []
+
+
+def test_on_paper_no_page_is_half_empty(browser, tmp_path):
+    """But the last of all, and that with the signature: what is not torn apart leaves a part of the page before it."""
+    used = []
+    for page in pictures_of(browser.printed(), tmp_path, 40):
+        body = np.asarray(page.convert("L"))[: round(0.94 * page.height)]  # without the page's number
+        used.append(np.flatnonzero((body < 200).any(axis=1)).max() / len(body))
+    assert min(used[:2]) > 0.7, used
+    assert used[2] > 0.4, used
+    assert min(used[3:-1]) > 0.5, used
+
+
+def pictures_of(pdf: bytes, folder: Path, dpi: int) -> list[Image.Image]:
+    """The pages of a PDF."""
+    if not shutil.which("pdftoppm"):
+        pytest.skip("there is no pdftoppm")
+    (folder / "told.pdf").write_bytes(pdf)
+    subprocess.run(["pdftoppm", "-r", str(dpi), "-png", "told.pdf", "told"], cwd=folder, check=True, timeout=60)
+    found = sorted(folder.glob("told-*.png"), key=lambda each: int(each.stem.rpartition("-")[2]))
+    return [Image.open(each).convert("RGB") for each in found]
+
+
+def test_the_same_map_is_in_png_svg_pdf_and_on_the_page(browser, page, tmp_path):
+    """Picture by picture the same but for the edges of what is drawn; the map of another run is another picture."""
+    figures = page.parent / "figures"
+    shown = "document.querySelector('#r1 ~ * .map svg, #r1 .map svg, .chapter:last-of-type .map svg')"
+    browser.ask(f"{shown}.scrollIntoView({{block: 'start'}})")
+    browser.size(1280, 1400)
+    left, top, width, height = box_of(browser, shown)
+    clip = {"x": left + browser.ask("scrollX"), "y": top + browser.ask("scrollY"), "width": width, "height": height}
+    told = browser.call("Page.captureScreenshot", captureBeyondViewport=True, clip={**clip, "scale": 1})
+    on_page = Image.open(io.BytesIO(base64.b64decode(told["data"])))
+    maps = {
+        "png": Image.open(figures / "r1_map.png"),
+        "pdf": pictures_of((figures / "r1_map.pdf").read_bytes(), tmp_path, 100)[0],
+        "page": on_page,
+    }
+    browser.open(figures / "r1_map.svg")
+    browser.wait("document.documentElement.getBoundingClientRect().width > 0")
+    left, top, width, height = box_of(browser, "document.documentElement")
+    told = browser.call(
+        "Page.captureScreenshot",
+        captureBeyondViewport=True,
+        clip={"x": left, "y": top, "width": width, "height": height, "scale": 1},
+    )
+    maps["svg"] = Image.open(io.BytesIO(base64.b64decode(told["data"])))
+    alike = {name: small(picture) for name, picture in maps.items()}
+    other = small(Image.open(figures / "r0_map.png"))
+    for one, two in combinations(alike, 2):
+        assert apart(alike[one], alike[two]) < 0.25 * apart(alike[one], other), (one, two)
+
+
+def small(picture: Image.Image) -> np.ndarray:
+    """A picture so coarse that hairs and letters no longer matter; the ground, white or the page's grey, as white."""
+    ground = Image.new("RGB", picture.size, "#ffffff")
+    whole = picture.convert("RGBA")
+    ground.paste(whole, mask=whole.getchannel("A"))
+    found = np.asarray(ground.resize((60, 64), Image.Resampling.BOX), float)
+    return np.where((found > 238.0).all(axis=2, keepdims=True), 255.0, found)
+
+
+def apart(one: np.ndarray, other: np.ndarray) -> float:
+    """The mean difference of colours."""
+    return float(np.abs(one - other).mean())
 
 
 def test_without_webgl_all_else_is_there(shared, page, tmp_path):

@@ -10,7 +10,7 @@ import pandas
 import pytest
 from slope_case import Case, cut_above_the_road, summary, write_layer
 
-from deadwood_algorithms.results.lost import left_dem, lost_warning, many, reach_told, share_if_lost
+from deadwood_algorithms.results.lost import left_dem, lost_warning, many, reach_phrases, share_if_lost
 from deadwood_algorithms.stats.statistics import wilson_interval
 from deadwood_algorithms.tools import design_values, map_intensity, map_origins, site_barriers, value_trees, vary
 from deadwood_engine import STOP_REASONS
@@ -48,8 +48,8 @@ def test_shares_have_the_bounds_that_none_and_all_of_the_lost_logs_reach():
     left = np.arange(20) < 10
     found = share_if_lost(np.arange(20) >= 8, left)  # two that left had reached it before
     assert (found["n_reach"], found["n_lost"], found["p_low_if_lost"], found["p_high_if_lost"]) == (12, 8, 0.6, 1.0)
-    assert reach_told([{"line_id": "a", **found}]) != []
-    assert reach_told([{"line_id": "a", **share_if_lost(np.ones(20, bool), left)}]) == []
+    assert reach_phrases([{"line_id": "a", **found}]) != []
+    assert reach_phrases([{"line_id": "a", **share_if_lost(np.ones(20, bool), left)}]) == []
     assert not many(1, 20)
     assert many(2, 20)
     assert lost_warning(3, 20, []) is None

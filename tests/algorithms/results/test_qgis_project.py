@@ -56,27 +56,69 @@ def test_the_project_is_in_the_runs_crs_and_knows_the_time(case):
     assert outlines.find("temporal").get("startField") == "t"  # type: ignore[union-attr]
 
 
-def test_the_print_layout_shows_layers_that_there_are_at_a_round_scale(case):
+def test_the_print_layouts_show_layers_that_there_are(case):
     root = project(case)
-    layout = root.find("Layouts/Layout")
-    assert layout is not None
+    layouts = root.findall("Layouts/Layout")
+    assert [each.get("name") for each in layouts] == ["Map of the run, A4 landscape", "Map of the run, A4 portrait"]
     known = {each.findtext("id") for each in root.iter("maplayer")}
-    listed = {each.get("id") for each in layout.iter("layer-tree-layer")}
-    theme = next(each for each in root.iter("visibility-preset") if each.get("name") == layout.get("name"))
+    theme = next(each for each in root.iter("visibility-preset") if each.get("name") == "Map of the run")
     themed = {each.get("id") for each in theme.iter("layer")}
-    assert listed < known
-    assert themed == listed | {"deadwood_terrain"}
+    for layout in layouts:
+        listed = {each.get("id") for each in layout.iter("layer-tree-layer")}
+        assert listed < known
+        assert themed == listed | {"deadwood_terrain"}
 
 
+def test_what_is_on_a_sheet_is_on_the_page_and_nothing_lies_over_another(case):
+    for layout in project(case).findall("Layouts/Layout"):
+        boxes = []
+        for each in layout.findall("LayoutItem"):
+            left, top = (float(part) for part in (each.get("position") or "").split(",")[:2])
+            width, height = (float(part) for part in (each.get("size") or "").split(",")[:2])
+            boxes.append((each.get("type"), shapely.box(left, top, left + width, top + height)))
+        page = layout.find("PageCollection/LayoutItem")
+        assert page is not None
+        width, height = (float(part) for part in (page.get("size") or "").split(",")[:2])
+        assert all(shapely.box(9.9, 4.9, width - 9.9, height - 4.9).covers(box) for _, box in boxes)
+        apart = [box for kind, box in boxes if kind not in (str(qgis_layout.BAR), str(qgis_layout.PICTURE))]
+        assert all(
+            one.intersection(other).area == 0.0 for k, one in enumerate(apart) for other in apart[:k]
+        )  # scale bar and arrow lie on the map
+
+
+def test_a_project_in_german_has_no_english_name(case):
+    """Of layers, groups, sheets, and classes; names that are typed, such as those of files, stay."""
+    german = Case(case.parent / "german")
+    (case.parent / "german").mkdir(exist_ok=True)
+    root = project(german.run(time_limit_s=10.0, qgis_project=True, language="de", **german.everything()))
+    english = project(case)
+
+    def named(root: ElementTree.Element) -> set[str]:
+        found = {each.get("name") or "" for each in root.iter("layer-tree-group")} - {""}
+        found |= {each.findtext("layername") or "" for each in root.iter("maplayer")}
+        found |= {each.get("name") or "" for path in ("Layout", "visibility-preset") for each in root.iter(path)}
+        classes = (each.get("label") or "" for kind in ("category", "range", "item") for each in root.iter(kind))
+        return found | {each for each in classes if any(letter.isalpha() for letter in each)}
+
+    units = ("m", "m/s", "kJ", "%")
+    alike = {"Animation"} | {each for each in named(root) if each.rpartition(" ")[2] in units and " bis " not in each}
+    assert named(root) & named(english) <= alike
+    texts = [each.get("labelText") or "" for each in root.iter("LayoutItem")]
+    assert any(each.startswith("Rutschende Stämme: ") for each in texts)
+    assert any(each.startswith("Massstab 1:[%") for each in texts)
+    assert any("Reibung 0,25" in each for each in texts), texts
+
+
+@pytest.mark.parametrize("sheet", qgis_layout.SHEETS, ids=lambda each: each.name[-9:].strip())
 @pytest.mark.parametrize("width", [3.0, 41.0, 205.0, 206.0, 999.0, 30_000.0])
 @pytest.mark.parametrize("height", [3.0, 160.0, 5_000.0])
-def test_the_scale_is_the_largest_round_one_that_shows_the_extent(width, height):
-    scale = qgis_layout.nice_scale((0.0, 0.0, width, height))
-    needed = max(width / qgis_layout.MAP_MM[2], height / qgis_layout.MAP_MM[3]) * 1000.0
+def test_the_scale_is_the_largest_round_one_that_shows_the_extent(width, height, sheet):
+    scale = qgis_layout.nice_scale((0.0, 0.0, width, height), sheet)
+    needed = max(width / sheet.map[2], height / sheet.map[3]) * 1000.0
     round_ones = sorted(part * 10.0**power for part in (1.0, 2.0, 2.5, 5.0) for power in range(8))
     assert scale == min(each for each in round_ones if each >= needed * (1.0 - 1e-9))
-    bar = qgis_layout.bar_length(scale) / scale * 1000.0
-    assert 0.08 * qgis_layout.MAP_MM[2] < bar <= 0.22 * qgis_layout.MAP_MM[2] * (1.0 + 1e-9)
+    bar = qgis_layout.bar_length(scale, sheet) / scale * 1000.0
+    assert 0.08 * sheet.map[2] < bar <= 0.22 * sheet.map[2] * (1.0 + 1e-9)
 
 
 def test_the_scene_is_as_it_was_modelled(case):

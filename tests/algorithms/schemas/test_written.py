@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 import every_output
 import pytest
 import rasterio
-from every_output import Found
+from every_output import Found, Pictures
 
 from deadwood_algorithms.schemas import BARRIERS, BLOCKS, LINES, LYING_LOGS, RELEASES, STRUCTURES, TREES
 from deadwood_algorithms.schemas.files import DANGER, FAILED, TERRAIN_TILES
@@ -23,8 +23,21 @@ ABSENT = (FAILED, TERRAIN_TILES)
 
 
 @pytest.fixture(scope="module")
-def found(tmp_path_factory) -> list[Found]:
-    return every_output.run_every_tool(tmp_path_factory.mktemp("every_tool"))
+def pictures() -> Pictures:
+    return Pictures()
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory, pictures) -> list[Found]:
+    with pictures.watched():
+        return every_output.run_every_tool(tmp_path_factory.mktemp("every_tool"))
+
+
+def test_all_that_a_tools_picture_says_lies_within_it(found, pictures):
+    """Titles, keys, names of ticks; a picture that is cut to what it holds cannot lack any of it."""
+    assert len(found) > 100
+    assert len(pictures.seen) > 20
+    assert pictures.over == []
 
 
 def unmatched(names: Iterable[str], declared: Iterable[str]) -> list[str]:

@@ -429,6 +429,8 @@ BAD = {
     "a foreign kind": ({"kind": ["wall"], "height_m": [2.0]}, {}, "field 'kind', row 1: 'wall' is not one of"),
     "an overhang": ({"slope_deg": [95.0], "height_m": [2.0]}, {}, "field 'slope_deg', row 1: 95 is not"),
     "a slope of 0": ({"height_m": [2.0]}, {"slope_left_deg": 0.0}, "--slope-left-deg is 0 °"),
+    "an elevation of nowhere": ({}, {"elevation_m": -1e9}, "--elevation-m is -1e+09 m"),
+    "an elevation of nowhere in the layer": ({"elevation_m": [1e5]}, {}, "field 'elevation_m', row 1: 100000 is not"),
     "no z": ({"height_m": [2.0]}, {"elevation_from_z": True}, "row 1: the line has no Z"),
     "another country": ({"height_m": [2.0]}, {"shift": 9e5}, "row 1: the line lies off the DEM"),
     "no length": ({"height_m": [2.0]}, {"line": LineString([(5, 5), (5, 5)])}, "row 1: the line has no length"),

@@ -167,6 +167,23 @@ def test_a_dem_gives_the_crs_and_drops_what_stands_off_it(imported, slope, outco
 
 
 @pytest.mark.parametrize(
+    ("places", "words"),
+    [
+        ("y,x", "x and y are exchanged (in Swiss and Austrian surveys Y is the easting): name the fields, --x-field"),
+        ("x,y", ""),
+        ("lv03", "these are coordinates of EPSG:21781: --crs EPSG:21781"),
+        ("elsewhere", "name the CRS that its supplier states"),
+    ],
+)
+def test_places_that_are_none_of_the_crs_are_said_without_a_dem(imported, said, places, words):
+    east, north = {"lv03": (EAST - 2e6, NORTH - 1e6), "elsewhere": (EAST + 3e6, NORTH + 2e6)}.get(places, (EAST, NORTH))
+    header = places if places == "y,x" else "x,y"
+    imported(f"{header},dbh,height\n{east},{north},30,20\n{east + 5},{north},30,21\n")
+    told = [words in each for each in said.warnings if "is nowhere near the area of EPSG:2056" in each]
+    assert told == [True] * bool(words)
+
+
+@pytest.mark.parametrize(
     ("dbh", "height", "words"),
     [
         (0.35, 20, "the median dbh_cm is 0.35 cm, which is too small; --dbh-unit"),

@@ -178,3 +178,25 @@ def test_upright_logs_in_areas_of_lying_wood_are_questioned(tmp_path, sample, sa
     sample(layer, count=5, orientation="random-lying")
     assert not any("--orientation" in each for each in said.warnings)
     assert outcome["last"].lines[-1] == "posture at the start: all lying"
+
+
+@pytest.mark.parametrize(
+    ("columns", "words"),
+    [
+        ({"release_id": ["Windwurf Nord"]}, "but 'Windwurf Nord' in the field 'release_id' suggests lying wood"),
+        ({"chablis": [1]}, "but the field 'chablis' suggests lying wood"),
+        ({"Zustand": ["liegend tot"]}, "but 'liegend tot' in the field 'Zustand' suggests lying wood"),
+        ({"release_id": ["Bestand Nord"], "Zustand": ["stehend tot"]}, None),
+        ({"release_id": ["Windwurf Nord"], "orientation": ["upright"]}, None),  # said by the layer itself
+    ],
+)
+def test_columns_that_tell_of_lying_wood_bring_the_same_question(tmp_path, sample, said, columns, words):
+    sample(areas(tmp_path, [RING], **columns), count=5)
+    told = [each for each in said.warnings if "suggests lying wood" in each]
+    assert [words in each for each in told] == ([True] if words else [])
+
+
+def test_mapped_deadwood_that_lies_brings_it_too(tmp_path, sample, said):
+    (tmp_path / "wood.csv").write_text("dbh_cm,length_m,Lage\n40,20,am Boden liegend\n50,25,stehend\n")
+    sample(areas(tmp_path, [RING]), count=5, deadwood=str(tmp_path / "wood.csv"))
+    assert any("'am Boden liegend' in the field 'Lage' suggests lying wood" in each for each in said.warnings)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -16,8 +17,12 @@ from deadwood_algorithms.results import lost as lost_logs
 from deadwood_algorithms.stats.statistics import percent, percent_of, reach_record
 
 FEW_LOGS = 100
-
 SHOWN = 6  # coefficients for which that is reported
+
+
+def facts_of(span: Range | None, best: float, fits: bool, logs: int, event: dict[str, Any]) -> dict[str, Any]:
+    """``calibration.json`` without its rows."""
+    return {"range": asdict(span) if span else None, "best": best, "fits": fits, "logs": logs, "event": event}
 
 
 def warn_of_cells(cell: float, feedback: Feedback) -> None:

@@ -24,6 +24,7 @@ from deadwood_algorithms.scene.releases import Releases
 from deadwood_algorithms.schemas.looks import ENDS, RELEASE, ROAD, RUNS
 
 LIKELY, TESTED, WITHIN, SEEN = RUNS[0], RUNS[1], RUNS[2], RUNS[3]
+FEW_SEEN, SEEN_SHARE = 5, 0.06  # more places than these are marks so long, as a share of the axes
 MARGIN_M = 20.0
 CELLS_DRAWN = 900  # along the longer side of the map
 
@@ -102,11 +103,14 @@ def _runouts_panel(axes: Axes, friction: np.ndarray, rows: list[dict[str, Any]],
         friction, low, high, color=ENDS["rest"][1], alpha=0.35, linewidth=0, label="5 to 95 % of the logs"
     )
     axes.plot(friction, middle, color=LIKELY, marker="o", markersize=4, linewidth=1.2, label="median")
-    for k, distance in enumerate(seen):
-        axes.axhline(distance, color=SEEN, linewidth=1.2, label="observed" if k == 0 else None)
-    axes.set_ylim(bottom=0.0)
+    for k, distance in enumerate(seen):  # marks at the side: lines across would hide what they are compared with
+        axes.axhline(
+            distance, 0.0, SEEN_SHARE if seen.size > FEW_SEEN else 1.0, color=SEEN, linewidth=1.2,
+            label="observed" if k == 0 else None,
+        )  # fmt: skip
+    axes.set_ylim(0.0, 1.2 * max(high.max(), *seen, 1.0))  # room for the key above what is drawn
     axes.set_title("run-out, horizontal [m]", fontsize=10, loc="left")
-    axes.legend(fontsize=8.5, framealpha=0.85, edgecolor="none")
+    axes.legend(fontsize=8.5, framealpha=0.85, edgecolor="none", loc="upper center", ncols=3)
 
 
 def seen_runouts(observed: Observed | None, logs: Releases) -> np.ndarray:
@@ -158,4 +162,4 @@ def ground(
             axes.scatter(shapely.get_x(points), shapely.get_y(points), s=70, marker="X", color=SEEN,
                          edgecolors="white", linewidths=0.8, zorder=6, label="observed")  # fmt: skip
     axes.set(xlim=frame[:2], ylim=frame[2:], xticks=[], yticks=[], aspect="equal")
-    axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.01), ncol=3, frameon=False)
+    axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.01), ncol=3, frameon=False, markerscale=1.6)

@@ -85,7 +85,7 @@ def variants_of(sweep: Sequence[float], simulation: Simulation, watched: Watched
 
     def with_friction(friction: float) -> Callable[[SceneLayers], SceneLayers]:
         def changed(on: SceneLayers) -> SceneLayers:
-            on = on.with_lines_before(watched.polylines, watched.event)
+            on = on.with_lines_first(watched.polylines, watched.event)
             return replace(on, scene=on.scene.with_friction(friction))
 
         return changed

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
 import numpy as np
+import shapely
 from matplotlib.lines import Line2D
 
 from deadwood_algorithms.evaluate.hazard.origins import ANY, Origins
@@ -22,14 +22,17 @@ from deadwood_algorithms.results.run_folder import Run
 from deadwood_algorithms.schemas.looks import ROAD
 
 MAP_IN, MOST_MAP_IN = 4.4, 9.0  # a map's width and greatest height [inches]
+ROOM, LEAST_ROOM_M = 0.25, 5.0  # around the cells: a share of their longer side, and metres
 
 
 def draw(path: Path, source: Run, origins: Origins, lines: Sequence[Any]) -> None:
-    """Three maps of one colour scale: the share, and the ends of its interval; with the lines to be reached."""
-    frame = frame_around(origins, lines)
+    """Three maps of one colour scale: the share, and the ends of its interval; with the lines near the cells."""
+    frame = frame_around(origins)
     high = min(MAP_IN * (frame[3] - frame[2]) / (frame[1] - frame[0]), MOST_MAP_IN)
     figure, panels = plt.subplots(1, 3, figsize=(3.0 * MAP_IN + 1.2, high + 1.0), layout="constrained")
-    relief, roads = read_relief(source, frame), coordinates_of(lines) if len(lines) else []
+    near = shapely.box(frame[0], frame[2], frame[1], frame[3])
+    roads = coordinates_of([each for each in lines if each.intersects(near)])
+    relief = read_relief(source, frame)
     west, south, east, north = origins.grid.bounds
     titles = ("share", "lower end of its 95 % interval", "upper end")
     order = (1, 0, 2)  # lower end, share, upper end, from left to right
@@ -46,20 +49,26 @@ def draw(path: Path, source: Run, origins: Origins, lines: Sequence[Any]) -> Non
     show_scale(figure, image, "danger", "logs released in a cell that reach any line [%]", ax=panels, shrink=0.8)
     number = int(origins.released.sum())
     figure.suptitle(
-        f"Places from which lines are reached: {number} logs in cells of {origins.grid.cell:g} m; "
+        f"Places from which lines are reached: {number} logs in cells of {origins.grid.cell:g} m;\n"
         f"empty where fewer than {origins.least} were released",
         fontsize=11,
     )
-    marks = [Line2D([], [], color=ROAD, linewidth=1.8, label="lines to be reached")]
-    figure.legend(handles=marks, loc="outside lower left", ncols=2, frameon=False, fontsize=9)
+    if roads:
+        marks = [Line2D([], [], color=ROAD, linewidth=1.8, label="lines to be reached")]
+        figure.legend(handles=marks, loc="outside lower left", ncols=2, frameon=False, fontsize=9)
     figure.savefig(path, dpi=110)
     plt.close(figure)
 
 
-def frame_around(origins: Origins, shapes: Sequence[Any]) -> Extent:
-    """West, east, south and north [m] of the cells and the shapes near them, with a margin."""
-    west, south, east, north = origins.grid.bounds
-    bounds = np.array([[west, south, east, north], *(each.bounds for each in shapes if not each.is_empty)])
-    (west, south), (east, north) = bounds[:, :2].min(axis=0), bounds[:, 2:].max(axis=0)
-    margin = 0.03 * math.hypot(east - west, north - south) + 1.0
-    return float(west - margin), float(east + margin), float(south - margin), float(north + margin)
+def frame_around(origins: Origins) -> Extent:
+    """West, east, south and north [m] of the cells in which logs started, with room around them."""
+    west, south, _, _ = origins.grid.bounds
+    cell = origins.grid.cell
+    rows, columns = np.nonzero(origins.released)
+    margin = ROOM * cell * max(np.ptp(rows) + 1, np.ptp(columns) + 1) + LEAST_ROOM_M
+    return (
+        float(west + cell * columns.min() - margin),
+        float(west + cell * (columns.max() + 1) + margin),
+        float(south + cell * rows.min() - margin),
+        float(south + cell * (rows.max() + 1) + margin),
+    )

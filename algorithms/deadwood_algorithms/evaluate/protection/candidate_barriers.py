@@ -212,7 +212,7 @@ def contour_candidates(
 
 def with_barriers(layers: SceneLayers, candidates: Sequence[Candidate]) -> SceneLayers:
     """The scene with all candidates as barriers behind its own."""
-    own = layers.plates
+    own = layers.engine_barriers
     parts, item = shapely.get_parts([each.shape for each in candidates], return_index=True)
     vertices, string = shapely.get_coordinates(parts, return_index=True)
     ends = np.cumsum(np.bincount(string, minlength=len(parts)))
@@ -225,4 +225,4 @@ def with_barriers(layers: SceneLayers, candidates: Sequence[Candidate]) -> Scene
     shapes = np.empty(len(candidates), object)
     shapes[:] = [each.shape for each in candidates]
     items = layers.barriers.then(Items([each.id for each in candidates], shapes, item.astype(np.int64)))
-    return replace(layers, plates=plates, barriers=items).prepared_again()
+    return replace(layers, engine_barriers=plates, barriers=items).prepared_again()

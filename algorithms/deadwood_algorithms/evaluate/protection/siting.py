@@ -108,7 +108,7 @@ def passed_to_lines(
         some = rerun.releases.take(np.arange(first, min(first + chunk, n)))
 
         def slide_on(on: SceneLayers) -> tuple[NDArray[np.bool_], list[str]]:
-            on = on.with_lines_before(polylines, items)
+            on = on.with_lines_first(polylines, items)
             report = reporter(feedback, n, "finding where logs pass", before=first)
             result, sides = slide_once(on, some.logs, rerun.simulation, report)
             times = times_of(on.lines, result, some)
@@ -185,7 +185,7 @@ class Siting:
         width /= np.cos(np.pi / (4.0 * ARCS))
         zones = [shapely.buffer(each, width, quad_segs=ARCS) for each in self.shapes]
         polylines, items = as_lines([*self.shapes, *(shapely.Polygon(each.exterior) for each in zones)])
-        self.watched = both.with_lines_before(polylines, items)
+        self.watched = both.with_lines_first(polylines, items)
         self.rows = [np.flatnonzero(both.barriers.item == self.own + k) for k in range(len(self.candidates))]
         # two barriers rule no more than one: whatever is chosen, the next is not the first
         self.first_rules = rerun.rule_of_steps(self.watched) != rerun.rule_of_steps(self.with_only(()))

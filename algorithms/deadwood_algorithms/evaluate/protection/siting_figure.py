@@ -18,7 +18,7 @@ from deadwood_algorithms.evaluate.protection.siting import Siting
 from deadwood_algorithms.files.pictures import scale_and_north, show_lines, show_relief
 from deadwood_algorithms.results.relief import coordinates_of, read_relief
 from deadwood_algorithms.results.run_folder import Run
-from deadwood_algorithms.schemas.looks import BARRIER, CANDIDATE, CHOSEN, RELEASE, ROAD
+from deadwood_algorithms.schemas.looks import BARRIER, CANDIDATE, CHOSEN, RELEASE, ROAD, RUNS
 
 MARKS = "osD^vP*X"  # one a height
 ASIDE_IN = 0.08  # inches on paper between marks of two heights
@@ -44,6 +44,7 @@ def _chart(axes: Any, alone: Any) -> None:
         axes.errorbar(
             rows["length_m"], reach[:, 0], yerr=np.abs(reach[:, 1:] - reach[:, :1]).T, fmt=MARKS[k % len(MARKS)],
             linewidth=0.8, capsize=2, markersize=5, label=f"{height:g} m high", transform=axes.transData + aside,
+            color=RUNS[k % len(RUNS)],
         )  # fmt: skip
     lengths = np.unique(alone["length_m"].round(1))
     if lengths.size <= TICKS_MOST:
@@ -66,7 +67,7 @@ def _map(axes: Any, source: Run, siting: Siting, frame: Any) -> None:
     relief = read_relief(source, extent)
     if relief is not None:
         show_relief(axes, *relief)
-    axes.plot(x, y, ".", color=RELEASE, markersize=1.5, alpha=0.4, zorder=2)
+    axes.plot(x, y, ".", color=RELEASE, markersize=3.0, alpha=0.6, zorder=2)
     show_lines(axes, [np.transpose(each) for each in coordinates_of(lines)], 1.8, zorder=3)
     for each in coordinates_of(siting.shapes):
         axes.plot(*each, color=CANDIDATE, linewidth=1.4, zorder=4)
@@ -76,10 +77,13 @@ def _map(axes: Any, source: Run, siting: Siting, frame: Any) -> None:
             axes.annotate(f"{step}", shape.coords[-1], color=CHOSEN, fontsize=11, fontweight="bold", zorder=6)
     axes.set(xlim=extent[:2], ylim=extent[2:], xticks=[], yticks=[], aspect="equal", facecolor="#F2F2F2")
     scale_and_north(axes)
+    steps = [bool(each) for each in frame["step"]]
     marks = [
-        Line2D([], [], color=CHOSEN, linewidth=3.0, label="chosen"),
+        *([Line2D([], [], color=CHOSEN, linewidth=3.0, label="chosen")] if any(steps) else []),
+        *([Line2D([], [], color=BARRIER, linewidth=3.0, label="there already")] if not all(steps) else []),
         Line2D([], [], color=CANDIDATE, linewidth=1.4, label="candidates"),
         Line2D([], [], color=ROAD, linewidth=1.8, label="lines to be protected"),
         Line2D([], [], color=RELEASE, marker=".", linewidth=0.0, label="releases"),
     ]
-    axes.legend(handles=marks, loc="best", fontsize=8, framealpha=0.8)
+    below = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.01), "ncols": 3}
+    axes.legend(handles=marks, fontsize=8, frameon=False, **below)

@@ -13,7 +13,7 @@ from deadwood_algorithms.evaluate.protection.candidate_barriers import contour_a
 from deadwood_algorithms.evaluate.protection.siting import LogOutcomes, Siting, Step, Trial
 from deadwood_algorithms.params import presets
 from deadwood_algorithms.params.tool import Feedback
-from deadwood_algorithms.results.lost import reach_records, reach_told, share_if_lost, warn_of_lost
+from deadwood_algorithms.results.lost import reach_phrases, reach_records, share_if_lost, warn_of_lost
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.stats.order_statistics import percentile_record
 from deadwood_algorithms.stats.statistics import lost_words, percent_with_interval, points_with_interval
@@ -101,7 +101,7 @@ def layer_of(siting: Siting, layers: SceneLayers, now: LogOutcomes, steps: Seque
     """The run's own barriers, then those chosen in the order of the candidates, with what each does when all stand."""
     rows: list[dict[str, Any]] = []
     shapes: list[Any] = []
-    own, starts = layers.plates, layers.plates.starts
+    own, starts = layers.engine_barriers, layers.engine_barriers.starts
     for k, item in enumerate(layers.barriers.item.tolist()):
         rows.append({"barrier_id": str(layers.barriers.ids[item]), "height_m": float(own.height[k]), "step": 0})
         shapes.append(shapely.LineString(own.vertices[starts[k] : starts[k + 1]]))
@@ -138,8 +138,8 @@ def by_line(siting: Siting, outcomes: LogOutcomes) -> list[dict[str, Any]]:
 
 def warn_of_reach(facts: dict[str, Any], now: LogOutcomes, feedback: Feedback) -> None:
     """Say of which lines the reach, as things are or with the barriers chosen, depends on logs that left."""
-    told = reach_told(facts["reach_by_line"])
-    told += [f"with the barriers chosen, {each}" for each in reach_told(facts["reach_by_line_after"])]
+    told = reach_phrases(facts["reach_by_line"])
+    told += [f"with the barriers chosen, {each}" for each in reach_phrases(facts["reach_by_line_after"])]
     warn_of_lost(int(now.left.sum()), now.left.size, told, feedback)
 
 

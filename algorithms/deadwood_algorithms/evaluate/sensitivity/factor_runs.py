@@ -16,7 +16,7 @@ from deadwood_algorithms.evaluate.sensitivity.factors import OF_LOGS, OF_TREES, 
 from deadwood_algorithms.evaluate.sensitivity.noise import error_surface
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.prepare.releases.logs import in_posture
-from deadwood_algorithms.results.lost import left_dem, reach_records, reach_told, warn_of_lost
+from deadwood_algorithms.results.lost import left_dem, reach_phrases, reach_records, warn_of_lost
 from deadwood_algorithms.scene.friction import number_of
 from deadwood_algorithms.scene.inputs import CONTACT_LAWS
 from deadwood_algorithms.scene.layers import SceneLayers
@@ -135,5 +135,5 @@ def warn_of_runs(places: list[Place], slid: SlidRuns, line_ids: list[Any], feedb
     told = []
     for run in dict.fromkeys((0, most)):
         records = reach_records(line_ids, slid.reach[run], left[run])
-        told += [f"in the run '{places[run].label}' {each}" for each in reach_told(records)]
+        told += [f"in the run '{places[run].label}' {each}" for each in reach_phrases(records)]
     warn_of_lost(int(left[most].sum()), left.shape[1], told, feedback)

@@ -21,6 +21,7 @@ from deadwood_algorithms.schemas.looks import HIGH_END, LOW_END, RUNS
 
 FIRST, TOTAL = "#999999", RUNS[0]
 OUTCOMES_SHOWN = 5
+SIDE_SHARE = 0.06  # of the longest bar, free on both sides
 PANEL_IN, BAR_IN, HEAD_IN, FOOT_IN = 1.25, 0.36, 0.75, 0.55
 
 
@@ -28,6 +29,7 @@ def draw(path: Path, measured: Sequence[Measured], answers: Sequence[Answer], lo
     shown = list(zip(measured, answers, strict=True))[:OUTCOMES_SHOWN]
     factors = len(shown[0][0].bars)
     design = any(each.indices is not None for each, _ in shown)
+    drawn = any(has_indices(each) for each, _ in shown)
     panel = PANEL_IN + BAR_IN * factors
     height = HEAD_IN + panel * len(shown) + FOOT_IN
     figure, grid = plt.subplots(
@@ -47,7 +49,7 @@ def draw(path: Path, measured: Sequence[Measured], answers: Sequence[Answer], lo
         Patch(facecolor=HIGH_END, label="high end"),
         Line2D([], [], color="black", linewidth=1.0, label="as it is"),
     ]
-    if design:
+    if drawn:
         handles += [
             Patch(facecolor=TOTAL, label="total-effect index"),
             Patch(facecolor=FIRST, label="first-order index"),
@@ -94,8 +96,15 @@ def bars(axes: Axes, one: Measured, order: Sequence[int], answer: Answer) -> Non
     axes.set_ylim(len(order) - 0.5, -0.5)
     axes.set_xlabel(f"reach of {one.line} [%]" if one.is_share else "mean run-out [m]", fontsize=9)
     axes.set_title(textwrap.fill(answer.sentence, 120, break_on_hyphens=False), fontsize=8.5, loc="left")
-    axes.margins(x=0.06)
+    ends = [base, *(scale * each for bar in one.bars for each in (bar.at_low, bar.at_high))]
+    room = SIDE_SHARE * (max(ends) - min(ends)) or 1.0  # or bars end at the frame, which looks like no bar
+    axes.set_xlim(min(ends) - room, max(ends) + room)
     bare_frame(axes)
+
+
+def has_indices(one: Measured) -> bool:
+    """Whether the outcome varies enough for shares of its variance."""
+    return one.indices is not None and bool(np.isfinite(one.indices.total).all())
 
 
 def indices(axes: Axes, one: Measured, order: Sequence[int]) -> None:
@@ -104,7 +113,7 @@ def indices(axes: Axes, one: Measured, order: Sequence[int]) -> None:
     axes.set_yticks(range(len(order)), [""] * len(order))
     axes.set_ylim(len(order) - 0.5, -0.5)
     found = one.indices
-    if found is None or not np.isfinite(found.total).all():
+    if found is None or not has_indices(one):
         axes.text(0.5, 0.5, "does not vary beyond chance", transform=axes.transAxes, ha="center", color="#777777")
         bare_frame(axes)
         return

@@ -12,6 +12,7 @@ from deadwood_algorithms.evaluate.sites import sites_figure
 from deadwood_algorithms.evaluate.sites.overview import SiteFound, reach_of_all, sites_layer, words_of_sites
 from deadwood_algorithms.files.tables import write_csv
 from deadwood_algorithms.files.vectors import write_vector
+from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.results.scenario import scenario_line
 from deadwood_algorithms.stats.statistics import percent_with_interval
 
@@ -27,6 +28,17 @@ def summary_of_sites(found: Sequence[SiteFound]) -> dict[str, Any]:
         "reach": reach_of_all(found),
         "failures": [{"site": each.name, "message": each.rows[0].message} for each in failed],
     }
+
+
+def refuse_failed(found: Sequence[SiteFound], output: str) -> None:
+    """The error that ends a run of which sites failed, once the others are written."""
+    failed = [each for each in found if each.failed]
+    if failed:
+        names = ", ".join(each.name for each in failed[:5]) + (" ..." if len(failed) > 5 else "")
+        raise UserError(
+            f"{len(failed)} of {len(found)} sites failed ({names}); the others are in {output}, whose {TABLE} "
+            "says why; fix the causes, and run again with --resume: only what is not finished is slid"
+        )
 
 
 def write_overview(folder: Path, found: Sequence[SiteFound], merged: Sequence[Path]) -> None:

@@ -43,6 +43,22 @@ class SiteOptions:
     fault: str = ""
 
 
+def refuse_unclear(
+    sites: str | None, configs: str | None, by: str | None, dem: str | None, releases: str | None
+) -> None:
+    """Exactly one source of sites, and of scattered releases what they need."""
+    given = [flag for flag, value in (("--sites", sites), ("--configs", configs), ("--by", by)) if value]
+    if len(given) != 1:
+        found = f"{' and '.join(given)} are given" if given else "none is given"
+        raise UserError(
+            f"run-sites takes one of --sites TABLE, --configs FOLDER, and --by FIELD with --releases; {found}"
+        )
+    if by is not None:
+        for flag, value in (("--dem", dem), ("--releases", releases)):
+            if value is None:
+                raise UserError(f"--by {by} needs {flag}: one layer of releases on one terrain model")
+
+
 def sites_of_table(path: str, slides: Tool, feedback: Feedback) -> list[SiteOptions]:
     """One site a row; columns are parameters of ``slides`` by their flags' names, empty cells are not given.
 

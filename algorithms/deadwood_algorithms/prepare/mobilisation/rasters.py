@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import os
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,7 +24,9 @@ from deadwood_algorithms.prepare.mobilisation.deadwood import Deadwood
 from deadwood_algorithms.prepare.mobilisation.relief import radius_of, relief
 from deadwood_algorithms.schemas.files import SUSCEPTIBILITY
 
-BLOCK = 512  # cells a side worked on at once, some 25 arrays of 2 MiB; a multiple of the tiles of the files
+BLOCK = 512  # cells a side worked on at once, ten arrays of 2 MiB; a multiple of the tiles of the files
+MOST_THREADS = 4  # beyond, reading and packing take longer
+SUSCEPTIBLE = {"susceptibility": "1"}
 FACTORS = (("slope", "°"), ("roughness", "m"), ("depth across the slope", "m"))
 Friction = Callable[[Grid], float | NDArray[np.float64]]
 
@@ -38,46 +44,56 @@ class Limits:
     threshold: float
 
 
+@dataclass(frozen=True)
+class Judged:
+    """A window: its rows (from the south) and columns; susceptibility; slope [degrees], roughness and depth [m]."""
+
+    rows: slice
+    columns: slice
+    value: NDArray[np.float32]
+    factors: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
+
+
 def write_susceptibility(
     susceptible: Path, factors: Path, mask: Path, dem: DemWindows, friction: Friction,
-    deadwood: Deadwood | None, limits: Limits, feedback: Feedback, *, keeps_factors: bool,
+    deadwood: Deadwood | None, limits: Limits, feedback: Feedback, *, keeps_factors: bool, draws_areas: bool,
 ) -> float:  # fmt: skip
-    """Write the three rasters, let the deadwood look at them, and give the mean susceptibility.
+    """Write the susceptibility and what else is needed, let the deadwood look at it, and give its mean.
 
-    The mask, and the factors unless they are kept, serve the release areas alone.
+    The mask serves the release areas alone; so do the factors if they are not kept, and then have the areas' cells.
+    Windows without any height are not written, and read as nodata.
     """
-    radius, wide = (_radius(name, getattr(limits, name), dem, feedback) for name in ("window_m", "gully_window_m"))
-    halo = max(radius, wide)
     total, known = 0.0, 0
     windows = _windows(dem.shape)
-    with (
-        _writer(susceptible, dem, "float32", np.nan, {"susceptibility": "1"}, "susceptibility") as output,
-        _writer(factors, dem, "float32", np.nan, dict(FACTORS), "factors", final=keeps_factors) as beside,
-        _writer(mask, dem, "uint8", None, {"susceptible": "1"}, final=False) as above,
-    ):
-        for done, (rows, columns) in enumerate(windows):
-            if feedback.cancelled():
-                raise Cancelled
-            around = dem.grid(
-                slice(rows.start - halo, rows.stop + halo), slice(columns.start - halo, columns.stop + halo)
-            )
-            at_log = relief(_inner(around.values, halo - radius), dem.cell, radius)
-            at_gully = relief(_inner(around.values, halo - wide), dem.cell, wide)
-            mu = friction(dem.grid(rows, columns))
-            value = susceptibility(at_log.slope, at_log.roughness, mu, limits).astype(np.float32)
-            parts = (np.degrees(np.arctan(at_log.slope)), at_log.roughness, at_gully.hollow)
-            size = columns.stop - columns.start, rows.stop - rows.start
-            window = Window(columns.start, dem.shape[0] - rows.stop, *size)  # type: ignore[call-arg]
-            output.write(value[None, ::-1], window)
-            beside.write(np.stack(parts).astype(np.float32)[:, ::-1], window)
-            chosen = np.nan_to_num(value) >= limits.threshold
-            above.write(chosen.astype(np.uint8)[None, ::-1], window)
-            if deadwood:
-                gully = np.where(np.isfinite(value), np.nan_to_num(at_gully.hollow) >= limits.gully_depth_m, np.nan)
-                deadwood.look(
-                    rows, columns, susceptibility=value, slope_deg=parts[0], roughness_m=parts[1], gully=gully
-                )
-            total, known = total + float(np.nansum(value, dtype=float)), known + int(np.isfinite(value).sum())
+    with ExitStack() as stack:
+        output = stack.enter_context(_writer(susceptible, dem, "float32", np.nan, SUSCEPTIBLE, "susceptibility"))
+        beside = above = None
+        if keeps_factors or draws_areas:
+            writer = _writer(factors, dem, "float32", np.nan, dict(FACTORS), "factors", final=keeps_factors)
+            beside = stack.enter_context(writer)
+        if draws_areas:
+            above = stack.enter_context(_writer(mask, dem, "uint8", None, {"susceptible": "1"}, final=False))
+        judged = stack.enter_context(closing(_judged(windows, dem, friction, limits, feedback)))
+        for done, (each, (rows, columns)) in enumerate(zip(judged, windows, strict=True)):
+            if each is None:
+                for writer in filter(None, (output, beside, above)):
+                    writer.leave_out((rows.stop - rows.start) * (columns.stop - columns.start))
+            else:
+                size = columns.stop - columns.start, rows.stop - rows.start
+                window = Window(columns.start, dem.shape[0] - rows.stop, *size)  # type: ignore[call-arg]
+                chosen = np.nan_to_num(each.value) >= limits.threshold
+                output.write(each.value[None, ::-1], window)
+                if beside:
+                    parts = np.stack(each.factors).astype(np.float32)
+                    if not keeps_factors:
+                        parts[:, ~chosen] = np.nan
+                    beside.write(parts[:, ::-1], window)
+                if above:
+                    above.write(chosen.astype(np.uint8)[None, ::-1], window)
+                if deadwood:
+                    _show(deadwood, each, limits.gully_depth_m)
+                total += float(np.nansum(each.value, dtype=float))
+                known += int(np.isfinite(each.value).sum())
             feedback.progress(done + 1, len(windows), "assessing the terrain")
     if not known:
         raise UserError(
@@ -86,6 +102,49 @@ def write_susceptibility(
         )
     styles.store_beside(susceptible, styles.of_raster(SUSCEPTIBILITY.look))
     return total / known
+
+
+def _judged(
+    windows: list[tuple[slice, slice]], dem: DemWindows, friction: Friction, limits: Limits, feedback: Feedback
+) -> Iterator[Judged | None]:
+    """Each window in turn, None where the DEM has no height; read here, fitted in threads, a few of them ahead."""
+    radius, wide = (_radius(name, getattr(limits, name), dem, feedback) for name in ("window_m", "gully_window_m"))
+    halo = max(radius, wide)
+
+    def fitted(rows: slice, columns: slice, heights: NDArray[np.float64], mu: float | NDArray[np.float64]) -> Judged:
+        at_log = relief(_inner(heights, halo - radius), dem.cell, radius)
+        hollow = relief(_inner(heights, halo - wide), dem.cell, wide).hollow
+        value = susceptibility(at_log.slope, at_log.roughness, mu, limits).astype(np.float32)
+        return Judged(rows, columns, value, (np.degrees(np.arctan(at_log.slope)), at_log.roughness, hollow))
+
+    threads = min(MOST_THREADS, os.cpu_count() or 1)
+    ahead: deque[Future[Judged] | None] = deque()
+    with ThreadPoolExecutor(threads) as pool:
+        for rows, columns in windows:
+            if feedback.cancelled():
+                raise Cancelled
+            around = dem.grid(
+                slice(rows.start - halo, rows.stop + halo), slice(columns.start - halo, columns.stop + halo)
+            )
+            here = np.isfinite(_inner(around.values, halo)).any()
+            mu = friction(dem.grid(rows, columns)) if here else 0.0
+            ahead.append(pool.submit(fitted, rows, columns, around.values, mu) if here else None)
+            if len(ahead) > 2 * threads:
+                yield _result(ahead.popleft())
+        while ahead:
+            yield _result(ahead.popleft())
+
+
+def _result(future: Future[Judged] | None) -> Judged | None:
+    return future.result() if future else None
+
+
+def _show(deadwood: Deadwood, judged: Judged, gully_depth_m: float) -> None:
+    slope, roughness, hollow = judged.factors
+    gully = np.where(np.isfinite(judged.value), np.nan_to_num(hollow) >= gully_depth_m, np.nan)
+    deadwood.look(
+        judged.rows, judged.columns, susceptibility=judged.value, slope_deg=slope, roughness_m=roughness, gully=gully
+    )
 
 
 def susceptibility(
@@ -135,8 +194,8 @@ def _writer(
     final: bool = True,
 ) -> WindowWriter:
     """``bands``: unit by name."""
-    profile = geotiff_profile(dem.shape, dem.crs, dem.transform, dtype, nodata, len(bands))
-    writer = WindowWriter(path, final=final, **profile)
+    profile = geotiff_profile(dem.shape, dem.crs, dem.transform, dtype, nodata, len(bands)) | {"SPARSE_OK": True}
+    writer = WindowWriter(path, final=final, of_region=True, **profile)
     for band, (name, unit) in enumerate(bands.items(), start=1):
         describe_band(writer.target, band, name, raster=raster)
         writer.target.set_band_unit(band, unit)

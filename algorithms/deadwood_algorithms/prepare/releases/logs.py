@@ -73,11 +73,8 @@ def orientations(frame: pandas.DataFrame) -> np.ndarray:
     return words
 
 
-def mapped_deadwood(path: str, feedback: Feedback) -> dict[str, np.ndarray]:
+def mapped_deadwood(rows: pandas.DataFrame, feedback: Feedback) -> dict[str, np.ndarray]:
     """The columns that a table of mapped deadwood holds; DBH and length (or the height of a tree) it must."""
-    from deadwood_algorithms.files.vectors import read_table
-
-    rows = read_table(path, what="mapped deadwood")
     if not len(rows):
         raise UserError(f"{where_of(rows)}: the mapped deadwood layer is empty (no feature)")
     rows = rows.rename(columns={name: str(name).lower() for name in rows.columns})

@@ -51,10 +51,15 @@ def write_with_structures(path: Path, dem: DemWindows, plans: Sequence[Plan], fe
             window = dem.file_window(rows, slice(0, dem.shape[1]))
             raw = source.read(1, window=window)
             _build_into(raw[::-1] if dem.flipped else raw, rows, dem, plans)
+            _refuse_open_sides(plans)
             writer.write(raw[None], window)
             if masked:
                 writer.target.write_mask(source.read_masks(1, window=window), window=window)
             feedback.progress(done + 1, len(strips), "writing the DEM")
+    styles.store_beside(path, styles.of_raster(DEM.look))
+
+
+def _refuse_open_sides(plans: Sequence[Plan]) -> None:
     for plan in plans:
         if plan.work.open_at:
             raise UserError(
@@ -62,7 +67,6 @@ def write_with_structures(path: Path, dem: DemWindows, plans: Sequence[Plan], fe
                 f"{plan.work.open_at[0]:.0f}, {plan.work.open_at[1]:.0f}); make the slope of the side steeper than "
                 "that of the ground, or the reach longer"
             )
-    styles.store_beside(path, styles.of_raster(DEM.look))
 
 
 def _build_into(raw: NDArray[Any], rows: slice, dem: DemWindows, plans: Sequence[Plan]) -> None:

@@ -53,6 +53,7 @@ def read_source(
 
     ``source`` is a name of `sources.SOURCES`, ``xy`` the user's own columns of the coordinates.
     """
+    from deadwood_algorithms.files.crs import misnamed
     from deadwood_algorithms.files.vectors import read_table, read_vector
 
     rows = read_table(path, what="single trees")
@@ -73,9 +74,12 @@ def read_source(
         y_field=xy[1] if xy else None,
         rows=rows,
     )
+    shapes = np.asarray(frame.geometry.array)
     if not ground:
         refuse_not_metric(frame)
-    shapes = np.asarray(frame.geometry.array)
+        places = shapely.centroid(shapes)
+        if wrong := misnamed(frame.crs, shapely.get_x(places), shapely.get_y(places)):
+            feedback.warn(f"{where_of(frame)}: the middle of the trees, {wrong}")
     crowns = shapely.get_type_id(shapes) != 0
     if crowns.any():
         feedback.note(f"{where_of(frame)}: {crowns.sum()} crown polygons; the tree stands at each one's centroid")

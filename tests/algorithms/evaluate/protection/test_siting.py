@@ -233,14 +233,14 @@ def test_candidates_stand_behind_the_runs_own_barriers_each_with_its_line_and_he
     layers: Any = BarrierLayers(Barriers(watched.vertices, watched.starts, np.array([1.0, 3.0])), items)
     both = with_barriers(layers, could)
     assert [str(each) for each in both.barriers.ids] == ["0", "1", "two parts", "one"]
-    starts = both.plates.starts
-    assert (starts[0], starts[-1]) == (0, len(both.plates.vertices))
-    parts = [both.plates.vertices[a:b] for a, b in pairwise(starts.tolist())]
+    starts = both.engine_barriers.starts
+    assert (starts[0], starts[-1]) == (0, len(both.engine_barriers.vertices))
+    parts = [both.engine_barriers.vertices[a:b] for a, b in pairwise(starts.tolist())]
     stand = [*zip(own, (1.0, 3.0), strict=True), *((each.shape, each.height) for each in could)]
     for number, (shape, height) in enumerate(stand):
         rows = np.flatnonzero(both.barriers.item == number)
         assert shapely.union_all([shapely.LineString(parts[row]) for row in rows]).equals(shape)
-        assert set(both.plates.height[rows].tolist()) == {height}
+        assert set(both.engine_barriers.height[rows].tolist()) == {height}
 
 
 class Started(SimpleNamespace):

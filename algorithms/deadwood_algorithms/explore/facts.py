@@ -1,4 +1,4 @@
-"""What is sent about a scene and an answer: facts and arrays, in metres from the terrain model's south-west corner."""
+"""What an answer and a scene are sent as: facts and arrays, in metres from the terrain model's south-west corner."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from deadwood_algorithms.simulate.fidelity_trade import REACH_ERRORS
 from deadwood_algorithms.stats.statistics import paired_interval
 from deadwood_engine import FIDELITIES, STOP_REASONS, Barriers, LyingLogs
 
-MOST_HOLDERS = 30  # trees told that hold logs, those first that hold most
+MOST_HOLDERS = 30  # trees that hold logs, those first that hold most
 COARSE = 400  # cells of the heights for the 3-D view, at most, along the longer side
 VARIANTS = BEFORE, AFTER = "before", "after"  # which scene the poses are of
 Corner = Sequence[float]  # world coordinates of the south-west corner [m]
@@ -55,10 +55,10 @@ def scene_frame(layers: SceneLayers, relief: Relief, defaults: Defaults) -> Fram
         "crs": crs_name(dem.crs),
         "levels": relief.levels,
         "tile": TILE,
-        "lines": lines_told(layers.lines, corner),
-        "barriers": barriers_told(layers, corner),
-        "lying_logs": lying_told(layers, corner),
-        "blocks": blocks_told(layers, corner),
+        "lines": line_facts(layers.lines, corner),
+        "barriers": barrier_facts(layers, corner),
+        "lying_logs": lying_log_facts(layers, corner),
+        "blocks": block_facts(layers, corner),
         "defaults": {
             "friction": defaults.friction,
             "rolling_friction": defaults.rolling_friction,
@@ -81,7 +81,7 @@ def scene_frame(layers: SceneLayers, relief: Relief, defaults: Defaults) -> Fram
             "lying_length_max": LONGEST_LYING_M,
             "poses_max": MOST_POSED,
         },
-        "fidelities": [fidelity_told(name) for name in FIDELITIES],
+        "fidelities": [fidelity_facts(name) for name in FIDELITIES],
         "reasons": STOP_REASONS,
         "heights_step": step,
     }
@@ -96,7 +96,7 @@ def scene_frame(layers: SceneLayers, relief: Relief, defaults: Defaults) -> Fram
     return Frame(facts, arrays)
 
 
-def fidelity_told(name: str) -> dict[str, Any]:
+def fidelity_facts(name: str) -> dict[str, Any]:
     """A fidelity and how far it is off from the finest on the benchmark's slopes, in the mean [points]."""
     if name not in REACH_ERRORS:
         return {"name": name, "error_points": None, "ci_low": None, "ci_high": None}
@@ -108,7 +108,7 @@ def local(points: NDArray[np.float64], corner: Corner) -> list[list[float]]:
     return np.round(np.reshape(points, (-1, 2)) - corner, 3).tolist()
 
 
-def lines_told(items: Items, corner: Corner) -> list[dict[str, Any]]:
+def line_facts(items: Items, corner: Corner) -> list[dict[str, Any]]:
     """One entry a line or polygon; of several parts or rings each is a list of points."""
     found = []
     for name, shape in zip(items.ids, items.geometry, strict=True):
@@ -118,15 +118,15 @@ def lines_told(items: Items, corner: Corner) -> list[dict[str, Any]]:
     return found
 
 
-def barriers_told(layers: SceneLayers, corner: Corner) -> list[dict[str, Any]]:
-    plates: Barriers = layers.plates
+def barrier_facts(layers: SceneLayers, corner: Corner) -> list[dict[str, Any]]:
+    plates: Barriers = layers.engine_barriers
     return [
         {"barrier_id": str(layers.barriers.ids[item]), "height_m": float(height), "points": local(points, corner)}
         for points, item, height in zip(split(plates), layers.barriers.item, plates.height, strict=True)
     ]
 
 
-def lying_told(layers: SceneLayers, corner: Corner) -> list[dict[str, Any]]:
+def lying_log_facts(layers: SceneLayers, corner: Corner) -> list[dict[str, Any]]:
     lying: LyingLogs = layers.lying_logs
     return [
         {"lying_id": str(layers.lying.ids[item]), "diameter_cm": 100.0 * float(base), "points": local(points, corner)}
@@ -138,7 +138,7 @@ def split(lines: Barriers | LyingLogs) -> list[NDArray[np.float64]]:
     return np.split(lines.vertices, lines.starts[1:-1]) if len(lines.starts) > 1 else []
 
 
-def blocks_told(layers: SceneLayers, corner: Corner) -> list[dict[str, Any]]:
+def block_facts(layers: SceneLayers, corner: Corner) -> list[dict[str, Any]]:
     solid = layers.blocks.solid
     places = local(np.column_stack([solid.x, solid.y]), corner)
     return [
@@ -151,7 +151,7 @@ def hits_frame(answer: Answer, number: int, began: float, corner: Corner) -> Fra
     """The first batches of an answer together, up to this one, in the scene as it was read."""
     batches = answer.base[: number + 1]
     done = batches[-1].rows.stop
-    facts = {"op": "hits", "id": answer.question.number, "reach": reach_told(answer, batches)}
+    facts = {"op": "hits", "id": answer.question.number, "reach": reach_facts(answer, batches)}
     return pictured(answer, facts, batches, "hits", done, began, corner)
 
 
@@ -181,12 +181,12 @@ def difference_frame(answer: Answer, number: int, asked: Any, began: float, corn
         "id": asked,
         "concerned": sum(each.concerned for each in changed),
         "lines": lines,
-        "reach": reach_told(answer, changed),
+        "reach": reach_facts(answer, changed),
     }
     return pictured(answer, facts, changed, "hits_after", done, began, corner)
 
 
-def reach_told(answer: Answer, batches: Sequence[Batch]) -> list[dict[str, Any]]:
+def reach_facts(answer: Answer, batches: Sequence[Batch]) -> list[dict[str, Any]]:
     """As a run's summary tells it: also what the shares may be for the logs that left the terrain model."""
     reach = np.concatenate([each.reach for each in batches])
     left = left_dem(np.concatenate([each.reason for each in batches]))
@@ -209,13 +209,13 @@ def pictured(
     ends = np.concatenate([each.end for each in batches]) - corner
     total = len(answer.releases)
     counted = np.bincount(reason[reason >= 0], minlength=len(STOP_REASONS)).tolist()
-    told = {
+    content = {
         **facts,
         "done": done,
         "n": total,
         "fidelity": answer.question.fidelity,
         "stopped": dict(zip(STOP_REASONS, counted, strict=True)),
-        "holders": holders_told(answer, batches),
+        "holders": holder_facts(answer, batches),
         "at": [column, answer.layers.dem.shape[0] - south - box.count.shape[0]],
         "ms": round(1e3 * (time.perf_counter() - began), 1),
         "final": done == total,
@@ -226,10 +226,10 @@ def pictured(
         "deposits_y": ends[:, 1].astype(np.float32),
         "deposits_reason": reason.astype(np.uint8),
     }
-    return Frame(told, arrays)
+    return Frame(content, arrays)
 
 
-def holders_told(answer: Answer, batches: Sequence[Batch]) -> list[dict[str, int]]:
+def holder_facts(answer: Answer, batches: Sequence[Batch]) -> list[dict[str, int]]:
     """The trees that hold most logs; planted ones are numbered after those of the layer."""
     sums: Counter[int] = Counter()
     for each in batches:
@@ -251,12 +251,12 @@ def poses_frame(answer: Answer, most: int, variant: str, number: Any, corner: Co
     count = int(np.searchsorted(row, logs))
     shift = np.array([*corner, 0.0])
     base, tip = (np.concatenate([getattr(each, name) for each in poses])[:count] - shift for name in ("base", "tip"))
-    logs_told = answer.releases.logs.take(slice(0, logs))
+    shown_logs = answer.releases.logs.take(slice(0, logs))
     arrays = {
         "t": np.concatenate([each.time for each in poses])[:count].astype(np.float32),
         "base": base.astype(np.float32),
         "tip": tip.astype(np.float32),
         "offsets": np.searchsorted(row[:count], np.arange(logs + 1)).astype(np.uint32),
-        "diameter": np.asarray(logs_told.diameter, np.float32),
+        "diameter": np.asarray(shown_logs.diameter, np.float32),
     }
     return Frame({"op": "poses", "id": number, "logs": logs, "variant": variant}, arrays)

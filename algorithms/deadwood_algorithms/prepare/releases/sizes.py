@@ -1,0 +1,78 @@
+"""Logs of release areas: their sizes by option, preset or law, and the lines of the outcome."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_algorithms import schemas
+from deadwood_algorithms.files.columns import schema_column
+from deadwood_algorithms.params import presets
+from deadwood_algorithms.params.tool import Feedback, UserError
+from deadwood_algorithms.prepare.releases.logs import Drawn
+from deadwood_algorithms.prepare.trees.allometry import PUBLISHED
+
+if TYPE_CHECKING:
+    import pandas
+
+
+def sizes_of(
+    given: Mapping[str, float | None],
+    taken: presets.Taken,
+    areas: pandas.DataFrame,
+    feedback: Feedback,
+    *,
+    mapped: bool,
+) -> dict[str, float]:
+    """DBH, length and density where the areas name none: given, of the preset, or one size from the other by its law.
+
+    Where an area names the one size alone, its other size follows from that: ``areas`` gets a column of it.
+
+    given : DBH [cm] and length [m] of the options
+    mapped : the sizes are drawn from mapped deadwood
+    """
+    sizes: dict[str, float] = taken.values
+    law = PUBLISHED[taken.preset.law] if taken.preset.law else None
+    nowhere = np.array(np.nan)
+    for name, other in (("length_m", "dbh_cm"), ("dbh_cm", "length_m")):
+        own = given[name]
+        if own is not None:
+            sizes[name] = own
+        elif law and name not in areas and (other in areas or given[other] is not None):
+            derive = law.height if name == "length_m" else law.dbh
+            known = schema_column(areas, schemas.RELEASES.column(other), given[other])
+            derived = np.round(derive(known, nowhere), 2)
+            areas[name] = derived
+            low, high = derived.min(), derived.max()
+            shown = f"{low:g}" + (f" to {high:g}" if high > low else "")
+            feedback.note(f"{name} {shown} follows from {other} by {taken.preset.law}, {law}")
+    missing = [name for name in ("dbh_cm", "length_m") if name not in sizes and name not in areas]
+    if missing and not mapped:
+        raise UserError(
+            f"--preset {taken.preset.name} does not say {' and '.join(missing)}; give {presets.flag_of(missing[0])}"
+            + (" or --length-m, from which the other follows" if law else "")
+        )
+    return dict.fromkeys(missing, 1.0) | sizes  # of missing ones each row of the mapped deadwood has its own
+
+
+def lines_of_sample(
+    counts: NDArray[np.int64], drawn: Drawn, weights: str | None, logs_per_ha: float | None
+) -> tuple[str, ...]:
+    """How many logs were drawn where, and how they lie.
+
+    counts : by area, or by cell of the raster ``weights``, where there are no areas
+    """
+    each = f"{counts.min()}" if counts.min() == counts.max() else f"{counts.min()} to {counts.max()}"
+    where = f"{counts.size} release areas" if weights is None else f"the cells of {weights} with a weight"
+    first = f"{counts.sum()} logs in {where}" + (f", {each} each" if weights is None else "")
+    first += f" ({logs_per_ha:g} a hectare)" if logs_per_ha else ""
+    empty = int((counts == 0).sum())
+    said = [f"{empty} areas are too small for a log at {logs_per_ha:g} a hectare"] if empty else []
+    words, number = np.unique(drawn.columns["orientation"].astype(str), return_counts=True)
+    posture = ", ".join(
+        f"{count} {word}" if words.size > 1 else f"all {word}" for word, count in zip(words, number, strict=True)
+    )
+    return (first, *said, *drawn.said, f"posture at the start: {posture}")

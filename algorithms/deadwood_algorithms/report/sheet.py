@@ -1,0 +1,66 @@
+"""The words of a run's QGIS project and its print layout, in one language of the report."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from deadwood_algorithms.params.tool import VERSION
+from deadwood_algorithms.report.rounded import shown_share
+from deadwood_algorithms.report.scenario_box import scenario_rows
+from deadwood_algorithms.report.sheet_phrases import QGIS_PHRASES
+from deadwood_algorithms.report.words import Words
+from deadwood_algorithms.results.qgis_layout import SheetWords
+from deadwood_algorithms.results.run_folder import Run
+from deadwood_algorithms.schemas.looks import ENDS
+
+if TYPE_CHECKING:
+    import pyproj
+
+MOST_ANSWERS = 3  # of several lines
+SCALE = "[% format_number(map_get(item_variables('map'), 'map_scale'), 0) %]"
+DATE = "[% format_date(now(), 'yyyy-MM-dd') %]"
+PHRASES = {english: phrase for phrase, english in QGIS_PHRASES.items()} | {
+    label: f"stop_{reason}" for reason, (label, *_) in ENDS.items()
+}
+
+
+def sheet_words(run: Run, name: str, crs: pyproj.CRS, words: Words) -> SheetWords:
+    """What the project says of a run, which will stand in a folder of this name."""
+    summary = run.summary("reach", "scenario")
+    answers = [
+        words.say("answer", line=each["line_id"], share=f"{shown_share(each, words)} {words.say('of_logs')}")
+        for each in summary["reach"]
+    ]
+    if (more := len(answers) - MOST_ANSWERS) > 0:
+        answers[MOST_ANSWERS:] = [words.say("sheet_more", n=more)]
+    known = crs.to_authority()
+    where = f"{crs.name} ({':'.join(known)})" if known else crs.name
+    things = {words.say(f"model_{name}") for name in ("trees", "barriers", "lying_logs", "blocks", "lines")}
+    rows = [(name, value) for name, value in scenario_rows(summary["scenario"], words) if value != "–"]
+    rows = [" ".join(each) for each in rows if each[0] not in things or each[1] != "0"]
+    return SheetWords(
+        title=words.say("sheet_title", name=name),
+        answers="   ".join(answers),
+        scenario="; ".join(rows),
+        foot=words.say("sheet_foot", scale=SCALE, crs=where, version=VERSION, date=DATE),
+        of=lambda english: in_language(english, words),
+    )
+
+
+def in_language(english: str, words: Words) -> str:
+    """A name of the project, or the label of a class, such as ``20 to 40 cm DBH``; what is not known stays."""
+    if words.language == "en":
+        return english
+    if english in PHRASES:
+        return words.say(PHRASES[english])
+    if found := re.fullmatch(r"(over|up to) (.+)", english):
+        phrase, end = ("sheet_over", "low") if found[1] == "over" else ("sheet_up_to", "high")
+        return words.say(phrase, **{end: _unit(found[2], words)})
+    if found := re.fullmatch(r"(\S+) to (.+)", english):
+        return words.say("sheet_between", low=words.signs(found[1]), high=_unit(found[2], words))
+    return english
+
+
+def _unit(end: str, words: Words) -> str:
+    return words.signs(end).replace("DBH", words.say("sheet_dbh"))

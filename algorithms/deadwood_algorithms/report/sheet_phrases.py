@@ -1,0 +1,26 @@
+"""What a run's QGIS project says, in English: names of layers, groups and sheets, and the words of the print layout."""
+
+from __future__ import annotations
+
+SHEET_PHRASES = {
+    "sheet_title": "Sliding logs: {name}",
+    "sheet_more": "and {n} more lines",
+    "sheet_foot": "Scale 1:{scale}   CRS: {crs}   Deadwood Toolbox {version}, printed {date}",
+    "sheet_between": "{low} to {high}",
+    "sheet_up_to": "up to {high}",
+    "sheet_over": "over {low}",
+    "sheet_dbh": "DBH",
+}
+# Layers, groups, sheets and views, which the project names in English where it is asked for no other language.
+QGIS_NAMES = (
+    "Deadwood run", "Results", "Animation", "Scene", "Rasters", "Terrain",
+    "Reach", "Reached by", "Deposits", "Deposited logs", "Trajectories",
+    "Barrier hits", "Tree hits", "Lying hits", "Block hits",
+    "Logs in motion", "Logs at rest",
+    "Lines", "Releases", "Barriers", "Lying logs", "Blocks", "Trees",
+    "Hit count", "Reach probability", "Danger", "Danger count", "Deposit count", "Speed max", "Energy max", "Jump max",
+    "Share of the logs that reach it", "Roads, railways, houses", "Logs that pass a cell",
+    "Map of the run, A4 landscape", "Map of the run, A4 portrait", "Map of the run",
+    "Draped over the terrain in 3D", "Logs in 3D",
+)  # fmt: skip
+QGIS_PHRASES = {f"qgis_{name.lower().replace(',', '').replace(' ', '_')}": name for name in QGIS_NAMES}
