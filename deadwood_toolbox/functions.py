@@ -1244,8 +1244,8 @@ def slide_logs(
         of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
         With shape: friction coefficient after much slip. Friction grows from friction to this while the
-        body slides on the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the slip (Leine et
-        al. 2014). Needs friction_kappa and friction_beta.
+        body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the way of its
+        centre on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
         With friction_max: how fast friction grows with slip. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
@@ -1348,7 +1348,7 @@ def slide_logs(
     report : optional
         Add a report to the run. One page with maps, figures, tables and a 3-D view: report.html (make-report).
     language : one of en, de, fr, it, default en
-        Language of the report and of the QGIS project.
+        Language of report and QGIS project.
     output : output, optional
         Folder of the run. Without it, in a temporary folder that lasts as long as the result.
     overwrite : optional
@@ -1525,8 +1525,8 @@ def run_sites(
         of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
         With shape: friction coefficient after much slip. Friction grows from friction to this while the
-        body slides on the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the slip (Leine et
-        al. 2014). Needs friction_kappa and friction_beta.
+        body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the way of its
+        centre on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
         With friction_max: how fast friction grows with slip. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
@@ -1629,7 +1629,7 @@ def run_sites(
     report : optional
         Add one page of the first 12 sites. report.html (make-report).
     language : one of en, de, fr, it, default en
-        Language of the report and of the QGIS project.
+        Language of report and QGIS project.
     output : output, optional
         Folder of all runs. Without it, in a temporary folder that lasts as long as the result.
     overwrite : optional
@@ -2298,7 +2298,7 @@ def map_intensity(
     return_periods_years : years, > 0, default 30,100,300
         Bounds of the classes of return period.
     lines : line or polygon
-        Other lines or houses than those of the run. Their reach is computed from stored trajectories.
+        Other roads, railways or houses than those of the run. Their reach is computed from stored trajectories.
     output : output, optional
         Folder of the maps. Without it, in a temporary folder that lasts as long as the result.
     overwrite : optional
@@ -2362,7 +2362,7 @@ def map_origins(
     run : required
         Folder of a run of slide-logs.
     lines : line or polygon
-        Other lines or houses than those of the run. Their reach is computed from stored trajectories.
+        Other roads, railways or houses than those of the run. Their reach is computed from stored trajectories.
     cell_m : m, > 0
         Cell size of the raster. Default: the smallest of 1, 2, 3, 5, 10, ... m with which nine of ten logs lie
         in cells with a share.
@@ -2771,8 +2771,8 @@ def calibrate_friction(
         of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
         With shape: friction coefficient after much slip. Friction grows from friction to this while the
-        body slides on the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the slip (Leine et
-        al. 2014). Needs friction_kappa and friction_beta.
+        body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the way of its
+        centre on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
         With friction_max: how fast friction grows with slip. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
@@ -2995,8 +2995,8 @@ def compare_fidelity(
         of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
         With shape: friction coefficient after much slip. Friction grows from friction to this while the
-        body slides on the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the slip (Leine et
-        al. 2014). Needs friction_kappa and friction_beta.
+        body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the way of its
+        centre on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
         With friction_max: how fast friction grows with slip. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
@@ -3221,8 +3221,8 @@ def vary(
         of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
         With shape: friction coefficient after much slip. Friction grows from friction to this while the
-        body slides on the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the slip (Leine et
-        al. 2014). Needs friction_kappa and friction_beta.
+        body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the way of its
+        centre on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
         With friction_max: how fast friction grows with slip. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
@@ -3429,8 +3429,8 @@ def explore(
         of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
         With shape: friction coefficient after much slip. Friction grows from friction to this while the
-        body slides on the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the slip (Leine et
-        al. 2014). Needs friction_kappa and friction_beta.
+        body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the way of its
+        centre on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
         With friction_max: how fast friction grows with slip. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0

@@ -37,6 +37,7 @@ PLACES = {
     "docs/real-slope.md": "tutorials/real-slope.md",
     "docs/region.md": "how-to/region.md",
     "docs/tests.md": "contribute/tests.md",
+    "docs/tschamut.md": "explanation/tschamut.md",
     "engine/README.md": "explanation/physics.md",
     "sample_data/README.md": "reference/sample-data.md",
 }

@@ -1,14 +1,13 @@
-"""Friction that grows with slip: ground that a rock scars resists it the more, the farther it has slid in it.
+"""Friction that grows with slip: ground that a rock scars resists it the more, the farther it has gone in it.
 
-The law of Leine et al. (2014; Multibody System Dynamics 32:241-271) for rocks, with one state a body, the slip s. That
-it is theirs was read in the paper's abstract; its form is from memory, not checked against the paper:
+The law of Leine et al. (2014; Multibody System Dynamics 32:241-271, section 3.7, equations 46 and 47) for rocks, with
+one state a body, the slip s:
 
     mu(s) = mu_min + (2 / pi) (mu_max - mu_min) atan(kappa s)                                        [p]
-    ds/dt = |v_s| in contact with the ground,   ds/dt = -beta s in the air
+    ds/dt = |v| while at least one contact with the ground pushes,   ds/dt = -beta s otherwise
 
-mu_min is the ground's coefficient, and where that is more than mu_max it does not grow; at s = 1/kappa friction is
-halfway to mu_max. A body has the mean slip speed of its ground contacts, each with its share of their normal impulse:
-whatever the number of points on which it slides.
+v is the velocity of the centre of mass, so s grows while a body rolls, too. mu_min is the ground's coefficient, and
+where that is more than mu_max it does not grow; at s = 1/kappa friction is halfway to mu_max.
 
 mu of a step is that of s at its node, and s goes on by the velocity of its middle, as positions do: a leapfrog of
 second order. In the air s decays exactly. Only bodies of points (clouds) know slip, and only the terrain's contacts.
@@ -24,8 +23,8 @@ from __future__ import annotations
 import math
 
 from .compiled import kernel
-from .contacts import TERRAIN, along_t, along_u
-from .rotation import VX, VY, VZ, WX, WY, WZ
+from .contacts import TERRAIN
+from .rotation import VX, VY, VZ
 
 
 @kernel
@@ -39,13 +38,7 @@ def scarred(mu, most, kappa, slip):
 @kernel
 def slip_after(contacts, keys, count, state, slip, beta, dt):
     """The slip [m] at the end of a step of which ``state`` has the velocities."""
-    v, w = (state[VX], state[VY], state[VZ]), (state[WX], state[WY], state[WZ])
-    push = sliding = 0.0
     for k in range(count):
-        c = contacts[k]
-        if keys[k, 0] == TERRAIN and c.pn > 0.0:
-            push += c.pn
-            sliding += c.pn * math.sqrt(along_t(c, v, w) ** 2 + along_u(c, v, w) ** 2)
-    if push > 0.0:
-        return slip + dt * sliding / push
+        if keys[k, 0] == TERRAIN and contacts[k].pn > 0.0:
+            return slip + dt * math.sqrt(state[VX] ** 2 + state[VY] ** 2 + state[VZ] ** 2)
     return slip * math.exp(-beta * dt)

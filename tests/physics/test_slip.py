@@ -26,13 +26,14 @@ def plane(friction=LEAST, *, down=400.0):
     return Scene.prepare(np.tan(ANGLE) * 5.0 * rows[:, None] * np.ones(9), 5.0, 0.0, 0.0, friction=friction)
 
 
-def slid(fidelity, *, time_limit, scene=None, step=None, **laws):
+def slid(fidelity, *, time_limit, scene=None, step=None, shape=None, **laws):
     scene = scene or plane()
     logs = Logs.alike(20.0, 300.0, orientation=2, tilt=ANGLE, azimuth=np.pi)  # flat on the plane
     row = FIDELITIES[fidelity] if step is None else FIDELITIES[fidelity]._replace(time_step=step)
     found = slide(
-        scene, logs, row, shape=block(), time_limit=time_limit, rest_speed=1e-6, keep_poses=np.ones(1, bool), **laws
-    )
+        scene, logs, row, shape=shape or block(), time_limit=time_limit, rest_speed=1e-6,
+        keep_poses=np.ones(1, bool), **laws,
+    )  # fmt: skip
     down = np.array([0.0, -np.cos(ANGLE), -np.sin(ANGLE)])
     return (found.end_position - found.release_position)[0] @ down, found
 
@@ -44,11 +45,11 @@ def grown(x):
     )
 
 
-def integrated(time, number=4000):
+def integrated(time, number=4000, *, most=MOST, kappa=KAPPA):
     """(x, v) after a time, by Runge and Kutta's fourth order, independent of the engine."""
 
     def rate(y):
-        mu = LEAST + 2.0 / np.pi * (MOST - LEAST) * np.arctan(KAPPA * y[0])
+        mu = LEAST + 2.0 / np.pi * (most - LEAST) * np.arctan(kappa * y[0])
         return np.array([y[1], G * (np.sin(ANGLE) - mu * np.cos(ANGLE))])
 
     y, h = np.zeros(2), time / number
@@ -99,6 +100,31 @@ def test_the_block_stops_where_its_energy_is_spent():
     assert found.stop_reason[0] == 0
     x, found = slid("standard", time_limit=3.0)  # with mu_min alone it goes on
     assert x > 2.0 * low
+
+
+def test_the_block_of_the_paper_tips_where_friction_is_one():
+    """Leine et al. (2014), section 5.1: 2 m x 2 m, mu from 0.2 to 1.3, kappa 0.7/m, beta 20/s, on 45 degrees. It slides
+    flat while mu <= 1 (their eq. 72), to s = tan((1 - 0.2) / (1.3 - 0.2) pi / 2) / 0.7 = 3.13 m, and then turns over
+    its lower edge, by whose lever the push is held: in the step of 2 ms in which it gets there."""
+    most, kappa, step = 1.3, 0.7, 0.002
+    box = Shape.of(np.array([[x, y, z] for x in (-5.0, 5.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)]))
+    tips_at = np.tan(np.pi / 2.0 * (1.0 - LEAST) / (most - LEAST)) / kappa
+    early, late = 0.0, 5.0
+    for _ in range(60):
+        middle = 0.5 * (early + late)
+        passed = integrated(middle, 1000, most=most, kappa=kappa)[0] > tips_at
+        early, late = (early, middle) if passed else (middle, late)
+    law = {"friction_max": most, "friction_kappa": kappa, "friction_beta": 20.0}
+    states = {}
+    for steps in (-1, 1, 3):
+        _, found = slid("fine", time_limit=late + steps * step, step=step, shape=box, **law)
+        states[steps] = found.last_state[0]
+    speed = integrated(late, most=most, kappa=kappa)[1]
+    assert np.linalg.norm(states[1][7:10]) == pytest.approx(speed, rel=1e-5)  # it hardly changes there: mu = tan 45
+    turning = {steps: state[10] for steps, state in states.items()}  # about x: the top to the south and down
+    assert abs(turning[-1]) < 2e-6
+    assert turning[1] > 2.0 * abs(turning[-1])
+    assert turning[3] > 20.0 * abs(turning[-1])
 
 
 def test_a_law_that_changes_no_coefficient_changes_no_bit():

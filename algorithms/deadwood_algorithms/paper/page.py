@@ -34,7 +34,7 @@ computed from. The tool's own docstring has the layout in which a user's data of
   depends on a chosen number is slid again with that number moved through its range, beside the finding.
 - **The rocks' friction** of version 2 was fixed once more on 26 November 2026, before they slid with it. With one
   coefficient (0.5, as in version 1) three of four stayed where they were released, and nothing could be judged. Now it
-  grows with slip, as in the paper's software. The numbers are remembered from that software's classes of ground.
+  grows with slip, by the law of the paper's software with the numbers of that law's own example (Leine et al. 2014).
 
 ## Real ground
 

@@ -62,10 +62,10 @@ NUMBERS = (
     Number("forest_v_m", (80.0, 395.0), "m", CHOSEN, "from above the road to the top"),
     Number("dbh_least_cm", 1.0, "cm", CHOSEN, "a draw below is drawn again, as generate-forest does"),
     Number("tree_distance_m", 2.0, "m", CHOSEN, "no two mapped stems nearer; living trees compete"),
-    Number("rock_friction", 0.35, "", CHOSEN,
+    Number("rock_friction", 0.2, "", CHOSEN,
            "of the rocks of 6.3, before they slip. The paper has ground parameters of RAMMS and does not print them; "
-           "this and the next are its class Medium as remembered, not read in a source"),
-    Number("rock_slip", (2.0, 2.0, 150.0), "-, 1/m, 1/s", CHOSEN,
+           "this and the next are those of the example in Leine et al. (2014, 5.1), whose law of friction that is"),
+    Number("rock_slip", (1.3, 0.7, 20.0), "-, 1/m, 1/s", CHOSEN,
            "friction after much slip, how fast it grows with slip, how fast slip is forgotten in the air; version 1 "
            "has one friction, with which most rocks stay where they are released"),
     Number("rock_density_kg_m3", 2700.0, "kg/m³", CHOSEN, "of the rocks of 6.3"),

@@ -74,12 +74,12 @@ VARIATIONS: Mapping[str, tuple[Changed, ...]] = {
         Changed("west", "release 30 m to the west", changes={"release_u_m": 110.0}),
         Changed("east", "release 30 m to the east", changes={"release_u_m": 170.0}),
         Changed(
-            "rocks_constant", "friction of the rocks 0.5 whatever they slip, not 0.35 growing to 2",
+            "rocks_constant", "friction of the rocks 0.5 whatever they slip, not 0.2 growing to 1.3",
             changes={"rock_friction": 0.5, "rock_slip": None}, rocks=True,
         ),
         Changed(
-            "rocks_hard", "friction of the rocks 0.55 growing to 2 with slip (class Hard), not 0.35 (Medium)",
-            changes={"rock_friction": 0.55, "rock_slip": (2.0, 3.0, 185.0)}, rocks=True,
+            "rocks_medium", "friction of the rocks 0.35 growing to 2 (kappa 2/m, beta 150/s), not 0.2 to 1.3 (0.7, 20)",
+            changes={"rock_friction": 0.35, "rock_slip": (2.0, 2.0, 150.0)}, rocks=True,
         ),
         *_EVERYWHERE,
     ),

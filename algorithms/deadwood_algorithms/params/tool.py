@@ -213,15 +213,10 @@ def crs() -> Any:
     )
 
 
-def other_lines() -> Any:
+def other_lines(help: str = "Without it, the lines of the run.") -> Any:
     """Lines in place of those of the run that a tool reads."""
-    return vector(
-        "Other roads, railways or houses than those of the run",
-        "line",
-        "polygon",
-        default=None,
-        help="Without it, the lines of the run.",
-    )
+    label = "Other roads, railways or houses than those of the run"
+    return vector(label, "line", "polygon", default=None, help=help)
 
 
 def baseline() -> Any:

@@ -131,8 +131,9 @@ class _LayersAndLaws:
         default=None,
         minimum=0.0,
         advanced=True,
-        help="Friction grows from --friction to this while the body slides on the ground: mu(s) = mu_min + (2/pi) "
-        "(mu_max - mu_min) atan(kappa s), s the slip (Leine et al. 2014). Needs --friction-kappa and --friction-beta.",
+        help="Friction grows from --friction to this while the body touches the ground: mu(s) = mu_min + (2/pi) "
+        "(mu_max - mu_min) atan(kappa s), s the way of its centre on the ground (Leine et al. 2014). Needs "
+        "--friction-kappa and --friction-beta.",
     )
     friction_kappa: float | None = tool.number(
         "With --friction-max: how fast friction grows with slip",

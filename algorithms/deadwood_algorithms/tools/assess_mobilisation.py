@@ -184,14 +184,6 @@ def refuse_fine_cells(ask: Ask, cell: float) -> None:
         )
 
 
-def is_number(text: str | float) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
-
-
 TOOL = Tool(
     "assess-mobilisation",
     "Prepare",

@@ -94,13 +94,7 @@ class Ask:
     return_periods_years: tuple[float, ...] = tool.class_bounds(
         "Bounds of the classes of return period", 30.0, 100.0, 300.0, unit="years"
     )
-    lines: str | None = tool.vector(
-        "Other lines or houses than those of the run",
-        "line",
-        "polygon",
-        default=None,
-        help="Their reach is computed from stored trajectories.",
-    )
+    lines: str | None = tool.other_lines("Their reach is computed from stored trajectories.")
     output: str = tool.output_folder("Folder of the maps")
     overwrite: bool = tool.overwrite()
 

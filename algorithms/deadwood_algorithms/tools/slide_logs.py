@@ -47,10 +47,7 @@ PARTS = (
     *(f"run.gpkg|layername={name}" for name in ("deposits", "deposited_logs", "trajectories", "reach")),
     *(f"{name}.tif" for name in ("hit_count", "reach_probability", "deposit_count")),
     *(f"{name}.tif" for name in ("speed_max", "energy_max", "jump_max", "danger")),
-    "poses.parquet",
-    "summary.json",
-    "project.qgz",
-    "report.html",
+    *("poses.parquet", "summary.json", "project.qgz", "report.html"),
 )
 
 
@@ -75,9 +72,7 @@ class Ask(CapacityOptions, KeptOptions, FidelityOptions, SlidingOptions, SceneBy
     report: bool = tool.flag(
         "Add a report to the run", help="One page with maps, figures, tables and a 3-D view: report.html (make-report)."
     )
-    language: str = tool.choice(
-        "Language of the report and of the QGIS project", *LANGUAGES, default="en", advanced=True
-    )
+    language: str = tool.choice("Language of report and QGIS project", *LANGUAGES, default="en", advanced=True)
     output: str = tool.output_folder("Folder of the run", parts=PARTS)
     overwrite: bool = tool.overwrite()
 
@@ -149,9 +144,8 @@ def slid_run(ask: Ask, promise: Promise | None, feedback: Feedback, at_most: int
             refuse_full_disk(ask.output, len(releases), int(keep.sum()))
         if at_most is None and not ask.resume:
             look(simulation, layers, releases, ask.seed, feedback)
-        identity = {"--trajectories or --seed": [ask.trajectories, ask.seed]}
-        if capacity:
-            identity["--tree-capacity-kj or --log-capacity-kj"] = list(vars(capacity).values())
+        capacities = {"--tree-capacity-kj or --log-capacity-kj": list(vars(capacity).values())} if capacity else {}
+        identity = {"--trajectories or --seed": [ask.trajectories, ask.seed], **capacities}
         keeper = keeper_of(capacity, releases)
         prepared = LogRun(
             simulation, layers, releases, keep, keeper, ask.output, ask.seed, ask.resume, identity, feedback
@@ -184,11 +178,10 @@ def added(ask: Ask, folder: Path, done: ChunkedRun, feedback: Feedback) -> dict[
     from deadwood_algorithms.results.qgis_project import PROJECT, add_project
     from deadwood_algorithms.tools import make_report
 
-    final, outputs = Path(ask.output), {}
+    final, outputs, scene = Path(ask.output), {}, (done.slope.layers, done.releases)
     if ask.qgis_project:
-        layers, releases = done.slope.layers, done.releases
         words_of = partial(sheet_words, words=Words(ask.language))
-        add_project(folder, final, ask.inputs(), layers, releases, ask.outline_every_s, words_of, feedback)
+        add_project(folder, final, ask.inputs(), *scene, ask.outline_every_s, words_of, feedback)
         outputs["qgis_project"] = final / PROJECT
     if ask.report:
         page = {"runs": str(folder), "names": final.name, "language": ask.language}

@@ -66,7 +66,11 @@ def lines_of_sample(
     counts : by area, or by cell of the raster ``weights``, where there are no areas
     """
     each = f"{counts.min()}" if counts.min() == counts.max() else f"{counts.min()} to {counts.max()}"
-    where = f"{counts.size} release areas" if weights is None else f"the cells of {weights} with a weight"
+    where = (
+        f"{counts.size} release area{'s' * (counts.size > 1)}"
+        if weights is None
+        else f"the cells of {weights} with a weight"
+    )
     first = f"{counts.sum()} logs in {where}" + (f", {each} each" if weights is None else "")
     first += f" ({logs_per_ha:g} a hectare)" if logs_per_ha else ""
     empty = int((counts == 0).sum())
