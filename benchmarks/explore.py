@@ -32,7 +32,7 @@ MARKS = re.compile(r"(<!-- measured: explore\b[^>]*-->\n).*?(<!-- end of measure
 CRS = "EPSG:2056"
 CLICKS, LOGS = 9, 300
 CELLS, TREES, CELL = 4000, 100_000, 0.5  # of the large scene
-# Kinds of answers, by what is told of them
+# Kinds of answers, by what is reported about them
 WHAT = {
     "click": "a click nearby",
     "elsewhere": "a click elsewhere",

@@ -93,7 +93,7 @@ def cut_by_barrier(heights: Array, cell: float, result: Result) -> NDArray[np.bo
 
 
 def _row(name: str, result: Result, sampled: Array) -> dict[str, Any]:
-    """What is told of every run."""
+    """What is reported about every run."""
     depth = result.penetration_max
     return {
         "fidelity": name,

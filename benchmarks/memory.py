@@ -28,7 +28,7 @@ EAST, NORTH, ROWS, COLUMNS, FOOT = 2_786_000.0, 1_196_000.0, 100, 60, 30
 CRS = "EPSG:2056"
 MARKS = re.compile(r"(<!-- measured: memory\b[^>]*-->\n).*?(<!-- end of measured: memory -->)", re.S)
 MB, KB = 1e6, 1e3
-FAR = 100_000  # logs, from which growth is told: before, it is that of pools
+FAR = 100_000  # logs, from which growth is measured: before, it is that of pools
 
 
 def make_case(folder: Path, logs: int) -> dict[str, str]:

@@ -39,7 +39,7 @@ STEMS_PER_HA, CASE, DRAFT = 800.0, scenes.CASES["forest"], FIDELITIES["draft"]
 LEVELS = (260.0, 235.0, 200.0, 170.0, 140.0, 120.0, 100.0, 90.0)  # [m] y of the lines; reached by 1 in 8 to 1 in 6000
 NEAR_PERCENT = LEVELS.index(200.0)  # reached by 1 in 85
 MANY_FAMILIES = (1, 2, 3)  # levels whose children have enough parents to tell how much siblings are alike
-LEAST_TOLD = 10  # repetitions from which their variance is told
+LEAST_TOLD = 10  # repetitions from which their variance is reported
 THREADS = 2  # the same bits with any number
 MOMENT = 0.5  # [s] logs restart at whole multiples of it
 # logs a level, relative change of velocities, repetitions a round

@@ -22,7 +22,7 @@ from . import engines, study
 HERE = Path(__file__).parent
 PAGE, MEASURED, SAMPLE = HERE.parent / "docs" / "region.md", HERE / "region.json", HERE.parent / "sample_data"
 LOGS_A_HECTARE = (10, 100, 1000)
-SHARE = 0.1  # of which the interval of one hectare is told
+SHARE = 0.1  # of which the interval of one hectare is reported
 CORES = (16, 256)
 # Dearest and cheapest ground of the study, as a log on it costs: bare and rough, and a forest that holds it soon.
 SCENES = ("forest", "rough", "gully")

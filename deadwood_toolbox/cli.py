@@ -188,7 +188,7 @@ def _wants_json(arguments: Sequence[str]) -> bool:
 
 
 def _verdict(error: BaseException, speaker: Speaker, verbose: bool) -> tuple[str, int]:
-    """What is said of an error, and the exit status that it deserves."""
+    """What is reported about an error, and the exit status that it deserves."""
     if isinstance(error, KeyboardInterrupt | Cancelled | click.Abort) or speaker.stop.is_set():
         return str(error) if isinstance(error, Cancelled) and error.args else MESSAGE, INTERRUPTED
     if isinstance(error, click.NoSuchOption):

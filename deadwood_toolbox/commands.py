@@ -122,8 +122,8 @@ class _ToolCommand(click.Command):
 
 
 def laid_out(description: str, width: int) -> str:
-    """The description for click, which runs the lines of a paragraph together unless it is told not to (``\\b``): lists
-    with their items hanging, commands broken where the shell goes on, none wider than the terminal."""
+    """The description for click, which joins the lines of a paragraph unless there is a ``\\b``: lists with hanging
+    items, commands broken at the shell's continuation, no line wider than the terminal."""
     return "\n\n".join(_paragraph(each, width) for each in description.split("\n\n"))
 
 

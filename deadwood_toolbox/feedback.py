@@ -144,7 +144,7 @@ class _Stage:
         self.shown: float | None = None
 
     def is_due(self, now: float, ended: bool, every: float, mode: str) -> bool:
-        """Whether to show now; of a stage that is over before its first plain line is due nothing is said."""
+        """Whether to show now; of a stage that is over before its first plain line is due nothing is shown."""
         if self.shown is None:
             due = mode == "json" or now - self.began >= FIRST_AFTER_S
         else:

@@ -445,11 +445,11 @@ def import_trees(
     factor of two: use a law of your region. ``dbh_source`` distinguishes ``measured`` from ``modelled``. What
     was filled in, dropped or merged is counted in notes.
 
-    Dead standing trees and snags are kept out of the trees, because they are the logs of tomorrow: ``snags``
-    writes them as a releases layer (upright, where they stand, with their DBH and height). Lying or removed
-    trees are dropped. If an id occurs twice (tiles often number their trees independently), all trees are
-    renumbered and the old ids are kept as ``source_id``. ``merge_within_m`` merges trees found twice at the
-    seams of tiles. The tool does not judge whether a tree is real.
+    Dead standing trees and snags are kept out of the trees, because they are future logs: ``snags`` writes them
+    as a releases layer (upright, where they stand, with their DBH and height). Lying or removed trees are
+    dropped. If an id occurs twice (tiles often number their trees independently), all trees are renumbered and
+    the old ids are kept as ``source_id``. ``merge_within_m`` merges trees found twice at the seams of tiles.
+    The tool does not judge whether a tree is real.
 
     With an inventory: ``status_field Zustand dead_values "tot,Dürrständer" snags snags.gpkg``; with the output
     of FINT: ``trees Ind_trees.csv source fint``.
@@ -623,7 +623,7 @@ def find_trees(
     - ``deciduous``: D = 3.09632 + 0.00895 H^2
 
     ``chm`` holds heights above the ground. Alternatively ``dsm`` and ``dem``, on the same cells, give the
-    canopy height by their difference. Cells without a value are no trees, nor are cells higher than 150 m
+    canopy height by their difference. Cells without a value are not trees, nor are cells higher than 150 m
     (cranes, birds, undeclared nodata), which are counted in a note. The tree stands at the centre of its cell
     and is as high as the cell.
 
@@ -1236,8 +1236,8 @@ def slide_logs(
     tree_capacity_power : 0 <= x <= 6, default 2
         Exponent of DBH / 40 cm with which it grows.
     break_trees : optional
-        Trees break that would take more than tree_capacity_kj. Such a tree takes just that much and is gone,
-        for this log alone; for other logs it stands. Without it trees are rigid, as in the paper.
+        Trees break that would take more than tree_capacity_kj. Such a tree absorbs just that much and then
+        disappears, for this log only; for other logs it stands. Without it trees are rigid, as in the paper.
     shape : default cone
         Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
         the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
@@ -1517,8 +1517,8 @@ def run_sites(
     tree_capacity_power : 0 <= x <= 6, default 2
         Exponent of DBH / 40 cm with which it grows.
     break_trees : optional
-        Trees break that would take more than tree_capacity_kj. Such a tree takes just that much and is gone,
-        for this log alone; for other logs it stands. Without it trees are rigid, as in the paper.
+        Trees break that would take more than tree_capacity_kj. Such a tree absorbs just that much and then
+        disappears, for this log only; for other logs it stands. Without it trees are rigid, as in the paper.
     shape : default cone
         Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
         the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
@@ -2763,8 +2763,8 @@ def calibrate_friction(
     tree_capacity_power : 0 <= x <= 6, default 2
         Exponent of DBH / 40 cm with which it grows.
     break_trees : optional
-        Trees break that would take more than tree_capacity_kj. Such a tree takes just that much and is gone,
-        for this log alone; for other logs it stands. Without it trees are rigid, as in the paper.
+        Trees break that would take more than tree_capacity_kj. Such a tree absorbs just that much and then
+        disappears, for this log only; for other logs it stands. Without it trees are rigid, as in the paper.
     shape : default cone
         Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
         the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
@@ -2987,8 +2987,8 @@ def compare_fidelity(
     tree_capacity_power : 0 <= x <= 6, default 2
         Exponent of DBH / 40 cm with which it grows.
     break_trees : optional
-        Trees break that would take more than tree_capacity_kj. Such a tree takes just that much and is gone,
-        for this log alone; for other logs it stands. Without it trees are rigid, as in the paper.
+        Trees break that would take more than tree_capacity_kj. Such a tree absorbs just that much and then
+        disappears, for this log only; for other logs it stands. Without it trees are rigid, as in the paper.
     shape : default cone
         Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
         the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
@@ -3213,8 +3213,8 @@ def vary(
     tree_capacity_power : 0 <= x <= 6, default 2
         Exponent of DBH / 40 cm with which it grows.
     break_trees : optional
-        Trees break that would take more than tree_capacity_kj. Such a tree takes just that much and is gone,
-        for this log alone; for other logs it stands. Without it trees are rigid, as in the paper.
+        Trees break that would take more than tree_capacity_kj. Such a tree absorbs just that much and then
+        disappears, for this log only; for other logs it stands. Without it trees are rigid, as in the paper.
     shape : default cone
         Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
         the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
@@ -3365,17 +3365,17 @@ def explore(
     progress: bool = False,
     feedback: Feedback | None = None,
 ) -> ExploreResult:
-    """Ask a slope: click, and the logs slide; fell a tree, draw a barrier, and see what that changes, within a
+    """Try things on a slope: click to slide logs, fell a tree or draw a barrier, and see the effect within a
     second.
 
-    Loads the scene once, keeps the engine warm, and opens a page in the browser: logs released by hand, with
-    the share that reaches each line and its interval; trees felled or planted, barriers and lying logs drawn,
-    with the paired difference on the same logs. What is worth keeping is saved as a run of slide-logs, beside
-    the layers that were changed, and is what slide-logs gives for these, byte for byte.
+    Loads the scene once, keeps the engine in memory, and opens a page in the browser. Release logs with a
+    click, and see the share that reaches each line with its interval; fell or plant trees, draw barriers and
+    lying logs, and see the paired difference for the same logs. A result can be saved as a run of slide-logs,
+    with the changed layers; it is the same as what slide-logs gives for them, byte for byte.
 
-    The page is served on this machine's loopback address alone, to whoever has the token in the address that is
-    printed. Ctrl-C ends it. Logs are those of slide-logs, at draft unless another fidelity is chosen; a share
-    of 300 logs is known to some points, which the interval says.
+    The page is served on this machine's loopback address only, to whoever has the token in the printed address.
+    Ctrl-C ends it. Logs move as in slide-logs, at draft unless another fidelity is chosen. With 300 logs a
+    share is accurate to a few percentage points; its interval says how many.
 
     Parameters
     ----------
@@ -3421,8 +3421,8 @@ def explore(
     tree_capacity_power : 0 <= x <= 6, default 2
         Exponent of DBH / 40 cm with which it grows.
     break_trees : optional
-        Trees break that would take more than tree_capacity_kj. Such a tree takes just that much and is gone,
-        for this log alone; for other logs it stands. Without it trees are rigid, as in the paper.
+        Trees break that would take more than tree_capacity_kj. Such a tree absorbs just that much and then
+        disappears, for this log only; for other logs it stands. Without it trees are rigid, as in the paper.
     shape : default cone
         Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
         the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
@@ -3515,22 +3515,23 @@ def make_report(
     progress: bool = False,
     feedback: Feedback | None = None,
 ) -> MakeReportResult:
-    """Make one HTML page of a run, or of several side by side: maps, figures, tables and a 3-D view, for
-    reading and paper.
+    """Make one HTML page of a run, or of several side by side: maps, figures, tables and a 3-D view, for screen
+    and print.
 
-    The page needs nothing but itself: no network, no server, no other file; any browser opens it from the file
-    system, it prints on A4, and it can be sent as an annex. It says what was asked and answered, what was
-    modelled and what was not, shows the map with layers to switch, the reach of each line with both kinds of
-    error, arrivals, lateral spread, run-out, speeds and jumps, profiles along trajectories, the ledgers of
-    barriers and trees, the measured accuracy, and where all of it comes from. In the 3-D view logs move again:
-    the fastest, the farthest, those that reach a line, a random draw.
+    The page is self-contained: it needs no network, no server and no other file. Any browser opens it from the
+    file system, it prints on A4, and it can be sent as an annex. It states the question and the answer, what
+    was modelled and what was not, and shows the map with layers to switch, the reach of each line with both
+    kinds of error, arrivals, lateral spread, run-out, speeds and jumps, profiles along trajectories, the
+    balances of barriers and trees, the measured accuracy, and the provenance. The 3-D view replays logs: the
+    fastest, the farthest, those that reach a line, and a random sample.
 
-    With results the page also has what other tools found out: what each tree is worth, where a barrier serves
-    most, classes of intensity and return periods, from where lines are reached, what the answer depends on.
+    With results the page also has the results of other tools: the effect of each tree, the best places for a
+    barrier, classes of intensity and return periods, the places from which lines are reached, and the most
+    influential inputs.
 
-    Of several runs of the same releases the page also has the paired differences of `compare-scenarios`, with
-    maps. Inputs of a run that are not where they were (the terrain model, the trees) are missing in the page,
-    which says so. Its figures are for reading: numbers for further work are in the run's own files.
+    For several runs of the same releases the page also has the paired differences of `compare-scenarios`, with
+    maps. If an input of a run (the terrain model, the trees) is no longer in its place, the page omits it and
+    says so. Its figures are rounded for reading: numbers for further work are in the run's own files.
 
     Parameters
     ----------
@@ -3581,11 +3582,11 @@ def view(
     progress: bool = False,
     feedback: Feedback | None = None,
 ) -> ViewResult:
-    """Open a run's report in the browser; one that has none yet is made, and stays in the run's folder.
+    """Open a run's report in the browser; if there is none yet, it is made and kept in the run's folder.
 
     The page is `report.html` in the folder, as `slide-logs --report` and `make-report` write it. It opens from
-    the file system; nothing is sent anywhere. A report that is there is opened as it is: `make-report
-    --overwrite` renews it.
+    the file system; nothing is sent anywhere. An existing report is opened unchanged: `make-report --overwrite`
+    renews it.
 
     Parameters
     ----------
@@ -3793,17 +3794,18 @@ def demo(
     progress: bool = False,
     feedback: Feedback | None = None,
 ) -> DemoResult:
-    """Make a complete case from nothing: the paper's Klosters case in small, with three forests, and a picture
-    of it.
+    """Make a complete case without any input: the paper's Klosters case in small, with three forests and a
+    picture.
 
-    A synthetic slope (nothing of it is measured) with a road at its foot is written, with releases in a circle
-    of 10 m, a forest as if mapped that leaves a gully free, and a random forest of the same density. The same
-    logs then slide through the mapped forest, the random one, and none, and `report.html` shows them side by
-    side. Everything is done by the tools themselves, and the folder holds their inputs and outputs, so that
-    each step can be repeated by hand: the manifests say how.
+    It writes a synthetic slope (nothing of it is measured) with a road at its foot, releases in a circle of 10
+    m, a forest as if mapped that leaves a gully free, and a random forest of the same density. The same logs
+    then slide through the mapped forest, through the random one and without forest, and `report.html` shows the
+    three side by side. Every step is done by the tools themselves, and the folder holds their inputs and
+    outputs: the manifests say how to repeat each step.
 
-    The paper found, for its own slope: without forest by far the most logs reach the road, with a random forest
-    no more than with the mapped one, and the deposits fan out wider with a forest than without.
+    The paper found for its own slope that by far the most logs reach the road without forest, that a random
+    forest lets no more through than the mapped one, and that the deposits spread wider with a forest than
+    without.
 
     Parameters
     ----------

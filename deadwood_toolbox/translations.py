@@ -52,7 +52,7 @@ def plugin_messages() -> Catalog:
 
 
 def panel_phrases() -> Iterator[str]:
-    """The phrases of the page of `explore` that the panel says, by the names that stand in its sources."""
+    """The phrases of the page of `explore` that the panel says, by the names that are in its sources."""
     source = "".join(each.read_text(encoding="utf-8") for each in sorted(PLUGIN.glob("explore_*.py")))
     names = set(re.findall(r'"(\w+)"', source))
     beginnings = tuple(re.findall(r'f"(\w+_)\{', source)) + tuple(f"{name}_" for name in names)

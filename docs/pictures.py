@@ -1,10 +1,12 @@
 """The pictures of the site and of the README: ``python -m docs.pictures`` makes them with the toolbox's commands.
 
 Needs Chromium, for what a reader sees of a report. Their files are kept: the site builds without sliding a log.
+Those of the plugin's page are made by ``python tests/qgis/window.py``.
 """
 
 from __future__ import annotations
 
+import argparse
 import io
 import os
 import re
@@ -65,12 +67,13 @@ class Page:
         self.browser.open(path)
         time.sleep(2.0)
 
-    def part(self, element: str) -> Image.Image:
-        """The element that a JavaScript expression names, as it is on the screen."""
+    def part(self, element: str, until: str = "null") -> Image.Image:
+        """The element that a JavaScript expression names, as it is on the screen, or from it to the next named one."""
         box = self.browser.ask(
-            f"(() => {{ const e = {element}; e.scrollIntoView({{block: 'start'}}); return new Promise((done) => "
-            "requestAnimationFrame(() => setTimeout(() => { const b = e.getBoundingClientRect();"
-            " done([b.left, b.top, b.right, b.bottom]); }, 600))); })()"
+            f"(() => {{ const e = {element}; const after = {until}; e.scrollIntoView({{block: 'start'}});"
+            " return new Promise((done) => requestAnimationFrame(() => setTimeout(() => {"
+            " const b = e.getBoundingClientRect();"
+            " done([b.left, b.top, b.right, after ? after.getBoundingClientRect().top : b.bottom]); }, 600))); })()"
         )
         whole = Image.open(io.BytesIO(self.browser.picture()))
         return whole.crop((max(0, int(box[0])), max(0, int(box[1])), round(box[2]), round(min(box[3], whole.height))))
@@ -111,7 +114,7 @@ def of_barrier(folder: Path) -> None:
     keep(folder / "siting" / "barriers.png", "siting")
     page = Page(folder / "effects.html")
     page.browser.size(1200, 1400)
-    keep(page.part("document.querySelector('#comparison').closest('section')"), "comparison")
+    keep(page.part("document.querySelector('#numbers')", "document.querySelector('#judgement')"), "comparison")
     page.browser.close()
     line = (
         "deadwood-tool vary --dem sample_data/dem.tif --releases releases.gpkg --trees trees.gpkg --lines "
@@ -165,11 +168,15 @@ def of_explore(folder: Path) -> None:
 
 
 def main() -> None:
-    for make in (of_demo, of_sample_slope, of_calibration, of_barrier, of_explore):
-        if sys.argv[1:] and make.__name__ not in sys.argv[1:]:
-            continue
+    makers = {make.__name__: make for make in (of_demo, of_sample_slope, of_calibration, of_barrier, of_explore)}
+    asked = argparse.ArgumentParser(prog="python -m docs.pictures", description="Make the pictures of the site.")
+    asked.add_argument("which", nargs="*", metavar="WHICH", help=f"default: all of {', '.join(makers)}")
+    names = asked.parse_args().which
+    if unknown := set(names) - set(makers):
+        asked.error(f"{', '.join(sorted(unknown))}: no pictures of that name")
+    for name in names or makers:
         with tempfile.TemporaryDirectory() as folder:
-            make(Path(folder))
+            makers[name](Path(folder))
 
 
 if __name__ == "__main__":

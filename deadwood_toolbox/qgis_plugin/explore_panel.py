@@ -82,7 +82,7 @@ class Panel(QDockWidget):
     # --- the process -------------------------------------------------------------------------------------------------
 
     def _start(self) -> None:
-        """Start the engine on the layers that are chosen; a wrong one is said."""
+        """Start the engine on the layers that are chosen; a wrong one is reported."""
         self._end()
         if self.form.layer("dem") is None:
             self.tell(_("Choose a terrain model."))

@@ -28,7 +28,7 @@ WIDTH, HEIGHT = 620, 300
 
 
 class SetupDialog(QDialog):
-    """Closing it hides it; what is going on goes on, and the end is said in QGIS's message bar."""
+    """Closing it hides it; the work goes on, and its end is reported in QGIS's message bar."""
 
     def __init__(self, iface: Any, changed: Callable[[], None], parent: QWidget | None = None) -> None:
         super().__init__(parent)

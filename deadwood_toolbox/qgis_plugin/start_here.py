@@ -52,7 +52,7 @@ class StartHere(QgsProcessingAlgorithm):
         return "start"
 
     def shortDescription(self) -> str:
-        return _("Makes a complete case from nothing, and lays it on the map")
+        return _("Makes a complete case without any input, and adds it to the map")
 
     def shortHelpString(self) -> str:
         what = _(

@@ -1,4 +1,4 @@
-"""The ruler of a step: the work that its contacts did (``impacts`` mends what did too much)."""
+"""The energy balance of a step: the work that its contacts did (``impacts`` corrects contacts that did too much)."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ from .limits import EXTRAPOLATE_ALIKE
 
 @kernel
 def sweeps_ahead(same, before, now):
-    """Eq. [n]: how many times the last change of the impulses the sweeps to come amount to; 0 where none can be told.
+    """Eq. [n]: how many times the last change of the impulses the sweeps to come amount to; 0 where none can be given.
 
     same, before, now : D1.D0, D0.D0 and D1.D1 of the changes of the last two sweeps
     """

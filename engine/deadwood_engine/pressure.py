@@ -2,7 +2,7 @@
 
 A log on a plane touches along a line. Its weight and the moment of that say how much the line bears, and where the
 middle of it lies, N = sum P_k and sum s_k P_k; how it is spread they do not say, but friction's moment against turning
-hangs on it. Ground that gives bears in proportion to how deep the log lies in it: the pressure changes linearly along
+depends on it. Ground that gives bears in proportion to how deep the log lies in it: the pressure changes linearly along
 the line, and is nowhere below zero. However hard the ground, that is what is left of it.
 
 So the solver asks a line for two impulses only, as if it bore at its two ends, and spreads them linearly, with their

@@ -72,7 +72,7 @@ def holder(scene, scratch, count):
 
     grip [rad]: by how much the push of a single stem would have to turn to leave its friction cone, the angle of
     friction less that between all of its push and its normals; NaN where no stem holds the log, or not it alone. What
-    is held within a few degrees hangs on the coefficient of friction there.
+    is held within a few degrees depends on the coefficient of friction there.
     """
     most, reason, row, alone, normal, across, cone = 0.0, REST, -1, True, 0.0, 0.0, 0.0
     for k in range(count):

@@ -1,4 +1,4 @@
-"""Slide many logs through a scene on all cores: the engine's front door.
+"""Slide many logs through a scene on all cores: the entry point of the engine.
 
 Logs are independent. Some at a time are computed by one call of ``slide_logs``, which releases the GIL, on a plain
 thread; workers take the next ones as they become free. Every log's numbers depend on the log alone, maxima and counts

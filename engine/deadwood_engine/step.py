@@ -313,7 +313,7 @@ def keep_books(scene, frame, state, body, settings, scratch, way, marks, hits, s
 def move_on(scene, frame, state, body, stations, settings, scratch, way, summary, stop):
     """4. Free motion to the next node. Returns the reason to stop there, -1 where there is none."""
     dt = way.dt
-    if not (way.speed < WILD_SPEED and way.energy < math.inf):  # NaN, of the spin or the axis too, is less than nothing
+    if not (way.speed < WILD_SPEED and way.energy < math.inf):  # a NaN, also of the spin or the axis, fails both
         return FAILED
     if way.lost:
         return FAILED

@@ -125,7 +125,7 @@ def whole_picture(frame: Frame, rows: int = ROWS, columns: int = COLUMNS) -> np.
 
 
 def assert_same_answer(one: Frame, other: Frame) -> None:
-    """All that is told, but for how many logs were slid again and how long that took."""
+    """Everything in an answer, but for how many logs were slid again and how long that took."""
     apart = {"ms", "concerned"}
     assert {k: v for k, v in one.facts.items() if k not in apart} == {
         k: v for k, v in other.facts.items() if k not in apart

@@ -5,7 +5,7 @@ import numpy as np
 from deadwood_engine import Barriers, Blocks, Lines, Logs, LyingLogs, Result, Scene, Shape, Start, Trees, place_logs
 
 SIZE = 100.0
-# What is told of each log; positions and poses follow from the last state and the steps
+# What is reported about each log; positions and poses follow from the last state and the steps
 TOLD = (
     "last_state", "duration", "path", "stop_reason", "stop_item", "speed_max", "energy_max", "jump_max", "tree_hits",
     "barrier_hits", "energy_error", "penetration_max", "overlap_max", "residual_max", "unconverged", "steps", "grip",

@@ -132,7 +132,7 @@ def test_a_damaged_file_is_compiled_again(tmp_path, suffix):
         worse = {"empty": b"", "cut": content[:middle], "bit": flipped, "another file": other.read_bytes()}
         file.write_bytes(worse.get(damage, bytes(len(content))))
         assert run() == [value, "0"], damage
-        assert file.read_bytes()[32:] == content[32:], damage  # mended
+        assert file.read_bytes()[32:] == content[32:], damage  # repaired
     assert run() == [value, "1"]
 
 

@@ -147,7 +147,7 @@ def test_order_of_sweeps_does_not_change_velocities(name):
 
 
 def test_residual_sees_errors():
-    """The ruler: zero for a known stick, slip and separation, of the size of the error for perturbed ones."""
+    """The residual: zero for a known stick, slip and separation, of the size of the error for perturbed ones."""
     w, mu = np.eye(3), np.array([0.5])
     for q, p in [((-1, 0.2, 0), (1, -0.2, 0)), ((-1, 2.0, 0), (1, -0.5, 0)), ((1, 2.0, 0), (0, 0, 0))]:
         q, p = np.array(q, float), np.array(p, float)

@@ -21,7 +21,7 @@ def test_each_file_has_its_test(name):
 
 
 def test_what_is_promised_is_there():
-    """The names of the front door, each once and in order, and each somewhere in the package."""
+    """The public names, each once and in order, and each somewhere in the package."""
     assert deadwood_engine.__all__ == sorted(
         set(deadwood_engine.__all__), key=lambda n: (not n.isupper(), n.islower(), n)
     )

@@ -1,4 +1,4 @@
-"""The front door: the same bits however the logs are dealt out, reports, interruptions, failures, and what is kept."""
+"""The entry point: the same bits however the logs are distributed, reports, interruptions, failures, what is kept."""
 
 import threading
 

@@ -8,7 +8,7 @@ from strewn_slope import TOLD, differing, mattered, obstacles, only, owners, rel
 
 from deadwood_engine import FIDELITIES, Rasters, Scene, Shape, Stages, Start, slide
 
-# what is told of hits is that of what follows
+# the reported hits are those of what follows
 SAME = {*TOLD} - {"tree_hits", "barrier_hits"} | {"end_position", "barrier_reached", "barrier_crossed"}
 ON_ITS_WAY = -1
 

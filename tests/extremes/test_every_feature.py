@@ -1,10 +1,10 @@
 """No part of a log sinks into any part of an obstacle: scans of 3000 poses over every kind of feature and their pairs.
 
-The ruler knows nothing of the narrow phase. Two convex solids overlap by the least way that one must be moved to be
+The check is independent of the narrow phase. Two convex solids overlap by the least way that one must be moved to be
 clear of the other: the least, over all directions, of how far they reach past one another. How far a truncated cone
 reaches in a direction is that of its two rims, a round core that of its two end spheres, a plate that of its corners.
 Directions are tried all over the sphere and then closer and closer to the best: what is found is no less than the
-depth, so the ruler can only be too strict.
+depth, so the check can only be too strict.
 """
 
 from dataclasses import dataclass, field

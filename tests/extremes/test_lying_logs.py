@@ -1,6 +1,6 @@
 """Nothing passes a lying log: fast, thin, oblique, spinning, at its ends or over its side, at any fidelity.
 
-The ruler looks at poses only: how deep points of one log's surface lie in the other cone, and whether their axes ever
+The check looks at poses only: how deep points of one log's surface lie in the other cone, and whether their axes ever
 pass through each other while they cross within both lengths.
 """
 

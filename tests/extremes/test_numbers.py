@@ -1,6 +1,6 @@
 """One number at a time to its extreme: friction, slope, size, density, speed, spin, step, place, restitution.
 
-What must hold is said by ``at.healthy``: a finite state, a unit quaternion, an end for a reason, and no energy gained;
+``at.healthy`` checks what must hold: a finite state, a unit quaternion, an end for a reason, and no energy gained;
 and by each test besides.
 """
 

@@ -244,7 +244,7 @@ def test_a_log_released_through_a_barrier_is_said(at, fidelity, height, azimuth)
 @EVERY
 @pytest.mark.parametrize("ahead", ["tip", "base"])
 def test_along_a_straight_barrier(at, fidelity, ahead):
-    """A log that slides flush along a barrier without friction passes its joints: no post of its own stands in its way.
+    """A log that slides flush along a barrier without friction passes its joints: no post of its own is in its way.
 
     Only the plates push, square to the way, so the speed along stays: to 1 % for the taper, which the plates turn.
     """

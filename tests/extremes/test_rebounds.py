@@ -10,7 +10,7 @@ from deadwood_engine import FIDELITIES, STOP_REASONS, Barriers, Blocks, Logs, Ly
 from deadwood_engine.cores import BARRIER
 from deadwood_engine.log_body import BASE_RADIUS, LENGTH, TIP_RADIUS
 
-CELL, NODES, ROW = 0.5, 161, 25.0  # m, of the DEM; y of what stands in the way
+CELL, NODES, ROW = 0.5, 161, 25.0  # m, of the DEM; y of what is in the way
 TOP = 3.0  # [m] height of the barrier, and of the wall in the DEM
 LINE = np.array([[10.0, ROW], [70.0, ROW]])
 ALONG = np.arange(10.0, 70.0, 1.1)
@@ -104,7 +104,7 @@ def in_the_plate(scene, body, base, tip):
 
 
 def deepest(scene, begin, result, kind):
-    """Of all poses that were kept, how deep [m] a log is in the ground, and in what stands in the way."""
+    """Of all poses that were kept, how deep [m] a log is in the ground, and in what is in the way."""
     ground = things = 0.0
     poses = result.poses
     for row, base, tip in zip(poses.log_row, poses.base, poses.tip, strict=True):

@@ -1,4 +1,4 @@
-"""Where the terrain ends: nothing rests in the ground that it came into from beyond the border, and depths are told."""
+"""Where the terrain ends: nothing rests in the ground into which it came from beyond the border; depths are given."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def at_the_border(at, fidelity):
     """400 logs that tumble about the DEM's edges and a stripe without data, let fall upright and tilted from up to 6 m.
 
     Of those that stay: how deep points of their surface lie in the ground [m], how deep the engine says that they were
-    at most, and their radius. The ruler looks at other points than the contacts do: they differ by a centimetre here.
+    at most, and their radius. The check looks at other points than the contacts do: they differ by a centimetre here.
     """
     number, rng = 400, np.random.default_rng(3)
     grid = heights()

@@ -322,7 +322,7 @@ def test_single_cells_of_five_metres_are_met_to_the_decimetre(at, fidelity, size
     else:
         assert np.median(depth) < 0.01
         assert depth.max() < (0.5 if fidelity == "draft" else 0.2)
-    # the engine's own figure is no flattery: a ruler from outside finds no more, along the way
+    # the engine's own figure is not too good: an independent check finds no more, along the way
     poses = result.poses
     seen = range(0, len(poses.time), max(1, len(poses.time) // 300))
     outside = max(at.sunk(scene, begin, poses.base[k], poses.tip[k], poses.log_row[k]) for k in seen)

@@ -70,7 +70,7 @@ def test_toppling_about_the_rim(physics, fidelity, tolerance):
         tilt = s[0] + lean
         return radius * np.sin(tilt) + log[0, 2] * np.cos(tilt) - log[0, 1] * np.sin(tilt)
 
-    tip_touches.terminal = True  # type: ignore[attr-defined]  # so it is told
+    tip_touches.terminal = True  # type: ignore[attr-defined]  # as solve_ivp wants it
     solution = solve_ivp(pendulum, (0, 20), [begin_angle, 0.0], rtol=1e-12, atol=1e-12, events=tip_touches)
     assert solution.t[-1] == pytest.approx(5.432956, abs=1e-4)  # docs/tests.md, T37
     logs = Logs.alike([0.0], [0.0], orientation=2, tilt=np.radians(5.0))

@@ -119,7 +119,7 @@ def children() -> list[int]:
 
 
 def misplaced(hits: Any) -> dict[str, Any]:
-    """Of the cells in the view: those whose middle is drawn although nothing hit it, or the other way round."""
+    """Of the cells in the view: those whose middle is drawn although nothing hit it, or vice versa."""
     overlay = panel().overlay
     overlay.put(replace(hits, ends={}), hits.top())
     overlay.circle([], hits.crs)

@@ -123,7 +123,7 @@ def settings(qgis, more: str) -> Iterator[None]:
 
 
 def test_qgis_in_german_shows_the_tools_in_german(qgis):
-    """By the name of Switzerland's German; what is typed stays, and what is wrong is said in German too."""
+    """By the name of Switzerland's German; what is typed stays, and what is wrong is reported in German, too."""
     with settings(qgis, "[locale]\noverrideFlag=true\nuserLocale=de_CH\n"):
         shown = qgis("--json", "help", "deadwood:slidelogs")
         panel = qgis("help", "deadwood:slidelogs")

@@ -221,7 +221,7 @@ def test_a_manifest_repeats_its_run_and_flags_override_it(toy, tmp_path):
 
 
 def test_a_manifest_works_from_any_folder(toy, tmp_path, monkeypatch):
-    """Its paths are absolute; of what has been moved together with it, the inputs are found again, and it is said."""
+    """Its paths are absolute; of what has been moved together with it, the inputs are found again, with a note."""
     here = tmp_path / "here"
     (here / "maps").mkdir(parents=True)
     (here / "maps" / "trees.gpkg").write_text("")

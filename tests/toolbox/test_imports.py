@@ -44,7 +44,7 @@ def foreign(source: str, package: str, allowed: set[str]) -> set[str]:
 
 
 def tool_breaches(source: str, tools: set[str]) -> list[str]:
-    """What a tool's file imports against the house rules; ``tools`` are the names of the other tools' modules."""
+    """What a tool's file imports against the project's rules; ``tools``: the names of the other tools' modules."""
     breaches = sorted(foreign(source, "deadwood_algorithms", TOOL_LIBRARIES))
     whole = set()  # other tools imported as modules
     for module, names in imported(source, "deadwood_algorithms.tools"):
@@ -89,7 +89,7 @@ def room_breaches(source: str, place: tuple[str, str]) -> list[str]:
 
 
 def modules_imported(path: Path, modules: set[str]) -> set[str]:
-    """The modules of the house that a file imports, wherever the import stands; those for types alone count."""
+    """The project's modules that a file imports, wherever the import is; those for types alone count."""
     package = ".".join(path.relative_to(ALGORITHMS.parent).parent.parts)
     found = set()
     for module, names in imported(path.read_text(encoding="utf-8"), package):

@@ -1,4 +1,4 @@
-"""Old names of parameters: they mean the new ones wherever a parameter is given, and are told where they must be."""
+"""Old names of parameters: they mean the new ones wherever a parameter is given, and are named where they must be."""
 
 from __future__ import annotations
 

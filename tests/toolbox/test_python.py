@@ -97,7 +97,7 @@ def test_the_names_are_those_that_there_are():
 
 
 def test_type_checkers_know_parameters_and_results(tmp_path: Path):
-    """The face that editors see: pyright, on a file of a user."""
+    """What editors see: pyright, on a file of a user."""
     pytest.importorskip("pyright")
     right = """\
         import deadwood_toolbox as dw
@@ -343,6 +343,23 @@ def test_the_sample_data_are_there():
         file, layer = getattr(sample, name).split("|layername=")
         assert len(geopandas.read_file(file, layer=layer)) > 0
     assert read_raster(Path(sample.dem)).array.shape == (1000, 600)
+
+
+def test_scaled_integers_are_the_numbers_that_they_stand_for(tmp_path: Path, dem):
+    """Heights in centimetres above 900 m, as the sample has them: metres in the array, NaN where there is no height."""
+    profile = {"driver": "GTiff", "height": 140, "width": 40, "dtype": "uint16", "nodata": 65535, "crs": CRS}
+    stored = np.round((dem.array - 900.0) * 100.0).astype(np.uint16)
+    stored[0, 0] = 65535
+    for count in (1, 2):
+        with rasterio.open(tmp_path / "scaled.tif", "w", transform=dem.transform, count=count, **profile) as target:
+            for k in target.indexes:
+                target.write(stored, k)
+            target.scales, target.offsets = (0.01,) * count, (900.0,) * count
+        found = read_raster(tmp_path / "scaled.tif")
+        assert found.array.shape == (140, 40) if count == 1 else (2, 140, 40)
+        assert np.isnan(found.band[0, 0])
+        np.testing.assert_allclose(found.band.ravel()[1:], dem.array.ravel()[1:], atol=0.006)
+        assert (found.nodata, found.extent) == (None, dem.extent)
 
 
 def test_tables_go_in_as_data_frames(tmp_path: Path):

@@ -1,4 +1,4 @@
-"""A tool for the tests of the front door: it waits, fails in every way that is asked for, and writes one folder."""
+"""A tool for the tests of the user interfaces: it waits, fails in every way that is asked for, writes one folder."""
 
 from __future__ import annotations
 

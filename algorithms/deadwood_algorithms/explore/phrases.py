@@ -1,6 +1,6 @@
 """What the page of `explore` says, in English, by the names that its scripts ask for.
 
-What stands in braces is filled in by the page. A name with ``_one`` is said where ``n`` is 1.
+What is in braces is filled in by the page. A name with ``_one`` is used where ``n`` is 1.
 """
 
 from __future__ import annotations

@@ -24,7 +24,7 @@ MOST_VERTICES = 1_000  # of a polygon or a barrier
 MOST_DRAWN = 500  # trees planted, barriers, lying logs
 MOST_FELLED = 100_000
 LONGEST_LYING_M = 150.0  # of a log that is drawn: no tree is longer
-MOST_POSED = 200  # logs whose poses are told
+MOST_POSED = 200  # logs whose poses are sent
 PREVIEW = 30  # logs while the mouse moves
 MOST_FRICTION, MOST_ROLLING = 5.0, 0.5
 

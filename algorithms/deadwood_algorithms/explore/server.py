@@ -1,7 +1,7 @@
 """The page's server: on the loopback address alone, for those who have its token, and one engine process behind it.
 
 This process holds no scene and imports no engine, so that the page is answered whatever the engine does. It hands
-messages on to a process that `stdio` serves, and its frames back. Where that process is lost, the page is told, and
+messages on to a process that `stdio` serves, and its frames back. Where that process is lost, the page is notified, and
 another one is started.
 """
 

@@ -1,8 +1,8 @@
-"""A scene that is kept warm and asked: where do logs from here go, and what if these trees were not there?
+"""A scene that is kept in memory for questions: where do logs from here go, and what if these trees were not there?
 
-No file, no network: messages in, frames out. The logs of a question are slid in batches of 30, 70, 200, ... into one
-count of hits; each batch is told as soon as it is done, and together they are, bit for bit, one run of `slide-logs` on
-the same releases.
+No file, no network: messages in, frames out. The logs of a question slide in batches of 30, 70, 200, ... into one count
+of hits. Each batch is sent as soon as it is done, and together they are, bit for bit, one run of `slide-logs` on the
+same releases.
 """
 
 from __future__ import annotations
@@ -137,7 +137,7 @@ class Session:
 
 @dataclass
 class Told:
-    """Whom an answer is told, as what, since when; changes : whether what these do is told, too."""
+    """Who gets an answer, as what, since when; changes : whether their effect is reported, too."""
 
     send: Send
     number: Any

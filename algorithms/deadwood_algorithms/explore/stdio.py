@@ -27,7 +27,7 @@ from deadwood_algorithms.params.tool import UserError
 
 LENGTH_BYTES = 4  # of the length before a frame
 GRACE_S = 2.0  # after its input has ended, the process is given so long to end what it does
-MOST_WAITING = 1000  # messages; beyond that the front is told to wait
+MOST_WAITING = 1000  # messages; beyond that the sender is asked to wait
 REPLACED = ("release", "edit")  # by a newer one
 
 
@@ -101,7 +101,7 @@ class Front:
         self._guarded(self._do, message)
 
     def _guarded(self, work: Callable[[dict[str, Any]], None], message: dict[str, Any]) -> None:
-        """What is wrong with a message is said; what is wrong with us, too, and the engine lives."""
+        """A wrong message is reported; so is a fault of the toolbox, and the engine goes on."""
         try:
             work(message)
         except UserError as error:
@@ -128,7 +128,7 @@ class Front:
             if turn["release"] == self.newest["release"]:
                 session.edit(message, send, stale)
             else:
-                session.change(message)  # the logs released since then are told with it
+                session.change(message)  # the logs released since then are reported with it
         elif name == "poses":
             session.poses(message, send)
         elif name == "keep":

@@ -37,7 +37,7 @@ CHANGED, CHANCE = RUNS[1], "#dddddd"  # what the user changed; cells whose diffe
 
 
 def facts() -> dict[str, Any]:
-    """What the page's scripts are told: words, the report's colours, and how logs end, by the engine's own numbers."""
+    """What the page's scripts get: words, the report's colours, and how logs end, by the engine's own numbers."""
     return {
         "language": "en",
         "words": PHRASES,

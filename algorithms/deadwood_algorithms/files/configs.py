@@ -22,7 +22,7 @@ UNHEARD = Quiet().note
 
 
 def value_from_json(parameter: Parameter, value: Any) -> Any:
-    """The value that stands in a file of parameters, in the form in which the flag would give it."""
+    """The value that is in a file of parameters, in the form in which the flag would give it."""
     kind = parameter.of_kind
     number = isinstance(value, (int, float)) and not isinstance(value, bool)
     if number and kind.number_as_text:
@@ -86,7 +86,7 @@ def read_config(
 
 
 def _content(path: str) -> Any:
-    """What stands in the file, or the record that it carries."""
+    """What is in the file, or the record that it carries."""
     try:
         if Path(path).exists() and not Path(path).is_file():
             raise UserError(f"--config {path} is no file (a folder, a pipe or a device); write it to a file first")

@@ -42,7 +42,7 @@ def is_local(crs: pyproj.CRS) -> bool:
 
 
 def refuse_local(own: pyproj.CRS, target: pyproj.CRS, where: str) -> None:
-    """Refuse to bring a place on the globe into local coordinates, or the other way round; ``where`` says whose."""
+    """Refuse to bring a place on the globe into local coordinates, or vice versa; ``where`` says whose."""
     if is_local(own) == is_local(target):
         return
     one, other = ("local" if is_local(each) else crs_name(each) for each in (own, target))
@@ -127,7 +127,7 @@ def swiss_code(x: float, y: float) -> str:
 
 
 def misplacement(x: np.ndarray, y: np.ndarray, bounds: tuple[float, float, float, float]) -> str:
-    """The usual mistake, and its cure, by which places [m] are off ``bounds`` (west, south, east, north); or nothing.
+    """The usual mistake, and its fix, by which places [m] are off ``bounds`` (west, south, east, north); or nothing.
 
     In Swiss and Austrian surveys Y is the easting and X the northing; LV03 lacks the leading digits of LV95.
     """

@@ -48,7 +48,7 @@ class DemWindows:
     Attributes
     ----------
     source : rasterio dataset
-        As it stands in the file; ``flipped`` where its first row is the northernmost.
+        As it is in the file; ``flipped`` where its first row is the northernmost.
     shape : (ny, nx)
     cell, x0, y0 : float
         As of a `Grid` [m].
@@ -297,7 +297,7 @@ class WindowWriter:
         self.statistics = [Statistics(self.target.nodata) for _ in range(count)]
 
     def write(self, values: NDArray[Any], window: Window) -> None:
-        """``values`` as they stand in the file, shape (bands, rows, columns), of the file's type."""
+        """``values`` as they are in the file, shape (bands, rows, columns), of the file's type."""
         self.target.write(values, window=window)
         self.written.append((window, zlib.crc32(np.ascontiguousarray(values).data)))
         for of_band, band in zip(self.statistics, values, strict=False):

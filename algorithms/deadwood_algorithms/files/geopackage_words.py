@@ -1,7 +1,7 @@
 """What a GeoPackage says of its layers and columns in words, for other programs: a description of each layer, the
 meaning of each column, and of one with a unit a title that shows it, the field's alias (extension Schema).
 
-The words are those of `schemas`; of columns that no schema knows, as users bring them, nothing is said. GDAL reads the
+The words are those of `schemas`; columns of the user that no schema knows have no description. GDAL reads the
 comment and the alias from version 3.7 on, and what is built on it (QGIS) with it.
 """
 

@@ -97,7 +97,7 @@ def is_laid_out(cells: int, *, sparse: bool, of_region: bool = False) -> bool:
 def lay_out(path: Path, cells: int, *, sparse: bool, of_region: bool = False) -> None:
     """Turn a large GeoTIFF into a cloud-optimised one with overviews; small ones stay as they are.
 
-    An overview holds values that stand in the raster (the nearest), so that a count stays a count. ``sparse`` is a
+    An overview holds values that are in the raster (the nearest), so that a count stays a count. ``sparse`` is a
     raster of which tiles are missing, ``of_region`` one that is written once of many runs, and may take its time.
     """
     if not is_laid_out(cells, sparse=sparse, of_region=of_region):

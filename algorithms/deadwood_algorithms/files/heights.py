@@ -153,9 +153,9 @@ def _is_step(rise: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 
 class Found:
-    """Cells that were turned into NaN because they hold no height of ground, and what is said of them.
+    """Cells that were turned into NaN because they hold no height of ground, and what is reported about them.
 
-    ``inner`` is the part of the array of which is told; what is around it lies beyond a window.
+    ``inner`` is the part of the array that is reported; what is around it lies beyond a window.
     """
 
     def __init__(self) -> None:

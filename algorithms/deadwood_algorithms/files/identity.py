@@ -26,7 +26,7 @@ from deadwood_algorithms.params.tool import moved_paths
 BLOCK_BYTES = 2**20
 SETTLED_NS = 2 * 10**9  # a file that was written this recently may change again within one tick of its clock
 ROWS_AT_ONCE = 2000
-OURS = ("layer_styles", "gpkg_metadata")  # what the rows of a GeoPackage look like, and what is said of them
+OURS = ("layer_styles", "gpkg_metadata")  # styles and metadata of a GeoPackage
 CRS_OF_TABLE = (
     "SELECT organization, organization_coordsys_id FROM gpkg_geometry_columns JOIN gpkg_spatial_ref_sys USING (srs_id) "
     "WHERE table_name = ?"
@@ -207,7 +207,7 @@ def _moved(named: str, now: Path, then: str) -> str:
 
 
 def described(named: str) -> dict[str, Any]:
-    """Rows and CRS of an input that is a layer, CRS of one that is a raster; what cannot be told is null."""
+    """Rows and CRS of an input that is a layer, CRS of one that is a raster; what is not known is null."""
     facts: dict[str, Any] = {"rows": None, "crs": None}
     place, layer = places_of(named)[0], str(named).partition("|")[2].removeprefix("layername=")
     with suppress(Exception):  # what the tool cannot read either, it says itself

@@ -71,14 +71,20 @@ class Raster:
 
 
 def read_raster(path: Path) -> Raster:
-    """A raster file as an array, with its place."""
+    """A raster file as an array, with its place; scaled integers as the numbers that they stand for."""
+    import numpy as np
     import rasterio
 
     with rasterio.open(path) as source:
-        array = source.read(1) if source.count == 1 else source.read()
+        array, nodata = source.read(1) if source.count == 1 else source.read(), source.nodata
+        scales, offsets = (np.reshape(each, (-1, 1, 1)) for each in (source.scales, source.offsets))
+        if (scales != 1.0).any() or (offsets != 0.0).any():
+            outside = np.zeros(array.shape, bool) if nodata is None else array == nodata
+            values = np.where(outside, np.nan, array.reshape(source.count, *source.shape) * scales + offsets)
+            array, nodata = values.reshape(array.shape), None
         names = tuple(each or "" for each in source.descriptions)
         meanings = tuple(source.tags(k).get("long_name", "") for k in source.indexes)
-        return Raster(array, source.transform, source.crs, source.nodata, names, meanings)
+        return Raster(array, source.transform, source.crs, nodata, names, meanings)
 
 
 def has_layer(path: Path, layer: str) -> bool:

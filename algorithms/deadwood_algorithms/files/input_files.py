@@ -32,7 +32,7 @@ DEEPEST_VRT = 8  # a VRT of VRTs of ...
 
 
 def tiles_of(path: str | Path) -> list[str]:
-    """The files that a path stands for: itself, the rasters in a folder, or what stands between its commas."""
+    """The files that a path stands for: itself, the rasters in a folder, or what is between its commas."""
     named = str(path)
     try:
         if os.path.isfile(named):

@@ -1,7 +1,7 @@
 """Results that appear whole or not at all: written under a hidden name beside the final one, then renamed.
 
 Everything that can be known before the work starts (an existing output, a folder that cannot be written to, another
-run that writes the same output) is said before it starts.
+run that writes the same output) is reported before it starts.
 """
 
 from __future__ import annotations

@@ -75,7 +75,7 @@ def _settle(copy: Path) -> None:
     import sqlite3
     from contextlib import closing, suppress
 
-    with suppress(sqlite3.Error), closing(sqlite3.connect(copy)) as db:  # what cannot be read is said by the reader
+    with suppress(sqlite3.Error), closing(sqlite3.connect(copy)) as db:  # what cannot be read is reported by the reader
         db.execute("SELECT COUNT(*) FROM sqlite_master").fetchone()
         db.execute("PRAGMA journal_mode = DELETE").fetchone()
 

@@ -82,7 +82,7 @@ class Tile:
 class Mosaic:
     """Tiles as one dataset: of rasterio's what `dem_windows` and its like ask for, and no more.
 
-    Where tiles overlap, the first that holds a height gives it; that others differ is told once.
+    Where tiles overlap, the first that holds a height gives it; that others differ is reported once.
     """
 
     count, driver, gcps, colorinterp = 1, "tiles", ((), None), (ColorInterp.undefined,)

@@ -50,7 +50,7 @@ JOINED = re.compile(r"(.*?)_(mm|cm|dm|m|in|ft)")
 
 
 class Named(NamedTuple):
-    """A field's name without its unit, in lower case; the unit, empty where none is known; what stands in brackets."""
+    """A field's name without its unit, in lower case; the unit, empty where none is known; what is in brackets."""
 
     plain: str
     unit: str = ""

@@ -1,6 +1,6 @@
 """A site of the paper as a folder: a twin, or a user's data of the real site, in one layout; read and prepared.
 
-The layout is told in the docstring of `reproduce_paper`.
+The docstring of `reproduce_paper` describes the layout.
 """
 
 from __future__ import annotations

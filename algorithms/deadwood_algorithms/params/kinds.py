@@ -265,7 +265,7 @@ class Kind:
     from_text : callable
         The value that a flag's text stands for.
     from_value : callable
-        The value that a flag would give, from what stands in a file of parameters or comes from Python.
+        The value that a flag would give, from what is in a file of parameters or comes from Python.
     check : callable
         Raises `UserError` when a value does not fit.
     json_as_it_is : bool

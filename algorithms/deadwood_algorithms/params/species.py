@@ -1,7 +1,7 @@
 """Trees by their binomial and by common names in German, French, Italian and English: whole names, never parts of them.
 
 A name that is not in the table is unknown, and is said to be. What is known of a species (density, decay, a law of DBH
-and height) is a `presets.Wood`, and most have none: that beside a name nothing is known is said, too. A bare common
+and height) is a `presets.Wood`, and most have none; then that is reported, too. A bare common
 name (pine, Kiefer) is that of the commonest such species of the Alps. Standard library only.
 """
 
@@ -111,7 +111,7 @@ def _is_binomial(words: list[str]) -> bool:
 
 
 def _words(text: str) -> list[str]:
-    """Words without case, accents, hyphens and what stands in brackets; ß is ss."""
+    """Words without case, accents, hyphens and what is in brackets; ß is ss."""
     plain = unicodedata.normalize("NFKD", re.sub(r"\(.*?\)", " ", text.casefold()))
     return re.findall(r"[a-z]+", "".join(each for each in plain if not unicodedata.combining(each)))
 

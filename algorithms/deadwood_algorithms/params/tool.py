@@ -346,7 +346,7 @@ def taken(ask: Any, record: type[Record]) -> Record:
 
 
 def inputs_of(tool: Tool, ask: Any) -> dict[str, str]:
-    """The path of everything that a tool was told to read, by parameter; what may be a path, if something is there."""
+    """The path of everything that a tool was asked to read, by parameter; what may be a path, if something is there."""
     found = {}
     for each in tool.parameters():
         value = getattr(ask, each.name)
@@ -451,7 +451,7 @@ def anywhere(parameter: Parameter, value: Any) -> Any:
 
 
 def moved_paths(named: str, now: Path, then: str | None) -> list[Path]:
-    """Where a path that a manifest names may lie, now that the manifest stands in another folder than at first.
+    """Where a path that a manifest names may lie, now that the manifest is in another folder than at first.
 
     Parameters
     ----------

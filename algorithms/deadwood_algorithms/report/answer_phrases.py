@@ -1,17 +1,17 @@
-"""The phrases of what other tools found out: worth, barriers, classes, origins, and what the answer hangs on."""
+"""The phrases of the results of other tools: effect of trees, barriers, classes, origins, most influential inputs."""
 
 from __future__ import annotations
 
 ANSWER_PHRASES = {
-    "worth": "What each tree is worth",
+    "worth": "Effect of each tree",
     "worth_note": (
-        "How many logs more would reach the line if the thing were gone, the same log by log as a run without it. "
-        "Several things together are not worth the sum of each."
+        "How many more logs would reach the line without the object: the same, log by log, as in a run without it. "
+        "The effects of several objects do not add up."
     ),
     "worth_counts": "{line}: of {n} {what}, {keep} keep logs away and {bring} bring some.",
     "worth_none": "None of them changes how many logs reach {line}.",
-    "worth_of_some": "Asked with {n} of the run's {all} logs.",
-    "planted": "What a tree or log put there would keep away",
+    "worth_of_some": "Computed with {n} of the run's {all} logs.",
+    "planted": "Effect of a tree or log added there",
     "kind_tree": "trees",
     "kind_lying_log": "lying logs",
     "kind_barrier": "barriers",
@@ -22,14 +22,15 @@ ANSWER_PHRASES = {
     "keeps": "keeps logs away (size: how many)",
     "brings": "brings logs",
     "no_worth": "other trees",
-    "siting": "Where a barrier serves most",
-    "siting_now": "{share} of the logs reach a line as things are. {n} candidates were put up, each alone.",
+    "siting": "Best places for a barrier",
+    "siting_now": "{share} of the logs reach a line in the run. {n} candidates were tested, each alone.",
     "siting_note": (
-        "First those chosen, one after the other, each with all before it; then the candidates alone that no other"
-        " one beats that is neither longer nor higher. The best of many was picked by these logs and serves others"
-        " a little less. Barriers are rigid here; where one can be founded, and at what cost, an expert must judge."
+        "First the chosen barriers, each together with those chosen before it; then the single candidates that no"
+        " candidate of the same or smaller length and height outperforms. The best of many was selected on these logs"
+        " and has a slightly smaller effect on others. Barriers are rigid here; where one can be founded, and at what"
+        " cost, an expert must judge."
     ),
-    "siting_none": "None was chosen: no candidate keeps more logs away than chance could.",
+    "siting_none": "None was chosen: no candidate has an effect beyond chance.",
     "alone": "alone",
     "chosen": "chosen: {step}",
     "length_height": "length × height [m]",
@@ -61,23 +62,23 @@ ANSWER_PHRASES = {
     "at_least": "at least [kJ]",
     "return_period": "return period [years]",
     "longer_than": "over {years}",
-    "no_hit": "Where no log passed, less than {share} of the logs may pass yet (95 %).",
-    "from_where": "From where lines are reached",
+    "no_hit": "Where no log passed, up to {share} of the logs may still pass (95 %).",
+    "from_where": "Places from which lines are reached",
     "from_where_map": "logs released in a cell that reach any line [%]",
     "from_where_note": "Of {n} logs, in cells of {cell} m; a cell with fewer than {least} is empty.",
     "at_least_share": "at least",
     "any_line": "any line",
     "reach_it": "of their logs reach it",
     "affected": "Ground that the logs of a release area pass",
-    "varied": "What the answer hangs on",
+    "varied": "Most influential inputs",
     "varied_note": (
-        "The same {n} logs in {runs} runs, each factor alone at both ends of its range; high less low end with its"
-        " 95 % interval. Of what was not varied nothing is known. As it is: these logs at {fidelity}; all of the"
-        " run, or another fidelity, may differ by chance or by the calculation."
+        "The same {n} logs in {runs} runs, each factor alone at both ends of its range; the difference of the high and"
+        " the low end has a 95 % interval. Inputs that were not varied are not assessed. As it is: these logs at"
+        " {fidelity}; all logs of the run, or another fidelity, may differ by chance or by the calculation."
     ),
-    "hangs_on": "{outcome} hangs on {factors}.",
-    "hangs_undecided": "{outcome}: so many logs do not decide which of {factors} is the strongest.",
-    "hangs_on_nothing": "{outcome}: no factor changes it beyond chance with so many logs.",
+    "most_influential": "{outcome} depends most on {factors}.",
+    "influence_undecided": "{outcome}: the number of logs is too small to decide which of {factors} matters most.",
+    "no_influence": "{outcome}: with this number of logs, no factor changes it beyond chance.",
     "outcome_reach": "reach of {line} [%]",
     "outcome_runout": "mean run-out [m]",
     "factor": "factor",
@@ -85,7 +86,7 @@ ANSWER_PHRASES = {
     "low_end": "low end",
     "high_end": "high end",
     "as_it_is": "as it is",
-    "swing": "high less low",
+    "swing": "high minus low",
     "total_effect": "total-effect index",
     "factor_friction": "friction",
     "factor_orientation": "posture of the logs at the start",

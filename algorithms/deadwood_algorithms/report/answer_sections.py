@@ -1,4 +1,4 @@
-"""The sections on what other tools found out about a run: worth, barriers, classes, origins, what the answer hangs on.
+"""The sections with the results of other tools: effect of trees, barriers, classes, origins, most influential inputs.
 
 What the tool said of itself, and what is left to an expert, stands beside its numbers.
 """
@@ -218,7 +218,7 @@ def varied(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -
         return []
     facts = source.answers.folders["vary"][1]
     answers = {each["outcome"]: each for each in facts["answers"]}
-    told = [element("li", hanging_words(answers[name], words)) for name in outcomes_of(facts) if name in answers]
+    told = [element("li", influence_words(answers[name], words)) for name in outcomes_of(facts) if name in answers]
     note = words.say("varied_note", n=facts["logs"], runs=facts["runs"], fidelity=facts.get("fidelity", "?"))
     parts: Parts = [element("ul", *told), figure_of(drawings.get("varied"), note)]
     totals = {
@@ -242,11 +242,12 @@ def varied(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -
     return parts
 
 
-def hanging_words(answer: Mapping[str, Any], words: Words) -> str:
-    """The one sentence of an outcome, or that so many logs do not decide it."""
+def influence_words(answer: Mapping[str, Any], words: Words) -> str:
+    """The sentence that names an outcome's most influential inputs, or says that the logs are too few to decide."""
     outcome = outcome_words(answer["outcome"], words).rpartition(" [")[0]
     outcome = outcome[:1].upper() + outcome[1:]
     if not answer["factors"]:
-        return words.say("hangs_on_nothing", outcome=outcome)
+        return words.say("no_influence", outcome=outcome)
     factors = ", ".join(factor_words(each, words) for each in answer["factors"])
-    return words.say("hangs_on" if answer["decided"] else "hangs_undecided", outcome=outcome, factors=factors)
+    name = "most_influential" if answer["decided"] else "influence_undecided"
+    return words.say(name, outcome=outcome, factors=factors)

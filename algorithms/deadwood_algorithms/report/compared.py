@@ -74,7 +74,7 @@ def comparison(sources: Sequence[ReportedRun], compared: Comparison, words: Word
 
 
 def shown_value(value: Any, words: Words) -> str:
-    """What a parameter was, of a file its name alone: where it lay is told in the annex's last section."""
+    """What a parameter was, of a file its name alone: the annex's last section has its path."""
     return words.say("none") if value in (None, "") else Path(str(value)).name
 
 

@@ -1,4 +1,4 @@
-"""The map: hits over the relief, what stands in the way, where logs start and end; its parts are layers of the page.
+"""The map: hits over the relief, what is in the way, where logs start and end; its parts are layers of the page.
 
 One figure serves the page (as SVG, whose groups ``layer_*`` its checkboxes switch) and the files. What is many, trees
 and deposits, is one path of dots each: a marker each would be ten times as large.
@@ -121,7 +121,7 @@ def thinned_rows(number: int, most: int, seed: int = 0) -> NDArray[np.int64]:
 
 
 def _scene(axes: Any, source: ReportedRun, words: Words, size: float = 1.0) -> list[Any]:
-    """What stands in the way; ``size`` of its dots on a small map."""
+    """What is in the way; ``size`` of its dots on a small map."""
     handles: list[Any] = []
     if "trees" in source.scene:
         x, y = shapely.get_coordinates(np.asarray(source.scene["trees"].geometry)).T

@@ -237,7 +237,7 @@ def design(source: ReportedRun, words: Words) -> Parts:
 
 
 def design_cell(row: Mapping[str, Any], words: Words) -> str:
-    """``310 (250 to 420)``; where no upper bound can be told, how many more hits it takes."""
+    """``310 (250 to 420)``; where no upper bound can be given, how many more hits it takes."""
     if not row["n_more"]:
         return with_interval(row["value"], row["ci_low"], row["ci_high"], words)
     return words.say("design_more", value=shown_number(row["value"], words), n=row["n_more"])

@@ -51,7 +51,7 @@ def catalogue(language: str) -> dict[tuple[str, str], str]:
 
 @dataclass(frozen=True)
 class Words:
-    """The phrases of one language; what its catalogue lacks is said in English."""
+    """The phrases of one language; what its catalogue lacks is shown in English."""
 
     language: str
 

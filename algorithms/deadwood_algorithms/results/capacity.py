@@ -74,7 +74,7 @@ class Overloads:
         tree = np.full(hits.item.shape, np.inf)
         tree[standing] = self.capacity.of_trees(100.0 * layers.trees.diameter)[hits.item[standing]]
         log = self.log_capacity[np.searchsorted(self.log_id, log_id)][hits.log_row]
-        # one that breaks takes its capacity to rounding, so what is above it cannot be told by energy
+        # one that breaks takes its capacity to rounding, so what is above it cannot be identified by energy
         return hits.broke if self.capacity.break_trees else hits.energy_taken > tree, hits.energy_taken > log
 
 

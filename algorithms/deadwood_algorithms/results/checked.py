@@ -1,6 +1,6 @@
-"""What stands in a run's manifest.json and summary.json, checked once, where they are read: whose it is, and its types.
+"""What is in a run's manifest.json and summary.json, checked once, where they are read: whose it is, and its types.
 
-A result seals itself: its manifest has the SHA-256 of every file, and of what stands in the manifest. Runs of before
+A result seals itself: its manifest has the SHA-256 of every file, and of what is in the manifest. Runs of before
 version 0.3 have no seal; of them the types alone are checked.
 """
 

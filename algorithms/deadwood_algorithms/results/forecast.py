@@ -1,4 +1,4 @@
-"""What a run will take, told from what a pilot took: time, memory and disk (``plan`` slides the pilot).
+"""What a run will take, estimated from what a pilot took: time, memory and disk (``plan`` slides the pilot).
 
 Time: what the pilot's logs took each, times all of them, and what a run takes beside the sliding. Memory: the most that
 this process has held at the pilot's end, and what each further log adds. Disk: the pilot's files, of which those with a

@@ -192,7 +192,7 @@ def seal_of(folder: Path) -> dict[str, dict[str, Any]]:
 
 
 def seal_of_manifest(told: Mapping[str, Any]) -> str:
-    """SHA-256 of what stands in a manifest, but for this."""
+    """SHA-256 of what is in a manifest, but for this."""
     text = json.dumps({key: value for key, value in told.items() if key != "seal"}, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
 

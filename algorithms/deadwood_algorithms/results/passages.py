@@ -143,7 +143,7 @@ def heights_over(table: Any, shape: Any, radii: tuple[Array, Array], edges: Edge
 
 
 def design_rows(passages: Passages, levels: Sequence[float], confidence: float) -> Iterator[dict[str, Any]]:
-    """Percentiles of each quantity with their intervals, and in words what cannot be told."""
+    """Percentiles of each quantity with their intervals, and in words what cannot be given."""
     for quantity, unit in UNITS.items():
         values = passages.values.get(quantity, np.zeros(0))
         values = values[np.isfinite(values)]

@@ -35,7 +35,7 @@ POSE_COLUMNS = ("log_id", "t_s", *"xyz", "xb", "yb", "zb", "xt", "yt", "zt", *SI
 
 
 def pose_schema(crs: pyproj.CRS | None = None) -> pa.Schema:
-    """The columns of ``poses.parquet``; the CRS stands in the file's metadata."""
+    """The columns of ``poses.parquet``; the CRS is in the file's metadata."""
     kinds = {name: pa.float32() if name in SINGLE else pa.float64() for name in POSE_COLUMNS} | {"log_id": pa.int64()}
     facts = {"crs": crs.to_wkt()} if crs else None
     return pa.schema(list(kinds.items()), metadata=facts)
@@ -89,7 +89,7 @@ class Run:
         return self.path / name
 
     def summary(self, *needed: str) -> dict[str, Any]:
-        """What stands in ``summary.json``, which has all that is needed."""
+        """What is in ``summary.json``, which has all that is needed."""
         return read_summary(self.path, self.manifest, *needed)
 
     @property

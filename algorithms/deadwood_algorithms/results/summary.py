@@ -206,7 +206,7 @@ def lines_of(summary: dict[str, Any]) -> tuple[str, ...]:
 
 
 def spreadless_lines(records: list[dict[str, Any]]) -> list[str]:
-    """The releases of which no lateral spread can be told, in one line."""
+    """The releases of which no lateral spread can be given, in one line."""
     without = [str(record["release_id"]) for record in records if not np.isfinite(record["spread_deg"])]
     if not without:
         return []

@@ -89,7 +89,7 @@ def paths_of(frame: geopandas.GeoDataFrame, grid: Grid, what: str) -> Paths:
 
 
 def items_of(frame: geopandas.GeoDataFrame, names: tuple[str, ...], paths: Paths, feedback: Feedback) -> Items:
-    """Rows that share an id become one item, in the order of their first row, and that is said.
+    """Rows that share an id become one item, in the order of their first row, and that is reported.
 
     The first of ``names`` is the id proper; where another field serves as one, its twins may well be different things.
     """
@@ -186,8 +186,8 @@ def extent_words(x: NDArray[np.float64], y: NDArray[np.float64], ground: Grid | 
     from deadwood_algorithms.files.crs import misplacement
 
     west, south, east, north = ground.frame.bounds
-    cure = misplacement(x, y, (west, south, east, north)) or "check the CRS of both"
+    fix = misplacement(x, y, (west, south, east, north)) or "check the CRS of both"
     return (
         f" ({x.min():.0f} to {x.max():.0f} east, {y.min():.0f} to {y.max():.0f} north; the DEM has {west:.0f} to "
-        f"{east:.0f}, {south:.0f} to {north:.0f}); {cure}"
+        f"{east:.0f}, {south:.0f} to {north:.0f}); {fix}"
     )

@@ -272,7 +272,7 @@ def read_trees(path: str | None, grid: Grid, feedback: Feedback) -> StandingTree
 
 
 def read_barriers(path: str | None, grid: Grid, feedback: Feedback) -> tuple[Barriers, Items]:
-    """Barriers with their heights; rows of one barrier_id (without it: of one name) count as one, which is said."""
+    """Barriers with their heights; rows of one barrier_id (without it: of one name) count as one, with a note."""
     if path is None:
         return Barriers.none(), Items([], np.array([], object), np.array([], np.int64))
     frame = read_vector(path, geometry=("line",), target_crs=grid.crs, what="barriers", feedback=feedback)
@@ -296,7 +296,7 @@ def lines_layer(path: str, crs: pyproj.CRS, feedback: Feedback) -> geopandas.Geo
 def lines_of(frame: geopandas.GeoDataFrame | None, grid: Grid, feedback: Feedback) -> tuple[Lines, Items]:
     """Lines, or the outlines of polygons, whose reach is counted; rows of one line_id count as one.
 
-    Without that field rows of one name do. Either is said.
+    Without that field rows of one name do. Either is reported.
     """
     if frame is None:
         return Lines.none(), Items([], np.array([], object), np.array([], np.int64))

@@ -113,8 +113,8 @@ class _LayersAndLaws:
     break_trees: bool = tool.flag(
         "Trees break that would take more than --tree-capacity-kj",
         advanced=True,
-        help="Such a tree takes just that much and is gone, for this log alone; for other logs it stands. Without it "
-        "trees are rigid, as in the paper.",
+        help="Such a tree absorbs just that much and then disappears, for this log only; for other logs it stands. "
+        "Without it trees are rigid, as in the paper.",
     )
     shape: str = tool.text(
         "Shape of what slides: cone, or a file of points",

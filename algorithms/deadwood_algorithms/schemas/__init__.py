@@ -1,8 +1,8 @@
 """Every layer, raster, table and JSON file of the toolbox: what each column, band and key means, its unit, its bounds.
 
-`words` is how that is said, `brought` has the layers that users bring, `results` those that results have, `files` the
-rasters, tables and JSON files, and `written` says which tool writes what, and where: a test runs every tool and holds
-that list against what is there. ``docs/layers.md`` is rendered from here. Standard library only.
+`words` has the classes of declarations, `brought` the layers that users bring, `results` those of results, `files` the
+rasters, tables and JSON files; `written` says which tool writes what, and where: a test runs every tool and compares
+that list with its output. ``docs/layers.md`` is rendered from here. Standard library only.
 """
 
 from deadwood_algorithms.schemas.brought import (

@@ -1,4 +1,4 @@
-"""What is said of a layer, a raster, a table or a JSON file, and how one value is judged by it."""
+"""How a layer, a raster, a table or a JSON file is described, and how one value is judged by it."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ class Output:
     what: Layer | RasterFile | TableFile | JsonFile | OtherFile
 
 
-# Unit written after the last underscore of a name -> unit as shown. The contract's rule: units stand in the name.
+# Unit written after the last underscore of a name -> unit as shown. The contract's rule: units are in the name.
 UNITS = {
     "cm": "cm",
     "m": "m",

@@ -1,7 +1,7 @@
-"""A look before a run: a few of its logs slide at ``draft``, and those that leave the terrain model are told at once.
+"""A pilot before a run: a few of its logs slide at ``draft``, and those that leave the terrain model are reported.
 
-After the run it is known how many left; then the time is spent. The look costs a fraction of a second, changes no
-result, and says to which side the terrain model is too small and, roughly, by how much.
+After the run it is known how many left, but then the time is spent. The pilot costs a fraction of a second, changes no
+result, and says on which side the terrain model is too small and, roughly, by how much.
 """
 
 from __future__ import annotations

@@ -157,7 +157,7 @@ def _start_silent_tracker() -> None:
 
 @contextmanager
 def _quiet_logs() -> Iterator[None]:
-    """Dask writes of every worker that comes or goes to stderr; what matters of it is said by us."""
+    """Dask writes of every worker that comes or goes to stderr; what matters of it is reported by us."""
     loggers = [logging.getLogger(name) for name in ("distributed", "asyncio", "tornado")]
     before = [each.level for each in loggers]
     for each in loggers:

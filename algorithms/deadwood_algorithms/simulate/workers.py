@@ -274,7 +274,7 @@ class Workers:
             time.sleep(0.2)
 
     def _judge(self, address: str, threads: int, future: Any) -> None:
-        """Whether a worker may be used; why not is said once."""
+        """Whether a worker may be used; why not is reported once."""
         fix = f"install deadwood-toolbox {VERSION} on both sides, from the same source"
         try:
             facts = from_block(future.result(timeout=LOST_S))[0]

@@ -2,7 +2,7 @@
 
 Of n independent values the number that lie below a percentile p is binomial (n, p), whatever the values are. So two of
 the sorted values hold the percentile with a probability that the binomial law gives; of few values none of them lies
-above a high percentile with that probability, and no upper bound can be told.
+above a high percentile with that probability, and no upper bound can be given.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def binomial_below(n: int, p: float) -> NDArray[np.float64]:
 def percentile_ranks(n: int, p: float, confidence: float = 0.95) -> tuple[int, int]:
     """Ranks, from 1, of the sorted values between which a percentile lies with at least this probability.
 
-    Either side errs at most half of the rest. Rank 0: no lower bound can be told; rank n + 1: no upper one.
+    Either side errs at most half of the rest. Rank 0: no lower bound can be given; rank n + 1: no upper one.
     """
     if n < 1:
         return 0, n + 1
@@ -32,7 +32,7 @@ def percentile_ranks(n: int, p: float, confidence: float = 0.95) -> tuple[int, i
     below = binomial_below(n, p)
     # The percentile lies below the value of rank r when fewer than r values are below it: P(B <= r - 1).
     low = int(np.searchsorted(below, side, side="right"))
-    # It lies above the value of rank r when r or more are: 1 - P(B <= r - 1), told from the small end for its digits.
+    # It lies above the value of rank r when r or more are: 1 - P(B <= r - 1), from the small end for its digits.
     above = binomial_below(n, 1.0 - p)  # P(n - B <= j), so P(B >= r) = above[n - r]
     high = n + 1 - int(np.searchsorted(above, side, side="right"))
     return low, high
@@ -47,13 +47,13 @@ def values_needed(p: float, confidence: float = 0.95) -> int:
 
 
 def percentile_record(values: NDArray[np.float64], p: float, confidence: float = 0.95) -> dict[str, float]:
-    """A percentile of values with its interval; NaN where it, or an end, cannot be told.
+    """A percentile of values with its interval; NaN where it, or an end, cannot be given.
 
     Returns
     -------
     record : dict
         ``n``, ``value`` (linear between order statistics), ``ci_low``, ``ci_high``, and ``n_more``: how many more
-        values it takes until an upper bound can be told, 0 where it can.
+        values it takes until an upper bound can be given, 0 where it can.
     """
     ordered = np.sort(np.asarray(values, np.float64))
     n = ordered.size

@@ -182,7 +182,7 @@ def lost_words(record: Mapping[str, Any]) -> str:
     """``; 12 others left the terrain model before it: 51 % if all of them reach it; ...``
 
     Empty where none was lost. The interval beside the share is of chance alone, the share if all reach it of the lost
-    logs alone: so both together are said.
+    logs alone: so both together are reported.
     """
     if not record.get("n_lost"):
         return ""

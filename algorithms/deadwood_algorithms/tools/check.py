@@ -82,7 +82,7 @@ def record_of(place: Path) -> tuple[dict[str, Any], Path]:
 
 
 def lines_of(place: Path, facts: Mapping[str, Any]) -> tuple[str, ...]:
-    """What is said of it, for a reader."""
+    """What is reported about it, for a reader."""
     made = f", made {facts['made_utc']}" if facts["made_utc"] else ""
     engine = "the one here" if facts["engine_here"] == "same" else "not the one here, whose bits may differ"
     lines = [

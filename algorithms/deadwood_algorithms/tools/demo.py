@@ -1,13 +1,12 @@
-"""Make a complete case from nothing: the paper's Klosters case in small, with three forests, and a picture of it.
+"""Make a complete case without any input: the paper's Klosters case in small, with three forests and a picture.
 
-A synthetic slope (nothing of it is measured) with a road at its foot is written, with releases in a circle of 10 m, a
-forest as if mapped that leaves a gully free, and a random forest of the same density. The same logs then slide through
-the mapped forest, the random one, and none, and `report.html` shows them side by side. Everything is done by the tools
-themselves, and the folder holds their inputs and outputs, so that each step can be repeated by hand: the manifests say
-how.
+It writes a synthetic slope (nothing of it is measured) with a road at its foot, releases in a circle of 10 m, a forest
+as if mapped that leaves a gully free, and a random forest of the same density. The same logs then slide through the
+mapped forest, through the random one and without forest, and `report.html` shows the three side by side. Every step is
+done by the tools themselves, and the folder holds their inputs and outputs: the manifests say how to repeat each step.
 
-The paper found, for its own slope: without forest by far the most logs reach the road, with a random forest no more
-than with the mapped one, and the deposits fan out wider with a forest than without.
+The paper found for its own slope that by far the most logs reach the road without forest, that a random forest lets no
+more through than the mapped one, and that the deposits spread wider with a forest than without.
 """
 
 from __future__ import annotations

@@ -1,15 +1,15 @@
-"""Ask a slope: click, and the logs slide; fell a tree, draw a barrier, and see what that changes, within a second.
+"""Try things on a slope: click to slide logs, fell a tree or draw a barrier, and see the effect within a second.
 
-Loads the scene once, keeps the engine warm, and opens a page in the browser: logs released by hand, with the share
-that reaches each line and its interval; trees felled or planted, barriers and lying logs drawn, with the paired
-difference on the same logs. What is worth keeping is saved as a run of slide-logs, beside the layers that were changed,
-and is what slide-logs gives for these, byte for byte.
+Loads the scene once, keeps the engine in memory, and opens a page in the browser. Release logs with a click, and see
+the share that reaches each line with its interval; fell or plant trees, draw barriers and lying logs, and see the
+paired difference for the same logs. A result can be saved as a run of slide-logs, with the changed layers; it is the
+same as what slide-logs gives for them, byte for byte.
 
     deadwood-tool explore --dem dem.tif --trees trees.gpkg --lines road.gpkg
 
-The page is served on this machine's loopback address alone, to whoever has the token in the address that is printed.
-Ctrl-C ends it. Logs are those of slide-logs, at draft unless another fidelity is chosen; a share of 300 logs is known
-to some points, which the interval says.
+The page is served on this machine's loopback address only, to whoever has the token in the printed address. Ctrl-C ends
+it. Logs move as in slide-logs, at draft unless another fidelity is chosen. With 300 logs a share is accurate to a few
+percentage points; its interval says how many.
 """
 
 from __future__ import annotations

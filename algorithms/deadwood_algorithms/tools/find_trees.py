@@ -9,7 +9,7 @@ always compared. Of equal cells beside each other one is the tree: the southernm
 - ``deciduous``: D = 3.09632 + 0.00895 H^2
 
 ``--chm`` holds heights above the ground. Alternatively ``--dsm`` and ``--dem``, on the same cells, give the canopy
-height by their difference. Cells without a value are no trees, nor are cells higher than 150 m (cranes, birds,
+height by their difference. Cells without a value are not trees, nor are cells higher than 150 m (cranes, birds,
 undeclared nodata), which are counted in a note. The tree stands at the centre of its cell and is as high as the cell.
 
 The DBH follows from the height as in ``import-trees`` (``--dbh-law``, or ``--dbh-a`` and ``--dbh-b``), which lists the

@@ -13,7 +13,7 @@ zone polygon in which the tree stands, or one fitted to measured trees (``--dbh-
 by exp(s^2 / 2)). A single law misjudges stems by up to a factor of two: use a law of your region. ``dbh_source``
 distinguishes ``measured`` from ``modelled``. What was filled in, dropped or merged is counted in notes.
 
-Dead standing trees and snags are kept out of the trees, because they are the logs of tomorrow: ``--snags`` writes them
+Dead standing trees and snags are kept out of the trees, because they are future logs: ``--snags`` writes them
 as a releases layer (upright, where they stand, with their DBH and height). Lying or removed trees are dropped. If an id
 occurs twice (tiles often number their trees independently), all trees are renumbered and the old ids are kept as
 ``source_id``. ``--merge-within-m`` merges trees found twice at the seams of tiles. The tool does not judge whether a

@@ -1,21 +1,21 @@
-"""Make one HTML page of a run, or of several side by side: maps, figures, tables and a 3-D view, for reading and paper.
+"""Make one HTML page of a run, or of several side by side: maps, figures, tables and a 3-D view, for screen and print.
 
-The page needs nothing but itself: no network, no server, no other file; any browser opens it from the file system, it
-prints on A4, and it can be sent as an annex. It says what was asked and answered, what was modelled and what was not,
-shows the map with layers to switch, the reach of each line with both kinds of error, arrivals, lateral spread, run-out,
-speeds and jumps, profiles along trajectories, the ledgers of barriers and trees, the measured accuracy, and where all
-of it comes from. In the 3-D view logs move again: the fastest, the farthest, those that reach a line, a random draw.
+The page is self-contained: it needs no network, no server and no other file. Any browser opens it from the file system,
+it prints on A4, and it can be sent as an annex. It states the question and the answer, what was modelled and what was
+not, and shows the map with layers to switch, the reach of each line with both kinds of error, arrivals, lateral spread,
+run-out, speeds and jumps, profiles along trajectories, the balances of barriers and trees, the measured accuracy, and
+the provenance. The 3-D view replays logs: the fastest, the farthest, those that reach a line, and a random sample.
 
     deadwood-tool make-report my_case --output my_case.html
     deadwood-tool make-report my_case --results trees_value.gpkg,siting,intensity,origins,varied --output my_case.html
     deadwood-tool make-report run_none run_forest --output forest.html --language de --figures figures --gltf slope.glb
 
-With --results the page also has what other tools found out: what each tree is worth, where a barrier serves most,
-classes of intensity and return periods, from where lines are reached, what the answer depends on.
+With --results the page also has the results of other tools: the effect of each tree, the best places for a barrier,
+classes of intensity and return periods, the places from which lines are reached, and the most influential inputs.
 
-Of several runs of the same releases the page also has the paired differences of `compare-scenarios`, with maps. Inputs
-of a run that are not where they were (the terrain model, the trees) are missing in the page, which says so. Its figures
-are for reading: numbers for further work are in the run's own files.
+For several runs of the same releases the page also has the paired differences of `compare-scenarios`, with maps. If an
+input of a run (the terrain model, the trees) is no longer in its place, the page omits it and says so. Its figures are
+rounded for reading: numbers for further work are in the run's own files.
 """
 
 from __future__ import annotations
@@ -151,7 +151,7 @@ def names_of(folders: Sequence[str], given: str | None) -> list[str]:
 
 
 def compared_runs(folders: Sequence[str], sources: Sequence[ReportedRun], feedback: Feedback) -> Comparison:
-    """The comparison of the runs; what cannot be compared is told in the page."""
+    """The comparison of the runs; what cannot be compared is reported in the page."""
     from deadwood_algorithms.evaluate.scenarios.maps import difference_map
     from deadwood_algorithms.evaluate.scenarios.measures import compared_rows
     from deadwood_algorithms.evaluate.scenarios.paired_runs import differing, read_compared

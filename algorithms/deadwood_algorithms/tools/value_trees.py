@@ -104,7 +104,7 @@ def values_of(ask: Ask, feedback: Feedback) -> Outcome:
         path = outputs.file("output", ".gpkg")
         source = read_run(ask.run, feedback=feedback)
         rerun, layers, rows = opened.enter_context(open_rerun(source, ask.lines, ask.logs, ask.seed, where, feedback))
-        # what is wrong with the layers is said before the logs slide
+        # what is wrong with the layers is reported before the logs slide
         stands = read_stand_areas(ask.stands, layers, feedback) if ask.stands else []
         lying_cm = rerun.simulation.inputs.lying_diameter_cm
         could = read_candidates(ask.plant, ask.plant_lying, layers, lying_cm, feedback)

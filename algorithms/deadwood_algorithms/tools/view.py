@@ -1,9 +1,9 @@
-"""Open a run's report in the browser; one that has none yet is made, and stays in the run's folder.
+"""Open a run's report in the browser; if there is none yet, it is made and kept in the run's folder.
 
     deadwood-tool view my_case
 
 The page is `report.html` in the folder, as `slide-logs --report` and `make-report` write it. It opens from the file
-system; nothing is sent anywhere. A report that is there is opened as it is: `make-report --overwrite` renews it.
+system; nothing is sent anywhere. An existing report is opened unchanged: `make-report --overwrite` renews it.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Results appear whole or not at all, and what can be known before the work is said before it."""
+"""Results appear whole or not at all, and what can be known before the work is reported before it."""
 
 from __future__ import annotations
 

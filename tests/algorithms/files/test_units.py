@@ -1,4 +1,4 @@
-"""Units in the names of fields, in every tool that reads columns; and what is said of fields that nobody understood."""
+"""Units in the names of fields, in every tool that reads columns; and the notes on fields that are not understood."""
 
 from __future__ import annotations
 

@@ -63,4 +63,4 @@ def test_rates_of_downed_wood_say_nothing_of_snags():
     assert of_years(4.0, "Fagus sylvatica", window) == OUTSIDE
     assert of_years(4.0, "Fagus sylvatica", window, standing=True) == UNKNOWN
     assert of_years(4.0, "Picea abies", window, standing=True) == CRITICAL  # the years of spruce are of both
-    assert of_years(6.0, "Abies alba", window, standing=True) == OUTSIDE  # that of spruce is used, which is said
+    assert of_years(6.0, "Abies alba", window, standing=True) == OUTSIDE  # that of spruce is used, and this is reported

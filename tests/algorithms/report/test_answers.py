@@ -170,7 +170,7 @@ def test_the_ground_of_origins_is_that_of_the_facts(page, results):
         assert any(each == pytest.approx(row["area_m2"] / 1e4, rel=5e-3) for each in found), row
 
 
-def test_what_the_answer_hangs_on_is_the_tools_answer(page, results):
+def test_the_most_influential_input_is_the_tools_answer(page, results):
     facts = json.loads((results["varied"] / "summary.json").read_text(encoding="utf-8"))
     section = part(page, "varied")
     rows = [row for row in Shown(section).rows if len(row) == 6 and row[0] in ("friction", "rolling friction")]
@@ -180,14 +180,14 @@ def test_what_the_answer_hangs_on_is_the_tools_answer(page, results):
     assert swings == pytest.approx(sorted(np.round(scaled)), abs=1.0)
     for each in facts["answers"]:
         if each["decided"]:
-            assert "hangs on friction." in section
+            assert "depends most on friction." in section
 
 
 def test_in_german_no_english_class_is_left(case, run, results):
     page = page_of(run, list(results.values()), case.folder / "de.html", language="de")
     for name in SECTIONS:
         text = " ".join(Shown(part(page, name)).said)
-        for english in (" and more", "below", " of the logs", " years", "hangs on", "keep logs", "a person"):
+        for english in (" and more", "below", " of the logs", " years", "depends most on", "keep logs", "a person"):
             assert english not in text, (name, english)
 
 

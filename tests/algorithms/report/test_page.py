@@ -1,4 +1,4 @@
-"""The report without a browser: its numbers are the summary's, names are text, what is missing is said."""
+"""The report without a browser: its numbers are the summary's, names are text, what is missing is reported."""
 
 from __future__ import annotations
 

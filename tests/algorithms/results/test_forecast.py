@@ -101,7 +101,7 @@ def test_what_is_told_is_what_the_run_takes(case):
         done.set()
         watcher.join()
     run = case.folder / "whole"
-    # memory hardly grows with the logs (docs/memory.md), so it is all of it that is told: libraries, scene and logs
+    # memory hardly grows with the logs (docs/memory.md), so the whole of it is given: libraries, scene and logs
     assert 0.5 * facts["memory"] < taken < 1.1 * facts["memory"]
     assert 0.7 * size_of(run) < facts["disk_at_end"] < 1.4 * size_of(run)
     assert 0.8 * most[0] < facts["disk"] < 2.0 * most[0]

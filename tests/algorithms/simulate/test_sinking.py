@@ -1,4 +1,4 @@
-"""Logs that sink deep: which are counted, and what is said of them."""
+"""Logs that sink deep: which are counted, and what is reported."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""That kernels are compiled is said before it begins, and only where they are."""
+"""That kernels are compiled is reported before it begins, and only where they are."""
 
 from __future__ import annotations
 

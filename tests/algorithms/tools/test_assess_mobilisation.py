@@ -399,7 +399,7 @@ def test_mapped_deadwood_is_split_by_decay_and_ground(tmp_path, said):
 
 
 def test_what_is_not_known_of_a_species_is_said(tmp_path, said):
-    """Snags of beech are of unknown decay, so candidates; names of no species and species without a rate are told."""
+    """Snags of beech are of unknown decay, so candidates; unknown species and those without a rate are reported."""
     dem = write_raster(tmp_path / "dem.tif", plane(40.0))
     logs = write_layer(
         tmp_path / "logs.gpkg", [Point(30.0, 25.0)] * 5, years_dead=[9.0] * 5,

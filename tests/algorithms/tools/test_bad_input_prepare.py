@@ -284,7 +284,7 @@ def test_a_full_disk(tmp_path, bad, layer, monkeypatch):
     assert "the disk is full, nothing was written; free some space in" in bad(layer, points(tmp_path), **extra)
 
 
-# --- through the front door
+# --- through the command line
 
 
 def test_the_command_says_it_in_one_line_on_stderr_and_exits_with_2(tmp_path, slope):

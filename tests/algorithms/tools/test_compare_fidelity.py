@@ -184,7 +184,7 @@ def test_an_existing_comparison_is_kept_unless_overwrite(case, forest):
 
 
 def test_posture_is_compared_with_runs_of_its_own(case, forest, tmp_path):
-    """What is told of a posture is what slide-logs finds for the layer that sample-releases would have written."""
+    """The figures of a posture are what slide-logs finds for the layer that sample-releases would have written."""
     told = json.loads((forest / "comparison.json").read_text(encoding="utf-8"))
     rows = {(row["orientation"], row["quantity"], row["item"]): row for row in told["postures"]}
     assert {key[0] for key in rows} == {"random-lying"}  # they are released upright

@@ -142,7 +142,7 @@ def test_numbers_with_a_comma_are_refused_with_the_fix(capsys):
 
 
 def test_what_is_doubtful_of_a_run_is_said(case, tmp_path, said):
-    """A friction of 25, cells of 5 m, heights in feet: the run is made, and each is said with the fix."""
+    """A friction of 25, cells of 5 m, heights in feet: the run is made, and each is reported with the fix."""
     steep = write_dem(tmp_path / "feet.tif", cell=5.0)
     with rasterio.open(steep, "r+") as made:
         made.write(made.read(1) / 0.3048, 1)

@@ -1,4 +1,4 @@
-"""The report at the front door: made with a run, from the command line, and opened by `view`."""
+"""The report for users: made with a run, from the command line, and opened by `view`."""
 
 from __future__ import annotations
 

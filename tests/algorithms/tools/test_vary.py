@@ -150,7 +150,7 @@ def test_the_tornado_is_that_of_the_runs(ends):
     assert height > 600
 
 
-def test_on_a_plane_the_answer_hangs_on_friction(case, tmp_path):
+def test_on_a_plane_the_answer_depends_on_friction(case, tmp_path):
     """35 degrees without obstacles, ends below and above their tangent of 0.70: all logs slide or none does."""
     told = varied(case, tmp_path / "plane", vary="friction=0.5:0.9,tree_friction", lying_logs=_far(tmp_path),
                   lines=case.lines)  # fmt: skip

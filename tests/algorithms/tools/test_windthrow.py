@@ -95,7 +95,7 @@ def test_the_share_is_exact_and_a_larger_one_throws_the_same_and_more(place, tmp
     assert set(throw(place, tmp_path / "s", share=0.2, seed=1)["lying_after"]["lying_id"]) != sets[0]
 
 
-def test_what_a_tree_does_hangs_on_its_id_not_on_its_row(place, tmp_path):
+def test_what_a_tree_does_depends_on_its_id_not_on_its_row(place, tmp_path):
     trees: Any = gpd.read_file(place / "trees.gpkg")
     trees[::-1].to_file(tmp_path / "turned.gpkg", layer="trees", driver="GPKG")
     one = throw(place, tmp_path / "a", share=0.3)["lying_after"].set_index("lying_id").sort_index()

@@ -17,7 +17,7 @@ from deadwood_algorithms.results import lost as lost_logs
 from deadwood_algorithms.stats.statistics import percent, percent_of, reach_record
 
 FEW_LOGS = 100
-SHOWN = 6  # coefficients of which that is told
+SHOWN = 6  # coefficients for which that is reported
 
 
 def facts_of(span: Range | None, best: float, fits: bool, logs: int, event: dict[str, Any]) -> dict[str, Any]:

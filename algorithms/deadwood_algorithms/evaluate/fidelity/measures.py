@@ -29,7 +29,7 @@ BOOTSTRAPS = 200
 def rows_of(
     one: FidelityRun, finest: FidelityRun, line_ids: list[Any], groups: list[Group], planned: int, seed: int
 ) -> list[FidelityRow]:
-    """Everything that is said of one fidelity; ``planned`` is the number of logs whose noise is the yardstick."""
+    """All measures of one fidelity; ``planned`` is the number of logs whose noise is the yardstick."""
     rows = [
         FidelityRow(one.name, "cpu_per_log", "", "ms", one.cpu_ms, finest.cpu_ms),
         FidelityRow(one.name, "steps_per_log", "", "1", one.steps, finest.steps),

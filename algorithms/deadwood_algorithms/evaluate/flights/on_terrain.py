@@ -136,7 +136,7 @@ class Followed:
 def follow(
     mapped: MappedFlight, barriers: list[Barrier], dem: DemWindows, *, slope_over_m: float, tolerance_m: float
 ) -> Followed:
-    """The parabola of a mapped flight, and what of terrain and barriers stands in its way.
+    """The parabola of a mapped flight, and what of terrain and barriers is in its way.
 
     ``slope_over_m`` [m] before the take-off tell its angle where none is mapped; the terrain may stand ``tolerance_m``
     [m] into a flight.

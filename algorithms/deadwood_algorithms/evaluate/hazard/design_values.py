@@ -39,7 +39,7 @@ def class_record(classes: presets.BarrierClasses, row: dict[str, Any]) -> dict[s
 
 
 def lines_of(found: Sequence[Passages], rows: Sequence[dict[str, Any]]) -> tuple[str, ...]:
-    """For each place its hits, of each quantity the highest percentile that can be told, and what cannot."""
+    """For each place its hits, of each quantity the highest percentile that can be given, and what cannot."""
     shown = []
     for each in found:
         mine = [row for row in rows if (row["kind"], row["place_id"]) == (each.kind, each.place_id)]

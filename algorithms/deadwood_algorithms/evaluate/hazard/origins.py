@@ -1,4 +1,4 @@
-"""From where lines are reached, and what ground the logs of a release area pass: counts by cells, and polygons."""
+"""Places from which lines are reached, and the ground that the logs of a release area pass: by cells, and polygons."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Origins:
     """Logs by the cells in which they were released, row 0 in the south.
 
     released : logs; reached : by line, of these the ones that reach it
-    least : logs that a cell must have for its share to be told
+    least : logs that a cell must have for a share
     """
 
     grid: Grid
@@ -127,7 +127,7 @@ def sources_frame(origins: Origins, least_shares: Sequence[float]) -> geopandas.
 def affected_frame(
     source: Run, grid: Grid, least_shares: Sequence[float], feedback: Feedback
 ) -> geopandas.GeoDataFrame | None:
-    """Polygons of the cells that at least so many of a release area's logs pass; None where that cannot be told.
+    """Polygons of the cells that at least so many of a release area's logs pass; None where that is not known.
 
     A run with one release area has counted its hits itself; of several they are counted from stored trajectories.
     """

@@ -49,8 +49,8 @@ def draw(path: Path, source: Run, origins: Origins, lines: Sequence[Any]) -> Non
     show_scale(figure, image, "danger", "logs released in a cell that reach any line [%]", ax=panels, shrink=0.8)
     number = int(origins.released.sum())
     figure.suptitle(
-        f"From where lines are reached: {number} logs in cells of {origins.grid.cell:g} m;\nempty where fewer than "
-        f"{origins.least} were released",
+        f"Places from which lines are reached: {number} logs in cells of {origins.grid.cell:g} m;\n"
+        f"empty where fewer than {origins.least} were released",
         fontsize=11,
     )
     if roads:

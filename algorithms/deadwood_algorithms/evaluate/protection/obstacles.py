@@ -1,4 +1,4 @@
-"""The things of a scene whose worth is asked for: trees, lying logs, barriers, stands of trees, and candidates."""
+"""The things of a scene whose effect is computed: trees, lying logs, barriers, stands of trees, and candidates."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def _on_it(shape: Any) -> Any:
 
 
 def read_stand_areas(path: str, layers: SceneLayers, feedback: Feedback) -> list[tuple[str, Any]]:
-    """Ids and polygons of stands; one without trees has nothing to hold, and is said."""
+    """Ids and polygons of stands; one without trees has no effect, and is reported."""
     frame = read_vector(path, geometry=("polygon",), target_crs=layers.dem.crs, what="stands", feedback=feedback)
     areas = list(zip(map(str, ids_of(frame, "stand_id", "name").tolist()), frame.geometry, strict=True))
     held = [shapely.contains_xy(shape, layers.trees.x, layers.trees.y).any() for _, shape in areas]

@@ -85,7 +85,7 @@ def groups_by_release(compared: Compared, min_runout: float | None) -> list[Grou
 
 
 def compared_rows(compared: Compared, min_runout: float | None, seed: int, feedback: Feedback) -> list[ScenarioRow]:
-    """Everything that is said of each scenario, the reference first."""
+    """Everything that is reported about each scenario, the reference first."""
     releases = groups_by_release(compared, min_runout)
     rows: list[ScenarioRow] = []
     for number, each in enumerate(compared.scenarios):

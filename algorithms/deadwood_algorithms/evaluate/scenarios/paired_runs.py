@@ -288,7 +288,7 @@ def energies_of_lines(
 
 
 def energies_of_runs(runs: Sequence[Run], line_ids: Sequence[Any], feedback: Feedback) -> list[NDArray[np.float64]]:
-    """The same of the runs' own lines; NaN throughout, which is said, where a run stored no trajectory."""
+    """The same of the runs' own lines; NaN throughout, and this is reported, where a run stored no trajectory."""
     found = []
     for run in runs:
         energy = np.full((len(run.deposits), len(line_ids)), np.nan)

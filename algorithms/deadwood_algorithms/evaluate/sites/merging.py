@@ -14,7 +14,7 @@ from deadwood_algorithms.params.tool import Feedback, UserError
 def write_merged(
     folder: Path, found: Sequence[SiteFound], danger_least: int, feedback: Feedback
 ) -> list[dict[str, Any]]:
-    """The mosaics, one for each terrain model that several sites share; what cannot be merged is told."""
+    """The mosaics, one for each terrain model that several sites share; what cannot be merged is reported."""
     runs = [(folder / "sites" / each.name, each.logs) for each in found if not each.failed]
     merged: list[dict[str, Any]] = []
     for pieces in pieces_by_grid(runs):

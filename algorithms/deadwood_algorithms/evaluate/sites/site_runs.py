@@ -13,7 +13,7 @@ from deadwood_algorithms.simulate.workers import NobodySlides
 
 
 def site_stage(feedback: Feedback, name: str, number: int, count: int) -> Stage:
-    """What is said of a site names it."""
+    """Messages about a site name it."""
     return Stage(feedback, name, place=f"{name} ({number} of {count})")
 
 

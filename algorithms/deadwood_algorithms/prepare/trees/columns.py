@@ -1,6 +1,6 @@
 """The columns of single-tree tables, brought into the units of the trees layer.
 
-For `import_trees`; which column holds what is said by the table's `sources.Layout`. What is missing is NaN here;
+For `import_trees`; the table's `sources.Layout` says which column holds what. What is missing is NaN here;
 what to do about it is that tool's business.
 """
 
@@ -53,7 +53,7 @@ def sizes(
 ) -> np.ndarray:
     """A column of sizes in ``unit``, NaN where it is empty, 0, or holds the missing value.
 
-    Text such as 41,4 cm is read, and a class such as 40-45 as its middle, which is said.
+    Text such as 41,4 cm is read, and a class such as 40-45 as its middle, and this is reported.
     """
     import pandas
 
@@ -80,7 +80,7 @@ def sizes(
 
 
 def unit_of(name: str, units: dict[str, float], given: str | None, usual: str, where: str, feedback: Feedback) -> str:
-    """The unit given, else the one in the field's name, else the usual one, which is said."""
+    """The unit given, else the one in the field's name, else the usual one, and this is reported."""
     told = named(name)
     if given is None and told.word and told.unit not in units:
         feedback.warn(f"{where}: the unit '{told.word}' of the field '{name}' is not known, {usual} is taken")
@@ -97,7 +97,7 @@ def dbh_column(
 ) -> np.ndarray:
     """DBH in cm, NaN where missing; without ``unit`` the field's name tells it (``BHD [mm]``, ``dbh_in``), else cm.
 
-    Where the table has no DBH but the girth at breast height, by its name, it is that divided by pi, which is said.
+    Where the table has no DBH but the girth at breast height, by its name, it is the girth divided by pi, with a note.
     """
     where = where_of(source)
     name = find(source, asked, "--dbh-field", layout.dbh)

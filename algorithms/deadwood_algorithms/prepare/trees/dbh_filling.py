@@ -33,7 +33,7 @@ DEFAULT = PUBLISHED["fint-ch"]
 
 @dataclass(frozen=True)
 class Filled:
-    """DBH [cm] and height [m] of each tree, which of them were computed, and what is to be said of it."""
+    """DBH [cm] and height [m] of each tree, which of them were computed, and what is to be reported about it."""
 
     dbh: np.ndarray
     height: np.ndarray

@@ -2,7 +2,7 @@
 
 For `import_trees`. Layouts are data: a new source is one more row of ``LAYOUTS``. Names are in lower case, the most
 telling first; a file without header has ``column_1``, ``column_2``, ... Every layout is of the source's own code or
-manual, but for Rockyfor3D, whose manual was not at hand: there the third column is taken to be the DBH in cm.
+manual, but for Rockyfor3D, whose manual was not available: there the third column is taken to be the DBH in cm.
 """
 
 from __future__ import annotations

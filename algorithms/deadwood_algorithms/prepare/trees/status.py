@@ -52,7 +52,7 @@ def status_of(
     """LIVE, DEAD or GONE for each row; ``dead`` and ``gone`` are the user's lists of codes, which replace the layout's.
 
     Words in none of the lists are known by what they hold (``liegend tot``, ``mort sur pied``, ``schiantato``). A word
-    that is not known either, and an empty cell, is a living tree; what was taken for what is said.
+    that is not known either, and an empty cell, is a living tree; a note reports what was taken for what.
     """
     where = where_of(source)
     name = find(source, asked, "--status-field", layout.status)

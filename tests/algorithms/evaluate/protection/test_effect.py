@@ -116,7 +116,7 @@ def test_groups_are_cut_after_they_are_full(monkeypatch):
 
 @pytest.mark.parametrize("planted", [False, True])
 def test_changes_add_up_by_obstacle_and_line(planted):
-    """Three tasks of two obstacles, two lines; what stands in the run holds what it held there, a candidate now."""
+    """Three tasks of two obstacles, two lines; what is in the run holds what it held there, a candidate now."""
     things = [obstacle(TREE, "a", 0), obstacle(BARRIER, "n", -1, -2)]
     reach = np.array([[True, False], [True, True], [False, False], [True, False]])
     it = known(

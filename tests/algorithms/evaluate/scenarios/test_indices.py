@@ -81,7 +81,7 @@ def test_where_no_log_changed_the_interval_has_a_width():
     assert reach_index(np.arange(9) < 1, np.arange(9) < 1, np.arange(9), 0)[2] == 1.0
 
 
-def test_the_interval_hangs_on_the_logs_not_on_their_order():
+def test_the_interval_depends_on_the_logs_not_on_their_order():
     rng = np.random.default_rng(4)
     before, now = (np.where(rng.random(300) < p, rng.lognormal(4.0, 1.0, 300), math.nan) for p in (0.7, 0.4))
     ids, turned = np.arange(300) * 7, rng.permutation(300)

@@ -205,7 +205,7 @@ def test_the_index_for_lost_logs_is_bounded_by_every_outcome(seed):
     row = next(index_rows(each, other, 0, "road", np.arange(n), 0))
     before, now = (Share.of(run.reach[:, 0], run.left_dem) for run in (other, each))
     tried = [1.0 - did.sum() / was.sum() for was in outcomes(before) for did in outcomes(now)]
-    # The least protection: none of the lost reaches without it, and all do with it; the most: the other way round.
+    # The least protection: none of the lost reaches without it, and all do with it; the most: vice versa.
     assert row.value_low_if_lost == pytest.approx(min(tried))
     assert row.value_high_if_lost == pytest.approx(max(tried))
     assert row.value == pytest.approx(1.0 - now.did.sum() / before.did.sum())

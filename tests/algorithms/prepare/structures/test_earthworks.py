@@ -79,7 +79,7 @@ def test_a_bend_is_the_higher_of_its_two_segments_and_round_on_the_outside():
 
 @pytest.mark.parametrize("turns", ["left", "right"])
 def test_outside_of_a_bend_the_side_falls_as_on_the_side_that_is_outside(turns):
-    """Turning left the outside is the right side, and the other way round."""
+    """Turning left the outside is the right side, and vice versa."""
     ground = grid_of(lambda x, y: 100.0 + 0.0 * x + 0.0 * y)
     places = [(15.0, 20.0), (30.0, 20.0), (30.0, 40.0)]
     line = shapely.LineString(places if turns == "left" else places[::-1])
