@@ -127,8 +127,8 @@ def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
         write_json(folder / "summary.json", facts)
     refuse_failed(found, ask.output)
     work.remove()
-    parts = {"overview": OVERVIEW, "layer": LAYER, "picture": PICTURE, "summary": "summary.json"}
-    there = {key: name for key, name in parts.items() if (final / name).is_file()}
+    parts = (("overview", OVERVIEW), ("layer", LAYER), ("picture", PICTURE), ("summary", "summary.json"))
+    there = {key: name for key, name in parts if (final / name).is_file()}
     return Outcome.of_folder(ask.output, there, facts, lines_of_outcome(found, facts))
 
 
@@ -141,10 +141,7 @@ def read_sites(ask: Ask, releases: Path, feedback: Feedback) -> list[SiteOptions
         return sites_of_table(ask.sites, slide_logs.TOOL, feedback)
     if ask.configs is not None:
         return sites_of_folder(ask.configs, slide_logs.TOOL, feedback)
-    assert ask.dem is not None
-    assert ask.releases is not None
-    assert ask.by is not None
-    return sites_of_groups(ask.dem, ask.releases, ask.by, ask.crs, releases, feedback)
+    return sites_of_groups(str(ask.dem), str(ask.releases), str(ask.by), ask.crs, releases, feedback)
 
 
 def values_of(ask: Ask, site: SiteOptions) -> dict[str, Any]:
@@ -195,10 +192,6 @@ def add_page(ask: Ask, folder: Path, found: Sequence[SiteFound], feedback: Feedb
 
 
 TOOL = Tool(
-    "run-sites",
-    "Simulate",
-    "Run many sites, or scattered releases, with one overview",
-    Ask,
-    run,
+    "run-sites", "Simulate", "Run many sites, or scattered releases, with one overview", Ask, run,
     then="deadwood-tool make-report {output}/sites/SITE --output report.html",
-)
+)  # fmt: skip
