@@ -11,6 +11,7 @@ from babel.messages.pofile import read_po
 
 from deadwood_algorithms.report.languages import LANGUAGES
 from deadwood_algorithms.report.phrases import MESSAGES, STOPS
+from deadwood_algorithms.report.sheet_phrases import QGIS_PHRASES
 from deadwood_algorithms.report.words import Words, catalogue, read_catalogue
 from deadwood_engine import STOP_REASONS
 from deadwood_toolbox import translations
@@ -77,9 +78,10 @@ def test_what_a_catalogue_lacks_is_said_in_english(monkeypatch):
 
 
 def test_every_message_is_said_somewhere():
-    """By its name; or by a name that is put together of a beginning and a word that stands in a source."""
+    """By its name; or by a name that is put together of a beginning and a word that stands in a source; or, of what a
+    QGIS project names, by the English name or the file or layer that it is made of."""
     rooms = ROOT / "algorithms" / "deadwood_algorithms"
-    tables = {rooms / "report" / name for name in ("phrases.py", "answer_phrases.py")}
+    tables = {rooms / "report" / name for name in ("phrases.py", "answer_phrases.py", "sheet_phrases.py")}
     source = "".join(each.read_text(encoding="utf-8") for each in rooms.rglob("*.py") if each not in tables)
     made = set(re.findall(r"""(?:say|known)\(f["'](\w+_)\{""", source)) | {"stop_", "clause_"}
     words = set(re.findall(r"\w+", source)) | set(STOPS)
@@ -90,6 +92,7 @@ def test_every_message_is_said_somewhere():
             re.search(f"[\"']{name}[\"']", source) is not None
             or any(name.removeprefix(each) in words for each in beginnings)
             or name.endswith("_warning")
+            or (name in QGIS_PHRASES and (f'"{QGIS_PHRASES[name]}"' in source or name.removeprefix("qgis_") in words))
         )
 
     assert [name for name in MESSAGES if not said(name)] == []

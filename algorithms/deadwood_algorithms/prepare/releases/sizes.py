@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +13,16 @@ from deadwood_algorithms.files.columns import schema_column
 from deadwood_algorithms.params import presets
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.prepare.releases.logs import Drawn
-from deadwood_algorithms.prepare.trees.allometry import PUBLISHED
 
 if TYPE_CHECKING:
     import pandas
+
+
+class SizeLaw(Protocol):
+    """A law between DBH [cm] and height [m] (`trees.allometry`)."""
+
+    def dbh(self, height: Any, crown: Any) -> Any: ...
+    def height(self, dbh: Any, crown: Any) -> Any: ...
 
 
 def sizes_of(
@@ -25,6 +31,7 @@ def sizes_of(
     areas: pandas.DataFrame,
     feedback: Feedback,
     *,
+    law: SizeLaw | None,
     mapped: bool,
 ) -> dict[str, float]:
     """DBH, length and density where the areas name none: given, of the preset, or one size from the other by its law.
@@ -32,10 +39,10 @@ def sizes_of(
     Where an area names the one size alone, its other size follows from that: ``areas`` gets a column of it.
 
     given : DBH [cm] and length [m] of the options
+    law : that of the preset, if it has one
     mapped : the sizes are drawn from mapped deadwood
     """
     sizes: dict[str, float] = taken.values
-    law = PUBLISHED[taken.preset.law] if taken.preset.law else None
     nowhere = np.array(np.nan)
     for name, other in (("length_m", "dbh_cm"), ("dbh_cm", "length_m")):
         own = given[name]
