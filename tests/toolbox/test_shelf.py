@@ -215,9 +215,7 @@ def test_the_flaws_above_are_found():
 def test_the_command_that_follows_has_flags_that_exist_and_paths_that_the_tool_leaves():
     """What a tool says last can be copied: flags of that tool, all that it requires, outputs by their names."""
     for tool in TOOLS:
-        makes = (
-            any(each.is_output for each in tool.parameters()) and tool.name != "explore"
-        )  # which is told on its page
+        makes = any(each.is_output for each in tool.parameters()) and tool.name != "explore"  # its page tells
         assert bool(tool.then) == makes, f"{tool.name}: each tool that leaves something says what mostly follows"
         if not makes:
             continue
