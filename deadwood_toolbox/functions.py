@@ -1236,8 +1236,8 @@ def slide_logs(
     tree_capacity_power : 0 <= x <= 6, default 2
         Exponent of DBH / 40 cm with which it grows.
     break_trees : optional
-        Trees break that would take more than tree_capacity_kj. Such a tree absorbs just that much and then
-        disappears, for this log only; for other logs it stands. Without it trees are rigid, as in the paper.
+        Trees break above their capacity. Such a tree absorbs just its capacity and then disappears, for this
+        log only; for other logs it stands. Without it trees are rigid, as in the paper.
     shape : default cone
         Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
         the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
@@ -1517,8 +1517,8 @@ def run_sites(
     tree_capacity_power : 0 <= x <= 6, default 2
         Exponent of DBH / 40 cm with which it grows.
     break_trees : optional
-        Trees break that would take more than tree_capacity_kj. Such a tree absorbs just that much and then
-        disappears, for this log only; for other logs it stands. Without it trees are rigid, as in the paper.
+        Trees break above their capacity. Such a tree absorbs just its capacity and then disappears, for this
+        log only; for other logs it stands. Without it trees are rigid, as in the paper.
     shape : default cone
         Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
         the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
@@ -2763,8 +2763,8 @@ def calibrate_friction(
     tree_capacity_power : 0 <= x <= 6, default 2
         Exponent of DBH / 40 cm with which it grows.
     break_trees : optional
-        Trees break that would take more than tree_capacity_kj. Such a tree absorbs just that much and then
-        disappears, for this log only; for other logs it stands. Without it trees are rigid, as in the paper.
+        Trees break above their capacity. Such a tree absorbs just its capacity and then disappears, for this
+        log only; for other logs it stands. Without it trees are rigid, as in the paper.
     shape : default cone
         Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
         the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
@@ -2987,8 +2987,8 @@ def compare_fidelity(
     tree_capacity_power : 0 <= x <= 6, default 2
         Exponent of DBH / 40 cm with which it grows.
     break_trees : optional
-        Trees break that would take more than tree_capacity_kj. Such a tree absorbs just that much and then
-        disappears, for this log only; for other logs it stands. Without it trees are rigid, as in the paper.
+        Trees break above their capacity. Such a tree absorbs just its capacity and then disappears, for this
+        log only; for other logs it stands. Without it trees are rigid, as in the paper.
     shape : default cone
         Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
         the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
@@ -3213,8 +3213,8 @@ def vary(
     tree_capacity_power : 0 <= x <= 6, default 2
         Exponent of DBH / 40 cm with which it grows.
     break_trees : optional
-        Trees break that would take more than tree_capacity_kj. Such a tree absorbs just that much and then
-        disappears, for this log only; for other logs it stands. Without it trees are rigid, as in the paper.
+        Trees break above their capacity. Such a tree absorbs just its capacity and then disappears, for this
+        log only; for other logs it stands. Without it trees are rigid, as in the paper.
     shape : default cone
         Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
         the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
@@ -3421,8 +3421,8 @@ def explore(
     tree_capacity_power : 0 <= x <= 6, default 2
         Exponent of DBH / 40 cm with which it grows.
     break_trees : optional
-        Trees break that would take more than tree_capacity_kj. Such a tree absorbs just that much and then
-        disappears, for this log only; for other logs it stands. Without it trees are rigid, as in the paper.
+        Trees break above their capacity. Such a tree absorbs just its capacity and then disappears, for this
+        log only; for other logs it stands. Without it trees are rigid, as in the paper.
     shape : default cone
         Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
         the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m

@@ -168,7 +168,7 @@ def read_run(path: str, *, feedback: Feedback) -> Run:
     """Open a run's folder, or say what of it is missing, damaged or of another run; tells which inputs changed."""
     folder = Path(path)
     if not folder.is_dir():
-        raise UserError(f"{path}: the run's folder does not exist; deadwood-tool slide-logs --output makes one")
+        raise UserError(f"{path}: the run's folder does not exist; slide-logs makes such a folder")
     for name in (MANIFEST, GEOPACKAGE, POSES):
         if not (folder / name).is_file():
             raise UserError(f"{path}: this is no folder of slide-logs, it has no {name}")

@@ -111,9 +111,9 @@ class _LayersAndLaws:
         "Exponent of DBH / 40 cm with which it grows", default=2.0, minimum=0.0, maximum=6.0, advanced=True
     )
     break_trees: bool = tool.flag(
-        "Trees break that would take more than --tree-capacity-kj",
+        "Trees break above their capacity",
         advanced=True,
-        help="Such a tree absorbs just that much and then disappears, for this log only; for other logs it stands. "
+        help="Such a tree absorbs just its capacity and then disappears, for this log only; for other logs it stands. "
         "Without it trees are rigid, as in the paper.",
     )
     shape: str = tool.text(
