@@ -61,7 +61,7 @@ def draw(path: Path, measured: Sequence[Measured], answers: Sequence[Answer], lo
         ncols=len(handles),
         frameon=False,
         fontsize=8.5,
-        title=note,
+        title=textwrap.fill(note, 190, break_on_hyphens=False),
         title_fontsize=8.5,
         alignment="left",
     )
