@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
 import re
@@ -13,9 +14,9 @@ import click
 import pytest
 
 from deadwood_algorithms.params.tool import VERSION, Outcome, engine_digest, manifest
+from deadwood_algorithms.tools import make_log
 from deadwood_toolbox import cli, shelf
 from deadwood_toolbox.commands import build, laid_out
-from deadwood_toolbox.feedback import Speaker
 
 
 @pytest.fixture
@@ -334,11 +335,11 @@ def test_a_python_caller_gets_the_same_manifest(tmp_path):
 # --- what is said while it runs ---------------------------------------------------------------------------------------
 
 
-def test_nothing_is_said_to_follow_where_nothing_was_written(capsys):
-    cli._report(Outcome({}), "deadwood-tool make-report --runs {output}", Speaker("none"), 0.1)
-    assert "next" not in capsys.readouterr().err
-    cli._report(Outcome({"output": Path("run")}), "deadwood-tool make-report --runs {output}", Speaker("none"), 0.1)
-    assert "next: deadwood-tool make-report --runs run" in capsys.readouterr().err
+def test_nothing_is_said_to_follow_where_nothing_was_written():
+    ask = make_log.Ask(output="a log")
+    tool = dataclasses.replace(make_log.TOOL, then="deadwood-tool make-report {output}")
+    assert cli._following(tool, ask, Outcome({})) == ""
+    assert cli._following(tool, ask, Outcome({"output": Path("a log")})) == "deadwood-tool make-report 'a log'"
 
 
 def test_results_go_to_stdout_and_messages_to_stderr(toy, out):
