@@ -216,7 +216,7 @@ def test_polygons_are_watched_by_their_rings_and_parts_by_their_thing():
 class BarrierLayers:
     """What of a scene `with_barriers` changes."""
 
-    plates: Barriers
+    engine_barriers: Barriers
     barriers: Items
 
     def prepared_again(self) -> BarrierLayers:
