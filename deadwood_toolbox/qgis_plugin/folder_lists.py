@@ -186,7 +186,7 @@ class InModel(WidgetWrapper):
         outputs = [QgsProcessingOutputFolder, *([QgsProcessingOutputVectorLayer] if files else [])]
         inputs = (QgsProcessingParameterFile, QgsProcessingParameterMultipleLayers, QgsProcessingParameterString)
         for source in self.dialog.getAvailableValuesOfType(inputs, outputs):
-            menu.addAction(self._told(source), lambda source=source: self._add(source))
+            menu.addAction(self._shown(source), lambda source=source: self._add(source))
         of_model.setMenu(menu)
         of_model.setEnabled(not menu.isEmpty())
         self.rows.buttons.insertWidget(0, of_model)
@@ -197,17 +197,17 @@ class InModel(WidgetWrapper):
         for each in value if isinstance(value, (list, tuple)) else [value]:
             self._add(each)
 
-    def value(self) -> list[Source]:
+    def value(self) -> list[Any]:
         return [each if isinstance(each, Source) else Source.fromStaticValue(each) for each in self.rows.values()]
 
     def _add(self, source: Any) -> None:
         if isinstance(source, Source) and source.source() != Source.Source.StaticValue:
-            self.rows.add_row(self._told(source), source)
+            self.rows.add_row(self._shown(source), source)
             return
         for place in each_place(source.staticValue() if isinstance(source, Source) else source):
             self.rows.add(place)
 
-    def _told(self, source: Source) -> str:
+    def _shown(self, source: Any) -> str:
         if source.source() == Source.Source.Expression:
             return source.expression()
         return self.dialog.resolveValueDescription(source)

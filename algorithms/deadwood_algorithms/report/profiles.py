@@ -27,8 +27,8 @@ class Profile:
 
 def chosen_profiles(source: ReportedRun) -> list[Profile]:
     """Of the stored logs the farthest, the fastest and the one of median run-out; none without terrain."""
-    stored = source.deposits[source.deposits["log_id"].isin(source.run.stored_log_ids.tolist())]
-    stored = stored[np.isfinite(stored["runout_m"])]
+    stored = source.deposits.loc[source.deposits["log_id"].isin(source.run.stored_log_ids.tolist())]
+    stored = stored.loc[np.isfinite(stored["runout_m"])]
     if source.ground is None or not len(stored):
         return []
     ids = stored["log_id"].to_numpy(np.int64)

@@ -193,7 +193,7 @@ def _on_ground(
 def chosen_groups(source: ReportedRun) -> dict[str, list[int]]:
     """The logs that move in the view: of those with a trajectory the fastest, the farthest, some that reach a line, and
     an even draw."""
-    stored = source.deposits[source.deposits["log_id"].isin(source.run.stored_log_ids.tolist())]
+    stored = source.deposits.loc[source.deposits["log_id"].isin(source.run.stored_log_ids.tolist())]
     ids = stored["log_id"].to_numpy(np.int64)
     groups = {}
     for group, column in (("fast", "speed_max_ms"), ("far", "runout_m")):
