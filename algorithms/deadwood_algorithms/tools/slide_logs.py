@@ -184,10 +184,8 @@ def added(ask: Ask, folder: Path, done: ChunkedRun, feedback: Feedback) -> dict[
         add_project(folder, final, ask.inputs(), *scene, ask.outline_every_s, words_of, feedback)
         outputs["qgis_project"] = final / PROJECT
     if ask.report:
-        page = str(folder / "report.html")
-        make_report.run(
-            make_report.Ask(runs=str(folder), names=final.name, language=ask.language, output=page), feedback
-        )
+        run, page = str(folder), str(folder / "report.html")
+        make_report.run(make_report.Ask(runs=run, names=final.name, language=ask.language, output=page), feedback)
         outputs["report"] = final / "report.html"
     return outputs
 
