@@ -87,7 +87,8 @@ def releases_file(rows: pandas.DataFrame, number: int, folder: Path) -> str:
     return str(path)
 
 
-def run_outs(number: int, dem: str, releases: str, law: dict[str, float], folder: Path) -> pandas.Series[Any]:
+def run_outs(number: int, dem: str, releases: str, law: dict[str, float], folder: Path) -> Any:
+    """Column of the run-outs in plan [m] of a block's releases."""
     corners = (np.indices((2, 2, 2)).reshape(3, -1).T - 0.5) * BLOCKS[number][1]
     shape = folder / f"block_{number}.pts"
     np.savetxt(shape, corners, fmt="%.6g")

@@ -98,7 +98,7 @@ dialog.grab().save(f"{WORK}/step.png")
 step = panel.createAlgorithm()
 
 
-def plainly(sources: list[Source]) -> list[str]:
+def plainly(sources: list[Any]) -> list[str]:
     kinds = {
         Source.Source.ModelParameter: lambda each: f"input {each.parameterName()}",
         Source.Source.ChildOutput: lambda each: f"{each.outputChildId()}.{each.outputName()}",
