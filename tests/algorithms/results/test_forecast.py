@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from slope_case import Case, layer, points, write_layer
 
+from deadwood_algorithms.evaluate.sites import sites_plan
 from deadwood_algorithms.params.tool import Quiet, UserError
 from deadwood_algorithms.results import forecast
 from deadwood_algorithms.results.forecast import Pilot
@@ -192,7 +193,7 @@ def test_a_run_that_cannot_fit_the_disk_is_refused_before_the_first_log(case, mo
 
 
 def test_the_plan_of_sites_counts_all_their_logs(case, tmp_path, monkeypatch):
-    monkeypatch.setattr(run_sites, "PILOTS", 2)
+    monkeypatch.setattr(sites_plan, "PILOTS", 2)
     values = {key: value for key, value in case.values().items() if key != "output"}
     outcome = run_sites.TOOL(**values, by="release_id", output=str(case.folder / "sites"), plan=True, plan_logs=40)
     assert (outcome.facts["sites"], outcome.facts["logs"], outcome.facts["pilot_logs"]) == (3, LOGS, 40)
