@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from deadwood_algorithms.results.modelled import BETWEEN, CLAUSES, told
+from deadwood_algorithms.results.modelled import BETWEEN, CLAUSES, in_words
 
 FRICTION = [
     {"clause": "friction", "mu": 0.25},
@@ -12,7 +12,7 @@ FRICTION = [
 
 
 def test_clauses_one_after_the_other():
-    assert told(FRICTION) == "Coulomb, 0.25 everywhere; 0.3 at stems and lying logs; 0.1 at barriers"
+    assert in_words(FRICTION) == "Coulomb, 0.25 everywhere; 0.3 at stems and lying logs; 0.1 at barriers"
     assert all(BETWEEN not in each for each in CLAUSES.values())
 
 
@@ -22,14 +22,14 @@ def test_another_language_has_its_own_words_and_signs():
         "at_stems": "{value} an Bäumen",
         "at_barriers": "{value} an Barrieren",
     }
-    said = told(FRICTION, german.__getitem__, lambda number: number.replace(".", ","))
+    said = in_words(FRICTION, german.__getitem__, lambda number: number.replace(".", ","))
     assert said == "Coulomb, überall 0,25; 0,3 an Bäumen; 0,1 an Barrieren"
 
 
 def test_whole_numbers_stay_whole_and_a_list_is_told_by_its_names():
-    assert told([{"clause": "terrain", "nx": 1234567, "ny": 2, "cell_m": 0.5}]).startswith(
+    assert in_words([{"clause": "terrain", "nx": 1234567, "ny": 2, "cell_m": 0.5}]).startswith(
         "bilinear surface through 1234567 x 2 cells of 0.5 m"
     )
-    assert told([{"clause": "not_computed", "parts": ["no_poses", "no_trees"]}]) == (
+    assert in_words([{"clause": "not_computed", "parts": ["no_poses", "no_trees"]}]) == (
         "not computed: poses and trajectories (--trajectories none), hits of trees (no trees)"
     )
