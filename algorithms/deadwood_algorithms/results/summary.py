@@ -253,7 +253,7 @@ def enough_words(record: dict[str, Any]) -> str:
     widest = f"the widest interval, of line {record['line_id']}, is ±{wide:.2g} points"
     if record["reached"]:
         told = f"enough logs: after {record['logs']} of {record['logs_at_most']}, {widest} (wanted: ±{wanted:.2g})"
-        rare = ", ".join(str(each) for each in record.get("estimated_too_low", []))
+        rare = ", ".join(str(each) for each in record.get("told_too_low", []))
         low = (
             f"; of line {rare}, which few logs reach, a run that stops in this way underestimates the reach by up to"
             f" a seventh on average"

@@ -551,7 +551,7 @@ SUMMARY = JsonFile(
         _key("until_ci.logs", "Logs that were run"),
         _key("until_ci.logs_at_most", "Logs that could have been"),
         _key(
-            "until_ci.estimated_too_low",
+            "until_ci.told_too_low",
             "Lines that less than 2 % of the logs reach, where the run stopped by itself: their share is too low in "
             "the mean, by up to a seventh of it; its interval holds",
         ),

@@ -120,7 +120,7 @@ class UntilNarrow:
             "line_id": last["line_id"],
             "logs": self.slid,
             "logs_at_most": self.cap,
-            "estimated_too_low": self._underestimated(),
+            "told_too_low": self._underestimated(),
             "z": self.z,
             "looks": self.records,
         }

@@ -108,8 +108,8 @@ def test_a_stopped_run_tells_rare_reach_too_low_and_names_the_line(p, target, lo
                 break
         record = rule.record()
         told[run] = rule._reached[0] / rule.slid
-        named[run] = record["estimated_too_low"] == ["road"]
-        assert record["estimated_too_low"] in ([], ["road"])
+        named[run] = record["told_too_low"] == ["road"]
+        assert record["told_too_low"] in ([], ["road"])
         assert not (named[run] and rule.slid == looks[-1])
     error = told.std() / np.sqrt(runs) / p
     assert low - 4 * error < 1.0 - told.mean() / p < high + 4 * error
